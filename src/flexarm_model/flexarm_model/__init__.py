@@ -1,0 +1,1 @@
+"""Reduced modal and Lagrangian dynamics of flexible multibody arms (no ROS in the core)."""
