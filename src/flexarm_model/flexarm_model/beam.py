@@ -1,0 +1,158 @@
+"""Euler-Bernoulli beam finite elements with consistent mass and rotary inertia.
+
+Every matrix is an integral over the same Gauss stations of the element shape functions::
+
+    M = sum w rho (A u'u + I_z r_z'r_z + I_y r_y'r_y + (I_y + I_z) r_x'r_x) + point masses
+    K = sum w (E I_z k_z'k_z + E I_y k_y'k_y + G J k_x'k_x + E A e'e)
+
+with displacement ``u``, rotation ``r``, curvature ``k`` and stretch ``e`` as rows over the nodal
+displacements ``[ux uy uz rx ry rz]`` of all mesh nodes. Cubic Hermite functions in bending,
+linear ones in torsion and stretch [Przemieniecki1968, ch. 5 and 11].
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexarm_model.description import Beam, BeamPiece
+
+Array = NDArray[np.float64]
+
+GAUSS_POINTS = 6  # exact to degree 11: the foreshortening of cubic shapes squared needs 10
+_DOF_OF = {"bend_y": (1, 5), "bend_z": (2, 4), "torsion": (3,), "stretch": (0,)}
+
+
+@dataclass(frozen=True)
+class Stations:
+    """Gauss stations along the beam.
+
+    Attributes:
+        x: Distance from the root [m], (k,).
+        weight: Integration weight [m], (k,).
+        pieces: Piece that each lies in, (k,).
+    """
+
+    x: Array
+    weight: Array
+    pieces: tuple[BeamPiece, ...]
+
+    def values(self, name: str) -> Array:
+        """Return an attribute of the pieces at the stations, (k,)."""
+        return np.array([getattr(piece, name) for piece in self.pieces])
+
+
+class BeamMesh:
+    """A beam cut into elements, with its shape functions and matrices."""
+
+    def __init__(self, beam: Beam, interfaces: Iterable[str] = ()) -> None:
+        """Mesh a beam.
+
+        Args:
+            beam: The body.
+            interfaces: Nodes of the beam that must be mesh nodes.
+        """
+        self.beam = beam
+        ends = np.concatenate([[0.0], np.cumsum([piece.length for piece in beam.pieces])])
+        cuts = [np.linspace(a, b, p.elements + 1) for a, b, p in zip(ends, ends[1:], beam.pieces, strict=False)]
+        cuts.append(np.array([beam.nodes[name] for name in interfaces]))
+        self.nodes = np.unique(np.round(np.concatenate(cuts), 9))  # (n_nodes,)
+        self.active = np.array(
+            sorted(6 * i + dof for i in range(self.nodes.size) for kind in beam.deformation for dof in _DOF_OF[kind]),
+            dtype=int,
+        )
+        self._ends = ends
+
+    @property
+    def n_dof(self) -> int:
+        """Number of nodal displacements, six per mesh node."""
+        return 6 * self.nodes.size
+
+    def dof(self, node: str) -> Array:
+        """Return the six displacement indices of a beam node that is a mesh node."""
+        index = int(np.argmin(abs(self.nodes - self.beam.nodes[node])))
+        return np.arange(6 * index, 6 * index + 6)
+
+    def piece(self, x: float) -> BeamPiece:
+        """Return the piece at ``x`` [m]."""
+        index = int(np.searchsorted(self._ends[1:-1], x, side="right"))
+        return self.beam.pieces[index]
+
+    def stations(self) -> Stations:
+        """Return the Gauss stations of all elements."""
+        point, weight = np.polynomial.legendre.leggauss(GAUSS_POINTS)
+        half = np.diff(self.nodes) / 2
+        middle = (self.nodes[1:] + self.nodes[:-1]) / 2
+        x = (middle[:, None] + half[:, None] * point).ravel()
+        return Stations(x, (half[:, None] * weight).ravel(), tuple(self.piece(value) for value in x))
+
+    def displacement(self, x: Array) -> Array:
+        """Return displacement and rotation rows ``[ux uy uz rx ry rz]`` at ``x``, (k, 6, n_dof)."""
+        rows = np.zeros((x.size, 6, self.n_dof))
+        e, s, h = self._locate(x)
+        linear, bend, slope = _linear(s), _hermite(s, h), _hermite_d1(s, h)
+        for k in range(x.size):
+            a, b = 6 * e[k], 6 * e[k] + 6
+            rows[k, 0, [a, b]] = rows[k, 3, [a + 3, b + 3]] = linear[k]
+            rows[k, 1, [a + 1, a + 5, b + 1, b + 5]] = bend[k]
+            rows[k, 5, [a + 1, a + 5, b + 1, b + 5]] = slope[k]
+            rows[k, 2, [a + 2, a + 4, b + 2, b + 4]] = bend[k] * _FLIP
+            rows[k, 4, [a + 2, a + 4, b + 2, b + 4]] = -slope[k] * _FLIP
+        return rows
+
+    def deformation(self, x: Array) -> Array:
+        """Return stretch, twist rate and curvatures ``[e, k_x, k_y, k_z]`` at ``x``, (k, 4, n_dof).
+
+        ``k_y = uz''`` and ``k_z = uy''``: the strain at (y, z) is ``e - y k_z - z k_y``.
+        """
+        rows = np.zeros((x.size, 4, self.n_dof))
+        e, s, h = self._locate(x)
+        curvature = _hermite_d2(s, h)
+        for k in range(x.size):
+            a, b = 6 * e[k], 6 * e[k] + 6
+            rows[k, 0, [a, b]] = rows[k, 1, [a + 3, b + 3]] = np.array([-1.0, 1.0]) / h[k]
+            rows[k, 3, [a + 1, a + 5, b + 1, b + 5]] = curvature[k]
+            rows[k, 2, [a + 2, a + 4, b + 2, b + 4]] = curvature[k] * _FLIP
+        return rows
+
+    def matrices(self) -> tuple[Array, Array]:
+        """Return mass and stiffness over all nodal displacements, (n_dof, n_dof) each."""
+        at = self.stations()
+        u, d = self.displacement(at.x), self.deformation(at.x)
+        rho, I_y, I_z = at.weight * at.values("density"), at.values("I_y"), at.values("I_z")
+        mass = np.stack([rho * at.values("area")] * 3 + [rho * (I_y + I_z), rho * I_y, rho * I_z], axis=1)
+        E, G = at.weight * at.values("E"), at.weight * at.values("G")
+        stiffness = np.stack([E * at.values("area"), G * at.values("torsion_constant"), E * I_y, E * I_z], axis=1)
+        M = np.einsum("kd,kdi,kdj->ij", mass, u, u, optimize=True)
+        for point in self.beam.point_masses:
+            rows = self.displacement(np.array([point.at]))[0, :3]
+            M += point.mass * rows.T @ rows
+        return M, np.einsum("kd,kdi,kdj->ij", stiffness, d, d, optimize=True)
+
+    def _locate(self, x: Array) -> tuple[NDArray[np.intp], Array, Array]:
+        """Return element index, local coordinate in [0, 1] and element length."""
+        element = np.clip(np.searchsorted(self.nodes, x, side="right") - 1, 0, self.nodes.size - 2)
+        h = np.diff(self.nodes)[element]
+        return element, (x - self.nodes[element]) / h, h
+
+
+_FLIP = np.array([1.0, -1.0, 1.0, -1.0])  # uz bends with -ry where uy bends with +rz
+
+
+def _linear(s: Array) -> Array:
+    return np.stack([1 - s, s], axis=1)
+
+
+def _hermite(s: Array, h: Array) -> Array:
+    return np.stack([1 - 3 * s**2 + 2 * s**3, h * (s - 2 * s**2 + s**3), 3 * s**2 - 2 * s**3, h * (s**3 - s**2)], axis=1)
+
+
+def _hermite_d1(s: Array, h: Array) -> Array:
+    return np.stack([6 * (s**2 - s) / h, 1 - 4 * s + 3 * s**2, 6 * (s - s**2) / h, 3 * s**2 - 2 * s], axis=1)
+
+
+def _hermite_d2(s: Array, h: Array) -> Array:
+    return np.stack([(12 * s - 6) / h**2, (6 * s - 4) / h, (6 - 12 * s) / h**2, (6 * s - 2) / h], axis=1)

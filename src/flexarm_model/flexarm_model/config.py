@@ -1,0 +1,166 @@
+"""Read a manipulator's YAML into a ``ManipulatorConfig``; refuse whatever is not understood."""
+
+from __future__ import annotations
+
+import copy
+import hashlib
+import json
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from flexarm_model.config_bodies import read_bodies
+from flexarm_model.description import AXES, WORLD, Axis, Beam, Joint, ManipulatorConfig, NodeRef, RigidBody
+from flexarm_model.rotation import rotation_from_rpy
+from flexarm_model.sensor_kinds import SENSOR_KINDS
+from flexarm_model.strict_yaml import ConfigError, Section, read_yaml
+
+FORMAT = "flexarm/1"
+
+
+def load_config(path: str | Path, preset: str = "") -> ManipulatorConfig:
+    """Load and check a manipulator.
+
+    Args:
+        path: YAML file.
+        preset: Name of one of the file's presets; "" applies none.
+
+    Raises:
+        ConfigError: Anything is wrong with the file; names file, key, value and what is allowed.
+    """
+    path = Path(path)
+    content = read_yaml(path)
+    content = _apply_preset(content, preset, str(path))
+    identity = json.dumps({key: content[key] for key in content if key != "presets"}, sort_keys=True, default=str)
+    top = Section(content, str(path))
+    top.choice("format", (FORMAT,))
+    top.section("presets", {})
+    bodies = read_bodies(top)
+    joints = _sort_joints(top, _read_joints(top, bodies), bodies)
+    tip = _read_node(top, "tip", bodies)
+    sensors = tuple(_read_sensor(name, section, joints, bodies) for name, section in top.sections("sensors", {}))
+    served = top.section("served")
+    actuated = [axis for joint in joints for axis in joint.axes if axis.actuated]
+    config = ManipulatorConfig(
+        name=top.text("name"),
+        source=top.text("source"),
+        preset=preset,
+        config_id=hashlib.sha256(identity.encode()).hexdigest()[:16],
+        gravity=top.quantities("gravity", "acceleration", 3),
+        bodies=bodies,
+        joints=joints,
+        sensors=sensors,
+        tip=tip,
+        modes=served.count("modes", at_least=0),
+        home=served.quantities("home", "position", len(actuated)),
+        rate_hz=served.quantity("rate", "frequency", above=0.0),
+        assumed=top.texts("assumed", ()),
+        fitted=top.texts("fitted", ()),
+    )
+    served.done()
+    top.done()
+    return config
+
+
+def _apply_preset(content: dict[str, Any], preset: str, path: str) -> dict[str, Any]:
+    presets = Section(content, path).section("presets", {})
+    names = [name for name, _ in Section(content, path).sections("presets", {})]
+    if not preset:
+        return content
+    if preset not in names:
+        raise presets.error("", preset, f"no such preset; the file has {', '.join(names) or 'none'}")
+    changed = copy.deepcopy(content)
+    for dotted, value in content["presets"][preset].items():
+        *parents, last = dotted.split(".")
+        target: Any = changed
+        try:
+            for part in parents:
+                target = target[int(part)] if isinstance(target, list) else target[part]
+            _ = target[last]
+        except (KeyError, IndexError, ValueError, TypeError):
+            raise presets.error(f"{preset}.{dotted}", value, "a preset changes values that exist") from None
+        target[last] = value
+    return changed
+
+
+def _read_node(section: Section, key: str, bodies: dict[str, RigidBody | Beam]) -> NodeRef:
+    text = section.text(key)
+    body, _, node = text.partition(".")
+    if body == WORLD and not node:
+        return NodeRef(WORLD, "root")
+    known = [f"{name}.{node}" for name, item in bodies.items() for node in item.nodes]
+    if f"{body}.{node}" not in known:
+        raise section.error(key, text, f"no such node; known: {', '.join(known)}")
+    return NodeRef(body, node)
+
+
+def _read_joints(top: Section, bodies: dict[str, RigidBody | Beam]) -> list[Joint]:
+    joints = []
+    for name, section in top.sections("joints"):
+        placement = np.eye(4)
+        placement[:3, :3] = rotation_from_rpy(section.quantities("orientation", "angle", 3, (0.0, 0.0, 0.0)))
+        placement[:3, 3] = section.quantities("position", "length", 3, (0.0, 0.0, 0.0))
+        axes_section = section.section("axes", {})
+        axes = [_read_axis(axes_section.section(axis), axis) for axis in AXES if axes_section.take(axis, None) is not None]
+        axes_section.done()
+        parent, child = _read_node(section, "parent", bodies), _read_node(section, "child", bodies)
+        if WORLD == child.body or parent.body == child.body:
+            raise section.error("child", str(child), "must be a node of another body than the parent's")
+        joints.append(Joint(name, parent, child, placement, tuple(axes)))
+        section.done()
+    return joints
+
+
+def _read_axis(section: Section, name: str) -> Axis:
+    axis = Axis(
+        name=name,
+        actuated=section.flag("actuated"),
+        stiffness=section.quantity("stiffness", "axis stiffness", 0.0, at_least=0.0),
+        damping=section.quantity("damping", "axis damping", 0.0, at_least=0.0),
+        rotor_inertia=section.quantity("rotor_inertia", "axis inertia", 0.0, at_least=0.0),
+        effort=section.quantity("effort", "effort", math.inf, above=0.0),
+        effort_rate=section.quantity("effort_rate", "effort rate", math.inf, above=0.0),
+        velocity=section.quantity("velocity", "velocity", math.inf, above=0.0),
+        lower=section.quantity("lower", "position", -math.inf),
+        upper=section.quantity("upper", "position", math.inf),
+    )
+    if not axis.lower < axis.upper:
+        raise section.error("upper", axis.upper, f"must be above lower, {axis.lower:g}")
+    section.done()
+    return axis
+
+
+def _sort_joints(top: Section, joints: list[Joint], bodies: dict[str, RigidBody | Beam]) -> tuple[Joint, ...]:
+    """Order the joints so that every parent is placed before it is used."""
+    placed, waiting, ordered = {WORLD}, list(joints), []
+    while waiting:
+        ready = next((joint for joint in waiting if joint.parent.body in placed), None)
+        if ready is None:
+            raise top.error(
+                f"joints.{waiting[0].name}.parent", str(waiting[0].parent), "is not connected to the world by any joint"
+            )
+        waiting.remove(ready)
+        if ready.child.body in placed:
+            raise top.error(f"joints.{ready.name}.child", str(ready.child), "is placed already; loops are not supported yet")
+        placed.add(ready.child.body)
+        ordered.append(ready)
+    for name in bodies:
+        if name not in placed:
+            raise top.error(f"bodies.{name}", name, "dangles: no joint has a node of it as child")
+    return tuple(ordered)
+
+
+def _read_sensor(
+    name: str, section: Section, joints: tuple[Joint, ...], bodies: dict[str, RigidBody | Beam]
+) -> Any:
+    kind = section.choice("kind", tuple(SENSOR_KINDS))
+    axes = tuple(f"{joint.name}.{axis.name}" for joint in joints for axis in joint.axes)
+    site = section.choice("axis", axes) if SENSOR_KINDS[kind].on_axis else str(_read_node(section, "node", bodies))
+    sensor = SENSOR_KINDS[kind].read(name, site, section)
+    section.done()
+    return sensor
+
+
+__all__ = ["ConfigError", "load_config"]

@@ -1,0 +1,133 @@
+"""The ``bodies`` part of a manipulator's YAML."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+
+from flexarm_model.description import DEFORMATIONS, Beam, BeamPiece, PointMass, Reduction, RigidBody
+from flexarm_model.strict_yaml import Section
+
+REDUCTIONS = ("craig_bampton", "guyan")
+FRAMES = ("clamped", "chord")
+
+
+def read_bodies(top: Section) -> dict[str, RigidBody | Beam]:
+    """Read every body of the file, by name.
+
+    Raises:
+        ConfigError: A value is wrong; see ``strict_yaml``.
+    """
+    bodies = {}
+    for name, section in top.sections("bodies"):
+        kind = section.choice("type", tuple(_READERS))
+        bodies[name] = _READERS[kind](name, section)
+        section.done()
+    return bodies
+
+
+def _read_rigid(name: str, section: Section) -> RigidBody:
+    mass = section.quantity("mass", "mass", at_least=0.0)
+    ixx, iyy, izz, ixy, ixz, iyz = section.quantities("inertia", "inertia", 6, (0.0,) * 6)
+    inertia = np.array([[ixx, ixy, ixz], [ixy, iyy, iyz], [ixz, iyz, izz]])
+    low, middle, high = np.linalg.eigvalsh(inertia)
+    if low < 0 or low + middle < high * (1 - 1e-9):
+        raise section.error("inertia", inertia.tolist(), "principal moments must be positive, none above the sum of the others")
+    nodes = {"root": np.zeros(3)}
+    outer = section.section("nodes", {})
+    for node in section.take("nodes", {}):
+        nodes[node] = outer.quantities(node, "length", 3)
+    return RigidBody(name, mass, section.quantities("com", "length", 3, (0.0,) * 3), inertia, nodes)
+
+
+def _read_beam(name: str, section: Section) -> Beam:
+    pieces = tuple(_read_piece(item) for item in section.items("pieces"))
+    if not pieces:
+        raise section.error("pieces", [], "expected at least one piece")
+    length = sum(piece.length for piece in pieces)
+    masses = []
+    for item in section.items("point_masses", ()):
+        masses.append(PointMass(item.text("name"), _read_station(item, "at", length), item.quantity("mass", "mass", above=0.0)))
+        item.done()
+    nodes = {"root": 0.0}
+    outer = section.section("nodes", {})
+    for node in section.take("nodes", {}):
+        nodes[node] = _read_station(outer, node, length)
+    damping_ratio = section.quantity("damping_ratio", "ratio", at_least=0.0)
+    deformation = section.choices("deformation", DEFORMATIONS)
+    return Beam(name, pieces, tuple(masses), deformation, damping_ratio, nodes, _read_reduction(section, nodes))
+
+
+def _read_reduction(section: Section, nodes: dict[str, float]) -> Reduction:
+    inner = section.section("reduction")
+    method, frame = inner.choice("method", REDUCTIONS), inner.choice("frame", FRAMES, "clamped")
+    reduction = Reduction(method, inner.count("modes"), frame, inner.choices("retain", tuple(nodes), ()))
+    inner.done()
+    return reduction
+
+
+def _read_station(section: Section, key: str, length: float) -> float:
+    at = section.quantity(key, "length", at_least=0.0)
+    if at > length * (1 + 1e-12):
+        raise section.error(key, at, f"lies beyond the end of the beam, {length:g} m")
+    return at
+
+
+def _read_piece(item: Section) -> BeamPiece:
+    shape = item.section("section")
+    area, I_y, I_z, torsion = _SECTIONS[shape.choice("shape", tuple(_SECTIONS))](shape)
+    shape.done()
+    E = item.quantity("youngs_modulus", "pressure", above=0.0)
+    piece = BeamPiece(
+        length=item.quantity("length", "length", above=0.0),
+        area=area,
+        I_y=I_y,
+        I_z=I_z,
+        torsion_constant=torsion,
+        E=E,
+        G=item.quantity("shear_modulus", "pressure", E / 2.6, above=0.0),  # Poisson's ratio 0.3
+        density=item.quantity("density", "density", at_least=0.0),
+        elements=item.count("elements"),
+    )
+    item.done()
+    return piece
+
+
+def _rectangle(shape: Section) -> tuple[float, float, float, float]:
+    """Area, I_y, I_z and torsion constant of a rectangle [Roark, table 10.7]."""
+    y = shape.quantity("along_y", "length", above=0.0)
+    z = shape.quantity("along_z", "length", above=0.0)
+    a, b = max(y, z) / 2, min(y, z) / 2
+    torsion = a * b**3 * (16 / 3 - 3.36 * b / a * (1 - b**4 / (12 * a**4)))
+    return y * z, y * z**3 / 12, z * y**3 / 12, torsion
+
+
+def _tube(shape: Section) -> tuple[float, float, float, float]:
+    """Area, I_y, I_z and torsion constant of a round tube or rod."""
+    outer = shape.quantity("outer_diameter", "length", above=0.0)
+    inner = shape.quantity("inner_diameter", "length", 0.0, at_least=0.0)
+    if not inner < outer:
+        raise shape.error("inner_diameter", inner, f"must be below the outer diameter, {outer:g} m")
+    second = math.pi * (outer**4 - inner**4) / 64
+    return math.pi * (outer**2 - inner**2) / 4, second, second, 2 * second
+
+
+def _given(shape: Section) -> tuple[float, float, float, float]:
+    """Section properties as numbers."""
+    moment = "second moment of area"
+    return (
+        shape.quantity("area", "area", above=0.0),
+        shape.quantity("I_y", moment, above=0.0),
+        shape.quantity("I_z", moment, above=0.0),
+        shape.quantity("torsion_constant", moment, above=0.0),
+    )
+
+
+_READERS: dict[str, Callable[[str, Section], RigidBody | Beam]] = {"rigid": _read_rigid, "beam": _read_beam}
+_SECTIONS: dict[str, Callable[[Section], tuple[float, float, float, float]]] = {
+    "rectangle": _rectangle,
+    "tube": _tube,
+    "given": _given,
+}

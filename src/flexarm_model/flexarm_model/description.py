@@ -1,0 +1,253 @@
+"""The manipulator as a graph: bodies joined by sets of axes, and the sensors on them.
+
+A body is rigid or a beam of welded prismatic pieces. A joint is a set of axes out of
+``tx ty tz rx ry rz`` (in this order), each free, actuated and/or sprung; a joint without axes
+is a weld. Nothing here says "serial", "parallel" or "planar". All values are SI.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+AXES = ("tx", "ty", "tz", "rx", "ry", "rz")
+DEFORMATIONS = ("bend_y", "bend_z", "torsion", "stretch")
+WORLD = "world"
+
+
+@dataclass(frozen=True)
+class NodeRef:
+    """A node of a body, written ``body.node`` in the YAML."""
+
+    body: str
+    node: str
+
+    def __str__(self) -> str:
+        """Return the YAML form."""
+        return f"{self.body}.{self.node}"
+
+
+@dataclass(frozen=True)
+class Axis:
+    """One axis of a joint.
+
+    Attributes:
+        name: One of ``AXES``.
+        actuated: A motor drives it.
+        stiffness: Spring about zero [N m/rad or N/m]; 0 means none.
+        damping: Viscous damping [N m s/rad or N s/m].
+        rotor_inertia: Motor and gear seen at the joint [kg m^2 or kg].
+        effort: Largest torque or force [N m or N].
+        effort_rate: Its largest rate [N m/s or N/s].
+        velocity: Largest velocity [rad/s or m/s].
+        lower: Lowest position [rad or m].
+        upper: Highest position [rad or m].
+    """
+
+    name: str
+    actuated: bool = False
+    stiffness: float = 0.0
+    damping: float = 0.0
+    rotor_inertia: float = 0.0
+    effort: float = math.inf
+    effort_rate: float = math.inf
+    velocity: float = math.inf
+    lower: float = -math.inf
+    upper: float = math.inf
+
+
+@dataclass(frozen=True)
+class Joint:
+    """Axes between a node of the parent and a node of the child.
+
+    Attributes:
+        name: Name of the joint.
+        parent: Node on the parent; body "world" is the base.
+        child: Node on the child.
+        placement: Pose of the joint in the parent node's frame, (4, 4).
+        axes: In the order of ``AXES``; empty for a weld.
+    """
+
+    name: str
+    parent: NodeRef
+    child: NodeRef
+    placement: Array
+    axes: tuple[Axis, ...]
+
+
+@dataclass(frozen=True)
+class RigidBody:
+    """A rigid body.
+
+    Attributes:
+        name: Name of the body.
+        mass: Mass [kg].
+        com: Centre of mass in the body frame [m], (3,).
+        inertia: About the centre of mass, in body axes [kg m^2], (3, 3).
+        nodes: Position of every node in the body frame [m], (3,) each; "root" is the origin.
+    """
+
+    name: str
+    mass: float
+    com: Array
+    inertia: Array
+    nodes: dict[str, Array]
+
+
+@dataclass(frozen=True)
+class BeamPiece:
+    """A prismatic length of beam along x, made of one material.
+
+    Attributes:
+        length: Length [m].
+        area: Cross-section [m^2].
+        I_y: Second moment about y (bending along z) [m^4].
+        I_z: Second moment about z (bending along y) [m^4].
+        torsion_constant: Saint-Venant's J [m^4].
+        E: Young's modulus [Pa].
+        G: Shear modulus [Pa].
+        density: Density [kg/m^3].
+        elements: Number of finite elements.
+    """
+
+    length: float
+    area: float
+    I_y: float
+    I_z: float
+    torsion_constant: float
+    E: float
+    G: float
+    density: float
+    elements: int
+
+
+@dataclass(frozen=True)
+class PointMass:
+    """A small mass on the beam's axis: ``mass`` [kg] at ``at`` [m] from the root."""
+
+    name: str
+    at: float
+    mass: float
+
+
+@dataclass(frozen=True)
+class Reduction:
+    """How a flexible body becomes a superelement.
+
+    Attributes:
+        method: "craig_bampton" (interfaces and fixed-interface modes) or "guyan" (interfaces only).
+        modes: Number of modes kept in the end.
+        frame: "clamped" (tangent at the root) or "chord" (through root and far end).
+        retain: Further nodes kept as interfaces, beside those that joints use.
+    """
+
+    method: str
+    modes: int
+    frame: str
+    retain: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Beam:
+    """A flexible body: welded pieces along x, straight when unloaded.
+
+    Attributes:
+        name: Name of the body.
+        pieces: From the root outwards.
+        point_masses: On the axis.
+        deformation: Subset of ``DEFORMATIONS``; the others are rigid.
+        damping_ratio: Of every mode of the body [1].
+        nodes: Distance of every node from the root [m].
+        reduction: How it is reduced.
+    """
+
+    name: str
+    pieces: tuple[BeamPiece, ...]
+    point_masses: tuple[PointMass, ...]
+    deformation: tuple[str, ...]
+    damping_ratio: float
+    nodes: dict[str, float]
+    reduction: Reduction
+
+    @property
+    def length(self) -> float:
+        """Total length [m]."""
+        return sum(piece.length for piece in self.pieces)
+
+
+@dataclass(frozen=True)
+class SensorSpec:
+    """A mounted sensor: what it is, where it sits, what it delivers.
+
+    Attributes:
+        name: Name of the sensor.
+        kind: A key of ``sensors.SENSOR_KINDS``.
+        site: Axis "joint.axis" of an encoder, node "body.node" of the others.
+        channels: Names of its outputs, (m,).
+        sigma: One-sigma noise of every channel, SI, (m,).
+        rate_hz: Samples per second [Hz]; 0 means one per control period.
+        latency: Age of a sample when it arrives [s].
+        low: Smallest value that is physically possible, SI.
+        high: Largest.
+        offset: Of a gauge from the beam's axis along y and z [m], (2,).
+        limit: Largest strain allowed at a gauge [1].
+    """
+
+    name: str
+    kind: str
+    site: str
+    channels: tuple[str, ...]
+    sigma: Array
+    rate_hz: float = 0.0
+    latency: float = 0.0
+    low: float = -math.inf
+    high: float = math.inf
+    offset: tuple[float, float] = (0.0, 0.0)
+    limit: float = math.inf
+
+
+@dataclass(frozen=True)
+class ManipulatorConfig:
+    """The whole description, as ``load_config`` returns it.
+
+    Attributes:
+        name: Name of the manipulator.
+        source: Where its numbers come from.
+        preset: Preset applied; "" for none.
+        config_id: Content hash of the description with the preset applied.
+        gravity: In the world frame [m/s^2], (3,).
+        bodies: By name.
+        joints: Sorted so that a parent is placed before its child.
+        sensors: In the order of the file.
+        tip: The tool point.
+        modes: Number of elastic modes served.
+        home: Actuated axes at the home pose [rad or m], (n_theta,).
+        rate_hz: Control rate [Hz].
+        assumed: What no source gives.
+        fitted: What was fitted, and on what.
+    """
+
+    name: str
+    source: str
+    preset: str
+    config_id: str
+    gravity: Array
+    bodies: dict[str, RigidBody | Beam]
+    joints: tuple[Joint, ...]
+    sensors: tuple[SensorSpec, ...]
+    tip: NodeRef
+    modes: int
+    home: Array
+    rate_hz: float
+    assumed: tuple[str, ...] = field(default=())
+    fitted: tuple[str, ...] = field(default=())
+
+    @property
+    def actuated(self) -> dict[str, Axis]:
+        """Actuated axes by their name "joint.axis"."""
+        return {f"{j.name}.{a.name}": a for j in self.joints for a in j.axes if a.actuated}

@@ -1,0 +1,227 @@
+"""What every node shares: its life, its parameters, its quality of service, its readiness.
+
+A node file reads ``def main() -> int: return run_node(EstimatorNode)``. The executor is the
+events executor where rclpy has it (65-80 us per callback however many entities there are). Its
+``spin`` never returns on a signal and rclpy's own handlers may hang at shutdown, hence the loop of
+``spin_once`` and the handlers here.
+"""
+
+from __future__ import annotations
+
+import gc
+import math
+import signal
+import sys
+from collections.abc import Callable, Mapping
+from dataclasses import fields
+from typing import Any, TypeVar, get_args, get_origin, get_type_hints
+
+import rclpy
+from flexarm_model.parameters import ParameterError, validate
+from flexarm_model.strict_yaml import ConfigError
+from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor
+from rclpy.clock import Clock, ClockType
+from rclpy.impl.implementation_singleton import rclpy_implementation
+from rclpy.node import Node
+from rclpy.parameter import Parameter
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from rclpy.signals import SignalHandlerOptions
+from std_msgs.msg import Bool
+
+SENSOR_QOS = QoSProfile(depth=50, reliability=ReliabilityPolicy.BEST_EFFORT)
+RELIABLE_QOS = QoSProfile(depth=10)
+LATEST_QOS = QoSProfile(depth=1)
+LATCHED_QOS = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+LOCKSTEP_QOS = QoSProfile(depth=50)  # for subscribers of sensors that must not lose a message
+
+EXIT_CONFIGURATION = 2
+SPIN_TIMEOUT = 0.1  # s; longest delay of a stop by signal
+READY_PERIOD = 0.05  # s
+
+_CONFIGURATION_ERRORS = (
+    ParameterError,
+    ConfigError,
+    rclpy_implementation.RCLError,  # parameter file or security settings that rcl refuses
+    rclpy_implementation.UnknownROSArgsError,
+)
+_TYPES = {
+    bool: Parameter.Type.BOOL,
+    int: Parameter.Type.INTEGER,
+    float: Parameter.Type.DOUBLE,
+    str: Parameter.Type.STRING,
+    (bool,): Parameter.Type.BOOL_ARRAY,
+    (int,): Parameter.Type.INTEGER_ARRAY,
+    (float,): Parameter.Type.DOUBLE_ARRAY,
+    (str,): Parameter.Type.STRING_ARRAY,
+}
+_CREATED_BY_RCLPY = ("use_sim_time", "start_type_description_service", "qos_overrides.")
+_INT64_MAX = 2**63 - 1
+
+Config = TypeVar("Config")
+
+
+def run_node(factory: Callable[[], Node]) -> int:
+    """Run a node until SIGINT or SIGTERM and take it down in order.
+
+    A node may have a method ``stop``, called before anything is destroyed (safe state, open files).
+
+    Args:
+        factory: Makes the node; may raise ParameterError or ConfigError.
+
+    Returns:
+        Exit code: 0, or 2 with one line on stderr when the configuration is wrong.
+    """
+    stopping: list[int] = []
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, lambda received, _frame: stopping.append(received))
+    try:
+        rclpy.init(args=sys.argv, signal_handler_options=SignalHandlerOptions.NO)
+        node = factory()
+    except _CONFIGURATION_ERRORS as error:
+        reason = " ".join(str(error).split())
+        print(f"{factory.__name__}: {reason}", file=sys.stderr)
+        rclpy.try_shutdown()
+        return EXIT_CONFIGURATION
+    _spin(node, stopping)
+    return 0
+
+
+def declare_config(node: Node, config_class: type[Config], complete: bool = True) -> Config:
+    """Declare one read-only ROS parameter per field and return the settings as given.
+
+    Args:
+        node: Node whose overrides (parameter file, command line) are used.
+        config_class: Frozen dataclass whose fields were made with ``parameters.parameter``.
+        complete: Refuse overrides that nobody declared; False when more settings follow.
+
+    Raises:
+        ParameterError: A value is of the wrong type or outside its range, or a key is unknown.
+    """
+    hints = get_type_hints(config_class)
+    values = {}
+    for item in fields(config_class):  # type: ignore[arg-type]
+        given = node._parameter_overrides.get(item.name)
+        default = item.default if given is None or given.value is None else given.value
+        values[item.name] = _coerce(item.name, default, hints[item.name])
+    config = config_class(**values)
+    validate(config)
+    for item in fields(config_class):  # type: ignore[arg-type]
+        _declare(node, item.name, values[item.name], hints[item.name], item.metadata)
+    if complete:
+        refuse_unknown_parameters(node)
+    return config
+
+
+def refuse_unknown_parameters(node: Node) -> None:
+    """Check that every parameter given to the node has been declared.
+
+    Raises:
+        ParameterError: One has not; the message lists those that exist.
+    """
+    known = sorted(name for name in node._parameters if not name.startswith(_CREATED_BY_RCLPY))
+    for name in sorted(node._parameter_overrides):
+        if name not in node._parameters and not name.startswith(_CREATED_BY_RCLPY):
+            raise ParameterError(f"{name}: unknown parameter of {node.get_name()}; allowed: {', '.join(known)}")
+
+
+class ReadyFlag:
+    """Latched ``~/ready`` (std_msgs/Bool): false at first, true once all conditions hold."""
+
+    def __init__(self, node: Node, conditions: Mapping[str, Callable[[], bool]]) -> None:
+        """Start checking at 20 Hz of wall time.
+
+        Args:
+            node: The node that becomes ready.
+            conditions: Each by the name that is logged while it keeps the node waiting.
+        """
+        self._node = node
+        self._conditions = dict(conditions)
+        self._publisher = node.create_publisher(Bool, "~/ready", LATCHED_QOS)
+        self._publisher.publish(Bool(data=False))
+        wall = Clock(clock_type=ClockType.STEADY_TIME)
+        self._timer = node.create_timer(READY_PERIOD, self._check, clock=wall)
+        self.is_ready = False
+
+    def waiting_for(self) -> list[str]:
+        """Return the names of the conditions that do not hold now."""
+        return [name for name, holds in self._conditions.items() if not holds()]
+
+    def _check(self) -> None:
+        waiting = self.waiting_for()
+        if waiting:
+            self._node.get_logger().info(f"waiting for {', '.join(waiting)}", throttle_duration_sec=5.0)
+            return
+        self.is_ready = True
+        self._timer.cancel()
+        self._publisher.publish(Bool(data=True))
+        self._node.get_logger().info("ready")
+
+
+def _spin(node: Node, stopping: list[int]) -> None:
+    executor = _executor()
+    try:
+        executor.add_node(node)
+        gc.collect()
+        gc.freeze()  # a later full collection would stop the node for 30-50 ms
+        while not stopping and rclpy.ok():
+            executor.spin_once(timeout_sec=SPIN_TIMEOUT)
+    finally:
+        stop = getattr(node, "stop", None)
+        if stop is not None:
+            stop()
+        executor.shutdown()
+        node.destroy_node()
+        rclpy.try_shutdown()
+
+
+def _executor() -> Any:
+    try:
+        from rclpy.experimental.events_executor import EventsExecutor
+    except ImportError:  # rclpy before 7.1.4
+        from rclpy.executors import SingleThreadedExecutor
+
+        return SingleThreadedExecutor()
+    return EventsExecutor()
+
+
+def _coerce(name: str, value: Any, hint: Any) -> Any:
+    """Return ``value`` in the type of the field; integers are accepted for doubles."""
+    is_array = get_origin(hint) is tuple
+    wanted = get_args(hint)[0] if is_array else hint
+    elements = list(value) if not isinstance(value, str) and hasattr(value, "__iter__") else [value]
+    has_shape = is_array == (hasattr(value, "__iter__") and not isinstance(value, str))
+    if not has_shape or not all(_fits(element, wanted) for element in elements):
+        kind = f"a list of {wanted.__name__}" if is_array else wanted.__name__
+        raise ParameterError(f"{name}: {value!r} is not {kind}")
+    return tuple(map(wanted, elements)) if is_array else wanted(value)
+
+
+def _fits(value: Any, wanted: type) -> bool:
+    if wanted is float:
+        return isinstance(value, int | float) and not isinstance(value, bool)
+    return type(value) is wanted
+
+
+def _declare(node: Node, name: str, value: Any, hint: Any, about: Mapping[str, Any]) -> None:
+    kind = (get_args(hint)[0],) if get_origin(hint) is tuple else hint
+    is_empty = isinstance(value, tuple) and not value  # rclpy cannot tell the type of an empty list
+    descriptor = _descriptor(name, kind, about)
+    descriptor.dynamic_typing = is_empty
+    default = list(value) if isinstance(value, tuple) else value
+    node._parameter_overrides[name] = Parameter(name, None if is_empty else _TYPES[kind], default)
+    node.declare_parameter(name, default if is_empty else _TYPES[kind], descriptor)
+
+
+def _descriptor(name: str, kind: Any, about: Mapping[str, Any]) -> ParameterDescriptor:
+    low, high = about["minimum"], about["maximum"]
+    allowed = f"; one of {', '.join(about['choices'])}" if about["choices"] else ""
+    text = f"{about['text']} [{about['unit']}]{allowed}"
+    descriptor = ParameterDescriptor(name=name, description=text, type=_TYPES[kind].value, read_only=True)
+    if math.isinf(low) and math.isinf(high):
+        return descriptor
+    if kind is float:
+        descriptor.floating_point_range = [FloatingPointRange(from_value=float(low), to_value=float(high))]
+    if kind is int:
+        low, high = (int(max(-_INT64_MAX, min(bound, _INT64_MAX))) for bound in (low, high))
+        descriptor.integer_range = [IntegerRange(from_value=low, to_value=high)]
+    return descriptor

@@ -1,0 +1,77 @@
+"""Reduction bases: Guyan and Craig-Bampton, for any symmetric M and K.
+
+With boundary displacements ``b`` and interior ones ``i``::
+
+    Guyan          u = [1; -K_ii^-1 K_ib] u_b                                      [Guyan1965]
+    Craig-Bampton  u = [1 0; -K_ii^-1 K_ib  Phi_i] [u_b; p]   K_ii Phi = M_ii Phi W^2  [Craig1968]
+
+``mode_basis`` then diagonalises the reduced matrices, so that the coordinates are the body's own
+modes, mass-normalised, slowest first.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import eigh
+
+Array = NDArray[np.float64]
+Indices = NDArray[np.intp]
+
+
+def guyan(M: Array, K: Array, boundary: Indices) -> Array:
+    """Return the static condensation on the boundary, (n, n_b).
+
+    Raises:
+        ValueError: There is no boundary to condense on.
+    """
+    if boundary.size == 0:
+        raise ValueError("Guyan reduction needs at least one retained displacement")
+    return _constraint_modes(K, boundary)
+
+
+def craig_bampton(M: Array, K: Array, boundary: Indices, n_modes: int) -> Array:
+    """Return constraint modes and ``n_modes`` fixed-interface modes, (n, n_b + n_modes).
+
+    Raises:
+        ValueError: More modes asked for than interior displacements exist.
+    """
+    interior = np.setdiff1d(np.arange(K.shape[0]), boundary)
+    if n_modes > interior.size:
+        raise ValueError(f"{n_modes} fixed-interface modes asked for, {interior.size} exist")
+    inner = np.ix_(interior, interior)
+    modes = np.zeros((K.shape[0], n_modes))
+    if n_modes:
+        _, modes[interior] = eigh(K[inner], M[inner], subset_by_index=[0, n_modes - 1])
+    return np.hstack([_constraint_modes(K, boundary), modes])
+
+
+def mode_basis(M: Array, K: Array, basis: Array, n_modes: int) -> tuple[Array, Array]:
+    """Return the ``n_modes`` slowest modes within a basis, and their frequencies.
+
+    The sign of a mode is fixed by its largest component, so that results do not depend on the
+    eigen-solver's taste.
+
+    Args:
+        M: Mass, (n, n).
+        K: Stiffness, (n, n).
+        basis: Columns that span the reduced space, (n, r).
+        n_modes: How many to keep, at most r.
+
+    Returns:
+        Mass-normalised modes (n, n_modes) and angular frequencies [rad/s] (n_modes,).
+    """
+    K_r, M_r = basis.T @ K @ basis, basis.T @ M @ basis
+    value, vector = eigh((K_r + K_r.T) / 2, (M_r + M_r.T) / 2)
+    modes = basis @ vector[:, :n_modes]
+    peak = modes[np.argmax(abs(modes), axis=0), np.arange(modes.shape[1])]
+    return modes * np.sign(peak), np.sqrt(np.maximum(value[:n_modes], 0.0))
+
+
+def _constraint_modes(K: Array, boundary: Indices) -> Array:
+    interior = np.setdiff1d(np.arange(K.shape[0]), boundary)
+    modes = np.zeros((K.shape[0], boundary.size))
+    modes[boundary, np.arange(boundary.size)] = 1.0
+    if boundary.size:
+        modes[interior] = -np.linalg.solve(K[np.ix_(interior, interior)], K[np.ix_(interior, boundary)])
+    return modes

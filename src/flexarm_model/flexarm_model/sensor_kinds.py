@@ -1,0 +1,79 @@
+"""The kinds of sensor: how each is written in the YAML.
+
+What a sensor measures of the moving arm is in ``sensors``; a new kind is one entry here and one there.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from flexarm_model.description import SensorSpec
+from flexarm_model.strict_yaml import Section
+
+POSE_CHANNELS = ("tx", "ty", "tz", "rx", "ry", "rz")
+_FAR = 100.0  # no arm reaches this far [m]
+
+
+@dataclass(frozen=True)
+class SensorKind:
+    """How a kind of sensor is read.
+
+    Attributes:
+        on_axis: It sits on an axis of a joint, not on a node of a body.
+        units: SI unit of each of its possible channels.
+        read: Reads the rest of its YAML.
+    """
+
+    on_axis: bool
+    units: dict[str, str]
+    read: Callable[[str, str, Section], SensorSpec]
+
+
+def _encoder(name: str, site: str, section: Section) -> SensorSpec:
+    sigma = section.quantity("sigma", "position", above=0.0)
+    low, high = section.quantity("low", "position", -_FAR), section.quantity("high", "position", _FAR)
+    return SensorSpec(name, "encoder", site, ("position",), np.array([sigma]), *_timing(section), low, high)
+
+
+def _strain_gauge(name: str, site: str, section: Section) -> SensorSpec:
+    sigma = section.quantity("sigma", "strain", above=0.0)
+    reach = section.quantity("range", "strain", 0.02, above=0.0)  # foil gauges end at about 2 %
+    limit = section.quantity("limit", "strain", math.inf, above=0.0)
+    y, z = section.quantities("offset", "length", 2)
+    return SensorSpec(
+        name, "strain_gauge", site, ("strain",), np.array([sigma]), *_timing(section), -reach, reach, (y, z), limit
+    )
+
+
+def _accelerometer(name: str, site: str, section: Section) -> SensorSpec:
+    sigma = section.quantity("sigma", "acceleration", above=0.0)
+    reach = section.quantity("range", "acceleration", above=0.0)
+    axes = section.choices("axes", ("x", "y", "z"))
+    return SensorSpec(name, "accelerometer", site, axes, np.full(len(axes), sigma), *_timing(section), -reach, reach)
+
+
+def _camera(name: str, site: str, section: Section) -> SensorSpec:
+    position = section.quantity("sigma", "length", above=0.0)
+    angle = section.quantity("sigma_angle", "angle", above=0.0)
+    sigma = np.array([position] * 3 + [angle] * 3)
+    return SensorSpec(name, "camera", site, POSE_CHANNELS, sigma, *_timing(section), -_FAR, _FAR)
+
+
+def _timing(section: Section) -> tuple[float, float]:
+    """Read rate [Hz] and latency [s]."""
+    rate_hz = section.quantity("rate", "frequency", 0.0, above=0.0)
+    return rate_hz, section.quantity("latency", "time", 0.0, at_least=0.0)
+
+
+_POSE_UNITS = dict(zip(POSE_CHANNELS, ("m", "m", "m", "rad", "rad", "rad"), strict=True))
+
+SENSOR_KINDS: dict[str, SensorKind] = {
+    "encoder": SensorKind(True, {"position": "rad"}, _encoder),
+    "strain_gauge": SensorKind(False, {"strain": "1"}, _strain_gauge),
+    "accelerometer": SensorKind(False, dict.fromkeys("xyz", "m/s^2"), _accelerometer),
+    "camera": SensorKind(False, _POSE_UNITS, _camera),
+}
