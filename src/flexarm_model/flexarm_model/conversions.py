@@ -1,7 +1,9 @@
 """Stamps and the reduced model, between the core's types and ROS messages.
 
-Matrices travel row major. ``model_from_msg`` does not trust what it reads: lengths, finiteness
-and the content hash are checked, so a model that passes is the model that was sent.
+Matrices travel row major, frequencies in Hz for the reader. ``omega`` is read back from the modal
+stiffness ``omega^2``, because a square root undoes a square bit for bit and a factor 2 pi does
+not. ``model_from_msg`` does not trust what it reads: lengths, finiteness and the content hash are
+checked, so a model that passes is the model that was sent.
 """
 
 from __future__ import annotations
@@ -41,7 +43,13 @@ def floats(values: Array | Sequence[float]) -> array[float]:
 
 
 def model_to_msg(model: ReducedModel, stamp_ns: int = 0, frame_id: str = "base") -> ReducedModelMsg:
-    """Return the message of a model, computed at ``stamp_ns``, poses in ``frame_id``."""
+    """Return the message of a model, computed at ``stamp_ns``, poses in ``frame_id``.
+
+    Raises:
+        ValueError: The modal stiffness is not ``omega^2``; the receiver could not restore it.
+    """
+    if not np.array_equal(_omega(model.K, model.n_theta), model.omega):
+        raise ValueError(f"{model.manipulator}: K of the modes is not omega^2, so the model cannot be sent")
     msg = ReducedModelMsg()
     msg.header.stamp = ns_to_stamp(stamp_ns)
     msg.header.frame_id = frame_id
@@ -49,8 +57,53 @@ def model_to_msg(model: ReducedModel, stamp_ns: int = 0, frame_id: str = "base")
     msg.theta_names, msg.eta_names = list(model.theta_names), list(model.eta_names)
     msg.pose, msg.bias, msg.q0, msg.phi = map(floats, (model.pose, model.f0, model.q0, model.Phi))
     msg.mass, msg.damping, msg.stiffness, msg.input = map(floats, (model.M, model.D, model.K, model.B))
-    msg.omega, msg.zeta = floats(model.omega), floats(model.zeta)
+    msg.f_hz, msg.zeta = floats(model.omega / (2 * np.pi)), floats(model.zeta)
     out = model.outputs
     msg.output_names, msg.output_units, msg.y0 = list(out.names), list(out.units), floats(out.y0)
     msg.c_pos, msg.c_vel, msg.c_acc = map(floats, (out.C_pos, out.C_vel, out.C_acc))
     return msg
+
+
+def model_from_msg(msg: ReducedModelMsg) -> ReducedModel:
+    """Return the model of a message, bit for bit.
+
+    Raises:
+        ModelMessageError: A length is wrong, a number is not finite, or the content does not
+            have the hash that ``model_id`` says.
+    """
+    n_theta, n_eta, n_y, n_q = len(msg.theta_names), len(msg.eta_names), len(msg.output_names), len(msg.q0)
+    n = n_theta + n_eta
+    if len(msg.output_units) != n_y:
+        raise ModelMessageError(f"output_units: {len(msg.output_units)} entries, {n_y} expected")
+    K = _array(msg, "stiffness", n, n)
+    outputs = Outputs(
+        tuple(msg.output_names), tuple(msg.output_units), _array(msg, "y0", n_y),
+        _array(msg, "c_pos", n_y, n), _array(msg, "c_vel", n_y, n), _array(msg, "c_acc", n_y, n),
+    )  # fmt: skip
+    model = ReducedModel(
+        msg.manipulator, msg.config_id, tuple(msg.theta_names), _array(msg, "pose", n_theta),
+        _array(msg, "mass", n, n), _array(msg, "damping", n, n), K,
+        _array(msg, "input", n, n_theta), _array(msg, "bias", n),
+        _omega(K, n_theta), _array(msg, "zeta", n_eta), outputs,
+        _array(msg, "q0", n_q), _array(msg, "phi", n_q, n),
+    )  # fmt: skip
+    _array(msg, "f_hz", n_eta)
+    if model.model_id != msg.model_id:
+        raise ModelMessageError(f"model_id: message says '{msg.model_id}', its content is '{model.model_id}'")
+    return model
+
+
+def _array(msg: ReducedModelMsg, name: str, *shape: int) -> Array:
+    values = np.array(getattr(msg, name), dtype=np.float64)
+    expected = int(np.prod(shape))
+    if values.size != expected:
+        raise ModelMessageError(f"{name}: {values.size} numbers, {expected} expected")
+    if not np.isfinite(values).all():
+        raise ModelMessageError(f"{name}: a number is not finite")
+    return values.reshape(shape)
+
+
+def _omega(K: Array, n_theta: int) -> Array:
+    """Frequencies of the modes [rad/s] from their stiffness, (n_eta,); NaN where it is negative."""
+    modal = np.diag(K)[n_theta:]
+    return np.sqrt(np.where(modal < 0.0, np.nan, modal))

@@ -1,0 +1,107 @@
+"""The life of a node: parameters checked at start, readiness, a clean end on a signal."""
+
+import os
+import signal
+import subprocess
+import sys
+import textwrap
+import time
+
+import pytest
+
+pytestmark = pytest.mark.ros
+pytest.importorskip("rclpy")
+
+PROGRAM = textwrap.dedent('''
+    import sys
+    from dataclasses import dataclass
+    from flexarm_model.node import ReadyFlag, declare_config, run_node
+    from flexarm_model.parameters import parameter
+    from rclpy.node import Node
+
+    @dataclass(frozen=True)
+    class Config:
+        rate: float = parameter(200.0, "Control rate", "Hz", 1.0, 1000.0)
+        modes: int = parameter(3, "Modes in the model", minimum=0, maximum=10)
+        weights: tuple[float, ...] = parameter((1.0, 2.0), "Weights", minimum=0.0)
+        sensors_off: tuple[str, ...] = parameter((), "Sensors not to be used")
+        source: str = parameter("rig", "Where from", choices=("rig", "bag"))
+        lockstep: bool = parameter(False, "Wait for ticks")
+
+    class Probe(Node):
+        def __init__(self):
+            super().__init__("probe")
+            print(declare_config(self, Config), flush=True)
+            print(self.describe_parameter("rate").description, flush=True)
+            self.ready = ReadyFlag(self, {"nothing": lambda: True})
+            self.create_timer(0.02, self.on_timer)
+
+        def on_timer(self):
+            if self.ready.is_ready:
+                print("ready", flush=True)
+
+        def stop(self):
+            print("stopped", flush=True)
+
+    sys.exit(run_node(Probe))
+''')
+
+
+def start(*overrides: str) -> subprocess.Popen[str]:
+    arguments = [item for override in overrides for item in ("-p", override)]
+    command = [sys.executable, "-c", PROGRAM, "--ros-args", *arguments]
+    environment = {key: value for key, value in os.environ.items() if key != "_ROS_WHEELS_BOOTSTRAP_COMPLETE"}
+    return subprocess.Popen(
+        command, env=environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True
+    )
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_node_becomes_ready_and_ends_in_order_on_a_signal(number: int) -> None:
+    process = start("rate:=3", "weights:=[3, 4]", "source:=bag", "lockstep:=true")
+    assert process.stdout is not None
+    lines = []
+    deadline = time.monotonic() + 20.0
+    while "ready\n" not in lines and time.monotonic() < deadline:
+        lines.append(process.stdout.readline())
+    process.send_signal(number)
+    out, err = process.communicate(timeout=20.0)
+    assert process.returncode == 0, err
+    assert out.splitlines()[-1] == "stopped"
+    expected = "Config(rate=3.0, modes=3, weights=(3.0, 4.0), sensors_off=(), source='bag', lockstep=True)"
+    assert lines[:2] == [expected + "\n", "Control rate [Hz]\n"]
+
+
+@pytest.mark.parametrize(
+    ("override", "reason"),
+    [
+        ("rate:=.nan", "rate: nan is not a finite number"),
+        ("rate:=-1.0", "rate: -1.0 is not"),
+        ("rate:=fast", "rate: 'fast' is not float"),
+        ("rate:=true", "rate: True is not float"),
+        ("modes:=3.5", "modes: 3.5 is not int"),
+        ("modes:=11", "modes: 11 is not"),
+        ("weights:=1.0", "weights: 1.0 is not a list of float"),
+        ("weights:=[1.0, -2.0]", "weights: -2.0 is not"),
+        ("sensors_off:=camera", "sensors_off: 'camera' is not a list of str"),
+        ("source:=file", "source: 'file' is not one of rig, bag"),
+        ("raet:=5.0", "raet: unknown parameter of probe; allowed: lockstep, modes, rate"),
+    ],
+)
+def test_a_wrong_parameter_ends_the_node_with_one_line_that_names_it(override: str, reason: str) -> None:
+    process = start(override)
+    _, err = process.communicate(timeout=20.0)
+    assert process.returncode == 2
+    assert len(err.splitlines()) == 1
+    assert reason in err
+
+
+def test_a_malformed_parameter_file_ends_the_node(tmp_path: pytest.TempPathFactory) -> None:
+    path = f"{tmp_path}/bad.yaml"
+    with open(path, "w") as file:
+        file.write("probe: [not, parameters\n")
+    command = [sys.executable, "-c", PROGRAM, "--ros-args", "--params-file", path]
+    environment = {key: value for key, value in os.environ.items() if key != "_ROS_WHEELS_BOOTSTRAP_COMPLETE"}
+    result = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=20.0, check=False)
+    assert result.returncode == 2
+    assert "bad.yaml" in result.stderr.splitlines()[-1]
