@@ -54,7 +54,8 @@ class Lockstep:
 
     def announce(self, sequence: int, stamp_ns: int, topics: Sequence[str], counts: Sequence[int]) -> None:
         """Take a tick. After a gap in ``sequence`` what belongs to older ticks is dropped."""
-        wanted = {topic: int(n) for topic, n in zip(topics, counts, strict=True) if topic in self._queues and n}
+        announced = dict(zip(topics, counts, strict=True))
+        wanted = {topic: int(n) for topic, n in announced.items() if topic in self._queues and n > 0}
         if sequence != self._sequence + 1:
             self._ticks.clear()
             self._drop_older(wanted)

@@ -17,8 +17,6 @@ from dataclasses import fields
 from typing import Any, TypeVar, get_args, get_origin, get_type_hints
 
 import rclpy
-from flexarm_model.parameters import ParameterError, validate
-from flexarm_model.strict_yaml import ConfigError
 from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor
 from rclpy.clock import Clock, ClockType
 from rclpy.impl.implementation_singleton import rclpy_implementation
@@ -27,6 +25,9 @@ from rclpy.parameter import Parameter
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.signals import SignalHandlerOptions
 from std_msgs.msg import Bool
+
+from flexarm_model.parameters import ParameterError, validate
+from flexarm_model.strict_yaml import ConfigError
 
 SENSOR_QOS = QoSProfile(depth=50, reliability=ReliabilityPolicy.BEST_EFFORT)
 RELIABLE_QOS = QoSProfile(depth=10)
@@ -121,7 +122,8 @@ def refuse_unknown_parameters(node: Node) -> None:
     known = sorted(name for name in node._parameters if not name.startswith(_CREATED_BY_RCLPY))
     for name in sorted(node._parameter_overrides):
         if name not in node._parameters and not name.startswith(_CREATED_BY_RCLPY):
-            raise ParameterError(f"{name}: unknown parameter of {node.get_name()}; allowed: {', '.join(known)}")
+            allowed = ", ".join(known)
+            raise ParameterError(f"{name}: unknown parameter of {node.get_name()}; allowed: {allowed}")
 
 
 class ReadyFlag:

@@ -4,6 +4,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+
 from flexarm_model.reduced_model import Outputs, ReducedModel
 
 pytestmark = pytest.mark.ros

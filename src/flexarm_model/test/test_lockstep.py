@@ -4,6 +4,7 @@ import itertools
 from typing import Any
 
 import pytest
+
 from flexarm_model.lockstep import Lockstep, Messages
 
 TOPICS = ("joint_states", "strain", "camera/pose")
@@ -38,7 +39,11 @@ def test_ticks_are_handed_over_one_by_one_in_order() -> None:
         lockstep.add("joint_states", k)
     lockstep.add("camera/pose", "frame")
     assert [stamp for stamp, _ in done] == [0, 10, 20]
-    assert [list(messages) for _, messages in done] == [["joint_states"], ["joint_states", "camera/pose"], ["joint_states"]]
+    assert [list(messages) for _, messages in done] == [
+        ["joint_states"],
+        ["joint_states", "camera/pose"],
+        ["joint_states"],
+    ]
 
 
 def test_an_announced_count_of_zero_waits_for_nothing() -> None:

@@ -12,7 +12,7 @@ import pytest
 pytestmark = pytest.mark.ros
 pytest.importorskip("rclpy")
 
-PROGRAM = textwrap.dedent('''
+PROGRAM = textwrap.dedent("""
     import sys
     from dataclasses import dataclass
     from flexarm_model.node import ReadyFlag, declare_config, run_node
@@ -44,7 +44,7 @@ PROGRAM = textwrap.dedent('''
             print("stopped", flush=True)
 
     sys.exit(run_node(Probe))
-''')
+""")
 
 
 def start(*overrides: str) -> subprocess.Popen[str]:
@@ -52,7 +52,12 @@ def start(*overrides: str) -> subprocess.Popen[str]:
     command = [sys.executable, "-c", PROGRAM, "--ros-args", *arguments]
     environment = {key: value for key, value in os.environ.items() if key != "_ROS_WHEELS_BOOTSTRAP_COMPLETE"}
     return subprocess.Popen(
-        command, env=environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True
+        command,
+        env=environment,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
     )
 
 
@@ -102,6 +107,8 @@ def test_a_malformed_parameter_file_ends_the_node(tmp_path: pytest.TempPathFacto
         file.write("probe: [not, parameters\n")
     command = [sys.executable, "-c", PROGRAM, "--ros-args", "--params-file", path]
     environment = {key: value for key, value in os.environ.items() if key != "_ROS_WHEELS_BOOTSTRAP_COMPLETE"}
-    result = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=20.0, check=False)
+    result = subprocess.run(
+        command, env=environment, capture_output=True, text=True, timeout=20.0, check=False
+    )
     assert result.returncode == 2
     assert "bad.yaml" in result.stderr.splitlines()[-1]
