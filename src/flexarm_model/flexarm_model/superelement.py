@@ -26,6 +26,8 @@ from flexarm_model.reduction import craig_bampton, guyan, mode_basis
 
 Array = NDArray[np.float64]
 
+ROUND_OFF = 1e-15  # relative; below this an integral is zero
+
 
 @dataclass(frozen=True)
 class NodeShape:
@@ -111,7 +113,6 @@ def _from_beam(beam: Beam, interfaces: Collection[str]) -> Superelement:
     used = [name for name in beam.nodes if name in interfaces or name in beam.reduction.retain]
     mesh = BeamMesh(beam, used)
     basis, omega = _modes(mesh, used)
-    n = omega.size
     at = mesh.stations()
     x = np.concatenate([at.x, [point.at for point in beam.point_masses]])
     rho = at.weight * at.values("density")
@@ -123,12 +124,12 @@ def _from_beam(beam: Beam, interfaces: Collection[str]) -> Superelement:
     }
     N = _fields(mesh, basis, x)
     s = np.einsum("k,kai->ai", weight["centre"], N["centre"])
-    P = sum(np.einsum("k,kai,kbj->abij", weight[key], N[key], N[key], optimize=True) for key in N)
+    P = np.sum([np.einsum("k,kai,kbj->abij", weight[key], N[key], N[key], optimize=True) for key in N], axis=0)
+    P[abs(P) < ROUND_OFF * abs(P).max()] = 0.0  # structural zeros keep the generated code short
     K = np.diag(omega**2)
     D = np.diag(2 * beam.damping_ratio * omega)
     nodes = {name: _node_shape(mesh, basis, station) for name, station in beam.nodes.items()}
-    assert isinstance(P, np.ndarray)
-    return Superelement(beam.name, float(weight["centre"].sum()), s, P, omega[:n], K, D, nodes)
+    return Superelement(beam.name, float(weight["centre"].sum()), s, P, omega, K, D, nodes)
 
 
 def _modes(mesh: BeamMesh, used: list[str]) -> tuple[Array, Array]:

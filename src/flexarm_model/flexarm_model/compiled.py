@@ -1,0 +1,107 @@
+"""CasADi functions as machine code, cached by content; CasADi's virtual machine without a compiler.
+
+Both give the same numbers. The cache lives in ``$FLEXARM_CACHE`` (default: the user's cache folder)
+and is keyed by the hash of the generated C code and the compiler's flags.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import shutil
+import subprocess
+import tempfile
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import casadi as ca
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+FLAGS = ("-O1", "-fPIC", "-shared", "-ffp-contract=off")  # -O3 takes minutes and gains little
+
+
+class FastFunction:
+    """A CasADi function on fixed NumPy buffers: no allocation per call.
+
+    Inputs are copied into ``inputs``; results appear in ``outputs`` and are overwritten by the next
+    call. Matrices are column-major, as CasADi stores them.
+    """
+
+    def __init__(self, function: ca.Function) -> None:
+        """Wrap a function whose outputs are dense."""
+        self.name: str = function.name()
+        self._function = function  # keeps the library loaded
+        self._buffer, self._evaluate = function.buffer()
+        flat_in = [np.zeros(max(function.numel_in(i), 1)) for i in range(function.n_in())]
+        flat_out = [np.zeros(max(function.numel_out(i), 1)) for i in range(function.n_out())]
+        for i, flat in enumerate(flat_in):
+            self._buffer.set_arg(i, memoryview(flat))
+        for i, flat in enumerate(flat_out):
+            self._buffer.set_res(i, memoryview(flat))
+        self.inputs = [_shaped(flat, function.size_in(i)) for i, flat in enumerate(flat_in)]
+        self.outputs = tuple(_shaped(flat, function.size_out(i)) for i, flat in enumerate(flat_out))
+
+    def __call__(self, *arguments: Array | float) -> Any:
+        """Evaluate; returns the one output, or a tuple of them (views that the next call overwrites)."""
+        for array, argument in zip(self.inputs, arguments, strict=True):
+            array[...] = argument
+        self._evaluate()
+        return self.outputs[0] if len(self.outputs) == 1 else self.outputs
+
+
+def compile_functions(functions: Mapping[str, ca.Function], use_compiler: bool = True) -> dict[str, FastFunction]:
+    """Compile functions together, or load them from the cache.
+
+    Args:
+        functions: By name; SX or MX functions.
+        use_compiler: False runs them on CasADi's virtual machine.
+    """
+    dense = {name: _densify(name, function) for name, function in functions.items()}
+    compiler = find_compiler() if use_compiler else None
+    if compiler is None:
+        return {name: FastFunction(function) for name, function in dense.items()}
+    library = _library(dense, compiler)
+    return {name: FastFunction(ca.external(name, str(library))) for name in dense}
+
+
+def _shaped(flat: Array, size: tuple[int, int]) -> Array:
+    """View a buffer as a vector (one column) or a column-major matrix."""
+    rows, columns = size
+    return flat[: rows * columns] if columns == 1 else flat[: rows * columns].reshape(size, order="F")
+
+
+def find_compiler() -> str | None:
+    """Return the C compiler's path, or None when there is none."""
+    return next((path for name in ("gcc", "cc", "g++", "clang") if (path := shutil.which(name))), None)
+
+
+def cache_folder() -> Path:
+    """Return the folder of the compiled code."""
+    default = Path(os.environ.get("XDG_CACHE_HOME", Path.home() / ".cache")) / "flexarm"
+    return Path(os.environ.get("FLEXARM_CACHE", default))
+
+
+def _densify(name: str, function: ca.Function) -> ca.Function:
+    inputs = function.sx_in() if function.is_a("SXFunction") else function.mx_in()
+    outputs = function.call(inputs)
+    return ca.Function(name, inputs, [ca.densify(output) for output in outputs])
+
+
+def _library(functions: Mapping[str, ca.Function], compiler: str) -> Path:
+    with tempfile.TemporaryDirectory() as folder:
+        generator = ca.CodeGenerator("flexarm_code.c")
+        for function in functions.values():
+            generator.add(function)
+        source = Path(generator.generate(folder + os.sep))
+        digest = hashlib.sha256(source.read_bytes() + " ".join((compiler, *FLAGS)).encode()).hexdigest()[:24]
+        target = cache_folder() / f"{digest}.so"
+        if not target.exists():
+            target.parent.mkdir(parents=True, exist_ok=True)
+            built = target.with_suffix(f".{os.getpid()}.tmp")
+            subprocess.run([compiler, "-x", "c", str(source), *FLAGS, "-o", str(built), "-lm"], check=True)
+            built.replace(target)  # atomic: another process may build the same
+    return target

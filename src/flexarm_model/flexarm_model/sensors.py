@@ -1,0 +1,86 @@
+"""What the sensors measure of the moving arm, as CasADi expressions.
+
+Rows stand in the order of the YAML's sensors; the tool's six rows come last. Pose rows (camera, tool)
+are displacements from the operating point in the node's own axes, so they do not depend on where a
+planar arm points; the pose itself is ``tip_pose``. Accelerometers feel gravity (REP 145: +g at rest).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import casadi as ca
+
+from flexarm_model.description import ManipulatorConfig, NodeRef, SensorSpec
+from flexarm_model.frames import Motion, sparse
+from flexarm_model.sensor_kinds import POSE_CHANNELS, SENSOR_KINDS
+
+if TYPE_CHECKING:
+    from flexarm_model.reduced_tree import ReducedTree
+
+Motions = dict[int, Motion]
+
+
+@dataclass(frozen=True)
+class Point:
+    """Where the outputs are taken: coordinates q and the operating point q_ref, (n_q,) each."""
+
+    q: ca.SX
+    q_ref: ca.SX
+
+
+def output_names(config: ManipulatorConfig) -> tuple[str, ...]:
+    """Return the name "sensor.channel" of every output row, the tool's last."""
+    names = [f"{sensor.name}.{channel}" for sensor in config.sensors for channel in sensor.channels]
+    return (*names, *(f"tip.{channel}" for channel in POSE_CHANNELS))
+
+
+def output_units(config: ManipulatorConfig) -> tuple[str, ...]:
+    """Return the SI unit of every output row."""
+    units = [SENSOR_KINDS[sensor.kind].units[channel] for sensor in config.sensors for channel in sensor.channels]
+    return (*units, *SENSOR_KINDS["camera"].units.values())
+
+
+def sensor_outputs(tree: ReducedTree, motions: Motions, at: Point) -> ca.SX:
+    """Return all output rows y(q, v, a; q_ref), (n_y,)."""
+    rows = [_OUTPUT[sensor.kind](tree, motions, at, sensor) for sensor in tree.config.sensors]
+    return ca.vertcat(*rows, _displacement(tree.node_motion(motions, tree.config.tip), at))
+
+
+def _encoder(tree: ReducedTree, motions: Motions, at: Point, sensor: SensorSpec) -> ca.SX:
+    return at.q[tree.axis_names.index(sensor.site)]
+
+
+def _strain_gauge(tree: ReducedTree, motions: Motions, at: Point, sensor: SensorSpec) -> ca.SX:
+    body, node = sensor.site.split(".")
+    stretch, curvature_z, curvature_y = tree.bodies[body].nodes[node].strain  # (n,) each
+    row = stretch - sensor.offset[0] * curvature_z - sensor.offset[1] * curvature_y
+    index = tree.elastic_coordinates(body)
+    return sparse(row[None]) @ at.q[index.start : index.stop]
+
+
+def _accelerometer(tree: ReducedTree, motions: Motions, at: Point, sensor: SensorSpec) -> ca.SX:
+    motion = tree.node_motion(motions, NodeRef(*sensor.site.split(".")))
+    return ca.vertcat(*[motion.a["xyz".index(channel)] for channel in sensor.channels])
+
+
+def _camera(tree: ReducedTree, motions: Motions, at: Point, sensor: SensorSpec) -> ca.SX:
+    return _displacement(tree.node_motion(motions, NodeRef(*sensor.site.split("."))), at)
+
+
+def _displacement(motion: Motion, at: Point) -> ca.SX:
+    """Return translation and rotation from the operating point, in the node's axes there, (6,)."""
+    p_ref, R_ref = ca.substitute([motion.p, motion.R], [at.q], [at.q_ref])
+    turn = R_ref.T @ motion.R
+    rotation = ca.vertcat(turn[2, 1] - turn[1, 2], turn[0, 2] - turn[2, 0], turn[1, 0] - turn[0, 1]) / 2
+    return ca.vertcat(R_ref.T @ (motion.p - p_ref), rotation)
+
+
+_OUTPUT: dict[str, Callable[[ReducedTree, Motions, Point, SensorSpec], ca.SX]] = {
+    "encoder": _encoder,
+    "strain_gauge": _strain_gauge,
+    "accelerometer": _accelerometer,
+    "camera": _camera,
+}
