@@ -1,0 +1,45 @@
+"""What a controller step answers: the torque, and everything that explains it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Mode = Literal["inactive", "mpc", "lqr", "shifted_plan", "damping", "hold"]
+
+
+@dataclass(frozen=True)
+class ControlCommand:
+    """Torque for the period that follows, and how it came about.
+
+    Attributes:
+        t: Instant of the state it was computed from [s].
+        tau: Torque [N m] or force [N], (n_theta,).
+        model_id: Model in use.
+        mode: Rung of the ladder that made it.
+        reason: Why this mode; empty in the mode that was asked for.
+        solver_status: Status in the solver's own words; empty without a solver.
+        iterations: Iterations of the solver [1].
+        residual: Largest primal or dual residual of the scaled problem [1].
+        solve_time: CPU time of the whole step [s].
+        limits_active: Constraints that bind, "torque:joint.axis", "rate:...", "strain:gauge".
+        plan: Torque planned for this and the following periods, (k, n_theta).
+        tracking_error: Reference minus estimate of the axes [rad] or [m], (n_theta,).
+    """
+
+    t: float
+    tau: Array
+    model_id: str
+    mode: Mode
+    reason: str
+    solver_status: str
+    iterations: int
+    residual: float
+    solve_time: float
+    limits_active: tuple[str, ...]
+    plan: Array
+    tracking_error: Array

@@ -1,0 +1,79 @@
+"""Quadratic cost of the controller and its infinite-horizon completion.
+
+Around the equilibrium ``(x_r, u_r)`` of the reference, with ``z = x - x_r``, ``w = u - u_r``::
+
+    sum z' Q z + w' R w + (u_j - u_{j-1})' S (u_j - u_{j-1})
+
+``Q`` holds joint errors and the energy of the modes, ``(eta' W^2 eta + eta_dot' eta_dot) / 2``,
+rolled off above the modal cut-off. In the state ``a = [z; w_before]`` the increments are the
+input, so one discrete Riccati equation gives terminal cost and LQR gain.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from flexarm_model.reduced_model import ReducedModel
+from numpy.typing import NDArray
+from scipy.linalg import block_diag, solve_discrete_are
+
+from flexarm_controller.settings import MpcConfig
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Cost:
+    """Weights of state, input and input increment; see the module.
+
+    Attributes:
+        Q: Of the state error, (n_x, n_x).
+        R: Of the torque about its equilibrium, (n_u, n_u).
+        S: Of its increment, (n_u, n_u).
+    """
+
+    Q: Array
+    R: Array
+    S: Array
+
+
+@dataclass(frozen=True)
+class Completion:
+    """Optimal cost-to-go and feedback on ``a = [z; w_before]``.
+
+    Attributes:
+        P: Cost-to-go ``a' P a``, (n_x + n_u, n_x + n_u).
+        gain: ``increment = -gain a``, (n_u, n_x + n_u).
+    """
+
+    P: Array
+    gain: Array
+
+
+def build_cost(model: ReducedModel, config: MpcConfig, dt: float) -> Cost:
+    """Turn the deviations of the settings into weights for ``model`` at period ``dt`` [s]."""
+    n_theta = model.n_theta
+    roll_off = 1.0 / (1.0 + (model.omega / (2 * np.pi * config.modal_cutoff_hz)) ** 4)
+    modal = roll_off / (2 * config.modal_energy)
+    Q = np.diag(np.concatenate([
+        np.full(n_theta, config.position_error**-2), modal * model.omega**2,
+        np.full(n_theta, config.velocity_error**-2), modal,
+    ]))
+    inertia = np.diag(model.M)[:n_theta]
+    R = np.diag((inertia * config.input_acceleration) ** -2.0)
+    S = np.diag((inertia * config.input_jerk * dt) ** -2.0)
+    return Cost(Q, R, S)
+
+
+def complete(A: Array, B: Array, cost: Cost) -> Completion:
+    """Solve the Riccati equation of the system in ``a``: z+ = A z + B (w_before + increment)."""
+    n_x, n_u = B.shape
+    A_a = np.block([[A, B], [np.zeros((n_u, n_x)), np.eye(n_u)]])
+    B_a = np.vstack([B, np.eye(n_u)])
+    Q_a = block_diag(cost.Q, cost.R)
+    cross = np.vstack([np.zeros((n_x, n_u)), cost.R])
+    P = solve_discrete_are(A_a, B_a, Q_a, cost.R + cost.S, s=cross)
+    P = (P + P.T) / 2
+    gain = np.linalg.solve(cost.R + cost.S + B_a.T @ P @ B_a, B_a.T @ P @ A_a + cross.T)
+    return Completion(P, gain)

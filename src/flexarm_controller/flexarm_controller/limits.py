@@ -1,0 +1,56 @@
+"""Limits of an arm that the controller keeps: torque, its rate, velocity, position, strain."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Limits:
+    """Symmetric limits of the actuated axes and of the gauges; ``inf`` means no limit.
+
+    Attributes:
+        effort: Largest torque [N m] or force [N], (n_theta,).
+        effort_rate: Largest rate of change of the effort [N m/s] or [N/s], (n_theta,).
+        velocity: Largest velocity [rad/s] or [m/s], (n_theta,).
+        position_low: Smallest position [rad] or [m], (n_theta,).
+        position_high: Largest position [rad] or [m], (n_theta,).
+        gauges: Output rows that measure strain, "gauge.channel", (n_gauges,).
+        strain: Largest strain at each of them [1], (n_gauges,).
+    """
+
+    effort: Array
+    effort_rate: Array
+    velocity: Array
+    position_low: Array
+    position_high: Array
+    gauges: tuple[str, ...]
+    strain: Array
+
+    def __post_init__(self) -> None:
+        """Check shapes and signs, and make the arrays read-only.
+
+        Raises:
+            ValueError: A field has the wrong length or a value that is no limit.
+        """
+        n = self.effort.size
+        for field in fields(self):
+            value = getattr(self, field.name)
+            if not isinstance(value, np.ndarray):
+                continue
+            value.flags.writeable = False
+            length = len(self.gauges) if field.name == "strain" else n
+            if value.shape != (length,) or np.isnan(value).any():
+                raise ValueError(f"limits.{field.name}: {value} is not {length} numbers")
+            if not field.name.startswith("position") and (value <= 0).any():
+                raise ValueError(f"limits.{field.name}: {value} must be positive")
+        if not np.isfinite(self.effort).all() or (self.position_low >= self.position_high).any():
+            raise ValueError(
+                f"limits: effort {self.effort} must be finite and position_low {self.position_low} "
+                f"below position_high {self.position_high}"
+            )

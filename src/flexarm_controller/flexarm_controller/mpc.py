@@ -1,0 +1,105 @@
+"""Model predictive control with preview: one program per model, one solve per step."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from flexarm_model.reduced_model import ReducedModel
+from numpy.typing import NDArray
+
+from flexarm_controller.daqp_solver import DaqpSolver
+from flexarm_controller.interior_first import InteriorFirst
+from flexarm_controller.limits import Limits
+from flexarm_controller.osqp_solver import OsqpSolver
+from flexarm_controller.prediction import plant
+from flexarm_controller.problem import Known, Problem, build_problem
+from flexarm_controller.qp import QpResult, QpSolver
+from flexarm_controller.reference import Reference
+from flexarm_controller.settings import MpcConfig
+from flexarm_controller.state import ArmState
+
+Array = NDArray[np.float64]
+BINDING = 1e-4  # distance to a limit below which it is reported as active, in units of the limit
+
+
+@dataclass(frozen=True)
+class Plan:
+    """Torques of the coming periods, and how the solver found them.
+
+    Attributes:
+        torques: From the first period that can still be chosen on, (N, n_u); empty when there is none.
+        result: Answer of the solver.
+        limits_active: Names of the limits that bind.
+    """
+
+    torques: Array
+    result: QpResult
+    limits_active: tuple[str, ...]
+
+    @property
+    def is_empty(self) -> bool:
+        """Whether there is no plan that may be used."""
+        return self.torques.size == 0
+
+
+class Mpc:
+    """The predictive controller of one model."""
+
+    def __init__(self, model: ReducedModel, limits: Limits, config: MpcConfig, dt: float) -> None:
+        """Build the program of ``model`` for control period ``dt`` [s]."""
+        self._system = plant(model, dt)
+        self._known = Known(model.n, model.n_theta, config.horizon)
+        self._problem = build_problem(model, limits, config, dt)
+        self._solver = build_solver(self._problem, config)
+        self._p = np.zeros(self._known.size)
+        self._ahead = (config.delay_periods + np.arange(config.horizon + 1)) * dt
+        self._empty = np.zeros((0, model.n_theta))
+        self._warm: Array | None = None
+
+    def step(self, state: ArmState, reference: Reference, sent: Array) -> Plan:
+        """Plan the torques that follow those already ``sent``.
+
+        Args:
+            state: State at its own instant.
+            reference: Reference of the axes.
+            sent: Torques that act from the state's instant on, oldest first, and at least the one
+                before the first that is planned, (max(delay, 1), n_u).
+        """
+        self._fill(state, reference, sent)
+        q, l, u = self._problem.vectors(self._p)  # noqa: E741
+        result = self._solver.solve(q, l, u, self._warm)
+        if not result.solved:
+            self._warm = None
+            return Plan(self._empty, result, ())
+        self._warm = result.x
+        torques = (self._problem.T @ result.x).reshape(self._known.N, self._known.n_u)
+        return Plan(torques, result, self._binding(result.x, l, u))
+
+    def _fill(self, state: ArmState, reference: Reference, sent: Array) -> None:
+        x, s, known = state.x, self._system, self._known
+        for torque in sent[: len(sent) if self._ahead[0] > 0 else 0]:
+            x = s.A @ x + s.B @ (torque + state.d) + s.c
+        theta, theta_dot, _ = reference.sample(state.t + self._ahead)
+        self._p[known.x] = x
+        self._p[known.d] = state.d
+        self._p[known.u_before] = sent[-1]
+        self._p[known.reference] = np.hstack([theta, theta_dot]).ravel()
+
+    def _binding(self, x: Array, l: Array, u: Array) -> tuple[str, ...]:  # noqa: E741
+        y = self._problem.A @ x
+        near = (u - y < BINDING) | (y - l < BINDING)
+        names = {self._problem.row_names[i] for i in np.flatnonzero(near)}
+        return tuple(sorted(name for name in names if not name.startswith("slack")))
+
+
+def build_solver(problem: Problem, config: MpcConfig) -> QpSolver:
+    """Return the solver that the settings ask for, behind the interior check."""
+    n_s = sum(name.startswith("slack") for name in problem.row_names)
+    backends = {
+        "osqp": lambda: OsqpSolver(
+            problem.P, problem.A, config.tolerance, config.max_iterations, config.time_limit
+        ),
+        "daqp": lambda: DaqpSolver(problem.P, problem.A, config.max_iterations),
+    }
+    return InteriorFirst(problem.P, problem.A, problem.P.shape[0] - n_s, backends[config.backend]())

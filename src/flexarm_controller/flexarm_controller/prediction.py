@@ -1,0 +1,62 @@
+"""All future states of the arm as an affine map of what is known and what is chosen.
+
+``x_0`` is the state at the instant the first chosen torque acts, ``u_0 ... u_{N-1}`` are the
+torques, held over blocks of periods, ``d`` the unmodelled torque, kept constant::
+
+    x_{k+1} = A x_k + B (u_k + d) + c
+    [x_1; ...; x_N] = F x_0 + H d + h + G v          v: one torque per block
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from flexarm_model.reduced_model import ReducedModel
+from flexarm_model.state_space import StateSpace, discretize, state_space
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Prediction:
+    """Maps of the module's equation.
+
+    Attributes:
+        F: From the first state, (N n_x, n_x).
+        H: From the unmodelled torque, (N n_x, n_u).
+        h: Drift, (N n_x,).
+        G: From the torques of the blocks, (N n_x, n_b n_u).
+        T: Torques of the periods from those of the blocks, (N n_u, n_b n_u).
+    """
+
+    F: Array
+    H: Array
+    h: Array
+    G: Array
+    T: Array
+
+
+def plant(model: ReducedModel, dt: float) -> StateSpace:
+    """Return the exact discrete system of ``model`` without disturbance states; dt in s."""
+    return discretize(state_space(model, np.zeros(model.n)), dt)
+
+
+def predict(system: StateSpace, blocks: tuple[int, ...]) -> Prediction:
+    """Stack the discrete ``system`` over ``sum(blocks)`` periods."""
+    n_x, n_u, N = system.n_x, system.n_u, sum(blocks)
+    F, H, h = np.zeros((N + 1, n_x, n_x)), np.zeros((N + 1, n_x, n_u)), np.zeros((N + 1, n_x))
+    G = np.zeros((N + 1, n_x, N * n_u))
+    F[0] = np.eye(n_x)
+    for k in range(N):
+        F[k + 1] = system.A @ F[k]
+        H[k + 1] = system.A @ H[k] + system.B
+        h[k + 1] = system.A @ h[k] + system.c
+        G[k + 1] = system.A @ G[k]
+        G[k + 1, :, k * n_u : (k + 1) * n_u] += system.B
+    hold = np.repeat(np.eye(len(blocks)), blocks, axis=0)  # (N, n_b)
+    T = np.kron(hold, np.eye(n_u))
+    return Prediction(
+        F[1:].reshape(-1, n_x), H[1:].reshape(-1, n_u), h[1:].ravel(), G[1:].reshape(N * n_x, -1) @ T, T
+    )

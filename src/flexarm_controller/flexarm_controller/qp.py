@@ -1,0 +1,48 @@
+"""Quadratic programs: minimise ``x' P x / 2 + q' x`` subject to ``l <= A x <= u``.
+
+``P`` and ``A`` are given once, to the constructor of a solver; each step brings new vectors.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class QpResult:
+    """Answer of a solver; ``x`` may be used only when ``solved``.
+
+    Attributes:
+        x: Minimiser, (n,); zeros when there is none.
+        status: In the solver's own words.
+        iterations: Number of iterations [1].
+        residual: Largest primal or dual residual [1]; inf when unknown.
+        solved: Whether status, finiteness and residual vouch for x.
+    """
+
+    x: Array
+    status: str
+    iterations: int
+    residual: float
+    solved: bool
+
+
+class QpSolver(Protocol):
+    """A solver that keeps P, A and their factors."""
+
+    def solve(self, q: Array, l: Array, u: Array, warm: Array | None) -> QpResult:  # noqa: E741
+        """Solve for new vectors, starting from ``warm`` (n,) when it is given. Never raises."""
+        ...
+
+
+def primal_residual(A: Array, x: Array, l: Array, u: Array) -> float:  # noqa: E741
+    """Return by how much x leaves the constraints at most [1]; inf when x is not finite."""
+    y = A @ x
+    worst = np.maximum(y - u, l - y).max(initial=0.0)
+    return float(worst) if np.isfinite(worst) else np.inf

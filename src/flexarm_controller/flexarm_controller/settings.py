@@ -1,0 +1,70 @@
+"""Settings of the controller: schema of its YAML, source of its ROS parameters."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from flexarm_model.parameters import ParameterError, parameter, validate
+
+
+@dataclass(frozen=True)
+class MpcConfig:
+    """Weights as deviations that cost the same, horizon and solver of the predictive controller."""
+
+    horizon: int = parameter(40, "Periods that are looked ahead.", minimum=2, maximum=400)
+    blocks: tuple[int, ...] = parameter(
+        (1,) * 8 + (2,) * 8 + (4,) * 4, "Periods over which each planned torque is held; sum = horizon.", minimum=1
+    )
+    delay_periods: int = parameter(1, "Periods between a state and the torque computed from it.", minimum=0, maximum=10)
+    position_error: float = parameter(1e-3, "Joint error that costs 1.", "rad", minimum=1e-9)
+    velocity_error: float = parameter(0.05, "Joint velocity error that costs 1.", "rad/s", minimum=1e-9)
+    modal_energy: float = parameter(1e-4, "Energy of the modes that costs 1.", "J", minimum=1e-12)
+    modal_cutoff_hz: float = parameter(
+        20.0, "Modes well above it are left to their own damping.", "Hz", minimum=1e-3
+    )
+    input_acceleration: float = parameter(
+        20.0, "Torque that costs 1, as acceleration of the joint's inertia.", "rad/s^2", minimum=1e-6
+    )
+    input_jerk: float = parameter(
+        200.0, "Rate of torque that costs 1, as jerk of the joint's inertia.", "rad/s^3", minimum=1e-6
+    )
+    strain_margin: float = parameter(
+        0.1, "Share of the strain limit kept free for estimation errors.", minimum=0.0, maximum=0.9
+    )
+    velocity_limit: bool = parameter(False, "Keep the joint velocity limit inside the horizon too.")
+    slack_price: float = parameter(100.0, "Price of exceeding a soft limit by all of it.", minimum=1.0)
+    backend: str = parameter("osqp", "Solver of the quadratic program.", choices=("osqp", "daqp"))
+    tolerance: float = parameter(1e-5, "Of the scaled problem.", minimum=1e-9, maximum=1e-4)
+    max_iterations: int = parameter(2000, "Cap of the solver.", minimum=1)
+    time_limit: float = parameter(2.5e-3, "Cap of the solver.", "s", minimum=1e-5, maximum=1.0)
+
+    def __post_init__(self) -> None:
+        """Check every field.
+
+        Raises:
+            ParameterError: A value is outside its range or the blocks do not fill the horizon.
+        """
+        validate(self)
+        if sum(self.blocks) != self.horizon:
+            raise ParameterError(f"blocks: they sum to {sum(self.blocks)}, not to horizon {self.horizon}")
+
+
+@dataclass(frozen=True)
+class ControllerConfig:
+    """Law, period and fallbacks."""
+
+    law: str = parameter("mpc", "Law used when all is well.", choices=("mpc", "lqr"))
+    period: float = parameter(0.005, "Control period.", "s", minimum=1e-4, maximum=1.0)
+    shifted_periods: int = parameter(5, "Periods an earlier plan may be used on.", minimum=0, maximum=50)
+    damping_rate: float = parameter(
+        8.0, "Rate at which the damping fallback brings the joints to rest.", "1/s", minimum=0.1
+    )
+    rest_velocity: float = parameter(0.01, "Joint velocity below which damping becomes hold.", "rad/s", minimum=1e-6)
+
+    def __post_init__(self) -> None:
+        """Check every field.
+
+        Raises:
+            ParameterError: A value is outside its range.
+        """
+        validate(self)

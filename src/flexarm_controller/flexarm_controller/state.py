@@ -1,0 +1,47 @@
+"""The state of the arm as the controller sees it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class ArmState:
+    """Estimated state at one instant.
+
+    Attributes:
+        t: Instant it belongs to [s].
+        model_id: Model that defines the modes.
+        theta: Actuated axes [rad] or [m], (n_theta,).
+        eta: Elastic modes [kg^0.5 m], (n_eta,).
+        theta_dot: Velocity of the axes [rad/s] or [m/s], (n_theta,).
+        eta_dot: Modal velocity [kg^0.5 m/s], (n_eta,).
+        d: Unmodelled torque on the axes [N m] or [N], (n_theta,).
+        usable: Whether the estimator vouches for it.
+        reason: Why it is not usable or degraded; empty otherwise.
+    """
+
+    t: float
+    model_id: str
+    theta: Array
+    eta: Array
+    theta_dot: Array
+    eta_dot: Array
+    d: Array
+    usable: bool = True
+    reason: str = ""
+
+    @property
+    def x(self) -> Array:
+        """Return ``[theta; eta; theta'; eta']``, (2 n,)."""
+        return np.concatenate([self.theta, self.eta, self.theta_dot, self.eta_dot])
+
+    @property
+    def is_finite(self) -> bool:
+        """Whether every number is finite."""
+        return bool(np.isfinite(self.x).all() and np.isfinite(self.d).all())
