@@ -181,7 +181,7 @@ class JerkLimited:
             ValueError: The angle is zero or a limit is not positive.
         """
         low = min(limits.velocity, limits.acceleration, limits.jerk)
-        _require(theta != 0.0 and low > 0.0, f"angle {theta} must not be 0 and every limit > 0: {limits}")
+        _require(theta != 0.0 and low > 0.0, f"angle {theta} must not be 0, limits must be > 0: {limits}")
         angle, jerk = abs(theta), limits.jerk
         t_j = min(
             (angle / (2.0 * jerk)) ** (1 / 3), (limits.velocity / jerk) ** 0.5, limits.acceleration / jerk
