@@ -6,13 +6,14 @@ import copy
 import hashlib
 import json
 import math
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from flexarm_model.config_bodies import read_bodies
-from flexarm_model.description import AXES, WORLD, Axis, Beam, Joint, ManipulatorConfig, NodeRef, RigidBody
+from flexarm_model.description import AXES, WORLD, Axis, Beam, Joint, ManipulatorConfig, NodeRef, RigidBody, SensorSpec
 from flexarm_model.rotation import rotation_from_rpy
 from flexarm_model.sensor_kinds import SENSOR_KINDS
 from flexarm_model.strict_yaml import ConfigError, Section, read_yaml
@@ -40,7 +41,7 @@ def load_config(path: str | Path, preset: str = "") -> ManipulatorConfig:
     bodies = read_bodies(top)
     joints = _sort_joints(top, _read_joints(top, bodies), bodies)
     tip = _read_node(top, "tip", bodies)
-    sensors = tuple(_read_sensor(name, section, joints, bodies) for name, section in top.sections("sensors", {}))
+    sensors = tuple(_read_sensor(name, section, joints, bodies, tip) for name, section in top.sections("sensors", {}))
     served = top.section("served")
     actuated = [axis for joint in joints for axis in joint.axes if axis.actuated]
     config = ManipulatorConfig(
@@ -153,12 +154,16 @@ def _sort_joints(top: Section, joints: list[Joint], bodies: dict[str, RigidBody 
 
 
 def _read_sensor(
-    name: str, section: Section, joints: tuple[Joint, ...], bodies: dict[str, RigidBody | Beam]
-) -> Any:
-    kind = section.choice("kind", tuple(SENSOR_KINDS))
+    name: str, section: Section, joints: tuple[Joint, ...], bodies: dict[str, RigidBody | Beam], tip: NodeRef
+) -> SensorSpec:
+    kind = SENSOR_KINDS[section.choice("kind", tuple(SENSOR_KINDS))]
     axes = tuple(f"{joint.name}.{axis.name}" for joint in joints for axis in joint.axes)
-    site = section.choice("axis", axes) if SENSOR_KINDS[kind].on_axis else str(_read_node(section, "node", bodies))
-    sensor = SENSOR_KINDS[kind].read(name, site, section)
+    sites: dict[str, Callable[[], str]] = {
+        "axis": lambda: section.choice("axis", axes),
+        "node": lambda: str(_read_node(section, "node", bodies)),
+        "tip": lambda: str(tip),
+    }
+    sensor = kind.read(name, sites[kind.site](), section)
     section.done()
     return sensor
 

@@ -23,12 +23,12 @@ class SensorKind:
     """How a kind of sensor is read.
 
     Attributes:
-        on_axis: It sits on an axis of a joint, not on a node of a body.
+        site: Where it sits: "axis" of a joint, "node" of a body, or "tip" (it watches the tool).
         units: SI unit of each of its possible channels.
         read: Reads the rest of its YAML.
     """
 
-    on_axis: bool
+    site: str
     units: dict[str, str]
     read: Callable[[str, str, Section], SensorSpec]
 
@@ -72,8 +72,8 @@ def _timing(section: Section) -> tuple[float, float]:
 _POSE_UNITS = dict(zip(POSE_CHANNELS, ("m", "m", "m", "rad", "rad", "rad"), strict=True))
 
 SENSOR_KINDS: dict[str, SensorKind] = {
-    "encoder": SensorKind(True, {"position": "rad"}, _encoder),
-    "strain_gauge": SensorKind(False, {"strain": "1"}, _strain_gauge),
-    "accelerometer": SensorKind(False, dict.fromkeys("xyz", "m/s^2"), _accelerometer),
-    "camera": SensorKind(False, _POSE_UNITS, _camera),
+    "encoder": SensorKind("axis", {"position": "rad"}, _encoder),
+    "strain_gauge": SensorKind("node", {"strain": "1"}, _strain_gauge),
+    "accelerometer": SensorKind("node", dict.fromkeys("xyz", "m/s^2"), _accelerometer),
+    "camera": SensorKind("tip", _POSE_UNITS, _camera),
 }
