@@ -1,0 +1,1 @@
+"""The simulated rig: what stands in for hardware."""

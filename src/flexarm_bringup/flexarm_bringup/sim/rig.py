@@ -1,0 +1,119 @@
+"""The simulated rig: plant and sensors, one control period at a time.
+
+Time is an integer count of ticks; tick k is the instant ``k dt``. Sensors of tick k feel the torque that
+acted until then.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexarm_bringup.sim.plant import Plant, PlantSettings
+from flexarm_bringup.sim.sensor_simulator import Sample, SensorSimulator
+from flexarm_model.description import ManipulatorConfig
+from flexarm_model.parameters import parameter
+from flexarm_model.rotation import rotation_vector
+from flexarm_model.sensors import output_names
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class RigSettings:
+    """Settings of the simulated rig."""
+
+    seed: int = parameter(1, "Seed of all noise.", minimum=0, maximum=2**31)
+    noise: float = parameter(1.0, "Factor on the noise of every sensor; 0 makes them perfect.", minimum=0.0, maximum=100.0)
+    frequency_scale: float = parameter(
+        1.0, "Real over described natural frequencies.", minimum=0.5, maximum=2.0
+    )
+    mass_scale: float = parameter(1.0, "Real over described point masses.", minimum=0.1, maximum=10.0)
+    extra_modes: int = parameter(3, "Elastic coordinates per body beyond those described.", minimum=0, maximum=10)
+    friction: float = parameter(0.0, "Coulomb friction of the actuated axes.", "N m", 0.0, 100.0)
+
+
+@dataclass(frozen=True)
+class Truth:
+    """What really happens at a tick; nobody but reports may look at it.
+
+    Attributes:
+        theta: Actuated axes [rad or m], (n_theta,).
+        theta_dot: Their velocity, (n_theta,).
+        tip: Position [m] and rotation vector [rad] of the tip, (6,).
+        strain: At every gauge [1], (n_gauges,).
+        acceleration: Rows of the accelerometers [m/s^2], (n_acc,).
+        rigid_acceleration: What they would feel of a rigid arm moving the same axes [m/s^2], (n_acc,).
+    """
+
+    theta: Array
+    theta_dot: Array
+    tip: Array
+    strain: Array
+    acceleration: Array
+    rigid_acceleration: Array
+
+
+class Rig:
+    """The rig that stands in for hardware; deterministic for a seed."""
+
+    def __init__(self, config: ManipulatorConfig, settings: RigSettings | None = None, plant: Plant | None = None) -> None:
+        """Build the rig at rest at tick 0.
+
+        Args:
+            config: The manipulator.
+            settings: Noise, perturbation, friction.
+            plant: A plant to reuse (compiled already); it is not reset.
+        """
+        self.settings = settings or RigSettings()
+        self.config, self.dt, self.tick = config, 1.0 / config.rate_hz, 0
+        s = self.settings
+        self.plant = plant or Plant(
+            config, self.dt, PlantSettings(s.frequency_scale, s.mass_scale, s.extra_modes, s.friction)
+        )
+        names = output_names(config)
+        rows = {spec.name: [i for i, name in enumerate(names) if name.split(".")[0] == spec.name] for spec in config.sensors}
+        self._rows_of = {
+            kind: [i for spec in config.sensors if spec.kind == kind for i in rows[spec.name]]
+            for kind in ("strain_gauge", "accelerometer")
+        }
+        self._sensors = [SensorSimulator(spec, rows[spec.name], self.dt, s.seed, s.noise) for spec in config.sensors]
+
+    def observe(self) -> list[Sample]:
+        """Return what the sensors deliver at the present tick."""
+        outputs = self.plant.outputs()
+        return [sample for sensor in self._sensors for sample in sensor.sample(self.tick, self.plant, outputs)]
+
+    def step(self, tau: Array) -> list[Sample]:
+        """Advance one period under torques ``tau`` (n_theta,) and observe."""
+        self.plant.drive(tau)
+        self.tick += 1
+        return self.observe()
+
+    def servo(self, acceleration: Array) -> list[Sample]:
+        """Advance one period with prescribed accelerations of the actuated axes and observe."""
+        self.plant.servo(acceleration)
+        self.tick += 1
+        return self.observe()
+
+    def truth(self) -> Truth:
+        """Return what really happens at the present tick."""
+        plant = self.plant
+        outputs, T = plant.outputs(), plant.tip_pose()
+        return Truth(
+            theta=plant.theta.copy(),
+            theta_dot=plant.theta_dot.copy(),
+            tip=np.concatenate([T[:3, 3], rotation_vector(T[:3, :3])]),
+            strain=outputs[self._rows_of["strain_gauge"]],
+            acceleration=outputs[self._rows_of["accelerometer"]],
+            rigid_acceleration=self._rigid_outputs()[self._rows_of["accelerometer"]],
+        )
+
+    def _rigid_outputs(self) -> Array:
+        plant = self.plant
+        q, v, a = (np.zeros(plant.tree.n_q) for _ in range(3))
+        for rigid, real in ((q, plant.q), (v, plant.v), (a, plant.a)):
+            rigid[plant.tree.actuated] = real[plant.tree.actuated]
+        return np.array(plant.tree.functions["outputs"](q, v, a, q))
