@@ -1,0 +1,62 @@
+"""The command line: lazy, self-explaining, with meaningful exit codes."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import types
+
+import pytest
+
+from flexarm_bringup import cli
+
+
+@pytest.fixture
+def echo(monkeypatch: pytest.MonkeyPatch) -> types.ModuleType:
+    module = types.ModuleType("echo", "Says a number.")
+    module.add_arguments = lambda parser: parser.add_argument("number", type=int)  # type: ignore[attr-defined]
+    module.run = lambda args: args.number  # type: ignore[attr-defined]
+    monkeypatch.setitem(sys.modules, "echo", module)
+    monkeypatch.setattr(
+        cli, "COMMANDS", {"echo": cli.Command("echo", "say"), "gone": cli.Command("no.such", "no")}
+    )
+    return module
+
+
+def test_exit_code_of_a_command_is_that_of_the_process(echo: types.ModuleType) -> None:
+    assert cli.main(["echo", "3"]) == 3
+
+
+def test_commands_that_are_not_used_are_not_imported(echo: types.ModuleType) -> None:
+    assert cli.main(["echo", "0"]) == 0  # "no.such" cannot be imported
+
+
+def test_help_of_a_command_is_its_docstring(
+    echo: types.ModuleType, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with pytest.raises(SystemExit) as stop:
+        cli.main(["echo", "--help"])
+    assert stop.value.code == 0
+    assert "Says a number." in capsys.readouterr().out
+
+
+def test_without_a_command_the_help_teaches(capsys: pytest.CaptureFixture[str]) -> None:
+    assert cli.main([]) == cli.USAGE
+    out = capsys.readouterr().out
+    assert "start here:" in out
+    assert all(name in out for name in cli.COMMANDS)
+
+
+def test_unknown_commands_are_usage_errors(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as stop:
+        cli.main(["fly"])
+    assert stop.value.code == cli.USAGE
+    assert "reproduce" in capsys.readouterr().err
+
+
+def test_interruption_is_reported_as_a_shell_does(echo: types.ModuleType) -> None:
+    def interrupt(args: argparse.Namespace) -> int:
+        raise KeyboardInterrupt
+
+    echo.run = interrupt  # type: ignore[attr-defined]
+    assert cli.main(["echo", "1"]) == cli.INTERRUPTED
