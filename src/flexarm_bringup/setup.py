@@ -1,0 +1,40 @@
+from pathlib import Path
+
+from setuptools import find_packages, setup
+
+NAME = "flexarm_bringup"
+
+
+def shared(folder: str) -> list[tuple[str, list[str]]]:
+    """Return every file below a folder, in the same layout below share/."""
+    files = [
+        path for path in sorted(Path(folder).rglob("*")) if path.is_file() and "__pycache__" not in path.parts
+    ]
+    return [(f"share/{NAME}/{path.parent}", [str(path)]) for path in files]
+
+
+setup(
+    name=NAME,
+    version="0.1.0",
+    packages=find_packages(include=[NAME, f"{NAME}.*"]),
+    package_data={NAME: ["**/*.html", "**/*.css", "**/*.js", "**/*.json", "**/*.csv", "**/*.yaml"]},
+    data_files=[
+        ("share/ament_index/resource_index/packages", [f"resource/{NAME}"]),
+        (f"share/{NAME}", ["package.xml"]),
+        *shared("launch"),
+        *shared("config"),
+    ],
+    install_requires=["setuptools"],
+    extras_require={"test": ["pytest"]},
+    zip_safe=False,
+    maintainer="flexarm developers",
+    maintainer_email="flexarm@example.com",
+    description="The flexarm command, the simulated rig, bags and reports, launch files and the manipulators' YAML.",
+    license="Apache-2.0",
+    entry_points={
+        "console_scripts": [
+            "rig_node = flexarm_bringup.rig_node:main",
+            "flexarm = flexarm_bringup.cli:main",
+        ],
+    },
+)

@@ -1,0 +1,24 @@
+from setuptools import find_packages, setup
+
+NAME = "flexarm_model"
+
+setup(
+    name=NAME,
+    version="0.1.0",
+    packages=find_packages(include=[NAME, f"{NAME}.*"]),
+    package_data={NAME: ["**/*.html", "**/*.css", "**/*.js", "**/*.json", "**/*.csv", "**/*.yaml"]},
+    data_files=[
+        ("share/ament_index/resource_index/packages", [f"resource/{NAME}"]),
+        (f"share/{NAME}", ["package.xml"]),
+    ],
+    install_requires=["setuptools"],
+    extras_require={"test": ["pytest"]},
+    zip_safe=False,
+    maintainer="flexarm developers",
+    maintainer_email="flexarm@example.com",
+    description="Reduced modal and Lagrangian dynamics of flexible multibody arms, and the node that serves them.",
+    license="Apache-2.0",
+    entry_points={
+        "console_scripts": ["model_node = flexarm_model.model_node:main"],
+    },
+)
