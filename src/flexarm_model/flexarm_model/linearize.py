@@ -53,9 +53,12 @@ def linearize(tree: ReducedTree, pose: Array | None = None, modes: int | None = 
         T[e, : t.size] = -np.linalg.solve(K[inner], K[np.ix_(e, t)])
         T[e, t.size :], omega = mode_basis(M[inner], K[inner], np.eye(e.size), n_eta)
     M_r, D_r, K_r = (T.T @ matrix @ T for matrix in (M, D, K))
+    n = t.size
+    M_r[n:, n:], K_r[n:, n:] = np.eye(n_eta), np.diag(omega**2)  # what they are but for round-off
+    K_r[:n, n:] = K_r[n:, :n] = 0.0
     y0, *rows = (np.array(part) for part in tree.functions["output_rows"](q0))
     outputs = Outputs(output_names(config), output_units(config), y0, *(row @ T for row in rows))
-    zeta = np.diag(D_r)[t.size :] / (2 * omega)
+    zeta = np.diag(D_r)[n:] / (2 * omega)
     return ReducedModel(
         manipulator=config.name,
         config_id=config.config_id,
@@ -64,7 +67,7 @@ def linearize(tree: ReducedTree, pose: Array | None = None, modes: int | None = 
         M=(M_r + M_r.T) / 2,
         D=D_r,
         K=(K_r + K_r.T) / 2,
-        B=np.eye(t.size + n_eta)[:, : t.size].copy(),
+        B=np.eye(n + n_eta)[:, :n].copy(),
         f0=T.T @ f0,
         omega=omega,
         zeta=zeta,

@@ -1,0 +1,44 @@
+"""Find a manipulator's file: by path, or by the name of one that flexarm brings along."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+from flexarm_model.strict_yaml import ConfigError
+
+PACKAGE = "flexarm_bringup"
+FOLDER = Path("config") / "manipulators"
+
+
+def find_manipulator(name: str) -> Path:
+    """Return the YAML file of a manipulator.
+
+    Args:
+        name: A path, or the name of a file in the bringup package's config/manipulators.
+
+    Raises:
+        ConfigError: There is no such file; lists those that come along.
+    """
+    if name.endswith((".yaml", ".yml")):
+        return Path(name)
+    folders = [folder for folder in _folders() if folder.is_dir()]
+    for folder in folders:
+        if (folder / f"{name}.yaml").is_file():
+            return folder / f"{name}.yaml"
+    known = sorted({path.stem for folder in folders for path in folder.glob("*.yaml")})
+    raise ConfigError(f"manipulator: '{name}': expected a .yaml file or one of {', '.join(known) or 'none found'}")
+
+
+def _folders() -> list[Path]:
+    """Return where they may be: installed (ament index, then prefix), then the source tree."""
+    places = []
+    try:
+        from ament_index_python.packages import PackageNotFoundError, get_package_share_directory
+
+        places.append(Path(get_package_share_directory(PACKAGE)))
+    except (ImportError, PackageNotFoundError):
+        pass
+    places.append(Path(sys.prefix) / "share" / PACKAGE)
+    places.append(Path(__file__).resolve().parents[2] / PACKAGE)
+    return [place / FOLDER for place in places]
