@@ -29,7 +29,7 @@ setup(
     zip_safe=False,
     maintainer="flexarm developers",
     maintainer_email="flexarm@example.com",
-    description="The flexarm command, the simulated rig, bags and reports, launch files and the manipulators' YAML.",
+    description="The flexarm command, simulated rig, bags, reports, launch files and manipulators.",
     license="Apache-2.0",
     entry_points={
         "console_scripts": [

@@ -16,7 +16,7 @@ setup(
     zip_safe=False,
     maintainer="flexarm developers",
     maintainer_email="flexarm@example.com",
-    description="Joint, modal and tip state of a flexible arm from encoders, gauges, accelerometers and a camera.",
+    description="State of a flexible arm from encoders, strain gauges, accelerometers and a camera.",
     license="Apache-2.0",
     entry_points={
         "console_scripts": ["estimator_node = flexarm_estimator.estimator_node:main"],

@@ -16,7 +16,7 @@ setup(
     zip_safe=False,
     maintainer="flexarm developers",
     maintainer_email="flexarm@example.com",
-    description="Reduced modal and Lagrangian dynamics of flexible multibody arms, and the node that serves them.",
+    description="Dynamics of flexible multibody arms, full and reduced, and the node that serves them.",
     license="Apache-2.0",
     entry_points={
         "console_scripts": ["model_node = flexarm_model.model_node:main"],
