@@ -57,11 +57,18 @@ class BeamMesh:
         """
         self.beam = beam
         ends = np.concatenate([[0.0], np.cumsum([piece.length for piece in beam.pieces])])
-        cuts = [np.linspace(a, b, p.elements + 1) for a, b, p in zip(ends, ends[1:], beam.pieces, strict=False)]
+        cuts = [
+            np.linspace(a, b, p.elements + 1) for a, b, p in zip(ends, ends[1:], beam.pieces, strict=False)
+        ]
         cuts.append(np.array([beam.nodes[name] for name in interfaces]))
         self.nodes = np.unique(np.round(np.concatenate(cuts), 9))  # (n_nodes,)
         self.active = np.array(
-            sorted(6 * i + dof for i in range(self.nodes.size) for kind in beam.deformation for dof in _DOF_OF[kind]),
+            sorted(
+                6 * i + dof
+                for i in range(self.nodes.size)
+                for kind in beam.deformation
+                for dof in _DOF_OF[kind]
+            ),
             dtype=int,
         )
         self._ends = ends
@@ -71,10 +78,10 @@ class BeamMesh:
         """Number of nodal displacements, six per mesh node."""
         return 6 * self.nodes.size
 
-    def dof(self, node: str) -> Array:
+    def dof(self, node: str) -> NDArray[np.intp]:
         """Return the six displacement indices of a beam node that is a mesh node."""
         index = int(np.argmin(abs(self.nodes - self.beam.nodes[node])))
-        return np.arange(6 * index, 6 * index + 6)
+        return np.arange(6 * index, 6 * index + 6, dtype=np.intp)
 
     def piece(self, x: float) -> BeamPiece:
         """Return the piece at ``x`` [m]."""
@@ -125,7 +132,9 @@ class BeamMesh:
         rho, I_y, I_z = at.weight * at.values("density"), at.values("I_y"), at.values("I_z")
         mass = np.stack([rho * at.values("area")] * 3 + [rho * (I_y + I_z), rho * I_y, rho * I_z], axis=1)
         E, G = at.weight * at.values("E"), at.weight * at.values("G")
-        stiffness = np.stack([E * at.values("area"), G * at.values("torsion_constant"), E * I_y, E * I_z], axis=1)
+        stiffness = np.stack(
+            [E * at.values("area"), G * at.values("torsion_constant"), E * I_y, E * I_z], axis=1
+        )
         M = np.einsum("kd,kdi,kdj->ij", mass, u, u, optimize=True)
         for point in self.beam.point_masses:
             rows = self.displacement(np.array([point.at]))[0, :3]
@@ -147,7 +156,9 @@ def _linear(s: Array) -> Array:
 
 
 def _hermite(s: Array, h: Array) -> Array:
-    return np.stack([1 - 3 * s**2 + 2 * s**3, h * (s - 2 * s**2 + s**3), 3 * s**2 - 2 * s**3, h * (s**3 - s**2)], axis=1)
+    return np.stack(
+        [1 - 3 * s**2 + 2 * s**3, h * (s - 2 * s**2 + s**3), 3 * s**2 - 2 * s**3, h * (s**3 - s**2)], axis=1
+    )
 
 
 def _hermite_d1(s: Array, h: Array) -> Array:

@@ -35,6 +35,7 @@ class FastFunction:
         """Wrap a function whose outputs are dense."""
         self.name: str = function.name()
         self._function = function  # keeps the library loaded
+        self._buffer: Any  # its stub asks for a size that the method does not take
         self._buffer, self._evaluate = function.buffer()
         flat_in = [np.zeros(max(function.numel_in(i), 1)) for i in range(function.n_in())]
         flat_out = [np.zeros(max(function.numel_out(i), 1)) for i in range(function.n_out())]
@@ -53,7 +54,9 @@ class FastFunction:
         return self.outputs[0] if len(self.outputs) == 1 else self.outputs
 
 
-def compile_functions(functions: Mapping[str, ca.Function], use_compiler: bool = True) -> dict[str, FastFunction]:
+def compile_functions(
+    functions: Mapping[str, ca.Function], use_compiler: bool = True
+) -> dict[str, FastFunction]:
     """Compile functions together, or load them from the cache.
 
     Args:
@@ -86,8 +89,8 @@ def cache_folder() -> Path:
 
 
 def _densify(name: str, function: ca.Function) -> ca.Function:
-    inputs = function.sx_in() if function.is_a("SXFunction") else function.mx_in()
-    outputs = function.call(inputs)
+    inputs: Any = function.sx_in() if function.is_a("SXFunction") else function.mx_in()
+    outputs: Any = function.call(inputs)
     return ca.Function(name, inputs, [ca.densify(output) for output in outputs])
 
 

@@ -13,7 +13,17 @@ from typing import Any
 import numpy as np
 
 from flexarm_model.config_bodies import read_bodies
-from flexarm_model.description import AXES, WORLD, Axis, Beam, Joint, ManipulatorConfig, NodeRef, RigidBody, SensorSpec
+from flexarm_model.description import (
+    AXES,
+    WORLD,
+    Axis,
+    Beam,
+    Joint,
+    ManipulatorConfig,
+    NodeRef,
+    RigidBody,
+    SensorSpec,
+)
 from flexarm_model.rotation import rotation_from_rpy
 from flexarm_model.sensor_kinds import SENSOR_KINDS
 from flexarm_model.strict_yaml import ConfigError, Section, read_yaml
@@ -34,14 +44,18 @@ def load_config(path: str | Path, preset: str = "") -> ManipulatorConfig:
     path = Path(path)
     content = read_yaml(path)
     content = _apply_preset(content, preset, str(path))
-    identity = json.dumps({key: content[key] for key in content if key != "presets"}, sort_keys=True, default=str)
+    identity = json.dumps(
+        {key: content[key] for key in content if key != "presets"}, sort_keys=True, default=str
+    )
     top = Section(content, str(path))
     top.choice("format", (FORMAT,))
     top.section("presets", {})
     bodies = read_bodies(top)
     joints = _sort_joints(top, _read_joints(top, bodies), bodies)
     tip = _read_node(top, "tip", bodies)
-    sensors = tuple(_read_sensor(name, section, joints, bodies, tip) for name, section in top.sections("sensors", {}))
+    sensors = tuple(
+        _read_sensor(name, section, joints, bodies, tip) for name, section in top.sections("sensors", {})
+    )
     served = top.section("served")
     actuated = [axis for joint in joints for axis in joint.axes if axis.actuated]
     config = ManipulatorConfig(
@@ -104,10 +118,14 @@ def _read_joints(top: Section, bodies: dict[str, RigidBody | Beam]) -> list[Join
         placement[:3, :3] = rotation_from_rpy(section.quantities("orientation", "angle", 3, (0.0, 0.0, 0.0)))
         placement[:3, 3] = section.quantities("position", "length", 3, (0.0, 0.0, 0.0))
         axes_section = section.section("axes", {})
-        axes = [_read_axis(axes_section.section(axis), axis) for axis in AXES if axes_section.take(axis, None) is not None]
+        axes = [
+            _read_axis(axes_section.section(axis), axis)
+            for axis in AXES
+            if axes_section.take(axis, None) is not None
+        ]
         axes_section.done()
         parent, child = _read_node(section, "parent", bodies), _read_node(section, "child", bodies)
-        if WORLD == child.body or parent.body == child.body:
+        if child.body == WORLD or parent.body == child.body:
             raise section.error("child", str(child), "must be a node of another body than the parent's")
         joints.append(Joint(name, parent, child, placement, tuple(axes)))
         section.done()
@@ -140,11 +158,17 @@ def _sort_joints(top: Section, joints: list[Joint], bodies: dict[str, RigidBody 
         ready = next((joint for joint in waiting if joint.parent.body in placed), None)
         if ready is None:
             raise top.error(
-                f"joints.{waiting[0].name}.parent", str(waiting[0].parent), "is not connected to the world by any joint"
+                f"joints.{waiting[0].name}.parent",
+                str(waiting[0].parent),
+                "is not connected to the world by any joint",
             )
         waiting.remove(ready)
         if ready.child.body in placed:
-            raise top.error(f"joints.{ready.name}.child", str(ready.child), "is placed already; loops are not supported yet")
+            raise top.error(
+                f"joints.{ready.name}.child",
+                str(ready.child),
+                "is placed already; loops are not supported yet",
+            )
         placed.add(ready.child.body)
         ordered.append(ready)
     for name in bodies:

@@ -34,7 +34,11 @@ def _read_rigid(name: str, section: Section) -> RigidBody:
     inertia = np.array([[ixx, ixy, ixz], [ixy, iyy, iyz], [ixz, iyz, izz]])
     low, middle, high = np.linalg.eigvalsh(inertia)
     if low < 0 or low + middle < high * (1 - 1e-9):
-        raise section.error("inertia", inertia.tolist(), "principal moments must be positive, none above the sum of the others")
+        raise section.error(
+            "inertia",
+            inertia.tolist(),
+            "principal moments must be positive, none above the sum of the others",
+        )
     nodes = {"root": np.zeros(3)}
     outer = section.section("nodes", {})
     for node in section.take("nodes", {}):
@@ -49,7 +53,11 @@ def _read_beam(name: str, section: Section) -> Beam:
     length = sum(piece.length for piece in pieces)
     masses = []
     for item in section.items("point_masses", ()):
-        masses.append(PointMass(item.text("name"), _read_station(item, "at", length), item.quantity("mass", "mass", above=0.0)))
+        masses.append(
+            PointMass(
+                item.text("name"), _read_station(item, "at", length), item.quantity("mass", "mass", above=0.0)
+            )
+        )
         item.done()
     nodes = {"root": 0.0}
     outer = section.section("nodes", {})
@@ -57,7 +65,9 @@ def _read_beam(name: str, section: Section) -> Beam:
         nodes[node] = _read_station(outer, node, length)
     damping_ratio = section.quantity("damping_ratio", "ratio", at_least=0.0)
     deformation = section.choices("deformation", DEFORMATIONS)
-    return Beam(name, pieces, tuple(masses), deformation, damping_ratio, nodes, _read_reduction(section, nodes))
+    return Beam(
+        name, pieces, tuple(masses), deformation, damping_ratio, nodes, _read_reduction(section, nodes)
+    )
 
 
 def _read_reduction(section: Section, nodes: dict[str, float]) -> Reduction:

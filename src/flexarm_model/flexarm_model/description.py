@@ -1,14 +1,13 @@
 """The manipulator as a graph: bodies joined by sets of axes, and the sensors on them.
 
-A body is rigid or a beam of welded prismatic pieces. A joint is a set of axes out of
-``tx ty tz rx ry rz`` (in this order), each free, actuated and/or sprung; a joint without axes
-is a weld. Nothing here says "serial", "parallel" or "planar". All values are SI.
+A body is rigid or a beam of welded prismatic pieces. A joint is a set of axes out of ``tx ty tz rx ry rz``
+(in this order), each free, actuated and/or sprung; without axes it is a weld. All values are SI.
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -45,8 +44,7 @@ class Axis:
         effort: Largest torque or force [N m or N].
         effort_rate: Its largest rate [N m/s or N/s].
         velocity: Largest velocity [rad/s or m/s].
-        lower: Lowest position [rad or m].
-        upper: Highest position [rad or m].
+        lower, upper: Lowest and highest position [rad or m].
     """
 
     name: str
@@ -192,8 +190,7 @@ class SensorSpec:
         sigma: One-sigma noise of every channel, SI, (m,).
         rate_hz: Samples per second [Hz]; 0 means one per control period.
         latency: Age of a sample when it arrives [s].
-        low: Smallest value that is physically possible, SI.
-        high: Largest.
+        low, high: Smallest and largest value that is physically possible, SI.
         offset: Of a gauge from the beam's axis along y and z [m], (2,).
         limit: Largest strain allowed at a gauge [1].
     """
@@ -244,8 +241,8 @@ class ManipulatorConfig:
     modes: int
     home: Array
     rate_hz: float
-    assumed: tuple[str, ...] = field(default=())
-    fitted: tuple[str, ...] = field(default=())
+    assumed: tuple[str, ...] = ()
+    fitted: tuple[str, ...] = ()
 
     @property
     def actuated(self) -> dict[str, Axis]:

@@ -17,7 +17,9 @@ from flexarm_model.frames import Motion, sparse
 from flexarm_model.superelement import Superelement, pairs
 
 
-def inertia_forces(body: Superelement, motion: Motion, q: ca.SX, v: ca.SX, a: ca.SX, index: range) -> tuple[ca.SX, ca.SX, ca.SX]:
+def inertia_forces(
+    body: Superelement, motion: Motion, q: ca.SX, v: ca.SX, a: ca.SX, index: range
+) -> tuple[ca.SX, ca.SX, ca.SX]:
     """Return force (3,), moment about the frame's origin (3,) and generalised forces (n_q,).
 
     Args:

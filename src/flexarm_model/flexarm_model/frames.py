@@ -63,7 +63,9 @@ class Motion:
 def constant_step(placement: Array, q: ca.SX) -> Step:
     """Return a frame fixed in its parent; ``placement`` is (4, 4)."""
     none = ca.SX(3, q.numel())
-    return Step(ca.SX(ca.sparsify(ca.DM(placement[:3, 3]))), ca.SX(ca.sparsify(ca.DM(placement[:3, :3]))), none, none)
+    return Step(
+        ca.SX(ca.sparsify(ca.DM(placement[:3, 3]))), ca.SX(ca.sparsify(ca.DM(placement[:3, :3]))), none, none
+    )
 
 
 def axis_step(axis: str, index: int, q: ca.SX) -> Step:
@@ -121,7 +123,8 @@ def move(parent: Motion, step: Step, q: ca.SX, v: ca.SX, a: ca.SX) -> Motion:
         w=to_child @ (w + w_rel),
         dw=to_child @ (parent.dw + w_rel_dot + ca.cross(w, w_rel)),
         u=to_child @ (parent.u + ca.cross(w, p) + p_dot),
-        a=to_child @ (parent.a + ca.cross(parent.dw, p) + ca.cross(w, ca.cross(w, p)) + 2 * ca.cross(w, p_dot) + p_ddot),
+        a=to_child
+        @ (parent.a + ca.cross(parent.dw, p) + ca.cross(w, ca.cross(w, p)) + 2 * ca.cross(w, p_dot) + p_ddot),
     )
 
 

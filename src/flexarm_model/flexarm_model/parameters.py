@@ -57,4 +57,6 @@ def _check(name: str, value: Any, allowed: Any) -> None:
     elif not isinstance(value, bool):
         low, high = allowed["minimum"], allowed["maximum"]
         if not (math.isfinite(value) and low <= value <= high):
-            raise ParameterError(f"{name}: {value} is not a finite number in [{low}, {high}] {allowed['unit']}")
+            raise ParameterError(
+                f"{name}: {value} is not a finite number in [{low}, {high}] {allowed['unit']}"
+            )

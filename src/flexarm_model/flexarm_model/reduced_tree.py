@@ -20,7 +20,16 @@ from numpy.typing import NDArray
 from flexarm_model.compiled import FastFunction, compile_functions
 from flexarm_model.description import WORLD, Joint, ManipulatorConfig, NodeRef
 from flexarm_model.elastic_forces import inertia_forces
-from flexarm_model.frames import Motion, Step, axis_step, base_motion, constant_step, inverse_step, move, node_step
+from flexarm_model.frames import (
+    Motion,
+    Step,
+    axis_step,
+    base_motion,
+    constant_step,
+    inverse_step,
+    move,
+    node_step,
+)
 from flexarm_model.sensors import Point, sensor_outputs
 from flexarm_model.superelement import Superelement, reduce_body
 
@@ -49,7 +58,8 @@ class ReducedTree:
         self.config = config
         used = {ref for joint in config.joints for ref in (joint.parent, joint.child)}
         self.bodies: dict[str, Superelement] = {
-            name: reduce_body(body, {ref.node for ref in used if ref.body == name}) for name, body in config.bodies.items()
+            name: reduce_body(body, {ref.node for ref in used if ref.body == name})
+            for name, body in config.bodies.items()
         }
         axes = [(joint, axis) for joint in config.joints for axis in joint.axes]
         self.axis_names = tuple(f"{joint.name}.{axis.name}" for joint, axis in axes)
@@ -96,7 +106,12 @@ class ReducedTree:
             "forward_dynamics": ([q, v, force], [ca.ldl_solve(force - h, D_f, L_t, order)]),
             "linearisation": ([q], self._at_rest([M, ca.jacobian(f, v), ca.jacobian(f, q), f])),
             "outputs": ([q, v, a, q_ref], [y]),
-            "output_rows": ([q], self._at_rest([ca.substitute(e, q_ref, q) for e in (y, *(ca.jacobian(y, x) for x in (q, v, a)))])),
+            "output_rows": (
+                [q],
+                self._at_rest(
+                    [ca.substitute(e, q_ref, q) for e in (y, *(ca.jacobian(y, x) for x in (q, v, a)))]
+                ),
+            ),
             "tip_pose": ([q], [ca.vertcat(ca.horzcat(tip.R, tip.p), ca.DM([[0, 0, 0, 1]]))]),
             "tip_jacobian": ([q], [J_tip]),
         }
@@ -131,7 +146,9 @@ class ReducedTree:
         child = joint.child
         shape = self.bodies[child.body].nodes[child.node]
         self._node_frames[child] = at
-        self._body_frames[child.body] = self._add(at, inverse_step(node_step(shape, self._elastic[child.body], q), q))
+        self._body_frames[child.body] = self._add(
+            at, inverse_step(node_step(shape, self._elastic[child.body], q), q)
+        )
 
     def _add(self, parent: int, step: Step) -> int:
         self._frames.append(_Frame(parent, step))

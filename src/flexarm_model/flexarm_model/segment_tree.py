@@ -52,7 +52,11 @@ class SegmentTree:
     def actuated(self) -> list[int]:
         """Indices of the actuated axes in q."""
         actuated = self.config.actuated
-        return [self.model.joints[self.model.getJointId(name)].idx_v for name in self.axis_names if name in actuated]
+        return [
+            self.model.joints[self.model.getJointId(name)].idx_v
+            for name in self.axis_names
+            if name in actuated
+        ]
 
     def inverse_dynamics(self, q: Array, v: Array, a: Array) -> Array:
         """Return the forces on the coordinates, (n_q,)."""
@@ -71,7 +75,8 @@ class SegmentTree:
         """Return the slowest angular frequencies with the actuated axes locked [rad/s], (count,)."""
         e = np.setdiff1d(np.arange(self.n_q), self.actuated)
         K = np.asarray(pin.computeRNEADerivatives(self.model, self.data, q, 0 * q, 0 * q)[0]) + self.K
-        return np.sqrt(eigh(K[np.ix_(e, e)], self.mass_matrix(q)[np.ix_(e, e)], eigvals_only=True)[:count])
+        value = eigh(K[np.ix_(e, e)], self.mass_matrix(q)[np.ix_(e, e)], eigvals_only=True)
+        return np.asarray(np.sqrt(value[:count]))
 
     def node_pose(self, q: Array, node: NodeRef) -> Array:
         """Return the pose of a node in the world, (4, 4)."""
@@ -99,7 +104,9 @@ class SegmentTree:
         assert isinstance(beam, Beam)
         at, total = beam.nodes[body.node], 0.0
         for kind, lever in (("bend_y", -sensor.offset[0]), ("bend_z", sensor.offset[1]), ("stretch", 1.0)):
-            springs = [(segment, q[index]) for index, name, segment in self._springs[body.body] if name == kind]
+            springs = [
+                (segment, q[index]) for index, name, segment in self._springs[body.body] if name == kind
+            ]
             if springs:
                 x = np.array([segment.spring_at for segment, _ in springs])
                 rate = np.array([angle / segment.length for segment, angle in springs])
@@ -130,17 +137,23 @@ class SegmentTree:
 
     def _add_beam(self, beam: Beam, root: NodeRef, at: int, placement: pin.SE3) -> None:
         if root.node != "root":
-            raise ValueError(f"body '{beam.name}': the segment tree joins a beam at its root, not at '{root.node}'")
+            raise ValueError(
+                f"body '{beam.name}': the segment tree joins a beam at its root, not at '{root.node}'"
+            )
         self._springs[beam.name] = []
         for segment in cut_beam(beam, self.n_segments):
             for kind, axis, stiffness in segment.springs:
-                at = self.model.addJoint(at, _JOINT_MODELS[axis](), placement, f"{beam.name}.{kind}.{segment.index}")
+                at = self.model.addJoint(
+                    at, _JOINT_MODELS[axis](), placement, f"{beam.name}.{kind}.{segment.index}"
+                )
                 placement = pin.SE3.Identity()
                 self._springs[beam.name].append((self.model.joints[at].idx_v, kind, segment))
                 self._stiffness.append(stiffness)
                 self._damping.append(0.0)
             # the segment's frame: origin at its spring, x along the beam
-            self.model.appendBodyToJoint(at, pin.Inertia(segment.mass, segment.com, segment.inertia), placement)
+            self.model.appendBodyToJoint(
+                at, pin.Inertia(segment.mass, segment.com, segment.inertia), placement
+            )
             for name in segment.nodes:
                 offset = np.array([beam.nodes[name] - segment.spring_at, 0.0, 0.0])
                 self._places[NodeRef(beam.name, name)] = (at, placement * pin.SE3(np.eye(3), offset))

@@ -53,7 +53,9 @@ def cut_beam(beam: Beam, n: int) -> list[Segment]:
     segments = []
     for index, (frame, end) in enumerate(zip(frames, ends, strict=True)):
         mass, com, inertia = _inertia(beam, frame, end, is_last=index == n)
-        inside = tuple(name for name, x in beam.nodes.items() if frame <= x < end or (index == n and x >= frame))
+        inside = tuple(
+            name for name, x in beam.nodes.items() if frame <= x < end or (index == n and x >= frame)
+        )
         stiffness = _springs(beam, frame - h / 2, frame + h / 2) if index else ()
         offset = np.array([com - frame, 0.0, 0.0])
         segments.append(Segment(index, frame, h, stiffness, end - frame, mass, offset, inertia, inside))
@@ -77,7 +79,9 @@ def _springs(beam: Beam, start: float, end: float) -> tuple[tuple[str, str, floa
 
 def _inertia(beam: Beam, start: float, end: float, *, is_last: bool) -> tuple[float, float, Array]:
     """Return mass, centre of mass from the root, and inertia about it."""
-    parts = [(p.density * p.area * (b - a), (a + b) / 2, (b - a), p) for p, a, b in _overlaps(beam, start, end)]
+    parts = [
+        (p.density * p.area * (b - a), (a + b) / 2, (b - a), p) for p, a, b in _overlaps(beam, start, end)
+    ]
     points = [m for m in beam.point_masses if start <= m.at < end or (is_last and m.at >= start)]
     mass = sum(part[0] for part in parts) + sum(point.mass for point in points)
     com = (sum(m * x for m, x, _, _ in parts) + sum(p.mass * p.at for p in points)) / mass

@@ -45,7 +45,16 @@ def _strain_gauge(name: str, site: str, section: Section) -> SensorSpec:
     limit = section.quantity("limit", "strain", math.inf, above=0.0)
     y, z = section.quantities("offset", "length", 2)
     return SensorSpec(
-        name, "strain_gauge", site, ("strain",), np.array([sigma]), *_timing(section), -reach, reach, (y, z), limit
+        name,
+        "strain_gauge",
+        site,
+        ("strain",),
+        np.array([sigma]),
+        *_timing(section),
+        -reach,
+        reach,
+        (y, z),
+        limit,
     )
 
 
@@ -53,7 +62,9 @@ def _accelerometer(name: str, site: str, section: Section) -> SensorSpec:
     sigma = section.quantity("sigma", "acceleration", above=0.0)
     reach = section.quantity("range", "acceleration", above=0.0)
     axes = section.choices("axes", ("x", "y", "z"))
-    return SensorSpec(name, "accelerometer", site, axes, np.full(len(axes), sigma), *_timing(section), -reach, reach)
+    return SensorSpec(
+        name, "accelerometer", site, axes, np.full(len(axes), sigma), *_timing(section), -reach, reach
+    )
 
 
 def _camera(name: str, site: str, section: Section) -> SensorSpec:

@@ -39,7 +39,9 @@ def output_names(config: ManipulatorConfig) -> tuple[str, ...]:
 
 def output_units(config: ManipulatorConfig) -> tuple[str, ...]:
     """Return the SI unit of every output row."""
-    units = [SENSOR_KINDS[sensor.kind].units[channel] for sensor in config.sensors for channel in sensor.channels]
+    units = [
+        SENSOR_KINDS[sensor.kind].units[channel] for sensor in config.sensors for channel in sensor.channels
+    ]
     return (*units, *SENSOR_KINDS["camera"].units.values())
 
 

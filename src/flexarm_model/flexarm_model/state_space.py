@@ -124,6 +124,14 @@ def discretize(system: StateSpace, dt: float) -> StateSpace:
     A = step[:n_x, :n_x]
     Q = A @ noise[:n_x, n_x:]
     return StateSpace(
-        A, step[:n_x, n_x : n_x + n_u], step[:n_x, -1], (Q + Q.T) / 2,
-        system.C, system.D, system.y_c, system.D_w, dt, system.n_xi,
+        A,
+        step[:n_x, n_x : n_x + n_u],
+        step[:n_x, -1],
+        (Q + Q.T) / 2,
+        system.C,
+        system.D,
+        system.y_c,
+        system.D_w,
+        dt,
+        system.n_xi,
     )

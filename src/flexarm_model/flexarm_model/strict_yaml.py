@@ -31,7 +31,9 @@ class _Loader(yaml.SafeLoader):
         keys = [self.construct_object(key, deep=True) for key, _ in node.value]  # type: ignore[no-untyped-call]
         for key in keys:
             if keys.count(key) > 1:
-                raise ConfigError(f"line {node.start_mark.line + 1}: key '{key}' is given twice; give it once")
+                raise ConfigError(
+                    f"line {node.start_mark.line + 1}: key '{key}' is given twice; give it once"
+                )
         return super().construct_mapping(node, deep=deep)
 
 
@@ -105,7 +107,9 @@ class Section:
             return float(value)
         return self._number(key, value, dimension, above, at_least)
 
-    def quantities(self, key: str, dimension: str, size: int, default: Sequence[float] | None = None) -> NDArray[np.float64]:
+    def quantities(
+        self, key: str, dimension: str, size: int, default: Sequence[float] | None = None
+    ) -> NDArray[np.float64]:
         """Return a list of quantities, (size,)."""
         value = self.take(key, _MISSING if default is None else default)
         if key not in self._content:
@@ -135,7 +139,9 @@ class Section:
             raise self.error(key, value, f"expected one of {', '.join(allowed)}")
         return str(value)
 
-    def choices(self, key: str, allowed: Sequence[str], default: Sequence[str] | None = None) -> tuple[str, ...]:
+    def choices(
+        self, key: str, allowed: Sequence[str], default: Sequence[str] | None = None
+    ) -> tuple[str, ...]:
         """Return a list without repetition out of the texts allowed, in their order."""
         value = self.texts(key, default)
         if len(set(value)) != len(value) or not set(value) <= set(allowed):

@@ -80,7 +80,7 @@ class Superelement:
     @property
     def modal_mass(self) -> Array:
         """Mass matrix of the elastic coordinates, (n, n)."""
-        return np.trace(self.P[1 : self.n + 1, 1 : self.n + 1], axis1=2, axis2=3)
+        return np.asarray(np.trace(self.P[1 : self.n + 1, 1 : self.n + 1], axis1=2, axis2=3))
 
 
 def reduce_body(body: RigidBody | Beam, interfaces: Collection[str]) -> Superelement:
@@ -124,7 +124,9 @@ def _from_beam(beam: Beam, interfaces: Collection[str]) -> Superelement:
     }
     N = _fields(mesh, basis, x)
     s = np.einsum("k,kai->ai", weight["centre"], N["centre"])
-    P = np.sum([np.einsum("k,kai,kbj->abij", weight[key], N[key], N[key], optimize=True) for key in N], axis=0)
+    P = np.sum(
+        [np.einsum("k,kai,kbj->abij", weight[key], N[key], N[key], optimize=True) for key in N], axis=0
+    )
     P[abs(P) < ROUND_OFF * abs(P).max()] = 0.0  # structural zeros keep the generated code short
     K = np.diag(omega**2)
     D = np.diag(2 * beam.damping_ratio * omega)
@@ -140,14 +142,18 @@ def _modes(mesh: BeamMesh, used: list[str]) -> tuple[Array, Array]:
     free = np.setdiff1d(mesh.active, fixed)
     inner = np.ix_(free, free)
     held = reduction.retain if reduction.frame == "chord" else used
-    boundary = np.array([i for i, dof in enumerate(free) if any(dof in mesh.dof(name) for name in held)], dtype=np.intp)
+    boundary = np.array(
+        [i for i, dof in enumerate(free) if any(dof in mesh.dof(name) for name in held)], dtype=np.intp
+    )
     n_modes = max(reduction.modes - boundary.size, 0)
     if reduction.method == "guyan":
         basis = guyan(M[inner], K[inner], boundary)
     else:
         basis = craig_bampton(M[inner], K[inner], boundary, n_modes)
     if basis.shape[1] < reduction.modes:
-        raise ValueError(f"body '{mesh.beam.name}': {reduction.modes} modes asked for, {basis.shape[1]} available")
+        raise ValueError(
+            f"body '{mesh.beam.name}': {reduction.modes} modes asked for, {basis.shape[1]} available"
+        )
     modes, omega = mode_basis(M[inner], K[inner], basis, reduction.modes)
     full = np.zeros((mesh.n_dof, omega.size))
     full[free] = modes
@@ -175,7 +181,9 @@ def _fields(mesh: BeamMesh, basis: Array, x: Array) -> dict[str, Array]:
     r = {"centre": (x, none, none), "y": (none, one, none), "z": (none, none, one)}
     first = {"centre": centre, "y": along_y, "z": along_z}
     last = {"centre": second, "y": flat, "z": flat}
-    return {key: np.concatenate([np.stack(r[key], axis=1)[:, None], first[key], last[key]], axis=1) for key in r}
+    return {
+        key: np.concatenate([np.stack(r[key], axis=1)[:, None], first[key], last[key]], axis=1) for key in r
+    }
 
 
 def _shortening(mesh: BeamMesh, basis: Array, x: Array) -> Array:

@@ -52,7 +52,9 @@ def parse_quantity(text: object, dimension: str) -> float:
     if isinstance(text, bool) or not isinstance(text, int | float | str):
         raise ValueError(f"expected {_example(dimension)}")
     if unit not in UNITS[dimension]:
-        raise ValueError(f"unit '{unit or 'none'}' does not fit a {dimension}; expected {_example(dimension)}")
+        raise ValueError(
+            f"unit '{unit or 'none'}' does not fit a {dimension}; expected {_example(dimension)}"
+        )
     try:
         value = float(number)
     except ValueError:
