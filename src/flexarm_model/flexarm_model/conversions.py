@@ -13,9 +13,9 @@ from collections.abc import Sequence
 
 import numpy as np
 from builtin_interfaces.msg import Time
+from flexarm_interfaces.msg import ReducedModel as ReducedModelMsg
 from numpy.typing import NDArray
 
-from flexarm_interfaces.msg import ReducedModel as ReducedModelMsg
 from flexarm_model.reduced_model import Outputs, ReducedModel
 
 Array = NDArray[np.float64]

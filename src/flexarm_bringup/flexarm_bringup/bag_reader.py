@@ -1,0 +1,166 @@
+"""Bags read back, after proof that they are whole.
+
+``check_bag`` reads everything once and refuses what a regression must never pass on: no messages,
+a topic missing, a type unknown or other than the table says, counts that disagree, a data file cut
+short or changed, a message that does not decode.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import struct
+from collections import Counter
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, TypeVar
+
+from rosbags.interfaces import Connection
+from rosbags.rosbag2 import Reader, ReaderError
+from rosbags.serde import SerdeError
+
+from flexarm_bringup.bag_types import bag_types
+from flexarm_bringup.bag_writer import CHECKSUM_FILE, DATA_FILE, BagError
+from flexarm_bringup.topics import find_stream
+
+# rosbags lets errors of its parsers through when a file is garbage
+_BAD_FILE = (ReaderError, OSError, EOFError, ArithmeticError, struct.error, MemoryError)
+_BAD_CONTENT = (*_BAD_FILE, ValueError, LookupError, TypeError, AttributeError, AssertionError)
+_BAD_MESSAGE = (SerdeError, ValueError, LookupError, TypeError, struct.error, AssertionError)
+
+Result = TypeVar("Result")
+
+
+@dataclass(frozen=True)
+class Record:
+    """One message of a bag.
+
+    Attributes:
+        name: Absolute topic.
+        type: Message type.
+        log_time_ns: When it was received [ns].
+        cdr: The serialised message.
+    """
+
+    name: str
+    type: str
+    log_time_ns: int
+    cdr: bytes
+
+
+@dataclass(frozen=True)
+class Bag:
+    """A bag that has been proved whole.
+
+    Attributes:
+        path: Its folder.
+        records: All messages by log time, those of equal time in the order written.
+        counts: Messages by absolute topic, (also 0).
+        custom: What the recorder said about itself (git hash, configuration).
+    """
+
+    path: Path
+    records: tuple[Record, ...]
+    counts: Mapping[str, int]
+    custom: Mapping[str, str]
+
+
+def decode(record: Record) -> Any:
+    """Return the message as an object with the fields of its .msg file (no ROS needed)."""
+    return bag_types().deserialize_cdr(record.cdr, record.type)
+
+
+def check_bag(path: Path, required: Sequence[str] = ()) -> Bag:
+    """Read a bag and prove that it is whole.
+
+    Args:
+        path: Folder of the bag.
+        required: Absolute topics that must have messages.
+
+    Raises:
+        BagError: It cannot be used; the text is one line with the reason.
+    """
+    if not path.is_dir():
+        raise BagError(
+            f"{path}: no such folder" if not path.exists() else f"{path}: is a file, not a bag folder"
+        )
+    if not (path / "metadata.yaml").is_file():
+        raise BagError(f"{path}: has no metadata.yaml (not a bag, or its recorder was killed)")
+    _check_sum(path)
+    reader = _refuse(path, "metadata cannot be read", lambda: Reader(path))
+    _refuse(path, "cannot be opened", reader.open)
+    try:
+        counts: Counter[str] = Counter()
+        for connection in reader.connections:
+            counts[connection.topic] += connection.msgcount
+            _check_type(path, connection)
+        custom = dict(reader.storage.metadata.custom or {})
+        records = _refuse(path, "data are cut short or changed", lambda: tuple(_records(reader)))
+    finally:
+        reader.close()
+    _check_counts(path, counts, records, required)
+    _check_messages(path, records)
+    return Bag(path, records, counts, custom)
+
+
+def _records(reader: Reader) -> Iterator[Record]:
+    for connection, log_time_ns, cdr in reader.messages():
+        yield Record(connection.topic, connection.msgtype, log_time_ns, bytes(cdr))
+
+
+def _refuse(path: Path, what: str, action: Callable[[], Result]) -> Result:
+    try:
+        return action()
+    except _BAD_CONTENT as error:
+        text = " ".join(str(error).split()) or type(error).__name__
+        raise BagError(f"{path}: {what}: {text}") from error
+
+
+def _check_sum(path: Path) -> None:
+    if not (path / CHECKSUM_FILE).is_file():
+        return  # recorded by another program
+    expected = (path / CHECKSUM_FILE).read_text(encoding="utf8", errors="replace").split()
+    data = path / DATA_FILE
+    if not data.is_file():
+        raise BagError(f"{path}: its data file {DATA_FILE} is missing")
+    if not data.stat().st_size:
+        raise BagError(f"{path}: its data file {DATA_FILE} is empty")
+    if expected[:1] != [hashlib.sha256(data.read_bytes()).hexdigest()]:
+        raise BagError(
+            f"{path}: {DATA_FILE} is not what was recorded (SHA-256 differs: cut short or changed)"
+        )
+
+
+def _check_type(path: Path, connection: Connection) -> None:
+    name, kind = connection.topic, connection.msgtype
+    stream = find_stream(name)
+    if stream is not None and stream.type != kind:
+        raise BagError(f"{path}: {name} has type {kind}, {stream.type} expected")
+    types = bag_types()
+    if kind not in types.types:
+        raise BagError(f"{path}: {name} has an unknown type {kind}")
+    if connection.digest and connection.digest != types.hash_rihs01(kind):
+        raise BagError(f"{path}: {name} was recorded with another definition of {kind}")
+
+
+def _check_counts(
+    path: Path, counts: Mapping[str, int], records: Sequence[Record], required: Sequence[str]
+) -> None:
+    if not records:
+        raise BagError(f"{path}: holds no messages")
+    found = Counter(record.name for record in records)
+    for name, count in counts.items():
+        if found[name] != count:
+            raise BagError(f"{path}: {name} has {found[name]} messages, its metadata say {count}")
+    for name in required:
+        if not found[name]:
+            raise BagError(f"{path}: no message on {name}; it has {', '.join(sorted(found))}")
+
+
+def _check_messages(path: Path, records: Sequence[Record]) -> None:
+    for record in records:
+        try:
+            decode(record)
+        except _BAD_MESSAGE as error:
+            where = f"{record.name} at {record.log_time_ns} ns"
+            raise BagError(f"{path}: {where} does not decode as {record.type}: {error}") from error

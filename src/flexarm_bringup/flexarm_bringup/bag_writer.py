@@ -1,0 +1,131 @@
+"""Bags as rosbag2 writes them: MCAP, metadata version 9, raw CDR in.
+
+Identical input gives identical files: the data file has a fixed name, topics are declared in the
+order given and nothing of the wall clock goes in. ``sha256`` beside the data file lets a reader
+notice a flipped byte, which MCAP without checksums does not (``sha256sum -c sha256``).
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from types import TracebackType
+
+from rosbags.interfaces import Qos, QosDurability, QosHistory, QosLiveliness, QosReliability, QosTime
+from rosbags.rosbag2 import StoragePlugin, Writer
+from rosbags.rosbag2.enums import CompressionMode
+from rosbags.rosbag2.storage_mcap import McapWriter
+
+from flexarm_bringup.bag_types import bag_types
+from flexarm_bringup.topics import Stream
+
+DATA_FILE = "data.mcap"
+CHECKSUM_FILE = "sha256"
+_FOREVER = QosTime(2147483647, 4294967295)  # rosbag2's way to write "no limit"
+
+
+class BagError(ValueError):
+    """A bag cannot be used; the text is one line that says why."""
+
+
+class BagWriter:
+    """A bag being written; close it in ``finally`` or use ``with``."""
+
+    def __init__(self, path: Path, streams: Sequence[Stream], custom: Mapping[str, str]) -> None:
+        """Create the bag.
+
+        Args:
+            path: Folder to create.
+            streams: Topics that may be written; each appears in the bag, even without messages.
+            custom: Kept in the metadata: git hash, configuration.
+
+        Raises:
+            BagError: ``path`` exists or cannot be created.
+        """
+        if path.exists():
+            raise BagError(f"{path} exists already")
+        self.path = path
+        self._writer = _Writer(path, version=9, storage_plugin=StoragePlugin.MCAP)
+        for key, value in custom.items():
+            self._writer.set_custom_data(key, value)
+        try:
+            self._writer.open()
+        except OSError as error:
+            raise BagError(f"{path} cannot be created: {error}") from error
+        types = bag_types()
+        self._connections = {
+            stream.name: self._writer.add_connection(
+                stream.name, stream.type, typestore=types, offered_qos_profiles=[_offered_qos(stream)]
+            )
+            for stream in streams
+        }
+
+    @property
+    def counts(self) -> dict[str, int]:
+        """Messages written so far by absolute topic."""
+        return {name: self._writer.counts[c.id] for name, c in self._connections.items()}
+
+    def write(self, name: str, log_time_ns: int, cdr: bytes) -> None:
+        """Append a serialised message.
+
+        Args:
+            name: Absolute topic, one of those given at construction.
+            log_time_ns: Instant it was received [ns].
+            cdr: The message with its encapsulation header.
+
+        Raises:
+            OSError: The disk is full.
+        """
+        self._writer.write(self._connections[name], log_time_ns, cdr)
+
+    def close(self) -> None:
+        """Write index, metadata and checksum.
+
+        Raises:
+            OSError: The disk is full; what was written before stays recoverable.
+        """
+        if self._writer.storage is None:
+            return
+        try:
+            self._writer.close()
+            digest = hashlib.sha256((self.path / DATA_FILE).read_bytes()).hexdigest()
+            (self.path / CHECKSUM_FILE).write_text(f"{digest}  {DATA_FILE}\n", encoding="utf8")
+        finally:
+            self._writer.abort()  # closes the file where close() could not; else does nothing
+
+    def __enter__(self) -> BagWriter:
+        """Return the writer itself."""
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        """Close, also when something else failed: half a bag is worth reading."""
+        self.close()
+
+
+class _DataFile(McapWriter):  # type: ignore[misc]
+    """Gives the data file a name that does not depend on the folder's."""
+
+    def __init__(self, path: Path, compression: CompressionMode) -> None:
+        super().__init__(path, compression)
+        self.path: Path = (path / f"{path.name}.mcap").rename(path / DATA_FILE)
+
+
+class _Writer(Writer):  # type: ignore[misc]
+    STORAGE_PLUGINS = {StoragePlugin.MCAP: _DataFile}
+
+
+def _offered_qos(stream: Stream) -> Qos:
+    return Qos(
+        history=QosHistory.KEEP_LAST,
+        depth=stream.depth,
+        reliability=QosReliability.RELIABLE,
+        durability=QosDurability.TRANSIENT_LOCAL if stream.is_latched else QosDurability.VOLATILE,
+        deadline=_FOREVER,
+        lifespan=_FOREVER,
+        liveliness=QosLiveliness.AUTOMATIC,
+        liveliness_lease_duration=_FOREVER,
+        avoid_ros_namespace_conventions=False,
+    )

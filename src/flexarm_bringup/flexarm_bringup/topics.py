@@ -1,0 +1,105 @@
+"""The one table of all streams: who says what, how often and how reliably.
+
+Recorder, replay, bag checks and the documentation read it. Topics are relative to the namespace
+``/flexarm`` unless they start with a slash. ``imu/*`` stands for one topic per accelerometer.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+NAMESPACE = "/flexarm"
+
+
+@dataclass(frozen=True)
+class Stream:
+    """One topic.
+
+    Attributes:
+        topic: Relative name; ``imu/*`` is a family.
+        type: Message type, "package/msg/Name".
+        publisher: Node that publishes it; "user" for what comes from outside.
+        rate: When it is sent, for the reader.
+        text: What it carries, for the reader.
+        depth: Depth of the publisher's history [1].
+        is_latched: Late subscribers get the last message (transient local).
+        is_stamped: The message starts with a std_msgs/Header.
+        is_sensor: The estimator reads it as a measurement.
+    """
+
+    topic: str
+    type: str
+    publisher: str
+    rate: str
+    text: str
+    depth: int = 1
+    is_latched: bool = False
+    is_stamped: bool = True
+    is_sensor: bool = False
+
+    @property
+    def name(self) -> str:
+        """Absolute topic."""
+        return self.topic if self.topic.startswith("/") else f"{NAMESPACE}/{self.topic}"
+
+
+STREAMS = (
+    Stream("joint_states", "sensor_msgs/msg/JointState", "rig", "motor period",
+           "motor side position, velocity and measured torque", depth=10, is_sensor=True),
+    Stream("strain", "flexarm_interfaces/msg/StrainArray", "rig", "gauge rate",
+           "surface strain with its standard deviation", depth=10, is_sensor=True),
+    Stream("imu/*", "sensor_msgs/msg/Imu", "rig", "accelerometer rate",
+           "specific force of one accelerometer (+g at rest)", depth=10, is_sensor=True),
+    Stream("camera/pose", "geometry_msgs/msg/PoseWithCovarianceStamped", "rig", "30-60 Hz",
+           "pose of the tip, stamped at exposure", depth=10, is_sensor=True),
+    Stream("applied_effort", "sensor_msgs/msg/JointState", "rig", "motor period",
+           "torque that the guard let through; what a rig driver subscribes to", is_sensor=True),
+    Stream("tick", "flexarm_interfaces/msg/Tick", "rig", "lockstep only",
+           "what was sent at this instant", depth=10),
+    Stream("guard_status", "flexarm_interfaces/msg/GuardStatus", "rig", "10 Hz and on change",
+           "what the guard lets through, and why"),
+    Stream("model", "flexarm_interfaces/msg/ReducedModel", "model", "on change of pose",
+           "reduced model in use", is_latched=True),
+    Stream("robot_description", "std_msgs/msg/String", "model", "once",
+           "URDF with the elastic modes as segment joints", is_latched=True, is_stamped=False),
+    Stream("modal_state", "flexarm_interfaces/msg/ModalState", "estimator", "control rate",
+           "joints, modes and disturbance with covariance and health", depth=10),
+    Stream("end_effector", "nav_msgs/msg/Odometry", "estimator", "control rate",
+           "pose and velocity of the tip with covariance", depth=10),
+    Stream("joint_commands", "flexarm_interfaces/msg/JointCommand", "controller", "control rate",
+           "torque asked for"),
+    Stream("controller_status", "flexarm_interfaces/msg/ControllerStatus", "controller", "control rate",
+           "mode, solver, limits that bind, reason"),
+    Stream("predicted", "trajectory_msgs/msg/JointTrajectory", "controller", "10-20 Hz",
+           "plan of the controller"),
+    Stream("markers", "visualization_msgs/msg/MarkerArray", "estimator", "10-20 Hz",
+           "shape of the arm for a viewer", is_stamped=False),
+    Stream("reference", "trajectory_msgs/msg/JointTrajectory", "user", "event",
+           "motion asked for"),
+    Stream("/diagnostics", "diagnostic_msgs/msg/DiagnosticArray", "all", "1 Hz",
+           "health of every node", depth=10),
+)  # fmt: skip
+SENSOR_TOPICS = tuple(stream.topic for stream in STREAMS if stream.is_sensor)
+
+
+def streams(accelerometers: Sequence[str]) -> tuple[Stream, ...]:
+    """Return the table with ``imu/*`` written out, one topic per accelerometer."""
+    written: list[Stream] = []
+    for stream in STREAMS:
+        if stream.topic.endswith("/*"):
+            written += [replace(stream, topic=stream.topic[:-1] + name) for name in accelerometers]
+        else:
+            written.append(stream)
+    return tuple(written)
+
+
+def find_stream(name: str) -> Stream | None:
+    """Return the row that an absolute topic belongs to, its family written out; None if there is none."""
+    for stream in STREAMS:
+        if stream.name == name:
+            return stream
+        prefix = stream.name[:-1]
+        if stream.topic.endswith("/*") and name.startswith(prefix) and len(name) > len(prefix):
+            return replace(stream, topic=stream.topic[:-1] + name[len(prefix) :])
+    return None
