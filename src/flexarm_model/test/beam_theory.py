@@ -67,7 +67,7 @@ class BeamModes(NamedTuple):
     participation: Array
 
 
-def cantilever(  # noqa: PLR0913, PLR0917 - the symbols of the equation
+def cantilever(
     E: float,
     I: float,  # noqa: E741 - second moment of area has this name
     rho_A: float,

@@ -1,0 +1,207 @@
+"""What a command reports: one page of tables, figures and checks, as text, JSON or HTML.
+
+Rows hold plain numbers; columns say how they are printed. The same page goes to the terminal, to
+``--json FILE`` and to ``--html FILE``, so the three cannot disagree.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from flexarm_bringup.figures import Figure
+
+Cell = str | float | int | bool | None
+MISSING = "–"
+
+
+@dataclass(frozen=True)
+class Column:
+    """Heading and format of a column; numbers are printed with ``format``, text as it is."""
+
+    title: str
+    format: str = ""
+
+    def text(self, cell: Cell) -> str:
+        """Return how a cell is printed."""
+        if cell is None:
+            return MISSING
+        if isinstance(cell, bool):
+            return "yes" if cell else "no"
+        if isinstance(cell, str):
+            return cell
+        return format(cell, self.format) if math.isfinite(cell) else {math.inf: "never"}.get(cell, str(cell))
+
+    @property
+    def is_numeric(self) -> bool:
+        """Whether its cells are set flush right."""
+        return bool(self.format)
+
+
+@dataclass(frozen=True)
+class Table:
+    """A titled table with notes below.
+
+    Attributes:
+        title: One line.
+        columns: The columns, or their headings where all cells are text.
+        rows: One cell per column.
+        notes: Sentences that belong to it.
+    """
+
+    title: str
+    columns: Sequence[Column]
+    rows: Sequence[Sequence[Cell]]
+    notes: Sequence[str] = ()
+
+    def __post_init__(self) -> None:
+        """Refuse rows that do not fit."""
+        for row in self.rows:
+            if len(row) != len(self.columns):
+                raise ValueError(f"table '{self.title}': row {row!r} has not {len(self.columns)} cells")
+
+    def texts(self) -> list[list[str]]:
+        """Return the cells as they are printed."""
+        return [
+            [column.text(cell) for column, cell in zip(self.columns, row, strict=True)] for row in self.rows
+        ]
+
+    def to_text(self) -> str:
+        """Return the table for a terminal."""
+        rows = self.texts()
+        widths = [
+            max(len(line) for line in [*column.title.split("\n"), *(row[i] for row in rows)])
+            for i, column in enumerate(self.columns)
+        ]
+        depth = max(column.title.count("\n") for column in self.columns) + 1
+        heads = [_padded(column.title.split("\n"), depth) for column in self.columns]
+        lines = [self._line([head[level] for head in heads], widths) for level in range(depth)]
+        lines.append("  ".join("─" * width for width in widths))
+        lines += [self._line(row, widths) for row in rows]
+        notes = [f"  · {note}" for note in self.notes]
+        return "\n".join([self.title, "", *(f"  {line}".rstrip() for line in lines), *notes])
+
+    def to_json(self) -> dict[str, Any]:
+        """Return the table with raw numbers; a row is a list in the order of the columns."""
+        columns = [column.title.replace("\n", " ") for column in self.columns]
+        rows = [[_json_cell(cell) for cell in row] for row in self.rows]
+        return {"title": self.title, "columns": columns, "rows": rows, "notes": list(self.notes)}
+
+    def to_html(self) -> str:
+        """Return the table as an HTML fragment."""
+        from flexarm_bringup.page_template import TABLE, render
+
+        return render(TABLE, table=self)
+
+    def _line(self, cells: Sequence[str], widths: Sequence[int]) -> str:
+        columns = zip(self.columns, cells, widths, strict=True)
+        return "  ".join(
+            cell.rjust(width) if column.is_numeric else cell.ljust(width) for column, cell, width in columns
+        )
+
+
+@dataclass(frozen=True)
+class Check:
+    """One acceptance bound: what was wanted, what was found, and whether that will do."""
+
+    name: str
+    wanted: str
+    found: str
+    passed: bool
+
+
+@dataclass(frozen=True)
+class Page:
+    """Everything a command has to say.
+
+    Attributes:
+        title: One line.
+        lead: What was done, in one or two sentences.
+        items: Tables and figures in reading order; figures appear in HTML only.
+        checks: Acceptance bounds.
+        remarks: Groups of sentences with a heading: what is fitted, assumed, not claimed.
+        data: More for the JSON file.
+    """
+
+    title: str
+    lead: str
+    items: Sequence[Table | Figure] = ()
+    checks: Sequence[Check] = ()
+    remarks: dict[str, Sequence[str]] = field(default_factory=dict)
+    data: dict[str, Any] = field(default_factory=dict)
+
+    @property
+    def passed(self) -> bool:
+        """Whether every check passed."""
+        return all(check.passed for check in self.checks)
+
+    def check_table(self) -> Table:
+        """Return the checks as a table."""
+        rows = [
+            ["ok" if check.passed else "MISSED", check.name, check.wanted, check.found]
+            for check in self.checks
+        ]
+        columns = [Column(title) for title in ("", "check", "wanted", "found")]
+        return Table("Acceptance", columns, rows)
+
+    def to_text(self) -> str:
+        """Return the page for a terminal, without its figures."""
+        blocks = [f"{self.title}\n{'═' * len(self.title)}\n{self.lead}"]
+        blocks += [item.to_text() for item in self.items if isinstance(item, Table)]
+        blocks += [
+            "\n".join([head, *(f"  · {line}" for line in lines)]) for head, lines in self.remarks.items()
+        ]
+        if self.checks:
+            blocks.append(self.check_table().to_text())
+        return "\n\n".join(blocks)
+
+    def to_json(self) -> dict[str, Any]:
+        """Return the page as what ``json`` can write."""
+        return {
+            "title": self.title,
+            "passed": self.passed,
+            "tables": [item.to_json() for item in self.items if isinstance(item, Table)],
+            "checks": [vars(check) for check in self.checks],
+            "remarks": {head: list(lines) for head, lines in self.remarks.items()},
+            **self.data,
+        }
+
+    def to_html(self) -> str:
+        """Return the page as one self-contained file."""
+        from flexarm_bringup.page_template import PAGE, render
+
+        return render(PAGE, page=self)
+
+
+def add_report_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add ``--json FILE`` and ``--html FILE``."""
+    parser.add_argument("--json", type=Path, metavar="FILE", help="also write everything as JSON")
+    parser.add_argument(
+        "--html", type=Path, metavar="FILE", help="also write one self-contained page with plots"
+    )
+
+
+def publish(page: Page, args: argparse.Namespace) -> int:
+    """Print the page, write the files that were asked for, return the exit code: 1 for a missed check."""
+    print(page.to_text())
+    if args.json:
+        args.json.write_text(json.dumps(page.to_json(), indent=1, allow_nan=False) + "\n", encoding="utf-8")
+    if args.html:
+        args.html.write_text(page.to_html(), encoding="utf-8")
+    for path in filter(None, (args.json, args.html)):
+        print(f"\nwrote {path}", end="")
+    print()
+    return 0 if page.passed else 1
+
+
+def _padded(lines: list[str], depth: int) -> list[str]:
+    return [""] * (depth - len(lines)) + lines
+
+
+def _json_cell(cell: Cell) -> Cell:
+    return cell if not isinstance(cell, float) or math.isfinite(cell) else str(cell)

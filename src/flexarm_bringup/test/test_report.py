@@ -1,0 +1,82 @@
+"""A page says the same in text, JSON and HTML."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import math
+import xml.etree.ElementTree as ET
+from pathlib import Path
+
+import pytest
+
+from flexarm_bringup.figures import drawing, to_figure
+from flexarm_bringup.report import Check, Column, Page, Table, add_report_arguments, publish
+
+TABLE = Table(
+    "Sizes & shapes",
+    [Column("name"), Column("mass\n[kg]", ".2f"), Column("settled [s]", ".1f")],
+    [["<strip>", 1.0, math.inf], ["hub", None, 0.25]],
+    ["a < b"],
+)
+
+
+def page(passed: bool = True) -> Page:
+    return Page("Title", "Lead.", [TABLE], [Check("size", "< 1", "0.5", passed)], {"Assumed": ["nothing"]})
+
+
+def test_columns_of_text_are_aligned() -> None:
+    assert TABLE.to_text().splitlines() == [
+        "Sizes & shapes",
+        "",
+        "           mass",
+        "  name     [kg]  settled [s]",
+        "  ───────  ────  ───────────",
+        "  <strip>  1.00        never",
+        "  hub         –          0.2",
+        "  · a < b",
+    ]
+
+
+def test_json_keeps_full_numbers_and_is_strict() -> None:
+    content = json.loads(json.dumps(page().to_json(), allow_nan=False))
+    assert content["tables"][0]["rows"] == [["<strip>", 1.0, "inf"], ["hub", None, 0.25]]
+    assert content["checks"] == [{"name": "size", "wanted": "< 1", "found": "0.5", "passed": True}]
+    assert content["passed"] is True
+
+
+def test_html_escapes_and_holds_every_cell() -> None:
+    html = page().to_html()
+    assert "&lt;strip&gt;" in html
+    assert "<strip>" not in html
+    assert all(text in html for text in ("1.00", "never", "Assumed", "1 of 1 bounds met"))
+    assert "http" not in html  # self-contained
+
+
+def test_figures_take_the_colour_of_the_text_and_scale() -> None:
+    with drawing() as plot:
+        plot.add_subplot().plot([0.0, 1.0], [0.0, 1.0])
+        figure = to_figure(plot, "A line & its caption")
+    root = ET.fromstring(figure.svg)
+    assert root.get("viewBox")
+    assert root.get("width") is None
+    assert "currentColor" in figure.svg
+    assert "A line &amp; its caption" in Page("T", "L", [figure]).to_html()
+
+
+@pytest.mark.parametrize("passed", [True, False])
+def test_a_missed_check_is_exit_code_1(
+    passed: bool, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    parser = argparse.ArgumentParser()
+    add_report_arguments(parser)
+    args = parser.parse_args(["--json", str(tmp_path / "a.json"), "--html", str(tmp_path / "a.html")])
+    assert publish(page(passed), args) == (0 if passed else 1)
+    assert json.loads((tmp_path / "a.json").read_text())["passed"] is passed
+    assert ("MISSED" in capsys.readouterr().out) is not passed
+    assert (tmp_path / "a.html").read_text().startswith("<!doctype html>")
+
+
+def test_rows_must_fit_the_columns() -> None:
+    with pytest.raises(ValueError, match="has not 1 cells"):
+        Table("t", [Column("a")], [[1, 2]])
