@@ -59,6 +59,8 @@ STREAMS = (
            "what was sent at this instant", depth=10),
     Stream("guard_status", "flexarm_interfaces/msg/GuardStatus", "rig", "10 Hz and on change",
            "what the guard lets through, and why"),
+    Stream("truth", "flexarm_interfaces/msg/Truth", "rig", "motor period, simulated rig only",
+           "what really happens; for reports", depth=10),
     Stream("model", "flexarm_interfaces/msg/ReducedModel", "model", "on change of pose",
            "reduced model in use", is_latched=True),
     Stream("robot_description", "std_msgs/msg/String", "model", "once",
