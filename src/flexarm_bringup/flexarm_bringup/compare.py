@@ -1,0 +1,194 @@
+"""Where two bags differ: every field of every message, within the tolerance of that field.
+
+Two numbers a, b of a field agree when ``|a - b| <= atol + rtol |a|``; NaN agrees with NaN; strings,
+integers and lengths must be equal. Messages are paired by topic, log time and order, so that one
+that is missing or too many is named and does not shift the rest.
+"""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, fields, is_dataclass
+from fnmatch import fnmatchcase
+from typing import Any
+
+import numpy as np
+
+from flexarm_bringup.bag_reader import Bag, Record, decode
+from flexarm_bringup.topics import NAMESPACE
+
+IGNORED = float("inf")
+
+
+@dataclass(frozen=True)
+class Tolerance:
+    """How far a field may differ.
+
+    Attributes:
+        pattern: "topic.field", relative topic, with ``*`` for anything.
+        atol: Absolute tolerance in the field's SI unit; infinite: not compared.
+        rtol: Relative tolerance [1].
+    """
+
+    pattern: str
+    atol: float
+    rtol: float
+
+
+# The first pattern that fits holds. The numbers allow for another processor's order of summation,
+# amplified by a few hundred steps, and stay far below the sensors' noise.
+TOLERANCES = (
+    Tolerance("controller_status.solve_time", IGNORED, 0.0),  # time of the processor, not of the arm
+    Tolerance("controller_status.iterations", IGNORED, 0.0),  # near the tolerance one more is no news
+    Tolerance("controller_status.residual", 1e-5, 0.0),  # below what the solver is asked for
+    Tolerance("joint_commands.effort", 1e-4, 1e-5),  # N m; the solver's tolerance times the torque range
+    Tolerance("controller_status.tracking_error", 1e-9, 1e-6),
+    Tolerance("modal_state.sensors.normalised_innovation", 1e-6, 1e-6),
+    Tolerance("modal_state.*", 1e-9, 1e-6),
+    Tolerance("end_effector.*", 1e-9, 1e-6),
+)
+EXACT = Tolerance("*", 0.0, 0.0)
+
+
+@dataclass(frozen=True)
+class Divergence:
+    """One difference.
+
+    Attributes:
+        log_time_ns: Log time of the message [ns].
+        topic: Absolute topic.
+        field: Field, e.g. "sensors[2].innovation[0]"; empty when a message is missing or too many.
+        text: What was expected and what was found.
+    """
+
+    log_time_ns: int
+    topic: str
+    field: str
+    text: str
+
+    def __str__(self) -> str:
+        where = f"{self.topic}.{self.field}" if self.field else self.topic
+        return f"{self.log_time_ns * 1e-9:.9f} s  {where}: {self.text}"
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """Result of a comparison.
+
+    Attributes:
+        compared: Messages compared by absolute topic [1].
+        divergences: The first difference of every message that differs, by log time.
+    """
+
+    compared: dict[str, int]
+    divergences: tuple[Divergence, ...]
+
+    @property
+    def is_equal(self) -> bool:
+        """Whether nothing differs."""
+        return not self.divergences
+
+
+def compare_bags(
+    expected: Bag, found: Bag, topics: Sequence[str], tolerances: Sequence[Tolerance] = TOLERANCES
+) -> Comparison:
+    """Compare the messages of two bags on some topics.
+
+    Args:
+        expected: The golden bag.
+        found: The bag to judge.
+        topics: Absolute topics to compare.
+        tolerances: First fitting pattern holds; fields that none fits must be equal.
+    """
+    ours, theirs = _grouped(expected, topics), _grouped(found, topics)
+    rank = {topic: i for i, topic in enumerate(topics)}
+    divergences = []
+    compared = dict.fromkeys(topics, 0)
+    for key in sorted({*ours, *theirs}, key=lambda key: (key[1], rank[key[0]])):
+        topic, log_time_ns = key
+        compared[topic] += min(len(ours[key]), len(theirs[key]))
+        differences = _differences(topic, ours[key], theirs[key], tolerances)
+        divergences += [Divergence(log_time_ns, topic, field, text) for field, text in differences]
+    return Comparison(compared, tuple(divergences))
+
+
+def _grouped(bag: Bag, topics: Sequence[str]) -> defaultdict[tuple[str, int], list[Record]]:
+    """Messages by topic and log time, in the order written."""
+    groups: defaultdict[tuple[str, int], list[Record]] = defaultdict(list)
+    for record in bag.records:
+        if record.name in topics:
+            groups[record.name, record.log_time_ns].append(record)
+    return groups
+
+
+def _differences(
+    topic: str, ours: Sequence[Record], theirs: Sequence[Record], tolerances: Sequence[Tolerance]
+) -> Iterator[tuple[str, str]]:
+    if len(ours) > len(theirs):
+        yield "", f"{len(ours) - len(theirs)} message(s) missing"
+    if len(theirs) > len(ours):
+        yield "", f"{len(theirs) - len(ours)} message(s) too many"
+    fit = _Fit(topic.removeprefix(f"{NAMESPACE}/"), tolerances)
+    for a, b in zip(ours, theirs, strict=False):
+        if a.cdr == b.cdr and a.type == b.type:
+            continue
+        if a.type != b.type:
+            yield "", f"type {b.type}, {a.type} expected"
+        else:
+            yield from _first(_walk(decode(a), decode(b), "", fit))
+
+
+def _first(differences: Iterator[tuple[str, str]]) -> list[tuple[str, str]]:
+    first = next(differences, None)
+    return [] if first is None else [first]
+
+
+class _Fit:
+    """Looks a field's tolerance up, once per field."""
+
+    def __init__(self, topic: str, tolerances: Sequence[Tolerance]) -> None:
+        self._topic = topic
+        self._tolerances = tolerances
+        self._known: dict[str, Tolerance] = {}
+
+    def __call__(self, path: str) -> Tolerance:
+        """Return the tolerance of a field given without indices, "sensors.innovation"."""
+        if path not in self._known:
+            name = f"{self._topic}.{path}"
+            fits = (tolerance for tolerance in self._tolerances if fnmatchcase(name, tolerance.pattern))
+            self._known[path] = next(fits, EXACT)
+        return self._known[path]
+
+
+def _walk(a: Any, b: Any, path: str, fit: _Fit) -> Iterator[tuple[str, str]]:
+    if is_dataclass(a):
+        for item in fields(a):
+            inner = f"{path}.{item.name}" if path else item.name
+            yield from _walk(getattr(a, item.name), getattr(b, item.name), inner, fit)
+    elif isinstance(a, list | np.ndarray):
+        if len(a) != len(b):
+            yield path, f"{len(b)} element(s), {len(a)} expected"
+        else:
+            for i, (one, other) in enumerate(zip(a, b, strict=True)):
+                yield from _walk(one, other, f"{path}[{i}]", fit)
+    elif not _agree(a, b, fit(_without_indices(path))):
+        yield path, f"{_text(b)}, {_text(a)} expected"
+
+
+def _agree(a: Any, b: Any, tolerance: Tolerance) -> bool:
+    if isinstance(a, str) or tolerance.atol == IGNORED:
+        return tolerance.atol == IGNORED or a == b
+    if isinstance(a, float | np.floating):
+        if not (np.isfinite(a) and np.isfinite(b)):
+            return bool(a == b or (np.isnan(a) and np.isnan(b)))
+        return abs(float(a) - float(b)) <= tolerance.atol + tolerance.rtol * abs(float(a))
+    return bool(a == b)
+
+
+def _without_indices(path: str) -> str:
+    return "".join(part.split("]")[-1] for part in path.split("["))
+
+
+def _text(value: Any) -> str:
+    return repr(value.item() if isinstance(value, np.generic) else value)

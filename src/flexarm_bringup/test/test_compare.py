@@ -1,0 +1,84 @@
+"""Two bags are equal within their tolerances, or the first difference is named."""
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+from bag_fixture import PERIOD_NS, write_bag
+
+from flexarm_bringup.bag_reader import check_bag
+from flexarm_bringup.compare import IGNORED, Comparison, Tolerance, compare_bags
+
+JOINTS, MODAL = "/flexarm/joint_states", "/flexarm/modal_state"
+
+
+def compare(
+    tmp_path: Path, tolerances: tuple[Tolerance, ...] = (), ticks: int = 2, **changes: Any
+) -> Comparison:
+    golden = check_bag(write_bag(tmp_path / "golden", 2))
+    other = check_bag(write_bag(tmp_path / "other", ticks, **changes))
+    return compare_bags(golden, other, [JOINTS, MODAL], tolerances)
+
+
+def test_a_bag_equals_its_copy(tmp_path: Path) -> None:
+    result = compare(tmp_path)
+    assert result.is_equal
+    assert result.compared == {JOINTS: 2, MODAL: 2}
+
+
+def test_the_first_divergence_has_stamp_topic_and_field(tmp_path: Path) -> None:
+    result = compare(tmp_path, eta=[1e-3, 2.5e-3])
+    assert len(result.divergences) == 1
+    first = result.divergences[0]
+    assert (first.log_time_ns, first.topic, first.field) == (PERIOD_NS, MODAL, "eta[1]")
+    assert str(first) == "0.005000000 s  /flexarm/modal_state.eta[1]: 0.0025, 0.002 expected"
+
+
+def test_a_nested_field_is_named_with_its_indices(tmp_path: Path) -> None:
+    assert compare(tmp_path, rejected=1).divergences[0].field == "sensors[0].rejected"
+
+
+@pytest.mark.parametrize(
+    ("tolerance", "is_equal"),
+    [
+        (Tolerance("modal_state.eta", 0.9e-6, 0.0), False),
+        (Tolerance("modal_state.eta", 1.1e-6, 0.0), True),
+        (Tolerance("modal_state.eta", 0.0, 0.9e-3), False),
+        (Tolerance("modal_state.eta", 0.0, 1.1e-3), True),
+        (Tolerance("modal_state.*", 1.1e-6, 0.0), True),
+        (Tolerance("modal_state.eta_dot", 1.0, 0.0), False),
+        (Tolerance("end_effector.*", 1.0, 0.0), False),
+    ],
+)
+def test_the_tolerance_is_absolute_plus_relative(
+    tmp_path: Path, tolerance: Tolerance, is_equal: bool
+) -> None:
+    result = compare(tmp_path, (tolerance,), eta=[1e-3 + 1e-6, 2e-3])
+    assert result.is_equal is is_equal
+
+
+def test_a_number_that_is_not_finite_never_agrees_with_one_that_is(tmp_path: Path) -> None:
+    wide = (Tolerance("modal_state.*", 1e300, 1e300),)
+    assert not compare(tmp_path, wide, eta=[float("nan"), 2e-3]).is_equal
+
+
+def test_an_ignored_field_may_hold_anything(tmp_path: Path) -> None:
+    ignored = (Tolerance("modal_state.reason", IGNORED, 0.0),)
+    assert compare(tmp_path, ignored, reason="other").is_equal
+
+
+def test_text_and_counts_have_no_tolerance(tmp_path: Path) -> None:
+    wide = (Tolerance("modal_state.*", 1e9, 1.0),)
+    assert not compare(tmp_path, wide, reason="other").is_equal
+
+
+def test_an_array_of_other_length_differs(tmp_path: Path) -> None:
+    result = compare(tmp_path, eta=[1e-3])
+    assert result.divergences[0].text == "1 element(s), 2 expected"
+
+
+@pytest.mark.parametrize(("ticks", "text"), [(1, "1 message(s) missing"), (3, "1 message(s) too many")])
+def test_messages_missing_or_too_many_are_named(tmp_path: Path, ticks: int, text: str) -> None:
+    result = compare(tmp_path, ticks=ticks)
+    assert [(d.topic, d.text) for d in result.divergences] == [(JOINTS, text), (MODAL, text)]
+    assert {d.log_time_ns for d in result.divergences} == {min(ticks, 2) * PERIOD_NS}
