@@ -1,0 +1,96 @@
+"""The graph of processes: one table that feeds the launch file and the supervisor.
+
+Nodes put themselves in the namespace ``/flexarm``; a row says which executable is started under
+which name with which parameters. Everything else a node needs it learns from the messages.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+
+@dataclass(frozen=True)
+class Process:
+    """One node as a process.
+
+    Attributes:
+        package: Package of the executable.
+        executable: What ``ros2 run`` starts.
+        name: Node name, also of its log file.
+        parameters: ROS parameters: booleans, numbers, strings, or lists of one of these.
+        remaps: Topics to rename, from -> to.
+        essential: The run is over when this process ends.
+    """
+
+    package: str
+    executable: str
+    name: str
+    parameters: Mapping[str, Any] = field(default_factory=dict)
+    remaps: Mapping[str, str] = field(default_factory=dict)
+    essential: bool = True
+
+
+def rig_graph(
+    manipulator: str = "single_link",
+    preset: str = "geared",
+    lockstep: bool = False,
+    bag: str = "",
+    settings: Mapping[str, Mapping[str, Any]] | None = None,
+) -> tuple[Process, ...]:
+    """Return the processes of a run on the simulated rig.
+
+    Args:
+        manipulator: Name or YAML file, given to every node.
+        preset: Preset of that file.
+        lockstep: Wait for each other instead of running by the clock.
+        bag: Folder to record into; empty: no recorder.
+        settings: More parameters, by node name.
+    """
+    shared = {"manipulator": manipulator, "preset": preset, "lockstep": lockstep}
+    more = dict(settings or {})
+    rows = [
+        Process("flexarm_model", "model_node", "model"),
+        Process("flexarm_estimator", "estimator_node", "estimator"),
+        Process("flexarm_controller", "controller_node", "controller"),
+        Process("flexarm_bringup", "rig_node", "rig"),
+    ]
+    if bag:
+        more["recorder"] = {"bag": bag, **more.get("recorder", {})}
+        rows.insert(0, Process("flexarm_bringup", "recorder_node", "recorder", essential=False))
+    unknown = set(more) - {row.name for row in rows}
+    if unknown:
+        names = ", ".join(row.name for row in rows)
+        raise ValueError(f"settings for {', '.join(sorted(unknown))}: no such node; there are {names}")
+    return tuple(
+        Process(
+            row.package,
+            row.executable,
+            row.name,
+            {**shared, **more.get(row.name, {})},
+            row.remaps,
+            row.essential,
+        )
+        for row in rows
+    )
+
+
+def ros_arguments(process: Process) -> list[str]:
+    """Return what comes after the executable on its command line."""
+    arguments = ["--ros-args", "-r", f"__node:={process.name}"]
+    for old, new in process.remaps.items():
+        arguments += ["-r", f"{old}:={new}"]
+    for key, value in process.parameters.items():
+        arguments += ["-p", f"{key}:={_yaml(value)}"]
+    return arguments
+
+
+def _yaml(value: Any) -> str:
+    """Write a parameter so that rcl reads it back with its type; JSON is YAML in flow style."""
+    if isinstance(value, Sequence) and not isinstance(value, str):
+        return f"[{', '.join(map(_yaml, value))}]"
+    if isinstance(value, float):
+        return repr(value) if "e" not in repr(value) else f"{value:.17e}"
+    return json.dumps(value, ensure_ascii=False)

@@ -1,0 +1,154 @@
+"""Starts the processes of a graph on a machine without ``ros2 launch``, and takes them all down.
+
+Every child has its own process group, so that Ctrl-C in the terminal reaches only the supervisor,
+which then stops the children in order: SIGINT, SIGTERM, SIGKILL, each after a grace period. The
+kernel sends them SIGTERM should the supervisor itself be killed. Whether a node is ready is told
+by its ``~/ready`` topic, not by the supervisor.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import os
+import signal
+import subprocess
+import time
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from types import TracebackType
+
+from flexarm_bringup.graph import Process, ros_arguments
+from flexarm_bringup.installed import find_executable
+
+GRACE = ((signal.SIGINT, 5.0), (signal.SIGTERM, 2.0), (signal.SIGKILL, 2.0))  # s for all children together
+POLL_PERIOD = 0.01  # s
+_PR_SET_PDEATHSIG = 1  # linux/prctl.h
+_REEXECUTED = ("_ROS_WHEELS_BOOTSTRAP_COMPLETE",)  # marks of the parent's interpreter, not of the child's
+
+
+class Supervisor:
+    """Runs processes until told to stop; use it with ``with``."""
+
+    def __init__(
+        self,
+        processes: Sequence[Process],
+        log_folder: Path,
+        environment: Mapping[str, str] = os.environ,
+        command: Callable[[Process], list[str]] | None = None,
+    ) -> None:
+        """Start all processes. Call it from the main thread, which must outlive the children.
+
+        Args:
+            processes: What to start, in this order.
+            log_folder: Gets ``<name>.log`` with stdout and stderr of each.
+            environment: Of the children.
+            command: Makes the command line of a process; None: the installed executable.
+
+        Raises:
+            FileNotFoundError: An executable is not installed; nothing keeps running.
+        """
+        self.environment = {key: value for key, value in environment.items() if key not in _REEXECUTED}
+        self._processes = {process.name: process for process in processes}
+        self._children: dict[str, subprocess.Popen[bytes]] = {}
+        self._log_folder = log_folder
+        log_folder.mkdir(parents=True, exist_ok=True)
+        command = command or self._installed
+        try:
+            for process in processes:
+                self._children[process.name] = self._start(process, command(process))
+        except BaseException:
+            self.stop()
+            raise
+
+    @property
+    def pids(self) -> dict[str, int]:
+        """Process number by name."""
+        return {name: child.pid for name, child in self._children.items()}
+
+    def log(self, name: str) -> Path:
+        """Return the log file of a process."""
+        return self._log_folder / f"{name}.log"
+
+    def exit_codes(self) -> dict[str, int]:
+        """Return the exit code of every process that has ended; minus the signal that ended it."""
+        codes = {name: child.poll() for name, child in self._children.items()}
+        return {name: code for name, code in codes.items() if code is not None}
+
+    def failed(self) -> str:
+        """Return one line about the first essential process that has ended; empty when all run."""
+        for name, code in self.exit_codes().items():
+            if self._processes[name].essential:
+                return f"{name} ended with {code}: {self._last_line(name)}"
+        return ""
+
+    def wait(self, seconds: float) -> bool:
+        """Wait until every process has ended, at most ``seconds``; return whether all have."""
+        deadline = time.monotonic() + seconds
+        while len(self.exit_codes()) < len(self._children):
+            if time.monotonic() >= deadline:
+                return False
+            time.sleep(POLL_PERIOD)
+        return True
+
+    def stop(self, grace: Sequence[tuple[int, float]] = GRACE) -> dict[str, int]:
+        """Stop what still runs and return all exit codes.
+
+        Args:
+            grace: Signals in order, each with the time to wait after it [s].
+        """
+        for number, seconds in grace:
+            for name, child in self._children.items():
+                if name not in self.exit_codes():
+                    _signal_group(child.pid, number)
+            if self.wait(seconds):
+                break
+        return self.exit_codes()
+
+    def __enter__(self) -> Supervisor:
+        """Return the supervisor itself."""
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        """Stop everything."""
+        self.stop()
+
+    def _installed(self, process: Process) -> list[str]:
+        path = find_executable(process.package, process.executable, self.environment)
+        return [str(path), *ros_arguments(process)]
+
+    def _start(self, process: Process, command: list[str]) -> subprocess.Popen[bytes]:
+        with self.log(process.name).open("wb") as log:
+            return subprocess.Popen(
+                command,
+                env=self.environment,
+                stdin=subprocess.DEVNULL,
+                stdout=log,
+                stderr=subprocess.STDOUT,
+                start_new_session=True,
+                preexec_fn=_die_with(os.getpid()),
+            )
+
+    def _last_line(self, name: str) -> str:
+        lines = self.log(name).read_text(encoding="utf8", errors="replace").split("\n")
+        return next((line for line in reversed(lines) if line.strip()), "it said nothing")
+
+
+def _die_with(parent: int) -> Callable[[], None]:
+    """Return what a child does before it becomes the program: ask for SIGTERM when the parent dies."""
+    prctl = ctypes.CDLL(None, use_errno=True).prctl
+
+    def ask() -> None:
+        prctl(_PR_SET_PDEATHSIG, signal.SIGTERM, 0, 0, 0)
+        if os.getppid() != parent:  # it died before we asked
+            os._exit(1)
+
+    return ask
+
+
+def _signal_group(pid: int, number: int) -> None:
+    try:
+        os.killpg(pid, number)
+    except ProcessLookupError:  # ended meanwhile
+        return

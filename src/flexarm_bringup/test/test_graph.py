@@ -1,0 +1,85 @@
+"""One table of processes, the same for the launch file and the supervisor."""
+
+import sys
+from pathlib import Path
+from types import ModuleType, SimpleNamespace
+from typing import Any
+
+import pytest
+import yaml
+
+from flexarm_bringup.graph import Process, rig_graph, ros_arguments
+
+LAUNCH_FILE = Path(__file__).parents[1] / "launch" / "rig.launch.py"
+
+
+def test_every_node_gets_the_same_manipulator_and_mode_of_time() -> None:
+    graph = rig_graph("mine.yaml", "heavy", lockstep=True, bag="/data/run", settings={"rig": {"seed": 7}})
+    assert [process.name for process in graph] == ["recorder", "model", "estimator", "controller", "rig"]
+    for process in graph:
+        shared = {key: process.parameters[key] for key in ("manipulator", "preset", "lockstep")}
+        assert shared == {"manipulator": "mine.yaml", "preset": "heavy", "lockstep": True}
+    assert graph[-1].parameters["seed"] == 7
+    assert graph[0].parameters["bag"] == "/data/run"
+
+
+def test_a_recorder_that_ends_does_not_end_the_run() -> None:
+    assert [process.name for process in rig_graph(bag="/data/run") if not process.essential] == ["recorder"]
+
+
+def test_settings_of_an_unknown_node_are_refused() -> None:
+    with pytest.raises(ValueError, match="settings for rigg: no such node; there are model, estimator"):
+        rig_graph(settings={"rigg": {"seed": 1}})
+
+
+@pytest.mark.parametrize(
+    "value", [True, 3, 1.5, 2.0, 1e-7, -1e300, "true", "3", "a: b", "", "Ü", [1.0, 1e-9], ["a", "1"], [True]]
+)
+def test_parameters_keep_their_type_on_the_command_line(value: Any) -> None:
+    arguments = ros_arguments(Process("p", "e", "n", {"key": value}, {"a": "b"}))
+    assert arguments[:5] == ["--ros-args", "-r", "__node:=n", "-r", "a:=b"]
+    read = yaml.safe_load(arguments[6].removeprefix("key:="))
+    assert read == value
+    assert type(read) is type(value)
+
+
+class Recorded(SimpleNamespace):
+    """Stands for a class of ``launch``: keeps what it was made with."""
+
+    def __init__(self, *arguments: Any, **named: Any) -> None:
+        super().__init__(arguments=arguments, **named)
+
+    def perform(self, context: dict[str, str]) -> str:
+        return context[self.arguments[0]]
+
+
+def fake_launch(monkeypatch: pytest.MonkeyPatch) -> None:
+    """``launch`` is not on PyPI: what the file asks of it is recorded instead."""
+    names = {
+        "launch": ["LaunchDescription"],
+        "launch.actions": ["DeclareLaunchArgument", "OpaqueFunction", "SetEnvironmentVariable", "Shutdown"],
+        "launch.substitutions": ["EnvironmentVariable", "LaunchConfiguration"],
+        "launch_ros": [],
+        "launch_ros.actions": ["Node"],
+    }
+    for module, classes in names.items():
+        fake = ModuleType(module)
+        for name in classes:
+            setattr(fake, name, type(name, (Recorded,), {}))
+        monkeypatch.setitem(sys.modules, module, fake)
+
+
+def test_the_launch_file_starts_the_same_graph(monkeypatch: pytest.MonkeyPatch) -> None:
+    fake_launch(monkeypatch)
+    scope: dict[str, Any] = {}
+    exec(compile(LAUNCH_FILE.read_text(), LAUNCH_FILE, "exec"), scope)
+    actions = scope["generate_launch_description"]().arguments[0]
+    declared = {item.arguments[0]: item.default_value for item in actions if hasattr(item, "default_value")}
+    nodes = actions[-1].function({**declared, "bag": "/data/run", "lockstep": "true"})
+    graph = rig_graph(bag="/data/run", lockstep=True)
+    assert declared == {"manipulator": "single_link", "preset": "geared", "lockstep": "false", "bag": ""}
+    assert [(node.package, node.executable, node.name) for node in nodes] == [
+        (process.package, process.executable, process.name) for process in graph
+    ]
+    assert [node.parameters[0] for node in nodes] == [process.parameters for process in graph]
+    assert [node.on_exit is None for node in nodes] == [not process.essential for process in graph]

@@ -1,0 +1,134 @@
+"""Children are started, watched and always taken down, also when the supervisor is killed."""
+
+import os
+import signal
+import subprocess
+import sys
+import textwrap
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from flexarm_bringup.graph import Process
+from flexarm_bringup.installed import INDEX
+from flexarm_bringup.supervisor import Supervisor
+
+SLEEP = "import time; print('up', flush=True); time.sleep(60)"
+DEAF = "import signal; [signal.signal(n, signal.SIG_IGN) for n in (signal.SIGINT, signal.SIGTERM)];" + SLEEP
+POLITE = textwrap.dedent("""
+    import signal, sys, time
+    signal.signal(signal.SIGINT, lambda *_: sys.exit(0))
+    print("up", flush=True)
+    time.sleep(60)
+""")
+GRACE = ((signal.SIGINT, 0.3), (signal.SIGTERM, 0.3), (signal.SIGKILL, 10.0))
+
+
+def python(program: str) -> Process:
+    return Process("tests", program, f"p{abs(hash(program)) % 10**6}")
+
+
+def start(folder: Path, *processes: Process) -> Supervisor:
+    return Supervisor(processes, folder, command=lambda process: [sys.executable, "-c", process.executable])
+
+
+def until(holds: Callable[[], bool], seconds: float = 20.0) -> None:
+    deadline = time.monotonic() + seconds
+    while not holds():
+        assert time.monotonic() < deadline
+        time.sleep(0.01)
+
+
+def is_up(supervisor: Supervisor, process: Process) -> bool:
+    return "up" in supervisor.log(process.name).read_text()
+
+
+def is_alive(pid: int) -> bool:
+    try:
+        return Path(f"/proc/{pid}/stat").read_text().split(")")[1].split()[0] != "Z"
+    except FileNotFoundError:
+        return False
+
+
+def test_a_polite_child_ends_on_the_first_signal_and_a_deaf_one_on_the_last(tmp_path: Path) -> None:
+    children = polite, dies, deaf = python(POLITE), python(SLEEP + "#"), python(DEAF)
+    with start(tmp_path, *children) as supervisor:
+        until(lambda: all(is_up(supervisor, child) for child in children))
+        assert supervisor.failed() == ""
+        codes = supervisor.stop(GRACE)
+    assert codes[polite.name] == 0
+    assert codes[dies.name] in (1, -signal.SIGINT)  # KeyboardInterrupt, as the interpreter reports it
+    assert codes[deaf.name] == -signal.SIGKILL
+    assert not any(is_alive(pid) for pid in supervisor.pids.values())
+
+
+def test_the_end_of_an_essential_child_is_reported_with_its_last_words(tmp_path: Path) -> None:
+    failing = python("import sys; print('trouble', file=sys.stderr); sys.exit(3)")
+    with start(tmp_path, python(SLEEP), failing) as supervisor:
+        until(lambda: failing.name in supervisor.exit_codes())
+        assert supervisor.failed() == f"{failing.name} ended with 3: trouble"
+
+
+def test_the_end_of_another_child_is_no_failure(tmp_path: Path) -> None:
+    minor = Process("tests", "raise SystemExit(1)", "minor", essential=False)
+    with start(tmp_path, minor) as supervisor:
+        assert supervisor.wait(20.0)
+        assert supervisor.exit_codes() == {"minor": 1}
+        assert supervisor.failed() == ""
+
+
+def test_no_child_outlives_a_supervisor_that_is_killed(tmp_path: Path) -> None:
+    program = textwrap.dedent(f"""
+        import sys, time
+        from pathlib import Path
+        from flexarm_bringup.graph import Process
+        from flexarm_bringup.supervisor import Supervisor
+        command = [sys.executable, "-c", {SLEEP!r}]
+        names = [Process("tests", "x", name) for name in ("a", "b")]
+        supervisor = Supervisor(names, Path({str(tmp_path)!r}), command=lambda process: command)
+        print(*supervisor.pids.values(), flush=True)
+        time.sleep(60)
+    """)
+    parent = subprocess.Popen([sys.executable, "-c", program], stdout=subprocess.PIPE, text=True)
+    assert parent.stdout is not None
+    pids = [int(word) for word in parent.stdout.readline().split()]
+    assert len(pids) == 2
+    os.kill(parent.pid, signal.SIGKILL)
+    parent.wait()
+    until(lambda: not any(map(is_alive, pids)))
+
+
+def test_nothing_keeps_running_when_one_child_cannot_be_started(tmp_path: Path) -> None:
+
+    def command(process: Process) -> list[str]:
+        if process.executable == "missing":
+            raise FileNotFoundError("no such executable")
+        return [sys.executable, "-c", "import os; print(os.getpid(), flush=True);" + SLEEP]
+
+    with pytest.raises(FileNotFoundError):
+        Supervisor([Process("t", "x", "first"), Process("t", "missing", "second")], tmp_path, command=command)
+    started = [int(line) for line in (tmp_path / "first.log").read_text().split() if line.isdigit()]
+    assert not any(map(is_alive, started))
+
+
+def test_installed_executables_are_started_with_their_parameters(tmp_path: Path) -> None:
+    (tmp_path / INDEX).mkdir(parents=True)
+    (tmp_path / INDEX / "pkg").touch()
+    executable = tmp_path / "lib" / "pkg" / "probe_node"
+    executable.parent.mkdir(parents=True)
+    executable.write_text(f"#!{sys.executable}\nimport sys\nprint(*sys.argv[1:])\n")
+    executable.chmod(0o755)
+    environment = {**os.environ, "AMENT_PREFIX_PATH": str(tmp_path), "_ROS_WHEELS_BOOTSTRAP_COMPLETE": "1"}
+    process = Process("pkg", "probe_node", "probe", {"rate": 200.0})
+    with Supervisor([process], tmp_path / "log", environment) as supervisor:
+        assert supervisor.wait(20.0)
+    assert supervisor.log("probe").read_text() == "--ros-args -r __node:=probe -p rate:=200.0\n"
+    assert "_ROS_WHEELS_BOOTSTRAP_COMPLETE" not in supervisor.environment
+
+
+def test_what_is_not_installed_is_named(tmp_path: Path) -> None:
+    environment = {**os.environ, "AMENT_PREFIX_PATH": str(tmp_path)}
+    with pytest.raises(FileNotFoundError, match=f"package nowhere is not installed in {tmp_path}"):
+        Supervisor([Process("nowhere", "x", "x")], tmp_path / "log", environment)
