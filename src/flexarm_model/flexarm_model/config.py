@@ -27,6 +27,7 @@ from flexarm_model.description import (
 from flexarm_model.rotation import rotation_from_rpy
 from flexarm_model.sensor_kinds import SENSOR_KINDS
 from flexarm_model.strict_yaml import ConfigError, Section, read_yaml
+from flexarm_model.units import axis_dimension
 
 FORMAT = "flexarm/1"
 
@@ -44,15 +45,13 @@ def load_config(path: str | Path, preset: str = "") -> ManipulatorConfig:
     path = Path(path)
     content = read_yaml(path)
     content = _apply_preset(content, preset, str(path))
-    identity = json.dumps(
-        {key: content[key] for key in content if key != "presets"}, sort_keys=True, default=str
-    )
     top = Section(content, str(path))
     top.choice("format", (FORMAT,))
     top.section("presets", {})
     bodies = read_bodies(top)
     joints = _sort_joints(top, _read_joints(top, bodies), bodies)
     tip = _read_node(top, "tip", bodies)
+    top.section("sensors", {}).names(taken=("tip",))  # the tool's own output rows are called so
     sensors = tuple(
         _read_sensor(name, section, joints, bodies, tip) for name, section in top.sections("sensors", {})
     )
@@ -62,14 +61,14 @@ def load_config(path: str | Path, preset: str = "") -> ManipulatorConfig:
         name=top.text("name"),
         source=top.text("source"),
         preset=preset,
-        config_id=hashlib.sha256(identity.encode()).hexdigest()[:16],
-        gravity=top.quantities("gravity", "acceleration", 3),
+        config_id=_identify(content),
+        gravity=top.quantities("gravity", ["acceleration"] * 3),
         bodies=bodies,
         joints=joints,
         sensors=sensors,
         tip=tip,
         modes=served.count("modes", at_least=0),
-        home=served.quantities("home", "position", len(actuated)),
+        home=served.quantities("home", [axis_dimension(axis.name, "position") for axis in actuated]),
         rate_hz=served.quantity("rate", "frequency", above=0.0),
         assumed=top.texts("assumed", ()),
         fitted=top.texts("fitted", ()),
@@ -77,6 +76,11 @@ def load_config(path: str | Path, preset: str = "") -> ManipulatorConfig:
     served.done()
     top.done()
     return config
+
+
+def _identify(content: dict[str, Any]) -> str:
+    described = {key: content[key] for key in content if key != "presets"}
+    return hashlib.sha256(json.dumps(described, sort_keys=True, default=str).encode()).hexdigest()[:16]
 
 
 def _apply_preset(content: dict[str, Any], preset: str, path: str) -> dict[str, Any]:
@@ -105,7 +109,7 @@ def _read_node(section: Section, key: str, bodies: dict[str, RigidBody | Beam]) 
     body, _, node = text.partition(".")
     if body == WORLD and not node:
         return NodeRef(WORLD, "root")
-    known = [f"{name}.{node}" for name, item in bodies.items() for node in item.nodes]
+    known = [WORLD] + [f"{name}.{node}" for name, item in bodies.items() for node in item.nodes]
     if f"{body}.{node}" not in known:
         raise section.error(key, text, f"no such node; known: {', '.join(known)}")
     return NodeRef(body, node)
@@ -115,14 +119,12 @@ def _read_joints(top: Section, bodies: dict[str, RigidBody | Beam]) -> list[Join
     joints = []
     for name, section in top.sections("joints"):
         placement = np.eye(4)
-        placement[:3, :3] = rotation_from_rpy(section.quantities("orientation", "angle", 3, (0.0, 0.0, 0.0)))
-        placement[:3, 3] = section.quantities("position", "length", 3, (0.0, 0.0, 0.0))
+        placement[:3, :3] = rotation_from_rpy(
+            section.quantities("orientation", ["angle"] * 3, (0.0, 0.0, 0.0))
+        )
+        placement[:3, 3] = section.quantities("position", ["length"] * 3, (0.0, 0.0, 0.0))
         axes_section = section.section("axes", {})
-        axes = [
-            _read_axis(axes_section.section(axis), axis)
-            for axis in AXES
-            if axes_section.take(axis, None) is not None
-        ]
+        axes = [_read_axis(axes_section.section(axis), axis) for axis in AXES if axes_section.has(axis)]
         axes_section.done()
         parent, child = _read_node(section, "parent", bodies), _read_node(section, "child", bodies)
         if child.body == WORLD or parent.body == child.body:
@@ -133,17 +135,20 @@ def _read_joints(top: Section, bodies: dict[str, RigidBody | Beam]) -> list[Join
 
 
 def _read_axis(section: Section, name: str) -> Axis:
+    def dimension(quantity: str) -> str:
+        return axis_dimension(name, quantity)
+
     axis = Axis(
         name=name,
         actuated=section.flag("actuated"),
-        stiffness=section.quantity("stiffness", "axis stiffness", 0.0, at_least=0.0),
-        damping=section.quantity("damping", "axis damping", 0.0, at_least=0.0),
-        rotor_inertia=section.quantity("rotor_inertia", "axis inertia", 0.0, at_least=0.0),
-        effort=section.quantity("effort", "effort", math.inf, above=0.0),
-        effort_rate=section.quantity("effort_rate", "effort rate", math.inf, above=0.0),
-        velocity=section.quantity("velocity", "velocity", math.inf, above=0.0),
-        lower=section.quantity("lower", "position", -math.inf),
-        upper=section.quantity("upper", "position", math.inf),
+        stiffness=section.quantity("stiffness", dimension("stiffness"), 0.0, at_least=0.0),
+        damping=section.quantity("damping", dimension("damping"), 0.0, at_least=0.0),
+        rotor_inertia=section.quantity("rotor_inertia", dimension("inertia"), 0.0, at_least=0.0),
+        effort=section.quantity("effort", dimension("effort"), math.inf, above=0.0),
+        effort_rate=section.quantity("effort_rate", dimension("effort rate"), math.inf, above=0.0),
+        velocity=section.quantity("velocity", dimension("velocity"), math.inf, above=0.0),
+        lower=section.quantity("lower", dimension("position"), -math.inf),
+        upper=section.quantity("upper", dimension("position"), math.inf),
     )
     if not axis.lower < axis.upper:
         raise section.error("upper", axis.upper, f"must be above lower, {axis.lower:g}")

@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from flexarm_model.description import DEFORMATIONS, Beam, BeamPiece, PointMass, Reduction, RigidBody
+from flexarm_model.description import DEFORMATIONS, WORLD, Beam, BeamPiece, PointMass, Reduction, RigidBody
 from flexarm_model.strict_yaml import Section
 
 REDUCTIONS = ("craig_bampton", "guyan")
@@ -21,6 +21,7 @@ def read_bodies(top: Section) -> dict[str, RigidBody | Beam]:
         ConfigError: A value is wrong; see ``strict_yaml``.
     """
     bodies = {}
+    top.section("bodies").names(taken=(WORLD,))
     for name, section in top.sections("bodies"):
         kind = section.choice("type", tuple(_READERS))
         bodies[name] = _READERS[kind](name, section)
@@ -30,7 +31,7 @@ def read_bodies(top: Section) -> dict[str, RigidBody | Beam]:
 
 def _read_rigid(name: str, section: Section) -> RigidBody:
     mass = section.quantity("mass", "mass", at_least=0.0)
-    ixx, iyy, izz, ixy, ixz, iyz = section.quantities("inertia", "inertia", 6, (0.0,) * 6)
+    ixx, iyy, izz, ixy, ixz, iyz = section.quantities("inertia", ["inertia"] * 6, (0.0,) * 6)
     inertia = np.array([[ixx, ixy, ixz], [ixy, iyy, iyz], [ixz, iyz, izz]])
     low, middle, high = np.linalg.eigvalsh(inertia)
     if low < 0 or low + middle < high * (1 - 1e-9):
@@ -41,9 +42,9 @@ def _read_rigid(name: str, section: Section) -> RigidBody:
         )
     nodes = {"root": np.zeros(3)}
     outer = section.section("nodes", {})
-    for node in section.take("nodes", {}):
-        nodes[node] = outer.quantities(node, "length", 3)
-    return RigidBody(name, mass, section.quantities("com", "length", 3, (0.0,) * 3), inertia, nodes)
+    for node in outer.names(taken=("root",)):
+        nodes[node] = outer.quantities(node, ["length"] * 3)
+    return RigidBody(name, mass, section.quantities("com", ["length"] * 3, (0.0,) * 3), inertia, nodes)
 
 
 def _read_beam(name: str, section: Section) -> Beam:
@@ -61,7 +62,7 @@ def _read_beam(name: str, section: Section) -> Beam:
         item.done()
     nodes = {"root": 0.0}
     outer = section.section("nodes", {})
-    for node in section.take("nodes", {}):
+    for node in outer.names(taken=("root",)):
         nodes[node] = _read_station(outer, node, length)
     damping_ratio = section.quantity("damping_ratio", "ratio", at_least=0.0)
     deformation = section.choices("deformation", DEFORMATIONS)

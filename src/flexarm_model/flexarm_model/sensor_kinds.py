@@ -13,8 +13,10 @@ import numpy as np
 
 from flexarm_model.description import SensorSpec
 from flexarm_model.strict_yaml import Section
+from flexarm_model.units import axis_dimension, si_unit
 
 POSE_CHANNELS = ("tx", "ty", "tz", "rx", "ry", "rz")
+POSE_UNITS = dict(zip(POSE_CHANNELS, ("m", "m", "m", "rad", "rad", "rad"), strict=True))
 _FAR = 100.0  # no arm reaches this far [m]
 
 
@@ -24,18 +26,19 @@ class SensorKind:
 
     Attributes:
         site: Where it sits: "axis" of a joint, "node" of a body, or "tip" (it watches the tool).
-        units: SI unit of each of its possible channels.
+        units: SI unit of each of its possible channels, for a site.
         read: Reads the rest of its YAML.
     """
 
     site: str
-    units: dict[str, str]
+    units: Callable[[str], dict[str, str]]
     read: Callable[[str, str, Section], SensorSpec]
 
 
 def _encoder(name: str, site: str, section: Section) -> SensorSpec:
-    sigma = section.quantity("sigma", "position", above=0.0)
-    low, high = section.quantity("low", "position", -_FAR), section.quantity("high", "position", _FAR)
+    position = axis_dimension(site.split(".")[1], "position")
+    sigma = section.quantity("sigma", position, above=0.0)
+    low, high = section.quantity("low", position, -_FAR), section.quantity("high", position, _FAR)
     return SensorSpec(name, "encoder", site, ("position",), np.array([sigma]), *_timing(section), low, high)
 
 
@@ -43,7 +46,7 @@ def _strain_gauge(name: str, site: str, section: Section) -> SensorSpec:
     sigma = section.quantity("sigma", "strain", above=0.0)
     reach = section.quantity("range", "strain", 0.02, above=0.0)  # foil gauges end at about 2 %
     limit = section.quantity("limit", "strain", math.inf, above=0.0)
-    y, z = section.quantities("offset", "length", 2)
+    y, z = section.quantities("offset", ["length"] * 2)
     return SensorSpec(
         name,
         "strain_gauge",
@@ -80,11 +83,13 @@ def _timing(section: Section) -> tuple[float, float]:
     return rate_hz, section.quantity("latency", "time", 0.0, at_least=0.0)
 
 
-_POSE_UNITS = dict(zip(POSE_CHANNELS, ("m", "m", "m", "rad", "rad", "rad"), strict=True))
+def _encoder_units(site: str) -> dict[str, str]:
+    return {"position": si_unit(axis_dimension(site.split(".")[1], "position"))}
+
 
 SENSOR_KINDS: dict[str, SensorKind] = {
-    "encoder": SensorKind("axis", {"position": "rad"}, _encoder),
-    "strain_gauge": SensorKind("node", {"strain": "1"}, _strain_gauge),
-    "accelerometer": SensorKind("node", dict.fromkeys("xyz", "m/s^2"), _accelerometer),
-    "camera": SensorKind("tip", _POSE_UNITS, _camera),
+    "encoder": SensorKind("axis", _encoder_units, _encoder),
+    "strain_gauge": SensorKind("node", lambda site: {"strain": "1"}, _strain_gauge),
+    "accelerometer": SensorKind("node", lambda site: dict.fromkeys("xyz", "m/s^2"), _accelerometer),
+    "camera": SensorKind("tip", lambda site: POSE_UNITS, _camera),
 }

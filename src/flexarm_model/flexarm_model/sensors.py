@@ -15,7 +15,7 @@ import casadi as ca
 
 from flexarm_model.description import ManipulatorConfig, NodeRef, SensorSpec
 from flexarm_model.frames import Motion, sparse
-from flexarm_model.sensor_kinds import POSE_CHANNELS, SENSOR_KINDS
+from flexarm_model.sensor_kinds import POSE_CHANNELS, POSE_UNITS, SENSOR_KINDS
 
 if TYPE_CHECKING:
     from flexarm_model.reduced_tree import ReducedTree
@@ -39,10 +39,11 @@ def output_names(config: ManipulatorConfig) -> tuple[str, ...]:
 
 def output_units(config: ManipulatorConfig) -> tuple[str, ...]:
     """Return the SI unit of every output row."""
-    units = [
-        SENSOR_KINDS[sensor.kind].units[channel] for sensor in config.sensors for channel in sensor.channels
-    ]
-    return (*units, *SENSOR_KINDS["camera"].units.values())
+    units = []
+    for sensor in config.sensors:
+        known = SENSOR_KINDS[sensor.kind].units(sensor.site)
+        units += [known[channel] for channel in sensor.channels]
+    return (*units, *POSE_UNITS.values())
 
 
 def sensor_outputs(tree: ReducedTree, motions: Motions, at: Point) -> ca.SX:

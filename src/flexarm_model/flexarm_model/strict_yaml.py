@@ -92,6 +92,11 @@ class Section:
             raise self.error(key, None, "is missing; it must be given")
         return default
 
+    def has(self, key: str) -> bool:
+        """Return whether ``key`` is given; it counts as asked for."""
+        self._asked.add(key)
+        return key in self._content
+
     def quantity(
         self,
         key: str,
@@ -108,15 +113,16 @@ class Section:
         return self._number(key, value, dimension, above, at_least)
 
     def quantities(
-        self, key: str, dimension: str, size: int, default: Sequence[float] | None = None
+        self, key: str, dimensions: Sequence[str], default: Sequence[float] | None = None
     ) -> NDArray[np.float64]:
-        """Return a list of quantities, (size,)."""
+        """Return a list of quantities, one of each dimension, (n,)."""
         value = self.take(key, _MISSING if default is None else default)
         if key not in self._content:
             return np.array(value, dtype=float)
-        if not isinstance(value, list) or len(value) != size:
-            raise self.error(key, value, f"expected a list of {size}")
-        return np.array([self._number(key, item, dimension, None, None) for item in value])
+        if not isinstance(value, list) or len(value) != len(dimensions):
+            raise self.error(key, value, f"expected a list of {len(dimensions)}")
+        pairs = zip(value, dimensions, strict=True)
+        return np.array([self._number(key, item, dimension, None, None) for item, dimension in pairs])
 
     def text(self, key: str, default: str | None = None) -> str:
         """Return a text."""
@@ -169,8 +175,20 @@ class Section:
     def sections(self, key: str, default: dict[str, Any] | None = None) -> Iterator[tuple[str, Section]]:
         """Yield every named mapping under ``key``."""
         outer = self.section(key, default)
-        for name in outer._content:
+        for name in outer.names():
             yield name, outer.section(name)
+
+    def names(self, taken: Sequence[str] = ()) -> tuple[str, ...]:
+        """Return the names that this mapping gives to its values.
+
+        Args:
+            taken: Names that mean something else.
+        """
+        for name in self._content:
+            if not name or "." in name or name in taken:
+                others = f", other than {', '.join(taken)}" if taken else ""
+                raise self.error(name, name, f"expected a name without a dot{others}")
+        return tuple(self._content)
 
     def items(self, key: str, default: Sequence[Any] | None = None) -> Iterator[Section]:
         """Yield every mapping of a list."""

@@ -9,10 +9,14 @@ import math
 
 _ANGLES = {"rad": 1.0, "mrad": 1e-3, "urad": 1e-6, "deg": math.pi / 180}
 _LENGTHS = {"m": 1.0, "mm": 1e-3, "um": 1e-6}
-_RATES = {f"{unit}/s": factor for unit, factor in (_ANGLES | _LENGTHS).items()}
 _ACCELERATIONS = {"m/s^2": 1.0, "g": 9.80665}
 _TORQUES = {"N m": 1.0, "mN m": 1e-3, "kN m": 1e3}
 _FORCES = {"N": 1.0, "kN": 1e3}
+
+
+def _per_second(units: dict[str, float]) -> dict[str, float]:
+    return {f"{unit}/s": factor for unit, factor in units.items()}
+
 
 UNITS: dict[str, dict[str, float]] = {
     "length": _LENGTHS,
@@ -28,14 +32,37 @@ UNITS: dict[str, dict[str, float]] = {
     "acceleration": _ACCELERATIONS,
     "strain": {"m/m": 1.0, "ustrain": 1e-6},
     "ratio": {"": 1.0, "%": 1e-2},
-    "position": _ANGLES | _LENGTHS,
-    "velocity": _RATES,
-    "effort": _TORQUES | _FORCES,
-    "effort rate": {f"{unit}/s": factor for unit, factor in (_TORQUES | _FORCES).items()},
-    "axis inertia": {"kg m^2": 1.0, "kg mm^2": 1e-6, "kg": 1.0, "g": 1e-3},
-    "axis stiffness": {"N m/rad": 1.0, "N/m": 1.0, "N/mm": 1e3},
-    "axis damping": {"N m s/rad": 1.0, "N s/m": 1.0},
+    "velocity": _per_second(_LENGTHS),
+    "angular velocity": _per_second(_ANGLES),
+    "force": _FORCES,
+    "torque": _TORQUES,
+    "force rate": _per_second(_FORCES),
+    "torque rate": _per_second(_TORQUES),
+    "stiffness": {"N/m": 1.0, "N/mm": 1e3},
+    "rotational stiffness": {"N m/rad": 1.0},
+    "damping": {"N s/m": 1.0},
+    "rotational damping": {"N m s/rad": 1.0},
 }
+
+_ALONG = {"position": "length", "inertia": "mass", "effort": "force", "effort rate": "force rate"}
+_ABOUT = {
+    "position": "angle",
+    "velocity": "angular velocity",
+    "effort": "torque",
+    "effort rate": "torque rate",
+    "stiffness": "rotational stiffness",
+    "damping": "rotational damping",
+}
+
+
+def axis_dimension(axis: str, quantity: str) -> str:
+    """Return the dimension of a quantity of an axis: the "position" of "rz" is an angle."""
+    return {"t": _ALONG, "r": _ABOUT}[axis[0]].get(quantity, quantity)
+
+
+def si_unit(dimension: str) -> str:
+    """Return the unit in which values of a dimension are kept."""
+    return next(iter(UNITS[dimension]))
 
 
 def parse_quantity(text: object, dimension: str) -> float:
@@ -48,20 +75,18 @@ def parse_quantity(text: object, dimension: str) -> float:
     Raises:
         ValueError: Not a number, not finite, or a unit of another dimension; says what is allowed.
     """
-    number, _, unit = str(text).strip().partition(" ")
+    number, _, unit = (part.strip() for part in str(text).strip().partition(" "))
     if isinstance(text, bool) or not isinstance(text, int | float | str):
         raise ValueError(f"expected {_example(dimension)}")
     if unit not in UNITS[dimension]:
-        raise ValueError(
-            f"unit '{unit or 'none'}' does not fit a {dimension}; expected {_example(dimension)}"
-        )
+        raise ValueError(f"unit '{unit or 'none'}' is not one of {dimension}; expected {_example(dimension)}")
     try:
-        value = float(number)
+        value = float(number) * UNITS[dimension][unit]
     except ValueError:
         raise ValueError(f"'{number}' is not a number; expected {_example(dimension)}") from None
     if not math.isfinite(value):
         raise ValueError("must be finite")
-    return value * UNITS[dimension][unit]
+    return value
 
 
 def _example(dimension: str) -> str:
