@@ -1,0 +1,96 @@
+"""Which samples may reach the filter: known, finite, of the right length, possible, new, in time.
+
+What is refused here never touches the state. The chi-square gate, which needs the state, is in
+``gate``.
+"""
+
+from __future__ import annotations
+
+import math
+from bisect import bisect_left
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexarm_estimator.history import SAME_INSTANT
+from flexarm_estimator.measurement import Measurement
+from flexarm_model.description import SensorSpec
+
+Array = NDArray[np.float64]
+_R_FLOOR = 0.01  # of the variance of the YAML: a sensor may not claim to be ten times better
+
+
+@dataclass(frozen=True)
+class Window:
+    """Stamps that can be used now: after ``oldest``, not after ``newest`` [s]."""
+
+    oldest: float
+    newest: float
+
+
+class SampleChecks:
+    """Refuses samples and says why; remembers stamps to drop duplicates."""
+
+    def __init__(self, specs: tuple[SensorSpec, ...]) -> None:
+        """Take ranges and lengths from the description."""
+        self._specs = {spec.name: spec for spec in specs}
+        self._variances = {spec.name: np.asarray(spec.sigma, dtype=np.float64) ** 2 for spec in specs}
+        self._stamps: dict[str, list[float]] = {spec.name: [] for spec in specs}
+
+    def refuse(self, sample: Measurement, window: Window) -> str:
+        """Return why a sample cannot be used; empty when it can.
+
+        A sample that passes is remembered: a second one with its stamp is a duplicate.
+        """
+        reason = self._refuse_value(sample) or _refuse_stamp(sample.t, window)
+        if reason:
+            return reason
+        stamps = self._stamps[sample.sensor]  # sorted
+        at = bisect_left(stamps, sample.t - SAME_INSTANT)
+        if at < len(stamps) and stamps[at] <= sample.t + SAME_INSTANT:
+            return "duplicate stamp"
+        stamps.insert(at, sample.t)
+        while stamps[0] <= window.oldest:
+            del stamps[0]
+        return ""
+
+    def own_covariance(self, sample: Measurement) -> Array | None:
+        """Return the sample's R, floored; None when it has none or one that cannot be used."""
+        if sample.R is None:
+            return None
+        variances = self._variances[sample.sensor]
+        R = np.asarray(sample.R)
+        size = variances.size
+        if R.shape != (size, size) or R.dtype != np.float64 or not np.isfinite(R).all():
+            return None
+        diagonal = R.diagonal()
+        R = (R + R.T) / 2 + np.diag(np.maximum(0.0, _R_FLOOR * variances - diagonal))
+        is_usable = np.linalg.eigvalsh(R / np.sqrt(np.outer(variances, variances)))[0] > 0.0
+        return R if is_usable else None
+
+    def _refuse_value(self, sample: Measurement) -> str:
+        spec, y = self._specs.get(sample.sensor), sample.y
+        if spec is None:
+            return "unknown sensor"
+        if not isinstance(y, np.ndarray) or y.dtype != np.float64 or y.shape != (len(spec.channels),):
+            return f"needs {len(spec.channels)} numbers"
+        if y.size == 1:  # three of four sensors; ten times cheaper than array functions
+            low = high = float(y[0])
+        else:
+            low, high = float(y.min()), float(y.max())
+        if not (math.isfinite(low) and math.isfinite(high)):
+            return "not finite"
+        if low < spec.low or high > spec.high:
+            return f"outside [{spec.low:g}, {spec.high:g}]"
+        return ""
+
+
+def _refuse_stamp(t: float, window: Window) -> str:
+    if not math.isfinite(t):
+        return "stamp is not finite"
+    if t > window.newest:
+        return "stamp is in the future"
+    if t <= window.oldest + SAME_INSTANT:
+        return "older than the history"
+    return ""

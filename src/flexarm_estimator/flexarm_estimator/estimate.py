@@ -1,0 +1,102 @@
+"""What the estimator says after every step: state, tip, covariances, and whether to trust them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Status = Literal["ok", "degraded", "lost", "starting"]
+SensorStatus = Literal["ok", "stale", "rejected", "off"]
+
+
+class SensorReport(NamedTuple):  # not a dataclass: four are made in every step, at a fifth of the cost
+    """Health of one sensor.
+
+    Attributes:
+        name: Name of the sensor.
+        status: "ok" (fused), "stale" (silent), "rejected" (last sample refused), "off".
+        reason: Why it is not "ok"; empty when it is.
+        age: Time since the stamp of the newest accepted sample, or since the start [s].
+        accepted: Samples fused since the last reset.
+        rejected: Samples refused since the last reset.
+        innovation: Measured minus predicted of the newest sample that could be compared, SI, (m,).
+        normalised: ``sqrt(nu' S^-1 nu / m)`` of the same sample [1].
+    """
+
+    name: str
+    status: SensorStatus
+    reason: str
+    age: float
+    accepted: int
+    rejected: int
+    innovation: Array
+    normalised: float
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """State of the arm at ``t`` given everything that has arrived.
+
+    Attributes:
+        t: Instant [s].
+        model_id: Model that defines the modes.
+        x: State [theta; eta; theta'; eta'; d], SI, (n_x,).
+        P: Its covariance, (n_x, n_x).
+        n: Number of served coordinates theta and eta.
+        n_d: Number of disturbance torques d, equal to the number of actuated axes.
+        status: May it be used? "ok" and "degraded" yes, "lost" and "starting" no.
+        reason: Why it is not "ok"; empty when it is.
+        sensors: Health of every sensor.
+        T_world_tip: Pose of the tip, (4, 4).
+        twist_tip: Its velocity [linear; angular] in world axes [m/s, rad/s], (6,).
+        cov_tip_pose: Covariance of position and rotation vector, world axes, (6, 6).
+        cov_tip_twist: Covariance of the twist, world axes, (6, 6).
+    """
+
+    t: float
+    model_id: str
+    x: Array
+    P: Array
+    n: int
+    n_d: int
+    status: Status
+    reason: str
+    sensors: tuple[SensorReport, ...]
+    T_world_tip: Array
+    twist_tip: Array
+    cov_tip_pose: Array
+    cov_tip_twist: Array
+
+    def __post_init__(self) -> None:
+        """Make the arrays read-only."""
+        for array in (self.x, self.P, self.T_world_tip, self.twist_tip, self.cov_tip_pose, self.cov_tip_twist):
+            array.flags.writeable = False
+
+    @property
+    def theta(self) -> Array:
+        """Actuated axes [rad] or [m], (n_theta,)."""
+        return self.x[: self.n_d]
+
+    @property
+    def eta(self) -> Array:
+        """Modal displacements [kg^0.5 m], (n_eta,)."""
+        return self.x[self.n_d : self.n]
+
+    @property
+    def theta_dot(self) -> Array:
+        """Velocities of the actuated axes [rad/s] or [m/s], (n_theta,)."""
+        return self.x[self.n : self.n + self.n_d]
+
+    @property
+    def eta_dot(self) -> Array:
+        """Modal velocities [kg^0.5 m/s], (n_eta,)."""
+        return self.x[self.n + self.n_d : 2 * self.n]
+
+    @property
+    def d(self) -> Array:
+        """Unmodelled torques on the actuated axes [N m] or [N], (n_theta,)."""
+        return self.x[2 * self.n :]

@@ -1,0 +1,179 @@
+"""The estimator: fuses samples of any age into the state of the arm.
+
+``step`` never raises for anything that samples, torques or clocks may bring, and nothing it returns
+is ever NaN or infinite.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexarm_estimator.adoption import state_map
+from flexarm_estimator.checks import SampleChecks, Window
+from flexarm_estimator.estimate import Estimate
+from flexarm_estimator.filter import Belief
+from flexarm_estimator.fusion import Fusion
+from flexarm_estimator.gate import Gate, Verdict
+from flexarm_estimator.health import Health
+from flexarm_estimator.history import SAME_INSTANT, History, Instant
+from flexarm_estimator.measurement import Measurement
+from flexarm_estimator.process import ProcessModel
+from flexarm_estimator.report import describe_tip
+from flexarm_estimator.sensors import build_sensor_models
+from flexarm_estimator.settings import EstimatorConfig
+from flexarm_estimator.tip import Kinematics, Tip
+from flexarm_model.description import SensorSpec
+from flexarm_model.parameters import validate
+from flexarm_model.reduced_model import ReducedModel
+
+Array = NDArray[np.float64]
+_START = 0.005  # s; the fixed start lies this long before the first step, whose samples count
+
+
+class Estimator:
+    """State of one arm, x = [theta; eta; theta'; eta'; d] with covariance, and its tip.
+
+    Attributes:
+        model: The served model in use.
+        health: Counts and states of the sensors.
+    """
+
+    def __init__(
+        self, model: ReducedModel, kinematics: Kinematics, sensors: tuple[SensorSpec, ...], config: EstimatorConfig
+    ) -> None:
+        """Start at the operating point of the model, knowing little.
+
+        Raises:
+            ParameterError: A setting is outside its range.
+            KeyError: The model lacks an output row of a sensor.
+        """
+        validate(config)
+        self._kinematics, self._specs, self._config = kinematics, sensors, config
+        self._gate = Gate({spec.name: len(spec.channels) for spec in sensors}, config)
+        self._use(model)
+        locating = {name for name, model in self._models.all().items() if model.locates}
+        self.health = Health(sensors, locating, config)
+        self._u = np.append(np.zeros(model.n_theta), 1.0)
+        self._has_clock = False
+        self._restart(0.0, np.concatenate([model.xi0, np.zeros(model.n + model.n_theta)]))
+        self._tip_report = describe_tip(self._tip, self._history.now.belief, model.n)
+
+    def step(self, measurements: Sequence[Measurement], tau: Array, t: float) -> Estimate:
+        """Fuse what has arrived and return the state at ``t``.
+
+        Args:
+            measurements: Samples of any sensor, age and order.
+            tau: Torque that acted during the period that ends at ``t`` [N m] or [N], (n_theta,).
+            t: Now [s].
+
+        Returns:
+            The estimate; its status says whether it may be used.
+        """
+        trouble = [*self._follow_clock(t), *self._take_torque(tau)]
+        first = self._history.advance(self._t, self._u)
+        samples = self._admit(measurements)
+        first = min([first, *(self._history.insert(sample) for sample in samples)])
+        verdicts = self._compute_from(first)
+        self.health.note_verdicts(verdicts)
+        self._history.forget()
+        return self._estimate("; ".join(trouble))
+
+    def adopt(self, model: ReducedModel) -> None:
+        """Go on with another served model of the same arm; the recent past is mapped too.
+
+        Raises:
+            ValueError: It is of another arm.
+            KeyError: It lacks an output row of a sensor.
+        """
+        mapping = state_map(self.model, model)
+        self._use(model)
+        for instant in self._history.instants:
+            instant.belief = mapping.apply(instant.belief)
+
+    def refuse(self, sensor: str, reason: str) -> None:
+        """Count a sample that could not even be read ("imu/x: 5 numbers where 3 belong")."""
+        self.health.note_refusal(sensor, reason)
+
+    def _use(self, model: ReducedModel) -> None:
+        process = ProcessModel(model, self._config)
+        tip = Tip(model, self._kinematics)
+        models = build_sensor_models(self._specs, model, process.system, tip)
+        self.model, self._process, self._tip, self._models = model, process, tip, models
+        self._fusion = Fusion(process, models, self._gate)
+
+    def _restart(self, t: float, x: Array) -> None:
+        """Forget everything but the position ``x``, as seen just before ``t``."""
+        self._t = t
+        belief = Belief(x, self._process.P0)
+        self._history = History(Instant(t - _START, self._u, belief), self._config.history)
+        self._checks = SampleChecks(self._specs)
+        self._early: list[Measurement] = []
+        self.health.restart(t)
+
+    def _follow_clock(self, t: float) -> list[str]:
+        """Move the own clock to ``t``; start anew when it jumps. Returns what is wrong with ``t``."""
+        if not math.isfinite(t):
+            return ["time is not finite"]
+        ahead = t - self._t
+        if not self._has_clock or ahead > self._config.max_gap or ahead < -self._config.history:
+            is_first, self._has_clock = not self._has_clock, True
+            x = self._history.now.belief.x.copy()
+            x[self.model.n_theta :] = 0.0  # where the axes are is the best guess; all else has died out
+            self._restart(t, x)
+            return [] if is_first else [f"time jumped by {ahead:.3g} s"]
+        self._t = max(t, self._t)
+        return [] if ahead >= 0.0 else [f"time went back by {-ahead:.3g} s"]
+
+    def _take_torque(self, tau: Array) -> list[str]:
+        """Hold ``tau`` over the period; keep the last one when it cannot be used."""
+        torque = np.asarray(tau)
+        is_usable = torque.shape == (self.model.n_theta,) and torque.dtype == np.float64
+        if not is_usable or not math.isfinite(torque.dot(torque)):
+            return ["torque is not usable"]
+        self._u = np.append(torque, 1.0)
+        return []
+
+    def _admit(self, measurements: Sequence[Measurement]) -> list[Measurement]:
+        """Return the samples that may be fused now, in order of time; count the others."""
+        due = [sample for sample in self._early if sample.t <= self._t + SAME_INSTANT]
+        self._early = [sample for sample in self._early if sample.t > self._t + SAME_INSTANT]
+        window = Window(self._history.oldest, self._t + self._config.future_tolerance)
+        for sample in measurements:
+            reason = self._checks.refuse(sample, window)
+            if reason:
+                self.health.note_refusal(sample.sensor, reason)
+            elif not self.health.is_off(sample.sensor):
+                checked = sample if sample.R is None else replace(sample, R=self._checks.own_covariance(sample))
+                (due if checked.t <= self._t + SAME_INSTANT else self._early).append(checked)
+        return sorted(due, key=_stamp)
+
+    def _compute_from(self, first: int) -> list[Verdict]:
+        """Compute all instants from index ``first`` on."""
+        instants = self._history.instants
+        verdicts: list[Verdict] = []
+        for i in range(max(1, first), len(instants)):
+            verdicts += self._fusion.compute(instants[i - 1], instants[i])
+        return verdicts
+
+    def _estimate(self, trouble: str) -> Estimate:
+        belief, t, model = self._history.now.belief, self._t, self.model
+        tip = describe_tip(self._tip, belief, model.n)
+        if tip.is_finite:
+            self._tip_report = tip
+        else:
+            tip, trouble = self._tip_report, trouble or "tip is not finite"
+        reports = self.health.reports(t)
+        status, reason = self.health.judge(t, tip.sigma, reports, trouble)
+        return Estimate(
+            t, model.model_id, belief.x, belief.P, model.n, model.n_theta, status, reason, reports,
+            tip.T_world_tip, tip.twist, tip.cov_pose, tip.cov_twist,
+        )  # fmt: skip
+
+
+def _stamp(sample: Measurement) -> float:
+    return sample.t

@@ -1,0 +1,97 @@
+"""The Kalman filter: filterpy's, wrapped so that it is exact, symmetric and never sees rubbish.
+
+Prediction ``P = A P A' + Q``; update with process and measurement noise correlated by ``M``::
+
+    S = H P H' + H M + M' H' + R      K = (P H' + M) S^-1      x = x + K nu
+    P = (I - K H) P (I - K H)' + K R K' - (I - K H) M K' - K M' (I - K H)'     (Joseph)
+
+filterpy's own correlated update is not in Joseph form; its gain is used, its covariance is not. A
+result that is not finite is dropped: the belief before it is returned.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from filterpy.kalman import KalmanFilter
+from numpy.typing import NDArray
+
+from flexarm_estimator.process import Transition
+
+Array = NDArray[np.float64]
+
+
+class Belief(NamedTuple):
+    """Mean and covariance of the state.
+
+    Attributes:
+        x: (n_x,).
+        P: (n_x, n_x).
+    """
+
+    x: Array
+    P: Array
+
+    @property
+    def is_finite(self) -> bool:
+        """No entry is NaN, infinite, or too large to be squared."""
+        flat = self.P.ravel()
+        return math.isfinite(self.x.dot(self.x) + flat.dot(flat))
+
+
+class GuardedFilter:
+    """Predict and update beliefs; keeps no state between calls."""
+
+    def __init__(self, n_x: int, n_u: int) -> None:
+        """Make the filter for ``n_x`` states and ``n_u`` inputs."""
+        self._filter = KalmanFilter(dim_x=n_x, dim_z=1, dim_u=n_u)
+
+    def predict(self, belief: Belief, transition: Transition, u: Array) -> Belief:
+        """Return the belief one step later; ``u = [tau; 1]`` held over the step."""
+        kalman = self._filter
+        kalman.x, kalman.P = belief.x, belief.P
+        kalman.predict(u, B=transition.B, F=transition.A, Q=transition.Q)
+        moved = Belief(kalman.x, (kalman.P + kalman.P.T) * 0.5)
+        return moved if moved.is_finite else belief
+
+    def update(self, belief: Belief, nu: Array, H: Array, R: Array, M: Array | None = None) -> Belief:
+        """Return the belief after a measurement.
+
+        Args:
+            belief: Before it.
+            nu: Innovation, (m,).
+            H: Jacobian, (m, n_x).
+            R: Noise covariance, (m, m).
+            M: Covariance of the noise with the process noise in ``belief``, (n_x, m).
+        """
+        kalman = self._filter
+        kalman.x, kalman.P = belief.x, belief.P
+        try:
+            if M is None:
+                kalman.update(nu + H.dot(belief.x), R=R, H=H)
+                P = kalman.P
+            else:
+                kalman.M = M
+                kalman.update_correlated(nu + H.dot(belief.x), R=R, H=H)
+                P = _joseph(belief.P, kalman.K, H, R, M)
+        except np.linalg.LinAlgError:  # S is singular: nothing can be learnt from this sample
+            return belief
+        updated = Belief(kalman.x, (P + P.T) * 0.5)
+        return updated if updated.is_finite else belief
+
+
+def _joseph(P: Array, K: Array, H: Array, R: Array, M: Array) -> Array:
+    left = np.eye(P.shape[0]) - K.dot(H)
+    mixed = left.dot(M).dot(K.T)
+    return left.dot(P).dot(left.T) + K.dot(R).dot(K.T) - mixed - mixed.T
+
+
+def innovation_covariance(P: Array, H: Array, R: Array, M: Array | None = None) -> Array:
+    """Return ``S = H P H' + H M + M' H' + R``, (m, m)."""
+    S = H.dot(P).dot(H.T) + R
+    if M is None:
+        return S
+    mixed = H.dot(M)
+    return S + mixed + mixed.T

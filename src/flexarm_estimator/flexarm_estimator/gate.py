@@ -1,0 +1,86 @@
+"""The chi-square gate, with re-opening.
+
+A sample is refused when ``nu' S^-1 nu`` is as improbable as ``gate`` sigmas. A gate alone would lock
+a sensor out for ever after one impact: once a sensor has been refused ``reopen_after`` times in a
+row, the state is doubted instead; its covariance is widened at that instant, for all sensors, and
+the widening stays in the history so that a late camera frame does not undo it.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.stats import chi2, norm
+
+from flexarm_estimator.settings import EstimatorConfig
+
+Array = NDArray[np.float64]
+
+
+class Verdict(NamedTuple):
+    """What the gate says of one sample.
+
+    Attributes:
+        sensor: Name of the sensor.
+        t: Stamp of the sample [s].
+        is_accepted: Fused or not.
+        innovation: (m,).
+        normalised: ``sqrt(nu' S^-1 nu / m)`` [1].
+    """
+
+    sensor: str
+    t: float
+    is_accepted: bool
+    innovation: Array
+    normalised: float
+
+
+class Gate:
+    """Judges samples and remembers how often each sensor was refused in a row."""
+
+    def __init__(self, sizes: dict[str, int], config: EstimatorConfig) -> None:
+        """Compute the thresholds.
+
+        Args:
+            sizes: Number of channels of every sensor.
+            config: Settings.
+        """
+        tail = 2.0 * norm.sf(config.gate)
+        self._threshold = {name: float(chi2.isf(tail, size)) for name, size in sizes.items()}
+        self._refusals = dict.fromkeys(sizes, 0)
+        self._reopen_after = config.reopen_after
+        self._interval = config.reopen_interval
+        self._reopened_at = -math.inf
+
+    def judge(self, sensor: str, t: float, nu: Array, S: Array) -> Verdict:
+        """Return the verdict on an innovation ``nu`` (m,) of covariance ``S`` (m, m); never raises."""
+        if nu.size == 1:
+            nis = float(nu[0]) ** 2 / float(S[0, 0])
+        else:
+            try:
+                nis = float(nu.dot(np.linalg.solve(S, nu)))
+            except np.linalg.LinAlgError:
+                nis = math.inf
+        is_accepted = 0.0 <= nis <= self._threshold[sensor]
+        normalised = math.sqrt(nis / nu.size) if 0.0 <= nis < math.inf else 0.0
+        return Verdict(sensor, t, is_accepted, nu, normalised)
+
+    def has_doubt(self, verdicts: Iterable[Verdict], t: float) -> bool:
+        """Return whether a refusal among ``verdicts`` is one too many: the state is wrong, not the sample."""
+        if t - self._reopened_at < self._interval:
+            return False
+        refused = (v.sensor for v in verdicts if not v.is_accepted)
+        return any(self._refusals[sensor] >= self._reopen_after for sensor in refused)
+
+    def note(self, verdicts: Iterable[Verdict]) -> None:
+        """Count final verdicts."""
+        for verdict in verdicts:
+            self._refusals[verdict.sensor] = 0 if verdict.is_accepted else self._refusals[verdict.sensor] + 1
+
+    def note_reopening(self, t: float) -> None:
+        """Remember that the covariance was widened at ``t``."""
+        self._reopened_at = t

@@ -1,0 +1,177 @@
+"""Health of every sensor and of the estimate as a whole.
+
+A sensor is "stale" when nothing usable has come from it for its latency, three sample periods and
+``time_out``; samples that are not finite or not possible do not count as life. It is "rejected" when
+the newest sample was refused. The estimate is "degraded" when a sensor is stale or refused
+``reopen_after`` times in a row; "lost" when all are, when nothing has located the axes for
+``position_time_out``, or when the tip's covariance is too large; "starting" until it was good once.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexarm_estimator.estimate import SensorReport, SensorStatus, Status
+from flexarm_estimator.gate import Verdict
+from flexarm_estimator.settings import EstimatorConfig
+from flexarm_model.description import SensorSpec
+
+Array = NDArray[np.float64]
+_PERIODS = 3.0  # sample periods of silence that are normal
+
+
+@dataclass
+class _Record:
+    """What is known of one sensor."""
+
+    time_out: float
+    innovation: Array
+    locates: bool
+    is_off: bool = False
+    accepted: int = 0
+    rejected: int = 0
+    refused_in_a_row: int = 0
+    newest_accepted: float = 0.0
+    newest_valid: float = 0.0
+    reason: str = "no sample yet"
+    normalised: float = 0.0
+
+    def status(self, t: float) -> SensorStatus:
+        if self.is_off:
+            return "off"
+        if t - self.newest_valid > self.time_out:
+            return "stale"
+        return "rejected" if self.reason else "ok"
+
+
+class Health:
+    """Counts samples, watches ages, and says whether the estimate may be used.
+
+    Attributes:
+        unknown: Samples of sensors that the description does not have.
+    """
+
+    def __init__(self, specs: Iterable[SensorSpec], locating: set[str], config: EstimatorConfig) -> None:
+        """Start the counts.
+
+        Args:
+            specs: Sensors of the description.
+            locating: Names of those that tell where the axes are.
+            config: Settings.
+        """
+        self._config = config
+        self._records = {
+            spec.name: _Record(_time_out(spec, config), np.zeros(len(spec.channels)), spec.name in locating)
+            for spec in specs
+        }
+        for record in self._records.values():
+            record.innovation.flags.writeable = False
+        self.unknown = 0
+        self.restart(0.0)
+
+    def restart(self, t: float) -> None:
+        """Begin anew at ``t``: ages count from here, counts go on."""
+        self._has_started = False
+        for record in self._records.values():
+            record.newest_accepted = record.newest_valid = t
+            record.refused_in_a_row, record.reason = 0, "no sample yet"
+
+    def note_refusal(self, sensor: str, reason: str) -> None:
+        """Count a sample that was refused before the filter saw it."""
+        if sensor not in self._records:
+            self.unknown += 1
+            return
+        record = self._records[sensor]
+        record.rejected += 1
+        record.refused_in_a_row += 1
+        record.reason = reason
+
+    def note_verdicts(self, verdicts: Iterable[Verdict]) -> None:
+        """Count what the gate said."""
+        for verdict in verdicts:
+            record = self._records[verdict.sensor]
+            record.innovation, record.normalised = verdict.innovation, verdict.normalised
+            record.newest_valid = max(record.newest_valid, verdict.t)
+            if verdict.is_accepted:
+                record.accepted += 1
+                record.refused_in_a_row, record.reason = 0, ""
+                record.newest_accepted = max(record.newest_accepted, verdict.t)
+            else:
+                record.rejected += 1
+                record.refused_in_a_row += 1
+                record.reason = "far from the prediction"
+
+    def switch(self, sensor: str, is_off: bool) -> None:
+        """Switch a sensor off or on by hand.
+
+        Raises:
+            KeyError: There is no such sensor.
+        """
+        self._records[sensor].is_off = is_off
+
+    def is_off(self, sensor: str) -> bool:
+        """Return whether a known sensor is switched off."""
+        return self._records[sensor].is_off
+
+    def reports(self, t: float) -> tuple[SensorReport, ...]:
+        """Return the health of every sensor at ``t``."""
+        return tuple([_report(name, record, t) for name, record in self._records.items()])
+
+    def judge(self, t: float, tip_sigma: float, reports: Iterable[SensorReport], trouble: str) -> tuple[Status, str]:
+        """Return status and reason of the estimate.
+
+        Args:
+            t: Now [s].
+            tip_sigma: One sigma of the tip's position [m].
+            reports: Health of the sensors at ``t``.
+            trouble: Anything else that is wrong in this step; empty when nothing is.
+        """
+        reason = self._why_lost(t, tip_sigma)
+        if reason:
+            return ("lost" if self._has_started else "starting"), reason
+        self._has_started = True
+        doubts = [f"{r.name}: {r.reason}" for r in reports if self._is_doubtful(r)]
+        if trouble:
+            doubts.append(trouble)
+        return ("degraded", "; ".join(doubts)) if doubts else ("ok", "")
+
+    def _why_lost(self, t: float, tip_sigma: float) -> str:
+        records = [record for record in self._records.values() if not record.is_off]
+        if not any(t - record.newest_accepted <= record.time_out for record in records):
+            return "no sensor is usable"
+        silent = self._config.position_time_out
+        if not any(record.locates and t - record.newest_accepted <= max(silent, record.time_out) and record.accepted
+                   for record in records):
+            return "nothing locates the axes"
+        if not tip_sigma <= self._config.lost_sigma:
+            return f"tip is uncertain by {tip_sigma:.2g} m"
+        return ""
+
+    def _is_doubtful(self, report: SensorReport) -> bool:
+        if report.status == "rejected":
+            return self._records[report.name].refused_in_a_row >= self._config.reopen_after
+        return report.status == "stale"
+
+
+def _time_out(spec: SensorSpec, config: EstimatorConfig) -> float:
+    periods = _PERIODS / spec.rate_hz if spec.rate_hz > 0.0 else 0.0
+    return spec.latency + max(config.time_out, periods)
+
+
+def _report(name: str, record: _Record, t: float) -> SensorReport:
+    status = record.status(t)
+    reason = record.reason
+    if status == "ok":
+        reason = ""
+    elif status == "stale":
+        reason = f"silent ({record.reason})" if record.reason else "silent"
+    elif status == "off":
+        reason = "switched off"
+    age = max(0.0, t - record.newest_accepted)
+    return SensorReport(
+        name, status, reason, age, record.accepted, record.rejected, record.innovation, record.normalised
+    )

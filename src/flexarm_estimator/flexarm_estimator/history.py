@@ -1,0 +1,95 @@
+"""The recent past: instants with their torque, samples and beliefs, so that late samples find their place.
+
+Every instant keeps what is needed to compute it again from the one before. A late sample is put
+into the instant of its stamp (a new one splits an interval; the torque of that interval holds on
+both sides), and all later instants are computed again. The oldest instant is the fixed start.
+"""
+
+from __future__ import annotations
+
+from bisect import bisect_left
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexarm_estimator.filter import Belief
+from flexarm_estimator.joint_step import PreparedStep
+from flexarm_estimator.measurement import Measurement
+
+Array = NDArray[np.float64]
+SAME_INSTANT = 1e-6  # s; stamps closer than this are one instant
+
+
+@dataclass
+class Instant:
+    """A point in time at which something was sampled or asked for.
+
+    Attributes:
+        t: [s].
+        u: [tau; 1] held over the interval that ends here, (n_u + 1,).
+        belief: State at ``t`` given all samples up to ``t``.
+        fused: Samples that belong to the state, by sensor.
+        pending: Samples not judged yet, by sensor.
+        prepared: Joint step that leads here, kept for computing again; None when it has to be made.
+        is_reopened: The covariance was widened here because the state was doubted.
+    """
+
+    t: float
+    u: Array
+    belief: Belief
+    fused: dict[str, Measurement] = field(default_factory=dict)
+    pending: dict[str, Measurement] = field(default_factory=dict)
+    is_reopened: bool = False
+    prepared: PreparedStep | None = None
+
+
+class History:
+    """Instants in order of time; the last one is now."""
+
+    def __init__(self, start: Instant, length: float) -> None:
+        """Begin with the fixed instant ``start`` and keep ``length`` seconds."""
+        self.instants = [start]
+        self._length = length
+
+    @property
+    def now(self) -> Instant:
+        """The newest instant."""
+        return self.instants[-1]
+
+    @property
+    def oldest(self) -> float:
+        """Time of the fixed start; only later samples can be fused [s]."""
+        return self.instants[0].t
+
+    def advance(self, t: float, u: Array) -> int:
+        """Go to ``t`` with ``u`` held since the newest instant; return the first instant to compute."""
+        count = len(self.instants)
+        if t > self.now.t + SAME_INSTANT:
+            self.instants.append(Instant(t, u, self.now.belief))
+        return count
+
+    def insert(self, sample: Measurement) -> int:
+        """Put a sample into the instant of its stamp; return the index of that instant.
+
+        ``sample.t`` lies between ``oldest`` and now.
+        """
+        index = bisect_left(self.instants, sample.t - SAME_INSTANT, key=_time)
+        index = max(1, min(index, len(self.instants) - 1))
+        instant = self.instants[index]
+        if instant.t - sample.t > SAME_INSTANT:
+            instant = Instant(sample.t, instant.u, self.instants[index - 1].belief)
+            self.instants.insert(index, instant)
+        instant.prepared = None
+        instant.pending[sample.sensor] = sample
+        return index
+
+    def forget(self) -> None:
+        """Drop what is older than the history, but never the last instant before it."""
+        horizon = self.now.t - self._length
+        while len(self.instants) > 2 and self.instants[1].t <= horizon:
+            del self.instants[0]
+
+
+def _time(instant: Instant) -> float:
+    return instant.t

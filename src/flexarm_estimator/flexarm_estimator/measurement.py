@@ -1,0 +1,27 @@
+"""A sample of one sensor, as it enters the estimator."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Measurement:
+    """What a sensor said and when.
+
+    Attributes:
+        sensor: Name of the sensor, as in the manipulator's YAML.
+        t: Instant of the sample, not of its arrival [s].
+        y: Value in SI; a camera gives position [m] and rotation vector [rad] of the tip, (m,).
+        R: Covariance of the noise, (m, m); None takes the one of the YAML.
+    """
+
+    sensor: str
+    t: float
+    y: Array
+    R: Array | None = None

@@ -1,0 +1,112 @@
+"""Process model: how the state moves between two instants, and how sure that is.
+
+``x = [theta; eta; theta'; eta'; d]``, ``d`` an unmodelled torque. Three things are unknown, each
+written as a physical setting (``EstimatorConfig``):
+
+* white torque on the axes: ``acceleration_noise`` times their inertia;
+* forces on the modes. A relative error ``e`` of frequency acts as a force ``2 e omega^2 eta``; with
+  ``eta`` of the size that an axis acceleration ``a`` excites, ``|M_et| a / omega^2``, this is
+  ``2 e |M_et| a``. It is narrow-banded about ``omega``; its white stand-in has intensity
+  ``2 sigma^2 / omega``. Without it a light hub goes unstable through mode 2 (seed 002, section 6);
+* drift of ``d`` (friction, payload, gravity error): a random walk.
+
+Accelerometers feel the same force noise: averaged over ``force_averaging``, it has the covariance
+``S/T`` and is correlated with the state, ``I(T) G S/T``.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexarm_estimator.settings import EstimatorConfig
+from flexarm_estimator.taylor import ExponentialIntegrals
+from flexarm_model.reduced_model import ReducedModel
+from flexarm_model.state_space import StateSpace, state_space
+
+Array = NDArray[np.float64]
+_CACHE_SIZE = 512  # periods
+_NS_PER_S = 1e9
+_INITIAL_MODES = 3.0  # one sigma of a mode at the start, in units of what the motion excites
+
+
+@dataclass(frozen=True)
+class Transition:
+    """One step of the state: ``x+ = A x + B [tau; 1] + w``.
+
+    Attributes:
+        dt: Length of the step, rounded to 1 ns [s].
+        A: (n_x, n_x).
+        B: Torque and constant drift, (n_x, n_u + 1).
+        Q: Covariance of w, (n_x, n_x).
+        force_cross: Covariance of w with the averaged force noise, (n_x, n).
+    """
+
+    dt: float
+    A: Array
+    B: Array
+    Q: Array
+    force_cross: Array
+
+
+class ProcessModel:
+    """Discrete steps of a reduced model of any length, and its initial covariance.
+
+    Attributes:
+        system: Continuous state space.
+        force_cov: Covariance of the force noise averaged over ``force_averaging``, (n, n).
+        P0: Covariance at the start, (n_x, n_x).
+        widening: Added to the covariance when the state is doubted, (n_x, n_x).
+    """
+
+    def __init__(self, model: ReducedModel, config: EstimatorConfig) -> None:
+        """Prepare the steps; the work is done once per model."""
+        n, n_theta = model.n, model.n_theta
+        inertia = np.diag(model.M)[:n_theta]
+        modal_force = _modal_force(model, config)
+        torque_psd = (config.acceleration_noise * inertia) ** 2
+        force_psd = np.concatenate([torque_psd, 2.0 * modal_force**2 / model.omega])
+        self.system: StateSpace = state_space(model, force_psd, (config.disturbance_drift * inertia) ** 2)
+        self._averaging = config.force_averaging
+        self.force_cov = np.diag(force_psd) / self._averaging
+        self._G = np.zeros((self.system.n_x, n))
+        self._G[n : 2 * n] = np.linalg.inv(model.M)  # small and well conditioned by construction
+        self._held = np.column_stack([self.system.B, self.system.c])
+        self._integrals = ExponentialIntegrals(self.system.A, self.system.Q)
+        self._cache: dict[int, Transition] = {}
+        sigma = _initial_sigma(model, config, inertia)
+        self.P0 = np.diag(sigma**2)
+        self.widening = np.diag(np.where(np.arange(sigma.size) < 2 * n, sigma, 0.0) ** 2)
+
+    def step(self, dt: float) -> Transition:
+        """Return the step over ``dt`` > 0 seconds; equal periods (to 1 ns) are computed once."""
+        key = max(1, round(dt * _NS_PER_S))
+        found = self._cache.get(key)
+        if found is None:
+            if len(self._cache) >= _CACHE_SIZE:
+                self._cache.clear()
+            found = self._cache[key] = self._compute(key / _NS_PER_S)
+        return found
+
+    def _compute(self, dt: float) -> Transition:
+        E, integral, Q = self._integrals.at(dt)
+        overlap = integral if dt <= self._averaging else self._integrals.at(self._averaging)[1]
+        return Transition(dt, E, integral.dot(self._held), Q, overlap.dot(self._G).dot(self.force_cov))
+
+
+def _modal_force(model: ReducedModel, config: EstimatorConfig) -> Array:
+    """One sigma of the force on every mode [kg^0.5 m/s^2], (n_eta,)."""
+    coupling = np.abs(model.M[model.n_theta :, : model.n_theta]).sum(axis=1)
+    return np.hypot(2.0 * config.frequency_error * coupling * config.motion_acceleration, config.modal_force)
+
+
+def _initial_sigma(model: ReducedModel, config: EstimatorConfig, inertia: Array) -> Array:
+    """One sigma of every state at the start, (n_x,)."""
+    coupling = np.abs(model.M[model.n_theta :, : model.n_theta]).sum(axis=1)
+    force = coupling * config.motion_acceleration + config.modal_force
+    eta = _INITIAL_MODES * force / model.omega**2
+    position = np.full(model.n_theta, config.initial_position)
+    velocity = np.full(model.n_theta, config.initial_velocity)
+    return np.concatenate([position, eta, velocity, eta * model.omega, config.initial_disturbance * inertia])

@@ -1,0 +1,62 @@
+"""Pose, velocity and covariances of the tip from the state.
+
+``cov(pose) = J P_xi J'``, ``cov(twist) = J P_xi' J'`` with the tip's Jacobian J [linear; angular] in
+world axes; the change of J with the state is of second order and left out.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexarm_estimator.filter import Belief
+from flexarm_estimator.tip import Tip
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class TipReport:
+    """The tip at one instant.
+
+    Attributes:
+        T_world_tip: Pose, (4, 4).
+        twist: [linear; angular] in world axes, (6,).
+        cov_pose: Of position and rotation vector, world axes, (6, 6).
+        cov_twist: Of the twist, (6, 6).
+    """
+
+    T_world_tip: Array
+    twist: Array
+    cov_pose: Array
+    cov_twist: Array
+
+    @property
+    def sigma(self) -> float:
+        """One sigma of the position, all directions together [m]."""
+        P = self.cov_pose
+        return math.sqrt(max(0.0, float(P[0, 0] + P[1, 1] + P[2, 2])))
+
+    @property
+    def is_finite(self) -> bool:
+        """Nothing in it is NaN or infinite."""
+        size = self.T_world_tip.sum() + self.twist.sum() + self.cov_pose.sum() + self.cov_twist.sum()
+        return math.isfinite(size)
+
+
+def describe_tip(tip: Tip, belief: Belief, n: int) -> TipReport:
+    """Return the tip's pose, twist and covariances.
+
+    Args:
+        tip: Kinematics of the served model.
+        belief: State; x starts with xi and xi', (n,) each.
+        n: Number of coordinates xi.
+    """
+    x, P = belief.x, belief.P
+    J = tip.jacobian(x)  # (6, n)
+    cov_pose = J.dot(P[:n, :n]).dot(J.T)
+    cov_twist = J.dot(P[n : 2 * n, n : 2 * n]).dot(J.T)
+    return TipReport(tip.pose(x), J.dot(x[n : 2 * n]), cov_pose, cov_twist)

@@ -1,0 +1,44 @@
+"""Rotation from one attitude to another as a vector, without the cost of a general library."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexarm_model.rotation import rotation_vector, skew
+
+Array = NDArray[np.float64]
+_IDENTITY = np.eye(3)
+_SMALL = 1e-8  # rad; below, sin(a)/a is 1 to rounding
+_BLUNT = -0.9  # cosine beyond which the skew part says too little of the axis
+
+
+def relative_rotation(measured: Array, R: Array) -> Array:
+    """Return ``log(exp(measured) R')``: from attitude ``R`` to the measured one, (3,).
+
+    Args:
+        measured: Rotation vector [rad], (3,).
+        R: Rotation matrix, (3, 3).
+    """
+    return log_rotation(exp_rotation(measured).dot(R.T))
+
+
+def exp_rotation(phi: Array) -> Array:
+    """Return the matrix of a rotation vector (Rodrigues), (3, 3)."""
+    angle = math.sqrt(phi.dot(phi))
+    S = skew(phi)
+    if angle < _SMALL:
+        return _IDENTITY + S
+    return _IDENTITY + S * (math.sin(angle) / angle) + S.dot(S) * ((1.0 - math.cos(angle)) / angle**2)
+
+
+def log_rotation(R: Array) -> Array:
+    """Return the rotation vector of a matrix, angle in [0, pi], (3,)."""
+    cosine = 0.5 * (R[0, 0] + R[1, 1] + R[2, 2] - 1.0)
+    if cosine < _BLUNT:
+        return rotation_vector(R)
+    axis = np.array([R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1]]) * 0.5  # axis sin(angle)
+    sine = math.sqrt(axis.dot(axis))
+    return axis if sine < _SMALL else axis * (math.atan2(sine, cosine) / sine)

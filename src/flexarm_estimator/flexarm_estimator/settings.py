@@ -1,0 +1,53 @@
+"""Settings of the estimator: physical quantities, from which the noise intensities follow."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from flexarm_model.parameters import parameter
+
+
+@dataclass(frozen=True)
+class EstimatorConfig:
+    """What is not known of the arm, and what makes a sample or a state unfit for use.
+
+    Accelerations of axes stand for [rad/s^2] of rotary and [m/s^2] of linear ones; multiplied by
+    the inertia of the axis they become torques, so the same values fit a heavy and a light hub.
+    """
+
+    frequency_error: float = parameter(
+        0.10, "Relative error of the modes' frequencies that the filter must bear", "1", 0.0, 0.5
+    )
+    motion_acceleration: float = parameter(
+        10.0, "Typical acceleration of the actuated axes; it excites the modes", "rad/s^2", 1e-3, 1e4
+    )
+    modal_force: float = parameter(
+        0.05, "Unmodelled force on every mode, also those that no axis excites", "kg^0.5 m/s^2", 1e-6, 1e3
+    )
+    acceleration_noise: float = parameter(
+        0.05, "White torque noise of the axes as acceleration", "rad/s^2/sqrt(Hz)", 1e-6, 1e3
+    )
+    disturbance_drift: float = parameter(
+        1.0, "Drift of the unmodelled torque as acceleration", "rad/s^2/sqrt(s)", 1e-6, 1e4
+    )
+    initial_position: float = parameter(1.0, "One sigma of the axes at the start", "rad", 1e-6, 1e2)
+    initial_velocity: float = parameter(1.0, "One sigma of their velocities at the start", "rad/s", 1e-6, 1e3)
+    initial_disturbance: float = parameter(
+        3.0, "One sigma of the unmodelled torque at the start, as acceleration", "rad/s^2", 1e-6, 1e4
+    )
+    force_averaging: float = parameter(
+        0.005, "Time over which an accelerometer averages the force noise", "s", 1e-4, 0.1
+    )
+    gate: float = parameter(5.0, "Samples further from the prediction are refused", "sigma", 2.0, 100.0)
+    reopen_after: int = parameter(5, "Refusals in a row after which the state is doubted", "1", 1, 1000)
+    reopen_interval: float = parameter(0.5, "Shortest time between two such doubts", "s", 0.0, 60.0)
+    history: float = parameter(0.3, "Samples older than this are refused", "s", 0.01, 2.0)
+    future_tolerance: float = parameter(0.005, "Stamps may lie this far in the future", "s", 0.0, 0.1)
+    max_gap: float = parameter(0.1, "After a longer gap the filter starts anew", "s", 0.01, 1.0)
+    time_out: float = parameter(0.04, "Silence beyond latency and three sample periods", "s", 0.005, 1.0)
+    position_time_out: float = parameter(
+        0.2, "Lost after this time without any sensor that locates the axes", "s", 0.01, 10.0
+    )
+    lost_sigma: float = parameter(
+        0.01, "Lost when one sigma of the tip's position is larger", "m", 1e-6, 10.0
+    )
