@@ -1,6 +1,7 @@
 """The one table of all streams: who says what, how often and how reliably.
 
-Recorder, replay, bag checks and the documentation read it. Topics are relative to the namespace
+Recorder, replay, bag checks and the documentation read it; within an instant messages are logged
+in its order, which is the order of cause and effect. Topics are relative to the namespace
 ``/flexarm`` unless they start with a slash. ``imu/*`` stands for one topic per accelerometer.
 """
 
@@ -26,6 +27,7 @@ class Stream:
         is_latched: Late subscribers get the last message (transient local).
         is_stamped: The message starts with a std_msgs/Header.
         is_sensor: The estimator reads it as a measurement.
+        is_optional: A run may do without it.
     """
 
     topic: str
@@ -37,6 +39,7 @@ class Stream:
     is_latched: bool = False
     is_stamped: bool = True
     is_sensor: bool = False
+    is_optional: bool = False
 
     @property
     def name(self) -> str:
@@ -45,6 +48,12 @@ class Stream:
 
 
 STREAMS = (
+    Stream("reference", "trajectory_msgs/msg/JointTrajectory", "user", "event",
+           "motion asked for", is_optional=True),
+    Stream("robot_description", "std_msgs/msg/String", "model", "once",
+           "URDF with the modes as segment joints", is_latched=True, is_stamped=False, is_optional=True),
+    Stream("model", "flexarm_interfaces/msg/ReducedModel", "model", "on change of pose",
+           "reduced model in use", is_latched=True),
     Stream("joint_states", "sensor_msgs/msg/JointState", "rig", "motor period",
            "motor side position, velocity and measured torque", depth=10, is_sensor=True),
     Stream("strain", "flexarm_interfaces/msg/StrainArray", "rig", "gauge rate",
@@ -55,16 +64,12 @@ STREAMS = (
            "pose of the tip, stamped at exposure", depth=10, is_sensor=True),
     Stream("applied_effort", "sensor_msgs/msg/JointState", "rig", "motor period",
            "torque that the guard let through; what a rig driver subscribes to", is_sensor=True),
-    Stream("tick", "flexarm_interfaces/msg/Tick", "rig", "lockstep only",
-           "what was sent at this instant", depth=10),
+    Stream("truth", "flexarm_interfaces/msg/Truth", "rig", "motor period",
+           "what really happens in the simulation; for reports only", depth=10, is_optional=True),
     Stream("guard_status", "flexarm_interfaces/msg/GuardStatus", "rig", "10 Hz and on change",
            "what the guard lets through, and why"),
-    Stream("truth", "flexarm_interfaces/msg/Truth", "rig", "motor period, simulated rig only",
-           "what really happens; for reports", depth=10),
-    Stream("model", "flexarm_interfaces/msg/ReducedModel", "model", "on change of pose",
-           "reduced model in use", is_latched=True),
-    Stream("robot_description", "std_msgs/msg/String", "model", "once",
-           "URDF with the elastic modes as segment joints", is_latched=True, is_stamped=False),
+    Stream("tick", "flexarm_interfaces/msg/Tick", "rig", "lockstep only",
+           "what was sent at this instant", depth=10, is_optional=True),
     Stream("modal_state", "flexarm_interfaces/msg/ModalState", "estimator", "control rate",
            "joints, modes and disturbance with covariance and health", depth=10),
     Stream("end_effector", "nav_msgs/msg/Odometry", "estimator", "control rate",
@@ -74,13 +79,11 @@ STREAMS = (
     Stream("controller_status", "flexarm_interfaces/msg/ControllerStatus", "controller", "control rate",
            "mode, solver, limits that bind, reason"),
     Stream("predicted", "trajectory_msgs/msg/JointTrajectory", "controller", "10-20 Hz",
-           "plan of the controller"),
+           "plan of the controller", is_optional=True),
     Stream("markers", "visualization_msgs/msg/MarkerArray", "estimator", "10-20 Hz",
-           "shape of the arm for a viewer", is_stamped=False),
-    Stream("reference", "trajectory_msgs/msg/JointTrajectory", "user", "event",
-           "motion asked for"),
+           "shape of the arm for a viewer", is_stamped=False, is_optional=True),
     Stream("/diagnostics", "diagnostic_msgs/msg/DiagnosticArray", "all", "1 Hz",
-           "health of every node", depth=10),
+           "health of every node", depth=10, is_optional=True),
 )  # fmt: skip
 SENSOR_TOPICS = tuple(stream.topic for stream in STREAMS if stream.is_sensor)
 

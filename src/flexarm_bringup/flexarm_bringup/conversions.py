@@ -1,0 +1,53 @@
+"""Messages as bytes and back, and the classes that go with the names of types.
+
+``serialise`` fills the gaps that alignment leaves with zeros. rclpy leaves there what the memory
+held before, so its bytes differ from run to run for equal messages.
+"""
+
+from __future__ import annotations
+
+import importlib
+import struct
+from functools import cache
+from typing import Any
+
+from rclpy.serialization import deserialize_message, serialize_message
+
+from flexarm_bringup.bag_types import bag_types
+from flexarm_model.conversions import NS_PER_S
+
+_LITTLE_ENDIAN = 1  # second byte of the CDR encapsulation
+_STAMP = (struct.Struct(">iI"), struct.Struct("<iI"))
+
+
+@cache
+def message_class(kind: str) -> Any:
+    """Return the class of a type, "sensor_msgs/msg/JointState".
+
+    Raises:
+        ModuleNotFoundError: Its package is not installed.
+    """
+    package, folder, name = kind.split("/")
+    return getattr(importlib.import_module(f"{package}.{folder}"), name)
+
+
+def serialise(msg: Any, kind: str) -> bytes:
+    """Return a message as CDR; equal messages give equal bytes."""
+    return zero_padding(bytes(serialize_message(msg)), kind)
+
+
+def deserialise(cdr: bytes, kind: str) -> Any:
+    """Return the message of a CDR."""
+    return deserialize_message(cdr, message_class(kind))
+
+
+def zero_padding(cdr: bytes, kind: str) -> bytes:
+    """Return the same message with zeros in the gaps of alignment."""
+    types = bag_types()
+    return bytes(types.serialize_cdr(types.deserialize_cdr(cdr, kind), kind))
+
+
+def header_stamp_ns(cdr: bytes) -> int:
+    """Return the stamp of a serialised message that starts with a std_msgs/Header [ns]."""
+    sec, nanosec = _STAMP[cdr[1] & _LITTLE_ENDIAN].unpack_from(cdr, 4)
+    return int(sec) * NS_PER_S + int(nanosec)
