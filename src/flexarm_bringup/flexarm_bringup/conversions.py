@@ -1,7 +1,7 @@
 """Messages as bytes and back, and the classes that go with the names of types.
 
-``serialise`` fills the gaps that alignment leaves with zeros. rclpy leaves there what the memory
-held before, so its bytes differ from run to run for equal messages.
+``serialise`` fills the gaps that alignment leaves with zeros. rclpy leaves there, and behind empty
+arrays at the end, what the memory held before: its bytes differ from run to run for equal messages.
 """
 
 from __future__ import annotations
@@ -42,9 +42,12 @@ def deserialise(cdr: bytes, kind: str) -> Any:
 
 
 def zero_padding(cdr: bytes, kind: str) -> bytes:
-    """Return the same message with zeros in the gaps of alignment."""
+    """Return the same message with zeros in the gaps of alignment and nothing after its end."""
     types = bag_types()
-    return bytes(types.serialize_cdr(types.deserialize_cdr(cdr, kind), kind))
+    definition = types.get_msgdef(kind)
+    decode = definition.deserialize_cdr_le if cdr[1] & _LITTLE_ENDIAN else definition.deserialize_cdr_be
+    message, _ = decode(cdr[4:], 0, definition.cls, types)
+    return bytes(types.serialize_cdr(message, kind))
 
 
 def header_stamp_ns(cdr: bytes) -> int:
