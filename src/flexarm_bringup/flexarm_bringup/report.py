@@ -17,6 +17,7 @@ from typing import Any
 from flexarm_bringup.figures import Figure
 
 Cell = str | float | int | bool | None
+Cells = list[Cell]
 MISSING = "–"
 
 
