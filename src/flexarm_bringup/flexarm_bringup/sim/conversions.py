@@ -1,4 +1,4 @@
-"""Samples of the simulated sensors as ROS messages."""
+"""What the simulated hardware says and hears, as ROS messages."""
 
 from __future__ import annotations
 
@@ -7,14 +7,18 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from flexarm_interfaces.msg import StrainArray
+from flexarm_interfaces.msg import GuardStatus, JointCommand, StrainArray
+from flexarm_interfaces.msg import Truth as TruthMsg
 from geometry_msgs.msg import PoseWithCovarianceStamped
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 from sensor_msgs.msg import Imu, JointState
 
+from flexarm_bringup.sim.hardware import Hardware
+from flexarm_bringup.sim.rig import Truth
 from flexarm_bringup.sim.sensor_simulator import Sample
-from flexarm_model.conversions import floats, ns_to_stamp
+from flexarm_controller.guard import ARMED, BRAKING, STOPPED, Guard, GuardCommand
+from flexarm_model.conversions import floats, ns_to_stamp, stamp_to_ns
 from flexarm_model.description import ManipulatorConfig, SensorSpec
 
 Array = NDArray[np.float64]
@@ -46,9 +50,10 @@ def samples_to_msgs(
     ]
 
 
-def joint_state_msg(names: Sequence[str], position: Array, velocity: Array, effort: Sequence[float], stamp_ns: int) -> JointState:
-    """Return the state of the actuated axes; ``effort`` is what acted until the stamp."""
-    msg = JointState(name=list(names), position=floats(position), velocity=floats(velocity), effort=floats(effort))
+def joint_state_msg(hardware: Hardware, stamp_ns: int) -> JointState:
+    """Return what the drives know: position, velocity and the torque that acted until the stamp."""
+    msg = JointState(name=list(hardware.names), effort=floats(hardware.tau))
+    msg.position, msg.velocity = floats(hardware.motors.theta), floats(hardware.motors.theta_dot)
     msg.header.stamp = ns_to_stamp(stamp_ns)
     msg.header.frame_id = "base"
     return msg
@@ -59,6 +64,32 @@ def applied_effort_msg(names: Sequence[str], effort: Sequence[float], stamp_ns: 
     msg = JointState(name=list(names), effort=floats(effort))
     msg.header.stamp = ns_to_stamp(stamp_ns)
     return msg
+
+
+def truth_msg(config: ManipulatorConfig, truth: Truth, stamp_ns: int) -> TruthMsg:
+    """Return what really happens."""
+    channels = {kind: [s for s in config.sensors if s.kind == kind] for kind in ("strain_gauge", "accelerometer")}
+    msg = TruthMsg(joint_names=list(config.actuated), gauge_names=[spec.name for spec in channels["strain_gauge"]])
+    msg.acceleration_names = [f"{s.name}.{channel}" for s in channels["accelerometer"] for channel in s.channels]
+    msg.theta, msg.theta_dot, msg.tip = map(floats, (truth.theta, truth.theta_dot, truth.tip))
+    msg.strain, msg.relative_acceleration = floats(truth.strain), floats(truth.acceleration - truth.rigid_acceleration)
+    msg.header.stamp = ns_to_stamp(stamp_ns)
+    return msg
+
+
+def guard_status_msg(guard: Guard, stamp_ns: int) -> GuardStatus:
+    """Return what the guard does, and why."""
+    msg = GuardStatus(mode=_GUARD_MODES[guard.mode], reason=guard.reason, session_token=guard.token)
+    msg.passed, msg.limited, msg.refused = guard.passed, guard.limited, guard.refused
+    msg.ticks, msg.ticks_without_command, msg.command_age = guard.ticks, guard.ticks_without_command, guard.age
+    msg.header.stamp = ns_to_stamp(stamp_ns)
+    return msg
+
+
+def command_from_msg(msg: JointCommand, epoch_ns: int) -> GuardCommand:
+    """Return a command as the guard takes it; it judges the content itself."""
+    t = (stamp_to_ns(msg.header.stamp) - epoch_ns) * 1e-9
+    return GuardCommand(t, msg.sequence, msg.session_token, tuple(msg.effort))
 
 
 def _strain(spec: SensorSpec, sample: Sample, stamp_ns: int) -> Outgoing:
@@ -93,6 +124,7 @@ def _camera(spec: SensorSpec, sample: Sample, stamp_ns: int) -> Outgoing:
     return Outgoing("camera/pose", msg)
 
 
+_GUARD_MODES = {STOPPED: GuardStatus.STOPPED, ARMED: GuardStatus.ARMED, BRAKING: GuardStatus.BRAKING}
 _CONVERT: dict[str, Callable[[SensorSpec, Sample, int], Outgoing]] = {
     "strain_gauge": _strain,
     "accelerometer": _imu,

@@ -61,7 +61,11 @@ class Plant:
         self.substeps = int(np.ceil(self._highest_frequency(omega) * dt / RK4_STABILITY))
         functions = {"drive": self._advance(servo=False), "servo": self._advance(servo=True)}
         self._functions = compile_functions(functions)
-        self.q = find_equilibrium(self.tree, config.home)
+        self.reset()
+
+    def reset(self) -> None:
+        """Go back to rest at the home pose."""
+        self.q = find_equilibrium(self.tree, self.tree.config.home)
         self.v = np.zeros(self.tree.n_q)
         self.a = np.zeros(self.tree.n_q)
 

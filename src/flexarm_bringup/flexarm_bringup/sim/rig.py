@@ -65,7 +65,7 @@ class Rig:
         Args:
             config: The manipulator.
             settings: Noise, perturbation, friction.
-            plant: A plant to reuse (compiled already); it is not reset.
+            plant: A plant to reuse, compiled already; None builds one from the settings.
         """
         self.settings = settings or RigSettings()
         self.config, self.dt, self.tick = config, 1.0 / config.rate_hz, 0
@@ -73,6 +73,7 @@ class Rig:
         self.plant = plant or Plant(
             config, self.dt, PlantSettings(s.frequency_scale, s.mass_scale, s.extra_modes, s.friction)
         )
+        self.plant.reset()
         names = output_names(config)
         rows = {spec.name: [i for i, name in enumerate(names) if name.split(".")[0] == spec.name] for spec in config.sensors}
         self._rows_of = {

@@ -1,0 +1,99 @@
+"""The rig with its guard: what sits on the motors' side of the command topic.
+
+One motor period: the arm moves under the torque chosen before, the sensors speak, and the guard chooses the
+next torque from the newest command. A command computed from the state of tick k acts from tick k + 1 on.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexarm_bringup.sim.motor_side import MotorSide
+from flexarm_bringup.sim.plant import Plant
+from flexarm_bringup.sim.rig import Rig, RigSettings
+from flexarm_bringup.sim.sensor_simulator import Sample
+from flexarm_controller.guard import Guard, GuardCommand, GuardLimits, GuardState
+from flexarm_model.description import ManipulatorConfig
+from flexarm_model.parameters import parameter
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class HardwareSettings:
+    """Settings of the guard."""
+
+    max_age: float = parameter(0.05, "Silence of the controller that stops the arm.", "s", 0.005, 1.0)
+    arming_time: float = parameter(2.0, "Time the controller has for its first command.", "s", 0.05, 60.0)
+    braking_rate: float = parameter(8.0, "Rate at which braking brings the axes to rest.", "1/s", 0.1, 100.0)
+    rest_velocity: float = parameter(0.01, "Axis velocity that counts as rest.", "rad/s", 1e-6, 1.0)
+
+
+class Hardware:
+    """Rig, drives and guard."""
+
+    def __init__(
+        self,
+        config: ManipulatorConfig,
+        simulation: RigSettings | None = None,
+        settings: HardwareSettings | None = None,
+        plant: Plant | None = None,
+    ) -> None:
+        """Build it at rest with the guard stopped.
+
+        Args:
+            config: The manipulator.
+            simulation: Of the rig.
+            settings: Of the guard.
+            plant: A compiled plant to reuse.
+        """
+        self.rig = Rig(config, simulation, plant)
+        self.motors = MotorSide(config, self.rig.dt)
+        self.names = self.motors.names
+        self.guard = Guard(guard_limits(config, self.rig, settings or HardwareSettings()))
+        self.tau: list[float] = [0.0] * len(self.names)
+
+    @property
+    def dt(self) -> float:
+        """Motor period [s]."""
+        return self.rig.dt
+
+    @property
+    def tick(self) -> int:
+        """Periods since the start."""
+        return self.rig.tick
+
+    @property
+    def t(self) -> float:
+        """Time since the start [s]."""
+        return self.rig.tick * self.rig.dt
+
+    def advance(self) -> list[Sample]:
+        """Move by one period under the torque chosen before; return what the sensors deliver."""
+        samples = self.rig.step(np.array(self.tau))
+        self.motors.update(samples)
+        return samples
+
+    def choose_torque(self, command: GuardCommand | None) -> list[float]:
+        """Let the guard choose the torque of the period that starts now [N m], (n_theta,)."""
+        self.tau = self.guard.step(command, GuardState(tuple(map(float, self.motors.theta_dot))), self.t)
+        return self.tau
+
+
+def guard_limits(config: ManipulatorConfig, rig: Rig, settings: HardwareSettings) -> GuardLimits:
+    """Return the guard's limits: the axes' own, and damping that fits their inertia at home."""
+    tree = rig.plant.tree
+    inertia = np.diag(tree.functions["mass_matrix"](rig.plant.q))[tree.actuated]
+    axes = config.actuated.values()
+    return GuardLimits(
+        effort=tuple(axis.effort for axis in axes),
+        effort_rate=tuple(axis.effort_rate for axis in axes),
+        damping=tuple(float(settings.braking_rate * value) for value in inertia),
+        period=rig.dt,
+        max_age=settings.max_age,
+        arming_time=settings.arming_time,
+        rest_velocity=settings.rest_velocity,
+    )
