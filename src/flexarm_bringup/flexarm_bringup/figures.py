@@ -16,7 +16,6 @@ INK = "#010203"  # stands for the page's text colour until the SVG is written
 COLOURS = ("#3b82c4", "#d9772b", "#2f9e77", "#b0568f", "#8a7d2f", "#7d6bd0")  # readable on white and on black
 STYLE: dict[Any, Any] = {
     "svg.fonttype": "none",  # text stays text
-    "svg.hashsalt": "flexarm",  # equal plots give equal bytes
     "font.size": 10.0,
     "axes.edgecolor": INK,
     "axes.labelcolor": INK,
@@ -59,14 +58,17 @@ def drawing(width: float = 9.0, height: float = 3.6) -> Iterator[Plot]:
 
 
 def to_figure(plot: Plot, caption: str) -> Figure:
-    """Return the plot as SVG that scales with the page and has no ids of its own to clash.
+    """Return the plot as SVG that scales with the page and whose ids are its own.
 
     Args:
         plot: A matplotlib figure, still inside ``drawing``.
         caption: One sentence; also the text for those who cannot see it.
     """
+    import matplotlib
+
     buffer = io.StringIO()
-    plot.savefig(buffer, format="svg", metadata={"Date": None})
+    with matplotlib.rc_context({"svg.hashsalt": caption}):  # same plot, same bytes; other plot, other ids
+        plot.savefig(buffer, format="svg", metadata={"Date": None})
     svg = buffer.getvalue()
     svg = svg[svg.index("<svg") :].replace(INK, "currentColor")
     svg = re.sub(r"<metadata>.*?</metadata>", "", svg, flags=re.DOTALL)

@@ -22,6 +22,8 @@ from flexarm_bringup.reproduce.seed_002_data import (
 )
 from flexarm_bringup.reproduce.seed_002_shaping import Results, measure_all
 
+Capture = pytest.CaptureFixture[str]
+
 GOLDEN_RMS = {  # seed 002, section 4: predicted RMS [m/s^2], rows 10, 30, 60 degrees, columns A to E
     "sim": [
         [1.442, 0.2445, 0.6575, 0.2921, 0.5843],
@@ -127,9 +129,7 @@ def test_what_is_fitted_assumed_and_not_claimed_is_said(page: Page) -> None:
     assert "E = 208.5 GPa (printed 210)" in text
 
 
-def test_command_writes_json_and_a_page_with_plots(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_command_writes_json_and_a_page_with_plots(tmp_path: Path, capsys: Capture) -> None:
     files = tmp_path / "a.json", tmp_path / "a.html"
     assert cli.main(["reproduce", "002", "--json", str(files[0]), "--html", str(files[1])]) == 0
     content = json.loads(files[0].read_text())
@@ -139,9 +139,7 @@ def test_command_writes_json_and_a_page_with_plots(
     assert "Table 1 recomputed" in capsys.readouterr().out
 
 
-def test_a_missed_bound_is_exit_code_1(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_missed_bound_is_exit_code_1(monkeypatch: pytest.MonkeyPatch, capsys: Capture) -> None:
     monkeypatch.setitem(seed_002_errors.CALIBRATED_BOUNDS, "sim", 5.0)
     assert cli.main(["reproduce", "002"]) == 1
     assert "MISSED" in capsys.readouterr().out

@@ -35,8 +35,8 @@ def test_steps_converge_to_an_independent_integrator(damping: Damping) -> None:
         vibration = simulate(MOVE, MODE, damping, rate_hz, int(1.5 * rate_hz))
         exact = integrate(damping, vibration.t)
         off.append(np.abs(vibration.deflection - exact).max() / np.abs(exact).max())
-    assert off[0] / off[1] > 1.8  # at least first order: damping and push are held over a step
-    assert off[1] / off[2] > 1.8
+    assert off[0] / off[1] > 1.6  # first order (2), less where v^0.3 is singular at rest
+    assert off[1] / off[2] > 1.6
     assert off[2] < 2e-3
 
 

@@ -39,7 +39,7 @@ def main(figures: bool = False) -> Page:
         figures: Whether to draw the plots as well.
     """
     published, modes = read_published(), modal_data()
-    records, shaped = record_all(modes, published), measure_all(modes)
+    records = record_all(modes, published)
     sections: list[tuple[Table, list[Check]]] = [
         motion_table(published),
         frequency_table(modes, modal_data("printed")),
@@ -47,14 +47,14 @@ def main(figures: bool = False) -> Page:
         rate_table(published),
         calibrated_table(published, records),
         worth_table(published, records, modes),
-        shaping_table(shaped),
+        shaping_table(measure_all(modes)),
     ]
     motions, frequencies, peaks, rates, calibrated, worth, shaping = (table for table, _ in sections)
     items: list[Table | Figure] = [motions, frequencies, peaks, rates, calibrated, worth, shaping]
     if figures:
         from flexarm_bringup.reproduce.seed_002_figures import response_figure, rms_figure, shaping_figure
 
-        plots = response_figure(published, modes), rms_figure(published, records), shaping_figure(shaped)
+        plots = response_figure(published, modes), rms_figure(published, records), shaping_figure(modes)
         items = [plots[0], motions, frequencies, peaks, rates, plots[1], calibrated, worth, plots[2], shaping]
     fitted = [
         *modes.config.fitted,

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from flexarm_bringup.figures import COLOURS, Figure, drawing, to_figure
 from flexarm_bringup.reproduce.seed_002_data import EXPERIMENT, ModalData, Published, Records, record
-from flexarm_bringup.reproduce.seed_002_shaping import FREQUENCY_ERRORS, Results
+from flexarm_bringup.reproduce.seed_002_shaping import measure, motions
 from flexarm_bringup.residual import decibels
 
 SHOWN = 3.0  # s of every record
+TICKS = (0.2, 0.5, 1.0, 2.0, 5.0)  # m/s^2
+SWEEP = [0.01 * percent for percent in range(-12, 13, 2)]  # of the frequency
 
 
 def response_figure(published: Published, modes: ModalData) -> Figure:
@@ -22,7 +24,7 @@ def response_figure(published: Published, modes: ModalData) -> Figure:
             axis.set_title(f"{degrees}°")
             axis.set_xlabel("t [s]")
         axes[0].set_ylabel("relative tip acceleration [m/s²]")
-        axes[0].legend()
+        plot.legend(*axes[0].get_legend_handles_labels(), loc="outside upper right", ncols=2)
         return to_figure(
             plot,
             "The same second, stopped in half a period (case A) or in a whole one (case B). "
@@ -46,31 +48,34 @@ def rms_figure(published: Published, records: Records) -> Figure:
                 ours = [records[key][case].rms for case in cases]
                 axis.plot([printed[case] for case in cases], ours, "o", color=colour, label=letter)
             axis.set(xscale="log", yscale="log", xlim=ends, ylim=ends, xlabel=f"printed {name} RMS [m/s²]")
+            for side in (axis.xaxis, axis.yaxis):
+                side.set_ticks(TICKS, [f"{tick:g}" for tick in TICKS])
+                side.set_ticks([], minor=True)
         plot.axes[0].set_ylabel("ours, calibrated [m/s²]")
-        plot.axes[0].legend(title="case")
+        plot.axes[0].legend(title="case", loc="lower right")
         return to_figure(
             plot, "All fifteen rows of table 2; the band is ±10 %. Three numbers are fitted on these values."
         )
 
 
-def shaping_figure(results: Results) -> Figure:
+def shaping_figure(modes: ModalData) -> Figure:
     """Return the residual over the frequency error of every motion."""
-    base = results[next(iter(results))][0.0].residual
-    with drawing(9.0, 3.8) as plot:
+    profiles = motions(modes)
+    levels = {
+        name: [measure(profile, modes, off).residual for off in SWEEP] for name, profile in profiles.items()
+    }
+    base = levels[next(iter(levels))][SWEEP.index(0.0)]
+    with drawing(9.0, 4.0) as plot:
         axis = plot.subplots()
-        for name, at in results.items():
+        for name, residuals in levels.items():
             axis.plot(
-                [100.0 * e for e in FREQUENCY_ERRORS],
-                [decibels(at[e].residual, base) for e in FREQUENCY_ERRORS],
-                "o-",
-                label=name,
+                [100.0 * off for off in SWEEP], [decibels(value, base) for value in residuals], label=name
             )
         axis.set(
-            xlabel="frequency of the arm against the one designed for [%]",
-            ylabel="residual vibration [dB]",
-            ylim=(-90, 5),
+            xlabel="frequency of the arm against the one designed for [%]", ylabel="residual vibration [dB]"
         )
-        axis.legend(ncols=3, loc="lower center", fontsize=8.5)
+        axis.set(xlim=(-12, 12), ylim=(-70, 4))
+        plot.legend(loc="outside upper center", ncols=3)
         return to_figure(
             plot,
             "What each motion leaves when the arm is not quite as modelled; "
