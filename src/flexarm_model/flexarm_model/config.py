@@ -47,7 +47,6 @@ def load_config(path: str | Path, preset: str = "") -> ManipulatorConfig:
     content = _apply_preset(content, preset, str(path))
     top = Section(content, str(path))
     top.choice("format", (FORMAT,))
-    top.section("presets", {})
     bodies = read_bodies(top)
     joints = _sort_joints(top, _read_joints(top, bodies), bodies)
     tip = _read_node(top, "tip", bodies)
@@ -74,6 +73,8 @@ def load_config(path: str | Path, preset: str = "") -> ManipulatorConfig:
         fitted=top.texts("fitted", ()),
     )
     served.done()
+    for _, unused in top.sections("presets", {}):
+        _change(content, unused)
     top.done()
     return config
 
@@ -84,14 +85,17 @@ def _identify(content: dict[str, Any]) -> str:
 
 
 def _apply_preset(content: dict[str, Any], preset: str, path: str) -> dict[str, Any]:
-    presets = Section(content, path).section("presets", {})
-    names = [name for name, _ in Section(content, path).sections("presets", {})]
-    if not preset:
-        return content
-    if preset not in names:
-        raise presets.error("", preset, f"no such preset; the file has {', '.join(names) or 'none'}")
+    presets = dict(Section(content, path).sections("presets", {}))
+    if preset and preset not in presets:
+        allowed = f"no such preset; the file has {', '.join(presets) or 'none'}"
+        raise Section(content, path).error("presets", preset, allowed)
+    return _change(content, presets[preset]) if preset else content
+
+
+def _change(content: dict[str, Any], preset: Section) -> dict[str, Any]:
+    """Return the content with the values of a preset, each under its dotted path."""
     changed = copy.deepcopy(content)
-    for dotted, value in content["presets"][preset].items():
+    for dotted in preset.names(dots=True):
         *parents, last = dotted.split(".")
         target: Any = changed
         try:
@@ -99,8 +103,8 @@ def _apply_preset(content: dict[str, Any], preset: str, path: str) -> dict[str, 
                 target = target[int(part)] if isinstance(target, list) else target[part]
             _ = target[last]
         except (KeyError, IndexError, ValueError, TypeError):
-            raise presets.error(f"{preset}.{dotted}", value, "a preset changes values that exist") from None
-        target[last] = value
+            raise preset.error(dotted, preset.take(dotted), "a preset changes values that exist") from None
+        target[last] = preset.take(dotted)
     return changed
 
 

@@ -178,14 +178,15 @@ class Section:
         for name in outer.names():
             yield name, outer.section(name)
 
-    def names(self, taken: Sequence[str] = ()) -> tuple[str, ...]:
+    def names(self, taken: Sequence[str] = (), *, dots: bool = False) -> tuple[str, ...]:
         """Return the names that this mapping gives to its values.
 
         Args:
             taken: Names that mean something else.
+            dots: Whether a name may hold dots.
         """
         for name in self._content:
-            if not name or "." in name or name in taken:
+            if not name or ("." in name and not dots) or name in taken:
                 others = f", other than {', '.join(taken)}" if taken else ""
                 raise self.error(name, name, f"expected a name without a dot{others}")
         return tuple(self._content)

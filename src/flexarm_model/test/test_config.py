@@ -1,0 +1,245 @@
+"""The description is strict: an error names file, key, value and what is allowed.
+
+Every case is an edit of the shipped single link: text that is replaced, and what the message must say.
+"""
+
+from __future__ import annotations
+
+import copy
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import yaml
+from arms import FOLDER, SINGLE_LINK, arm
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from flexarm_model.config import load_config
+from flexarm_model.description import Beam, NodeRef
+from flexarm_model.strict_yaml import ConfigError
+
+TEXT = SINGLE_LINK.read_text(encoding="utf-8")
+
+# (what it is, text replaced, by what, what the message must name: key, value, what is allowed)
+EDITS = [
+    ("unknown key", "along_y:", "along_yy:", ("bodies.strip.pieces.0.section", "along_y")),
+    ("unknown key at the top", "gravity:", "gravitiy:", ("gravity", "must be given")),
+    ("extra key", "tip: strip.tip", "tip: strip.tip\ncolour: red", ("colour", "'red'", "unknown key")),
+    ("missing key", "    damping_ratio: 0.015\n", "", ("bodies.strip.damping_ratio", "must be given")),
+    ("wrong unit", "length: 630 mm", "length: 630 kg", ("pieces.0.length", "'630 kg'", "m, mm, um")),
+    ("bare number", "mass: 54 g", "mass: 54", ("point_masses.0.mass", "54", "kg, g")),
+    ("length for an angle", "lower: -170 deg", "lower: -170 mm", ("axes.rz.lower", "'-170 mm'", "rad, mrad")),
+    ("force for a torque", "effort: 28 N m", "effort: 28 N", ("axes.rz.effort", "'28 N'", "N m, mN m")),
+    ("mass for an inertia", "inertia: 0.30 kg m^2", "inertia: 0.30 kg", ("rz.rotor_inertia", "kg m^2")),
+    ("length for a home angle", "home: [0 deg]", "home: [0 mm]", ("served.home", "0 mm", "rad")),
+    ("length for an encoder", "sigma: 20 urad", "sigma: 20 um", ("sensors.encoder.sigma", "20 um", "rad")),
+    ("negative mass", "mass: 54 g", "mass: -54 g", ("point_masses.0.mass", "'-54 g'", "must be above 0")),
+    ("negative body mass", "mass: 0 kg", "mass: -1 kg", ("bodies.hub.mass", "'-1 kg'", "must be at least 0")),
+    ("not a number", "density: 7750 kg/m^3", "density: .nan kg/m^3", ("density", "not a number")),
+    ("NaN", "density: 7750 kg/m^3", "density: nan kg/m^3", ("pieces.0.density", "must be finite")),
+    ("YAML's NaN", "damping_ratio: 0.015", "damping_ratio: .nan", ("damping_ratio", "must be finite")),
+    ("infinite modulus", "208.5 GPa\n        sh", "inf GPa\n        sh", ("modulus", "must be finite")),
+    ("zero length", "length: 630 mm", "length: 0 mm", ("pieces.0.length", "must be above 0")),
+    ("zero elements", "elements: 16", "elements: 0", ("elements", "0", "whole number, at least 1")),
+    ("half an element", "elements: 16", "elements: 1.5", ("elements", "1.5", "whole number")),
+    ("no pieces", "    pieces:\n", "    pieces: []\n    assumed:\n", ("strip.pieces", "at least one")),
+    ("mass beyond the end", "at: 620 mm", "at: 640 mm", ("point_masses.0.at", "0.64", "0.63 m")),
+    ("no such node", "node: strip.gauge", "node: strip.gage", ("strain.node", "strip.gage", "strip.gauge")),
+    ("no such axis", "axis: base.rz", "axis: base.rx", ("encoder.axis", "base.rx", "base.rz")),
+    ("no such kind", "kind: encoder", "kind: resolver", ("encoder.kind", "resolver", "strain_gauge")),
+    ("no such body type", "type: rigid", "type: stiff", ("bodies.hub.type", "stiff", "rigid, beam")),
+    ("no such shape", "shape: rectangle", "shape: square", ("shape", "square", "rectangle, tube, given")),
+    ("no such method", "craig_bampton", "craig", ("reduction.method", "craig", "craig_bampton, guyan")),
+    ("no such deformation", "[bend_y]", "[bend]", ("deformation", "bend_y, bend_z, torsion, stretch")),
+    ("deformation twice", "[bend_y]", "[bend_y, bend_y]", ("deformation", "each once")),
+    ("dangling body", "child: strip.root", "child: hub.root", ("clamp.child", "hub.root", "another body")),
+    ("disconnected graph", "parent: world", "parent: strip.tip", ("base.parent", "not connected to")),
+    ("joint onto the world", "child: strip.root", "child: world", ("clamp.child", "world")),
+    ("limits crossed", "upper: 170 deg", "upper: -171 deg", ("axes.rz.upper", "must be above lower")),
+    ("no such axis name", "      rz:\n", "      yaw:\n", ("base.axes.yaw", "unknown key", "rx, ry, rz")),
+    ("flag as text", "actuated: true", "actuated: motor", ("axes.rz.actuated", "motor", "true or false")),
+    ("list too short", "[10 mm, 0 mm, 0 mm]", "[10 mm]", ("clamp.position", "a list of 3")),
+    ("not a list", "position: [10 mm, 0 mm, 0 mm]", "position: 10 mm", ("clamp.position", "a list of 3")),
+    ("home too long", "home: [0 deg]", "home: [0 deg, 0 deg]", ("served.home", "a list of 1")),
+    ("wrong kind", "  strip:\n    type: beam\n", "  strip: 5\n  a:\n    type: beam\n", ("strip", "mapping")),
+    ("text for a mapping", "served: {modes: 3", "served: fast #", ("served", "fast", "a mapping")),
+    ("number for a name", "name: single_link", "name: 5", ("name", "5", "a text")),
+    ("unknown format", "flexarm/1", "flexarm/2", ("format", "flexarm/2", "flexarm/1")),
+    ("duplicate key", "tip: strip.tip", "tip: strip.tip\ntip: strip.sensor", ("'tip'", "given twice")),
+    ("second root", "nodes: {gauge", "nodes: {root: 1 mm, gauge", ("nodes.root", "other than root")),
+    ("dot in a name", "  encoder: {", "  en.coder: {", ("sensors.en.coder", "without a dot")),
+    ("sensor called tip", "  encoder: {", "  tip: {", ("sensors.tip", "other than tip")),
+    ("body called world", "  hub:  ", "  world:  ", ("bodies.world", "other than world")),
+    ("number as a key", "nodes: {gauge", "nodes: {1: 5 mm, gauge", ("strip.nodes", "mapping of names")),
+    ("not YAML", "presets:", "presets: [", ("is not YAML",)),
+    ("unknown unit of a rate", "rate: 30 Hz", "rate: 30 fps", ("camera.rate", "30 fps", "Hz, kHz")),
+    ("negative latency", "latency: 60 ms", "latency: -60 ms", ("camera.latency", "must be at least 0")),
+]  # fmt: skip
+
+
+def refused(path: Path, text: str, preset: str = "") -> str:
+    """Return the message with which ``text`` is refused; it names the file."""
+    path.write_text(text, encoding="utf-8")
+    with pytest.raises(ConfigError) as caught:
+        load_config(path, preset)
+    assert str(caught.value).startswith(f"{path}: ")
+    return str(caught.value)
+
+
+@pytest.mark.parametrize("edit", EDITS, ids=[edit[0] for edit in EDITS])
+def test_a_wrong_description_is_refused_by_name(
+    edit: tuple[str, str, str, tuple[str, ...]], tmp_path: Path
+) -> None:
+    _, old, new, expected = edit
+    assert TEXT.count(old) >= 1, "the edit no longer applies"
+    message = refused(tmp_path / "arm.yaml", TEXT.replace(old, new, 1))
+    for fragment in expected:
+        assert fragment in message
+
+
+def edited(**changes: Any) -> str:
+    """Return the single link with values changed or added, by dotted path with "__" for dots."""
+    content = yaml.safe_load(TEXT)
+    for path, value in changes.items():
+        *parents, last = path.split("__")
+        target = content
+        for part in parents:
+            target = target[part]
+        target[last] = value
+    return yaml.safe_dump(content, sort_keys=False)
+
+
+def test_a_body_without_a_joint_dangles(tmp_path: Path) -> None:
+    message = refused(tmp_path / "arm.yaml", edited(bodies__cup={"type": "rigid", "mass": "1 kg"}))
+    assert "bodies.cup" in message and "dangles" in message
+
+
+def test_a_body_is_placed_once(tmp_path: Path) -> None:
+    message = refused(tmp_path / "arm.yaml", edited(joints__again={"parent": "world", "child": "strip.tip"}))
+    assert "joints.again.child" in message and "strip.tip" in message and "placed already" in message
+
+
+def test_bodies_that_hold_only_each_other_are_not_connected(tmp_path: Path) -> None:
+    a, b = ({"type": "rigid", "mass": "1 kg"} for _ in range(2))
+    joints = {"ab": {"parent": "a.root", "child": "b.root"}, "ba": {"parent": "b.root", "child": "a.root"}}
+    content = yaml.safe_load(TEXT)
+    text = edited(bodies={**content["bodies"], "a": a, "b": b}, joints={**content["joints"], **joints})
+    assert "not connected to the world" in refused(tmp_path / "arm.yaml", text)
+
+
+def test_an_axis_without_content_is_not_dropped(tmp_path: Path) -> None:
+    assert "joints.base.axes.rz" in refused(tmp_path / "arm.yaml", edited(joints__base__axes={"rz": None}))
+
+
+@pytest.mark.parametrize("inertia", [[-1, 1, 1, 0, 0, 0], [1, 1, 3, 0, 0, 0], [1, 1, 1, 2, 0, 0]])
+def test_an_inertia_that_no_body_can_have_is_refused(inertia: list[float], tmp_path: Path) -> None:
+    text = edited(bodies__hub__inertia=[f"{value} kg m^2" for value in inertia])
+    assert "bodies.hub.inertia" in refused(tmp_path / "arm.yaml", text)
+
+
+@pytest.mark.parametrize(
+    ("content", "fragment"),
+    [
+        ("", "must hold keys"),
+        ("- a\n- b\n", "must hold keys"),
+        ("\tx: 1", "is not YAML"),
+        ("a: *b", "is not YAML"),
+    ],
+)
+def test_what_is_not_a_mapping_is_refused(content: str, fragment: str, tmp_path: Path) -> None:
+    assert fragment in refused(tmp_path / "arm.yaml", content)
+
+
+def test_a_file_that_cannot_be_read_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "latin.yaml").write_bytes(b"name: \xff")
+    for path, fragment in (
+        (tmp_path / "none.yaml", "cannot be read"),
+        (tmp_path / "latin.yaml", "not UTF-8"),
+    ):
+        with pytest.raises(ConfigError, match=fragment):
+            load_config(path)
+
+
+def test_an_unknown_preset_is_refused_with_those_there_are(tmp_path: Path) -> None:
+    message = refused(tmp_path / "arm.yaml", TEXT, preset="heavy_hub")
+    assert "presets" in message and "heavy_hub" in message and "geared, light_hub, printed" in message
+
+
+@pytest.mark.parametrize(
+    "path", ["joints.base.axes.rz.rotor", "bodies.strip.pieces.1.length", "name.first", "tip.0"]
+)
+def test_a_preset_that_changes_nothing_is_refused_even_unused(path: str, tmp_path: Path) -> None:
+    message = refused(tmp_path / "arm.yaml", edited(presets__geared={path: "1 kg m^2"}))
+    assert f"presets.geared.{path}" in message and "changes values that exist" in message
+
+
+def test_a_preset_is_judged_like_the_file(tmp_path: Path) -> None:
+    text = edited(presets__geared={"joints.base.axes.rz.rotor_inertia": "0.3 kg"})
+    assert "joints.base.axes.rz.rotor_inertia" in refused(tmp_path / "arm.yaml", text, preset="geared")
+
+
+FREE = {"sensors", "presets"}  # their keys are names that the user gives and that nothing refers to
+
+
+def keys(content: Any, path: tuple[Any, ...] = ()) -> Iterator[tuple[Any, ...]]:
+    items = (
+        content.items()
+        if isinstance(content, dict)
+        else enumerate(content)
+        if isinstance(content, list)
+        else ()
+    )
+    for key, value in items:
+        if (
+            isinstance(content, dict)
+            and not (path and path[-1] in FREE)
+            and (*path, key) != ("joints", "clamp")
+        ):
+            yield (*path, key)
+        yield from keys(value, (*path, key))
+
+
+@settings(deadline=None, max_examples=60, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(st.sampled_from(list(keys(yaml.safe_load(TEXT)))), st.text("abcdefgh_", min_size=1, max_size=8))
+def test_any_key_renamed_is_refused(tmp_path: Path, path: tuple[Any, ...], name: str) -> None:
+    content = copy.deepcopy(yaml.safe_load(TEXT))
+    target = content
+    for part in path[:-1]:
+        target = target[part]
+    if name not in target:
+        target[name] = target.pop(path[-1])
+        refused(tmp_path / "arm.yaml", yaml.safe_dump(content))
+
+
+def test_the_shipped_file_is_read_as_the_source_prints_it() -> None:
+    config = arm("single_link", "light_hub")
+    strip = config.bodies["strip"]
+    assert isinstance(strip, Beam)
+    assert strip.length == pytest.approx(0.63) and strip.nodes == {
+        "root": 0.0,
+        "gauge": 0.005,
+        "sensor": 0.62,
+        "tip": 0.63,
+    }
+    assert strip.pieces[0].I_z == pytest.approx(0.020 * 0.0032**3 / 12)
+    assert config.tip == NodeRef("strip", "tip") and config.actuated["base.rz"].rotor_inertia == 0.01
+    assert np.degrees(config.actuated["base.rz"].upper) == pytest.approx(170)
+
+
+def test_the_identity_follows_the_content_and_not_the_preset_name(tmp_path: Path) -> None:
+    plain, geared, light = (arm("single_link", preset).config_id for preset in ("", "geared", "light_hub"))
+    assert plain == geared != light
+    (tmp_path / "arm.yaml").write_text("# a comment\n" + TEXT, encoding="utf-8")
+    assert load_config(tmp_path / "arm.yaml").config_id == plain
+
+
+@pytest.mark.parametrize("name", sorted(path.stem for path in FOLDER.glob("*.yaml")))
+def test_joints_are_sorted_from_the_world_outwards(name: str) -> None:
+    placed = {"world"}
+    for joint in arm(name).joints:
+        assert joint.parent.body in placed
+        placed.add(joint.child.body)
+    assert placed == {"world", *arm(name).bodies}
