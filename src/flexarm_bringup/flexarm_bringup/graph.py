@@ -58,7 +58,11 @@ def rig_graph(
         Process("flexarm_bringup", "rig_node", "rig"),
     ]
     if bag:
-        more["recorder"] = {"bag": bag, **more.get("recorder", {})}
+        more["recorder"] = {
+            "bag": bag,
+            "settings": json.dumps(more, sort_keys=True),
+            **more.get("recorder", {}),
+        }
         rows.insert(0, Process("flexarm_bringup", "recorder_node", "recorder", essential=False))
     unknown = set(more) - {row.name for row in rows}
     if unknown:

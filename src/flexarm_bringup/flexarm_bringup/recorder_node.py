@@ -1,0 +1,144 @@
+"""Recorder node: writes every stream of the table into a bag, as received, without decoding it.
+
+Subscribes
+    All topics of flexarm_bringup.topics.
+Publishes
+    /diagnostics (diagnostic_msgs/DiagnosticArray): 1 Hz; an error as soon as the disk refuses.
+    ~/ready (std_msgs/Bool, latched): true once every stream that a run needs has its publisher.
+
+The bag is closed on SIGINT and SIGTERM. Log times are those of arrival, or of the ticks in lockstep.
+"""
+
+from __future__ import annotations
+
+import os
+
+os.environ.setdefault("OMP_NUM_THREADS", "1")
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from rclpy.clock import Clock, ClockType
+from rclpy.node import Node
+from rclpy.qos import DurabilityPolicy, QoSProfile
+
+from flexarm_bringup.bag_writer import BagError, BagWriter
+from flexarm_bringup.conversions import deserialise, header_stamp_ns, message_class
+from flexarm_bringup.log_order import ArrivalLog, LockstepLog
+from flexarm_bringup.provenance import provenance
+from flexarm_bringup.topics import Stream, streams
+from flexarm_model.config import load_config
+from flexarm_model.manipulator_file import find_manipulator
+from flexarm_model.node import RELIABLE_QOS, ReadyFlag, declare_config, run_node
+from flexarm_model.parameters import ParameterError, parameter
+
+DEPTH = 5000  # messages that may wait for the disk: a second of everything in lockstep
+DIAGNOSTICS_PERIOD = 1.0  # s
+LOGS: dict[bool, type[ArrivalLog] | type[LockstepLog]] = {False: ArrivalLog, True: LockstepLog}
+
+
+@dataclass(frozen=True)
+class RecorderSettings:
+    """Settings of the recorder node."""
+
+    bag: str = parameter("", "Folder to create.")
+    manipulator: str = parameter("single_link", "Name of a manipulator that comes along, or a YAML file.")
+    preset: str = parameter("geared", "Preset of that file; empty for none.")
+    lockstep: bool = parameter(False, "Log at the stamps of the ticks instead of the times of arrival.")
+    settings: str = parameter(
+        "{}", "Parameters of the other nodes that are not defaults, as JSON; kept in the bag."
+    )
+
+
+class RecorderNode(Node):  # type: ignore[misc]
+    """Receives serialised messages and hands them to the log."""
+
+    def __init__(self) -> None:
+        """Create the bag and subscribe to everything."""
+        super().__init__("recorder", namespace="flexarm")
+        settings = declare_config(self, RecorderSettings)
+        path = find_manipulator(settings.manipulator)
+        config = load_config(path, settings.preset)
+        accelerometers = [spec.name for spec in config.sensors if spec.kind == "accelerometer"]
+        self._streams = [s for s in streams(accelerometers) if settings.lockstep or s.topic != "tick"]
+        self.failure = ""
+        try:
+            about = provenance(settings.manipulator, path, settings.preset, settings.settings)
+            self._bag = BagWriter(Path(settings.bag), self._streams, about)
+        except BagError as error:
+            raise ParameterError(f"bag: {error}") from error
+        self._log = LOGS[settings.lockstep](self._streams, self._write)
+        self._connect()
+
+    def stop(self) -> None:
+        """Write what waits, close the bag, say what became of it."""
+        lost = self._log.close()
+        try:
+            self._bag.close()
+        except OSError as error:
+            self._fail(error)
+        counts = self._bag.counts
+        level = self.get_logger().error if lost or self.failure else self.get_logger().info
+        level(f"{sum(counts.values())} messages in {self._bag.path}, {lost} lost {self.failure}".rstrip())
+
+    def on_message(self, stream: Stream, cdr: bytes) -> None:
+        """Log a message; a tick also tells what belongs to its instant."""
+        stamp_ns = header_stamp_ns(cdr) if stream.is_stamped else None
+        self._log.add(stream, cdr, stamp_ns, time.time_ns())
+        if stream.topic == "tick":
+            tick = deserialise(cdr, stream.type)
+            self._log.announce(tick.sequence, header_stamp_ns(cdr), tick.topics, tick.counts)
+
+    def on_diagnostics(self) -> None:
+        """Say how much was written, or why nothing more is."""
+        status = DiagnosticStatus(name="flexarm/recorder", hardware_id=str(self._bag.path))
+        status.level = DiagnosticStatus.ERROR if self.failure else DiagnosticStatus.OK
+        status.message = self.failure or "recording"
+        status.values = [KeyValue(key=name, value=str(n)) for name, n in self._bag.counts.items() if n]
+        array = DiagnosticArray(status=[status])
+        array.header.stamp = self.get_clock().now().to_msg()
+        self._diagnostics.publish(array)
+
+    def _connect(self) -> None:
+        needed = {}
+        for stream in self._streams:
+            durability = DurabilityPolicy.TRANSIENT_LOCAL if stream.is_latched else DurabilityPolicy.VOLATILE
+            qos = QoSProfile(depth=DEPTH, durability=durability)
+            kind = message_class(stream.type)
+            subscription = self.create_subscription(kind, stream.topic, self._receiver(stream), qos, raw=True)
+            if not stream.is_optional or stream.topic == "tick":
+                needed[stream.topic] = lambda subscription=subscription: (
+                    subscription.get_publisher_count() > 0
+                )
+        self._diagnostics = self.create_publisher(DiagnosticArray, "/diagnostics", RELIABLE_QOS)
+        steady = Clock(clock_type=ClockType.STEADY_TIME)
+        self.create_timer(DIAGNOSTICS_PERIOD, self.on_diagnostics, clock=steady)
+        self._ready = ReadyFlag(self, needed)
+
+    def _receiver(self, stream: Stream) -> Callable[[bytes], None]:
+        def on_raw(cdr: bytes) -> None:  # a callable with two arguments would be given more than the message
+            self.on_message(stream, cdr)
+
+        return on_raw
+
+    def _write(self, name: str, log_time_ns: int, cdr: bytes) -> None:
+        if self.failure:
+            return
+        try:
+            self._bag.write(name, log_time_ns, cdr)
+        except OSError as error:
+            self._fail(error)
+
+    def _fail(self, error: OSError) -> None:
+        if not self.failure:
+            self.failure = f"recording ended: {error}"
+            self.get_logger().error(self.failure)
+            self.on_diagnostics()
+
+
+def main() -> int:
+    """Run the node."""
+    return run_node(RecorderNode)

@@ -1,0 +1,113 @@
+"""A recording of a lockstep run has the same order whatever the order of arrival."""
+
+import numpy as np
+import pytest
+
+from flexarm_bringup.log_order import HORIZON_NS, ArrivalLog, LockstepLog
+from flexarm_bringup.topics import streams
+
+STREAMS = {stream.topic: stream for stream in streams(["tip"])}
+PERIOD_NS = 5_000_000
+Written = list[tuple[str, int, bytes]]
+
+
+def lockstep_log() -> tuple[LockstepLog, Written]:
+    written: Written = []
+    return LockstepLog(list(STREAMS.values()), lambda *item: written.append(item)), written
+
+
+def send(log: LockstepLog, topic: str, k: int, delay: int = 0) -> None:
+    """Send message ``k`` of a topic, stamped ``delay`` periods before its tick."""
+    log.add(STREAMS[topic], f"{topic}{k}".encode(), (k - delay) * PERIOD_NS, received_ns=-1)
+
+
+def announce(log: LockstepLog, k: int, with_camera: bool) -> None:
+    topics = ["joint_states", "imu/tip"] + ["camera/pose"] * with_camera
+    log.announce(k, k * PERIOD_NS, topics, [1] * len(topics))
+
+
+def record(rng: np.random.Generator, ticks: int) -> Written:
+    log, written = lockstep_log()
+    for k in range(ticks):
+        actions = [lambda k=k, t=t: send(log, t, k) for t in ("joint_states", "imu/tip")]
+        actions += [lambda k=k: announce(log, k, k % 3 == 2), lambda k=k: send(log, "tick", k)]
+        if k % 3 == 2:
+            actions.append(lambda k=k: send(log, "camera/pose", k, delay=2))
+        answers = [
+            lambda k=k, t=t: send(log, t, k) for t in ("joint_commands", "modal_state", "end_effector")
+        ]
+        for action in [*rng.permutation(actions), *rng.permutation(answers)]:
+            action()
+    assert log.close() == 0
+    return written
+
+
+def test_any_order_of_arrival_gives_the_same_bag() -> None:
+    expected = record(np.random.default_rng(0), 400)
+    assert len(expected) == 400 * 6 + 400 // 3
+    assert all(record(np.random.default_rng(seed), 400) == expected for seed in range(1, 5))
+
+
+def test_log_times_are_those_of_the_ticks_and_never_fall() -> None:
+    written = record(np.random.default_rng(1), 400)
+    times = [log_time for _, log_time, _ in written]
+    assert times == sorted(times)
+    late = [(name, log_time, cdr) for name, log_time, cdr in written if "camera" in name][0]
+    assert late == ("/flexarm/camera/pose", 2 * PERIOD_NS, b"camera/pose2")
+
+
+def test_cause_comes_before_effect_within_a_tick() -> None:
+    first = [
+        name.removeprefix("/flexarm/")
+        for name, log_time, _ in record(np.random.default_rng(2), 3)
+        if log_time == 0
+    ]
+    assert first == ["joint_states", "imu/tip", "tick", "modal_state", "end_effector", "joint_commands"]
+
+
+def test_messages_are_written_while_the_run_goes_on() -> None:
+    log, written = lockstep_log()
+    ticks = 3 * HORIZON_NS // PERIOD_NS
+    for k in range(ticks):
+        send(log, "joint_states", k)
+        send(log, "imu/tip", k)
+        announce(log, k, with_camera=False)
+    assert len(written) >= ticks
+    log.close()
+    assert len(written) == 2 * ticks
+
+
+def test_what_comes_from_outside_is_logged_at_the_newest_tick() -> None:
+    log, written = lockstep_log()
+    log.add(STREAMS["model"], b"model", 0, received_ns=-1)
+    log.add(STREAMS["reference"], b"first", 0, received_ns=-1)
+    for k in range(3):
+        send(log, "joint_states", k)
+        send(log, "imu/tip", k)
+        announce(log, k, with_camera=False)
+    log.add(STREAMS["reference"], b"second", 123, received_ns=-1)
+    log.add(STREAMS["robot_description"], b"urdf", None, received_ns=-1)
+    log.close()
+    assert [(name, time) for name, time, _ in written[:2]] == [
+        ("/flexarm/reference", 0),
+        ("/flexarm/model", 0),
+    ]
+    times = {cdr: time for _, time, cdr in written}
+    assert times[b"second"] == times[b"urdf"] == 2 * PERIOD_NS
+
+
+def test_a_lost_message_is_counted() -> None:
+    log, _ = lockstep_log()
+    send(log, "joint_states", 0)
+    announce(log, 0, with_camera=True)
+    assert log.close() == 2  # imu and camera
+
+
+@pytest.mark.parametrize("topic", ["joint_states", "modal_state", "reference"])
+def test_in_real_time_the_log_time_is_that_of_arrival(topic: str) -> None:
+    written: Written = []
+    log = ArrivalLog(list(STREAMS.values()), lambda *item: written.append(item))
+    log.add(STREAMS[topic], b"x", 5, received_ns=7)
+    log.announce(0, 5, [topic], [1])
+    assert written == [(f"/flexarm/{topic}", 7, b"x")]
+    assert log.close() == 0

@@ -1,0 +1,130 @@
+"""The recorder takes everything that is sent, closes its bag on a signal and survives a full disk."""
+
+import signal
+import subprocess
+import sys
+import textwrap
+from pathlib import Path
+
+import pytest
+
+from flexarm_bringup.bag_reader import check_bag, decode
+
+pytestmark = pytest.mark.ros
+pytest.importorskip("rclpy", reason="needs ROS")
+
+RECORDER = "import sys; from flexarm_bringup.recorder_node import main; sys.exit(main())"
+
+# Publishes every stream that a run needs, waits for the recorder's ~/ready, then sends 50 lockstep ticks.
+RIG = textwrap.dedent("""
+    import sys, time
+    import rclpy
+    from rclpy.executors import SingleThreadedExecutor
+    from std_msgs.msg import Bool
+    from flexarm_bringup.conversions import message_class
+    from flexarm_bringup.topics import streams
+    from flexarm_model.conversions import ns_to_stamp
+    from flexarm_model.node import LATCHED_QOS, RELIABLE_QOS
+    rclpy.init()
+    node = rclpy.create_node("rig", namespace="flexarm")
+    publishers, kinds = {}, {}
+    for stream in streams(["tip_accelerometer"]):
+        kinds[stream.topic] = message_class(stream.type)
+        qos = LATCHED_QOS if stream.is_latched else RELIABLE_QOS
+        publishers[stream.topic] = node.create_publisher(kinds[stream.topic], stream.topic, qos)
+    ready = []
+    node.create_subscription(Bool, "recorder/ready", lambda msg: ready.append(msg.data), LATCHED_QOS)
+    executor = SingleThreadedExecutor()
+    executor.add_node(node)
+    deadline = time.monotonic() + 20.0
+    while True not in ready and time.monotonic() < deadline:
+        executor.spin_once(timeout_sec=0.05)
+    sent = ["joint_states", "strain", "applied_effort"]
+    for k in range(50):
+        for topic in [*sent, "modal_state", "tick"]:
+            msg = kinds[topic]()
+            msg.header.stamp = ns_to_stamp(5_000_000 * k)
+            if topic == "tick":
+                msg.sequence, msg.topics, msg.counts = k, sent, [1] * len(sent)
+            publishers[topic].publish(msg)
+        time.sleep(0.002)
+    time.sleep(0.3)
+""")
+
+
+def record(
+    environment: dict[str, str], bag: Path, number: int, *parameters: str, limit: str = ""
+) -> tuple[int, str]:
+    """Record the rig's 50 ticks, end the recorder with a signal, return its exit code and what it said."""
+    arguments = ["--ros-args", "-p", f"bag:={bag}"]
+    for item in parameters:
+        arguments += ["-p", item]
+    recorder = subprocess.Popen(
+        [sys.executable, "-c", limit + RECORDER, *arguments],
+        env=environment,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    try:
+        subprocess.run([sys.executable, "-c", RIG], env=environment, timeout=60.0, check=True)
+        recorder.send_signal(number)
+        _, said = recorder.communicate(timeout=20.0)
+    finally:
+        recorder.kill()
+    return recorder.returncode, said
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_lockstep_run_is_recorded_whole_and_in_order(
+    number: int, ros_environment: dict[str, str], tmp_path: Path
+) -> None:
+    code, said = record(ros_environment, tmp_path / "bag", number, "lockstep:=true")
+    assert code == 0, said
+    assert "250 messages" in said
+    assert "0 lost" in said
+    bag = check_bag(tmp_path / "bag")
+    assert bag.custom["preset"] == "geared"
+    assert "flexarm/1" in bag.custom["description"]
+    order = ["joint_states", "strain", "applied_effort", "tick", "modal_state"]
+    expected = [(5_000_000 * k, f"/flexarm/{topic}") for k in range(50) for topic in order]
+    received = [(r.log_time_ns, r.name) for r in bag.records if r.name != "/diagnostics"]
+    assert received == expected
+    assert decode(bag.records[-1]).header.stamp.nanosec == 49 * 5_000_000
+
+
+def test_in_real_time_messages_are_logged_as_they_arrive(
+    ros_environment: dict[str, str], tmp_path: Path
+) -> None:
+    code, said = record(ros_environment, tmp_path / "bag", signal.SIGINT, "lockstep:=false")
+    assert code == 0, said
+    bag = check_bag(tmp_path / "bag")
+    assert bag.counts["/flexarm/joint_states"] == 50
+    assert "/flexarm/tick" not in bag.counts
+    times = [record.log_time_ns for record in bag.records]
+    assert times == sorted(times)
+    assert times[0] > 1_600_000_000_000_000_000
+
+
+def test_a_full_disk_is_reported_and_does_not_end_the_node(
+    ros_environment: dict[str, str], tmp_path: Path
+) -> None:
+    limit = textwrap.dedent("""
+        import resource, signal
+        import flexarm_bringup.recorder_node
+        signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+        resource.setrlimit(resource.RLIMIT_FSIZE, (20_000, 20_000))
+    """)
+    code, said = record(ros_environment, tmp_path / "bag", signal.SIGINT, "lockstep:=true", limit=limit)
+    assert code == 0, said
+    assert "recording ended: [Errno 27] File too large" in said
+    assert "Traceback" not in said
+
+
+def test_an_existing_bag_is_refused_with_one_line(ros_environment: dict[str, str], tmp_path: Path) -> None:
+    (tmp_path / "bag").mkdir()
+    command = [sys.executable, "-c", RECORDER, "--ros-args", "-p", f"bag:={tmp_path / 'bag'}"]
+    done = subprocess.run(
+        command, env=ros_environment, capture_output=True, text=True, timeout=30.0, check=False
+    )
+    assert done.returncode == 2
+    assert done.stderr.splitlines() == [f"RecorderNode: bag: {tmp_path / 'bag'} exists already"]
