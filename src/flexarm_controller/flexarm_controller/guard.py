@@ -75,7 +75,7 @@ class Guard:
         """Start stopped."""
         self.limits = limits
         self.mode, self.reason = STOPPED, NOT_ARMED_YET
-        self.token, self._session = 0, 0
+        self.token = 0
         self.passed = self.limited = self.refused = 0
         self.ticks = self.ticks_without_command = 0
         self.age = -1.0
@@ -85,9 +85,13 @@ class Guard:
         self._tau = [0.0] * len(limits.effort)
 
     def arm(self, t: float, token: int) -> bool:
-        """Let commands pass that quote ``token``; returns False while the arm is still braking."""
-        if self.mode == BRAKING:
-            return False
+        """Let commands pass that quote ``token``, or the session that is armed already go on.
+
+        Returns:
+            False while the arm is still braking.
+        """
+        if self.mode != STOPPED:
+            return self.mode == ARMED
         self.mode, self.reason, self.token = ARMED, "", token
         self._sequence, self._used, self._deadline = -1, -math.inf, t + self.limits.arming_time
         return True

@@ -80,11 +80,11 @@ class Mpc:
         x, s, known = state.x, self._system, self._known
         for torque in sent[: len(sent) if self._ahead[0] > 0 else 0]:
             x = s.A @ x + s.B @ (torque + state.d) + s.c
-        theta, theta_dot, _ = reference.sample(state.t + self._ahead)
+        theta, theta_dot, theta_ddot = reference.sample(state.t + self._ahead)
         self._p[known.x] = x
         self._p[known.d] = state.d
         self._p[known.u_before] = sent[-1]
-        self._p[known.reference] = np.hstack([theta, theta_dot]).ravel()
+        self._p[known.reference] = np.hstack([theta, theta_dot, theta_ddot]).ravel()
 
     def _binding(self, x: Array, l: Array, u: Array) -> tuple[str, ...]:  # noqa: E741
         y = self._problem.A @ x

@@ -80,7 +80,7 @@ def build_problem(model: ReducedModel, limits: Limits, config: MpcConfig, dt: fl
     cost = build_cost(model, config, dt)
     completion = complete(system.A, system.B, cost)
     known = Known(model.n, model.n_theta, config.horizon)
-    penalties = _penalise(prediction, cost, completion, build_equilibrium(model), known)
+    penalties = _penalise(prediction, cost, completion, build_equilibrium(model, (config.ff_modes, config.ff_torque)), known)
     soft = build_soft_outputs(model, limits, config)
     return _assemble(penalties, prediction, soft, limits, config, known, dt)
 
@@ -101,13 +101,13 @@ class Known:
         self.x = slice(0, self.n_x)
         self.d = slice(self.n_x, self.n_x + n_u)
         self.u_before = slice(self.d.stop, self.d.stop + n_u)
-        self.reference = slice(self.u_before.stop, self.u_before.stop + 2 * n_u * (horizon + 1))
+        self.reference = slice(self.u_before.stop, self.u_before.stop + 3 * n_u * (horizon + 1))
         self.size = self.reference.stop
 
     def r(self, k: int) -> slice:
         """Return where reference sample k (0 ... N) is."""
-        start = self.reference.start + 2 * self.n_u * k
-        return slice(start, start + 2 * self.n_u)
+        start = self.reference.start + 3 * self.n_u * k
+        return slice(start, start + 3 * self.n_u)
 
 
 def _penalise(

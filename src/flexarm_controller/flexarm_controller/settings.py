@@ -28,6 +28,8 @@ class MpcConfig:
     input_jerk: float = parameter(
         200.0, "Rate of torque that costs 1, as jerk of the joint's inertia.", "rad/s^3", minimum=1e-6
     )
+    ff_modes: float = parameter(0.0, "x")
+    ff_torque: float = parameter(0.0, "x")
     strain_margin: float = parameter(
         0.1, "Share of the strain limit kept free for estimation errors.", minimum=0.0, maximum=0.9
     )

@@ -1,0 +1,158 @@
+"""The controller: the law that was asked for, and what replaces it when it fails.
+
+Rungs of the ladder, from the top; each is left downwards for the reason in the table and upwards as
+soon as a better one works. The torque never jumps by more than its rate limit, whichever rung speaks.
+
+    rung           used when
+    mpc or lqr     the state is usable and the law gives an answer
+    shifted_plan   the solver failed; the plan of at most ``shifted_periods`` ago still reaches here
+    damping        no plan is left, or the state is not usable
+    hold           damping has brought the axes to rest
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+
+import numpy as np
+from flexarm_model.reduced_model import ReducedModel
+from numpy.typing import NDArray
+
+from flexarm_controller.command import ControlCommand, Mode
+from flexarm_controller.damping import JointDamping
+from flexarm_controller.limits import Limits
+from flexarm_controller.lqr import Lqr
+from flexarm_controller.mpc import Mpc, Plan
+from flexarm_controller.qp import QpResult
+from flexarm_controller.reference import Reference, hold
+from flexarm_controller.settings import ControllerConfig, MpcConfig
+from flexarm_controller.state import ArmState
+
+Array = NDArray[np.float64]
+_NO_RESULT = QpResult(np.zeros(0), "", 0, 0.0, False)
+
+
+class Controller:
+    """Commands torques that follow a reference and leave the arm still.
+
+    Attributes:
+        model: The model in use.
+        reference: What is followed; None until the first usable state, then at least a hold.
+    """
+
+    def __init__(
+        self,
+        model: ReducedModel,
+        limits: Limits,
+        config: ControllerConfig | None = None,
+        mpc: MpcConfig | None = None,
+        clock: Callable[[], float] = time.thread_time,
+    ) -> None:
+        """Build the laws.
+
+        Args:
+            model: The served model.
+            limits: Of the arm.
+            config: Law, period, fallbacks.
+            mpc: Weights, horizon, solver.
+            clock: Of CPU time [s], for ``solve_time``.
+        """
+        self.config, self._mpc_config = config or ControllerConfig(), mpc or MpcConfig()
+        self._limits, self._clock = limits, clock
+        self.reference: Reference | None = None
+        self.adopt(model)
+        self.reset()
+
+    def adopt(self, model: ReducedModel) -> None:
+        """Go on with another model of the same arm."""
+        self.model = model
+        period = self.config.period
+        self._mpc = Mpc(model, self._limits, self._mpc_config, period)
+        self._lqr = Lqr(model, self._mpc_config, period)
+        self._damping = JointDamping(model, self.config.damping_rate)
+
+    def reset(self) -> None:
+        """Forget what was sent and planned, and the reference: the motors have been elsewhere."""
+        n_u = self._limits.effort.size
+        self._sent = np.zeros((max(self._mpc_config.delay_periods, 1), n_u))
+        self._plan = np.zeros((0, n_u))
+        self._plan_age = 0
+        self.reference = None
+
+    def follow(self, reference: Reference) -> str:
+        """Take a reference if the axes can follow it; returns why not, or nothing."""
+        fault = reference.fault(self._limits)
+        if not fault:
+            self.reference = reference
+        return fault
+
+    def step(self, state: ArmState) -> ControlCommand:
+        """Return the torque that follows those already sent. Never raises, never leaves the limits."""
+        started = self._clock()
+        fault = self._fault(state)
+        if self.reference is None and not fault:
+            self.reference = hold(state.theta, state.t)
+        plan = Plan(self._plan[:0], _NO_RESULT, ())
+        if fault:
+            mode, reason, wanted = self._brake(state, fault)
+        elif self.config.law == "lqr":
+            mode, reason, wanted = "lqr", "", self._follow_lqr(state)
+        else:
+            plan = self._solve(state)
+            mode, reason, wanted = self._use_plan(state, plan)
+        tau = self._limited(wanted)
+        self._sent[:-1], self._sent[-1] = self._sent[1:].copy(), tau
+        return ControlCommand(
+            state.t, tau, self.model.model_id, mode, reason, plan.result.status, plan.result.iterations,
+            plan.result.residual, self._clock() - started, self._active(plan, wanted, tau), self._plan,
+            self._tracking_error(state),
+        )  # fmt: skip
+
+    def _fault(self, state: ArmState) -> str:
+        """Return why the state cannot be used; empty when it can."""
+        if state.model_id != self.model.model_id:
+            return f"state belongs to model {state.model_id}, the controller has {self.model.model_id}"
+        if not state.is_finite:
+            return "state is not finite"
+        return "" if state.usable else f"estimator: {state.reason or 'state is not usable'}"
+
+    def _solve(self, state: ArmState) -> Plan:
+        assert self.reference is not None
+        return self._mpc.step(state, self.reference, self._sent)
+
+    def _follow_lqr(self, state: ArmState) -> Array:
+        assert self.reference is not None
+        return self._lqr.step(state, self.reference, self._sent)
+
+    def _use_plan(self, state: ArmState, plan: Plan) -> tuple[Mode, str, Array]:
+        if not plan.is_empty:
+            self._plan, self._plan_age = plan.torques, 0
+            return "mpc", "", plan.torques[0]
+        self._plan_age += 1
+        failure = f"solver: {plan.result.status}"
+        if self._plan_age <= self.config.shifted_periods and self._plan_age < len(self._plan):
+            return "shifted_plan", failure, self._plan[self._plan_age]
+        return self._brake(state, failure)
+
+    def _brake(self, state: ArmState, reason: str) -> tuple[Mode, str, Array]:
+        self._plan = self._plan[:0]
+        is_moving = bool((abs(state.theta_dot) > self.config.rest_velocity).any())
+        return "damping" if is_moving else "hold", reason, self._damping.step(state.theta_dot)
+
+    def _limited(self, wanted: Array) -> Array:
+        """Return the torque within its limits and within reach of the last one, (n_u,)."""
+        last, reach = self._sent[-1], self._limits.effort_rate * self.config.period
+        reachable = np.clip(np.where(np.isfinite(wanted), wanted, last), last - reach, last + reach)
+        return np.clip(reachable, -self._limits.effort, self._limits.effort)
+
+    def _active(self, plan: Plan, wanted: Array, tau: Array) -> tuple[str, ...]:
+        if plan.limits_active:
+            return plan.limits_active
+        cut = np.flatnonzero(~np.isclose(wanted, tau, rtol=1e-6))
+        return tuple(f"torque:{self.model.theta_names[i]}" for i in cut)
+
+    def _tracking_error(self, state: ArmState) -> Array:
+        if self.reference is None or state.theta.size != self._limits.effort.size:
+            return np.zeros(self._limits.effort.size)
+        return np.asarray(self.reference.sample(np.array([state.t]))[0][0] - state.theta)

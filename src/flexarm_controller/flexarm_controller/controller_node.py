@@ -1,0 +1,134 @@
+"""Controller node: torques that follow a reference and leave the arm still.
+
+Publishes
+    joint_commands (flexarm_interfaces/JointCommand): one per modal_state while the guard is armed.
+    controller_status (flexarm_interfaces/ControllerStatus): one per modal_state, and at once for every
+        reference or model that is taken or refused.
+    ~/ready (std_msgs/Bool, latched): true once it has a model and its topics are connected.
+Subscribes
+    modal_state (flexarm_interfaces/ModalState), model (flexarm_interfaces/ReducedModel, latched),
+    reference (trajectory_msgs/JointTrajectory), guard_status (flexarm_interfaces/GuardStatus: session),
+    tick (flexarm_interfaces/Tick, lockstep only).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from flexarm_interfaces.msg import ControllerStatus, GuardStatus, JointCommand, ModalState, ReducedModel, Tick
+from flexarm_model.config import load_config
+from flexarm_model.conversions import stamp_to_ns
+from flexarm_model.lockstep import Lockstep, Messages
+from flexarm_model.manipulator_file import find_manipulator
+from flexarm_model.node import (
+    LATCHED_QOS,
+    RELIABLE_QOS,
+    ReadyFlag,
+    declare_config,
+    refuse_unknown_parameters,
+    run_node,
+)
+from flexarm_model.parameters import parameter
+from rclpy.node import Node
+from trajectory_msgs.msg import JointTrajectory
+
+from flexarm_controller.exchange import ControllerExchange, Outgoing
+from flexarm_controller.settings import ControllerConfig, MpcConfig
+
+
+@dataclass(frozen=True)
+class ControllerNodeSettings:
+    """Settings of the controller node beside those of the laws."""
+
+    manipulator: str = parameter("single_link", "Name of a manipulator that comes along, or a YAML file.")
+    preset: str = parameter("geared", "Preset of that file; empty for none.")
+    lockstep: bool = parameter(False, "Wait for the ticks of the simulated rig.")
+
+
+class ControllerNode(Node):
+    """Connects a ``ControllerExchange`` to topics."""
+
+    def __init__(self) -> None:
+        """Load the manipulator and subscribe."""
+        super().__init__("controller", namespace="flexarm")
+        self.settings = declare_config(self, ControllerNodeSettings, complete=False)
+        laws = declare_config(self, ControllerConfig, complete=False)
+        mpc = declare_config(self, MpcConfig, complete=False)
+        refuse_unknown_parameters(self)
+        config = load_config(find_manipulator(self.settings.manipulator), self.settings.preset)
+        self.exchange = ControllerExchange(config, laws, mpc, 0 if self.settings.lockstep else None)
+        self._lockstep = Lockstep(("guard_status",), self.on_tick_complete)
+        self._ticked_ns = -1
+        self._waiting: ModalState | None = None
+        self._connect()
+
+    def on_model(self, msg: ReducedModel) -> None:
+        """Take a model, or say why not."""
+        self._publish(self.exchange.on_model(msg))
+        if self.exchange.model_fault:
+            self.get_logger().error(self.exchange.model_fault)
+
+    def on_reference(self, msg: JointTrajectory) -> None:
+        """Take a reference, or say why not."""
+        answer = self.exchange.on_reference(msg)
+        self.get_logger().info(answer[0].msg.reason)
+        self._publish(answer)
+
+    def on_guard_status(self, msg: GuardStatus) -> None:
+        """Take the session token, in lockstep with the tick that announces it."""
+        if self.settings.lockstep:
+            self._lockstep.add("guard_status", msg)
+        else:
+            self.exchange.on_guard_status(msg)
+
+    def on_tick(self, msg: Tick) -> None:
+        """Note what belongs to an instant."""
+        self._lockstep.announce(msg.sequence, stamp_to_ns(msg.header.stamp), msg.topics, msg.counts)
+
+    def on_tick_complete(self, stamp_ns: int, messages: Messages) -> None:
+        """Take what came with an instant, then answer its state if that is here already."""
+        for msg in messages.get("guard_status", ()):
+            self.exchange.on_guard_status(msg)
+        self._ticked_ns = stamp_ns
+        self._answer_waiting()
+
+    def on_modal_state(self, msg: ModalState) -> None:
+        """Answer a state, in lockstep once everything of its instant is here."""
+        self._waiting = msg
+        if not self.settings.lockstep or stamp_to_ns(msg.header.stamp) <= self._ticked_ns:
+            self._answer_waiting()
+
+    def _answer_waiting(self) -> None:
+        if self._waiting is not None:
+            msg, self._waiting = self._waiting, None
+            self._publish(self.exchange.on_modal_state(msg))
+
+    def _publish(self, outgoing: Sequence[Outgoing]) -> None:
+        for out in outgoing:
+            self._outlets[out.topic].publish(out.msg)
+
+    def _connect(self) -> None:
+        self._outlets = {
+            "joint_commands": self.create_publisher(JointCommand, "joint_commands", RELIABLE_QOS),
+            "controller_status": self.create_publisher(ControllerStatus, "controller_status", RELIABLE_QOS),
+        }
+        self.create_subscription(ReducedModel, "model", self.on_model, LATCHED_QOS)
+        self.create_subscription(JointTrajectory, "reference", self.on_reference, RELIABLE_QOS)
+        self.create_subscription(GuardStatus, "guard_status", self.on_guard_status, RELIABLE_QOS)
+        self.create_subscription(ModalState, "modal_state", self.on_modal_state, RELIABLE_QOS)
+        conditions = {
+            "a model": lambda: self.exchange.controller is not None,
+            "the estimator": lambda: self.count_publishers(self.resolve_topic_name("modal_state")) > 0,
+            "the rig": lambda: self._outlets["joint_commands"].get_subscription_count() > 0,
+            "the guard": lambda: self.count_publishers(self.resolve_topic_name("guard_status")) > 0,
+        }
+        if self.settings.lockstep:
+            self.create_subscription(Tick, "tick", self.on_tick, RELIABLE_QOS)
+            conditions["ticks"] = lambda: self.count_publishers(self.resolve_topic_name("tick")) > 0
+        self._ready = ReadyFlag(self, conditions)
+
+
+def main() -> int:
+    """Run the node."""
+    return run_node(ControllerNode)

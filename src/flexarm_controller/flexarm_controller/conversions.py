@@ -1,0 +1,128 @@
+"""States, references and commands between the core's types and ROS messages."""
+
+from __future__ import annotations
+
+import numpy as np
+from builtin_interfaces.msg import Duration
+from flexarm_interfaces.msg import ControllerStatus, JointCommand, ModalState
+from flexarm_model.conversions import NS_PER_S, floats, ns_to_stamp, stamp_to_ns
+from flexarm_model.description import ManipulatorConfig
+from flexarm_model.reduced_model import ReducedModel
+from numpy.typing import NDArray
+from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
+
+from flexarm_controller.command import ControlCommand
+from flexarm_controller.limits import Limits
+from flexarm_controller.reference import Reference
+from flexarm_controller.state import ArmState
+
+Array = NDArray[np.float64]
+
+_USABLE = (ModalState.OK, ModalState.DEGRADED)
+_MODES = {
+    "inactive": ControllerStatus.INACTIVE,
+    "mpc": ControllerStatus.MPC,
+    "lqr": ControllerStatus.LQR,
+    "shifted_plan": ControllerStatus.SHIFTED_PLAN,
+    "damping": ControllerStatus.DAMPING,
+    "hold": ControllerStatus.HOLD,
+}
+
+
+class ReferenceMessageError(ValueError):
+    """A trajectory cannot be followed; the text says why."""
+
+
+def limits_of(config: ManipulatorConfig) -> Limits:
+    """Return the limits that the description gives the controller."""
+    axes = list(config.actuated.values())
+    gauges = [spec for spec in config.sensors if spec.kind == "strain_gauge"]
+    return Limits(
+        effort=np.array([axis.effort for axis in axes]),
+        effort_rate=np.array([axis.effort_rate for axis in axes]),
+        velocity=np.array([axis.velocity for axis in axes]),
+        position_low=np.array([axis.lower for axis in axes]),
+        position_high=np.array([axis.upper for axis in axes]),
+        gauges=tuple(f"{spec.name}.{channel}" for spec in gauges for channel in spec.channels),
+        strain=np.array([spec.limit for spec in gauges for _ in spec.channels]),
+    )
+
+
+def state_from_msg(msg: ModalState, model: ReducedModel, epoch_ns: int) -> ArmState:
+    """Return the state; one that does not fit the model comes back as not usable, with the reason."""
+    t = (stamp_to_ns(msg.header.stamp) - epoch_ns) * 1e-9
+    sizes = [len(msg.theta), len(msg.theta_dot), len(msg.disturbance), len(msg.eta), len(msg.eta_dot)]
+    n, m = model.n_theta, model.n_eta
+    if sizes != [n, n, n, m, m]:
+        zero, none = np.zeros(n), np.zeros(m)
+        return ArmState(t, msg.model_id, zero, none, zero, none, zero, False, f"state has sizes {sizes}")
+    theta, theta_dot, d, eta, eta_dot = (
+        np.array(part, dtype=float) for part in (msg.theta, msg.theta_dot, msg.disturbance, msg.eta, msg.eta_dot)
+    )
+    return ArmState(t, msg.model_id, theta, eta, theta_dot, eta_dot, d, msg.status in _USABLE, msg.reason)
+
+
+def reference_from_msg(msg: JointTrajectory, names: tuple[str, ...], epoch_ns: int) -> Reference:
+    """Return the reference of a trajectory; missing velocities and accelerations are zero.
+
+    Raises:
+        ReferenceMessageError: Names, lengths, times or numbers do not fit.
+    """
+    if tuple(msg.joint_names) != names:
+        raise ReferenceMessageError(f"joint_names are {list(msg.joint_names)}; expected {list(names)}")
+    start = stamp_to_ns(msg.header.stamp) - epoch_ns
+    times = [start + point.time_from_start.sec * NS_PER_S + point.time_from_start.nanosec for point in msg.points]
+    columns = []
+    for name in ("positions", "velocities", "accelerations"):
+        rows = [list(getattr(point, name)) for point in msg.points]
+        if name != "positions":
+            rows = [row or [0.0] * len(names) for row in rows]
+        if not rows or any(len(row) != len(names) for row in rows):
+            raise ReferenceMessageError(f"{name}: every point needs {len(names)} numbers")
+        columns.append(np.array(rows))
+    try:
+        return Reference(np.array(times) * 1e-9, *columns)
+    except ValueError as error:
+        raise ReferenceMessageError(str(error)) from None
+
+
+def reference_to_msg(reference: Reference, names: tuple[str, ...], epoch_ns: int) -> JointTrajectory:
+    """Return the trajectory message of a reference."""
+    msg = JointTrajectory(joint_names=list(names))
+    start_ns = round(reference.t[0] * NS_PER_S)
+    msg.header.stamp = ns_to_stamp(start_ns + epoch_ns)
+    for t, theta, theta_dot, theta_ddot in zip(
+        reference.t, reference.theta, reference.theta_dot, reference.theta_ddot, strict=True
+    ):
+        sec, nanosec = divmod(round(t * NS_PER_S) - start_ns, NS_PER_S)
+        point = JointTrajectoryPoint(time_from_start=Duration(sec=sec, nanosec=nanosec))
+        point.positions, point.velocities, point.accelerations = map(floats, (theta, theta_dot, theta_ddot))
+        msg.points.append(point)
+    return msg
+
+
+def command_to_msg(
+    command: ControlCommand, names: tuple[str, ...], sequence: int, token: int, epoch_ns: int
+) -> JointCommand:
+    """Return the command message; its stamp is that of the state used."""
+    msg = JointCommand(sequence=sequence, session_token=token, model_id=command.model_id, names=list(names))
+    msg.effort = floats(command.tau)
+    msg.header.stamp = ns_to_stamp(round(command.t * NS_PER_S) + epoch_ns)
+    return msg
+
+
+def status_to_msg(command: ControlCommand, missed: int, epoch_ns: int) -> ControllerStatus:
+    """Return what the controller did in this cycle."""
+    msg = ControllerStatus(mode=_MODES[command.mode], reason=command.reason, model_id=command.model_id)
+    msg.solver_status, msg.iterations = command.solver_status, command.iterations
+    msg.residual, msg.solve_time, msg.missed_cycles = float(command.residual), float(command.solve_time), missed
+    msg.limits_active, msg.tracking_error = list(command.limits_active), floats(command.tracking_error)
+    msg.header.stamp = ns_to_stamp(round(command.t * NS_PER_S) + epoch_ns)
+    return msg
+
+
+def notice_msg(reason: str, stamp_ns: int) -> ControllerStatus:
+    """Return a status that only tells something: a reference taken or refused, a model refused."""
+    msg = ControllerStatus(mode=ControllerStatus.INACTIVE, reason=reason)
+    msg.header.stamp = ns_to_stamp(stamp_ns)
+    return msg

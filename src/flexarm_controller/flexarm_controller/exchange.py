@@ -1,0 +1,142 @@
+"""The controller between messages: what comes in, what goes out, no topics and no clock.
+
+The node connects it to DDS, the replay to a bag; both therefore do the same.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+from flexarm_model.conversions import ModelMessageError, model_from_msg, stamp_to_ns
+from flexarm_model.description import ManipulatorConfig
+
+from flexarm_controller.controller import Controller
+from flexarm_controller.conversions import (
+    ReferenceMessageError,
+    command_to_msg,
+    limits_of,
+    notice_msg,
+    reference_from_msg,
+    state_from_msg,
+    status_to_msg,
+)
+from flexarm_controller.settings import ControllerConfig, MpcConfig
+
+GAP = 1.5  # periods between two states from which on a cycle was missed
+
+
+@dataclass(frozen=True)
+class Outgoing:
+    """A message and the relative topic it goes to."""
+
+    topic: str
+    msg: Any
+
+
+class ControllerExchange:
+    """Owns the controller and translates.
+
+    Attributes:
+        controller: None until a model has been accepted.
+        model_fault: Why the last model was refused; empty when it was taken.
+    """
+
+    def __init__(
+        self,
+        config: ManipulatorConfig,
+        settings: ControllerConfig,
+        mpc: MpcConfig,
+        epoch_ns: int | None,
+        clock: Callable[[], float] = time.thread_time,
+    ) -> None:
+        """Start without a model.
+
+        Args:
+            config: The manipulator.
+            settings: Law and fallbacks.
+            mpc: Weights, horizon, solver.
+            epoch_ns: Stamp that is time zero [ns]; None takes the first state's.
+            clock: Of CPU time [s].
+        """
+        self._config, self._settings, self._mpc, self._clock = config, settings, mpc, clock
+        self._names = tuple(config.actuated)
+        self._limits = limits_of(config)
+        self._epoch_ns = epoch_ns
+        self._token = self._sequence = self._missed = 0
+        self._last_ns: int | None = None
+        self.controller: Controller | None = None
+        self.model_fault = "no model yet"
+
+    def on_model(self, msg: Any) -> list[Outgoing]:
+        """Take a model of the same description; refuse another by name."""
+        try:
+            model = model_from_msg(msg)
+        except ModelMessageError as error:
+            return self._refuse_model(msg, str(error))
+        if model.config_id != self._config.config_id:
+            return self._refuse_model(
+                msg,
+                f"model of '{model.manipulator}' has config {model.config_id}, the controller loaded "
+                f"{self._config.config_id} (preset '{self._config.preset}'): start both with the same file and preset",
+            )
+        self.model_fault = ""
+        if self.controller is None:
+            self.controller = Controller(model, self._limits, self._settings, self._mpc, self._clock)
+        elif model.model_id != self.controller.model.model_id:
+            self.controller.adopt(model)
+        return []
+
+    def on_guard_status(self, msg: Any) -> None:
+        """Take the session token; whatever was planned is void when the session ends."""
+        if self._token and not msg.session_token and self.controller is not None:
+            self.controller.reset()
+        if msg.session_token != self._token:
+            self._token, self._sequence = msg.session_token, 0
+
+    def on_reference(self, msg: Any) -> list[Outgoing]:
+        """Take a reference or refuse it; the answer says which, and why."""
+        reason = self._take_reference(msg)
+        answer = f"reference refused: {reason}" if reason else f"reference accepted: {len(msg.points)} points"
+        return [Outgoing("controller_status", notice_msg(answer, stamp_to_ns(msg.header.stamp)))]
+
+    def on_modal_state(self, msg: Any) -> list[Outgoing]:
+        """Answer a state with a command and a status; without a session only with a status."""
+        stamp_ns = stamp_to_ns(msg.header.stamp)
+        if self._epoch_ns is None:
+            self._epoch_ns = stamp_ns
+        self._count_missed(stamp_ns)
+        if self.controller is None:
+            return [Outgoing("controller_status", notice_msg(self.model_fault, stamp_ns))]
+        if not self._token:
+            return [Outgoing("controller_status", notice_msg("guard is not armed", stamp_ns))]
+        command = self.controller.step(state_from_msg(msg, self.controller.model, self._epoch_ns))
+        self._sequence += 1
+        command_msg = command_to_msg(command, self._names, self._sequence, self._token, self._epoch_ns)
+        command_msg.header.stamp = msg.header.stamp
+        status = status_to_msg(command, self._missed, self._epoch_ns)
+        status.header.stamp = msg.header.stamp
+        return [Outgoing("joint_commands", command_msg), Outgoing("controller_status", status)]
+
+    def _take_reference(self, msg: Any) -> str:
+        if self.controller is None:
+            return self.model_fault
+        if self._epoch_ns is None:
+            return "no state yet"
+        try:
+            reference = reference_from_msg(msg, self._names, self._epoch_ns)
+        except ReferenceMessageError as error:
+            return str(error)
+        return self.controller.follow(reference)
+
+    def _refuse_model(self, msg: Any, reason: str) -> list[Outgoing]:
+        self.model_fault = f"model refused: {reason}"
+        return [Outgoing("controller_status", notice_msg(self.model_fault, stamp_to_ns(msg.header.stamp)))]
+
+    def _count_missed(self, stamp_ns: int) -> None:
+        period_ns = self._settings.period * 1e9
+        if self._last_ns is not None and stamp_ns - self._last_ns > GAP * period_ns:
+            self._missed += round((stamp_ns - self._last_ns) / period_ns) - 1
+        self._last_ns = stamp_ns

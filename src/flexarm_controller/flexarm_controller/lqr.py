@@ -1,0 +1,50 @@
+"""Linear-quadratic regulator on joints and modes: the same cost as the predictive controller, no foresight.
+
+The state is predicted to the instant the torque acts, then the optimal increment of the infinite horizon
+is taken about the equilibrium of the reference there, and clipped.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from flexarm_model.reduced_model import ReducedModel
+from numpy.typing import NDArray
+
+from flexarm_controller.cost import build_cost, complete
+from flexarm_controller.equilibrium import build_equilibrium
+from flexarm_controller.prediction import plant
+from flexarm_controller.reference import Reference
+from flexarm_controller.settings import MpcConfig
+from flexarm_controller.state import ArmState
+
+Array = NDArray[np.float64]
+
+
+class Lqr:
+    """State feedback that tracks a reference."""
+
+    def __init__(self, model: ReducedModel, config: MpcConfig, dt: float) -> None:
+        """Solve the Riccati equation of ``model`` for control period ``dt`` [s]."""
+        self._system = plant(model, dt)
+        self._gain = complete(self._system.A, self._system.B, build_cost(model, config, dt)).gain
+        self._equilibrium = build_equilibrium(model)
+        self._delay, self._dt = config.delay_periods, dt
+
+    def step(self, state: ArmState, reference: Reference, sent: Array) -> Array:
+        """Return the torque that follows those already ``sent``, not yet limited, (n_u,).
+
+        Args:
+            state: State at its own instant.
+            reference: Reference of the axes.
+            sent: Torques that act from the state's instant on, oldest first, (max(delay, 1), n_u).
+        """
+        x, s = state.x, self._system
+        for torque in sent[: self._delay]:
+            x = s.A @ x + s.B @ (torque + state.d) + s.c
+        theta, theta_dot, _ = reference.sample(np.array([state.t + self._delay * self._dt]))
+        r = np.concatenate([theta[0], theta_dot[0]])
+        equilibrium = self._equilibrium
+        torque_r = equilibrium.U @ r + equilibrium.u_0 - state.d
+        error = x - equilibrium.X @ r - equilibrium.x_0
+        before = sent[-1] - torque_r
+        return np.asarray(sent[-1] - self._gain @ np.concatenate([error, before]))
