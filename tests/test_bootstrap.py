@@ -1,0 +1,276 @@
+"""The bootstrap chooses an interpreter, says in one line what is missing, and repairs what is half done."""
+
+from __future__ import annotations
+
+import importlib.machinery
+import importlib.util
+import io
+import subprocess
+import sys
+from pathlib import Path
+from types import ModuleType
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[1]
+
+
+@pytest.fixture
+def flexarm(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> ModuleType:
+    """Return the bootstrap as a module that works on a small copy of a clone."""
+    loader = importlib.machinery.SourceFileLoader("flexarm_bootstrap", str(ROOT / "flexarm"))
+    module = importlib.util.module_from_spec(importlib.util.spec_from_loader(loader.name, loader))
+    loader.exec_module(module)
+    monkeypatch.setattr(module, "ROOT", tmp_path)
+    monkeypatch.setattr(module, "STATE", tmp_path / ".flexarm")
+    for variable in ("ROS_DISTRO", "FLEXARM_PYTHON", "AMENT_PREFIX_PATH"):
+        monkeypatch.delenv(variable, raising=False)
+    (tmp_path / "requirements.lock").write_text("one==1\n")
+    for package in ("flexarm_interfaces", "flexarm_model"):
+        (tmp_path / "src" / package / "test").mkdir(parents=True)
+        (tmp_path / "src" / package / "package.xml").write_text("<package/>")
+    return module
+
+
+@pytest.fixture
+def machine(flexarm: ModuleType, monkeypatch: pytest.MonkeyPatch) -> list[str]:
+    """Replace every command that is watched by a fake that is recorded; it makes an interpreter file."""
+    done: list[str] = []
+
+    def watch(title: str, argv: list[str], environ: dict[str, str], lock: int) -> None:
+        done.append(title.split()[0])
+        if title.startswith("making"):
+            binary = Path(argv[-1]) / "bin"
+            binary.mkdir(parents=True)
+            (binary / "python").symlink_to(sys.executable)
+        elif title.startswith("building"):
+            done.extend(argv[argv.index("--packages-select") + 1 : argv.index("--cmake-args")])
+            (flexarm.STATE / "log").mkdir(exist_ok=True)
+            for space in [word for word in argv if word.startswith("--install-base=")]:
+                Path(space.partition("=")[2]).mkdir(parents=True, exist_ok=True)
+
+    monkeypatch.setattr(flexarm, "watch", watch)
+    monkeypatch.setattr(flexarm, "probe", lambda command, sourced: python(flexarm, "3.12"))
+    monkeypatch.setattr(flexarm.shutil, "which", lambda name: f"/usr/bin/{name}")
+    monkeypatch.setattr(flexarm, "libc_version", lambda: "glibc 2.36")
+    return done
+
+
+def python(flexarm: ModuleType, version: str, **changes: object) -> object:
+    major, minor = version.split(".")
+    path = f"/usr/bin/python{version}"
+    whole = flexarm.Python(path, (int(major), int(minor)), cpython=True, venv=True, headers=True, rclpy=False)
+    return whole._replace(**changes)
+
+
+def line_of(stopped: pytest.ExceptionInfo[Exception]) -> str:
+    line = str(stopped.value)
+    assert "\n" not in line
+    assert stopped.value.code == 2
+    return line
+
+
+@pytest.mark.parametrize(
+    ("versions", "chosen"),
+    [
+        (["3.11", "3.13", "3.12"], "3.12"),
+        (["3.10", "3.11", "3.13"], "3.13"),
+        (["3.9", "3.14", "3.10"], "3.10"),
+    ],
+)
+def test_python_312_is_chosen_else_the_newest_that_has_wheels(
+    flexarm: ModuleType, versions: list[str], chosen: str
+) -> None:
+    found = [None, *(python(flexarm, version) for version in versions)]
+    assert flexarm.choose_python(found, compiler=True, sourced=False).name == chosen
+
+
+def test_interpreter_without_venv_or_headers_gives_way_to_a_usable_one(flexarm: ModuleType) -> None:
+    found = [
+        python(flexarm, "3.12", venv=False),
+        python(flexarm, "3.13", headers=False),
+        python(flexarm, "3.10"),
+    ]
+    assert flexarm.choose_python(found, compiler=True, sourced=False).name == "3.10"
+
+
+def test_other_implementations_are_passed_over(flexarm: ModuleType) -> None:
+    found = [python(flexarm, "3.12", cpython=False), python(flexarm, "3.11")]
+    assert flexarm.choose_python(found, compiler=True, sourced=False).name == "3.11"
+
+
+def test_one_line_names_everything_that_is_missing(flexarm: ModuleType) -> None:
+    with pytest.raises(flexarm.Stop) as stopped:
+        flexarm.choose_python(
+            [python(flexarm, "3.11", venv=False, headers=False)], compiler=False, sourced=False
+        )
+    assert line_of(stopped).endswith("sudo apt install g++ python3.11-venv python3.11-dev")
+
+
+def test_missing_compiler_is_named_alone(flexarm: ModuleType) -> None:
+    with pytest.raises(flexarm.Stop) as stopped:
+        flexarm.choose_python([python(flexarm, "3.12")], compiler=False, sourced=False)
+    assert line_of(stopped).endswith("sudo apt install g++")
+
+
+def test_too_old_python_is_told_the_range(flexarm: ModuleType) -> None:
+    with pytest.raises(flexarm.Stop) as stopped:
+        flexarm.choose_python([python(flexarm, "3.9")], compiler=True, sourced=False)
+    assert "3.10 to 3.13" in line_of(stopped)
+
+
+def test_sourced_jazzy_needs_an_interpreter_that_imports_its_rclpy(flexarm: ModuleType) -> None:
+    found = [python(flexarm, "3.12"), python(flexarm, "3.12", path="/ros/python", rclpy=True)]
+    assert flexarm.choose_python(found, compiler=True, sourced=True).path == "/ros/python"
+    with pytest.raises(flexarm.Stop, match="rclpy"):
+        flexarm.choose_python(found[:1], compiler=True, sourced=True)
+
+
+def test_shim_that_does_not_run_is_no_interpreter(flexarm: ModuleType, tmp_path: Path) -> None:
+    shim = tmp_path / "python3.12"
+    shim.write_text("#!/bin/sh\necho 'command not found' >&2\nexit 127\n")
+    shim.chmod(0o755)
+    assert flexarm.probe(str(shim), sourced=False) is None
+    assert flexarm.probe(str(tmp_path / "absent"), sourced=False) is None
+
+
+def test_probe_describes_the_interpreter_that_runs_this_test(flexarm: ModuleType) -> None:
+    seen = flexarm.probe(sys.executable, sourced=False)
+    assert seen.version == sys.version_info[:2]
+    assert seen.cpython and seen.venv
+
+
+@pytest.mark.parametrize(
+    ("system", "machine_name", "libc"),
+    [
+        ("Darwin", "arm64", ""),
+        ("Linux", "aarch64", "glibc 2.36"),
+        ("Linux", "x86_64", ""),  # musl
+        ("Linux", "x86_64", "glibc 2.27"),
+    ],
+)
+def test_platform_without_wheels_is_refused_in_one_line(
+    flexarm: ModuleType, system: str, machine_name: str, libc: str
+) -> None:
+    with pytest.raises(flexarm.Stop) as stopped:
+        flexarm.check_platform(system, machine_name, libc)
+    assert "x86-64" in line_of(stopped)
+
+
+@pytest.mark.parametrize("libc", ["glibc 2.28", "glibc 2.36", "glibc 3.0"])
+def test_platform_with_wheels_is_accepted(flexarm: ModuleType, libc: str) -> None:
+    flexarm.check_platform("Linux", "x86_64", libc)
+
+
+def test_sourced_jazzy_is_seen_and_another_distro_refused(flexarm: ModuleType) -> None:
+    assert not flexarm.sourced_jazzy({})
+    assert not flexarm.sourced_jazzy({"ROS_DISTRO": "humble"})  # named by a container, sourced by nobody
+    assert flexarm.sourced_jazzy({"ROS_DISTRO": "jazzy", "AMENT_PREFIX_PATH": "/opt/ros/jazzy"})
+    with pytest.raises(flexarm.Stop) as stopped:
+        flexarm.sourced_jazzy({"ROS_DISTRO": "humble", "AMENT_PREFIX_PATH": "/opt/ros/humble"})
+    assert "humble" in line_of(stopped)
+
+
+def test_nothing_of_another_ros_or_python_reaches_the_wheels(
+    flexarm: ModuleType, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("LD_LIBRARY_PATH", "/opt/ros/humble/lib:/opt/compiler/lib")
+    monkeypatch.setenv("PYTHONPATH", "/somewhere")
+    monkeypatch.setenv("_ROS_WHEELS_BOOTSTRAP_COMPLETE", "1")
+    left = flexarm.inherited(sourced=False)
+    assert left["LD_LIBRARY_PATH"] == "/opt/compiler/lib"
+    assert "PYTHONPATH" not in left
+    assert "_ROS_WHEELS_BOOTSTRAP_COMPLETE" not in left
+
+
+def test_second_run_has_nothing_to_do(flexarm: ModuleType, machine: list[str]) -> None:
+    first = flexarm.prepare()
+    assert machine == ["making", "installing", "building", "flexarm_interfaces", "flexarm_model"]
+    machine.clear()
+    assert flexarm.prepare() == first
+    assert machine == []
+
+
+def test_only_the_package_whose_files_changed_is_built_again(flexarm: ModuleType, machine: list[str]) -> None:
+    flexarm.prepare()
+    machine.clear()
+    (flexarm.ROOT / "src/flexarm_model/new.py").write_text("x = 1\n")
+    (flexarm.ROOT / "src/flexarm_interfaces/test/test_x.py").write_text("")
+    flexarm.prepare()
+    assert machine == ["building", "flexarm_model"]
+
+
+def test_changed_lock_makes_another_environment(flexarm: ModuleType, machine: list[str]) -> None:
+    first = flexarm.prepare()
+    (flexarm.ROOT / "requirements.lock").write_text("one==2\n")
+    assert flexarm.prepare().env != first.env
+
+
+@pytest.mark.parametrize("interrupted", ["making", "installing", "building"])
+def test_run_after_an_interrupted_one_repairs_it(
+    flexarm: ModuleType, machine: list[str], monkeypatch: pytest.MonkeyPatch, interrupted: str
+) -> None:
+    whole = flexarm.watch
+
+    def cut(title: str, *rest: object) -> None:
+        whole(title, *rest)
+        if title.startswith(interrupted):
+            raise KeyboardInterrupt
+
+    monkeypatch.setattr(flexarm, "watch", cut)
+    with pytest.raises(KeyboardInterrupt):
+        flexarm.prepare()
+    monkeypatch.setattr(flexarm, "watch", whole)
+    machine.clear()
+    flexarm.prepare()
+    redone = ["building", "flexarm_interfaces", "flexarm_model"]
+    assert machine == (redone if interrupted == "building" else ["making", "installing", *redone])
+    machine.clear()
+    flexarm.prepare()
+    assert machine == []
+
+
+def test_environment_whose_interpreter_is_gone_is_made_again(flexarm: ModuleType, machine: list[str]) -> None:
+    place = flexarm.prepare()
+    Path(place.python).unlink()
+    machine.clear()
+    flexarm.prepare()
+    assert machine == ["making", "installing"]
+
+
+def test_failed_command_shows_its_end_and_where_the_rest_is(
+    flexarm: ModuleType, capsys: pytest.CaptureFixture[str]
+) -> None:
+    flexarm.STATE.mkdir()
+    code = "print('first'); print('the reason'); raise SystemExit(3)"
+    with flexarm.only_one() as lock, pytest.raises(flexarm.Stop, match="installing things failed") as stopped:
+        flexarm.watch("installing things", [sys.executable, "-c", code], {}, lock)
+    assert stopped.value.code == 1
+    assert "the reason" in capsys.readouterr().err
+    assert (flexarm.STATE / "log/installing.log").read_text().startswith("first")
+
+
+def test_progress_is_a_line_at_the_start_and_one_now_and_then(
+    flexarm: ModuleType, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(flexarm, "PIPE_PERIOD", 0.05)
+    monkeypatch.setattr(flexarm.sys, "stderr", io.StringIO())
+    with subprocess.Popen([sys.executable, "-c", "import time; time.sleep(0.5)"], text=True) as child:
+        flexarm.tick(child, lambda: "at work")
+    assert flexarm.sys.stderr.getvalue().count("at work\n") >= 2
+
+
+def test_second_run_waits_for_the_lock_of_the_first(flexarm: ModuleType) -> None:
+    attempt = "import fcntl, sys; fcntl.flock(open(sys.argv[1]), fcntl.LOCK_EX | fcntl.LOCK_NB)"
+    argv = [sys.executable, "-c", attempt, str(flexarm.STATE / "lock")]
+    with flexarm.only_one():
+        assert subprocess.run(argv, capture_output=True).returncode != 0
+    assert subprocess.run(argv, capture_output=True).returncode == 0
+
+
+def test_exported_lines_survive_a_shell(flexarm: ModuleType, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("PYTHONHOME", "/old")
+    lines = flexarm.export_lines({"FLEXARM_TEST": "a b'c$d"})
+    script = "\n".join([*lines, 'printf "%s|%s" "$FLEXARM_TEST" "$PYTHONHOME"'])
+    done = subprocess.run(["sh", "-c", script], capture_output=True, text=True, check=True)
+    assert done.stdout == "a b'c$d|"
