@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields
 
 import numpy as np
@@ -43,6 +44,11 @@ class Record:
         """Return the ticks of [start, end]."""
         inside = (self.t >= start - 1e-9) & (self.t <= end + 1e-9)
         return Record(*(getattr(self, field.name)[inside] for field in fields(self)))
+
+
+def stack(ticks: Sequence[Mapping[str, Array]]) -> Record:
+    """Return the record of rows that each hold one tick under the names of the record's fields."""
+    return Record(**{field.name: np.array([tick[field.name] for tick in ticks]) for field in fields(Record)})
 
 
 @dataclass(frozen=True)

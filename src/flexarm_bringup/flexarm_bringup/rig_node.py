@@ -49,7 +49,6 @@ from flexarm_model.manipulator_file import find_manipulator
 from flexarm_model.node import LATCHED_QOS, RELIABLE_QOS, ReadyFlag, declare_config, refuse_unknown_parameters, run_node
 from flexarm_model.parameters import parameter
 
-NS_PER_S = 1_000_000_000
 STATUS_PERIODS = 20  # motor periods between two guard_status messages
 MOST_CATCH_UP = 20  # periods; after a longer stall the simulated arm skips time rather than race
 
@@ -79,7 +78,7 @@ class RigNode(Node):
         self.config = load_config(find_manipulator(self.settings.manipulator), self.settings.preset)
         self.hardware = Hardware(self.config, simulation, hardware)
         self._steady = Clock(clock_type=ClockType.STEADY_TIME)
-        self._period_ns = round(self.hardware.dt * NS_PER_S)
+        self._period_ns = self.hardware.rig.period_ns
         self._epoch_ns = 0 if self.settings.lockstep else self.get_clock().now().nanoseconds
         self._started_ns = self._steady.now().nanoseconds
         self._command: GuardCommand | None = None
@@ -106,8 +105,8 @@ class RigNode(Node):
         if not self.settings.lockstep:
             self._command = command
         elif self._is_running and stamp_to_ns(msg.header.stamp) == self.stamp_of(self.hardware.tick):
-            self.advance()
             self._command = command
+            self.advance()
 
     def on_ready(self, partner: str, msg: Bool) -> None:
         """Note that a partner is ready."""

@@ -6,13 +6,11 @@ import numpy as np
 from builtin_interfaces.msg import Duration
 from flexarm_interfaces.msg import ControllerStatus, JointCommand, ModalState
 from flexarm_model.conversions import NS_PER_S, floats, ns_to_stamp, stamp_to_ns
-from flexarm_model.description import ManipulatorConfig
 from flexarm_model.reduced_model import ReducedModel
 from numpy.typing import NDArray
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
 from flexarm_controller.command import ControlCommand
-from flexarm_controller.limits import Limits
 from flexarm_controller.reference import Reference
 from flexarm_controller.state import ArmState
 
@@ -31,21 +29,6 @@ _MODES = {
 
 class ReferenceMessageError(ValueError):
     """A trajectory cannot be followed; the text says why."""
-
-
-def limits_of(config: ManipulatorConfig) -> Limits:
-    """Return the limits that the description gives the controller."""
-    axes = list(config.actuated.values())
-    gauges = [spec for spec in config.sensors if spec.kind == "strain_gauge"]
-    return Limits(
-        effort=np.array([axis.effort for axis in axes]),
-        effort_rate=np.array([axis.effort_rate for axis in axes]),
-        velocity=np.array([axis.velocity for axis in axes]),
-        position_low=np.array([axis.lower for axis in axes]),
-        position_high=np.array([axis.upper for axis in axes]),
-        gauges=tuple(f"{spec.name}.{channel}" for spec in gauges for channel in spec.channels),
-        strain=np.array([spec.limit for spec in gauges for _ in spec.channels]),
-    )
 
 
 def state_from_msg(msg: ModalState, model: ReducedModel, epoch_ns: int) -> ArmState:

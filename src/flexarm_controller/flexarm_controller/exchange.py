@@ -17,12 +17,12 @@ from flexarm_controller.controller import Controller
 from flexarm_controller.conversions import (
     ReferenceMessageError,
     command_to_msg,
-    limits_of,
     notice_msg,
     reference_from_msg,
     state_from_msg,
     status_to_msg,
 )
+from flexarm_controller.limits import limits_of
 from flexarm_controller.settings import ControllerConfig, MpcConfig
 
 GAP = 1.5  # periods between two states from which on a cycle was missed

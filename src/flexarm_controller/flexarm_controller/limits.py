@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, fields
 
 import numpy as np
+from flexarm_model.description import ManipulatorConfig
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
@@ -54,3 +55,18 @@ class Limits:
                 f"limits: effort {self.effort} must be finite and position_low {self.position_low} "
                 f"below position_high {self.position_high}"
             )
+
+
+def limits_of(config: ManipulatorConfig) -> Limits:
+    """Return the limits that the description gives the controller."""
+    axes = list(config.actuated.values())
+    gauges = [spec for spec in config.sensors if spec.kind == "strain_gauge"]
+    return Limits(
+        effort=np.array([axis.effort for axis in axes]),
+        effort_rate=np.array([axis.effort_rate for axis in axes]),
+        velocity=np.array([axis.velocity for axis in axes]),
+        position_low=np.array([axis.lower for axis in axes]),
+        position_high=np.array([axis.upper for axis in axes]),
+        gauges=tuple(f"{spec.name}.{channel}" for spec in gauges for channel in spec.channels),
+        strain=np.array([spec.limit for spec in gauges for _ in spec.channels]),
+    )

@@ -41,8 +41,8 @@ class Lqr:
         x, s = state.x, self._system
         for torque in sent[: self._delay]:
             x = s.A @ x + s.B @ (torque + state.d) + s.c
-        theta, theta_dot, _ = reference.sample(np.array([state.t + self._delay * self._dt]))
-        r = np.concatenate([theta[0], theta_dot[0]])
+        parts = reference.sample(np.array([state.t + self._delay * self._dt]))
+        r = np.concatenate([part[0] for part in parts])
         equilibrium = self._equilibrium
         torque_r = equilibrium.U @ r + equilibrium.u_0 - state.d
         error = x - equilibrium.X @ r - equilibrium.x_0

@@ -52,7 +52,7 @@ def samples_to_msgs(
 
 def joint_state_msg(hardware: Hardware, stamp_ns: int) -> JointState:
     """Return what the drives know: position, velocity and the torque that acted until the stamp."""
-    msg = JointState(name=list(hardware.names), effort=floats(hardware.tau))
+    msg = JointState(name=list(hardware.names), effort=floats(hardware.acted))
     msg.position, msg.velocity = floats(hardware.motors.theta), floats(hardware.motors.theta_dot)
     msg.header.stamp = ns_to_stamp(stamp_ns)
     msg.header.frame_id = "base"

@@ -54,7 +54,8 @@ class Hardware:
         self.motors = MotorSide(config, self.rig.dt)
         self.names = self.motors.names
         self.guard = Guard(guard_limits(config, self.rig, settings or HardwareSettings()))
-        self.tau: list[float] = [0.0] * len(self.names)
+        self.tau: list[float] = [0.0] * len(self.names)  # acts from now on
+        self.acted = list(self.tau)  # acted until now
 
     @property
     def dt(self) -> float:
@@ -69,11 +70,12 @@ class Hardware:
     @property
     def t(self) -> float:
         """Time since the start [s]."""
-        return self.rig.tick * self.rig.dt
+        return self.rig.time_of(self.rig.tick)
 
     def advance(self) -> list[Sample]:
         """Move by one period under the torque chosen before; return what the sensors deliver."""
-        samples = self.rig.step(np.array(self.tau))
+        self.acted = list(self.tau)
+        samples = self.rig.step(np.array(self.acted))
         self.motors.update(samples)
         return samples
 

@@ -68,7 +68,9 @@ class Rig:
             plant: A plant to reuse, compiled already; None builds one from the settings.
         """
         self.settings = settings or RigSettings()
-        self.config, self.dt, self.tick = config, 1.0 / config.rate_hz, 0
+        self.config, self.tick = config, 0
+        self.period_ns = round(1e9 / config.rate_hz)
+        self.dt = self.period_ns * 1e-9
         s = self.settings
         self.plant = plant or Plant(
             config, self.dt, PlantSettings(s.frequency_scale, s.mass_scale, s.extra_modes, s.friction)
@@ -81,6 +83,10 @@ class Rig:
             for kind in ("strain_gauge", "accelerometer")
         }
         self._sensors = [SensorSimulator(spec, rows[spec.name], self.dt, s.seed, s.noise) for spec in config.sensors]
+
+    def time_of(self, tick: int) -> float:
+        """Return the instant of a tick [s], rounded as a stamp is."""
+        return tick * self.period_ns * 1e-9
 
     def observe(self) -> list[Sample]:
         """Return what the sensors deliver at the present tick."""
