@@ -1,8 +1,8 @@
 """Where two bags differ: every field of every message, within the tolerance of that field.
 
 Two numbers a, b of a field agree when ``|a - b| <= atol + rtol |a|``; NaN agrees with NaN; strings,
-integers and lengths must be equal. Messages are paired by topic, log time and order, so that one
-that is missing or too many is named and does not shift the rest.
+integers and lengths must be equal. Messages are paired by topic, stamp and order, so that one that
+is missing or too many is named and does not shift the rest; the time of their arrival does not matter.
 """
 
 from __future__ import annotations
@@ -16,7 +16,8 @@ from typing import Any
 import numpy as np
 
 from flexarm_bringup.bag_reader import Bag, Record, decode
-from flexarm_bringup.topics import NAMESPACE
+from flexarm_bringup.cdr import header_stamp_ns
+from flexarm_bringup.topics import NAMESPACE, find_stream
 
 IGNORED = float("inf")
 
@@ -56,20 +57,20 @@ class Divergence:
     """One difference.
 
     Attributes:
-        log_time_ns: Log time of the message [ns].
+        stamp_ns: Stamp of the message; log time where it has none [ns].
         topic: Absolute topic.
         field: Field, e.g. "sensors[2].innovation[0]"; empty when a message is missing or too many.
         text: What was expected and what was found.
     """
 
-    log_time_ns: int
+    stamp_ns: int
     topic: str
     field: str
     text: str
 
     def __str__(self) -> str:
         where = f"{self.topic}.{self.field}" if self.field else self.topic
-        return f"{self.log_time_ns * 1e-9:.9f} s  {where}: {self.text}"
+        return f"{self.stamp_ns * 1e-9:.9f} s  {where}: {self.text}"
 
 
 @dataclass(frozen=True)
@@ -78,7 +79,7 @@ class Comparison:
 
     Attributes:
         compared: Messages compared by absolute topic [1].
-        divergences: The first difference of every message that differs, by log time.
+        divergences: The first difference of every message that differs, by stamp.
     """
 
     compared: dict[str, int]
@@ -106,19 +107,22 @@ def compare_bags(
     divergences = []
     compared = dict.fromkeys(topics, 0)
     for key in sorted({*ours, *theirs}, key=lambda key: (key[1], rank[key[0]])):
-        topic, log_time_ns = key
+        topic, stamp_ns = key
         compared[topic] += min(len(ours[key]), len(theirs[key]))
         differences = _differences(topic, ours[key], theirs[key], tolerances)
-        divergences += [Divergence(log_time_ns, topic, field, text) for field, text in differences]
+        divergences += [Divergence(stamp_ns, topic, field, text) for field, text in differences]
     return Comparison(compared, tuple(divergences))
 
 
 def _grouped(bag: Bag, topics: Sequence[str]) -> defaultdict[tuple[str, int], list[Record]]:
-    """Messages by topic and log time, in the order written."""
+    """Messages by topic and stamp, in the order written."""
     groups: defaultdict[tuple[str, int], list[Record]] = defaultdict(list)
     for record in bag.records:
         if record.name in topics:
-            groups[record.name, record.log_time_ns].append(record)
+            stream = find_stream(record.name)
+            is_stamped = stream is not None and stream.is_stamped
+            stamp_ns = header_stamp_ns(record.cdr) if is_stamped else record.log_time_ns
+            groups[record.name, stamp_ns].append(record)
     return groups
 
 

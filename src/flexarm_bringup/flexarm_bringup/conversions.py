@@ -7,17 +7,13 @@ arrays at the end, what the memory held before: its bytes differ from run to run
 from __future__ import annotations
 
 import importlib
-import struct
 from functools import cache
 from typing import Any
 
 from rclpy.serialization import deserialize_message, serialize_message
 
 from flexarm_bringup.bag_types import bag_types
-from flexarm_model.conversions import NS_PER_S
-
-_LITTLE_ENDIAN = 1  # second byte of the CDR encapsulation
-_STAMP = (struct.Struct(">iI"), struct.Struct("<iI"))
+from flexarm_bringup.cdr import LITTLE_ENDIAN
 
 
 @cache
@@ -45,12 +41,6 @@ def zero_padding(cdr: bytes, kind: str) -> bytes:
     """Return the same message with zeros in the gaps of alignment and nothing after its end."""
     types = bag_types()
     definition = types.get_msgdef(kind)
-    decode = definition.deserialize_cdr_le if cdr[1] & _LITTLE_ENDIAN else definition.deserialize_cdr_be
+    decode = definition.deserialize_cdr_le if cdr[1] & LITTLE_ENDIAN else definition.deserialize_cdr_be
     message, _ = decode(cdr[4:], 0, definition.cls, types)
     return bytes(types.serialize_cdr(message, kind))
-
-
-def header_stamp_ns(cdr: bytes) -> int:
-    """Return the stamp of a serialised message that starts with a std_msgs/Header [ns]."""
-    sec, nanosec = _STAMP[cdr[1] & _LITTLE_ENDIAN].unpack_from(cdr, 4)
-    return int(sec) * NS_PER_S + int(nanosec)

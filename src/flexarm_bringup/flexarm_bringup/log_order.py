@@ -49,8 +49,8 @@ class LockstepLog:
         self._write = write
         self._rank = {stream.topic: i for i, stream in enumerate(streams)}
         self._names = {stream.topic: stream.name for stream in streams}
-        sensors = [stream.topic for stream in streams if stream.is_sensor]
-        self._lockstep = Lockstep(sensors, self._on_complete)
+        self._ticked = {s.topic for s in streams if s.publisher == "rig" and s.topic != "tick"}
+        self._lockstep = Lockstep(self._ticked, self._on_complete)
         self._waiting: list[tuple[int, int, int, str, bytes]] = []  # log time, rank, arrival, topic, CDR
         self._arrivals = 0
         self._now_ns = 0
@@ -58,10 +58,10 @@ class LockstepLog:
     def add(self, stream: Stream, cdr: bytes, stamp_ns: int | None, received_ns: int) -> None:
         """Take a message; see ``ArrivalLog.add``.
 
-        Sensor messages wait for their tick; what the nodes answer bears the tick's stamp; the rest,
+        What the rig sends waits for its tick; what the nodes answer bears the tick's stamp; the rest,
         and what comes from outside, is logged at the newest tick.
         """
-        if stream.is_sensor:
+        if stream.topic in self._ticked:
             self._lockstep.add(stream.topic, cdr)
         elif (
             stamp_ns is None

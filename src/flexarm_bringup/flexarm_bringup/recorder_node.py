@@ -26,7 +26,8 @@ from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile
 
 from flexarm_bringup.bag_writer import BagError, BagWriter
-from flexarm_bringup.conversions import deserialise, header_stamp_ns, message_class
+from flexarm_bringup.cdr import header_stamp_ns
+from flexarm_bringup.conversions import deserialise, message_class
 from flexarm_bringup.log_order import ArrivalLog, LockstepLog
 from flexarm_bringup.provenance import provenance
 from flexarm_bringup.topics import Stream, streams

@@ -30,7 +30,7 @@ def test_the_first_divergence_has_stamp_topic_and_field(tmp_path: Path) -> None:
     result = compare(tmp_path, eta=[1e-3, 2.5e-3])
     assert len(result.divergences) == 1
     first = result.divergences[0]
-    assert (first.log_time_ns, first.topic, first.field) == (PERIOD_NS, MODAL, "eta[1]")
+    assert (first.stamp_ns, first.topic, first.field) == (PERIOD_NS, MODAL, "eta[1]")
     assert str(first) == "0.005000000 s  /flexarm/modal_state.eta[1]: 0.0025, 0.002 expected"
 
 
@@ -81,4 +81,4 @@ def test_an_array_of_other_length_differs(tmp_path: Path) -> None:
 def test_messages_missing_or_too_many_are_named(tmp_path: Path, ticks: int, text: str) -> None:
     result = compare(tmp_path, ticks=ticks)
     assert [(d.topic, d.text) for d in result.divergences] == [(JOINTS, text), (MODAL, text)]
-    assert {d.log_time_ns for d in result.divergences} == {min(ticks, 2) * PERIOD_NS}
+    assert {d.stamp_ns for d in result.divergences} == {min(ticks, 2) * PERIOD_NS}

@@ -5,6 +5,7 @@ from typing import Any
 
 import pytest
 
+from flexarm_bringup.cdr import header_stamp_ns
 from flexarm_bringup.topics import STREAMS
 
 pytestmark = pytest.mark.ros
@@ -51,9 +52,9 @@ def test_content_survives_the_round_trip() -> None:
 
 def test_the_stamp_is_read_from_the_bytes() -> None:
     cdr = conversions.serialise(modal_state(), MODAL)
-    assert conversions.header_stamp_ns(cdr) == 1_700_000_000_999_999_999
+    assert header_stamp_ns(cdr) == 1_700_000_000_999_999_999
     big_endian = bytes([0, 0, 0, 0, 0, 0, 0, 1, 0, 0, 0, 2])
-    assert conversions.header_stamp_ns(big_endian) == 1_000_000_002
+    assert header_stamp_ns(big_endian) == 1_000_000_002
 
 
 @pytest.mark.parametrize("stream", [stream for stream in STREAMS if stream.is_stamped], ids=lambda s: s.topic)
