@@ -33,6 +33,7 @@ setup(
     license="Apache-2.0",
     entry_points={
         "console_scripts": [
+            "commander_node = flexarm_bringup.commander_node:main",
             "recorder_node = flexarm_bringup.recorder_node:main",
             "rig_node = flexarm_bringup.rig_node:main",
             "flexarm = flexarm_bringup.cli:main",

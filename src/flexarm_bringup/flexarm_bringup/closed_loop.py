@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexarm_bringup.motions import Move, reference_of
-from flexarm_bringup.record import Record, stack
+from flexarm_bringup.record import RunRecord, stack
 from flexarm_bringup.sim.hardware import Hardware
 from flexarm_bringup.sim.plant import Plant
 from flexarm_bringup.sim.rig import RigSettings
@@ -46,7 +46,7 @@ class LoopSettings:
 
 def run_closed_loop(
     config: ManipulatorConfig, moves: Sequence[Move], settings: LoopSettings, plant: Plant | None = None
-) -> Record:
+) -> RunRecord:
     """Follow a series of moves under control and return what happened.
 
     Args:

@@ -15,7 +15,7 @@ Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class Record:
+class RunRecord:
     """Truth, torque and estimate at every tick; (k, ...) each.
 
     Attributes:
@@ -40,15 +40,15 @@ class Record:
     eta_sigma: Array
     fresh: NDArray[np.bool_]
 
-    def between(self, start: float, end: float) -> Record:
+    def between(self, start: float, end: float) -> RunRecord:
         """Return the ticks of [start, end]."""
         inside = (self.t >= start - 1e-9) & (self.t <= end + 1e-9)
-        return Record(*(getattr(self, field.name)[inside] for field in fields(self)))
+        return RunRecord(*(getattr(self, field.name)[inside] for field in fields(self)))
 
 
-def stack(ticks: Sequence[Mapping[str, Array]]) -> Record:
+def stack(ticks: Sequence[Mapping[str, Array]]) -> RunRecord:
     """Return the record of rows that each hold one tick under the names of the record's fields."""
-    return Record(**{field.name: np.array([tick[field.name] for tick in ticks]) for field in fields(Record)})
+    return RunRecord(**{field.name: np.array([tick[field.name] for tick in ticks]) for field in fields(RunRecord)})
 
 
 @dataclass(frozen=True)
@@ -68,7 +68,7 @@ class Figures:
     peak_strain: float
 
 
-def judge(record: Record, move: Move, reach: float) -> Figures:
+def judge(record: RunRecord, move: Move, reach: float) -> Figures:
     """Return the figures of a move.
 
     Args:

@@ -30,6 +30,7 @@ from rclpy.node import Node
 from std_msgs.msg import Bool
 from std_srvs.srv import Trigger
 
+from flexarm_bringup.conversions import message_class
 from flexarm_bringup.sim.conversions import (
     applied_effort_msg,
     command_from_msg,
@@ -41,7 +42,7 @@ from flexarm_bringup.sim.conversions import (
 from flexarm_bringup.sim.hardware import Hardware, HardwareSettings
 from flexarm_bringup.sim.rig import RigSettings
 from flexarm_bringup.sim.sensor_simulator import Sample
-from flexarm_bringup.topics import message_class, streams
+from flexarm_bringup.topics import streams
 from flexarm_controller.guard import GuardCommand
 from flexarm_model.config import load_config
 from flexarm_model.conversions import ns_to_stamp, stamp_to_ns

@@ -7,11 +7,11 @@ from collections.abc import Sequence
 import numpy as np
 
 from flexarm_bringup.motions import Move, sample_moves
-from flexarm_bringup.record import Record
+from flexarm_bringup.record import RunRecord
 from flexarm_bringup.sim.rig import Rig
 
 
-def run_servo(rig: Rig, moves: Sequence[Move]) -> Record:
+def run_servo(rig: Rig, moves: Sequence[Move]) -> RunRecord:
     """Move the axis as prescribed and return what happened.
 
     The acceleration of a period is the change of the prescribed velocity, so the velocity is exact at
@@ -29,7 +29,7 @@ def run_servo(rig: Rig, moves: Sequence[Move]) -> Record:
         rig.servo(np.array([value]))
         truths.append(rig.truth())
     nothing = np.full((n + 1, 0), np.nan)
-    return Record(
+    return RunRecord(
         t=np.arange(n + 1) * rig.dt,
         theta=np.array([truth.theta for truth in truths]),
         tip=np.array([truth.tip for truth in truths]),

@@ -7,10 +7,8 @@ in its order, which is the order of cause and effect. Topics are relative to the
 
 from __future__ import annotations
 
-import importlib
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 NAMESPACE = "/flexarm"
 
@@ -99,12 +97,6 @@ def streams(accelerometers: Sequence[str]) -> tuple[Stream, ...]:
         else:
             written.append(stream)
     return tuple(written)
-
-
-def message_class(type_name: str) -> Any:
-    """Return the Python class of a message type "package/msg/Name"."""
-    package, _, name = type_name.split("/")
-    return getattr(importlib.import_module(f"{package}.msg"), name)
 
 
 def find_stream(name: str) -> Stream | None:

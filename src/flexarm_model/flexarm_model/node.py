@@ -160,7 +160,7 @@ class ReadyFlag:
 
 
 def _spin(node: Node, stopping: list[int]) -> None:
-    executor = _executor()
+    executor = events_executor()
     try:
         executor.add_node(node)
         gc.collect()
@@ -176,7 +176,8 @@ def _spin(node: Node, stopping: list[int]) -> None:
         rclpy.try_shutdown()
 
 
-def _executor() -> Any:
+def events_executor() -> Any:
+    """Return the executor of flexarm's nodes: events where rclpy has it, else single-threaded."""
     try:
         from rclpy.experimental.events_executor import EventsExecutor
     except ImportError:  # rclpy before 7.1.4

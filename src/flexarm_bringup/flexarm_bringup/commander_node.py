@@ -1,0 +1,181 @@
+"""Commander node: moves the arm through a series of rest-to-rest motions and ends.
+
+It waits until everybody is ready, sends the series as one reference, waits until the controller has taken
+it, arms the guard, and exits when the last move has had its time: 0 when all was done, 1 with the reason
+when something refused.
+
+Publishes
+    reference (trajectory_msgs/JointTrajectory): once; its stamp is time zero of the series.
+Subscribes
+    controller_status, guard_status, modal_state, joint_states, and ~/ready of the partners.
+Calls
+    rig/arm (std_srvs/Trigger).
+"""
+
+from __future__ import annotations
+
+import sys
+import time
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import rclpy
+from flexarm_interfaces.msg import ControllerStatus, GuardStatus, ModalState
+from rclpy.clock import Clock, ClockType
+from rclpy.node import Node
+from rclpy.signals import SignalHandlerOptions
+from sensor_msgs.msg import JointState
+from std_msgs.msg import Bool
+from std_srvs.srv import Trigger
+from trajectory_msgs.msg import JointTrajectory
+
+from flexarm_bringup.motions import motions, out_and_back, reference_of
+from flexarm_controller.conversions import reference_to_msg
+from flexarm_model.config import load_config
+from flexarm_model.conversions import stamp_to_ns
+from flexarm_model.manipulator_file import find_manipulator
+from flexarm_model.node import LATCHED_QOS, RELIABLE_QOS, SENSOR_QOS, declare_config, events_executor
+from flexarm_model.parameters import ParameterError, parameter
+from flexarm_model.strict_yaml import ConfigError
+
+LOOK_PERIOD = 0.02  # s of wall time between two looks at the state of affairs
+PREPARATION_NS = 300_000_000  # real time: the series starts this much after it was sent
+MOTIONS = ("A", "B", "ZVD")
+
+
+@dataclass(frozen=True)
+class CommanderSettings:
+    """Settings of the commander node."""
+
+    manipulator: str = parameter("single_link", "Name of a manipulator that comes along, or a YAML file.")
+    preset: str = parameter("geared", "Preset of that file; empty for none.")
+    lockstep: bool = parameter(False, "The rig runs in lockstep: time starts at zero when it is armed.")
+    angles: tuple[float, ...] = parameter((10.0, 30.0, 60.0), "Size of the moves, one out and back each.", "deg", 0.1, 170.0)
+    out: str = parameter("A", "Motion on the way out.", choices=MOTIONS)
+    back: str = parameter("ZVD", "Motion on the way back.", choices=MOTIONS)
+    zeta: float = parameter(0.015, "Damping ratio that the shaper counts on.", "1", 0.0, 0.5)
+    partners: tuple[str, ...] = parameter(("model", "estimator", "controller", "rig"), "Nodes to wait for.")
+    patience: float = parameter(60.0, "Longest wait without any progress.", "s", 1.0, 3600.0)
+
+
+class Commander(Node):
+    """Steps: wait for partners, send, wait for the answer, arm, wait for the end."""
+
+    def __init__(self) -> None:
+        """Prepare the series and connect."""
+        super().__init__("commander", namespace="flexarm")
+        s = self.settings = declare_config(self, CommanderSettings)
+        config = load_config(find_manipulator(s.manipulator), s.preset)
+        moves = out_and_back([float(np.radians(angle)) for angle in s.angles], s.out, s.back, motions(s.zeta))
+        self._reference = reference_of(moves, 1.0 / config.rate_hz)
+        self._names = tuple(config.actuated)
+        self._duration_ns = round(moves[-1].slot_end * 1e9)
+        self.outcome: str | None = None  # "" when done, else why not
+        self._zero_ns = 0
+        self._now_ns = -1
+        self._has_state = s.lockstep
+        self._ready = dict.fromkeys(s.partners, False)
+        self._steps = [self._wait_for_partners, self._wait_for_state, self._send, self._wait_for_answer, self._arm, self._wait_for_arming, self._wait_for_end]
+        self._answer = ""
+        self._arming: Any = None
+        self._guard = GuardStatus()
+        self._moved = time.monotonic()
+        self._connect()
+
+    def on_look(self) -> None:
+        """Take the next step if it can be taken."""
+        if self.outcome is not None:
+            return
+        if self._steps[0]():
+            self._steps.pop(0)
+            self._moved = time.monotonic()
+        if not self._steps:
+            self.outcome = ""
+        elif time.monotonic() - self._moved > self.settings.patience:
+            self.outcome = f"no progress for {self.settings.patience:g} s in step '{self._steps[0].__name__.strip('_')}'"
+
+    def _wait_for_partners(self) -> bool:
+        return all(self._ready.values()) and self._publisher.get_subscription_count() > 0
+
+    def _wait_for_state(self) -> bool:
+        return self._has_state and (self.settings.lockstep or self._now_ns > 0)
+
+    def _send(self) -> bool:
+        self._zero_ns = 0 if self.settings.lockstep else self._now_ns + PREPARATION_NS
+        self._publisher.publish(reference_to_msg(self._reference, self._names, self._zero_ns))
+        return True
+
+    def _wait_for_answer(self) -> bool:
+        if self._answer.startswith("reference refused"):
+            self.outcome = self._answer
+        return self._answer.startswith("reference accepted")
+
+    def _arm(self) -> bool:
+        if self._client.service_is_ready():
+            self._arming = self._client.call_async(Trigger.Request())
+        return self._arming is not None
+
+    def _wait_for_arming(self) -> bool:
+        if self._guard.mode == GuardStatus.ARMED:
+            return True
+        if self._arming.done() and not self._arming.result().success:
+            self.outcome = f"rig refused to arm: {self._arming.result().message}"
+        return False
+
+    def _wait_for_end(self) -> bool:
+        if self._guard.mode != GuardStatus.ARMED:
+            self.outcome = f"guard stopped the arm: {self._guard.reason}"
+        return self._now_ns - self._zero_ns >= self._duration_ns
+
+    def _on_joint_states(self, msg: JointState) -> None:
+        if stamp_to_ns(msg.header.stamp) > self._now_ns + self.settings.lockstep:
+            self._moved = time.monotonic()
+        self._now_ns = stamp_to_ns(msg.header.stamp)
+
+    def _on_status(self, msg: ControllerStatus) -> None:
+        if msg.reason.startswith("reference"):
+            self._answer = msg.reason
+
+    def _on_state(self, msg: ModalState) -> None:
+        self._has_state = self._has_state or msg.status == ModalState.OK
+
+    def _on_guard(self, msg: GuardStatus) -> None:
+        self._guard = msg
+
+    def _connect(self) -> None:
+        self._publisher = self.create_publisher(JointTrajectory, "reference", RELIABLE_QOS)
+        self.create_subscription(JointState, "joint_states", self._on_joint_states, SENSOR_QOS)
+        self.create_subscription(ControllerStatus, "controller_status", self._on_status, RELIABLE_QOS)
+        self.create_subscription(GuardStatus, "guard_status", self._on_guard, RELIABLE_QOS)
+        self.create_subscription(ModalState, "modal_state", self._on_state, SENSOR_QOS)
+        for name in self._ready:
+            self.create_subscription(
+                Bool, f"{name}/ready", lambda msg, name=name: self._ready.__setitem__(name, msg.data), LATCHED_QOS
+            )
+        self._client = self.create_client(Trigger, "rig/arm")
+        self.create_timer(LOOK_PERIOD, self.on_look, clock=Clock(clock_type=ClockType.STEADY_TIME))
+
+
+def main() -> int:
+    """Run the node until its series is over; unlike the others it ends by itself."""
+    rclpy.init(args=sys.argv, signal_handler_options=SignalHandlerOptions.NO)
+    try:
+        node = Commander()
+    except (ParameterError, ConfigError) as error:
+        print(f"commander: {error}", file=sys.stderr)
+        rclpy.try_shutdown()
+        return 2
+    executor = events_executor()
+    executor.add_node(node)
+    try:
+        while node.outcome is None:
+            executor.spin_once(timeout_sec=0.1)
+    except KeyboardInterrupt:
+        node.outcome = "interrupted"
+    if node.outcome:
+        print(f"commander: {node.outcome}", file=sys.stderr)
+    executor.shutdown()
+    node.destroy_node()
+    rclpy.try_shutdown()
+    return 1 if node.outcome else 0
