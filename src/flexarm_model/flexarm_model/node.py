@@ -26,7 +26,8 @@ from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.signals import SignalHandlerOptions
 from std_msgs.msg import Bool
 
-from flexarm_model.parameters import ParameterError, validate
+from flexarm_model.overrides import apply_overrides
+from flexarm_model.parameters import ParameterError
 from flexarm_model.strict_yaml import ConfigError
 
 SENSOR_QOS = QoSProfile(depth=50, reliability=ReliabilityPolicy.BEST_EFFORT)
@@ -98,16 +99,11 @@ def declare_config(node: Node, config_class: type[Config], complete: bool = True
     Raises:
         ParameterError: A value is of the wrong type or outside its range, or a key is unknown.
     """
+    given = {name: item.value for name, item in node._parameter_overrides.items() if item.value is not None}
+    config = apply_overrides(config_class, given)
     hints = get_type_hints(config_class)
-    values = {}
     for item in fields(config_class):  # type: ignore[arg-type]
-        given = node._parameter_overrides.get(item.name)
-        default = item.default if given is None or given.value is None else given.value
-        values[item.name] = _coerce(item.name, default, hints[item.name])
-    config = config_class(**values)
-    validate(config)
-    for item in fields(config_class):  # type: ignore[arg-type]
-        _declare(node, item.name, values[item.name], hints[item.name], item.metadata)
+        _declare(node, item.name, getattr(config, item.name), hints[item.name], item.metadata)
     if complete:
         refuse_unknown_parameters(node)
     return config
@@ -185,24 +181,6 @@ def events_executor() -> Any:
 
         return SingleThreadedExecutor()
     return EventsExecutor()
-
-
-def _coerce(name: str, value: Any, hint: Any) -> Any:
-    """Return ``value`` in the type of the field; integers are accepted for doubles."""
-    is_array = get_origin(hint) is tuple
-    wanted = get_args(hint)[0] if is_array else hint
-    elements = list(value) if not isinstance(value, str) and hasattr(value, "__iter__") else [value]
-    has_shape = is_array == (hasattr(value, "__iter__") and not isinstance(value, str))
-    if not has_shape or not all(_fits(element, wanted) for element in elements):
-        kind = f"a list of {wanted.__name__}" if is_array else wanted.__name__
-        raise ParameterError(f"{name}: {value!r} is not {kind}")
-    return tuple(map(wanted, elements)) if is_array else wanted(value)
-
-
-def _fits(value: Any, wanted: type) -> bool:
-    if wanted is float:
-        return isinstance(value, int | float) and not isinstance(value, bool)
-    return type(value) is wanted
 
 
 def _declare(node: Node, name: str, value: Any, hint: Any, about: Mapping[str, Any]) -> None:
