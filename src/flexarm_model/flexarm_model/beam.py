@@ -101,13 +101,12 @@ class BeamMesh:
         rows = np.zeros((x.size, 6, self.n_dof))
         e, s, h = self._locate(x)
         linear, bend, slope = _linear(s), _hermite(s, h), _hermite_d1(s, h)
-        for k in range(x.size):
-            a, b = 6 * e[k], 6 * e[k] + 6
-            rows[k, 0, [a, b]] = rows[k, 3, [a + 3, b + 3]] = linear[k]
-            rows[k, 1, [a + 1, a + 5, b + 1, b + 5]] = bend[k]
-            rows[k, 5, [a + 1, a + 5, b + 1, b + 5]] = slope[k]
-            rows[k, 2, [a + 2, a + 4, b + 2, b + 4]] = bend[k] * _FLIP
-            rows[k, 4, [a + 2, a + 4, b + 2, b + 4]] = -slope[k] * _FLIP
+        k, first = np.arange(x.size)[:, None], 6 * e[:, None]
+        rows[k, 0, first + _STRETCH] = rows[k, 3, first + _TORSION] = linear
+        rows[k, 1, first + _BEND_Y] = bend
+        rows[k, 5, first + _BEND_Y] = slope
+        rows[k, 2, first + _BEND_Z] = bend * _FLIP
+        rows[k, 4, first + _BEND_Z] = -slope * _FLIP
         return rows
 
     def deformation(self, x: Array) -> Array:
@@ -117,12 +116,11 @@ class BeamMesh:
         """
         rows = np.zeros((x.size, 4, self.n_dof))
         e, s, h = self._locate(x)
-        curvature = _hermite_d2(s, h)
-        for k in range(x.size):
-            a, b = 6 * e[k], 6 * e[k] + 6
-            rows[k, 0, [a, b]] = rows[k, 1, [a + 3, b + 3]] = np.array([-1.0, 1.0]) / h[k]
-            rows[k, 3, [a + 1, a + 5, b + 1, b + 5]] = curvature[k]
-            rows[k, 2, [a + 2, a + 4, b + 2, b + 4]] = curvature[k] * _FLIP
+        curvature, rate = _hermite_d2(s, h), np.array([-1.0, 1.0]) / h[:, None]
+        k, first = np.arange(x.size)[:, None], 6 * e[:, None]
+        rows[k, 0, first + _STRETCH] = rows[k, 1, first + _TORSION] = rate
+        rows[k, 3, first + _BEND_Y] = curvature
+        rows[k, 2, first + _BEND_Z] = curvature * _FLIP
         return rows
 
     def matrices(self) -> tuple[Array, Array]:
@@ -148,6 +146,9 @@ class BeamMesh:
         return element, (x - self.nodes[element]) / h, h
 
 
+# displacements of an element's two ends that each deformation moves
+_STRETCH, _TORSION = np.array([0, 6]), np.array([3, 9])
+_BEND_Y, _BEND_Z = np.array([1, 5, 7, 11]), np.array([2, 4, 8, 10])
 _FLIP = np.array([1.0, -1.0, 1.0, -1.0])  # uz bends with -ry where uy bends with +rz
 
 

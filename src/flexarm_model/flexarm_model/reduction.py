@@ -14,6 +14,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import eigh
+from scipy.sparse.csgraph import connected_components
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.intp]
@@ -42,15 +43,16 @@ def craig_bampton(M: Array, K: Array, boundary: Indices, n_modes: int) -> Array:
     inner = np.ix_(interior, interior)
     modes = np.zeros((K.shape[0], n_modes))
     if n_modes:
-        _, modes[interior] = eigh(K[inner], M[inner], subset_by_index=[0, n_modes - 1])
+        modes[interior] = _eigen(K[inner], M[inner])[1][:, :n_modes]
     return np.hstack([_constraint_modes(K, boundary), modes])
 
 
 def mode_basis(M: Array, K: Array, basis: Array, n_modes: int) -> tuple[Array, Array]:
     """Return the ``n_modes`` slowest modes within a basis, and their frequencies.
 
-    The sign of a mode is fixed by its largest component, so that results do not depend on the
-    eigen-solver's taste.
+    The sign of a mode is fixed by its largest component, and displacements that nothing couples are
+    solved apart, so that results do not depend on the eigen-solver's taste: a round tube has a mode
+    along y and one along z, not two in between.
 
     Args:
         M: Mass, (n, n).
@@ -62,10 +64,22 @@ def mode_basis(M: Array, K: Array, basis: Array, n_modes: int) -> tuple[Array, A
         Mass-normalised modes (n, n_modes) and angular frequencies [rad/s] (n_modes,).
     """
     K_r, M_r = basis.T @ K @ basis, basis.T @ M @ basis
-    value, vector = eigh((K_r + K_r.T) / 2, (M_r + M_r.T) / 2)
+    value, vector = _eigen((K_r + K_r.T) / 2, (M_r + M_r.T) / 2)
     modes = basis @ vector[:, :n_modes]
     peak = modes[np.argmax(abs(modes), axis=0), np.arange(modes.shape[1])]
     return modes * np.sign(peak), np.sqrt(np.maximum(value[:n_modes], 0.0))
+
+
+def _eigen(K: Array, M: Array) -> tuple[Array, Array]:
+    """Return eigenvalues, ascending, and mass-normalised vectors that are zero where nothing couples."""
+    n_parts, part = connected_components((K != 0) | (M != 0), directed=False)
+    values, vectors = np.zeros(K.shape[0]), np.zeros(K.shape)
+    for number in range(n_parts):
+        index = np.flatnonzero(part == number)
+        inner = np.ix_(index, index)
+        values[index], vectors[inner] = eigh(K[inner], M[inner])
+    order = np.argsort(values, kind="stable")
+    return values[order], vectors[:, order]
 
 
 def _constraint_modes(K: Array, boundary: Indices) -> Array:

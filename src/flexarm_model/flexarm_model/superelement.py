@@ -26,8 +26,6 @@ from flexarm_model.reduction import craig_bampton, guyan, mode_basis
 
 Array = NDArray[np.float64]
 
-ROUND_OFF = 1e-15  # relative; below this an integral is zero
-
 
 @dataclass(frozen=True)
 class NodeShape:
@@ -127,7 +125,6 @@ def _from_beam(beam: Beam, interfaces: Collection[str]) -> Superelement:
     P = np.sum(
         [np.einsum("k,kai,kbj->abij", weight[key], N[key], N[key], optimize=True) for key in N], axis=0
     )
-    P[abs(P) < ROUND_OFF * abs(P).max()] = 0.0  # structural zeros keep the generated code short
     K = np.diag(omega**2)
     D = np.diag(2 * beam.damping_ratio * omega)
     nodes = {name: _node_shape(mesh, basis, station) for name, station in beam.nodes.items()}
@@ -171,7 +168,8 @@ def _fields(mesh: BeamMesh, basis: Array, x: Array) -> dict[str, Array]:
     u = mesh.displacement(x) @ basis  # (k, 6, n)
     ux, uy, uz, rx, ry, rz = (u[:, i] for i in range(6))
     zero, one, none = np.zeros_like(rx), np.ones(x.size), np.zeros(x.size)
-    shortening = np.stack([_shortening(mesh, basis, x)[:, i, j] for i, j in pairs(basis.shape[1])], axis=1)
+    i, j = np.triu_indices(basis.shape[1])  # the order of ``pairs``
+    shortening = _shortening(mesh, basis, x)[:, i, j]
     n_pairs = shortening.shape[1]
     second = np.zeros((x.size, n_pairs, 3))
     flat = second.copy()
@@ -188,16 +186,20 @@ def _fields(mesh: BeamMesh, basis: Array, x: Array) -> dict[str, Array]:
 
 def _shortening(mesh: BeamMesh, basis: Array, x: Array) -> Array:
     """Return ``-int_0^x (uy_i' uy_j' + uz_i' uz_j') dx``, (k, n, n)."""
-    point, weight = np.polynomial.legendre.leggauss(5)  # slopes are quadratic: exact to degree 9
-    n = basis.shape[1]
-    out = np.zeros((x.size, n, n))
-    for k, end in enumerate(x):
-        cuts = np.append(mesh.nodes[mesh.nodes < end - 1e-12], end)
-        half, middle = np.diff(cuts) / 2, (cuts[1:] + cuts[:-1]) / 2
-        if half.size:
-            slope = mesh.displacement((middle[:, None] + half[:, None] * point).ravel())[:, 4:] @ basis
-            out[k] = -np.einsum("k,kdi,kdj->ij", (half[:, None] * weight).ravel(), slope, slope)
-    return out
+    starts = mesh.nodes[:-1]
+    element = np.clip(np.searchsorted(mesh.nodes, x, side="right") - 1, 0, starts.size - 1)
+    whole = _slope_products(mesh, basis, starts, mesh.nodes[1:])
+    before = np.concatenate([np.zeros_like(whole[:1]), np.cumsum(whole, axis=0)])
+    return -(before[element] + _slope_products(mesh, basis, starts[element], x))
+
+
+def _slope_products(mesh: BeamMesh, basis: Array, start: Array, end: Array) -> Array:
+    """Return the integral of the products of slopes over each interval, (k, n, n)."""
+    point, weight = np.polynomial.legendre.leggauss(3)  # slopes are quadratic: exact to degree 5
+    half, middle = (end - start) / 2, (end + start) / 2
+    slope = mesh.displacement((middle[:, None] + half[:, None] * point).ravel())[:, 4:] @ basis
+    slope = slope.reshape(start.size, point.size, 2, -1)
+    return np.asarray(np.einsum("k,p,kpdi,kpdj->kij", half, weight, slope, slope, optimize=True))
 
 
 def _node_shape(mesh: BeamMesh, basis: Array, station: float) -> NodeShape:
