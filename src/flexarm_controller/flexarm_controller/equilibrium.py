@@ -1,11 +1,12 @@
-"""Equilibrium of the arm at a reference: state and torque that keep it there.
+"""The state and torque that go with a reference when the modes do not vibrate.
 
-With ``r = [theta_r; theta_r']`` and the unmodelled torque ``d``, from the served model::
+With ``r = [theta_r; theta_r'; theta_r'']`` and the unmodelled torque ``d``, from the served model::
 
     x_r = X r + x_0          u_r = U r + u_0 - d
 
-The modes rest where stiffness and static force put them; ``U`` carries joint springs and
-viscous joint friction.
+Modes deflect as stiffness, static force and the inertia of a steady acceleration ask,
+``K_ee eta = -K_et (theta_r - pose) - M_et theta_r'' - f_e``; what is left of their motion is
+vibration. ``U`` carries joint springs, viscous joint friction and the inertia of the arm.
 """
 
 from __future__ import annotations
@@ -24,9 +25,9 @@ class Equilibrium:
     """Affine maps from the reference; see the module.
 
     Attributes:
-        X: State per reference, (n_x, 2 n_theta).
+        X: State per reference, (n_x, 3 n_theta).
         x_0: State at zero reference, (n_x,).
-        U: Torque per reference, (n_theta, 2 n_theta).
+        U: Torque per reference, (n_theta, 3 n_theta).
         u_0: Torque at zero reference, (n_theta,).
     """
 
@@ -36,19 +37,20 @@ class Equilibrium:
     u_0: Array
 
 
-def build_equilibrium(model: ReducedModel, ff=(0.0, 0.0)) -> Equilibrium:
-    """Solve the static equations of ``model``, whose input acts on the axes alone."""
+def build_equilibrium(model: ReducedModel) -> Equilibrium:
+    """Solve the quasi-static equations of ``model``, whose input acts on the axes alone."""
     n, m = model.n, model.n_theta
     K_te, K_ee = model.K[:m, m:], model.K[m:, m:]
-    eta = -np.linalg.solve(K_ee, np.column_stack([K_te.T, model.f0[m:]]))  # (n_eta, m + 1)
+    forces = np.hstack([K_te.T, model.M[m:, :m], model.f0[m:, None]])
+    eta = -np.linalg.solve(K_ee, forces)  # (n_eta, 2 m + 1): per position, per acceleration, static
+    per_position, per_acceleration, static = eta[:, :m], eta[:, m : 2 * m], eta[:, 2 * m]
     X = np.zeros((2 * n, 3 * m))
     X[:m, :m] = np.eye(m)
-    X[m:n, :m] = eta[:, :m]
-    X[n : n + m, m:2*m] = np.eye(m)
-    qs = -np.linalg.solve(K_ee, model.M[m:, :m])
-    X[m:n, 2*m:] = ff[0]*qs
-    stiffness = model.K[:m, :m] + K_te @ eta[:, :m]
+    X[m:n, :m], X[m:n, 2 * m :] = per_position, per_acceleration
+    X[n : n + m, m : 2 * m] = np.eye(m)
+    stiffness = model.K[:m, :m] + K_te @ per_position
+    inertia = model.M[:m, :m] + K_te @ per_acceleration
     x_0 = np.zeros(2 * n)
-    x_0[m:n] = eta[:, m] - eta[:, :m] @ model.pose
-    u_0 = model.f0[:m] + K_te @ eta[:, m] - stiffness @ model.pose
-    return Equilibrium(X, x_0, np.hstack([stiffness, model.D[:m, :m], ff[1]*(model.M[:m, :m] + K_te @ qs)]), u_0)
+    x_0[m:n] = static - per_position @ model.pose
+    u_0 = model.f0[:m] + K_te @ static - stiffness @ model.pose
+    return Equilibrium(X, x_0, np.hstack([stiffness, model.D[:m, :m], inertia]), u_0)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,7 +14,7 @@ from flexarm_controller.interior_first import InteriorFirst
 from flexarm_controller.limits import Limits
 from flexarm_controller.osqp_solver import OsqpSolver
 from flexarm_controller.prediction import plant
-from flexarm_controller.problem import Known, Problem, build_problem
+from flexarm_controller.problem import Problem, build_problem
 from flexarm_controller.qp import QpResult, QpSolver
 from flexarm_controller.reference import Reference
 from flexarm_controller.settings import MpcConfig
@@ -49,10 +50,11 @@ class Mpc:
     def __init__(self, model: ReducedModel, limits: Limits, config: MpcConfig, dt: float) -> None:
         """Build the program of ``model`` for control period ``dt`` [s]."""
         self._system = plant(model, dt)
-        self._known = Known(model.n, model.n_theta, config.horizon)
         self._problem = build_problem(model, limits, config, dt)
+        self._known = self._problem.known
         self._solver = build_solver(self._problem, config)
         self._p = np.zeros(self._known.size)
+        self._delay = config.delay_periods
         self._ahead = (config.delay_periods + np.arange(config.horizon + 1)) * dt
         self._empty = np.zeros((0, model.n_theta))
         self._warm: Array | None = None
@@ -78,7 +80,7 @@ class Mpc:
 
     def _fill(self, state: ArmState, reference: Reference, sent: Array) -> None:
         x, s, known = state.x, self._system, self._known
-        for torque in sent[: len(sent) if self._ahead[0] > 0 else 0]:
+        for torque in sent[: self._delay]:
             x = s.A @ x + s.B @ (torque + state.d) + s.c
         theta, theta_dot, theta_ddot = reference.sample(state.t + self._ahead)
         self._p[known.x] = x
@@ -87,19 +89,16 @@ class Mpc:
         self._p[known.reference] = np.hstack([theta, theta_dot, theta_ddot]).ravel()
 
     def _binding(self, x: Array, l: Array, u: Array) -> tuple[str, ...]:  # noqa: E741
-        y = self._problem.A @ x
-        near = (u - y < BINDING) | (y - l < BINDING)
-        names = {self._problem.row_names[i] for i in np.flatnonzero(near)}
-        return tuple(sorted(name for name in names if not name.startswith("slack")))
+        y = self._problem.rows.A @ x
+        near = np.flatnonzero((u - y < BINDING) | (y - l < BINDING))
+        return tuple(sorted({self._problem.rows.names[i] for i in near} - {""}))
 
 
 def build_solver(problem: Problem, config: MpcConfig) -> QpSolver:
     """Return the solver that the settings ask for, behind the interior check."""
-    n_s = sum(name.startswith("slack") for name in problem.row_names)
-    backends = {
-        "osqp": lambda: OsqpSolver(
-            problem.P, problem.A, config.tolerance, config.max_iterations, config.time_limit
-        ),
-        "daqp": lambda: DaqpSolver(problem.P, problem.A, config.max_iterations),
+    P, A = problem.P, problem.rows.A
+    backends: dict[str, Callable[[], QpSolver]] = {
+        "osqp": lambda: OsqpSolver(P, A, config.tolerance, config.max_iterations, config.time_limit),
+        "daqp": lambda: DaqpSolver(P, A, config.max_iterations),
     }
-    return InteriorFirst(problem.P, problem.A, problem.P.shape[0] - n_s, backends[config.backend]())
+    return InteriorFirst(P, A, problem.n_v, backends[config.backend]())

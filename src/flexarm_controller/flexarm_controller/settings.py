@@ -13,23 +13,21 @@ class MpcConfig:
 
     horizon: int = parameter(40, "Periods that are looked ahead.", minimum=2, maximum=400)
     blocks: tuple[int, ...] = parameter(
-        (1,) * 8 + (2,) * 8 + (4,) * 4, "Periods over which each planned torque is held; sum = horizon.", minimum=1
+        (1,) * 4 + (2,) * 18, "Periods over which each planned torque is held; sum = horizon.", minimum=1
     )
     delay_periods: int = parameter(1, "Periods between a state and the torque computed from it.", minimum=0, maximum=10)
-    position_error: float = parameter(1e-3, "Joint error that costs 1.", "rad", minimum=1e-9)
-    velocity_error: float = parameter(0.05, "Joint velocity error that costs 1.", "rad/s", minimum=1e-9)
-    modal_energy: float = parameter(1e-4, "Energy of the modes that costs 1.", "J", minimum=1e-12)
+    position_error: float = parameter(7e-3, "Joint error that costs 1.", "rad", minimum=1e-9)
+    velocity_error: float = parameter(0.09, "Joint velocity error that costs 1.", "rad/s", minimum=1e-9)
+    modal_energy: float = parameter(3.5e-4, "Energy of the modes that costs 1.", "J", minimum=1e-12)
     modal_cutoff_hz: float = parameter(
-        20.0, "Modes well above it are left to their own damping.", "Hz", minimum=1e-3
+        10.0, "Modes well above it are left to their own damping.", "Hz", minimum=1e-3
     )
     input_acceleration: float = parameter(
-        20.0, "Torque that costs 1, as acceleration of the joint's inertia.", "rad/s^2", minimum=1e-6
+        4.5, "Torque that costs 1, as acceleration of the joint's inertia.", "rad/s^2", minimum=1e-6
     )
     input_jerk: float = parameter(
-        200.0, "Rate of torque that costs 1, as jerk of the joint's inertia.", "rad/s^3", minimum=1e-6
+        55.0, "Rate of torque that costs 1, as jerk of the joint's inertia.", "rad/s^3", minimum=1e-6
     )
-    ff_modes: float = parameter(0.0, "x")
-    ff_torque: float = parameter(0.0, "x")
     strain_margin: float = parameter(
         0.1, "Share of the strain limit kept free for estimation errors.", minimum=0.0, maximum=0.9
     )

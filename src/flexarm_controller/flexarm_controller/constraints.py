@@ -1,0 +1,89 @@
+"""The limits as rows ``l_0 + b_p p <= A [v; s] <= u_0 + b_p p``, all of order one.
+
+Unknowns are the torques of the blocks in units of the effort limit, and one slack per soft
+output in units of that output's limit. Torque and its rate are hard: a plan that keeps them
+always exists, because the torque sent before keeps them. Soft outputs may exceed their limit by
+the slack.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexarm_controller.limits import Limits
+from flexarm_controller.penalties import Known
+from flexarm_controller.prediction import Prediction
+from flexarm_controller.soft_outputs import SoftOutputs
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Constraints:
+    """Rows of the program.
+
+    Attributes:
+        A: Per unknown, (m, n_v + n_s).
+        b_p: Shift of both bounds per known quantity, (m, n_p).
+        l: Lower bound at p = 0, (m,).
+        u: Upper bound at p = 0, (m,).
+        names: "torque:axis", "rate:axis", "strain:gauge", "velocity:axis"; "" of a slack, (m,).
+    """
+
+    A: Array
+    b_p: Array
+    l: Array  # noqa: E741
+    u: Array
+    names: tuple[str, ...]
+
+
+def constrain(
+    prediction: Prediction, soft: SoftOutputs, limits: Limits, axes: Sequence[str], known: Known, dt: float
+) -> Constraints:
+    """Write the rows for control period ``dt`` [s]; ``axes`` are the names of the actuated axes."""
+    n_v, n_s = prediction.G.shape[1], len(soft.names)
+    slack = Constraints(
+        np.eye(n_v + n_s)[n_v:], np.zeros((n_s, known.size)), np.zeros(n_s), np.full(n_s, np.inf), ("",) * n_s
+    )
+    parts = [_torque(n_v, n_s, limits, axes, known, dt), _soft(prediction, soft, limits, known), slack]
+    return Constraints(
+        np.vstack([part.A for part in parts]), np.vstack([part.b_p for part in parts]),
+        np.concatenate([part.l for part in parts]), np.concatenate([part.u for part in parts]),
+        tuple(name for part in parts for name in part.names),
+    )  # fmt: skip
+
+
+def _torque(n_v: int, n_s: int, limits: Limits, axes: Sequence[str], known: Known, dt: float) -> Constraints:
+    n_u, blocks = known.n_u, n_v // known.n_u
+    step = np.tile(np.minimum(limits.effort_rate * dt / limits.effort, 2.0), blocks)
+    before = np.zeros((2 * n_v, known.size))
+    before[n_v : n_v + n_u, known.u_before] = np.diag(1 / limits.effort)
+    bound = np.concatenate([np.ones(n_v), step])
+    names = [f"{kind}:{axis}" for kind in ("torque", "rate") for _ in range(blocks) for axis in axes]
+    itself = np.eye(n_v, n_v + n_s)
+    A = np.vstack([itself, itself - np.eye(n_v, n_v + n_s, k=-n_u)])
+    return Constraints(A, before, -bound, bound, tuple(names))
+
+
+def _soft(prediction: Prediction, soft: SoftOutputs, limits: Limits, known: Known) -> Constraints:
+    n_s, N, n_x = len(soft.names), known.N, known.n_x
+    blocks = prediction.G.shape[1] // known.n_u
+
+    def output(states: Array) -> Array:  # (N n_x, k) -> (N n_s, k)
+        stacked = states.reshape(N, n_x, -1)
+        return np.asarray(np.einsum("sx,kxj->ksj", soft.C, stacked).reshape(N * n_s, -1))
+
+    G = output(prediction.G) * np.tile(limits.effort, blocks)
+    relax = np.tile(np.eye(n_s), (N, 1))
+    b_p = np.zeros((N * n_s, known.size))
+    b_p[:, known.x], b_p[:, known.d] = -output(prediction.F), -output(prediction.H)
+    bias = output(prediction.h)[:, 0] + np.tile(soft.y_0, N)
+    open_ = np.full(N * n_s, np.inf)
+    return Constraints(
+        np.vstack([np.hstack([G, -relax]), np.hstack([G, relax])]), np.vstack([b_p, b_p]),
+        np.concatenate([-open_, -1 - bias]), np.concatenate([1 - bias, open_]), 2 * N * soft.names,
+    )  # fmt: skip
