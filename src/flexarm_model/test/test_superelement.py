@@ -21,9 +21,10 @@ from flexarm_model.description import Reduction, RigidBody
 from flexarm_model.superelement import Superelement, pairs, reduce_body
 
 L, RHO = BAR.length, BAR.density
-TIP = 0.05  # mass at the end [kg]
+TIP = 0.2  # mass at the end [kg]
 KINDS = ("bend_y", "bend_z", "torsion", "stretch")
-N = 8  # modes: four of bend_y, two or three of bend_z, one of torsion
+N = 12  # modes: five or six of bend_y, four of bend_z, one or two of torsion and of stretch
+J = 2e-11  # torsion constant: soft enough that these modes twist, too [m^4]
 
 
 Array = NDArray[np.float64]
@@ -43,7 +44,7 @@ ZERO = np.zeros_like(X)
 
 
 def bending(axis: int, I: float) -> list[Mode]:  # noqa: E741
-    modes = cantilever(BAR.E, I, RHO * BAR.area, L, TIP, L, 5, rho_I=RHO * I)
+    modes = cantilever(BAR.E, I, RHO * BAR.area, L, TIP, L, 7, rho_I=RHO * I)
     found = []
     for omega, shape in zip(modes.omega, modes.shapes, strict=True):
 
@@ -80,7 +81,7 @@ def rod(speed: float, inertia: float, mass: float, twist: bool) -> list[Mode]:
 @pytest.fixture(scope="module")
 def modes() -> list[Mode]:
     J_p = BAR.I_y + BAR.I_z
-    torsion = rod(np.sqrt(BAR.G * BAR.torsion_constant / (RHO * J_p)), RHO * J_p, 0.0, True)
+    torsion = rod(np.sqrt(BAR.G * J / (RHO * J_p)), RHO * J_p, 0.0, True)
     stretch = rod(np.sqrt(BAR.E / RHO), RHO * BAR.area, TIP, False)
     found = bending(1, BAR.I_z) + bending(2, BAR.I_y) + torsion + stretch
     return sorted(found, key=lambda mode: mode.omega)[:N]
@@ -88,7 +89,7 @@ def modes() -> list[Mode]:
 
 @pytest.fixture(scope="module")
 def body() -> Superelement:
-    beam = bar(KINDS, elements=48, point_masses=tip_mass(TIP))
+    beam = bar(KINDS, elements=64, torsion_constant=J, point_masses=tip_mass(TIP))
     beam = replace(beam, reduction=Reduction("craig_bampton", N, "clamped"))
     return reduce_body(replace(beam, nodes={**beam.nodes, "middle": 0.3}), {"root"})
 
@@ -126,8 +127,8 @@ def oracle(body: Superelement, modes: list[Mode]) -> Integrals:
 
 
 def test_frequencies_are_those_of_the_exact_body(body: Superelement, modes: list[Mode]) -> None:
-    # linear elements twist with an error of (k h)^2 / 24 = 4e-5
-    assert body.omega == pytest.approx([mode.omega for mode in modes], rel=1e-4)
+    # linear elements twist with an error of (k h)^2 / 24; k h = 3 pi / 2 / 64 for the second mode
+    assert body.omega == pytest.approx([mode.omega for mode in modes], rel=2.5e-4)
 
 
 def test_first_moments_are_volume_integrals(body: Superelement, oracle: Integrals) -> None:
@@ -146,7 +147,7 @@ def test_what_nothing_couples_is_exactly_zero(body: Superelement) -> None:
     """A mode bends one way or the other; rounding in between would double the generated code."""
     end = body.nodes["end"]
     moves = np.vstack([end.Phi, end.Psi[:1]]) != 0
-    assert (moves.sum(axis=0) == 1).all() and moves.any(axis=1).sum() >= 3
+    assert (moves.sum(axis=0) == 1).all() and moves.any(axis=1).all()
 
 
 def test_a_round_tube_has_modes_along_its_axes() -> None:
