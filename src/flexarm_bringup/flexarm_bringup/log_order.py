@@ -10,6 +10,7 @@ from __future__ import annotations
 import heapq
 from collections.abc import Callable, Sequence
 
+from flexarm_bringup.cdr import header_stamp_ns
 from flexarm_bringup.topics import Stream
 from flexarm_model.lockstep import Lockstep, Messages
 
@@ -78,9 +79,13 @@ class LockstepLog:
 
     def close(self) -> int:
         """Write what is left and return how many messages of announced ticks never came."""
+        lost = sum(self._lockstep.missing().values())
+        for topic, received in self._lockstep.take_rest().items():
+            for cdr in received:
+                self._keep(max(self._now_ns, header_stamp_ns(cdr)), topic, cdr)
         while self._waiting:
             self._write_next()
-        return sum(self._lockstep.missing().values())
+        return lost
 
     def _on_complete(self, stamp_ns: int, messages: Messages) -> None:
         self._now_ns = max(self._now_ns, stamp_ns)

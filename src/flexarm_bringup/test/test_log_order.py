@@ -1,5 +1,7 @@
 """A recording of a lockstep run has the same order whatever the order of arrival."""
 
+import struct
+
 import numpy as np
 import pytest
 
@@ -18,7 +20,9 @@ def lockstep_log() -> tuple[LockstepLog, Written]:
 
 def send(log: LockstepLog, topic: str, k: int, delay: int = 0) -> None:
     """Send message ``k`` of a topic, stamped ``delay`` periods before its tick."""
-    log.add(STREAMS[topic], f"{topic}{k}".encode(), (k - delay) * PERIOD_NS, received_ns=-1)
+    stamp_ns = (k - delay) * PERIOD_NS
+    cdr = struct.pack("<4xiI", 0, stamp_ns).replace(b"\0\0\0\0", b"\0\1\0\0", 1) + f"{topic}{k}".encode()
+    log.add(STREAMS[topic], cdr, stamp_ns, received_ns=-1)
 
 
 def announce(log: LockstepLog, k: int, with_camera: bool) -> None:
@@ -53,7 +57,8 @@ def test_log_times_are_those_of_the_ticks_and_never_fall() -> None:
     times = [log_time for _, log_time, _ in written]
     assert times == sorted(times)
     late = [(name, log_time, cdr) for name, log_time, cdr in written if "camera" in name][0]
-    assert late == ("/flexarm/camera/pose", 2 * PERIOD_NS, b"camera/pose2")
+    assert late[:2] == ("/flexarm/camera/pose", 2 * PERIOD_NS)
+    assert late[2].endswith(b"camera/pose2")
 
 
 def test_cause_comes_before_effect_within_a_tick() -> None:
@@ -101,6 +106,18 @@ def test_a_lost_message_is_counted() -> None:
     send(log, "joint_states", 0)
     announce(log, 0, with_camera=True)
     assert log.close() == 2  # imu and camera
+
+
+def test_what_follows_the_last_tick_is_kept() -> None:
+    log, written = lockstep_log()
+    send(log, "joint_states", 0)
+    log.announce(0, 0, ["joint_states"], [1])
+    send(log, "guard_status", 1)
+    assert log.close() == 0
+    assert [(name, time) for name, time, _ in written] == [
+        ("/flexarm/joint_states", 0),
+        ("/flexarm/guard_status", PERIOD_NS),
+    ]
 
 
 @pytest.mark.parametrize("topic", ["joint_states", "modal_state", "reference"])

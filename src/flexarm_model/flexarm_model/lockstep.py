@@ -70,6 +70,13 @@ class Lockstep:
         short = {topic: n - len(self._queues[topic]) for topic, n in self._ticks[0].counts.items()}
         return {topic: n for topic, n in short.items() if n > 0}
 
+    def take_rest(self) -> Messages:
+        """Return, and forget, what no tick has asked for yet: what was sent after the last one."""
+        rest = {topic: list(queue) for topic, queue in self._queues.items() if queue}
+        for queue in self._queues.values():
+            queue.clear()
+        return rest
+
     def _hand_over(self) -> None:
         while self._ticks and not self.missing():
             tick = self._ticks.popleft()

@@ -79,6 +79,16 @@ def test_a_restarted_rig_does_not_leave_an_old_tick_waiting() -> None:
     assert done == [(0, {"strain": ["old"]}), (0, {"strain": ["new"]})]
 
 
+def test_what_comes_after_the_last_tick_can_be_taken() -> None:
+    lockstep, done = collector()
+    lockstep.announce(0, 0, ["strain"], [1])
+    for value in "abc":
+        lockstep.add("strain", value)
+    assert lockstep.take_rest() == {"strain": ["b", "c"]}
+    assert lockstep.take_rest() == {}
+    assert len(done) == 1
+
+
 def test_a_tick_whose_counts_do_not_match_its_topics_is_refused() -> None:
     lockstep, _ = collector()
     with pytest.raises(ValueError, match="zip"):
