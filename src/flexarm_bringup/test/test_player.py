@@ -1,0 +1,108 @@
+"""The player hands every record to the side that wants it, in the order of the bag."""
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import pytest
+
+from flexarm_bringup.bag_reader import Record
+from flexarm_bringup.topics import find_stream
+
+pytestmark = pytest.mark.ros
+pytest.importorskip("flexarm_bringup.conversions", reason="needs ROS and flexarm_interfaces")
+
+from flexarm_bringup.conversions import message_class, serialise  # noqa: E402
+from flexarm_bringup.player import Player  # noqa: E402
+from flexarm_model.conversions import ns_to_stamp, stamp_to_ns  # noqa: E402
+
+PERIOD_NS = 5_000_000
+
+
+@dataclass(frozen=True)
+class Sent:
+    topic: str
+    msg: Any
+
+
+@dataclass
+class Sides:
+    """Estimator and controller that only note what they are given."""
+
+    calls: list[str] = field(default_factory=list)
+
+    def on_model(self, msg: Any) -> list[Sent]:
+        self.calls.append("model")
+        return []
+
+    def on_sensor(self, topic: str, msg: Any) -> None:
+        self.calls.append(topic)
+
+    def step(self, stamp_ns: int) -> list[Sent]:
+        self.calls.append(f"step {stamp_ns // PERIOD_NS}")
+        state = message_class("flexarm_interfaces/msg/ModalState")()
+        state.header.stamp = ns_to_stamp(stamp_ns)
+        return [Sent("modal_state", state), Sent("end_effector", message_class("nav_msgs/msg/Odometry")())]
+
+    def on_reference(self, msg: Any) -> list[Sent]:
+        self.calls.append("reference")
+        return [Sent("controller_status", message_class("flexarm_interfaces/msg/ControllerStatus")())]
+
+    def on_guard_status(self, msg: Any) -> None:
+        self.calls.append("guard")
+
+    def on_modal_state(self, msg: Any) -> list[Sent]:
+        self.calls.append(f"answer {stamp_to_ns(msg.header.stamp) // PERIOD_NS}")
+        return [Sent("joint_commands", message_class("flexarm_interfaces/msg/JointCommand")())]
+
+
+def records(*topics: str) -> list[Record]:
+    """One record per topic, all of the same instant, "topic@k" for instant k."""
+    result = []
+    for item in topics:
+        topic, _, k = item.partition("@")
+        stream = find_stream(topic if topic.startswith("/") else f"/flexarm/{topic}")
+        assert stream is not None
+        msg = message_class(stream.type)()
+        stamp_ns = int(k or 0) * PERIOD_NS
+        if stream.is_stamped:
+            msg.header.stamp = ns_to_stamp(stamp_ns)
+        result.append(Record(stream.name, stream.type, stamp_ns, serialise(msg, stream.type)))
+    return result
+
+
+BAG = (
+    "reference",
+    "model",
+    "joint_states@1",
+    "strain@1",
+    "imu/tip@1",
+    "guard_status@1",
+    "tick@1",
+    "modal_state@1",
+)
+
+
+def test_in_lockstep_the_tick_makes_the_estimator_act() -> None:
+    sides = Sides()
+    played = list(Player(sides, sides, lockstep=True).play(records(*BAG)))
+    sensors = ["joint_states", "strain", "imu/tip"]
+    assert sides.calls == ["reference", "model", "model", *sensors, "guard", "step 1", "answer 1"]
+    topics = [outgoing.topic for _, outgoing in played]
+    assert topics == ["controller_status", "modal_state", "joint_commands", "end_effector"]
+
+
+def test_in_real_time_the_joint_states_make_the_estimator_act() -> None:
+    sides = Sides()
+    played = list(
+        Player(sides, sides, lockstep=False).play(records("strain@1", "joint_states@1", "joint_states@2"))
+    )
+    expected = ["strain", "joint_states", "step 1", "answer 1", "joint_states", "step 2", "answer 2"]
+    assert sides.calls == expected
+    assert [record.log_time_ns // PERIOD_NS for record, _ in played] == [1, 1, 1, 2, 2, 2]
+
+
+def test_what_the_nodes_once_answered_is_not_fed_back() -> None:
+    sides = Sides()
+    outputs = ("modal_state", "end_effector", "joint_commands", "controller_status", "truth", "/diagnostics")
+    assert list(Player(sides, sides, lockstep=False).play(records(*outputs))) == []
+    assert sides.calls == []
