@@ -65,6 +65,8 @@ class SampleChecks:
         if R.shape != (size, size) or R.dtype != np.float64 or not np.isfinite(R).all():
             return None
         diagonal = R.diagonal()
+        if not (diagonal > 0.0).all():  # drivers that know no covariance send zeros
+            return None
         R = (R + R.T) / 2 + np.diag(np.maximum(0.0, _R_FLOOR * variances - diagonal))
         is_usable = np.linalg.eigvalsh(R / np.sqrt(np.outer(variances, variances)))[0] > 0.0
         return R if is_usable else None

@@ -142,7 +142,7 @@ class Estimator:
         """Return the samples that may be fused now, in order of time; count the others."""
         due = [sample for sample in self._early if sample.t <= self._t + SAME_INSTANT]
         self._early = [sample for sample in self._early if sample.t > self._t + SAME_INSTANT]
-        window = Window(self._history.oldest, self._t + self._config.future_tolerance)
+        window = Window(self._history.oldest, self._t + self._config.future_tolerance + SAME_INSTANT)
         for sample in measurements:
             reason = self._checks.refuse(sample, window)
             if reason:

@@ -43,7 +43,7 @@ class Fusion:
         if not verdicts:
             return verdicts
         if not instant.is_reopened and self._gate.has_doubt(verdicts, instant.t):
-            self._gate.note_reopening(instant.t)
+            self._gate.note_reopening(verdicts, instant.t)
             instant.is_reopened = True
             return self.compute(before, instant)
         self._settle(instant, verdicts)

@@ -29,7 +29,7 @@ from flexarm_model.state_space import StateSpace, state_space
 Array = NDArray[np.float64]
 _CACHE_SIZE = 512  # periods
 _NS_PER_S = 1e9
-_INITIAL_MODES = 3.0  # one sigma of a mode at the start, in units of what the motion excites
+_UNCOUPLED = 0.1  # coupling assumed of modes that the axes do not move [kg^0.5 m/rad]
 
 
 @dataclass(frozen=True)
@@ -105,8 +105,8 @@ def _modal_force(model: ReducedModel, config: EstimatorConfig) -> Array:
 def _initial_sigma(model: ReducedModel, config: EstimatorConfig, inertia: Array) -> Array:
     """One sigma of every state at the start, (n_x,)."""
     coupling = np.abs(model.M[model.n_theta :, : model.n_theta]).sum(axis=1)
-    force = coupling * config.motion_acceleration + config.modal_force
-    eta = _INITIAL_MODES * force / model.omega**2
+    eta_dot = (coupling + _UNCOUPLED) * config.initial_velocity  # an axis that stops at once leaves M_et v
     position = np.full(model.n_theta, config.initial_position)
     velocity = np.full(model.n_theta, config.initial_velocity)
-    return np.concatenate([position, eta, velocity, eta * model.omega, config.initial_disturbance * inertia])
+    disturbance = config.initial_disturbance * inertia
+    return np.concatenate([position, eta_dot / model.omega, velocity, eta_dot, disturbance])

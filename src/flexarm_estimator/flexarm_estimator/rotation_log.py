@@ -7,10 +7,9 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from flexarm_model.rotation import rotation_vector, skew
+from flexarm_model.rotation import rotation_vector
 
 Array = NDArray[np.float64]
-_IDENTITY = np.eye(3)
 _SMALL = 1e-8  # rad; below, sin(a)/a is 1 to rounding
 _BLUNT = -0.9  # cosine beyond which the skew part says too little of the axis
 
@@ -27,11 +26,16 @@ def relative_rotation(measured: Array, R: Array) -> Array:
 
 def exp_rotation(phi: Array) -> Array:
     """Return the matrix of a rotation vector (Rodrigues), (3, 3)."""
-    angle = math.sqrt(phi.dot(phi))
-    S = skew(phi)
-    if angle < _SMALL:
-        return _IDENTITY + S
-    return _IDENTITY + S * (math.sin(angle) / angle) + S.dot(S) * ((1.0 - math.cos(angle)) / angle**2)
+    x, y, z = phi.tolist()
+    angle = math.sqrt(x * x + y * y + z * z)
+    a = math.sin(angle) / angle if angle > _SMALL else 1.0
+    b = (1.0 - math.cos(angle)) / angle**2 if angle > _SMALL else 0.5
+    c = math.cos(angle)
+    return np.array([
+        [c + b * x * x, b * x * y - a * z, b * x * z + a * y],
+        [b * x * y + a * z, c + b * y * y, b * y * z - a * x],
+        [b * x * z - a * y, b * y * z + a * x, c + b * z * z],
+    ])  # fmt: skip
 
 
 def log_rotation(R: Array) -> Array:

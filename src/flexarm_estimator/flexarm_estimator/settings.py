@@ -19,13 +19,13 @@ class EstimatorConfig:
         0.10, "Relative error of the modes' frequencies that the filter must bear", "1", 0.0, 0.5
     )
     motion_acceleration: float = parameter(
-        10.0, "Typical acceleration of the actuated axes; it excites the modes", "rad/s^2", 1e-3, 1e4
+        2.0, "Typical acceleration of the actuated axes; it excites the modes", "rad/s^2", 1e-3, 1e4
     )
     modal_force: float = parameter(
-        0.05, "Unmodelled force on every mode, also those that no axis excites", "kg^0.5 m/s^2", 1e-6, 1e3
+        0.1, "Unmodelled force on every mode, also those that no axis excites", "kg^0.5 m/s^2", 1e-6, 1e3
     )
     acceleration_noise: float = parameter(
-        0.05, "White torque noise of the axes as acceleration", "rad/s^2/sqrt(Hz)", 1e-6, 1e3
+        0.15, "White torque noise of the axes as acceleration", "rad/s^2/sqrt(Hz)", 1e-6, 1e3
     )
     disturbance_drift: float = parameter(
         1.0, "Drift of the unmodelled torque as acceleration", "rad/s^2/sqrt(s)", 1e-6, 1e4
@@ -40,7 +40,8 @@ class EstimatorConfig:
     )
     gate: float = parameter(5.0, "Samples further from the prediction are refused", "sigma", 2.0, 100.0)
     reopen_after: int = parameter(5, "Refusals in a row after which the state is doubted", "1", 1, 1000)
-    reopen_interval: float = parameter(0.5, "Shortest time between two such doubts", "s", 0.0, 60.0)
+    reopen_interval: float = parameter(0.5, "A second doubt within this time accuses the sensor", "s", 0.0, 60.0)
+    distrust: float = parameter(10.0, "An accused sensor is refused for this time", "s", 0.1, 3600.0)
     history: float = parameter(0.3, "Samples older than this are refused", "s", 0.01, 2.0)
     future_tolerance: float = parameter(0.005, "Stamps may lie this far in the future", "s", 0.0, 0.1)
     max_gap: float = parameter(0.1, "After a longer gap the filter starts anew", "s", 0.01, 1.0)

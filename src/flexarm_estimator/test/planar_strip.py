@@ -12,6 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from flexarm_estimator.estimate import Estimate
+from flexarm_estimator.estimator import Estimator
 from flexarm_estimator.measurement import Measurement
 from flexarm_estimator.process import ProcessModel
 from flexarm_estimator.settings import EstimatorConfig
@@ -166,3 +168,27 @@ def _root(P: Array) -> Array:
     scale = np.sqrt(np.diag(P))
     values, vectors = np.linalg.eigh(P / np.outer(scale, scale))
     return scale[:, None] * vectors * np.sqrt(np.maximum(values, 0.0))
+
+
+def run(
+    record: Record,
+    model: ReducedModel | None = None,
+    sensors: Sequence[SensorSpec] = SENSORS,
+    config: EstimatorConfig | None = None,
+    camera_delay: int = 0,
+    camera_until: float = np.inf,
+) -> list[Estimate]:
+    """Feed a record to a new estimator; camera frames arrive ``camera_delay`` instants after their exposure."""
+    config = EstimatorConfig() if config is None else config
+    estimator = Estimator(strip_model() if model is None else model, StripKinematics(), tuple(sensors), config)
+    return [
+        estimator.step(arriving(record, k, camera_delay, camera_until), record.tau[k], float(record.t[k]))
+        for k in range(len(record.t))
+    ]
+
+
+def arriving(record: Record, k: int, camera_delay: int = 0, camera_until: float = np.inf) -> list[Measurement]:
+    """Return what arrives at instant ``k``."""
+    now = [sample for sample in record.samples[k] if sample.sensor != "camera"]
+    frames = only(record.samples[k - camera_delay], "camera") if k >= camera_delay else []
+    return now + [frame for frame in frames if frame.t <= camera_until]
