@@ -59,6 +59,15 @@ class Row:
         return f"{self.law.upper() if self.law != SERVO else SERVO}, {MOTION_NAMES[self.motion]}"
 
 
+@dataclass(frozen=True)
+class Outcome:
+    """A row with what happened: the move and the ticks of its slot."""
+
+    row: Row
+    move: Move
+    slot: RunRecord
+
+
 MOTION_NAMES = {"A": "case A (worst trapezoid)", "B": "case B (best trapezoid)", "ZVD": "ZVD shaped"}
 
 
@@ -81,8 +90,8 @@ def jobs(presets: Sequence[str]) -> list[Job]:
     return servo + closed
 
 
-def run_job(job: Job) -> tuple[list[Row], RunRecord]:
-    """Run a job; returns its rows and the record of its last run."""
+def run_job(job: Job) -> list[Outcome]:
+    """Run a job."""
     config = load_config(find_manipulator(job.manipulator), job.preset)
     simulation = RigSettings(frequency_scale=1.0 + job.frequency_error)
     angles = [float(np.radians(angle)) for angle in job.angles_deg]
@@ -93,13 +102,10 @@ def run_job(job: Job) -> tuple[list[Row], RunRecord]:
         settings = LoopSettings(controller=ControllerConfig(law=job.law), rig=simulation)
         record = run_closed_loop(config, moves, settings)
         runs = [(move, record) for move in moves]
-    rows = [row_of(job, move, record, "in process", tip_reach(config)) for move, record in runs]
-    return rows, runs[-1][1]
+    return [outcome_of(job, move, record, "in process", tip_reach(config)) for move, record in runs]
 
 
-def run_jobs(
-    todo: Sequence[Job], done: Callable[[int, int], None], workers: int | None = None
-) -> list[tuple[Job, list[Row], RunRecord]]:
+def run_jobs(todo: Sequence[Job], done: Callable[[int, int], None], workers: int | None = None) -> list[Outcome]:
     """Run jobs in parallel processes.
 
     Args:
@@ -108,19 +114,21 @@ def run_jobs(
         workers: Number of processes; None takes the cores there are.
     """
     workers = workers or len(os.sched_getaffinity(0))
-    results: dict[int, tuple[Job, list[Row], RunRecord]] = {}
+    results: dict[int, list[Outcome]] = {}
     with ProcessPoolExecutor(workers, mp_context=get_context("spawn")) as pool:
         futures = {pool.submit(run_job, job): i for i, job in enumerate(todo)}
         for future in as_completed(futures):
-            results[futures[future]] = (todo[futures[future]], *future.result())
+            results[futures[future]] = future.result()
             done(len(results), len(todo))
-    return [results[i] for i in range(len(todo))]
+    return [outcome for i in range(len(todo)) for outcome in results[i]]
 
 
-def row_of(job: Job, move: Move, record: RunRecord, where: str, reach: float) -> Row:
+def outcome_of(job: Job, move: Move, record: RunRecord, where: str, reach: float) -> Outcome:
     """Judge one move of a record."""
     angle_deg = round(float(np.degrees(move.angle)), 6)
-    return Row(job.preset, job.law, move.motion, angle_deg, job.frequency_error, where, judge(record, move, reach))
+    figures = judge(record, move, reach)
+    row = Row(job.preset, job.law, move.motion, angle_deg, job.frequency_error, where, figures)
+    return Outcome(row, move, record.between(move.start - 0.2, move.slot_end))
 
 
 def tip_reach(config: ManipulatorConfig) -> float:

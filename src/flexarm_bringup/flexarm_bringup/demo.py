@@ -1,0 +1,71 @@
+"""Move the published single-link arm with and without control, and show what its vibration did.
+
+Every motion runs open loop on an ideal servo, under a linear-quadratic regulator and under predictive
+control, on a geared and on a light hub, with the arm as described and with its frequencies up to 10 % off.
+The same controller then runs as real ROS 2 nodes over DDS, in lockstep and in real time, recorded in bags.
+"""
+
+from __future__ import annotations
+
+import argparse
+import tempfile
+from pathlib import Path
+
+from flexarm_bringup.bag_writer import BagError
+from flexarm_bringup.demo_figures import draw
+from flexarm_bringup.demo_report import build_page
+from flexarm_bringup.progress import Progress
+from flexarm_bringup.report import publish
+from flexarm_bringup.session import Session, SessionError, run_session
+from flexarm_bringup.sessions import SessionRun, free_domains, outcomes_of
+from flexarm_bringup.study import ANGLES_DEG, jobs, run_jobs
+
+PRESETS = ("geared", "light_hub")
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the options of the demo."""
+    parser.add_argument("--folder", type=Path, default=Path("flexarm_demo"), help="gets report, bags and logs (default: flexarm_demo)")
+    parser.add_argument("--json", type=Path, metavar="FILE", help="write all numbers as JSON (default: FOLDER/demo.json)")
+    parser.add_argument("--html", type=Path, metavar="FILE", help="write the page with plots (default: FOLDER/demo.html)")
+    parser.add_argument("--no-dds", action="store_true", help="leave out the runs with nodes: only the comparison in one process")
+    parser.add_argument("--no-realtime", action="store_true", help="leave out the runs in real time")
+    parser.epilog = "Exit code 1 when a bound in the table 'Acceptance' was missed."
+
+
+def run(args: argparse.Namespace) -> int:
+    """Run the demo; returns the exit code."""
+    args.folder.mkdir(parents=True, exist_ok=True)
+    args.json = args.json or args.folder / "demo.json"
+    args.html = args.html or args.folder / "demo.html"
+    progress = Progress()
+    study = run_jobs(jobs(PRESETS), lambda done, of: progress.say(f"comparing schemes: {done} of {of} runs"))
+    sessions: list[SessionRun] = []
+    try:
+        if not args.no_dds:
+            sessions = _run_sessions(args, progress)
+    except (SessionError, BagError) as error:
+        progress.done()
+        print(f"the run over DDS failed: {error}")
+        return 1
+    progress.say("drawing")
+    page = build_page(study, sessions, draw(study, sessions))
+    progress.done()
+    return publish(page, args)
+
+
+def _run_sessions(args: argparse.Namespace, progress: Progress) -> list[SessionRun]:
+    """Run the nodes: every hub in lockstep, then every hub in real time."""
+    modes = [True] if args.no_realtime else [True, False]
+    base = Path(tempfile.mkdtemp(prefix="run_", dir=args.folder))
+    runs = []
+    for domain, (lockstep, preset) in zip(
+        free_domains(), ((mode, preset) for mode in modes for preset in PRESETS), strict=False
+    ):
+        name = f"{preset}_{'lockstep' if lockstep else 'real_time'}"
+        session = Session(base / name, preset, lockstep, ANGLES_DEG, "A", "ZVD")
+        record, guard = run_session(session, domain, lambda text, name=name: progress.say(f"nodes over DDS, {name}: {text}"))
+        runs.append(SessionRun(session, guard, outcomes_of(session, record)))
+    return runs
+
+

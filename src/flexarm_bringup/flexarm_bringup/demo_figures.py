@@ -1,0 +1,117 @@
+"""The plots of the demo: what the tip did, how much is left, what the estimator knew, what it cost."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexarm_bringup.figures import Figure, drawing, to_figure
+from flexarm_bringup.residual import decibels
+from flexarm_bringup.sessions import SessionRun
+from flexarm_bringup.study import SERVO, Outcome
+from flexarm_model.config import load_config
+from flexarm_model.manipulator_file import find_manipulator
+
+Array = NDArray[np.float64]
+SHOWN_DEG = 30.0
+CURVES = ((SERVO, "A"), (SERVO, "B"), ("lqr", "A"), ("mpc", "A"), ("mpc", "ZVD"))
+
+
+def draw(study: Sequence[Outcome], sessions: Sequence[SessionRun]) -> list[Figure]:
+    """Return the figures of the page."""
+    geared = {(o.row.law, o.row.motion): o for o in study if _is_shown(o)}
+    figures = [_tip(geared), _residual(study), _torque(geared)]
+    recorded = next((o for run in sessions for o in run.outcomes if o.row.angle_deg == SHOWN_DEG), None)
+    figures.insert(2, _modes(recorded or geared["mpc", "A"]))
+    return figures
+
+
+def _is_shown(outcome: Outcome) -> bool:
+    row = outcome.row
+    return row.angle_deg == SHOWN_DEG and row.frequency_error == 0.0 and row.preset == "geared"
+
+
+def _after_start(outcome: Outcome) -> Array:
+    return np.asarray(outcome.slot.t - outcome.move.start)
+
+
+def _off_goal_mm(outcome: Outcome) -> Array:
+    """Return the signed distance of the tip from its goal across the arm, towards the motion positive [mm]."""
+    goal, sign = outcome.move.goal, outcome.move.sign
+    across = -np.sin(goal) * outcome.slot.tip[:, 0] + np.cos(goal) * outcome.slot.tip[:, 1]
+    return np.asarray(1e3 * sign * across)
+
+
+def _tip(outcomes: dict[tuple[str, str], Outcome]) -> Figure:
+    with drawing(9.0, 3.8) as plot:
+        left, right = plot.subplots(1, 2, width_ratios=(1, 2))
+        for key in CURVES:
+            t, distance = _after_start(outcomes[key]), _off_goal_mm(outcomes[key])
+            left.plot(t, distance)
+            right.plot(t, distance, label=outcomes[key].row.scheme)
+        for axes in (left, right):
+            axes.axvline(1.0, color="#888888", linewidth=0.8, linestyle=":")
+            axes.set_xlabel("time since the start of the move [s]")
+        left.set(xlim=(-0.1, 1.2), title="the move", ylabel="tip from its goal [mm]")
+        right.set(xlim=(0.9, 2.6), ylim=(-12, 12), title="what is left (band: 0.5 mm)")
+        right.axhspan(-0.5, 0.5, color="#888888", alpha=0.25, linewidth=0)
+        right.legend(loc="upper right", fontsize=8)
+        caption = (
+            f"Tip of the geared arm, {SHOWN_DEG:g} degrees in 1 s: its distance from the goal across the arm. "
+            "The open-loop motions run on an ideal servo, which no motor is."
+        )
+        return to_figure(plot, caption)
+
+
+def _residual(study: Sequence[Outcome]) -> Figure:
+    """Draw the residual in dB over the frequency error, both hubs."""
+    base = next(o.row.figures.residual for o in study if _is_shown(o) and (o.row.law, o.row.motion) == (SERVO, "A"))
+    with drawing(9.0, 3.8) as plot:
+        panels = plot.subplots(1, 2, sharey=True)
+        for axes, preset in zip(panels, ("geared", "light_hub"), strict=True):
+            for law, motion in CURVES:
+                rows = [o.row for o in study if (o.row.law, o.row.motion, o.row.angle_deg) == (law, motion, SHOWN_DEG)]
+                rows = sorted((r for r in rows if law == SERVO or r.preset == preset), key=lambda r: r.frequency_error)
+                values = [decibels(row.figures.residual, base) for row in rows]
+                axes.plot([100 * r.frequency_error for r in rows], values, marker="o", markersize=4, label=rows[0].scheme)
+            axes.set(title=preset.replace("_", " "), xlabel="real frequency, off the model by [%]")
+        panels[0].set_ylabel("residual vibration [dB]")
+        panels[0].legend(fontsize=8)
+        caption = (
+            f"Residual RMS of the tip's acceleration after {SHOWN_DEG:g} degrees in 1 s, relative to the worst published "
+            "trapezoid on an ideal servo; lower is stiller."
+        )
+        return to_figure(plot, caption)
+
+
+def _modes(outcome: Outcome) -> Figure:
+    """Draw the estimated modes with three sigma."""
+    t, slot = _after_start(outcome), outcome.slot
+    with drawing(9.0, 4.6) as plot:
+        panels = plot.subplots(slot.eta.shape[1], 1, sharex=True)
+        for i, axes in enumerate(np.atleast_1d(panels)):
+            eta, sigma = slot.eta[:, i], slot.eta_sigma[:, i]
+            axes.fill_between(t, eta - 3 * sigma, eta + 3 * sigma, alpha=0.3, linewidth=0, label="3 sigma")
+            axes.plot(t, eta, label="estimate")
+            axes.set_ylabel(f"mode {i + 1}\n[kg$^{{1/2}}$ m]")
+        np.atleast_1d(panels)[0].legend(fontsize=8, ncols=2)
+        np.atleast_1d(panels)[-1].set_xlabel("time since the start of the move [s]")
+        caption = f"Modes as the estimator saw them with {outcome.row.scheme} ({outcome.row.where})."
+        return to_figure(plot, caption)
+
+
+def _torque(outcomes: dict[tuple[str, str], Outcome]) -> Figure:
+    config = load_config(find_manipulator("single_link"), "geared")
+    limit = next(iter(config.actuated.values())).effort
+    with drawing(9.0, 3.2) as plot:
+        axes = plot.subplots()
+        for key in (("lqr", "A"), ("mpc", "A"), ("mpc", "ZVD")):
+            outcome = outcomes[key]
+            axes.plot(_after_start(outcome), outcome.move.sign * outcome.slot.tau[:, 0], label=outcome.row.scheme)
+        for bound in (-limit, limit):
+            axes.axhline(bound, color="#c0392b", linewidth=1.0, linestyle="--")
+        axes.set(xlabel="time since the start of the move [s]", ylabel="torque [N m]", xlim=(-0.1, 2.0))
+        axes.legend(fontsize=8)
+        return to_figure(plot, f"Torque at the joint against its limit of {limit:g} N m (dashed), geared hub.")

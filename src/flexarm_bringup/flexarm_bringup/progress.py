@@ -1,0 +1,35 @@
+"""One line that says what is being done and for how long, so that nobody stares at a dead screen."""
+
+from __future__ import annotations
+
+import sys
+import time
+
+PLAIN_PERIOD = 5.0  # s between lines where the line cannot be rewritten
+
+
+class Progress:
+    """Prints to stderr: rewrites its line on a terminal, adds one now and then elsewhere."""
+
+    def __init__(self) -> None:
+        """Start counting."""
+        self._start = time.monotonic()
+        self._is_terminal = sys.stderr.isatty()
+        self._last = -PLAIN_PERIOD
+        self._step = ""
+
+    def say(self, text: str) -> None:
+        """Tell what is being done now; call it as often as you like."""
+        now = time.monotonic() - self._start
+        is_new = text.split(":")[0] != self._step
+        if self._is_terminal:
+            print(f"\r\x1b[K[{now:5.1f} s] {text}", end="", file=sys.stderr, flush=True)
+        elif is_new or now - self._last >= PLAIN_PERIOD:
+            print(f"[{now:5.1f} s] {text}", file=sys.stderr, flush=True)
+            self._last = now
+        self._step = text.split(":")[0]
+
+    def done(self) -> None:
+        """Leave the line."""
+        if self._is_terminal:
+            print("\r\x1b[K", end="", file=sys.stderr, flush=True)

@@ -1,0 +1,48 @@
+"""Runs over DDS as rows of the comparison."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+from domain_coordinator import domain_id  # picks a domain nobody on this machine uses
+
+from flexarm_bringup.motions import motions, out_and_back
+from flexarm_bringup.record import RunRecord
+from flexarm_bringup.session import Session
+from flexarm_bringup.study import Job, Outcome, damping_ratio, outcome_of, tip_reach
+from flexarm_model.config import load_config
+from flexarm_model.manipulator_file import find_manipulator
+
+
+@dataclass(frozen=True)
+class SessionRun:
+    """A finished run over DDS: what was asked, the guard's last words, its moves."""
+
+    session: Session
+    guard: dict[str, Any]
+    outcomes: tuple[Outcome, ...]
+
+    @property
+    def share_without_command(self) -> float:
+        """Share of motor periods without a fresh command [1]."""
+        return float(self.guard["ticks_without_command"] / max(self.guard["ticks"], 1))
+
+
+def outcomes_of(session: Session, record: RunRecord) -> tuple[Outcome, ...]:
+    """Judge the moves of a run."""
+    config = load_config(find_manipulator(session.manipulator), session.preset)
+    makers = motions(damping_ratio(config))
+    moves = out_and_back([math.radians(angle) for angle in session.angles], session.out, session.back, makers)
+    where = "DDS lockstep" if session.lockstep else "DDS real time"
+    job = Job(session.preset, "mpc", session.angles, 0.0, session.manipulator)
+    return tuple(outcome_of(job, move, record, where, tip_reach(config)) for move in moves)
+
+
+def free_domains() -> Iterator[int]:
+    """Yield ROS domains that no other test or demo on this machine has taken."""
+    while True:
+        with domain_id() as domain:
+            yield int(domain)
