@@ -9,10 +9,13 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from flexarm_model.config import load_config
 from flexarm_model.description import Beam, BeamPiece, ManipulatorConfig, PointMass, Reduction
 from flexarm_model.reduced_tree import ReducedTree
+
+Array = NDArray[np.float64]
 
 FOLDER = Path(__file__).parent / "arms"
 SINGLE_LINK = Path(__file__).parents[2] / "flexarm_bringup/config/manipulators/single_link.yaml"
@@ -69,6 +72,17 @@ def with_modes(config: ManipulatorConfig, modes: int, elements: int = 0) -> Mani
     return replace(config, bodies={name: finer(body) for name, body in config.bodies.items()})
 
 
-def random_states(n_q: int, count: int, seed: int = 1) -> np.ndarray:
-    """Return positions, velocities and accelerations, (count, 3, n_q)."""
-    return np.random.default_rng(seed).uniform(-1.5, 1.5, (count, 3, n_q))
+def scales(arm_tree: ReducedTree) -> Array:
+    """Return how far each coordinate may go: a joint 1 rad, a mode 0.1 rad at its steepest node, (n_q,)."""
+    scale = np.ones(arm_tree.n_q)
+    for name, body in arm_tree.bodies.items():
+        at = arm_tree.elastic_coordinates(name)
+        turn = np.max([abs(node.Psi).max(axis=0, initial=0.0) for node in body.nodes.values()], axis=0)
+        scale[at.start : at.stop] = 0.1 / turn
+    return scale
+
+
+def random_states(arm_tree: ReducedTree, count: int, seed: int = 1) -> Array:
+    """Return positions, velocities and accelerations within the coordinates' scales, (count, 3, n_q)."""
+    x = np.random.default_rng(seed).uniform(-1.5, 1.5, (count, 3, arm_tree.n_q))
+    return np.asarray(x * scales(arm_tree))
