@@ -57,7 +57,7 @@ def build_page(study: Sequence[Outcome], sessions: Sequence[SessionRun], figures
 _CAVEATS = (
     "an ideal servo follows any motion exactly; no motor does, so its rows are the best that open loop could do",
     "the arm is simulated: twice the modes of the controller's model, noise, delay; dB figures are of the assumed rig",
-    "settling counts from the end of the commanded motion, 'never' means not within the 2.6 s that were watched",
+    "settling counts from the end of the commanded motion, 'never' means not within the 2.2 s that were watched",
 )
 
 

@@ -19,7 +19,8 @@ from flexarm_model.shapers import shape, zvd
 Array = NDArray[np.float64]
 
 MOVE_TIME = 1.0  # s, every published motion (seed 002, table 1)
-WAIT = 2.6  # s after each move; the residual is read until 2.1 s after its end
+WAIT = 2.6  # s after each move
+WATCH = 2.2  # s of these in which it is judged; a controller with preview starts on the next one before its time
 LEAD = 0.5  # s before the first move, in which the estimator settles
 PUBLISHED_F1_HZ = 5.23  # the frequency that the published motions were designed for (seed 002)
 
@@ -55,6 +56,11 @@ class Move:
     def goal(self) -> float:
         """Where it ends [rad]."""
         return self.origin + self.sign * self.angle
+
+    @property
+    def watch_end(self) -> float:
+        """Until when it is judged [s]."""
+        return self.end + WATCH
 
     @property
     def slot_end(self) -> float:

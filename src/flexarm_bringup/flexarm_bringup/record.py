@@ -76,7 +76,7 @@ def judge(record: RunRecord, move: Move, reach: float) -> Figures:
         move: The move.
         reach: Distance of the tip from the axis [m].
     """
-    slot = record.between(move.start - 0.2, move.slot_end)
+    slot = record.between(move.start - 0.2, move.watch_end)
     goal = reach * np.array([np.cos(move.goal), np.sin(move.goal)])
     error = np.linalg.norm(slot.tip[:, :2] - goal, axis=1)
     return Figures(

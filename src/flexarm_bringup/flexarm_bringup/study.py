@@ -128,7 +128,7 @@ def outcome_of(job: Job, move: Move, record: RunRecord, where: str, reach: float
     angle_deg = round(float(np.degrees(move.angle)), 6)
     figures = judge(record, move, reach)
     row = Row(job.preset, job.law, move.motion, angle_deg, job.frequency_error, where, figures)
-    return Outcome(row, move, record.between(move.start - 0.2, move.slot_end))
+    return Outcome(row, move, record.between(move.start - 0.2, move.watch_end))
 
 
 def tip_reach(config: ManipulatorConfig) -> float:
