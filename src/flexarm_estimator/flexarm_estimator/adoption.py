@@ -52,7 +52,8 @@ def state_map(old: ReducedModel, new: ReducedModel, tree_mass: Array | None = No
         ValueError: The models are not of the same arm.
     """
     if old.theta_names != new.theta_names or old.q0.size != new.q0.size:
-        raise ValueError(f"model of {', '.join(new.theta_names)} cannot follow one of {', '.join(old.theta_names)}")
+        names = (", ".join(model.theta_names) for model in (new, old))
+        raise ValueError("model of {} cannot follow one of {}".format(*names))
     n_theta = old.n_theta
     if np.array_equal(old.Phi, new.Phi):
         moved = old.q0 - new.q0 - old.Phi @ (old.xi0 - new.xi0)

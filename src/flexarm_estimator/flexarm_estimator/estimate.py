@@ -73,7 +73,11 @@ class Estimate:
 
     def __post_init__(self) -> None:
         """Make the arrays read-only."""
-        for array in (self.x, self.P, self.T_world_tip, self.twist_tip, self.cov_tip_pose, self.cov_tip_twist):
+        state, tip = (
+            (self.x, self.P),
+            (self.T_world_tip, self.twist_tip, self.cov_tip_pose, self.cov_tip_twist),
+        )
+        for array in (*state, *tip):
             array.flags.writeable = False
 
     @property

@@ -44,7 +44,11 @@ class Estimator:
     """
 
     def __init__(
-        self, model: ReducedModel, kinematics: Kinematics, sensors: tuple[SensorSpec, ...], config: EstimatorConfig
+        self,
+        model: ReducedModel,
+        kinematics: Kinematics,
+        sensors: tuple[SensorSpec, ...],
+        config: EstimatorConfig,
     ) -> None:
         """Start at the operating point of the model, knowing little.
 
@@ -94,6 +98,10 @@ class Estimator:
         self._use(model)
         for instant in self._history.instants:
             instant.belief = mapping.apply(instant.belief)
+
+    def reset(self) -> None:
+        """Forget the state; the next step starts anew."""
+        self._has_clock = False
 
     def refuse(self, sensor: str, reason: str) -> None:
         """Count a sample that could not even be read ("imu/x: 5 numbers where 3 belong")."""
@@ -148,8 +156,9 @@ class Estimator:
             if reason:
                 self.health.note_refusal(sample.sensor, reason)
             elif not self.health.is_off(sample.sensor):
-                checked = sample if sample.R is None else replace(sample, R=self._checks.own_covariance(sample))
-                (due if checked.t <= self._t + SAME_INSTANT else self._early).append(checked)
+                if sample.R is not None:
+                    sample = replace(sample, R=self._checks.own_covariance(sample))
+                (due if sample.t <= self._t + SAME_INSTANT else self._early).append(sample)
         return sorted(due, key=_stamp)
 
     def _compute_from(self, first: int) -> list[Verdict]:

@@ -85,13 +85,15 @@ class GuardedFilter:
 def _joseph(P: Array, K: Array, H: Array, R: Array, M: Array) -> Array:
     left = np.eye(P.shape[0]) - K.dot(H)
     mixed = left.dot(M).dot(K.T)
-    return left.dot(P).dot(left.T) + K.dot(R).dot(K.T) - mixed - mixed.T
+    updated: Array = left.dot(P).dot(left.T) + K.dot(R).dot(K.T) - mixed - mixed.T
+    return updated
 
 
 def innovation_covariance(P: Array, H: Array, R: Array, M: Array | None = None) -> Array:
     """Return ``S = H P H' + H M + M' H' + R``, (m, m)."""
-    S = H.dot(P).dot(H.T) + R
+    S: Array = H.dot(P).dot(H.T) + R
     if M is None:
         return S
     mixed = H.dot(M)
-    return S + mixed + mixed.T
+    S += mixed + mixed.T
+    return S

@@ -121,7 +121,9 @@ class Health:
         """Return the health of every sensor at ``t``."""
         return tuple([_report(name, record, t) for name, record in self._records.items()])
 
-    def judge(self, t: float, tip_sigma: float, reports: Iterable[SensorReport], trouble: str) -> tuple[Status, str]:
+    def judge(
+        self, t: float, tip_sigma: float, reports: Iterable[SensorReport], trouble: str
+    ) -> tuple[Status, str]:
         """Return status and reason of the estimate.
 
         Args:
@@ -144,8 +146,10 @@ class Health:
         if not any(t - record.newest_accepted <= record.time_out for record in records):
             return "no sensor is usable"
         silent = self._config.position_time_out
-        if not any(record.locates and t - record.newest_accepted <= max(silent, record.time_out) and record.accepted
-                   for record in records):
+        if not any(
+            record.locates and t - record.newest_accepted <= max(silent, record.time_out) and record.accepted
+            for record in records
+        ):
             return "nothing locates the axes"
         if not tip_sigma <= self._config.lost_sigma:
             return f"tip is uncertain by {tip_sigma:.2g} m"

@@ -37,7 +37,8 @@ class JointStep:
         size = m + n_x + 1
         self.stack = stack
         self.m, self.last = m, m + n_x
-        self.T, self.V, self.noise = np.zeros((size, n_x)), np.zeros((size, B.shape[1])), np.zeros((size, size))
+        shapes = (size, n_x), (size, B.shape[1]), (size, size)
+        self.T, self.V, self.noise = (np.zeros(shape) for shape in shapes)
         self.T[m:-1], self.V[m:-1], self.noise[m:-1, m:-1] = A, B, Q
         self.noise[-1, -1] = _LAST_PIVOT
         if stack is not None:

@@ -70,7 +70,8 @@ class LinearRows(MeasurementModel):
 
     def innovation(self, y: Array, x: Array, u: Array) -> Array:
         """Return ``y - C x - D u``, (m,)."""
-        return y - self.C.dot(x) - self.D.dot(u)
+        nu: Array = y - self.C.dot(x) - self.D.dot(u)
+        return nu
 
     def jacobian(self, x: Array) -> Array:
         """Return the constant C, (m, n_x)."""

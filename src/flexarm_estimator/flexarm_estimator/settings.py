@@ -40,7 +40,9 @@ class EstimatorConfig:
     )
     gate: float = parameter(5.0, "Samples further from the prediction are refused", "sigma", 2.0, 100.0)
     reopen_after: int = parameter(5, "Refusals in a row after which the state is doubted", "1", 1, 1000)
-    reopen_interval: float = parameter(0.5, "A second doubt within this time accuses the sensor", "s", 0.0, 60.0)
+    reopen_interval: float = parameter(
+        0.5, "A second doubt within this time accuses the sensor", "s", 0.0, 60.0
+    )
     distrust: float = parameter(10.0, "An accused sensor is refused for this time", "s", 0.1, 3600.0)
     history: float = parameter(0.3, "Samples older than this are refused", "s", 0.01, 2.0)
     future_tolerance: float = parameter(0.005, "Stamps may lie this far in the future", "s", 0.0, 0.1)

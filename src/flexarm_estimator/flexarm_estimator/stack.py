@@ -44,7 +44,8 @@ class Stack:
 
     def cross(self, transition: Transition) -> Array:
         """Return the covariance of process noise with the noise of the rows, (n_x, m)."""
-        return transition.force_cross.dot(self.D_w.T)
+        M: Array = transition.force_cross.dot(self.D_w.T)
+        return M
 
     def noise(self, own: Mapping[str, Array]) -> Array:
         """Return ``R_total`` with the covariance of some sensors replaced, (m, m)."""
@@ -84,7 +85,8 @@ class StackedSample:
 
     def innovation(self, x: Array, u: Array) -> Array:
         """Return measured minus predicted, (m,)."""
-        return self.y - self.stack.C.dot(x) - self.stack.D.dot(u)
+        nu: Array = self.y - self.stack.C.dot(x) - self.stack.D.dot(u)
+        return nu
 
     def noise(self) -> Array:
         """Return the covariance of the noise, (m, m)."""

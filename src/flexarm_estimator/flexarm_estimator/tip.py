@@ -40,7 +40,9 @@ class Tip:
 
     def jacobian(self, x: Array) -> Array:
         """Return the Jacobian [linear; angular] in world axes by xi, (6, n)."""
-        return self._kinematics.tip_jacobian(self._coordinates(x)).dot(self._Phi)
+        J: Array = self._kinematics.tip_jacobian(self._coordinates(x)).dot(self._Phi)
+        return J
 
     def _coordinates(self, x: Array) -> Array:
-        return self._q_origin + self._Phi.dot(x[: self._n])
+        q: Array = self._q_origin + self._Phi.dot(x[: self._n])
+        return q

@@ -31,7 +31,9 @@ LENGTH, REACH = 0.64, 0.63  # m: tip and accelerometer from the axis
 POSE = ("tx", "ty", "tz", "rx", "ry", "rz")
 DT = 1.0 / 200.0  # s
 
-ENCODER = SensorSpec("encoder", "encoder", "base.rz", ("position",), np.array([20e-6]), low=-100.0, high=100.0)
+ENCODER = SensorSpec(
+    "encoder", "encoder", "base.rz", ("position",), np.array([20e-6]), low=-100.0, high=100.0
+)
 STRAIN_GAUGE = SensorSpec(
     "root_strain", "strain_gauge", "strip.gauge", ("strain",), np.array([1e-6]), low=-0.02, high=0.02
 )
@@ -120,7 +122,7 @@ def simulate(
     config: EstimatorConfig | None = None,
     camera_every: int = 0,
 ) -> Record:
-    """Run the linear model; with ``rng`` also its process noise and the sensors' noise, correlated as modelled.
+    """Run the linear model; with ``rng`` also process and sensor noise, correlated as modelled.
 
     Args:
         steps: Number of periods.
@@ -128,7 +130,7 @@ def simulate(
         x0: State at the first instant, (9,).
         model: Served model of the truth.
         config: Settings that give the noise.
-        camera_every: Instants between camera frames, 0 for none; a frame is among the samples of its exposure.
+        camera_every: Instants between camera frames, 0 for none; a frame is filed at its exposure.
     """
     model = strip_model() if model is None else model
     process = ProcessModel(model, EstimatorConfig() if config is None else config)
@@ -178,16 +180,20 @@ def run(
     camera_delay: int = 0,
     camera_until: float = np.inf,
 ) -> list[Estimate]:
-    """Feed a record to a new estimator; camera frames arrive ``camera_delay`` instants after their exposure."""
+    """Feed a record to a new estimator; frames arrive ``camera_delay`` instants after exposure."""
     config = EstimatorConfig() if config is None else config
-    estimator = Estimator(strip_model() if model is None else model, StripKinematics(), tuple(sensors), config)
+    estimator = Estimator(
+        strip_model() if model is None else model, StripKinematics(), tuple(sensors), config
+    )
     return [
         estimator.step(arriving(record, k, camera_delay, camera_until), record.tau[k], float(record.t[k]))
         for k in range(len(record.t))
     ]
 
 
-def arriving(record: Record, k: int, camera_delay: int = 0, camera_until: float = np.inf) -> list[Measurement]:
+def arriving(
+    record: Record, k: int, camera_delay: int = 0, camera_until: float = np.inf
+) -> list[Measurement]:
     """Return what arrives at instant ``k``."""
     now = [sample for sample in record.samples[k] if sample.sensor != "camera"]
     frames = only(record.samples[k - camera_delay], "camera") if k >= camera_delay else []

@@ -36,7 +36,7 @@ def test_a_noise_free_run_converges_from_a_wrong_start():
 
 
 def test_the_filter_equals_a_joint_least_squares_fit_of_the_whole_record():
-    """Two-way oracle: all states of a short record at once, weighted by the joint noise, against the filter."""
+    """Two-way oracle: all states of a short record at once, weighted by their joint noise."""
     steps = 12
     record = simulate(steps, np.random.default_rng(5))
     process = ProcessModel(strip_model(), CONFIG)
@@ -93,7 +93,7 @@ def test_a_frame_between_two_ticks_is_fused_at_its_own_time():
 
 @pytest.mark.parametrize("hub_inertia", [0.30, 0.01])
 def test_the_covariance_tells_the_truth_on_seeded_monte_carlo_runs(hub_inertia):
-    """NEES of the state, and of the tip's planar pose, over 20 runs: mean inside [0.5, 2] of its dimension."""
+    """NEES of the state and of the tip in the plane over 20 runs, per dimension."""
     state, tip = [], []
     model = strip_model(hub_inertia)
     for seed in range(20):
@@ -105,7 +105,9 @@ def test_the_covariance_tells_the_truth_on_seeded_monte_carlo_runs(hub_inertia):
             state.append(error @ np.linalg.solve(estimate.P, error) / 9)
             true_tip = StripKinematics().tip_pose(record.x[k, :4])[:2, 3]
             offset = estimate.T_world_tip[:2, 3] - true_tip
-            tip.append(offset @ np.linalg.solve(estimate.cov_tip_pose[:2, :2] + 1e-18 * np.eye(2), offset) / 2)
+            tip.append(
+                offset @ np.linalg.solve(estimate.cov_tip_pose[:2, :2] + 1e-18 * np.eye(2), offset) / 2
+            )
     assert 0.5 < np.mean(state) < 2.0
     assert 0.3 < np.mean(tip) < 2.0  # across the strip only: along it the covariance is zero to first order
 
@@ -120,7 +122,7 @@ def test_tip_velocity_equals_the_finite_difference_of_its_pose():
 
 
 def test_estimates_of_a_frequency_error_of_ten_percent_stay_useful():
-    """The noise settings claim to cover it: the innovations stay inside the gate and the tip within 0.2 mm."""
+    """The settings claim to cover it: innovations stay inside the gate, the tip within 0.2 mm."""
     quiet = EstimatorConfig(
         motion_acceleration=0.05, modal_force=0.01, acceleration_noise=0.01, disturbance_drift=0.1
     )
@@ -168,5 +170,7 @@ def _frame_between_ticks(record, k, fraction):
 def _run_with_frame(record, frame, at):
     estimator = Estimator(strip_model(), StripKinematics(), SENSORS, CONFIG)
     for k, t in enumerate(record.t):
-        estimate = estimator.step([*record.samples[k], *([frame] if k == at else [])], record.tau[k], float(t))
+        estimate = estimator.step(
+            [*record.samples[k], *([frame] if k == at else [])], record.tau[k], float(t)
+        )
     return estimate

@@ -10,7 +10,9 @@ from flexarm_estimator.settings import EstimatorConfig
 
 CONFIG = EstimatorConfig()
 STEPS = 600
-QUIET = EstimatorConfig(motion_acceleration=0.05, modal_force=0.01, acceleration_noise=0.01, disturbance_drift=0.1)
+QUIET = EstimatorConfig(
+    motion_acceleration=0.05, modal_force=0.01, acceleration_noise=0.01, disturbance_drift=0.1
+)
 RECORD = simulate(STEPS, np.random.default_rng(11), config=QUIET, camera_every=7)  # a rig near its model
 
 
@@ -19,7 +21,9 @@ def feed(change, record=RECORD, camera_delay=12, model=None, sensors=SENSORS):
     estimator = Estimator(strip_model() if model is None else model, StripKinematics(), sensors, CONFIG)
     estimates = []
     for k, t in enumerate(record.t):
-        estimates.append(estimator.step(change(k, arriving(record, k, camera_delay)), record.tau[k], float(t)))
+        estimates.append(
+            estimator.step(change(k, arriving(record, k, camera_delay)), record.tau[k], float(t))
+        )
         assert_finite(estimates[-1])
     return estimates
 
@@ -73,7 +77,9 @@ def test_spikes_are_refused_and_do_no_harm(sensor):
         if k not in spikes or not any(s.sensor == sensor for s in samples):
             return samples
         injected.append(k)
-        return replace(samples, sensor, lambda y: y + 400.0 * sigma)  # the prediction is less sure than the sensor
+        return replace(
+            samples, sensor, lambda y: y + 400.0 * sigma
+        )  # the prediction is less sure than the sensor
 
     estimates = feed(change)
     assert report(estimates[-1], sensor).rejected == len(injected)
@@ -99,7 +105,9 @@ def test_what_is_not_finite_or_not_possible_is_counted_and_never_fused(sensor, b
 
 
 def test_denormal_numbers_do_no_harm():
-    estimates = feed(lambda k, samples: replace(samples, "root_strain", lambda y: y * 0 + 5e-324) if k < 5 else samples)
+    estimates = feed(
+        lambda k, samples: replace(samples, "root_strain", lambda y: y * 0 + 5e-324) if k < 5 else samples
+    )
     assert tip_rms(estimates) <= 1.05 * E0
 
 
@@ -127,13 +135,18 @@ def test_a_strain_bias_that_the_other_sensors_contradict_ends_up_excluded(bias):
     assert all(estimates[k].status == "degraded" for k in range(460, STEPS))
     x, truth = np.array([e.x for e in estimates])[settled], RECORD.x[settled]
     x_silent = np.array([e.x for e in silent])[settled]
-    assert np.sqrt(np.mean((x - truth)[:, 1] ** 2)) <= 1.5 * np.sqrt(np.mean((x_silent - truth)[:, 1] ** 2)) + 1e-4
+    assert (
+        np.sqrt(np.mean((x - truth)[:, 1] ** 2))
+        <= 1.5 * np.sqrt(np.mean((x_silent - truth)[:, 1] ** 2)) + 1e-4
+    )
 
 
 @pytest.mark.parametrize("sensor", [spec.name for spec in SENSORS])
 def test_wrong_array_sizes_are_refused(sensor):
     for size in (0, 2, 7, 1000):
-        estimates = feed(lambda k, s, n=size: replace(s, sensor, lambda y: np.zeros(n)) if k == 300 + 7 * 3 else s)
+        estimates = feed(
+            lambda k, s, n=size: replace(s, sensor, lambda y: np.zeros(n)) if k == 300 + 7 * 3 else s
+        )
         assert "lost" not in {e.status for e in estimates[100:]}
     expected = report(feed(same)[-1], sensor)
     assert report(estimates[-1], sensor).accepted >= expected.accepted - 1
@@ -153,7 +166,7 @@ def test_a_covariance_that_cannot_be_used_is_replaced_by_that_of_the_description
 
 @pytest.mark.parametrize("kick", [(4, 2.0), (5, 1.0), (4, -0.3)])
 def test_after_an_impact_every_sensor_is_fused_again_within_six_samples(kick):
-    """An unmodelled impulse changes a velocity at once; five refusals later the state is doubted, not the sensors."""
+    """An impulse changes a velocity at once; after five refusals the state is doubted, not the sensors."""
     from planar_strip import ROW_SENSORS
 
     state, size = kick
@@ -225,7 +238,9 @@ def test_samples_older_than_the_history_change_no_bit_of_the_state():
     for a, b in zip(usual, with_old, strict=True):
         assert np.array_equal(a.x, b.x)
         assert np.array_equal(a.P, b.P)
-    assert sum(r.rejected for r in with_old[-1].sensors) == sum(r.rejected for r in usual[-1].sensors) + len(old)
+    assert sum(r.rejected for r in with_old[-1].sensors) == sum(r.rejected for r in usual[-1].sensors) + len(
+        old
+    )
 
 
 def test_a_second_sample_with_the_same_stamp_is_dropped():

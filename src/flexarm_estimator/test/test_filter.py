@@ -36,7 +36,9 @@ def test_uncorrelated_update_equals_the_information_form():
     updated = GuardedFilter(N, 2).update(Belief(np.zeros(N), P), np.ones(M_ROWS), H, R)
     information = np.linalg.inv(P) + H.T @ np.linalg.solve(R, H)
     np.testing.assert_allclose(updated.P, np.linalg.inv(information), atol=1e-11)
-    np.testing.assert_allclose(updated.x, np.linalg.solve(information, H.T @ np.linalg.solve(R, np.ones(M_ROWS))))
+    np.testing.assert_allclose(
+        updated.x, np.linalg.solve(information, H.T @ np.linalg.solve(R, np.ones(M_ROWS)))
+    )
 
 
 @pytest.mark.parametrize("bad", [np.nan, np.inf, 1e308])
@@ -70,7 +72,9 @@ def test_joint_step_equals_filterpy_over_a_long_run(hub_inertia, own_noise):
         if own_noise:
             sample.own["root_strain"] = np.array([[4e-12]])
         prior = kalman.predict(slow, transition, u)
-        slow = kalman.update(prior, sample.innovation(prior.x, u), stack.C, sample.noise(), stack.cross(transition))
+        slow = kalman.update(
+            prior, sample.innovation(prior.x, u), stack.C, sample.noise(), stack.cross(transition)
+        )
         prepared = PreparedStep(DT, step, u, sample)
         fast = prepared.condition(*prepared.predict(fast))
     sigma = np.sqrt(np.diag(slow.P))

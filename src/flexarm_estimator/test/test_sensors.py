@@ -1,6 +1,15 @@
 import numpy as np
 import pytest
-from planar_strip import ACCELEROMETER, CAMERA, ENCODER, ROW_SENSORS, SENSORS, StripKinematics, camera_sample, strip_model
+from planar_strip import (
+    ACCELEROMETER,
+    CAMERA,
+    ENCODER,
+    ROW_SENSORS,
+    SENSORS,
+    StripKinematics,
+    camera_sample,
+    strip_model,
+)
 
 from flexarm_estimator.process import ProcessModel
 from flexarm_estimator.sensors import LinearRows, build_sensor_models

@@ -28,7 +28,9 @@ def test_two_half_steps_make_a_whole_one():
     E2, integral2, Q2 = integrals.at(0.0025)
     scale = np.sqrt(np.outer(np.diag(Q), np.diag(Q)))
     np.testing.assert_allclose(E2 @ E1, E, rtol=1e-12, atol=1e-12 * np.abs(E).max())
-    np.testing.assert_allclose(integral2 + E2 @ integral1, integral, rtol=1e-12, atol=1e-12 * np.abs(integral).max())
+    np.testing.assert_allclose(
+        integral2 + E2 @ integral1, integral, rtol=1e-12, atol=1e-12 * np.abs(integral).max()
+    )
     assert np.max(np.abs(E2 @ Q1 @ E2.T + Q2 - Q) / scale) < 1e-12
 
 

@@ -1,0 +1,193 @@
+"""Estimates as ROS messages and back, health as diagnostics.
+
+The tip travels as an Odometry from "base" to "tool"; by its convention the twist is in the axes of the
+tool, so it is turned there and back.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from flexarm_interfaces.msg import ModalState, SensorHealth
+from nav_msgs.msg import Odometry
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from flexarm_estimator.estimate import Estimate, SensorReport
+from flexarm_estimator.sensor_messages import BASE_FRAME
+from flexarm_model.conversions import floats, ns_to_stamp
+from flexarm_model.reduced_model import ReducedModel
+
+Array = NDArray[np.float64]
+TOOL_FRAME = "tool"
+_STATUS = {
+    "ok": ModalState.OK,
+    "degraded": ModalState.DEGRADED,
+    "lost": ModalState.LOST,
+    "starting": ModalState.STARTING,
+}
+_SENSOR_STATUS = {
+    "ok": SensorHealth.OK,
+    "stale": SensorHealth.STALE,
+    "rejected": SensorHealth.REJECTED,
+    "off": SensorHealth.OFF,
+}
+_LEVEL = {
+    "ok": DiagnosticStatus.OK,
+    "degraded": DiagnosticStatus.WARN,
+    "lost": DiagnosticStatus.ERROR,
+    "starting": DiagnosticStatus.WARN,
+    "stale": DiagnosticStatus.STALE,
+    "rejected": DiagnosticStatus.ERROR,
+    "off": DiagnosticStatus.WARN,
+}
+
+
+@dataclass(frozen=True)
+class TipMotion:
+    """Pose and velocity of the tip in world axes, as in ``Estimate``.
+
+    Attributes:
+        T_world_tip: (4, 4).
+        twist: [linear; angular], (6,).
+        cov_pose: (6, 6).
+        cov_twist: (6, 6).
+    """
+
+    T_world_tip: Array
+    twist: Array
+    cov_pose: Array
+    cov_twist: Array
+
+
+def state_to_msg(estimate: Estimate, model: ReducedModel, stamp_ns: int) -> ModalState:
+    """Return the message of the joints, modes and disturbance."""
+    msg = ModalState()
+    msg.header.stamp = ns_to_stamp(stamp_ns)
+    msg.header.frame_id = BASE_FRAME
+    msg.model_id, msg.reason, msg.status = estimate.model_id, estimate.reason, _STATUS[estimate.status]
+    msg.joint_names, msg.names = list(model.theta_names), list(model.eta_names)
+    msg.theta, msg.theta_dot = floats(estimate.theta), floats(estimate.theta_dot)
+    msg.eta, msg.eta_dot, msg.disturbance = floats(estimate.eta), floats(estimate.eta_dot), floats(estimate.d)
+    msg.covariance = floats(estimate.P)
+    msg.sensors = [_health_to_msg(report) for report in estimate.sensors]
+    return msg
+
+
+def state_from_msg(msg: ModalState) -> tuple[Array, Array, str, tuple[SensorReport, ...]]:
+    """Return x (n_x,), P (n_x, n_x), status and sensors of a message.
+
+    Raises:
+        ValueError: Its lengths do not fit together.
+    """
+    x = np.concatenate([msg.theta, msg.eta, msg.theta_dot, msg.eta_dot, msg.disturbance])
+    if len(msg.covariance) != x.size**2:
+        raise ValueError(f"covariance has {len(msg.covariance)} numbers, {x.size**2} expected")
+    status = next(name for name, value in _STATUS.items() if value == msg.status)
+    reports = tuple(_health_from_msg(health) for health in msg.sensors)
+    return x, np.array(msg.covariance).reshape(x.size, x.size), status, reports
+
+
+def tip_to_msg(estimate: Estimate, stamp_ns: int) -> Odometry:
+    """Return the message of the tip."""
+    msg = Odometry(child_frame_id=TOOL_FRAME)
+    msg.header.stamp = ns_to_stamp(stamp_ns)
+    msg.header.frame_id = BASE_FRAME
+    T = estimate.T_world_tip
+    into_tool = _turn(T[:3, :3].T)
+    position, orientation = msg.pose.pose.position, msg.pose.pose.orientation
+    position.x, position.y, position.z = T[:3, 3].tolist()
+    orientation.x, orientation.y, orientation.z, orientation.w = _quaternion(T[:3, :3])
+    linear, angular = msg.twist.twist.linear, msg.twist.twist.angular
+    twist = into_tool.dot(estimate.twist_tip).tolist()
+    linear.x, linear.y, linear.z, angular.x, angular.y, angular.z = twist
+    msg.pose.covariance = estimate.cov_tip_pose.ravel()
+    msg.twist.covariance = into_tool.dot(estimate.cov_tip_twist).dot(into_tool.T).ravel()
+    return msg
+
+
+def tip_from_msg(msg: Odometry) -> TipMotion:
+    """Return the tip's motion in world axes."""
+    position, q = msg.pose.pose.position, msg.pose.pose.orientation
+    T = np.eye(4)
+    T[:3, :3] = Rotation.from_quat([q.x, q.y, q.z, q.w]).as_matrix()
+    T[:3, 3] = [position.x, position.y, position.z]
+    linear, angular = msg.twist.twist.linear, msg.twist.twist.angular
+    turn = _turn(T[:3, :3])
+    twist = turn @ np.array([linear.x, linear.y, linear.z, angular.x, angular.y, angular.z])
+    cov_pose, cov_twist = (np.array(part.covariance).reshape(6, 6) for part in (msg.pose, msg.twist))
+    return TipMotion(T, twist, cov_pose, turn @ cov_twist @ turn.T)
+
+
+def diagnostics_msg(
+    estimate: Estimate | None, fault: str, notes: Mapping[str, tuple[int, str]], stamp_ns: int
+) -> DiagnosticArray:
+    """Return the health of estimator and sensors, and what was refused of their messages.
+
+    Args:
+        estimate: The newest one; None before the first.
+        fault: Why there is none, or what else is wrong; empty when nothing is.
+        notes: Count and newest reason of refusals, by topic.
+        stamp_ns: Now [ns].
+    """
+    msg = DiagnosticArray()
+    msg.header.stamp = ns_to_stamp(stamp_ns)
+    if estimate is None:
+        msg.status.append(_status("state", DiagnosticStatus.ERROR, fault or "no samples yet", {}))
+    else:
+        text = fault or estimate.reason or "ok"
+        level = DiagnosticStatus.ERROR if fault else _LEVEL[estimate.status]
+        msg.status.append(_status("state", level, text, {"model_id": estimate.model_id}))
+        msg.status += [_sensor_status(report) for report in estimate.sensors]
+    for topic, (count, reason) in notes.items():
+        is_stamp = topic.endswith("_timestamp")
+        level = DiagnosticStatus.WARN if is_stamp else DiagnosticStatus.ERROR
+        msg.status.append(_status(topic, level, reason, {"refused": count}))
+    return msg
+
+
+def _sensor_status(report: SensorReport) -> DiagnosticStatus:
+    values = {
+        "accepted": report.accepted,
+        "rejected": report.rejected,
+        "age [s]": f"{report.age:.3f}",
+        "normalised innovation": f"{report.normalised:.2f}",
+    }
+    return _status(report.name, _LEVEL[report.status], report.reason or "ok", values)
+
+
+def _status(name: str, level: bytes, text: str, values: Mapping[str, object]) -> DiagnosticStatus:
+    pairs = [KeyValue(key=key, value=str(value)) for key, value in values.items()]
+    return DiagnosticStatus(
+        name=f"estimator: {name}", hardware_id=name, level=level, message=text, values=pairs
+    )
+
+
+def _health_to_msg(report: SensorReport) -> SensorHealth:
+    msg = SensorHealth(name=report.name, status=_SENSOR_STATUS[report.status], reason=report.reason)
+    msg.age, msg.accepted, msg.rejected = float(report.age), report.accepted, report.rejected
+    msg.innovation, msg.normalised_innovation = floats(report.innovation), float(report.normalised)
+    return msg
+
+
+def _health_from_msg(msg: SensorHealth) -> SensorReport:
+    status = next(name for name, value in _SENSOR_STATUS.items() if value == msg.status)
+    return SensorReport(
+        msg.name, status, msg.reason, msg.age, msg.accepted, msg.rejected,  # type: ignore[arg-type]
+        np.array(msg.innovation), msg.normalised_innovation,
+    )  # fmt: skip
+
+
+def _turn(R: Array) -> Array:
+    """Return the rotation of [linear; angular], (6, 6)."""
+    both = np.zeros((6, 6))
+    both[:3, :3] = both[3:, 3:] = R
+    return both
+
+
+def _quaternion(R: Array) -> Iterable[float]:
+    """Return x, y, z, w of a rotation matrix."""
+    return Rotation.from_matrix(R).as_quat().tolist()  # type: ignore[no-any-return]

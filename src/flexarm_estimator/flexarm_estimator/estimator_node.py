@@ -1,0 +1,159 @@
+"""Estimator node: joints, modes and tip of the arm from its sensors.
+
+Publishes
+    modal_state (flexarm_interfaces/ModalState): joints, modes and disturbance with covariance and health,
+        one per joint_states (in lockstep one per tick).
+    end_effector (nav_msgs/Odometry): pose [m] of the tool in "base" and its twist, with covariances.
+    /diagnostics (diagnostic_msgs/DiagnosticArray): 1 Hz.
+    ~/ready (std_msgs/Bool, latched): true once it has a model and its topics are connected.
+Subscribes
+    model (flexarm_interfaces/ReducedModel, latched), joint_states (sensor_msgs/JointState: encoders),
+    strain (flexarm_interfaces/StrainArray), imu/<name> (sensor_msgs/Imu), camera/pose
+    (geometry_msgs/PoseWithCovarianceStamped), applied_effort (sensor_msgs/JointState: torque from its
+    stamp on), tick (flexarm_interfaces/Tick, lockstep only).
+Services
+    ~/reset (std_srvs/Trigger): forget the state.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from functools import partial
+from typing import Any
+
+from diagnostic_msgs.msg import DiagnosticArray
+from flexarm_interfaces.msg import ModalState, ReducedModel, StrainArray, Tick
+from geometry_msgs.msg import PoseWithCovarianceStamped
+from nav_msgs.msg import Odometry
+from rclpy.clock import Clock, ClockType
+from rclpy.node import Node
+from sensor_msgs.msg import Imu, JointState
+from std_srvs.srv import Trigger
+
+from flexarm_estimator.exchange import EstimatorExchange, Outgoing
+from flexarm_estimator.settings import EstimatorConfig
+from flexarm_model.config import load_config
+from flexarm_model.conversions import stamp_to_ns
+from flexarm_model.lockstep import Lockstep, Messages
+from flexarm_model.manipulator_file import find_manipulator
+from flexarm_model.node import (
+    LATCHED_QOS,
+    LOCKSTEP_QOS,
+    RELIABLE_QOS,
+    SENSOR_QOS,
+    ReadyFlag,
+    declare_config,
+    refuse_unknown_parameters,
+    run_node,
+)
+from flexarm_model.parameters import parameter
+
+DIAGNOSTICS_PERIOD = 1.0  # s
+_TYPES = {"joint_states": JointState, "strain": StrainArray, "camera/pose": PoseWithCovarianceStamped}
+_TYPES["applied_effort"] = JointState
+
+
+@dataclass(frozen=True)
+class EstimatorNodeSettings:
+    """Settings of the estimator node beside those of the estimator."""
+
+    manipulator: str = parameter("single_link", "Name of a manipulator that comes along, or a YAML file.")
+    preset: str = parameter("geared", "Preset of that file; empty for none.")
+    lockstep: bool = parameter(False, "Wait for the ticks of the simulated rig.")
+
+
+class EstimatorNode(Node):
+    """Connects an ``EstimatorExchange`` to topics."""
+
+    def __init__(self) -> None:
+        """Load the manipulator and subscribe to its sensors."""
+        super().__init__("estimator", namespace="flexarm")
+        self.settings = declare_config(self, EstimatorNodeSettings, complete=False)
+        estimator = declare_config(self, EstimatorConfig, complete=False)
+        refuse_unknown_parameters(self)
+        config = load_config(find_manipulator(self.settings.manipulator), self.settings.preset)
+        self.exchange = EstimatorExchange(config, estimator, 0 if self.settings.lockstep else None)
+        self._lockstep = Lockstep(self.exchange.topics, self.on_tick_complete)
+        self._said = ""
+        self._connect()
+
+    def on_model(self, msg: ReducedModel) -> None:
+        """Take a model, or say why not."""
+        self.exchange.on_model(msg)
+        if self.exchange.model_fault:
+            self.get_logger().error(self.exchange.model_fault)
+
+    def on_sensor(self, topic: str, msg: Any) -> None:
+        """Keep a message; the joint states close a period."""
+        if self.settings.lockstep:
+            self._lockstep.add(topic, msg)
+            return
+        self.exchange.on_sensor(topic, msg)
+        if topic == "joint_states":
+            self._publish(self.exchange.step(stamp_to_ns(msg.header.stamp)))
+
+    def on_tick(self, msg: Tick) -> None:
+        """Note what belongs to an instant."""
+        self._lockstep.announce(msg.sequence, stamp_to_ns(msg.header.stamp), msg.topics, msg.counts)
+
+    def on_tick_complete(self, stamp_ns: int, messages: Messages) -> None:
+        """Step once everything of an instant is here."""
+        for topic, received in messages.items():
+            for msg in received:
+                self.exchange.on_sensor(topic, msg)
+        self._publish(self.exchange.step(stamp_ns))
+
+    def on_diagnostics(self) -> None:
+        """Tell the health of estimator and sensors."""
+        self._outlets["/diagnostics"].publish(self.exchange.diagnostics(self.get_clock().now().nanoseconds))
+
+    def on_reset(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        """Forget the state."""
+        self.exchange.reset()
+        response.success, response.message = True, "starting anew"
+        return response
+
+    def _publish(self, outgoing: Iterable[Outgoing]) -> None:
+        for out in outgoing:
+            self._outlets[out.topic].publish(out.msg)
+        estimate = self.exchange.estimate
+        if estimate is not None and estimate.status != self._said:
+            self._said = estimate.status
+            self.get_logger().info(f"{estimate.status}{': ' if estimate.reason else ''}{estimate.reason}")
+
+    def _connect(self) -> None:
+        self._outlets = {
+            "modal_state": self.create_publisher(ModalState, "modal_state", RELIABLE_QOS),
+            "end_effector": self.create_publisher(Odometry, "end_effector", RELIABLE_QOS),
+            "/diagnostics": self.create_publisher(DiagnosticArray, "/diagnostics", RELIABLE_QOS),
+        }
+        self.create_subscription(ReducedModel, "model", self.on_model, LATCHED_QOS)
+        quality = LOCKSTEP_QOS if self.settings.lockstep else SENSOR_QOS
+        for topic in self.exchange.topics:
+            self.create_subscription(_TYPES.get(topic, Imu), topic, partial(self.on_sensor, topic), quality)
+        if self.settings.lockstep:
+            self.create_subscription(Tick, "tick", self.on_tick, LOCKSTEP_QOS)
+        self.create_service(Trigger, "~/reset", self.on_reset)
+        self.create_timer(
+            DIAGNOSTICS_PERIOD, self.on_diagnostics, clock=Clock(clock_type=ClockType.STEADY_TIME)
+        )
+        self._ready = ReadyFlag(self, self._conditions())
+
+    def _conditions(self) -> dict[str, Callable[[], bool]]:
+        """Return what must hold before the node is ready; in lockstep no message may be lost."""
+        conditions: dict[str, Callable[[], bool]] = {"a model": lambda: self.exchange.estimator is not None}
+        wanted = (*self.exchange.topics, "tick") if self.settings.lockstep else ("joint_states",)
+        for topic in wanted:
+            conditions[topic] = partial(self._has_publisher, topic)
+        if self.settings.lockstep:
+            conditions["the controller"] = lambda: self._outlets["modal_state"].get_subscription_count() > 0
+        return conditions
+
+    def _has_publisher(self, topic: str) -> bool:
+        return self.count_publishers(self.resolve_topic_name(topic)) > 0
+
+
+def main() -> int:
+    """Run the node."""
+    return run_node(EstimatorNode)

@@ -1,0 +1,157 @@
+"""Sensor messages as samples, without touching what is inside a sample: that is the estimator's.
+
+Messages are read by their fields, so this file needs no ROS. Real drivers leave arrays empty, send
+covariances of zeros and frames of their own; whatever cannot be used comes back as a ``Refusal``.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexarm_estimator.measurement import Measurement
+from flexarm_estimator.readings import Reading, Refusal
+from flexarm_model.description import ManipulatorConfig, SensorSpec
+
+Array = NDArray[np.float64]
+BASE_FRAME = "base"
+_UNIT_TOLERANCE = 0.05  # of the norm of a quaternion; drivers round, but not that much
+_SAME = 1e-9  # relative; a covariance that repeats the description is not worth carrying
+
+
+class SensorReader:
+    """Reads the messages of one manipulator's sensors."""
+
+    def __init__(self, config: ManipulatorConfig) -> None:
+        """Sort the sensors by the topic that carries them."""
+        by_kind = {kind: {s.name: s for s in config.sensors if s.kind == kind} for kind in _KINDS}
+        self._encoders = by_kind["encoder"]
+        self._gauges = by_kind["strain_gauge"]
+        self._cameras = by_kind["camera"]
+        self._axes = tuple(config.actuated)
+        known_axes = {f"{joint.name}.{axis.name}" for joint in config.joints for axis in joint.axes}
+        self._known_axes = known_axes
+        self._read: dict[str, Callable[[Any, float], Reading]] = {"joint_states": self._read_joints}
+        if self._gauges:
+            self._read["strain"] = self._read_strain
+        if self._cameras:
+            self._read["camera/pose"] = self._read_camera
+        for spec in by_kind["accelerometer"].values():
+            self._read[f"imu/{spec.name}"] = _imu_reader(spec)
+
+    @property
+    def topics(self) -> tuple[str, ...]:
+        """Relative topics that carry this manipulator's sensors."""
+        return tuple(self._read)
+
+    def read(self, topic: str, msg: Any, t: float) -> Reading:
+        """Return the samples of a message.
+
+        Args:
+            topic: Relative topic, one of ``topics``; another gives a refusal.
+            msg: The message.
+            t: Its stamp in seconds of rig time.
+        """
+        reader = self._read.get(topic)
+        if reader is None:
+            return Reading([], [Refusal(topic, f"no sensor there; known: {', '.join(self._read)}")])
+        return reader(msg, t)
+
+    def read_torque(self, topic: str, msg: Any) -> tuple[Array | None, list[Refusal]]:
+        """Return the torque of the actuated axes in a JointState, (n_theta,), or None and why."""
+        if len(msg.effort) != len(msg.name):
+            return None, [Refusal(topic, f"{len(msg.effort)} efforts for {len(msg.name)} names")]
+        by_name = dict(zip(msg.name, msg.effort, strict=True))
+        missing = [name for name in self._axes if name not in by_name]
+        if missing:
+            return None, [Refusal(topic, f"no axis '{missing[0]}' among {', '.join(msg.name) or 'no names'}")]
+        torque = np.array([by_name[name] for name in self._axes])
+        if not np.isfinite(torque).all():
+            return None, [Refusal(topic, "torque is not finite")]
+        return torque, []
+
+    def _read_joints(self, msg: Any, t: float) -> Reading:
+        reading = Reading()
+        strangers = [name for name in msg.name if name not in self._known_axes]
+        if strangers:
+            reading.refusals.append(Refusal("joint_states", f"unknown joint '{strangers[0]}'"))
+        for spec in self._encoders.values():
+            if len(msg.position) != len(msg.name):
+                reason = f"{len(msg.position)} positions for {len(msg.name)} names"
+                reading.refusals.append(Refusal(spec.name, reason))
+            elif spec.site not in msg.name:
+                reading.refusals.append(Refusal(spec.name, f"no joint '{spec.site}' in joint_states"))
+            else:
+                y = np.array([msg.position[list(msg.name).index(spec.site)]])
+                reading.samples.append(Measurement(spec.name, t, y))
+        return reading
+
+    def _read_strain(self, msg: Any, t: float) -> Reading:
+        reading = Reading()
+        sizes_differ = len(msg.names) != len(msg.strain)
+        if sizes_differ or len(msg.standard_deviation) not in (0, len(msg.names)):
+            sizes = (len(msg.names), len(msg.strain), len(msg.standard_deviation))
+            reason = "{} names, {} strains, {} sigmas".format(*sizes)
+            return Reading([], [Refusal(name, reason) for name in self._gauges])
+        for i, name in enumerate(msg.names):
+            spec = self._gauges.get(name)
+            if spec is None:
+                reading.refusals.append(Refusal("strain", f"unknown gauge '{name}'"))
+                continue
+            sigma = [msg.standard_deviation[i]] if len(msg.standard_deviation) else [0.0]
+            R = _own_covariance(np.diag(np.square(sigma)), spec)
+            reading.samples.append(Measurement(name, t, np.array([msg.strain[i]]), R))
+        return reading
+
+    def _read_camera(self, msg: Any, t: float) -> Reading:
+        """Read the pose of the tip; the topic carries one camera."""
+        spec = next(iter(self._cameras.values()))
+        if msg.header.frame_id != BASE_FRAME:
+            reason = f"frame '{msg.header.frame_id}' is not '{BASE_FRAME}'"
+            return Reading([], [Refusal(spec.name, reason)])
+        position, q = msg.pose.pose.position, msg.pose.pose.orientation
+        norm = math.sqrt(q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w)
+        if not abs(norm - 1.0) <= _UNIT_TOLERANCE:  # also NaN
+            return Reading([], [Refusal(spec.name, f"quaternion has norm {norm:.3g}")])
+        y = np.array([position.x, position.y, position.z, *_rotation_vector(q.x, q.y, q.z, q.w)])
+        R = _own_covariance(np.array(msg.pose.covariance, dtype=np.float64).reshape(6, 6), spec)
+        return Reading([Measurement(spec.name, t, y, R)])
+
+
+def _imu_reader(spec: SensorSpec) -> Callable[[Any, float], Reading]:
+    rows = ["xyz".index(channel) for channel in spec.channels]
+
+    def read(msg: Any, t: float) -> Reading:
+        if msg.header.frame_id != spec.site:
+            return Reading([], [Refusal(spec.name, f"frame '{msg.header.frame_id}' is not '{spec.site}'")])
+        covariance = np.array(msg.linear_acceleration_covariance, dtype=np.float64).reshape(3, 3)
+        if any(covariance[i, i] < 0.0 for i in rows):  # REP 145: not measured
+            return Reading([], [Refusal(spec.name, "driver says that acceleration is not measured")])
+        acceleration = msg.linear_acceleration
+        y = np.array([getattr(acceleration, channel) for channel in spec.channels])
+        return Reading([Measurement(spec.name, t, y, _own_covariance(covariance[np.ix_(rows, rows)], spec))])
+
+    return read
+
+
+def _own_covariance(R: Array, spec: SensorSpec) -> Array | None:
+    """Return R unless it is the description's or says nothing (zeros)."""
+    if not R.any() or np.allclose(R, np.diag(np.square(spec.sigma)), rtol=_SAME, atol=0.0):
+        return None
+    return R
+
+
+def _rotation_vector(x: float, y: float, z: float, w: float) -> tuple[float, float, float]:
+    """Return axis times angle in [-pi, pi] of a quaternion that need not be exactly of unit length."""
+    sine = math.sqrt(x * x + y * y + z * z)
+    if sine == 0.0:
+        return 0.0, 0.0, 0.0
+    scale = 2.0 * math.atan2(sine, abs(w)) / sine * (1.0 if w >= 0.0 else -1.0)
+    return x * scale, y * scale, z * scale
+
+
+_KINDS = ("encoder", "strain_gauge", "accelerometer", "camera")
