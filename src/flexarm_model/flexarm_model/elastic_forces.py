@@ -30,7 +30,7 @@ def inertia_forces(
         a: Their accelerations, (n_q,).
         index: Where the body's coordinates stand.
     """
-    eta = q[index.start : index.stop]
+    eta = q[index.start : index.stop, 0]
     second = [eta[i] * eta[j] * (0.5 if i == j else 1.0) for i, j in pairs(body.n)]
     z = ca.vertcat(1, eta, *second)
     J = ca.jacobian(z, q)

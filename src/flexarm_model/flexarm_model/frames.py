@@ -87,7 +87,7 @@ def node_step(shape: NodeShape, index: range, q: ca.SX) -> Step:
     The rotation is Cayley's map of the rotation vector ``Psi eta``: rational, smooth at zero, and
     equal to the exponential to second order, which is as far as the shapes themselves reach.
     """
-    eta = q[index.start : index.stop]
+    eta = q[index.start : index.stop, 0]
     p = ca.SX(ca.sparsify(ca.DM(shape.r))) + sparse(shape.Phi) @ eta
     p += ca.vertcat(*[eta.T @ sparse(shape.G[i]) @ eta / 2 for i in range(3)])
     phi = sparse(shape.Psi) @ eta

@@ -199,5 +199,7 @@ class ReducedTree:
         for name, body in self.bodies.items():
             at = self._elastic[name]
             for row, i in enumerate(at):
-                f[i] = ca.dot(body.K[row], q[at.start : at.stop]) + ca.dot(body.D[row], v[at.start : at.stop])
+                f[i] = ca.dot(body.K[row], q[at.start : at.stop, 0]) + ca.dot(
+                    body.D[row], v[at.start : at.stop, 0]
+                )
         return f

@@ -61,7 +61,7 @@ def _strain_gauge(tree: ReducedTree, motions: Motions, at: Point, sensor: Sensor
     stretch, curvature_z, curvature_y = tree.bodies[body].nodes[node].strain  # (n,) each
     row = stretch - sensor.offset[0] * curvature_z - sensor.offset[1] * curvature_y
     index = tree.elastic_coordinates(body)
-    return sparse(row[None]) @ at.q[index.start : index.stop]
+    return sparse(row[None]) @ at.q[index.start : index.stop, 0]
 
 
 def _accelerometer(tree: ReducedTree, motions: Motions, at: Point, sensor: SensorSpec) -> ca.SX:
