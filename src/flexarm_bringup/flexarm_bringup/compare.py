@@ -3,6 +3,7 @@
 Two numbers a, b of a field agree when ``|a - b| <= atol + rtol |a|``; NaN agrees with NaN; strings,
 integers and lengths must be equal. Messages are paired by topic, stamp and order, so that one that
 is missing or too many is named and does not shift the rest; the time of their arrival does not matter.
+A recording may end in the middle of an instant: from its last stamp on, numbers of messages are free.
 """
 
 from __future__ import annotations
@@ -11,6 +12,7 @@ from collections import defaultdict
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, fields, is_dataclass
 from fnmatch import fnmatchcase
+from itertools import chain
 from typing import Any
 
 import numpy as np
@@ -106,10 +108,13 @@ def compare_bags(
     rank = {topic: i for i, topic in enumerate(topics)}
     divergences = []
     compared = dict.fromkeys(topics, 0)
+    end_ns = max((stamp_ns for _, stamp_ns in ours), default=0)
     for key in sorted({*ours, *theirs}, key=lambda key: (key[1], rank[key[0]])):
         topic, stamp_ns = key
         compared[topic] += min(len(ours[key]), len(theirs[key]))
         differences = _differences(topic, ours[key], theirs[key], tolerances)
+        if stamp_ns < end_ns:
+            differences = chain(_surplus(ours[key], theirs[key]), differences)
         divergences += [Divergence(stamp_ns, topic, field, text) for field, text in differences]
     return Comparison(compared, tuple(divergences))
 
@@ -126,13 +131,16 @@ def _grouped(bag: Bag, topics: Sequence[str]) -> defaultdict[tuple[str, int], li
     return groups
 
 
-def _differences(
-    topic: str, ours: Sequence[Record], theirs: Sequence[Record], tolerances: Sequence[Tolerance]
-) -> Iterator[tuple[str, str]]:
+def _surplus(ours: Sequence[Record], theirs: Sequence[Record]) -> Iterator[tuple[str, str]]:
     if len(ours) > len(theirs):
         yield "", f"{len(ours) - len(theirs)} message(s) missing"
     if len(theirs) > len(ours):
         yield "", f"{len(theirs) - len(ours)} message(s) too many"
+
+
+def _differences(
+    topic: str, ours: Sequence[Record], theirs: Sequence[Record], tolerances: Sequence[Tolerance]
+) -> Iterator[tuple[str, str]]:
     fit = _Fit(topic.removeprefix(f"{NAMESPACE}/"), tolerances)
     for a, b in zip(ours, theirs, strict=False):
         if a.cdr == b.cdr and a.type == b.type:

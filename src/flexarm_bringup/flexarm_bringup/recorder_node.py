@@ -4,9 +4,13 @@ Subscribes
     All topics of flexarm_bringup.topics.
 Publishes
     /diagnostics (diagnostic_msgs/DiagnosticArray): 1 Hz; an error as soon as the disk refuses.
-    ~/ready (std_msgs/Bool, latched): true once every stream that a run needs has its publisher.
+    ~/ready (std_msgs/Bool, latched): true once nothing that the partners send can be missed any more.
 
 The bag is closed on SIGINT and SIGTERM. Log times are those of arrival, or of the ticks in lockstep.
+
+That a publisher is known here does not mean that it knows this subscriber yet. The proof is its latched
+``<partner>/ready``, subscribed to last: it arrives when the partner has matched that subscription, and
+DDS announces the subscriptions of a process in the order in which they were made.
 """
 
 from __future__ import annotations
@@ -16,14 +20,16 @@ import os
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile
+from std_msgs.msg import Bool
 
 from flexarm_bringup.bag_writer import BagError, BagWriter
 from flexarm_bringup.cdr import header_stamp_ns
@@ -33,7 +39,7 @@ from flexarm_bringup.provenance import provenance
 from flexarm_bringup.topics import Stream, streams
 from flexarm_model.config import load_config
 from flexarm_model.manipulator_file import find_manipulator
-from flexarm_model.node import RELIABLE_QOS, ReadyFlag, declare_config, run_node
+from flexarm_model.node import LATCHED_QOS, RELIABLE_QOS, ReadyFlag, declare_config, run_node
 from flexarm_model.parameters import ParameterError, parameter
 
 DEPTH = 5000  # messages that may wait for the disk: a second of everything in lockstep
@@ -49,6 +55,9 @@ class RecorderSettings:
     manipulator: str = parameter("single_link", "Name of a manipulator that comes along, or a YAML file.")
     preset: str = parameter("geared", "Preset of that file; empty for none.")
     lockstep: bool = parameter(False, "Log at the stamps of the ticks instead of the times of arrival.")
+    partners: tuple[str, ...] = parameter(
+        ("model", "rig", "estimator", "controller"), "Nodes whose first message must not be missed."
+    )
     settings: str = parameter(
         "{}", "Parameters of the other nodes that are not defaults, as JSON; kept in the bag."
     )
@@ -72,7 +81,7 @@ class RecorderNode(Node):  # type: ignore[misc]
         except BagError as error:
             raise ParameterError(f"bag: {error}") from error
         self._log = LOGS[settings.lockstep](self._streams, self._write)
-        self._connect()
+        self._connect(settings.partners)
 
     def stop(self) -> None:
         """Write what waits, close the bag, say what became of it."""
@@ -103,27 +112,28 @@ class RecorderNode(Node):  # type: ignore[misc]
         array.header.stamp = self.get_clock().now().to_msg()
         self._diagnostics.publish(array)
 
-    def _connect(self) -> None:
-        needed = {}
+    def _connect(self, partners: Sequence[str]) -> None:
         for stream in self._streams:
             durability = DurabilityPolicy.TRANSIENT_LOCAL if stream.is_latched else DurabilityPolicy.VOLATILE
             qos = QoSProfile(depth=DEPTH, durability=durability)
             kind = message_class(stream.type)
-            subscription = self.create_subscription(kind, stream.topic, self._receiver(stream), qos, raw=True)
-            if not stream.is_optional or stream.topic == "tick":
-                needed[stream.topic] = lambda subscription=subscription: (
-                    subscription.get_publisher_count() > 0
-                )
+            self.create_subscription(kind, stream.topic, self._receiver(stream), qos, raw=True)
         self._diagnostics = self.create_publisher(DiagnosticArray, "/diagnostics", RELIABLE_QOS)
         steady = Clock(clock_type=ClockType.STEADY_TIME)
         self.create_timer(DIAGNOSTICS_PERIOD, self.on_diagnostics, clock=steady)
-        self._ready = ReadyFlag(self, needed)
+        self._heard: set[str] = set()
+        for name in partners:  # last, see the module
+            self.create_subscription(Bool, f"{name}/ready", self._hearer(name), LATCHED_QOS)
+        self._ready = ReadyFlag(self, {name: partial(self._heard.__contains__, name) for name in partners})
 
     def _receiver(self, stream: Stream) -> Callable[[bytes], None]:
         def on_raw(cdr: bytes) -> None:  # a callable with two arguments would be given more than the message
             self.on_message(stream, cdr)
 
         return on_raw
+
+    def _hearer(self, name: str) -> Callable[[Bool], None]:
+        return lambda _: self._heard.add(name)
 
     def _write(self, name: str, log_time_ns: int, cdr: bytes) -> None:
         if self.failure:

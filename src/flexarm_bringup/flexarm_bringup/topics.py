@@ -48,12 +48,12 @@ class Stream:
 
 
 STREAMS = (
-    Stream("reference", "trajectory_msgs/msg/JointTrajectory", "user", "event",
-           "motion asked for", is_optional=True),
-    Stream("robot_description", "std_msgs/msg/String", "model", "once",
-           "URDF with the modes as segment joints", is_latched=True, is_stamped=False, is_optional=True),
     Stream("model", "flexarm_interfaces/msg/ReducedModel", "model", "on change of pose",
            "reduced model in use", is_latched=True),
+    Stream("robot_description", "std_msgs/msg/String", "model", "once",
+           "URDF with the modes as segment joints", is_latched=True, is_stamped=False, is_optional=True),
+    Stream("reference", "trajectory_msgs/msg/JointTrajectory", "user", "event",
+           "motion asked for", is_optional=True),
     Stream("joint_states", "sensor_msgs/msg/JointState", "rig", "motor period",
            "motor side position, velocity and measured torque", depth=10, is_sensor=True),
     Stream("strain", "flexarm_interfaces/msg/StrainArray", "rig", "gauge rate",

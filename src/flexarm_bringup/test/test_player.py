@@ -71,8 +71,8 @@ def records(*topics: str) -> list[Record]:
 
 
 BAG = (
-    "reference",
     "model",
+    "reference",
     "joint_states@1",
     "strain@1",
     "imu/tip@1",
@@ -86,7 +86,7 @@ def test_in_lockstep_the_tick_makes_the_estimator_act() -> None:
     sides = Sides()
     played = list(Player(sides, sides, lockstep=True).play(records(*BAG)))
     sensors = ["joint_states", "strain", "imu/tip"]
-    assert sides.calls == ["reference", "model", "model", *sensors, "guard", "step 1", "answer 1"]
+    assert sides.calls == ["model", "model", "reference", *sensors, "guard", "step 1", "answer 1"]
     topics = [outgoing.topic for _, outgoing in played]
     assert topics == ["controller_status", "modal_state", "joint_commands", "end_effector"]
 

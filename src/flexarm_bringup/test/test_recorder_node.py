@@ -15,7 +15,7 @@ pytest.importorskip("rclpy", reason="needs ROS")
 
 RECORDER = "import sys; from flexarm_bringup.recorder_node import main; sys.exit(main())"
 
-# Publishes every stream that a run needs, waits for the recorder's ~/ready, then sends 50 lockstep ticks.
+# Publishes every stream, waits for the recorder's ~/ready, then sends 50 lockstep ticks.
 RIG = textwrap.dedent("""
     import sys, time
     import rclpy
@@ -32,6 +32,8 @@ RIG = textwrap.dedent("""
         kinds[stream.topic] = message_class(stream.type)
         qos = LATCHED_QOS if stream.is_latched else RELIABLE_QOS
         publishers[stream.topic] = node.create_publisher(kinds[stream.topic], stream.topic, qos)
+    flag = node.create_publisher(Bool, "rig/ready", LATCHED_QOS)
+    flag.publish(Bool(data=True))
     ready = []
     node.create_subscription(Bool, "recorder/ready", lambda msg: ready.append(msg.data), LATCHED_QOS)
     executor = SingleThreadedExecutor()
@@ -57,7 +59,7 @@ def record(
 ) -> tuple[int, str]:
     """Record the rig's 50 ticks, end the recorder with a signal, return its exit code and what it said."""
     arguments = ["--ros-args", "-p", f"bag:={bag}"]
-    for item in parameters:
+    for item in ("partners:=[rig]", *parameters):
         arguments += ["-p", item]
     recorder = subprocess.Popen(
         [sys.executable, "-c", limit + RECORDER, *arguments],
@@ -88,7 +90,8 @@ def test_a_lockstep_run_is_recorded_whole_and_in_order(
     expected = [(5_000_000 * k, f"/flexarm/{topic}") for k in range(50) for topic in order]
     received = [(r.log_time_ns, r.name) for r in bag.records if r.name != "/diagnostics"]
     assert received == expected
-    assert decode(bag.records[-1]).header.stamp.nanosec == 49 * 5_000_000
+    last = [record for record in bag.records if record.name != "/diagnostics"][-1]
+    assert decode(last).header.stamp.nanosec == 49 * 5_000_000
 
 
 def test_in_real_time_messages_are_logged_as_they_arrive(
