@@ -1,0 +1,75 @@
+"""Measure the time of every step: model, estimator, controller, simulation, memory of the nodes.
+
+CPU time of one thread, medians and 99th percentiles, each beside its baseline in the same run, so that the
+ratios hold on a busy machine too. The benchmarks themselves are in benchmarks/, one file each.
+
+  flexarm bench                 everything
+  flexarm bench mpc estimator   some of them
+"""
+
+from __future__ import annotations
+
+import argparse
+import importlib.util
+import os
+from pathlib import Path
+from types import ModuleType
+
+from flexarm_bringup.progress import Progress
+from flexarm_bringup.report import Cell, Check, Column, Page, Table, add_report_arguments, publish
+
+FOLDER = "benchmarks"
+PREFIX = "bench_"
+USAGE = 2
+BOUNDS = {  # name of a result: largest value allowed
+    "estimator_median_us": 100.0,
+    "mpc_p99_us": 1500.0,
+    "memory_largest_mb": 250.0,
+}
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the choice of benchmarks and the report files."""
+    parser.add_argument("names", nargs="*", metavar="NAME", help=f"which benchmarks (default: all in {FOLDER}/)")
+    parser.add_argument("--folder", type=Path, default=None, help=f"where they are (default: {FOLDER}/ of the source tree)")
+    add_report_arguments(parser)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Run the benchmarks and print their results; returns the exit code."""
+    folder = args.folder or Path(os.environ.get("FLEXARM_SOURCE", ".")) / FOLDER
+    files = {path.stem.removeprefix(PREFIX): path for path in sorted(folder.glob(f"{PREFIX}*.py"))}
+    unknown = [name for name in args.names if name not in files]
+    if unknown or not files:
+        print(f"flexarm bench: no benchmark {', '.join(unknown) or 'at all'} in {folder}; there are: {', '.join(files) or 'none'}")
+        return USAGE
+    progress, results = Progress(), {}
+    for name in args.names or files:
+        progress.say(f"benchmark {name}")
+        results[name] = load_module(files[name]).main()
+    progress.done()
+    return publish(build_page(results), args)
+
+
+def load_module(path: Path) -> ModuleType:
+    """Import a benchmark from its file."""
+    spec = importlib.util.spec_from_file_location(path.stem, path)
+    assert spec is not None and spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def build_page(results: dict[str, dict[str, float]]) -> Page:
+    """Return the page of all results."""
+    columns = [Column("figure"), Column("value", ".4g")]
+    tables = []
+    checks = []
+    for name, values in results.items():
+        rows: list[list[Cell]] = [[key, float(value)] for key, value in values.items()]
+        tables.append(Table(name, columns, rows))
+        for key, value in values.items():
+            if key in BOUNDS:
+                checks.append(Check(f"{name}: {key}", f"at most {BOUNDS[key]:g}", f"{value:.4g}", value <= BOUNDS[key]))
+    lead = "CPU time of one thread; _us are microseconds, ratios are to the baseline named."
+    return Page("flexarm: how long it takes", lead, tables, checks)
