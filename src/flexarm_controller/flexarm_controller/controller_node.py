@@ -14,7 +14,7 @@ Subscribes
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from flexarm_interfaces.msg import ControllerStatus, GuardStatus, JointCommand, ModalState, ReducedModel, Tick
 from flexarm_model.config import load_config
@@ -56,6 +56,8 @@ class ControllerNode(Node):
         laws = declare_config(self, ControllerConfig, complete=False)
         mpc = declare_config(self, MpcConfig, complete=False)
         refuse_unknown_parameters(self)
+        if self.settings.lockstep:
+            mpc = replace(mpc, time_limit=0.0)  # results must not depend on how busy the machine is
         config = load_config(find_manipulator(self.settings.manipulator), self.settings.preset)
         self.exchange = ControllerExchange(config, laws, mpc, 0 if self.settings.lockstep else None)
         self._lockstep = Lockstep(("guard_status",), self.on_tick_complete)

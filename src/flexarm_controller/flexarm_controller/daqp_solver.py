@@ -6,7 +6,7 @@ import daqp
 import numpy as np
 from numpy.typing import NDArray
 
-from flexarm_controller.qp import QpResult, primal_residual
+from flexarm_controller.qp import QpResult, are_vectors_sound, primal_residual
 
 Array = NDArray[np.float64]
 FEASIBILITY = 1e-6  # DAQP's own primal tolerance [1]
@@ -24,7 +24,7 @@ class DaqpSolver:
 
     def solve(self, q: Array, l: Array, u: Array, warm: Array | None) -> QpResult:  # noqa: E741
         """Solve for new vectors; DAQP keeps its active set, so ``warm`` is not needed."""
-        if not (np.isfinite(q).all() and not np.isnan(l).any() and not np.isnan(u).any() and (l <= u).all()):
+        if not are_vectors_sound(q, l, u):
             return QpResult(self._zero, "data not finite or bounds crossed", 0, np.inf, False)
         self._model.update(f=q, bupper=u, blower=l)
         x, _, flag, info = self._model.solve()

@@ -1,20 +1,31 @@
 """OSQP behind the solver protocol: tight, capped, checked, and rebuilt after bad data.
 
+Two stages share the vectors. The first stops early and lets OSQP polish: it solves the equations
+of the active constraints, which gives an exact answer when those were found. When they were not,
+the second goes on from there to the full tolerance.
+
 Facts about OSQP 1.1 this file answers to: an infeasible problem returns x of 2e9; a cap on
 iterations or time returns a partial x; one solve with NaN leaves later warm-started solves NaN.
 """
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+
 import numpy as np
 import osqp
 from numpy.typing import NDArray
 from scipy import sparse
 
-from flexarm_controller.qp import QpResult, primal_residual
+from flexarm_controller.qp import QpResult, are_vectors_sound, primal_residual
 
 Array = NDArray[np.float64]
-FEASIBILITY = 10.0  # an answer at a cap is used up to this many tolerances (OSQP's own stop is relative too)
+
+COARSE = 30.0  # tolerance of the first stage in tolerances: active constraints are known, little time is spent
+RELATIVE = 0.1  # relative tolerance in absolute ones: gradients reach some hundred, answers are of order one
+USABLE = 10.0  # an answer at a cap is used up to this many tolerances
+NO_LIMIT = 1e10  # OSQP's own value for "no time limit" [s]
+_STOPPED_WITH_ANSWER = ("solved", "solved inaccurate", "maximum iterations reached", "run time limit reached")
 
 
 class OsqpSolver:
@@ -26,39 +37,55 @@ class OsqpSolver:
         Args:
             P: Hessian, symmetric positive definite, (n, n).
             A: Constraints, (m, n).
-            tolerance: Absolute and relative, of the scaled problem [1].
-            max_iterations: Cap [1].
-            time_limit: Cap [s].
+            tolerance: Of the residuals of the scaled problem [1].
+            max_iterations: Cap of each stage [1].
+            time_limit: Cap of both stages together, wall time [s]; 0 for none.
         """
-        self._A = A
-        self._tolerance = tolerance
-        self._P_upper = sparse.csc_matrix(np.triu(P))
-        self._A_sparse = sparse.csc_matrix(A)
-        self._settings = {
-            "eps_abs": tolerance, "eps_rel": tolerance, "max_iter": max_iterations, "time_limit": time_limit,
-            "verbose": False, "polishing": False, "adaptive_rho_interval": 25, "check_termination": 5,
-        }
+        self._P, self._A, self._tolerance = P, A, tolerance
+        self._caps = {"max_iter": max_iterations, "time_limit": time_limit / 2 or NO_LIMIT}
         self._zero = np.zeros(P.shape[0])
-        self._solver = self._build()
+        self._build()
 
     def solve(self, q: Array, l: Array, u: Array, warm: Array | None) -> QpResult:  # noqa: E741
         """Solve for new vectors; see ``QpSolver``."""
-        if not (np.isfinite(q).all() and not np.isnan(l).any() and not np.isnan(u).any() and (l <= u).all()):
+        if not are_vectors_sound(q, l, u):
             return QpResult(self._zero, "data not finite or bounds crossed", 0, np.inf, False)
-        self._solver.update(q=q, l=l, u=u)
+        self._quick.update(q=q, l=l, u=u)
         if warm is not None:
-            self._solver.warm_start(x=warm)
-        answer = self._solver.solve(raise_error=False)
-        info, x = answer.info, np.asarray(answer.x)
-        if not np.isfinite(x).all() or not np.isfinite(info.dual_res):
-            self._solver = self._build()
-            return QpResult(self._zero, str(info.status), int(info.iter), np.inf, False)
-        residual = max(primal_residual(self._A, x, l, u), float(info.dual_res))
-        solved = info.status in ("solved", "maximum iterations reached", "run time limit reached")
-        return QpResult(x, str(info.status), int(info.iter), residual, solved and residual <= FEASIBILITY * self._tolerance)
+            self._quick.warm_start(x=warm)
+        answer = self._quick.solve(raise_error=False)
+        iterations, residual = int(answer.info.iter), self._residual(answer, l, u)
+        if not residual <= self._tolerance:
+            self._exact.update(q=q, l=l, u=u)
+            if np.isfinite(residual):
+                self._exact.warm_start(x=answer.x, y=answer.y)
+            answer = self._exact.solve(raise_error=False)
+            iterations, residual = iterations + int(answer.info.iter), self._residual(answer, l, u)
+        return self._judge(answer, iterations, residual, float(np.abs(q).max(initial=0.0)))
 
-    def _build(self) -> osqp.OSQP:
-        solver = osqp.OSQP()
-        m = self._A.shape[0]
-        solver.setup(self._P_upper, self._zero, self._A_sparse, np.full(m, -1.0), np.full(m, 1.0), **self._settings)
+    def _judge(self, answer: SimpleNamespace, iterations: int, residual: float, gradient: float) -> QpResult:
+        status = str(answer.info.status)
+        if not np.isfinite(residual):
+            self._build()
+            return QpResult(self._zero, status, iterations, np.inf, False)
+        usable = residual <= USABLE * self._tolerance * (1 + RELATIVE * gradient)
+        solved = usable and status in _STOPPED_WITH_ANSWER
+        return QpResult(answer.x, status, iterations, residual, solved)
+
+    def _residual(self, answer: SimpleNamespace, l: Array, u: Array) -> float:  # noqa: E741
+        """Return the larger of the primal residual, computed here, and OSQP's dual one."""
+        residual = max(primal_residual(self._A, answer.x, l, u), float(answer.info.dual_res))
+        return residual if np.isfinite(residual) else np.inf
+
+    def _build(self) -> None:
+        self._quick = self._stage(COARSE * self._tolerance, polishing=True)
+        self._exact = self._stage(self._tolerance, polishing=False)
+
+    def _stage(self, tolerance: float, polishing: bool) -> osqp.OSQP:
+        solver, bound = osqp.OSQP(), np.ones(self._A.shape[0])
+        solver.setup(
+            sparse.csc_matrix(np.triu(self._P)), self._zero, sparse.csc_matrix(self._A), -bound, bound,
+            eps_abs=tolerance, eps_rel=RELATIVE * tolerance, polishing=polishing, verbose=False,
+            check_termination=5, adaptive_rho_interval=25, **self._caps,
+        )  # fmt: skip
         return solver

@@ -44,5 +44,10 @@ class QpSolver(Protocol):
 def primal_residual(A: Array, x: Array, l: Array, u: Array) -> float:  # noqa: E741
     """Return by how much x leaves the constraints at most [1]; inf when x is not finite."""
     y = A @ x
-    worst = np.maximum(y - u, l - y).max(initial=0.0)
-    return float(worst) if np.isfinite(worst) else np.inf
+    worst = float(np.maximum(y - u, l - y).max(initial=0.0))
+    return worst if np.isfinite(worst) else np.inf
+
+
+def are_vectors_sound(q: Array, l: Array, u: Array) -> bool:  # noqa: E741
+    """Tell whether q is finite and every lower bound below its upper one (so none is NaN)."""
+    return bool(np.isfinite(q).all() and (l <= u).all())

@@ -16,27 +16,29 @@ class MpcConfig:
         (1,) * 4 + (2,) * 18, "Periods over which each planned torque is held; sum = horizon.", minimum=1
     )
     delay_periods: int = parameter(1, "Periods between a state and the torque computed from it.", minimum=0, maximum=10)
-    position_error: float = parameter(7e-3, "Joint error that costs 1.", "rad", minimum=1e-9)
-    velocity_error: float = parameter(0.09, "Joint velocity error that costs 1.", "rad/s", minimum=1e-9)
-    modal_energy: float = parameter(3.5e-4, "Energy of the modes that costs 1.", "J", minimum=1e-12)
+    position_error: float = parameter(0.01, "Joint error that costs 1.", "rad", minimum=1e-9)
+    velocity_error: float = parameter(0.1, "Joint velocity error that costs 1.", "rad/s", minimum=1e-9)
+    modal_energy: float = parameter(1.5e-4, "Energy of the modes that costs 1.", "J", minimum=1e-12)
     modal_cutoff_hz: float = parameter(
-        10.0, "Modes well above it are left to their own damping.", "Hz", minimum=1e-3
+        12.5, "Modes well above it are left to their own damping.", "Hz", minimum=1e-3
     )
     input_acceleration: float = parameter(
-        4.5, "Torque that costs 1, as acceleration of the joint's inertia.", "rad/s^2", minimum=1e-6
+        2.3, "Torque that costs 1, as acceleration of the joint's inertia.", "rad/s^2", minimum=1e-6
     )
     input_jerk: float = parameter(
-        55.0, "Rate of torque that costs 1, as jerk of the joint's inertia.", "rad/s^3", minimum=1e-6
+        120.0, "Rate of torque that costs 1, as jerk of the joint's inertia.", "rad/s^3", minimum=1e-6
     )
     strain_margin: float = parameter(
         0.1, "Share of the strain limit kept free for estimation errors.", minimum=0.0, maximum=0.9
     )
     velocity_limit: bool = parameter(False, "Keep the joint velocity limit inside the horizon too.")
-    slack_price: float = parameter(100.0, "Price of exceeding a soft limit by all of it.", minimum=1.0)
+    slack_price: float = parameter(10.0, "Price of exceeding a soft limit by all of it.", minimum=1.0)
     backend: str = parameter("osqp", "Solver of the quadratic program.", choices=("osqp", "daqp"))
     tolerance: float = parameter(1e-5, "Of the scaled problem.", minimum=1e-9, maximum=1e-4)
-    max_iterations: int = parameter(2000, "Cap of the solver.", minimum=1)
-    time_limit: float = parameter(2.5e-3, "Cap of the solver.", "s", minimum=1e-5, maximum=1.0)
+    max_iterations: int = parameter(2000, "Cap of each stage of the solver.", minimum=1)
+    time_limit: float = parameter(
+        2.5e-3, "Cap of the solver's wall time; 0 for none, as in lockstep.", "s", minimum=0.0, maximum=1.0
+    )
 
     def __post_init__(self) -> None:
         """Check every field.
