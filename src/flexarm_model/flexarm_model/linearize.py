@@ -19,6 +19,7 @@ from flexarm_model.sensors import output_names, output_units
 Array = NDArray[np.float64]
 
 MAX_ITERATIONS = 20
+FREE = 1e-7  # of the fastest frequency: below it a frequency is rounding
 EQUILIBRIUM_TOLERANCE = 1e-10  # unbalanced generalised force, relative to the largest one
 
 
@@ -35,7 +36,7 @@ def linearize(tree: ReducedTree, pose: Array | None = None, modes: int | None = 
         modes: Number of modes; None is what the description asks for.
 
     Raises:
-        PoseError: Wrong length, not finite, outside the axes' limits, or no equilibrium.
+        PoseError: Wrong length, not finite, outside the axes' limits, or no stable equilibrium.
     """
     config = tree.config
     pose = check_pose(tree, config.home if pose is None else pose)
@@ -50,8 +51,11 @@ def linearize(tree: ReducedTree, pose: Array | None = None, modes: int | None = 
     omega = np.zeros(0)
     if e.size:
         inner = np.ix_(e, e)
+        Phi_e, omega_e = mode_basis(M[inner], K[inner], np.eye(e.size), e.size)
+        if omega_e[0] <= FREE * omega_e[-1]:
+            raise PoseError(f"no stable equilibrium at pose {pose.tolist()}: a mode has no stiffness")
         T[e, : t.size] = -np.linalg.solve(K[inner], K[np.ix_(e, t)])
-        T[e, t.size :], omega = mode_basis(M[inner], K[inner], np.eye(e.size), n_eta)
+        T[e, t.size :], omega = Phi_e[:, :n_eta], omega_e[:n_eta]
     M_r, D_r, K_r = (T.T @ matrix @ T for matrix in (M, D, K))
     n = t.size
     M_r[n:, n:], K_r[n:, n:] = np.eye(n_eta), np.diag(omega**2)  # what they are but for round-off
@@ -88,8 +92,10 @@ def check_pose(tree: ReducedTree, pose: Array) -> Array:
     if pose.shape != (len(axes),):
         raise PoseError(f"pose has {pose.size} values; expected {len(axes)}: {', '.join(axes)}")
     for (name, axis), value in zip(axes.items(), pose, strict=True):
-        if not axis.lower <= value <= axis.upper:  # also refuses NaN
-            raise PoseError(f"pose: {name} = {value} is outside [{axis.lower:.6g}, {axis.upper:.6g}]")
+        if not (np.isfinite(value) and axis.lower <= value <= axis.upper):
+            raise PoseError(
+                f"pose: {name} = {value} is not finite or outside [{axis.lower:.6g}, {axis.upper:.6g}]"
+            )
     return pose
 
 
@@ -106,5 +112,8 @@ def find_equilibrium(tree: ReducedTree, pose: Array) -> Array:
         _, _, K, f = tree.functions["linearisation"](q)
         if not e.size or abs(f[e]).max() <= EQUILIBRIUM_TOLERANCE * max(1.0, abs(f).max()):
             return q
-        q[e] -= np.linalg.solve(K[np.ix_(e, e)], f[e])
-    raise PoseError(f"no equilibrium at pose {pose.tolist()}: unbalanced force {abs(f[e]).max():.3g}")
+        try:
+            q[e] -= np.linalg.solve(K[np.ix_(e, e)], f[e])
+        except np.linalg.LinAlgError:
+            break
+    raise PoseError(f"no stable equilibrium at pose {pose.tolist()}: unbalanced force {abs(f[e]).max():.3g}")
