@@ -47,7 +47,7 @@ from flexarm_controller.guard import GuardCommand
 from flexarm_model.config import load_config
 from flexarm_model.conversions import ns_to_stamp, stamp_to_ns
 from flexarm_model.manipulator_file import find_manipulator
-from flexarm_model.node import LATCHED_QOS, RELIABLE_QOS, ReadyFlag, declare_config, refuse_unknown_parameters, run_node
+from flexarm_model.node import LATCHED_QOS, LOCKSTEP_QOS, RELIABLE_QOS, ReadyFlag, declare_config, refuse_unknown_parameters, run_node
 from flexarm_model.parameters import parameter
 
 STATUS_PERIODS = 20  # motor periods between two guard_status messages
@@ -175,8 +175,9 @@ class RigNode(Node):
 
     def _connect(self) -> None:
         accelerometers = [spec.name for spec in self.config.sensors if spec.kind == "accelerometer"]
+        quality = LOCKSTEP_QOS if self.settings.lockstep else RELIABLE_QOS
         self._outlets = {
-            stream.topic: self.create_publisher(message_class(stream.type), stream.topic, RELIABLE_QOS)
+            stream.topic: self.create_publisher(message_class(stream.type), stream.topic, quality)
             for stream in streams(accelerometers)
             if stream.publisher == "rig"
         }

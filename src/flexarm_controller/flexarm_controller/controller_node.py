@@ -17,12 +17,18 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from flexarm_interfaces.msg import ControllerStatus, GuardStatus, JointCommand, ModalState, ReducedModel, Tick
+from rclpy.node import Node
+from trajectory_msgs.msg import JointTrajectory
+
+from flexarm_controller.exchange import ControllerExchange, Outgoing
+from flexarm_controller.settings import ControllerConfig, MpcConfig
 from flexarm_model.config import load_config
 from flexarm_model.conversions import stamp_to_ns
 from flexarm_model.lockstep import Lockstep, Messages
 from flexarm_model.manipulator_file import find_manipulator
 from flexarm_model.node import (
     LATCHED_QOS,
+    LOCKSTEP_QOS,
     RELIABLE_QOS,
     ReadyFlag,
     declare_config,
@@ -30,11 +36,6 @@ from flexarm_model.node import (
     run_node,
 )
 from flexarm_model.parameters import parameter
-from rclpy.node import Node
-from trajectory_msgs.msg import JointTrajectory
-
-from flexarm_controller.exchange import ControllerExchange, Outgoing
-from flexarm_controller.settings import ControllerConfig, MpcConfig
 
 
 @dataclass(frozen=True)
@@ -111,14 +112,15 @@ class ControllerNode(Node):
             self._outlets[out.topic].publish(out.msg)
 
     def _connect(self) -> None:
+        quality = LOCKSTEP_QOS if self.settings.lockstep else RELIABLE_QOS
         self._outlets = {
-            "joint_commands": self.create_publisher(JointCommand, "joint_commands", RELIABLE_QOS),
-            "controller_status": self.create_publisher(ControllerStatus, "controller_status", RELIABLE_QOS),
+            "joint_commands": self.create_publisher(JointCommand, "joint_commands", quality),
+            "controller_status": self.create_publisher(ControllerStatus, "controller_status", quality),
         }
         self.create_subscription(ReducedModel, "model", self.on_model, LATCHED_QOS)
         self.create_subscription(JointTrajectory, "reference", self.on_reference, RELIABLE_QOS)
-        self.create_subscription(GuardStatus, "guard_status", self.on_guard_status, RELIABLE_QOS)
-        self.create_subscription(ModalState, "modal_state", self.on_modal_state, RELIABLE_QOS)
+        self.create_subscription(GuardStatus, "guard_status", self.on_guard_status, quality)
+        self.create_subscription(ModalState, "modal_state", self.on_modal_state, quality)
         conditions = {
             "a model": lambda: self.exchange.controller is not None,
             "the estimator": lambda: self.count_publishers(self.resolve_topic_name("modal_state")) > 0,
@@ -126,7 +128,7 @@ class ControllerNode(Node):
             "the guard": lambda: self.count_publishers(self.resolve_topic_name("guard_status")) > 0,
         }
         if self.settings.lockstep:
-            self.create_subscription(Tick, "tick", self.on_tick, RELIABLE_QOS)
+            self.create_subscription(Tick, "tick", self.on_tick, quality)
             conditions["ticks"] = lambda: self.count_publishers(self.resolve_topic_name("tick")) > 0
         self._ready = ReadyFlag(self, conditions)
 

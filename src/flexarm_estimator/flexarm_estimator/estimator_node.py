@@ -123,9 +123,10 @@ class EstimatorNode(Node):
             self.get_logger().info(f"{estimate.status}{': ' if estimate.reason else ''}{estimate.reason}")
 
     def _connect(self) -> None:
+        told = LOCKSTEP_QOS if self.settings.lockstep else RELIABLE_QOS
         self._outlets = {
-            "modal_state": self.create_publisher(ModalState, "modal_state", RELIABLE_QOS),
-            "end_effector": self.create_publisher(Odometry, "end_effector", RELIABLE_QOS),
+            "modal_state": self.create_publisher(ModalState, "modal_state", told),
+            "end_effector": self.create_publisher(Odometry, "end_effector", told),
             "/diagnostics": self.create_publisher(DiagnosticArray, "/diagnostics", RELIABLE_QOS),
         }
         self.create_subscription(ReducedModel, "model", self.on_model, LATCHED_QOS)

@@ -34,7 +34,7 @@ SENSOR_QOS = QoSProfile(depth=50, reliability=ReliabilityPolicy.BEST_EFFORT)
 RELIABLE_QOS = QoSProfile(depth=10)
 LATEST_QOS = QoSProfile(depth=1)
 LATCHED_QOS = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
-LOCKSTEP_QOS = QoSProfile(depth=50)  # for subscribers of sensors that must not lose a message
+LOCKSTEP_QOS = QoSProfile(depth=1000)  # both ends in lockstep: no message is lost while a reader is slow
 
 EXIT_CONFIGURATION = 2
 SPIN_TIMEOUT = 0.1  # s; longest delay of a stop by signal
