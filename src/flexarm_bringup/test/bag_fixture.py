@@ -16,7 +16,7 @@ WRITTEN = tuple(stream for stream in STREAMS if stream.topic in ("joint_states",
 def joint_state(stamp_ns: int, position: float) -> bytes:
     types = bag_types()
     message = types.types["sensor_msgs/msg/JointState"](
-        header=_header(stamp_ns),
+        header=stamped_header(stamp_ns),
         name=["base.rz"],
         position=np.array([position]),
         velocity=np.zeros(0),
@@ -31,7 +31,7 @@ def modal_state(stamp_ns: int, **changes: Any) -> bytes:
         "encoder", 0, "", 0.0, 3, changes.get("rejected", 0), np.array([1e-6]), 1.0
     )
     message = types.types["flexarm_interfaces/msg/ModalState"](
-        header=_header(stamp_ns),
+        header=stamped_header(stamp_ns),
         model_id="0123456789abcdef",
         joint_names=["base.rz"],
         theta=np.array([0.25]),
@@ -59,7 +59,8 @@ def write_bag(path: Path, ticks: int = 2, **changes: Any) -> Path:
     return path
 
 
-def _header(stamp_ns: int) -> Any:
+def stamped_header(stamp_ns: int) -> Any:
+    """Return a header with a stamp."""
     types = bag_types().types
     sec, nanosec = divmod(stamp_ns, 1_000_000_000)
     return types["std_msgs/msg/Header"](types["builtin_interfaces/msg/Time"](sec, nanosec), "base")

@@ -1,0 +1,86 @@
+"""Feed a recorded bag through estimator and controller again, without DDS and without a clock.
+
+  flexarm replay BAG                      is the bag whole, and what do the libraries make of it?
+  flexarm replay BAG --output DIR         write their messages to a new bag; twice gives equal files
+  flexarm replay BAG --against GOLDEN     compare every field with another bag (or with BAG itself)
+
+The exit code is 1 when the first divergence has been named, 2 when a bag cannot be used.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from flexarm_bringup.bag_reader import Bag, check_bag
+from flexarm_bringup.compare import Comparison, compare_bags
+from flexarm_bringup.replay_bag import NEEDED, OUTPUTS, replay
+from flexarm_bringup.report import Cells, Check, Column, Page, Table, add_report_arguments, publish
+
+SHOWN = 10  # divergences
+UNUSABLE = 2
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the bags and the report files."""
+    parser.add_argument("bag", type=Path, help="folder of a recorded bag")
+    parser.add_argument("--output", type=Path, metavar="DIR", help="keep the messages in a new bag")
+    parser.add_argument("--against", type=Path, metavar="GOLDEN", help="compare them with those of this bag")
+    add_report_arguments(parser)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Replay, compare, report; return the exit code."""
+    try:
+        bag = check_bag(args.bag, NEEDED)
+        golden = check_bag(args.against, OUTPUTS[:1]) if args.against else None
+        with _folder(args.output) as folder:
+            replayed = replay(bag, folder)
+    except ValueError as error:  # BagError; ConfigError or ParameterError of the configuration in the bag
+        print(f"flexarm replay: {error}", file=sys.stderr)
+        return UNUSABLE
+    comparison = compare_bags(golden, replayed, OUTPUTS) if golden else None
+    return publish(page(bag, replayed, comparison), args)
+
+
+def page(bag: Bag, replayed: Bag, comparison: Comparison | None) -> Page:
+    """Return what there is to say about a replay."""
+    code, ours = bag.custom.get("git", "unknown code"), replayed.custom["git"]
+    lead = f"{sum(bag.counts.values())} messages, recorded by {code}, replayed by {ours}."
+    columns = [Column("topic"), Column("recorded", "d"), Column("replayed", "d")]
+    rows: list[Cells] = [[name, bag.counts.get(name, 0), replayed.counts[name]] for name in OUTPUTS]
+    items = [Table("Messages", columns, rows)]
+    title = f"Replay of {bag.path}"
+    if comparison is None:
+        return Page(title, lead, items)
+    first = str(comparison.divergences[0]) if comparison.divergences else "equal"
+    compared = f"{sum(comparison.compared.values())} messages equal"
+    checks = [Check("every field within its tolerance", compared, first, comparison.is_equal)]
+    shown = comparison.divergences[:SHOWN]
+    if shown:
+        items.append(_divergence_table(comparison))
+    data = {"divergent_messages": len(comparison.divergences), "divergences": [vars(item) for item in shown]}
+    return Page(title, lead, items, checks, data=data)
+
+
+def _divergence_table(comparison: Comparison) -> Table:
+    shown = comparison.divergences[:SHOWN]
+    rows: list[Cells] = [[f"{item.stamp_ns * 1e-9:.9f}", item.topic, item.field, item.text] for item in shown]
+    rest = len(comparison.divergences) - len(shown)
+    notes = [f"{rest} more messages differ"] if rest else []
+    heads = [Column(title) for title in ("stamp [s]", "topic", "field", "found")]
+    return Table("Divergences, first field of each message", heads, rows, notes)
+
+
+@contextmanager
+def _folder(output: Path | None) -> Iterator[Path]:
+    """Give the folder asked for, or one that goes away afterwards."""
+    if output:
+        yield output
+    else:
+        with tempfile.TemporaryDirectory() as folder:
+            yield Path(folder) / "replay"

@@ -1,0 +1,82 @@
+"""From a bag to the bag that estimator and controller make of it, with the configuration it was made with."""
+
+from __future__ import annotations
+
+import json
+import tempfile
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from flexarm_bringup.bag_reader import Bag, check_bag
+from flexarm_bringup.bag_writer import BagError, BagWriter
+from flexarm_bringup.cdr import header_stamp_ns
+from flexarm_bringup.conversions import serialise
+from flexarm_bringup.player import Player
+from flexarm_bringup.provenance import git_hash
+from flexarm_bringup.tick_check import check_ticks
+from flexarm_bringup.topics import NAMESPACE, STREAMS
+from flexarm_controller.exchange import ControllerExchange
+from flexarm_controller.settings import ControllerConfig, MpcConfig
+from flexarm_estimator.exchange import EstimatorExchange
+from flexarm_estimator.settings import EstimatorConfig
+from flexarm_model.config import load_config
+from flexarm_model.description import ManipulatorConfig
+from flexarm_model.overrides import apply_overrides
+
+NEEDED = (f"{NAMESPACE}/model", f"{NAMESPACE}/joint_states")  # without these there is nothing to replay
+WRITTEN = tuple(s for s in STREAMS if s.publisher in ("estimator", "controller") and not s.is_optional)
+OUTPUTS = tuple(stream.name for stream in WRITTEN)
+NO_TIME_LIMIT = 1.0  # s; the solver's cap in real time would make the result depend on the machine
+
+
+def replay(bag: Bag, folder: Path) -> Bag:
+    """Play a bag into a new one.
+
+    Args:
+        bag: What was recorded, with the configuration it was recorded with.
+        folder: Bag to create.
+
+    Returns:
+        The new bag, read back.
+
+    Raises:
+        BagError: The bag lacks messages or its configuration, its model is refused, or ``folder`` exists.
+        ConfigError, ParameterError: Its configuration is not understood.
+    """
+    player, fault = _build_player(bag)
+    by_topic = {stream.topic: stream for stream in WRITTEN}
+    with BagWriter(folder, WRITTEN, {**bag.custom, "git": git_hash(), "replay": "true"}) as writer:
+        for record, outgoing in player.play(bag.records):
+            stream = by_topic[outgoing.topic]
+            cdr = serialise(outgoing.msg, stream.type)
+            writer.write(stream.name, header_stamp_ns(cdr) or record.log_time_ns, cdr)
+    if not writer.counts[OUTPUTS[0]]:
+        raise BagError(f"{bag.path}: gives no {OUTPUTS[0]}: {fault()}")
+    return check_bag(folder)
+
+
+def _build_player(bag: Bag) -> tuple[Player, Callable[[], str]]:
+    config, settings = _configuration(bag)
+    lockstep = check_ticks(bag) > 0
+    epoch_ns = 0 if lockstep else None
+    laws = apply_overrides(ControllerConfig, settings.get("controller", {}))
+    mpc = replace(apply_overrides(MpcConfig, settings.get("controller", {})), time_limit=NO_TIME_LIMIT)
+    controller = ControllerExchange(config, laws, mpc, epoch_ns, clock=lambda: 0.0)
+    estimator = EstimatorExchange(
+        config, apply_overrides(EstimatorConfig, settings.get("estimator", {})), epoch_ns
+    )
+    return Player(estimator, controller, lockstep), lambda: estimator.model_fault
+
+
+def _configuration(bag: Bag) -> tuple[ManipulatorConfig, dict[str, dict[str, Any]]]:
+    """Return the manipulator and the settings of the nodes that a bag was recorded with."""
+    missing = [key for key in ("description", "preset", "settings") if key not in bag.custom]
+    if missing:
+        raise BagError(f"{bag.path}: does not say with which {', '.join(missing)} it was recorded")
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / f"{bag.custom.get('manipulator', 'bag')}.yaml"
+        path.write_text(bag.custom["description"], encoding="utf8")
+        config = load_config(path, bag.custom["preset"])
+    return config, json.loads(bag.custom["settings"])
