@@ -16,7 +16,6 @@ import time
 from collections.abc import Callable
 
 import numpy as np
-from flexarm_model.reduced_model import ReducedModel
 from numpy.typing import NDArray
 
 from flexarm_controller.command import ControlCommand, Mode
@@ -28,6 +27,7 @@ from flexarm_controller.qp import QpResult
 from flexarm_controller.reference import Reference, hold
 from flexarm_controller.settings import ControllerConfig, MpcConfig
 from flexarm_controller.state import ArmState
+from flexarm_model.reduced_model import ReducedModel
 
 Array = NDArray[np.float64]
 _NO_RESULT = QpResult(np.zeros(0), "", 0, 0.0, False)

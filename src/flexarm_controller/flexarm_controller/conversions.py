@@ -5,14 +5,14 @@ from __future__ import annotations
 import numpy as np
 from builtin_interfaces.msg import Duration
 from flexarm_interfaces.msg import ControllerStatus, JointCommand, ModalState
-from flexarm_model.conversions import NS_PER_S, floats, ns_to_stamp, stamp_to_ns
-from flexarm_model.reduced_model import ReducedModel
 from numpy.typing import NDArray
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
 from flexarm_controller.command import ControlCommand
 from flexarm_controller.reference import Reference
 from flexarm_controller.state import ArmState
+from flexarm_model.conversions import NS_PER_S, floats, ns_to_stamp, stamp_to_ns
+from flexarm_model.reduced_model import ReducedModel
 
 Array = NDArray[np.float64]
 
@@ -40,7 +40,8 @@ def state_from_msg(msg: ModalState, model: ReducedModel, epoch_ns: int) -> ArmSt
         zero, none = np.zeros(n), np.zeros(m)
         return ArmState(t, msg.model_id, zero, none, zero, none, zero, False, f"state has sizes {sizes}")
     theta, theta_dot, d, eta, eta_dot = (
-        np.array(part, dtype=float) for part in (msg.theta, msg.theta_dot, msg.disturbance, msg.eta, msg.eta_dot)
+        np.array(part, dtype=float)
+        for part in (msg.theta, msg.theta_dot, msg.disturbance, msg.eta, msg.eta_dot)
     )
     return ArmState(t, msg.model_id, theta, eta, theta_dot, eta_dot, d, msg.status in _USABLE, msg.reason)
 
@@ -54,7 +55,9 @@ def reference_from_msg(msg: JointTrajectory, names: tuple[str, ...], epoch_ns: i
     if tuple(msg.joint_names) != names:
         raise ReferenceMessageError(f"joint_names are {list(msg.joint_names)}; expected {list(names)}")
     start = stamp_to_ns(msg.header.stamp) - epoch_ns
-    times = [start + point.time_from_start.sec * NS_PER_S + point.time_from_start.nanosec for point in msg.points]
+    times = [
+        start + point.time_from_start.sec * NS_PER_S + point.time_from_start.nanosec for point in msg.points
+    ]
     columns = []
     for name in ("positions", "velocities", "accelerations"):
         rows = [list(getattr(point, name)) for point in msg.points]
@@ -98,7 +101,11 @@ def status_to_msg(command: ControlCommand, missed: int, epoch_ns: int) -> Contro
     """Return what the controller did in this cycle."""
     msg = ControllerStatus(mode=_MODES[command.mode], reason=command.reason, model_id=command.model_id)
     msg.solver_status, msg.iterations = command.solver_status, command.iterations
-    msg.residual, msg.solve_time, msg.missed_cycles = float(command.residual), float(command.solve_time), missed
+    msg.residual, msg.solve_time, msg.missed_cycles = (
+        float(command.residual),
+        float(command.solve_time),
+        missed,
+    )
     msg.limits_active, msg.tracking_error = list(command.limits_active), floats(command.tracking_error)
     msg.header.stamp = ns_to_stamp(round(command.t * NS_PER_S) + epoch_ns)
     return msg

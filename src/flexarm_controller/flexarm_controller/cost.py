@@ -14,11 +14,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from flexarm_model.reduced_model import ReducedModel
 from numpy.typing import NDArray
 from scipy.linalg import block_diag, solve_discrete_are
 
 from flexarm_controller.settings import MpcConfig
+from flexarm_model.reduced_model import ReducedModel
 
 Array = NDArray[np.float64]
 
@@ -56,10 +56,11 @@ def build_cost(model: ReducedModel, config: MpcConfig, dt: float) -> Cost:
     n_theta = model.n_theta
     roll_off = 1.0 / (1.0 + (model.omega / (2 * np.pi * config.modal_cutoff_hz)) ** 4)
     modal = roll_off / (2 * config.modal_energy)
-    Q = np.diag(np.concatenate([
-        np.full(n_theta, config.position_error**-2), modal * model.omega**2,
-        np.full(n_theta, config.velocity_error**-2), modal,
-    ]))
+    position, velocity = (
+        np.full(n_theta, config.position_error**-2),
+        np.full(n_theta, config.velocity_error**-2),
+    )
+    Q = np.diag(np.concatenate([position, modal * model.omega**2, velocity, modal]))
     inertia = np.diag(model.M)[:n_theta]
     R = np.diag((inertia * config.input_acceleration) ** -2.0)
     S = np.diag((inertia * config.input_jerk * dt) ** -2.0)

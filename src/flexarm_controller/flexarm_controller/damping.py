@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from flexarm_model.reduced_model import ReducedModel
 from numpy.typing import NDArray
+
+from flexarm_model.reduced_model import ReducedModel
 
 Array = NDArray[np.float64]
 

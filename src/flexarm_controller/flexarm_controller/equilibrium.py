@@ -14,8 +14,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from flexarm_model.reduced_model import ReducedModel
 from numpy.typing import NDArray
+
+from flexarm_model.reduced_model import ReducedModel
 
 Array = NDArray[np.float64]
 

@@ -10,9 +10,6 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-from flexarm_model.conversions import ModelMessageError, model_from_msg, stamp_to_ns
-from flexarm_model.description import ManipulatorConfig
-
 from flexarm_controller.controller import Controller
 from flexarm_controller.conversions import (
     ReferenceMessageError,
@@ -24,6 +21,8 @@ from flexarm_controller.conversions import (
 )
 from flexarm_controller.limits import limits_of
 from flexarm_controller.settings import ControllerConfig, MpcConfig
+from flexarm_model.conversions import ModelMessageError, model_from_msg, stamp_to_ns
+from flexarm_model.description import ManipulatorConfig
 
 GAP = 1.5  # periods between two states from which on a cycle was missed
 
@@ -80,7 +79,8 @@ class ControllerExchange:
             return self._refuse_model(
                 msg,
                 f"model of '{model.manipulator}' has config {model.config_id}, the controller loaded "
-                f"{self._config.config_id} (preset '{self._config.preset}'): start both with the same file and preset",
+                f"{self._config.config_id} (preset '{self._config.preset}'): "
+                "start both with the same file and preset",
             )
         self.model_fault = ""
         if self.controller is None:

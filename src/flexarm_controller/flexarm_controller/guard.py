@@ -88,9 +88,9 @@ class Guard:
         """Let commands pass that quote ``token``, or the session that is armed already go on.
 
         Returns:
-            False while the arm is still braking.
+            False while the arm is still braking, and for token 0, which means "not armed".
         """
-        if self.mode != STOPPED:
+        if self.mode != STOPPED or token == 0:
             return self.mode == ARMED
         self.mode, self.reason, self.token = ARMED, "", token
         self._sequence, self._used, self._deadline = -1, -math.inf, t + self.limits.arming_time
@@ -113,9 +113,11 @@ class Guard:
             Torque [N m] or force [N] per axis, always finite and within the limits.
         """
         self.ticks += 1
-        wanted = self._wanted(command, t) if self.mode == ARMED else None
-        if command is not None and self.mode != ARMED:
-            self.refused += 1
+        if self.mode == ARMED:
+            wanted = self._wanted(command, t)
+        else:
+            wanted = None
+            self.refused += command is not None
         if wanted is None:
             wanted = self._damping(state)
         self._tau = [self._limit(axis, value) for axis, value in enumerate(wanted)]
@@ -137,7 +139,7 @@ class Guard:
             return command.effort
         self.refused += command is not None
         self.ticks_without_command += math.isfinite(self._used)
-        if t > self._deadline:
+        if not t <= self._deadline:  # also when t is not a number
             self.stop(f"no command for {1e3 * self.limits.max_age:.0f} ms")
             return None
         return self._tau
@@ -155,12 +157,20 @@ class Guard:
     def _is_fresh(self, command: GuardCommand, t: float) -> bool:
         """Tell whether a command is of this session, newer than the last one, and recent."""
         in_session = command.token == self.token and command.sequence > self._sequence
-        return in_session and command.t > self._used and -self.limits.period < t - command.t <= self.limits.max_age
+        return (
+            in_session
+            and command.t > self._used
+            and -self.limits.period < t - command.t <= self.limits.max_age
+        )
 
     def _damping(self, state: GuardState) -> list[float]:
         """Return the braking torque; a velocity that cannot be true brakes with nothing."""
-        self.mode = self.mode if any(abs(v) > self.limits.rest_velocity for v in state.velocity) else STOPPED
-        return [-d * v if math.isfinite(v) else 0.0 for d, v in zip(self.limits.damping, state.velocity, strict=True)]
+        known = len(state.velocity) == len(self.limits.damping)
+        velocity = state.velocity if known else (math.nan,) * len(self.limits.damping)
+        if all(abs(v) <= self.limits.rest_velocity for v in velocity):
+            self.mode = STOPPED
+        torques = [-d * v for d, v in zip(self.limits.damping, velocity, strict=True)]
+        return [torque if math.isfinite(torque) else 0.0 for torque in torques]
 
     def _limit(self, axis: int, value: float) -> float:
         """Return ``value`` within the torque limit and within reach of the last torque."""

@@ -5,8 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass, fields
 
 import numpy as np
-from flexarm_model.description import ManipulatorConfig
 from numpy.typing import NDArray
+
+from flexarm_model.description import ManipulatorConfig
 
 Array = NDArray[np.float64]
 

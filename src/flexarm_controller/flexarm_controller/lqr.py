@@ -7,7 +7,6 @@ is taken about the equilibrium of the reference there, and clipped.
 from __future__ import annotations
 
 import numpy as np
-from flexarm_model.reduced_model import ReducedModel
 from numpy.typing import NDArray
 
 from flexarm_controller.cost import build_cost, complete
@@ -16,6 +15,7 @@ from flexarm_controller.prediction import plant
 from flexarm_controller.reference import Reference
 from flexarm_controller.settings import MpcConfig
 from flexarm_controller.state import ArmState
+from flexarm_model.reduced_model import ReducedModel
 
 Array = NDArray[np.float64]
 

@@ -6,7 +6,6 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from flexarm_model.reduced_model import ReducedModel
 from numpy.typing import NDArray
 
 from flexarm_controller.daqp_solver import DaqpSolver
@@ -19,6 +18,7 @@ from flexarm_controller.qp import QpResult, QpSolver
 from flexarm_controller.reference import Reference
 from flexarm_controller.settings import MpcConfig
 from flexarm_controller.state import ArmState
+from flexarm_model.reduced_model import ReducedModel
 
 Array = NDArray[np.float64]
 BINDING = 1e-4  # distance to a limit below which it is reported as active, in units of the limit
@@ -55,7 +55,7 @@ class Mpc:
         self._solver = build_solver(self._problem, config)
         self._p = np.zeros(self._known.size)
         self._delay = config.delay_periods
-        self._ahead = (config.delay_periods + np.arange(config.horizon + 1)) * dt
+        self._ahead: Array = (config.delay_periods + np.arange(config.horizon + 1.0)) * dt
         self._empty = np.zeros((0, model.n_theta))
         self._warm: Array | None = None
 

@@ -21,7 +21,7 @@ from flexarm_controller.qp import QpResult, are_vectors_sound, primal_residual
 
 Array = NDArray[np.float64]
 
-COARSE = 30.0  # tolerance of the first stage in tolerances: active constraints are known, little time is spent
+COARSE = 30.0  # tolerance of the first stage in tolerances: by then most active constraints are known
 RELATIVE = 0.1  # relative tolerance in absolute ones: gradients reach some hundred, answers are of order one
 USABLE = 10.0  # an answer at a cap is used up to this many tolerances
 NO_LIMIT = 1e10  # OSQP's own value for "no time limit" [s]

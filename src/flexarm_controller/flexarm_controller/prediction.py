@@ -12,9 +12,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
+
 from flexarm_model.reduced_model import ReducedModel
 from flexarm_model.state_space import StateSpace, discretize, state_space
-from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
@@ -56,7 +57,7 @@ def predict(system: StateSpace, blocks: tuple[int, ...]) -> Prediction:
         G[k + 1] = system.A @ G[k]
         G[k + 1, :, k * n_u : (k + 1) * n_u] += system.B
     hold = np.repeat(np.eye(len(blocks)), blocks, axis=0)  # (N, n_b)
-    T = np.kron(hold, np.eye(n_u))
+    T = np.asarray(np.kron(hold, np.eye(n_u)), float)
     return Prediction(
         F[1:].reshape(-1, n_x), H[1:].reshape(-1, n_u), h[1:].ravel(), G[1:].reshape(N * n_x, -1) @ T, T
     )

@@ -11,7 +11,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from flexarm_model.reduced_model import ReducedModel
 from numpy.typing import NDArray
 from scipy.linalg import block_diag
 
@@ -23,6 +22,7 @@ from flexarm_controller.penalties import Known, penalise
 from flexarm_controller.prediction import plant, predict
 from flexarm_controller.settings import MpcConfig
 from flexarm_controller.soft_outputs import build_soft_outputs
+from flexarm_model.reduced_model import ReducedModel
 
 Array = NDArray[np.float64]
 SLACK_CURVATURE = 1.0  # keeps the program strictly convex in the slacks

@@ -15,18 +15,20 @@ class MpcConfig:
     blocks: tuple[int, ...] = parameter(
         (1,) * 4 + (2,) * 18, "Periods over which each planned torque is held; sum = horizon.", minimum=1
     )
-    delay_periods: int = parameter(1, "Periods between a state and the torque computed from it.", minimum=0, maximum=10)
-    position_error: float = parameter(0.01, "Joint error that costs 1.", "rad", minimum=1e-9)
-    velocity_error: float = parameter(0.1, "Joint velocity error that costs 1.", "rad/s", minimum=1e-9)
-    modal_energy: float = parameter(1.5e-4, "Energy of the modes that costs 1.", "J", minimum=1e-12)
+    delay_periods: int = parameter(
+        1, "Periods between a state and the torque computed from it.", minimum=0, maximum=10
+    )
+    position_error: float = parameter(0.02, "Joint error that costs 1.", "rad", minimum=1e-9)
+    velocity_error: float = parameter(0.09, "Joint velocity error that costs 1.", "rad/s", minimum=1e-9)
+    modal_energy: float = parameter(1.4e-4, "Energy of the modes that costs 1.", "J", minimum=1e-12)
     modal_cutoff_hz: float = parameter(
-        12.5, "Modes well above it are left to their own damping.", "Hz", minimum=1e-3
+        14.0, "Modes well above it are left to their own damping.", "Hz", minimum=1e-3
     )
     input_acceleration: float = parameter(
-        2.3, "Torque that costs 1, as acceleration of the joint's inertia.", "rad/s^2", minimum=1e-6
+        2.4, "Torque that costs 1, as acceleration of the joint's inertia.", "rad/s^2", minimum=1e-6
     )
     input_jerk: float = parameter(
-        120.0, "Rate of torque that costs 1, as jerk of the joint's inertia.", "rad/s^3", minimum=1e-6
+        150.0, "Rate of torque that costs 1, as jerk of the joint's inertia.", "rad/s^3", minimum=1e-6
     )
     strain_margin: float = parameter(
         0.1, "Share of the strain limit kept free for estimation errors.", minimum=0.0, maximum=0.9
@@ -61,7 +63,9 @@ class ControllerConfig:
     damping_rate: float = parameter(
         8.0, "Rate at which the damping fallback brings the joints to rest.", "1/s", minimum=0.1
     )
-    rest_velocity: float = parameter(0.01, "Joint velocity below which damping becomes hold.", "rad/s", minimum=1e-6)
+    rest_velocity: float = parameter(
+        0.01, "Joint velocity below which damping becomes hold.", "rad/s", minimum=1e-6
+    )
 
     def __post_init__(self) -> None:
         """Check every field.
