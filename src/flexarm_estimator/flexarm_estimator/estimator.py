@@ -141,7 +141,7 @@ class Estimator:
         """Hold ``tau`` over the period; keep the last one when it cannot be used."""
         torque = np.asarray(tau)
         is_usable = torque.shape == (self.model.n_theta,) and torque.dtype == np.float64
-        if not is_usable or not math.isfinite(torque.dot(torque)):
+        if not is_usable or not np.isfinite(torque).all():
             return ["torque is not usable"]
         self._u = np.append(torque, 1.0)
         return []

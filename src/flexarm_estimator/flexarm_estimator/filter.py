@@ -38,7 +38,8 @@ class Belief(NamedTuple):
     def is_finite(self) -> bool:
         """No entry is NaN, infinite, or too large to be squared."""
         flat = self.P.ravel()
-        return math.isfinite(self.x.dot(self.x) + flat.dot(flat))
+        with np.errstate(over="ignore"):
+            return math.isfinite(self.x.dot(self.x) + flat.dot(flat))
 
 
 class GuardedFilter:

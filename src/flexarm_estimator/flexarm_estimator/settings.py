@@ -19,16 +19,16 @@ class EstimatorConfig:
         0.10, "Relative error of the modes' frequencies that the filter must bear", "1", 0.0, 0.5
     )
     motion_acceleration: float = parameter(
-        2.0, "Typical acceleration of the actuated axes; it excites the modes", "rad/s^2", 1e-3, 1e4
+        1.0, "Typical acceleration of the actuated axes; it excites the modes", "rad/s^2", 1e-3, 1e4
     )
     modal_force: float = parameter(
-        0.1, "Unmodelled force on every mode, also those that no axis excites", "kg^0.5 m/s^2", 1e-6, 1e3
+        0.2, "Unmodelled force on every mode, also those that no axis excites", "kg^0.5 m/s^2", 1e-6, 1e3
     )
     acceleration_noise: float = parameter(
-        0.15, "White torque noise of the axes as acceleration", "rad/s^2/sqrt(Hz)", 1e-6, 1e3
+        0.02, "White torque noise of the axes as acceleration", "rad/s^2/sqrt(Hz)", 1e-6, 1e3
     )
     disturbance_drift: float = parameter(
-        1.0, "Drift of the unmodelled torque as acceleration", "rad/s^2/sqrt(s)", 1e-6, 1e4
+        0.1, "Drift of the unmodelled torque as acceleration", "rad/s^2/sqrt(s)", 1e-6, 1e4
     )
     initial_position: float = parameter(1.0, "One sigma of the axes at the start", "rad", 1e-6, 1e2)
     initial_velocity: float = parameter(1.0, "One sigma of their velocities at the start", "rad/s", 1e-6, 1e3)

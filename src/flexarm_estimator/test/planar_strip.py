@@ -8,6 +8,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,7 +19,8 @@ from flexarm_estimator.estimator import Estimator
 from flexarm_estimator.measurement import Measurement
 from flexarm_estimator.process import ProcessModel
 from flexarm_estimator.settings import EstimatorConfig
-from flexarm_model.description import SensorSpec
+from flexarm_model.config import load_config
+from flexarm_model.description import ManipulatorConfig, SensorSpec
 from flexarm_model.reduced_model import Outputs, ReducedModel
 from flexarm_model.rotation import rotation_vector
 
@@ -198,3 +201,10 @@ def arriving(
     now = [sample for sample in record.samples[k] if sample.sensor != "camera"]
     frames = only(record.samples[k - camera_delay], "camera") if k >= camera_delay else []
     return now + [frame for frame in frames if frame.t <= camera_until]
+
+
+@cache
+def single_link(preset: str = "geared") -> ManipulatorConfig:
+    """Return the description of the arm that flexarm ships."""
+    folder = Path(__file__).parents[2] / "flexarm_bringup/config/manipulators"
+    return load_config(folder / "single_link.yaml", preset)

@@ -1,0 +1,72 @@
+import numpy as np
+import pytest
+from planar_strip import CAMERA, SENSORS
+
+from flexarm_estimator.checks import SampleChecks, Window
+from flexarm_estimator.measurement import Measurement
+
+WINDOW = Window(oldest=1.0, newest=1.3)
+
+
+def refusal(sensor="encoder", t=1.1, y=(0.1,)):
+    return SampleChecks(SENSORS).refuse(Measurement(sensor, t, np.array(y, dtype=float)), WINDOW)
+
+
+@pytest.mark.parametrize(
+    ("changes", "reason"),
+    [
+        ({}, ""),
+        ({"sensor": "ghost"}, "unknown sensor"),
+        ({"y": ()}, "needs 1 numbers"),
+        ({"y": (1.0, 2.0)}, "needs 1 numbers"),
+        ({"y": (np.nan,)}, "not finite"),
+        ({"y": (np.inf,)}, "not finite"),
+        ({"y": (101.0,)}, "outside"),
+        ({"sensor": "camera", "y": (640.0, 0, 0, 0, 0, 0)}, "outside"),  # millimetres
+        ({"sensor": "camera", "y": (0.6, 0, 0, 0, 0, np.nan)}, "not finite"),
+        ({"t": np.nan}, "stamp is not finite"),
+        ({"t": 1.31}, "stamp is in the future"),
+        ({"t": 1.0}, "older than the history"),
+        ({"t": 0.2}, "older than the history"),
+    ],
+)
+def test_a_sample_is_refused_with_its_reason(changes, reason):
+    found = refusal(**changes)
+    assert found.startswith(reason)
+    assert bool(found) == bool(reason)
+
+
+def test_a_stamp_counts_once_whatever_the_order():
+    checks = SampleChecks(SENSORS)
+    times = [1.10, 1.05, 1.20, 1.05 + 5e-7, 1.10, 1.20]
+    reasons = [checks.refuse(Measurement("encoder", t, np.zeros(1)), WINDOW) for t in times]
+    assert reasons == ["", "", ""] + ["duplicate stamp"] * 3
+
+
+def test_refused_samples_do_not_block_their_stamp():
+    checks = SampleChecks(SENSORS)
+    assert checks.refuse(Measurement("encoder", 1.1, np.array([np.nan])), WINDOW)
+    assert not checks.refuse(Measurement("encoder", 1.1, np.zeros(1)), WINDOW)
+
+
+def test_an_own_covariance_is_floored_and_one_that_says_nothing_is_dropped():
+    checks = SampleChecks(SENSORS)
+    sigma2 = CAMERA.sigma**2
+
+    def own(R):
+        return checks.own_covariance(Measurement("camera", 1.1, np.zeros(6), R))
+
+    np.testing.assert_allclose(own(np.diag(4 * sigma2)), np.diag(4 * sigma2))
+    np.testing.assert_allclose(own(np.diag(1e-9 * sigma2)), np.diag(0.01 * sigma2))
+    indefinite = np.diag(sigma2)
+    indefinite[0, 1] = indefinite[1, 0] = 2 * sigma2[0]
+    bad = (
+        None,
+        np.zeros((6, 6)),
+        -np.eye(6),
+        np.full((6, 6), np.nan),
+        np.eye(5),
+        np.eye(6, dtype=int),
+        indefinite,
+    )
+    assert all(own(R) is None for R in bad)

@@ -1,0 +1,69 @@
+"""What is converted to a message and back is the same."""
+
+import numpy as np
+import pytest
+from planar_strip import StripKinematics, run, simulate, strip_model
+
+pytestmark = pytest.mark.ros
+conversions = pytest.importorskip("flexarm_estimator.conversions", reason="needs ROS and flexarm_interfaces")
+
+RECORD = simulate(60, np.random.default_rng(30), camera_every=7)
+ESTIMATE = run(RECORD, camera_delay=12)[-1]
+STAMP_NS = 1_700_000_000_123_456_789
+
+
+def test_the_state_survives_a_message_bit_for_bit():
+    msg = conversions.state_to_msg(ESTIMATE, strip_model(), STAMP_NS)
+    x, P, status, sensors = conversions.state_from_msg(msg)
+    np.testing.assert_array_equal(x, ESTIMATE.x)
+    np.testing.assert_array_equal(P, ESTIMATE.P)
+    assert (status, msg.model_id, msg.reason) == (ESTIMATE.status, ESTIMATE.model_id, ESTIMATE.reason)
+    assert list(msg.joint_names) == ["base.rz"]
+    assert list(msg.names) == ["mode_1", "mode_2", "mode_3"]
+    for before, after in zip(ESTIMATE.sensors, sensors, strict=True):
+        np.testing.assert_array_equal(before.innovation, after.innovation)
+        assert before._replace(innovation=None) == after._replace(innovation=None)
+
+
+def test_a_state_whose_lengths_do_not_fit_is_refused():
+    msg = conversions.state_to_msg(ESTIMATE, strip_model(), STAMP_NS)
+    msg.eta_dot = []
+    with pytest.raises(ValueError, match="covariance has 81 numbers, 36 expected"):
+        conversions.state_from_msg(msg)
+
+
+def test_the_tip_survives_a_message():
+    motion = conversions.tip_from_msg(conversions.tip_to_msg(ESTIMATE, STAMP_NS))
+    np.testing.assert_allclose(motion.T_world_tip, ESTIMATE.T_world_tip, atol=1e-15)
+    np.testing.assert_allclose(motion.twist, ESTIMATE.twist_tip, atol=1e-15)
+    np.testing.assert_allclose(motion.cov_pose, ESTIMATE.cov_tip_pose, atol=1e-18)
+    np.testing.assert_allclose(motion.cov_twist, ESTIMATE.cov_tip_twist, atol=1e-15)
+
+
+def test_the_twist_of_an_odometry_is_in_the_axes_of_the_tool():
+    """A strip that turns about its hub moves along its own y axis, wherever it points."""
+    record = simulate(400)
+    estimate = run(record)[-1]
+    assert abs(estimate.theta[0]) > 0.1
+    msg = conversions.tip_to_msg(estimate, STAMP_NS)
+    speed = np.linalg.norm(estimate.twist_tip[:3])
+    bend = StripKinematics().tip_pose(estimate.x[:4])
+    assert speed > 0.1
+    along = (bend[:3, :3].T @ estimate.twist_tip[:3])[1]
+    assert msg.twist.twist.linear.y == pytest.approx(along)
+    assert abs(msg.twist.twist.linear.x) < 0.1 * speed
+    assert (msg.header.frame_id, msg.child_frame_id) == ("base", "tool")
+
+
+def test_diagnostics_name_what_was_refused():
+    notes = {"strain": (3, "unknown gauge 'x'"), "camera/pose_timestamp": (1, "stamp is 0 ns")}
+    msg = conversions.diagnostics_msg(ESTIMATE, "", notes, STAMP_NS)
+    by_name = {status.name: status for status in msg.status}
+    assert by_name["estimator: state"].level == conversions.DiagnosticStatus.OK
+    assert by_name["estimator: encoder"].message == "ok"
+    assert by_name["estimator: strain"].level == conversions.DiagnosticStatus.ERROR
+    assert "unknown gauge 'x'" in by_name["estimator: strain"].message
+    assert by_name["estimator: camera/pose_timestamp"].level == conversions.DiagnosticStatus.WARN
+    nothing = conversions.diagnostics_msg(None, "no model yet", {}, STAMP_NS)
+    assert nothing.status[0].level == conversions.DiagnosticStatus.ERROR
+    assert nothing.status[0].message == "no model yet"

@@ -1,0 +1,158 @@
+"""The estimator between messages: torques of the right period, stamps, models, diagnostics."""
+
+from functools import cache
+
+import numpy as np
+import pytest
+from planar_strip import single_link
+
+pytestmark = pytest.mark.ros
+exchange_module = pytest.importorskip("flexarm_estimator.exchange", reason="needs ROS and flexarm_interfaces")
+messages = pytest.importorskip("sensor_msgs.msg")
+model_conversions = pytest.importorskip("flexarm_model.conversions")
+
+from flexarm_estimator.settings import EstimatorConfig  # noqa: E402
+from flexarm_model.linearize import linearize  # noqa: E402
+from flexarm_model.reduced_tree import ReducedTree  # noqa: E402
+
+PERIOD_NS = 5_000_000
+EPOCH_NS = 1_700_000_000_000_000_000
+
+
+@cache
+def model(preset="geared"):
+    return linearize(ReducedTree(single_link(preset), use_compiler=False))
+
+
+def exchange(epoch_ns=0, with_model=True):
+    made = exchange_module.EstimatorExchange(single_link(), EstimatorConfig(), epoch_ns)
+    if with_model:
+        made.on_model(model_conversions.model_to_msg(model()))
+    return made
+
+
+def joints(stamp_ns, position=0.0, effort=()):
+    msg = messages.JointState(name=["base.rz"], position=[position], effort=list(effort))
+    msg.header.stamp = model_conversions.ns_to_stamp(stamp_ns)
+    return msg
+
+
+def torque(stamp_ns, tau):
+    msg = messages.JointState(name=["base.rz"], effort=[tau])
+    msg.header.stamp = model_conversions.ns_to_stamp(stamp_ns)
+    return msg
+
+
+def seen_torques(made):
+    """Record the torque and the time of every step of the estimator."""
+    steps, inner = [], made.estimator.step
+
+    def step(samples, tau, t):
+        steps.append((round(t / 0.005, 6), float(tau[0])))
+        return inner(samples, tau, t)
+
+    made.estimator.step = step
+    return steps
+
+
+def test_the_torque_of_a_period_is_the_one_that_was_applied_when_it_began():
+    made = exchange()
+    steps = seen_torques(made)
+    for k in range(4):
+        made.on_sensor("joint_states", joints(k * PERIOD_NS))
+        made.step(k * PERIOD_NS)
+        made.on_sensor("applied_effort", torque(k * PERIOD_NS, float(k + 1)))
+    assert steps == [(0.0, 0.0), (1.0, 1.0), (2.0, 2.0), (3.0, 3.0)]
+
+
+def test_a_lost_step_does_not_lose_the_torques_in_between():
+    made = exchange()
+    steps = seen_torques(made)
+    made.step(0)
+    for k in range(3):
+        made.on_sensor("applied_effort", torque(k * PERIOD_NS, float(k + 1)))
+    made.on_sensor("joint_states", joints(3 * PERIOD_NS))
+    made.step(3 * PERIOD_NS)
+    assert steps == [(0.0, 0.0), (1.0, 1.0), (2.0, 2.0), (3.0, 3.0)]
+
+
+def test_without_a_guard_the_drives_own_torque_is_used():
+    made = exchange()
+    steps = seen_torques(made)
+    for k in range(3):
+        made.on_sensor("joint_states", joints(k * PERIOD_NS, effort=[0.5 * k]))
+        made.step(k * PERIOD_NS)
+    assert steps == [(0.0, 0.0), (1.0, 0.5), (2.0, 1.0)]
+
+
+def test_a_state_carries_the_stamp_it_was_asked_for():
+    for epoch_ns, start_ns in ((0, 0), (None, EPOCH_NS + 123)):
+        made = exchange(epoch_ns)
+        for k in range(200):
+            stamp_ns = start_ns + k * PERIOD_NS
+            made.on_sensor("joint_states", joints(stamp_ns, 0.1))
+            state, tip = made.step(stamp_ns)
+            assert model_conversions.stamp_to_ns(state.msg.header.stamp) == stamp_ns
+            assert model_conversions.stamp_to_ns(tip.msg.header.stamp) == stamp_ns
+        assert state.topic == "modal_state"
+        assert tip.topic == "end_effector"
+        assert state.msg.theta[0] == pytest.approx(0.1, abs=1e-4)
+
+
+def test_live_stamps_of_zero_are_dropped_and_told():
+    made = exchange(None)
+    made.on_sensor("joint_states", joints(0))
+    assert made.step(0) == []
+    made.on_sensor("joint_states", joints(EPOCH_NS))
+    assert made.step(EPOCH_NS)
+    assert made.notes["joint_states_timestamp"] == (2, "stamp is 0 ns")
+    names = [status.name for status in made.diagnostics(EPOCH_NS).status]
+    assert "estimator: joint_states_timestamp" in names
+
+
+def test_unknown_joints_are_named_in_diagnostics():
+    made = exchange()
+    msg = joints(0)
+    msg.name = ["elbow.rz"]
+    made.on_sensor("joint_states", msg)
+    made.step(0)
+    text = {status.name: status.message for status in made.diagnostics(0).status}
+    assert "unknown joint 'elbow.rz'" in text["estimator: joint_states"]
+    assert made.estimate.sensors[0].rejected == 1
+
+
+def test_a_model_of_another_preset_is_refused_by_name():
+    made = exchange(with_model=False)
+    made.on_model(model_conversions.model_to_msg(model("light_hub")))
+    assert made.estimator is None
+    assert made.step(0) == []
+    assert "preset 'geared'" in made.model_fault
+    assert single_link().config_id in made.model_fault
+    assert made.diagnostics(0).status[0].message == made.model_fault
+
+
+def test_a_model_that_was_changed_on_the_way_is_refused():
+    made = exchange(with_model=False)
+    msg = model_conversions.model_to_msg(model())
+    msg.bias = [1.0] * len(msg.bias)
+    made.on_model(msg)
+    assert "model refused: model_id" in made.model_fault
+
+
+def test_a_flood_between_two_steps_does_not_grow():
+    made = exchange()
+    for k in range(5000):
+        made.on_sensor("joint_states", joints(k))
+    assert len(made._waiting) == 1000
+
+
+def test_reset_starts_anew():
+    made = exchange()
+    for k in range(50):
+        made.on_sensor("joint_states", joints(k * PERIOD_NS, 0.2))
+        made.step(k * PERIOD_NS)
+    before = np.trace(made.estimate.P)
+    made.reset()
+    made.step(50 * PERIOD_NS)
+    assert np.trace(made.estimate.P) > 10 * before
+    assert made.estimate.status == "starting"

@@ -1,0 +1,80 @@
+import math
+
+import numpy as np
+import pytest
+
+from flexarm_estimator.gate import Gate
+from flexarm_estimator.settings import EstimatorConfig
+
+CONFIG = EstimatorConfig()
+
+
+def verdict(gate, sensor, sigmas, t, size=1):
+    nu = np.full(size, sigmas / math.sqrt(size))
+    return gate.judge(sensor, t, nu, np.eye(size))
+
+
+def refuse(gate, sensor, t, times=CONFIG.reopen_after):
+    for i in range(times):
+        gate.note([verdict(gate, sensor, 9.0, t + 0.005 * i)])
+
+
+def test_five_sigma_is_the_edge_of_a_scalar():
+    gate = Gate({"a": 1}, CONFIG)
+    assert verdict(gate, "a", 4.99, 0.0).is_accepted
+    assert not verdict(gate, "a", 5.01, 0.0).is_accepted
+
+
+def test_the_gate_of_a_vector_is_as_improbable_as_that_of_a_scalar():
+    gate = Gate({"pose": 6}, CONFIG)
+    rng = np.random.default_rng(1)
+    accepted = [gate.judge("pose", 0.0, nu, np.eye(6)).is_accepted for nu in rng.normal(size=(5000, 6))]
+    assert all(accepted)  # 5 sigma: six in ten million are refused
+    edge = 6.285  # closed form of 6 degrees: exp(-z) (1 + z + z^2/2) = 5.7e-7 at z = 6.285^2 / 2
+    z = edge**2 / 2
+    assert math.exp(-z) * (1 + z + z**2 / 2) == pytest.approx(math.erfc(5 / math.sqrt(2)), rel=0.02)
+    assert verdict(gate, "pose", edge - 0.01, 0.0, 6).is_accepted
+    assert not verdict(gate, "pose", edge + 0.01, 0.0, 6).is_accepted
+
+
+@pytest.mark.parametrize("S", [-np.eye(2), np.zeros((2, 2)), np.full((2, 2), np.nan)])
+def test_a_covariance_that_is_none_refuses(S):
+    gate = Gate({"a": 2}, CONFIG)
+    result = gate.judge("a", 0.0, np.ones(2), S)
+    assert not result.is_accepted
+    assert math.isfinite(result.normalised)
+
+
+def test_doubt_comes_with_the_sixth_refusal_in_a_row():
+    gate = Gate({"a": 1}, CONFIG)
+    for _ in range(CONFIG.reopen_after):
+        last = verdict(gate, "a", 9.0, 0.0)
+        assert not gate.has_doubt([last], 0.0)
+        gate.note([last])
+    assert gate.has_doubt([verdict(gate, "a", 9.0, 0.0)], 0.0)
+    gate.note([verdict(gate, "a", 1.0, 0.0)])
+    assert not gate.has_doubt([verdict(gate, "a", 9.0, 0.0)], 0.0)
+
+
+def test_a_second_doubt_soon_after_the_first_distrusts_the_sensor_that_asked():
+    gate = Gate({"a": 1, "b": 1}, CONFIG)
+    refuse(gate, "a", 0.0)
+    gate.note_reopening([verdict(gate, "a", 9.0, 0.1)], 0.1)
+    assert verdict(gate, "a", 1.0, 0.1).is_accepted
+    refuse(gate, "b", 0.15)
+    second = [verdict(gate, "b", 9.0, 0.2)]
+    assert gate.has_doubt(second, 0.2)
+    gate.note_reopening(second, 0.2)
+    assert not verdict(gate, "a", 1.0, 0.3).is_accepted
+    assert verdict(gate, "b", 1.0, 0.3).is_accepted
+    assert verdict(gate, "a", 1.0, 0.2 + CONFIG.distrust).is_accepted
+
+
+def test_two_impacts_far_apart_distrust_nobody():
+    gate = Gate({"a": 1}, CONFIG)
+    for t in (0.0, 5.0):
+        refuse(gate, "a", t)
+        result = [verdict(gate, "a", 9.0, t)]
+        assert gate.has_doubt(result, t)
+        gate.note_reopening(result, t)
+        assert verdict(gate, "a", 1.0, t).is_accepted
