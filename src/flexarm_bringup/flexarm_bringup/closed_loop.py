@@ -67,7 +67,7 @@ def run_closed_loop(
     if fault:
         raise ValueError(fault)
     hardware.guard.arm(0.0, TOKEN)
-    samples, ticks = hardware.rig.observe(), []
+    samples, ticks = hardware.observe(), []
     for k in range(round(moves[-1].slot_end / hardware.dt)):
         estimate = estimator.step(_measurements(samples, hardware), np.array(hardware.acted), hardware.t)
         command = controller.step(_state(estimate))

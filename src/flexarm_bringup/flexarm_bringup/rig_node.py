@@ -171,7 +171,7 @@ class RigNode(Node):
         can_start = self.settings.lockstep and self.hardware.guard.token and all(self._partners.values())
         if can_start and not self._is_running:
             self._is_running = True
-            self._publish_tick(self.hardware.rig.observe())
+            self._publish_tick(self.hardware.observe())
 
     def _connect(self) -> None:
         accelerometers = [spec.name for spec in self.config.sensors if spec.kind == "accelerometer"]

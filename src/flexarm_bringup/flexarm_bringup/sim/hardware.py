@@ -72,6 +72,12 @@ class Hardware:
         """Time since the start [s]."""
         return self.rig.time_of(self.rig.tick)
 
+    def observe(self) -> list[Sample]:
+        """Return what the sensors deliver before anything has moved; call it once, at the start."""
+        samples = self.rig.observe()
+        self.motors.update(samples)
+        return samples
+
     def advance(self) -> list[Sample]:
         """Move by one period under the torque chosen before; return what the sensors deliver."""
         self.acted = list(self.tau)
