@@ -4,6 +4,9 @@
   flexarm replay BAG --output DIR         write their messages to a new bag; twice gives equal files
   flexarm replay BAG --against GOLDEN     compare every field with another bag (or with BAG itself)
 
+A lockstep recording and its replay agree. A recording in real time holds what reached the recorder, in
+that order, and the estimator may have seen another; compare its replays with each other.
+
 The exit code is 1 when the first divergence has been named, 2 when a bag cannot be used.
 """
 

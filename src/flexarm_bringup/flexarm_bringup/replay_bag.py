@@ -79,4 +79,7 @@ def _configuration(bag: Bag) -> tuple[ManipulatorConfig, dict[str, dict[str, Any
         path = Path(folder) / f"{bag.custom.get('manipulator', 'bag')}.yaml"
         path.write_text(bag.custom["description"], encoding="utf8")
         config = load_config(path, bag.custom["preset"])
-    return config, json.loads(bag.custom["settings"])
+    try:
+        return config, dict(json.loads(bag.custom["settings"]))
+    except ValueError as error:
+        raise BagError(f"{bag.path}: its settings are not JSON: {error}") from error
