@@ -11,14 +11,15 @@ from typing import Any
 
 import rclpy
 from domain_coordinator import domain_id
+from rclpy.qos import QoSProfile
+from std_msgs.msg import Bool
+from std_srvs.srv import Trigger
+
 from flexarm_bringup.conversions import message_class
 from flexarm_bringup.graph import Process
 from flexarm_bringup.supervisor import Supervisor
 from flexarm_bringup.topics import find_stream
 from flexarm_model.node import LATCHED_QOS, events_executor
-from rclpy.qos import QoSProfile
-from std_msgs.msg import Bool
-from std_srvs.srv import Trigger
 
 NAMESPACE = "/flexarm"
 DEEP_QOS = QoSProfile(depth=5000)  # a test that listens late must not miss what was said
@@ -41,7 +42,9 @@ class Ear:
         for topic in topics:
             stream = find_stream(topic if topic.startswith("/") else f"{NAMESPACE}/{topic}")
             assert stream is not None, topic
-            self.node.create_subscription(message_class(stream.type), topic, self.heard[topic].append, DEEP_QOS)
+            self.node.create_subscription(
+                message_class(stream.type), topic, self.heard[topic].append, DEEP_QOS
+            )
 
     def wait(self, condition: Callable[[], bool], seconds: float, what: str) -> None:
         """Listen until ``condition`` holds; fails the test after ``seconds``."""
@@ -61,7 +64,10 @@ class Ear:
         for name in names:
             self.ready[name] = False
             self.node.create_subscription(
-                Bool, f"{name}/ready", lambda msg, name=name: self.ready.__setitem__(name, msg.data), LATCHED_QOS
+                Bool,
+                f"{name}/ready",
+                lambda msg, name=name: self.ready.__setitem__(name, msg.data),
+                LATCHED_QOS,
             )
         self.wait(lambda: all(self.ready.values()), 40.0, f"{names} to be ready")
 
@@ -80,7 +86,10 @@ class Ear:
 
 @contextmanager
 def running(
-    processes: tuple[Process, ...], topics: tuple[str, ...], folder: Path, extra: Mapping[str, str] | None = None
+    processes: tuple[Process, ...],
+    topics: tuple[str, ...],
+    folder: Path,
+    extra: Mapping[str, str] | None = None,
 ) -> Iterator[tuple[Supervisor, Ear]]:
     """Run processes in a ROS domain of their own; gives the supervisor and an ear in the same domain."""
     with domain_id() as domain:

@@ -57,8 +57,16 @@ def _bad_messages() -> list[tuple[str, Any, int]]:
     return [
         ("strain", StrainArray(names=["root_strain"], strain=[NAN], standard_deviation=[1e-6]), 0),
         ("strain", StrainArray(names=["root_strain"], strain=[1e-6, 2e-6], standard_deviation=[]), 0),
-        ("strain", StrainArray(names=["root_strain"], strain=[1e-6], standard_deviation=[1e-6]), 10_000_000_000),
-        ("strain", StrainArray(names=["root_strain"], strain=[1e-6], standard_deviation=[1e-6]), -5_000_000_000),
+        (
+            "strain",
+            StrainArray(names=["root_strain"], strain=[1e-6], standard_deviation=[1e-6]),
+            10_000_000_000,
+        ),
+        (
+            "strain",
+            StrainArray(names=["root_strain"], strain=[1e-6], standard_deviation=[1e-6]),
+            -5_000_000_000,
+        ),
         ("imu/tip_accelerometer", imu, 0),
         ("camera/pose", camera, -60_000_000),
         ("joint_states", JointState(name=["base.rz"], position=[NAN], velocity=[], effort=[]), 0),

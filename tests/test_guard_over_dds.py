@@ -23,9 +23,13 @@ TRIES = 5  # a loaded machine may fall silent by itself before the test does it
 TOPICS = ("joint_states", "joint_commands", "applied_effort", "guard_status", "controller_status", "truth")
 
 
-def test_killing_the_controller_mid_move_puts_the_rig_into_damping_until_it_is_armed_again(tmp_path: Path) -> None:
+def test_killing_the_controller_mid_move_puts_the_rig_into_damping_until_it_is_armed_again(
+    tmp_path: Path,
+) -> None:
     for attempt in range(TRIES):
-        commander = Process("flexarm_bringup", "commander_node", "commander", {"angles": (MOVE_DEG,)}, essential=False)
+        commander = Process(
+            "flexarm_bringup", "commander_node", "commander", {"angles": (MOVE_DEG,)}, essential=False
+        )
         with running((*rig_graph(), commander), TOPICS, tmp_path / str(attempt)) as (supervisor, ear):
             ear.wait(lambda: _is_mid_move(ear) or "commander" in supervisor.exit_codes(), 60.0, "the move")
             if "commander" in supervisor.exit_codes():
@@ -41,7 +45,11 @@ def test_killing_the_controller_mid_move_puts_the_rig_into_damping_until_it_is_a
 
 def _is_mid_move(ear: Ear) -> bool:
     truth = ear.latest("truth")
-    return truth is not None and 0.2 < truth.theta[0] < np.radians(MOVE_DEG) - 0.2 and abs(truth.theta_dot[0]) > 0.5
+    return (
+        truth is not None
+        and 0.2 < truth.theta[0] < np.radians(MOVE_DEG) - 0.2
+        and abs(truth.theta_dot[0]) > 0.5
+    )
 
 
 def _assert_braked(ear: Ear) -> None:
@@ -50,10 +58,18 @@ def _assert_braked(ear: Ear) -> None:
     assert braking.reason == "no command for 50 ms"
     noticed = stamp_to_ns(braking.header.stamp)
     assert last_command < noticed <= last_command + SILENCE_NS + PERIOD_NS
-    assert all(msg.session_token == 0 for msg in ear.heard["guard_status"] if stamp_to_ns(msg.header.stamp) >= noticed)
+    assert all(
+        msg.session_token == 0
+        for msg in ear.heard["guard_status"]
+        if stamp_to_ns(msg.header.stamp) >= noticed
+    )
     after = [msg for msg in ear.heard["applied_effort"] if stamp_to_ns(msg.header.stamp) >= noticed]
     velocity = {stamp_to_ns(msg.header.stamp): msg.velocity[0] for msg in ear.heard["joint_states"]}
-    pairs = [(msg.effort[0], velocity[stamp_to_ns(msg.header.stamp)]) for msg in after if stamp_to_ns(msg.header.stamp) in velocity]
+    pairs = [
+        (msg.effort[0], velocity[stamp_to_ns(msg.header.stamp)])
+        for msg in after
+        if stamp_to_ns(msg.header.stamp) in velocity
+    ]
     assert len(pairs) > 100
     assert all(effort * rate <= 0.0 for effort, rate in pairs[3:])  # only ever against the motion
     truth = ear.heard["truth"]

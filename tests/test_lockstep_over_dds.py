@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from flexarm_bringup.bag_reader import check_bag
 from flexarm_bringup.closed_loop import LoopSettings, run_closed_loop
 from flexarm_bringup.compare import compare_bags
-from flexarm_bringup.bag_reader import check_bag
 from flexarm_bringup.motions import motions, out_and_back
 from flexarm_bringup.replay_bag import NEEDED, OUTPUTS, replay
 from flexarm_bringup.session import Session, run_session

@@ -100,5 +100,3 @@ def test_open_loop_jobs_judge_every_motion() -> None:
     assert [row.motion for row in rows] == ["A", "B", "ZVD"]
     residual = [row.figures.residual for row in rows]
     assert residual[0] > 10 * residual[1] > 10 * residual[2]
-
-

@@ -30,8 +30,12 @@ BOUNDS = {  # name of a result: largest value allowed
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the choice of benchmarks and the report files."""
-    parser.add_argument("names", nargs="*", metavar="NAME", help=f"which benchmarks (default: all in {FOLDER}/)")
-    parser.add_argument("--folder", type=Path, default=None, help=f"where they are (default: {FOLDER}/ of the source tree)")
+    parser.add_argument(
+        "names", nargs="*", metavar="NAME", help=f"which benchmarks (default: all in {FOLDER}/)"
+    )
+    parser.add_argument(
+        "--folder", type=Path, default=None, help=f"where they are (default: {FOLDER}/ of the source tree)"
+    )
     add_report_arguments(parser)
 
 
@@ -41,7 +45,10 @@ def run(args: argparse.Namespace) -> int:
     files = {path.stem.removeprefix(PREFIX): path for path in sorted(folder.glob(f"{PREFIX}*.py"))}
     unknown = [name for name in args.names if name not in files]
     if unknown or not files:
-        print(f"flexarm bench: no benchmark {', '.join(unknown) or 'at all'} in {folder}; there are: {', '.join(files) or 'none'}")
+        print(
+            f"flexarm bench: no benchmark {', '.join(unknown) or 'at all'} in {folder}; "
+            f"there are: {', '.join(files) or 'none'}"
+        )
         return USAGE
     progress, results = Progress(), {}
     for name in args.names or files:
@@ -70,6 +77,8 @@ def build_page(results: dict[str, dict[str, float]]) -> Page:
         tables.append(Table(name, columns, rows))
         for key, value in values.items():
             if key in BOUNDS:
-                checks.append(Check(f"{name}: {key}", f"at most {BOUNDS[key]:g}", f"{value:.4g}", value <= BOUNDS[key]))
+                checks.append(
+                    Check(f"{name}: {key}", f"at most {BOUNDS[key]:g}", f"{value:.4g}", value <= BOUNDS[key])
+                )
     lead = "CPU time of one thread; _us are microseconds, ratios are to the baseline named."
     return Page("flexarm: how long it takes", lead, tables, checks)

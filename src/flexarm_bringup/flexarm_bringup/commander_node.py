@@ -51,7 +51,9 @@ class CommanderSettings:
     manipulator: str = parameter("single_link", "Name of a manipulator that comes along, or a YAML file.")
     preset: str = parameter("geared", "Preset of that file; empty for none.")
     lockstep: bool = parameter(False, "The rig runs in lockstep: time starts at zero when it is armed.")
-    angles: tuple[float, ...] = parameter((10.0, 30.0, 60.0), "Size of the moves, one out and back each.", "deg", 0.1, 170.0)
+    angles: tuple[float, ...] = parameter(
+        (10.0, 30.0, 60.0), "Size of the moves, one out and back each.", "deg", 0.1, 170.0
+    )
     out: str = parameter("A", "Motion on the way out.", choices=MOTIONS)
     back: str = parameter("ZVD", "Motion on the way back.", choices=MOTIONS)
     zeta: float = parameter(0.015, "Damping ratio that the shaper counts on.", "1", 0.0, 0.5)
@@ -76,7 +78,15 @@ class Commander(Node):
         self._now_ns = -1
         self._has_state = s.lockstep
         self._ready = dict.fromkeys(s.partners, False)
-        self._steps = [self._wait_for_partners, self._wait_for_state, self._send, self._wait_for_answer, self._arm, self._wait_for_arming, self._wait_for_end]
+        self._steps = [
+            self._wait_for_partners,
+            self._wait_for_state,
+            self._send,
+            self._wait_for_answer,
+            self._arm,
+            self._wait_for_arming,
+            self._wait_for_end,
+        ]
         self._answer = ""
         self._arming: Any = None
         self._guard = GuardStatus()
@@ -93,7 +103,9 @@ class Commander(Node):
         if not self._steps:
             self.outcome = ""
         elif time.monotonic() - self._moved > self.settings.patience:
-            self.outcome = f"no progress for {self.settings.patience:g} s in step '{self._steps[0].__name__.strip('_')}'"
+            self.outcome = (
+                f"no progress for {self.settings.patience:g} s in step '{self._steps[0].__name__.strip('_')}'"
+            )
 
     def _wait_for_partners(self) -> bool:
         return all(self._ready.values()) and self._publisher.get_subscription_count() > 0
@@ -151,7 +163,10 @@ class Commander(Node):
         self.create_subscription(ModalState, "modal_state", self._on_state, SENSOR_QOS)
         for name in self._ready:
             self.create_subscription(
-                Bool, f"{name}/ready", lambda msg, name=name: self._ready.__setitem__(name, msg.data), LATCHED_QOS
+                Bool,
+                f"{name}/ready",
+                lambda msg, name=name: self._ready.__setitem__(name, msg.data),
+                LATCHED_QOS,
             )
         self._client = self.create_client(Trigger, "rig/arm")
         self.create_timer(LOOK_PERIOD, self.on_look, clock=Clock(clock_type=ClockType.STEADY_TIME))

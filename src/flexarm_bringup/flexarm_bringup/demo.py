@@ -9,11 +9,13 @@ from __future__ import annotations
 
 import argparse
 import tempfile
+from functools import partial
 from pathlib import Path
 
 from flexarm_bringup.bag_writer import BagError
 from flexarm_bringup.demo_figures import draw
 from flexarm_bringup.demo_report import build_page
+from flexarm_bringup.figures import standalone
 from flexarm_bringup.progress import Progress
 from flexarm_bringup.report import publish
 from flexarm_bringup.session import Session, SessionError, run_session
@@ -25,10 +27,23 @@ PRESETS = ("geared", "light_hub")
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of the demo."""
-    parser.add_argument("--folder", type=Path, default=Path("flexarm_demo"), help="gets report, bags and logs (default: flexarm_demo)")
-    parser.add_argument("--json", type=Path, metavar="FILE", help="write all numbers as JSON (default: FOLDER/demo.json)")
-    parser.add_argument("--html", type=Path, metavar="FILE", help="write the page with plots (default: FOLDER/demo.html)")
-    parser.add_argument("--no-dds", action="store_true", help="leave out the runs with nodes: only the comparison in one process")
+    parser.add_argument(
+        "--folder",
+        type=Path,
+        default=Path("flexarm_demo"),
+        help="gets report, bags and logs (default: flexarm_demo)",
+    )
+    parser.add_argument(
+        "--json", type=Path, metavar="FILE", help="write all numbers as JSON (default: FOLDER/demo.json)"
+    )
+    parser.add_argument(
+        "--html", type=Path, metavar="FILE", help="write the page with plots (default: FOLDER/demo.html)"
+    )
+    parser.add_argument(
+        "--no-dds",
+        action="store_true",
+        help="leave out the runs with nodes: only the comparison in one process",
+    )
     parser.add_argument("--no-realtime", action="store_true", help="leave out the runs in real time")
     parser.epilog = "Exit code 1 when a bound in the table 'Acceptance' was missed."
 
@@ -49,7 +64,9 @@ def run(args: argparse.Namespace) -> int:
         print(f"the run over DDS failed: {error}")
         return 1
     progress.say("drawing")
-    page = build_page(study, sessions, draw(study, sessions))
+    figures = draw(study, sessions)
+    (args.folder / "still_tip.svg").write_text(standalone(figures[0]), encoding="utf-8")
+    page = build_page(study, sessions, figures)
     progress.done()
     return publish(page, args)
 
@@ -64,8 +81,10 @@ def _run_sessions(args: argparse.Namespace, progress: Progress) -> list[SessionR
     ):
         name = f"{preset}_{'lockstep' if lockstep else 'real_time'}"
         session = Session(base / name, preset, lockstep, ANGLES_DEG, "A", "ZVD")
-        record, guard = run_session(session, domain, lambda text, name=name: progress.say(f"nodes over DDS, {name}: {text}"))
+        record, guard = run_session(session, domain, partial(_say_session, progress, name))
         runs.append(SessionRun(session, guard, outcomes_of(session, record)))
     return runs
 
 
+def _say_session(progress: Progress, name: str, text: str) -> None:
+    progress.say(f"nodes over DDS, {name}: {text}")

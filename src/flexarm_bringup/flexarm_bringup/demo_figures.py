@@ -38,7 +38,7 @@ def _after_start(outcome: Outcome) -> Array:
 
 
 def _off_goal_mm(outcome: Outcome) -> Array:
-    """Return the signed distance of the tip from its goal across the arm, towards the motion positive [mm]."""
+    """Return how far the tip is beyond its goal, across the arm [mm]."""
     goal, sign = outcome.move.goal, outcome.move.sign
     across = -np.sin(goal) * outcome.slot.tip[:, 0] + np.cos(goal) * outcome.slot.tip[:, 1]
     return np.asarray(1e3 * sign * across)
@@ -59,29 +59,43 @@ def _tip(outcomes: dict[tuple[str, str], Outcome]) -> Figure:
         right.axhspan(-0.5, 0.5, color="#888888", alpha=0.25, linewidth=0)
         right.legend(loc="upper right", fontsize=8)
         caption = (
-            f"Tip of the geared arm, {SHOWN_DEG:g} degrees in 1 s: its distance from the goal across the arm. "
-            "The open-loop motions run on an ideal servo, which no motor is."
+            f"Tip of the geared arm, {SHOWN_DEG:g} degrees in 1 s: its distance from the goal across the "
+            "arm. The open-loop motions run on an ideal servo, which no motor is."
         )
         return to_figure(plot, caption)
 
 
 def _residual(study: Sequence[Outcome]) -> Figure:
     """Draw the residual in dB over the frequency error, both hubs."""
-    base = next(o.row.figures.residual for o in study if _is_shown(o) and (o.row.law, o.row.motion) == (SERVO, "A"))
+    base = next(
+        o.row.figures.residual for o in study if _is_shown(o) and (o.row.law, o.row.motion) == (SERVO, "A")
+    )
     with drawing(9.0, 3.8) as plot:
         panels = plot.subplots(1, 2, sharey=True)
         for axes, preset in zip(panels, ("geared", "light_hub"), strict=True):
             for law, motion in CURVES:
-                rows = [o.row for o in study if (o.row.law, o.row.motion, o.row.angle_deg) == (law, motion, SHOWN_DEG)]
-                rows = sorted((r for r in rows if law == SERVO or r.preset == preset), key=lambda r: r.frequency_error)
+                rows = [
+                    o.row
+                    for o in study
+                    if (o.row.law, o.row.motion, o.row.angle_deg) == (law, motion, SHOWN_DEG)
+                ]
+                rows = sorted(
+                    (r for r in rows if law == SERVO or r.preset == preset), key=lambda r: r.frequency_error
+                )
                 values = [decibels(row.figures.residual, base) for row in rows]
-                axes.plot([100 * r.frequency_error for r in rows], values, marker="o", markersize=4, label=rows[0].scheme)
+                axes.plot(
+                    [100 * r.frequency_error for r in rows],
+                    values,
+                    marker="o",
+                    markersize=4,
+                    label=rows[0].scheme,
+                )
             axes.set(title=preset.replace("_", " "), xlabel="real frequency, off the model by [%]")
         panels[0].set_ylabel("residual vibration [dB]")
         panels[0].legend(fontsize=8)
         caption = (
-            f"Residual RMS of the tip's acceleration after {SHOWN_DEG:g} degrees in 1 s, relative to the worst published "
-            "trapezoid on an ideal servo; lower is stiller."
+            f"RMS of the tip's acceleration after {SHOWN_DEG:g} degrees in 1 s, against the worst "
+            "published trapezoid on an ideal servo; lower is stiller."
         )
         return to_figure(plot, caption)
 
@@ -90,14 +104,14 @@ def _modes(outcome: Outcome) -> Figure:
     """Draw the estimated modes with three sigma."""
     t, slot = _after_start(outcome), outcome.slot
     with drawing(9.0, 4.6) as plot:
-        panels = plot.subplots(slot.eta.shape[1], 1, sharex=True)
-        for i, axes in enumerate(np.atleast_1d(panels)):
+        panels = plot.subplots(slot.eta.shape[1], 1, sharex=True, squeeze=False)[:, 0]
+        for i, axes in enumerate(panels):
             eta, sigma = slot.eta[:, i], slot.eta_sigma[:, i]
             axes.fill_between(t, eta - 3 * sigma, eta + 3 * sigma, alpha=0.3, linewidth=0, label="3 sigma")
             axes.plot(t, eta, label="estimate")
             axes.set_ylabel(f"mode {i + 1}\n[kg$^{{1/2}}$ m]")
-        np.atleast_1d(panels)[0].legend(fontsize=8, ncols=2)
-        np.atleast_1d(panels)[-1].set_xlabel("time since the start of the move [s]")
+        panels[0].legend(fontsize=8, ncols=2)
+        panels[-1].set_xlabel("time since the start of the move [s]")
         caption = f"Modes as the estimator saw them with {outcome.row.scheme} ({outcome.row.where})."
         return to_figure(plot, caption)
 
@@ -109,9 +123,13 @@ def _torque(outcomes: dict[tuple[str, str], Outcome]) -> Figure:
         axes = plot.subplots()
         for key in (("lqr", "A"), ("mpc", "A"), ("mpc", "ZVD")):
             outcome = outcomes[key]
-            axes.plot(_after_start(outcome), outcome.move.sign * outcome.slot.tau[:, 0], label=outcome.row.scheme)
+            axes.plot(
+                _after_start(outcome), outcome.move.sign * outcome.slot.tau[:, 0], label=outcome.row.scheme
+            )
         for bound in (-limit, limit):
             axes.axhline(bound, color="#c0392b", linewidth=1.0, linestyle="--")
         axes.set(xlabel="time since the start of the move [s]", ylabel="torque [N m]", xlim=(-0.1, 2.0))
         axes.legend(fontsize=8)
-        return to_figure(plot, f"Torque at the joint against its limit of {limit:g} N m (dashed), geared hub.")
+        return to_figure(
+            plot, f"Torque at the joint against its limit of {limit:g} N m (dashed), geared hub."
+        )

@@ -46,7 +46,8 @@ def build_page(study: Sequence[Outcome], sessions: Sequence[SessionRun], figures
     return Page(
         title="flexarm: a flexible arm that stops dead",
         lead="One steel strip, 0.63 m long and 3.2 mm thick, moves 10, 30 and 60 degrees in one second. "
-        "Residual: RMS of the tip's acceleration beyond a rigid arm's, below 20 Hz, 0.1 to 2.1 s after the motion.",
+        "Residual: RMS of the tip's acceleration beyond a rigid arm's, below 20 Hz, from 0.1 to 2.1 s "
+        "after the motion.",
         items=[figures[0], *tables, *figures[1:]],
         checks=[*_study_checks(rows, base), *_limit_checks([*rows, *recorded]), *_session_checks(sessions)],
         remarks={"assumed": config.assumed, "fitted": config.fitted, "read it so": _CAVEATS},
@@ -55,9 +56,9 @@ def build_page(study: Sequence[Outcome], sessions: Sequence[SessionRun], figures
 
 
 _CAVEATS = (
-    "an ideal servo follows any motion exactly; no motor does, so its rows are the best that open loop could do",
-    "the arm is simulated: twice the modes of the controller's model, noise, delay; dB figures are of the assumed rig",
-    "settling counts from the end of the commanded motion, 'never' means not within the 2.2 s that were watched",
+    "an ideal servo follows any motion exactly; no motor does, so its rows are the best case of open loop",
+    "the arm is simulated: twice the controller's modes, noise, delay; dB figures are of the assumed rig",
+    "settling counts from the end of the commanded motion, 'never': not within the 2.2 s that were watched",
 )
 
 
@@ -73,33 +74,67 @@ def _cells(row: Row, base: dict[float, float]) -> list[Cell]:
     f = row.figures
     torque = None if row.law == SERVO else f.peak_torque
     gain = decibels(f.residual, base[row.angle_deg])
-    return [row.scheme, row.angle_deg, 100 * row.frequency_error, f.residual, gain, f.settling, torque, 1e6 * f.peak_strain]
+    return [
+        row.scheme,
+        row.angle_deg,
+        100 * row.frequency_error,
+        f.residual,
+        gain,
+        f.settling,
+        torque,
+        1e6 * f.peak_strain,
+    ]
 
 
 def _open_loop_table(rows: Sequence[Row], base: dict[float, float]) -> Table:
     cells = [_cells(row, base) for row in rows if row.law == SERVO]
-    return Table("Open loop on an ideal servo", COLUMNS, cells, ["the shaper is designed for 5.23 Hz and spends the same second"])
+    return Table(
+        "Open loop on an ideal servo",
+        COLUMNS,
+        cells,
+        ["the shaper is designed for 5.23 Hz and spends the same second"],
+    )
 
 
 def _closed_table(rows: Sequence[Row], preset: str, base: dict[float, float]) -> Table:
-    order = sorted((row for row in rows if row.law != SERVO and row.preset == preset), key=lambda r: (r.law, r.frequency_error != 0))
+    order = sorted(
+        (row for row in rows if row.law != SERVO and row.preset == preset),
+        key=lambda r: (r.law, r.frequency_error != 0),
+    )
     return Table(f"Closed loop, {preset.replace('_', ' ')}", COLUMNS, [_cells(row, base) for row in order])
 
 
 def _session_table(sessions: Sequence[SessionRun], rows: Sequence[Row], base: dict[float, float]) -> Table:
-    columns = [Column("hub"), Column("where"), *COLUMNS[:2], *COLUMNS[3:], Column("from in-process\n[dB]", "+.3f")]
+    columns = [
+        Column("hub"),
+        Column("where"),
+        *COLUMNS[:2],
+        *COLUMNS[3:],
+        Column("from in-process\n[dB]", "+.3f"),
+    ]
     cells: list[list[Cell]] = []
     for run in sessions:
         for outcome in run.outcomes:
             row = outcome.row
             line = _cells(row, base)
-            cells.append([row.preset, row.where, *line[:2], *line[3:], decibels(row.figures.residual, _twin(row, rows).figures.residual)])
-    notes = [
-        f"{run.session.preset}, {run.outcomes[0].row.where}: {run.guard['ticks_without_command']} of {run.guard['ticks']} motor periods "
-        f"without a fresh command ({100 * run.share_without_command:.2f} %); bag: {run.session.bag}"
-        for run in sessions
-    ]
+            cells.append(
+                [
+                    row.preset,
+                    row.where,
+                    *line[:2],
+                    *line[3:],
+                    decibels(row.figures.residual, _twin(row, rows).figures.residual),
+                ]
+            )
+    notes = [_session_note(run) for run in sessions]
     return Table("The same controller as ROS 2 nodes over DDS", columns, cells, notes)
+
+
+def _session_note(run: SessionRun) -> str:
+    missed, ticks = run.guard["ticks_without_command"], run.guard["ticks"]
+    where, share = run.outcomes[0].row.where, 100 * run.share_without_command
+    without = f"{missed} of {ticks} motor periods without a fresh command ({share:.2f} %)"
+    return f"{run.session.preset}, {where}: {without}; bag: {run.session.bag}"
 
 
 def _twin(row: Row, rows: Sequence[Row]) -> Row:
@@ -117,12 +152,19 @@ def _study_checks(rows: Sequence[Row], base: dict[float, float]) -> list[Check]:
         off = [row for row in mpc if row.frequency_error]
         robust = max(decibels(row.figures.residual, base[row.angle_deg]) for row in off)
         best = {row.angle_deg: row.figures.residual for row in rows if _is(row, SERVO, "B")}
-        shaped = max(decibels(row.figures.residual, best[row.angle_deg]) for row in mpc if _is(row, "mpc", "ZVD"))
+        shaped = max(
+            decibels(row.figures.residual, best[row.angle_deg]) for row in mpc if _is(row, "mpc", "ZVD")
+        )
         unstable = [row for row in off if row.figures.residual > UNSTABLE * base[row.angle_deg]]
         checks += [
             _at_most(f"{preset}: MPC on the worst profile, all angles", gain, WORST_DB, "dB"),
             _at_most(f"{preset}: it settles to 0.5 mm, all angles", settle, SETTLE, "s"),
-            _at_most(f"{preset}: MPC on a shaped reference against the best trapezoid", shaped, -SHAPED_GAIN_DB, "dB"),
+            _at_most(
+                f"{preset}: MPC on a shaped reference against the best trapezoid",
+                shaped,
+                -SHAPED_GAIN_DB,
+                "dB",
+            ),
             _at_most(f"{preset}: worst MPC row with wrong frequencies", robust, ROBUST_DB, "dB"),
             Check(f"{preset}: no MPC row is unstable", "none", f"{len(unstable)}", not unstable),
         ]
@@ -137,7 +179,12 @@ def _limit_checks(rows: Sequence[Row]) -> list[Check]:
         closed = [row.figures for row in rows if row.preset == preset and row.law != SERVO]
         checks += [
             _at_most(f"{preset}: peak torque of all rows", max(f.peak_torque for f in closed), effort, "N m"),
-            _at_most(f"{preset}: peak strain of all rows", max(1e6 * f.peak_strain for f in closed), 1e6 * strain, "µm/m"),
+            _at_most(
+                f"{preset}: peak strain of all rows",
+                max(1e6 * f.peak_strain for f in closed),
+                1e6 * strain,
+                "µm/m",
+            ),
         ]
     return checks
 
@@ -153,7 +200,12 @@ def _session_checks(sessions: Sequence[SessionRun]) -> list[Check]:
         preset = run.session.preset
         checks += [
             _at_most(f"{preset}: real time from lockstep, all rows", apart, REAL_TIME_DB, "dB"),
-            _at_most(f"{preset}: motor periods without a fresh command", 100 * run.share_without_command, 100 * WITHOUT_COMMAND, "%"),
+            _at_most(
+                f"{preset}: motor periods without a fresh command",
+                100 * run.share_without_command,
+                100 * WITHOUT_COMMAND,
+                "%",
+            ),
         ]
     return checks
 

@@ -76,3 +76,9 @@ def to_figure(plot: Plot, caption: str) -> Figure:
     svg = re.sub(r'(<svg[^>]*?) width="[^"]*"', r"\1", svg, count=1)
     svg = re.sub(r'(<svg[^>]*?) height="[^"]*"', r"\1", svg, count=1)
     return Figure(caption, svg.strip())
+
+
+def standalone(figure: Figure) -> str:
+    """Return the drawing as an SVG file of its own, dark on white."""
+    svg = figure.svg.replace("currentColor", "#222222")
+    return svg.replace("<svg", '<svg style="background:#ffffff"', 1) + "\n"

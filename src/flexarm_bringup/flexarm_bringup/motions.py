@@ -20,7 +20,9 @@ Array = NDArray[np.float64]
 
 MOVE_TIME = 1.0  # s, every published motion (seed 002, table 1)
 WAIT = 2.6  # s after each move
-WATCH = 2.2  # s of these in which it is judged; a controller with preview starts on the next one before its time
+WATCH = (
+    2.2  # s of these in which it is judged; a controller with preview starts on the next one before its time
+)
 LEAD = 0.5  # s before the first move, in which the estimator settles
 PUBLISHED_F1_HZ = 5.23  # the frequency that the published motions were designed for (seed 002)
 
@@ -86,7 +88,9 @@ def motions(zeta: float) -> dict[str, ProfileMaker]:
     }
 
 
-def out_and_back(angles: Sequence[float], out: str, back: str, makers: dict[str, ProfileMaker]) -> tuple[Move, ...]:
+def out_and_back(
+    angles: Sequence[float], out: str, back: str, makers: dict[str, ProfileMaker]
+) -> tuple[Move, ...]:
     """Return the moves out on one motion and back on another, for every angle [rad]."""
     moves: list[Move] = []
     start = LEAD
@@ -111,5 +115,5 @@ def sample_moves(moves: Sequence[Move], times: Array) -> tuple[Array, Array, Arr
 
 def reference_of(moves: Sequence[Move], dt: float) -> Reference:
     """Return the series as a reference of a one-axis arm, sampled every ``dt`` [s]."""
-    times = np.arange(round(moves[-1].end / dt) + 2) * dt
+    times = np.asarray(np.arange(round(moves[-1].end / dt) + 2) * dt, dtype=np.float64)
     return Reference(times, *(column[:, None] for column in sample_moves(moves, times)))

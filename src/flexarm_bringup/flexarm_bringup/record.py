@@ -48,7 +48,9 @@ class RunRecord:
 
 def stack(ticks: Sequence[Mapping[str, Array]]) -> RunRecord:
     """Return the record of rows that each hold one tick under the names of the record's fields."""
-    return RunRecord(**{field.name: np.array([tick[field.name] for tick in ticks]) for field in fields(RunRecord)})
+    return RunRecord(
+        **{field.name: np.array([tick[field.name] for tick in ticks]) for field in fields(RunRecord)}
+    )
 
 
 @dataclass(frozen=True)

@@ -23,7 +23,6 @@ from __future__ import annotations
 import secrets
 from dataclasses import dataclass
 
-import numpy as np
 from flexarm_interfaces.msg import JointCommand, Tick
 from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
@@ -47,7 +46,15 @@ from flexarm_controller.guard import GuardCommand
 from flexarm_model.config import load_config
 from flexarm_model.conversions import ns_to_stamp, stamp_to_ns
 from flexarm_model.manipulator_file import find_manipulator
-from flexarm_model.node import LATCHED_QOS, LOCKSTEP_QOS, RELIABLE_QOS, ReadyFlag, declare_config, refuse_unknown_parameters, run_node
+from flexarm_model.node import (
+    LATCHED_QOS,
+    LOCKSTEP_QOS,
+    RELIABLE_QOS,
+    ReadyFlag,
+    declare_config,
+    refuse_unknown_parameters,
+    run_node,
+)
 from flexarm_model.parameters import parameter
 
 STATUS_PERIODS = 20  # motor periods between two guard_status messages
@@ -60,7 +67,9 @@ class RigNodeSettings:
 
     manipulator: str = parameter("single_link", "Name of a manipulator that comes along, or a YAML file.")
     preset: str = parameter("geared", "Preset of that file; empty for none.")
-    lockstep: bool = parameter(False, "Advance by messages instead of time: deterministic, faster than real time.")
+    lockstep: bool = parameter(
+        False, "Advance by messages instead of time: deterministic, faster than real time."
+    )
     partners: tuple[str, ...] = parameter(
         ("estimator", "controller"), "Nodes that must be ready before the first tick in lockstep."
     )
@@ -134,7 +143,9 @@ class RigNode(Node):
         self._publish_tick(samples)
         command, self._command = self._command, None
         tau = self.hardware.choose_torque(command)
-        self._publish("applied_effort", applied_effort_msg(self.hardware.names, tau, self.stamp_of(self.hardware.tick)))
+        self._publish(
+            "applied_effort", applied_effort_msg(self.hardware.names, tau, self.stamp_of(self.hardware.tick))
+        )
         guard = self.hardware.guard
         if self.hardware.tick % STATUS_PERIODS == 0 or self._said != (guard.mode, guard.reason):
             self._say_guard()
@@ -186,7 +197,9 @@ class RigNode(Node):
         self.create_service(Trigger, "~/stop", self.on_stop)
         self._partners = dict.fromkeys(self.settings.partners if self.settings.lockstep else (), False)
         for name in self._partners:
-            self.create_subscription(Bool, f"{name}/ready", lambda msg, name=name: self.on_ready(name, msg), LATCHED_QOS)
+            self.create_subscription(
+                Bool, f"{name}/ready", lambda msg, name=name: self.on_ready(name, msg), LATCHED_QOS
+            )
         self._ready = ReadyFlag(self, {"hardware": lambda: True})
         if not self.settings.lockstep:
             self.create_timer(self.hardware.dt, self.on_timer, clock=self._steady)

@@ -22,7 +22,8 @@ def run_servo(rig: Rig, moves: Sequence[Move]) -> RunRecord:
         moves: The series.
     """
     n = round(moves[-1].slot_end / rig.dt)
-    _, velocity, _ = sample_moves(moves, np.arange(n + 1) * rig.dt)
+    times = np.asarray(np.arange(n + 1) * rig.dt, dtype=np.float64)
+    _, velocity, _ = sample_moves(moves, times)
     acceleration = np.diff(velocity) / rig.dt
     truths = [rig.truth()]
     for value in acceleration:
@@ -30,7 +31,7 @@ def run_servo(rig: Rig, moves: Sequence[Move]) -> RunRecord:
         truths.append(rig.truth())
     nothing = np.full((n + 1, 0), np.nan)
     return RunRecord(
-        t=np.arange(n + 1) * rig.dt,
+        t=times,
         theta=np.array([truth.theta for truth in truths]),
         tip=np.array([truth.tip for truth in truths]),
         strain=np.array([truth.strain for truth in truths]),

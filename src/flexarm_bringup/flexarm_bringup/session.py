@@ -52,7 +52,9 @@ class Session:
         return self.folder / "bag"
 
 
-def run_session(session: Session, domain: int, say: Callable[[str], None] = lambda text: None) -> tuple[RunRecord, dict[str, Any]]:
+def run_session(
+    session: Session, domain: int, say: Callable[[str], None] = lambda text: None
+) -> tuple[RunRecord, dict[str, Any]]:
     """Run and return the record and the guard's last words.
 
     Args:
@@ -70,7 +72,9 @@ def run_session(session: Session, domain: int, say: Callable[[str], None] = lamb
         while "commander" not in supervisor.exit_codes():
             failure = supervisor.failed()
             if failure or time.monotonic() > deadline:
-                raise SessionError(failure or f"not finished after {PATIENCE:g} s; see {session.folder / 'log'}")
+                raise SessionError(
+                    failure or f"not finished after {PATIENCE:g} s; see {session.folder / 'log'}"
+                )
             say("running")
             time.sleep(POLL_PERIOD)
         if supervisor.exit_codes()["commander"]:
@@ -79,13 +83,18 @@ def run_session(session: Session, domain: int, say: Callable[[str], None] = lamb
 
 
 def _processes(session: Session) -> tuple[Process, ...]:
-    graph = rig_graph(session.manipulator, session.preset, session.lockstep, str(session.bag), session.settings)
+    graph = rig_graph(
+        session.manipulator, session.preset, session.lockstep, str(session.bag), session.settings
+    )
     if session.lockstep:
         partners = {"partners": ("estimator", "controller", "recorder")}
         graph = tuple(
-            replace(row, parameters={**row.parameters, **partners}) if row.name == "rig" else row for row in graph
+            replace(row, parameters={**row.parameters, **partners}) if row.name == "rig" else row
+            for row in graph
         )
     moves = {"angles": session.angles, "out": session.out, "back": session.back}
     shared = {"manipulator": session.manipulator, "preset": session.preset, "lockstep": session.lockstep}
-    commander = Process("flexarm_bringup", "commander_node", "commander", {**shared, **moves}, essential=False)
+    commander = Process(
+        "flexarm_bringup", "commander_node", "commander", {**shared, **moves}, essential=False
+    )
     return (*graph, commander)

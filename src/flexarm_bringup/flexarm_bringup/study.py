@@ -86,7 +86,12 @@ def jobs(presets: Sequence[str]) -> list[Job]:
     """Return everything there is to run; the open-loop rows do not depend on the hub."""
     conditions = [(ANGLES_DEG, 0.0), *(((SWEEP_ANGLE_DEG,), error) for error in FREQUENCY_ERRORS)]
     servo = [Job(presets[0], SERVO, angles, error) for angles, error in conditions]
-    closed = [Job(preset, law, angles, error) for preset in presets for law in ("mpc", "lqr") for angles, error in conditions]
+    closed = [
+        Job(preset, law, angles, error)
+        for preset in presets
+        for law in ("mpc", "lqr")
+        for angles, error in conditions
+    ]
     return servo + closed
 
 
@@ -105,7 +110,9 @@ def run_job(job: Job) -> list[Outcome]:
     return [outcome_of(job, move, record, "in process", tip_reach(config)) for move, record in runs]
 
 
-def run_jobs(todo: Sequence[Job], done: Callable[[int, int], None], workers: int | None = None) -> list[Outcome]:
+def run_jobs(
+    todo: Sequence[Job], done: Callable[[int, int], None], workers: int | None = None
+) -> list[Outcome]:
     """Run jobs in parallel processes.
 
     Args:
@@ -135,7 +142,9 @@ def tip_reach(config: ManipulatorConfig) -> float:
     """Return the distance of the unbent tip from the axis [m]."""
     tip, *_ = (body.nodes[config.tip.node] for name, body in config.bodies.items() if name == config.tip.body)
     root = next(joint for joint in config.joints if joint.child.body == config.tip.body).placement[0, 3]
-    return float(root + tip) if isinstance(config.bodies[config.tip.body], Beam) else float(np.linalg.norm(tip))
+    return (
+        float(root + tip) if isinstance(config.bodies[config.tip.body], Beam) else float(np.linalg.norm(tip))
+    )
 
 
 def damping_ratio(config: ManipulatorConfig) -> float:

@@ -27,7 +27,9 @@ def find_manipulator(name: str) -> Path:
         if (folder / f"{name}.yaml").is_file():
             return folder / f"{name}.yaml"
     known = sorted({path.stem for folder in folders for path in folder.glob("*.yaml")})
-    raise ConfigError(f"manipulator: '{name}': expected a .yaml file or one of {', '.join(known) or 'none found'}")
+    raise ConfigError(
+        f"manipulator: '{name}': expected a .yaml file or one of {', '.join(known) or 'none found'}"
+    )
 
 
 def _folders() -> list[Path]:

@@ -40,7 +40,9 @@ class ModelSettings:
     lockstep: bool = parameter(False, "Accepted for symmetry with the other nodes; this one has no clock.")
     rate: float = parameter(20.0, "Most models per second.", "Hz", 0.1, 100.0)
     pose_step: float = parameter(0.0175, "Pose change that makes it look again.", "rad or m", 1e-6, 1.0)
-    tolerance: float = parameter(1e-3, "Relative change of M or the output rows that is worth a new model.", "1", 1e-9, 1.0)
+    tolerance: float = parameter(
+        1e-3, "Relative change of M or the output rows that is worth a new model.", "1", 1e-9, 1.0
+    )
 
 
 class ModelNode(Node):
@@ -62,13 +64,18 @@ class ModelNode(Node):
         self.create_service(GetDynamics, "get_dynamics", self.on_get_dynamics)
         self._ready = ReadyFlag(self, {"model": lambda: True})
         f_hz = ", ".join(f"{value:.4g}" for value in self.model.omega / (2 * np.pi))
-        self.get_logger().info(f"{config.name} ({config.preset or 'no preset'}): modes at {f_hz} Hz, model {self.model.model_id}")
+        self.get_logger().info(
+            f"{config.name} ({config.preset or 'no preset'}): modes at {f_hz} Hz, model {self.model.model_id}"
+        )
 
     def on_joint_states(self, msg: JointState) -> None:
         """Serve a new model when the arm has moved far enough for it to differ."""
         position = dict(zip(msg.name, msg.position, strict=False))
         pose = np.array([position.get(name, np.nan) for name in self.model.theta_names])
-        if not np.isfinite(pose).all() or abs(pose - self._looked_at).max(initial=0.0) < self.settings.pose_step:
+        if (
+            not np.isfinite(pose).all()
+            or abs(pose - self._looked_at).max(initial=0.0) < self.settings.pose_step
+        ):
             return
         now_ns = stamp_to_ns(msg.header.stamp)
         if 0 <= now_ns - self._published_ns < 1e9 / self.settings.rate:
@@ -83,7 +90,9 @@ class ModelNode(Node):
             self.model = model
             self._publish(now_ns)
 
-    def on_get_reduced_model(self, request: GetReducedModel.Request, response: GetReducedModel.Response) -> GetReducedModel.Response:
+    def on_get_reduced_model(
+        self, request: GetReducedModel.Request, response: GetReducedModel.Response
+    ) -> GetReducedModel.Response:
         """Answer with the model at the requested pose."""
         try:
             model = linearize(self.tree, np.array(request.pose)) if request.pose else self.model
@@ -93,7 +102,9 @@ class ModelNode(Node):
         response.success, response.model = True, model_to_msg(model)
         return response
 
-    def on_get_dynamics(self, request: GetDynamics.Request, response: GetDynamics.Response) -> GetDynamics.Response:
+    def on_get_dynamics(
+        self, request: GetDynamics.Request, response: GetDynamics.Response
+    ) -> GetDynamics.Response:
         """Answer with M(q), C(q, v) v and G(q)."""
         n = self.tree.n_q
         q = np.array(request.q) if request.q else np.array(self.model.q0)

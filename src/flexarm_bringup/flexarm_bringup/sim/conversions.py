@@ -68,11 +68,20 @@ def applied_effort_msg(names: Sequence[str], effort: Sequence[float], stamp_ns: 
 
 def truth_msg(config: ManipulatorConfig, truth: Truth, stamp_ns: int) -> TruthMsg:
     """Return what really happens."""
-    channels = {kind: [s for s in config.sensors if s.kind == kind] for kind in ("strain_gauge", "accelerometer")}
-    msg = TruthMsg(joint_names=list(config.actuated), gauge_names=[spec.name for spec in channels["strain_gauge"]])
-    msg.acceleration_names = [f"{s.name}.{channel}" for s in channels["accelerometer"] for channel in s.channels]
+    channels = {
+        kind: [s for s in config.sensors if s.kind == kind] for kind in ("strain_gauge", "accelerometer")
+    }
+    msg = TruthMsg(
+        joint_names=list(config.actuated), gauge_names=[spec.name for spec in channels["strain_gauge"]]
+    )
+    msg.acceleration_names = [
+        f"{s.name}.{channel}" for s in channels["accelerometer"] for channel in s.channels
+    ]
     msg.theta, msg.theta_dot, msg.tip = map(floats, (truth.theta, truth.theta_dot, truth.tip))
-    msg.strain, msg.relative_acceleration = floats(truth.strain), floats(truth.acceleration - truth.rigid_acceleration)
+    msg.strain, msg.relative_acceleration = (
+        floats(truth.strain),
+        floats(truth.acceleration - truth.rigid_acceleration),
+    )
     msg.header.stamp = ns_to_stamp(stamp_ns)
     return msg
 
@@ -81,7 +90,11 @@ def guard_status_msg(guard: Guard, stamp_ns: int) -> GuardStatus:
     """Return what the guard does, and why."""
     msg = GuardStatus(mode=_GUARD_MODES[guard.mode], reason=guard.reason, session_token=guard.token)
     msg.passed, msg.limited, msg.refused = guard.passed, guard.limited, guard.refused
-    msg.ticks, msg.ticks_without_command, msg.command_age = guard.ticks, guard.ticks_without_command, guard.age
+    msg.ticks, msg.ticks_without_command, msg.command_age = (
+        guard.ticks,
+        guard.ticks_without_command,
+        guard.age,
+    )
     msg.header.stamp = ns_to_stamp(stamp_ns)
     return msg
 

@@ -106,8 +106,13 @@ class Plant:
         """Return (q, v, input) -> (q, v, a at the end), one control period."""
         n, t = self.tree.n_q, self.tree.actuated
         q, v, u = ca.SX.sym("q", n), ca.SX.sym("v", n), ca.SX.sym("u", len(t))
-        rate = ca.Function("rate", [q, v, u], [self._servo_rate(q, v, u) if servo else self._drive_rate(q, v, u)])
-        q, v, u = ca.MX.sym("q", n), ca.MX.sym("v", n), ca.MX.sym("u", len(t))  # calls, so the code stays short
+        rate = ca.Function(
+            "rate", [q, v, u], [self._servo_rate(q, v, u) if servo else self._drive_rate(q, v, u)]
+        )
+        return self._chain(rate, ca.MX.sym("q", n), ca.MX.sym("v", n), ca.MX.sym("u", len(t)))
+
+    def _chain(self, rate: ca.Function, q: ca.MX, v: ca.MX, u: ca.MX) -> ca.Function:
+        """Return all substeps in a row; calls of ``rate``, so that the code stays short."""
         h = self.dt / self.substeps
         k1 = rate(q, v, u)
         k2 = rate(q + h / 2 * v, v + h / 2 * k1, u)

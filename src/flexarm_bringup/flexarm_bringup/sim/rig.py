@@ -26,12 +26,16 @@ class RigSettings:
     """Settings of the simulated rig."""
 
     seed: int = parameter(1, "Seed of all noise.", minimum=0, maximum=2**31)
-    noise: float = parameter(1.0, "Factor on the noise of every sensor; 0 makes them perfect.", minimum=0.0, maximum=100.0)
+    noise: float = parameter(
+        1.0, "Factor on the noise of every sensor; 0 makes them perfect.", minimum=0.0, maximum=100.0
+    )
     frequency_scale: float = parameter(
         1.0, "Real over described natural frequencies.", minimum=0.5, maximum=2.0
     )
     mass_scale: float = parameter(1.0, "Real over described point masses.", minimum=0.1, maximum=10.0)
-    extra_modes: int = parameter(3, "Elastic coordinates per body beyond those described.", minimum=0, maximum=10)
+    extra_modes: int = parameter(
+        3, "Elastic coordinates per body beyond those described.", minimum=0, maximum=10
+    )
     friction: float = parameter(0.0, "Coulomb friction of the actuated axes.", "N m", 0.0, 100.0)
 
 
@@ -59,7 +63,9 @@ class Truth:
 class Rig:
     """The rig that stands in for hardware; deterministic for a seed."""
 
-    def __init__(self, config: ManipulatorConfig, settings: RigSettings | None = None, plant: Plant | None = None) -> None:
+    def __init__(
+        self, config: ManipulatorConfig, settings: RigSettings | None = None, plant: Plant | None = None
+    ) -> None:
         """Build the rig at rest at tick 0.
 
         Args:
@@ -77,12 +83,17 @@ class Rig:
         )
         self.plant.reset()
         names = output_names(config)
-        rows = {spec.name: [i for i, name in enumerate(names) if name.split(".")[0] == spec.name] for spec in config.sensors}
+        rows = {
+            spec.name: [i for i, name in enumerate(names) if name.split(".")[0] == spec.name]
+            for spec in config.sensors
+        }
         self._rows_of = {
             kind: [i for spec in config.sensors if spec.kind == kind for i in rows[spec.name]]
             for kind in ("strain_gauge", "accelerometer")
         }
-        self._sensors = [SensorSimulator(spec, rows[spec.name], self.dt, s.seed, s.noise) for spec in config.sensors]
+        self._sensors = [
+            SensorSimulator(spec, rows[spec.name], self.dt, s.seed, s.noise) for spec in config.sensors
+        ]
 
     def time_of(self, tick: int) -> float:
         """Return the instant of a tick [s], rounded as a stamp is."""
@@ -91,7 +102,9 @@ class Rig:
     def observe(self) -> list[Sample]:
         """Return what the sensors deliver at the present tick."""
         outputs = self.plant.outputs()
-        return [sample for sensor in self._sensors for sample in sensor.sample(self.tick, self.plant, outputs)]
+        return [
+            sample for sensor in self._sensors for sample in sensor.sample(self.tick, self.plant, outputs)
+        ]
 
     def step(self, tau: Array) -> list[Sample]:
         """Advance one period under torques ``tau`` (n_theta,) and observe."""
