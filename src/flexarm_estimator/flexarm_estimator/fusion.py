@@ -28,12 +28,15 @@ class Fusion:
     def __init__(self, process: ProcessModel, models: SensorModels, gate: Gate) -> None:
         """Bind the parts; rows are stacked when a combination of sensors first occurs."""
         self._process, self._models, self._gate = process, models, gate
+        self._poses = frozenset(models.poses)
         self._filter = GuardedFilter(process.system.n_x, process.system.n_u + 1)
         self._stacks: dict[tuple[str, ...], Stack] = {}
         self._steps: dict[tuple[float, tuple[str, ...]], JointStep] = {}
 
     def compute(self, before: Instant, instant: Instant) -> list[Verdict]:
         """Compute ``instant.belief``; return the verdicts on its pending samples, which it empties."""
+        if not instant.pending and self._replay(before, instant):
+            return []
         verdicts = None if instant.is_reopened else self._step_jointly(before, instant)
         if verdicts is None:
             verdicts = self._step_in_turn(before, instant)
@@ -49,6 +52,17 @@ class Fusion:
         self._settle(instant, verdicts)
         return verdicts
 
+    def _replay(self, before: Instant, instant: Instant) -> bool:
+        """Compute an instant again that has rows only and is prepared; return whether it was so."""
+        step = instant.prepared
+        is_plain = not instant.is_reopened and self._poses.isdisjoint(instant.fused)
+        if step is None or not is_plain or step.dt != instant.t - before.t:
+            return False
+        belief = step.apply(before.belief)
+        if belief is not None:
+            instant.belief = belief
+        return belief is not None
+
     def _settle(self, instant: Instant, verdicts: list[Verdict]) -> None:
         """Keep what was accepted, drop what was not."""
         self._gate.note(verdicts)
@@ -63,11 +77,12 @@ class Fusion:
         """Predict and fuse all rows at once; None when a row is refused or rounding forbids it."""
         dt = instant.t - before.t
         step = instant.prepared
-        if step is None or step.dt != dt:
+        has_new_rows = bool(instant.pending) and any(name in self._models.rows for name in instant.pending)
+        if step is None or step.dt != dt or has_new_rows:
             step = instant.prepared = self._prepare(dt, instant)
         mean, J = step.predict(before.belief)
         verdicts: list[Verdict] = []
-        if instant.pending and step.stack is not None:
+        if has_new_rows and step.stack is not None:
             verdicts = self._judge(step.stack, J[:, -1], J, instant)
             if not all([verdict.is_accepted for verdict in verdicts]):
                 return None

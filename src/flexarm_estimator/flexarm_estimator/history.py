@@ -80,7 +80,6 @@ class History:
         if instant.t - sample.t > SAME_INSTANT:
             instant = Instant(sample.t, instant.u, self.instants[index - 1].belief)
             self.instants.insert(index, instant)
-        instant.prepared = None
         instant.pending[sample.sensor] = sample
         return index
 

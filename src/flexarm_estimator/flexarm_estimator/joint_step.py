@@ -72,6 +72,10 @@ class PreparedStep:
                 self._noise = step.noise.copy()
                 self._noise[: step.m, : step.m] += sample.noise() - sample.stack.R_total
 
+    def apply(self, belief: Belief) -> Belief | None:
+        """Return the belief after step and samples; None when rounding forbids it."""
+        return self.condition(*self.predict(belief))
+
     def predict(self, belief: Belief) -> tuple[Array, Array]:
         """Return mean of [y; x; 0], (m + n_x + 1,), and J with the innovation in its last row and column."""
         J = self._T.dot(belief.P).dot(self._T_transposed)

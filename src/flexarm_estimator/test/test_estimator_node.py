@@ -69,7 +69,9 @@ class Bench:
         self.effort = publisher(JointState, "applied_effort", reliable)
         self.tick = publisher(interfaces.Tick, "tick", reliable)
         self.model = publisher(interfaces.ReducedModel, "model", latched)
-        self.model.publish(conversions.model_to_msg(linearize(ReducedTree(single_link(), use_compiler=False))))
+        self.model.publish(
+            conversions.model_to_msg(linearize(ReducedTree(single_link(), use_compiler=False)))
+        )
 
     def wait(self, condition):
         deadline = time.monotonic() + PATIENCE
@@ -83,7 +85,9 @@ class Bench:
         gauge = interfaces.StrainArray(names=["root_strain"], strain=[strain])
         imu = Imu()
         imu.header.frame_id = "strip.sensor"
-        tick = interfaces.Tick(sequence=k, topics=["strain", "imu/tip_accelerometer", "joint_states"], counts=[1, 1, 1])
+        tick = interfaces.Tick(
+            sequence=k, topics=["strain", "imu/tip_accelerometer", "joint_states"], counts=[1, 1, 1]
+        )
         for msg in (joints, gauge, imu, tick):
             msg.header.stamp = stamp
         self.tick.publish(tick)  # before its messages: the node has to wait for them
@@ -122,7 +126,9 @@ def test_every_tick_is_answered_by_one_state_and_nothing_bad_gets_out(domain):
     stamps = [conversions.stamp_to_ns(msg.header.stamp) for msg in bench.states]
     assert stamps == [k * PERIOD_NS for k in range(60)]
     for state, tip in zip(bench.states, bench.tips, strict=True):
-        assert np.isfinite([*state.theta, *state.eta, *state.theta_dot, *state.eta_dot, *state.covariance]).all()
+        assert np.isfinite(
+            [*state.theta, *state.eta, *state.theta_dot, *state.eta_dot, *state.covariance]
+        ).all()
         assert np.isfinite([*tip.pose.covariance, *tip.twist.covariance]).all()
     last = bench.states[-1]
     assert last.theta[0] == pytest.approx(0.1, abs=1e-4)

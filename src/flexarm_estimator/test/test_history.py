@@ -46,10 +46,3 @@ def test_what_is_older_than_the_history_is_forgotten_but_its_last_instant():
     assert history.oldest == pytest.approx(0.7, abs=0.0101)
     assert history.instants[1].t > 0.7 - 1e-9
     assert history.now.t == pytest.approx(1.0)
-
-
-def test_a_change_of_samples_makes_the_prepared_step_void():
-    history = filled([0.1, 0.2])
-    history.instants[1].prepared = object()
-    history.insert(sample(0.1))
-    assert history.instants[1].prepared is None
