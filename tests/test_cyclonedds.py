@@ -6,12 +6,12 @@ names that every ROS 2 middleware uses: ``rt/flexarm/joint_states``, ``sensor_ms
 
 # ruff: noqa: E402 (imports after what may skip the file)
 
+import math
 import os
-import subprocess
 import sys
 import textwrap
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -34,6 +34,10 @@ from cyclonedds.idl.types import array, float64, int32, sequence, uint32
 from cyclonedds.sub import DataReader
 from cyclonedds.topic import Topic
 from cyclonedds.util import duration
+
+from flexarm_bringup.graph import Process, rig_graph
+from flexarm_bringup.installed import find_package
+from flexarm_bringup.supervisor import Supervisor
 
 # This machine only, as ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST: participants greet each other one by one.
 LOOPBACK = """
@@ -150,40 +154,60 @@ PUBLISHER = textwrap.dedent("""
 
 
 @contextmanager
-def publisher(domain: int, log_folder: Path) -> Iterator[None]:
-    """Publish both topics over rclpy's middleware from another process."""
-    environment = {key: value for key, value in os.environ.items() if key != "_ROS_WHEELS_BOOTSTRAP_COMPLETE"}
-    environment |= {"ROS_DOMAIN_ID": str(domain), "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}
-    environment |= {"ROS_LOG_DIR": str(log_folder)}
-    process = subprocess.Popen([sys.executable, "-c", PUBLISHER], env=environment)
-    try:
-        yield
-    finally:
-        process.kill()
-        process.wait()
+def publishing(domain: int, folder: Path, processes: Sequence[Process]) -> Iterator[Supervisor]:
+    """Publish over rclpy's middleware from other processes: the script above, or installed nodes."""
+    own = {"ROS_DOMAIN_ID": str(domain), "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}
+    own |= {"ROS_LOG_DIR": str(folder), "OMP_NUM_THREADS": "1"}
+    script = [sys.executable, "-c", PUBLISHER]
+    command = (lambda process: script) if processes[0].package == "tests" else None
+    with Supervisor(processes, folder, {**os.environ, **own}, command) as supervisor:
+        yield supervisor
 
 
-def first_sample(participant: DomainParticipant, topic: str, kind: type[IdlStruct]) -> Any:
+def read_both(folder: Path, processes: Sequence[Process]) -> tuple[Any, Any]:
+    """Return the first joint_states and end_effector that CycloneDDS hears of some processes."""
+    with domain_coordinator.domain_id() as number, publishing(number, folder, processes) as supervisor:
+        domain = Domain(number, LOOPBACK)
+        participant = DomainParticipant(number)
+        joints = first_sample(participant, "joint_states", JointState, supervisor)
+        tip = first_sample(participant, "end_effector", Odometry, supervisor)
+        del participant, domain
+    return joints, tip
+
+
+def first_sample(
+    participant: DomainParticipant, topic: str, kind: type[IdlStruct], supervisor: Supervisor
+) -> Any:
     """Return the first message that arrives on a ROS topic."""
     reliable = Qos(Policy.Reliability.Reliable(duration(seconds=1)))
     reader = DataReader(participant, Topic(participant, f"rt/flexarm/{topic}", kind), qos=reliable)
     deadline = time.monotonic() + PATIENCE
     while time.monotonic() < deadline:
+        assert not supervisor.failed(), supervisor.failed()
         for sample in reader.take(N=1):
             return sample
         time.sleep(0.01)
     raise AssertionError(f"nothing on rt/flexarm/{topic} within {PATIENCE} s")
 
 
-def test_cyclonedds_reads_joint_states_and_end_effector(tmp_path: Path) -> None:
-    with domain_coordinator.domain_id() as number, publisher(number, tmp_path):
-        domain = Domain(number, LOOPBACK)
-        participant = DomainParticipant(number)
-        joints = first_sample(participant, "joint_states", JointState)
-        tip = first_sample(participant, "end_effector", Odometry)
-        del participant, domain
+def test_every_field_arrives_as_it_was_published(tmp_path: Path) -> None:
+    joints, tip = read_both(tmp_path, [Process("tests", "publisher", "publisher")])
     assert (joints.name, joints.position, joints.velocity, joints.effort) == (["base.rz"], [0.25], [], [1.5])
     assert joints.header.frame_id == "base"
     assert (tip.header.stamp.sec, tip.header.stamp.nanosec, tip.child_frame_id) == (7, 999_999_999, "tip")
     assert (tip.pose.pose.position.x, tip.pose.pose.orientation.z) == (0.64, 0.5)
     assert (tip.pose.covariance[35], tip.twist.covariance[0], tip.twist.twist.angular.z) == (1e-6, 2e-6, -3.0)
+
+
+@pytest.mark.skipif(find_package("flexarm_bringup") is None, reason="the packages are not built and sourced")
+def test_the_nodes_of_a_rig_at_rest_are_heard(tmp_path: Path) -> None:
+    nodes = [process for process in rig_graph() if process.name in ("model", "estimator", "rig")]
+    joints, tip = read_both(tmp_path, nodes)
+    assert joints.name == ["base.rz"]
+    assert abs(joints.position[0]) < 1e-3  # rad; at rest, the encoder's noise is 20 urad
+    position, orientation = tip.pose.pose.position, tip.pose.pose.orientation
+    assert math.hypot(position.x, position.y) == pytest.approx(0.64, abs=1e-3)  # clamp radius + free length
+    assert sum(
+        part**2 for part in (orientation.x, orientation.y, orientation.z, orientation.w)
+    ) == pytest.approx(1.0)
+    assert tip.header.stamp.sec > 1_600_000_000  # real time
