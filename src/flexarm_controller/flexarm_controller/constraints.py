@@ -75,7 +75,7 @@ def _soft(prediction: Prediction, soft: SoftOutputs, limits: Limits, known: Know
 
     def output(states: Array) -> Array:  # (N n_x, k) -> (N n_s, k)
         stacked = states.reshape(N, n_x, -1)
-        return np.asarray(np.einsum("sx,kxj->ksj", soft.C, stacked).reshape(N * n_s, -1))
+        return np.asarray(np.einsum("sx,kxj->ksj", soft.C, stacked).reshape(N * n_s, stacked.shape[2]))
 
     G = output(prediction.G) * np.tile(limits.effort, blocks)
     relax = np.tile(np.eye(n_s), (N, 1))

@@ -45,14 +45,18 @@ class Plan:
 
 
 class Mpc:
-    """The predictive controller of one model."""
+    """The predictive controller of one model.
+
+    Attributes:
+        problem: Its quadratic program.
+    """
 
     def __init__(self, model: ReducedModel, limits: Limits, config: MpcConfig, dt: float) -> None:
         """Build the program of ``model`` for control period ``dt`` [s]."""
         self._system = plant(model, dt)
-        self._problem = build_problem(model, limits, config, dt)
-        self._known = self._problem.known
-        self._solver = build_solver(self._problem, config)
+        self.problem = build_problem(model, limits, config, dt)
+        self._known = self.problem.known
+        self._solver = build_solver(self.problem, config)
         self._p = np.zeros(self._known.size)
         self._delay = config.delay_periods
         self._ahead: Array = (config.delay_periods + np.arange(config.horizon + 1.0)) * dt
@@ -69,13 +73,13 @@ class Mpc:
                 before the first that is planned, (max(delay, 1), n_u).
         """
         self._fill(state, reference, sent)
-        q, l, u = self._problem.vectors(self._p)  # noqa: E741
+        q, l, u = self.problem.vectors(self._p)  # noqa: E741
         result = self._solver.solve(q, l, u, self._warm)
         if not result.solved:
             self._warm = None
             return Plan(self._empty, result, ())
         self._warm = result.x
-        torques = (self._problem.T @ result.x).reshape(self._known.N, self._known.n_u)
+        torques = (self.problem.T @ result.x).reshape(self._known.N, self._known.n_u)
         return Plan(torques, result, self._binding(result.x, l, u))
 
     def _fill(self, state: ArmState, reference: Reference, sent: Array) -> None:
@@ -89,9 +93,9 @@ class Mpc:
         self._p[known.reference] = np.hstack([theta, theta_dot, theta_ddot]).ravel()
 
     def _binding(self, x: Array, l: Array, u: Array) -> tuple[str, ...]:  # noqa: E741
-        y = self._problem.rows.A @ x
+        y = self.problem.rows.A @ x
         near = np.flatnonzero((u - y < BINDING) | (y - l < BINDING))
-        return tuple(sorted({self._problem.rows.names[i] for i in near} - {""}))
+        return tuple(sorted({self.problem.rows.names[i] for i in near} - {""}))
 
 
 def build_solver(problem: Problem, config: MpcConfig) -> QpSolver:

@@ -40,6 +40,7 @@ class Problem:
         T: Torques of the periods per unknown [N m], (N n_u, n_z).
         n_v: Number of torques among the unknowns; slacks follow.
         known: Where the parts of p are.
+        weight: Scale of the cost: the program's is ``weight e' W e / 2`` plus the price of slacks.
     """
 
     P: Array
@@ -49,6 +50,7 @@ class Problem:
     T: Array
     n_v: int
     known: Known
+    weight: float
 
     def vectors(self, p: Array) -> tuple[Array, Array, Array]:
         """Return ``(q, l, u)`` for what is known, p (n_p,)."""
@@ -74,9 +76,9 @@ def build_problem(model: ReducedModel, limits: Limits, config: MpcConfig, dt: fl
     scale = np.tile(limits.effort, len(config.blocks))  # (n_v,)
     WL = e.W @ (e.L * scale)
     curvature = (e.L * scale).T @ WL
-    weight = n_v / np.trace(curvature)
+    weight = float(n_v / np.trace(curvature))
     P = block_diag((curvature + curvature.T) * weight / 2, SLACK_CURVATURE * np.eye(n_s))
     q_p = np.vstack([weight * WL.T @ e.L_p, np.zeros((n_s, known.size))])
     q_0 = np.append(weight * WL.T @ e.l, np.full(n_s, config.slack_price))
     T = np.hstack([prediction.T * scale, np.zeros((known.N * known.n_u, n_s))])
-    return Problem(P, q_p, q_0, rows, T, n_v, known)
+    return Problem(P, q_p, q_0, rows, T, n_v, known, weight)

@@ -6,10 +6,11 @@ from pathlib import Path
 from random import Random
 
 import pytest
-from flexarm_controller import guard as guard_module
-from flexarm_controller.guard import ARMED, BRAKING, STOPPED, Guard, GuardCommand, GuardLimits, GuardState
 from hypothesis import given, settings
 from hypothesis import strategies as st
+
+from flexarm_controller import guard as guard_module
+from flexarm_controller.guard import ARMED, BRAKING, STOPPED, Guard, GuardCommand, GuardLimits, GuardState
 
 LIMITS = GuardLimits(effort=(2.0, 5.0), effort_rate=(100.0, 400.0), damping=(0.5, 2.0), period=0.005)
 STEP = tuple(rate * LIMITS.period for rate in LIMITS.effort_rate)
@@ -130,7 +131,9 @@ def test_a_stop_keeps_its_first_reason():
     assert (guard.mode, guard.reason) == (BRAKING, "button")
 
 
-@pytest.mark.parametrize("velocity", [(math.nan, math.nan), (math.inf, 0.0), (), (1.0, 2.0, 3.0), (1e308, 0.0)])
+@pytest.mark.parametrize(
+    "velocity", [(math.nan, math.nan), (math.inf, 0.0), (), (1.0, 2.0, 3.0), (1e308, 0.0)]
+)
 def test_a_velocity_that_cannot_be_true_brakes_with_nothing_and_is_not_rest(velocity):
     guard = armed()
     guard.step(command(0.0), MOVING, 0.0)
@@ -145,8 +148,12 @@ def test_a_velocity_that_cannot_be_true_brakes_with_nothing_and_is_not_rest(velo
 
 numbers = st.floats(allow_nan=True, allow_infinity=True)
 efforts = st.one_of(st.tuples(numbers, numbers), st.lists(numbers, max_size=4).map(tuple))
-commands = st.builds(GuardCommand, st.floats(-0.1, 0.6), st.integers(-2, 120), st.sampled_from([TOKEN, 0, 8]), efforts)
-events = st.tuples(st.one_of(st.none(), commands), st.tuples(numbers, numbers), st.sampled_from(["", "arm", "stop"]))
+commands = st.builds(
+    GuardCommand, st.floats(-0.1, 0.6), st.integers(-2, 120), st.sampled_from([TOKEN, 0, 8]), efforts
+)
+events = st.tuples(
+    st.one_of(st.none(), commands), st.tuples(numbers, numbers), st.sampled_from(["", "arm", "stop"])
+)
 
 
 def run_and_check(sequence):
@@ -190,7 +197,9 @@ def test_no_output_leaves_the_limits_in_ten_thousand_random_sequences():
     passed = 0
     for _ in range(10_000):
         actions = random.choices(("", "arm", "stop"), (20, 2, 1), k=12)
-        passed += run_and_check([(arrival(k), (number(), number()), action) for k, action in enumerate(actions)])
+        passed += run_and_check(
+            [(arrival(k), (number(), number()), action) for k, action in enumerate(actions)]
+        )
     assert passed > 10_000  # the sequences do reach the armed guard
 
 

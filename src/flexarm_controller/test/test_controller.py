@@ -1,0 +1,173 @@
+"""The ladder: predictive control, the plan of before, joint damping, hold; limits on every rung."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from served_arms import limits_of_hub, single_link, state_of
+
+from flexarm_controller.controller import Controller
+from flexarm_controller.damping import JointDamping
+from flexarm_controller.prediction import plant
+from flexarm_controller.qp import QpResult
+from flexarm_controller.reference import hold
+from flexarm_controller.settings import ControllerConfig, MpcConfig
+
+DT = 0.005
+MODEL = single_link()
+STILL = np.zeros(8)
+MOVING = np.array([0.1, 1e-4, 0, 0, 1.0, 0, 0, 0])
+
+
+def controller(law="mpc", **settings):
+    return Controller(MODEL, limits_of_hub(), ControllerConfig(law=law, **settings))
+
+
+class Stub:
+    """A solver that answers what it is told to."""
+
+    def __init__(self, x, solved):
+        self.result = QpResult(np.full(23, x), "stubbed", 3, 1.0, solved)
+
+    def solve(self, q, l, u, warm):  # noqa: E741
+        return self.result
+
+
+def break_solver(broken, x=2.1e9):
+    broken._mpc._solver = Stub(x, False)
+
+
+def test_the_rungs_follow_each_other_and_name_the_reason():
+    ladder = controller()
+    first = ladder.step(state_of(MOVING, MODEL))
+    assert (first.mode, first.reason) == ("mpc", "")
+    break_solver(ladder)
+    commands = [ladder.step(state_of(MOVING, MODEL, k * DT)) for k in range(1, 8)]
+    assert [c.mode for c in commands] == ["shifted_plan"] * 5 + ["damping"] * 2
+    assert all(c.reason == "solver: stubbed" for c in commands)
+    for k, command in enumerate(commands[:5], start=1):
+        np.testing.assert_allclose(command.tau, first.plan[k], rtol=1e-12)
+    assert ladder.step(state_of(STILL, MODEL, 0.1)).mode == "hold"
+
+
+def test_after_a_failure_the_next_good_solve_is_used_at_once():
+    ladder = controller()
+    ladder.step(state_of(MOVING, MODEL))
+    good = ladder._mpc._solver
+    break_solver(ladder)
+    assert ladder.step(state_of(MOVING, MODEL, DT)).mode == "shifted_plan"
+    ladder._mpc._solver = good
+    assert ladder.step(state_of(MOVING, MODEL, 2 * DT)).mode == "mpc"
+
+
+def test_a_thousand_failures_in_between_never_let_the_solvers_numbers_through():
+    ladder = controller()
+    good, stub = ladder._mpc._solver, Stub(2.1e9, False)
+    for k in range(1000):
+        ladder._mpc._solver = stub if k % 2 else good
+        command = ladder.step(state_of(MOVING, MODEL, k * DT))
+        assert command.mode == ("shifted_plan" if k % 2 else "mpc")
+        assert abs(command.tau[0]) <= 28.0
+
+
+@pytest.mark.parametrize(
+    ("state", "reason"),
+    [
+        (replace(state_of(MOVING, MODEL), model_id="other"), "state belongs to model other"),
+        (replace(state_of(MOVING, MODEL), usable=False, reason="lost"), "estimator: lost"),
+        (replace(state_of(MOVING, MODEL), usable=False), "estimator: state is not usable"),
+        (replace(state_of(MOVING, MODEL), d=np.array([np.nan])), "state is not finite"),
+        (replace(state_of(MOVING, MODEL), eta=np.array([0, np.inf, 0])), "state is not finite"),
+    ],
+)
+@pytest.mark.parametrize("law", ["mpc", "lqr"])
+def test_a_state_that_cannot_be_used_brakes_with_the_reason(state, reason, law):
+    command = controller(law).step(state)
+    assert command.mode == "damping" and reason in command.reason
+    assert np.isfinite(command.tau).all() and command.tau[0] <= 0.0
+
+
+def test_a_velocity_that_is_not_a_number_gives_a_finite_torque():
+    state = replace(state_of(MOVING, MODEL), theta_dot=np.array([np.nan]))
+    assert np.isfinite(controller().step(state).tau).all()
+
+
+def test_torque_and_rate_limits_hold_whatever_happens():
+    rng = np.random.default_rng(1)
+    limits = limits_of_hub(effort=1.0, effort_rate=30.0)
+    ladder = Controller(MODEL, limits, ControllerConfig(), MpcConfig(time_limit=0.0))
+    last = np.zeros(1)
+    for k in range(400):
+        x = rng.standard_normal(8) * np.array([1, 1e-3, 1e-4, 1e-5, 3, 0.03, 0.01, 0.01])
+        state = state_of(x, MODEL, k * DT)
+        if k % 7 == 0:
+            state = replace(state, usable=False)
+        tau = ladder.step(state).tau
+        assert abs(tau[0]) <= 1.0 and abs(tau - last)[0] <= 30.0 * DT * (1 + 1e-12)
+        last = tau
+
+
+def test_without_a_reference_the_arm_is_held_where_it_is():
+    ladder = controller()
+    x = STILL.copy()
+    x[0] = 0.7
+    command = ladder.step(state_of(x, MODEL))
+    assert command.mode == "mpc"
+    np.testing.assert_allclose(command.tau, 0.0, atol=1e-9)
+    np.testing.assert_allclose(command.tracking_error, 0.0, atol=1e-12)
+
+
+def test_a_reference_outside_the_limits_is_not_taken():
+    ladder = controller()
+    ladder.step(state_of(STILL, MODEL))
+    before = ladder.reference
+    assert "joint limits" in ladder.follow(hold(np.array([5.0])))
+    assert ladder.reference is before
+    assert ladder.follow(hold(np.array([0.5]))) == ""
+
+
+def test_a_new_model_is_adopted_without_a_jump_of_torque():
+    ladder = controller()
+    ladder.follow(hold(np.array([0.3])))
+    for k in range(20):
+        last = ladder.step(state_of(STILL, MODEL, k * DT))
+    other = single_link(frequency_scale=1.05)
+    ladder.adopt(other)
+    assert ladder.step(state_of(STILL, MODEL, 0.1)).mode in ("damping", "hold")  # state of the old model
+    ladder.adopt(MODEL)
+    assert abs(ladder.step(state_of(STILL, MODEL, 0.105)).tau - last.tau)[0] <= 2 * 2800.0 * DT
+
+
+def test_lqr_brings_the_arm_to_its_reference_without_offset():
+    ladder, system = controller("lqr"), plant(MODEL, DT)
+    ladder.follow(hold(np.array([0.2])))
+    x, d, acting = STILL.copy(), np.array([0.3]), np.zeros(1)
+    for k in range(1500):
+        command = ladder.step(state_of(x, MODEL, k * DT, d))
+        assert command.mode == "lqr"
+        x = system.A @ x + system.B @ (acting + d) + system.c
+        acting = command.tau
+    np.testing.assert_allclose(x, [0.2, *np.zeros(7)], atol=1e-6)
+    np.testing.assert_allclose(acting, -d, atol=1e-6)
+
+
+def test_joint_damping_brings_a_rigid_joint_to_rest_at_its_rate():
+    damping = JointDamping(MODEL, 8.0)
+    assert damping.step(np.array([2.0]))[0] == pytest.approx(-8.0 * MODEL.M[0, 0] * 2.0)
+
+
+def test_joint_damping_calms_the_flexible_arm_with_its_delay():
+    damping, system = JointDamping(MODEL, ControllerConfig().damping_rate), plant(MODEL, DT)
+    x, acting = MOVING.copy(), np.zeros(1)
+    for _ in range(600):
+        x, acting = system.A @ x + system.B @ acting + system.c, damping.step(x[4:5])
+    assert abs(x[4]) < ControllerConfig().rest_velocity
+
+
+def test_the_command_says_what_it_took():
+    clock = iter(np.arange(100) * 0.25)
+    ladder = Controller(MODEL, limits_of_hub(), clock=lambda: float(next(clock)))
+    command = ladder.step(state_of(MOVING, MODEL, 0.5))
+    assert command.solve_time == 0.25 and command.t == 0.5
+    assert command.model_id == MODEL.model_id and command.solver_status
+    assert command.plan.shape == (40, 1)

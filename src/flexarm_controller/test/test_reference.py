@@ -1,0 +1,87 @@
+"""References are interpolated as written, held at their ends, and refused when they cannot be followed."""
+
+import numpy as np
+import pytest
+from served_arms import limits_of_hub
+
+from flexarm_controller.reference import Reference, hold, sample_profile
+from flexarm_model.profiles import Quintic
+
+
+def cubic():
+    t = np.array([1.0, 1.5, 2.5])
+    return Reference(t, (t**3)[:, None], (3 * t**2)[:, None], (6 * t)[:, None])
+
+
+def test_a_cubic_is_reproduced_exactly_between_its_samples():
+    times = np.linspace(1.0, 2.4999, 50)
+    theta, theta_dot, theta_ddot = cubic().sample(times)
+    np.testing.assert_allclose(theta[:, 0], times**3, rtol=1e-12)
+    np.testing.assert_allclose(theta_dot[:, 0], 3 * times**2, rtol=1e-12)
+    np.testing.assert_allclose(theta_ddot[:, 0], 6 * times, rtol=1e-12)
+
+
+def test_before_and_after_the_trajectory_its_ends_are_held_at_rest():
+    theta, theta_dot, theta_ddot = cubic().sample(np.array([-5.0, 0.999, 2.5, 9.0]))
+    np.testing.assert_allclose(theta[:, 0], [1.0, 1.0, 2.5**3, 2.5**3])
+    np.testing.assert_array_equal(theta_dot, 0.0)
+    np.testing.assert_array_equal(theta_ddot, 0.0)
+
+
+def test_a_hold_stays_where_it_is():
+    theta, theta_dot, theta_ddot = hold(np.array([0.3, -0.2]), 5.0).sample(np.array([0.0, 5.0, 9.0]))
+    np.testing.assert_array_equal(theta, [[0.3, -0.2]] * 3)
+    assert not theta_dot.any() and not theta_ddot.any()
+
+
+@pytest.mark.parametrize(
+    ("t", "shape", "message"),
+    [
+        ([0.0, 1.0, 1.0], (3, 1), "time does not increase"),
+        ([0.0, 2.0, 1.0], (3, 1), "time does not increase"),
+        ([0.0, np.nan, 1.0], (3, 1), "not finite"),
+        ([0.0, 1.0], (3, 1), "has shape"),
+        ([], (0, 1), "time does not increase"),
+    ],
+)
+def test_a_malformed_trajectory_is_refused_with_the_reason(t, shape, message):
+    with pytest.raises(ValueError, match=message):
+        Reference(np.array(t), np.zeros(shape), np.zeros(shape), np.zeros(shape))
+
+
+def straight(theta_end, duration):
+    t = np.array([0.0, duration])
+    theta = np.array([[0.0], [theta_end]])
+    return Reference(t, theta, np.full((2, 1), theta_end / duration), np.zeros((2, 1)))
+
+
+def test_a_reference_outside_the_limits_of_the_axes_is_refused_with_the_reason():
+    limits = limits_of_hub()  # 3 rad, 6 rad/s
+    assert straight(2.9, 1.0).fault(limits) == ""
+    assert "joint limits" in straight(3.1, 1.0).fault(limits)
+    assert "velocity" in straight(2.0, 0.3).fault(limits)
+    assert "moves 2 axes, the arm has 1" in hold(np.zeros(2)).fault(limits)
+
+
+def test_a_velocity_that_only_shows_between_samples_is_seen():
+    t = np.array([0.0, 0.5])
+    still = np.zeros((2, 1))
+    assert "velocity" in Reference(t, np.array([[0.0], [2.5]]), still, still).fault(limits_of_hub())
+
+
+class Column:
+    """A profile of one axis as a column."""
+
+    def __init__(self, profile):
+        self.profile = profile
+
+    def sample(self, times):
+        return tuple(part[:, None] for part in self.profile.sample(times))
+
+
+def test_a_sampled_profile_is_close_to_the_profile_between_samples():
+    profile = Quintic(0.5, 1.0)
+    reference = sample_profile(Column(profile), np.linspace(0, 1, 101))
+    times = np.linspace(0, 0.99, 777)
+    # a cubic with exact ends is wrong by h^4/384 of the fourth derivative, at most 180 theta / T^4 here
+    np.testing.assert_allclose(reference.sample(times)[0][:, 0], profile.sample(times)[0], atol=1e-8)
