@@ -39,7 +39,7 @@ class LoopSettings:
     """Settings of everything in the loop."""
 
     controller: ControllerConfig = field(default_factory=ControllerConfig)
-    mpc: MpcConfig = field(default_factory=MpcConfig)
+    mpc: MpcConfig = field(default_factory=lambda: MpcConfig(time_limit=0.0))  # no wall clock
     estimator: EstimatorConfig = field(default_factory=EstimatorConfig)
     rig: RigSettings = field(default_factory=RigSettings)
 

@@ -45,7 +45,7 @@ def _off_goal_mm(outcome: Outcome) -> Array:
 
 
 def _tip(outcomes: dict[tuple[str, str], Outcome]) -> Figure:
-    with drawing(9.0, 3.8) as plot:
+    with drawing(9.0, 4.4) as plot:
         left, right = plot.subplots(1, 2, width_ratios=(1, 2))
         for key in CURVES:
             t, distance = _after_start(outcomes[key]), _off_goal_mm(outcomes[key])
@@ -57,7 +57,7 @@ def _tip(outcomes: dict[tuple[str, str], Outcome]) -> Figure:
         left.set(xlim=(-0.1, 1.2), title="the move", ylabel="tip from its goal [mm]")
         right.set(xlim=(0.9, 2.6), ylim=(-12, 12), title="what is left (band: 0.5 mm)")
         right.axhspan(-0.5, 0.5, color="#888888", alpha=0.25, linewidth=0)
-        right.legend(loc="upper right", fontsize=8)
+        plot.legend(*right.get_legend_handles_labels(), loc="outside lower center", ncols=3, fontsize=8)
         caption = (
             f"Tip of the geared arm, {SHOWN_DEG:g} degrees in 1 s: its distance from the goal across the "
             "arm. The open-loop motions run on an ideal servo, which no motor is."
@@ -70,7 +70,7 @@ def _residual(study: Sequence[Outcome]) -> Figure:
     base = next(
         o.row.figures.residual for o in study if _is_shown(o) and (o.row.law, o.row.motion) == (SERVO, "A")
     )
-    with drawing(9.0, 3.8) as plot:
+    with drawing(9.0, 4.4) as plot:
         panels = plot.subplots(1, 2, sharey=True)
         for axes, preset in zip(panels, ("geared", "light_hub"), strict=True):
             for law, motion in CURVES:
@@ -92,7 +92,7 @@ def _residual(study: Sequence[Outcome]) -> Figure:
                 )
             axes.set(title=preset.replace("_", " "), xlabel="real frequency, off the model by [%]")
         panels[0].set_ylabel("residual vibration [dB]")
-        panels[0].legend(fontsize=8)
+        plot.legend(*panels[0].get_legend_handles_labels(), loc="outside lower center", ncols=3, fontsize=8)
         caption = (
             f"RMS of the tip's acceleration after {SHOWN_DEG:g} degrees in 1 s, against the worst "
             "published trapezoid on an ideal servo; lower is stiller."
