@@ -1,16 +1,20 @@
 """The manipulator as a graph: bodies joined by sets of axes, and the sensors on them.
 
-A body is rigid or a beam of welded prismatic pieces. A joint is a set of axes out of ``tx ty tz rx ry rz``
-(in this order), each free, actuated and/or sprung; without axes it is a weld. All values are SI.
+A body is rigid, a beam of welded prismatic pieces, or imported. A joint is a set of axes out of
+``tx ty tz rx ry rz`` (in this order), each free, actuated and/or sprung; without axes it is a weld.
+All values are SI.
 """
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
+
+from flexarm_model.imported_body import ImportedBody
 
 Array = NDArray[np.float64]
 
@@ -38,11 +42,9 @@ class Axis:
     Attributes:
         name: One of ``AXES``.
         actuated: A motor drives it.
-        stiffness: Spring about zero [N m/rad or N/m]; 0 means none.
-        damping: Viscous damping [N m s/rad or N s/m].
+        stiffness, damping: Spring about zero [N m/rad or N/m] and damper [N m s/rad or N s/m]; 0 means none.
         rotor_inertia: Motor and gear seen at the joint [kg m^2 or kg].
-        effort: Largest torque or force [N m or N].
-        effort_rate: Its largest rate [N m/s or N/s].
+        effort, effort_rate: Largest torque or force [N m or N], and its largest rate [N m/s or N/s].
         velocity: Largest velocity [rad/s or m/s].
         lower, upper: Lowest and highest position [rad or m].
     """
@@ -65,8 +67,7 @@ class Joint:
 
     Attributes:
         name: Name of the joint.
-        parent: Node on the parent; body "world" is the base.
-        child: Node on the child.
+        parent, child: Node on the parent (body "world" is the base) and node on the child.
         placement: Pose of the joint in the parent node's frame, (4, 4).
         axes: In the order of ``AXES``; empty for a weld.
     """
@@ -104,11 +105,9 @@ class BeamPiece:
     Attributes:
         length: Length [m].
         area: Cross-section [m^2].
-        I_y: Second moment about y (bending along z) [m^4].
-        I_z: Second moment about z (bending along y) [m^4].
+        I_y, I_z: Second moments about y (bending along z) and z (bending along y) [m^4].
         torsion_constant: Saint-Venant's J [m^4].
-        E: Young's modulus [Pa].
-        G: Shear modulus [Pa].
+        E, G: Young's and shear modulus [Pa].
         density: Density [kg/m^3].
         elements: Number of finite elements.
     """
@@ -178,6 +177,9 @@ class Beam:
         return sum(piece.length for piece in self.pieces)
 
 
+Body: TypeAlias = RigidBody | Beam | ImportedBody
+
+
 @dataclass(frozen=True)
 class SensorSpec:
     """A mounted sensor: what it is, where it sits, what it delivers.
@@ -213,8 +215,7 @@ class ManipulatorConfig:
     """The whole description, as ``load_config`` returns it.
 
     Attributes:
-        name: Name of the manipulator.
-        source: Where its numbers come from.
+        name, source: Name of the manipulator, and where its numbers come from.
         preset: Preset applied; "" for none.
         config_id: Content hash of the description with the preset applied.
         gravity: In the world frame [m/s^2], (3,).
@@ -225,8 +226,7 @@ class ManipulatorConfig:
         modes: Number of elastic modes served.
         home: Actuated axes at the home pose [rad or m], (n_theta,).
         rate_hz: Control rate [Hz].
-        assumed: What no source gives.
-        fitted: What was fitted, and on what.
+        assumed, fitted: What no source gives; what was fitted, and on what.
     """
 
     name: str
@@ -234,7 +234,7 @@ class ManipulatorConfig:
     preset: str
     config_id: str
     gravity: Array
-    bodies: dict[str, RigidBody | Beam]
+    bodies: dict[str, Body]
     joints: tuple[Joint, ...]
     sensors: tuple[SensorSpec, ...]
     tip: NodeRef

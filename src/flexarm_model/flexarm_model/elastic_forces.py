@@ -14,7 +14,7 @@ from __future__ import annotations
 import casadi as ca
 
 from flexarm_model.frames import Motion, sparse
-from flexarm_model.superelement import Superelement, pairs
+from flexarm_model.superelement import Superelement
 
 
 def inertia_forces(
@@ -31,7 +31,7 @@ def inertia_forces(
         index: Where the body's coordinates stand.
     """
     eta = q[index.start : index.stop, 0]
-    second = [eta[i] * eta[j] * (0.5 if i == j else 1.0) for i, j in pairs(body.n)]
+    second = [eta[i] * eta[j] * (0.5 if i == j else 1.0) for i, j in body.pairs]
     z = ca.vertcat(1, eta, *second)
     J = ca.jacobian(z, q)
     z_dot = J @ v

@@ -17,6 +17,7 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
+from flexarm_model.body_reduction import reduce_body
 from flexarm_model.compiled import FastFunction, compile_functions
 from flexarm_model.description import WORLD, Joint, ManipulatorConfig, NodeRef
 from flexarm_model.elastic_forces import inertia_forces
@@ -31,7 +32,7 @@ from flexarm_model.frames import (
     node_step,
 )
 from flexarm_model.sensors import Point, sensor_outputs
-from flexarm_model.superelement import Superelement, reduce_body
+from flexarm_model.superelement import Superelement
 
 Array = NDArray[np.float64]
 

@@ -14,15 +14,10 @@ modal mass ``tr P_ij``, and the geometric stiffness from ``s_ij`` and ``P_0,ij``
 
 from __future__ import annotations
 
-from collections.abc import Collection
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-
-from flexarm_model.beam import BeamMesh
-from flexarm_model.description import Beam, RigidBody
-from flexarm_model.reduction import craig_bampton, guyan, mode_basis
 
 Array = NDArray[np.float64]
 
@@ -36,7 +31,7 @@ class NodeShape:
         Phi: Translation, (3, n).
         Psi: Rotation, (3, n).
         G: Second-order translation, (3, n, n).
-        strain: Strain at offset (y, z) is ``strain[0] - y strain[1] - z strain[2]``, (3, n).
+        strain: Strain at offset (y, z) is ``strain[0] - y strain[1] - z strain[2]``, (3, n); NaN if unknown.
     """
 
     r: Array
@@ -53,7 +48,7 @@ class Superelement:
     Attributes:
         name: Name of the body.
         mass: Mass [kg].
-        s: First moments of the fields, (n_f, 3).
+        s: First moments of the fields, (n_f, 3); without second-order fields n_f is n + 1.
         P: Second moments of the fields, (n_f, n_f, 3, 3).
         omega: Frequencies of its own modes [rad/s], (n,).
         K: Stiffness, (n, n).
@@ -76,136 +71,16 @@ class Superelement:
         return int(self.omega.size)
 
     @property
+    def pairs(self) -> list[tuple[int, int]]:
+        """Index pairs of the second-order fields; none when the body was given without them."""
+        return pairs(self.n) if self.s.shape[0] > self.n + 1 else []
+
+    @property
     def modal_mass(self) -> Array:
         """Mass matrix of the elastic coordinates, (n, n)."""
         return np.asarray(np.trace(self.P[1 : self.n + 1, 1 : self.n + 1], axis1=2, axis2=3))
 
 
-def reduce_body(body: RigidBody | Beam, interfaces: Collection[str]) -> Superelement:
-    """Reduce a body.
-
-    Args:
-        body: Rigid body or beam.
-        interfaces: Its nodes that joints use, "root" among them or not.
-
-    Raises:
-        ValueError: The reduction asks for more modes than the body has.
-    """
-    return _from_beam(body, interfaces) if isinstance(body, Beam) else _from_rigid(body)
-
-
 def pairs(n: int) -> list[tuple[int, int]]:
     """Return the index pairs (i <= j) of the second-order fields, in the order of ``z``."""
     return [(i, j) for i in range(n) for j in range(i, n)]
-
-
-def _from_rigid(body: RigidBody) -> Superelement:
-    second = np.trace(body.inertia) / 2 * np.eye(3) - body.inertia + body.mass * np.outer(body.com, body.com)
-    none, empty = np.zeros((3, 0)), np.zeros((0, 0))
-    nodes = {name: NodeShape(r, none, none, np.zeros((3, 0, 0)), none) for name, r in body.nodes.items()}
-    s = (body.mass * body.com)[None]
-    return Superelement(body.name, body.mass, s, second[None, None], np.zeros(0), empty, empty, nodes)
-
-
-def _from_beam(beam: Beam, interfaces: Collection[str]) -> Superelement:
-    used = [name for name in beam.nodes if name in interfaces or name in beam.reduction.retain]
-    mesh = BeamMesh(beam, used)
-    basis, omega = _modes(mesh, used)
-    at = mesh.stations()
-    x = np.concatenate([at.x, [point.at for point in beam.point_masses]])
-    rho = at.weight * at.values("density")
-    n_points = len(beam.point_masses)
-    weight = {
-        "centre": np.concatenate([rho * at.values("area"), [point.mass for point in beam.point_masses]]),
-        "y": np.concatenate([rho * at.values("I_z"), np.zeros(n_points)]),
-        "z": np.concatenate([rho * at.values("I_y"), np.zeros(n_points)]),
-    }
-    N = _fields(mesh, basis, x)
-    s = np.einsum("k,kai->ai", weight["centre"], N["centre"])
-    P = np.sum(
-        [np.einsum("k,kai,kbj->abij", weight[key], N[key], N[key], optimize=True) for key in N], axis=0
-    )
-    K = np.diag(omega**2)
-    D = np.diag(2 * beam.damping_ratio * omega)
-    nodes = {name: _node_shape(mesh, basis, station) for name, station in beam.nodes.items()}
-    return Superelement(beam.name, float(weight["centre"].sum()), s, P, omega, K, D, nodes)
-
-
-def _modes(mesh: BeamMesh, used: list[str]) -> tuple[Array, Array]:
-    """Return the reduced basis over all nodal displacements (n_dof, n) and the frequencies (n,)."""
-    reduction = mesh.beam.reduction
-    M, K = mesh.matrices()
-    fixed = _frame_constraints(mesh)
-    free = np.setdiff1d(mesh.active, fixed)
-    inner = np.ix_(free, free)
-    held = reduction.retain if reduction.frame == "chord" else used
-    boundary = np.array(
-        [i for i, dof in enumerate(free) if any(dof in mesh.dof(name) for name in held)], dtype=np.intp
-    )
-    n_modes = max(reduction.modes - boundary.size, 0)
-    if reduction.method == "guyan":
-        basis = guyan(M[inner], K[inner], boundary)
-    else:
-        basis = craig_bampton(M[inner], K[inner], boundary, n_modes)
-    if basis.shape[1] < reduction.modes:
-        raise ValueError(
-            f"body '{mesh.beam.name}': {reduction.modes} modes asked for, {basis.shape[1]} available"
-        )
-    modes, omega = mode_basis(M[inner], K[inner], basis, reduction.modes)
-    full = np.zeros((mesh.n_dof, omega.size))
-    full[free] = modes
-    return full, omega
-
-
-def _frame_constraints(mesh: BeamMesh) -> NDArray[np.intp]:
-    """Return the displacements that the floating frame takes away from the deformation."""
-    root, end = mesh.dof("root"), np.arange(mesh.n_dof - 6, mesh.n_dof)
-    return {"clamped": root, "chord": np.concatenate([root[:4], end[1:3]])}[mesh.beam.reduction.frame]
-
-
-def _fields(mesh: BeamMesh, basis: Array, x: Array) -> dict[str, Array]:
-    """Return the fields N and their slopes over the section at ``x``, (k, n_f, 3) each."""
-    u = mesh.displacement(x) @ basis  # (k, 6, n)
-    ux, uy, uz, rx, ry, rz = (u[:, i] for i in range(6))
-    zero, one, none = np.zeros_like(rx), np.ones(x.size), np.zeros(x.size)
-    i, j = np.triu_indices(basis.shape[1])  # the order of ``pairs``
-    shortening = _shortening(mesh, basis, x)[:, i, j]
-    n_pairs = shortening.shape[1]
-    second = np.zeros((x.size, n_pairs, 3))
-    flat = second.copy()
-    second[:, :, 0] = shortening
-    centre = np.stack([ux, uy, uz], axis=2)
-    along_y, along_z = np.stack([-rz, zero, rx], axis=2), np.stack([ry, -rx, zero], axis=2)
-    r = {"centre": (x, none, none), "y": (none, one, none), "z": (none, none, one)}
-    first = {"centre": centre, "y": along_y, "z": along_z}
-    last = {"centre": second, "y": flat, "z": flat}
-    return {
-        key: np.concatenate([np.stack(r[key], axis=1)[:, None], first[key], last[key]], axis=1) for key in r
-    }
-
-
-def _shortening(mesh: BeamMesh, basis: Array, x: Array) -> Array:
-    """Return ``-int_0^x (uy_i' uy_j' + uz_i' uz_j') dx``, (k, n, n)."""
-    starts = mesh.nodes[:-1]
-    element = np.clip(np.searchsorted(mesh.nodes, x, side="right") - 1, 0, starts.size - 1)
-    whole = _slope_products(mesh, basis, starts, mesh.nodes[1:])
-    before = np.concatenate([np.zeros_like(whole[:1]), np.cumsum(whole, axis=0)])
-    return -(before[element] + _slope_products(mesh, basis, starts[element], x))
-
-
-def _slope_products(mesh: BeamMesh, basis: Array, start: Array, end: Array) -> Array:
-    """Return the integral of the products of slopes over each interval, (k, n, n)."""
-    point, weight = np.polynomial.legendre.leggauss(3)  # slopes are quadratic: exact to degree 5
-    half, middle = (end - start) / 2, (end + start) / 2
-    slope = mesh.displacement((middle[:, None] + half[:, None] * point).ravel())[:, 4:] @ basis
-    slope = slope.reshape(start.size, point.size, 2, -1)
-    return np.asarray(np.einsum("k,p,kpdi,kpdj->kij", half, weight, slope, slope, optimize=True))
-
-
-def _node_shape(mesh: BeamMesh, basis: Array, station: float) -> NodeShape:
-    x = np.array([station])
-    u = mesh.displacement(x)[0] @ basis
-    d = mesh.deformation(x)[0] @ basis
-    G = np.zeros((3, basis.shape[1], basis.shape[1]))
-    G[0] = _shortening(mesh, basis, x)[0]
-    return NodeShape(np.array([station, 0.0, 0.0]), u[:3], u[3:], G, d[[0, 3, 2]])

@@ -17,8 +17,9 @@ from numpy.typing import NDArray
 from scipy.integrate import cumulative_trapezoid
 from scipy.optimize import brentq
 
+from flexarm_model.body_reduction import reduce_body
 from flexarm_model.description import Reduction, RigidBody
-from flexarm_model.superelement import Superelement, pairs, reduce_body
+from flexarm_model.superelement import Superelement, pairs
 
 L, RHO = BAR.length, BAR.density
 TIP = 0.2  # mass at the end [kg]

@@ -1,0 +1,38 @@
+"""From a body of the description to its superelement: one reducer per type of body."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection
+from typing import Any
+
+import numpy as np
+
+from flexarm_model.beam_superelement import reduce_beam
+from flexarm_model.description import Beam, Body, RigidBody
+from flexarm_model.superelement import NodeShape, Superelement
+
+Reducer = Callable[[Any, Collection[str]], Superelement]
+
+
+def reduce_body(body: Body, interfaces: Collection[str]) -> Superelement:
+    """Reduce a body.
+
+    Args:
+        body: Any body of a description.
+        interfaces: Its nodes that joints use, "root" among them or not.
+
+    Raises:
+        ValueError: The body cannot be reduced as asked; the message names it.
+    """
+    return _REDUCERS[type(body)](body, interfaces)
+
+
+def _reduce_rigid(body: RigidBody, interfaces: Collection[str]) -> Superelement:
+    second = np.trace(body.inertia) / 2 * np.eye(3) - body.inertia + body.mass * np.outer(body.com, body.com)
+    none, empty = np.zeros((3, 0)), np.zeros((0, 0))
+    nodes = {name: NodeShape(r, none, none, np.zeros((3, 0, 0)), none) for name, r in body.nodes.items()}
+    s = (body.mass * body.com)[None]
+    return Superelement(body.name, body.mass, s, second[None, None], np.zeros(0), empty, empty, nodes)
+
+
+_REDUCERS: dict[type, Reducer] = {RigidBody: _reduce_rigid, Beam: reduce_beam}

@@ -1,0 +1,96 @@
+"""Description of a body whose mass and stiffness come from another finite-element program."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+INTERFACE_KINDS = ("rigid", "averaging")
+
+
+@dataclass(frozen=True)
+class MatrixFile:
+    """A file that holds a sparse matrix; ``variable`` names it in a MATLAB file of several."""
+
+    path: Path
+    variable: str = ""
+
+
+@dataclass(frozen=True)
+class FileUnits:
+    """Units of the files in SI: length [m], mass [kg], time [s]."""
+
+    length: float
+    mass: float
+    time: float
+
+
+@dataclass(frozen=True)
+class NodeSet:
+    """Finite-element nodes that an interface node stands for.
+
+    Attributes:
+        kind: "rigid" (they move with it, RBE2) or "averaging" (it moves with their mean, RBE3).
+        index: Their rows in the coordinates, (k,).
+        weight: Weights of the mean, (k,).
+    """
+
+    kind: str
+    index: NDArray[np.intp]
+    weight: Array
+
+
+@dataclass(frozen=True)
+class ImportedReduction:
+    """How the body becomes a superelement; its frame is the interface node "root".
+
+    Attributes:
+        method: "craig_bampton" or "guyan".
+        modes: Number of modes kept in the end; 0 when ``f_max`` says it.
+        f_max: All static and the fixed-interface modes up to here are kept [Hz]; 0 when ``modes`` says it.
+        retain: Further nodes kept as interfaces, beside those that joints use.
+    """
+
+    method: str
+    modes: int
+    f_max: float
+    retain: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class ImportedBody:
+    """A body given by sparse matrices over the displacements of finite-element nodes.
+
+    Attributes:
+        name: Name of the body.
+        mass, stiffness: Files of M and K.
+        damping: File of the viscous D, or None.
+        units: Of the files.
+        orientation: Axes of the files in the body frame, (3, 3).
+        x: Coordinates of the finite-element nodes, in the order of the matrices, body frame [m], (k, 3).
+        sets: What every interface node stands for.
+        nodes: Position of every interface node in the body frame [m], (3,) each; "root" is the origin.
+        damping_ratio: Of every mode of the body, where no matrix is given [1].
+        reduction: How it is reduced.
+        digest: Hash of the files' content.
+        stiffness_scale: Factor on K and D, for plants that differ from their model [1].
+    """
+
+    name: str
+    mass: MatrixFile
+    stiffness: MatrixFile
+    damping: MatrixFile | None
+    units: FileUnits
+    orientation: Array
+    x: Array
+    sets: dict[str, NodeSet]
+    nodes: dict[str, Array]
+    damping_ratio: float
+    reduction: ImportedReduction
+    digest: str
+    stiffness_scale: float = 1.0
