@@ -2,8 +2,8 @@
 
 Unknowns are the torques of the blocks in units of the effort limit, and one slack per soft
 output in units of that output's limit. Torque and its rate are hard: a plan that keeps them
-always exists, because the torque sent before keeps them. Soft outputs may exceed their limit by
-the slack.
+always exists, because the torque sent before keeps them. Soft outputs are looked at when a block
+ends, and may exceed their limit by the slack.
 """
 
 from __future__ import annotations
@@ -70,20 +70,22 @@ def _torque(n_v: int, n_s: int, limits: Limits, axes: Sequence[str], known: Know
 
 
 def _soft(prediction: Prediction, soft: SoftOutputs, limits: Limits, known: Known) -> Constraints:
-    n_s, N, n_x = len(soft.names), known.N, known.n_x
-    blocks = prediction.G.shape[1] // known.n_u
+    n_s, n_b = len(soft.names), prediction.ends.size
 
-    def output(states: Array) -> Array:  # (N n_x, k) -> (N n_s, k)
-        stacked = states.reshape(N, n_x, -1)
-        return np.asarray(np.einsum("sx,kxj->ksj", soft.C, stacked).reshape(N * n_s, stacked.shape[2]))
+    def output(states: Array) -> Array:  # (N n_x, k) -> (n_b n_s, k)
+        stacked = states.reshape(known.N, known.n_x, -1)[prediction.ends]
+        return np.asarray(np.einsum("sx,kxj->ksj", soft.C, stacked).reshape(n_b * n_s, stacked.shape[2]))
 
-    G = output(prediction.G) * np.tile(limits.effort, blocks)
-    relax = np.tile(np.eye(n_s), (N, 1))
-    b_p = np.zeros((N * n_s, known.size))
+    G = output(prediction.G) * np.tile(limits.effort, n_b)
+    relax = np.tile(np.eye(n_s), (n_b, 1))
+    b_p = np.zeros((n_b * n_s, known.size))
     b_p[:, known.x], b_p[:, known.d] = -output(prediction.F), -output(prediction.H)
-    bias = output(prediction.h)[:, 0] + np.tile(soft.y_0, N)
-    open_ = np.full(N * n_s, np.inf)
+    bias = output(prediction.h)[:, 0] + np.tile(soft.y_0, n_b)
+    open_ = np.full(n_b * n_s, np.inf)
     return Constraints(
-        np.vstack([np.hstack([G, -relax]), np.hstack([G, relax])]), np.vstack([b_p, b_p]),
-        np.concatenate([-open_, -1 - bias]), np.concatenate([1 - bias, open_]), 2 * N * soft.names,
-    )  # fmt: skip
+        np.vstack([np.hstack([G, -relax]), np.hstack([G, relax])]),
+        np.vstack([b_p, b_p]),
+        np.concatenate([-open_, -1 - bias]),
+        np.concatenate([1 - bias, open_]),
+        2 * n_b * soft.names,
+    )

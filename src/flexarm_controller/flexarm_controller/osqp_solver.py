@@ -22,7 +22,7 @@ from flexarm_controller.qp import QpResult, are_vectors_sound, primal_residual
 Array = NDArray[np.float64]
 
 COARSE = 30.0  # tolerance of the first stage in tolerances: by then most active constraints are known
-RELATIVE = 0.1  # relative tolerance in absolute ones: gradients reach some hundred, answers are of order one
+RELATIVE = 0.1  # relative tolerance in absolute ones
 USABLE = 10.0  # an answer at a cap is used up to this many tolerances
 NO_LIMIT = 1e10  # OSQP's own value for "no time limit" [s]
 _STOPPED_WITH_ANSWER = ("solved", "solved inaccurate", "maximum iterations reached", "run time limit reached")

@@ -30,6 +30,7 @@ class Prediction:
         h: Drift, (N n_x,).
         G: From the torques of the blocks, (N n_x, n_b n_u).
         T: Torques of the periods from those of the blocks, (N n_u, n_b n_u).
+        ends: Of the N states, those at the ends of the blocks, (n_b,).
     """
 
     F: Array
@@ -37,6 +38,7 @@ class Prediction:
     h: Array
     G: Array
     T: Array
+    ends: NDArray[np.intp]
 
 
 def plant(model: ReducedModel, dt: float) -> StateSpace:
@@ -59,5 +61,10 @@ def predict(system: StateSpace, blocks: tuple[int, ...]) -> Prediction:
     hold = np.repeat(np.eye(len(blocks)), blocks, axis=0)  # (N, n_b)
     T = np.asarray(np.kron(hold, np.eye(n_u)), float)
     return Prediction(
-        F[1:].reshape(-1, n_x), H[1:].reshape(-1, n_u), h[1:].ravel(), G[1:].reshape(N * n_x, -1) @ T, T
+        F[1:].reshape(-1, n_x),
+        H[1:].reshape(-1, n_u),
+        h[1:].ravel(),
+        G[1:].reshape(N * n_x, -1) @ T,
+        T,
+        np.cumsum(blocks) - 1,
     )
