@@ -1,13 +1,10 @@
-"""Where the package's own data files (manipulators, parameters, reference tables) are.
-
-In order: the ament index of a sourced workspace, ``share/`` of the Python environment, the source tree.
-"""
+"""Find the data files of this package."""
 
 from __future__ import annotations
 
-import sys
-from collections.abc import Iterator
 from pathlib import Path
+
+from flexarm_model.share import share_folders
 
 PACKAGE = "flexarm_bringup"
 
@@ -18,28 +15,8 @@ def share_path(relative: str) -> Path:
     Raises:
         FileNotFoundError: It is in none of the places; the message lists them.
     """
-    looked: list[Path] = []
-    for folder in _folders():
+    looked = list(share_folders(PACKAGE))
+    for folder in looked:
         if (folder / relative).exists():
             return folder / relative
-        looked.append(folder)
     raise FileNotFoundError(f"{relative} is in none of: {', '.join(map(str, looked))}")
-
-
-def _folders() -> Iterator[Path]:
-    indexed = _ament_share()
-    if indexed is not None:
-        yield indexed
-    yield Path(sys.prefix) / "share" / PACKAGE
-    yield Path(__file__).resolve().parents[1]
-
-
-def _ament_share() -> Path | None:
-    try:
-        from ament_index_python.packages import PackageNotFoundError, get_package_share_directory
-    except ImportError:
-        return None
-    try:
-        return Path(get_package_share_directory(PACKAGE))
-    except (OSError, PackageNotFoundError):  # no such package; no AMENT_PREFIX_PATH
-        return None

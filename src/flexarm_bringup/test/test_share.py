@@ -1,36 +1,27 @@
-"""Data files are found wherever the package runs from."""
+"""The package's data files are found wherever it runs from."""
 
-from __future__ import annotations
-
-import sys
 from pathlib import Path
 
 import pytest
 
 from flexarm_bringup import share
+from flexarm_bringup.share import share_path
 
 
-def test_manipulators_are_found() -> None:
-    assert share.share_path("config/manipulators/single_link.yaml").is_file()
+def test_the_reference_tables_are_found() -> None:
+    assert share_path("config/reference/seed002_table1.csv").is_file()
 
 
-def test_the_environment_comes_before_the_source_tree(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(share, "_ament_share", lambda: None)
-    monkeypatch.setattr(sys, "prefix", str(tmp_path))
-    own = tmp_path / "share" / "flexarm_bringup" / "config" / "own.yaml"
-    own.parent.mkdir(parents=True)
-    own.write_text("{}")
-    assert share.share_path("config/own.yaml") == own
-    assert share.share_path("config/manipulators/single_link.yaml").is_relative_to(
-        Path(share.__file__).parents[1]
-    )
+def test_a_missing_file_is_named_with_the_places_looked_at() -> None:
+    with pytest.raises(FileNotFoundError, match="nothing.yaml is in none of: .*flexarm_bringup"):
+        share_path("nothing.yaml")
 
 
-def test_a_missing_file_is_named_with_the_places_searched(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(sys, "prefix", str(tmp_path))
-    with pytest.raises(FileNotFoundError, match=f"config/none.yaml is in none of: .*{tmp_path}"):
-        share.share_path("config/none.yaml")
+def test_the_first_folder_that_has_the_file_wins(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    for name in ("empty", "first", "second"):
+        (tmp_path / name).mkdir()
+    for name in ("first", "second"):
+        (tmp_path / name / "a.yaml").write_text(name)
+    folders = [tmp_path / name for name in ("empty", "first", "second")]
+    monkeypatch.setattr(share, "share_folders", lambda package: iter(folders))
+    assert share_path("a.yaml").read_text() == "first"

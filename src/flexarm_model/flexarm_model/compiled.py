@@ -65,9 +65,9 @@ def compile_functions(
     """
     dense = {name: _densify(name, function) for name, function in functions.items()}
     compiler = find_compiler() if use_compiler else None
-    if compiler is None:
+    library = _library(dense, compiler) if compiler else None
+    if library is None:
         return {name: FastFunction(function) for name, function in dense.items()}
-    library = _library(dense, compiler)
     return {name: FastFunction(ca.external(name, str(library))) for name in dense}
 
 
@@ -94,7 +94,8 @@ def _densify(name: str, function: ca.Function) -> ca.Function:
     return ca.Function(name, inputs, [ca.densify(output) for output in outputs])
 
 
-def _library(functions: Mapping[str, ca.Function], compiler: str) -> Path:
+def _library(functions: Mapping[str, ca.Function], compiler: str) -> Path | None:
+    """Return the shared library, from the cache or new; None when the compiler fails."""
     with tempfile.TemporaryDirectory() as folder:
         generator = ca.CodeGenerator("flexarm_code.c")
         for function in functions.values():
@@ -105,6 +106,8 @@ def _library(functions: Mapping[str, ca.Function], compiler: str) -> Path:
         if not target.exists():
             target.parent.mkdir(parents=True, exist_ok=True)
             built = target.with_suffix(f".{os.getpid()}.tmp")
-            subprocess.run([compiler, "-x", "c", str(source), *FLAGS, "-o", str(built), "-lm"], check=True)
+            command = [compiler, "-x", "c", str(source), *FLAGS, "-o", str(built), "-lm"]
+            if subprocess.run(command, check=False, capture_output=True).returncode:
+                return None
             built.replace(target)  # atomic: another process may build the same
     return target

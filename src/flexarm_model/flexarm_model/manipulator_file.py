@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 
+from flexarm_model.share import share_folders
 from flexarm_model.strict_yaml import ConfigError
 
 PACKAGE = "flexarm_bringup"
@@ -22,7 +22,7 @@ def find_manipulator(name: str) -> Path:
     """
     if name.endswith((".yaml", ".yml")):
         return Path(name)
-    folders = [folder for folder in _folders() if folder.is_dir()]
+    folders = [share / FOLDER for share in share_folders(PACKAGE) if (share / FOLDER).is_dir()]
     for folder in folders:
         if (folder / f"{name}.yaml").is_file():
             return folder / f"{name}.yaml"
@@ -30,17 +30,3 @@ def find_manipulator(name: str) -> Path:
     raise ConfigError(
         f"manipulator: '{name}': expected a .yaml file or one of {', '.join(known) or 'none found'}"
     )
-
-
-def _folders() -> list[Path]:
-    """Return where they may be: installed (ament index, then prefix), then the source tree."""
-    places = []
-    try:
-        from ament_index_python.packages import PackageNotFoundError, get_package_share_directory
-
-        places.append(Path(get_package_share_directory(PACKAGE)))
-    except (ImportError, PackageNotFoundError):
-        pass
-    places.append(Path(sys.prefix) / "share" / PACKAGE)
-    places.append(Path(__file__).resolve().parents[2] / PACKAGE)
-    return [place / FOLDER for place in places]

@@ -1,0 +1,30 @@
+"""Every example and benchmark runs, on a small size, and says something true."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import pytest
+
+from flexarm_bringup.bench import load_module
+
+ROOT = Path(__file__).resolve().parents[1]
+SMALL: dict[str, dict[str, float]] = {
+    "bench_model": {"seconds": 0.2, "repeats": 20},
+    "bench_memory": {"seconds": 8.0},
+}
+
+
+def test_the_shortest_way_through_the_library_damps_the_arm() -> None:
+    found = load_module(ROOT / "examples" / "still_tip.py").main()
+    assert found["first_frequency_hz"] == pytest.approx(5.23, abs=0.005)
+    assert found["residual_m_s2"] < 0.1  # 1.94 without control
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("path", sorted((ROOT / "benchmarks").glob("bench_*.py")), ids=lambda path: path.stem)
+def test_every_benchmark_returns_finite_positive_numbers(path: Path) -> None:
+    found = load_module(path).main(**SMALL.get(path.stem, {}))
+    assert found
+    assert all(math.isfinite(value) and value >= 0 for value in found.values()), found
