@@ -9,18 +9,32 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import Protocol
 
 import casadi as ca
+import numpy as np
 
 from flexarm_model.description import ManipulatorConfig, NodeRef, SensorSpec
 from flexarm_model.frames import Motion, sparse
 from flexarm_model.sensor_kinds import POSE_CHANNELS, POSE_UNITS, SENSOR_KINDS
 
-if TYPE_CHECKING:
-    from flexarm_model.reduced_tree import ReducedTree
-
 Motions = dict[int, Motion]
+
+
+class MovingArm(Protocol):
+    """What a sensor needs to know of the tree it sits on."""
+
+    config: ManipulatorConfig
+    axis_names: tuple[str, ...]
+    bodies: dict[str, Superelement]
+
+    def elastic_coordinates(self, body: str) -> range:
+        """Return where a body's elastic coordinates stand in q."""
+        ...
+
+    def node_motion(self, motions: Motions, node: NodeRef) -> Motion:
+        """Return the motion of a node."""
+        ...
 
 
 @dataclass(frozen=True)
@@ -46,30 +60,32 @@ def output_units(config: ManipulatorConfig) -> tuple[str, ...]:
     return (*units, *POSE_UNITS.values())
 
 
-def sensor_outputs(tree: ReducedTree, motions: Motions, at: Point) -> ca.SX:
+def sensor_outputs(tree: MovingArm, motions: Motions, at: Point) -> ca.SX:
     """Return all output rows y(q, v, a; q_ref), (n_y,)."""
     rows = [_OUTPUT[sensor.kind](tree, motions, at, sensor) for sensor in tree.config.sensors]
     return ca.vertcat(*rows, _displacement(tree.node_motion(motions, tree.config.tip), at))
 
 
-def _encoder(tree: ReducedTree, motions: Motions, at: Point, sensor: SensorSpec) -> ca.SX:
+def _encoder(tree: MovingArm, motions: Motions, at: Point, sensor: SensorSpec) -> ca.SX:
     return at.q[tree.axis_names.index(sensor.site)]
 
 
-def _strain_gauge(tree: ReducedTree, motions: Motions, at: Point, sensor: SensorSpec) -> ca.SX:
+def _strain_gauge(tree: MovingArm, motions: Motions, at: Point, sensor: SensorSpec) -> ca.SX:
     body, node = sensor.site.split(".")
     stretch, curvature_z, curvature_y = tree.bodies[body].nodes[node].strain  # (n,) each
     row = stretch - sensor.offset[0] * curvature_z - sensor.offset[1] * curvature_y
+    if np.isnan(row).any():
+        raise ValueError(f"sensor '{sensor.name}': no strain is known at '{sensor.site}'; use a beam")
     index = tree.elastic_coordinates(body)
     return sparse(row[None]) @ at.q[index.start : index.stop, 0]
 
 
-def _accelerometer(tree: ReducedTree, motions: Motions, at: Point, sensor: SensorSpec) -> ca.SX:
+def _accelerometer(tree: MovingArm, motions: Motions, at: Point, sensor: SensorSpec) -> ca.SX:
     motion = tree.node_motion(motions, NodeRef(*sensor.site.split(".")))
     return ca.vertcat(*[motion.a["xyz".index(channel)] for channel in sensor.channels])
 
 
-def _camera(tree: ReducedTree, motions: Motions, at: Point, sensor: SensorSpec) -> ca.SX:
+def _camera(tree: MovingArm, motions: Motions, at: Point, sensor: SensorSpec) -> ca.SX:
     return _displacement(tree.node_motion(motions, NodeRef(*sensor.site.split("."))), at)
 
 
@@ -81,7 +97,7 @@ def _displacement(motion: Motion, at: Point) -> ca.SX:
     return ca.vertcat(R_ref.T @ (motion.p - p_ref), rotation)
 
 
-_OUTPUT: dict[str, Callable[[ReducedTree, Motions, Point, SensorSpec], ca.SX]] = {
+_OUTPUT: dict[str, Callable[[MovingArm, Motions, Point, SensorSpec], ca.SX]] = {
     "encoder": _encoder,
     "strain_gauge": _strain_gauge,
     "accelerometer": _accelerometer,
