@@ -17,6 +17,7 @@ import numpy as np
 from flexarm_model.description import ManipulatorConfig, NodeRef, SensorSpec
 from flexarm_model.frames import Motion, sparse
 from flexarm_model.sensor_kinds import POSE_CHANNELS, POSE_UNITS, SENSOR_KINDS
+from flexarm_model.superelement import Superelement
 
 Motions = dict[int, Motion]
 
