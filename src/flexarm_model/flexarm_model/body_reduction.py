@@ -9,6 +9,8 @@ import numpy as np
 
 from flexarm_model.beam_superelement import reduce_beam
 from flexarm_model.description import Beam, Body, RigidBody
+from flexarm_model.fe_import.imported_superelement import reduce_imported
+from flexarm_model.imported_body import ImportedBody
 from flexarm_model.superelement import NodeShape, Superelement
 
 Reducer = Callable[[Any, Collection[str]], Superelement]
@@ -35,4 +37,8 @@ def _reduce_rigid(body: RigidBody, interfaces: Collection[str]) -> Superelement:
     return Superelement(body.name, body.mass, s, second[None, None], np.zeros(0), empty, empty, nodes)
 
 
-_REDUCERS: dict[type, Reducer] = {RigidBody: _reduce_rigid, Beam: reduce_beam}
+_REDUCERS: dict[type, Reducer] = {
+    RigidBody: _reduce_rigid,
+    Beam: reduce_beam,
+    ImportedBody: reduce_imported,
+}

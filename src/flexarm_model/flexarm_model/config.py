@@ -17,13 +17,13 @@ from flexarm_model.description import (
     AXES,
     WORLD,
     Axis,
-    Beam,
+    Body,
     Joint,
     ManipulatorConfig,
     NodeRef,
-    RigidBody,
     SensorSpec,
 )
+from flexarm_model.imported_body import ImportedBody
 from flexarm_model.rotation import rotation_from_rpy
 from flexarm_model.sensor_kinds import SENSOR_KINDS
 from flexarm_model.strict_yaml import ConfigError, Section, read_yaml
@@ -60,7 +60,7 @@ def load_config(path: str | Path, preset: str = "") -> ManipulatorConfig:
         name=top.text("name"),
         source=top.text("source"),
         preset=preset,
-        config_id=_identify(content),
+        config_id=_identify(content, bodies),
         gravity=top.quantities("gravity", ["acceleration"] * 3),
         bodies=bodies,
         joints=joints,
@@ -79,8 +79,11 @@ def load_config(path: str | Path, preset: str = "") -> ManipulatorConfig:
     return config
 
 
-def _identify(content: dict[str, Any]) -> str:
+def _identify(content: dict[str, Any], bodies: dict[str, Body]) -> str:
     described = {key: content[key] for key in content if key != "presets"}
+    files = {name: body.digest for name, body in bodies.items() if isinstance(body, ImportedBody)}
+    if files:
+        described["files"] = files
     return hashlib.sha256(json.dumps(described, sort_keys=True, default=str).encode()).hexdigest()[:16]
 
 
@@ -108,7 +111,7 @@ def _change(content: dict[str, Any], preset: Section) -> dict[str, Any]:
     return changed
 
 
-def _read_node(section: Section, key: str, bodies: dict[str, RigidBody | Beam]) -> NodeRef:
+def _read_node(section: Section, key: str, bodies: dict[str, Body]) -> NodeRef:
     text = section.text(key)
     body, _, node = text.partition(".")
     if body == WORLD and not node:
@@ -119,7 +122,7 @@ def _read_node(section: Section, key: str, bodies: dict[str, RigidBody | Beam]) 
     return NodeRef(body, node)
 
 
-def _read_joints(top: Section, bodies: dict[str, RigidBody | Beam]) -> list[Joint]:
+def _read_joints(top: Section, bodies: dict[str, Body]) -> list[Joint]:
     joints = []
     for name, section in top.sections("joints"):
         placement = np.eye(4)
@@ -160,7 +163,7 @@ def _read_axis(section: Section, name: str) -> Axis:
     return axis
 
 
-def _sort_joints(top: Section, joints: list[Joint], bodies: dict[str, RigidBody | Beam]) -> tuple[Joint, ...]:
+def _sort_joints(top: Section, joints: list[Joint], bodies: dict[str, Body]) -> tuple[Joint, ...]:
     """Order the joints so that every parent is placed before it is used."""
     placed, waiting, ordered = {WORLD}, list(joints), []
     while waiting:
@@ -187,7 +190,7 @@ def _sort_joints(top: Section, joints: list[Joint], bodies: dict[str, RigidBody 
 
 
 def _read_sensor(
-    name: str, section: Section, joints: tuple[Joint, ...], bodies: dict[str, RigidBody | Beam], tip: NodeRef
+    name: str, section: Section, joints: tuple[Joint, ...], bodies: dict[str, Body], tip: NodeRef
 ) -> SensorSpec:
     kind = SENSOR_KINDS[section.choice("kind", tuple(SENSOR_KINDS))]
     axes = tuple(f"{joint.name}.{axis.name}" for joint in joints for axis in joint.axes)

@@ -7,20 +7,30 @@ from collections.abc import Callable
 
 import numpy as np
 
-from flexarm_model.description import DEFORMATIONS, WORLD, Beam, BeamPiece, PointMass, Reduction, RigidBody
+from flexarm_model.config_imported import read_imported
+from flexarm_model.description import (
+    DEFORMATIONS,
+    WORLD,
+    Beam,
+    BeamPiece,
+    Body,
+    PointMass,
+    Reduction,
+    RigidBody,
+)
 from flexarm_model.strict_yaml import Section
 
 REDUCTIONS = ("craig_bampton", "guyan")
 FRAMES = ("clamped", "chord")
 
 
-def read_bodies(top: Section) -> dict[str, RigidBody | Beam]:
+def read_bodies(top: Section) -> dict[str, Body]:
     """Read every body of the file, by name.
 
     Raises:
         ConfigError: A value is wrong; see ``strict_yaml``.
     """
-    bodies = {}
+    bodies: dict[str, Body] = {}
     top.section("bodies").names(taken=(WORLD,))
     for name, section in top.sections("bodies"):
         kind = section.choice("type", tuple(_READERS))
@@ -136,7 +146,11 @@ def _given(shape: Section) -> tuple[float, float, float, float]:
     )
 
 
-_READERS: dict[str, Callable[[str, Section], RigidBody | Beam]] = {"rigid": _read_rigid, "beam": _read_beam}
+_READERS: dict[str, Callable[[str, Section], Body]] = {
+    "rigid": _read_rigid,
+    "beam": _read_beam,
+    "imported": read_imported,
+}
 _SECTIONS: dict[str, Callable[[Section], tuple[float, float, float, float]]] = {
     "rectangle": _rectangle,
     "tube": _tube,

@@ -32,6 +32,9 @@ class SegmentTree:
         Args:
             config: The manipulator.
             n_segments: Springs per beam.
+
+        Raises:
+            ValueError: A body cannot be cut into segments.
         """
         self.config, self.n_segments = config, n_segments
         self.model = pin.Model()
@@ -126,8 +129,13 @@ class SegmentTree:
         body = self.config.bodies[joint.child.body]
         if isinstance(body, Beam):
             self._add_beam(body, joint.child, at, placement)
-        else:
+        elif isinstance(body, RigidBody):
             self._add_rigid(body, joint.child, at, placement)
+        else:
+            raise ValueError(
+                f"body '{body.name}': an imported body has no segments; expected rigid bodies and beams, "
+                "or use the reduced tree"
+            )
 
     def _add_rigid(self, body: RigidBody, root: NodeRef, at: int, placement: pin.SE3) -> None:
         frame = placement * pin.SE3(np.eye(3), -body.nodes[root.node])

@@ -22,7 +22,7 @@ UNITS: dict[str, dict[str, float]] = {
     "length": _LENGTHS,
     "area": {"m^2": 1.0, "mm^2": 1e-6},
     "second moment of area": {"m^4": 1.0, "mm^4": 1e-12},
-    "mass": {"kg": 1.0, "g": 1e-3},
+    "mass": {"kg": 1.0, "g": 1e-3, "t": 1e3},
     "inertia": {"kg m^2": 1.0, "kg mm^2": 1e-6},
     "density": {"kg/m^3": 1.0},
     "pressure": {"Pa": 1.0, "MPa": 1e6, "GPa": 1e9},

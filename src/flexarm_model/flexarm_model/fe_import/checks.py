@@ -1,0 +1,173 @@
+"""What an imported body must satisfy before its reduction means anything, and what it weighs.
+
+M and K symmetric; M positive; K without resistance to the six rigid motions and positive otherwise. Every
+reduction asks for what is quick to see (``refuse_unsound``); ``check_model`` looks at all of it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+from scipy.linalg import eigh
+
+from flexarm_model.fe_import.fe_model import FeModel
+from flexarm_model.fe_import.rigid_mass import RigidMass, rigid_mass
+from flexarm_model.fe_import.sparse_modes import Factor, lowest_modes
+from flexarm_model.fe_import.volume_integrals import scalar_mass
+
+Array = NDArray[np.float64]
+
+SYMMETRY = 1e-6  # largest departure, relative to the largest entry: what seven digits in a file leave
+RIGID_FORCE = 1e-6  # force against a rigid motion, relative to the largest stiffness times that motion
+RIGID_MODE = 1e-6  # squared frequency, relative to the estimate of the first elastic one
+N_LOWEST = 10  # modes of the free body that are looked at
+
+
+@dataclass(frozen=True)
+class Checks:
+    """Figures of a free body.
+
+    Attributes:
+        name: Name of the body.
+        n_dof: Number of displacements.
+        asymmetry: Largest departure of M and of K from symmetry, relative, (2,).
+        n_negative: Negative eigenvalues of M and of K, (2,).
+        rigid_force: Force against the rigid motions, relative.
+        unlike: Departure of the mass from acting alike in x, y and z, relative; 0 for solids.
+        n_rigid: Modes without stiffness.
+        elastic_hz: The slowest of the others [Hz].
+        rigid: Mass, centre of mass and inertia.
+    """
+
+    name: str
+    n_dof: int
+    asymmetry: tuple[float, float]
+    n_negative: tuple[int, int]
+    rigid_force: float
+    unlike: float
+    n_rigid: int
+    elastic_hz: Array
+    rigid: RigidMass
+
+    @property
+    def problems(self) -> list[str]:
+        """What is wrong, in sentences; empty for a sound body."""
+        found = _quick_problems(self.asymmetry, self.rigid_force, self.rigid.mass)
+        for name, count in zip(("mass", "stiffness"), self.n_negative, strict=True):
+            if count:
+                found.append(f"the {name} has {count} negative eigenvalues; expected none")
+        if self.n_rigid != 6:
+            found.append(
+                f"{self.n_rigid} modes of the free body have no stiffness; expected the 6 rigid ones"
+            )
+        return found
+
+    def text(self) -> str:
+        """Return the figures, a line each."""
+        J = self.rigid.inertia_about_com
+        rows = {
+            "displacements": f"{self.n_dof}",
+            "asymmetry of M, K": f"{self.asymmetry[0]:.1e}, {self.asymmetry[1]:.1e}",
+            "negative eigenvalues of M, K": f"{self.n_negative[0]}, {self.n_negative[1]}",
+            "force against rigid motion": f"{self.rigid_force:.1e}",
+            "mass unlike in x, y, z": f"{self.unlike:.1e}",
+            "rigid modes": f"{self.n_rigid}",
+            "slowest elastic modes [Hz]": ", ".join(f"{f:.5g}" for f in self.elastic_hz),
+            "mass [kg]": f"{self.rigid.mass:.6g}",
+            "centre of mass [m]": ", ".join(f"{c:.6g}" for c in self.rigid.com),
+            "inertia xx yy zz [kg m^2]": ", ".join(f"{c:.6g}" for c in np.diag(J)),
+            "inertia xy xz yz [kg m^2]": ", ".join(f"{c:.6g}" for c in (J[0, 1], J[0, 2], J[1, 2])),
+            "problems": "; ".join(self.problems) or "none",
+        }
+        return "\n".join([f"body '{self.name}'", *(f"  {key:30}{value}" for key, value in rows.items())])
+
+
+def check_model(model: FeModel) -> Checks:
+    """Return all figures of a body.
+
+    Raises:
+        ValueError: The matrices are too broken to be factorised.
+    """
+    scale = _first_elastic(model)
+    shift = -scale / 10
+    factor = Factor(model.K - shift * model.M)
+    count = min(N_LOWEST, model.M.shape[0] - 1)
+    value = lowest_modes(model.M, model.K, count, shift, factor)[0]
+    elastic = value[value > RIGID_MODE * scale]
+    tiny = 1e-12 * abs(model.M).max() * sparse.eye_array(model.M.shape[0])  # rotations may bear no mass
+    return Checks(
+        name=model.name,
+        n_dof=model.M.shape[0],
+        asymmetry=(_asymmetry(model.M), _asymmetry(model.K)),
+        n_negative=(Factor(model.M + tiny).count_negative(), factor.count_negative()),
+        rigid_force=_rigid_force(model),
+        unlike=_unlike(model),
+        n_rigid=value.size - elastic.size,
+        elastic_hz=np.sqrt(elastic) / (2 * np.pi),
+        rigid=rigid_mass(model),
+    )
+
+
+def refuse_unsound(model: FeModel) -> None:
+    """Refuse a body whose matrices are not those of a free body.
+
+    Raises:
+        ValueError: Names the body and what is wrong.
+    """
+    asymmetry = (_asymmetry(model.M), _asymmetry(model.K))
+    problems = _quick_problems(asymmetry, _rigid_force(model), rigid_mass(model).mass)
+    if problems:
+        raise ValueError(f"body '{model.name}': {'; '.join(problems)}")
+
+
+def _quick_problems(asymmetry: tuple[float, float], rigid_force: float, mass: float) -> list[str]:
+    found = []
+    for name, value in zip(("mass", "stiffness"), asymmetry, strict=True):
+        if not value <= SYMMETRY:
+            found.append(f"the {name} is not symmetric: entries differ by {value:.1e} of the largest")
+    if not mass > 0:
+        found.append(f"the mass is {mass:g} kg; expected above 0")
+    if not rigid_force <= RIGID_FORCE:
+        found.append(
+            f"the stiffness resists rigid motion ({rigid_force:.1e} of its largest entry); "
+            "expected the matrix of a free body, without supports and with coordinates in the unit given"
+        )
+    return found
+
+
+def _asymmetry(A: Any) -> float:
+    return float(abs(A - A.T).max() / abs(A).max())
+
+
+def _rigid_force(model: FeModel) -> float:
+    """Return the largest force against a rigid motion about the middle, of the largest stiffness times it."""
+    R = model.rigid_motion(about=model.x.mean(axis=0))
+    R = R / abs(R).max(axis=0)
+    return float(abs(model.K @ R).max() / abs(model.K).max())
+
+
+def _unlike(model: FeModel) -> float:
+    step = model.dof_per_node
+    blocks = [model.M[i::step, j::step] for i in range(3) for j in range(3)]
+    mean = scalar_mass(model)
+    differ = [block - mean if k % 4 == 0 else block for k, block in enumerate(blocks)]
+    return float(max(abs(block).max() for block in differ) / abs(mean).max())
+
+
+def _first_elastic(model: FeModel) -> float:
+    """Return an upper bound of the first elastic frequency squared, out of displacements quadratic in x."""
+    x = model.x - model.x.mean(axis=0)
+    fields = [model.rigid_motion()]
+    for i, j in zip(*np.triu_indices(3), strict=True):
+        slope = x[:, [j]] * np.eye(3)[i] + x[:, [i]] * np.eye(3)[j]  # gradient of x_i x_j, (k, 3)
+        rows = np.zeros((x.shape[0], model.dof_per_node, 3))
+        rows[:, :3] = (x[:, i] * x[:, j])[:, None, None] * np.eye(3)
+        rows[:, 3:] = np.cross(slope[:, None], np.eye(3)).transpose(0, 2, 1)[:, : model.dof_per_node - 3] / 2
+        fields.append(rows.reshape(-1, 3))
+    Q = np.linalg.qr(np.hstack(fields))[0]
+    value = eigh(Q.T @ (model.K @ Q), Q.T @ (model.M @ Q), eigvals_only=True)
+    return float(value[6])

@@ -1,0 +1,99 @@
+"""Mass, stiffness and damping of an imported body, in SI and in the body's axes.
+
+Displacements stand node by node, ``[ux uy uz]`` or ``[ux uy uz rx ry rz]``. With the length unit ``l``, the
+mass unit ``m`` and the time unit ``t`` of the files in SI, and the files' axes ``R`` in the body frame::
+
+    M = m l^2 S' M_file S    K = m l^2 / t^2 S' K_file S    D = m l^2 / t S' D_file S    S = diag(R' / l, R')
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+
+from flexarm_model.fe_import.matrix_file import read_matrix
+from flexarm_model.imported_body import ImportedBody
+from flexarm_model.rotation import skew
+from flexarm_model.strict_yaml import ConfigError
+
+Array = NDArray[np.float64]
+Indices = NDArray[np.intp]
+
+
+@dataclass(frozen=True)
+class FeModel:
+    """A free body of finite elements; matrices are ``scipy.sparse.csr_array``.
+
+    Attributes:
+        name: Name of the body.
+        x: Nodes in the body frame [m], (k, 3).
+        M, K: Mass and stiffness over all displacements, (n, n).
+        D: Viscous damping, (n, n), or None.
+    """
+
+    name: str
+    x: Array
+    M: Any
+    K: Any
+    D: Any
+
+    @property
+    def dof_per_node(self) -> int:
+        """Displacements of a node: 3, or 6 with rotations."""
+        return int(self.M.shape[0] // self.x.shape[0])
+
+    def dof(self, nodes: Indices) -> Indices:
+        """Return the displacement indices of nodes, node by node, (dof_per_node k,)."""
+        return np.asarray(
+            (self.dof_per_node * nodes[:, None] + np.arange(self.dof_per_node)).ravel(), dtype=np.intp
+        )
+
+    def rigid_motion(self, nodes: Indices | None = None, about: Array | None = None) -> Array:
+        """Return the displacements of nodes (all) per translation and rotation about a point, (n, 6)."""
+        x = self.x if nodes is None else self.x[nodes]
+        lever = x if about is None else x - about
+        rows = np.zeros((x.shape[0], self.dof_per_node, 6))
+        rows[:, :3, :3] = np.eye(3)
+        rows[:, :3, 3:] = [-skew(arm) for arm in lever]
+        rows[:, 3:, 3:] = np.eye(3)[: self.dof_per_node - 3]
+        return rows.reshape(-1, 6)
+
+
+def load_model(body: ImportedBody) -> FeModel:
+    """Read the matrices of a body.
+
+    Raises:
+        ConfigError: A file is wrong, or its size does not fit the nodes.
+    """
+    n_nodes = body.x.shape[0]
+    K = read_matrix(body.stiffness)
+    if K.shape[0] not in (3 * n_nodes, 6 * n_nodes):
+        sizes = f"{3 * n_nodes} or {6 * n_nodes} (3 or 6 for each of its {n_nodes} nodes)"
+        raise ConfigError(f"{body.stiffness.path}: has {K.shape[0]} rows; expected {sizes}")
+    M = _read_like(body.mass, K)
+    D = None if body.damping is None else _read_like(body.damping, K)
+    per_node = K.shape[0] // n_nodes
+    length, mass, time = body.units.length, body.units.mass, body.units.time
+    block = np.kron(np.eye(per_node // 3), body.orientation)
+    block[:3] /= length
+    S = sparse.kron(sparse.eye_array(n_nodes), block, format="csr")
+    unit = mass * length**2
+    scale = body.stiffness_scale
+    return FeModel(
+        body.name,
+        body.x,
+        unit * (S @ M @ S.T),
+        scale * unit / time**2 * (S @ K @ S.T),
+        None if D is None else scale * unit / time * (S @ D @ S.T),
+    )
+
+
+def _read_like(file: Any, K: Any) -> Any:
+    matrix = read_matrix(file)
+    if matrix.shape != K.shape:
+        raise ConfigError(f"{file.path}: has {matrix.shape[0]} rows; expected {K.shape[0]} as the stiffness")
+    return matrix

@@ -1,0 +1,72 @@
+"""An imported body's superelement: first-order shapes in the frame of its interface node "root".
+
+Without second-order shapes a fast turn softens the body and never stiffens it (no geometric stiffening).
+That is right for compact castings and wrong for slender blades, which are better described as beams.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexarm_model.fe_import.checks import refuse_unsound
+from flexarm_model.fe_import.fe_model import FeModel, load_model
+from flexarm_model.fe_import.interfaces import Constraint, Interface, constrain, make_interface
+from flexarm_model.fe_import.rigid_mass import rigid_mass
+from flexarm_model.fe_import.sparse_reduction import reduction_basis
+from flexarm_model.fe_import.volume_integrals import volume_integrals
+from flexarm_model.imported_body import ImportedBody, ImportedReduction
+from flexarm_model.reduction import mode_basis
+from flexarm_model.superelement import NodeShape, Superelement
+
+Array = NDArray[np.float64]
+
+
+def reduce_imported(body: ImportedBody, interfaces: Collection[str]) -> Superelement:
+    """Reduce an imported body; see ``reduce_body``.
+
+    Raises:
+        ValueError: A file is wrong, the matrices are no free body's, or the reduction cannot be made.
+    """
+    model = load_model(body)
+    refuse_unsound(model)
+    used = {"root", *interfaces, *body.reduction.retain}
+    nodes = {name: make_interface(model, name, item, body.nodes[name]) for name, item in body.sets.items()}
+    held = [item for name, item in nodes.items() if item.is_rigid or name in used]
+    constraint = constrain(model, held)
+    try:
+        modes, omega = _modes(model, constraint, used - {"root"}, body.reduction)
+    except ValueError as error:
+        raise ValueError(f"body '{body.name}': {error}") from None
+    s, P = volume_integrals(model, modes)
+    D = np.diag(2 * body.damping_ratio * omega) if model.D is None else modes.T @ (model.D @ modes)
+    shapes = {name: _node_shape(item, body.nodes[name], modes) for name, item in nodes.items()}
+    mass = rigid_mass(model).mass
+    return Superelement(body.name, mass, s, P, omega, np.diag(omega**2), (D + D.T) / 2, shapes)
+
+
+def _modes(
+    model: FeModel, constraint: Constraint, used: Collection[str], reduction: ImportedReduction
+) -> tuple[Array, Array]:
+    """Return the body's own modes over all displacements (n_dof, n) and their frequencies (n,)."""
+    T, columns = constraint.T, constraint.columns
+    free = np.setdiff1d(np.arange(T.shape[1]), columns["root"])
+    T_free = T[:, free]
+    M, K = T_free.T @ model.M @ T_free, T_free.T @ model.K @ T_free
+    kept = np.concatenate([np.zeros(0, dtype=np.intp), *(columns[name] for name in columns if name in used)])
+    basis = reduction_basis(M, K, np.searchsorted(free, kept), reduction)
+    n_modes = reduction.modes or basis.shape[1]
+    if n_modes > basis.shape[1] or n_modes == 0:
+        raise ValueError(f"{n_modes} modes asked for, {basis.shape[1]} available; expected at least one")
+    modes, omega = mode_basis(M, K, basis, n_modes)
+    if not omega[0] > 0:
+        raise ValueError("the stiffness lets a mode move freely with the root held")
+    return np.asarray(T_free @ modes), omega
+
+
+def _node_shape(item: Interface, at: Array, modes: Array) -> NodeShape:
+    u = item.A @ modes[item.dof]  # (6, n)
+    n = modes.shape[1]
+    return NodeShape(at, u[:3], u[3:], np.zeros((3, n, n)), np.full((3, n), np.nan))

@@ -1,0 +1,115 @@
+"""Sparse matrices from files: Matrix Market, MATLAB and Abaqus.
+
+| file | content |
+|---|---|
+| Matrix Market (``.mtx``, ``.mm``; first line ``%%MatrixMarket``) | real, coordinate; symmetric or general |
+| MATLAB (``.mat``, versions 4 to 7.2) | the only matrix in it, or the one that ``variable`` names |
+| Abaqus (``.mtx``) | ``*MATRIX OUTPUT, FORMAT=COORDINATE``: row, column, value |
+
+A matrix of which only one triangle is stored is completed by symmetry.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from scipy import io, sparse
+
+from flexarm_model.fe_import.table import open_text, read_table, whole_numbers
+from flexarm_model.imported_body import MatrixFile
+from flexarm_model.strict_yaml import ConfigError
+
+_BANNER = "%%MatrixMarket"
+
+
+def read_matrix(file: MatrixFile) -> Any:
+    """Read a square sparse matrix.
+
+    Args:
+        file: Where it is.
+
+    Returns:
+        ``scipy.sparse.csr_array`` of floats, (n, n).
+
+    Raises:
+        ConfigError: The file cannot be read, or holds no such matrix; names file, line or variable and what
+            is allowed.
+    """
+    suffix = file.path.suffix.lower()
+    if suffix not in _READERS:
+        raise ConfigError(f"{file.path}: suffix '{suffix}': expected one of {', '.join(_READERS)}")
+    if file.variable and suffix != ".mat":
+        raise ConfigError(f"{file.path}: variable '{file.variable}': only a .mat file has variables")
+    matrix = sparse.csr_array(_READERS[suffix](file))
+    rows, columns = matrix.shape
+    if rows != columns or rows == 0:
+        raise ConfigError(f"{file.path}: is {rows} x {columns}; expected a square matrix")
+    if matrix.dtype.kind not in "fiu" or not np.isfinite(matrix.data).all():
+        raise ConfigError(f"{file.path}: expected real, finite entries")
+    matrix = _complete(matrix.astype(float))
+    matrix.sum_duplicates()
+    return matrix
+
+
+def _read_matlab(file: MatrixFile) -> Any:
+    try:
+        content = io.loadmat(file.path)
+    except OSError as error:
+        raise ConfigError(f"{file.path}: cannot be read ({error.strerror or error})") from None
+    except (ValueError, TypeError, NotImplementedError, io.matlab.MatReadError) as error:
+        raise ConfigError(f"{file.path}: is not a MATLAB file of version 4 to 7.2: {error}") from None
+    matrices = {
+        name: value
+        for name, value in content.items()
+        if not name.startswith("__") and (sparse.issparse(value) or getattr(value, "size", 0) > 1)
+    }
+    name = file.variable or (next(iter(matrices)) if len(matrices) == 1 else "")
+    if name not in matrices:
+        known = ", ".join(matrices) or "none"
+        raise ConfigError(f"{file.path}: variable '{name}': expected one of its matrices: {known}")
+    value = matrices[name]
+    if not sparse.issparse(value) and (value.ndim != 2 or value.dtype.kind not in "fiu"):
+        raise ConfigError(f"{file.path}: variable '{name}': expected a real matrix")
+    return value
+
+
+def _read_text_matrix(file: MatrixFile) -> Any:
+    return (_read_matrix_market if _first_line(file.path).startswith(_BANNER) else _read_abaqus)(file)
+
+
+def _read_matrix_market(file: MatrixFile) -> Any:
+    try:
+        return io.mmread(file.path)
+    except (ValueError, OverflowError, TypeError) as error:
+        raise ConfigError(f"{file.path}: is not a Matrix Market file of a real matrix: {error}") from None
+
+
+def _read_abaqus(file: MatrixFile) -> Any:
+    row = "row, column, value of an Abaqus matrix written with FORMAT=COORDINATE"
+    table = read_table(file.path, (3,), row)
+    i, j = (whole_numbers(file.path, table[:, k], name) - 1 for k, name in ((0, "row"), (1, "column")))
+    n = int(max(i.max(), j.max())) + 1
+    return sparse.coo_array((table[:, 2], (i, j)), shape=(n, n))
+
+
+def _first_line(path: Path) -> str:
+    with open_text(path) as file:
+        return file.readline()
+
+
+def _complete(matrix: Any) -> Any:
+    """Mirror a matrix of which only one triangle is there."""
+    above, below = sparse.triu(matrix, 1), sparse.tril(matrix, -1)
+    if (above.nnz == 0) == (below.nnz == 0):
+        return matrix
+    return sparse.csr_array(matrix + (above if above.nnz else below).T)
+
+
+_READERS: dict[str, Callable[[MatrixFile], Any]] = {
+    ".mtx": _read_text_matrix,
+    ".mm": _read_text_matrix,
+    ".mat": _read_matlab,
+}

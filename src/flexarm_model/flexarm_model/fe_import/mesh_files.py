@@ -1,0 +1,65 @@
+"""Node coordinates and node sets from text files (see ``table`` for what a text file may look like).
+
+| file | a line |
+|---|---|
+| nodes | node label, x, y, z - in the order of the matrices' rows |
+| set | node label, and perhaps its weight in the mean |
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexarm_model.fe_import.table import read_table, whole_numbers
+from flexarm_model.strict_yaml import ConfigError
+
+Array = NDArray[np.float64]
+Indices = NDArray[np.intp]
+
+
+def read_nodes(path: Path) -> tuple[Indices, Array]:
+    """Return labels (k,) and coordinates in the file's unit (k, 3).
+
+    Raises:
+        ConfigError: A line is wrong, or a label stands twice.
+    """
+    table = read_table(path, (4,), "node label, x, y, z")
+    labels = whole_numbers(path, table[:, 0], "node label")
+    _refuse_repeats(path, labels)
+    return labels, table[:, 1:]
+
+
+def read_set(path: Path, labels: Indices) -> tuple[Indices, Array]:
+    """Return rows of the coordinates (m,) and weights (m,) of a set of nodes.
+
+    Args:
+        path: File.
+        labels: Of all nodes, (k,).
+
+    Raises:
+        ConfigError: A line is wrong, or a label is unknown or stands twice, or a weight is not positive.
+    """
+    table = read_table(path, (1, 2), "node label, or node label and weight")
+    chosen = whole_numbers(path, table[:, 0], "node label")
+    _refuse_repeats(path, chosen)
+    order = np.argsort(labels)
+    place = np.clip(np.searchsorted(labels, chosen, sorter=order), 0, labels.size - 1)
+    index = order[place]
+    unknown = chosen[labels[index] != chosen]
+    if unknown.size:
+        known = f"{labels.size} labels from {labels.min()} to {labels.max()}"
+        raise ConfigError(f"{path}: node label {unknown[0]}: is not in the file of nodes, which has {known}")
+    weight = table[:, 1] if table.shape[1] == 2 else np.ones(chosen.size)
+    if (weight <= 0).any():
+        label = chosen[weight <= 0][0]
+        raise ConfigError(f"{path}: node label {label}: weight {weight.min():g} must be above 0")
+    return index, weight
+
+
+def _refuse_repeats(path: Path, labels: Indices) -> None:
+    values, counts = np.unique(labels, return_counts=True)
+    if (counts > 1).any():
+        raise ConfigError(f"{path}: node label {values[counts > 1][0]}: is given twice; give it once")

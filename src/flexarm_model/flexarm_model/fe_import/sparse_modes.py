@@ -1,0 +1,104 @@
+"""Eigenmodes of sparse ``K phi = omega^2 M phi`` by shift-invert Lanczos, none of them missed.
+
+``(K - s M)`` is factorised once; the number of its negative pivots is the number of modes below ``s``
+(Sylvester's law of inertia), which says how many to look for and whether all were found.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import csc_array
+from scipy.sparse.linalg import LinearOperator, eigsh, splu
+
+Array = NDArray[np.float64]
+
+START_SEED = 0  # of the Lanczos process' first vector: results do not change from run to run
+
+
+class Factor:
+    """Factors of a symmetric sparse matrix, made without disturbing its symmetry."""
+
+    def __init__(self, A: Any) -> None:
+        """Factorise.
+
+        Args:
+            A: Symmetric sparse matrix, (n, n).
+
+        Raises:
+            ValueError: It is singular.
+        """
+        try:
+            self._lu = splu(
+                csc_array(A),
+                permc_spec="MMD_AT_PLUS_A",
+                diag_pivot_thresh=0.0,
+                options={"SymmetricMode": True},
+            )
+        except RuntimeError as error:
+            raise ValueError(f"the matrix is singular ({error})") from None
+
+    def solve(self, b: Array) -> Array:
+        """Return the solution for one or several right-hand sides, (n,) or (n, k)."""
+        return np.asarray(self._lu.solve(b))
+
+    def count_negative(self) -> int:
+        """Return the number of negative eigenvalues.
+
+        Raises:
+            ValueError: A pivot vanished, so the pivots no longer tell.
+        """
+        if not np.array_equal(self._lu.perm_r, self._lu.perm_c):
+            raise ValueError("a pivot vanishes; choose another shift")
+        return int((self._lu.U.diagonal() < 0).sum())
+
+
+def count_below(M: Any, K: Any, omega: float) -> int:
+    """Return how many modes lie below an angular frequency [rad/s], rigid ones included."""
+    return Factor(K - omega**2 * M).count_negative()
+
+
+def lowest_modes(
+    M: Any, K: Any, count: int, shift: float = 0.0, factor: Factor | None = None
+) -> tuple[Array, Array]:
+    """Return the modes nearest to a shift.
+
+    Args:
+        M: Sparse mass, (n, n).
+        K: Sparse stiffness, (n, n).
+        count: How many, below n.
+        shift: Square of an angular frequency [rad^2/s^2]; negative for a body that can move rigidly.
+        factor: Of ``K - shift M``, where it exists already.
+
+    Returns:
+        Squares of the angular frequencies, ascending (count,), and mass-normalised modes (n, count).
+
+    Raises:
+        ValueError: More asked for than can be found, or the shift is an eigenvalue.
+    """
+    n = K.shape[0]
+    if count >= n:
+        raise ValueError(f"{count} modes asked for, at most {n - 1} can be found")
+    if count == 0:
+        return np.zeros(0), np.zeros((n, 0))
+    solve = (factor or Factor(K - shift * M)).solve
+    start = np.random.default_rng(START_SEED).standard_normal(n)
+    inverse = LinearOperator((n, n), matvec=solve, dtype=float)
+    value, vector = eigsh(K, count, M=M, sigma=shift, OPinv=inverse, v0=start)
+    order = np.argsort(value)
+    return np.asarray(value[order]), np.asarray(vector[:, order])
+
+
+def modes_below(M: Any, K: Any, omega_max: float, factor: Factor | None = None) -> tuple[Array, Array]:
+    """Return all modes up to an angular frequency [rad/s], as ``lowest_modes`` does; K must be definite.
+
+    Raises:
+        ValueError: The modes found are not those that exist.
+    """
+    count = count_below(M, K, omega_max)
+    value, vector = lowest_modes(M, K, count, factor=factor)
+    if count and value[-1] > omega_max**2:
+        raise ValueError(f"{count} modes lie below {omega_max / 2 / np.pi:g} Hz, but not all were found")
+    return value, vector
