@@ -1,0 +1,106 @@
+"""The projected residual of the modal model and its Jacobian, for Gauss-Newton.
+
+    r(p) = (1 - Phi Phi^+) Y        dr/dp = -(1 - Phi Phi^+) (dPhi/dp) Phi^+ Y
+
+with ``p = [decay; omega_d; Re L; Im L]``: poles ``-decay + j omega_d`` [rad/s] and the free entries of
+the participations (the largest of each mode is 1). The Jacobian is Kaufman's [Kaufman1975]; its Gram
+matrix is the information on p with everything else unknown.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexarm_model.modal.partial_fractions import Basis
+from flexarm_model.modal.residues import solve
+
+Array = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+
+LARGEST_DECAY = 0.7  # of the highest line; beyond it nothing oscillates
+SMALLEST_DECAY = 1e-6  # of the lowest line
+
+
+class Projection:
+    """Residual and Jacobian over p; remembers the last point, at which both are asked for."""
+
+    def __init__(self, basis: Basis, Y: Array, L: Complex) -> None:
+        """Set up the problem.
+
+        Args:
+            basis: The modal model on the lines.
+            Y: Data as columns, (2 k n_in, n_out).
+            L: Participations at the start, largest entry 1, (r, n_in).
+        """
+        self.basis, self.Y, self.L, self.n_modes = basis, Y, L, L.shape[0]
+        largest = abs(L).argmax(axis=1)
+        self.free = np.argwhere(np.arange(L.shape[1]) != largest[:, None])  # (m, 2): mode and input
+        self._at: Array = np.empty(0)
+        self._parts: tuple[Array, Array, Array] = (Y, Y, Y)
+
+    @property
+    def n_parameters(self) -> int:
+        """Length of p."""
+        return int(2 * (self.n_modes + len(self.free)))
+
+    def pack(self, poles: Complex, L: Complex) -> Array:
+        """Return p of poles (r,) and participations (r, n_in)."""
+        entries = L[self.free[:, 0], self.free[:, 1]]
+        return np.concatenate([-poles.real, poles.imag, entries.real, entries.imag])
+
+    def unpack(self, p: Array) -> tuple[Complex, Complex]:
+        """Return poles and participations of p."""
+        r, m = self.n_modes, len(self.free)
+        L = self.L.copy()
+        L[self.free[:, 0], self.free[:, 1]] = p[2 * r : 2 * r + m] + 1j * p[2 * r + m :]
+        return np.asarray(-p[:r] + 1j * p[r : 2 * r]), L
+
+    def bounds(self) -> tuple[Array, Array]:
+        """Return the smallest and the largest p allowed: the band and as much again on both sides."""
+        w, free = abs(self.basis.s), np.full(2 * len(self.free), np.inf)
+        margin = w[-1] - w[0]
+        ones = np.ones(self.n_modes)
+        low = np.concatenate([SMALLEST_DECAY * w[0] * ones, max(w[0] - margin, w[0] / 2) * ones, -free])
+        high = np.concatenate([LARGEST_DECAY * w[-1] * ones, (w[-1] + margin) * ones, free])
+        return low, high
+
+    def scale(self, poles: Complex) -> Array:
+        """Return a typical change of p: a bandwidth, or 1 for participations."""
+        return np.concatenate([-poles.real, -poles.real, np.ones(2 * len(self.free))])
+
+    def residual(self, p: Array) -> Array:
+        """Return what is left of the data, (2 k n_in n_out,)."""
+        return self._evaluate(p)[2].ravel()
+
+    def jacobian(self, p: Array) -> Array:
+        """Return its derivative, (2 k n_in n_out, n_p)."""
+        X, Q, _ = self._evaluate(p)
+        changes = self._changes(p, X)  # (n_p, rows, n_out)
+        changes -= np.einsum("ab,pbo->pao", Q, np.einsum("ab,pao->pbo", Q, changes))
+        return -changes.reshape(len(changes), -1).T
+
+    def _evaluate(self, p: Array) -> tuple[Array, Array, Array]:
+        if not np.array_equal(p, self._at):
+            X, Q = solve(self.basis.matrix(*self.unpack(p)), self.Y)
+            self._at, self._parts = p.copy(), (X, Q, self.Y - Q @ (Q.T @ self.Y))
+        return self._parts
+
+    def _changes(self, p: Array, X: Array) -> Array:
+        """Return dPhi/dp X, (n_p, rows, n_out)."""
+        poles, L = self.unpack(p)
+        one = 1 / (self.basis.s - poles[:, None])  # (r, k)
+        two = 1 / (self.basis.s - poles.conj()[:, None])
+        columns = [
+            self.basis.mode_columns(-(one**2), -(two**2), L),
+            self.basis.mode_columns(1j * one**2, -1j * two**2, L),
+        ]
+        modes = [np.arange(self.n_modes)] * 2
+        for unit in (1.0, 1j):
+            entry = np.zeros((len(self.free), L.shape[1]), dtype=complex)
+            entry[np.arange(len(self.free)), self.free[:, 1]] = unit
+            modes.append(self.free[:, 0])
+            columns.append(self.basis.mode_columns(one[self.free[:, 0]], two[self.free[:, 0]], entry))
+        pairs = np.hstack(columns).reshape(self.Y.shape[0], -1, 2)  # (rows, n_p, 2)
+        weights = X[: 2 * self.n_modes].reshape(self.n_modes, 2, -1)[np.concatenate(modes)]  # (n_p, 2, n_out)
+        return np.asarray(np.einsum("apc,pco->pao", pairs, weights))

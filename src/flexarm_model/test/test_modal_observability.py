@@ -1,0 +1,141 @@
+"""Who sees and who drives a mode: closed forms, symmetry, and energy."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from arms import arm, tree
+
+from flexarm_model.linearize import linearize
+from flexarm_model.modal.candidates import candidate_config, noise
+from flexarm_model.modal.observability import Swing, mode_reach
+from flexarm_model.reduced_model import Outputs, ReducedModel
+from flexarm_model.reduced_tree import ReducedTree
+
+OMEGA = np.array([30.0, 30.0, 200.0])
+EFFORT = np.array([2.0, 4.0])
+
+
+def outputs(names: list[str], C_pos: np.ndarray, C_acc: np.ndarray) -> Outputs:
+    m = len(names)
+    return Outputs(tuple(names), ("1",) * m, np.zeros(m), C_pos, np.zeros_like(C_pos), C_acc)
+
+
+def symmetric() -> ReducedModel:
+    """Return two axes, a doublet that they drive one way each, and a mode that nobody drives or sees.
+
+    Coordinates are [theta_1, theta_2, left-right, up-down, twist]; one gauge and one accelerometer look
+    left-right, a second gauge up-down.
+    """
+    M = np.eye(5) * [2.0, 2.0, 1.0, 1.0, 1.0]
+    M[0, 2] = M[2, 0] = 0.5
+    M[1, 3] = M[3, 1] = 0.25
+    C_pos, C_acc = np.zeros((4, 5)), np.zeros((4, 5))
+    C_pos[0, 2], C_pos[1, 3], C_acc[2, 2], C_pos[3, 0] = 0.1, 0.1, 2.0, 1.0
+    return ReducedModel(
+        "symmetric", "", ("a.rz", "b.rz"), np.zeros(2), M, np.diag([0.0, 0.0, *(0.02 * OMEGA)]),
+        np.diag([0.0, 0.0, *OMEGA**2]), np.eye(5)[:, :2].copy(), np.zeros(5), OMEGA, np.full(3, 0.01),
+        outputs(["gauge.left", "gauge.up", "imu.y", "encoder.a"], C_pos, C_acc), np.zeros(5), np.eye(5),
+    )  # fmt: skip
+
+
+SIGMA = {"gauge.left": 1e-6, "gauge.up": 1e-6, "imu.y": 0.1, "encoder.a": 1e-5}
+
+
+def test_signals_are_amplitudes_of_the_stated_energy_over_the_noise() -> None:
+    found = mode_reach(symmetric(), SIGMA, EFFORT, swing=Swing(energy=2e-6)).sensors
+    a = 2e-3 / 30.0  # 0.5 (omega a)^2 = 2 uJ
+    assert found.share[0] == pytest.approx([0.1 * a / 1e-6, 0.0, 2.0 * 30.0**2 * a / 0.1, 0.0])
+    assert found.by(0) == ("gauge.left", "imu.y") and found.by(1) == ("gauge.up",)
+    assert found.reached.tolist() == [True, True, False]
+
+
+def test_drive_is_the_quasi_static_push_at_full_torque_with_free_axes() -> None:
+    found = mode_reach(symmetric(), SIGMA, EFFORT).motors
+    a = np.sqrt(2e-6) / 30.0
+    acceleration = 0.5 / (2.0 * 1.0 - 0.5**2)  # of eta_1 per N m on axis a: 2 x 2 inverse by hand
+    assert found.share[0] == pytest.approx([2.0 * acceleration / (30.0**2 * a), 0.0])
+    assert found.reached.tolist() == [True, True, False]
+
+
+def test_one_direction_of_a_doublet_that_nobody_sees_makes_the_pair_unseen() -> None:
+    """However the pair happens to be turned: each mode alone would pass for seen."""
+    model = symmetric()
+    turn = np.eye(5)
+    turn[2:4, 2:4] = [[0.6, -0.8], [0.8, 0.6]]
+    out = replace(model.outputs, C_pos=model.outputs.C_pos @ turn, C_acc=model.outputs.C_acc @ turn)
+    turned = replace(model, M=turn.T @ model.M @ turn, outputs=out)
+    one = {name: SIGMA[name] for name in ("gauge.left", "imu.y")}
+    found = mode_reach(turned, one, EFFORT)
+    assert (found.sensors.share[:2, 0] > 1.0).all()
+    assert found.sensors.weakest[:2] == pytest.approx(0.0, abs=1e-9)
+    assert not found.sensors.reached[:2].any()
+    assert "only a part of a multiple mode" in found.verdict(0)
+    both = mode_reach(turned, SIGMA, EFFORT)
+    assert both.sensors.reached[:2].all()
+    assert both.sensors.weakest == pytest.approx(mode_reach(model, SIGMA, EFFORT).sensors.weakest, abs=1e-9)
+
+
+def test_an_unseen_mode_names_the_sensor_that_could_see_it() -> None:
+    spare = outputs(["top.twist"], np.array([[0.0, 0.0, 0.0, 0.0, 5.0]]), np.zeros((1, 5)))
+    found = mode_reach(symmetric(), SIGMA, EFFORT, (spare, {"top.twist": 1e-6}))
+    assert found.verdict(2) == (
+        "mode 3, 31.83 Hz: seen by nothing mounted alone; could be seen by top.twist; driven by no motor"
+    )
+    assert "seen by gauge.left" in found.verdict(0) and "could" not in found.verdict(0)
+    assert "no sensor known here" in mode_reach(symmetric(), SIGMA, EFFORT).verdict(2)
+
+
+def test_a_free_hub_lets_its_encoder_see_the_modes_and_a_held_one_does_not() -> None:
+    config = arm("single_link", "light_hub")
+    model = linearize(tree("single_link", "light_hub"))
+    effort = np.array([axis.effort for axis in config.actuated.values()])
+    held, free = (
+        mode_reach(model, noise(config), effort, swing=Swing(locked=locked)) for locked in (True, False)
+    )
+    row = held.sensors.names.index("encoder.position")
+    assert held.modes.f_hz == pytest.approx(model.omega / (2 * np.pi))
+    assert held.sensors.share[:, row] == pytest.approx(0.0, abs=1e-12)
+    assert free.sensors.share[0, row] > 1.0
+    assert free.modes.f_hz[0] > 2.0 * held.modes.f_hz[0]  # the hub recoils
+    assert held.sensors.reached.all() and held.motors.reached.all()
+
+
+def test_without_its_sensors_an_arm_asks_for_one_of_them_back() -> None:
+    config = arm("single_link", "geared")
+    blind = replace(config, sensors=tuple(sensor for sensor in config.sensors if sensor.kind == "encoder"))
+    imu = next(sensor for sensor in config.sensors if sensor.kind == "accelerometer")
+    possible = candidate_config(blind, extra=[imu])
+    nodes = ("strip_root", "strip_gauge", "strip_tip")
+    assert {sensor.name for sensor in possible.sensors} == {imu.name} | {
+        f"{imu.name}_at_{node}" for node in nodes
+    }
+    spare = linearize(ReducedTree(possible, use_compiler=False)).outputs
+    model = linearize(ReducedTree(blind, use_compiler=False))
+    found = mode_reach(model, noise(blind), np.array([28.0]), (spare, noise(possible)))
+    assert not found.sensors.reached.any()
+    for mode in range(3):
+        assert found.possible.by(mode)[0] == f"{imu.name}_at_strip_tip.y"  # y is across the strip
+        assert not any(name.endswith((".z", "_root.y")) for name in found.possible.by(mode))
+        assert f"could be seen by {imu.name}_at_strip_tip.y" in found.verdict(mode)
+
+
+def test_gauges_stay_on_their_own_body_and_get_no_channels_they_lack() -> None:
+    found = candidate_config(arm("spatial")).sensors
+    gauges = [sensor for sensor in found if sensor.kind == "strain_gauge"]
+    assert {sensor.site for sensor in gauges} == {"fore.root", "fore.gauge", "fore.end"}
+    assert {sensor.channels for sensor in gauges} == {("strain",)}
+    link = candidate_config(arm("single_link", "geared"))
+    imu = next(sensor for sensor in link.sensors if sensor.name == "tip_accelerometer")
+    assert imu.channels == ("x", "y", "z") and imu.sigma == pytest.approx(np.full(3, 0.03))
+
+
+def test_tables_that_make_no_sense_are_refused() -> None:
+    with pytest.raises(KeyError, match="no output row 'imu.q'; known: gauge.left"):
+        mode_reach(symmetric(), {"imu.q": 1.0}, EFFORT)
+    with pytest.raises(ValueError, match="noise must be positive"):
+        mode_reach(symmetric(), {"imu.y": 0.0}, EFFORT)
+    with pytest.raises(ValueError, match="need 2 positive efforts"):
+        mode_reach(symmetric(), SIGMA, np.ones(3))
