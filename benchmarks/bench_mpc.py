@@ -118,9 +118,18 @@ class SparseMpc:
         self.q = np.concatenate([np.zeros(N * (n_x + n_u)), np.full(n_s, config.slack_price)])
         self.solver = osqp.OSQP()
         self.solver.setup(
-            sparse.csc_matrix(np.triu(P)), self.q, sparse.csc_matrix(A), self.l, self.u, eps_abs=config.tolerance,
-            eps_rel=config.tolerance, max_iter=20_000, polishing=False, verbose=False, check_termination=5,
-        )  # fmt: skip
+            sparse.csc_matrix(np.triu(P)),
+            self.q,
+            sparse.csc_matrix(A),
+            self.l,
+            self.u,
+            eps_abs=config.tolerance,
+            eps_rel=config.tolerance,
+            max_iter=20_000,
+            polishing=False,
+            verbose=False,
+            check_termination=5,
+        )
 
 
 def bind_limits(

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from flexarm_controller.state import HUGE
 from flexarm_model.reduced_model import ReducedModel
 
 Array = NDArray[np.float64]
@@ -19,4 +20,4 @@ class JointDamping:
 
     def step(self, theta_dot: Array) -> Array:
         """Return the torque against a velocity, (n_u,); none against one that is not finite."""
-        return -self._damping * np.where(np.isfinite(theta_dot), theta_dot, 0.0)
+        return -self._damping * np.where(np.abs(theta_dot) < HUGE, theta_dot, 0.0)

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
+HUGE = 1e100  # nothing real; beyond it products may overflow
 
 
 @dataclass(frozen=True)
@@ -43,5 +44,5 @@ class ArmState:
 
     @property
     def is_finite(self) -> bool:
-        """Whether every number is finite."""
-        return bool(np.isfinite(self.x).all() and np.isfinite(self.d).all())
+        """Whether every number is finite, and not so large that a product with it is not."""
+        return bool((np.abs(self.x) < HUGE).all() and (np.abs(self.d) < HUGE).all())

@@ -71,14 +71,14 @@ def test_a_command_of_another_session_is_refused_but_does_not_stop_the_arm():
     assert (guard.mode, guard.refused, guard.ticks_without_command) == (ARMED, 1, 1)
 
 
-@pytest.mark.parametrize(
-    "stale",
-    [command(0.1, 1), command(0.1, 0), command(0.05, 2), command(0.04, 2), command(0.12, 2), command(math.nan, 2)],
-)  # fmt: skip
-def test_an_old_repeated_or_future_command_is_not_used(stale):
+OLD_REPEATED_OR_FUTURE = [(0.1, 1), (0.1, 0), (0.05, 2), (0.04, 2), (0.12, 2), (math.nan, 2)]
+
+
+@pytest.mark.parametrize(("stamp", "sequence"), OLD_REPEATED_OR_FUTURE)
+def test_an_old_repeated_or_future_command_is_not_used(stamp, sequence):
     guard = armed()
     guard.step(command(0.05, 1), MOVING, 0.055)
-    assert guard.step(stale, MOVING, 0.1) == [0.3, 0.1]
+    assert guard.step(command(stamp, sequence), MOVING, 0.1) == [0.3, 0.1]
     assert (guard.passed, guard.refused) == (1, 1)
 
 

@@ -12,6 +12,10 @@ from flexarm_controller.reference import Reference, hold
 from flexarm_controller.settings import MpcConfig
 
 DT = 0.005
+FIRM = MpcConfig(
+    position_error=0.02, velocity_error=0.09, modal_energy=1.4e-4, modal_cutoff_hz=14.0,
+    input_acceleration=2.4, input_jerk=150.0, time_limit=0.0,
+)  # fmt: skip
 
 
 def run(model, limits, config, reference, steps, d=None, x=None):
@@ -68,7 +72,7 @@ def test_the_joint_moves_before_the_reference_does():
 @pytest.mark.parametrize("backend", ["osqp", "daqp"])
 def test_torque_and_rate_limits_are_kept_and_named(backend):
     model, limits = single_link(), limits_of_hub(effort=0.5, effort_rate=10.0)
-    config = MpcConfig(backend=backend, time_limit=0.0)
+    config = replace(FIRM, backend=backend)
     states, torques, plans = run(model, limits, config, step_to(0.5), 400)
     assert abs(torques).max() <= 0.5 * (1 + 1e-4)
     assert abs(np.diff(torques[:, 0], prepend=0.0)).max() <= 10.0 * DT * (1 + 1e-3)

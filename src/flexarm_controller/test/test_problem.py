@@ -21,7 +21,7 @@ DT = 0.01
 SHORT = MpcConfig(horizon=12, blocks=(1,) * 12, delay_periods=0)
 
 
-def solve_with_states(model, limits, config, x_0, d, before, reference):  # noqa: PLR0915
+def solve_with_states(model, limits, config, x_0, d, before, reference):  # noqa: C901, PLR0915
     """Minimise over states, torques and slacks with the dynamics as equations; returns torques (N, n_u)."""
     s, N, n_x, n_u = plant(model, DT), config.horizon, 2 * model.n, model.n_theta
     cost, rest, soft = (

@@ -135,7 +135,7 @@ def test_the_solver_is_asked_only_when_limits_bind_and_the_answer_is_the_same():
     inner = DaqpSolver(P, A, 1000)
     recorder = Recorder(inner)
     first = InteriorFirst(P, A, N - 1, recorder)
-    for k in range(200):
+    for _ in range(200):
         q = 0.3 * rng.standard_normal(N)
         q[-1] = 10.0
         l, u = np.append(-np.ones(M), 0.0), np.append(np.ones(M), np.inf)  # noqa: E741

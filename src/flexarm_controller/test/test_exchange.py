@@ -1,0 +1,138 @@
+"""The controller between messages: sessions, models, references, missed cycles."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+pytest.importorskip("flexarm_interfaces.msg")
+
+from flexarm_interfaces.msg import ControllerStatus, GuardStatus, ModalState  # noqa: E402
+
+from flexarm_controller.conversions import reference_to_msg  # noqa: E402
+from flexarm_controller.exchange import ControllerExchange  # noqa: E402
+from flexarm_controller.reference import hold  # noqa: E402
+from flexarm_controller.settings import ControllerConfig, MpcConfig  # noqa: E402
+from flexarm_model.config import load_config  # noqa: E402
+from flexarm_model.conversions import model_to_msg, ns_to_stamp  # noqa: E402
+from flexarm_model.linearize import linearize  # noqa: E402
+from flexarm_model.manipulator_file import find_manipulator  # noqa: E402
+from flexarm_model.reduced_tree import ReducedTree  # noqa: E402
+
+PERIOD_NS = 5_000_000
+
+
+@pytest.fixture(scope="module")
+def config():
+    return load_config(find_manipulator("single_link"), "geared")
+
+
+@pytest.fixture(scope="module")
+def model(config):
+    return linearize(ReducedTree(config))
+
+
+@pytest.fixture
+def exchange(config):
+    return ControllerExchange(config, ControllerConfig(), MpcConfig(time_limit=0.0), None, clock=lambda: 0.0)
+
+
+def state(model, k, **changes):
+    msg = ModalState(model_id=model.model_id, status=ModalState.OK)
+    msg.header.stamp = ns_to_stamp(1_000_000_000 + k * PERIOD_NS)
+    fields = {
+        "theta": [0.1],
+        "theta_dot": [0.0],
+        "disturbance": [0.0],
+        "eta": [0.0] * 3,
+        "eta_dot": [0.0] * 3,
+    }
+    for name, value in (fields | changes).items():
+        setattr(msg, name, value)
+    return msg
+
+
+def answers(outgoing):
+    return {out.topic: out.msg for out in outgoing}
+
+
+def test_without_a_model_or_a_session_no_command_leaves(exchange, model):
+    assert set(answers(exchange.on_modal_state(state(model, 0)))) == {"controller_status"}
+    exchange.on_model(model_to_msg(model))
+    told = answers(exchange.on_modal_state(state(model, 1)))
+    assert set(told) == {"controller_status"}
+    assert (told["controller_status"].mode, told["controller_status"].reason) == (0, "guard is not armed")
+
+
+def test_commands_quote_the_session_and_count_from_one_in_each(exchange, model):
+    exchange.on_model(model_to_msg(model))
+    for token in (11, 12):
+        exchange.on_guard_status(GuardStatus(session_token=token))
+        for k in (1, 2):
+            command = answers(exchange.on_modal_state(state(model, 10 * token + k)))["joint_commands"]
+            assert (command.session_token, command.sequence, command.model_id) == (token, k, model.model_id)
+            assert command.header.stamp == state(model, 10 * token + k).header.stamp
+        exchange.on_guard_status(GuardStatus(session_token=0))
+
+
+def test_a_model_of_another_preset_is_refused_by_name(exchange, config, model):
+    other = linearize(ReducedTree(load_config(find_manipulator("single_link"), "light_hub")))
+    told = answers(exchange.on_model(model_to_msg(other)))["controller_status"]
+    assert config.config_id in told.reason and other.config_id in told.reason and "geared" in told.reason
+    assert exchange.controller is None
+
+
+def test_a_model_that_was_changed_on_its_way_is_refused(exchange, model):
+    msg = model_to_msg(model)
+    msg.mass[0] += 1.0
+    assert "model_id" in answers(exchange.on_model(msg))["controller_status"].reason
+    assert exchange.controller is None
+
+
+def test_a_state_of_another_model_brakes(exchange, model):
+    exchange.on_model(model_to_msg(model))
+    exchange.on_guard_status(GuardStatus(session_token=5))
+    told = answers(exchange.on_modal_state(state(model, 1, model_id="stale", theta_dot=[1.0])))
+    assert told["controller_status"].mode == ControllerStatus.DAMPING
+    assert "stale" in told["controller_status"].reason
+    assert told["joint_commands"].effort[0] < 0.0
+
+
+def test_references_are_answered_at_once_with_the_reason(exchange, model):
+    inside = reference_to_msg(replace(hold(np.array([0.4])), t=np.array([2.0])), ("base.rz",), 0)
+    outside = reference_to_msg(replace(hold(np.array([4.0])), t=np.array([2.0])), ("base.rz",), 0)
+    assert "refused" in answers(exchange.on_reference(inside))["controller_status"].reason
+    exchange.on_model(model_to_msg(model))
+    assert "no state yet" in answers(exchange.on_reference(inside))["controller_status"].reason
+    exchange.on_modal_state(state(model, 0))
+    assert "joint limits" in answers(exchange.on_reference(outside))["controller_status"].reason
+    assert (
+        answers(exchange.on_reference(inside))["controller_status"].reason == "reference accepted: 1 points"
+    )
+
+
+def test_missed_cycles_are_counted_and_skipped(exchange, model):
+    exchange.on_model(model_to_msg(model))
+    exchange.on_guard_status(GuardStatus(session_token=5))
+    missed = []
+    for k in (1, 2, 5, 6, 16):
+        told = answers(exchange.on_modal_state(state(model, k)))
+        assert told["joint_commands"].header.stamp == state(model, k).header.stamp
+        missed.append(told["controller_status"].missed_cycles)
+    assert missed == [0, 0, 2, 2, 11]
+
+
+def test_ten_thousand_malformed_states_never_raise_nor_leave_the_limits(exchange, model):
+    exchange.on_model(model_to_msg(model))
+    exchange.on_guard_status(GuardStatus(session_token=5))
+    rng = np.random.default_rng(1)
+    special = [float("nan"), float("inf"), -float("inf"), 1e308, 5e-324]
+    for k in range(1, 10_001):
+        changes = {}
+        for name, length in (("theta", 1), ("theta_dot", 1), ("disturbance", 1), ("eta", 3), ("eta_dot", 3)):
+            if rng.random() < 0.3:
+                size = length if rng.random() < 0.7 else int(rng.integers(0, 5))
+                changes[name] = [float(rng.choice(special)) for _ in range(size)]
+        told = answers(exchange.on_modal_state(state(model, k, **changes)))
+        effort = told["joint_commands"].effort
+        assert len(effort) == 1 and abs(effort[0]) <= 28.0
