@@ -22,13 +22,13 @@ class EstimatorConfig:
         1.0, "Typical acceleration of the actuated axes; it excites the modes", "rad/s^2", 1e-3, 1e4
     )
     modal_force: float = parameter(
-        0.2, "Unmodelled force on every mode, also those that no axis excites", "kg^0.5 m/s^2", 1e-6, 1e3
+        0.13, "Unmodelled force on every mode, also those that no axis excites", "kg^0.5 m/s^2", 1e-6, 1e3
     )
     acceleration_noise: float = parameter(
-        0.02, "White torque noise of the axes as acceleration", "rad/s^2/sqrt(Hz)", 1e-6, 1e3
+        0.01, "White torque noise of the axes as acceleration", "rad/s^2/sqrt(Hz)", 1e-6, 1e3
     )
     disturbance_drift: float = parameter(
-        0.1, "Drift of the unmodelled torque as acceleration", "rad/s^2/sqrt(s)", 1e-6, 1e4
+        0.03, "Drift of the unmodelled torque as acceleration", "rad/s^2/sqrt(s)", 1e-6, 1e4
     )
     initial_position: float = parameter(1.0, "One sigma of the axes at the start", "rad", 1e-6, 1e2)
     initial_velocity: float = parameter(1.0, "One sigma of their velocities at the start", "rad/s", 1e-6, 1e3)

@@ -80,8 +80,9 @@ def test_an_estimator_that_adopts_a_turned_model_goes_on_as_if_nothing_had_happe
         if k == 150:
             adopting.adopt(turned_model())
         a, b = (e.step(arriving(record, k, 12), record.tau[k], k * DT) for e in (steady, adopting))
-        if k == 150:  # the process noise of mixed modes differs a little afterwards
-            np.testing.assert_allclose(b.T_world_tip, a.T_world_tip, atol=1e-6)
+        if k == 150:  # one step with the process noise of mixed modes, which differs a little
+            sigma = np.sqrt(np.trace(a.cov_tip_pose[:3, :3]))
+            assert np.linalg.norm(b.T_world_tip[:3, 3] - a.T_world_tip[:3, 3]) < 0.2 * sigma
     assert b.model_id != a.model_id
     assert b.status == "ok"
     sigma = np.sqrt(np.trace(a.cov_tip_pose[:3, :3]))
