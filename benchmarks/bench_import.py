@@ -1,8 +1,8 @@
 """Cost of an imported body: from files to 350 modes, to a superelement, to a moving arm.
 
 A solid angle of bricks with about 14,000 displacements is written to files as another program would (not
-timed). Elapsed times; memory is the peak of the process (``ru_maxrss``) when a stage has ended, so each figure
-holds those before it. A dense matrix of that size would take 1.6 GB by itself.
+timed). Elapsed times; memory is the peak of the process (``ru_maxrss``) when a stage has ended, so each
+figure holds those before it. A dense matrix of that size would take 1.6 GB by itself.
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ import time
 from pathlib import Path
 
 import numpy as np
+
 from flexarm_bringup.sim.plant import Plant
 from flexarm_model.body_reduction import reduce_body
 from flexarm_model.config import load_config
@@ -43,7 +44,7 @@ bodies:
     interfaces: {root: {set: root.txt, kind: rigid}, flange: {set: flange.txt, kind: averaging}}
     damping_ratio: 1 %
     reduction: {method: craig_bampton, modes: 12}
-  payload: {type: rigid, mass: 20 kg, inertia: [0.2 kg m^2, 0.2 kg m^2, 0.2 kg m^2, 0 kg m^2, 0 kg m^2, 0 kg m^2]}
+  payload: {type: rigid, mass: 20 kg}
 joints:
   base: {parent: world, child: casting.root, axes: {rz: {actuated: true, rotor_inertia: 10 kg m^2}}}
   weld: {parent: casting.flange, child: payload.root}

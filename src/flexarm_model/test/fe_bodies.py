@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -21,10 +22,10 @@ ALUMINIUM = Material(E=70e9, nu=0.3, density=2700.0)
 LENGTH, WIDTH, HEIGHT = 0.4, 0.020, 0.016  # of the slender block [m]
 
 
-def block(n_x: int = 10, lumped: bool = False) -> Solid:
+def block(n_x: int = 10, lumped: bool = False, nu: float = ALUMINIUM.nu) -> Solid:
     """Return a slender block along x, n_x by 2 by 2 bricks, its root face centred at the origin."""
     size = np.array([LENGTH / n_x, WIDTH / 2, HEIGHT / 2])
-    solid = make_solid(np.ones((n_x, 2, 2), dtype=bool), size, ALUMINIUM, lumped=lumped)
+    solid = make_solid(np.ones((n_x, 2, 2), dtype=bool), size, replace(ALUMINIUM, nu=nu), lumped=lumped)
     return Solid(solid.x - [0, WIDTH / 2, HEIGHT / 2], solid.M, solid.K)
 
 
@@ -50,7 +51,7 @@ def ends(solid: Solid) -> dict[str, NDArray[np.intp]]:
 
 
 def description(suffix: str = ".mtx", **body: Any) -> dict[str, Any]:
-    """Return the YAML of an arm: an axis, the solid, a payload welded to its end. ``body`` changes the solid."""
+    """Return the YAML of an arm: two axes, the solid, a payload on its end. ``body`` changes the solid."""
     solid = {
         "type": "imported",
         "mass": {"file": f"mass{suffix}"},

@@ -11,6 +11,7 @@ A matrix of which only one triangle is stored is completed by symmetry.
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -56,7 +57,7 @@ def read_matrix(file: MatrixFile) -> Any:
 
 def _read_matlab(file: MatrixFile) -> Any:
     try:
-        content = io.loadmat(file.path)
+        content = _quietly(io.loadmat, file.path)
     except OSError as error:
         raise ConfigError(f"{file.path}: cannot be read ({error.strerror or error})") from None
     except (ValueError, TypeError, NotImplementedError, io.matlab.MatReadError) as error:
@@ -82,7 +83,7 @@ def _read_text_matrix(file: MatrixFile) -> Any:
 
 def _read_matrix_market(file: MatrixFile) -> Any:
     try:
-        return io.mmread(file.path)
+        return _quietly(io.mmread, file.path)
     except (ValueError, OverflowError, TypeError) as error:
         raise ConfigError(f"{file.path}: is not a Matrix Market file of a real matrix: {error}") from None
 
@@ -93,6 +94,13 @@ def _read_abaqus(file: MatrixFile) -> Any:
     i, j = (whole_numbers(file.path, table[:, k], name) - 1 for k, name in ((0, "row"), (1, "column")))
     n = int(max(i.max(), j.max())) + 1
     return sparse.coo_array((table[:, 2], (i, j)), shape=(n, n))
+
+
+def _quietly(read: Callable[[Path], Any], path: Path) -> Any:
+    """Read without SciPy's warning that it will return sparse arrays: either kind is taken here."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", DeprecationWarning)
+        return read(path)
 
 
 def _first_line(path: Path) -> str:
