@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from flexarm_model.modal.frf import Frf, Ports, modal_frf
-from flexarm_model.modal.modes import Modes, poles_of
+from flexarm_model.modal.frf import Frf, Ports, exact_frf, modal_frf
+from flexarm_model.modal.modes import Modes, damped_poles, poles_of
 
 ZETA = 0.0232
 FINE = np.arange(104.0, 154.1, 0.5)  # 25 Hz around 129 Hz, 0.5 Hz lines
@@ -52,3 +52,11 @@ def planar(seed: int, zeta: float = 0.01) -> tuple[Modes, Frf]:
 
 def poles_of_modes(modes: Modes) -> np.ndarray:
     return poles_of(modes.f_hz, modes.zeta)
+
+
+def locally_damped() -> tuple[np.ndarray, Frf]:
+    """Return the poles and responses of a chain with one damper: its modes are complex."""
+    K = 4e3 * (2 * np.eye(4) - np.eye(4, k=1) - np.eye(4, k=-1))
+    M, D = np.diag([1.0, 1.3, 1.6, 2.0]), np.diag([8.0, 0.0, 0.0, 0.5])
+    frf = exact_frf(np.arange(2.0, 30.0, 0.25), (M, D, K), Ports(np.eye(4)[:, :2], np.eye(4)))
+    return damped_poles(M, D, K), frf

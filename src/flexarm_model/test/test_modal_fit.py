@@ -4,7 +4,17 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from synthetic_frf import FINE, PLANAR_HZ, ZETA, pair, planar, poles_of_modes, rms_percent, with_noise
+from synthetic_frf import (
+    FINE,
+    PLANAR_HZ,
+    ZETA,
+    locally_damped,
+    pair,
+    planar,
+    poles_of_modes,
+    rms_percent,
+    with_noise,
+)
 from tripod import tripod
 
 from flexarm_model.modal.cmif import cmif, pick_modes, track_curves
@@ -38,7 +48,28 @@ def test_without_noise_the_poles_are_exact(kind: str, rank_one: bool) -> None:
     assert found.converged and not found.at_bound.any()
     assert found.model.f_hz == pytest.approx(PLANAR_HZ[3:9], rel=1e-5)  # remainders stand for four modes
     assert found.model.zeta == pytest.approx(np.full(6, 0.01), rel=1e-3)
-    assert found.model.residues.shape == (6, 9, 3) and found.model.remainders.shape == (2, 9, 3)
+    rebuilt = found.model.frf(frf.f_hz).H
+    assert rebuilt == pytest.approx(frf.H, abs=5e-4 * abs(frf.H).max())
+    below, above = abs(found.model.remainders).max(axis=(1, 2))
+    assert below * above > 0.0 and found.model.residues.shape == (6, 9, 3)
+
+
+def test_complex_modes_of_a_local_damper_are_fitted_exactly() -> None:
+    poles, frf = locally_damped()
+    found = fit_poles(frf, poles * (1 + 0.01j), options=FitOptions(remainders=()))
+    assert found.model.poles == pytest.approx(poles, rel=1e-8)
+    assert found.model.error < 1e-9
+    shapes = found.model.residues[:, :, 0] / found.model.residues[:, :1, 0]
+    assert abs(shapes.imag).max() > 0.1  # no phase makes them real
+
+
+def test_units_of_the_responses_do_not_change_the_poles() -> None:
+    modes, clean = pair(4.0)
+    frf = with_noise(clean, 50.0, np.random.default_rng(9))
+    start = poles_of(modes.f_hz[:2] + 1.0, np.full(2, 0.03))
+    small, large = (fit_poles(Frf(frf.f_hz, frf.H * unit), start) for unit in (1e-9, 1e9))
+    assert small.model.poles == pytest.approx(large.model.poles, rel=1e-9)
+    assert small.f_std_hz == pytest.approx(large.f_std_hz, rel=1e-6)
 
 
 def test_the_jacobian_of_the_residual_is_its_finite_difference_at_an_exact_fit() -> None:
@@ -120,6 +151,19 @@ def test_standard_deviations_are_those_of_repeated_fits() -> None:
         scatter = np.std([getattr(fit.model, name) for fit in found], axis=0)
         stated = np.mean([getattr(fit, std) for fit in found], axis=0)
         assert stated == pytest.approx(scatter, rel=0.3)  # 80 runs know a scatter to 8 %, one sigma
+
+
+def test_standard_deviations_hold_when_frequency_and_damping_are_known_only_together() -> None:
+    omega = 2 * np.pi * np.array([20.0])
+    modes, ports = Modes(omega, 0.6 * omega, np.eye(1)), Ports(np.eye(1), np.eye(1))
+    clean = modal_frf(np.arange(2.0, 19.0, 0.1), modes, ports)  # one flank only
+    rng, options = np.random.default_rng(6), FitOptions(remainders=())
+    found = [
+        fit_poles(with_noise(clean, 40.0, rng), poles_of_modes(modes), options=options) for _ in range(150)
+    ]
+    for name, std in (("f_hz", "f_std_hz"), ("zeta", "zeta_std")):
+        scatter = np.std([getattr(fit.model, name) for fit in found])
+        assert np.mean([getattr(fit, std) for fit in found]) == pytest.approx(scatter, rel=0.2)
 
 
 def test_triplets_on_coarse_lines_are_parted_by_three_references() -> None:

@@ -56,7 +56,8 @@ def test_mac_is_the_squared_cosine_between_two_shapes(a: np.ndarray, b: np.ndarr
 
 
 def test_modes_are_orthogonal_in_the_mass_and_not_without_it() -> None:
-    M, K = np.diag([1.0, 5.0, 0.2]), np.array([[3.0, -1, 0], [-1, 2, -1], [0, -1, 4]])
+    M = np.array([[1.0, 0.3, 0.0], [0.3, 5.0, -0.2], [0.0, -0.2, 0.2]])
+    K = np.array([[3.0, -1, 0], [-1, 2, -1], [0, -1, 4]])
     modes = normal_modes(M, 0 * M, K).shapes
     assert auto_mac(modes, M) == pytest.approx(np.eye(3), abs=1e-12)
     assert abs(auto_mac(modes) - np.eye(3)).max() > 0.05
@@ -124,7 +125,7 @@ def test_a_double_mode_that_the_solver_turns_at_will_is_followed() -> None:
     rng = np.random.default_rng(4)
     series = []
     for split in np.linspace(-1e-2, 1e-2, 21):  # exactly double half way, mixed at random there
-        omega = np.array([20.0 - split, 20.0 + split, 50.0])
+        omega = np.array([20.0 - split, 20.0 + split, 5.0])
         shapes = np.eye(3)
         if abs(split) < 1e-9:
             shapes[:2, :2] = rotation(rng.uniform(0.0, 6.0))
@@ -132,9 +133,21 @@ def test_a_double_mode_that_the_solver_turns_at_will_is_followed() -> None:
         series.append(Modes(omega[order], np.zeros(3), shapes[:, order] * rng.choice([-1.0, 1.0], 3)))
     tracks = track_modes(series)
     assert tracks.mac == pytest.approx(np.ones((21, 3)))
-    change = np.broadcast_to([1e-3, -1e-3, 0.0], (20, 3))  # track 0 starts as the slower one
+    change = np.broadcast_to([0.0, 1e-3, -1e-3], (20, 3))  # the slower one of the pair rises
     assert np.diff(tracks.omega, axis=0) == pytest.approx(change, abs=1e-9)
     assert np.diff(tracks.shapes, axis=0) == pytest.approx(np.zeros((20, 3, 3)), abs=1e-12)
+
+
+def test_a_threefold_mode_is_turned_back_onto_where_it_came_from() -> None:
+    rng = np.random.default_rng(8)
+    start = Modes(
+        np.array([1.0, 3.0, 3.1, 3.2, 7.0]), np.zeros(5), np.linalg.qr(rng.standard_normal((6, 5)))[0]
+    )
+    shapes = start.shapes.copy()
+    shapes[:, 1:4] = shapes[:, 1:4] @ np.linalg.qr(rng.standard_normal((3, 3)))[0]
+    tracks = track_modes([start, Modes(np.array([1.0, 3.0, 3.0, 3.0, 7.0]), np.zeros(5), shapes)])
+    assert tracks.shapes[1] == pytest.approx(start.shapes)
+    assert tracks.mac[1] == pytest.approx(np.ones(5))
 
 
 def test_a_mode_that_leaves_the_set_is_marked() -> None:
@@ -143,6 +156,14 @@ def test_a_mode_that_leaves_the_set_is_marked() -> None:
     assert track_modes(series).unclear.tolist() == [[False, False], [False, True], [False, False]]
     with pytest.raises(ValueError, match="need poses with the same modes"):
         track_modes([*series, Modes(np.array([1.0]), np.zeros(1), np.eye(4)[:, :1])])
+
+
+def test_the_mac_of_tracks_is_taken_in_the_mass() -> None:
+    M = np.array([[1.0, 0.3], [0.3, 50.0]])
+    start = normal_modes(M, 0 * M, np.diag([1.0, 300.0]))
+    turned = Modes(start.omega, start.damping, start.shapes @ rotation(0.4))
+    tracks = track_modes([start, turned], [M, M])
+    assert tracks.mac[1] == pytest.approx(np.full(2, np.cos(0.4) ** 2))
 
 
 def test_modes_of_a_moving_arm_are_followed_in_its_mass() -> None:

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from arms import arm, tree
+from scipy.linalg import eigh
 
 from flexarm_model.linearize import linearize
 from flexarm_model.modal.candidates import candidate_config, noise
@@ -58,6 +59,25 @@ def test_drive_is_the_quasi_static_push_at_full_torque_with_free_axes() -> None:
     acceleration = 0.5 / (2.0 * 1.0 - 0.5**2)  # of eta_1 per N m on axis a: 2 x 2 inverse by hand
     assert found.share[0] == pytest.approx([2.0 * acceleration / (30.0**2 * a), 0.0])
     assert found.reached.tolist() == [True, True, False]
+
+
+def test_free_modes_are_driven_by_their_own_motion_of_the_axis() -> None:
+    model = symmetric()
+    values, vectors = eigh(model.K, model.M)
+    omega, shapes = np.sqrt(values[2:]), vectors[:, 2:]
+    found = mode_reach(model, SIGMA, EFFORT, swing=Swing(locked=False))
+    assert found.modes.omega == pytest.approx(omega)
+    expected = abs(shapes.T @ model.B) * EFFORT / (omega * np.sqrt(2e-6))[:, None]
+    assert found.motors.share == pytest.approx(expected, abs=1e-9)
+
+
+def test_an_accelerometer_that_gravity_turns_against_its_motion_reads_the_difference() -> None:
+    model = symmetric()
+    C_pos = model.outputs.C_pos.copy()
+    C_pos[2, 2] = 500.0
+    tilted = replace(model, outputs=replace(model.outputs, C_pos=C_pos))
+    found = mode_reach(tilted, SIGMA, EFFORT).sensors
+    assert found.share[0, 2] == pytest.approx((2.0 * 30.0**2 - 500.0) * np.sqrt(2e-6) / 30.0 / 0.1)
 
 
 def test_one_direction_of_a_doublet_that_nobody_sees_makes_the_pair_unseen() -> None:
@@ -127,6 +147,7 @@ def test_gauges_stay_on_their_own_body_and_get_no_channels_they_lack() -> None:
     gauges = [sensor for sensor in found if sensor.kind == "strain_gauge"]
     assert {sensor.site for sensor in gauges} == {"fore.root", "fore.gauge", "fore.end"}
     assert {sensor.channels for sensor in gauges} == {("strain",)}
+    assert {"upper.end", "fore.root"} < {sensor.site for sensor in found if sensor.kind == "accelerometer"}
     link = candidate_config(arm("single_link", "geared"))
     imu = next(sensor for sensor in link.sensors if sensor.name == "tip_accelerometer")
     assert imu.channels == ("x", "y", "z") and imu.sigma == pytest.approx(np.full(3, 0.03))

@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
-from synthetic_frf import FINE, ZETA, pair, poles_of_modes
+from synthetic_frf import FINE, ZETA, locally_damped, pair, poles_of_modes
 
 from flexarm_model.modal.fit import fit_poles
 from flexarm_model.modal.frf import Frf, Ports, modal_frf
@@ -26,6 +26,14 @@ def test_known_poles_give_back_exact_residues_shapes_and_stiffness() -> None:
     assert fit.residues[:, :, 0] == pytest.approx(expected, rel=1e-9)
     direction = force / np.linalg.norm(force)
     assert fit.modal_stiffness(direction) * np.linalg.norm(force) == pytest.approx(modes.omega**2, rel=1e-9)
+
+
+def test_the_order_of_the_poles_does_not_matter() -> None:
+    poles, frf = locally_damped()
+    fit = fit_residues(frf, poles[[2, 0, 3, 1]], remainders=())
+    rebuilt = fit.frf(frf.f_hz).H
+    assert rebuilt == pytest.approx(frf.H, rel=1e-9)
+    assert fit.poles == pytest.approx(poles)
 
 
 def test_a_drive_point_scales_shapes_to_unit_modal_mass() -> None:
