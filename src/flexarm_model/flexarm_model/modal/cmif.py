@@ -31,7 +31,7 @@ class Cmif:
         f_hz: Lines [Hz], (k,).
         values: Singular values, in the unit of H, (k, m).
         left: Columns are shapes at the outputs, (k, n_out, m).
-        right: Columns are shapes at the inputs (conjugated, so that mode shapes align), (k, n_in, m).
+        right: Columns are participations of the inputs, conj(V), (k, n_in, m).
         power: Power of j w over a receptance.
     """
 

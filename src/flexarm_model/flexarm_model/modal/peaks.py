@@ -78,7 +78,7 @@ def interpolate_peak(
     a, b, c = np.polyfit(x, inverse / inverse[1], 2)
     with np.errstate(divide="ignore", invalid="ignore"):
         top = -b / (2 * a)
-        rest = c / a - top**2  # (2 zeta)^2 (1 - zeta^2) of the natural frequency squared, both over x0
+        rest = c / a - top**2  # (2 zeta)^2 (1 - zeta^2) (f_0^2 / x0)^2
     if not (a > 0.0 and rest > SHARPEST and x[0] < top < x[2]):
         return as_line
     natural = float(np.hypot(1.0 + top, np.sqrt(rest)))  # f_0^2 / x0
