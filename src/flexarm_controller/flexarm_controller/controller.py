@@ -144,7 +144,7 @@ class Controller:
         """Return the torque within its limits and within reach of the last one, (n_u,)."""
         last, reach = self._sent[-1], self._limits.effort_rate * self.config.period
         reachable = np.clip(np.where(np.isfinite(wanted), wanted, last), last - reach, last + reach)
-        return np.clip(reachable, -self._limits.effort, self._limits.effort)
+        return np.asarray(np.clip(reachable, -self._limits.effort, self._limits.effort))
 
     def _active(self, plan: Plan, wanted: Array, tau: Array) -> tuple[str, ...]:
         if plan.limits_active:

@@ -99,7 +99,8 @@ class ProcessModel:
 def _modal_force(model: ReducedModel, config: EstimatorConfig) -> Array:
     """One sigma of the force on every mode [kg^0.5 m/s^2], (n_eta,)."""
     coupling = np.abs(model.M[model.n_theta :, : model.n_theta]).sum(axis=1)
-    return np.hypot(2.0 * config.frequency_error * coupling * config.motion_acceleration, config.modal_force)
+    excited = 2.0 * config.frequency_error * coupling * config.motion_acceleration
+    return np.asarray(np.hypot(excited, config.modal_force))
 
 
 def _initial_sigma(model: ReducedModel, config: EstimatorConfig, inertia: Array) -> Array:

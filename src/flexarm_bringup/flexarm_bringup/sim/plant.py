@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexarm_model.compiled import compile_functions
-from flexarm_model.description import Beam, ManipulatorConfig, RigidBody
+from flexarm_model.description import Beam, Body, ManipulatorConfig
 from flexarm_model.linearize import find_equilibrium
 from flexarm_model.reduced_tree import ReducedTree
 
@@ -148,7 +148,7 @@ def perturb(config: ManipulatorConfig, settings: PlantSettings) -> ManipulatorCo
     """Return the description of the arm as it really is."""
     stiffness = settings.frequency_scale**2
 
-    def change(body: RigidBody | Beam) -> RigidBody | Beam:
+    def change(body: Body) -> Body:
         if not isinstance(body, Beam):
             return body
         pieces = tuple(replace(piece, E=piece.E * stiffness, G=piece.G * stiffness) for piece in body.pieces)

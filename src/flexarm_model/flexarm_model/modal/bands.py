@@ -38,7 +38,8 @@ def band_rms(y: Array, rate_hz: float, edges_hz: Array) -> Array:
     number = np.searchsorted(edges, lines, side="right") - 1
     if edges[-1] == rate_hz / 2:
         number[lines == edges[-1]] = edges.size - 2
-    return np.sqrt(np.array([power[number == i].sum(axis=0) for i in range(edges.size - 1)]))
+    bands = np.array([power[number == i].sum(axis=0) for i in range(edges.size - 1)])
+    return np.asarray(np.sqrt(bands))
 
 
 def density_band_rms(f_hz: Array, density: Array, edges_hz: Array) -> Array:

@@ -1,0 +1,6 @@
+"""What all tests share: hypothesis draws the same examples in every run."""
+
+from hypothesis import settings
+
+settings.register_profile("flexarm", derandomize=True)
+settings.load_profile("flexarm")
