@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -10,7 +11,8 @@ import numpy as np
 from flexarm_model.beam_superelement import reduce_beam
 from flexarm_model.description import Beam, Body, RigidBody
 from flexarm_model.fe_import.imported_superelement import reduce_imported
-from flexarm_model.imported_body import ImportedBody
+from flexarm_model.imported_body import ImportedBody, SuperelementBody
+from flexarm_model.sid_file import read_sid
 from flexarm_model.superelement import NodeShape, Superelement
 
 Reducer = Callable[[Any, Collection[str]], Superelement]
@@ -37,8 +39,13 @@ def _reduce_rigid(body: RigidBody, interfaces: Collection[str]) -> Superelement:
     return Superelement(body.name, body.mass, s, second[None, None], np.zeros(0), empty, empty, nodes)
 
 
+def _read_superelement(body: SuperelementBody, interfaces: Collection[str]) -> Superelement:
+    return replace(read_sid(body.path), name=body.name)
+
+
 _REDUCERS: dict[type, Reducer] = {
     RigidBody: _reduce_rigid,
     Beam: reduce_beam,
     ImportedBody: reduce_imported,
+    SuperelementBody: _read_superelement,
 }

@@ -23,13 +23,14 @@ from flexarm_model.description import (
     NodeRef,
     SensorSpec,
 )
-from flexarm_model.imported_body import ImportedBody
+from flexarm_model.imported_body import ImportedBody, SuperelementBody
 from flexarm_model.rotation import rotation_from_rpy
 from flexarm_model.sensor_kinds import SENSOR_KINDS
 from flexarm_model.strict_yaml import ConfigError, Section, read_yaml
 from flexarm_model.units import axis_dimension
 
 FORMAT = "flexarm/1"
+FROM_FILES = (ImportedBody, SuperelementBody)  # their content is part of the identity
 
 
 def load_config(path: str | Path, preset: str = "") -> ManipulatorConfig:
@@ -81,7 +82,7 @@ def load_config(path: str | Path, preset: str = "") -> ManipulatorConfig:
 
 def _identify(content: dict[str, Any], bodies: dict[str, Body]) -> str:
     described = {key: content[key] for key in content if key != "presets"}
-    files = {name: body.digest for name, body in bodies.items() if isinstance(body, ImportedBody)}
+    files = {name: body.digest for name, body in bodies.items() if isinstance(body, FROM_FILES)}
     if files:
         described["files"] = files
     return hashlib.sha256(json.dumps(described, sort_keys=True, default=str).encode()).hexdigest()[:16]

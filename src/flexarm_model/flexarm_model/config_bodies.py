@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from flexarm_model.config_imported import read_imported
+from flexarm_model.config_imported import read_imported, read_superelement
 from flexarm_model.description import (
     DEFORMATIONS,
     WORLD,
@@ -150,6 +150,7 @@ _READERS: dict[str, Callable[[str, Section], Body]] = {
     "rigid": _read_rigid,
     "beam": _read_beam,
     "imported": read_imported,
+    "superelement": read_superelement,
 }
 _SECTIONS: dict[str, Callable[[Section], tuple[float, float, float, float]]] = {
     "rectangle": _rectangle,

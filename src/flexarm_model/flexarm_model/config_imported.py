@@ -1,4 +1,4 @@
-"""A body of ``type: imported`` in a manipulator's YAML; its files lie relative to the YAML.
+"""Bodies of ``type: imported`` and ``type: superelement`` in a YAML; their files lie relative to the YAML.
 
 Coordinates and node sets are read here, so that the positions of nodes are part of the description; the
 matrices are read when the body is reduced. The identity of the description holds the hash of all files.
@@ -20,8 +20,10 @@ from flexarm_model.imported_body import (
     ImportedReduction,
     MatrixFile,
     NodeSet,
+    SuperelementBody,
 )
 from flexarm_model.rotation import rotation_from_rpy
+from flexarm_model.sid_file import read_sid
 from flexarm_model.strict_yaml import ConfigError, Section
 from flexarm_model.units import UNITS
 
@@ -66,6 +68,20 @@ def read_imported(name: str, section: Section) -> ImportedBody:
         reduction=_read_reduction(section.section("reduction"), tuple(sets)),
         digest=_digest(section, files),
     )
+
+
+def read_superelement(name: str, section: Section) -> SuperelementBody:
+    """Read a body that is reduced already.
+
+    Raises:
+        ConfigError: A value or the file is wrong; names both.
+    """
+    path = _path(section, "file")
+    try:
+        nodes = {node: shape.r for node, shape in read_sid(path).nodes.items()}
+    except ConfigError as error:
+        raise section.error("file", section.text("file"), str(error)) from None
+    return SuperelementBody(name, path, nodes, _digest(section, [path]))
 
 
 def _read_units(section: Section) -> FileUnits:

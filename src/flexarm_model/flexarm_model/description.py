@@ -14,7 +14,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from flexarm_model.imported_body import ImportedBody
+from flexarm_model.imported_body import ImportedBody, SuperelementBody
 
 Array = NDArray[np.float64]
 
@@ -177,7 +177,7 @@ class Beam:
         return sum(piece.length for piece in self.pieces)
 
 
-Body: TypeAlias = RigidBody | Beam | ImportedBody
+Body: TypeAlias = RigidBody | Beam | ImportedBody | SuperelementBody
 
 
 @dataclass(frozen=True)

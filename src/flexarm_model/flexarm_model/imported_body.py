@@ -1,4 +1,4 @@
-"""Description of a body whose mass and stiffness come from another finite-element program."""
+"""Description of bodies that come from another program: as sparse matrices, or reduced already."""
 
 from __future__ import annotations
 
@@ -94,3 +94,20 @@ class ImportedBody:
     reduction: ImportedReduction
     digest: str
     stiffness_scale: float = 1.0
+
+
+@dataclass(frozen=True)
+class SuperelementBody:
+    """A body that is reduced already: a file of standard input data.
+
+    Attributes:
+        name: Name of the body.
+        path: File.
+        nodes: Position of every node in the body frame [m], (3,) each.
+        digest: Hash of the file's content.
+    """
+
+    name: str
+    path: Path
+    nodes: dict[str, Array]
+    digest: str

@@ -21,6 +21,8 @@ from flexarm_model.description import ManipulatorConfig, RigidBody
 from flexarm_model.linearize import linearize
 from flexarm_model.reduced_tree import ReducedTree
 from flexarm_model.segment_tree import SegmentTree
+from flexarm_model.sid_file import write_sid
+from flexarm_model.strict_yaml import ConfigError
 
 Array = NDArray[np.float64]
 
@@ -165,3 +167,23 @@ def test_an_accelerometer_and_the_tip_move_with_the_interface(tmp_path: Path) ->
     model = linearize(ReducedTree(load_config(path), use_compiler=False))
     assert np.linalg.norm(model.outputs.y0[:3]) == pytest.approx(9.81, rel=1e-3)  # the sag tilts it a little
     assert abs(model.outputs.C_acc[:3, 2:]).max() > 0.1
+
+
+def test_a_superelement_from_a_file_moves_as_the_body_it_was_made_of(tmp_path: Path) -> None:
+    config = load_arm(tmp_path, bracket())
+    tree = ReducedTree(config, use_compiler=False)
+    write_sid(tree.bodies["solid"], tmp_path / "solid.sid")
+    content = yaml.safe_load((tmp_path / "arm.yaml").read_text(encoding="utf-8"))
+    content["bodies"]["solid"] = {"type": "superelement", "file": "solid.sid"}
+    path = tmp_path / "from_sid.yaml"
+    path.write_text(yaml.safe_dump(content), encoding="utf-8")
+    other = load_config(path)
+    again = ReducedTree(other, use_compiler=False)
+    for q, v, a in np.random.default_rng(10).uniform(-1, 1, (5, 3, tree.n_q)) * scales(tree):
+        expected = np.array(tree.functions["inverse_dynamics"](q, v, a))
+        assert np.array_equal(again.functions["inverse_dynamics"](q, v, a), expected)
+    (tmp_path / "solid.sid").write_text("part\nend part\n", encoding="utf-8")
+    with pytest.raises(
+        ConfigError, match=r"bodies.solid.file: 'solid.sid': .*solid.sid: line 1: part: block 'modal'"
+    ):
+        load_config(path)

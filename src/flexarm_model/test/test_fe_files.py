@@ -11,6 +11,7 @@ from fe_bodies import block, bracket, description, ends, load_body, write_arm
 from scipy import io, sparse
 
 from flexarm_model.config import load_config
+from flexarm_model.fe_import.__main__ import main
 from flexarm_model.fe_import.fe_model import load_model
 from flexarm_model.fe_import.hexahedra import write_solid
 from flexarm_model.fe_import.matrix_file import read_matrix
@@ -208,3 +209,10 @@ def test_positions_of_interface_nodes_are_part_of_the_description(tmp_path: Path
     assert isinstance(body, ImportedBody) and np.array_equal(body.nodes["root"], np.zeros(3))
     assert body.nodes["end"] == pytest.approx([0, 0.39, 0], abs=1e-15)
     assert description()["bodies"]["solid"]["interfaces"]["end"]["kind"] == "averaging"
+
+
+def test_the_figures_of_a_body_are_printed(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = str(write_arm(tmp_path, bracket()))
+    assert main([path, "solid"]) == 0 and "rigid modes                   6" in capsys.readouterr().out
+    assert main([path, "payload"]) == 2 and "an imported one: solid" in capsys.readouterr().err
+    assert main([path]) == 2 and "usage" in capsys.readouterr().err

@@ -86,7 +86,7 @@ def lowest_modes(
     solve = (factor or Factor(K - shift * M)).solve
     start = np.random.default_rng(START_SEED).standard_normal(n)
     inverse = LinearOperator((n, n), matvec=solve, dtype=float)
-    size = min(n, count + max(count // 5, 20))  # of the Krylov space: the default of twice the count is slower
+    size = min(n, count + max(count // 5, 20))  # the default, twice the count, is slower
     value, vector = eigsh(K, count, M=M, sigma=shift, OPinv=inverse, v0=start, ncv=size)
     order = np.argsort(value)
     return np.asarray(value[order]), np.asarray(vector[:, order])
