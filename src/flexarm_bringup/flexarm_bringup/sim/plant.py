@@ -8,7 +8,9 @@ that open-loop motions are compared on.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import Any
 
 import casadi as ca
 import numpy as np
@@ -16,6 +18,7 @@ from numpy.typing import NDArray
 
 from flexarm_model.compiled import compile_functions
 from flexarm_model.description import Beam, Body, ManipulatorConfig
+from flexarm_model.imported_body import ImportedBody
 from flexarm_model.linearize import find_equilibrium
 from flexarm_model.reduced_tree import ReducedTree
 
@@ -145,15 +148,32 @@ class Plant:
 
 
 def perturb(config: ManipulatorConfig, settings: PlantSettings) -> ManipulatorConfig:
-    """Return the description of the arm as it really is."""
+    """Return the description of the arm as it really is; rigid and reduced bodies are as described."""
+    changed = {
+        name: _CHANGES[type(body)](body, settings) if type(body) in _CHANGES else body
+        for name, body in config.bodies.items()
+    }
+    return replace(config, bodies=changed)
+
+
+def _change_beam(beam: Beam, settings: PlantSettings) -> Beam:
     stiffness = settings.frequency_scale**2
+    pieces = tuple(replace(piece, E=piece.E * stiffness, G=piece.G * stiffness) for piece in beam.pieces)
+    masses = tuple(replace(point, mass=point.mass * settings.mass_scale) for point in beam.point_masses)
+    reduction = replace(beam.reduction, modes=beam.reduction.modes + settings.extra_modes)
+    return replace(beam, pieces=pieces, point_masses=masses, reduction=reduction)
 
-    def change(body: Body) -> Body:
-        if not isinstance(body, Beam):
-            return body
-        pieces = tuple(replace(piece, E=piece.E * stiffness, G=piece.G * stiffness) for piece in body.pieces)
-        masses = tuple(replace(point, mass=point.mass * settings.mass_scale) for point in body.point_masses)
-        reduction = replace(body.reduction, modes=body.reduction.modes + settings.extra_modes)
-        return replace(body, pieces=pieces, point_masses=masses, reduction=reduction)
 
-    return replace(config, bodies={name: change(body) for name, body in config.bodies.items()})
+def _change_imported(body: ImportedBody, settings: PlantSettings) -> ImportedBody:
+    """Scale the stiffness; a fixed number of Craig-Bampton modes grows, what f_max or Guyan says stays."""
+    reduction = body.reduction
+    if reduction.modes and reduction.method == "craig_bampton":
+        reduction = replace(reduction, modes=reduction.modes + settings.extra_modes)
+    stiffness = body.stiffness_scale * settings.frequency_scale**2
+    return replace(body, stiffness_scale=stiffness, reduction=reduction)
+
+
+_CHANGES: dict[type, Callable[[Any, PlantSettings], Body]] = {
+    Beam: _change_beam,
+    ImportedBody: _change_imported,
+}
