@@ -8,8 +8,11 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
+
+URGENT = -10  # of the control loop: rig, estimator, controller
+PATIENT = 5  # of what may wait: recorder, commander
 
 
 @dataclass(frozen=True)
@@ -23,6 +26,7 @@ class Process:
         parameters: ROS parameters: booleans, numbers, strings, or lists of one of these.
         remaps: Topics to rename, from -> to.
         essential: The run is over when this process ends.
+        niceness: Wanted scheduling priority, lower is sooner; below zero only where the user may.
     """
 
     package: str
@@ -31,6 +35,7 @@ class Process:
     parameters: Mapping[str, Any] = field(default_factory=dict)
     remaps: Mapping[str, str] = field(default_factory=dict)
     essential: bool = True
+    niceness: int = 0
 
 
 def rig_graph(
@@ -53,9 +58,9 @@ def rig_graph(
     more = dict(settings or {})
     rows = [
         Process("flexarm_model", "model_node", "model"),
-        Process("flexarm_estimator", "estimator_node", "estimator"),
-        Process("flexarm_controller", "controller_node", "controller"),
-        Process("flexarm_bringup", "rig_node", "rig"),
+        Process("flexarm_estimator", "estimator_node", "estimator", niceness=URGENT),
+        Process("flexarm_controller", "controller_node", "controller", niceness=URGENT),
+        Process("flexarm_bringup", "rig_node", "rig", niceness=URGENT),
     ]
     if bag:
         more["recorder"] = {
@@ -63,22 +68,14 @@ def rig_graph(
             "settings": json.dumps(more, sort_keys=True),
             **more.get("recorder", {}),
         }
-        rows.insert(0, Process("flexarm_bringup", "recorder_node", "recorder", essential=False))
+        rows.insert(
+            0, Process("flexarm_bringup", "recorder_node", "recorder", essential=False, niceness=PATIENT)
+        )
     unknown = set(more) - {row.name for row in rows}
     if unknown:
         names = ", ".join(row.name for row in rows)
         raise ValueError(f"settings for {', '.join(sorted(unknown))}: no such node; there are {names}")
-    return tuple(
-        Process(
-            row.package,
-            row.executable,
-            row.name,
-            {**shared, **more.get(row.name, {})},
-            row.remaps,
-            row.essential,
-        )
-        for row in rows
-    )
+    return tuple(replace(row, parameters={**shared, **more.get(row.name, {})}) for row in rows)
 
 
 def ros_arguments(process: Process) -> list[str]:
