@@ -47,10 +47,13 @@ class SampleChecks:
         if reason:
             return reason
         stamps = self._stamps[sample.sensor]  # sorted
-        at = bisect_left(stamps, sample.t - SAME_INSTANT)
-        if at < len(stamps) and stamps[at] <= sample.t + SAME_INSTANT:
-            return "duplicate stamp"
-        stamps.insert(at, sample.t)
+        if not stamps or sample.t > stamps[-1] + SAME_INSTANT:  # most samples are the newest
+            stamps.append(sample.t)
+        else:
+            at = bisect_left(stamps, sample.t - SAME_INSTANT)
+            if stamps[min(at, len(stamps) - 1)] <= sample.t + SAME_INSTANT:
+                return "duplicate stamp"
+            stamps.insert(at, sample.t)
         while stamps[0] <= window.oldest:
             del stamps[0]
         return ""
@@ -77,13 +80,10 @@ class SampleChecks:
             return "unknown sensor"
         if not isinstance(y, np.ndarray) or y.dtype != np.float64 or y.shape != (len(spec.channels),):
             return f"needs {len(spec.channels)} numbers"
-        if y.size == 1:  # three of four sensors; ten times cheaper than array functions
-            low = high = float(y[0])
-        else:
-            low, high = float(y.min()), float(y.max())
-        if not (math.isfinite(low) and math.isfinite(high)):
+        values = y.tolist()  # on so few numbers much cheaper than array functions
+        if not all(map(math.isfinite, values)):
             return "not finite"
-        if low < spec.low or high > spec.high:
+        if values and (min(values) < spec.low or max(values) > spec.high):
             return f"outside [{spec.low:g}, {spec.high:g}]"
         return ""
 

@@ -78,7 +78,7 @@ class Estimate:
             (self.T_world_tip, self.twist_tip, self.cov_tip_pose, self.cov_tip_twist),
         )
         for array in (*state, *tip):
-            array.flags.writeable = False
+            array.setflags(write=False)
 
     @property
     def theta(self) -> Array:

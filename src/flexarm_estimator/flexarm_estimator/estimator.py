@@ -18,7 +18,7 @@ from flexarm_estimator.checks import SampleChecks, Window
 from flexarm_estimator.estimate import Estimate
 from flexarm_estimator.filter import Belief
 from flexarm_estimator.fusion import Fusion
-from flexarm_estimator.gate import Gate, Verdict
+from flexarm_estimator.gate import Gate
 from flexarm_estimator.health import Health
 from flexarm_estimator.history import SAME_INSTANT, History, Instant
 from flexarm_estimator.measurement import Measurement
@@ -49,8 +49,17 @@ class Estimator:
         kinematics: Kinematics,
         sensors: tuple[SensorSpec, ...],
         config: EstimatorConfig,
+        *,
+        use_compiler: bool = True,
     ) -> None:
         """Start at the operating point of the model, knowing little.
+
+        Args:
+            model: Served model.
+            kinematics: Pose and Jacobian of the tip.
+            sensors: Sensors of the description.
+            config: Settings.
+            use_compiler: False computes with NumPy instead of machine code: the same, slower.
 
         Raises:
             ParameterError: A setting is outside its range.
@@ -58,6 +67,7 @@ class Estimator:
         """
         validate(config)
         self._kinematics, self._specs, self._config = kinematics, sensors, config
+        self._use_compiler = use_compiler
         self._gate = Gate({spec.name: len(spec.channels) for spec in sensors}, config)
         self._use(model)
         locating = {name for name, model in self._models.all().items() if model.locates}
@@ -82,7 +92,7 @@ class Estimator:
         first = self._history.advance(self._t, self._u)
         samples = self._admit(measurements)
         first = min([first, *(self._history.insert(sample) for sample in samples)])
-        verdicts = self._compute_from(first)
+        verdicts = self._fusion.compute(self._history.instants, max(1, first))
         self.health.note_verdicts(verdicts)
         self._history.forget()
         return self._estimate("; ".join(trouble))
@@ -98,6 +108,7 @@ class Estimator:
         self._use(model)
         for instant in self._history.instants:
             instant.belief = mapping.apply(instant.belief)
+            instant.prepared = None  # it is a step of the old model
 
     def reset(self) -> None:
         """Forget the state; the next step starts anew."""
@@ -112,7 +123,7 @@ class Estimator:
         tip = Tip(model, self._kinematics)
         models = build_sensor_models(self._specs, model, process.system, tip)
         self.model, self._process, self._tip, self._models = model, process, tip, models
-        self._fusion = Fusion(process, models, self._gate)
+        self._fusion = Fusion(process, models, self._gate, self._use_compiler)
 
     def _restart(self, t: float, x: Array) -> None:
         """Forget everything but the position ``x``, as seen just before ``t``."""
@@ -141,16 +152,18 @@ class Estimator:
         """Hold ``tau`` over the period; keep the last one when it cannot be used."""
         torque = np.asarray(tau)
         is_usable = torque.shape == (self.model.n_theta,) and torque.dtype == np.float64
-        if not is_usable or not np.isfinite(torque).all():
+        values = torque.tolist() if is_usable else [math.nan]
+        if not all(map(math.isfinite, values)):
             return ["torque is not usable"]
-        self._u = np.append(torque, 1.0)
+        self._u = np.array([*values, 1.0])
         return []
 
     def _admit(self, measurements: Sequence[Measurement]) -> list[Measurement]:
         """Return the samples that may be fused now, in order of time; count the others."""
-        due = [sample for sample in self._early if sample.t <= self._t + SAME_INSTANT]
-        self._early = [sample for sample in self._early if sample.t > self._t + SAME_INSTANT]
-        window = Window(self._history.oldest, self._t + self._config.future_tolerance + SAME_INSTANT)
+        now = self._t + SAME_INSTANT
+        due = [sample for sample in self._early if sample.t <= now]
+        self._early = [sample for sample in self._early if sample.t > now]
+        window = Window(self._history.oldest, now + self._config.future_tolerance)
         for sample in measurements:
             reason = self._checks.refuse(sample, window)
             if reason:
@@ -158,19 +171,12 @@ class Estimator:
             elif not self.health.is_off(sample.sensor):
                 if sample.R is not None:
                     sample = replace(sample, R=self._checks.own_covariance(sample))
-                (due if sample.t <= self._t + SAME_INSTANT else self._early).append(sample)
+                (due if sample.t <= now else self._early).append(sample)
         return sorted(due, key=_stamp)
-
-    def _compute_from(self, first: int) -> list[Verdict]:
-        """Compute all instants from index ``first`` on."""
-        instants = self._history.instants
-        verdicts: list[Verdict] = []
-        for i in range(max(1, first), len(instants)):
-            verdicts += self._fusion.compute(instants[i - 1], instants[i])
-        return verdicts
 
     def _estimate(self, trouble: str) -> Estimate:
         belief, t, model = self._history.now.belief, self._t, self.model
+        x, P = belief  # later frames overwrite them
         tip = describe_tip(self._tip, belief, model.n)
         if tip.is_finite:
             self._tip_report = tip
@@ -179,7 +185,7 @@ class Estimator:
         reports = self.health.reports(t)
         status, reason = self.health.judge(t, tip.sigma, reports, trouble)
         return Estimate(
-            t, model.model_id, belief.x, belief.P, model.n, model.n_theta, status, reason, reports,
+            t, model.model_id, x.copy(), P.copy(), model.n, model.n_theta, status, reason, reports,
             tip.T_world_tip, tip.twist, tip.cov_pose, tip.cov_twist,
         )  # fmt: skip
 

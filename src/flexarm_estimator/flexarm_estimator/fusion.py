@@ -1,11 +1,13 @@
 """Computes one instant from the one before: predict, judge what is new, update.
 
-Ordinary instants take the joint step; one with a refused row or a doubted state goes through filterpy,
-and so do poses, which are linearised anew whenever their instant is computed. An instant that is
-computed again because of a late sample keeps its verdicts.
+Ordinary instants take the joint step, one with a refused row or a doubted state goes through filterpy.
+Poses are linearised anew whenever their instant is computed. An instant that is computed again because
+of a late sample keeps its verdicts; ordinary ones in a row are computed again in one go.
 """
 
 from __future__ import annotations
+
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,9 +16,11 @@ from flexarm_estimator.filter import Belief, GuardedFilter, innovation_covarianc
 from flexarm_estimator.gate import Gate, Verdict
 from flexarm_estimator.history import Instant
 from flexarm_estimator.joint_step import JointStep, PreparedStep
+from flexarm_estimator.pose_update import PoseUpdate
 from flexarm_estimator.process import ProcessModel
 from flexarm_estimator.sensors import SensorModels
 from flexarm_estimator.stack import Stack, StackedSample, stack_rows
+from flexarm_estimator.step_runner import make_runner
 
 Array = NDArray[np.float64]
 _CACHE_SIZE = 512  # joint steps
@@ -25,18 +29,57 @@ _CACHE_SIZE = 512  # joint steps
 class Fusion:
     """Process model, sensors, filter and gate of one served model."""
 
-    def __init__(self, process: ProcessModel, models: SensorModels, gate: Gate) -> None:
+    def __init__(
+        self, process: ProcessModel, models: SensorModels, gate: Gate, use_compiler: bool = True
+    ) -> None:
         """Bind the parts; rows are stacked when a combination of sensors first occurs."""
         self._process, self._models, self._gate = process, models, gate
         self._poses = frozenset(models.poses)
-        self._filter = GuardedFilter(process.system.n_x, process.system.n_u + 1)
+        n_x = process.system.n_x
+        sizes = {name: model.R.shape[0] for name, model in models.all().items()}
+        widest = max(sum(sizes[name] for name in models.rows), *(sizes[name] for name in models.poses), 1)
+        self._runner = make_runner(n_x, widest, use_compiler)
+        self._pose_updates = {name: PoseUpdate(name, sizes[name], n_x, self._runner) for name in models.poses}
+        self._filter = GuardedFilter(n_x, process.system.n_u + 1)
         self._stacks: dict[tuple[str, ...], Stack] = {}
         self._steps: dict[tuple[float, tuple[str, ...]], JointStep] = {}
 
-    def compute(self, before: Instant, instant: Instant) -> list[Verdict]:
-        """Compute ``instant.belief``; return the verdicts on its pending samples, which it empties."""
-        if not instant.pending and self._replay(before, instant):
-            return []
+    def compute(self, instants: Sequence[Instant], first: int) -> list[Verdict]:
+        """Compute the beliefs of ``instants`` from index ``first`` >= 1 on.
+
+        Returns:
+            The verdicts on their pending samples, which it empties.
+        """
+        verdicts: list[Verdict] = []
+        i = first
+        while i < len(instants):
+            i += self._replay(instants, i)
+            if i < len(instants):
+                verdicts += self._compute_one(instants[i - 1], instants[i])
+                i += 1
+        return verdicts
+
+    def _replay(self, instants: Sequence[Instant], first: int) -> int:
+        """Compute instants in a row again that have only rows and are prepared; return how many."""
+        steps: list[PreparedStep] = []
+        t = instants[first - 1].t
+        for i in range(first, len(instants)):
+            instant = instants[i]
+            step = instant.prepared
+            if step is None or instant.pending or instant.is_reopened or step.dt != instant.t - t:
+                break
+            if not self._poses.isdisjoint(instant.fused):
+                break
+            steps.append(step)
+            t = instant.t
+        if not steps:
+            return 0
+        done = self._runner.run(instants[first - 1].belief, steps)
+        for i in range(done):
+            instants[first + i].belief = steps[i].belief
+        return done
+
+    def _compute_one(self, before: Instant, instant: Instant) -> list[Verdict]:
         verdicts = None if instant.is_reopened else self._step_jointly(before, instant)
         if verdicts is None:
             verdicts = self._step_in_turn(before, instant)
@@ -48,20 +91,9 @@ class Fusion:
         if not instant.is_reopened and self._gate.has_doubt(verdicts, instant.t):
             self._gate.note_reopening(verdicts, instant.t)
             instant.is_reopened = True
-            return self.compute(before, instant)
+            return self._compute_one(before, instant)
         self._settle(instant, verdicts)
         return verdicts
-
-    def _replay(self, before: Instant, instant: Instant) -> bool:
-        """Compute an instant again that has rows only and is prepared; return whether it was so."""
-        step = instant.prepared
-        is_plain = not instant.is_reopened and self._poses.isdisjoint(instant.fused)
-        if step is None or not is_plain or step.dt != instant.t - before.t:
-            return False
-        belief = step.apply(before.belief)
-        if belief is not None:
-            instant.belief = belief
-        return belief is not None
 
     def _settle(self, instant: Instant, verdicts: list[Verdict]) -> None:
         """Keep what was accepted, drop what was not."""
@@ -77,19 +109,16 @@ class Fusion:
         """Predict and fuse all rows at once; None when a row is refused or rounding forbids it."""
         dt = instant.t - before.t
         step = instant.prepared
-        has_new_rows = bool(instant.pending) and any(name in self._models.rows for name in instant.pending)
+        has_new_rows = not self._poses.issuperset(instant.pending)
         if step is None or step.dt != dt or has_new_rows:
             step = instant.prepared = self._prepare(dt, instant)
-        mean, J = step.predict(before.belief)
-        verdicts: list[Verdict] = []
-        if has_new_rows and step.stack is not None:
-            verdicts = self._judge(step.stack, J[:, -1], J, instant)
-            if not all([verdict.is_accepted for verdict in verdicts]):
-                return None
-        belief = step.condition(mean, J)
-        if belief is None:
+        if not self._runner.run(before.belief, (step,)):
             return None
-        instant.belief = belief
+        verdicts = self._judge_run(step, instant) if has_new_rows else []
+        for verdict in verdicts:
+            if not verdict.is_accepted:
+                return None
+        instant.belief = step.belief
         return verdicts
 
     def _prepare(self, dt: float, instant: Instant) -> PreparedStep:
@@ -103,6 +132,19 @@ class Fusion:
             self._steps[transition.dt, names] = step
         sample = StackedSample(step.stack, instant.fused | instant.pending) if step.stack else None
         return PreparedStep(dt, step, instant.u, sample)
+
+    def _judge_run(self, step: PreparedStep, instant: Instant) -> list[Verdict]:
+        """Judge every pending row sensor by what the run of its instant's step has left."""
+        stack, pending = step.stack, instant.pending
+        if stack is None:
+            return []
+        nu, nis = step.nu.copy(), step.nis.tolist()
+        decide, t = self._gate.decide, instant.t
+        return [
+            decide(name, t, nu[span], square)
+            for name, span, square in zip(stack.names, stack.spans, nis, strict=True)
+            if name in pending
+        ]
 
     def _judge(self, stack: Stack, nu: Array, S: Array, instant: Instant) -> list[Verdict]:
         """Judge every pending row sensor by its own innovation, before any of them is fused."""
@@ -139,12 +181,12 @@ class Fusion:
         model, belief = self._models.poses[name], instant.belief
         is_new = name in instant.pending
         sample = instant.pending[name] if is_new else instant.fused[name]
-        nu, H = model.innovation(sample.y, belief.x, instant.u), model.jacobian(belief.x)
+        nu, H = model.linearise(sample.y, belief.x, instant.u)
         R = model.R if sample.R is None else sample.R
-        S = innovation_covariance(belief.P, H, R)
-        verdicts = [self._gate.judge(name, sample.t, nu, S)] if is_new else []
-        if all(verdict.is_accepted for verdict in verdicts):
-            instant.belief = self._filter.update(belief, nu, H, R)
+        nis, updated = self._pose_updates[name].fuse(belief, nu, H, R)
+        verdicts = [self._gate.decide(name, sample.t, nu, nis)] if is_new else []
+        if all([verdict.is_accepted for verdict in verdicts]):
+            instant.belief = self._filter.update(belief, nu, H, R) if updated is None else updated
         return verdicts
 
     def _stack(self, names: tuple[str, ...]) -> Stack:

@@ -63,11 +63,10 @@ class Gate:
 
     def judge(self, sensor: str, t: float, nu: Array, S: Array) -> Verdict:
         """Return the verdict on an innovation ``nu`` (m,) of covariance ``S`` (m, m); never raises."""
-        if nu.size == 1:
-            nis = float(nu[0]) ** 2 / float(S[0, 0])
-        else:
-            _, solution, info = dposv(S, nu)
-            nis = float(nu.dot(solution)) if info == 0 else math.inf  # S is not positive definite
+        return self.decide(sensor, t, nu, normalised_square(nu, S))
+
+    def decide(self, sensor: str, t: float, nu: Array, nis: float) -> Verdict:
+        """Return the verdict on an innovation ``nu`` (m,) with ``nis = nu' S^-1 nu``; never raises."""
         is_accepted = 0.0 <= nis <= self._threshold[sensor] and not self._is_distrusted(sensor, t)
         normalised = math.sqrt(nis / nu.size) if 0.0 <= nis < math.inf else 0.0
         return Verdict(sensor, t, is_accepted, nu, normalised)
@@ -101,3 +100,12 @@ class Gate:
 
     def _is_distrusted(self, sensor: str, t: float) -> bool:
         return sensor in self._distrusted and t < self._distrusted_until
+
+
+def normalised_square(nu: Array, S: Array) -> float:
+    """Return ``nu' S^-1 nu``; infinite when S is not positive definite."""
+    if nu.size == 1:
+        variance = float(S[0, 0])
+        return float(nu[0]) ** 2 / variance if variance > 0.0 else math.inf
+    _, solution, info = dposv(S, nu)
+    return float(nu.dot(solution)) if info == 0 else math.inf

@@ -40,13 +40,6 @@ class _Record:
     reason: str = "no sample yet"
     normalised: float = 0.0
 
-    def status(self, t: float) -> SensorStatus:
-        if self.is_off:
-            return "off"
-        if t - self.newest_valid > self.time_out:
-            return "stale"
-        return "rejected" if self.reason else "ok"
-
 
 class Health:
     """Counts samples, watches ages, and says whether the estimate may be used.
@@ -93,13 +86,14 @@ class Health:
     def note_verdicts(self, verdicts: Iterable[Verdict]) -> None:
         """Count what the gate said."""
         for verdict in verdicts:
-            record = self._records[verdict.sensor]
-            record.innovation, record.normalised = verdict.innovation, verdict.normalised
-            record.newest_valid = max(record.newest_valid, verdict.t)
-            if verdict.is_accepted:
+            sensor, t, is_accepted, innovation, normalised = verdict
+            record = self._records[sensor]
+            record.innovation, record.normalised = innovation, normalised
+            record.newest_valid = max(record.newest_valid, t)
+            if is_accepted:
                 record.accepted += 1
                 record.refused_in_a_row, record.reason = 0, ""
-                record.newest_accepted = max(record.newest_accepted, verdict.t)
+                record.newest_accepted = max(record.newest_accepted, t)
             else:
                 record.rejected += 1
                 record.refused_in_a_row += 1
@@ -136,20 +130,18 @@ class Health:
         if reason:
             return ("lost" if self._has_started else "starting"), reason
         self._has_started = True
-        doubts = [f"{r.name}: {r.reason}" for r in reports if self._is_doubtful(r)]
+        doubts = [f"{r.name}: {r.reason}" for r in reports if r.status != "ok" and self._is_doubtful(r)]
         if trouble:
             doubts.append(trouble)
         return ("degraded", "; ".join(doubts)) if doubts else ("ok", "")
 
     def _why_lost(self, t: float, tip_sigma: float) -> str:
         records = [record for record in self._records.values() if not record.is_off]
-        if not any(t - record.newest_accepted <= record.time_out for record in records):
+        if not any([t - record.newest_accepted <= record.time_out for record in records]):
             return "no sensor is usable"
         silent = self._config.position_time_out
-        if not any(
-            record.locates and t - record.newest_accepted <= max(silent, record.time_out) and record.accepted
-            for record in records
-        ):
+        locating = [record for record in records if record.locates and record.accepted]
+        if not any([t - record.newest_accepted <= max(silent, record.time_out) for record in locating]):
             return "nothing locates the axes"
         if not tip_sigma <= self._config.lost_sigma:
             return f"tip is uncertain by {tip_sigma:.2g} m"
@@ -167,15 +159,14 @@ def _time_out(spec: SensorSpec, config: EstimatorConfig) -> float:
 
 
 def _report(name: str, record: _Record, t: float) -> SensorReport:
-    status = record.status(t)
-    reason = record.reason
-    if status == "ok":
-        reason = ""
-    elif status == "stale":
-        reason = f"silent ({record.reason})" if record.reason else "silent"
-    elif status == "off":
-        reason = "switched off"
-    age = max(0.0, t - record.newest_accepted)
+    status: SensorStatus = "ok"
+    reason, age = record.reason, max(0.0, t - record.newest_accepted)
+    if record.is_off:
+        status, reason = "off", "switched off"
+    elif t - record.newest_valid > record.time_out:
+        status, reason = "stale", f"silent ({reason})" if reason else "silent"
+    elif reason:
+        status = "rejected"
     return SensorReport(
         name, status, reason, age, record.accepted, record.rejected, record.innovation, record.normalised
     )

@@ -74,8 +74,9 @@ class History:
 
         ``sample.t`` lies between ``oldest`` and now.
         """
-        index = bisect_left(self.instants, sample.t - SAME_INSTANT, key=_time)
-        index = max(1, min(index, len(self.instants) - 1))
+        index = len(self.instants) - 1
+        if index > 1 and self.instants[-2].t >= sample.t - SAME_INSTANT:  # most samples are of now
+            index = max(1, bisect_left(self.instants, sample.t - SAME_INSTANT, hi=index, key=_time))
         instant = self.instants[index]
         if instant.t - sample.t > SAME_INSTANT:
             instant = Instant(sample.t, instant.u, self.instants[index - 1].belief)
@@ -85,9 +86,10 @@ class History:
 
     def forget(self) -> None:
         """Drop what is older than the history, but never the last instant before it."""
-        horizon = self.now.t - self._length
-        while len(self.instants) > 2 and self.instants[1].t <= horizon:
-            del self.instants[0]
+        instants = self.instants
+        horizon = instants[-1].t - self._length
+        while len(instants) > 2 and instants[1].t <= horizon:
+            del instants[0]
 
 
 def _time(instant: Instant) -> float:

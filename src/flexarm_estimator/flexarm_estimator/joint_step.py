@@ -5,13 +5,16 @@ State and output after a step are jointly Gaussian; with ``T = [C A; A]``::
     J = Cov[y; x] = T P T' + [C Q C' + C M + M' C' + R, (Q C' + M)'; Q C' + M, Q] = L L'
     L = [L_y 0; L_xy L_x]   ->   P+ = L_x L_x'    x+ = x- + L_xy L_y^-1 nu
 
-``nu'`` is appended to J as one more row, so that the same factorisation solves ``L_y^-1 nu``. It is
-filterpy's result to rounding, positive by construction, at a fifth of the cost: a camera frame of
-60 ms age replays a dozen such steps. Whatever is out of the ordinary goes through ``filter``.
+It is filterpy's result to rounding, positive by construction, at a small part of the cost: a camera
+frame of 60 ms age replays a dozen such steps. Whatever is out of the ordinary goes through ``filter``.
+
+The steps are run by a ``StepRunner``: in machine code, or here with NumPy, where ``nu'`` is appended to
+J as one more row, so that the same factorisation solves ``L_y^-1 nu``.
 """
 
 from __future__ import annotations
 
+import ctypes
 import math
 
 import numpy as np
@@ -24,6 +27,15 @@ from flexarm_estimator.stack import Stack, StackedSample
 
 Array = NDArray[np.float64]
 _LAST_PIVOT = 1e60  # of the appended row; only has to exceed nu' S^-1 nu
+
+
+class StepLayout(ctypes.Structure):
+    """A joint step as machine code reads it: sizes and addresses ("struct step" of joint_steps.c)."""
+
+    _fields_ = (
+        *((name, ctypes.c_int64) for name in ("n", "m", "inputs", "sensors")),
+        *((name, ctypes.c_void_p) for name in ("T", "drive", "noise", "edges")),
+    )
 
 
 class JointStep:
@@ -49,6 +61,22 @@ class JointStep:
             self.noise[m:-1, :m], self.noise[:m, m:-1] = cross, cross.T
             self.noise[:m, :m] = (within + within.T) / 2
         self.T_transposed = np.ascontiguousarray(self.T.T)
+        spans = () if stack is None else stack.spans
+        self._edges = np.array([0, *(span.stop for span in spans)], dtype=np.int64)
+        self.sensors = len(spans)
+        self._layout = self.lay_out(self.noise)
+        self.layout_address = ctypes.addressof(self._layout)
+
+    def lay_out(self, noise: Array) -> StepLayout:
+        """Return the step for machine code, with ``noise`` (size, size) in place of its own."""
+        arrays = (self.T_transposed, self.V, noise, self._edges)
+        sizes = (self.T.shape[1], self.m, self.V.shape[1], self.sensors)
+        return StepLayout(*sizes, *(array.ctypes.data for array in arrays))
+
+    def set_rows(self, C: Array, R: Array) -> None:
+        """Replace the rows of a step that moves nothing (A = I, Q = 0): C (m, n_x), R (m, m)."""
+        m = self.m
+        self.T[:m], self.T_transposed[:, :m], self.noise[:m, :m] = C, C.T, R
 
 
 class PreparedStep:
@@ -57,37 +85,46 @@ class PreparedStep:
     Attributes:
         dt: Length of the step it was prepared for [s].
         stack: Rows sampled at its end, or None.
+        belief: After step and samples; every run of the step overwrites it.
+        y: Samples, one sensor below the other, (m,).
+        nu: Innovation of the last run, (m,).
+        nis: ``nu' S^-1 nu`` of every sensor by itself, (number of sensors,).
+        layout_address, record_address: Where machine code finds the step, its samples and results.
     """
 
     def __init__(self, dt: float, step: JointStep, u: Array, sample: StackedSample | None) -> None:
         """Compute what does not depend on the belief; ``u = [tau; 1]`` is held over the step."""
-        self.dt, self.stack = dt, step.stack
-        self._m, self._last = step.m, step.last
-        self._T, self._T_transposed, self._noise = step.T, step.T_transposed, step.noise
-        self._drive = step.V.dot(u)
-        self._y = np.zeros(0)
+        n, m = step.T.shape[1], step.m
+        at_nu, at_u = n + n * n, n + n * n + m + step.sensors
+        self.dt, self.stack, self.layout_address = dt, step.stack, step.layout_address
+        self._step, self._noise = step, step.noise
+        record = np.empty(at_u + u.size + m)  # [x; P; nu; nis; u; y]
+        self.record_address = ctypes.addressof(ctypes.c_double.from_buffer(record))  # fastest way to get it
+        self.belief = Belief(record[:n], record[n:at_nu].reshape(n, n))
+        self.nu, self.nis = record[at_nu : at_nu + m], record[at_nu + m : at_u]
+        self._u, self.y = record[at_u : at_u + u.size], record[at_u + u.size :]
+        self._u[:] = u
         if sample is not None:
-            self._y = sample.y
+            self.y[:] = sample.y
             if sample.own:
                 self._noise = step.noise.copy()
-                self._noise[: step.m, : step.m] += sample.noise() - sample.stack.R_total
-
-    def apply(self, belief: Belief) -> Belief | None:
-        """Return the belief after step and samples; None when rounding forbids it."""
-        return self.condition(*self.predict(belief))
+                self._noise[:m, :m] += sample.noise() - sample.stack.R_total
+                self._layout = step.lay_out(self._noise)
+                self.layout_address = ctypes.addressof(self._layout)
 
     def predict(self, belief: Belief) -> tuple[Array, Array]:
         """Return mean of [y; x; 0], (m + n_x + 1,), and J with the innovation in its last row and column."""
-        J = self._T.dot(belief.P).dot(self._T_transposed)
+        step = self._step
+        J = step.T.dot(belief.P).dot(step.T_transposed)
         J += self._noise
-        mean = self._T.dot(belief.x)
-        mean += self._drive
-        J[: self._m, self._last] = self._y - mean[: self._m]  # upper triangle; condition reads J'
+        mean = step.T.dot(belief.x)
+        mean += step.V.dot(self._u)
+        J[: step.m, step.last] = self.y - mean[: step.m]  # upper triangle; condition reads J'
         return mean, J
 
     def condition(self, mean: Array, J: Array) -> Belief | None:
         """Return the belief given the samples; None when J is not positive definite. Overwrites ``J``."""
-        m, last = self._m, self._last
+        m, last = self._step.m, self._step.last
         L, info = dpotrf(J.T, lower=1, clean=1, overwrite_a=1)
         if info != 0:  # also when something is NaN
             return None

@@ -32,17 +32,19 @@ def exp_rotation(phi: Array) -> Array:
     b = (1.0 - math.cos(angle)) / angle**2 if angle > _SMALL else 0.5
     c = math.cos(angle)
     return np.array([
-        [c + b * x * x, b * x * y - a * z, b * x * z + a * y],
-        [b * x * y + a * z, c + b * y * y, b * y * z - a * x],
-        [b * x * z - a * y, b * y * z + a * x, c + b * z * z],
-    ])  # fmt: skip
+        c + b * x * x, b * x * y - a * z, b * x * z + a * y,
+        b * x * y + a * z, c + b * y * y, b * y * z - a * x,
+        b * x * z - a * y, b * y * z + a * x, c + b * z * z,
+    ]).reshape(3, 3)  # fmt: skip
 
 
 def log_rotation(R: Array) -> Array:
     """Return the rotation vector of a matrix, angle in [0, pi], (3,)."""
-    cosine = 0.5 * (R[0, 0] + R[1, 1] + R[2, 2] - 1.0)
+    (xx, xy, xz), (yx, yy, yz), (zx, zy, zz) = R.tolist()
+    cosine = 0.5 * (xx + yy + zz - 1.0)
     if cosine < _BLUNT:
         return rotation_vector(R)
-    axis = np.array([R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1]]) * 0.5  # axis sin(angle)
-    sine = math.sqrt(axis.dot(axis))
-    return axis if sine < _SMALL else axis * (math.atan2(sine, cosine) / sine)
+    x, y, z = 0.5 * (zy - yz), 0.5 * (xz - zx), 0.5 * (yx - xy)  # axis sin(angle)
+    sine = math.sqrt(x * x + y * y + z * z)
+    scale = 1.0 if sine < _SMALL else math.atan2(sine, cosine) / sine
+    return np.array([scale * x, scale * y, scale * z])

@@ -44,6 +44,10 @@ class MeasurementModel(ABC):
     def jacobian(self, x: Array) -> Array:
         """Return the derivative of the prediction by the state, (m, n_x)."""
 
+    def linearise(self, y: Array, x: Array, u: Array) -> tuple[Array, Array]:
+        """Return innovation and Jacobian; a class may do it cheaper than one by one."""
+        return self.innovation(y, x, u), self.jacobian(x)
+
 
 class LinearRows(MeasurementModel):
     """Rows of the served model: ``y = C x + D [tau; 1] + D_w f + v``.
@@ -93,13 +97,19 @@ class TipPose(MeasurementModel):
 
     def innovation(self, y: Array, x: Array, u: Array) -> Array:
         """Return position [m] and rotation [rad] from the predicted to the measured pose, (6,)."""
-        T = self._tip.pose(x)
-        return np.concatenate([y[:3] - T[:3, 3], relative_rotation(y[3:], T[:3, :3])])
+        return _compare_poses(y, self._tip.pose(x))
 
     def jacobian(self, x: Array) -> Array:
         """Return the tip's Jacobian in world axes, zero for velocities and disturbance, (6, n_x)."""
+        return self._pad(self._tip.jacobian(x))
+
+    def linearise(self, y: Array, x: Array, u: Array) -> tuple[Array, Array]:
+        """Return innovation (6,) and Jacobian (6, n_x)."""
+        T, J = self._tip.locate(x)
+        return _compare_poses(y, T), self._pad(J)
+
+    def _pad(self, J: Array) -> Array:
         H = self._H.copy()
-        J = self._tip.jacobian(x)
         H[:, : J.shape[1]] = J
         return H
 
@@ -130,6 +140,12 @@ def build_sensor_models(
 
 
 _POSE_KINDS = ("camera",)
+
+
+def _compare_poses(y: Array, T: Array) -> Array:
+    nu = np.empty(6)
+    nu[:3], nu[3:] = y[:3] - T[:3, 3], relative_rotation(y[3:], T[:3, :3])
+    return nu
 
 
 def _rows(spec: SensorSpec, model: ReducedModel) -> list[int]:

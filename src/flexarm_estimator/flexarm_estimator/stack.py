@@ -80,7 +80,7 @@ class StackedSample:
         """Put the samples of ``stack.names`` one below the other."""
         chosen = [samples[name] for name in stack.names]
         self.stack = stack
-        self.y = np.concatenate([sample.y for sample in chosen])
+        self.y = np.array([value for sample in chosen for value in sample.y.tolist()])
         self.own = {sample.sensor: sample.R for sample in chosen if sample.R is not None}
 
     def innovation(self, x: Array, u: Array) -> Array:

@@ -43,6 +43,11 @@ class Tip:
         J: Array = self._kinematics.tip_jacobian(self._coordinates(x)).dot(self._Phi)
         return J
 
+    def locate(self, x: Array) -> tuple[Array, Array]:
+        """Return both, pose and Jacobian."""
+        q = self._coordinates(x)
+        return self._kinematics.tip_pose(q), self._kinematics.tip_jacobian(q).dot(self._Phi)
+
     def _coordinates(self, x: Array) -> Array:
         q: Array = self._q_origin + self._Phi.dot(x[: self._n])
         return q

@@ -89,6 +89,20 @@ def test_an_estimator_that_adopts_a_turned_model_goes_on_as_if_nothing_had_happe
     assert np.linalg.norm(b.T_world_tip[:3, 3] - a.T_world_tip[:3, 3]) < 3 * sigma
 
 
+def test_a_frame_from_before_the_adoption_is_fused_with_the_adopted_model():
+    """What it makes the filter compute again leads to the state of an estimator that had it in time."""
+    record = simulate(160, np.random.default_rng(5), camera_every=7)
+    late, in_time = (Estimator(MODEL, StripKinematics(), SENSORS, EstimatorConfig()) for _ in range(2))
+    for k in range(153):  # the frame of k = 140 arrives at once, or at 152
+        if k == 151:
+            late.adopt(turned_model())
+            in_time.adopt(turned_model())
+        a = late.step(arriving(record, k, 12), record.tau[k], k * DT)
+        b = in_time.step(arriving(record, k, 0 if k == 140 else 12), record.tau[k], k * DT)
+    sigma = np.sqrt(np.diag(b.P))
+    assert np.max(np.abs(a.x - b.x) / sigma) < 0.5  # process noise of mixed modes differs a little
+
+
 def test_a_model_of_another_arm_is_refused():
     stranger = replace(MODEL, theta_names=("elbow.rz",))
     with pytest.raises(ValueError, match="elbow.rz cannot follow one of base.rz"):

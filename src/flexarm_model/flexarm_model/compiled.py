@@ -88,6 +88,20 @@ def cache_folder() -> Path:
     return Path(os.environ.get("FLEXARM_CACHE", default))
 
 
+def build_library(source: Path, compiler: str, flags: tuple[str, ...] = FLAGS) -> Path | None:
+    """Return the shared library of a C file, from the cache or new; None when the compiler fails."""
+    digest = hashlib.sha256(source.read_bytes() + " ".join((compiler, *flags)).encode()).hexdigest()[:24]
+    target = cache_folder() / f"{digest}.so"
+    if not target.exists():
+        target.parent.mkdir(parents=True, exist_ok=True)
+        built = target.with_suffix(f".{os.getpid()}.tmp")
+        command = [compiler, "-x", "c", str(source), *flags, "-o", str(built), "-lm"]
+        if subprocess.run(command, check=False, capture_output=True).returncode:
+            return None
+        built.replace(target)  # atomic: another process may build the same
+    return target
+
+
 def _densify(name: str, function: ca.Function) -> ca.Function:
     inputs: Any = function.sx_in() if function.is_a("SXFunction") else function.mx_in()
     outputs: Any = function.call(inputs)
@@ -95,19 +109,8 @@ def _densify(name: str, function: ca.Function) -> ca.Function:
 
 
 def _library(functions: Mapping[str, ca.Function], compiler: str) -> Path | None:
-    """Return the shared library, from the cache or new; None when the compiler fails."""
     with tempfile.TemporaryDirectory() as folder:
         generator = ca.CodeGenerator("flexarm_code.c")
         for function in functions.values():
             generator.add(function)
-        source = Path(generator.generate(folder + os.sep))
-        digest = hashlib.sha256(source.read_bytes() + " ".join((compiler, *FLAGS)).encode()).hexdigest()[:24]
-        target = cache_folder() / f"{digest}.so"
-        if not target.exists():
-            target.parent.mkdir(parents=True, exist_ok=True)
-            built = target.with_suffix(f".{os.getpid()}.tmp")
-            command = [compiler, "-x", "c", str(source), *FLAGS, "-o", str(built), "-lm"]
-            if subprocess.run(command, check=False, capture_output=True).returncode:
-                return None
-            built.replace(target)  # atomic: another process may build the same
-    return target
+        return build_library(Path(generator.generate(folder + os.sep)), compiler)

@@ -1,0 +1,160 @@
+/* Joint steps one after the other, without leaving machine code; joint_step.py has the equations.
+ *
+ * Matrices are column-major; of symmetric ones only the lower triangle is read. The order of the
+ * operations depends on nothing but the sizes: an instant that is computed again gives the same bits.
+ */
+#include <math.h>
+#include <stdint.h>
+
+/* What instants with the same period and sensors share; lead = m + n + 1. */
+struct step {
+    int64_t n, m, inputs, sensors;
+    const double *T;      /* [C A; A; 0], (lead, n) */
+    const double *drive;  /* row-major, (lead, inputs) */
+    const double *noise;  /* (lead, lead) */
+    const int64_t *edges; /* first row of each sensor, and m, (sensors + 1) */
+};
+
+/* a += sign * sum_k factors[k stride] b_k, with the columns b_k of a matrix; four at a time are fastest */
+static void accumulate(
+    int64_t count, int64_t terms, double sign, const double *restrict factors, int64_t stride,
+    const double *restrict b, int64_t lead, double *restrict a)
+{
+    int64_t k = 0;
+    for (; k + 3 < terms; k += 4, b += 4 * lead, factors += 4 * stride) {
+        const double *b1 = b + lead, *b2 = b1 + lead, *b3 = b2 + lead;
+        double f0 = sign * factors[0], f1 = sign * factors[stride];
+        double f2 = sign * factors[2 * stride], f3 = sign * factors[3 * stride];
+        for (int64_t i = 0; i < count; i++)
+            a[i] += f0 * b[i] + f1 * b1[i] + f2 * b2[i] + f3 * b3[i];
+    }
+    for (; k < terms; k++, b += lead, factors += stride) {
+        double f = sign * factors[0];
+        for (int64_t i = 0; i < count; i++)
+            a[i] += f * b[i];
+    }
+}
+
+/* Replace the lower triangle of J, (size, size), by its Cholesky factor; 0 when it has none. */
+static int factorise(int64_t size, int64_t lead, double *J)
+{
+    for (int64_t j = 0; j < size; j++) {
+        double *column = J + j * lead;
+        accumulate(size - j, j, -1.0, J + j, lead, J + j, lead, column + j);
+        if (!(column[j] > 0.0)) /* also when it is NaN */
+            return 0;
+        double scale = 1.0 / sqrt(column[j]);
+        for (int64_t i = j; i < size; i++)
+            column[i] *= scale;
+    }
+    return 1;
+}
+
+/* z = L^-1 z */
+static void solve_lower(int64_t size, int64_t lead, const double *L, double *z)
+{
+    for (int64_t j = 0; j < size; j++) {
+        z[j] /= L[j + j * lead];
+        for (int64_t i = j + 1; i < size; i++)
+            z[i] -= z[j] * L[i + j * lead];
+    }
+}
+
+static double dot(int64_t count, const double *a, const double *b)
+{
+    double sum = 0.0;
+    for (int64_t i = 0; i < count; i++)
+        sum += a[i] * b[i];
+    return sum;
+}
+
+/* nu' S^-1 nu of every sensor by itself; infinite when its S is not positive definite. */
+static void normalise(const struct step *s, const double *J, const double *nu, double *nis, double *work)
+{
+    int64_t lead = s->m + s->n + 1;
+    for (int64_t k = 0; k < s->sensors; k++) {
+        int64_t first = s->edges[k], size = s->edges[k + 1] - first;
+        double *S = work, *z = work + size * size;
+        for (int64_t j = 0; j < size; j++) {
+            z[j] = nu[first + j];
+            for (int64_t i = j; i < size; i++)
+                S[i + j * size] = J[first + i + (first + j) * lead];
+        }
+        if (!factorise(size, size, S)) {
+            nis[k] = INFINITY;
+            continue;
+        }
+        solve_lower(size, size, S, z);
+        nis[k] = dot(size, z, z);
+    }
+}
+
+/* J = T P T' + noise, lower triangle */
+static void predict(const struct step *s, const double *P, double *J, double *work)
+{
+    int64_t n = s->n, rows = s->m + n, lead = rows + 1;
+    for (int64_t j = 0; j < n; j++) { /* work = T P */
+        double *column = work + j * rows;
+        for (int64_t i = 0; i < rows; i++)
+            column[i] = 0.0;
+        accumulate(rows, n, 1.0, P + j * n, 1, s->T, lead, column);
+    }
+    for (int64_t j = 0; j < rows; j++) {
+        double *column = J + j * lead;
+        for (int64_t i = j; i < rows; i++)
+            column[i] = s->noise[i + j * lead];
+        accumulate(rows - j, n, 1.0, s->T + j, lead, work + j, rows, column + j);
+    }
+}
+
+/* P = L_x L_x' of the factor L of J */
+static void square(int64_t n, int64_t lead, const double *L_x, double *P)
+{
+    for (int64_t j = 0; j < n; j++) {
+        for (int64_t i = j; i < n; i++)
+            P[i + j * n] = 0.0;
+        accumulate(n - j, j + 1, 1.0, L_x + j, lead, L_x + j, lead, P + j + j * n);
+        for (int64_t i = j + 1; i < n; i++)
+            P[j + i * n] = P[i + j * n];
+    }
+}
+
+/* One step; results go to record = [x; P; nu; nis; u; y], x and P only when it succeeds. */
+static int run_step(const struct step *s, const double *x, const double *P, double *record, double *work)
+{
+    int64_t n = s->n, m = s->m, rows = m + n, lead = rows + 1;
+    double *nu = record + n + n * n, *nis = nu + m;
+    const double *u = nis + s->sensors, *y = u + s->inputs;
+    double *mean = work, *z = mean + rows, *J = z + m, *rest = J + lead * lead;
+    predict(s, P, J, rest);
+    for (int64_t i = 0; i < rows; i++)
+        mean[i] = dot(s->inputs, s->drive + i * s->inputs, u);
+    accumulate(rows, n, 1.0, x, 1, s->T, lead, mean);
+    for (int64_t i = 0; i < m; i++)
+        z[i] = nu[i] = y[i] - mean[i];
+    normalise(s, J, nu, nis, rest);
+    if (!factorise(rows, lead, J))
+        return 0;
+    solve_lower(m, lead, J, z);
+    accumulate(n, m, 1.0, z, 1, J + m, lead, mean + m);
+    if (!isfinite(dot(n, mean + m, mean + m)))
+        return 0;
+    for (int64_t i = 0; i < n; i++)
+        record[i] = mean[m + i];
+    square(n, lead, J + m + m * lead, record + n);
+    return 1;
+}
+
+/* Run steps from the belief (x, P) on; return how many succeeded in a row. */
+int64_t flexarm_joint_steps(
+    int64_t count, const struct step *const *steps, double *const *records,
+    const double *x, const double *P, double *work)
+{
+    for (int64_t i = 0; i < count; i++) {
+        if (!run_step(steps[i], x, P, records[i], work))
+            return i;
+        x = records[i];
+        P = records[i] + steps[i]->n;
+    }
+    return count;
+}

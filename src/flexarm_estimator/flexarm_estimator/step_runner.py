@@ -1,0 +1,96 @@
+"""Runs joint steps one after the other: in machine code, or with NumPy where there is no working C compiler.
+
+Both give the same beliefs to rounding. The code works on sizes that it is given, so that one library
+serves every model, period and set of sensors, and nothing is compiled while the arm moves.
+"""
+
+from __future__ import annotations
+
+import ctypes
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexarm_estimator.filter import Belief
+from flexarm_estimator.gate import normalised_square
+from flexarm_estimator.joint_step import PreparedStep
+from flexarm_model.compiled import build_library, find_compiler
+
+Array = NDArray[np.float64]
+FLAGS = ("-std=c99", "-O3", "-fPIC", "-shared", "-ffp-contract=off")
+SOURCE = Path(__file__).with_name("joint_steps.c")
+_FIRST_LENGTH = 64  # steps in one call; grows
+
+
+class StepRunner(ABC):
+    """Computes steps in a row."""
+
+    @abstractmethod
+    def run(self, start: Belief, steps: Sequence[PreparedStep]) -> int:
+        """Run ``steps`` from the belief ``start`` on; return how many succeeded in a row.
+
+        Belief, innovation and normalised innovation are left in each step. The belief of the first
+        that fails, and of those after it, is not touched.
+        """
+
+
+class PlainRunner(StepRunner):
+    """With NumPy."""
+
+    def run(self, start: Belief, steps: Sequence[PreparedStep]) -> int:
+        """See StepRunner."""
+        for done, step in enumerate(steps):
+            mean, J = step.predict(start)
+            if step.stack is not None:
+                step.nu[:] = J[: step.nu.size, -1]
+                for i, span in enumerate(step.stack.spans):
+                    step.nis[i] = normalised_square(step.nu[span], J[span, span])
+            belief = step.condition(mean, J)
+            if belief is None:
+                return done
+            step.belief.x[:], step.belief.P[:] = belief
+            start = step.belief
+        return len(steps)
+
+
+class CompiledRunner(StepRunner):
+    """In machine code, on fixed buffers."""
+
+    def __init__(self, library: Path, n_x: int, rows: int) -> None:
+        """Load the code for ``n_x`` states and at most ``rows`` rows in a step."""
+        lead = n_x + rows + 1
+        self._x, self._P = np.zeros(n_x), np.zeros((n_x, n_x))
+        self._work = np.zeros(2 * lead + lead * lead + max(lead * n_x, rows * (rows + 1)))
+        self._fixed = [ctypes.c_void_p(array.ctypes.data) for array in (self._x, self._P, self._work)]
+        self._call = ctypes.PyDLL(str(library)).flexarm_joint_steps
+        self._call.restype = ctypes.c_int64
+        self._reserve(_FIRST_LENGTH)
+
+    def run(self, start: Belief, steps: Sequence[PreparedStep]) -> int:
+        """See StepRunner."""
+        count = len(steps)
+        if count > len(self._layouts):
+            self._reserve(2 * count)
+        self._x[:], self._P[:] = start
+        self._layouts[:count] = [step.layout_address for step in steps]
+        self._records[:count] = [step.record_address for step in steps]
+        return int(self._call(count, self._layouts, self._records, *self._fixed))
+
+    def _reserve(self, length: int) -> None:
+        self._layouts, self._records = (ctypes.c_void_p * length)(), (ctypes.c_void_p * length)()
+
+
+def make_runner(n_x: int, rows: int, use_compiler: bool = True) -> StepRunner:
+    """Return the fastest runner that this machine allows.
+
+    Args:
+        n_x: Number of states.
+        rows: Largest number of rows in one step.
+        use_compiler: False takes NumPy.
+    """
+    compiler = find_compiler() if use_compiler else None
+    library = None if compiler is None else build_library(SOURCE, compiler, FLAGS)
+    return PlainRunner() if library is None else CompiledRunner(library, n_x, rows)
