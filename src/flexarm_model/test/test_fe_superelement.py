@@ -81,9 +81,16 @@ def test_the_superelement_is_mass_normalised_and_weighs_the_solid(tmp_path: Path
     assert pytest.approx(np.diag(element.omega**2)) == element.K and not element.D.any()
 
 
-def test_root_is_the_frame_and_stays_at_rest(tmp_path: Path) -> None:
-    root = reduce_body(load_body(tmp_path, bracket()), BOTH).nodes["root"]
+@pytest.mark.parametrize("kind", ["rigid", "averaging"])
+def test_root_is_the_frame_and_stays_at_rest(kind: str, tmp_path: Path) -> None:
+    interfaces = {"root": {"set": "root.txt", "kind": kind}, "end": {"set": "end.txt", "kind": "averaging"}}
+    root = reduce_body(load_body(tmp_path, bracket(), interfaces=interfaces), BOTH).nodes["root"]
     assert not root.r.any() and abs(np.vstack([root.Phi, root.Psi])).max() < 1e-9
+
+
+def test_a_retained_node_keeps_its_static_modes_without_a_joint(tmp_path: Path) -> None:
+    kept = load_body(tmp_path, bracket(), reduction={"method": "guyan", "retain": ["end"]})
+    assert reduce_body(kept, {"root"}).omega == pytest.approx(reduce_body(kept, BOTH).omega, rel=1e-12)
 
 
 def test_units_of_the_files_do_not_matter(tmp_path: Path) -> None:
