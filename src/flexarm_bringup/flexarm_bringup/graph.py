@@ -11,8 +11,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-URGENT = -10  # of the control loop: rig, estimator, controller
-PATIENT = 5  # of what may wait: recorder, commander
+URGENT = ("rig", "estimator", "controller")
+REALTIME_PRIORITY = 50  # SCHED_FIFO, of rig, estimator and controller by the clock
 
 
 @dataclass(frozen=True)
@@ -26,7 +26,6 @@ class Process:
         parameters: ROS parameters: booleans, numbers, strings, or lists of one of these.
         remaps: Topics to rename, from -> to.
         essential: The run is over when this process ends.
-        niceness: Wanted scheduling priority, lower is sooner; below zero only where the user may.
     """
 
     package: str
@@ -35,7 +34,6 @@ class Process:
     parameters: Mapping[str, Any] = field(default_factory=dict)
     remaps: Mapping[str, str] = field(default_factory=dict)
     essential: bool = True
-    niceness: int = 0
 
 
 def rig_graph(
@@ -55,12 +53,14 @@ def rig_graph(
         settings: More parameters, by node name.
     """
     shared = {"manipulator": manipulator, "preset": preset, "lockstep": lockstep}
-    more = dict(settings or {})
+    more = {name: dict(values) for name, values in (settings or {}).items()}
+    for name in URGENT if not lockstep else ():
+        more[name] = {"realtime_priority": REALTIME_PRIORITY, **more.get(name, {})}
     rows = [
         Process("flexarm_model", "model_node", "model"),
-        Process("flexarm_estimator", "estimator_node", "estimator", niceness=URGENT),
-        Process("flexarm_controller", "controller_node", "controller", niceness=URGENT),
-        Process("flexarm_bringup", "rig_node", "rig", niceness=URGENT),
+        Process("flexarm_estimator", "estimator_node", "estimator"),
+        Process("flexarm_controller", "controller_node", "controller"),
+        Process("flexarm_bringup", "rig_node", "rig"),
     ]
     if bag:
         more["recorder"] = {
@@ -68,9 +68,7 @@ def rig_graph(
             "settings": json.dumps(more, sort_keys=True),
             **more.get("recorder", {}),
         }
-        rows.insert(
-            0, Process("flexarm_bringup", "recorder_node", "recorder", essential=False, niceness=PATIENT)
-        )
+        rows.insert(0, Process("flexarm_bringup", "recorder_node", "recorder", essential=False))
     unknown = set(more) - {row.name for row in rows}
     if unknown:
         names = ", ".join(row.name for row in rows)

@@ -70,6 +70,12 @@ class RigNodeSettings:
     lockstep: bool = parameter(
         False, "Advance by messages instead of time: deterministic, faster than real time."
     )
+    realtime_priority: int = parameter(
+        0,
+        "SCHED_FIFO priority while running, where the user may; 0 leaves it ordinary.",
+        minimum=0,
+        maximum=90,
+    )
     partners: tuple[str, ...] = parameter(
         ("estimator", "controller"), "Nodes that must be ready before the first tick in lockstep."
     )

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
-from flexarm_bringup.graph import PATIENT, Process, rig_graph
+from flexarm_bringup.graph import Process, rig_graph
 from flexarm_bringup.record import RunRecord
 from flexarm_bringup.run_bag import read_run
 from flexarm_bringup.supervisor import Supervisor
@@ -95,7 +95,5 @@ def _processes(session: Session) -> tuple[Process, ...]:
     moves = {"angles": session.angles, "out": session.out, "back": session.back}
     shared = {"manipulator": session.manipulator, "preset": session.preset, "lockstep": session.lockstep}
     parameters = {**shared, **moves}
-    commander = Process(
-        "flexarm_bringup", "commander_node", "commander", parameters, essential=False, niceness=PATIENT
-    )
+    commander = Process("flexarm_bringup", "commander_node", "commander", parameters, essential=False)
     return (*graph, commander)

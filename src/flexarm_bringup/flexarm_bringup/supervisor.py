@@ -8,7 +8,6 @@ by its ``~/ready`` topic, not by the supervisor.
 
 from __future__ import annotations
 
-import contextlib
 import ctypes
 import os
 import signal
@@ -128,7 +127,7 @@ class Supervisor:
                 stdout=log,
                 stderr=subprocess.STDOUT,
                 start_new_session=True,
-                preexec_fn=_prepare(os.getpid(), process.niceness),
+                preexec_fn=_die_with(os.getpid()),
             )
 
     def _last_line(self, name: str) -> str:
@@ -136,13 +135,11 @@ class Supervisor:
         return next((line for line in reversed(lines) if line.strip()), "it said nothing")
 
 
-def _prepare(parent: int, niceness: int) -> Callable[[], None]:
-    """Return what a child does before it becomes the program: priority, and SIGTERM when the parent dies."""
+def _die_with(parent: int) -> Callable[[], None]:
+    """Return what a child does before it becomes the program: ask for SIGTERM when the parent dies."""
     prctl = ctypes.CDLL(None, use_errno=True).prctl
 
     def ask() -> None:
-        with contextlib.suppress(PermissionError):  # below zero only for those who may
-            os.nice(niceness)
         prctl(_PR_SET_PDEATHSIG, signal.SIGTERM, 0, 0, 0)
         if os.getppid() != parent:  # it died before we asked
             os._exit(1)

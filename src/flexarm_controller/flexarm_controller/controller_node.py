@@ -45,6 +45,12 @@ class ControllerNodeSettings:
     manipulator: str = parameter("single_link", "Name of a manipulator that comes along, or a YAML file.")
     preset: str = parameter("geared", "Preset of that file; empty for none.")
     lockstep: bool = parameter(False, "Wait for the ticks of the simulated rig.")
+    realtime_priority: int = parameter(
+        0,
+        "SCHED_FIFO priority while running, where the user may; 0 leaves it ordinary.",
+        minimum=0,
+        maximum=90,
+    )
 
 
 class ControllerNode(Node):
