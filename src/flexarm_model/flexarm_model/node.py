@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import gc
 import math
+import os
 import signal
 import sys
 from collections.abc import Callable, Mapping
@@ -161,6 +162,7 @@ def _spin(node: Node, stopping: list[int]) -> None:
         executor.add_node(node)
         gc.collect()
         gc.freeze()  # a later full collection would stop the node for 30-50 ms
+        _raise_priority(node)
         while not stopping and rclpy.ok():
             executor.spin_once(timeout_sec=SPIN_TIMEOUT)
     finally:
@@ -170,6 +172,20 @@ def _spin(node: Node, stopping: list[int]) -> None:
         executor.shutdown()
         node.destroy_node()
         rclpy.try_shutdown()
+
+
+def _raise_priority(node: Node) -> None:
+    """Give all threads of the process the node's SCHED_FIFO priority, if it has one and the user may."""
+    priority = getattr(getattr(node, "settings", None), "realtime_priority", 0)
+    if not priority:
+        return
+    try:
+        for thread in os.listdir("/proc/self/task"):
+            os.sched_setscheduler(int(thread), os.SCHED_FIFO, os.sched_param(priority))
+    except PermissionError:
+        node.get_logger().info(
+            f"realtime_priority {priority} is not permitted; running with ordinary priority"
+        )
 
 
 def events_executor() -> Any:
