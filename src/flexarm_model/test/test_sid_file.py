@@ -79,7 +79,7 @@ def test_a_body_without_stiffening_needs_no_block_of_our_own(tmp_path: Path) -> 
     body = reduce_body(load_body(tmp_path, bracket()), {"root", "end"})
     back = foreign(body, tmp_path / "body.sid")
     assert back.name == "body" and back.omega == pytest.approx(body.omega, rel=1e-9)
-    assert same(back.s, body.s) and back.P == pytest.approx(body.P, abs=1e-12)
+    assert same(back.s, body.s) and pytest.approx(body.P, abs=1e-12) == back.P
 
 
 def test_stiffening_survives_a_foreign_file(tmp_path: Path) -> None:
@@ -205,7 +205,7 @@ def test_a_foreign_file_that_lacks_something_is_refused_by_name(tmp_path: Path) 
 def test_wrong_matrices_are_refused_by_line(tmp_path: Path) -> None:
     path = tmp_path / "body.sid"
     back = foreign(rigid(), path)
-    assert back.mass == 1.7 and same(back.s, rigid().s) and back.P == pytest.approx(rigid().P, abs=1e-15)
+    assert back.mass == 1.7 and same(back.s, rigid().s) and pytest.approx(rigid().P, abs=1e-15) == back.P
     text = path.read_text(encoding="utf-8")
     for old, new, expected in (
         ("mdCM\n  order = 1\n  nrow = 3", "mdCM\n  order = 1\n  nrow = 4", "mdCM: is 4 x 1; expected 3 x 1"),
@@ -243,4 +243,4 @@ def test_symmetric_matrices_may_be_given_by_one_triangle(tmp_path: Path) -> None
     ]
     block = "\n".join(lower).replace("structure = 3", "structure = 2")
     path.write_text(f"{before}\nJ\n{block}\nend J\n{after}\n", encoding="utf-8")
-    assert read_sid(path).P == pytest.approx(rigid().P, abs=1e-15)
+    assert pytest.approx(rigid().P, abs=1e-15) == read_sid(path).P
