@@ -55,7 +55,9 @@ class Fusion:
         while i < len(instants):
             i += self._replay(instants, i)
             if i < len(instants):
-                verdicts += self._compute_one(instants[i - 1], instants[i])
+                before, instant = instants[i - 1], instants[i]
+                is_stepped = i == first and self._lacks_only_poses(before, instant)
+                verdicts += self._compute_one(before, instant, is_stepped)
                 i += 1
         return verdicts
 
@@ -79,8 +81,18 @@ class Fusion:
             instants[first + i].belief = steps[i].belief
         return done
 
-    def _compute_one(self, before: Instant, instant: Instant) -> list[Verdict]:
-        verdicts = None if instant.is_reopened else self._step_jointly(before, instant)
+    def _lacks_only_poses(self, before: Instant, instant: Instant) -> bool:
+        """Return whether the belief is that of all rows already, given that ``before`` has not changed."""
+        step = instant.prepared
+        if step is None or instant.is_reopened or step.dt != instant.t - before.t or not instant.pending:
+            return False
+        return self._poses.issuperset(instant.pending) and self._poses.isdisjoint(instant.fused)
+
+    def _compute_one(self, before: Instant, instant: Instant, is_stepped: bool = False) -> list[Verdict]:
+        """Compute one instant; ``is_stepped`` leaves out the step to it, which has been done."""
+        verdicts: list[Verdict] | None = [] if is_stepped else None
+        if verdicts is None and not instant.is_reopened:
+            verdicts = self._step_jointly(before, instant)
         if verdicts is None:
             verdicts = self._step_in_turn(before, instant)
         for name in self._models.poses:
@@ -123,14 +135,15 @@ class Fusion:
 
     def _prepare(self, dt: float, instant: Instant) -> PreparedStep:
         transition = self._process.step(dt)
-        names = tuple([k for k in self._models.rows if k in instant.fused or k in instant.pending])
+        samples = {**instant.fused, **instant.pending} if instant.fused else instant.pending
+        names = tuple([name for name in self._models.rows if name in samples])
         step = self._steps.get((transition.dt, names))
         if step is None:
             step = JointStep(transition, self._stack(names) if names else None)
             if len(self._steps) >= _CACHE_SIZE:
                 self._steps.clear()
             self._steps[transition.dt, names] = step
-        sample = StackedSample(step.stack, instant.fused | instant.pending) if step.stack else None
+        sample = StackedSample(step.stack, samples) if step.stack else None
         return PreparedStep(dt, step, instant.u, sample)
 
     def _judge_run(self, step: PreparedStep, instant: Instant) -> list[Verdict]:

@@ -105,7 +105,7 @@ class Gate:
 def normalised_square(nu: Array, S: Array) -> float:
     """Return ``nu' S^-1 nu``; infinite when S is not positive definite."""
     if nu.size == 1:
-        variance = float(S[0, 0])
-        return float(nu[0]) ** 2 / variance if variance > 0.0 else math.inf
+        value, variance = float(nu[0]), float(S[0, 0])
+        return value * value / variance if variance > 0.0 else math.inf  # ** raises when it overflows
     _, solution, info = dposv(S, nu)
     return float(nu.dot(solution)) if info == 0 else math.inf

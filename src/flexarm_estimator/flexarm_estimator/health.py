@@ -9,6 +9,7 @@ the newest sample was refused. The estimate is "degraded" when a sensor is stale
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 from dataclasses import dataclass
 
@@ -136,12 +137,15 @@ class Health:
         return ("degraded", "; ".join(doubts)) if doubts else ("ok", "")
 
     def _why_lost(self, t: float, tip_sigma: float) -> str:
-        records = [record for record in self._records.values() if not record.is_off]
-        if not any([t - record.newest_accepted <= record.time_out for record in records]):
+        is_usable = is_located = False
+        for record in self._records.values():
+            age = math.inf if record.is_off else t - record.newest_accepted
+            is_usable |= age <= record.time_out
+            if record.locates and record.accepted:
+                is_located |= age <= record.time_out or age <= self._config.position_time_out
+        if not is_usable:
             return "no sensor is usable"
-        silent = self._config.position_time_out
-        locating = [record for record in records if record.locates and record.accepted]
-        if not any([t - record.newest_accepted <= max(silent, record.time_out) for record in locating]):
+        if not is_located:
             return "nothing locates the axes"
         if not tip_sigma <= self._config.lost_sigma:
             return f"tip is uncertain by {tip_sigma:.2g} m"

@@ -78,3 +78,10 @@ def test_two_impacts_far_apart_distrust_nobody():
         assert gate.has_doubt(result, t)
         gate.note_reopening(result, t)
         assert verdict(gate, "a", 1.0, t).is_accepted
+
+
+@pytest.mark.parametrize("size", [1, 2])
+def test_an_innovation_too_large_to_be_squared_is_refused(size):
+    gate = Gate({"a": size}, CONFIG)
+    with np.errstate(over="ignore"):
+        assert not gate.judge("a", 0.0, np.full(size, 1e200), np.eye(size)).is_accepted
