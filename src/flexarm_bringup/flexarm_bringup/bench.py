@@ -12,6 +12,7 @@ from __future__ import annotations
 import argparse
 import importlib.util
 import os
+import sys
 from pathlib import Path
 from types import ModuleType
 
@@ -22,7 +23,7 @@ FOLDER = "benchmarks"
 PREFIX = "bench_"
 USAGE = 2
 BOUNDS = {  # name of a result: largest value allowed
-    "estimator_median_us": 100.0,
+    "estimator_p99_us": 100.0,
     "mpc_p99_us": 1500.0,
     "memory_largest_mb": 250.0,
 }
@@ -63,6 +64,7 @@ def load_module(path: Path) -> ModuleType:
     spec = importlib.util.spec_from_file_location(path.stem, path)
     assert spec is not None and spec.loader is not None
     module = importlib.util.module_from_spec(spec)
+    sys.modules[path.stem] = module  # dataclasses look their module up
     spec.loader.exec_module(module)
     return module
 

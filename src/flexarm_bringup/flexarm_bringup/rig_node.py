@@ -106,7 +106,7 @@ class RigNode(Node):
     def on_timer(self) -> None:
         """Advance by the periods that have passed."""
         elapsed_ns = self._steady.now().nanoseconds - self._started_ns
-        passed = (elapsed_ns + self._period_ns // 2) // self._period_ns  # nearest: a timer is never quite on time
+        passed = round(elapsed_ns / self._period_ns)  # nearest: a timer is never quite on time
         behind = passed - self.hardware.tick
         if behind > MOST_CATCH_UP:
             self.get_logger().warning(f"stalled for {behind} periods; the simulated arm skips them")

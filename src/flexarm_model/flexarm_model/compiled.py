@@ -40,9 +40,9 @@ class FastFunction:
         flat_in = [np.zeros(max(function.numel_in(i), 1)) for i in range(function.n_in())]
         flat_out = [np.zeros(max(function.numel_out(i), 1)) for i in range(function.n_out())]
         for i, flat in enumerate(flat_in):
-            self._buffer.set_arg(i, memoryview(flat))
+            self._buffer.set_arg(i, flat.data)
         for i, flat in enumerate(flat_out):
-            self._buffer.set_res(i, memoryview(flat))
+            self._buffer.set_res(i, flat.data)
         self.inputs = [_shaped(flat, function.size_in(i)) for i, flat in enumerate(flat_in)]
         self.outputs = tuple(_shaped(flat, function.size_out(i)) for i, flat in enumerate(flat_out))
 
