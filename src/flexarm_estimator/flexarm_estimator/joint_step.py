@@ -99,7 +99,7 @@ class PreparedStep:
         self.dt, self.stack, self.layout_address = dt, step.stack, step.layout_address
         self._step, self._noise = step, step.noise
         record = np.empty(at_u + u.size + m)  # [x; P; nu; nis; u; y]
-        self.record_address = ctypes.addressof(ctypes.c_double.from_buffer(record.data))  # fastest way to get it
+        self.record_address = ctypes.addressof(ctypes.c_double.from_buffer(record.data))  # fastest
         self.belief = Belief(record[:n], record[n:at_nu].reshape(n, n))
         self.nu, self.nis = record[at_nu : at_nu + m], record[at_nu + m : at_u]
         self._u, self.y = record[at_u : at_u + u.size], record[at_u + u.size :]
