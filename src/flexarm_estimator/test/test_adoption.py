@@ -100,7 +100,8 @@ def test_a_frame_from_before_the_adoption_is_fused_with_the_adopted_model():
         a = late.step(arriving(record, k, 12), record.tau[k], k * DT)
         b = in_time.step(arriving(record, k, 0 if k == 140 else 12), record.tau[k], k * DT)
     sigma = np.sqrt(np.diag(b.P))
-    assert np.max(np.abs(a.x - b.x) / sigma) < 0.5  # process noise of mixed modes differs a little
+    # the process noise of mixed modes differs a little; with the old model's steps it would be 200 sigma
+    assert np.max(np.abs(a.x - b.x) / sigma) < 1.0
 
 
 def test_a_model_of_another_arm_is_refused():
