@@ -64,6 +64,7 @@ def test_mpc_bears_ten_percent_of_frequency_error(preset: str, error: float) -> 
         assert _residual_db(outcome) < -24.0
 
 
+@pytest.mark.slow
 def test_regulator_without_foresight_is_better_than_nothing_and_worse_than_mpc() -> None:
     lqr, mpc = (run_job(Job("geared", law, (30.0,), 0.0))[0] for law in ("lqr", "mpc"))
     assert _residual_db(mpc) < _residual_db(lqr) - 6.0

@@ -187,7 +187,7 @@ def test_the_family_of_accelerometers_is_written_out() -> None:
     assert find_stream("/rosout") is None
 
 
-@pytest.mark.parametrize("name", ["metadata.yaml", DATA_FILE])
+@pytest.mark.parametrize("name", ["metadata.yaml", pytest.param(DATA_FILE, marks=pytest.mark.slow)])
 def test_no_damage_raises_anything_but_a_bag_error(name: str, tmp_path: Path) -> None:
     path = write_bag(tmp_path / "bag")
     forget_checksum(path)
