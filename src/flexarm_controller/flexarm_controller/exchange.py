@@ -91,9 +91,9 @@ class ControllerExchange:
 
     def on_guard_status(self, msg: Any) -> None:
         """Take the session token; whatever was planned is void when the session ends."""
-        if self._token and not msg.session_token and self.controller is not None:
-            self.controller.reset()
         if msg.session_token != self._token:
+            if self._token and self.controller is not None:  # also when the stop was not heard
+                self.controller.reset()
             self._token, self._sequence = msg.session_token, 0
 
     def on_reference(self, msg: Any) -> list[Outgoing]:

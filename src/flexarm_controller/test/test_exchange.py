@@ -75,6 +75,18 @@ def test_commands_quote_the_session_and_count_from_one_in_each(exchange, model):
         exchange.on_guard_status(GuardStatus(session_token=0))
 
 
+@pytest.mark.parametrize("heard", [(5, 0, 6), (5, 6)], ids=["stop heard", "stop missed"])
+def test_a_motion_does_not_outlive_its_session(exchange, model, heard):
+    exchange.on_model(model_to_msg(model))
+    exchange.on_modal_state(state(model, 0))
+    exchange.on_guard_status(GuardStatus(session_token=heard[0]))
+    exchange.controller.follow(hold(np.array([0.5])))
+    for token in heard[1:]:
+        exchange.on_guard_status(GuardStatus(session_token=token))
+    status = answers(exchange.on_modal_state(state(model, 1)))["controller_status"]
+    assert status.tracking_error[0] == pytest.approx(0.0)  # it holds where it is, 0.1, not the old 0.5
+
+
 def test_a_model_of_another_preset_is_refused_by_name(exchange, config, model):
     other = linearize(ReducedTree(load_config(find_manipulator("single_link"), "light_hub")))
     told = answers(exchange.on_model(model_to_msg(other)))["controller_status"]
