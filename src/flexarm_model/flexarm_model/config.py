@@ -49,14 +49,16 @@ def load_config(path: str | Path, preset: str = "") -> ManipulatorConfig:
     top = Section(content, str(path))
     top.choice("format", (FORMAT,))
     bodies = read_bodies(top)
-    joints = _sort_joints(top, _read_joints(top, bodies), bodies)
+    joints, closures = _sort_joints(top, _read_joints(top, bodies), bodies)
     tip = _read_node(top, "tip", bodies)
     top.section("sensors", {}).names(taken=("tip",))  # the tool's own output rows are called so
     sensors = tuple(
-        _read_sensor(name, section, joints, bodies, tip) for name, section in top.sections("sensors", {})
+        _read_sensor(name, section, (*joints, *closures), bodies, tip) for name, section in top.sections("sensors", {})
     )
     served = top.section("served")
-    actuated = [axis for joint in joints for axis in joint.axes if axis.actuated]
+    actuated = [axis for joint in (*joints, *closures) for axis in joint.axes if axis.actuated]
+    positions = [axis_dimension(axis.name, "position") for axis in actuated]
+    poses = served.section("poses", {})
     config = ManipulatorConfig(
         name=top.text("name"),
         source=top.text("source"),
@@ -68,10 +70,12 @@ def load_config(path: str | Path, preset: str = "") -> ManipulatorConfig:
         sensors=sensors,
         tip=tip,
         modes=served.count("modes", at_least=0),
-        home=served.quantities("home", [axis_dimension(axis.name, "position") for axis in actuated]),
+        home=served.quantities("home", positions),
         rate_hz=served.quantity("rate", "frequency", above=0.0),
         assumed=top.texts("assumed", ()),
         fitted=top.texts("fitted", ()),
+        closures=closures,
+        poses={name: poses.quantities(name, positions) for name in poses.names(taken=("home",))},
     )
     served.done()
     for _, unused in top.sections("presets", {}):
@@ -157,6 +161,7 @@ def _read_axis(section: Section, name: str) -> Axis:
         velocity=section.quantity("velocity", dimension("velocity"), math.inf, above=0.0),
         lower=section.quantity("lower", dimension("position"), -math.inf),
         upper=section.quantity("upper", dimension("position"), math.inf),
+        guess=section.quantity("guess", dimension("position"), 0.0),
     )
     if not axis.lower < axis.upper:
         raise section.error("upper", axis.upper, f"must be above lower, {axis.lower:g}")
@@ -164,9 +169,16 @@ def _read_axis(section: Section, name: str) -> Axis:
     return axis
 
 
-def _sort_joints(top: Section, joints: list[Joint], bodies: dict[str, Body]) -> tuple[Joint, ...]:
-    """Order the joints so that every parent is placed before it is used."""
-    placed, waiting, ordered = {WORLD}, list(joints), []
+def _sort_joints(
+    top: Section, joints: list[Joint], bodies: dict[str, Body]
+) -> tuple[tuple[Joint, ...], tuple[Joint, ...]]:
+    """Return the joints that place a body, parents first, and those that close a loop.
+
+    Of several joints to one body the first in the file whose parent is placed places it.
+    """
+    placed, waiting = {WORLD}, list(joints)
+    ordered: list[Joint] = []
+    closures: list[Joint] = []
     while waiting:
         ready = next((joint for joint in waiting if joint.parent.body in placed), None)
         if ready is None:
@@ -176,18 +188,12 @@ def _sort_joints(top: Section, joints: list[Joint], bodies: dict[str, Body]) -> 
                 "is not connected to the world by any joint",
             )
         waiting.remove(ready)
-        if ready.child.body in placed:
-            raise top.error(
-                f"joints.{ready.name}.child",
-                str(ready.child),
-                "is placed already; loops are not supported yet",
-            )
+        (closures if ready.child.body in placed else ordered).append(ready)
         placed.add(ready.child.body)
-        ordered.append(ready)
     for name in bodies:
         if name not in placed:
             raise top.error(f"bodies.{name}", name, "dangles: no joint has a node of it as child")
-    return tuple(ordered)
+    return tuple(ordered), tuple(closures)
 
 
 def _read_sensor(

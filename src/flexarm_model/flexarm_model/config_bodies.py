@@ -22,6 +22,7 @@ from flexarm_model.strict_yaml import Section
 
 REDUCTIONS = ("craig_bampton", "guyan")
 FRAMES = ("clamped", "chord")
+INTERFACES = ("welded", "pinned")
 
 
 def read_bodies(top: Section) -> dict[str, Body]:
@@ -74,17 +75,24 @@ def _read_beam(name: str, section: Section) -> Beam:
     outer = section.section("nodes", {})
     for node in outer.names(taken=("root",)):
         nodes[node] = _read_station(outer, node, length)
-    damping_ratio = section.quantity("damping_ratio", "ratio", at_least=0.0)
-    deformation = section.choices("deformation", DEFORMATIONS)
     return Beam(
-        name, pieces, tuple(masses), deformation, damping_ratio, nodes, _read_reduction(section, nodes)
+        name,
+        pieces,
+        tuple(masses),
+        deformation=section.choices("deformation", DEFORMATIONS),
+        damping_ratio=section.quantity("damping_ratio", "ratio", at_least=0.0),
+        nodes=nodes,
+        reduction=_read_reduction(section, nodes),
+        damping_time=section.quantity("damping_time", "time", 0.0, at_least=0.0),
     )
 
 
 def _read_reduction(section: Section, nodes: dict[str, float]) -> Reduction:
     inner = section.section("reduction")
     method, frame = inner.choice("method", REDUCTIONS), inner.choice("frame", FRAMES, "clamped")
-    reduction = Reduction(method, inner.count("modes"), frame, inner.choices("retain", tuple(nodes), ()))
+    retain = inner.choices("retain", tuple(nodes), ())
+    interface = inner.choice("interface", INTERFACES, "welded")
+    reduction = Reduction(method, inner.count("modes"), frame, retain, interface)
     inner.done()
     return reduction
 
@@ -97,6 +105,8 @@ def _read_station(section: Section, key: str, length: float) -> float:
 
 
 def _read_piece(item: Section) -> BeamPiece:
+    if item.flag("rigid"):
+        return _read_rigid_piece(item)
     shape = item.section("section")
     area, I_y, I_z, torsion = _SECTIONS[shape.choice("shape", tuple(_SECTIONS))](shape)
     shape.done()
@@ -111,9 +121,19 @@ def _read_piece(item: Section) -> BeamPiece:
         G=item.quantity("shear_modulus", "pressure", E / 2.6, above=0.0),  # Poisson's ratio 0.3
         density=item.quantity("density", "density", at_least=0.0),
         elements=item.count("elements"),
+        axial_rigidity=item.quantity("axial_rigidity", "force", above=0.0)
+        if item.has("axial_rigidity")
+        else None,
     )
     item.done()
     return piece
+
+
+def _read_rigid_piece(item: Section) -> BeamPiece:
+    """Return a piece without mass that does not deform; what it weighs is a point mass."""
+    length = item.quantity("length", "length", above=0.0)
+    item.done()
+    return BeamPiece(length, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, density=0.0, elements=1, rigid=True)
 
 
 def _rectangle(shape: Section) -> tuple[float, float, float, float]:

@@ -2,13 +2,14 @@
 
 A body is rigid, a beam of welded prismatic pieces, or imported. A joint is a set of axes out of
 ``tx ty tz rx ry rz`` (in this order), each free, actuated and/or sprung; without axes it is a weld.
+A joint between two bodies that are placed already closes a loop.
 All values are SI.
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TypeAlias
 
 import numpy as np
@@ -47,6 +48,7 @@ class Axis:
         effort, effort_rate: Largest torque or force [N m or N], and its largest rate [N m/s or N/s].
         velocity: Largest velocity [rad/s or m/s].
         lower, upper: Lowest and highest position [rad or m].
+        guess: Where the axis stands, about, at the home pose [rad or m]; closing a loop starts there.
     """
 
     name: str
@@ -59,6 +61,7 @@ class Axis:
     velocity: float = math.inf
     lower: float = -math.inf
     upper: float = math.inf
+    guess: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -110,6 +113,8 @@ class BeamPiece:
         E, G: Young's and shear modulus [Pa].
         density: Density [kg/m^3].
         elements: Number of finite elements.
+        axial_rigidity: Force per stretch [N]; None is E times area.
+        rigid: The piece does not deform at all (the half-body of a hinge or hub).
     """
 
     length: float
@@ -121,6 +126,8 @@ class BeamPiece:
     G: float
     density: float
     elements: int
+    axial_rigidity: float | None = None
+    rigid: bool = False
 
 
 @dataclass(frozen=True)
@@ -141,12 +148,15 @@ class Reduction:
         modes: Number of modes kept in the end.
         frame: "clamped" (tangent at the root) or "chord" (through root and far end).
         retain: Further nodes kept as interfaces, beside those that joints use.
+        interface: What an interface node keeps: "welded" its position and rotation, "pinned" its position
+            only, so that the slope at a hinge is left to the modes.
     """
 
     method: str
     modes: int
     frame: str
     retain: tuple[str, ...] = ()
+    interface: str = "welded"
 
 
 @dataclass(frozen=True)
@@ -158,7 +168,8 @@ class Beam:
         pieces: From the root outwards.
         point_masses: On the axis.
         deformation: Subset of ``DEFORMATIONS``; the others are rigid.
-        damping_ratio: Of every mode of the body [1].
+        damping_ratio: Of every mode that strains this body alone [1].
+        damping_time: Damping over stiffness [s], in addition.
         nodes: Distance of every node from the root [m].
         reduction: How it is reduced.
     """
@@ -170,6 +181,7 @@ class Beam:
     damping_ratio: float
     nodes: dict[str, float]
     reduction: Reduction
+    damping_time: float = 0.0
 
     @property
     def length(self) -> float:
@@ -220,12 +232,14 @@ class ManipulatorConfig:
         config_id: Content hash of the description with the preset applied.
         gravity: In the world frame [m/s^2], (3,).
         bodies: By name.
-        joints: Sorted so that a parent is placed before its child.
+        joints: Those that place a body, sorted so that a parent is placed before its child.
+        closures: Those between two bodies that are placed already; each closes a loop.
         sensors: In the order of the file.
         tip: The tool point.
         modes: Number of elastic modes served.
         home: Actuated axes at the home pose [rad or m], (n_theta,).
         rate_hz: Control rate [Hz].
+        poses: Further poses by name, as ``home``.
         assumed, fitted: What no source gives; what was fitted, and on what.
     """
 
@@ -243,8 +257,15 @@ class ManipulatorConfig:
     rate_hz: float
     assumed: tuple[str, ...] = ()
     fitted: tuple[str, ...] = ()
+    closures: tuple[Joint, ...] = ()
+    poses: dict[str, Array] = field(default_factory=dict)
+
+    @property
+    def axes(self) -> dict[str, Axis]:
+        """All axes by their name "joint.axis": those of the tree, then those of the closures."""
+        return {f"{j.name}.{a.name}": a for j in (*self.joints, *self.closures) for a in j.axes}
 
     @property
     def actuated(self) -> dict[str, Axis]:
         """Actuated axes by their name "joint.axis"."""
-        return {f"{j.name}.{a.name}": a for j in self.joints for a in j.axes if a.actuated}
+        return {name: axis for name, axis in self.axes.items() if axis.actuated}

@@ -117,9 +117,32 @@ def test_a_body_without_a_joint_dangles(tmp_path: Path) -> None:
     assert "bodies.cup" in message and "dangles" in message
 
 
-def test_a_body_is_placed_once(tmp_path: Path) -> None:
-    message = refused(tmp_path / "arm.yaml", edited(joints__again={"parent": "world", "child": "strip.tip"}))
-    assert "joints.again.child" in message and "strip.tip" in message and "placed already" in message
+def test_a_second_joint_to_a_placed_body_closes_a_loop(tmp_path: Path) -> None:
+    (tmp_path / "arm.yaml").write_text(
+        edited(joints__again={"parent": "world", "child": "strip.tip", "axes": {"rz": {"guess": "20 deg"}}})
+    )
+    config = load_config(tmp_path / "arm.yaml")
+    assert [joint.name for joint in config.closures] == ["again"]
+    assert "again" not in [joint.name for joint in config.joints]
+    assert config.axes["again.rz"].guess == pytest.approx(np.radians(20.0))
+
+
+def test_a_rigid_piece_has_no_mass_and_no_material(tmp_path: Path) -> None:
+    content = yaml.safe_load(TEXT)
+    strip = content["bodies"]["strip"]
+    strip["pieces"] = [{"length": "18 mm", "rigid": True}, *strip["pieces"]]
+    (tmp_path / "arm.yaml").write_text(yaml.safe_dump(content))
+    beam = load_config(tmp_path / "arm.yaml").bodies["strip"]
+    assert isinstance(beam, Beam) and beam.pieces[0].rigid and beam.pieces[0].density == 0.0
+    assert not beam.pieces[1].rigid
+
+
+def test_poses_are_named_and_of_the_length_of_home(tmp_path: Path) -> None:
+    served = {"modes": 3, "home": ["0 deg"], "rate": "200 Hz", "poses": {"far": ["60 deg"]}}
+    (tmp_path / "arm.yaml").write_text(edited(served=served))
+    np.testing.assert_allclose(load_config(tmp_path / "arm.yaml").poses["far"], [np.pi / 3])
+    served["poses"] = {"far": ["60 deg", "1 deg"]}
+    assert "served.poses.far" in refused(tmp_path / "arm.yaml", edited(served=served))
 
 
 def test_bodies_that_hold_only_each_other_are_not_connected(tmp_path: Path) -> None:
