@@ -130,11 +130,11 @@ def test_a_second_joint_to_a_placed_body_closes_a_loop(tmp_path: Path) -> None:
 def test_a_rigid_piece_has_no_mass_and_no_material(tmp_path: Path) -> None:
     content = yaml.safe_load(TEXT)
     strip = content["bodies"]["strip"]
-    strip["pieces"] = [{"length": "18 mm", "rigid": True}, *strip["pieces"]]
+    strip["pieces"].append({"length": "18 mm", "rigid": True})
     (tmp_path / "arm.yaml").write_text(yaml.safe_dump(content))
     beam = load_config(tmp_path / "arm.yaml").bodies["strip"]
-    assert isinstance(beam, Beam) and beam.pieces[0].rigid and beam.pieces[0].density == 0.0
-    assert not beam.pieces[1].rigid
+    assert isinstance(beam, Beam) and beam.pieces[1].rigid and beam.pieces[1].density == 0.0
+    assert not beam.pieces[0].rigid
 
 
 def test_poses_are_named_and_of_the_length_of_home(tmp_path: Path) -> None:
