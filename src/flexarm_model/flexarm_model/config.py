@@ -162,6 +162,7 @@ def _read_axis(section: Section, name: str) -> Axis:
         lower=section.quantity("lower", dimension("position"), -math.inf),
         upper=section.quantity("upper", dimension("position"), math.inf),
         guess=section.quantity("guess", dimension("position"), 0.0),
+        damping_ratio=section.quantity("damping_ratio", "ratio", 0.0, at_least=0.0),
     )
     if not axis.lower < axis.upper:
         raise section.error("upper", axis.upper, f"must be above lower, {axis.lower:g}")

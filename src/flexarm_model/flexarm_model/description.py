@@ -48,6 +48,7 @@ class Axis:
         effort, effort_rate: Largest torque or force [N m or N], and its largest rate [N m/s or N/s].
         velocity: Largest velocity [rad/s or m/s].
         lower, upper: Lowest and highest position [rad or m].
+        damping_ratio: Of every mode that strains this spring alone [1].
         guess: Where the axis stands, about, at the home pose [rad or m]; closing a loop starts there.
     """
 
@@ -62,6 +63,7 @@ class Axis:
     lower: float = -math.inf
     upper: float = math.inf
     guess: float = 0.0
+    damping_ratio: float = 0.0
 
 
 @dataclass(frozen=True)
