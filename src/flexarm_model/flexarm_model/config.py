@@ -24,6 +24,7 @@ from flexarm_model.description import (
     SensorSpec,
 )
 from flexarm_model.imported_body import ImportedBody, SuperelementBody
+from flexarm_model.parameter_law import ParameterLaws, read_parameters
 from flexarm_model.rotation import rotation_from_rpy
 from flexarm_model.sensor_kinds import SENSOR_KINDS
 from flexarm_model.strict_yaml import ConfigError, Section, read_yaml
@@ -49,11 +50,15 @@ def load_config(path: str | Path, preset: str = "") -> ManipulatorConfig:
     top = Section(content, str(path))
     top.choice("format", (FORMAT,))
     bodies = read_bodies(top)
-    joints, closures = _sort_joints(top, _read_joints(top, bodies), bodies)
+    parameters = read_parameters(top)
+    laws = ParameterLaws(parameters)
+    joints, closures = _sort_joints(top, _read_joints(top, bodies, laws), bodies)
+    laws.refuse_unused(top)
     tip = _read_node(top, "tip", bodies)
     top.section("sensors", {}).names(taken=("tip",))  # the tool's own output rows are called so
     sensors = tuple(
-        _read_sensor(name, section, (*joints, *closures), bodies, tip) for name, section in top.sections("sensors", {})
+        _read_sensor(name, section, (*joints, *closures), bodies, tip)
+        for name, section in top.sections("sensors", {})
     )
     served = top.section("served")
     actuated = [axis for joint in (*joints, *closures) for axis in joint.axes if axis.actuated]
@@ -76,6 +81,7 @@ def load_config(path: str | Path, preset: str = "") -> ManipulatorConfig:
         fitted=top.texts("fitted", ()),
         closures=closures,
         poses={name: poses.quantities(name, positions) for name in poses.names(taken=("home",))},
+        parameters={name: parameter.value for name, parameter in parameters.items()},
     )
     served.done()
     for _, unused in top.sections("presets", {}):
@@ -127,7 +133,7 @@ def _read_node(section: Section, key: str, bodies: dict[str, Body]) -> NodeRef:
     return NodeRef(body, node)
 
 
-def _read_joints(top: Section, bodies: dict[str, Body]) -> list[Joint]:
+def _read_joints(top: Section, bodies: dict[str, Body], laws: ParameterLaws) -> list[Joint]:
     joints = []
     for name, section in top.sections("joints"):
         placement = np.eye(4)
@@ -136,7 +142,7 @@ def _read_joints(top: Section, bodies: dict[str, Body]) -> list[Joint]:
         )
         placement[:3, 3] = section.quantities("position", ["length"] * 3, (0.0, 0.0, 0.0))
         axes_section = section.section("axes", {})
-        axes = [_read_axis(axes_section.section(axis), axis) for axis in AXES if axes_section.has(axis)]
+        axes = [_read_axis(axes_section.section(axis), axis, laws) for axis in AXES if axes_section.has(axis)]
         axes_section.done()
         parent, child = _read_node(section, "parent", bodies), _read_node(section, "child", bodies)
         if child.body == WORLD or parent.body == child.body:
@@ -146,15 +152,15 @@ def _read_joints(top: Section, bodies: dict[str, Body]) -> list[Joint]:
     return joints
 
 
-def _read_axis(section: Section, name: str) -> Axis:
+def _read_axis(section: Section, name: str, laws: ParameterLaws) -> Axis:
     def dimension(quantity: str) -> str:
         return axis_dimension(name, quantity)
 
     axis = Axis(
         name=name,
         actuated=section.flag("actuated"),
-        stiffness=section.quantity("stiffness", dimension("stiffness"), 0.0, at_least=0.0),
-        damping=section.quantity("damping", dimension("damping"), 0.0, at_least=0.0),
+        stiffness=laws.coefficient(section, "stiffness", dimension("stiffness")),
+        damping=laws.coefficient(section, "damping", dimension("damping")),
         rotor_inertia=section.quantity("rotor_inertia", dimension("inertia"), 0.0, at_least=0.0),
         effort=section.quantity("effort", dimension("effort"), math.inf, above=0.0),
         effort_rate=section.quantity("effort_rate", dimension("effort rate"), math.inf, above=0.0),

@@ -242,6 +242,7 @@ class ManipulatorConfig:
         home: Actuated axes at the home pose [rad or m], (n_theta,).
         rate_hz: Control rate [Hz].
         poses: Further poses by name, as ``home``.
+        parameters: Named parameters that laws of axes follow, by name, SI.
         assumed, fitted: What no source gives; what was fitted, and on what.
     """
 
@@ -261,6 +262,7 @@ class ManipulatorConfig:
     fitted: tuple[str, ...] = ()
     closures: tuple[Joint, ...] = ()
     poses: dict[str, Array] = field(default_factory=dict)
+    parameters: dict[str, float] = field(default_factory=dict)
 
     @property
     def axes(self) -> dict[str, Axis]:
