@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from flexarm_bringup.sim.plant import PlantSettings, perturb
+from flexarm_bringup.sim.perturb import PlantSettings, perturb
 from flexarm_model.body_reduction import reduce_body
 from flexarm_model.config import load_config
 from flexarm_model.fe_import.hexahedra import Material, make_solid, write_solid

@@ -8,17 +8,13 @@ that open-loop motions are compared on.
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass, replace
-from typing import Any
-
 import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
+from flexarm_bringup.sim.perturb import PlantSettings, perturb
 from flexarm_model.compiled import compile_functions
-from flexarm_model.description import Beam, Body, ManipulatorConfig
-from flexarm_model.imported_body import ImportedBody
+from flexarm_model.description import ManipulatorConfig
 from flexarm_model.linearize import find_equilibrium
 from flexarm_model.reduced_tree import ReducedTree
 
@@ -26,23 +22,6 @@ Array = NDArray[np.float64]
 
 RK4_STABILITY = 2.5  # largest omega h; the limit on the imaginary axis is 2.83
 FRICTION_SLOPE = 0.01  # velocity over which Coulomb friction turns its sign [rad/s or m/s]
-
-
-@dataclass(frozen=True)
-class PlantSettings:
-    """How the real arm differs from its description.
-
-    Attributes:
-        frequency_scale: Real over described natural frequencies [1].
-        mass_scale: Real over described point masses [1].
-        extra_modes: Elastic coordinates per flexible body beyond those described.
-        friction: Coulomb friction of the actuated axes [N m or N], (n_theta,) or one for all.
-    """
-
-    frequency_scale: float = 1.0
-    mass_scale: float = 1.0
-    extra_modes: int = 3
-    friction: float = 0.0
 
 
 class Plant:
@@ -145,35 +124,3 @@ class Plant:
             D, L_t, order = ca.ldl(M[e, e])
             a[e] = ca.ldl_solve(-h[e] - M[e, t] @ acceleration, D, L_t, order)
         return a
-
-
-def perturb(config: ManipulatorConfig, settings: PlantSettings) -> ManipulatorConfig:
-    """Return the description of the arm as it really is; rigid and reduced bodies are as described."""
-    changed = {
-        name: _CHANGES[type(body)](body, settings) if type(body) in _CHANGES else body
-        for name, body in config.bodies.items()
-    }
-    return replace(config, bodies=changed)
-
-
-def _change_beam(beam: Beam, settings: PlantSettings) -> Beam:
-    stiffness = settings.frequency_scale**2
-    pieces = tuple(replace(piece, E=piece.E * stiffness, G=piece.G * stiffness) for piece in beam.pieces)
-    masses = tuple(replace(point, mass=point.mass * settings.mass_scale) for point in beam.point_masses)
-    reduction = replace(beam.reduction, modes=beam.reduction.modes + settings.extra_modes)
-    return replace(beam, pieces=pieces, point_masses=masses, reduction=reduction)
-
-
-def _change_imported(body: ImportedBody, settings: PlantSettings) -> ImportedBody:
-    """Scale the stiffness; a fixed number of Craig-Bampton modes grows, what f_max or Guyan says stays."""
-    reduction = body.reduction
-    if reduction.modes and reduction.method == "craig_bampton":
-        reduction = replace(reduction, modes=reduction.modes + settings.extra_modes)
-    stiffness = body.stiffness_scale * settings.frequency_scale**2
-    return replace(body, stiffness_scale=stiffness, reduction=reduction)
-
-
-_CHANGES: dict[type, Callable[[Any, PlantSettings], Body]] = {
-    Beam: _change_beam,
-    ImportedBody: _change_imported,
-}

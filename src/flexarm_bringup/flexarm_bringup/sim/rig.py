@@ -11,7 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from flexarm_bringup.sim.plant import Plant, PlantSettings
+from flexarm_bringup.sim.perturb import PlantSettings
+from flexarm_bringup.sim.plant import Plant
 from flexarm_bringup.sim.sensor_simulator import Sample, SensorSimulator
 from flexarm_model.description import ManipulatorConfig
 from flexarm_model.parameters import parameter
@@ -37,6 +38,9 @@ class RigSettings:
         3, "Elastic coordinates per body beyond those described.", minimum=0, maximum=10
     )
     friction: float = parameter(0.0, "Coulomb friction of the actuated axes.", "N m", 0.0, 100.0)
+    body_mass_scale: float = parameter(
+        1.0, "Real over described masses of rigid bodies and beams.", minimum=0.1, maximum=10.0
+    )
 
 
 @dataclass(frozen=True)
@@ -79,7 +83,9 @@ class Rig:
         self.dt = self.period_ns * 1e-9
         s = self.settings
         self.plant = plant or Plant(
-            config, self.dt, PlantSettings(s.frequency_scale, s.mass_scale, s.extra_modes, s.friction)
+            config,
+            self.dt,
+            PlantSettings(s.frequency_scale, s.mass_scale, s.extra_modes, s.friction, s.body_mass_scale),
         )
         self.plant.reset()
         names = output_names(config)

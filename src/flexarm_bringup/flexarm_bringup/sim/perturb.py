@@ -1,0 +1,90 @@
+"""How the real arm differs from its description: a pure function of the description.
+
+Stiffness scales wherever it is elastic: beams, imported bodies, springs of axes. Masses scale in all bodies
+that are described by their material; rotors and bodies that were reduced elsewhere are as described.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any
+
+from flexarm_model.description import Beam, Body, Joint, ManipulatorConfig, RigidBody
+from flexarm_model.imported_body import ImportedBody
+
+
+@dataclass(frozen=True)
+class PlantSettings:
+    """How the real arm differs from its description.
+
+    Attributes:
+        frequency_scale: Real over described natural frequencies, by the stiffness of everything elastic [1].
+        mass_scale: Real over described point masses [1].
+        extra_modes: Elastic coordinates per flexible body beyond those described.
+        friction: Coulomb friction of the actuated axes [N m or N], (n_theta,) or one for all.
+        body_mass_scale: Real over described masses of rigid bodies and beams, their point masses too [1].
+    """
+
+    frequency_scale: float = 1.0
+    mass_scale: float = 1.0
+    extra_modes: int = 3
+    friction: float = 0.0
+    body_mass_scale: float = 1.0
+
+
+def perturb(config: ManipulatorConfig, settings: PlantSettings) -> ManipulatorConfig:
+    """Return the description of the arm as it really is; bodies that were reduced elsewhere stay."""
+    changed = {
+        name: _CHANGES[type(body)](body, settings) if type(body) in _CHANGES else body
+        for name, body in config.bodies.items()
+    }
+    joints, closures = (
+        tuple(_change_joint(joint, settings) for joint in group) for group in (config.joints, config.closures)
+    )
+    return replace(config, bodies=changed, joints=joints, closures=closures)
+
+
+def _change_joint(joint: Joint, settings: PlantSettings) -> Joint:
+    scale = settings.frequency_scale**2
+    return replace(joint, axes=tuple(replace(axis, stiffness=axis.stiffness * scale) for axis in joint.axes))
+
+
+def _change_rigid(body: RigidBody, settings: PlantSettings) -> RigidBody:
+    scale = settings.body_mass_scale
+    return replace(body, mass=body.mass * scale, inertia=body.inertia * scale)
+
+
+def _change_beam(beam: Beam, settings: PlantSettings) -> Beam:
+    stiffness, heavier = settings.frequency_scale**2, settings.body_mass_scale
+    pieces = tuple(
+        replace(
+            piece,
+            E=piece.E * stiffness,
+            G=piece.G * stiffness,
+            axial_rigidity=None if piece.axial_rigidity is None else piece.axial_rigidity * stiffness,
+            density=piece.density * heavier,
+        )
+        for piece in beam.pieces
+    )
+    masses = tuple(
+        replace(point, mass=point.mass * settings.mass_scale * heavier) for point in beam.point_masses
+    )
+    reduction = replace(beam.reduction, modes=beam.reduction.modes + settings.extra_modes)
+    return replace(beam, pieces=pieces, point_masses=masses, reduction=reduction)
+
+
+def _change_imported(body: ImportedBody, settings: PlantSettings) -> ImportedBody:
+    """Scale the stiffness; a fixed number of Craig-Bampton modes grows, what f_max or Guyan says stays."""
+    reduction = body.reduction
+    if reduction.modes and reduction.method == "craig_bampton":
+        reduction = replace(reduction, modes=reduction.modes + settings.extra_modes)
+    stiffness = body.stiffness_scale * settings.frequency_scale**2
+    return replace(body, stiffness_scale=stiffness, reduction=reduction)
+
+
+_CHANGES: dict[type, Callable[[Any, PlantSettings], Body]] = {
+    RigidBody: _change_rigid,
+    Beam: _change_beam,
+    ImportedBody: _change_imported,
+}

@@ -1,0 +1,72 @@
+"""What the real arm differs in: masses of bodies, stiffness of beams and of sprung axes."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from flexarm_bringup.sim.perturb import PlantSettings, perturb
+from flexarm_model.config import load_config
+from flexarm_model.description import ManipulatorConfig
+from flexarm_model.linearize import linearize
+from flexarm_model.reduced_tree import ReducedTree
+
+ARM = """
+format: flexarm/1
+name: sprung
+source: made up for the tests
+gravity: [0 m/s^2, 0 m/s^2, 0 m/s^2]
+bodies:
+  rotor: {type: rigid, mass: 0 kg}
+  lever: {type: rigid, mass: 2 kg, com: [0.5 m, 0 m, 0 m]}
+  strip:
+    type: beam
+    pieces:
+      - length: 300 mm
+        section: {shape: rectangle, along_y: 2 mm, along_z: 20 mm}
+        youngs_modulus: 70 GPa
+        shear_modulus: 26 GPa
+        density: 2700 kg/m^3
+        elements: 4
+    point_masses: [{name: end, at: 300 mm, mass: 100 g}]
+    deformation: [bend_y]
+    damping_ratio: 1 %
+    nodes: {end: 300 mm}
+    reduction: {method: craig_bampton, modes: 3, frame: clamped}
+joints:
+  base: {parent: world, child: rotor.root, axes: {rz: {actuated: true, rotor_inertia: 0.1 kg m^2}}}
+  gear: {parent: rotor.root, child: lever.root, axes: {rz: {stiffness: 500 N m/rad}}}
+  weld: {parent: lever.root, child: strip.root}
+tip: strip.end
+served: {modes: 2, home: [0 deg], rate: 200 Hz}
+"""
+
+
+@pytest.fixture
+def config(tmp_path: Path) -> ManipulatorConfig:
+    (tmp_path / "sprung.yaml").write_text(ARM, encoding="utf-8")
+    return load_config(tmp_path / "sprung.yaml")
+
+
+def _omega(config: ManipulatorConfig) -> np.ndarray:
+    return linearize(ReducedTree(config, use_compiler=False)).omega
+
+
+def test_all_frequencies_of_gears_and_beams_scale_together(config: ManipulatorConfig) -> None:
+    real = perturb(config, PlantSettings(frequency_scale=0.9, extra_modes=0))
+    assert _omega(real) == pytest.approx(0.9 * _omega(config), rel=1e-9)
+
+
+def test_heavier_bodies_lower_the_frequencies_by_the_root_of_the_mass(config: ManipulatorConfig) -> None:
+    real = perturb(config, PlantSettings(body_mass_scale=1.2, extra_modes=0))
+    assert _omega(real) == pytest.approx(_omega(config) / np.sqrt(1.2), rel=1e-9)
+    rotor = config.actuated["base.rz"].rotor_inertia
+    assert real.actuated["base.rz"].rotor_inertia == rotor  # motors are known
+
+
+def test_nothing_changes_without_being_asked(config: ManipulatorConfig) -> None:
+    same = perturb(config, PlantSettings(extra_modes=0))
+    assert same.joints[1].axes == config.joints[1].axes
+    assert same.bodies["strip"] == config.bodies["strip"]
