@@ -114,12 +114,16 @@ def _change(content: dict[str, Any], preset: Section) -> dict[str, Any]:
         target: Any = changed
         try:
             for part in parents:
-                target = target[int(part)] if isinstance(target, list) else target[part]
-            _ = target[last]
+                target = target[_index(target, part)]
+            _ = target[_index(target, last)]
         except (KeyError, IndexError, ValueError, TypeError):
             raise preset.error(dotted, preset.take(dotted), "a preset changes values that exist") from None
-        target[last] = preset.take(dotted)
+        target[_index(target, last)] = preset.take(dotted)
     return changed
+
+
+def _index(target: object, part: str) -> Any:
+    return int(part) if isinstance(target, list) else part
 
 
 def _read_node(section: Section, key: str, bodies: dict[str, Body]) -> NodeRef:
