@@ -1,0 +1,1 @@
+"""Kinematics of arms and closed chains by their geometry: closed forms, numeric inverse, paths of the tip."""
