@@ -9,6 +9,21 @@ from flexarm_bringup.share import share_path
 Row = dict[str, float | None]
 
 
+def read_records(name: str) -> dict[str, dict[str, str]]:
+    """Return the rows of ``config/reference/<name>.csv`` by their first column, as they are written.
+
+    Raises:
+        FileNotFoundError: There is no such table.
+    """
+    text = share_path(f"config/reference/{name}.csv").read_text(encoding="utf-8")
+    lines = [line for line in text.splitlines() if line.strip() and not line.startswith("#")]
+    rows: dict[str, dict[str, str]] = {}
+    for record in csv.DictReader(lines):
+        (_, key), *cells = record.items()
+        rows[key] = dict(cells)
+    return rows
+
+
 def read_reference(name: str) -> dict[str, Row]:
     """Return the rows of ``config/reference/<name>.csv`` by their first column; an empty cell is None.
 
@@ -16,14 +31,11 @@ def read_reference(name: str) -> dict[str, Row]:
         FileNotFoundError: There is no such table.
         ValueError: A cell is not a number.
     """
-    text = share_path(f"config/reference/{name}.csv").read_text(encoding="utf-8")
-    lines = [line for line in text.splitlines() if line.strip() and not line.startswith("#")]
-    rows: dict[str, Row] = {}
-    for record in csv.DictReader(lines):
-        key, *values = record.values()
-        names = list(record)[1:]
-        rows[key] = {name: float(value) if value else None for name, value in zip(names, values, strict=True)}
-    return rows
+    records = read_records(name)
+    return {
+        key: {title: float(cell) if cell else None for title, cell in cells.items()}
+        for key, cells in records.items()
+    }
 
 
 def column(table: dict[str, Row], name: str) -> dict[str, float]:
