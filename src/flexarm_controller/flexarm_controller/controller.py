@@ -4,7 +4,7 @@ Rungs of the ladder, from the top; each is left downwards for the reason in the 
 soon as a better one works. The torque never jumps by more than its rate limit, whichever rung speaks.
 
     rung           used when
-    mpc or lqr     the state is usable and the law gives an answer
+    the law        the state is usable and mpc, lqr or pd gives an answer
     shifted_plan   the solver failed; the plan of at most ``shifted_periods`` ago still reaches here
     damping        no plan is left, or the state is not usable
     hold           damping has brought the axes to rest
@@ -14,14 +14,15 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
+from typing import cast
 
 import numpy as np
 from numpy.typing import NDArray
 
 from flexarm_controller.command import ControlCommand, Mode
 from flexarm_controller.damping import JointDamping
+from flexarm_controller.feedback import build_feedback
 from flexarm_controller.limits import Limits
-from flexarm_controller.lqr import Lqr
 from flexarm_controller.mpc import Mpc, Plan
 from flexarm_controller.qp import QpResult
 from flexarm_controller.reference import Reference, hold
@@ -67,9 +68,9 @@ class Controller:
     def adopt(self, model: ReducedModel) -> None:
         """Go on with another model of the same arm."""
         self.model = model
-        period = self.config.period
-        self._mpc = Mpc(model, self._limits, self._mpc_config, period)
-        self._lqr = Lqr(model, self._mpc_config, period)
+        self._feedback = build_feedback(model, self.config, self._mpc_config)
+        if self._feedback is None:
+            self._mpc = Mpc(model, self._limits, self._mpc_config, self.config.period)
         self._damping = JointDamping(model, self.config.damping_rate)
 
     def reset(self) -> None:
@@ -96,8 +97,9 @@ class Controller:
         plan = Plan(self._plan[:0], _NO_RESULT, ())
         if fault:
             mode, reason, wanted = self._brake(state, fault)
-        elif self.config.law == "lqr":
-            mode, reason, wanted = "lqr", "", self._follow_lqr(state)
+        elif self._feedback is not None and self.reference is not None:
+            mode, reason = cast("Mode", self.config.law), ""
+            wanted = self._feedback.step(state, self.reference, self._sent)
         else:
             plan = self._solve(state)
             mode, reason, wanted = self._use_plan(state, plan)
@@ -120,10 +122,6 @@ class Controller:
     def _solve(self, state: ArmState) -> Plan:
         assert self.reference is not None
         return self._mpc.step(state, self.reference, self._sent)
-
-    def _follow_lqr(self, state: ArmState) -> Array:
-        assert self.reference is not None
-        return self._lqr.step(state, self.reference, self._sent)
 
     def _use_plan(self, state: ArmState, plan: Plan) -> tuple[Mode, str, Array]:
         if not plan.is_empty:

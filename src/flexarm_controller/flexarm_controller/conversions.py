@@ -21,6 +21,7 @@ _MODES = {
     "inactive": ControllerStatus.INACTIVE,
     "mpc": ControllerStatus.MPC,
     "lqr": ControllerStatus.LQR,
+    "pd": ControllerStatus.LQR,  # state feedback, too; no code of its own on the wire
     "shifted_plan": ControllerStatus.SHIFTED_PLAN,
     "damping": ControllerStatus.DAMPING,
     "hold": ControllerStatus.HOLD,

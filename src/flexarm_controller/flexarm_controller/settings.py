@@ -57,12 +57,16 @@ class MpcConfig:
 class ControllerConfig:
     """Law, period and fallbacks."""
 
-    law: str = parameter("mpc", "Law used when all is well.", choices=("mpc", "lqr"))
+    law: str = parameter("mpc", "Law used when all is well.", choices=("mpc", "lqr", "pd"))
     period: float = parameter(0.005, "Control period.", "s", minimum=1e-4, maximum=1.0)
     shifted_periods: int = parameter(5, "Periods an earlier plan may be used on.", minimum=0, maximum=50)
     damping_rate: float = parameter(
         8.0, "Rate at which the damping fallback brings the joints to rest.", "1/s", minimum=0.1
     )
+    pd_bandwidth: float = parameter(
+        1 / 3, "Natural frequency of the joints under law pd, by the slowest mode's.", "1", 0.01, 100.0
+    )
+    pd_damping: float = parameter(0.7, "Damping ratio of the joints under law pd.", "1", 0.05, 10.0)
     rest_velocity: float = parameter(
         0.01, "Joint velocity below which damping becomes hold.", "rad/s", minimum=1e-6
     )

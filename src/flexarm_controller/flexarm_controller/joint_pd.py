@@ -1,0 +1,66 @@
+"""Joint PD with feed-forward: what most arms run, and the baseline of every comparison.
+
+Each axis is a damped spring about its reference, and the served model adds what a rigid arm in its place
+needs: gravity and springs at the reference, friction, inertia; modes follow statically::
+
+    tau = U r + u_0 + K_p (theta_r - theta) + K_d (theta_r' - theta')
+    K_p = w^2 diag(M_tt)        K_d = 2 zeta w diag(M_tt)        w = bandwidth omega_1
+
+``omega_1`` is the slowest mode with the axes locked: a joint loop well below it does not feel the modes, one
+well above it lets them ring. ``w`` also stays below what the control period can follow. Nothing is known
+here of the modes' state, of the unmodelled torque or of the future.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexarm_controller.equilibrium import build_equilibrium
+from flexarm_controller.reference import Reference
+from flexarm_controller.settings import ControllerConfig
+from flexarm_controller.state import ArmState
+from flexarm_model.reduced_model import ReducedModel
+
+Array = NDArray[np.float64]
+FASTEST = 0.2  # of the joint loop [rad per control period]: about 60 degrees of phase are left with delay
+
+
+class JointPd:
+    """Feedback on the motor encoders, axis by axis, and feed-forward of the rigid arm.
+
+    Attributes:
+        frequency: Undamped natural frequency of the joint loops [rad/s].
+        K_p: Torque per position error, (n_theta,).
+        K_d: Torque per velocity error, (n_theta,).
+    """
+
+    def __init__(self, model: ReducedModel, config: ControllerConfig, delay_periods: int) -> None:
+        """Tune the loops by rule.
+
+        Args:
+            model: The served model.
+            config: Bandwidth, damping ratio and period.
+            delay_periods: Periods between a state and the torque computed from it.
+        """
+        slowest = model.omega[0] if model.n_eta else np.inf
+        self.frequency = float(min(config.pd_bandwidth * slowest, FASTEST / config.period))
+        inertia = np.diag(model.M)[: model.n_theta]
+        self.K_p = self.frequency**2 * inertia
+        self.K_d = 2.0 * config.pd_damping * self.frequency * inertia
+        self._equilibrium = build_equilibrium(model)
+        self._ahead = np.array([0.0, delay_periods * config.period])
+
+    def step(self, state: ArmState, reference: Reference, sent: Array) -> Array:
+        """Return the torque that follows those already ``sent``, not yet limited, (n_u,).
+
+        Args:
+            state: State at its own instant; only the axes are looked at.
+            reference: Reference of the axes.
+            sent: Not needed.
+        """
+        theta, theta_dot, theta_ddot = reference.sample(state.t + self._ahead)
+        r = np.concatenate([theta[1], theta_dot[1], theta_ddot[1]])
+        forward = self._equilibrium.U @ r + self._equilibrium.u_0
+        feedback = self.K_p * (theta[0] - state.theta) + self.K_d * (theta_dot[0] - state.theta_dot)
+        return np.asarray(forward + feedback)

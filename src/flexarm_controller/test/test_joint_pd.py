@@ -1,0 +1,96 @@
+"""Joint PD: gains in closed form, exact feed-forward of a rigid arm, and what it does not look at."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from served_arms import limits_of_hub, single_link, state_of, two_axes
+
+from flexarm_controller.controller import Controller
+from flexarm_controller.joint_pd import FASTEST, JointPd
+from flexarm_controller.prediction import plant
+from flexarm_controller.reference import hold
+from flexarm_controller.settings import ControllerConfig
+
+DT = 0.005
+SENT = np.zeros((1, 2))
+
+
+def law(model, delay=1, **settings):
+    return JointPd(model, ControllerConfig(law="pd", period=DT, **settings), delay)
+
+
+def rigid(model):
+    """Return the model with its modes uncoupled from the axes."""
+    M, n = model.M.copy(), model.n_theta
+    M[:n, n:] = M[n:, :n] = 0.0
+    return replace(model, M=M)
+
+
+def test_the_gains_are_those_of_a_damped_oscillator_on_each_inertia():
+    model = two_axes()
+    pd = law(model, pd_bandwidth=0.5, pd_damping=0.8)
+    w = 0.5 * 2 * np.pi * 4.0
+    assert pd.frequency == pytest.approx(w)
+    np.testing.assert_allclose(pd.K_p, w**2 * np.diag(model.M)[:2])
+    np.testing.assert_allclose(pd.K_d, 2 * 0.8 * w * np.diag(model.M)[:2])
+
+
+def test_the_joint_loop_stays_within_reach_of_the_control_period():
+    assert law(two_axes(), pd_bandwidth=100.0).frequency == pytest.approx(FASTEST / DT)
+
+
+def test_without_delay_a_rigid_joint_rings_as_the_oscillator_it_is_tuned_to():
+    model = rigid(single_link())
+    pd = JointPd(model, ControllerConfig(law="pd", period=1e-4, pd_damping=0.3), 0)
+    w, zeta, t = pd.frequency, 0.3, np.arange(5000) * 1e-4
+    system, x, found = plant(model, 1e-4), np.zeros(8), []
+    x[0] = 0.1
+    for instant in t:
+        found.append(x[0])
+        tau = pd.step(state_of(x, model, instant), hold(np.zeros(1)), SENT)
+        x = system.A @ x + system.B @ tau + system.c
+    w_d = w * np.sqrt(1 - zeta**2)
+    exact = 0.1 * np.exp(-zeta * w * t) * (np.cos(w_d * t) + zeta * w / w_d * np.sin(w_d * t))
+    np.testing.assert_allclose(found, exact, atol=2e-4)  # half a period of 0.1 ms late at 3.5 rad/s
+
+
+class Steady:
+    """A reference that always says the same."""
+
+    def __init__(self, *parts):
+        self.parts = parts
+
+    def sample(self, times):
+        return tuple(np.tile(part, (len(times), 1)) for part in self.parts)
+
+
+def test_the_feed_forward_moves_a_rigid_arm_without_any_error():
+    model = rigid(two_axes())
+    theta, theta_dot, theta_ddot = model.pose + 0.2, np.array([0.5, -0.4]), np.array([2.0, 3.0])
+    x = np.concatenate([theta, np.zeros(3), theta_dot, np.zeros(3)])
+    tau = law(model).step(state_of(x, model, 0.3), Steady(theta, theta_dot, theta_ddot), SENT)
+    force = (
+        model.M[:2, :2] @ theta_ddot + model.D[:2, :2] @ theta_dot + model.K[:2, :2] @ (theta - model.pose)
+    )
+    np.testing.assert_allclose(tau, force + model.f0[:2], atol=1e-12)
+
+
+def test_it_looks_at_the_axes_alone():
+    model = two_axes()
+    pd, x = law(model), np.zeros(10)
+    disturbed = x.copy()
+    disturbed[2:5], disturbed[7:] = 0.3, -2.0
+    args = (hold(model.pose), SENT)
+    np.testing.assert_array_equal(
+        pd.step(state_of(x, model), *args), pd.step(state_of(disturbed, model, d=np.ones(2)), *args)
+    )
+
+
+def test_the_controller_runs_it_within_the_limits():
+    model = single_link()
+    ladder = Controller(model, limits_of_hub(effort=0.5), ControllerConfig(law="pd"))
+    ladder.follow(hold(np.array([1.0])))
+    command = ladder.step(state_of(np.zeros(8), model))
+    assert command.mode == "pd" and command.reason == ""
+    assert abs(command.tau[0]) <= 0.5 and command.limits_active == ("torque:base.rz",)
