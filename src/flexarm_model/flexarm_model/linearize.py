@@ -1,9 +1,12 @@
 """From the reduced tree at a pose to the served form.
 
-The actuated axes are held at the pose and the rest settles (Newton). About that point the rest splits
-into what follows the axes statically and the modes with the axes locked::
+The actuated axes are held at the pose and the rest settles (Newton), loops closed. Motions within the
+loops are ``q' = N u``, the actuated axes first; with everything projected on them the rest splits into
+what follows the axes statically and the modes with the axes locked::
 
-    q = q0 + [1 0; Psi Phi_e] (xi - [pose; 0])     Psi = -K_ee^-1 K_et     K_ee Phi_e = M_ee Phi_e W^2
+    q = q0 + N [1 0; Psi Phi] (xi - [pose; 0])     Psi = -K_zz^-1 K_zt     K_zz Phi = M_zz Phi W^2
+
+Where a loop carries load, its forces turn with it: K includes ``d(G' lambda)/dq``.
 """
 
 from __future__ import annotations
@@ -20,6 +23,8 @@ Array = NDArray[np.float64]
 
 MAX_ITERATIONS = 20
 FREE = 1e-7  # of the fastest frequency: below it a frequency is rounding
+CLOSED = 1e-10  # how far a loop may stay open at rest [m or rad]
+LONGEST_TRAVEL = 0.1  # of an actuated axis between two closings [rad or m]
 EQUILIBRIUM_TOLERANCE = 1e-10  # unbalanced generalised force, relative to the largest one
 
 
@@ -40,24 +45,21 @@ def linearize(tree: ReducedTree, pose: Array | None = None, modes: int | None = 
     """
     config = tree.config
     pose = check_pose(tree, config.home if pose is None else pose)
-    q0 = find_equilibrium(tree, pose)
+    q0, force = find_equilibrium(tree, pose)
     M, D, K, f0 = (np.array(part) for part in tree.functions["linearisation"](q0))
-    M, K = (M + M.T) / 2, (K + K.T) / 2
-    t = np.array(tree.actuated, dtype=int)
-    e = np.setdiff1d(np.arange(tree.n_q), t)
-    n_eta = min(config.modes if modes is None else modes, e.size)
-    T = np.zeros((tree.n_q, t.size + n_eta))
-    T[t, np.arange(t.size)] = 1.0
-    omega = np.zeros(0)
-    if e.size:
-        inner = np.ix_(e, e)
-        Phi_e, omega_e = mode_basis(M[inner], K[inner], np.eye(e.size), e.size)
-        if omega_e[0] <= FREE * omega_e[-1]:
+    K += constraint_stiffness(tree, q0, force)
+    n = len(tree.actuated)
+    N = tree.motions_within(q0)
+    N_t, Z = N[:, :n], N[:, n:]
+    n_eta = min(config.modes if modes is None else modes, Z.shape[1])
+    T, omega = N[:, : n + n_eta].copy(), np.zeros(0)
+    if Z.shape[1]:
+        Phi, omega = mode_basis((M + M.T) / 2, (K + K.T) / 2, Z, Z.shape[1])
+        if omega[0] <= FREE * omega[-1]:
             raise PoseError(f"no stable equilibrium at pose {pose.tolist()}: a mode has no stiffness")
-        T[e, : t.size] = -np.linalg.solve(K[inner], K[np.ix_(e, t)])
-        T[e, t.size :], omega = Phi_e[:, :n_eta], omega_e[:n_eta]
+        T[:, :n] = N_t - Z @ np.linalg.solve(Z.T @ K @ Z, Z.T @ K @ N_t)
+        T[:, n:], omega = Phi[:, :n_eta], omega[:n_eta]
     M_r, D_r, K_r = (T.T @ matrix @ T for matrix in (M, D, K))
-    n = t.size
     M_r[n:, n:], K_r[n:, n:] = np.eye(n_eta), np.diag(omega**2)  # what they are but for round-off
     K_r[:n, n:] = K_r[n:, :n] = 0.0
     y0, *rows = (np.array(part) for part in tree.functions["output_rows"](q0))
@@ -66,7 +68,7 @@ def linearize(tree: ReducedTree, pose: Array | None = None, modes: int | None = 
     return ReducedModel(
         manipulator=config.name,
         config_id=config.config_id,
-        theta_names=tuple(tree.axis_names[i] for i in t),
+        theta_names=tuple(tree.axis_names[i] for i in tree.actuated),
         pose=pose,
         M=(M_r + M_r.T) / 2,
         D=D_r,
@@ -99,21 +101,60 @@ def check_pose(tree: ReducedTree, pose: Array) -> Array:
     return pose
 
 
-def find_equilibrium(tree: ReducedTree, pose: Array) -> Array:
-    """Return the coordinates at rest with the actuated axes at ``pose``, (n_q,).
+def constraint_stiffness(tree: ReducedTree, q: Array, force: Array) -> Array:
+    """Return the stiffness that the forces (n_c,) in the loops add as they turn, (n_q, n_q)."""
+    if not tree.n_c:
+        return np.zeros((tree.n_q, tree.n_q))
+    return np.array(tree.functions["constraint_stiffness"](q, force))
+
+
+def find_equilibrium(tree: ReducedTree, pose: Array) -> tuple[Array, Array]:
+    """Return coordinates (n_q,) and forces in the loops (n_c,) at rest with the actuated axes at ``pose``.
 
     Raises:
         PoseError: Newton's iteration does not settle.
+        ClosureError: The loops do not close at this pose.
     """
-    q = np.zeros(tree.n_q)
-    q[tree.actuated] = pose
+    q = close_at(tree, pose)
+    force = np.zeros(tree.n_c)
     e = np.setdiff1d(np.arange(tree.n_q), tree.actuated)
     for _ in range(MAX_ITERATIONS):
         _, _, K, f = tree.functions["linearisation"](q)
-        if not e.size or abs(f[e]).max() <= EQUILIBRIUM_TOLERANCE * max(1.0, abs(f).max()):
-            return q
+        c, G = tree.constraints(q)
+        unbalanced = f[e] + G[:, e].T @ force
+        if not e.size or (
+            abs(unbalanced).max() <= EQUILIBRIUM_TOLERANCE * max(1.0, abs(f).max())
+            and abs(c).max(initial=0.0) <= CLOSED
+        ):
+            return q, force
+        K_e = (K + constraint_stiffness(tree, q, force))[np.ix_(e, e)]
+        system = np.block([[K_e, G[:, e].T], [G[:, e], np.zeros((tree.n_c, tree.n_c))]])
         try:
-            q[e] -= np.linalg.solve(K[np.ix_(e, e)], f[e])
+            step = np.linalg.solve(system, -np.concatenate([unbalanced, c]))
         except np.linalg.LinAlgError:
             break
-    raise PoseError(f"no stable equilibrium at pose {pose.tolist()}: unbalanced force {abs(f[e]).max():.3g}")
+        q[e] += step[: e.size]
+        force += step[e.size :]
+    raise PoseError(
+        f"no stable equilibrium at pose {pose.tolist()}: unbalanced force {abs(unbalanced).max():.3g}"
+    )
+
+
+def close_at(tree: ReducedTree, pose: Array) -> Array:
+    """Return the coordinates with the loops closed at a pose and nothing bent, (n_q,).
+
+    The actuated axes go from home to the pose in steps, so that the loops stay on their branch.
+
+    Raises:
+        ClosureError: The loops do not close; names the pose.
+    """
+    q = tree.loops.home.copy()
+    if not tree.n_c:
+        q[tree.actuated] = pose
+        return q
+    travel = pose - tree.config.home
+    steps = max(1, int(np.ceil(abs(travel).max() / LONGEST_TRAVEL)))
+    for i in range(1, steps + 1):
+        q[tree.actuated] = tree.config.home + travel * i / steps
+        q = tree.closed(q)
+    return q

@@ -26,8 +26,12 @@ class MovingArm(Protocol):
     """What a sensor needs to know of the tree it sits on."""
 
     config: ManipulatorConfig
-    axis_names: tuple[str, ...]
     bodies: dict[str, Superelement]
+
+    @property
+    def axis_names(self) -> tuple[str, ...]:
+        """Names "joint.axis" of the axes, which come first in q."""
+        ...
 
     def elastic_coordinates(self, body: str) -> range:
         """Return where a body's elastic coordinates stand in q."""

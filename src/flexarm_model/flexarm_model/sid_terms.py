@@ -58,7 +58,7 @@ def sid_matrices(body: Superelement) -> dict[str, Taylor]:
         "Oe": Taylor(_centrifugal(first), _centrifugal(products + P_0ij).transpose(0, 2, 1)),
         "ksigma": Taylor(np.zeros((n, 1))),
         "Ke": Taylor(body.K),
-        "De": Taylor(body.D),
+        "De": Taylor(body.own_damping),
     }
     return {name: found[name] for name in ORDERED}
 

@@ -52,8 +52,9 @@ class Superelement:
         P: Second moments of the fields, (n_f, n_f, 3, 3).
         omega: Frequencies of its own modes [rad/s], (n,).
         K: Stiffness, (n, n).
-        D: Damping, (n, n).
+        D: Viscous damping, (n, n).
         nodes: By name.
+        damping_ratio: Of every mode that strains this body alone [1], in addition.
     """
 
     name: str
@@ -64,6 +65,7 @@ class Superelement:
     K: Array
     D: Array
     nodes: dict[str, NodeShape]
+    damping_ratio: float = 0.0
 
     @property
     def n(self) -> int:
@@ -74,6 +76,11 @@ class Superelement:
     def pairs(self) -> list[tuple[int, int]]:
         """Index pairs of the second-order fields; none when the body was given without them."""
         return pairs(self.n) if self.s.shape[0] > self.n + 1 else []
+
+    @property
+    def own_damping(self) -> Array:
+        """Damping of the body alone, in its frame, (n, n)."""
+        return np.asarray(self.D + np.diag(2 * self.damping_ratio * self.omega))
 
     @property
     def modal_mass(self) -> Array:

@@ -37,7 +37,7 @@ def test_compiled_equals_virtual_machine(cache: Path) -> None:
         arguments = {
             "inverse_dynamics": (q, v, a), "mass_matrix": (q,), "bias": (q, v), "forward_dynamics": (q, v, a),
             "linearisation": (q,), "outputs": (q, v, a, q), "output_rows": (q,),
-            "tip_pose": (q,), "tip_jacobian": (q,),
+            "motion": (q, v), "tip_pose": (q,), "tip_jacobian": (q,),
         }  # fmt: skip
         assert set(arguments) == set(fast)
         for name, inputs in arguments.items():

@@ -128,7 +128,8 @@ def test_a_damping_matrix_is_reduced_with_the_modes(tmp_path: Path) -> None:
     element = reduce_body(alike, BOTH)
     assert pytest.approx(element.K, rel=1e-9, abs=1e-6 * element.K.max()) == element.D
     assert (
-        pytest.approx(0.04 * np.diag(element.omega)) == reduce_body(replace(body, damping_ratio=0.02), BOTH).D
+        pytest.approx(0.04 * np.diag(element.omega))
+        == reduce_body(replace(body, damping_ratio=0.02), BOTH).own_damping
     )
 
 

@@ -46,7 +46,7 @@ def locked(M: Array, K: Array, actuated: list[int], count: int) -> Array:
 def reduced_rest(name: str) -> tuple[Array, Array]:
     """Return the first three locked frequencies and the tip's position at home."""
     arm_tree = tree(name)
-    q = find_equilibrium(arm_tree, arm(name).home)
+    q, _ = find_equilibrium(arm_tree, arm(name).home)
     M, _, K, _ = (np.array(part) for part in arm_tree.functions["linearisation"](q))
     return locked(M, (K + K.T) / 2, arm_tree.actuated, 3), arm_tree.tip_pose(q)[:3, 3]
 

@@ -47,7 +47,7 @@ class Plant:
 
     def reset(self) -> None:
         """Go back to rest at the home pose."""
-        self.q = find_equilibrium(self.tree, self.tree.config.home)
+        self.q, _ = find_equilibrium(self.tree, self.tree.config.home)
         self.v = np.zeros(self.tree.n_q)
         self.a = np.zeros(self.tree.n_q)
 

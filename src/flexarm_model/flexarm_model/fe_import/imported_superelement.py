@@ -41,10 +41,11 @@ def reduce_imported(body: ImportedBody, interfaces: Collection[str]) -> Superele
     except ValueError as error:
         raise ValueError(f"body '{body.name}': {error}") from None
     s, P = volume_integrals(model, modes)
-    D = np.diag(2 * body.damping_ratio * omega) if model.D is None else modes.T @ (model.D @ modes)
+    D = np.zeros((omega.size, omega.size)) if model.D is None else modes.T @ (model.D @ modes)
+    ratio = body.damping_ratio if model.D is None else 0.0
     shapes = {name: _node_shape(item, body.nodes[name], modes) for name, item in nodes.items()}
     mass = rigid_mass(model).mass
-    return Superelement(body.name, mass, s, P, omega, np.diag(omega**2), (D + D.T) / 2, shapes)
+    return Superelement(body.name, mass, s, P, omega, np.diag(omega**2), (D + D.T) / 2, shapes, ratio)
 
 
 def _modes(
