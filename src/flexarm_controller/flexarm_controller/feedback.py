@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Protocol
 
 import numpy as np
@@ -27,7 +28,7 @@ class Feedback(Protocol):
 
 def build_feedback(model: ReducedModel, config: ControllerConfig, mpc: MpcConfig) -> Feedback | None:
     """Return the law that the settings ask for; None when it is one that plans."""
-    builders = {
+    builders: dict[str, Callable[[], Feedback]] = {
         "lqr": lambda: Lqr(model, mpc, config.period),
         "pd": lambda: JointPd(model, config, mpc.delay_periods),
     }
