@@ -7,7 +7,8 @@ Every matrix is an integral over the same Gauss stations of the element shape fu
 
 with displacement ``u``, rotation ``r``, curvature ``k`` and stretch ``e`` as rows over the nodal
 displacements ``[ux uy uz rx ry rz]`` of all mesh nodes. Cubic Hermite functions in bending,
-linear ones in torsion and stretch [Przemieniecki1968, ch. 5 and 11].
+linear ones in torsion and stretch [Przemieniecki1968, ch. 5 and 11]. The nodes of a rigid piece follow
+one of them (``rigid_pieces``); such a piece stores no energy.
 """
 
 from __future__ import annotations
@@ -19,6 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexarm_model.description import Beam, BeamPiece
+from flexarm_model.rigid_pieces import rigid_transformation
 
 Array = NDArray[np.float64]
 
@@ -44,9 +46,26 @@ class Stations:
         """Return an attribute of the pieces at the stations, (k,)."""
         return np.array([getattr(piece, name) for piece in self.pieces])
 
+    def rigidities(self) -> Array:
+        """Return what resists ``[e, k_x, k_y, k_z]`` at the stations, zero in rigid pieces, (k, 4)."""
+        return np.array([[0.0] * 4 if piece.rigid else list(rigidities(piece)) for piece in self.pieces])
+
+
+def rigidities(piece: BeamPiece) -> tuple[float, float, float, float]:
+    """Return a flexible piece's EA [N], GJ, EI_y and EI_z [N m^2]."""
+    axial = piece.E * piece.area if piece.axial_rigidity is None else piece.axial_rigidity
+    return axial, piece.G * piece.torsion_constant, piece.E * piece.I_y, piece.E * piece.I_z
+
 
 class BeamMesh:
-    """A beam cut into elements, with its shape functions and matrices."""
+    """A beam cut into elements, with its shape functions and matrices.
+
+    Attributes:
+        beam: The beam.
+        nodes: Distance of the mesh nodes from the root [m], (n_nodes,).
+        transformation: All nodal displacements over the independent ones, (n_dof, n_dof).
+        active: Indices of the independent displacements that the beam's deformation moves.
+    """
 
     def __init__(self, beam: Beam, interfaces: Iterable[str] = ()) -> None:
         """Mesh a beam.
@@ -54,23 +73,25 @@ class BeamMesh:
         Args:
             beam: The body.
             interfaces: Nodes of the beam that must be mesh nodes.
+
+        Raises:
+            ValueError: No piece of the beam is flexible.
         """
         self.beam = beam
+        interfaces = list(interfaces)
         ends = np.concatenate([[0.0], np.cumsum([piece.length for piece in beam.pieces])])
         cuts = [
             np.linspace(a, b, p.elements + 1) for a, b, p in zip(ends, ends[1:], beam.pieces, strict=False)
         ]
         cuts.append(np.array([beam.nodes[name] for name in interfaces]))
         self.nodes = np.unique(np.round(np.concatenate(cuts), 9))  # (n_nodes,)
-        self.active = np.array(
-            sorted(
-                6 * i + dof
-                for i in range(self.nodes.size)
-                for kind in beam.deformation
-                for dof in _DOF_OF[kind]
-            ),
-            dtype=int,
+        moving = sorted(
+            6 * i + dof for i in range(self.nodes.size) for kind in beam.deformation for dof in _DOF_OF[kind]
         )
+        self.transformation = rigid_transformation(
+            beam, self.nodes, [beam.nodes[name] for name in interfaces]
+        )
+        self.active = np.intersect1d(moving, np.flatnonzero(self.transformation.any(axis=0)))
         self._ends = ends
 
     @property
@@ -129,10 +150,7 @@ class BeamMesh:
         u, d = self.displacement(at.x), self.deformation(at.x)
         rho, I_y, I_z = at.weight * at.values("density"), at.values("I_y"), at.values("I_z")
         mass = np.stack([rho * at.values("area")] * 3 + [rho * (I_y + I_z), rho * I_y, rho * I_z], axis=1)
-        E, G = at.weight * at.values("E"), at.weight * at.values("G")
-        stiffness = np.stack(
-            [E * at.values("area"), G * at.values("torsion_constant"), E * I_y, E * I_z], axis=1
-        )
+        stiffness = at.weight[:, None] * at.rigidities()
         M = np.einsum("kd,kdi,kdj->ij", mass, u, u, optimize=True)
         for point in self.beam.point_masses:
             rows = self.displacement(np.array([point.at]))[0, :3]

@@ -35,22 +35,19 @@ def reduce_beam(beam: Beam, interfaces: Collection[str]) -> Superelement:
         [np.einsum("k,kai,kbj->abij", weight[key], N[key], N[key], optimize=True) for key in N], axis=0
     )
     K = np.diag(omega**2)
-    D = np.diag(2 * beam.damping_ratio * omega)
+    D = beam.damping_time * K
     nodes = {name: _node_shape(mesh, basis, station) for name, station in beam.nodes.items()}
-    return Superelement(beam.name, float(weight["centre"].sum()), s, P, omega, K, D, nodes)
+    mass = float(weight["centre"].sum())
+    return Superelement(beam.name, mass, s, P, omega, K, D, nodes, beam.damping_ratio)
 
 
 def _modes(mesh: BeamMesh, used: list[str]) -> tuple[Array, Array]:
     """Return the reduced basis over all nodal displacements (n_dof, n) and the frequencies (n,)."""
-    reduction = mesh.beam.reduction
-    M, K = mesh.matrices()
-    fixed = _frame_constraints(mesh)
-    free = np.setdiff1d(mesh.active, fixed)
+    reduction, T = mesh.beam.reduction, mesh.transformation
+    M, K = (T.T @ matrix @ T for matrix in mesh.matrices())
+    free = np.setdiff1d(mesh.active, _frame_constraints(mesh))
     inner = np.ix_(free, free)
-    held = reduction.retain if reduction.frame == "chord" else used
-    boundary = np.array(
-        [i for i, dof in enumerate(free) if any(dof in mesh.dof(name) for name in held)], dtype=np.intp
-    )
+    boundary = np.flatnonzero(np.isin(free, _boundary(mesh, used)))
     n_modes = max(reduction.modes - boundary.size, 0)
     if reduction.method == "guyan":
         basis = guyan(M[inner], K[inner], boundary)
@@ -61,9 +58,20 @@ def _modes(mesh: BeamMesh, used: list[str]) -> tuple[Array, Array]:
             f"body '{mesh.beam.name}': {reduction.modes} modes asked for, {basis.shape[1]} available"
         )
     modes, omega = mode_basis(M[inner], K[inner], basis, reduction.modes)
-    full = np.zeros((mesh.n_dof, omega.size))
-    full[free] = modes
-    return full, omega
+    return T[:, free] @ modes, omega
+
+
+def _boundary(mesh: BeamMesh, used: list[str]) -> NDArray[np.intp]:
+    """Return the independent displacements behind what the interfaces keep.
+
+    A welded interface keeps its position and rotation, a pinned one its position. The chord frame follows
+    the hinges itself: of welded interfaces only the nodes to retain are kept there.
+    """
+    reduction = mesh.beam.reduction
+    pinned = reduction.interface == "pinned"
+    kept = reduction.retain if reduction.frame == "chord" and not pinned else used
+    rows = [mesh.transformation[mesh.dof(name)[: 3 if pinned else 6]] for name in kept]
+    return np.flatnonzero(np.any(rows, axis=(0, 1))) if rows else np.zeros(0, dtype=np.intp)
 
 
 def _frame_constraints(mesh: BeamMesh) -> NDArray[np.intp]:

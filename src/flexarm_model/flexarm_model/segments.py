@@ -1,7 +1,8 @@
 """Cut a beam into rigid segments with springs at the centres of equal lengths.
 
-The first rigid piece reaches from the root to the first spring, the last from the last spring to the
-end: n springs, n + 1 pieces of length h/2, h, ..., h, h/2.
+Every flexible stretch of the beam has n springs. The first segment reaches from the root to the first
+spring, the last from the last spring to the end: without rigid pieces n + 1 segments of length h/2, h,
+..., h, h/2. A rigid piece belongs to the segment that it lies on.
 """
 
 from __future__ import annotations
@@ -11,7 +12,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from flexarm_model.beam import rigidities
 from flexarm_model.description import Beam, BeamPiece
+from flexarm_model.rigid_pieces import stretches
 
 Array = NDArray[np.float64]
 
@@ -46,16 +49,19 @@ class Segment:
 
 
 def cut_beam(beam: Beam, n: int) -> list[Segment]:
-    """Return the n + 1 rigid pieces of a beam, from the root outwards."""
-    h = beam.length / n
-    springs = [(k + 0.5) * h for k in range(n)]
-    frames, ends = [0.0, *springs], [*springs, beam.length]
+    """Return the segments of a beam with n springs per flexible stretch, from the root outwards."""
+    springs = [
+        (start + (k + 0.5) * (end - start) / n, (end - start) / n)
+        for start, end in stretches(beam, rigid=False)
+        for k in range(n)
+    ]
+    frames = [(0.0, springs[0][1]), *springs]
+    ends = [*(at for at, _ in springs), beam.length]
     segments = []
-    for index, (frame, end) in enumerate(zip(frames, ends, strict=True)):
-        mass, com, inertia = _inertia(beam, frame, end, is_last=index == n)
-        inside = tuple(
-            name for name, x in beam.nodes.items() if frame <= x < end or (index == n and x >= frame)
-        )
+    for index, ((frame, h), end) in enumerate(zip(frames, ends, strict=True)):
+        is_last = index == len(springs)
+        mass, com, inertia = _inertia(beam, frame, end, is_last=is_last)
+        inside = tuple(name for name, x in beam.nodes.items() if frame <= x < end or (is_last and x >= frame))
         stiffness = _springs(beam, frame - h / 2, frame + h / 2) if index else ()
         offset = np.array([com - frame, 0.0, 0.0])
         segments.append(Segment(index, frame, h, stiffness, end - frame, mass, offset, inertia, inside))
@@ -66,12 +72,7 @@ def _springs(beam: Beam, start: float, end: float) -> tuple[tuple[str, str, floa
     """Return the springs of the length [start, end]: its pieces' compliances add up."""
     compliance = dict.fromkeys(beam.deformation, 0.0)
     for piece, a, b in _overlaps(beam, start, end):
-        rigidity = {
-            "bend_y": piece.E * piece.I_z,
-            "bend_z": piece.E * piece.I_y,
-            "torsion": piece.G * piece.torsion_constant,
-            "stretch": piece.E * piece.area,
-        }
+        rigidity = dict(zip(("stretch", "torsion", "bend_z", "bend_y"), rigidities(piece), strict=True))
         for kind in compliance:
             compliance[kind] += (b - a) / rigidity[kind]
     return tuple((kind, _AXIS_OF[kind], 1 / value) for kind, value in compliance.items())
