@@ -2,25 +2,30 @@
 
 Springs stand at the segment centres, stiffness ``EI/h``: second order in the segment length (springs at
 the segment starts are 10 % wrong in frequency, seed 002). Fully nonlinear and independent of the reduced
-tree, it is the oracle of the tests and a plant for the simulated rig.
+tree, it is the oracle of the tests and a plant for the simulated rig. All coordinates q are kept; loops
+are constraints beside them::
+
+    M(q) a + h(q, v) + K q + D v = f + G' lambda          c(q) = 0          c' = G v
 """
 
 from __future__ import annotations
+
+from functools import cached_property
 
 import numpy as np
 import pinocchio as pin
 from numpy.typing import NDArray
 from scipy.linalg import eigh
 
-from flexarm_model.description import WORLD, Beam, Joint, ManipulatorConfig, NodeRef, RigidBody, SensorSpec
-from flexarm_model.segments import Segment, cut_beam
+from flexarm_model.closure_error import ClosureError
+from flexarm_model.description import Beam, ManipulatorConfig, NodeRef, SensorSpec
+from flexarm_model.segment_loops import RANK_TOLERANCE, STRIDE, SegmentLoops, null_space, row_space
+from flexarm_model.segment_model import SegmentModel
 
 Array = NDArray[np.float64]
 
-_JOINT_MODELS = {
-    "tx": pin.JointModelPX, "ty": pin.JointModelPY, "tz": pin.JointModelPZ,
-    "rx": pin.JointModelRX, "ry": pin.JointModelRY, "rz": pin.JointModelRZ,
-}  # fmt: skip
+EQUILIBRIUM_TOLERANCE = 1e-9  # change of a coordinate in one iteration [rad or m]
+MAX_ITERATIONS = 20
 
 
 class SegmentTree:
@@ -37,49 +42,117 @@ class SegmentTree:
             ValueError: A body cannot be cut into segments.
         """
         self.config, self.n_segments = config, n_segments
-        self.model = pin.Model()
-        self.model.gravity.linear[:] = config.gravity
-        self._places: dict[NodeRef, tuple[int, pin.SE3]] = {NodeRef(WORLD, "root"): (0, pin.SE3.Identity())}
-        self._springs: dict[str, list[tuple[int, str, Segment]]] = {}
-        self._stiffness: list[float] = []
-        self._damping: list[float] = []
-        self.axis_names: list[str] = []
-        for joint in config.joints:
-            self._add_joint(joint)
+        built = SegmentModel(config, n_segments)
+        self.model, self._places, self._springs = built.model, built.places, built.springs
+        self._axes = built.axes
+        self.axis_names: list[str] = list(built.axes)
         self.n_q: int = self.model.nv
-        self.K = np.diag(self._stiffness)
+        self.K = np.diag(built.stiffness)
         self.data = self.model.createData()
-        self.D = np.diag(self._damping) + self._modal_damping()
+        self.loops = SegmentLoops(self.model, built.loop_ends)
+        self.D = np.diag(built.damping) + self._beam_damping()
 
     @property
     def actuated(self) -> list[int]:
         """Indices of the actuated axes in q."""
-        actuated = self.config.actuated
-        return [
-            self.model.joints[self.model.getJointId(name)].idx_v
-            for name in self.axis_names
-            if name in actuated
-        ]
+        return [self._axes[name] for name in self.config.actuated]
+
+    def close(self, pose: Array) -> Array:
+        """Return the coordinates with the loops closed and all springs at rest, (n_q,).
+
+        The branch is the one of the guesses at home; the motors go from there to the pose in small strides.
+
+        Args:
+            pose: Actuated axes [rad or m], (n_theta,).
+
+        Raises:
+            ClosureError: A loop cannot be closed, or the pose is singular; names manipulator and pose.
+        """
+        pose, home = np.array(pose, dtype=float), self.config.home
+        axes = self.config.axes
+        free = [i for name, i in self._axes.items() if not (axes[name].actuated or axes[name].stiffness)]
+        q = np.zeros(self.n_q)
+        q[list(self._axes.values())] = [axes[name].guess for name in self._axes]
+        target = f"{self.config.name} at pose {pose.tolist()}"
+        strides = int(np.ceil(abs(pose - home).max(initial=0.0) / STRIDE)) if self.loops.n_rows else 0
+        for k in range(strides + 1):
+            theta = home + k / strides * (pose - home) if strides else pose
+            q[self.actuated] = theta
+            what = target if k == strides else f"{target}, on the way at {theta.tolist()}"
+            q = self.loops.close(q, np.array(free, dtype=int), what)
+        return q
+
+    def settle(self, pose: Array) -> Array:
+        """Return the coordinates at rest with the motors held (Newton's method), (n_q,).
+
+        Args:
+            pose: Actuated axes [rad or m], (n_theta,).
+
+        Raises:
+            ClosureError: A loop cannot be closed, the pose is singular, or the arm does not come to rest.
+        """
+        q, e = self.close(pose), self._unheld()
+        for _ in range(MAX_ITERATIONS):
+            G = self.loops.jacobian(q)[:, e]
+            N, K = null_space(G), self.stiffness(q)[np.ix_(e, e)]
+            back = np.linalg.lstsq(G, -self.loops.residual(q), rcond=RANK_TOLERANCE)[0]
+            force = self._static_forces(q)[e] + K @ back
+            step = back - N @ np.linalg.solve(N.T @ K @ N, N.T @ force)
+            q[e] += step
+            if abs(step).max(initial=0.0) <= EQUILIBRIUM_TOLERANCE:
+                return q
+        raise ClosureError(f"{self.config.name} at pose {list(pose)} does not come to rest")
 
     def inverse_dynamics(self, q: Array, v: Array, a: Array) -> Array:
-        """Return the forces on the coordinates, (n_q,)."""
+        """Return the forces on the coordinates, without those of the loops, (n_q,)."""
         return np.asarray(pin.rnea(self.model, self.data, q, v, a) + self.K @ q + self.D @ v)
 
     def forward_dynamics(self, q: Array, v: Array, f: Array) -> Array:
-        """Return the accelerations under forces ``f`` on the coordinates, (n_q,)."""
-        return np.array(pin.aba(self.model, self.data, q, v, f - self.K @ q - self.D @ v))
+        """Return the accelerations under forces ``f`` on the coordinates, (n_q,).
+
+        Loops that are closed and move within ``c' = 0`` stay so up to the integrator's error.
+        """
+        force = f - self.K @ q - self.D @ v
+        if not self.loops.n_rows:
+            return np.array(pin.aba(self.model, self.data, q, v, force))
+        G = self._rows @ self.loops.jacobian(q)
+        m = G.shape[0]
+        system = np.block([[self.mass_matrix(q), G.T], [G, np.zeros((m, m))]])
+        force = force - pin.rnea(self.model, self.data, q, v, 0 * v)
+        right = np.concatenate([force, -self._rows @ self.loops.drift(q, v)])
+        return np.asarray(np.linalg.solve(system, right)[: self.n_q])
 
     def mass_matrix(self, q: Array) -> Array:
-        """Return M(q), (n_q, n_q)."""
+        """Return M(q) over all coordinates, as if the loops were open, (n_q, n_q)."""
         M = pin.crba(self.model, self.data, q)
         return np.asarray(np.triu(M) + np.triu(M, 1).T)
 
+    def stiffness(self, q: Array) -> Array:
+        """Return d(static forces - G' lambda)/dq at rest with the motors held, (n_q, n_q)."""
+        K = np.asarray(pin.computeRNEADerivatives(self.model, self.data, q, 0 * q, 0 * q)[0]) + self.K
+        if not self.loops.n_rows:
+            return K
+        e = self._unheld()
+        G_e = self.loops.jacobian(q)[:, e]
+        force = np.linalg.lstsq(G_e.T, self._static_forces(q)[e], rcond=RANK_TOLERANCE)[0]
+        return np.asarray(K - self.loops.stiffness(q, force))
+
+    def null_space(self, q: Array) -> Array:
+        """Return the motions within the loops, orthonormal columns, (n_q, n_free)."""
+        return null_space(self._rows @ self.loops.jacobian(q))
+
+    def projected_mass_matrix(self, q: Array) -> Array:
+        """Return N' M N over the motions within the loops, (n_free, n_free)."""
+        N = self.null_space(q)
+        return np.asarray(N.T @ self.mass_matrix(q) @ N)
+
     def locked_frequencies(self, q: Array, count: int) -> Array:
         """Return the slowest angular frequencies with the actuated axes locked [rad/s], (count,)."""
-        e = np.setdiff1d(np.arange(self.n_q), self.actuated)
-        K = np.asarray(pin.computeRNEADerivatives(self.model, self.data, q, 0 * q, 0 * q)[0]) + self.K
-        value = eigh(K[np.ix_(e, e)], self.mass_matrix(q)[np.ix_(e, e)], eigvals_only=True)
-        return np.asarray(np.sqrt(value[:count]))
+        return self._frequencies(q, self._unheld(), count)
+
+    def frequencies(self, q: Array, count: int) -> Array:
+        """Return the slowest angular frequencies with the actuated axes free [rad/s], (count,)."""
+        return self._frequencies(q, np.arange(self.n_q), count)
 
     def node_pose(self, q: Array, node: NodeRef) -> Array:
         """Return the pose of a node in the world, (4, 4)."""
@@ -116,67 +189,41 @@ class SegmentTree:
                 total += lever * _interpolate(at, x, rate)
         return float(total)
 
-    def _add_joint(self, joint: Joint) -> None:
-        at, placement = self._places[joint.parent]
-        placement = placement * pin.SE3(joint.placement)
-        for axis in joint.axes:
-            at = self.model.addJoint(at, _JOINT_MODELS[axis.name](), placement, f"{joint.name}.{axis.name}")
-            placement = pin.SE3.Identity()
-            self.axis_names.append(f"{joint.name}.{axis.name}")
-            self.model.armature[self.model.joints[at].idx_v] = axis.rotor_inertia
-            self._stiffness.append(axis.stiffness)
-            self._damping.append(axis.damping)
-        body = self.config.bodies[joint.child.body]
-        if isinstance(body, Beam):
-            self._add_beam(body, joint.child, at, placement)
-        elif isinstance(body, RigidBody):
-            self._add_rigid(body, joint.child, at, placement)
-        else:
-            raise ValueError(
-                f"body '{body.name}': an imported body has no segments; expected rigid bodies and beams, "
-                "or use the reduced tree"
-            )
+    @cached_property
+    def _rows(self) -> Array:
+        """Combinations of constraint rows that act, (m, n_rows)."""
+        if not self.loops.n_rows:
+            return np.zeros((0, 0))
+        return row_space(self.loops.jacobian(self.close(self.config.home)))
 
-    def _add_rigid(self, body: RigidBody, root: NodeRef, at: int, placement: pin.SE3) -> None:
-        frame = placement * pin.SE3(np.eye(3), -body.nodes[root.node])
-        self.model.appendBodyToJoint(at, pin.Inertia(body.mass, body.com, body.inertia), frame)
-        for name, position in body.nodes.items():
-            self._places[NodeRef(body.name, name)] = (at, frame * pin.SE3(np.eye(3), position))
+    def _unheld(self) -> NDArray[np.intp]:
+        """Return the coordinates that no motor holds."""
+        return np.setdiff1d(np.arange(self.n_q), self.actuated)
 
-    def _add_beam(self, beam: Beam, root: NodeRef, at: int, placement: pin.SE3) -> None:
-        if root.node != "root":
-            raise ValueError(
-                f"body '{beam.name}': the segment tree joins a beam at its root, not at '{root.node}'"
-            )
-        self._springs[beam.name] = []
-        for segment in cut_beam(beam, self.n_segments):
-            for kind, axis, stiffness in segment.springs:
-                at = self.model.addJoint(
-                    at, _JOINT_MODELS[axis](), placement, f"{beam.name}.{kind}.{segment.index}"
-                )
-                placement = pin.SE3.Identity()
-                self._springs[beam.name].append((self.model.joints[at].idx_v, kind, segment))
-                self._stiffness.append(stiffness)
-                self._damping.append(0.0)
-            # the segment's frame: origin at its spring, x along the beam
-            self.model.appendBodyToJoint(
-                at, pin.Inertia(segment.mass, segment.com, segment.inertia), placement
-            )
-            for name in segment.nodes:
-                offset = np.array([beam.nodes[name] - segment.spring_at, 0.0, 0.0])
-                self._places[NodeRef(beam.name, name)] = (at, placement * pin.SE3(np.eye(3), offset))
-            placement = placement * pin.SE3(np.eye(3), np.array([segment.to_next, 0.0, 0.0]))
+    def _static_forces(self, q: Array) -> Array:
+        return np.asarray(pin.rnea(self.model, self.data, q, 0 * q, 0 * q) + self.K @ q)
 
-    def _modal_damping(self) -> Array:
+    def _frequencies(self, q: Array, moving: NDArray[np.intp], count: int) -> Array:
+        inner = np.ix_(moving, moving)
+        K, M = self.stiffness(q)[inner], self.mass_matrix(q)[inner]
+        if self.loops.n_rows:
+            N = null_space(self.loops.jacobian(q)[:, moving])
+            K, M = N.T @ K @ N, N.T @ M @ N
+        value = eigh((K + K.T) / 2, M, eigvals_only=True)[:count]
+        return np.asarray(np.sqrt(np.maximum(value, 0.0)))
+
+    def _beam_damping(self) -> Array:
         """Return damping that gives every mode of each beam, root clamped, the beam's ratio."""
         D, M = np.zeros((self.n_q, self.n_q)), self.mass_matrix(pin.neutral(self.model))
         for name, springs in self._springs.items():
             beam = self.config.bodies[name]
             inner = np.ix_(*[[index for index, _, _ in springs]] * 2)
-            value, vector = eigh(self.K[inner], M[inner])
-            shapes = M[inner] @ vector
             assert isinstance(beam, Beam)
-            D[inner] = shapes @ np.diag(2 * beam.damping_ratio * np.sqrt(value)) @ shapes.T
+            if springs:
+                value, vector = eigh(self.K[inner], M[inner])
+                shapes = M[inner] @ vector
+                D[inner] = shapes @ np.diag(2 * beam.damping_ratio * np.sqrt(value)) @ shapes.T
+                D[inner] += beam.damping_time * self.K[inner]
         return D
 
 
