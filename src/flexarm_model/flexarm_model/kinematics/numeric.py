@@ -1,9 +1,9 @@
 """Numeric inverse kinematics by damped least squares, for whatever has a pose and a Jacobian.
 
-One step minimises ``|J d - e|^2 + mu |d|^2`` over the axes that are not held at a limit, with e the
-error in position [m] and, times a length, in rotation [rad]. mu follows the ratio of actual to
-predicted decrease ([Levenberg1944], [Marquardt1963]), so that the iteration is Newton's near a solution
-and does not fly away at a singularity.
+One step minimises ``|J d - e|^2 + mu |d|^2`` within the limits of the axes, with e the error in
+position [m] and, times a length, in rotation [rad]. mu follows the ratio of actual to predicted
+decrease ([Levenberg1944], [Marquardt1963]), so that the iteration is Newton's near a solution and does
+not fly away at a singularity.
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.optimize import lsq_linear
 
 from flexarm_model.kinematics.refusals import ConvergenceError
 from flexarm_model.rotation import rotation_vector
@@ -21,6 +22,7 @@ Array = NDArray[np.float64]
 
 FIRST_DAMPING = 1e-3  # of the largest squared column
 GOOD_STEP = 0.25  # actual over predicted decrease: below, more damping; above, less
+STANDSTILL = 1e-12  # of the squared error: a step that promises less leads nowhere
 MOST_DAMPING = 1e12  # of the same: no step helps any more
 
 
@@ -119,7 +121,7 @@ def _descend(
     while damping < MOST_DAMPING:
         step = _limited_step(mechanism, rows, theta, error, damping)
         predicted = before - float(np.sum((error - rows @ step) ** 2))
-        if predicted <= np.finfo(float).eps * before:
+        if predicted <= STANDSTILL * before:
             return damping, theta, error, False
         after = _error(mechanism.pose(theta + step), target, settings)
         gain = (before - float(after @ after)) / predicted
@@ -130,21 +132,15 @@ def _descend(
 
 
 def _limited_step(mechanism: Mechanism, rows: Array, theta: Array, error: Array, damping: float) -> Array:
-    """Return the damped step within the limits; an axis that would leave them stops there, (n,)."""
-    step = np.zeros_like(theta)
-    free = np.ones(theta.size, dtype=bool)
+    """Return the best damped step within the limits, (n,)."""
     mu = damping * max(float((rows**2).sum(axis=0).max()), np.finfo(float).tiny)
-    while free.any():
-        part = rows[:, free]
-        rest = error - rows[:, ~free] @ step[~free]
-        step[free] = np.linalg.solve(part.T @ part + mu * np.eye(part.shape[1]), part.T @ rest)
-        low, high = theta + step < mechanism.lower, theta + step > mechanism.upper
-        out = free & (low | high)
-        if not out.any():
-            break
-        step[out] = np.where(low, mechanism.lower, mechanism.upper)[out] - theta[out]
-        free &= ~out
-    return step
+    step = np.linalg.solve(rows.T @ rows + mu * np.eye(theta.size), rows.T @ error)
+    low, high = mechanism.lower - theta, mechanism.upper - theta
+    if ((step >= low) & (step <= high)).all():
+        return np.asarray(step)
+    damped = np.vstack([rows, np.sqrt(mu) * np.eye(theta.size)])
+    wanted = np.concatenate([error, np.zeros(theta.size)])
+    return np.asarray(np.clip(lsq_linear(damped, wanted, (low, high), method="bvls").x, low, high))
 
 
 def _error(pose: Array, target: Array, settings: InverseSettings) -> Array:
