@@ -1,0 +1,175 @@
+"""Served models over a grid of poses in which mode k stays the same motion.
+
+From neighbour to neighbour the modes are followed (``mode_following``), outwards from the pose nearest to
+home, where they are numbered by frequency.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import product
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexarm_model.closure_error import ClosureError
+from flexarm_model.linearize import PoseError, linearize
+from flexarm_model.modal.read_only import lock_arrays
+from flexarm_model.modal.tracking import UNCLEAR
+from flexarm_model.mode_following import alikeness, follow, mode_change
+from flexarm_model.reduced_model import ReducedModel
+from flexarm_model.reduced_tree import ReducedTree
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Poses:
+    """Poses and who is whose neighbour.
+
+    Attributes:
+        values: Actuated axes [rad or m], (k, n_theta).
+        neighbours: Pairs of indices, the earlier one first.
+    """
+
+    values: Array
+    neighbours: tuple[tuple[int, int], ...]
+
+    def __post_init__(self) -> None:
+        """Make the array read-only."""
+        lock_arrays(self)
+
+
+@dataclass(frozen=True)
+class Link:
+    """Two neighbours.
+
+    Attributes:
+        old, new: Their indices in ``PoseGrid.models``.
+        change: ``eta_new = change eta_old``, (n_eta, n_eta).
+        mac: Of mode k there with mode k here, (n_eta,).
+    """
+
+    old: int
+    new: int
+    change: Array
+    mac: Array
+
+    def __post_init__(self) -> None:
+        """Make the arrays read-only."""
+        lock_arrays(self)
+
+
+@dataclass(frozen=True)
+class PoseGrid:
+    """Models over poses.
+
+    Attributes:
+        models: At every pose that has one; modes in the order of the pose nearest to home.
+        links: Between neighbours.
+        refused: Poses that have no model, and why.
+    """
+
+    models: tuple[ReducedModel, ...]
+    links: tuple[Link, ...]
+    refused: tuple[tuple[tuple[float, ...], str], ...] = ()
+
+    @property
+    def unclear(self) -> tuple[tuple[Link, int], ...]:
+        """Links and modes (from 0) whose MAC is too low to say that it is the same motion."""
+        return tuple((link, int(k)) for link in self.links for k in np.flatnonzero(link.mac < UNCLEAR))
+
+    def at(self, pose: Array) -> ReducedModel:
+        """Return the model at one of the grid's poses.
+
+        Raises:
+            KeyError: There is none; names the nearest pose.
+        """
+        away = [float(np.linalg.norm(model.pose - pose)) for model in self.models]
+        nearest = self.models[int(np.argmin(away))]
+        if not np.array_equal(nearest.pose, pose):
+            raise KeyError(f"no model at pose {list(pose)}; the nearest is {nearest.pose.tolist()}")
+        return nearest
+
+
+def grid_poses(axes: Sequence[Sequence[float]]) -> Poses:
+    """Return all combinations of the values of every axis; neighbours differ by one step of one axis.
+
+    Args:
+        axes: Values of every actuated axis, ascending or descending [rad or m].
+    """
+    shape = tuple(len(values) for values in axes)
+    number = np.arange(int(np.prod(shape))).reshape(shape)
+    pairs = [
+        (int(a), int(b))
+        for i in range(len(shape))
+        for a, b in zip(
+            np.delete(number, -1, axis=i).ravel(), np.delete(number, 0, axis=i).ravel(), strict=True
+        )
+    ]
+    return Poses(np.array(list(product(*axes)), dtype=float), tuple(sorted(pairs)))
+
+
+def listed_poses(poses: Sequence[Sequence[float]] | Array) -> Poses:
+    """Return poses as they are listed; each is the neighbour of the next."""
+    values = np.array(poses, dtype=float)
+    return Poses(values, tuple((i, i + 1) for i in range(len(values) - 1)))
+
+
+def build_grid(tree: ReducedTree, poses: Poses, modes: int | None = None) -> PoseGrid:
+    """Serve a model at every pose and follow the modes between them.
+
+    Args:
+        tree: The dynamics.
+        poses: From ``grid_poses`` or ``listed_poses``.
+        modes: Number of modes; None is what the description asks for.
+
+    Raises:
+        PoseError: No pose has a model; says why for the first.
+    """
+    models: dict[int, ReducedModel] = {}
+    refused = []
+    for i, pose in enumerate(poses.values):
+        try:
+            models[i] = linearize(tree, pose, modes)
+        except (PoseError, ClosureError) as error:
+            refused.append((tuple(float(value) for value in pose), str(error)))
+    if not models:
+        raise PoseError(f"no pose of the grid has a model: {refused[0][1] if refused else 'it is empty'}")
+    pairs = [(a, b) for a, b in poses.neighbours if a in models and b in models]
+    for old, new in _outwards(models, pairs, tree.config.home):
+        models[new] = follow(tree, models[old], models[new])
+    index = {i: k for k, i in enumerate(models)}
+    links = tuple(_link(tree, models, index, pair) for pair in pairs)
+    return PoseGrid(tuple(models.values()), links, tuple(refused))
+
+
+def _link(
+    tree: ReducedTree, models: dict[int, ReducedModel], index: dict[int, int], pair: tuple[int, int]
+) -> Link:
+    old, new = (models[i] for i in pair)
+    alike = np.diag(alikeness(tree, old, new))
+    return Link(index[pair[0]], index[pair[1]], mode_change(tree, old, new), alike)
+
+
+def _outwards(
+    models: dict[int, ReducedModel], pairs: Sequence[tuple[int, int]], home: Array
+) -> list[tuple[int, int]]:
+    """Return (from, to) pairs that reach every connected pose once, nearest first, from near home."""
+    beside: dict[int, list[int]] = {i: [] for i in models}
+    for a, b in pairs:
+        beside[a].append(b)
+        beside[b].append(a)
+    away = sorted(models, key=lambda i: float(np.linalg.norm(models[i].pose - home)))
+    reached: set[int] = set()
+    steps: list[tuple[int, int]] = []
+    for start in away:  # each part that no neighbour connects has a start of its own
+        queue = [] if start in reached else [start]
+        reached.update(queue)
+        for at in queue:
+            found = [i for i in beside[at] if i not in reached]
+            reached.update(found)
+            steps += [(at, i) for i in found]
+            queue += found
+    return steps
