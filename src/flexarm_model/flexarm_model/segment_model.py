@@ -121,7 +121,7 @@ class SegmentModel:
         for segment in cut_beam(beam, self._n_segments):
             for kind, axis, stiffness in segment.springs:
                 name = f"{beam.name}.{kind}.{segment.index}"
-                at = self._add_coordinate(at, axis, placement, name, stiffness, 0.0)
+                at = self._add_coordinate(at, axis, placement, name, stiffness, beam.damping_time * stiffness)
                 placement = pin.SE3.Identity()
                 springs.append((self.model.joints[at].idx_v, kind, segment))
             # the segment's frame: origin at its spring, x along the beam

@@ -19,6 +19,7 @@ from scipy.linalg import eigh
 
 from flexarm_model.closure_error import ClosureError
 from flexarm_model.description import Beam, ManipulatorConfig, NodeRef, SensorSpec
+from flexarm_model.modal_damping import modal_damping
 from flexarm_model.segment_loops import RANK_TOLERANCE, STRIDE, SegmentLoops, null_space, row_space
 from flexarm_model.segment_model import SegmentModel
 
@@ -50,7 +51,7 @@ class SegmentTree:
         self.K = np.diag(built.stiffness)
         self.data = self.model.createData()
         self.loops = SegmentLoops(self.model, built.loop_ends)
-        self.D = np.diag(built.damping) + self._beam_damping()
+        self.D = np.diag(built.damping) + self._modal_damping()
 
     @property
     def actuated(self) -> list[int]:
@@ -212,19 +213,22 @@ class SegmentTree:
         value = eigh((K + K.T) / 2, M, eigvals_only=True)[:count]
         return np.asarray(np.sqrt(np.maximum(value, 0.0)))
 
-    def _beam_damping(self) -> Array:
-        """Return damping that gives every mode of each beam, root clamped, the beam's ratio."""
-        D, M = np.zeros((self.n_q, self.n_q)), self.mass_matrix(pin.neutral(self.model))
+    def _modal_damping(self) -> Array:
+        """Return the damping that the ratios of beams and axes mean, (n_q, n_q)."""
+        lossy = np.zeros(self.n_q)
         for name, springs in self._springs.items():
             beam = self.config.bodies[name]
-            inner = np.ix_(*[[index for index, _, _ in springs]] * 2)
             assert isinstance(beam, Beam)
-            if springs:
-                value, vector = eigh(self.K[inner], M[inner])
-                shapes = M[inner] @ vector
-                D[inner] = shapes @ np.diag(2 * beam.damping_ratio * np.sqrt(value)) @ shapes.T
-                D[inner] += beam.damping_time * self.K[inner]
-        return D
+            lossy[[index for index, _, _ in springs]] = beam.damping_ratio
+        for name, axis in self.config.axes.items():
+            lossy[self._axes[name]] = axis.damping_ratio
+        if not lossy.any():
+            return np.zeros((self.n_q, self.n_q))
+        home, e = self.close(self.config.home), self._unheld()
+        Z = np.zeros((self.n_q, e.size))
+        Z[e, np.arange(e.size)] = 1.0
+        Z = Z @ null_space(self.loops.jacobian(home)[:, e])
+        return modal_damping(self.mass_matrix(home), self.K, self.K * lossy, Z)
 
 
 def _interpolate(at: float, x: Array, y: Array) -> float:
