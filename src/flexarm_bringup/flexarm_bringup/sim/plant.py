@@ -1,27 +1,43 @@
 """The arm that is really there: a nonlinear model the controller does not know.
 
 The reduced tree of the same description with more elastic coordinates, perturbed parameters and
-friction, integrated by a classical Runge-Kutta scheme with fixed substeps over one control period.
-With ``servo`` the actuated axes follow a prescribed acceleration instead of a torque: the ideal servo
-that open-loop motions are compared on.
+friction, integrated with fixed substeps over one control period: explicit where that is fast, linearly
+implicit for loops and stiff arms. With ``servo`` the actuated axes follow a prescribed acceleration
+instead of a torque: the ideal servo that open-loop motions are compared on.
 """
 
 from __future__ import annotations
 
-import casadi as ca
+from typing import Protocol
+
 import numpy as np
 from numpy.typing import NDArray
 
+from flexarm_bringup.sim.explicit_steps import ExplicitSteps, substeps_needed
+from flexarm_bringup.sim.implicit_steps import ImplicitSteps
 from flexarm_bringup.sim.perturb import PlantSettings, perturb
-from flexarm_model.compiled import compile_functions
 from flexarm_model.description import ManipulatorConfig
-from flexarm_model.linearize import find_equilibrium
+from flexarm_model.linearize import find_equilibrium, linearize
 from flexarm_model.reduced_tree import ReducedTree
 
 Array = NDArray[np.float64]
 
-RK4_STABILITY = 2.5  # largest omega h; the limit on the imaginary axis is 2.83
-FRICTION_SLOPE = 0.01  # velocity over which Coulomb friction turns its sign [rad/s or m/s]
+MOST_EXPLICIT = 60  # substeps per period; with more of them implicit steps are faster
+RESOLUTION = 0.2  # rad that the fastest served mode turns in an implicit step: 0.3 % slower there
+
+
+class Steps(Protocol):
+    """An integrator over one control period; both ways return q, v and the acceleration at its end."""
+
+    substeps: int
+
+    def drive(self, q: Array, v: Array, tau: Array) -> tuple[Array, Array, Array]:
+        """Move under torques."""
+        ...
+
+    def servo(self, q: Array, v: Array, acceleration: Array) -> tuple[Array, Array, Array]:
+        """Move with the actuated axes accelerated as prescribed."""
+        ...
 
 
 class Plant:
@@ -38,12 +54,13 @@ class Plant:
         self.settings = settings or PlantSettings()
         self.tree = ReducedTree(perturb(config, self.settings))
         self.dt = dt
-        omega = max(body.omega.max(initial=1.0) for body in self.tree.bodies.values())
-        # the actuated axes raise the frequencies above those of the clamped bodies
-        self.substeps = int(np.ceil(self._highest_frequency(omega) * dt / RK4_STABILITY))
-        functions = {"drive": self._advance(servo=False), "servo": self._advance(servo=True)}
-        self._functions = compile_functions(functions)
+        self._steps = choose_steps(self.tree, dt, self.settings.friction)
         self.reset()
+
+    @property
+    def substeps(self) -> int:
+        """Integration steps per control period."""
+        return self._steps.substeps
 
     def reset(self) -> None:
         """Go back to rest at the home pose."""
@@ -63,11 +80,11 @@ class Plant:
 
     def drive(self, tau: Array) -> None:
         """Advance one period under torques held constant, (n_theta,)."""
-        self._take(*self._functions["drive"](self.q, self.v, tau))
+        self.q, self.v, self.a = self._steps.drive(self.q, self.v, tau)
 
     def servo(self, acceleration: Array) -> None:
         """Advance one period with the actuated axes accelerated as prescribed, (n_theta,)."""
-        self._take(*self._functions["servo"](self.q, self.v, acceleration))
+        self.q, self.v, self.a = self._steps.servo(self.q, self.v, acceleration)
 
     def outputs(self) -> Array:
         """Return the output rows as the sensors feel them at the end of the period, (n_y,)."""
@@ -77,50 +94,12 @@ class Plant:
         """Return ``T_world_tip``, (4, 4)."""
         return self.tree.tip_pose(self.q)
 
-    def _take(self, q: Array, v: Array, a: Array) -> None:
-        self.q, self.v, self.a = np.array(q), np.array(v), np.array(a)
 
-    def _highest_frequency(self, at_least: float) -> float:
-        M, _, K, _ = self.tree.functions["linearisation"](np.zeros(self.tree.n_q))
-        return float(max(at_least, np.sqrt(np.max(np.linalg.eigvals(np.linalg.solve(M, K)).real))))
-
-    def _advance(self, servo: bool) -> ca.Function:
-        """Return (q, v, input) -> (q, v, a at the end), one control period."""
-        n, t = self.tree.n_q, self.tree.actuated
-        q, v, u = ca.SX.sym("q", n), ca.SX.sym("v", n), ca.SX.sym("u", len(t))
-        rate = ca.Function(
-            "rate", [q, v, u], [self._servo_rate(q, v, u) if servo else self._drive_rate(q, v, u)]
-        )
-        return self._chain(rate, ca.MX.sym("q", n), ca.MX.sym("v", n), ca.MX.sym("u", len(t)))
-
-    def _chain(self, rate: ca.Function, q: ca.MX, v: ca.MX, u: ca.MX) -> ca.Function:
-        """Return all substeps in a row; calls of ``rate``, so that the code stays short."""
-        h = self.dt / self.substeps
-        k1 = rate(q, v, u)
-        k2 = rate(q + h / 2 * v, v + h / 2 * k1, u)
-        k3 = rate(q + h / 2 * (v + h / 2 * k1), v + h / 2 * k2, u)
-        k4 = rate(q + h * (v + h / 2 * k2), v + h * k3, u)
-        q_next = q + h * v + h**2 / 6 * (k1 + k2 + k3)
-        v_next = v + h / 6 * (k1 + 2 * k2 + 2 * k3 + k4)
-        substep = ca.Function("substep", [q, v, u], [q_next, v_next])
-        q_end, v_end = q, v
-        for _ in range(self.substeps):
-            q_end, v_end = substep(q_end, v_end, u)
-        return ca.Function("advance", [q, v, u], [q_end, v_end, rate(q_end, v_end, u)])
-
-    def _drive_rate(self, q: ca.SX, v: ca.SX, tau: ca.SX) -> ca.SX:
-        force = ca.SX.zeros(self.tree.n_q)
-        for i, axis in enumerate(self.tree.actuated):
-            force[axis] = tau[i] - self.settings.friction * ca.tanh(v[axis] / FRICTION_SLOPE)
-        return self.tree.expressions["forward_dynamics"](q, v, force)
-
-    def _servo_rate(self, q: ca.SX, v: ca.SX, acceleration: ca.SX) -> ca.SX:
-        t = self.tree.actuated
-        e = [i for i in range(self.tree.n_q) if i not in t]
-        M, h = self.tree.expressions["mass_matrix"](q), self.tree.expressions["bias"](q, v)
-        a = ca.SX.zeros(self.tree.n_q)
-        a[t] = acceleration
-        if e:
-            D, L_t, order = ca.ldl(M[e, e])
-            a[e] = ca.ldl_solve(-h[e] - M[e, t] @ acceleration, D, L_t, order)
-        return a
+def choose_steps(tree: ReducedTree, dt: float, friction: float) -> Steps:
+    """Return the integrator that fits: explicit for open arms whose modes are all slow enough."""
+    if not tree.n_c:
+        substeps = substeps_needed(tree, dt)
+        if substeps <= MOST_EXPLICIT:
+            return ExplicitSteps(tree, dt, substeps, friction)
+    omega = linearize(tree).omega
+    return ImplicitSteps(tree, dt, max(1, int(np.ceil(omega[-1] * dt / RESOLUTION))), friction)

@@ -1,0 +1,92 @@
+"""One control period by the classical Runge-Kutta scheme, compiled as a whole: fast arms without loops."""
+
+from __future__ import annotations
+
+import casadi as ca
+import numpy as np
+from numpy.typing import NDArray
+
+from flexarm_bringup.sim.friction import FRICTION_SLOPE
+from flexarm_model.compiled import compile_functions
+from flexarm_model.reduced_tree import ReducedTree
+
+Array = NDArray[np.float64]
+
+RK4_STABILITY = 2.5  # largest omega h; the limit on the imaginary axis is 2.83
+
+
+def substeps_needed(tree: ReducedTree, dt: float) -> int:
+    """Return how many substeps a period needs, for the fastest mode that the arm has."""
+    fastest = max(float(body.omega.max(initial=1.0)) for body in tree.bodies.values())
+    M, _, K, _ = tree.functions["linearisation"](np.zeros(tree.n_q))
+    # the actuated axes raise the frequencies above those of the clamped bodies
+    fastest = max(fastest, float(np.sqrt(np.max(np.linalg.eigvals(np.linalg.solve(M, K)).real))))
+    return int(np.ceil(fastest * dt / RK4_STABILITY))
+
+
+class ExplicitSteps:
+    """Integrator of a tree without loops."""
+
+    def __init__(self, tree: ReducedTree, dt: float, substeps: int, friction: float) -> None:
+        """Compile both ways to move.
+
+        Args:
+            tree: The arm.
+            dt: Control period [s].
+            substeps: Steps per period.
+            friction: Coulomb friction of the actuated axes [N m or N].
+        """
+        self._tree, self._dt, self.substeps, self._friction = tree, dt, substeps, friction
+        functions = {"drive": self._advance(servo=False), "servo": self._advance(servo=True)}
+        self._functions = compile_functions(functions)
+
+    def drive(self, q: Array, v: Array, tau: Array) -> tuple[Array, Array, Array]:
+        """Return q, v and the acceleration after one period under torques (n_theta,)."""
+        q, v, a = self._functions["drive"](q, v, tau)
+        return q.copy(), v.copy(), a.copy()
+
+    def servo(self, q: Array, v: Array, acceleration: Array) -> tuple[Array, Array, Array]:
+        """The same with the actuated axes accelerated as prescribed, (n_theta,)."""
+        q, v, a = self._functions["servo"](q, v, acceleration)
+        return q.copy(), v.copy(), a.copy()
+
+    def _advance(self, servo: bool) -> ca.Function:
+        """Return (q, v, input) -> (q, v, a at the end), one control period."""
+        n, t = self._tree.n_q, self._tree.actuated
+        q, v, u = ca.SX.sym("q", n), ca.SX.sym("v", n), ca.SX.sym("u", len(t))
+        rate = ca.Function(
+            "rate", [q, v, u], [self._servo_rate(q, v, u) if servo else self._drive_rate(q, v, u)]
+        )
+        return self._chain(rate, ca.MX.sym("q", n), ca.MX.sym("v", n), ca.MX.sym("u", len(t)))
+
+    def _chain(self, rate: ca.Function, q: ca.MX, v: ca.MX, u: ca.MX) -> ca.Function:
+        """Return all substeps in a row; calls of ``rate``, so that the code stays short."""
+        h = self._dt / self.substeps
+        k1 = rate(q, v, u)
+        k2 = rate(q + h / 2 * v, v + h / 2 * k1, u)
+        k3 = rate(q + h / 2 * (v + h / 2 * k1), v + h / 2 * k2, u)
+        k4 = rate(q + h * (v + h / 2 * k2), v + h * k3, u)
+        q_next = q + h * v + h**2 / 6 * (k1 + k2 + k3)
+        v_next = v + h / 6 * (k1 + 2 * k2 + 2 * k3 + k4)
+        substep = ca.Function("substep", [q, v, u], [q_next, v_next])
+        q_end, v_end = q, v
+        for _ in range(self.substeps):
+            q_end, v_end = substep(q_end, v_end, u)
+        return ca.Function("advance", [q, v, u], [q_end, v_end, rate(q_end, v_end, u)])
+
+    def _drive_rate(self, q: ca.SX, v: ca.SX, tau: ca.SX) -> ca.SX:
+        force = ca.SX.zeros(self._tree.n_q)
+        for i, axis in enumerate(self._tree.actuated):
+            force[axis] = tau[i] - self._friction * ca.tanh(v[axis] / FRICTION_SLOPE)
+        return self._tree.expressions["forward_dynamics"](q, v, force)
+
+    def _servo_rate(self, q: ca.SX, v: ca.SX, acceleration: ca.SX) -> ca.SX:
+        t = self._tree.actuated
+        e = [i for i in range(self._tree.n_q) if i not in t]
+        M, h = self._tree.expressions["mass_matrix"](q), self._tree.expressions["bias"](q, v)
+        a = ca.SX.zeros(self._tree.n_q)
+        a[t] = acceleration
+        if e:
+            D, L_t, order = ca.ldl(M[e, e])
+            a[e] = ca.ldl_solve(-h[e] - M[e, t] @ acceleration, D, L_t, order)
+        return a

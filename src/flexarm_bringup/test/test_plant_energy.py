@@ -1,0 +1,85 @@
+"""The simulated arm without damping keeps its energy, stiff or looped."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from flexarm_bringup.sim.explicit_steps import ExplicitSteps
+from flexarm_bringup.sim.implicit_steps import ImplicitSteps
+from flexarm_bringup.sim.perturb import PlantSettings
+from flexarm_bringup.sim.plant import Plant
+from flexarm_model.config import load_config
+from flexarm_model.description import Joint, ManipulatorConfig
+from flexarm_model.manipulator_file import find_manipulator
+
+SECONDS = 10.0
+STEPS = {"single_link": ExplicitSteps, "planar_3rrr": ImplicitSteps, "spatial_3tpt": ImplicitSteps}
+
+
+def without_losses(config: ManipulatorConfig) -> ManipulatorConfig:
+    """Return the arm without damping and gravity."""
+
+    def quiet(joint: Joint) -> Joint:
+        return replace(
+            joint, axes=tuple(replace(axis, damping=0.0, damping_ratio=0.0) for axis in joint.axes)
+        )
+
+    bodies: dict[str, Any] = {
+        name: replace(body, damping_ratio=0.0, damping_time=0.0) if hasattr(body, "damping_time") else body
+        for name, body in config.bodies.items()
+    }
+    joints, closures = (tuple(map(quiet, group)) for group in (config.joints, config.closures))
+    return replace(config, bodies=bodies, joints=joints, closures=closures, gravity=np.zeros(3))
+
+
+def energy(plant: Plant) -> float:
+    """Return the kinetic and elastic energy [J]."""
+    M = plant.tree.functions["mass_matrix"](plant.q)
+    return float(plant.v @ M @ plant.v + plant.q @ plant.tree.K @ plant.q) / 2
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", STEPS)
+def test_energy_drifts_by_less_than_1e_4_in_ten_seconds(name: str) -> None:
+    config = without_losses(load_config(find_manipulator(name)))
+    plant = Plant(config, 1.0 / config.rate_hz, PlantSettings(extra_modes=1))
+    assert isinstance(plant._steps, STEPS[name])
+    push = 1e-3 * np.array([axis.effort for axis in config.actuated.values()])
+    for _ in range(round(0.1 * config.rate_hz)):
+        plant.drive(push)
+    records = []
+    for _ in range(round(SECONDS * config.rate_hz)):
+        plant.drive(0 * push)
+        records.append(energy(plant))
+    start, end = np.mean(records[: len(records) // 50]), np.mean(records[-len(records) // 50 :])
+    assert start > 0
+    assert abs(end - start) < 1e-4 * start
+    assert abs(plant.tree.constraints(plant.q)[0]).max(initial=0.0) < 1e-9
+
+
+def test_both_integrators_move_an_arm_alike() -> None:
+    config = load_config(find_manipulator("single_link"))
+    plant = Plant(config, 1.0 / config.rate_hz)
+    explicit = plant._steps
+    implicit = ImplicitSteps(plant.tree, plant.dt, 400, 0.0)
+    q, v = plant.q, plant.v
+    q_e, v_e = q.copy(), v.copy()
+    for _ in range(20):
+        q, v, _ = implicit.drive(q, v, np.array([5.0]))
+        q_e, v_e, _ = explicit.drive(q_e, v_e, np.array([5.0]))
+    assert q[0] == pytest.approx(q_e[0], rel=1e-4)
+    assert v[0] == pytest.approx(v_e[0], rel=1e-3)
+
+
+def test_an_implicit_servo_moves_its_axes_as_told() -> None:
+    config = load_config(find_manipulator("single_link"))
+    plant = Plant(config, 1.0 / config.rate_hz)
+    implicit = ImplicitSteps(plant.tree, plant.dt, 20, 0.0)
+    q, v, a = implicit.servo(plant.q, plant.v, np.array([2.0]))
+    assert a[plant.tree.actuated] == pytest.approx([2.0])
+    assert v[plant.tree.actuated] == pytest.approx([2.0 * plant.dt])
+    assert q[plant.tree.actuated] == pytest.approx([plant.dt**2])
