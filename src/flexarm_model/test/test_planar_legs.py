@@ -8,7 +8,7 @@ from finite_difference import assert_jacobian
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from flexarm_model.kinematics.planar_legs import PlanarLegs
+from flexarm_model.kinematics.planar_legs import PlanarLeg, PlanarLegs
 from flexarm_model.kinematics.refusals import ConvergenceError, ReachError, SingularPoseError
 
 AZIMUTHS = np.radians([90.0, 210.0, 330.0])
@@ -95,22 +95,15 @@ def test_a_stretched_leg_is_refused_by_the_jacobian() -> None:
 
 
 def test_a_platform_that_turns_freely_is_refused() -> None:
-    """All second links point at the centre of the platform: it turns without any motor."""
-    base = np.sqrt(0.336**2 + (0.336 + 0.120) ** 2)
-    robot = PlanarLegs.regular((base, 0.120), AZIMUTHS, (0.336, 0.336), bend=-1)
-    centre = np.arctan2(0.336, 0.456)
-    azimuths = AZIMUTHS + centre  # elbows on the spokes of the platform, arms at right angles to them
+    """All second links point at the centre of the platform, which then turns without any motor."""
     spokes = np.column_stack([np.cos(AZIMUTHS), np.sin(AZIMUTHS)])
-    turned = PlanarLegs.regular((base, 0.120), azimuths, (0.336, 0.336), bend=-1)
-    arms = 0.456 * spokes - np.array([leg.base for leg in turned.legs])
-    robot = PlanarLegs(
-        tuple(
-            type(leg)(leg.base, 0.120 * spoke, 0.336, 0.336, -1)
-            for leg, spoke in zip(turned.legs, spokes, strict=True)
-        )
-    )
+    across = spokes @ np.array([[0.0, 1.0], [-1.0, 0.0]])  # first links stand at right angles to the spokes
+    legs = [
+        PlanarLeg(0.456 * spoke - 0.336 * arm, 0.120 * spoke, 0.336, 0.336, -1)
+        for spoke, arm in zip(spokes, across, strict=True)
+    ]
     with pytest.raises(SingularPoseError, match="do not hold the platform"):
-        robot.pose(np.arctan2(arms[:, 1], arms[:, 0]), np.zeros(3))
+        PlanarLegs(tuple(legs)).pose(np.arctan2(across[:, 1], across[:, 0]), np.zeros(3))
 
 
 def test_motor_angles_that_no_pose_has_are_refused() -> None:
