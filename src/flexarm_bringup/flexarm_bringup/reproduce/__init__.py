@@ -2,6 +2,7 @@
 
   flexarm reproduce 002                 the single-link arm: motions, frequencies, tip vibration
   flexarm reproduce 002 --html a.html   the same with plots
+  flexarm reproduce 004                 the arm with variable-stiffness links: poses, matrices, filmed moves
 
 The published numbers are the input; what is recomputed, fitted or assumed is said beside each.
 The exit code is 1 when one of the bounds at the end is missed.
@@ -14,12 +15,15 @@ import importlib
 
 from flexarm_bringup.report import add_report_arguments, publish
 
-SEEDS = {"002": "flexarm_bringup.reproduce.seed_002"}  # each offers main(figures) -> Page
+SEEDS = {  # each offers main(figures) -> Page
+    "002": "flexarm_bringup.reproduce.seed_002",
+    "004": "flexarm_bringup.reproduce.seed_004",
+}
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the number of the paper and the report files."""
-    parser.add_argument("seed", choices=SEEDS, help="which paper; 002 is the single-link arm")
+    parser.add_argument("seed", choices=SEEDS, help="which paper, by its number in docs/references.md")
     add_report_arguments(parser)
 
 
