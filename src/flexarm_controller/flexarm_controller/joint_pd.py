@@ -7,8 +7,10 @@ needs: gravity and springs at the reference, friction, inertia; modes follow sta
     K_p = w^2 diag(M_tt)        K_d = 2 zeta w diag(M_tt)        w = bandwidth omega_1
 
 ``omega_1`` is the slowest mode with the axes locked: a joint loop well below it does not feel the modes, one
-well above it lets them ring. ``w`` also stays below what the control period can follow. Nothing is known
-here of the modes' state, of the unmodelled torque or of the future.
+well above it lets them ring. ``w`` also stays below what the control period can follow, and is lowered until
+the loop would bear twice the gains, with its delay and with the modes of the served model: a light motor on a
+heavy link would excite them. Nothing is known here of the modes' state, of the unmodelled torque or of the
+future.
 """
 
 from __future__ import annotations
@@ -17,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexarm_controller.equilibrium import build_equilibrium
+from flexarm_controller.prediction import plant
 from flexarm_controller.reference import Reference
 from flexarm_controller.settings import ControllerConfig
 from flexarm_controller.state import ArmState
@@ -24,6 +27,9 @@ from flexarm_model.reduced_model import ReducedModel
 
 Array = NDArray[np.float64]
 FASTEST = 0.2  # of the joint loop [rad per control period]: about 60 degrees of phase are left with delay
+GAIN_MARGIN = 2.0  # 6 dB
+LOWER = 0.8  # factor between two tries
+TRIES = 40
 
 
 class JointPd:
@@ -44,12 +50,21 @@ class JointPd:
             delay_periods: Periods between a state and the torque computed from it.
         """
         slowest = model.omega[0] if model.n_eta else np.inf
-        self.frequency = float(min(config.pd_bandwidth * slowest, FASTEST / config.period))
-        inertia = np.diag(model.M)[: model.n_theta]
-        self.K_p = self.frequency**2 * inertia
-        self.K_d = 2.0 * config.pd_damping * self.frequency * inertia
+        frequency = float(min(config.pd_bandwidth * slowest, FASTEST / config.period))
+        loop = _Loop(model, config.period, delay_periods)
+        for _ in range(TRIES):
+            self._tune(model, frequency, config.pd_damping)
+            if loop.is_stable(GAIN_MARGIN * self.K_p, GAIN_MARGIN * self.K_d):
+                break
+            frequency *= LOWER
         self._equilibrium = build_equilibrium(model)
         self._ahead = np.array([0.0, delay_periods * config.period])
+
+    def _tune(self, model: ReducedModel, frequency: float, damping_ratio: float) -> None:
+        inertia = np.diag(model.M)[: model.n_theta]
+        self.frequency = frequency
+        self.K_p = frequency**2 * inertia
+        self.K_d = 2.0 * damping_ratio * frequency * inertia
 
     def step(self, state: ArmState, reference: Reference, sent: Array) -> Array:
         """Return the torque that follows those already ``sent``, not yet limited, (n_u,).
@@ -64,3 +79,25 @@ class JointPd:
         forward = self._equilibrium.U @ r + self._equilibrium.u_0
         feedback = self.K_p * (theta[0] - state.theta) + self.K_d * (theta_dot[0] - state.theta_dot)
         return np.asarray(forward + feedback)
+
+
+class _Loop:
+    """The served model under joint feedback with its delay, period by period."""
+
+    def __init__(self, model: ReducedModel, dt: float, delay: int) -> None:
+        self._system, self._delay = plant(model, dt), delay
+        self._n_theta = model.n_theta
+
+    def is_stable(self, K_p: Array, K_d: Array) -> bool:
+        """Tell whether ``[x; torques on their way]`` dies out."""
+        s, m = self._system, self._n_theta
+        n_x, n_w = s.n_x, self._delay * m
+        gain = np.zeros((m, n_x))
+        gain[:, :m], gain[:, n_x // 2 : n_x // 2 + m] = np.diag(K_p), np.diag(K_d)
+        A = np.zeros((n_x + n_w, n_x + n_w))
+        A[:n_x, :n_x] = s.A if n_w else s.A - s.B @ gain
+        if n_w:
+            A[:n_x, n_x : n_x + m] = s.B  # the oldest torque acts
+            A[n_x : n_x + n_w - m, n_x + m :] = np.eye(n_w - m)
+            A[n_x + n_w - m :, :n_x] = -gain
+        return bool(abs(np.linalg.eigvals(A)).max() < 1.0)

@@ -40,6 +40,31 @@ def test_the_joint_loop_stays_within_reach_of_the_control_period():
     assert law(two_axes(), pd_bandwidth=100.0).frequency == pytest.approx(FASTEST / DT)
 
 
+def light_motor():
+    """Return the single link with next to no inertia of its own on the axis."""
+    model = single_link("light_hub")
+    M = model.M.copy()
+    M[0, 0] = 0.056
+    return replace(model, M=M)
+
+
+def test_a_light_motor_gets_a_slower_loop_and_a_heavy_one_does_not():
+    wanted = 2 * np.pi * 5.23 / 3
+    assert law(single_link("geared")).frequency == pytest.approx(wanted)
+    assert law(light_motor()).frequency < 0.9 * wanted
+
+
+@pytest.mark.parametrize("delay", [0, 1, 2])
+def test_twice_the_gains_of_a_light_motor_still_bring_it_to_rest(delay):
+    model = light_motor()
+    pd, system = law(model, delay), plant(model, DT)
+    x, waiting = np.array([0.1, 0, 0, 0, 0, 0, 0, 0]), [np.zeros(1)] * delay
+    for _ in range(4000):
+        waiting.append(-2 * (pd.K_p * x[0] + pd.K_d * x[4]))
+        x = system.A @ x + system.B @ waiting.pop(0) + system.c
+    assert abs(x[0]) < 1e-3
+
+
 def test_without_delay_a_rigid_joint_rings_as_the_oscillator_it_is_tuned_to():
     model = rigid(single_link())
     pd = JointPd(model, ControllerConfig(law="pd", period=1e-4, pd_damping=0.3), 0)
