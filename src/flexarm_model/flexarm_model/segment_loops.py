@@ -32,14 +32,15 @@ SINGULAR = 1e-4  # smallest singular value of G_f, rows and columns scaled: 0.00
 class SegmentLoops:
     """The constraint rows of a Pinocchio model with loops."""
 
-    def __init__(self, model: pin.Model, ends: list[tuple[int, int]]) -> None:
+    def __init__(self, model: pin.Model, data: pin.Data, ends: list[tuple[int, int]]) -> None:
         """Keep what the rows are made of.
 
         Args:
             model: Complete model.
+            data: Its work space, written by every call.
             ends: Frames (end of the closure's axes, node) of every closure.
         """
-        self._model, self._data, self._ends = model, model.createData(), ends
+        self._model, self._data, self._ends = model, data, ends
         self.n_rows = 6 * len(ends)
 
     def residual(self, q: Array) -> Array:

@@ -49,8 +49,8 @@ class SegmentTree:
         self.axis_names: list[str] = list(built.axes)
         self.n_q: int = self.model.nv
         self.K = np.diag(built.stiffness)
-        self.data = self.model.createData()
-        self.loops = SegmentLoops(self.model, built.loop_ends)
+        self.data = pin.Data(self.model)  # createData() would copy it: gigabytes for hundreds of joints
+        self.loops = SegmentLoops(self.model, self.data, built.loop_ends)
         self.D = np.diag(built.damping) + self._modal_damping()
 
     @property
