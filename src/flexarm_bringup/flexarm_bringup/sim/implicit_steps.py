@@ -18,7 +18,6 @@ from numpy.typing import NDArray
 from scipy.linalg.lapack import dgesv
 
 from flexarm_bringup.sim.friction import friction_and_slope
-from flexarm_model.closure import follow
 from flexarm_model.reduced_tree import ReducedTree
 
 Array = NDArray[np.float64]
@@ -41,7 +40,7 @@ class ImplicitSteps:
         self._t = np.array(tree.actuated, dtype=int)
         n, m = tree.n_q, tree.n_c
         self._free = {"drive": np.arange(n + m), "servo": np.setdiff1d(np.arange(n + m), self._t)}
-        self._constant = h**2 / 4 * tree.K + h / 2 * tree.D
+        self._constant = np.asfortranarray(h**2 / 4 * tree.K + h / 2 * tree.D)
         self._matrix, self._right = np.zeros((n + m, n + m), order="F"), np.zeros(n + m)
 
     def drive(self, q: Array, v: Array, tau: Array) -> tuple[Array, Array, Array]:
@@ -61,7 +60,8 @@ class ImplicitSteps:
             v += dv
         if self._tree.n_c:
             q = self._tree.closed(q)
-            v = follow(self._tree.constraints(q)[1], self._tree.loops.dependent) @ v
+            G, d = self._tree.constraints(q)[1], self._tree.loops.dependent
+            v[d] -= np.linalg.solve(G[:, d], G @ v)
         return q, v, dv / h
 
     def _change(self, way: str, q: Array, v: Array, u: Array) -> Array:
@@ -69,18 +69,19 @@ class ImplicitSteps:
         tree, n, h, A, b = self._tree, self._tree.n_q, self._h, self._matrix, self._right
         middle = q + h / 2 * v
         M, bias = tree.functions["motion"](middle, v)
-        A[:n, :n] = M
-        A[:n, :n] += self._constant
-        b[:n] = -h * bias
+        np.add(M, self._constant, out=A[:n, :n])
+        np.multiply(bias, -h, out=b[:n])
         if tree.n_c:
             _, G = tree.functions["constraints"](middle)
             A[n:, :n], A[:n, n:] = G, G.T
-            b[n:] = -2 * (G @ v)
+            np.multiply(G @ v, -2.0, out=b[n:])
         t = self._t
         if way == "drive":
-            force, slope = friction_and_slope(self._friction, v[t])
-            b[t] += h * (u - force)
-            A[t, t] += h / 2 * slope
+            b[t] += h * u
+            if self._friction:
+                force, slope = friction_and_slope(self._friction, v[t])
+                b[t] -= h * force
+                A[t, t] += h / 2 * slope
             return np.asarray(dgesv(A, b)[2][:n])
         free = self._free["servo"]
         change = np.zeros(n + tree.n_c)
