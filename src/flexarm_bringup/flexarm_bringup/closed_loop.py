@@ -5,12 +5,14 @@ The nodes in lockstep do the same with the same objects; this is the fast way fo
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, field
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from flexarm_bringup.model_schedule import ModelSchedule, ScheduleSettings
 from flexarm_bringup.motions import Move, reference_of
 from flexarm_bringup.record import RunRecord, stack
 from flexarm_bringup.sim.hardware import Hardware
@@ -20,6 +22,7 @@ from flexarm_bringup.sim.sensor_simulator import Sample
 from flexarm_controller.controller import Controller
 from flexarm_controller.guard import GuardCommand
 from flexarm_controller.limits import limits_of
+from flexarm_controller.reference import Reference
 from flexarm_controller.settings import ControllerConfig, MpcConfig
 from flexarm_controller.state import ArmState
 from flexarm_estimator.estimate import Estimate
@@ -42,12 +45,35 @@ class LoopSettings:
     mpc: MpcConfig = field(default_factory=lambda: MpcConfig(time_limit=0.0))  # no wall clock
     estimator: EstimatorConfig = field(default_factory=EstimatorConfig)
     rig: RigSettings = field(default_factory=RigSettings)
+    schedule: ScheduleSettings = field(default_factory=ScheduleSettings)
+
+
+@dataclass(frozen=True)
+class Effort:
+    """What a run took.
+
+    Attributes:
+        cpu_time: Of the whole loop, rig and record included [s].
+        served: Models adopted on the way.
+        adopt_time: CPU time of making and adopting them [s].
+        unusable: Share of the periods in which the controller had no usable state or no plan [1].
+        guard: Why the guard stopped the arm; empty when it did not.
+    """
+
+    cpu_time: float
+    served: int
+    adopt_time: float
+    unusable: float
+    guard: str
+
+
+Observer = Callable[[Hardware, Estimate], Mapping[str, Array]]
 
 
 def run_closed_loop(
     config: ManipulatorConfig, moves: Sequence[Move], settings: LoopSettings, plant: Plant | None = None
 ) -> RunRecord:
-    """Follow a series of moves under control and return what happened.
+    """Follow a series of moves of one axis under control and return what happened.
 
     Args:
         config: The manipulator; its rate is the control rate.
@@ -58,23 +84,68 @@ def run_closed_loop(
     Raises:
         ValueError: The arm cannot follow the moves; says why.
     """
-    tree = ReducedTree(config)
-    model = linearize(tree)
-    estimator = Estimator(model, tree, config.sensors, settings.estimator)
-    controller = Controller(model, limits_of(config), settings.controller, settings.mpc)
     hardware = Hardware(config, settings.rig, plant=plant)
-    fault = controller.follow(reference_of(moves, hardware.dt))
+    reference = reference_of(moves, hardware.dt)
+    ticks, _ = run_loop(hardware, ReducedTree(config), reference, moves[-1].slot_end, settings, observe_tick)
+    return stack(ticks)
+
+
+def run_loop(
+    hardware: Hardware,
+    tree: ReducedTree,
+    reference: Reference,
+    end: float,
+    settings: LoopSettings,
+    observe: Observer,
+) -> tuple[list[Mapping[str, Array]], Effort]:
+    """Follow a reference under control.
+
+    Args:
+        hardware: The rig at tick 0.
+        tree: The arm as estimator and controller know it.
+        reference: Of the axes.
+        end: When to stop [s].
+        settings: Of everything in the loop.
+        observe: Makes a row of the record of every tick.
+
+    Returns:
+        The rows, and what it took.
+
+    Raises:
+        ValueError: The arm cannot follow the reference; says why.
+    """
+    config, model = tree.config, linearize(tree)
+    estimator = Estimator(model, tree, config.sensors, settings.estimator)
+    law = replace(settings.controller, period=hardware.dt)
+    controller = Controller(model, limits_of(config), law, settings.mpc)
+    schedule = ModelSchedule(tree, config, reference, settings.schedule)
+    fault = controller.follow(reference)
     if fault:
         raise ValueError(fault)
     hardware.guard.arm(0.0, TOKEN)
+    started, adopting, without = time.process_time(), 0.0, 0
     samples, ticks = hardware.observe(), []
-    for k in range(round(moves[-1].slot_end / hardware.dt)):
+    n = round(end / hardware.dt)
+    for k in range(n):
+        adopting += _serve(schedule, hardware.t, estimator, controller)
         estimate = estimator.step(_measurements(samples, hardware), np.array(hardware.acted), hardware.t)
         command = controller.step(_state(estimate))
-        ticks.append(observe_tick(hardware, estimate))
+        without += command.mode != law.law
+        ticks.append(observe(hardware, estimate))
         samples = hardware.advance()
         hardware.choose_torque(GuardCommand(command.t, k + 1, TOKEN, tuple(map(float, command.tau))))
-    return stack(ticks)
+    spent = time.process_time() - started
+    return ticks, Effort(spent, schedule.served, adopting, without / n, hardware.guard.reason)
+
+
+def _serve(schedule: ModelSchedule, t: float, estimator: Estimator, controller: Controller) -> float:
+    """Let estimator and controller go on with a new model if one is due; return the CPU time it took [s]."""
+    started = time.process_time()
+    model = schedule.next(controller.model, t)
+    if model is not None:
+        estimator.adopt(model)
+        controller.adopt(model)
+    return time.process_time() - started
 
 
 def observe_tick(hardware: Hardware, estimate: Estimate) -> dict[str, Array]:

@@ -1,0 +1,91 @@
+"""A task worked out for an arm: the reference of the axes, where the tip should be, when each move ends."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexarm_bringup.static_arm import StaticArm
+from flexarm_bringup.task import Task
+from flexarm_bringup.task_moves import AxisMotion
+from flexarm_controller.reference import Reference
+
+Array = NDArray[np.float64]
+TIP_PERIOD = 0.01  # s between two points of the tip's path
+
+
+@dataclass(frozen=True)
+class Leg:
+    """One move in time.
+
+    Attributes:
+        name: Of the move.
+        start, end: Of the motion [s].
+    """
+
+    name: str
+    start: float
+    end: float
+
+
+@dataclass(frozen=True)
+class Course:
+    """What the arm is to follow.
+
+    Attributes:
+        home: Where it starts [rad or m], (n_theta,).
+        reference: Of the axes.
+        legs: The moves.
+        end: When everything has been watched [s].
+        tip_t: Times [s], (k,).
+        tip: Where the resting tip of the described arm would be with the axes on the reference [m], (k, 3).
+    """
+
+    home: Array
+    reference: Reference
+    legs: tuple[Leg, ...]
+    end: float
+    tip_t: Array
+    tip: Array
+
+    def tip_at(self, t: Array) -> Array:
+        """Return where the tip should be at times ``t`` (k,) [m], (k, 3)."""
+        return np.stack([np.interp(t, self.tip_t, column) for column in self.tip.T], axis=1)
+
+
+def plan_course(arm: StaticArm, task: Task, dt: float) -> Course:
+    """Work out every move of a task, one after the other.
+
+    Args:
+        arm: The described arm.
+        task: What it is to do.
+        dt: Control period [s].
+
+    Raises:
+        ValueError: The arm cannot do a move; says which and why.
+    """
+    home = arm.named_pose(task.start)
+    theta, clock = home, task.lead
+    motions: list[AxisMotion] = []
+    legs: list[Leg] = []
+    for name, move in task.moves.items():
+        try:
+            motion = move.plan(arm, theta, dt)
+        except ValueError as error:
+            raise ValueError(f"move '{name}': {error}") from error
+        legs.append(Leg(name, clock, clock + float(motion.t[-1])))
+        motions.append(AxisMotion(motion.t + clock, motion.theta, motion.theta_dot, motion.theta_ddot))
+        theta, clock = motion.theta[-1], legs[-1].end + task.wait
+    parts = ("t", "theta", "theta_dot", "theta_ddot")
+    reference = Reference(*(np.concatenate([getattr(motion, part) for motion in motions]) for part in parts))
+    t = _tip_times(legs)
+    tip = np.array([arm.pose(row)[:3, 3] for row in reference.sample(t)[0]])
+    return Course(home, reference, tuple(legs), clock, t, tip)
+
+
+def _tip_times(legs: list[Leg]) -> Array:
+    """Return times that resolve the moves; between them the tip rests, (k,)."""
+    counts = [max(round((leg.end - leg.start) / TIP_PERIOD), 10) + 1 for leg in legs]
+    return np.concatenate([np.linspace(leg.start, leg.end, k) for leg, k in zip(legs, counts, strict=True)])

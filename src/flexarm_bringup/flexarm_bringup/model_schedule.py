@@ -1,0 +1,60 @@
+"""When a new model is served: as soon as the reference has left the pose of the one in use.
+
+The pose of a new model lies ahead of the reference, so that it fits the stretch that controller and
+estimator are about to see; where the reference rests, it is that of the reference.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexarm_controller.reference import Reference
+from flexarm_model.description import ManipulatorConfig
+from flexarm_model.linearize import linearize
+from flexarm_model.parameters import parameter
+from flexarm_model.reduced_model import ReducedModel
+from flexarm_model.reduced_tree import ReducedTree
+
+Array = NDArray[np.float64]
+FOREVER = 1e6
+
+
+@dataclass(frozen=True)
+class ScheduleSettings:
+    """How far the reference may be from the pose of the model in use."""
+
+    angle: float = parameter(FOREVER, "Distance of a rotary axis.", "rad", 1e-4, FOREVER)
+    length: float = parameter(FOREVER, "Distance of a linear axis.", "m", 1e-5, FOREVER)
+    lead: float = parameter(0.05, "Time by which a new model is ahead of the reference.", "s", 0.0, 5.0)
+
+
+class ModelSchedule:
+    """Serves models along a reference.
+
+    Attributes:
+        served: Number of models made after the first.
+    """
+
+    def __init__(
+        self, tree: ReducedTree, config: ManipulatorConfig, reference: Reference, settings: ScheduleSettings
+    ) -> None:
+        """Follow ``reference``; distances are those of ``settings``."""
+        self._tree, self._reference, self._lead = tree, reference, settings.lead
+        by_kind = {"t": settings.length, "r": settings.angle}
+        self._reach = np.array([by_kind[axis.name[0]] for axis in config.actuated.values()])
+        self.served = 0
+
+    def next(self, model: ReducedModel, t: float) -> ReducedModel | None:
+        """Return a model to go on with from ``t`` [s] on, or None while ``model`` will do.
+
+        Raises:
+            PoseError: The reference leads where no model can be made.
+        """
+        here, ahead = self._reference.sample(np.array([t, t + self._lead]))[0]
+        if (abs(here - model.pose) <= self._reach).all() or np.array_equal(ahead, model.pose):
+            return None
+        self.served += 1
+        return linearize(self._tree, ahead)

@@ -1,0 +1,189 @@
+"""The comparison behind ``flexarm sim``: joint PD and MPC on one reference, on the arm as described and not.
+
+A job is one condition of one preset: both laws on the same plant, in lockstep in one process. Jobs are
+independent and run on all cores.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from dataclasses import dataclass, replace
+from multiprocessing import get_context
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexarm_bringup.closed_loop import Effort, LoopSettings, run_loop
+from flexarm_bringup.course import Course, Leg, plan_course
+from flexarm_bringup.model_schedule import ScheduleSettings
+from flexarm_bringup.sim.hardware import Hardware
+from flexarm_bringup.sim.plant import Plant
+from flexarm_bringup.sim.rig import RigSettings
+from flexarm_bringup.static_arm import StaticArm
+from flexarm_bringup.task import Task
+from flexarm_bringup.tip_vibration import Residual, read_residual
+from flexarm_controller.settings import ControllerConfig, MpcConfig
+from flexarm_estimator.estimate import Estimate
+from flexarm_estimator.settings import EstimatorConfig
+from flexarm_model.config import load_config
+from flexarm_model.description import ManipulatorConfig
+from flexarm_model.manipulator_file import find_manipulator
+from flexarm_model.reduced_tree import ReducedTree
+
+Array = NDArray[np.float64]
+LAWS = ("pd", "mpc")
+NOMINAL = "as described"
+CONDITIONS = {
+    NOMINAL: RigSettings(),
+    "mass +20 %": RigSettings(body_mass_scale=1.2),
+    "stiffness -20 %": RigSettings(frequency_scale=float(np.sqrt(0.8))),
+    "frequency -10 %": RigSettings(frequency_scale=0.9),
+    "frequency +10 %": RigSettings(frequency_scale=1.1),
+}
+
+
+@dataclass(frozen=True)
+class SimJob:
+    """What one worker does: a preset, a condition, the laws to compare."""
+
+    task: Task
+    preset: str
+    condition: str
+    course: Course
+    laws: tuple[str, ...] = LAWS
+
+
+@dataclass(frozen=True)
+class Trace:
+    """What the tip did: times [s] (k,), position [m] (k, 3), torque over its limit (k, n_theta)."""
+
+    t: Array
+    tip: Array
+    load: Array
+
+
+@dataclass(frozen=True)
+class LegResult:
+    """One move under one law.
+
+    Attributes:
+        leg: The move.
+        residual: What is left after it.
+        tracking: Largest distance of the tip from where the reference wants it, from start to end [m].
+        peak: Largest torque over its limit, until the next move [1].
+    """
+
+    leg: Leg
+    residual: Residual
+    tracking: float
+    peak: float
+
+
+@dataclass(frozen=True)
+class SimResult:
+    """One law under one condition.
+
+    Attributes:
+        preset, condition, law: Which.
+        legs: Every move.
+        effort: What it took.
+        duration: Simulated time [s].
+        trace: What the tip did.
+    """
+
+    preset: str
+    condition: str
+    law: str
+    legs: tuple[LegResult, ...]
+    effort: Effort
+    duration: float
+    trace: Trace
+
+    @property
+    def acceleration(self) -> float:
+        """Residual of all moves together, RMS [m/s^2]."""
+        return float(np.sqrt(np.mean([leg.residual.acceleration**2 for leg in self.legs])))
+
+    @property
+    def speed(self) -> float:
+        """Simulated seconds per second of CPU time [1]."""
+        return self.duration / self.effort.cpu_time
+
+
+def sim_jobs(task: Task, presets: Sequence[str], conditions: Sequence[str]) -> list[SimJob]:
+    """Return everything there is to run: the first preset in all conditions, the others as described.
+
+    Raises:
+        ConfigError: A preset or a description is wrong.
+        ValueError: The arm cannot do a move.
+    """
+    jobs = []
+    for i, preset in enumerate(presets):
+        config = load_config(find_manipulator(task.manipulator), preset)
+        course = plan_course(StaticArm(ReducedTree(config)), task, 1 / config.rate_hz)
+        wanted = conditions if i == 0 else [name for name in conditions if name == NOMINAL]
+        jobs += [SimJob(task, preset, condition, course) for condition in wanted]
+    return jobs
+
+
+def run_sim_job(job: SimJob) -> list[SimResult]:
+    """Run every law of a job."""
+    config = load_config(find_manipulator(job.task.manipulator), job.preset)
+    config = replace(config, home=job.course.home)
+    tree, plant = ReducedTree(config), None
+    results = []
+    for law in job.laws:
+        settings = loop_settings(job.task, law, CONDITIONS[job.condition])
+        hardware = Hardware(config, settings.rig, plant=plant)
+        plant = hardware.rig.plant
+        ticks, effort = run_loop(hardware, tree, job.course.reference, job.course.end, settings, observe_tip)
+        trace = _trace(ticks, config)
+        legs = tuple(_judge(leg, trace, job) for leg in job.course.legs)
+        results.append(SimResult(job.preset, job.condition, law, legs, effort, job.course.end, trace))
+    return results
+
+
+def run_sim_jobs(
+    todo: Sequence[SimJob], done: Callable[[int, int], None], workers: int | None = None
+) -> list[SimResult]:
+    """Run jobs in parallel processes; ``done`` is told after each how many of how many are done."""
+    workers = min(workers or len(os.sched_getaffinity(0)), len(todo))
+    results: dict[int, list[SimResult]] = {}
+    with ProcessPoolExecutor(workers, mp_context=get_context("spawn")) as pool:
+        futures = {pool.submit(run_sim_job, job): i for i, job in enumerate(todo)}
+        for future in as_completed(futures):
+            results[futures[future]] = future.result()
+            done(len(results), len(todo))
+    return [result for i in range(len(todo)) for result in results[i]]
+
+
+def loop_settings(task: Task, law: str, rig: RigSettings) -> LoopSettings:
+    """Return the settings of a run: the task's, without any wall clock."""
+    return LoopSettings(
+        controller=replace(task.make("controller", ControllerConfig), law=law),
+        mpc=replace(task.make("mpc", MpcConfig), time_limit=0.0),
+        estimator=task.make("estimator", EstimatorConfig),
+        rig=rig,
+        schedule=task.make("schedule", ScheduleSettings),
+    )
+
+
+def observe_tip(hardware: Hardware, estimate: Estimate) -> Mapping[str, Array]:
+    """Return one row of the record: time, true tip, torque from now on."""
+    plant: Plant = hardware.rig.plant
+    return {"t": np.array(hardware.t), "tip": plant.tip_pose()[:3, 3], "tau": np.array(hardware.tau)}
+
+
+def _trace(ticks: Sequence[Mapping[str, Array]], config: ManipulatorConfig) -> Trace:
+    t, tip, tau = (np.array([tick[name] for tick in ticks]) for name in ("t", "tip", "tau"))
+    return Trace(t, tip, tau / np.array([axis.effort for axis in config.actuated.values()]))
+
+
+def _judge(leg: Leg, trace: Trace, job: SimJob) -> LegResult:
+    moving = (trace.t >= leg.start) & (trace.t <= leg.end)
+    error = np.linalg.norm(trace.tip - job.course.tip_at(trace.t), axis=1)
+    slot = (trace.t >= leg.start) & (trace.t <= leg.end + job.task.wait)
+    residual = read_residual(trace.t, trace.tip, leg.end, job.task.watch)
+    return LegResult(leg, residual, float(error[moving].max()), float(abs(trace.load[slot]).max()))

@@ -1,0 +1,134 @@
+"""Representative moves of a manipulator as data: what it does, when it is judged, how it is tuned.
+
+A task file (config/moves/NAME.yaml) stands beside the manipulator's and holds what belongs to a use of the
+arm and not to the arm: a list of moves, one after the other, the window in which what is left of the
+vibration is read, how often a new model is served, and the settings in which this machine's estimator and
+controller differ from the defaults.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, fields
+from pathlib import Path
+from typing import Any, TypeVar
+
+from flexarm_bringup.model_schedule import ScheduleSettings
+from flexarm_bringup.share import share_path
+from flexarm_bringup.task_moves import TaskMove, read_move
+from flexarm_bringup.tip_vibration import Watch
+from flexarm_controller.settings import ControllerConfig, MpcConfig
+from flexarm_estimator.settings import EstimatorConfig
+from flexarm_model.overrides import apply_overrides
+from flexarm_model.strict_yaml import ConfigError, Section, read_yaml
+
+FORMAT = "flexarm-moves/1"
+FOLDER = "config/moves"
+Settings = TypeVar("Settings")
+
+
+@dataclass(frozen=True)
+class Task:
+    """What a manipulator is to do.
+
+    Attributes:
+        manipulator: Name or path of its description.
+        presets: Presets of it to run, the first one with everything that may be wrong with the model.
+        start: Name of the pose it starts from.
+        lead: Time before the first move, in which the estimator settles [s].
+        wait: Time after every move [s].
+        moves: By name, in order.
+        watch: How they are judged.
+        gain_db: What MPC shall gain on joint PD, at least [dB].
+        speed: Simulated seconds per second of one core that are wanted, at least [1].
+        assumed: What is not published about the moves.
+        settings: What differs from the defaults of estimator, controller and schedule, by section.
+    """
+
+    manipulator: str
+    presets: tuple[str, ...]
+    start: str
+    lead: float
+    wait: float
+    moves: Mapping[str, TaskMove]
+    watch: Watch
+    gain_db: float
+    speed: float
+    assumed: tuple[str, ...] = ()
+    settings: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
+
+    def make(self, section: str, config_class: type[Settings]) -> Settings:
+        """Return settings: defaults with the task's values."""
+        return apply_overrides(config_class, self.settings.get(section, {}))
+
+
+SECTIONS: dict[str, type] = {
+    "controller": ControllerConfig,
+    "mpc": MpcConfig,
+    "estimator": EstimatorConfig,
+    "schedule": ScheduleSettings,
+}
+
+
+def find_task(manipulator: str) -> Path:
+    """Return the task file of a manipulator: its own name in config/moves, or a path.
+
+    Raises:
+        ConfigError: There is none.
+    """
+    if manipulator.endswith((".yaml", ".yml")):
+        return Path(manipulator)
+    try:
+        return share_path(f"{FOLDER}/{manipulator}.yaml")
+    except FileNotFoundError as error:
+        raise ConfigError(f"moves: '{manipulator}': {error}") from None
+
+
+def load_task(path: Path) -> Task:
+    """Read a task file.
+
+    Raises:
+        ConfigError: Anything is wrong with it; names file, key, value and what is allowed.
+        ParameterError: A setting is outside its range.
+    """
+    top = Section(read_yaml(path), str(path))
+    top.choice("format", (FORMAT,))
+    watch = top.section("watch")
+    task = Task(
+        manipulator=top.text("manipulator", path.stem),
+        presets=top.texts("presets", ("",)),
+        start=top.text("start", "home"),
+        lead=top.quantity("lead", "time", 0.5, above=0.0),
+        wait=top.quantity("wait", "time", above=0.0),
+        moves={name: read_move(section) for name, section in top.sections("moves")},
+        watch=Watch(
+            watch.quantity("from", "time"),
+            watch.quantity("to", "time"),
+            watch.quantity("below", "frequency", above=0.0),
+            watch.quantity("tolerance", "length", above=0.0),
+        ),
+        gain_db=top.quantity("gain_db", "ratio", 12.0),
+        speed=top.quantity("speed", "ratio", 5.0, above=0.0),
+        assumed=top.texts("assumed", ()),
+        settings=_read_settings(top.section("settings", {})),
+    )
+    watch.done()
+    top.done()
+    for name, config_class in SECTIONS.items():
+        task.make(name, config_class)
+    return task
+
+
+def _read_settings(section: Section) -> dict[str, dict[str, Any]]:
+    """Return the values by section; they are plain numbers in SI, as ROS parameters are."""
+    settings: dict[str, dict[str, Any]] = {}
+    for name, config_class in SECTIONS.items():
+        inner = section.section(name, {})
+        settings[name] = {
+            item.name: inner.take(item.name)
+            for item in fields(config_class)  # type: ignore[arg-type]
+            if inner.has(item.name)
+        }
+        inner.done()
+    section.done()
+    return settings

@@ -1,0 +1,198 @@
+"""The kinds of moves of a task file: each turns a start and an arm into a motion of the actuated axes.
+
+- ``by: {base.rz: 30 deg}``: named axes by so much, all on one profile;
+- ``to: B``: all axes to a pose of the description, or to "home";
+- ``shift: [40 mm, 0 mm, 0 mm]``: the tip along a straight line;
+- ``square: {side: 400 mm, ...}``: the tip around a horizontal square with rounded corners.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexarm_bringup.static_arm import StaticArm
+from flexarm_model.kinematics.paths import CartesianMotion, at_speed, rounded_square, straight_move, travel
+from flexarm_model.profiles import Profile, Quintic, Trapezoid
+from flexarm_model.strict_yaml import Section
+from flexarm_model.units import axis_dimension
+
+Array = NDArray[np.float64]
+SAMPLE = 0.01  # s between two points of a path of the tip; the axes' spline goes through them
+
+
+@dataclass(frozen=True)
+class AxisMotion:
+    """Motion of the actuated axes from rest to rest: times from its start [s] (k,), and (k, n_theta) each."""
+
+    t: Array
+    theta: Array
+    theta_dot: Array
+    theta_ddot: Array
+
+
+class TaskMove(Protocol):
+    """One move."""
+
+    def plan(self, arm: StaticArm, start: Array, dt: float) -> AxisMotion:
+        """Return the motion of ``arm`` from the axes at ``start`` (n_theta,), about every ``dt`` [s].
+
+        Raises:
+            ValueError: The arm cannot do it; says why.
+        """
+        ...
+
+
+@dataclass(frozen=True)
+class ByAxes:
+    """Named axes by so much [rad or m], on one profile from 0 to 1."""
+
+    distance: dict[str, float]
+    profile: Profile
+
+    def plan(self, arm: StaticArm, start: Array, dt: float) -> AxisMotion:
+        """Return the motion; see ``TaskMove``."""
+        unknown = sorted(set(self.distance) - set(arm.axes))
+        if unknown:
+            raise ValueError(f"no such axis: {', '.join(unknown)}; actuated are {', '.join(arm.axes)}")
+        way = np.array([self.distance.get(axis, 0.0) for axis in arm.axes])
+        return _straight(start, way, self.profile, dt)
+
+
+@dataclass(frozen=True)
+class ToPose:
+    """All axes to a pose of the description, on one profile from 0 to 1."""
+
+    pose: str
+    profile: Profile
+
+    def plan(self, arm: StaticArm, start: Array, dt: float) -> AxisMotion:
+        """Return the motion; see ``TaskMove``."""
+        return _straight(start, arm.named_pose(self.pose) - start, self.profile, dt)
+
+
+@dataclass(frozen=True)
+class ShiftTip:
+    """The tip by a vector [m], (3,), in a straight line on one profile from 0 to 1."""
+
+    shift: Array
+    keep_orientation: bool
+    profile: Profile
+
+    def plan(self, arm: StaticArm, start: Array, dt: float) -> AxisMotion:
+        """Return the motion; see ``TaskMove``."""
+        here = arm.pose(start)
+        there = here.copy()
+        there[:3, 3] += self.shift
+        motion = straight_move(here, there, self.profile, _times(self.profile.duration))
+        return _along(arm, motion, start, self.keep_orientation)
+
+
+@dataclass(frozen=True)
+class SquareTip:
+    """The tip around a horizontal square, from the middle of one side, with the orientation it has there.
+
+    Attributes:
+        side: Of the square before rounding [m].
+        radius: Of its corners [m].
+        speed: Along the way [m/s].
+        acceleration: At its start and end [m/s^2].
+    """
+
+    side: float
+    radius: float
+    speed: float
+    acceleration: float
+
+    def plan(self, arm: StaticArm, start: Array, dt: float) -> AxisMotion:
+        """Return the motion; the arm starts in the middle of the side towards +x."""
+        here = arm.pose(start)
+        way = rounded_square(here[:3, 3] - np.array([self.side / 2, 0.0, 0.0]), self.side, self.radius)
+        profile = at_speed(way.length, self.speed, self.acceleration)
+        return _along(arm, travel(way, here[:3, :3], profile, _times(profile.duration)), start, True)
+
+
+def read_move(section: Section) -> TaskMove:
+    """Read one move of a task file.
+
+    Raises:
+        ConfigError: It is not exactly one of the kinds, or a value is wrong.
+    """
+    given = [kind for kind in _READERS if section.has(kind)]
+    if len(given) != 1:
+        raise section.error("", given, f"expected exactly one of {', '.join(_READERS)}")
+    move = _READERS[given[0]](section)
+    section.done()
+    return move
+
+
+def _read_by(section: Section) -> TaskMove:
+    axes = section.section("by")
+    distance = {
+        axis: axes.quantity(axis, axis_dimension(axis.rpartition(".")[2], "position"))
+        for axis in axes.names(dots=True)
+    }
+    return ByAxes(distance, _read_profile(section))
+
+
+def _read_to(section: Section) -> TaskMove:
+    return ToPose(section.text("to"), _read_profile(section))
+
+
+def _read_shift(section: Section) -> TaskMove:
+    keep = section.flag("keep_orientation")
+    return ShiftTip(section.quantities("shift", ["length"] * 3), keep, _read_profile(section))
+
+
+def _read_square(section: Section) -> TaskMove:
+    inner = section.section("square")
+    square = SquareTip(
+        inner.quantity("side", "length", above=0.0),
+        inner.quantity("radius", "length", above=0.0),
+        inner.quantity("speed", "velocity", above=0.0),
+        inner.quantity("acceleration", "acceleration", above=0.0),
+    )
+    inner.done()
+    return square
+
+
+_READERS: dict[str, Callable[[Section], TaskMove]] = {
+    "by": _read_by,
+    "to": _read_to,
+    "shift": _read_shift,
+    "square": _read_square,
+}
+
+
+def _read_profile(section: Section) -> Profile:
+    """Return a trapezoid of velocity with two ramps, or without them a quintic, from 0 to 1."""
+    duration = section.quantity("duration", "time", above=0.0)
+    if not section.has("ramps"):
+        return Quintic(1.0, duration)
+    first, last = section.quantities("ramps", ["time"] * 2)
+    try:
+        return Trapezoid(1.0, duration, float(first), float(last))
+    except ValueError as error:
+        raise section.error("ramps", [first, last], str(error)) from None
+
+
+def _straight(start: Array, way: Array, profile: Profile, dt: float) -> AxisMotion:
+    t = np.append(np.arange(0.0, profile.duration - dt / 2, dt), profile.duration)
+    share, rate, acceleration = (part[:, None] for part in profile.sample(t))
+    acceleration[-1] = 0.0
+    return AxisMotion(t, start + share * way, rate * way, acceleration * way)
+
+
+def _times(duration: float) -> Array:
+    return np.linspace(0.0, duration, max(round(duration / SAMPLE), 10) + 1)
+
+
+def _along(arm: StaticArm, motion: CartesianMotion, start: Array, keep_orientation: bool) -> AxisMotion:
+    joints = arm.follow(motion.poses, float(motion.t[1] - motion.t[0]), start, keep_orientation)
+    at_rest = joints.theta_dot.copy()
+    at_rest[[0, -1]] = 0.0
+    return AxisMotion(motion.t, joints.theta, at_rest, joints.theta_ddot)

@@ -1,0 +1,123 @@
+"""Task files: what they say, what they refuse, and the motion that comes out."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from flexarm_bringup.course import plan_course
+from flexarm_bringup.static_arm import StaticArm
+from flexarm_bringup.task import find_task, load_task
+from flexarm_controller.settings import MpcConfig
+from flexarm_model.config import load_config
+from flexarm_model.reduced_tree import ReducedTree
+from flexarm_model.strict_yaml import ConfigError
+
+ARM = """
+format: flexarm/1
+name: elbow
+source: made up for the tests
+gravity: [0 m/s^2, 0 m/s^2, -9.81 m/s^2]
+bodies:
+  upper: {type: rigid, mass: 1 kg, com: [0.2 m, 0 m, 0 m], nodes: {end: [0.4 m, 0 m, 0 m]}}
+  fore: {type: rigid, mass: 1 kg, com: [0.15 m, 0 m, 0 m], nodes: {end: [0.3 m, 0 m, 0 m]}}
+  hand: {type: rigid, mass: 100 g, com: [0 m, 0 m, 0 m], nodes: {tool: [0 m, 0 m, 0 m]}}
+joints:
+  shoulder: {parent: world, child: upper.root, axes: {ry: {actuated: true, lower: -180 deg, upper: 180 deg}}}
+  elbow: {parent: upper.end, child: fore.root, axes: {ry: {actuated: true, lower: -180 deg, upper: 180 deg}}}
+  lift: {parent: fore.end, child: hand.root, axes: {ty: {actuated: true, lower: -1 m, upper: 1 m}}}
+tip: hand.tool
+served: {modes: 0, home: [-60 deg, 90 deg, 0 mm], rate: 200 Hz, poses: {B: [-30 deg, 80 deg, 20 mm]}}
+"""
+
+TASK = """
+format: flexarm-moves/1
+wait: 0.5 s
+watch: {from: 50 ms, to: 0.4 s, below: 30 Hz, tolerance: 0.1 mm}
+moves:
+  bend: {by: {elbow.ry: 20 deg, lift.ty: 10 mm}, duration: 0.5 s}
+  B: {to: B, duration: 1 s, ramps: [0.3 s, 0.2 s]}
+  along: {shift: [0 mm, 30 mm, -40 mm], duration: 0.4 s}
+settings:
+  mpc: {horizon: 20, blocks: [2, 2, 4, 6, 6]}
+  schedule: {angle: 0.1}
+"""
+
+
+@pytest.fixture(scope="module")
+def arm(tmp_path_factory: pytest.TempPathFactory) -> StaticArm:
+    path = tmp_path_factory.mktemp("arm") / "elbow.yaml"
+    path.write_text(ARM, encoding="utf-8")
+    return StaticArm(ReducedTree(load_config(path), use_compiler=False))
+
+
+def write(folder: Path, text: str) -> Path:
+    (folder / "elbow.yaml").write_text(text, encoding="utf-8")
+    return folder / "elbow.yaml"
+
+
+def test_the_reference_goes_through_every_move_and_ends_at_rest(arm: StaticArm, tmp_path: Path) -> None:
+    task = load_task(write(tmp_path, TASK))
+    course = plan_course(arm, task, 0.005)
+    assert [leg.name for leg in course.legs] == ["bend", "B", "along"]
+    assert [round(leg.end - leg.start, 9) for leg in course.legs] == [0.5, 1.0, 0.4]
+    theta, rate, _ = course.reference.sample(np.array([leg.end + 0.01 for leg in course.legs]))
+    bent = arm.named_pose("home") + [0.0, np.radians(20.0), 0.01]
+    assert theta[0] == pytest.approx(bent) and theta[1] == pytest.approx(arm.named_pose("B"))
+    assert rate == pytest.approx(np.zeros((3, 3)))
+    assert course.end == pytest.approx(0.5 + 0.5 + 1.0 + 0.4 + 3 * 0.5)
+
+
+def test_a_shift_moves_the_tip_along_a_straight_line(arm: StaticArm, tmp_path: Path) -> None:
+    course = plan_course(arm, load_task(write(tmp_path, TASK)), 0.005)
+    leg = course.legs[-1]
+    t = np.linspace(leg.start, leg.end, 101)
+    tip = np.array([arm.pose(theta)[:3, 3] for theta in course.reference.sample(t)[0]])
+    assert tip[-1] - tip[0] == pytest.approx([0.0, 0.03, -0.04], abs=1e-6)
+    off = np.cross(tip - tip[0], np.array([0.0, 0.6, -0.8]))
+    assert abs(off).max() < 1e-6  # a quintic through points 10 ms apart
+    rates = np.gradient(course.reference.sample(t)[0], t, axis=0, edge_order=2)
+    assert course.reference.sample(t)[1] == pytest.approx(rates, abs=0.02 * abs(rates).max())
+
+
+def test_settings_are_those_of_the_classes_with_the_files_values(tmp_path: Path) -> None:
+    mpc = load_task(write(tmp_path, TASK)).make("mpc", MpcConfig)
+    assert mpc.horizon == 20 and mpc.blocks == (2, 2, 4, 6, 6)
+    assert mpc.position_error == MpcConfig().position_error
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ("horizon: 20", "horizont: 20", "settings.mpc.horizont"),
+        ("to: B,", "to: B, by: {elbow.ry: 1 deg},", "exactly one of by, to, shift, square"),
+        ("elbow.ry: 20 deg", "elbow.ry: 20 mm", "angle"),
+        ("ramps: [0.3 s, 0.2 s]", "ramps: [0.9 s, 0.2 s]", "t_a"),
+        ("below: 30 Hz, ", "", "watch.below"),
+    ],
+)
+def test_a_wrong_file_is_refused_by_name(tmp_path: Path, old: str, new: str, words: str) -> None:
+    with pytest.raises(ConfigError, match=words):
+        load_task(write(tmp_path, TASK.replace(old, new)))
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ("to: B,", "to: C,", "no pose 'C'"),
+        ("lift.ty", "lift.tz", "no such axis"),
+        ("-40 mm", "-4000 mm", "along"),
+    ],
+)
+def test_what_the_arm_cannot_do_is_refused_by_the_moves_name(
+    arm: StaticArm, tmp_path: Path, old: str, new: str, words: str
+) -> None:
+    with pytest.raises(ValueError, match=words):
+        plan_course(arm, load_task(write(tmp_path, TASK.replace(old, new))), 0.005)
+
+
+def test_the_tasks_that_come_along_can_be_read() -> None:
+    folder = find_task("single_link").parent
+    assert all(load_task(path).moves for path in sorted(folder.glob("*.yaml")))
