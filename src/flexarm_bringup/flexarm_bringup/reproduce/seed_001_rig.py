@@ -119,9 +119,7 @@ def fit_unknowns(targets: Array, start: Unknowns) -> Unknowns:
         if abs(rest).max() <= NEWTON_TOLERANCE:
             return Unknowns(*np.exp(x).tolist())
         changes = DIFFERENCE * np.eye(4)
-        J = np.column_stack(
-            [(_log_targets(x + h) - _log_targets(x - h)) / (2 * DIFFERENCE) for h in changes]
-        )
+        J = np.column_stack([(_log_targets(x + h) - _log_targets(x - h)) / (2 * DIFFERENCE) for h in changes])
         step = np.linalg.solve(J, -rest)
         x = x + step * min(1.0, LONGEST_STEP / abs(step).max())
     raise ValueError(f"no unknowns meet {targets.tolist()}: {abs(rest).max():.2g} is left")
