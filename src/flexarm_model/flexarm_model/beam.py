@@ -153,8 +153,8 @@ class BeamMesh:
         stiffness = at.weight[:, None] * at.rigidities()
         M = np.einsum("kd,kdi,kdj->ij", mass, u, u, optimize=True)
         for point in self.beam.point_masses:
-            rows = self.displacement(np.array([point.at]))[0, :3]
-            M += point.mass * rows.T @ rows
+            rows = self.displacement(np.array([point.at]))[0]
+            M += point.mass * rows[:3].T @ rows[:3] + point.inertia * rows[3:].T @ rows[3:]
         return M, np.einsum("kd,kdi,kdj->ij", stiffness, d, d, optimize=True)
 
     def _locate(self, x: Array) -> tuple[NDArray[np.intp], Array, Array]:

@@ -9,30 +9,45 @@ from numpy.typing import NDArray
 
 from flexarm_model.beam import BeamMesh
 from flexarm_model.description import Beam
-from flexarm_model.reduction import craig_bampton, guyan, mode_basis
+from flexarm_model.reduction import count_modes_below, craig_bampton, guyan, mode_basis
 from flexarm_model.superelement import NodeShape, Superelement
 
 Array = NDArray[np.float64]
 
 
-def reduce_beam(beam: Beam, interfaces: Collection[str]) -> Superelement:
-    """Reduce a beam; see ``reduce_body``."""
+def reduce_beam(beam: Beam, interfaces: Collection[str], *, second_order: bool = True) -> Superelement:
+    """Reduce a beam; see ``reduce_body``.
+
+    Args:
+        beam: The body.
+        interfaces: Its nodes that joints use.
+        second_order: Whether to add the second-order fields; linear models do without, and many modes must.
+
+    Raises:
+        ValueError: More modes are asked for than there are.
+    """
     used = [name for name in beam.nodes if name in interfaces or name in beam.reduction.retain]
     mesh = BeamMesh(beam, used)
     basis, omega = _modes(mesh, used)
     at = mesh.stations()
     x = np.concatenate([at.x, [point.at for point in beam.point_masses]])
     rho = at.weight * at.values("density")
-    n_points = len(beam.point_masses)
+    half = [point.inertia / 2 for point in beam.point_masses]  # a ball's, J/2 of second moment each way
     weight = {
         "centre": np.concatenate([rho * at.values("area"), [point.mass for point in beam.point_masses]]),
-        "y": np.concatenate([rho * at.values("I_z"), np.zeros(n_points)]),
-        "z": np.concatenate([rho * at.values("I_y"), np.zeros(n_points)]),
+        "x": np.concatenate([np.zeros(rho.size), half]),
+        "y": np.concatenate([rho * at.values("I_z"), half]),
+        "z": np.concatenate([rho * at.values("I_y"), half]),
     }
-    N = _fields(mesh, basis, x)
+    N = _fields(mesh, basis, x, second_order)
     s = np.einsum("k,kai->ai", weight["centre"], N["centre"])
     P = np.sum(
-        [np.einsum("k,kai,kbj->abij", weight[key], N[key], N[key], optimize=True) for key in N], axis=0
+        [
+            np.einsum("k,kai,kbj->abij", weight[key], N[key], N[key], optimize=True)
+            for key in N
+            if weight[key].any()
+        ],
+        axis=0,
     )
     K = np.diag(omega**2)
     D = beam.damping_time * K
@@ -49,15 +64,16 @@ def _modes(mesh: BeamMesh, used: list[str]) -> tuple[Array, Array]:
     inner = np.ix_(free, free)
     boundary = np.flatnonzero(np.isin(free, _boundary(mesh, used)))
     n_modes = max(reduction.modes - boundary.size, 0)
-    if reduction.method == "guyan":
+    if reduction.method == "guyan" and reduction.modes:
         basis = guyan(M[inner], K[inner], boundary)
-    else:
+    else:  # without a static mode to keep the body follows its root
+        n_modes += count_modes_below(M[inner], K[inner], boundary, reduction.f_max)
         basis = craig_bampton(M[inner], K[inner], boundary, n_modes)
     if basis.shape[1] < reduction.modes:
         raise ValueError(
             f"body '{mesh.beam.name}': {reduction.modes} modes asked for, {basis.shape[1]} available"
         )
-    modes, omega = mode_basis(M[inner], K[inner], basis, reduction.modes)
+    modes, omega = mode_basis(M[inner], K[inner], basis, reduction.modes or basis.shape[1])
     return T[:, free] @ modes, omega
 
 
@@ -80,22 +96,20 @@ def _frame_constraints(mesh: BeamMesh) -> NDArray[np.intp]:
     return {"clamped": root, "chord": np.concatenate([root[:4], end[1:3]])}[mesh.beam.reduction.frame]
 
 
-def _fields(mesh: BeamMesh, basis: Array, x: Array) -> dict[str, Array]:
+def _fields(mesh: BeamMesh, basis: Array, x: Array, second_order: bool) -> dict[str, Array]:
     """Return the fields N and their slopes over the section at ``x``, (k, n_f, 3) each."""
     u = mesh.displacement(x) @ basis  # (k, 6, n)
     ux, uy, uz, rx, ry, rz = (u[:, i] for i in range(6))
     zero, one, none = np.zeros_like(rx), np.ones(x.size), np.zeros(x.size)
-    i, j = np.triu_indices(basis.shape[1])  # the order of ``pairs``
-    shortening = _shortening(mesh, basis, x)[:, i, j]
-    n_pairs = shortening.shape[1]
-    second = np.zeros((x.size, n_pairs, 3))
-    flat = second.copy()
-    second[:, :, 0] = shortening
+    i, j = np.triu_indices(basis.shape[1] if second_order else 0)  # the order of ``pairs``
+    flat, second = np.zeros((2, x.size, i.size, 3))
+    second[:, :, 0] = _shortening(mesh, basis, x)[:, i, j]
     centre = np.stack([ux, uy, uz], axis=2)
+    along_x = np.stack([zero, rz, -ry], axis=2)
     along_y, along_z = np.stack([-rz, zero, rx], axis=2), np.stack([ry, -rx, zero], axis=2)
-    r = {"centre": (x, none, none), "y": (none, one, none), "z": (none, none, one)}
-    first = {"centre": centre, "y": along_y, "z": along_z}
-    last = {"centre": second, "y": flat, "z": flat}
+    r = {"centre": (x, none, none), "x": (one, none, none), "y": (none, one, none), "z": (none, none, one)}
+    first = {"centre": centre, "x": along_x, "y": along_y, "z": along_z}
+    last = {"centre": second, "x": flat, "y": flat, "z": flat}
     return {
         key: np.concatenate([np.stack(r[key], axis=1)[:, None], first[key], last[key]], axis=1) for key in r
     }

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -31,6 +32,11 @@ def reduce_body(body: Body, interfaces: Collection[str]) -> Superelement:
     return _REDUCERS[type(body)](body, interfaces)
 
 
+def reduce_to_first_order(body: Body, interfaces: Collection[str]) -> Superelement:
+    """Reduce a body for a linear model: without second-order fields, so that many modes cost little."""
+    return _FIRST_ORDER[type(body)](body, interfaces)
+
+
 def _reduce_rigid(body: RigidBody, interfaces: Collection[str]) -> Superelement:
     second = np.trace(body.inertia) / 2 * np.eye(3) - body.inertia + body.mass * np.outer(body.com, body.com)
     none, empty = np.zeros((3, 0)), np.zeros((0, 0))
@@ -49,3 +55,4 @@ _REDUCERS: dict[type, Reducer] = {
     ImportedBody: reduce_imported,
     SuperelementBody: _read_superelement,
 }
+_FIRST_ORDER: dict[type, Reducer] = {**_REDUCERS, Beam: partial(reduce_beam, second_order=False)}

@@ -67,7 +67,10 @@ def _read_beam(name: str, section: Section) -> Beam:
     for item in section.items("point_masses", ()):
         masses.append(
             PointMass(
-                item.text("name"), _read_station(item, "at", length), item.quantity("mass", "mass", above=0.0)
+                item.text("name"),
+                _read_station(item, "at", length),
+                item.quantity("mass", "mass", above=0.0),
+                item.quantity("inertia", "inertia", 0.0, at_least=0.0),
             )
         )
         item.done()
@@ -92,7 +95,11 @@ def _read_reduction(section: Section, nodes: dict[str, float]) -> Reduction:
     method, frame = inner.choice("method", REDUCTIONS), inner.choice("frame", FRAMES, "clamped")
     retain = inner.choices("retain", tuple(nodes), ())
     interface = inner.choice("interface", INTERFACES, "welded")
-    reduction = Reduction(method, inner.count("modes"), frame, retain, interface)
+    f_max = inner.quantity("f_max", "frequency", above=0.0) if inner.has("f_max") else 0.0
+    modes = inner.count("modes", 0, at_least=0 if f_max or method == "guyan" else 1)
+    if f_max and (modes or method == "guyan"):
+        raise inner.error("f_max", f_max, "expected alone, with craig_bampton: it says how many modes")
+    reduction = Reduction(method, modes, frame, retain, interface, f_max)
     inner.done()
     return reduction
 
@@ -155,6 +162,19 @@ def _tube(shape: Section) -> tuple[float, float, float, float]:
     return math.pi * (outer**2 - inner**2) / 4, second, second, 2 * second
 
 
+def _box(shape: Section) -> tuple[float, float, float, float]:
+    """Area, I_y, I_z and torsion constant 4 A_m^2 t / s (Bredt) of a thin-walled box [Roark, table 10.7]."""
+    y = shape.quantity("along_y", "length", above=0.0)
+    z = shape.quantity("along_z", "length", above=0.0)
+    wall = shape.quantity("wall", "length", above=0.0)
+    if not 2 * wall < min(y, z):
+        raise shape.error("wall", wall, f"must be below half the narrower side, {min(y, z) / 2:g} m")
+    inner_y, inner_z, middle_y, middle_z = y - 2 * wall, z - 2 * wall, y - wall, z - wall
+    torsion = 2 * wall * (middle_y * middle_z) ** 2 / (middle_y + middle_z)
+    I_y, I_z = (y * z**3 - inner_y * inner_z**3) / 12, (z * y**3 - inner_z * inner_y**3) / 12
+    return y * z - inner_y * inner_z, I_y, I_z, torsion
+
+
 def _given(shape: Section) -> tuple[float, float, float, float]:
     """Section properties as numbers."""
     moment = "second moment of area"
@@ -176,4 +196,5 @@ _SECTIONS: dict[str, Callable[[Section], tuple[float, float, float, float]]] = {
     "rectangle": _rectangle,
     "tube": _tube,
     "given": _given,
+    "box": _box,
 }

@@ -134,11 +134,19 @@ class BeamPiece:
 
 @dataclass(frozen=True)
 class PointMass:
-    """A small mass on the beam's axis: ``mass`` [kg] at ``at`` [m] from the root."""
+    """A small mass on the beam's axis.
+
+    Attributes:
+        name: Name of the mass.
+        at: Distance from the root [m].
+        mass: Mass [kg].
+        inertia: Its own, about any axis through it [kg m^2].
+    """
 
     name: str
     at: float
     mass: float
+    inertia: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -147,11 +155,12 @@ class Reduction:
 
     Attributes:
         method: "craig_bampton" (interfaces and fixed-interface modes) or "guyan" (interfaces only).
-        modes: Number of modes kept in the end.
+        modes: Number of modes kept in the end; 0 keeps all static ones and what ``f_max`` says.
         frame: "clamped" (tangent at the root) or "chord" (through root and far end).
         retain: Further nodes kept as interfaces, beside those that joints use.
         interface: What an interface node keeps: "welded" its position and rotation, "pinned" its position
             only, so that the slope at a hinge is left to the modes.
+        f_max: Fixed-interface modes up to here are kept beside the static ones [Hz].
     """
 
     method: str
@@ -159,6 +168,7 @@ class Reduction:
     frame: str
     retain: tuple[str, ...] = ()
     interface: str = "welded"
+    f_max: float = 0.0
 
 
 @dataclass(frozen=True)

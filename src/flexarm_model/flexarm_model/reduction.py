@@ -47,6 +47,15 @@ def craig_bampton(M: Array, K: Array, boundary: Indices, n_modes: int) -> Array:
     return np.hstack([_constraint_modes(K, boundary), modes])
 
 
+def count_modes_below(M: Array, K: Array, boundary: Indices, f_max: float) -> int:
+    """Return how many fixed-interface modes have a frequency up to ``f_max`` [Hz]."""
+    interior = np.setdiff1d(np.arange(K.shape[0]), boundary)
+    if not f_max or not interior.size:
+        return 0
+    inner = np.ix_(interior, interior)
+    return int(np.sum(_eigen(K[inner], M[inner])[0] <= (2 * np.pi * f_max) ** 2))
+
+
 def mode_basis(M: Array, K: Array, basis: Array, n_modes: int) -> tuple[Array, Array]:
     """Return the ``n_modes`` slowest modes within a basis, and their frequencies.
 

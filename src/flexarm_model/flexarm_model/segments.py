@@ -91,7 +91,7 @@ def _inertia(beam: Beam, start: float, end: float, *, is_last: bool) -> tuple[fl
         section = m / piece.area * np.array([piece.I_y + piece.I_z, piece.I_y, piece.I_z])
         J += section + (m * length**2 / 12 + m * (x - com) ** 2) * np.array([0.0, 1.0, 1.0])
     for point in points:
-        J += point.mass * (point.at - com) ** 2 * np.array([0.0, 1.0, 1.0])
+        J += point.inertia + point.mass * (point.at - com) ** 2 * np.array([0.0, 1.0, 1.0])
     return mass, com, np.diag(J)
 
 
