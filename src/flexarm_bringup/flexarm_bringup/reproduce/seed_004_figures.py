@@ -33,9 +33,11 @@ def error_figure(photos: Photographs) -> Figure:
             axis.bar(
                 np.arange(1, far.size + 1) + (i - 1) * BAR, far, BAR, label=name, color=COLOURS[(1, 4, 0)[i]]
             )
-        axis.set(xlabel="pose of table 3", ylabel="tip error [mm]", ylim=(0, 12))
+        axis.set(
+            xlabel="pose of table 3", ylabel="tip error [mm]", ylim=(0, 12), xlim=(0, len(photos.names) + 1)
+        )
         axis.set_xticks(range(1, len(photos.names) + 1))
-        axis.legend(ncols=3, loc="upper right")
+        plot.legend(ncols=3, loc="outside upper center")
         return to_figure(
             plot,
             "Tip against photograph in the axes that the camera sees. Null: lengths and angles as "
