@@ -8,10 +8,12 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, TypeVar
 
-from flexarm_model.description import Beam, Body, Joint, ManipulatorConfig, RigidBody
-from flexarm_model.imported_body import ImportedBody
+from flexarm_model.description import Beam, Body, Joint, ManipulatorConfig, Reduction, RigidBody
+from flexarm_model.imported_body import ImportedBody, ImportedReduction
+
+AnyReduction = TypeVar("AnyReduction", Reduction, ImportedReduction)
 
 
 @dataclass(frozen=True)
@@ -67,20 +69,24 @@ def _change_beam(beam: Beam, settings: PlantSettings) -> Beam:
         )
         for piece in beam.pieces
     )
+    mass_scale = settings.mass_scale * heavier
     masses = tuple(
-        replace(point, mass=point.mass * settings.mass_scale * heavier) for point in beam.point_masses
+        replace(point, mass=point.mass * mass_scale, inertia=point.inertia * mass_scale)
+        for point in beam.point_masses
     )
-    reduction = replace(beam.reduction, modes=beam.reduction.modes + settings.extra_modes)
-    return replace(beam, pieces=pieces, point_masses=masses, reduction=reduction)
+    return replace(beam, pieces=pieces, point_masses=masses, reduction=_more_modes(beam.reduction, settings))
 
 
 def _change_imported(body: ImportedBody, settings: PlantSettings) -> ImportedBody:
-    """Scale the stiffness; a fixed number of Craig-Bampton modes grows, what f_max or Guyan says stays."""
-    reduction = body.reduction
-    if reduction.modes and reduction.method == "craig_bampton":
-        reduction = replace(reduction, modes=reduction.modes + settings.extra_modes)
     stiffness = body.stiffness_scale * settings.frequency_scale**2
-    return replace(body, stiffness_scale=stiffness, reduction=reduction)
+    return replace(body, stiffness_scale=stiffness, reduction=_more_modes(body.reduction, settings))
+
+
+def _more_modes(reduction: AnyReduction, settings: PlantSettings) -> AnyReduction:
+    """Return the reduction with the extra modes, where it says how many Craig-Bampton modes to keep."""
+    if reduction.modes and reduction.method == "craig_bampton":
+        return replace(reduction, modes=reduction.modes + settings.extra_modes)
+    return reduction
 
 
 _CHANGES: dict[type, Callable[[Any, PlantSettings], Body]] = {
