@@ -23,6 +23,7 @@ EXAMPLES = """\
 start here:
   flexarm demo                        build the evidence: move the single-link arm six ways, compare
   flexarm demo --html report.html     the same as a page with plots
+  flexarm model single_link           its modes: what bends, who sees it, who drives it
   flexarm reproduce 002               the published tables of the single-link arm against ours
   flexarm replay BAG                  run a recorded bag through estimator and controller again
   flexarm replay BAG --against GOLDEN say where two runs first differ
@@ -45,6 +46,7 @@ COMMANDS = {
     "demo": Command(
         "flexarm_bringup.demo", "move the simulated arm with and without control, compare, record"
     ),
+    "model": Command("flexarm_bringup.model_command", "frequencies, shapes and reach of the modes at a pose"),
     "reproduce": Command("flexarm_bringup.reproduce", "compare published tables with this model"),
     "replay": Command("flexarm_bringup.replay", "feed a bag through estimator and controller, byte for byte"),
     "bench": Command("flexarm_bringup.bench", "measure the time of every step, as ratios to a baseline"),

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from flexarm_bringup.figures import COLOURS, INK, Figure, drawing, to_figure
 from flexarm_bringup.mechanism_lines import Line, MechanismLines, all_points
+from flexarm_model.description import WORLD
 
 Array = NDArray[np.float64]
 
@@ -87,8 +88,8 @@ def draw_lines(axis: Any, lines: Sequence[Line], view: tuple[int, int], **style:
 def draw_shape(axis: Any, shape: Shape, view: tuple[int, int], colour: str = COLOURS[0]) -> None:
     """Draw a mode into a matplotlib axis: at rest grey, one side strong, the other faint."""
     draw_lines(axis, shape.rest, view, color=INK, alpha=0.35, linewidth=1.2)
-    draw_lines(axis, shape.back, view, color=colour, alpha=0.35, linewidth=1.2)
-    draw_lines(axis, shape.there, view, color=colour, linewidth=2.0)
+    for lines, style in ((shape.back, {"alpha": 0.35, "linewidth": 1.2}), (shape.there, {"linewidth": 2.0})):
+        draw_lines(axis, [line for line in lines if line.body != WORLD], view, color=colour, **style)
     axis.plot(shape.joints[:, view[0]], shape.joints[:, view[1]], "o", color=INK, markersize=2.5, alpha=0.5)
     axis.set_aspect("equal", adjustable="datalim")
     axis.set(xlabel=f"{'xyz'[view[0]]} [m]", ylabel=f"{'xyz'[view[1]]} [m]")

@@ -9,6 +9,7 @@ import pytest
 from arms import arm, tree
 from scipy.linalg import eigh
 
+from flexarm_model.description import SensorSpec
 from flexarm_model.linearize import linearize
 from flexarm_model.modal.candidates import candidate_config, noise
 from flexarm_model.modal.observability import Swing, mode_reach
@@ -128,7 +129,7 @@ def test_without_its_sensors_an_arm_asks_for_one_of_them_back() -> None:
     blind = replace(config, sensors=tuple(sensor for sensor in config.sensors if sensor.kind == "encoder"))
     imu = next(sensor for sensor in config.sensors if sensor.kind == "accelerometer")
     possible = candidate_config(blind, extra=[imu])
-    nodes = ("strip_root", "strip_gauge", "strip_tip")
+    nodes = ("hub_root", "strip_root", "strip_gauge", "strip_tip")
     assert {sensor.name for sensor in possible.sensors} == {imu.name} | {
         f"{imu.name}_at_{node}" for node in nodes
     }
@@ -151,6 +152,17 @@ def test_gauges_stay_on_their_own_body_and_get_no_channels_they_lack() -> None:
     link = candidate_config(arm("single_link", "geared"))
     imu = next(sensor for sensor in link.sensors if sensor.name == "tip_accelerometer")
     assert imu.channels == ("x", "y", "z") and imu.sigma == pytest.approx(np.full(3, 0.03))
+
+
+def test_encoders_are_tried_at_axes_of_their_dimension_that_have_none() -> None:
+    rigid = arm("spatial_rigid")
+    angle = SensorSpec("angle", "encoder", "base.rz", ("position",), np.array([1e-4]))
+    found = candidate_config(replace(rigid, sensors=(*rigid.sensors, angle))).sensors
+    encoders = {sensor.name: sensor.site for sensor in found if sensor.kind == "encoder"}
+    sites = {"shoulder.ry", "wrist.rx", "wrist.rz"}
+    assert encoders == {f"angle_at_{site.replace('.', '_')}": site for site in sites}
+    strained = [sensor.site for sensor in found if sensor.kind == "strain_gauge"]
+    assert not strained
 
 
 def test_tables_that_make_no_sense_are_refused() -> None:

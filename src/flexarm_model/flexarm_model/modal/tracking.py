@@ -83,7 +83,7 @@ def group_modes(omega: Array, tolerance: float = MULTIPLE) -> list[NDArray[np.in
     """Return the modes in groups whose frequencies follow each other within a relative tolerance."""
     order = np.argsort(omega, kind="stable")
     gaps = np.diff(omega[order]) > tolerance * np.maximum(omega[order][1:], np.finfo(float).tiny)
-    return list(np.split(order, np.flatnonzero(gaps) + 1))
+    return list(np.split(order, np.flatnonzero(gaps) + 1)) if omega.size else []
 
 
 def _unmix(modes: Modes, before: Array, weight: Array | None, multiple: float) -> Array:

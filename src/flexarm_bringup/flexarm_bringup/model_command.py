@@ -1,0 +1,145 @@
+"""Show the model of a manipulator at a pose: frequencies, damping, shapes, who sees and drives each mode.
+
+  flexarm model single_link                         at the home pose
+  flexarm model spatial_3tpt --pose A               at a pose that its file names
+  flexarm model serial_6r --pose="0,-30 deg,..."    one value per actuated axis, rad and m without a unit
+  flexarm model my_arm.yaml --html modes.html       with a drawing of every mode
+
+The name is that of a manipulator that comes along, or a YAML file.
+"""
+
+from __future__ import annotations
+
+import argparse
+import re
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexarm_bringup.figures import Figure
+from flexarm_bringup.model_page import HZ, Analysis, analyse, build_page
+from flexarm_bringup.progress import Progress
+from flexarm_bringup.report import add_report_arguments, publish
+from flexarm_model.config import load_config
+from flexarm_model.description import ManipulatorConfig
+from flexarm_model.linearize import PoseError, linearize
+from flexarm_model.manipulator_file import find_manipulator
+from flexarm_model.model_file import save_model
+from flexarm_model.reduced_model import ReducedModel
+from flexarm_model.reduced_tree import ReducedTree
+from flexarm_model.units import axis_dimension, parse_quantity
+
+Array = NDArray[np.float64]
+
+USAGE = 2
+HOME = "home"
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add name, preset, pose and files."""
+    parser.add_argument("name", metavar="NAME", help="a manipulator that comes along, or a YAML file")
+    parser.add_argument("--preset", default="", metavar="P", help="preset of that file (default: none)")
+    parser.add_argument(
+        "--pose",
+        default=HOME,
+        metavar="POSE",
+        help='a name, or "v1,v2,..." with or without units; write --pose=-1,... when it begins with a minus',
+    )
+    add_report_arguments(parser)
+    parser.add_argument("--save", type=Path, metavar="FILE", help="also save the model (docs/model_file.md)")
+    parser.epilog = "Exit code 2 when name, preset or pose cannot be used."
+
+
+def run(args: argparse.Namespace) -> int:
+    """Print the model; returns the exit code."""
+    progress = Progress()
+    try:
+        progress.say(f"building {args.name}")
+        tree, model, home = serve(args.name, args.preset, args.pose)
+        if args.save:
+            save_model(model, args.save)
+    except (ValueError, OSError) as error:  # of configuration, body, pose, loop or file
+        progress.done()
+        print(f"flexarm model: {error}")
+        return USAGE
+    progress.say("looking at its modes")
+    analysis = analyse(tree, model, home)
+    figures = draw(analysis) if args.html else []
+    progress.done()
+    code = publish(build_page(analysis, figures), args)
+    if args.save:
+        print(f"saved model {model.model_id} in {args.save}")
+    return code
+
+
+def serve(name: str, preset: str, pose: str) -> tuple[ReducedTree, ReducedModel, ReducedModel]:
+    """Return the dynamics, the model at a pose, and the one at home.
+
+    Args:
+        name: A manipulator that comes along, or a YAML file.
+        preset: Its preset; "" for none.
+        pose: A name or values, as ``parse_pose`` takes it.
+
+    Raises:
+        ValueError: One of them cannot be used; says what is allowed.
+    """
+    config = load_config(find_manipulator(name), preset)
+    at = parse_pose(config, pose)
+    tree = ReducedTree(config, use_compiler=False)  # a few evaluations do not pay for a compiler
+    home = linearize(tree)
+    return tree, home if np.array_equal(at, home.pose) else linearize(tree, at), home
+
+
+def parse_pose(config: ManipulatorConfig, text: str) -> Array:
+    """Return the pose that a name or a list of values means, (n_theta,).
+
+    Raises:
+        PoseError: Not a known name, not a number, or not as many as there are axes; says what is allowed.
+    """
+    named = {HOME: config.home, **config.poses}
+    if text in named:
+        return named[text]
+    items = [item.strip() for item in text.split(",")]
+    axes = list(config.actuated)
+    if len(items) != len(axes):
+        raise PoseError(
+            f"pose '{text}' is {_count(len(items))}; expected {_count(len(axes))} ({', '.join(axes)}) or "
+            f"one of {', '.join(named)}"
+        )
+    return np.array([_value(name, item, named) for name, item in zip(axes, items, strict=True)])
+
+
+def draw(analysis: Analysis) -> list[Figure]:
+    """Return a drawing of every mode."""
+    from flexarm_bringup.mechanism_figure import mode_figure, mode_shape
+    from flexarm_bringup.mechanism_lines import MechanismLines
+    from flexarm_bringup.mode_words import describe_mode
+
+    model, lines = analysis.model, MechanismLines(analysis.tree)
+    figures = []
+    for k in range(model.n_eta):
+        shape = mode_shape(lines, model.q0, model.Phi[:, model.n_theta + k])
+        title = f"mode {k + 1}, {model.omega[k] / HZ:.4g} Hz"
+        caption = f"Mode {k + 1}: {describe_mode(model, analysis.shares, k)}. Grey: at rest; not to scale."
+        figures.append(mode_figure(shape, title, caption))
+    return figures
+
+
+def _value(axis: str, text: str, named: dict[str, Array]) -> float:
+    """Return the value of an axis [rad or m]; a number without a unit is one."""
+    split = re.match(r"[-+]?[0-9.]+(?:[eE][-+]?[0-9]+)?", text)
+    known = f"or a pose by name: {', '.join(named)}"
+    if split is None:
+        raise PoseError(f"pose: {axis} = '{text}': expected a number, with or without a unit, {known}")
+    number, unit = split[0], text[split.end() :].strip()
+    try:
+        if not unit:
+            return float(number)
+        return parse_quantity(f"{number} {unit}", axis_dimension(axis.split(".")[1], "position"))
+    except ValueError as error:
+        raise PoseError(f"pose: {axis} = '{text}': {error}; {known}") from None
+
+
+def _count(n: int) -> str:
+    return f"{n} value" + "s" * (n != 1)

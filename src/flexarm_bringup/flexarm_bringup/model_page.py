@@ -1,0 +1,191 @@
+"""What ``flexarm model`` says of a served model: modes, shapes, who sees them, who drives them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from flexarm_bringup.figures import Figure
+from flexarm_bringup.mode_words import describe_mode
+from flexarm_bringup.report import Cell, Cells, Column, Page, Table
+from flexarm_model.description import ManipulatorConfig, SensorSpec
+from flexarm_model.modal.candidates import candidate_config, noise
+from flexarm_model.modal.energy_shares import EnergyShares, energy_shares
+from flexarm_model.modal.modes import model_modes
+from flexarm_model.modal.observability import ENERGY, ModeReach, Reach, mode_reach
+from flexarm_model.mode_following import alikeness
+from flexarm_model.reduced_model import Outputs, ReducedModel
+from flexarm_model.reduced_tree import ReducedTree
+from flexarm_model.sensors import output_names, output_units
+
+HZ = 2 * np.pi  # rad/s
+NAMED = 2  # sensors or motors per cell
+PERCENT = 100.0
+TRIED = SensorSpec(
+    "accelerometer", "accelerometer", "hand.held", ("x", "y", "z"), np.full(3, 0.03)
+)  # m/s^2; an ordinary MEMS sensor, where none is mounted
+PUSH = 1.0  # N m or N, for axes without a limit
+
+
+@dataclass(frozen=True)
+class Analysis:
+    """A model and all that is said of it.
+
+    Attributes:
+        config: The description.
+        tree: Its dynamics.
+        model: Served at the pose asked for.
+        home: Served at home.
+        shares: Where the modes store their energy.
+        reach: Who sees and who drives them.
+        notes: What had to be supposed.
+    """
+
+    config: ManipulatorConfig
+    tree: ReducedTree
+    model: ReducedModel
+    home: ReducedModel
+    shares: EnergyShares
+    reach: ModeReach
+    notes: tuple[str, ...]
+
+
+def analyse(tree: ReducedTree, model: ReducedModel, home: ReducedModel) -> Analysis:
+    """Return everything there is to say of a model.
+
+    Args:
+        tree: Its dynamics.
+        model: At the pose asked for.
+        home: At the home pose.
+    """
+    config = tree.config
+    effort, unlimited = np.array([axis.effort for axis in config.actuated.values()]), []
+    for i, name in enumerate(config.actuated):
+        if not np.isfinite(effort[i]):
+            effort[i] = PUSH
+            unlimited.append(name)
+    notes = [f"{', '.join(unlimited)}: no effort limit given, {PUSH:g} N m or N taken"] if unlimited else []
+    extra = () if any(sensor.kind == TRIED.kind for sensor in config.sensors) else (TRIED,)
+    if extra:
+        notes.append(f"no accelerometer is mounted: one of {TRIED.sigma[0]:g} m/s² is tried at every node")
+    candidates = candidate_config(config, extra)
+    reach = mode_reach(model, noise(config), effort, (_outputs(candidates, model), noise(candidates)))
+    return Analysis(config, tree, model, home, energy_shares(tree, model), reach, tuple(notes))
+
+
+def build_page(analysis: Analysis, figures: Sequence[Figure] = ()) -> Page:
+    """Return the page; figures, if any, stand behind the table of modes."""
+    config, model = analysis.config, analysis.model
+    preset = f", preset {config.preset}" if config.preset else ""
+    pose = ", ".join(
+        f"{name} = {value:.6g}" for name, value in zip(model.theta_names, model.pose, strict=True)
+    )
+    title = f"{config.name}{preset}: model {model.model_id}"
+    lead = (
+        f"Served at {pose}; {model.n_eta} modes with the actuated axes held; {analysis.tree.n_q} coordinates."
+    )
+    items: list[Table | Figure] = [mode_table(analysis), *figures, *mac_tables(analysis)]
+    items.append(reach_table(analysis))
+    remarks = {"Source": (config.source,)} if config.source else {}
+    return Page(
+        title,
+        lead,
+        items,
+        remarks=remarks
+        | {"Fitted": config.fitted or ("nothing",), "Assumed": config.assumed or ("nothing",)},
+        data=_data(analysis),
+    )
+
+
+def mode_table(analysis: Analysis) -> Table:
+    """Return frequencies, damping and shapes in words."""
+    model = analysis.model
+    columns = [Column("mode", ".0f"), Column("f [Hz]", ".5g"), Column("ζ [%]", ".3g"), Column("shape")]
+    rows: list[Cells] = [
+        [k + 1, model.omega[k] / HZ, PERCENT * model.zeta[k], describe_mode(model, analysis.shares, k)]
+        for k in range(model.n_eta)
+    ]
+    free = model_modes(model, locked=False).f_hz
+    elastic = ", ".join(f"{f:.5g}" for f in free[free > 1e-6 * free.max(initial=0.0)])
+    notes = [
+        "Percent of the strain energy; tip in its own axes, per unit of the mass-normalised coordinate.",
+        f"With the axes free to recoil: {elastic} Hz.",
+    ]
+    return Table("Modes with the actuated axes held", columns, rows, notes if model.n_eta else ())
+
+
+def mac_tables(analysis: Analysis) -> list[Table]:
+    """Return the modes here against those at home; none at home itself."""
+    model, home = analysis.model, analysis.home
+    if not model.n_eta or np.array_equal(model.pose, home.pose):
+        return []
+    values = alikeness(analysis.tree, home, model)
+    columns = [Column("mode here", ".0f"), Column("f [Hz]", ".5g")]
+    columns += [Column(f"home {i + 1}\n{home.omega[i] / HZ:.4g} Hz", ".2f") for i in range(home.n_eta)]
+    rows: list[Cells] = [
+        [k + 1, model.omega[k] / HZ, *(float(value) for value in values[:, k])] for k in range(model.n_eta)
+    ]
+    note = "Weighted with the strain energy, which does not depend on the pose; 1 is the same shape."
+    return [Table("MAC with the modes at home", columns, rows, [note])]
+
+
+def reach_table(analysis: Analysis) -> Table:
+    """Return who sees every mode, who could, and who drives it."""
+    reach = analysis.reach
+    titles = ["seen", "by (signal over noise)", "could be seen by", "driven", "by (share of the swing)"]
+    columns = [Column("mode", ".0f"), Column("f [Hz]", ".5g"), *(Column(title) for title in titles)]
+    rows: list[Cells] = []
+    for k in range(reach.modes.omega.size):
+        seen, driven = bool(reach.sensors.reached[k]), bool(reach.motors.reached[k])
+        could: Cell = None if seen else _strongest(reach.possible, k) or "no node with these sensors"
+        rows.append(
+            [
+                k + 1,
+                reach.modes.f_hz[k],
+                seen,
+                _strongest(reach.sensors, k) or None,
+                could,
+                driven,
+                _strongest(reach.motors, k) or None,
+            ]
+        )
+    notes = [
+        f"A mode that swings with {1e6 * ENERGY:g} µJ: what one sample shows over its noise (seen from "
+        f"{reach.sensors.enough:g}), and the share of the swing that a motor takes up in a quasi-static "
+        f"push at its limit (driven from {reach.motors.enough:g}).",
+        "Close modes are judged together: a row that sees one of a double mode alone does not count.",
+        *analysis.notes,
+    ]
+    return Table("Who sees and who drives each mode", columns, rows, notes)
+
+
+def _strongest(reach: Reach, mode: int) -> str:
+    """Return the names that reach a mode with their share, strongest first."""
+    names = reach.by(mode)[:NAMED]
+    return ", ".join(f"{name} {reach.share[mode, reach.names.index(name)]:.3g}" for name in names)
+
+
+def _outputs(config: ManipulatorConfig, model: ReducedModel) -> Outputs:
+    """Return the rows of other sensors in the coordinates of a model."""
+    tree = ReducedTree(config, use_compiler=False)  # used once
+    y0, *rows = (np.array(part) for part in tree.functions["output_rows"](model.q0))
+    return Outputs(output_names(config), output_units(config), y0, *(row @ model.Phi for row in rows))
+
+
+def _data(analysis: Analysis) -> dict[str, Any]:
+    """Return what the JSON file holds beside the tables."""
+    model, config = analysis.model, analysis.config
+    shares = analysis.shares
+    return {
+        "model_id": model.model_id,
+        "config_id": model.config_id,
+        "manipulator": config.name,
+        "preset": config.preset,
+        "pose": dict(zip(model.theta_names, model.pose.tolist(), strict=True)),
+        "f_hz": (model.omega / HZ).tolist(),
+        "zeta": model.zeta.tolist(),
+        "energy_shares": [dict(zip(shares.names, share, strict=True)) for share in shares.share.tolist()],
+    }

@@ -1,0 +1,132 @@
+"""``flexarm model``: what it says is what the model has, and what it refuses it explains."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from flexarm_bringup.cli import main
+from flexarm_bringup.mode_words import describe_tip, direction
+from flexarm_bringup.model_command import USAGE, parse_pose, serve
+from flexarm_bringup.model_page import analyse, build_page, mode_table, reach_table
+from flexarm_model.config import load_config
+from flexarm_model.linearize import PoseError, linearize
+from flexarm_model.model_file import load_model
+
+ARMS = Path(__file__).parents[2] / "flexarm_model/test/arms"
+PLANAR, FIVE_BAR, SPATIAL = (str(ARMS / f"{name}.yaml") for name in ("planar", "five_bar", "spatial"))
+
+
+def test_the_single_link_is_shown_as_it_is_published(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    page, found = tmp_path / "page.html", tmp_path / "page.json"
+    assert main(["model", "single_link", "--json", str(found), "--html", str(page)]) == 0
+    out = capsys.readouterr().out
+    assert "strip bends along y 100 %; tip moves along y" in out and "E = 208.5 GPa" in out
+    data = json.loads(found.read_text())
+    assert data["f_hz"][0] == pytest.approx(5.23, abs=5e-4)  # seed 002
+    assert data["model_id"] in out and data["zeta"] == pytest.approx([0.015] * 3)
+    assert page.read_text().count("<svg") == 3
+
+
+def test_the_saved_model_is_the_one_that_was_shown(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    file = tmp_path / "model.json"
+    assert main(["model", PLANAR, "--pose=-10 deg,0.7", "--save", str(file)]) == 0
+    model = load_model(file)
+    assert model.pose == pytest.approx([np.radians(-10.0), 0.7])
+    assert f"model {model.model_id}" in capsys.readouterr().out
+    assert model.model_id == linearize(serve(PLANAR, "", "home")[0], model.pose).model_id
+
+
+def test_away_from_home_modes_are_compared_with_those_there(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["model", FIVE_BAR]) == 0
+    assert "MAC with the modes at home" not in capsys.readouterr().out
+    assert main(["model", FIVE_BAR, "--pose", "aside"]) == 0
+    assert "MAC with the modes at home" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["warp_drive"], "expected a .yaml file or one of"),
+        (["single_link", "--preset", "sticky"], "light_hub"),
+        (
+            ["single_link", "--pose", "somewhere"],
+            "'somewhere': expected a number, with or without a unit, or a pose by name: home",
+        ),
+        (["single_link", "--pose", "1,2"], "2 values; expected 1 value (base.rz) or one of home"),
+        (["single_link", "--pose", "10 mm"], "unit 'mm' is not one of angle"),
+        (["single_link", "--pose", ""], "home"),
+        (["single_link", "--pose", "nan"], "'nan': expected a number"),
+        (["single_link", "--pose", "171 deg"], "outside [-2.96706, 2.96706]"),
+        ([FIVE_BAR, "--pose", "there"], "1 value; expected 2 values"),
+        ([FIVE_BAR, "--pose", "180 deg,0 deg"], "five_bar"),
+        (["single_link", "--save", "/no/such/folder/model.json"], "No such file"),
+    ],
+)
+def test_what_cannot_be_used_is_explained(
+    arguments: list[str], said: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["model", *arguments]) == USAGE
+    out = capsys.readouterr().out
+    assert out.startswith("flexarm model: ") and said in out and "Traceback" not in out
+
+
+def test_poses_are_given_by_name_or_by_value_with_or_without_units() -> None:
+    config = load_config(Path(FIVE_BAR))
+    assert parse_pose(config, "home") is config.home
+    assert parse_pose(config, "aside") == pytest.approx(np.radians([150.0, 70.0]))
+    assert parse_pose(config, "-1.5e-1, 20deg") == pytest.approx([-0.15, np.radians(20.0)])
+    for text in ("1,x", "1,2 furlongs", "1,", "--1,2"):
+        with pytest.raises(PoseError, match="aside"):
+            parse_pose(config, text)
+
+
+def test_a_mode_that_is_not_seen_is_told_by_whom_it_could_be() -> None:
+    tree, model, home = serve(FIVE_BAR, "", "home")
+    analysis = analyse(tree, model, home)
+    rows = {row[0]: row for row in reach_table(analysis).rows}
+    first = rows[1]
+    assert first[2] is False and "accelerometer_at_left_forearm_end" in str(first[4])
+    assert any("no accelerometer is mounted" in note for note in reach_table(analysis).notes)
+    assert any("left_motor.rz, right_motor.rz: no effort limit" in note for note in analysis.notes)
+
+
+def test_sensors_that_are_mounted_are_not_tried_again() -> None:
+    tree, model, home = serve("single_link", "", "home")
+    reach = analyse(tree, model, home).reach
+    assert not set(reach.sensors.names) & set(reach.possible.names)
+    assert set(reach.sensors.names) == {name for name in model.outputs.names if not name.startswith("tip.")}
+
+
+def test_a_page_without_modes_can_be_shown(tmp_path: Path) -> None:
+    assert main(["model", str(ARMS / "spatial_rigid.yaml"), "--html", str(tmp_path / "page.html")]) == 0
+
+
+@pytest.mark.parametrize(
+    ("vector", "words"),
+    [([0, 1, 0], "y"), ([0, -1, 0.1], "y"), ([0.8, 0, -0.6], "x and -z"), ([-0.6, 0.8, 0], "y and -x")],
+)
+def test_directions_are_named_by_their_larger_components(vector: list[float], words: str) -> None:
+    assert direction(np.array(vector, dtype=float)) == words
+
+
+def test_a_tip_that_only_turns_or_stands_still_is_said_to() -> None:
+    tree, model, _ = serve("single_link", "", "home")
+    rows = model.outputs.rows("tip")
+    C_pos = np.array(model.outputs.C_pos)
+    C_pos[rows[:3], 2] = 0.0
+    C_pos[rows, 3] = 0.0
+    still = replace(model, outputs=replace(model.outputs, C_pos=C_pos))
+    assert describe_tip(still, 0).startswith("tip moves along y, ")
+    assert describe_tip(still, 1).startswith("tip turns about z, ")
+    assert describe_tip(still, 2) == "tip stands still"
+    assert build_page(analyse(tree, model, model)).passed
+    assert len(mode_table(analyse(tree, model, model)).rows) == model.n_eta
