@@ -24,6 +24,7 @@ start here:
   flexarm demo                        build the evidence: move the single-link arm six ways, compare
   flexarm demo --html report.html     the same as a page with plots
   flexarm model single_link           its modes: what bends, who sees it, who drives it
+  flexarm sim single_link             rig, estimator and controller of any manipulator in one process
   flexarm reproduce 002               the published tables of the single-link arm against ours
   flexarm replay BAG                  run a recorded bag through estimator and controller again
   flexarm replay BAG --against GOLDEN say where two runs first differ
@@ -47,6 +48,7 @@ COMMANDS = {
         "flexarm_bringup.demo", "move the simulated arm with and without control, compare, record"
     ),
     "model": Command("flexarm_bringup.model_command", "frequencies, shapes and reach of the modes at a pose"),
+    "sim": Command("flexarm_bringup.simulate", "run any manipulator in lockstep: MPC against joint PD"),
     "reproduce": Command("flexarm_bringup.reproduce", "compare published tables with this model"),
     "replay": Command("flexarm_bringup.replay", "feed a bag through estimator and controller, byte for byte"),
     "bench": Command("flexarm_bringup.bench", "measure the time of every step, as ratios to a baseline"),

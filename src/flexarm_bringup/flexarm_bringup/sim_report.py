@@ -1,0 +1,154 @@
+"""The tables and the acceptance bounds of ``flexarm sim``."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from flexarm_bringup.figures import Figure
+from flexarm_bringup.report import Cell, Check, Column, Page, Table
+from flexarm_bringup.residual import decibels
+from flexarm_bringup.sim_study import NOMINAL, LegResult, SimResult
+from flexarm_bringup.task import Task
+from flexarm_model.description import ManipulatorConfig
+
+FASTEST_DDS = 500.0  # Hz; what nodes over DDS keep in real time on two shared cores
+GROWS = 1.2  # residual of the second half of the window over the first: more is no decay
+BASELINE, LAW = "pd", "mpc"
+
+COLUMNS = (
+    Column("the arm"),
+    Column("move"),
+    Column("law"),
+    Column("residual\n[m/s²]", ".4f"),
+    Column("against\nPD [dB]", "+.1f"),
+    Column("off rest\n[mm RMS]", ".3f"),
+    Column("settles\n[s]", ".3f"),
+    Column("off path\n[mm]", ".2f"),
+    Column("torque\n[% of limit]", ".0f"),
+    Column("stable"),
+    Column("simulated\ns per CPU s", ".1f"),
+)
+
+
+def build_page(
+    task: Task, configs: dict[str, ManipulatorConfig], results: Sequence[SimResult], figures: Sequence[Figure]
+) -> Page:
+    """Return everything a simulation has to say.
+
+    Args:
+        task: What was done.
+        configs: Description of every preset.
+        results: Every law under every condition.
+        figures: What the tip did.
+    """
+    config = next(iter(configs.values()))
+    tables = [_table(task, configs[preset], preset, results) for preset in configs]
+    return Page(
+        title=f"flexarm sim {config.name}: MPC against joint PD on the same reference",
+        lead="Rig, estimator and controller in lockstep in one process; both laws have the same model, "
+        "reference and torque limits.",
+        items=[*tables, *figures],
+        checks=_checks(task, results),
+        remarks={
+            "assumed": [*config.assumed, *task.assumed],
+            "fitted": config.fitted,
+            "read it so": [_real_time(config), *_CAVEATS],
+        },
+        data={"rate_hz": config.rate_hz, "real_time_over_dds": config.rate_hz <= FASTEST_DDS},
+    )
+
+
+_CAVEATS = (
+    "residual: RMS of the tip's true acceleration in the window after a move; off rest: from its end",
+    "off path: largest distance of the tip from where the described arm would have it if it moved slowly",
+    "settles 'never': not within the window that was watched",
+    "the arm is simulated, with more modes than the controller knows, noise and delay; dB are of that rig",
+)
+
+
+def gain_db(pair: dict[str, SimResult]) -> float:
+    """Return by how much MPC leaves less than joint PD, all moves together [dB]."""
+    return decibels(pair[BASELINE].acceleration, pair[LAW].acceleration)
+
+
+def is_stable(result: SimResult, baseline: SimResult) -> bool:
+    """Tell whether a run ends well: no stop, and no vibration that stays above the baseline's and grows."""
+    feeds = any(
+        leg.residual.growth > GROWS and leg.residual.acceleration > other.residual.acceleration
+        for leg, other in zip(result.legs, baseline.legs, strict=True)
+    )
+    return not result.effort.guard and not feeds
+
+
+def by_condition(results: Sequence[SimResult]) -> dict[tuple[str, str], dict[str, SimResult]]:
+    """Return the results by (preset, condition) and law, in order."""
+    pairs: dict[tuple[str, str], dict[str, SimResult]] = {}
+    for result in results:
+        pairs.setdefault((result.preset, result.condition), {})[result.law] = result
+    return pairs
+
+
+def _table(task: Task, config: ManipulatorConfig, preset: str, results: Sequence[SimResult]) -> Table:
+    pairs = by_condition(results)
+    nominal = pairs[preset, NOMINAL][BASELINE]
+    rows: list[list[Cell]] = []
+    for (of, condition), pair in pairs.items():
+        if of != preset:
+            continue
+        for i, leg in enumerate(pair[BASELINE].legs):
+            for law, result in pair.items():
+                end: list[Cell] = [is_stable(result, nominal), result.speed]
+                rows.append([condition, leg.leg.name, law.upper(), *_cells(result, i, leg), *end])
+    adopted = pairs[preset, NOMINAL][LAW].effort
+    notes = [
+        f"control rate {config.rate_hz:g} Hz, {config.modes} modes; window "
+        f"{task.watch.begin:g} to {task.watch.end:g} s after a move, up to {task.watch.cutoff_hz:g} Hz; "
+        f"settled within {1e3 * task.watch.tolerance:g} mm",
+        f"{adopted.served} models adopted on the way, {_each_ms(adopted.adopt_time, adopted.served)}",
+    ]
+    return Table(f"Preset {preset or 'as in the file'}", COLUMNS, rows, notes)
+
+
+def _cells(result: SimResult, i: int, baseline: LegResult) -> list[Cell]:
+    leg = result.legs[i]
+    left = leg.residual
+    return [
+        left.acceleration,
+        decibels(left.acceleration, baseline.residual.acceleration),
+        1e3 * left.distance,
+        left.settling,
+        1e3 * leg.tracking,
+        100 * leg.peak,
+    ]
+
+
+def _each_ms(seconds: float, count: int) -> str:
+    return f"{1e3 * seconds / count:.1f} ms each" if count else "the move stays near one pose"
+
+
+def _checks(task: Task, results: Sequence[SimResult]) -> list[Check]:
+    checks = []
+    first = task.presets[0] if task.presets[0] in {r.preset for r in results} else results[0].preset
+    for (preset, condition), pair in by_condition(results).items():
+        if preset != first:
+            continue
+        gain = gain_db(pair)
+        name = f"{condition}: MPC below joint PD, all moves"
+        wanted = f"at least {task.gain_db:g} dB"
+        checks.append(Check(name, wanted, f"{gain:.1f} dB", gain >= task.gain_db))
+    nominal = {p: pair[BASELINE] for (p, c), pair in by_condition(results).items() if c == NOMINAL}
+    shaky = [r for r in results if r.law == LAW and not is_stable(r, nominal[r.preset])]
+    checks.append(Check("no MPC run is unstable", "none", f"{len(shaky)}", not shaky))
+    slowest = min(result.speed for result in results if result.law == LAW)
+    wanted = f"at least {task.speed:g} times real time"
+    checks.append(Check("lockstep, slowest MPC run", wanted, f"{slowest:.1f} times", slowest >= task.speed))
+    return checks
+
+
+def _real_time(config: ManipulatorConfig) -> str:
+    if config.rate_hz > FASTEST_DDS:
+        return (
+            f"this machine needs {config.rate_hz:g} Hz: in lockstep only; over DDS in real time a computer "
+            f"of this class keeps up to about {FASTEST_DDS:g} Hz"
+        )
+    return f"{config.rate_hz:g} Hz can also be kept over DDS in real time on a computer of this class"

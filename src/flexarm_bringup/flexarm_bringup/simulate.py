@@ -1,0 +1,51 @@
+"""Run the simulated rig, estimator and controller of any manipulator in lockstep, and print what it is worth.
+
+The arm does its representative moves (config/moves) twice, under joint PD and under MPC, as described and
+with its masses, stiffness and frequencies off the model; the tables compare what is left of the vibration.
+"""
+
+from __future__ import annotations
+
+import argparse
+
+from flexarm_bringup.progress import Progress
+from flexarm_bringup.report import add_report_arguments, publish
+from flexarm_bringup.sim_figures import draw
+from flexarm_bringup.sim_report import build_page
+from flexarm_bringup.sim_study import CONDITIONS, NOMINAL, run_sim_jobs, sim_jobs
+from flexarm_bringup.task import find_task, load_task
+from flexarm_model.config import load_config
+from flexarm_model.manipulator_file import find_manipulator
+from flexarm_model.parameters import ParameterError
+from flexarm_model.strict_yaml import ConfigError
+
+REFUSED = 2
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the options of the simulation."""
+    parser.add_argument("name", help="a manipulator that has moves in config/moves, or a moves file (.yaml)")
+    parser.add_argument("--preset", help="run this preset alone, in all conditions")
+    parser.add_argument("--nominal", action="store_true", help="only the arm as described")
+    add_report_arguments(parser)
+    parser.epilog = "Exit code 1 when a bound in the table 'Acceptance' was missed."
+
+
+def run(args: argparse.Namespace) -> int:
+    """Run the simulation; returns the exit code."""
+    progress = Progress()
+    try:
+        task = load_task(find_task(args.name))
+        presets = task.presets if args.preset is None else (args.preset,)
+        progress.say("working out the moves")
+        todo = sim_jobs(task, presets, [NOMINAL] if args.nominal else list(CONDITIONS))
+        progress.say("preparing the arms")
+        results = run_sim_jobs(todo, lambda done, of: progress.say(f"simulating: {done} of {of} conditions"))
+    except (ConfigError, ParameterError, ValueError) as error:
+        progress.done()
+        print(error)
+        return REFUSED
+    configs = {preset: load_config(find_manipulator(task.manipulator), preset) for preset in presets}
+    page = build_page(task, configs, results, draw(task, results) if args.html else ())
+    progress.done()
+    return publish(page, args)

@@ -1,0 +1,66 @@
+"""``flexarm sim``: one short run end to end, and what counts as stable."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from flexarm_bringup.cli import main
+from flexarm_bringup.closed_loop import Effort
+from flexarm_bringup.course import Leg
+from flexarm_bringup.sim_report import gain_db, is_stable
+from flexarm_bringup.sim_study import LegResult, SimResult, Trace
+from flexarm_bringup.tip_vibration import Residual
+
+TASK = """
+format: flexarm-moves/1
+manipulator: single_link
+presets: [geared]
+wait: 1.2 s
+watch: {from: 100 ms, to: 1.1 s, below: 20 Hz, tolerance: 0.5 mm}
+speed: 0.001
+moves: {out: {by: {base.rz: 10 deg}, duration: 0.5 s, ramps: [0.3 s, 96 ms]}}
+"""
+
+
+def result(law: str, acceleration: float, growth: float = 0.1, guard: str = "") -> SimResult:
+    leg = LegResult(Leg("out", 0.5, 1.0), Residual(acceleration, 1e-3, 0.1, growth), 1e-3, 0.5)
+    trace = Trace(np.zeros(1), np.zeros((1, 3)), np.zeros((1, 1)))
+    return SimResult("", "as described", law, (leg,), Effort(0.5, 0, 0.0, 0.0, guard), 2.0, trace)
+
+
+def test_the_command_prints_and_writes_the_table(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "short.yaml").write_text(TASK, encoding="utf-8")
+    files = ["--json", str(tmp_path / "sim.json"), "--html", str(tmp_path / "sim.html")]
+    assert main(["sim", str(tmp_path / "short.yaml"), "--nominal", *files]) == 0
+    assert "assumed" in capsys.readouterr().out
+    page = json.loads((tmp_path / "sim.json").read_text(encoding="utf-8"))
+    laws = {row[2]: row for row in page["tables"][0]["rows"]}
+    assert laws["MPC"][3] < laws["PD"][3] / 4.0  # m/s^2: at least 12 dB
+    assert page["rate_hz"] == 200.0 and page["real_time_over_dds"]
+    assert "<svg" in (tmp_path / "sim.html").read_text(encoding="utf-8")
+
+
+def test_a_manipulator_without_moves_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["sim", "no_such_arm"]) == 2
+    assert "no_such_arm" in capsys.readouterr().out
+
+
+def test_the_gain_is_that_of_all_moves_together() -> None:
+    pd, mpc = result("pd", 3.0), result("mpc", 0.1)
+    both = replace(pd, legs=(*pd.legs, *result("pd", 4.0).legs))
+    assert both.acceleration == pytest.approx(np.sqrt(12.5))
+    assert gain_db({"pd": pd, "mpc": mpc}) == pytest.approx(20 * np.log10(30.0))
+    assert pd.speed == 4.0
+
+
+def test_a_run_is_unstable_when_stopped_or_when_its_vibration_grows_beyond_the_baselines() -> None:
+    baseline = result("pd", 1.0)
+    assert is_stable(result("mpc", 0.1, growth=3.0), baseline)  # noise may do that
+    assert is_stable(result("mpc", 2.0, growth=0.5), baseline)
+    assert not is_stable(result("mpc", 2.0, growth=1.5), baseline)
+    assert not is_stable(result("mpc", 0.1, guard="no command for 50 ms"), baseline)
