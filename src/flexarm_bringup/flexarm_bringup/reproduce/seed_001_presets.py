@@ -72,7 +72,7 @@ def fit_table() -> tuple[Table, list[Check]]:
     ]
     worst = max(abs(a / b - 1) for name in SEED for a, b in zip(again[name], given[name], strict=True))
     notes = [
-        "Four unknowns, four targets: f1, f2, k of mode 2 at tool and platform. No degree of freedom is left:",
+        "Four unknowns, four targets: f1, f2, k of mode 2 at tool and platform. No freedom is left:",
         "meeting the targets is by construction and proves nothing about the real machine.",
         "Newton's iteration starts from " + ", ".join(f"{value:g}" for value in astuple(START)) + ".",
     ]
@@ -102,7 +102,7 @@ def frequency_table(machines: Machines) -> tuple[Table, list[Check]]:
         rows.append([i + 1, *map(float, cells[0]), *map(float, cells[1]), remark])
     shift = max(abs(100 * (m.f_hz[i] / by_hand[n][i] - 1)) for n, m in machines.items() for i in (0, 1))
     notes = [
-        f"The pipeline moves f1 and f2 by at most {shift:.3f} % (limit {FREQUENCY_BOUND} %): no new fit is due.",
+        f"The pipeline moves f1 and f2 by at most {shift:.3f} % (limit {FREQUENCY_BOUND} %): not re-solved.",
         "Null: a point mass on three springs meets both targets as exactly and has nothing above mode 3.",
         f"Mode 1 moves the tool along {direction(machines['sim'], FIRST)}, mode 2 along "
         f"{direction(machines['sim'], SECOND)}; the paper's peaks along (.68, .67, .29).",

@@ -63,7 +63,8 @@ def read_printed() -> dict[str, Reading]:
     """Return the four blocks of the paper by case."""
     blocks = {}
     for case, row in read_records("seed001_half_power").items():
-        curve = HalfPower(*(float(row[name]) for name in ("f0_hz", "fa_hz", "fb_hz")), _height(row["h0_mm"]))
+        f_0, low, high = (float(row[name]) for name in ("f0_hz", "fa_hz", "fb_hz"))
+        curve = HalfPower(f_0, low, high, 1e-3 * float(row["h0_mm"]))
         blocks[case] = Reading(curve, float(row["printed_zeta"]), float(row["printed_k_n_per_m"]))
     return blocks
 
@@ -146,10 +147,6 @@ def _if_displacement() -> list[str]:
         f"the modal mass {absurd.mass:.0f} kg.",
         "One mode cannot have ζ .0232 and .0279 at two points; .0130 and .0150 differ by the reading.",
     ]
-
-
-def _height(text: str) -> float:
-    return 1e-3 * float(text)
 
 
 def _words(case: str) -> str:
