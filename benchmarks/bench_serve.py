@@ -1,8 +1,8 @@
 """Cost of serving a model: at a pose never asked for, and at one from the cache, of every manipulator.
 
-CPU time of this thread, medians and 99th percentiles. The poses lie around home, near enough for the loops to
-stay on their branch. Beside the whole stand its parts: the compiled functions at the pose, the
-eigenproblem. The first figure per arm is the number of tree coordinates.
+CPU time of this thread, medians and 99th percentiles. The poses lie around home, up to half of the way to
+the limits; those that cannot be reached are left out. Beside it the compiled functions that serving
+evaluates; the rest is linear algebra on the tree's coordinates, whose number is the first figure.
 """
 
 from __future__ import annotations
@@ -22,8 +22,8 @@ from flexarm_model.model_cache import ModelCache
 from flexarm_model.reduced_tree import ReducedTree
 from flexarm_model.share import share_folders
 
-REACH = 0.1  # of the axes around home [rad], at most
-SHARE = 0.25  # of the way to a limit, at most
+REACH = 1.0  # of the axes around home [rad or m], at most
+SHARE = 0.5  # of the way to a limit, at most
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
 

@@ -26,6 +26,11 @@ BOUNDS = {  # name of a result: largest value allowed
     "estimator_p99_us": 100.0,
     "mpc_p99_us": 1500.0,
     "memory_largest_mb": 250.0,
+    "serial_6r_new_median_us": 5000.0,
+    **{
+        f"{name}_new_median_us": 2000.0
+        for name in ("single_link", "planar_3rrr", "spatial_3tpt", "variable_stiffness")
+    },
 }
 
 

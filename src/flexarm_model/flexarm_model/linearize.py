@@ -41,7 +41,8 @@ def linearize(tree: ReducedTree, pose: Array | None = None, modes: int | None = 
         modes: Number of modes; None is what the description asks for.
 
     Raises:
-        PoseError: Wrong length, not finite, outside the axes' limits, or no stable equilibrium.
+        PoseError: Wrong length, not finite, outside the axes' limits, no stable equilibrium, or more modes
+            asked for than exist.
     """
     config = tree.config
     pose = check_pose(tree, config.home if pose is None else pose)
@@ -51,7 +52,11 @@ def linearize(tree: ReducedTree, pose: Array | None = None, modes: int | None = 
     n = len(tree.actuated)
     N = tree.motions_within(q0)
     N_t, Z = N[:, :n], N[:, n:]
-    n_eta = min(config.modes if modes is None else modes, Z.shape[1])
+    n_eta = config.modes if modes is None else modes
+    if n_eta > Z.shape[1]:
+        raise PoseError(
+            f"{n_eta} modes asked for, {Z.shape[1]} exist; serve fewer or keep more in the bodies"
+        )
     T, omega = N[:, : n + n_eta].copy(), np.zeros(0)
     if Z.shape[1]:
         Phi, omega = mode_basis((M + M.T) / 2, (K + K.T) / 2, Z, Z.shape[1])

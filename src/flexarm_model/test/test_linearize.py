@@ -199,3 +199,11 @@ def test_an_axis_that_nothing_holds_is_refused(gravity: float) -> None:
 def test_fewer_modes_are_the_slowest_ones() -> None:
     one: Array = linearize(tree("single_link"), modes=1).omega
     assert one == pytest.approx(served("single_link").omega[:1], rel=1e-12)
+
+
+def test_more_modes_than_exist_are_refused_and_counted() -> None:
+    assert linearize(tree("single_link"), modes=3).n_eta == 3
+    with pytest.raises(PoseError, match="4 modes asked for, 3 exist; serve fewer"):
+        linearize(tree("single_link"), modes=4)
+    with pytest.raises(PoseError, match="5 modes asked for, 1 exist"):
+        linearize(ReducedTree(replace(arm("spatial_rigid"), modes=5), use_compiler=False))
