@@ -45,7 +45,7 @@ class SegmentTree:
         self.config, self.n_segments = config, n_segments
         built = SegmentModel(config, n_segments)
         self.model, self._places, self._springs = built.model, built.places, built.springs
-        self._axes = built.axes
+        self.axes: dict[str, int] = built.axes  # index of every axis "joint.axis" in q
         self.axis_names: list[str] = list(built.axes)
         self.n_q: int = self.model.nv
         self.K = np.diag(built.stiffness)
@@ -56,7 +56,7 @@ class SegmentTree:
     @property
     def actuated(self) -> list[int]:
         """Indices of the actuated axes in q."""
-        return [self._axes[name] for name in self.config.actuated]
+        return [self.axes[name] for name in self.config.actuated]
 
     def close(self, pose: Array) -> Array:
         """Return the coordinates with the loops closed and all springs at rest, (n_q,).
@@ -71,9 +71,9 @@ class SegmentTree:
         """
         pose, home = np.array(pose, dtype=float), self.config.home
         axes = self.config.axes
-        free = [i for name, i in self._axes.items() if not (axes[name].actuated or axes[name].stiffness)]
+        free = [i for name, i in self.axes.items() if not (axes[name].actuated or axes[name].stiffness)]
         q = np.zeros(self.n_q)
-        q[list(self._axes.values())] = [axes[name].guess for name in self._axes]
+        q[list(self.axes.values())] = [axes[name].guess for name in self.axes]
         target = f"{self.config.name} at pose {pose.tolist()}"
         strides = int(np.ceil(abs(pose - home).max(initial=0.0) / STRIDE)) if self.loops.n_rows else 0
         for k in range(strides + 1):
@@ -221,7 +221,7 @@ class SegmentTree:
             assert isinstance(beam, Beam)
             lossy[[index for index, _, _ in springs]] = beam.damping_ratio
         for name, axis in self.config.axes.items():
-            lossy[self._axes[name]] = axis.damping_ratio
+            lossy[self.axes[name]] = axis.damping_ratio
         if not lossy.any():
             return np.zeros((self.n_q, self.n_q))
         home, e = self.close(self.config.home), self._unheld()

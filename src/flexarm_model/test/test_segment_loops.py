@@ -16,6 +16,7 @@ from scipy.optimize import brentq
 
 from flexarm_model.closure_error import ClosureError
 from flexarm_model.description import WORLD, Axis, Joint, ManipulatorConfig, NodeRef, RigidBody
+from flexarm_model.segment_loops import null_space
 from flexarm_model.segment_tree import SegmentTree
 
 CRANK, COUPLER, ROCKER, GROUND = 0.2, 0.25, 0.2, 0.3  # of arms/four_bar.yaml [m]
@@ -245,3 +246,24 @@ def test_an_undamped_linkage_keeps_its_energy_and_its_loop(name: str, rates: lis
     assert energy(segments, q[1], v[1]) == pytest.approx(energy(segments, q[0], v[0]), rel=1e-6)
     assert abs(segments.loops.residual(q[1])).max() < 1e-8
     assert abs(segments.loops.jacobian(q[1]) @ v[1]).max() < 1e-6
+
+
+def test_the_ratio_of_all_beams_is_the_ratio_of_every_mode() -> None:
+    segments = SegmentTree(arm("five_bar"), 4)
+    q = segments.close(arm("five_bar").home)
+    e = np.setdiff1d(np.arange(segments.n_q), segments.actuated)
+    N = null_space(segments.loops.jacobian(q)[:, e])
+    M, D, K = (N.T @ part[np.ix_(e, e)] @ N for part in (segments.mass_matrix(q), segments.D, segments.K))
+    n = M.shape[0]
+    A = np.block([[np.zeros((n, n)), np.eye(n)], [-np.linalg.solve(M, K), -np.linalg.solve(M, D)]])
+    poles = np.linalg.eigvals(A)
+    assert -poles.real / abs(poles) == pytest.approx(np.full(2 * n, 0.01), rel=1e-6)
+
+
+def test_a_damping_time_damps_in_proportion_to_the_stiffness() -> None:
+    bodies = arm("planar").bodies
+    config = replace(arm("planar"), bodies={**bodies, "fore": replace(bodies["fore"], damping_time=2e-4)})
+    segments = SegmentTree(config, 4)
+    springs = np.flatnonzero(np.diag(segments.K))
+    assert np.diag(segments.D)[springs[4:]] == pytest.approx(2e-4 * np.diag(segments.K)[springs[4:]])
+    assert not np.diag(segments.D)[springs[:4]].any()
