@@ -21,10 +21,12 @@ from flexarm_interfaces.srv import GetDynamics, GetReducedModel
 from rclpy.node import Node
 from sensor_msgs.msg import JointState
 
+from flexarm_model.closure_error import ClosureError
 from flexarm_model.config import load_config
 from flexarm_model.conversions import floats, model_to_msg, stamp_to_ns
 from flexarm_model.linearize import PoseError, linearize
 from flexarm_model.manipulator_file import find_manipulator
+from flexarm_model.model_cache import ModelCache
 from flexarm_model.node import LATCHED_QOS, SENSOR_QOS, ReadyFlag, declare_config, run_node
 from flexarm_model.parameters import parameter
 from flexarm_model.reduced_model import ReducedModel
@@ -54,7 +56,8 @@ class ModelNode(Node):
         self.settings = declare_config(self, ModelSettings)
         config = load_config(find_manipulator(self.settings.manipulator), self.settings.preset)
         self.tree = ReducedTree(config)
-        self.model = linearize(self.tree)
+        self.cache = ModelCache(self.tree)
+        self.model = self.cache.at()
         self._looked_at = self.model.pose
         self._published_ns = 0
         self._publisher = self.create_publisher(ReducedModelMsg, "model", LATCHED_QOS)
@@ -82,8 +85,8 @@ class ModelNode(Node):
             return
         self._looked_at = pose
         try:
-            model = linearize(self.tree, pose)
-        except PoseError as error:
+            model = linearize(self.tree, pose)  # a moving arm hardly comes back to the same bits
+        except (PoseError, ClosureError) as error:
             self.get_logger().warning(str(error), throttle_duration_sec=5.0)
             return
         if model_difference(model, self.model) > self.settings.tolerance:
@@ -95,8 +98,8 @@ class ModelNode(Node):
     ) -> GetReducedModel.Response:
         """Answer with the model at the requested pose."""
         try:
-            model = linearize(self.tree, np.array(request.pose)) if request.pose else self.model
-        except PoseError as error:
+            model = self.cache.at(np.array(request.pose)) if request.pose else self.model
+        except (PoseError, ClosureError) as error:
             response.success, response.message = False, str(error)
             return response
         response.success, response.model = True, model_to_msg(model)
