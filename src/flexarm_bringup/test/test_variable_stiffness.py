@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from flexarm_bringup.reproduce.seed_004_data import arm_config, elbow_arm, place_tips
 from flexarm_bringup.reproduce.seed_004_matrices import RigidLinks
 from flexarm_bringup.reproduce.seed_004_motion import Ramp, SpringArm
+from flexarm_bringup.sim.plant import Plant
 from flexarm_model.linearize import linearize
 
 Array = NDArray[np.float64]
@@ -103,3 +104,15 @@ def test_a_ramp_starts_a_damped_oscillation_of_the_base() -> None:
     expected = rate * t - rate / ring * np.exp(-decay * t) * np.sin(ring * t)
     found = record.at(t + 0.1)[:, 0]
     np.testing.assert_allclose(found, expected, atol=1e-3)  # 1 % of the overshoot: the links lift a little
+
+
+def test_the_simulated_arm_hangs_still_on_its_dampers() -> None:
+    config = arm_config()
+    plant = Plant(config, 1.0 / config.rate_hz)
+    lightest = np.linalg.eigvalsh(RigidLinks(config).mass_matrix(np.zeros(3)))[0]
+    assert 1.3 / lightest * plant.dt > 2 * 2.79  # two explicit steps of a period would run away
+    plant.v[:] = 1e-3
+    for _ in range(200):
+        plant.drive(-2.0 * (plant.theta - config.home) - 0.5 * plant.theta_dot)
+    np.testing.assert_allclose(plant.theta, config.home, atol=1e-4)
+    assert np.abs(plant.v).max() < 1e-4
