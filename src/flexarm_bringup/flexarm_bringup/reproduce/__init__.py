@@ -16,6 +16,7 @@ import importlib
 from flexarm_bringup.report import add_report_arguments, publish
 
 SEEDS = {  # each offers main(figures) -> Page
+    "000": "flexarm_bringup.reproduce.seed_000",
     "002": "flexarm_bringup.reproduce.seed_002",
     "004": "flexarm_bringup.reproduce.seed_004",
 }

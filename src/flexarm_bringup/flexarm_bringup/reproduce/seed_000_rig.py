@@ -2,7 +2,7 @@
 
 Leg i starts at the motor ``A_i = R (cos phi_i, sin phi_i)`` and ends at the platform hinge
 ``C_i = P + r Rot(alpha) (cos phi_i, sin phi_i)``; both links are as long, and the elbow is where two
-circles meet: ``theta1 = atan2(C - A) + acos(|C - A| / 2 l)``. Written apart from the product's own kinematics.
+circles meet: ``theta1 = atan2(C - A) + acos(|C - A| / 2 l)``. Apart from the product's own kinematics.
 """
 
 from __future__ import annotations
