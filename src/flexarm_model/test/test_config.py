@@ -199,6 +199,12 @@ def test_a_preset_that_changes_nothing_is_refused_even_unused(path: str, tmp_pat
     assert f"presets.geared.{path}" in message and "changes values that exist" in message
 
 
+def test_a_preset_may_change_an_element_of_a_list(tmp_path: Path) -> None:
+    (tmp_path / "arm.yaml").write_text(edited(presets__geared={"joints.clamp.position.0": "12 mm"}))
+    clamp = load_config(tmp_path / "arm.yaml", "geared").joints[1]
+    np.testing.assert_allclose(clamp.placement[:3, 3], [0.012, 0.0, 0.0])
+
+
 def test_a_preset_is_judged_like_the_file(tmp_path: Path) -> None:
     text = edited(presets__geared={"joints.base.axes.rz.rotor_inertia": "0.3 kg"})
     assert "joints.base.axes.rz.rotor_inertia" in refused(tmp_path / "arm.yaml", text, preset="geared")
