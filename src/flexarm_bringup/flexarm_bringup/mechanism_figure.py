@@ -87,9 +87,15 @@ def draw_lines(axis: Any, lines: Sequence[Line], view: tuple[int, int], **style:
 
 def draw_shape(axis: Any, shape: Shape, view: tuple[int, int], colour: str = COLOURS[0]) -> None:
     """Draw a mode into a matplotlib axis: at rest grey, one side strong, the other faint."""
-    draw_lines(axis, shape.rest, view, color=INK, alpha=0.35, linewidth=1.2)
-    for lines, style in ((shape.back, {"alpha": 0.35, "linewidth": 1.2}), (shape.there, {"linewidth": 2.0})):
-        draw_lines(axis, [line for line in lines if line.body != WORLD], view, color=colour, **style)
+    ground = [line for line in shape.rest if line.body == WORLD]
+    draw_lines(axis, ground, view, color=INK, alpha=0.2, linewidth=0.8, linestyle=":")
+    faint, strong = {"alpha": 0.35, "linewidth": 1.2}, {"linewidth": 2.0}
+    for lines, ink, style in (
+        (shape.rest, INK, faint),
+        (shape.back, colour, faint),
+        (shape.there, colour, strong),
+    ):
+        draw_lines(axis, [line for line in lines if line.body != WORLD], view, color=ink, **style)
     axis.plot(shape.joints[:, view[0]], shape.joints[:, view[1]], "o", color=INK, markersize=2.5, alpha=0.5)
     axis.set_aspect("equal", adjustable="datalim")
     axis.set(xlabel=f"{'xyz'[view[0]]} [m]", ylabel=f"{'xyz'[view[1]]} [m]")
