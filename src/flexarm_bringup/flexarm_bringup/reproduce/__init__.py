@@ -17,6 +17,7 @@ from flexarm_bringup.report import add_report_arguments, publish
 
 SEEDS = {  # each offers main(figures) -> Page
     "000": "flexarm_bringup.reproduce.seed_000",
+    "001": "flexarm_bringup.reproduce.seed_001",
     "002": "flexarm_bringup.reproduce.seed_002",
     "004": "flexarm_bringup.reproduce.seed_004",
 }

@@ -35,10 +35,12 @@ class Machine:
 
     Attributes:
         config: What was modelled.
+        tree: Its dynamics.
         model: With the drives held.
     """
 
     config: ManipulatorConfig
+    tree: ReducedTree
     model: ReducedModel
 
     @cached_property
@@ -76,7 +78,8 @@ class Machine:
 def load_machine(preset: str) -> Machine:
     """Return a preset of the description as served at its home pose; it is too small to compile."""
     config = load_config(share_path("config/manipulators/spatial_3tpt.yaml"), preset)
-    return Machine(config, linearize(ReducedTree(config, use_compiler=False)))
+    tree = ReducedTree(config, use_compiler=False)
+    return Machine(config, tree, linearize(tree))
 
 
 def magnitude(frf: Frf) -> Array:
