@@ -113,7 +113,9 @@ def golden_table(arm: RigidLinks) -> tuple[Table, list[Check]]:
             rows.append([where, name, golden[i], float(ours[i]), float(off[i])])
     notes = ["M in kg m², G in N m, at rigid links; error beside the last digit that the note gives."]
     checks = [
-        Check("golden M, G and tip", "1e-4 beyond the last digit", "all" if good else "not all", good),
+        Check(
+            "golden M, G and tip", "1e-4 and half the last printed digit", "all" if good else "not all", good
+        ),
         *_random_checks(arm),
     ]
     return Table("Mass matrix, gravity and tip at rigid links", GOLDEN_COLUMNS, rows, notes), checks
