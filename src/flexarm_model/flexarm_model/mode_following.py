@@ -17,6 +17,7 @@ from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.optimize import linear_sum_assignment
 
 from flexarm_model.modal.mac import mac
 from flexarm_model.modal.modes import Modes
@@ -47,6 +48,12 @@ def alikeness(tree: ReducedTree, a: ReducedModel, b: ReducedModel) -> Array:
     if not (a.n_eta and b.n_eta):
         return np.zeros((a.n_eta, b.n_eta))
     return mac(mode_shapes(a), mode_shapes(b), strain_weight(tree, b))
+
+
+def clarity(tree: ReducedTree, a: ReducedModel, b: ReducedModel) -> float:
+    """Return the smallest MAC of the best assignment of two poses' modes; 1 is certain."""
+    alike = alikeness(tree, a, b)
+    return float(alike[linear_sum_assignment(alike, maximize=True)].min(initial=1.0))
 
 
 def strain_weight(tree: ReducedTree, model: ReducedModel) -> Array:

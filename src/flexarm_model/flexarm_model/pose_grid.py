@@ -1,13 +1,16 @@
 """Served models over a grid of poses in which mode k stays the same motion.
 
-From neighbour to neighbour the modes are followed (``mode_following``), outwards from the pose nearest to
-home, where they are numbered by frequency.
+From neighbour to neighbour the modes are followed (``mode_following``), over the clearest links first,
+outwards from the pose nearest to home that has no multiple mode; there they are numbered by frequency.
+Where two frequencies meet at a point of a grid of several axes, the number depends on the way around it, as
+the modes themselves do; such links are ``unclear``.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from heapq import heapify, heappop, heappush
 from itertools import product
 
 import numpy as np
@@ -16,8 +19,8 @@ from numpy.typing import NDArray
 from flexarm_model.closure_error import ClosureError
 from flexarm_model.linearize import PoseError, linearize
 from flexarm_model.modal.read_only import lock_arrays
-from flexarm_model.modal.tracking import UNCLEAR
-from flexarm_model.mode_following import alikeness, follow, mode_change
+from flexarm_model.modal.tracking import UNCLEAR, group_modes
+from flexarm_model.mode_following import alikeness, clarity, follow, mode_change
 from flexarm_model.reduced_model import ReducedModel
 from flexarm_model.reduced_tree import ReducedTree
 
@@ -66,7 +69,7 @@ class PoseGrid:
     """Models over poses.
 
     Attributes:
-        models: At every pose that has one; modes in the order of the pose nearest to home.
+        models: At every pose that has one; modes numbered as at the start, see the module.
         links: Between neighbours.
         refused: Poses that have no model, and why.
     """
@@ -138,7 +141,8 @@ def build_grid(tree: ReducedTree, poses: Poses, modes: int | None = None) -> Pos
     if not models:
         raise PoseError(f"no pose of the grid has a model: {refused[0][1] if refused else 'it is empty'}")
     pairs = [(a, b) for a, b in poses.neighbours if a in models and b in models]
-    for old, new in _outwards(models, pairs, tree.config.home):
+    clear = {pair: clarity(tree, *(models[i] for i in pair)) for pair in pairs}
+    for old, new in _outwards(_starts(models, tree.config.home), clear):
         models[new] = follow(tree, models[old], models[new])
     index = {i: k for k, i in enumerate(models)}
     links = tuple(_link(tree, models, index, pair) for pair in pairs)
@@ -153,23 +157,36 @@ def _link(
     return Link(index[pair[0]], index[pair[1]], mode_change(tree, old, new), alike)
 
 
-def _outwards(
-    models: dict[int, ReducedModel], pairs: Sequence[tuple[int, int]], home: Array
-) -> list[tuple[int, int]]:
-    """Return (from, to) pairs that reach every connected pose once, nearest first, from near home."""
-    beside: dict[int, list[int]] = {i: [] for i in models}
-    for a, b in pairs:
-        beside[a].append(b)
-        beside[b].append(a)
-    away = sorted(models, key=lambda i: float(np.linalg.norm(models[i].pose - home)))
+def _starts(models: dict[int, ReducedModel], home: Array) -> list[int]:
+    """Return the poses in the order in which to start: near home, those with a multiple mode last."""
+
+    def key(i: int) -> tuple[bool, float]:
+        model = models[i]
+        is_multiple = len(group_modes(model.omega)) < model.n_eta
+        return is_multiple, float(np.linalg.norm(model.pose - home))
+
+    return sorted(models, key=key)
+
+
+def _outwards(starts: list[int], clear: dict[tuple[int, int], float]) -> list[tuple[int, int]]:
+    """Return (from, to) pairs that reach every connected pose once, over the clearest links (Prim)."""
+    beside: dict[int, list[tuple[float, int]]] = {i: [] for i in starts}
+    for (a, b), value in clear.items():
+        beside[a].append((-value, b))
+        beside[b].append((-value, a))
     reached: set[int] = set()
     steps: list[tuple[int, int]] = []
-    for start in away:  # each part that no neighbour connects has a start of its own
-        queue = [] if start in reached else [start]
-        reached.update(queue)
-        for at in queue:
-            found = [i for i in beside[at] if i not in reached]
-            reached.update(found)
-            steps += [(at, i) for i in found]
-            queue += found
+    for start in starts:  # each part that no link connects has a start of its own
+        if start in reached:
+            continue
+        reached.add(start)
+        edge = [(cost, start, to) for cost, to in beside[start]]
+        heapify(edge)
+        while edge:
+            _, at, to = heappop(edge)
+            if to not in reached:
+                reached.add(to)
+                steps.append((at, to))
+                for cost, further in beside[to]:
+                    heappush(edge, (cost, to, further))
     return steps

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from arms import FOLDER, Array, tree
+from arms import FOLDER, SINGLE_LINK, Array, tree
 
 from flexarm_model.config import load_config
 from flexarm_model.linearize import PoseError, linearize
@@ -101,6 +101,19 @@ def test_a_loop_is_followed_as_well() -> None:
     assert len(grid.models) == len(poses) and not grid.unclear
     changes = [link.change for link in grid.links]
     assert all(abs(np.diag(change) - 1.0).max() < 0.1 for change in changes)
+
+
+def test_double_modes_of_the_symmetric_pose_are_turned_onto_those_beside_it() -> None:
+    config = load_config(SINGLE_LINK.with_name("planar_3rrr.yaml"))
+    arm = ReducedTree(config, use_compiler=False)
+    path = [config.home + (config.poses["A"] - config.home) * share for share in np.linspace(0.0, 1.0, 12)]
+    path += [config.home + (config.poses["B"] - config.home) * share for share in np.linspace(0.1, 1.0, 11)]
+    order = np.argsort([pose[0] for pose in path])
+    double = build_grid(arm, listed_poses([config.home])).models[0].omega
+    assert double[0] == pytest.approx(double[1], rel=1e-6)
+    grid = build_grid(arm, listed_poses([path[i] for i in order]))
+    assert not grid.unclear and len(grid.links) == len(path) - 1
+    assert min(link.mac.min() for link in grid.links) > 0.95
 
 
 def test_a_grid_links_every_pose_with_those_one_step_away() -> None:
