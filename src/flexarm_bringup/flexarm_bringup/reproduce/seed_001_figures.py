@@ -4,15 +4,16 @@ from __future__ import annotations
 
 import numpy as np
 
-from flexarm_bringup.figures import COLOURS, INK, Figure, drawing, to_figure
+from flexarm_bringup.figures import COLOURS, Figure, drawing, to_figure
+from flexarm_bringup.mechanism_figure import Shape, draw_shape, mode_shape
+from flexarm_bringup.mechanism_lines import Line, MechanismLines
 from flexarm_bringup.reproduce.seed_001_close import DISTANCES_HZ, LEVELS_DB, Studies
 from flexarm_bringup.reproduce.seed_001_machine import FIRST, ROWS, SECOND, magnitude
 from flexarm_bringup.reproduce.seed_001_presets import Machines
-from flexarm_bringup.reproduce.seed_001_shapes import mode_lines
 
 LINES = np.arange(60.0, 200.25, 0.25)  # Hz
 OFF_DEG = 10.0
-VIEWS = {FIRST: (-1.0, 1.0, "across, along (−1, 1, 0)"), SECOND: (1.0, 1.0, "along (1, 1, 0)")}
+VIEWS = {FIRST: ((1, 2), "(−1, 1, 0)"), SECOND: ((0, 2), "(1, 1, 0)")}  # in axes turned by 45 degrees
 
 
 def response_figure(machines: Machines) -> Figure:
@@ -44,23 +45,28 @@ def response_figure(machines: Machines) -> Figure:
 def shape_figure(machines: Machines) -> Figure:
     """Return the first two modes of the sim preset on the mechanism, each seen where it moves."""
     machine = machines["sim"]
+    model, mechanism = machine.model, MechanismLines(machine.tree)
     with drawing(9.0, 4.4) as plot:
-        for axes, (mode, (x, y, name)) in zip(plot.subplots(1, 2, sharey=True), VIEWS.items(), strict=True):
-            across = np.array([x, y, 0.0]) / np.sqrt(2)
-            lines = mode_lines(machine, mode)
-            for style, colour, drawn in (("--", INK, lines.still), ("-", COLOURS[mode], lines.moved)):
-                for line in drawn:
-                    axes.plot(1e3 * line @ across, 1e3 * line[:, 2], style, color=colour, linewidth=1.2)
-            axes.plot(*(1e3 * lines.moved[0][-1] @ np.column_stack([across, [0, 0, 1]])), "o", color=colour)
-            axes.set(
-                aspect="equal", xlabel=f"{name} [mm]", title=f"mode {mode + 1}, {machine.f_hz[mode]:.1f} Hz"
-            )
-        plot.axes[0].set_ylabel("z [mm]")
+        for axes, (mode, (view, along)) in zip(plot.subplots(1, 2, sharey=True), VIEWS.items(), strict=True):
+            shape = mode_shape(mechanism, model.q0, model.Phi[:, model.n_theta + mode])
+            draw_shape(axes, _turned(shape), view, COLOURS[mode])
+            axes.set(xlabel=f"along {along} [m]", title=f"mode {mode + 1}, {machine.f_hz[mode]:.1f} Hz")
         return to_figure(
             plot,
-            "Modes 1 and 2 on the mechanism, drives held, each seen from the side it moves along "
-            "(dashed: at rest; dot: tool). Mode 1 swings on the constraint's soft axis.",
+            "Modes 1 and 2 on the mechanism, drives held, each seen from the side it moves along. "
+            "Mode 1 turns the platform on the soft axis of the constraint; mode 2 bends the legs.",
         )
+
+
+def _turned(shape: Shape) -> Shape:
+    """Return the drawing in axes along the constraint's, 45 degrees about z."""
+    c = np.sqrt(0.5)
+    R = np.array([[c, c, 0.0], [-c, c, 0.0], [0.0, 0.0, 1.0]])
+    rest, there, back = (
+        [Line(line.body, line.points @ R.T) for line in lines]
+        for lines in (shape.rest, shape.there, shape.back)
+    )
+    return Shape(rest, there, back, shape.scale, shape.joints @ R.T)
 
 
 def distance_figure(studies: Studies) -> Figure:
