@@ -22,6 +22,7 @@ from flexarm_estimator.gate import Gate
 from flexarm_estimator.health import Health
 from flexarm_estimator.history import SAME_INSTANT, History, Instant
 from flexarm_estimator.measurement import Measurement
+from flexarm_estimator.model_errors import with_model_errors
 from flexarm_estimator.process import ProcessModel
 from flexarm_estimator.report import describe_tip
 from flexarm_estimator.sensors import build_sensor_models
@@ -121,7 +122,8 @@ class Estimator:
     def _use(self, model: ReducedModel) -> None:
         process = ProcessModel(model, self._config)
         tip = Tip(model, self._kinematics)
-        models = build_sensor_models(self._specs, model, process.system, tip)
+        specs = with_model_errors(self._specs, self._config)
+        models = build_sensor_models(specs, model, process.system, tip)
         self.model, self._process, self._tip, self._models = model, process, tip, models
         self._fusion = Fusion(process, models, self._gate, self._use_compiler)
 

@@ -38,6 +38,16 @@ class EstimatorConfig:
     force_averaging: float = parameter(
         0.005, "Time over which an accelerometer averages the force noise", "s", 1e-4, 0.1
     )
+    acceleration_error: float = parameter(
+        0.0,
+        "Error of predicted accelerations (centrifugal), beside the noise",
+        "m/s^2",
+        0.0,
+        1e3,
+    )
+    strain_error: float = parameter(
+        0.0, "Error of predicted strains, beside the gauges' noise", "1", 0.0, 0.1
+    )
     gate: float = parameter(5.0, "Samples further from the prediction are refused", "sigma", 2.0, 100.0)
     reopen_after: int = parameter(5, "Refusals in a row after which the state is doubted", "1", 1, 1000)
     reopen_interval: float = parameter(

@@ -12,6 +12,7 @@ from planar_strip import (
     strip_model,
 )
 
+from flexarm_estimator.model_errors import with_model_errors
 from flexarm_estimator.process import ProcessModel
 from flexarm_estimator.sensors import LinearRows, build_sensor_models
 from flexarm_estimator.settings import EstimatorConfig
@@ -54,6 +55,14 @@ def test_the_accelerometer_feels_the_torque_and_the_encoder_does_not():
     full_torque = 28.0  # N m
     assert abs(MODELS.rows["tip_accelerometer"].D[0, 0]) * full_torque > 10 * ACCELEROMETER.sigma[0]
     assert MODELS.rows["encoder"].D[0, 0] == 0.0
+
+
+def test_what_the_model_leaves_out_of_an_acceleration_is_added_to_its_noise():
+    config = EstimatorConfig(acceleration_error=0.4)
+    wide, *others = with_model_errors((ACCELEROMETER, ENCODER, CAMERA), config)
+    np.testing.assert_allclose(wide.sigma**2, ACCELEROMETER.sigma**2 + 0.16)
+    for spec, before in zip(others, (ENCODER, CAMERA), strict=True):
+        np.testing.assert_array_equal(spec.sigma, before.sigma)
 
 
 def test_sensors_that_locate_the_axes_are_known():
