@@ -13,6 +13,7 @@ from flexarm_bringup.task_moves import AxisMotion
 from flexarm_controller.reference import Reference
 
 Array = NDArray[np.float64]
+AT_ONCE = 1e-6  # s in which an acceleration may jump where a move starts
 TIP_PERIOD = 0.01  # s between two points of the tip's path
 
 
@@ -76,13 +77,22 @@ def plan_course(arm: StaticArm, task: Task, dt: float) -> Course:
         except ValueError as error:
             raise ValueError(f"move '{name}': {error}") from error
         legs.append(Leg(name, clock, clock + float(motion.t[-1])))
-        motions.append(AxisMotion(motion.t + clock, motion.theta, motion.theta_dot, motion.theta_ddot))
+        motions += [_rest(theta, clock - AT_ONCE), _later(motion, clock)]
         theta, clock = motion.theta[-1], legs[-1].end + task.wait
     parts = ("t", "theta", "theta_dot", "theta_ddot")
     reference = Reference(*(np.concatenate([getattr(motion, part) for motion in motions]) for part in parts))
     t = _tip_times(legs)
     tip = np.array([arm.pose(row)[:3, 3] for row in reference.sample(t)[0]])
     return Course(home, reference, tuple(legs), clock, t, tip)
+
+
+def _rest(theta: Array, t: float) -> AxisMotion:
+    still = np.zeros((1, theta.size))
+    return AxisMotion(np.array([t]), theta[None], still, still.copy())
+
+
+def _later(motion: AxisMotion, start: float) -> AxisMotion:
+    return AxisMotion(motion.t + start, motion.theta, motion.theta_dot, motion.theta_ddot)
 
 
 def _tip_times(legs: list[Leg]) -> Array:

@@ -70,6 +70,14 @@ def test_the_reference_goes_through_every_move_and_ends_at_rest(arm: StaticArm, 
     assert course.end == pytest.approx(0.5 + 0.5 + 1.0 + 0.4 + 3 * 0.5)
 
 
+def test_between_two_moves_nothing_moves(arm: StaticArm, tmp_path: Path) -> None:
+    course = plan_course(arm, load_task(write(tmp_path, TASK)), 0.005)
+    pause = np.linspace(course.legs[0].end + 1e-3, course.legs[1].start - 1e-3, 50)
+    theta, rate, acceleration = course.reference.sample(pause)
+    assert np.ptp(theta, axis=0) == pytest.approx(np.zeros(3), abs=1e-12)
+    assert not rate.any() and not acceleration.any()
+
+
 def test_a_shift_moves_the_tip_along_a_straight_line(arm: StaticArm, tmp_path: Path) -> None:
     course = plan_course(arm, load_task(write(tmp_path, TASK)), 0.005)
     leg = course.legs[-1]
