@@ -96,7 +96,7 @@ def response_figure(test: ModalTest) -> Figure:
             axis.set_ylabel(f"{output}\n[dB re 1 m/s²/N]")
         for axis in axes[-1]:
             axis.set_xlabel("f [Hz]")
-        axes[0, 0].legend(loc="lower right")
+        plot.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside upper right", ncols=2)
         return to_figure(
             plot,
             f"Responses at pose A, motors locked, ζ = {RATIO:g} (assumed): nine served modes follow to 30 Hz "

@@ -140,9 +140,9 @@ def _shift_check(ours: Mapping[str, Array], published: Published) -> Check:
 def _null_checks(published: Published) -> list[Check]:
     fe, ema = published.fe, published.ema
     means = {
-        "FE is FE of A": abs(off_percent(fe["A"], fe["B"])).mean(),
-        "EMA is FE of A": ema_error_percent(fe["A"], ema["B"]).mean(),
-        "EMA is EMA of A": ema_error_percent(ema["A"], ema["B"]).mean(),
+        "FE is FE of A": float(abs(off_percent(fe["A"], fe["B"])).mean()),
+        "EMA is FE of A": float(ema_error_percent(fe["A"], ema["B"]).mean()),
+        "EMA is EMA of A": float(ema_error_percent(ema["A"], ema["B"]).mean()),
     }
     return [
         Check(f"null predictor of pose B: {name}", f"{wanted} %", f"{mean:.2f} %", round(mean, 2) == wanted)
