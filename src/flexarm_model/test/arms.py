@@ -73,12 +73,17 @@ def with_modes(config: ManipulatorConfig, modes: int, elements: int = 0) -> Mani
 
 
 def scales(arm_tree: ReducedTree) -> Array:
-    """Return how far each coordinate may go: a joint 1 rad, a mode 0.1 rad at its steepest node, (n_q,)."""
+    """Return how far each coordinate may go, (n_q,).
+
+    A joint goes 1 rad (1 m), a mode 0.1 rad at its steepest node or, where it turns none, 1 mm.
+    """
     scale = np.ones(arm_tree.n_q)
     for name, body in arm_tree.bodies.items():
         at = arm_tree.elastic_coordinates(name)
         turn = np.max([abs(node.Psi).max(axis=0, initial=0.0) for node in body.nodes.values()], axis=0)
-        scale[at.start : at.stop] = 0.1 / turn
+        shift = max((abs(node.Phi).max(initial=0.0) for node in body.nodes.values()), default=0.0)
+        still = np.full(body.n, 1e-3 / shift if shift else 1.0)
+        scale[at.start : at.stop] = np.divide(0.1, turn, out=still, where=turn > 1e-9 * shift)
     return scale
 
 
