@@ -14,9 +14,14 @@ from body_chain import Array, Values, check, described, joint, shifted, transfor
 from scipy.spatial.transform import Rotation
 
 from flexarm_model.config import load_config
+from flexarm_model.kinematics.body_mechanism import held_mechanism
 from flexarm_model.kinematics.dh import DhChain, DhRow
 from flexarm_model.kinematics.elbow_arm import ElbowArm
+from flexarm_model.kinematics.joint_path import follow
+from flexarm_model.kinematics.numeric import solve_inverse
+from flexarm_model.kinematics.paths import at_speed, rounded_square, travel
 from flexarm_model.kinematics.planar_legs import PlanarLeg, PlanarLegs
+from flexarm_model.kinematics.spherical_wrist import SphericalWristArm
 from flexarm_model.kinematics.telescopic_legs import TelescopicLeg, TelescopicLegs
 from flexarm_model.linearize import find_equilibrium
 from flexarm_model.manipulator_file import find_manipulator
@@ -70,6 +75,45 @@ def test_elbow_arm_equals_its_bodies(seed: int) -> None:
     for solution in (q, arm.nearest(tip[:3, 3], q)):
         values = dict(zip(("base.ry", "shoulder.rz", "elbow.rz"), solution, strict=True))
         check("variable_stiffness", values, tip, OPEN)
+
+
+# ---- the six-axis arm of seed 003
+
+SIX = SphericalWristArm(d1=0.50, a1=0.18, a2=0.80, a3=0.15, d4=0.85, d6=0.14)
+MOTORS = ("motor_1.rz", "motor_2.ry", "motor_3.ry", "motor_4.rx", "motor_5.ry", "motor_6.rx")
+DISC = np.array([[0.0, 0.0, 1.0], [0.0, -1.0, 0.0], [1.0, 0.0, 0.0]])  # x along the flange's z, z along its x
+
+
+def disc_of(flange: Array) -> Array:
+    """Return the frame of the last body from the flange's of Denavit and Hartenberg, (4, 4)."""
+    return transform(flange[:3, :3] @ DISC, flange[:3, 3])
+
+
+@pytest.mark.parametrize("seed", range(POSES))
+def test_six_axis_arm_equals_its_bodies(seed: int) -> None:
+    q = np.random.default_rng(seed).uniform(-1.5, 1.5, 6)
+    flange = SIX.chain.pose(q)
+    for solution in (q, SIX.nearest(flange, q)):
+        check("serial_6r", dict(zip(MOTORS, solution, strict=True)), disc_of(flange), OPEN)
+
+
+def test_numeric_inverse_of_the_bodies_is_the_closed_form() -> None:
+    mechanism = held_mechanism(tree("serial_6r"))
+    for q in [theta for _, theta in named_poses("serial_6r")]:
+        found = solve_inverse(mechanism, disc_of(SIX.chain.pose(q)), q + 0.05)
+        np.testing.assert_allclose(found.theta, SIX.nearest(SIX.chain.pose(q), q), atol=1e-7)  # 1e-9 m, rad
+
+
+def test_square_path_keeps_the_limits_of_the_six_axis_arm() -> None:
+    """Seed 003, section 2: side 0.40 m, corners 0.05 m, 500 mm/s, tool down."""
+    way = rounded_square(np.array([1.25, 0.0, 0.80]), 0.40, 0.05)
+    profile = at_speed(way.length, 0.5, 5.0)
+    motion = travel(way, np.diag([1.0, -1.0, -1.0]), profile, np.linspace(0.0, profile.duration, 500))
+    joints = follow(SIX.nearest, SIX.chain.jacobian, motion, described("serial_6r").home)
+    axes = list(described("serial_6r").actuated.values())
+    assert (joints.theta > [axis.lower for axis in axes]).all()
+    assert (joints.theta < [axis.upper for axis in axes]).all()
+    assert (abs(joints.theta_dot) < [axis.velocity for axis in axes]).all()
 
 
 # ---- the planar legs of seed 000
