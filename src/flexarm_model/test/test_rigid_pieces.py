@@ -12,6 +12,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from arms import BAR, Array, bar, tip_mass
+from finite_difference import finite_difference
 from scipy.linalg import eigh
 from scipy.optimize import brentq
 
@@ -26,6 +27,7 @@ from flexarm_model.description import (
     ManipulatorConfig,
     NodeRef,
     Reduction,
+    SensorSpec,
 )
 from flexarm_model.segment_tree import SegmentTree
 from flexarm_model.segments import cut_beam
@@ -141,6 +143,24 @@ def test_a_pinned_tip_bends_exactly_under_a_force_and_its_slope_is_left_to_the_m
     arms = L**3 / 3 + L**2 * ARM + L * ARM**2  # int (x_tip - x)^2 dx over the flexible length
     assert moved[1] == pytest.approx(arms / EI[1], rel=1e-4)  # EI to its six printed digits
     assert turned[2] == pytest.approx((L**2 / 2 + L * ARM) / EI[1], rel=1e-4)
+
+
+def test_a_gauge_beside_a_half_body_reads_the_bending_moment_in_both_trees() -> None:
+    at, offset = ARM + 0.010, 0.35e-3
+    plain = strip(1, "clamped", 1)
+    beam = replace(plain, nodes={**plain.nodes, "gauge": at})
+    exact = -offset * (beam.length - at) / EI[1]  # of a push of 1 N across the hinge
+    body = reduce_body(beam, {"root", "tip"})
+    eta = np.linalg.solve(body.K, body.nodes["tip"].Phi.T @ [0.0, 1.0, 0.0])
+    assert -offset * (body.nodes["gauge"].strain @ eta)[1] == pytest.approx(exact, rel=1e-4)
+    segments = SegmentTree(on_an_axis(beam), 5)
+    springs = np.setdiff1d(np.arange(segments.n_q), segments.actuated)
+    tip = NodeRef("strip", "tip")
+    J = finite_difference(lambda q: segments.node_pose(q, tip)[1, 3], np.zeros(segments.n_q), 0.01)
+    q = np.zeros(segments.n_q)
+    q[springs] = J[springs] / np.diag(segments.K)[springs]
+    gauge = SensorSpec("g", "strain_gauge", "strip.gauge", ("strain",), np.ones(1), offset=(offset, 0.0))
+    assert segments.strain(q, gauge) == pytest.approx(exact, rel=1e-4)
 
 
 def test_a_rigid_piece_moves_as_one_body_without_strain() -> None:
