@@ -1,5 +1,6 @@
 """Compare a paper's published tables with what this model says about the same rig.
 
+  flexarm reproduce 000                 the planar manipulator on three legs: frequencies at two poses
   flexarm reproduce 002                 the single-link arm: motions, frequencies, tip vibration
   flexarm reproduce 002 --html a.html   the same with plots
   flexarm reproduce 004                 the arm with variable-stiffness links: poses, matrices, filmed moves
