@@ -57,6 +57,12 @@ def rigidities(piece: BeamPiece) -> tuple[float, float, float, float]:
     return axial, piece.G * piece.torsion_constant, piece.E * piece.I_y, piece.E * piece.I_z
 
 
+def section_inertia(beam: Beam, piece: BeamPiece) -> Array:
+    """Return the inertia of a piece's section about x, y and z per length and density [m^4], (3,)."""
+    bending = 1.0 if beam.rotary_inertia else 0.0
+    return np.array([piece.I_y + piece.I_z, bending * piece.I_y, bending * piece.I_z])
+
+
 class BeamMesh:
     """A beam cut into elements, with its shape functions and matrices.
 
@@ -148,8 +154,9 @@ class BeamMesh:
         """Return mass and stiffness over all nodal displacements, (n_dof, n_dof) each."""
         at = self.stations()
         u, d = self.displacement(at.x), self.deformation(at.x)
-        rho, I_y, I_z = at.weight * at.values("density"), at.values("I_y"), at.values("I_z")
-        mass = np.stack([rho * at.values("area")] * 3 + [rho * (I_y + I_z), rho * I_y, rho * I_z], axis=1)
+        rho = (at.weight * at.values("density"))[:, None]
+        inertia = np.array([section_inertia(self.beam, piece) for piece in at.pieces])
+        mass = rho * np.hstack([np.repeat(at.values("area")[:, None], 3, axis=1), inertia])
         stiffness = at.weight[:, None] * at.rigidities()
         M = np.einsum("kd,kdi,kdj->ij", mass, u, u, optimize=True)
         for point in self.beam.point_masses:

@@ -7,7 +7,7 @@ from collections.abc import Collection
 import numpy as np
 from numpy.typing import NDArray
 
-from flexarm_model.beam import BeamMesh
+from flexarm_model.beam import BeamMesh, section_inertia
 from flexarm_model.description import Beam
 from flexarm_model.reduction import count_modes_below, craig_bampton, guyan, mode_basis
 from flexarm_model.superelement import NodeShape, Superelement
@@ -32,13 +32,11 @@ def reduce_beam(beam: Beam, interfaces: Collection[str], *, second_order: bool =
     at = mesh.stations()
     x = np.concatenate([at.x, [point.at for point in beam.point_masses]])
     rho = at.weight * at.values("density")
-    half = [point.inertia / 2 for point in beam.point_masses]  # a ball's, J/2 of second moment each way
-    weight = {
-        "centre": np.concatenate([rho * at.values("area"), [point.mass for point in beam.point_masses]]),
-        "x": np.concatenate([np.zeros(rho.size), half]),
-        "y": np.concatenate([rho * at.values("I_z"), half]),
-        "z": np.concatenate([rho * at.values("I_y"), half]),
-    }
+    inertia = [rho[k] * section_inertia(beam, piece) for k, piece in enumerate(at.pieces)]
+    inertia += [np.full(3, point.inertia) for point in beam.point_masses]  # (k, 3), about x, y, z
+    second = np.sum(inertia, axis=1)[:, None] / 2 - inertia  # int x^2, int y^2, int z^2
+    centre = np.concatenate([rho * at.values("area"), [point.mass for point in beam.point_masses]])
+    weight = {"centre": centre, **dict(zip("xyz", second.T, strict=True))}
     N = _fields(mesh, basis, x, second_order)
     s = np.einsum("k,kai->ai", weight["centre"], N["centre"])
     P = np.sum(

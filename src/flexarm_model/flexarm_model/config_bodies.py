@@ -87,6 +87,7 @@ def _read_beam(name: str, section: Section) -> Beam:
         nodes=nodes,
         reduction=_read_reduction(section, nodes),
         damping_time=section.quantity("damping_time", "time", 0.0, at_least=0.0),
+        rotary_inertia=section.flag("rotary_inertia", True),
     )
 
 

@@ -182,6 +182,7 @@ class Beam:
         deformation: Subset of ``DEFORMATIONS``; the others are rigid.
         damping_ratio: Of every mode that strains this body alone [1].
         damping_time: Damping over stiffness [s], in addition.
+        rotary_inertia: Whether sections resist turning as they bend (Rayleigh) or not (Euler-Bernoulli).
         nodes: Distance of every node from the root [m].
         reduction: How it is reduced.
     """
@@ -194,6 +195,7 @@ class Beam:
     nodes: dict[str, float]
     reduction: Reduction
     damping_time: float = 0.0
+    rotary_inertia: bool = True
 
     @property
     def length(self) -> float:

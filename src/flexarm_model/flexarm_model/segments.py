@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from flexarm_model.beam import rigidities
+from flexarm_model.beam import rigidities, section_inertia
 from flexarm_model.description import Beam, BeamPiece
 from flexarm_model.rigid_pieces import stretches
 
@@ -88,7 +88,7 @@ def _inertia(beam: Beam, start: float, end: float, *, is_last: bool) -> tuple[fl
     com = (sum(m * x for m, x, _, _ in parts) + sum(p.mass * p.at for p in points)) / mass
     J = np.zeros(3)
     for m, x, length, piece in parts:
-        section = m / piece.area * np.array([piece.I_y + piece.I_z, piece.I_y, piece.I_z])
+        section = m / piece.area * section_inertia(beam, piece)
         J += section + (m * length**2 / 12 + m * (x - com) ** 2) * np.array([0.0, 1.0, 1.0])
     for point in points:
         J += point.inertia + point.mass * (point.at - com) ** 2 * np.array([0.0, 1.0, 1.0])

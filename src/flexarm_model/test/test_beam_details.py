@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from arms import bar
+from beam_theory import cantilever
 
 from flexarm_model.body_reduction import reduce_body, reduce_to_first_order
 from flexarm_model.config import load_config
@@ -46,6 +47,25 @@ def test_a_heavy_ball_twists_a_light_bar_as_a_torsion_pendulum() -> None:
     bend = np.sqrt(np.linalg.eigvals(np.linalg.solve(np.diag([ball.mass, ball.inertia]), K)))
     for exact in (twist, *bend):
         assert min(abs(omega / exact - 1)) < 1e-3  # the bar's own 54 g
+
+
+@pytest.mark.parametrize("rotary", [True, False])
+def test_sections_turn_for_free_only_where_that_is_said(rotary: bool) -> None:
+    """Rayleigh's and Euler-Bernoulli's cantilever differ in bending and twist alike."""
+    beam = replace(bar(["bend_z", "torsion"], elements=24), rotary_inertia=rotary)
+    beam = replace(beam, reduction=Reduction("craig_bampton", 12, "clamped"))
+    piece, L = beam.pieces[0], 0.5
+    rho_I = piece.density * piece.I_y if rotary else 0.0
+    bending = cantilever(piece.E, piece.I_y, piece.density * piece.area, L, 0.0, L, 4, rho_I).omega
+    polar = piece.density * (piece.I_y + piece.I_z)
+    twisting = np.pi / 2 / L * np.sqrt(piece.G * piece.torsion_constant / polar)
+    omega = reduce_body(beam, {"root"}).omega
+    for exact in (*bending, twisting):
+        assert min(abs(omega / exact - 1)) < 3e-4  # linear shapes in torsion
+    segments = cut_beam(beam, 100)
+    assert segments[50].inertia[0, 0] == pytest.approx(polar * L / 100, rel=1e-9)
+    thin = piece.density * piece.area * (L / 100) ** 3 / 12 + rho_I * L / 100
+    assert segments[50].inertia[1, 1] == pytest.approx(thin, rel=1e-6)
 
 
 def test_its_modal_mass_is_that_of_the_finite_elements() -> None:
