@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 
 import numpy as np
 
@@ -22,10 +22,9 @@ SERVED_BOUND = 0.1  # %
 FRF_BOUND = 0.05  # %, of all modes to 250 Hz
 SEGMENT_BOUND = 0.25  # %
 DOUBLET = 1e-6  # relative distance of the double modes at the centre
-FINE = 40  # elements per link of the reference
+REFERENCE = 40  # elements per link of the reference
 FRF_MODES = 27  # to 250 Hz
 SEGMENTS = (4, 8, 16, 32)
-USED_SEGMENTS = 16
 GOLDEN_COLUMNS = (
     Column("mode", "d"),
     *(
@@ -51,30 +50,16 @@ SIZE_COLUMNS = (
 def golden_table(served: Served) -> tuple[Table, list[Check]]:
     """Return golden frequencies, the frame's, and how near the served model comes."""
     frames = {pose: np.array(frame_hz(pose)) for pose in POSES}
-    golden = {pose: off_percent(frames[pose], np.array(GOLDEN_HZ[pose])) for pose in POSES}
-    near = {pose: off_percent(served.f_hz(pose), frames[pose]) for pose in POSES}
-    rows: list[Cells] = []
-    for i in range(MODES):
-        row: Cells = [i + 1]
-        for pose in POSES:
-            row += [GOLDEN_HZ[pose][i], float(frames[pose][i]), float(near[pose][i])]
-        rows.append(row)
-    worst = max(float(abs(values).max()) for values in golden.values())
-    far = max(float(abs(values).max()) for values in near.values())
+    columns: list[Array] = []
+    for pose, frame in frames.items():
+        columns += [np.array(GOLDEN_HZ[pose]), frame, off_percent(served.f_hz(pose), frame)]
+    rows: list[Cells] = [[i + 1, *values] for i, values in enumerate(np.column_stack(columns).tolist())]
+    worst = _largest(off_percent(frames[pose], np.array(GOLDEN_HZ[pose])) for pose in POSES)
+    far = _largest(off_percent(served.f_hz(pose), frames[pose]) for pose in POSES)
     apart = max(_apart(frames["centre"]), _apart(served.f_hz("centre")))
     checks = [
-        Check(
-            "golden frequencies, beam FE with 8 elements per link",
-            f"within {GOLDEN_BOUND} %",
-            f"{worst:.4f} %",
-            worst <= GOLDEN_BOUND,
-        ),
-        Check(
-            "served model of 9 modes against them",
-            f"within {SERVED_BOUND} %",
-            f"{far:.3f} %",
-            far <= SERVED_BOUND,
-        ),
+        _bound("golden frequencies, beam FE with 8 elements per link", worst, GOLDEN_BOUND, ".4f"),
+        _bound("served model of 9 modes against them", far, SERVED_BOUND),
         Check(
             "double modes at the centre, beam FE and served",
             f"within {DOUBLET:g}",
@@ -92,37 +77,31 @@ def size_table(served: Served, fine: Served) -> tuple[Table, list[Check]]:
         served: With one mode per strip.
         fine: With four modes per strip (preset "frf").
     """
-    reference = np.array(frame_hz("A", FINE, FRF_MODES))
+    reference = np.array(frame_hz("A", REFERENCE, FRF_MODES))
     rows: list[Cells] = []
     errors: dict[str, Array] = {}
     for name, size, found in _models(served, fine):
         errors[name] = off_percent(found, reference[: found.size])
-        parts = [float(abs(errors[name][part]).max()) for part in list(GROUPS.values())[:3]]
-        whole = float(abs(errors[name]).max()) if found.size == FRF_MODES else None
-        rows.append([name, size, *parts, whole])
-    to_250 = abs(off_percent(fine.f_hz("A"), np.array(frame_hz("A", 16, FRF_MODES))))
-    served_off = float(abs(errors[_SERVED]).max())
-    used = float(abs(errors[_segments(USED_SEGMENTS)][:MODES]).max())
+        parts = [_largest([errors[name][part]]) for part in list(GROUPS.values())[:3]]
+        rows.append([name, size, *parts, _largest([errors[name]]) if found.size == FRF_MODES else None])
+    notes = [
+        "Reduced models: strips inextensible, hinges keep their position and leave their slope to the modes.",
+        "Springs of segments stand at their centres; fewer than 16 per strip eat the tolerance of modes 7–9.",
+    ]
+    title = f"Pose A: how fine a model must be (reference: beam FE, {REFERENCE} elements per link)"
+    return Table(title, SIZE_COLUMNS, rows, notes), _size_checks(errors, fine)
+
+
+def _size_checks(errors: dict[str, Array], fine: Served) -> list[Check]:
+    to_250 = _largest([off_percent(fine.f_hz("A"), np.array(frame_hz("A", 16, FRF_MODES)))])
     steps = np.diff(
         [errors[_segments(n)] for n in (8, 16, 32)], axis=0
     )  # free of what the reference has more
     order = np.log2(steps[0] / steps[1])
-    checks = [
-        Check(
-            f"{_SERVED} against 40 elements, modes 1–9", "≤ 0.1 %", f"{served_off:.3f} %", served_off <= 0.1
-        ),
-        Check(
-            f"{_FINE} against 16 elements, to 250 Hz",
-            f"≤ {FRF_BOUND} %",
-            f"{to_250.max():.4f} %",
-            bool(to_250.max() <= FRF_BOUND),
-        ),
-        Check(
-            f"{_segments(USED_SEGMENTS)}, modes 1–9",
-            f"≤ {SEGMENT_BOUND} %",
-            f"{used:.3f} %",
-            used <= SEGMENT_BOUND,
-        ),
+    return [
+        _bound(f"{_SERVED}, against the reference, modes 1–9", _largest([errors[_SERVED]]), SERVED_BOUND),
+        _bound(f"{_FINE}, against 16 elements, to 250 Hz", to_250, FRF_BOUND, ".4f"),
+        _bound(f"{_segments(16)}, modes 1–9", _largest([errors[_segments(16)]]), SEGMENT_BOUND),
         Check(
             "order of convergence of the segments, 8 to 32",
             "2 ± 0.05",
@@ -130,13 +109,6 @@ def size_table(served: Served, fine: Served) -> tuple[Table, list[Check]]:
             bool(abs(order - 2).max() <= 0.05),
         ),
     ]
-    notes = [
-        "Reduced models: strips inextensible, hinges keep their position and leave their slope to the modes.",
-        "Springs of segments stand at their centres; fewer than 16 per strip eat the tolerance of modes 7–9.",
-    ]
-    return Table(
-        "Pose A: how fine a model must be (reference: 40 elements)", SIZE_COLUMNS, rows, notes
-    ), checks
 
 
 _SERVED, _FINE = "served, 1 mode per strip", "served for FRFs, 4 modes per strip"
@@ -163,3 +135,11 @@ def _models(served: Served, fine: Served) -> Iterator[tuple[str, int, Array]]:
 def _apart(f_hz: Array) -> float:
     """Return the largest relative distance of the three double modes of the symmetric pose."""
     return float(max(abs(f_hz[j] / f_hz[i] - 1) for i, j in ((0, 1), (4, 5), (6, 7))))
+
+
+def _largest(percent: Iterable[Array]) -> float:
+    return max(float(abs(values).max()) for values in percent)
+
+
+def _bound(name: str, found: float, bound: float, digits: str = ".3f") -> Check:
+    return Check(name, f"≤ {bound:g} %", f"{found:{digits}} %", found <= bound)
