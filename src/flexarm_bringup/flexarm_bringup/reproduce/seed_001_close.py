@@ -96,15 +96,14 @@ def close_modes_table(studies: Studies) -> tuple[Table, list[Check]]:
         settled = float(np.mean([item.settled for item in at.values()]))
         half = [_two(quiet.space), _two(quiet.best), null]
         rows.append([distance, quiet.peaks, *half, *fits, says, _two(bounded.f), settled])
+    at_bound = studies[BOUNDED_HZ][BOUNDED_DB]
     notes = [
-        f"{studies[BOUNDED_HZ][BOUNDED_DB].runs} runs, 0.5 Hz lines, outputs x, y, z; both ζ {ZETA}, half-power bandwidth 6 Hz.",
+        f"{at_bound.runs} runs, 0.5 Hz lines, outputs x, y, z; both ζ {ZETA}, half-power bandwidth 6 Hz.",
         "Space: magnitude over x, y, z, the paper's curve. A peak counts when 3 dB down on both sides.",
         "Best curve: of x, y, z and space, for each mode the one that errs least, with hindsight.",
         "Number of modes known, start within 4 Hz: the choice of a model order is not tested.",
     ]
-    return Table("Two modes d apart at 129 Hz", COLUMNS, rows, notes), _checks(
-        studies[BOUNDED_HZ][BOUNDED_DB]
-    )
+    return Table("Two modes d apart at 129 Hz", COLUMNS, rows, notes), _checks(at_bound)
 
 
 def study(distance_hz: float, level_db: float, runs: int) -> Pair:
