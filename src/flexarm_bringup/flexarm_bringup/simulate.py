@@ -13,7 +13,7 @@ from flexarm_bringup.report import add_report_arguments, publish
 from flexarm_bringup.sim_figures import draw
 from flexarm_bringup.sim_report import build_page
 from flexarm_bringup.sim_study import CONDITIONS, NOMINAL, run_sim_jobs, sim_jobs
-from flexarm_bringup.task import find_task, load_task
+from flexarm_bringup.task_for import task_for
 from flexarm_model.config import load_config
 from flexarm_model.manipulator_file import find_manipulator
 from flexarm_model.parameters import ParameterError
@@ -24,7 +24,7 @@ REFUSED = 2
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of the simulation."""
-    parser.add_argument("name", help="a manipulator that has moves in config/moves, or a moves file (.yaml)")
+    parser.add_argument("name", help="a manipulator (name or .yaml), or a moves file (.yaml)")
     parser.add_argument("--preset", help="run this preset alone, in all conditions")
     parser.add_argument("--nominal", action="store_true", help="only the arm as described")
     add_report_arguments(parser)
@@ -35,7 +35,7 @@ def run(args: argparse.Namespace) -> int:
     """Run the simulation; returns the exit code."""
     progress = Progress()
     try:
-        task = load_task(find_task(args.name))
+        task = task_for(args.name)
         presets = task.presets if args.preset is None else (args.preset,)
         progress.say("working out the moves")
         todo = sim_jobs(task, presets, [NOMINAL] if args.nominal else list(CONDITIONS))

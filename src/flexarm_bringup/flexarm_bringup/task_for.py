@@ -1,0 +1,67 @@
+"""What an arm does in "flexarm sim": its moves file, or without one a tour of its named poses."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from flexarm_bringup.task import FOLDER, Task, find_task, load_task
+from flexarm_bringup.task_moves import ByAxes, TaskMove, ToPose
+from flexarm_bringup.tip_vibration import Watch
+from flexarm_model.config import FORMAT, load_config
+from flexarm_model.description import ManipulatorConfig
+from flexarm_model.manipulator_file import find_manipulator
+from flexarm_model.profiles import Trapezoid
+from flexarm_model.share import share_folders
+from flexarm_model.strict_yaml import ConfigError, read_yaml
+
+DURATION, RAMP = 1.0, 0.05  # s of every move, and of its ramps: short ones shake the arm
+WAIT = 2.5  # s
+STRIDE = {"t": 0.04, "r": np.radians(20.0)}  # of the first axis, where no pose is named [m or rad]
+WATCH = Watch(0.1, 2.1, 50.0, 5e-4)
+
+
+def task_for(name: str) -> Task:
+    """Return the task of an arm or of a moves file.
+
+    Args:
+        name: Name of a manipulator, path of a description, or path of a moves file.
+
+    Raises:
+        ConfigError: There is none, or anything is wrong with it.
+    """
+    is_path = name.endswith((".yaml", ".yml"))
+    if is_path and read_yaml(find_manipulator(name)).get("format") != FORMAT:
+        return load_task(find_task(name))
+    known = [share / FOLDER / f"{name}.yaml" for share in share_folders("flexarm_bringup")]
+    if not is_path and any(path.is_file() for path in known):
+        return load_task(find_task(name))
+    return tour(name, load_config(find_manipulator(name)))
+
+
+def tour(name: str, config: ManipulatorConfig) -> Task:
+    """Return the task of going to every named pose and home again, or of moving the first axis.
+
+    Raises:
+        ConfigError: The arm has no motor.
+    """
+    if not config.actuated:
+        raise ConfigError(f"manipulator: '{name}': no axis is actuated; expected at least one to move")
+    profile = Trapezoid(1.0, DURATION, RAMP, RAMP)
+    moves: dict[str, TaskMove] = {f"to {pose}": ToPose(pose, profile) for pose in config.poses}
+    if not moves:
+        axis = next(iter(config.actuated))
+        stride = STRIDE[axis.rpartition(".")[2][0]]
+        moves["out"] = ByAxes({axis: float(stride)}, profile)
+    moves["home"] = ToPose("home", profile)
+    return Task(
+        manipulator=name,
+        presets=("",),
+        start="home",
+        lead=0.5,
+        wait=WAIT,
+        moves=moves,
+        watch=WATCH,
+        gain_db=0.0,
+        speed=1.0,
+        assumed=("no moves file: a tour of the named poses (or one stride of the first axis), 1 s a move",),
+    )

@@ -1,0 +1,68 @@
+"""The sixth arm, docs/two_link.yaml: one file and no code, from description to closed loop."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from flexarm_bringup.closed_loop import LoopSettings, observe_tick, run_loop
+from flexarm_bringup.sim.hardware import Hardware
+from flexarm_bringup.sim.rig import RigSettings
+from flexarm_bringup.task_for import task_for
+from flexarm_controller.reference import Reference
+from flexarm_controller.settings import ControllerConfig
+from flexarm_model.config import load_config
+from flexarm_model.linearize import linearize
+from flexarm_model.profiles import Trapezoid
+from flexarm_model.reduced_tree import ReducedTree
+from flexarm_model.segment_tree import SegmentTree
+
+DOCS = Path(__file__).resolve().parents[1] / "docs"
+ARM = DOCS / "two_link.yaml"
+
+
+def test_the_walk_through_prints_the_frequencies_of_its_arm() -> None:
+    model = linearize(ReducedTree(load_config(ARM), use_compiler=False))
+    text = (DOCS / "your_own_arm.md").read_text(encoding="utf-8")
+    for hertz in model.omega[:2] / (2 * np.pi):
+        assert f"{hertz:.5g}" in text
+
+
+def test_its_segments_have_the_same_slow_modes() -> None:
+    config = load_config(ARM)
+    model, segments = linearize(ReducedTree(config, use_compiler=False)), SegmentTree(config, 16)
+    found = segments.locked_frequencies(segments.settle(config.home), 2)
+    assert found == pytest.approx(model.omega[:2], rel=2e-3)
+
+
+def test_without_a_moves_file_it_tours_its_named_poses() -> None:
+    assert list(task_for(str(ARM)).moves) == ["to stretched", "home"]
+
+
+def test_under_control_it_rings_less_than_under_joint_pd() -> None:
+    config = load_config(ARM)
+    tree = ReducedTree(config)
+    profile = Trapezoid(1.0, 0.8, 0.05, 0.05)
+    t = np.arange(0.0, 0.8, 1.0 / config.rate_hz)
+    share, rate, acceleration = profile.sample(t)
+    way = np.radians([20.0, 0.0])
+    reference = Reference(
+        t, config.home + share[:, None] * way, rate[:, None] * way, acceleration[:, None] * way
+    )
+    left = {}
+    for law in ("pd", "mpc"):
+        settings = LoopSettings(controller=ControllerConfig(law=law), rig=RigSettings(extra_modes=0))
+        rows, effort = run_loop(Hardware(config, settings.rig), tree, reference, 1.4, settings, observe_tick)
+        assert not effort.guard
+        strain = np.array([row["strain"] for row in rows if row["t"] > 0.86])
+        left[law] = float(np.sqrt(np.mean((strain - strain.mean(axis=0)) ** 2)))
+    assert left["mpc"] < 0.4 * left["pd"]
+
+
+def test_a_wrong_key_in_it_is_named(tmp_path: Path) -> None:
+    text = ARM.read_text(encoding="utf-8").replace("damping_ratio: 1 %", "dampening: 1 %", 1)
+    (tmp_path / "arm.yaml").write_text(text, encoding="utf-8")
+    with pytest.raises(ValueError, match=r"bodies\.upper\.(damping_ratio|dampening)"):
+        load_config(tmp_path / "arm.yaml")
