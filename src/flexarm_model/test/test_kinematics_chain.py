@@ -99,5 +99,6 @@ def test_the_nearest_branch_stays_within_limits_or_is_refused() -> None:
     np.testing.assert_allclose(
         nearest(solutions, np.array([-3.1]), np.array([-4.0]), high), [3.1 - 2 * np.pi]
     )
+    np.testing.assert_allclose(nearest(np.array([[0.1]]), np.array([6.2]), low, np.array([6.3])), [0.1])
     with pytest.raises(LimitError, match="none of 2 solutions"):
         nearest(solutions, np.array([0.0]), np.array([-0.5]), np.array([0.5]))

@@ -76,7 +76,7 @@ def test_joint_ranges_and_peak_speeds_of_the_square_are_those_of_the_note() -> N
 
 
 def test_rates_and_accelerations_of_the_axes_are_derivatives_of_their_angles() -> None:
-    """Against poses solved at moved times, not by the Jacobian, away from the corners."""
+    """Against poses solved at moved times, not by the Jacobian: ramp, straight, corner."""
     profile = at_speed(SQUARE.length, SPEED, ACCELERATION)
     joints, motion = square_joints(), square_motion()
 
@@ -86,7 +86,7 @@ def test_rates_and_accelerations_of_the_axes_are_derivatives_of_their_angles() -
     def rates(t: np.ndarray) -> np.ndarray:
         return finite_difference(angles, t, 1.0)[:, 0]
 
-    for i in (20, 120, 260, 700):
+    for i in (20, 120, 210, 700):
         t = motion.t[i : i + 1]
         np.testing.assert_allclose(joints.theta_dot[i], rates(t), atol=1e-8)
         np.testing.assert_allclose(joints.theta_ddot[i], finite_difference(rates, t, 1.0)[:, 0], atol=1e-6)

@@ -147,7 +147,7 @@ class PlanarLegs:
             if abs(gaps).max() < CLOSED * squares.max():
                 return X
             step = np.linalg.solve(rows, -gaps / 2.0)
-            X += step * min(1.0, longest / max(float(abs(step / self._scale()).max()), longest))
+            X += step * longest / max(float(abs(step / self._scale()).max()), longest)
         left = float(np.sqrt(abs(gaps).max()))
         raise ConvergenceError("the loops do not close near the guess", left, 0.0, MOST_STEPS)
 

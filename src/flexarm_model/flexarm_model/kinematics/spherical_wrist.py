@@ -127,8 +127,7 @@ class SphericalWristArm:
             return [(azimuth, radius), (azimuth + math.pi, -radius)]
         if keep is None:
             raise SingularPoseError(f"wrist centre {centre} lies on the first axis: q1 is free")
-        c, s = math.cos(keep[0]), math.sin(keep[0])
-        return [(float(keep[0]), float(centre[0] * c + centre[1] * s))]
+        return [(float(keep[0]), 0.0)]
 
     def _wrist_angles(self, arm: Array, R: Array, keep: Array | None) -> list[Array]:
         """Return q4, q5, q6 of both wrists: R_36 = Rz(q4) Ry(-q5) Rz(q6)."""
