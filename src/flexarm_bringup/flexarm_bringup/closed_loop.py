@@ -12,7 +12,6 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from flexarm_bringup.model_schedule import ModelSchedule, ScheduleSettings
 from flexarm_bringup.motions import Move, reference_of
 from flexarm_bringup.record import RunRecord, stack
 from flexarm_bringup.sim.hardware import Hardware
@@ -31,6 +30,7 @@ from flexarm_estimator.measurement import Measurement
 from flexarm_estimator.settings import EstimatorConfig
 from flexarm_model.description import ManipulatorConfig
 from flexarm_model.linearize import linearize
+from flexarm_model.model_schedule import ModelSchedule, ScheduleSettings
 from flexarm_model.reduced_tree import ReducedTree
 
 Array = NDArray[np.float64]

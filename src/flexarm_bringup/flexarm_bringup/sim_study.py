@@ -17,7 +17,6 @@ from numpy.typing import NDArray
 
 from flexarm_bringup.closed_loop import Effort, LoopSettings, run_loop
 from flexarm_bringup.course import Course, Leg, plan_course
-from flexarm_bringup.model_schedule import ScheduleSettings
 from flexarm_bringup.sim.hardware import Hardware
 from flexarm_bringup.sim.plant import Plant
 from flexarm_bringup.sim.rig import RigSettings
@@ -30,6 +29,7 @@ from flexarm_estimator.settings import EstimatorConfig
 from flexarm_model.config import load_config
 from flexarm_model.description import ManipulatorConfig
 from flexarm_model.manipulator_file import find_manipulator
+from flexarm_model.model_schedule import ScheduleSettings
 from flexarm_model.reduced_tree import ReducedTree
 
 Array = NDArray[np.float64]

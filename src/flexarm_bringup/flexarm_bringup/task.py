@@ -13,12 +13,12 @@ from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Any, TypeVar
 
-from flexarm_bringup.model_schedule import ScheduleSettings
 from flexarm_bringup.share import share_path
 from flexarm_bringup.task_moves import TaskMove, read_move
 from flexarm_bringup.tip_vibration import Watch
 from flexarm_controller.settings import ControllerConfig, MpcConfig
 from flexarm_estimator.settings import EstimatorConfig
+from flexarm_model.model_schedule import ScheduleSettings
 from flexarm_model.overrides import apply_overrides
 from flexarm_model.strict_yaml import ConfigError, Section, read_yaml
 

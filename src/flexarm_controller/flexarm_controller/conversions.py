@@ -11,7 +11,14 @@ from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 from flexarm_controller.command import ControlCommand
 from flexarm_controller.reference import Reference
 from flexarm_controller.state import ArmState
-from flexarm_model.conversions import NS_PER_S, floats, ns_to_stamp, stamp_to_ns
+from flexarm_model.conversions import (
+    NS_PER_S,
+    TrajectoryMessageError,
+    floats,
+    ns_to_stamp,
+    stamp_to_ns,
+    trajectory_from_msg,
+)
 from flexarm_model.reduced_model import ReducedModel
 
 Array = NDArray[np.float64]
@@ -53,24 +60,11 @@ def reference_from_msg(msg: JointTrajectory, names: tuple[str, ...], epoch_ns: i
     Raises:
         ReferenceMessageError: Names, lengths, times or numbers do not fit.
     """
-    if tuple(msg.joint_names) != names:
-        raise ReferenceMessageError(f"joint_names are {list(msg.joint_names)}; expected {list(names)}")
-    start = stamp_to_ns(msg.header.stamp) - epoch_ns
-    times = [
-        start + point.time_from_start.sec * NS_PER_S + point.time_from_start.nanosec for point in msg.points
-    ]
-    columns = []
-    for name in ("positions", "velocities", "accelerations"):
-        rows = [list(getattr(point, name)) for point in msg.points]
-        if name != "positions":
-            rows = [row or [0.0] * len(names) for row in rows]
-        if not rows or any(len(row) != len(names) for row in rows):
-            raise ReferenceMessageError(f"{name}: every point needs {len(names)} numbers")
-        columns.append(np.array(rows))
     try:
-        return Reference(np.array(times) * 1e-9, *columns)
-    except ValueError as error:
+        trajectory = trajectory_from_msg(msg, names, epoch_ns)
+    except TrajectoryMessageError as error:
         raise ReferenceMessageError(str(error)) from None
+    return Reference(trajectory.t, trajectory.theta, trajectory.theta_dot, trajectory.theta_ddot)
 
 
 def reference_to_msg(reference: Reference, names: tuple[str, ...], epoch_ns: int) -> JointTrajectory:

@@ -1,4 +1,4 @@
-"""Stamps and the reduced model, between the core's types and ROS messages.
+"""Stamps, trajectories and the reduced model, between the core's types and ROS messages.
 
 Matrices travel row major, frequencies in Hz for the reader. ``omega`` is read back from the modal
 stiffness ``omega^2``, because a square root undoes a square bit for bit and a factor 2 pi does
@@ -12,11 +12,13 @@ from array import array
 from collections.abc import Sequence
 
 import numpy as np
-from builtin_interfaces.msg import Time
+from builtin_interfaces.msg import Duration, Time
 from flexarm_interfaces.msg import ReducedModel as ReducedModelMsg
 from numpy.typing import NDArray
+from trajectory_msgs.msg import JointTrajectory
 
 from flexarm_model.reduced_model import Outputs, ReducedModel
+from flexarm_model.trajectory import Trajectory
 
 Array = NDArray[np.float64]
 NS_PER_S = 1_000_000_000
@@ -26,8 +28,12 @@ class ModelMessageError(ValueError):
     """A reduced model message cannot be used; the text says which field and why."""
 
 
-def stamp_to_ns(stamp: Time) -> int:
-    """Return a ROS stamp as integer nanoseconds."""
+class TrajectoryMessageError(ValueError):
+    """A trajectory cannot be followed; the text says why."""
+
+
+def stamp_to_ns(stamp: Time | Duration) -> int:
+    """Return a ROS stamp or duration as integer nanoseconds."""
     return int(stamp.sec) * NS_PER_S + int(stamp.nanosec)
 
 
@@ -91,6 +97,35 @@ def model_from_msg(msg: ReducedModelMsg) -> ReducedModel:
     if model.model_id != msg.model_id:
         raise ModelMessageError(f"model_id: message says '{msg.model_id}', its content is '{model.model_id}'")
     return model
+
+
+def trajectory_from_msg(msg: JointTrajectory, names: Sequence[str], epoch_ns: int) -> Trajectory:
+    """Return the motion of the axes ``names``; missing velocities and accelerations are zero.
+
+    Args:
+        msg: The message.
+        names: Actuated axes, "joint.axis".
+        epoch_ns: Stamp that is time zero [ns].
+
+    Raises:
+        TrajectoryMessageError: Names, lengths, times or numbers do not fit.
+    """
+    if list(msg.joint_names) != list(names):
+        raise TrajectoryMessageError(f"joint_names are {list(msg.joint_names)}; expected {list(names)}")
+    start = stamp_to_ns(msg.header.stamp) - epoch_ns
+    times = [start + stamp_to_ns(point.time_from_start) for point in msg.points]
+    columns = []
+    for name in ("positions", "velocities", "accelerations"):
+        rows = [list(getattr(point, name)) for point in msg.points]
+        if name != "positions":
+            rows = [row or [0.0] * len(names) for row in rows]
+        if not rows or any(len(row) != len(names) for row in rows):
+            raise TrajectoryMessageError(f"{name}: every point needs {len(names)} numbers")
+        columns.append(np.array(rows))
+    try:
+        return Trajectory(np.array(times) * 1e-9, *columns)
+    except ValueError as error:
+        raise TrajectoryMessageError(str(error)) from None
 
 
 def _array(msg: ReducedModelMsg, name: str, *shape: int) -> Array:

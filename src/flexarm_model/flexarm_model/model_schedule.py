@@ -1,22 +1,24 @@
 """When a new model is served: as soon as the reference has left the pose of the one in use.
 
 The pose of a new model lies ahead of the reference, so that it fits the stretch that controller and
-estimator are about to see; where the reference rests, it is that of the reference.
+estimator are about to see; where the reference rests, it is that of the reference. Nothing here depends on
+where the arm really is, so the models of a motion can all be made before it starts.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from flexarm_controller.reference import Reference
 from flexarm_model.description import ManipulatorConfig
 from flexarm_model.linearize import linearize
 from flexarm_model.parameters import parameter
 from flexarm_model.reduced_model import ReducedModel
 from flexarm_model.reduced_tree import ReducedTree
+from flexarm_model.trajectory import Trajectory
 
 Array = NDArray[np.float64]
 FOREVER = 1e6
@@ -39,7 +41,7 @@ class ModelSchedule:
     """
 
     def __init__(
-        self, tree: ReducedTree, config: ManipulatorConfig, reference: Reference, settings: ScheduleSettings
+        self, tree: ReducedTree, config: ManipulatorConfig, reference: Trajectory, settings: ScheduleSettings
     ) -> None:
         """Follow ``reference``; distances are those of ``settings``."""
         self._tree, self._reference, self._lead = tree, reference, settings.lead
@@ -58,3 +60,25 @@ class ModelSchedule:
             return None
         self.served += 1
         return linearize(self._tree, ahead)
+
+
+def plan_models(
+    schedule: ModelSchedule, first: ReducedModel, end: float, period_ns: int
+) -> Iterator[tuple[int, ReducedModel]]:
+    """Return the models of a whole motion and the time from which each is used [ns].
+
+    Args:
+        schedule: Of the motion, from time zero on.
+        first: Model in use until then.
+        end: Of the motion [s].
+        period_ns: Control period; a model holds from a multiple of it on [ns].
+
+    Raises:
+        PoseError, ClosureError: The reference leads where no model can be made.
+    """
+    model = first
+    for k in range(int(np.ceil(end * 1e9 / period_ns)) + 2):
+        following = schedule.next(model, k * period_ns * 1e-9)
+        if following is not None:
+            model = following
+            yield k * period_ns, model
