@@ -67,7 +67,8 @@ def with_modes(config: ManipulatorConfig, modes: int, elements: int = 0) -> Mani
         if not isinstance(body, Beam):
             return body
         pieces = tuple(replace(piece, elements=elements or piece.elements) for piece in body.pieces)
-        return replace(body, pieces=pieces, reduction=replace(body.reduction, modes=modes))
+        reduction = replace(body.reduction, method="craig_bampton", modes=modes)
+        return replace(body, pieces=pieces, reduction=reduction)
 
     return replace(config, bodies={name: finer(body) for name, body in config.bodies.items()})
 

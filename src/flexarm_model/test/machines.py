@@ -43,16 +43,30 @@ def pose_of(name: str, label: str) -> Array:
     return machine(name).home if label == "home" else machine(name).poses[label]
 
 
-def states_about_home(name: str, count: int, spread: float, seed: int = 1) -> Array:
-    """Return positions, velocities and accelerations about the closed home pose, (count, 3, n_q).
+def reach(arm_tree: ReducedTree) -> Array:
+    """Return the coordinates' scales, (n_q,); of sprung axes a thousandth, or springs would be all."""
+    stiff = [i for i, axis in enumerate(arm_tree.axes) if axis.stiffness]
+    scale = scales(arm_tree)
+    scale[stiff] *= 1e-3
+    return scale
+
+
+def states(arm_tree: ReducedTree, about: Array, count: int, spread: float, seed: int = 1) -> Array:
+    """Return positions, velocities and accelerations, (count, 3, n_q).
 
     Args:
-        name: The machine.
+        arm_tree: The dynamics.
+        about: Positions to scatter about, (n_q,).
         count: How many.
-        spread: Largest departure, as a share of the coordinates' scales.
+        spread: Largest departure, as a share of the coordinates' reach.
         seed: Of the random numbers.
     """
-    arm_tree = machine_tree(name)
-    x = np.random.default_rng(seed).uniform(-1, 1, (count, 3, arm_tree.n_q)) * scales(arm_tree) * spread
-    x[:, 0] += close_at(arm_tree, machine(name).home)
+    x = np.random.default_rng(seed).uniform(-1, 1, (count, 3, arm_tree.n_q)) * reach(arm_tree) * spread
+    x[:, 0] += about
     return np.asarray(x)
+
+
+def states_about_home(name: str, count: int, spread: float, seed: int = 1) -> Array:
+    """Return the same about the closed home pose of a machine."""
+    arm_tree = machine_tree(name)
+    return states(arm_tree, close_at(arm_tree, machine(name).home), count, spread, seed)

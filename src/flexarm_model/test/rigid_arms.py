@@ -20,12 +20,15 @@ def rigid_version(config: ManipulatorConfig) -> ManipulatorConfig:
 
 def rigid_beam(beam: Beam) -> RigidBody:
     """Return the beam as a rigid body: thin rods with the section's own inertia, and point masses."""
-    parts: list[tuple[float, float, Any]] = [(p.mass, p.at, np.zeros(3)) for p in beam.point_masses]
+    parts: list[tuple[float, float, Any]] = [
+        (p.mass, p.at, p.inertia * np.ones(3)) for p in beam.point_masses
+    ]
     start = 0.0
     for piece in beam.pieces:
         if not piece.rigid:
             mass, per_area = piece.density * piece.area * piece.length, piece.density * piece.length
-            section = per_area * np.array([piece.I_y + piece.I_z, piece.I_y, piece.I_z])
+            turning = np.array([1.0, 1.0, 1.0]) if beam.rotary_inertia else np.array([1.0, 0.0, 0.0])
+            section = per_area * turning * np.array([piece.I_y + piece.I_z, piece.I_y, piece.I_z])
             rod = mass * piece.length**2 / 12 * np.array([0.0, 1.0, 1.0])
             parts.append((mass, start + piece.length / 2, section + rod))
         start += piece.length
