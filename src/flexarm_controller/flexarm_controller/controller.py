@@ -14,6 +14,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import cast
 
 import numpy as np
@@ -21,7 +22,7 @@ from numpy.typing import NDArray
 
 from flexarm_controller.command import ControlCommand, Mode
 from flexarm_controller.damping import JointDamping
-from flexarm_controller.feedback import build_feedback
+from flexarm_controller.feedback import Feedback, build_feedback
 from flexarm_controller.limits import Limits
 from flexarm_controller.mpc import Mpc, Plan
 from flexarm_controller.qp import QpResult
@@ -32,6 +33,16 @@ from flexarm_model.reduced_model import ReducedModel
 
 Array = NDArray[np.float64]
 _NO_RESULT = QpResult(np.zeros(0), "", 0, 0.0, False)
+
+
+@dataclass(frozen=True)
+class Laws:
+    """Everything that belongs to one model: a feedback law or a predictive one, and the fallback."""
+
+    model: ReducedModel
+    feedback: Feedback | None
+    mpc: Mpc | None
+    damping: JointDamping
 
 
 class Controller:
@@ -65,13 +76,19 @@ class Controller:
         self.adopt(model)
         self.reset()
 
-    def adopt(self, model: ReducedModel) -> None:
-        """Go on with another model of the same arm."""
-        self.model = model
-        self._feedback = build_feedback(model, self.config, self._mpc_config)
-        if self._feedback is None:
-            self._mpc = Mpc(model, self._limits, self._mpc_config, self.config.period)
-        self._damping = JointDamping(model, self.config.damping_rate)
+    def prepare(self, model: ReducedModel) -> Laws:
+        """Build the laws of a model ahead of its time; a quadratic program takes several periods."""
+        feedback = build_feedback(model, self.config, self._mpc_config)
+        plans = feedback is None
+        mpc = Mpc(model, self._limits, self._mpc_config, self.config.period) if plans else None
+        return Laws(model, feedback, mpc, JointDamping(model, self.config.damping_rate))
+
+    def adopt(self, model: ReducedModel | Laws) -> None:
+        """Go on with another model of the same arm, at once where its laws are built already."""
+        laws = model if isinstance(model, Laws) else self.prepare(model)
+        self.model, self._feedback, self._damping = laws.model, laws.feedback, laws.damping
+        if laws.mpc is not None:
+            self._mpc = laws.mpc
 
     def reset(self) -> None:
         """Forget what was sent and planned, and the reference: the motors have been elsewhere."""

@@ -10,7 +10,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-from flexarm_controller.controller import Controller
+from flexarm_controller.controller import Controller, Laws
 from flexarm_controller.conversions import (
     ReferenceMessageError,
     command_to_msg,
@@ -23,6 +23,7 @@ from flexarm_controller.limits import limits_of
 from flexarm_controller.settings import ControllerConfig, MpcConfig
 from flexarm_model.conversions import ModelMessageError, model_from_msg, stamp_to_ns
 from flexarm_model.description import ManipulatorConfig
+from flexarm_model.pending_models import PendingModels
 
 GAP = 1.5  # periods between two states from which on a cycle was missed
 
@@ -66,11 +67,20 @@ class ControllerExchange:
         self._epoch_ns = epoch_ns
         self._token = self._sequence = self._missed = 0
         self._last_ns: int | None = None
+        self._pending: PendingModels[Laws] = PendingModels()
         self.controller: Controller | None = None
         self.model_fault = "no model yet"
 
+    @property
+    def receipt(self) -> str:
+        """What models have been taken, in short; equal at all who took the same."""
+        return self._pending.receipt
+
     def on_model(self, msg: Any) -> list[Outgoing]:
-        """Take a model of the same description; refuse another by name."""
+        """Take a model of the same description, to be used from its stamp on; refuse another by name.
+
+        The first one is used at once; the laws of the others are built now and wait.
+        """
         try:
             model = model_from_msg(msg)
         except ModelMessageError as error:
@@ -83,10 +93,12 @@ class ControllerExchange:
                 "start both with the same file and preset",
             )
         self.model_fault = ""
+        stamp_ns = stamp_to_ns(msg.header.stamp)
         if self.controller is None:
             self.controller = Controller(model, self._limits, self._settings, self._mpc, self._clock)
-        elif model.model_id != self.controller.model.model_id:
-            self.controller.adopt(model)
+        else:
+            self._pending.add(stamp_ns, self.controller.prepare(model))
+        self._pending.note(stamp_ns, model.model_id)
         return []
 
     def on_guard_status(self, msg: Any) -> None:
@@ -110,6 +122,9 @@ class ControllerExchange:
         self._count_missed(stamp_ns)
         if self.controller is None:
             return [Outgoing("controller_status", notice_msg(self.model_fault, stamp_ns))]
+        laws = self._pending.due(stamp_ns)
+        if laws is not None and laws.model.model_id != self.controller.model.model_id:
+            self.controller.adopt(laws)
         if not self._token:
             return [Outgoing("controller_status", notice_msg("guard is not armed", stamp_ns))]
         command = self.controller.step(state_from_msg(msg, self.controller.model, self._epoch_ns))

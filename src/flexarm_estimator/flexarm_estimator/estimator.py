@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,7 +25,7 @@ from flexarm_estimator.measurement import Measurement
 from flexarm_estimator.model_errors import with_model_errors
 from flexarm_estimator.process import ProcessModel
 from flexarm_estimator.report import describe_tip
-from flexarm_estimator.sensors import build_sensor_models
+from flexarm_estimator.sensors import SensorModels, build_sensor_models
 from flexarm_estimator.settings import EstimatorConfig
 from flexarm_estimator.tip import Kinematics, Tip
 from flexarm_model.description import SensorSpec
@@ -34,6 +34,17 @@ from flexarm_model.reduced_model import ReducedModel
 
 Array = NDArray[np.float64]
 _START = 0.005  # s; the fixed start lies this long before the first step, whose samples count
+
+
+@dataclass(frozen=True)
+class Parts:
+    """Everything that belongs to one model."""
+
+    model: ReducedModel
+    process: ProcessModel
+    tip: Tip
+    sensors: SensorModels
+    fusion: Fusion
 
 
 class Estimator:
@@ -70,7 +81,7 @@ class Estimator:
         self._kinematics, self._specs, self._config = kinematics, sensors, config
         self._use_compiler = use_compiler
         self._gate = Gate({spec.name: len(spec.channels) for spec in sensors}, config)
-        self._use(model)
+        self._use(self.prepare(model))
         locating = {name for name, model in self._models.all().items() if model.locates}
         self.health = Health(sensors, locating, config)
         self._u = np.append(np.zeros(model.n_theta), 1.0)
@@ -98,15 +109,28 @@ class Estimator:
         self._history.forget()
         return self._estimate("; ".join(trouble))
 
-    def adopt(self, model: ReducedModel) -> None:
+    def prepare(self, model: ReducedModel) -> Parts:
+        """Build what belongs to a model ahead of its time.
+
+        Raises:
+            KeyError: It lacks an output row of a sensor.
+        """
+        process = ProcessModel(model, self._config)
+        tip = Tip(model, self._kinematics)
+        specs = with_model_errors(self._specs, self._config)
+        sensors = build_sensor_models(specs, model, process.system, tip)
+        return Parts(model, process, tip, sensors, Fusion(process, sensors, self._gate, self._use_compiler))
+
+    def adopt(self, model: ReducedModel | Parts) -> None:
         """Go on with another served model of the same arm; the recent past is mapped too.
 
         Raises:
             ValueError: It is of another arm.
             KeyError: It lacks an output row of a sensor.
         """
-        mapping = state_map(self.model, model)
-        self._use(model)
+        parts = model if isinstance(model, Parts) else self.prepare(model)
+        mapping = state_map(self.model, parts.model)
+        self._use(parts)
         for instant in self._history.instants:
             instant.belief = mapping.apply(instant.belief)
             instant.prepared = None  # it is a step of the old model
@@ -119,13 +143,9 @@ class Estimator:
         """Count a sample that could not even be read ("imu/x: 5 numbers where 3 belong")."""
         self.health.note_refusal(sensor, reason)
 
-    def _use(self, model: ReducedModel) -> None:
-        process = ProcessModel(model, self._config)
-        tip = Tip(model, self._kinematics)
-        specs = with_model_errors(self._specs, self._config)
-        models = build_sensor_models(specs, model, process.system, tip)
-        self.model, self._process, self._tip, self._models = model, process, tip, models
-        self._fusion = Fusion(process, models, self._gate, self._use_compiler)
+    def _use(self, parts: Parts) -> None:
+        self.model, self._process, self._tip = parts.model, parts.process, parts.tip
+        self._models, self._fusion = parts.sensors, parts.fusion
 
     def _restart(self, t: float, x: Array) -> None:
         """Forget everything but the position ``x``, as seen just before ``t``."""

@@ -15,13 +15,14 @@ from numpy.typing import NDArray
 
 from flexarm_estimator.conversions import diagnostics_msg, state_to_msg, tip_to_msg
 from flexarm_estimator.estimate import Estimate
-from flexarm_estimator.estimator import Estimator
+from flexarm_estimator.estimator import Estimator, Parts
 from flexarm_estimator.measurement import Measurement
 from flexarm_estimator.readings import Refusal
 from flexarm_estimator.sensor_messages import SensorReader
 from flexarm_estimator.settings import EstimatorConfig
 from flexarm_model.conversions import NS_PER_S, ModelMessageError, model_from_msg, stamp_to_ns
 from flexarm_model.description import ManipulatorConfig
+from flexarm_model.pending_models import PendingModels
 from flexarm_model.reduced_model import ReducedModel
 from flexarm_model.reduced_tree import ReducedTree
 
@@ -75,6 +76,7 @@ class EstimatorExchange:
         self._tau = np.zeros(len(config.actuated))
         self._measured: Array | None = None
         self._is_told = False
+        self._pending: PendingModels[Parts] = PendingModels()
         self._last_ns: int | None = None
         self.estimator: Estimator | None = None
         self.estimate: Estimate | None = None
@@ -86,8 +88,16 @@ class EstimatorExchange:
         """Relative topics that ``on_sensor`` wants."""
         return (*self._reader.topics, TORQUE_TOPIC)
 
+    @property
+    def receipt(self) -> str:
+        """What models have been taken, in short; equal at all who took the same."""
+        return self._pending.receipt
+
     def on_model(self, msg: Any) -> list[Outgoing]:
-        """Take a model of the same description; refuse another by name."""
+        """Take a model of the same description, to be used from its stamp on; refuse another by name.
+
+        The first one is used at once; the others are prepared now and wait.
+        """
         try:
             model = model_from_msg(msg)
         except ModelMessageError as error:
@@ -101,7 +111,7 @@ class EstimatorExchange:
             )
             return []
         self.model_fault = ""
-        self._take(model)
+        self._take(model, stamp_to_ns(msg.header.stamp))
         return []
 
     def on_sensor(self, topic: str, msg: Any) -> None:
@@ -118,6 +128,7 @@ class EstimatorExchange:
             return []
         if self._epoch_ns is None:
             self._epoch_ns = stamp_ns
+        self._adopt_due(stamp_ns)
         samples = self._read_waiting()
         for torque in self._changes_before(stamp_ns):
             self.estimator.step([], self._tau, self._seconds(torque.stamp_ns))
@@ -138,13 +149,26 @@ class EstimatorExchange:
         """Return the DiagnosticArray of now."""
         return diagnostics_msg(self.estimate, self.model_fault, self.notes, stamp_ns)
 
-    def _take(self, model: ReducedModel) -> None:
+    def _take(self, model: ReducedModel, stamp_ns: int) -> None:
         try:
             if self.estimator is None:
                 self.estimator = Estimator(model, self._tree, self._config.sensors, self._settings)
-            elif model.model_id != self.estimator.model.model_id:
-                self.estimator.adopt(model)
+            else:
+                self._pending.add(stamp_ns, self.estimator.prepare(model))
         except (KeyError, ValueError) as error:
+            self.model_fault = f"model refused: {error}"
+            return
+        self._pending.note(stamp_ns, model.model_id)
+
+    def _adopt_due(self, stamp_ns: int) -> None:
+        """Go on with the model whose time has come."""
+        assert self.estimator is not None
+        parts = self._pending.due(stamp_ns)
+        if parts is None or parts.model.model_id == self.estimator.model.model_id:
+            return
+        try:
+            self.estimator.adopt(parts)
+        except ValueError as error:  # axes of another arm under the same config_id
             self.model_fault = f"model refused: {error}"
 
     def _read_waiting(self) -> list[Measurement]:
