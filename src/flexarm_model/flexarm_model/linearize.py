@@ -46,8 +46,7 @@ def linearize(tree: ReducedTree, pose: Array | None = None, modes: int | None = 
     """
     config = tree.config
     pose = check_pose(tree, config.home if pose is None else pose)
-    q0, force = find_equilibrium(tree, pose)
-    M, D, K, f0 = (np.array(part) for part in tree.functions["linearisation"](q0))
+    q0, force, (M, D, K, f0) = _settle(tree, pose)
     K += constraint_stiffness(tree, q0, force)
     n = len(tree.actuated)
     N = tree.motions_within(q0)
@@ -120,18 +119,24 @@ def find_equilibrium(tree: ReducedTree, pose: Array) -> tuple[Array, Array]:
         PoseError: Newton's iteration does not settle.
         ClosureError: The loops do not close at this pose.
     """
+    return _settle(tree, pose)[:2]
+
+
+def _settle(tree: ReducedTree, pose: Array) -> tuple[Array, Array, tuple[Array, ...]]:
+    """Return coordinates, forces in the loops, and mass, damping, stiffness and forces at rest."""
     q = close_at(tree, pose)
     force = np.zeros(tree.n_c)
     e = np.setdiff1d(np.arange(tree.n_q), tree.actuated)
     for _ in range(MAX_ITERATIONS):
-        _, _, K, f = tree.functions["linearisation"](q)
+        parts = tree.functions["linearisation"](q)
+        _, _, K, f = parts
         c, G = tree.constraints(q)
         unbalanced = f[e] + G[:, e].T @ force
         if not e.size or (
             abs(unbalanced).max() <= EQUILIBRIUM_TOLERANCE * max(1.0, abs(f).max())
             and abs(c).max(initial=0.0) <= CLOSED
         ):
-            return q, force
+            return q, force, tuple(np.array(part) for part in parts)
         K_e = (K + constraint_stiffness(tree, q, force))[np.ix_(e, e)]
         system = np.block([[K_e, G[:, e].T], [G[:, e], np.zeros((tree.n_c, tree.n_c))]])
         try:

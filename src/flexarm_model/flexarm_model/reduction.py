@@ -11,10 +11,11 @@ modes, mass-normalised, slowest first.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import eigh
-from scipy.sparse.csgraph import connected_components
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.intp]
@@ -81,14 +82,29 @@ def mode_basis(M: Array, K: Array, basis: Array, n_modes: int) -> tuple[Array, A
 
 def _eigen(K: Array, M: Array) -> tuple[Array, Array]:
     """Return eigenvalues, ascending, and mass-normalised vectors that are zero where nothing couples."""
-    n_parts, part = connected_components((K != 0) | (M != 0), directed=False)
     values, vectors = np.zeros(K.shape[0]), np.zeros(K.shape)
-    for number in range(n_parts):
-        index = np.flatnonzero(part == number)
+    for index in _parts((K != 0) | (M != 0)):
         inner = np.ix_(index, index)
         values[index], vectors[inner] = eigh(K[inner], M[inner])
     order = np.argsort(values, kind="stable")
     return values[order], vectors[:, order]
+
+
+def _parts(coupled: NDArray[np.bool_]) -> Iterator[Indices]:
+    """Yield the sets of displacements that nothing couples to the others.
+
+    Args:
+        coupled: Which are coupled, symmetric, (n, n).
+    """
+    left = np.ones(coupled.shape[0], dtype=bool)
+    while left.any():
+        part = np.zeros_like(left)
+        part[np.argmax(left)] = True
+        grown = coupled[part].any(axis=0) | part
+        while not np.array_equal(grown, part):
+            part, grown = grown, coupled[grown].any(axis=0) | grown
+        left &= ~part
+        yield np.flatnonzero(part)
 
 
 def _constraint_modes(K: Array, boundary: Indices) -> Array:
