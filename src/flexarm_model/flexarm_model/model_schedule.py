@@ -1,7 +1,7 @@
-"""When a new model is served: as soon as the reference has left the pose of the one in use.
+"""When a new model is served: as soon as the reference is about to leave the pose of the one in use.
 
-The pose of a new model lies ahead of the reference, so that it fits the stretch that controller and
-estimator are about to see; where the reference rests, it is that of the reference. Nothing here depends on
+What counts is where the reference will be a little later, in the stretch that controller and estimator are
+about to see; there is the pose of the new model, too. Where the reference rests, the model is of that pose. Nothing here depends on
 where the arm really is, so the models of a motion can all be made before it starts.
 """
 
@@ -22,6 +22,7 @@ from flexarm_model.trajectory import Trajectory
 
 Array = NDArray[np.float64]
 FOREVER = 1e6
+AT_REST = 0.05  # of the distance allowed: where the reference rests, models are worth being exact
 
 
 @dataclass(frozen=True)
@@ -56,7 +57,8 @@ class ModelSchedule:
             PoseError: The reference leads where no model can be made.
         """
         here, ahead = self._reference.sample(np.array([t, t + self._lead]))[0]
-        if (abs(here - model.pose) <= self._reach).all() or np.array_equal(ahead, model.pose):
+        share = AT_REST if np.array_equal(here, ahead) else 1.0
+        if (abs(ahead - model.pose) <= share * self._reach).all():
             return None
         self.served += 1
         return linearize(self._tree, ahead)

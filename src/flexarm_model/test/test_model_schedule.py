@@ -1,0 +1,45 @@
+"""Models along a trajectory: few, near it, and exact where it rests."""
+
+import numpy as np
+from arms import arm, tree
+
+from flexarm_model.linearize import linearize
+from flexarm_model.model_schedule import ModelSchedule, ScheduleSettings, plan_models
+from flexarm_model.trajectory import Trajectory
+
+PERIOD_NS = 5_000_000
+SPEED, FAR = 2.0, 1.0  # rad/s, rad
+
+
+def there() -> Trajectory:
+    """Return a ramp of half a second of the base's axis, after 0.2 s of rest."""
+    t = np.array([0.0, 0.2, 0.2 + FAR / SPEED, 1.5])
+    theta = np.array([[0.0], [0.0], [FAR], [FAR]])
+    rate = np.array([[0.0], [0.0], [0.0], [0.0]])
+    return Trajectory(t, theta, rate, np.zeros((4, 1)))
+
+
+def models(**settings: float) -> list[tuple[float, float]]:
+    config, planar = arm("single_link"), tree("single_link")
+    schedule = ModelSchedule(planar, config, there(), ScheduleSettings(**settings))
+    served = plan_models(schedule, linearize(planar), 1.5, PERIOD_NS)
+    return [(stamp * 1e-9, float(model.pose[0])) for stamp, model in served]
+
+
+def test_by_default_one_model_serves_the_whole_motion() -> None:
+    assert models() == []
+
+
+def test_models_are_as_many_as_the_distance_asks_for() -> None:
+    assert FAR / 0.1 - 2 <= len(models(angle=0.1)) <= FAR / 0.1 + 1
+
+
+def test_the_model_in_use_is_never_further_than_allowed_from_where_the_reference_will_be() -> None:
+    served = [(0.0, 0.0), *models(angle=0.1, lead=0.08)]
+    for t in np.arange(0.0, 1.5, PERIOD_NS * 1e-9):
+        pose = [pose for since, pose in served if since <= t + 1e-9][-1]
+        assert abs(there().sample(np.array([t + 0.08]))[0][0, 0] - pose) <= 0.1 + 1e-9
+
+
+def test_where_the_reference_rests_the_model_is_of_that_pose() -> None:
+    assert abs(models(angle=0.17)[-1][1] - FAR) <= 0.05 * 0.17
