@@ -1,13 +1,14 @@
 """Commander node: moves the arm through a series of rest-to-rest motions and ends.
 
 It waits until everybody is ready, sends the series as one reference, waits until the controller has taken
-it, arms the guard, and exits when the last move has had its time: 0 when all was done, 1 with the reason
-when something refused.
+it and everybody holds the models that the arm will need on the way, arms the guard, and exits when the last
+move has had its time: 0 when all was done, 1 with the reason when something refused.
 
 Publishes
     reference (trajectory_msgs/JointTrajectory): once; its stamp is time zero of the series.
 Subscribes
-    controller_status, guard_status, modal_state, joint_states, and ~/ready of the partners.
+    controller_status, guard_status, modal_state, joint_states, ~/ready of the partners, and ~/models of
+    those who make and use models.
 Calls
     rig/arm (std_srvs/Trigger).
 """
@@ -17,6 +18,7 @@ from __future__ import annotations
 import sys
 import time
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -26,12 +28,14 @@ from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 from sensor_msgs.msg import JointState
-from std_msgs.msg import Bool
+from std_msgs.msg import Bool, String
 from std_srvs.srv import Trigger
 from trajectory_msgs.msg import JointTrajectory
 
 from flexarm_bringup.motions import motions, out_and_back, reference_of
+from flexarm_bringup.reference_file import load_reference
 from flexarm_controller.conversions import reference_to_msg
+from flexarm_controller.reference import Reference
 from flexarm_model.config import load_config
 from flexarm_model.conversions import stamp_to_ns
 from flexarm_model.manipulator_file import find_manipulator
@@ -40,7 +44,8 @@ from flexarm_model.parameters import ParameterError, parameter
 from flexarm_model.strict_yaml import ConfigError
 
 LOOK_PERIOD = 0.02  # s of wall time between two looks at the state of affairs
-PREPARATION_NS = 300_000_000  # real time: the series starts this much after it was sent
+LISTENERS = ("model", "controller", "recorder")  # partners that must hear the reference
+HOLDERS = ("estimator", "controller")  # partners that must hold the models of the motion
 MOTIONS = ("A", "B", "ZVD")
 
 
@@ -57,6 +62,10 @@ class CommanderSettings:
     out: str = parameter("A", "Motion on the way out.", choices=MOTIONS)
     back: str = parameter("ZVD", "Motion on the way back.", choices=MOTIONS)
     zeta: float = parameter(0.015, "Damping ratio that the shaper counts on.", "1", 0.0, 0.5)
+    reference: str = parameter("", "File with a reference to follow instead of moves (reference_file).")
+    preparation: float = parameter(
+        0.3, "In real time the series starts so much after it was sent.", "s", 0.05, 600.0
+    )
     partners: tuple[str, ...] = parameter(("model", "estimator", "controller", "rig"), "Nodes to wait for.")
     patience: float = parameter(60.0, "Longest wait without any progress.", "s", 1.0, 3600.0)
 
@@ -69,10 +78,10 @@ class Commander(Node):
         super().__init__("commander", namespace="flexarm")
         s = self.settings = declare_config(self, CommanderSettings)
         config = load_config(find_manipulator(s.manipulator), s.preset)
-        moves = out_and_back([float(np.radians(angle)) for angle in s.angles], s.out, s.back, motions(s.zeta))
-        self._reference = reference_of(moves, 1.0 / config.rate_hz)
+        self._period_ns = round(1e9 / config.rate_hz)
+        self._reference, end = _series(s, 1.0 / config.rate_hz)
         self._names = tuple(config.actuated)
-        self._duration_ns = round(moves[-1].slot_end * 1e9)
+        self._duration_ns = round(end * 1e9)
         self.outcome: str | None = None  # "" when done, else why not
         self._zero_ns = 0
         self._now_ns = -1
@@ -83,11 +92,13 @@ class Commander(Node):
             self._wait_for_state,
             self._send,
             self._wait_for_answer,
+            self._wait_for_models,
             self._arm,
             self._wait_for_arming,
             self._wait_for_end,
         ]
-        self._answer = ""
+        self._answer, self._sent_ns = "", -1
+        self._receipts = dict.fromkeys(("model", *HOLDERS), "")
         self._arming: Any = None
         self._guard = GuardStatus()
         self._moved = time.monotonic()
@@ -108,20 +119,37 @@ class Commander(Node):
             )
 
     def _wait_for_partners(self) -> bool:
-        return all(self._ready.values()) and self._publisher.get_subscription_count() > 0
+        listeners = sum(name in self._ready for name in LISTENERS)
+        return all(self._ready.values()) and self._publisher.get_subscription_count() >= max(listeners, 1)
 
     def _wait_for_state(self) -> bool:
         return self._has_state and (self.settings.lockstep or self._now_ns > 0)
 
     def _send(self) -> bool:
-        self._zero_ns = 0 if self.settings.lockstep else self._now_ns + PREPARATION_NS
-        self._publisher.publish(reference_to_msg(self._reference, self._names, self._zero_ns))
+        periods = round(self.settings.preparation * 1e9 / self._period_ns)  # on the rig's ticks
+        self._zero_ns = 0 if self.settings.lockstep else self._now_ns + periods * self._period_ns
+        msg = reference_to_msg(self._reference, self._names, self._zero_ns)
+        self._sent_ns = stamp_to_ns(msg.header.stamp)
+        self._publisher.publish(msg)
         return True
 
     def _wait_for_answer(self) -> bool:
         if self._answer.startswith("reference refused"):
             self.outcome = self._answer
         return self._answer.startswith("reference accepted")
+
+    def _wait_for_models(self) -> bool:
+        if "model" not in self._ready:
+            return True
+        stamp, _, made = self._receipts["model"].partition(": ")
+        if stamp != str(self._sent_ns):
+            return False
+        if made.startswith("refused"):
+            self.outcome = f"models {made}"
+        late = (self._now_ns - self._zero_ns) * 1e-9
+        if late > 0 and not self.settings.lockstep:
+            self.outcome = f"models are not ready {late:.2f} s after the start; raise preparation"
+        return all(self._receipts[name] == made for name in HOLDERS if name in self._ready)
 
     def _arm(self) -> bool:
         if self._client.service_is_ready():
@@ -168,8 +196,24 @@ class Commander(Node):
                 lambda msg, name=name: self._ready.__setitem__(name, msg.data),
                 LATCHED_QOS,
             )
+        for name in self._receipts:
+            self.create_subscription(
+                String,
+                f"{name}/models",
+                lambda msg, name=name: self._receipts.__setitem__(name, msg.data),
+                LATCHED_QOS,
+            )
         self._client = self.create_client(Trigger, "rig/arm")
         self.create_timer(LOOK_PERIOD, self.on_look, clock=Clock(clock_type=ClockType.STEADY_TIME))
+
+
+def _series(settings: CommanderSettings, dt: float) -> tuple[Reference, float]:
+    """Return what to follow and until when it is watched [s]."""
+    if settings.reference:
+        return load_reference(Path(settings.reference))
+    angles = [float(np.radians(angle)) for angle in settings.angles]
+    moves = out_and_back(angles, settings.out, settings.back, motions(settings.zeta))
+    return reference_of(moves, dt), moves[-1].slot_end
 
 
 def main() -> int:

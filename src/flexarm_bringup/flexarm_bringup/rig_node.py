@@ -56,6 +56,7 @@ from flexarm_model.node import (
     run_node,
 )
 from flexarm_model.parameters import parameter
+from flexarm_model.start_pose import HOME, starting_at
 
 STATUS_PERIODS = 20  # motor periods between two guard_status messages
 MOST_CATCH_UP = 20  # periods; after a longer stall the simulated arm skips time rather than race
@@ -67,6 +68,7 @@ class RigNodeSettings:
 
     manipulator: str = parameter("single_link", "Name of a manipulator that comes along, or a YAML file.")
     preset: str = parameter("geared", "Preset of that file; empty for none.")
+    start: str = parameter(HOME, "Pose of the description in which the arm is at the start.")
     lockstep: bool = parameter(
         False, "Advance by messages instead of time: deterministic, faster than real time."
     )
@@ -91,7 +93,8 @@ class RigNode(Node):
         simulation = declare_config(self, RigSettings, complete=False)
         hardware = declare_config(self, HardwareSettings, complete=False)
         refuse_unknown_parameters(self)
-        self.config = load_config(find_manipulator(self.settings.manipulator), self.settings.preset)
+        config = load_config(find_manipulator(self.settings.manipulator), self.settings.preset)
+        self.config = starting_at(config, self.settings.start)
         self.hardware = Hardware(self.config, simulation, hardware)
         self._steady = Clock(clock_type=ClockType.STEADY_TIME)
         self._period_ns = self.hardware.rig.period_ns

@@ -35,6 +35,8 @@ class Session:
         back: Motion on the way back.
         settings: Parameters of the nodes that are not defaults, by node name.
         manipulator: Name or file.
+        reference: File with a reference to follow instead of the moves.
+        preparation: Time between sending the reference and its start, in real time [s].
     """
 
     folder: Path
@@ -45,6 +47,8 @@ class Session:
     back: str
     settings: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
     manipulator: str = "single_link"
+    reference: Path | None = None
+    preparation: float = 0.3
 
     @property
     def bag(self) -> Path:
@@ -87,13 +91,16 @@ def _processes(session: Session) -> tuple[Process, ...]:
         session.manipulator, session.preset, session.lockstep, str(session.bag), session.settings
     )
     if session.lockstep:
-        partners = {"partners": ("estimator", "controller", "recorder")}
+        waits = {"partners": ("estimator", "controller", "recorder")}
         graph = tuple(
-            replace(row, parameters={**row.parameters, **partners}) if row.name == "rig" else row
+            replace(row, parameters={**row.parameters, **waits}) if row.name == "rig" else row
             for row in graph
         )
-    moves = {"angles": session.angles, "out": session.out, "back": session.back}
+    moves: dict[str, Any] = {"angles": session.angles, "out": session.out, "back": session.back}
+    if session.reference:
+        moves = {"reference": str(session.reference)}
     shared = {"manipulator": session.manipulator, "preset": session.preset, "lockstep": session.lockstep}
-    parameters = {**shared, **moves}
+    partners = tuple(row.name for row in graph)
+    parameters = {**shared, **moves, "partners": partners, "preparation": session.preparation}
     commander = Process("flexarm_bringup", "commander_node", "commander", parameters, essential=False)
     return (*graph, commander)

@@ -48,8 +48,8 @@ class Stream:
 
 
 STREAMS = (
-    Stream("model", "flexarm_interfaces/msg/ReducedModel", "model", "on change of pose",
-           "reduced model in use", is_latched=True),
+    Stream("model", "flexarm_interfaces/msg/ReducedModel", "model", "ahead of motions",
+           "reduced models, each in use from its stamp on", depth=500, is_latched=True),
     Stream("robot_description", "std_msgs/msg/String", "model", "once",
            "URDF with the modes as segment joints", is_latched=True, is_stamped=False, is_optional=True),
     Stream("reference", "trajectory_msgs/msg/JointTrajectory", "user", "event",

@@ -4,6 +4,7 @@ Publishes
     joint_commands (flexarm_interfaces/JointCommand): one per modal_state while the guard is armed.
     controller_status (flexarm_interfaces/ControllerStatus): one per modal_state, and at once for every
         reference or model that is taken or refused.
+    ~/models (std_msgs/String, latched): receipt of the models taken and prepared so far.
     ~/ready (std_msgs/Bool, latched): true once it has a model and its topics are connected.
 Subscribes
     modal_state (flexarm_interfaces/ModalState), model (flexarm_interfaces/ReducedModel, latched),
@@ -18,6 +19,7 @@ from dataclasses import dataclass, replace
 
 from flexarm_interfaces.msg import ControllerStatus, GuardStatus, JointCommand, ModalState, ReducedModel, Tick
 from rclpy.node import Node
+from std_msgs.msg import String
 from trajectory_msgs.msg import JointTrajectory
 
 from flexarm_controller.exchange import ControllerExchange, Outgoing
@@ -29,6 +31,7 @@ from flexarm_model.manipulator_file import find_manipulator
 from flexarm_model.node import (
     LATCHED_QOS,
     LOCKSTEP_QOS,
+    MODELS_QOS,
     RELIABLE_QOS,
     ReadyFlag,
     declare_config,
@@ -73,8 +76,9 @@ class ControllerNode(Node):
         self._connect()
 
     def on_model(self, msg: ReducedModel) -> None:
-        """Take a model, or say why not."""
+        """Take a model, to be used from its stamp on, or say why not."""
         self._publish(self.exchange.on_model(msg))
+        self._receipts.publish(String(data=self.exchange.receipt))
         if self.exchange.model_fault:
             self.get_logger().error(self.exchange.model_fault)
 
@@ -123,7 +127,8 @@ class ControllerNode(Node):
             "joint_commands": self.create_publisher(JointCommand, "joint_commands", quality),
             "controller_status": self.create_publisher(ControllerStatus, "controller_status", quality),
         }
-        self.create_subscription(ReducedModel, "model", self.on_model, LATCHED_QOS)
+        self._receipts = self.create_publisher(String, "~/models", LATCHED_QOS)
+        self.create_subscription(ReducedModel, "model", self.on_model, MODELS_QOS)
         self.create_subscription(JointTrajectory, "reference", self.on_reference, RELIABLE_QOS)
         self.create_subscription(GuardStatus, "guard_status", self.on_guard_status, quality)
         self.create_subscription(ModalState, "modal_state", self.on_modal_state, quality)

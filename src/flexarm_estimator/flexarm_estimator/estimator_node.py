@@ -5,6 +5,7 @@ Publishes
         one per joint_states (in lockstep one per tick).
     end_effector (nav_msgs/Odometry): pose [m] of the tool in "base" and its twist, with covariances.
     /diagnostics (diagnostic_msgs/DiagnosticArray): 1 Hz.
+    ~/models (std_msgs/String, latched): receipt of the models taken and prepared so far.
     ~/ready (std_msgs/Bool, latched): true once it has a model and its topics are connected.
 Subscribes
     model (flexarm_interfaces/ReducedModel, latched), joint_states (sensor_msgs/JointState: encoders),
@@ -29,6 +30,7 @@ from nav_msgs.msg import Odometry
 from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 from sensor_msgs.msg import Imu, JointState
+from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
 from flexarm_estimator.exchange import EstimatorExchange, Outgoing
@@ -40,6 +42,7 @@ from flexarm_model.manipulator_file import find_manipulator
 from flexarm_model.node import (
     LATCHED_QOS,
     LOCKSTEP_QOS,
+    MODELS_QOS,
     RELIABLE_QOS,
     SENSOR_QOS,
     ReadyFlag,
@@ -85,8 +88,9 @@ class EstimatorNode(Node):
         self._connect()
 
     def on_model(self, msg: ReducedModel) -> None:
-        """Take a model, or say why not."""
+        """Take a model, to be used from its stamp on, or say why not."""
         self.exchange.on_model(msg)
+        self._receipts.publish(String(data=self.exchange.receipt))
         if self.exchange.model_fault:
             self.get_logger().error(self.exchange.model_fault)
 
@@ -135,7 +139,8 @@ class EstimatorNode(Node):
             "end_effector": self.create_publisher(Odometry, "end_effector", told),
             "/diagnostics": self.create_publisher(DiagnosticArray, "/diagnostics", RELIABLE_QOS),
         }
-        self.create_subscription(ReducedModel, "model", self.on_model, LATCHED_QOS)
+        self._receipts = self.create_publisher(String, "~/models", LATCHED_QOS)
+        self.create_subscription(ReducedModel, "model", self.on_model, MODELS_QOS)
         quality = LOCKSTEP_QOS if self.settings.lockstep else SENSOR_QOS
         for topic in self.exchange.topics:
             self.create_subscription(_TYPES.get(topic, Imu), topic, partial(self.on_sensor, topic), quality)

@@ -1,11 +1,20 @@
-"""Model node: serves the reduced model of the arm, latched and on request.
+"""Model node: serves the reduced model of the arm, ahead of a motion, latched and on request.
+
+A model is used from its stamp on. For a reference all models of the motion are made and sent before it
+starts, in a fixed distance from each other, as a pure function of the reference. Without one the models
+follow the measured pose, not in lockstep, where nothing may depend on how fast a node is.
 
 Publishes
-    model (flexarm_interfaces/ReducedModel, latched): at start, and when the pose has moved so far
-        that the model differs by more than ``tolerance``; at most ``rate`` times per second.
+    model (flexarm_interfaces/ReducedModel, latched): at start; all models of a reference; and without one
+        when the pose has moved so far that the model differs by more than ``tolerance``, at most ``rate``
+        times per second.
+    ~/models (std_msgs/String, latched): "stamp of the reference: receipt" once all its models are out, or
+        "stamp: refused: reason".
     ~/ready (std_msgs/Bool, latched): true once the first model is out.
 Subscribes
+    reference (trajectory_msgs/JointTrajectory): what the axes are about to do.
     joint_states (sensor_msgs/JointState): the pose of the actuated axes [rad or m].
+    guard_status (flexarm_interfaces/GuardStatus): after a stop the models follow the measured pose again.
 Services
     get_reduced_model (flexarm_interfaces/GetReducedModel): the model at any pose.
     get_dynamics (flexarm_interfaces/GetDynamics): M, C v and G at a state of the tree.
@@ -14,23 +23,49 @@ Services
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import islice
 
 import numpy as np
+from flexarm_interfaces.msg import GuardStatus
 from flexarm_interfaces.msg import ReducedModel as ReducedModelMsg
 from flexarm_interfaces.srv import GetDynamics, GetReducedModel
 from rclpy.node import Node
 from sensor_msgs.msg import JointState
+from std_msgs.msg import String
+from trajectory_msgs.msg import JointTrajectory
 
 from flexarm_model.closure_error import ClosureError
 from flexarm_model.config import load_config
-from flexarm_model.conversions import floats, model_to_msg, stamp_to_ns
+from flexarm_model.conversions import (
+    NS_PER_S,
+    TrajectoryMessageError,
+    floats,
+    model_to_msg,
+    stamp_to_ns,
+    trajectory_from_msg,
+)
 from flexarm_model.linearize import PoseError, linearize
 from flexarm_model.manipulator_file import find_manipulator
 from flexarm_model.model_cache import ModelCache
-from flexarm_model.node import LATCHED_QOS, SENSOR_QOS, ReadyFlag, declare_config, run_node
+from flexarm_model.model_schedule import ModelSchedule, ScheduleSettings, plan_models
+from flexarm_model.node import (
+    LATCHED_QOS,
+    MODELS_DEPTH,
+    MODELS_QOS,
+    RELIABLE_QOS,
+    SENSOR_QOS,
+    ReadyFlag,
+    declare_config,
+    refuse_unknown_parameters,
+    run_node,
+)
 from flexarm_model.parameters import parameter
+from flexarm_model.pending_models import PendingModels
 from flexarm_model.reduced_model import ReducedModel
 from flexarm_model.reduced_tree import ReducedTree
+from flexarm_model.start_pose import HOME, starting_at
+
+FOLLOWING_LEAD_NS = 100_000_000  # a model of the measured pose holds so much later: all must have it by then
 
 
 @dataclass(frozen=True)
@@ -39,7 +74,8 @@ class ModelSettings:
 
     manipulator: str = parameter("single_link", "Name of a manipulator that comes along, or a YAML file.")
     preset: str = parameter("geared", "Preset of that file; empty for none.")
-    lockstep: bool = parameter(False, "Accepted for symmetry with the other nodes; this one has no clock.")
+    start: str = parameter(HOME, "Pose of the description in which the arm is at the start.")
+    lockstep: bool = parameter(False, "Serve the models of references only; never follow the measured pose.")
     rate: float = parameter(20.0, "Most models per second.", "Hz", 0.1, 100.0)
     pose_step: float = parameter(0.0175, "Pose change that makes it look again.", "rad or m", 1e-6, 1.0)
     tolerance: float = parameter(
@@ -53,35 +89,58 @@ class ModelNode(Node):
     def __init__(self) -> None:
         """Build the tree, compile it, publish the model at home."""
         super().__init__("model", namespace="flexarm")
-        self.settings = declare_config(self, ModelSettings)
+        self.settings = declare_config(self, ModelSettings, complete=False)
+        self._schedule = declare_config(self, ScheduleSettings, complete=False)
+        refuse_unknown_parameters(self)
         config = load_config(find_manipulator(self.settings.manipulator), self.settings.preset)
-        self.tree = ReducedTree(config)
+        self.tree = ReducedTree(starting_at(config, self.settings.start))
         self.cache = ModelCache(self.tree)
-        self.model = self.cache.at()
+        self.model = self._in_use = self.cache.at()
+        self._pending: PendingModels[ReducedModel] = PendingModels()
+        self._period_ns = round(NS_PER_S / config.rate_hz)
+        self._follows_pose = not self.settings.lockstep
         self._looked_at = self.model.pose
-        self._published_ns = 0
-        self._publisher = self.create_publisher(ReducedModelMsg, "model", LATCHED_QOS)
-        self._publish(0)
-        self.create_subscription(JointState, "joint_states", self.on_joint_states, SENSOR_QOS)
-        self.create_service(GetReducedModel, "get_reduced_model", self.on_get_reduced_model)
-        self.create_service(GetDynamics, "get_dynamics", self.on_get_dynamics)
-        self._ready = ReadyFlag(self, {"model": lambda: True})
+        self._published_ns = self._token = 0
+        self._connect()
         f_hz = ", ".join(f"{value:.4g}" for value in self.model.omega / (2 * np.pi))
         self.get_logger().info(
             f"{config.name} ({config.preset or 'no preset'}): modes at {f_hz} Hz, model {self.model.model_id}"
         )
 
+    def on_reference(self, msg: JointTrajectory) -> None:
+        """Make the models of a motion, send them, and tell that all are out."""
+        start_ns = stamp_to_ns(msg.header.stamp)
+        self._in_use = self._pending.due(start_ns) or self._in_use
+        try:
+            plan = self._plan(msg, start_ns)
+        except (TrajectoryMessageError, PoseError, ClosureError) as error:
+            self.get_logger().error(f"no models for the reference: {error}")
+            self._receipts.publish(String(data=f"{start_ns}: refused: {error}"))
+            return
+        self._follows_pose = False
+        if self._pending.has_after(start_ns):  # of a reference that this one replaces
+            self._serve(self._in_use, start_ns)
+        for after_ns, model in plan:
+            self._serve(model, start_ns + after_ns)
+        self.get_logger().info(f"{len(plan)} models for the reference")
+        self._receipts.publish(String(data=f"{start_ns}: {self._pending.receipt}"))
+
+    def on_guard_status(self, msg: GuardStatus) -> None:
+        """After a stop nobody follows the reference: look where the arm is."""
+        if self._token and not msg.session_token and not self.settings.lockstep:
+            self._follows_pose = True
+            self._looked_at = np.full_like(self.model.pose, np.inf)
+        self._token = msg.session_token
+
     def on_joint_states(self, msg: JointState) -> None:
         """Serve a new model when the arm has moved far enough for it to differ."""
         position = dict(zip(msg.name, msg.position, strict=False))
         pose = np.array([position.get(name, np.nan) for name in self.model.theta_names])
-        if (
-            not np.isfinite(pose).all()
-            or abs(pose - self._looked_at).max(initial=0.0) < self.settings.pose_step
-        ):
+        is_near = abs(pose - self._looked_at).max(initial=0.0) < self.settings.pose_step
+        if not self._follows_pose or not np.isfinite(pose).all() or is_near:
             return
         now_ns = stamp_to_ns(msg.header.stamp)
-        if 0 <= now_ns - self._published_ns < 1e9 / self.settings.rate:
+        if 0 <= now_ns - self._published_ns < NS_PER_S / self.settings.rate:
             return
         self._looked_at = pose
         try:
@@ -89,9 +148,10 @@ class ModelNode(Node):
         except (PoseError, ClosureError) as error:
             self.get_logger().warning(str(error), throttle_duration_sec=5.0)
             return
-        if model_difference(model, self.model) > self.settings.tolerance:
-            self.model = model
-            self._publish(now_ns)
+        is_other = model_difference(model, self.model) > self.settings.tolerance
+        if is_other or self._pending.has_after(now_ns + FOLLOWING_LEAD_NS):
+            self._published_ns = now_ns
+            self._serve(model, now_ns + FOLLOWING_LEAD_NS)
 
     def on_get_reduced_model(
         self, request: GetReducedModel.Request, response: GetReducedModel.Response
@@ -123,9 +183,31 @@ class ModelNode(Node):
         response.mass = floats(np.array(self.tree.functions["mass_matrix"](q)))
         return response
 
-    def _publish(self, stamp_ns: int) -> None:
-        self._published_ns = stamp_ns
-        self._publisher.publish(model_to_msg(self.model, stamp_ns))
+    def _plan(self, msg: JointTrajectory, start_ns: int) -> list[tuple[int, ReducedModel]]:
+        motion = trajectory_from_msg(msg, self.model.theta_names, start_ns)
+        schedule = ModelSchedule(self.tree, self.tree.config, motion, self._schedule)
+        plan = plan_models(schedule, self._in_use, float(motion.t[-1]), self._period_ns)
+        models = list(islice(plan, MODELS_DEPTH))
+        if len(models) == MODELS_DEPTH:
+            raise TrajectoryMessageError(f"it needs {MODELS_DEPTH} models or more; raise angle or length")
+        return models
+
+    def _serve(self, model: ReducedModel, stamp_ns: int) -> None:
+        self.model = model
+        self._pending.add(stamp_ns, model)
+        self._pending.note(stamp_ns, model.model_id)
+        self._publisher.publish(model_to_msg(model, stamp_ns))
+
+    def _connect(self) -> None:
+        self._publisher = self.create_publisher(ReducedModelMsg, "model", MODELS_QOS)
+        self._receipts = self.create_publisher(String, "~/models", LATCHED_QOS)
+        self._serve(self.model, 0)
+        self.create_subscription(JointTrajectory, "reference", self.on_reference, RELIABLE_QOS)
+        self.create_subscription(JointState, "joint_states", self.on_joint_states, SENSOR_QOS)
+        self.create_subscription(GuardStatus, "guard_status", self.on_guard_status, RELIABLE_QOS)
+        self.create_service(GetReducedModel, "get_reduced_model", self.on_get_reduced_model)
+        self.create_service(GetDynamics, "get_dynamics", self.on_get_dynamics)
+        self._ready = ReadyFlag(self, {"model": lambda: True})
 
 
 def model_difference(a: ReducedModel, b: ReducedModel) -> float:
