@@ -9,6 +9,7 @@ import pytest
 from arms import Array, arm, tree, with_modes
 from closed_motion import forward_dynamics, move
 from rigid_arms import rigid_version
+from scipy.linalg import eigh
 
 from flexarm_model.closure_error import ClosureError
 from flexarm_model.linearize import find_equilibrium, linearize
@@ -74,6 +75,15 @@ def test_segment_frequencies_of_linkages_converge_onto_the_reduced_trees(name: s
     seen = change[1] > 1e-6 * exact
     assert np.log2(change[0] / change[1])[seen].min() == pytest.approx(slowest, abs=0.1)
     assert found[2] == pytest.approx(exact, rel=2e-4)
+
+
+def test_with_the_motors_free_both_trees_have_two_rigid_motions_and_the_same_modes() -> None:
+    served = linearize(fine("five_bar"), modes=12)
+    exact = np.sqrt(np.maximum(eigh(served.K, served.M, eigvals_only=True), 0.0))
+    segments = SegmentTree(arm("five_bar"), 16)
+    found = segments.frequencies(segments.settle(arm("five_bar").home), 5)
+    assert found[:2] == pytest.approx([0.0, 0.0], abs=1e-3 * found[2])  # but for rounding
+    assert found[2:] == pytest.approx(exact[2:5], rel=1e-3)  # second order in 1/16
 
 
 def test_both_trees_refuse_the_stretched_linkage() -> None:
