@@ -13,7 +13,7 @@ ROOT = Path(__file__).resolve().parents[1]
 SMALL: dict[str, dict[str, float]] = {
     "bench_model": {"seconds": 0.2, "repeats": 20},
     "bench_memory": {"seconds": 8.0},
-    "bench_serve": {"repeats": 5},
+    "bench_serve": {"repeats": 5, "use_compiler": False},
     "bench_import": {"refinement": 0.4, "modes": 40, "seconds": 0.2},
 }
 

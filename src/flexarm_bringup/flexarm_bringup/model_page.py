@@ -15,7 +15,7 @@ from flexarm_model.description import ManipulatorConfig, SensorSpec
 from flexarm_model.modal.candidates import candidate_config, noise
 from flexarm_model.modal.energy_shares import EnergyShares, energy_shares
 from flexarm_model.modal.modes import model_modes
-from flexarm_model.modal.observability import ENERGY, ModeReach, Reach, mode_reach
+from flexarm_model.modal.observability import TIP_AMPLITUDE, ModeReach, Reach, Swing, mode_reach, tip_energy
 from flexarm_model.mode_following import alikeness
 from flexarm_model.reduced_model import Outputs, ReducedModel
 from flexarm_model.reduced_tree import ReducedTree
@@ -72,7 +72,10 @@ def analyse(tree: ReducedTree, model: ReducedModel, home: ReducedModel) -> Analy
     if extra:
         notes.append(f"no accelerometer is mounted: one of {TRIED.sigma[0]:g} m/s² is tried at every node")
     candidates = candidate_config(config, extra)
-    reach = mode_reach(model, noise(config), effort, (_outputs(candidates, model), noise(candidates)))
+    possible = _outputs(candidates, model), noise(candidates)
+    swing = Swing(energy=tip_energy(model))
+    reach = mode_reach(model, noise(config), effort, possible, swing)
+    notes.insert(0, _measure(reach, swing))
     return Analysis(config, tree, model, home, energy_shares(tree, model), reach, tuple(notes))
 
 
@@ -153,13 +156,20 @@ def reach_table(analysis: Analysis) -> Table:
             ]
         )
     notes = [
-        f"A mode that swings with {1e6 * ENERGY:g} µJ: what one sample shows over its noise (seen from "
-        f"{reach.sensors.enough:g}), and the share of the swing that a motor takes up in a quasi-static "
-        f"push at its limit (driven from {reach.motors.enough:g}).",
-        "Close modes are judged together: a row that sees one of a double mode alone does not count.",
         *analysis.notes,
+        "Close modes are judged together: a row that sees one of a double mode alone does not count.",
     ]
     return Table("Who sees and who drives each mode", columns, rows, notes)
+
+
+def _measure(reach: ModeReach, swing: Swing) -> str:
+    """Return the sentence that says what the table counts."""
+    return (
+        f"Every mode swings with {swing.energy:.2g} J, with which the one that moves the tip most moves it "
+        f"{1e3 * TIP_AMPLITUDE:g} mm: what one sample shows over its noise (seen from "
+        f"{reach.sensors.enough:g}), and the share of the swing that a motor takes up in a quasi-static push "
+        f"at its limit (driven from {reach.motors.enough:g})."
+    )
 
 
 def _strongest(reach: Reach, mode: int) -> str:

@@ -12,7 +12,7 @@ from scipy.linalg import eigh
 from flexarm_model.description import SensorSpec
 from flexarm_model.linearize import linearize
 from flexarm_model.modal.candidates import candidate_config, noise
-from flexarm_model.modal.observability import Swing, mode_reach
+from flexarm_model.modal.observability import ENERGY, Swing, mode_reach, tip_energy
 from flexarm_model.reduced_model import Outputs, ReducedModel
 from flexarm_model.reduced_tree import ReducedTree
 
@@ -163,6 +163,16 @@ def test_encoders_are_tried_at_axes_of_their_dimension_that_have_none() -> None:
     assert encoders == {f"angle_at_{site.replace('.', '_')}": site for site in sites}
     strained = [sensor.site for sensor in found if sensor.kind == "strain_gauge"]
     assert not strained
+
+
+def test_the_energy_of_a_swing_suits_the_machine() -> None:
+    model = linearize(tree("single_link"))
+    energy = tip_energy(model, 2e-4)
+    moves = np.linalg.norm(model.outputs.C_pos[model.outputs.rows("tip")[:3]], axis=0)[1:]
+    amplitude = np.sqrt(2 * energy) / model.omega
+    assert (moves * amplitude).max() == pytest.approx(2e-4) and np.argmax(moves * amplitude) == 0
+    still = replace(model, outputs=replace(model.outputs, C_pos=np.zeros_like(model.outputs.C_pos)))
+    assert tip_energy(still) == ENERGY
 
 
 def test_tables_that_make_no_sense_are_refused() -> None:

@@ -30,6 +30,7 @@ from flexarm_model.reduced_model import Outputs, ReducedModel
 Array = NDArray[np.float64]
 
 ENERGY = 1e-6  # J; the first mode of a light arm then moves its tip by about 0.1 mm
+TIP_AMPLITUDE = 1e-4  # m; an arm that shakes by this is not at rest
 SEEN = 1.0  # signal that one sample shows: as large as the noise
 DRIVEN = 0.1  # share of the swing that a motor takes up in a quasi-static push
 CLOSE = 1e-3  # relative distance of frequencies below which modes are judged together
@@ -150,6 +151,21 @@ def mode_reach(
         _reach(model.theta_names, drive, modes, swing.driven),
         _reach(tuple(others), _signals(outputs, others, modes, amplitude), modes, swing.seen),
     )
+
+
+def tip_energy(model: ReducedModel, amplitude: float = TIP_AMPLITUDE) -> float:
+    """Return the energy with which the mode that moves the tip most moves it by an amplitude [J].
+
+    An energy that suits the machine: a strip shakes its tip with a microjoule, an industrial arm with a
+    millijoule.
+
+    Args:
+        model: The served model.
+        amplitude: Of the tip [m].
+    """
+    moves = np.linalg.norm(model.outputs.C_pos[model.outputs.rows("tip")[:3]], axis=0)[model.n_theta :]
+    largest = float((moves / model.omega).max(initial=0.0))  # per root of twice the energy
+    return (amplitude / largest) ** 2 / 2 if largest > 0.0 else ENERGY
 
 
 def _signals(
