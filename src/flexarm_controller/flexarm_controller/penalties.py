@@ -15,7 +15,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import block_diag
 
 from flexarm_controller.cost import Completion, Cost
 from flexarm_controller.equilibrium import Equilibrium
@@ -53,19 +52,32 @@ class Known:
 
 @dataclass(frozen=True)
 class Penalties:
-    """The map and the weights of the module's equations.
+    """The map and the weights ``W`` of the module's equations.
 
     Attributes:
         L: Per torque of the blocks, (n_e, n_v).
         L_p: Per known quantity, (n_e, n_p).
         l: Constant, (n_e,).
-        W: Weights, (n_e, n_e).
+        cost: Weights of states, torques and increments; diagonal.
+        terminal: Weight of a_N, (n_x + n_u, n_x + n_u).
     """
 
     L: Array
     L_p: Array
     l: Array  # noqa: E741
-    W: Array
+    cost: Cost
+    terminal: Array
+
+    def weigh(self, columns: Array) -> Array:
+        """Return ``W columns``, (n_e, k); W is diagonal but for the block of a_N."""
+        n_x, n_a = len(self.cost.Q), len(self.terminal)
+        N = (len(columns) - (n_a - n_x)) // (n_x + 2 * (n_a - n_x))
+        start = (N - 1) * n_x
+        diagonals = [np.tile(np.diag(self.cost.Q), N - 1), np.zeros(n_a)]
+        diagonals += [np.tile(np.diag(part), N) for part in (self.cost.R, self.cost.S)]
+        weighted = np.concatenate(diagonals)[:, None] * columns
+        weighted[start : start + n_a] = self.terminal @ columns[start : start + n_a]
+        return np.asarray(weighted)
 
 
 def penalise(
@@ -83,7 +95,8 @@ def penalise(
         np.vstack([prediction.G, T[-n_u:], T, difference @ T]),
         np.vstack([z_p, w_p[-n_u:], w_p[:-n_u], increment_p]),
         np.concatenate([z_0, w_0[-n_u:], w_0[:-n_u], np.zeros(N * n_u)]),
-        block_diag(*[cost.Q] * (N - 1), completion.P, *[cost.R] * N, *[cost.S] * N),
+        cost,
+        completion.P,
     )
 
 

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import block_diag
+from scipy.sparse import csr_array
 
 from flexarm_controller.constraints import Constraints, constrain
 from flexarm_controller.cost import build_cost, complete
@@ -74,11 +75,12 @@ def build_problem(model: ReducedModel, limits: Limits, config: MpcConfig, dt: fl
 
     n_v, n_s = e.L.shape[1], len(soft.names)
     scale = np.tile(limits.effort, len(config.blocks))  # (n_v,)
-    WL = e.W @ (e.L * scale)
+    WL = e.weigh(e.L * scale)
     curvature = (e.L * scale).T @ WL
     weight = float(n_v / np.trace(curvature))
     P = block_diag((curvature + curvature.T) * weight / 2, SLACK_CURVATURE * np.eye(n_s))
-    q_p = np.vstack([weight * WL.T @ e.L_p, np.zeros((n_s, known.size))])
+    per_known = (csr_array(e.L_p).T @ WL).T  # mostly zeros: a reference sample acts on its own instant
+    q_p = np.vstack([weight * per_known, np.zeros((n_s, known.size))])
     q_0 = np.append(weight * WL.T @ e.l, np.full(n_s, config.slack_price))
     T = np.hstack([prediction.T * scale, np.zeros((known.N * known.n_u, n_s))])
     return Problem(P, q_p, q_0, rows, T, n_v, known, weight)
