@@ -76,7 +76,7 @@ def measure(path: Path, repeats: int, use_compiler: bool) -> dict[str, float]:
         f"{name}_new_p99_us": float(np.percentile(new, 99)),
         f"{name}_cached_median_us": float(np.median(again)),
     }
-    for part in ("linearisation", "output_rows"):
+    for part in ("stiffness", "output_rows"):
         spent = cpu_times_us((lambda: tree.functions[part](q)) for _ in poses)  # noqa: B023
         figures[f"{name}_{part}_median_us"] = float(np.median(spent))
     return figures

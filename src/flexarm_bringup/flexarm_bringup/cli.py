@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import argparse
 import importlib
+import logging
 import os
 import sys
 from collections.abc import Sequence
@@ -71,6 +72,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     if not args.command:
         parser.print_help()
         return USAGE
+    logging.basicConfig(format="%(message)s")
+    logging.getLogger("flexarm").setLevel(logging.INFO)  # long compilations announce themselves
     try:
         return int(importlib.import_module(COMMANDS[args.command].module).run(args))
     except KeyboardInterrupt:

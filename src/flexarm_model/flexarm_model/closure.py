@@ -8,7 +8,8 @@ full rank; where it does not, the pose is singular and refused. Motions within t
     N = [1 0; -G_e^+ G_t  Z]      G_e Z = 0
 
 so that the actuated rates stay the first of u. Newton's iteration for positions moves only the
-``dependent`` coordinates, a set of axes whose columns of G are the best conditioned at home.
+``dependent`` coordinates: axes with neither motor nor spring as far as they suffice, and of these the ones
+whose columns of G are the best conditioned at home.
 """
 
 from __future__ import annotations
@@ -61,13 +62,16 @@ def closure_residual(closures: tuple[Closure, ...], motions: dict[int, Motion]) 
     return ca.vertcat(*rows) if rows else ca.SX(0, 1)
 
 
-def find_loops(rows: ca.Function, start: Array, movable: NDArray[np.intp], name: str) -> Loops:
+def find_loops(
+    rows: ca.Function, start: Array, loose: NDArray[np.intp], sprung: NDArray[np.intp], name: str
+) -> Loops:
     """Close the loops at home and choose rows and dependent coordinates.
 
     Args:
         rows: q to all rows and their Jacobian.
         start: Where closing starts: guesses, and the actuated axes at home, (n_q,).
-        movable: Axes that may move, not the actuated ones.
+        loose: Axes with neither motor nor spring; they move first.
+        sprung: Axes with a spring; they move where the loose ones do not suffice.
         name: Of the manipulator, for messages.
 
     Raises:
@@ -81,7 +85,8 @@ def find_loops(rows: ca.Function, start: Array, movable: NDArray[np.intp], name:
     if evaluate(start)[0].size == 0:
         none = np.zeros(0, dtype=np.intp)
         return Loops(none, none, start)
-    home = solve_positions(evaluate, start, movable, f"{name}: at the home pose")
+    movable = np.union1d(loose, sprung)
+    home = _close_home(evaluate, start, loose, movable, name)
     G = evaluate(home)[1]
     generic = _rank(evaluate(home + np.random.default_rng(0).normal(0.0, 0.1, home.size))[1])
     rank = _rank(G[:, movable])
@@ -92,8 +97,28 @@ def find_loops(rows: ca.Function, start: Array, movable: NDArray[np.intp], name:
         )
     _, _, row_order = qr(G[:, movable].T, mode="economic", pivoting=True)
     kept = np.sort(row_order[:rank]).astype(np.intp)
-    _, _, order = qr(G[np.ix_(kept, movable)], mode="economic", pivoting=True)
-    return Loops(kept, np.sort(movable[order[:rank]]), home)
+    return Loops(kept, _choose_dependent(G[kept], loose, sprung), home)
+
+
+def _close_home(
+    evaluate: Evaluate, start: Array, loose: NDArray[np.intp], movable: NDArray[np.intp], name: str
+) -> Array:
+    what = f"{name}: at the home pose"
+    try:
+        return solve_positions(evaluate, start, loose, what)
+    except ClosureError:
+        return solve_positions(evaluate, start, movable, what)
+
+
+def _choose_dependent(G: Array, loose: NDArray[np.intp], sprung: NDArray[np.intp]) -> NDArray[np.intp]:
+    """Return as many axes as G has rows, loose ones first, with well conditioned columns."""
+    first = loose[qr(G[:, loose], mode="economic", pivoting=True)[2][: _rank(G[:, loose])]]
+    missing = G.shape[0] - first.size
+    if not missing:
+        return np.sort(first)
+    Q = np.linalg.qr(G[:, first])[0]
+    left = G[:, sprung] - Q @ (Q.T @ G[:, sprung])
+    return np.sort(np.concatenate([first, sprung[qr(left, mode="economic", pivoting=True)[2][:missing]]]))
 
 
 def solve_positions(evaluate: Evaluate, start: Array, movable: NDArray[np.intp], what: str) -> Array:

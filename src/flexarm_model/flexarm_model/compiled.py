@@ -7,11 +7,12 @@ and is keyed by the hash of the generated C code and the compiler's flags.
 from __future__ import annotations
 
 import hashlib
+import logging
 import os
 import shutil
 import subprocess
 import tempfile
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -22,6 +23,9 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 
 FLAGS = ("-O1", "-fPIC", "-shared", "-ffp-contract=off")  # -O3 takes minutes and gains little
+GENERATED = ("-Og", *FLAGS[1:])  # the same speed for straight code, compiled in two thirds of the time
+LONG_SOURCE = 1_000_000  # bytes of C; from here on compiling takes seconds, and is announced
+LOG = logging.getLogger("flexarm")
 
 
 class FastFunction:
@@ -71,6 +75,38 @@ def compile_functions(
     return {name: FastFunction(ca.external(name, str(library))) for name in dense}
 
 
+class FunctionTable(Mapping[str, FastFunction]):
+    """Functions of a model by name, each compiled (or loaded from the cache) when it is first asked for."""
+
+    def __init__(self, functions: Mapping[str, ca.Function], use_compiler: bool = True) -> None:
+        """Keep the functions.
+
+        Args:
+            functions: By name; SX or MX functions.
+            use_compiler: False runs them on CasADi's virtual machine.
+        """
+        self._functions, self._use_compiler = dict(functions), use_compiler
+        self._ready: dict[str, FastFunction] = {}
+
+    def __getitem__(self, name: str) -> FastFunction:
+        """Return a function.
+
+        Raises:
+            KeyError: There is none of this name.
+        """
+        if name not in self._ready:
+            self._ready[name] = compile_functions({name: self._functions[name]}, self._use_compiler)[name]
+        return self._ready[name]
+
+    def __iter__(self) -> Iterator[str]:
+        """Go through the names."""
+        return iter(self._functions)
+
+    def __len__(self) -> int:
+        """Return how many there are."""
+        return len(self._functions)
+
+
 def _shaped(flat: Array, size: tuple[int, int]) -> Array:
     """View a buffer as a vector (one column) or a column-major matrix."""
     rows, columns = size
@@ -93,6 +129,8 @@ def build_library(source: Path, compiler: str, flags: tuple[str, ...] = FLAGS) -
     digest = hashlib.sha256(source.read_bytes() + " ".join((compiler, *flags)).encode()).hexdigest()[:24]
     target = cache_folder() / f"{digest}.so"
     if not target.exists():
+        if source.stat().st_size > LONG_SOURCE:
+            LOG.info("compiling %.1f MB of C; once, then it is kept", source.stat().st_size / 1e6)
         target.parent.mkdir(parents=True, exist_ok=True)
         built = target.with_suffix(f".{os.getpid()}.tmp")
         command = [compiler, "-x", "c", str(source), *flags, "-o", str(built), "-lm"]
@@ -113,4 +151,4 @@ def _library(functions: Mapping[str, ca.Function], compiler: str) -> Path | None
         generator = ca.CodeGenerator("flexarm_code.c")
         for function in functions.values():
             generator.add(function)
-        return build_library(Path(generator.generate(folder + os.sep)), compiler)
+        return build_library(Path(generator.generate(folder + os.sep)), compiler, GENERATED)

@@ -39,9 +39,16 @@ class Coordinates:
         return [i for i, axis in enumerate(self.axes.values()) if axis.actuated]
 
     @property
-    def passive_axes(self) -> NDArray[np.intp]:
-        """Indices of the other axes."""
-        return np.setdiff1d(np.arange(len(self.axes)), self.actuated).astype(np.intp)
+    def loose_axes(self) -> NDArray[np.intp]:
+        """Indices of the axes with neither motor nor spring."""
+        axes = enumerate(self.axes.values())
+        return np.array([i for i, axis in axes if not (axis.actuated or axis.stiffness)], dtype=np.intp)
+
+    @property
+    def sprung_axes(self) -> NDArray[np.intp]:
+        """Indices of the axes with a spring and no motor."""
+        axes = enumerate(self.axes.values())
+        return np.array([i for i, axis in axes if axis.stiffness and not axis.actuated], dtype=np.intp)
 
 
 def lay_out(config: ManipulatorConfig, bodies: Mapping[str, Superelement]) -> Coordinates:

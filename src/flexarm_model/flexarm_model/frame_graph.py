@@ -52,7 +52,14 @@ class Closure:
 
 
 class FrameGraph:
-    """Frames of all joints, bodies and nodes over the coordinates ``q``."""
+    """Frames of all joints, bodies and nodes over the coordinates ``q``.
+
+    Attributes:
+        frames: A frame stands after the one that it stands on.
+        body_frames: Index of every body's frame.
+        closures: What loops make one.
+        depth: Index of the first frame that a coordinate moves, (n_q,).
+    """
 
     def __init__(
         self,
@@ -72,6 +79,7 @@ class FrameGraph:
         self._config, self._bodies, self._elastic, self._q = config, bodies, at.elastic, q
         self._axes = {name: i for i, name in enumerate(at.axes)}
         self.frames: list[Frame] = []
+        self.depth = np.zeros(at.n, dtype=int)
         self.body_frames: dict[str, int] = {}
         self._nodes: dict[NodeRef, int] = {NodeRef(WORLD, "root"): BASE}
         for joint in config.joints:
@@ -100,6 +108,8 @@ class FrameGraph:
         end = self._joint_end(joint)
         self._nodes[joint.child] = end
         inwards = inverse_step(self._node_step(joint.child), self._q)
+        index = self._elastic[joint.child.body]
+        self.depth[index.start : index.stop] = len(self.frames)
         self.body_frames[joint.child.body] = self._add(end, inwards)
 
     def _close(self, joint: Joint) -> Closure:
@@ -108,7 +118,9 @@ class FrameGraph:
     def _joint_end(self, joint: Joint) -> int:
         at = self._add(self.frame_of(joint.parent), constant_step(joint.placement, self._q))
         for axis in joint.axes:
-            at = self._add(at, axis_step(axis.name, self._axes[f"{joint.name}.{axis.name}"], self._q))
+            index = self._axes[f"{joint.name}.{axis.name}"]
+            self.depth[index] = len(self.frames)
+            at = self._add(at, axis_step(axis.name, index, self._q))
         return at
 
     def _node_step(self, node: NodeRef) -> Step:

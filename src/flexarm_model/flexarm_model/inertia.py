@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import casadi as ca
+import numpy as np
 
 from flexarm_model.coordinates import Coordinates
 from flexarm_model.elastic_forces import inertia_forces
@@ -49,3 +50,14 @@ def inertia_sweep(
             above[1] + moment_p + ca.cross(step.p, force_p),
         )
     return f
+
+
+def mass_matrix(inertia: ca.SX, a: ca.SX, graph: FrameGraph) -> ca.SX:
+    """Return d(inertia forces)/da, (n_q, n_q), from the entries of the outer coordinates' rows.
+
+    It is symmetric; a row further out needs no force carried back to the base, which halves the work.
+    """
+    order = np.argsort(graph.depth, kind="stable")
+    back = np.argsort(order, kind="stable").tolist()
+    outwards = ca.jacobian(inertia, a)[order.tolist(), order.tolist()]
+    return ca.tril2symm(ca.tril(outwards))[back, back]

@@ -128,7 +128,7 @@ def _settle(tree: ReducedTree, pose: Array) -> tuple[Array, Array, tuple[Array, 
     force = np.zeros(tree.n_c)
     e = np.setdiff1d(np.arange(tree.n_q), tree.actuated)
     for _ in range(MAX_ITERATIONS):
-        parts = tree.functions["linearisation"](q)
+        parts = tree.linearisation(q)
         _, _, K, f = parts
         c, G = tree.constraints(q)
         unbalanced = f[e] + G[:, e].T @ force
@@ -136,7 +136,7 @@ def _settle(tree: ReducedTree, pose: Array) -> tuple[Array, Array, tuple[Array, 
             abs(unbalanced).max() <= EQUILIBRIUM_TOLERANCE * max(1.0, abs(f).max())
             and abs(c).max(initial=0.0) <= CLOSED
         ):
-            return q, force, tuple(np.array(part) for part in parts)
+            return q, force, parts
         K_e = (K + constraint_stiffness(tree, q, force))[np.ix_(e, e)]
         system = np.block([[K_e, G[:, e].T], [G[:, e], np.zeros((tree.n_c, tree.n_c))]])
         try:

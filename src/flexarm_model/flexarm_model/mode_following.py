@@ -39,7 +39,7 @@ def mode_shapes(model: ReducedModel) -> Array:
 
 def mass_at(tree: ReducedTree, model: ReducedModel) -> Array:
     """Return the mass matrix of the tree at the pose of a model, (n_q, n_q)."""
-    M = np.array(tree.functions["mass_matrix"](model.q0))
+    M = np.array(tree.linearisation(model.q0)[0])
     return np.asarray((M + M.T) / 2)
 
 

@@ -47,7 +47,7 @@ from flexarm_model.conversions import (
 from flexarm_model.linearize import PoseError, linearize
 from flexarm_model.manipulator_file import find_manipulator
 from flexarm_model.model_cache import ModelCache
-from flexarm_model.model_schedule import ModelSchedule, ScheduleSettings, plan_models
+from flexarm_model.model_schedule import ModelSchedule, ScheduleSettings
 from flexarm_model.node import (
     LATCHED_QOS,
     MODELS_DEPTH,
@@ -176,17 +176,17 @@ class ModelNode(Node):
             response.success = False
             response.message = f"q and v need {n} finite numbers each: {', '.join(self.tree.coordinates)}"
             return response
-        static = np.array(self.tree.functions["bias"](q, np.zeros(n)))
+        static = np.array(self.tree.functions["motion"](q, np.zeros(n))[1])
         response.success, response.names = True, list(self.tree.coordinates)
-        response.coriolis = floats(np.array(self.tree.functions["bias"](q, v)) - static)
+        response.coriolis = floats(np.array(self.tree.functions["motion"](q, v)[1]) - static)
         response.gravity = floats(static)
-        response.mass = floats(np.array(self.tree.functions["mass_matrix"](q)))
+        response.mass = floats(np.array(self.tree.functions["motion"](q, v)[0]))
         return response
 
     def _plan(self, msg: JointTrajectory, start_ns: int) -> list[tuple[int, ReducedModel]]:
         motion = trajectory_from_msg(msg, self.model.theta_names, start_ns)
         schedule = ModelSchedule(self.tree, self.tree.config, motion, self._schedule)
-        plan = plan_models(schedule, self._in_use, float(motion.t[-1]), self._period_ns)
+        plan = schedule.plan(self._in_use, float(motion.t[-1]), self._period_ns)
         models = list(islice(plan, MODELS_DEPTH))
         if len(models) == MODELS_DEPTH:
             raise TrajectoryMessageError(f"it needs {MODELS_DEPTH} models or more; raise angle or length")

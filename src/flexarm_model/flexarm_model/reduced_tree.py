@@ -21,12 +21,12 @@ from numpy.typing import NDArray
 
 from flexarm_model.body_reduction import reduce_body
 from flexarm_model.closure import close_loops, closure_residual, find_loops, follow, null_space
-from flexarm_model.compiled import FastFunction, compile_functions
+from flexarm_model.compiled import FunctionTable
 from flexarm_model.coordinates import assumed_home, dampers, lay_out, stiffness
 from flexarm_model.description import Axis, ManipulatorConfig, NodeRef
 from flexarm_model.frame_graph import FrameGraph
 from flexarm_model.frames import Motion, sparse
-from flexarm_model.inertia import inertia_sweep
+from flexarm_model.inertia import inertia_sweep, mass_matrix
 from flexarm_model.modal_damping import modal_damping
 from flexarm_model.sensors import Point, sensor_outputs
 from flexarm_model.superelement import Superelement
@@ -69,9 +69,11 @@ class ReducedTree:
         self._inertia = inertia_sweep(
             self._graph, self.bodies, self._at, self._motions, (self._q, self._v, self._a)
         )
+        self._M = mass_matrix(self._inertia, self._a, self._graph)
         self._residual = closure_residual(self._graph.closures, self._motions)
         rows = ca.Function("rows", [self._q], [self._residual, ca.jacobian(self._residual, self._q)])
-        self.loops = find_loops(rows, assumed_home(config, self._at), self._at.passive_axes, config.name)
+        start, at = assumed_home(config, self._at), self._at
+        self.loops = find_loops(rows, start, at.loose_axes, at.sprung_axes, config.name)
         self.K, lossy = stiffness(self._at, self.bodies)
         self.D = dampers(self._at, self.bodies) + self._modal_damping(lossy, rows)
 
@@ -110,8 +112,8 @@ class ReducedTree:
         """CasADi functions by name, for those who build on them (integrators, optimisers)."""
         q, v, a, motions = self._q, self._v, self._a, self._motions
         f = self._inertia + sparse(self.K) @ q + sparse(self.D) @ v
-        M = ca.jacobian(f, a)
-        h = ca.substitute(f, a, ca.SX.zeros(self.n_q))
+        M, h = self._M, ca.substitute(f, a, ca.SX.zeros(self.n_q))
+        (rest,) = self._at_rest([f])
         tip = motions[self._graph.frame_of(self.config.tip)]
         J_tip = ca.vertcat(ca.jacobian(tip.R @ tip.u, v), ca.jacobian(tip.R @ tip.w, v))
         q_ref = ca.SX.sym("q_ref", self.n_q)
@@ -121,7 +123,7 @@ class ReducedTree:
             "mass_matrix": ([q], [M]),
             "bias": ([q, v], [h]),
             "motion": ([q, v], [M, h]),
-            "linearisation": ([q], self._at_rest([M, ca.jacobian(f, v), ca.jacobian(f, q), f])),
+            "stiffness": ([q], [ca.jacobian(rest, q)]),
             "outputs": ([q, v, a, q_ref], [y]),
             "output_rows": (
                 [q],
@@ -136,9 +138,14 @@ class ReducedTree:
         return {name: ca.Function(name, inputs, outputs) for name, (inputs, outputs) in functions.items()}
 
     @cached_property
-    def functions(self) -> dict[str, FastFunction]:
-        """The same, compiled."""
-        return compile_functions(self.expressions, self._use_compiler)
+    def functions(self) -> FunctionTable:
+        """The same, each compiled when it is first asked for."""
+        return FunctionTable(self.expressions, self._use_compiler)
+
+    def linearisation(self, q: Array) -> tuple[Array, Array, Array, Array]:
+        """Return mass, damping, stiffness (n_q, n_q) and static forces (n_q,) at rest at q."""
+        M, force = self.functions["motion"](q, np.zeros(self.n_q))
+        return np.array(M), self.D.copy(), np.array(self.functions["stiffness"](q)), np.array(force)
 
     def tip_pose(self, q: Array) -> Array:
         """Return ``T_world_tip``, (4, 4); loops are closed first."""
@@ -208,7 +215,7 @@ class ReducedTree:
         if not lossy.any():
             return np.zeros_like(lossy)
         home = self.loops.home
-        M = ca.Function("M", [self._q], [ca.jacobian(self._inertia, self._a)])
+        M = ca.Function("M", [self._q], [self._M])
         G = np.array(rows(home)[1])[self.loops.rows]
         N = null_space(G, self.actuated, f"{self.config.name}: the home pose")
         return modal_damping(np.array(M(home)), self.K, lossy, N[:, len(self.actuated) :])

@@ -36,7 +36,7 @@ def test_compiled_equals_virtual_machine(cache: Path) -> None:
     for q, v, a in random_states(tree("single_link"), 20):
         arguments = {
             "inverse_dynamics": (q, v, a), "mass_matrix": (q,), "bias": (q, v), "forward_dynamics": (q, v, a),
-            "linearisation": (q,), "outputs": (q, v, a, q), "output_rows": (q,),
+            "stiffness": (q,), "outputs": (q, v, a, q), "output_rows": (q,),
             "motion": (q, v), "tip_pose": (q,), "tip_jacobian": (q,),
         }  # fmt: skip
         assert set(arguments) == set(fast)

@@ -21,7 +21,7 @@ def test_the_reduced_tree_conserves_energy(name: str, modes: int) -> None:
     """Kinetic energy plus the work against static forces, which have a potential (see test_reduced_tree)."""
     arm_tree = tree(name) if modes == 0 else ReducedTree(with_modes(arm(name), modes), use_compiler=False)
     f, n = arm_tree.functions, arm_tree.n_q
-    D = np.array(f["linearisation"](np.zeros(n))[1])
+    D = arm_tree.D
 
     def rate(_: float, x: np.ndarray) -> np.ndarray:
         q, v = x[:n], x[n : 2 * n]

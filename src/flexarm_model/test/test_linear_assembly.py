@@ -58,7 +58,7 @@ def test_without_loops_its_matrices_are_those_of_the_tree(name: str) -> None:
     built = assemble(config)
     q = np.zeros(tree.n_q)
     q[tree.actuated] = config.home
-    M, D, K, _ = (np.array(part) for part in tree.functions["linearisation"](q))
+    M, D, K, _ = (np.array(part) for part in tree.linearisation(q))
     assert built.coordinates == tree.coordinates
     for ours, theirs in ((built.M, M), (built.K, K), (built.D, D)):
         assert ours == pytest.approx(theirs, abs=1e-9 * max(abs(theirs).max(), 1.0))

@@ -172,7 +172,7 @@ def test_modes_of_a_moving_arm_are_followed_in_its_mass() -> None:
     for elbow in np.linspace(0.3, 1.5, 49):
         model = linearize(arm, np.array([0.0, -0.5, elbow]))
         series.append(Modes(model.omega, 2 * model.zeta * model.omega, model.Phi[:, model.n_theta :]))
-        weights.append(np.array(arm.functions["linearisation"](model.q0)[0]))
+        weights.append(np.array(arm.linearisation(model.q0)[0]))
     tracks = track_modes(series, weights)
     assert not tracks.unclear.any()
     assert tracks.mac.min() > 0.9

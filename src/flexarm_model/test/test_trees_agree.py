@@ -47,7 +47,7 @@ def reduced_rest(name: str) -> tuple[Array, Array]:
     """Return the first three locked frequencies and the tip's position at home."""
     arm_tree = tree(name)
     q, _ = find_equilibrium(arm_tree, arm(name).home)
-    M, _, K, _ = (np.array(part) for part in arm_tree.functions["linearisation"](q))
+    M, _, K, _ = (np.array(part) for part in arm_tree.linearisation(q))
     return locked(M, (K + K.T) / 2, arm_tree.actuated, 3), arm_tree.tip_pose(q)[:3, 3]
 
 
@@ -78,7 +78,7 @@ def test_without_gravity_the_spatial_frequencies_agree_to_the_modes_left_out() -
     reduced = ReducedTree(config, use_compiler=False)
     q = np.zeros(reduced.n_q)
     q[reduced.actuated] = config.home
-    M, _, K, _ = (np.array(part) for part in reduced.functions["linearisation"](q))
+    M, _, K, _ = (np.array(part) for part in reduced.linearisation(q))
     found = []
     for n in SEGMENTS[1:]:
         segments = SegmentTree(config, int(n))

@@ -18,7 +18,7 @@ RK4_STABILITY = 2.5  # largest |pole| h; the limit is 2.83 on the imaginary, 2.7
 def substeps_needed(tree: ReducedTree, dt: float) -> int:
     """Return how many substeps a period needs, for the fastest pole that the arm has, vibrating or damped."""
     fastest = max(float(body.omega.max(initial=1.0)) for body in tree.bodies.values())
-    n, (M, D, K, _) = tree.n_q, tree.functions["linearisation"](np.zeros(tree.n_q))
+    n, (M, D, K, _) = tree.n_q, tree.linearisation(np.zeros(tree.n_q))
     A = np.zeros((2 * n, 2 * n))
     A[:n, n:] = np.eye(n)
     A[n:] = -np.linalg.solve(M, np.hstack([K, D]))

@@ -15,7 +15,7 @@ from flexarm_bringup.sim.motor_side import MotorSide
 from flexarm_bringup.sim.plant import Plant
 from flexarm_bringup.sim.rig import Rig, RigSettings
 from flexarm_bringup.sim.sensor_simulator import Sample
-from flexarm_controller.guard import Guard, GuardCommand, GuardLimits, GuardState
+from flexarm_controller.guard import STOPPED, Guard, GuardCommand, GuardLimits, GuardState
 from flexarm_model.description import ManipulatorConfig
 from flexarm_model.parameters import parameter
 
@@ -56,6 +56,7 @@ class Hardware:
         self.guard = Guard(guard_limits(config, self.rig, settings or HardwareSettings()))
         self.tau: list[float] = [0.0] * len(self.names)  # acts from now on
         self.acted = list(self.tau)  # acted until now
+        self._is_released = False  # brakes hold the arm until the guard is armed for the first time
 
     @property
     def dt(self) -> float:
@@ -81,7 +82,8 @@ class Hardware:
     def advance(self) -> list[Sample]:
         """Move by one period under the torque chosen before; return what the sensors deliver."""
         self.acted = list(self.tau)
-        samples = self.rig.step(np.array(self.acted))
+        self._is_released |= self.guard.mode != STOPPED
+        samples = self.rig.step(np.array(self.acted)) if self._is_released else self.rig.rest()
         self.motors.update(samples)
         return samples
 
@@ -94,7 +96,7 @@ class Hardware:
 def guard_limits(config: ManipulatorConfig, rig: Rig, settings: HardwareSettings) -> GuardLimits:
     """Return the guard's limits: the axes' own, and damping that fits their inertia at home."""
     tree = rig.plant.tree
-    inertia = np.diag(tree.functions["mass_matrix"](rig.plant.q))[tree.actuated]
+    inertia = np.diag(tree.functions["motion"](rig.plant.q, rig.plant.v)[0])[tree.actuated]
     axes = config.actuated.values()
     return GuardLimits(
         effort=tuple(axis.effort for axis in axes),

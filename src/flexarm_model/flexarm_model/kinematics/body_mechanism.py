@@ -45,7 +45,7 @@ def resting_mechanism(tree: ReducedTree) -> Mechanism:
 
     def jacobian(theta: Array) -> Array:
         q, force = find_equilibrium(tree, theta)
-        K = np.array(tree.functions["linearisation"](q)[2]) + constraint_stiffness(tree, q, force)
+        K = tree.functions["stiffness"](q) + constraint_stiffness(tree, q, force)
         n, N = len(tree.actuated), tree.motions_within(q)
         N_t, Z = N[:, :n], N[:, n:]
         follow = N_t - Z @ np.linalg.solve(Z.T @ K @ Z, Z.T @ K @ N_t)  # (n_q, n)

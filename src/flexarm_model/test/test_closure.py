@@ -1,0 +1,78 @@
+"""Loops of the reduced tree: which coordinates follow, and what is refused."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from arms import arm
+from machines import machine, machine_tree
+
+from flexarm_model.closure import close_loops, null_space
+from flexarm_model.closure_error import ClosureError
+from flexarm_model.linearize import close_at
+from flexarm_model.reduced_tree import ReducedTree
+
+LOOPED = ("planar_3rrr", "spatial_3tpt")
+
+
+@pytest.mark.parametrize("name", LOOPED)
+def test_loose_axes_follow_and_sprung_ones_keep_still(name: str) -> None:
+    tree = machine_tree(name)
+    assert tree.n_c == tree.loops.dependent.size
+    assert all(tree.axes[i].stiffness == 0 and not tree.axes[i].actuated for i in tree.loops.dependent)
+
+
+def test_moving_the_drives_does_not_turn_a_platform_on_springs() -> None:
+    config, tree = machine("spatial_3tpt"), machine_tree("spatial_3tpt")
+    q = close_at(tree, config.poses["lateral"])
+    sprung = [i for i, axis in enumerate(tree.axes) if axis.stiffness]
+    assert sprung and abs(q[sprung]).max() == 0.0
+    shift = tree.tip_pose(q)[:3, 3] - tree.tip_pose(tree.loops.home)[:3, 3]
+    assert np.linalg.norm(shift) == pytest.approx(0.04, rel=1e-6)
+
+
+@pytest.mark.parametrize("name", LOOPED)
+def test_motions_within_the_loops_keep_them_closed(name: str) -> None:
+    tree = machine_tree(name)
+    q = tree.loops.home
+    c, G = tree.constraints(q)
+    N = tree.motions_within(q)
+    n = len(tree.actuated)
+    assert abs(c).max() < 1e-10 and abs(G @ N).max() < 1e-12
+    assert np.array_equal(N[tree.actuated][:, :n], np.eye(n)) and not N[tree.actuated][:, n:].any()
+    assert np.linalg.matrix_rank(N) == tree.n_q - tree.n_c
+
+
+@pytest.mark.parametrize("name", LOOPED)
+def test_a_disturbed_position_is_closed_again(name: str) -> None:
+    tree = machine_tree(name)
+    q = tree.loops.home.copy()
+    q[tree.actuated] += 0.01
+    closed = tree.closed(q)
+    free = np.setdiff1d(np.arange(tree.n_q), tree.loops.dependent)
+    assert abs(tree.constraints(closed)[0]).max() < 1e-10
+    assert np.array_equal(closed[free], q[free])
+
+
+def test_legs_that_cannot_reach_are_refused_by_name() -> None:
+    tree = machine_tree("planar_3rrr")
+    q = tree.loops.home.copy()
+    q[tree.actuated] += [3.0, 0.0, 0.0]
+    with pytest.raises(ClosureError, match="planar_3rrr"):
+        close_loops(tree.constraints, q, tree.loops.dependent, "planar_3rrr")
+
+
+def test_a_loop_that_moves_with_the_motors_held_is_singular() -> None:
+    G = np.array([[1.0, 0.5, 0.5, 0.0], [2.0, 1.0, 1.0, 1e-9]])
+    with pytest.raises(ClosureError, match="here is singular"):
+        null_space(G, [0], "here")
+
+
+def test_an_open_arm_has_nothing_to_close() -> None:
+    tree = ReducedTree(arm("planar"), use_compiler=False)
+    q = np.arange(tree.n_q) * 0.01
+    assert (
+        tree.n_c == 0
+        and tree.closed(q) is q
+        and np.array_equal(np.sort(tree.motions_within(q), axis=0)[-1], np.ones(tree.n_q))
+    )
