@@ -64,7 +64,7 @@ class CommanderSettings:
     zeta: float = parameter(0.015, "Damping ratio that the shaper counts on.", "1", 0.0, 0.5)
     reference: str = parameter("", "File with a reference to follow instead of moves (reference_file).")
     preparation: float = parameter(
-        0.3, "In real time the series starts so much after it was sent.", "s", 0.05, 600.0
+        1.0, "In real time the series starts so much after it was sent.", "s", 0.05, 600.0
     )
     partners: tuple[str, ...] = parameter(("model", "estimator", "controller", "rig"), "Nodes to wait for.")
     patience: float = parameter(60.0, "Longest wait without any progress.", "s", 1.0, 3600.0)

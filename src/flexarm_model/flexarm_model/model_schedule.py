@@ -1,8 +1,8 @@
 """When a new model is served: as soon as the reference is about to leave the pose of the one in use.
 
 What counts is where the reference will be a little later, in the stretch that controller and estimator are
-about to see; there is the pose of the new model, too. Where the reference rests, the model is of that pose. Nothing here depends on
-where the arm really is, so the models of a motion can all be made before it starts.
+about to see; there is the pose of the new model, too. Where the reference rests, the model is of that pose.
+Nothing here depends on where the arm really is, so the models of a motion can all be made before it starts.
 """
 
 from __future__ import annotations
@@ -56,31 +56,36 @@ class ModelSchedule:
         Raises:
             PoseError: The reference leads where no model can be made.
         """
-        here, ahead = self._reference.sample(np.array([t, t + self._lead]))[0]
-        share = AT_REST if np.array_equal(here, ahead) else 1.0
-        if (abs(ahead - model.pose) <= share * self._reach).all():
+        ahead, is_left = self._look(model.pose, np.array([t]))
+        if not is_left[0]:
             return None
         self.served += 1
-        return linearize(self._tree, ahead)
+        return linearize(self._tree, ahead[0])
 
+    def plan(self, model: ReducedModel, end: float, period_ns: int) -> Iterator[tuple[int, ReducedModel]]:
+        """Return the models that ``next`` gives from time zero on, and the time from which each is used [ns].
 
-def plan_models(
-    schedule: ModelSchedule, first: ReducedModel, end: float, period_ns: int
-) -> Iterator[tuple[int, ReducedModel]]:
-    """Return the models of a whole motion and the time from which each is used [ns].
+        Args:
+            model: In use until then.
+            end: Of the motion [s].
+            period_ns: Control period; a model is used from a multiple of it on [ns].
 
-    Args:
-        schedule: Of the motion, from time zero on.
-        first: Model in use until then.
-        end: Of the motion [s].
-        period_ns: Control period; a model holds from a multiple of it on [ns].
+        Raises:
+            PoseError, ClosureError: The reference leads where no model can be made.
+        """
+        ticks: NDArray[np.int64] = np.arange(int(np.ceil(end * 1e9 / period_ns)) + 2) * period_ns
+        while ticks.size:
+            ahead, is_left = self._look(model.pose, np.asarray(ticks * 1e-9, dtype=np.float64))
+            k = int(is_left.argmax())
+            if not is_left[k]:
+                return
+            model = linearize(self._tree, ahead[k])
+            self.served += 1
+            yield int(ticks[k]), model
+            ticks = ticks[k + 1 :]
 
-    Raises:
-        PoseError, ClosureError: The reference leads where no model can be made.
-    """
-    model = first
-    for k in range(int(np.ceil(end * 1e9 / period_ns)) + 2):
-        following = schedule.next(model, k * period_ns * 1e-9)
-        if following is not None:
-            model = following
-            yield k * period_ns, model
+    def _look(self, pose: Array, t: Array) -> tuple[Array, NDArray[np.bool_]]:
+        """Return where the reference will be, (k, n_theta), and if that is too far from ``pose``, (k,)."""
+        here, ahead = self._reference.sample(t)[0], self._reference.sample(t + self._lead)[0]
+        share = np.where((here == ahead).all(axis=1), AT_REST, 1.0)[:, None]
+        return ahead, (abs(ahead - pose) > share * self._reach).any(axis=1)

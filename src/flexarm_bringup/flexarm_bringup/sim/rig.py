@@ -118,6 +118,11 @@ class Rig:
         self.tick += 1
         return self.observe()
 
+    def rest(self) -> list[Sample]:
+        """Let one period pass with the brakes closed and observe."""
+        self.tick += 1
+        return self.observe()
+
     def servo(self, acceleration: Array) -> list[Sample]:
         """Advance one period with prescribed accelerations of the actuated axes and observe."""
         self.plant.servo(acceleration)
