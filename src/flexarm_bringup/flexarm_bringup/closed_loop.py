@@ -35,6 +35,7 @@ from flexarm_model.reduced_tree import ReducedTree
 
 Array = NDArray[np.float64]
 TOKEN = 1
+SERVE_PERIOD = 0.005  # s between two looks at the schedule of models
 
 
 @dataclass(frozen=True)
@@ -126,8 +127,9 @@ def run_loop(
     started, adopting, without = time.process_time(), 0.0, 0
     samples, ticks = hardware.observe(), []
     n = round(end / hardware.dt)
+    every = max(round(SERVE_PERIOD / hardware.dt), 1)
     for k in range(n):
-        adopting += _serve(schedule, hardware.t, estimator, controller)
+        adopting += 0.0 if k % every else _serve(schedule, hardware.t, estimator, controller)
         estimate = estimator.step(_measurements(samples, hardware), np.array(hardware.acted), hardware.t)
         command = controller.step(_state(estimate))
         without += command.mode != law.law

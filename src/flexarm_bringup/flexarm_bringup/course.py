@@ -67,7 +67,7 @@ def plan_course(arm: StaticArm, task: Task, dt: float) -> Course:
     Raises:
         ValueError: The arm cannot do a move; says which and why.
     """
-    home = arm.named_pose(task.start)
+    home = arm.named_pose(task.start) if isinstance(task.start, str) else arm.vector(task.start)
     theta, clock = home, task.lead
     motions: list[AxisMotion] = []
     legs: list[Leg] = []

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -38,6 +40,17 @@ class StaticArm:
         if name not in poses:
             raise ValueError(f"no pose '{name}'; the description has {', '.join(poses)}")
         return np.array(poses[name])
+
+    def vector(self, by_axis: Mapping[str, float]) -> Array:
+        """Return values in the order of the actuated axes, zero where none is given, (n_theta,).
+
+        Raises:
+            ValueError: An axis is not actuated; lists those that are.
+        """
+        unknown = sorted(set(by_axis) - set(self.axes))
+        if unknown:
+            raise ValueError(f"no such axis: {', '.join(unknown)}; actuated are {', '.join(self.axes)}")
+        return np.array([by_axis.get(axis, 0.0) for axis in self.axes])
 
     def pose(self, theta: Array) -> Array:
         """Return ``T_world_tip`` at rest, (4, 4)."""

@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from flexarm_bringup.share import share_path
-from flexarm_bringup.task_moves import TaskMove, read_move
+from flexarm_bringup.task_moves import TaskMove, read_axes, read_move
 from flexarm_bringup.tip_vibration import Watch
 from flexarm_controller.settings import ControllerConfig, MpcConfig
 from flexarm_estimator.settings import EstimatorConfig
@@ -34,7 +34,7 @@ class Task:
     Attributes:
         manipulator: Name or path of its description.
         presets: Presets of it to run, the first one with everything that may be wrong with the model.
-        start: Name of the pose it starts from.
+        start: Pose it starts from: its name, or the actuated axes by name [rad or m], the others at zero.
         lead: Time before the first move, in which the estimator settles [s].
         wait: Time after every move [s].
         moves: By name, in order.
@@ -47,7 +47,7 @@ class Task:
 
     manipulator: str
     presets: tuple[str, ...]
-    start: str
+    start: str | Mapping[str, float]
     lead: float
     wait: float
     moves: Mapping[str, TaskMove]
@@ -97,7 +97,7 @@ def load_task(path: Path) -> Task:
     task = Task(
         manipulator=top.text("manipulator", path.stem),
         presets=top.texts("presets", ("",)),
-        start=top.text("start", "home"),
+        start=_read_start(top),
         lead=top.quantity("lead", "time", 0.5, above=0.0),
         wait=top.quantity("wait", "time", above=0.0),
         moves={name: read_move(section) for name, section in top.sections("moves")},
@@ -117,6 +117,12 @@ def load_task(path: Path) -> Task:
     for name, config_class in SECTIONS.items():
         task.make(name, config_class)
     return task
+
+
+def _read_start(top: Section) -> str | dict[str, float]:
+    if isinstance(top.take("start", "home"), dict):
+        return read_axes(top.section("start"))
+    return top.text("start", "home")
 
 
 def _read_settings(section: Section) -> dict[str, dict[str, Any]]:

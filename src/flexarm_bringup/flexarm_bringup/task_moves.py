@@ -56,11 +56,7 @@ class ByAxes:
 
     def plan(self, arm: StaticArm, start: Array, dt: float) -> AxisMotion:
         """Return the motion; see ``TaskMove``."""
-        unknown = sorted(set(self.distance) - set(arm.axes))
-        if unknown:
-            raise ValueError(f"no such axis: {', '.join(unknown)}; actuated are {', '.join(arm.axes)}")
-        way = np.array([self.distance.get(axis, 0.0) for axis in arm.axes])
-        return _straight(start, way, self.profile, dt)
+        return _straight(start, arm.vector(self.distance), self.profile, dt)
 
 
 @dataclass(frozen=True)
@@ -130,13 +126,16 @@ def read_move(section: Section) -> TaskMove:
     return move
 
 
-def _read_by(section: Section) -> TaskMove:
-    axes = section.section("by")
-    distance = {
-        axis: axes.quantity(axis, axis_dimension(axis.rpartition(".")[2], "position"))
-        for axis in axes.names(dots=True)
+def read_axes(section: Section) -> dict[str, float]:
+    """Return positions by axis "joint.axis" [rad or m]."""
+    return {
+        axis: section.quantity(axis, axis_dimension(axis.rpartition(".")[2], "position"))
+        for axis in section.names(dots=True)
     }
-    return ByAxes(distance, _read_profile(section))
+
+
+def _read_by(section: Section) -> TaskMove:
+    return ByAxes(read_axes(section.section("by")), _read_profile(section))
 
 
 def _read_to(section: Section) -> TaskMove:
