@@ -57,7 +57,6 @@ class Hardware:
         self.tau: list[float] = [0.0] * len(self.names)  # acts from now on
         self.acted = list(self.tau)  # acted until now
         self._is_released = False  # brakes hold the arm until the guard is armed for the first time
-        self._is_released = False  # brakes hold the arm until the guard is armed for the first time
 
     @property
     def dt(self) -> float:
