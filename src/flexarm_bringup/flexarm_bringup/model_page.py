@@ -143,16 +143,16 @@ def reach_table(analysis: Analysis) -> Table:
     rows: list[Cells] = []
     for k in range(reach.modes.omega.size):
         seen, driven = bool(reach.sensors.reached[k]), bool(reach.motors.reached[k])
-        could: Cell = None if seen else _strongest(reach.possible, k) or "no node with these sensors"
+        could: Cell = None if seen else _strongest(reach.possible, k) or "no place with these sensors"
         rows.append(
             [
                 k + 1,
                 reach.modes.f_hz[k],
                 seen,
-                _strongest(reach.sensors, k) or None,
+                _strongest(reach.sensors, k),
                 could,
                 driven,
-                _strongest(reach.motors, k) or None,
+                _strongest(reach.motors, k),
             ]
         )
     notes = [
@@ -172,10 +172,12 @@ def _measure(reach: ModeReach, swing: Swing) -> str:
     )
 
 
-def _strongest(reach: Reach, mode: int) -> str:
-    """Return the names that reach a mode with their share, strongest first."""
+def _strongest(reach: Reach, mode: int) -> str | None:
+    """Return the names that reach a mode with their share, strongest first; None when nothing does."""
     names = reach.by(mode)[:NAMED]
-    return ", ".join(f"{name} {reach.share[mode, reach.names.index(name)]:.3g}" for name in names)
+    if not names and reach.reached[mode]:
+        return f"all together {reach.weakest[mode]:.3g}"
+    return ", ".join(f"{name} {reach.share[mode, reach.names.index(name)]:.3g}" for name in names) or None
 
 
 def _outputs(config: ManipulatorConfig, model: ReducedModel) -> Outputs:

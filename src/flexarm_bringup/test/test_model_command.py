@@ -130,3 +130,11 @@ def test_a_tip_that_only_turns_or_stands_still_is_said_to() -> None:
     assert describe_tip(still, 2) == "tip stands still"
     assert build_page(analyse(tree, model, model)).passed
     assert len(mode_table(analyse(tree, model, model)).rows) == model.n_eta
+
+
+def test_sensors_that_see_a_mode_only_together_are_said_to() -> None:
+    tree, model, home = serve("single_link", "", "home")
+    analysis = analyse(tree, model, home)
+    sensors = replace(analysis.reach.sensors, share=np.full_like(analysis.reach.sensors.share, 0.9))
+    row = reach_table(replace(analysis, reach=replace(analysis.reach, sensors=sensors))).rows[0]
+    assert row[2] is True and str(row[3]).startswith("all together ")
