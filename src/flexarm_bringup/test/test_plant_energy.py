@@ -17,7 +17,13 @@ from flexarm_model.description import Joint, ManipulatorConfig
 from flexarm_model.manipulator_file import find_manipulator
 
 SECONDS = 10.0
-STEPS = {"single_link": ExplicitSteps, "planar_3rrr": ImplicitSteps, "spatial_3tpt": ImplicitSteps}
+STEPS = {
+    "single_link": ExplicitSteps,
+    "planar_3rrr": ImplicitSteps,
+    "spatial_3tpt": ImplicitSteps,
+    "serial_6r": ImplicitSteps,
+    "variable_stiffness": ExplicitSteps,
+}
 
 
 def without_losses(config: ManipulatorConfig) -> ManipulatorConfig:
