@@ -3,6 +3,7 @@
 Every motion runs open loop on an ideal servo, under a linear-quadratic regulator and under predictive
 control, on a geared and on a light hub, with the arm as described and with its frequencies up to 10 % off.
 The same controller then runs as real ROS 2 nodes over DDS, in lockstep and in real time, recorded in bags.
+With the name of another manipulator it does that one's moves (config/moves) under joint PD and under MPC.
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ from pathlib import Path
 from flexarm_bringup.bag_writer import BagError
 from flexarm_bringup.demo_figures import draw
 from flexarm_bringup.demo_report import build_page
+from flexarm_bringup.demo_task import run_task_demo
 from flexarm_bringup.figures import standalone
 from flexarm_bringup.progress import Progress
 from flexarm_bringup.report import publish
@@ -22,11 +24,18 @@ from flexarm_bringup.session import Session, SessionError, run_session
 from flexarm_bringup.sessions import SessionRun, free_domains, outcomes_of
 from flexarm_bringup.study import ANGLES_DEG, jobs, run_jobs
 
+SINGLE_LINK = "single_link"
 PRESETS = ("geared", "light_hub")
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of the demo."""
+    parser.add_argument(
+        "name",
+        nargs="?",
+        default=SINGLE_LINK,
+        help="a manipulator that has moves in config/moves, or a moves file (default: the single link)",
+    )
     parser.add_argument(
         "--folder",
         type=Path,
@@ -34,10 +43,16 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="gets report, bags and logs (default: flexarm_demo)",
     )
     parser.add_argument(
-        "--json", type=Path, metavar="FILE", help="write all numbers as JSON (default: FOLDER/demo.json)"
+        "--json",
+        type=Path,
+        metavar="FILE",
+        help="write all numbers as JSON (default: demo.json or NAME.json in FOLDER)",
     )
     parser.add_argument(
-        "--html", type=Path, metavar="FILE", help="write the page with plots (default: FOLDER/demo.html)"
+        "--html",
+        type=Path,
+        metavar="FILE",
+        help="write the page with plots (default: demo.html or NAME.html in FOLDER)",
     )
     parser.add_argument(
         "--no-dds",
@@ -51,8 +66,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     """Run the demo; returns the exit code."""
     args.folder.mkdir(parents=True, exist_ok=True)
-    args.json = args.json or args.folder / "demo.json"
-    args.html = args.html or args.folder / "demo.html"
+    stem = "demo" if args.name == SINGLE_LINK else Path(args.name).stem
+    args.json = args.json or args.folder / f"{stem}.json"
+    args.html = args.html or args.folder / f"{stem}.html"
+    return _run_single_link(args) if args.name == SINGLE_LINK else run_task_demo(args)
+
+
+def _run_single_link(args: argparse.Namespace) -> int:
+    """Run the comparison of schemes on the published single link; returns the exit code."""
     progress = Progress()
     study = run_jobs(jobs(PRESETS), lambda done, of: progress.say(f"comparing schemes: {done} of {of} runs"))
     sessions: list[SessionRun] = []

@@ -52,7 +52,7 @@ def build_page(
         remarks={
             "assumed": [*config.assumed, *task.assumed],
             "fitted": config.fitted,
-            "read it so": [_real_time(config), *_CAVEATS],
+            "read it so": [real_time_note(config), *_CAVEATS],
         },
         data={"rate_hz": config.rate_hz, "real_time_over_dds": config.rate_hz <= FASTEST_DDS},
     )
@@ -145,7 +145,8 @@ def _checks(task: Task, results: Sequence[SimResult]) -> list[Check]:
     return checks
 
 
-def _real_time(config: ManipulatorConfig) -> str:
+def real_time_note(config: ManipulatorConfig) -> str:
+    """Return whether the machine's rate can be kept over DDS in real time."""
     if config.rate_hz > FASTEST_DDS:
         return (
             f"this machine needs {config.rate_hz:g} Hz: in lockstep only; over DDS in real time a computer "

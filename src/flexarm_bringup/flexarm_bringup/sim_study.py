@@ -140,7 +140,7 @@ def run_sim_job(job: SimJob) -> list[SimResult]:
         plant = hardware.rig.plant
         ticks, effort = run_loop(hardware, tree, job.course.reference, job.course.end, settings, observe_tip)
         trace = _trace(ticks, config)
-        legs = tuple(_judge(leg, trace, job) for leg in job.course.legs)
+        legs = tuple(judge_leg(leg, trace, job) for leg in job.course.legs)
         results.append(SimResult(job.preset, job.condition, law, legs, effort, job.course.end, trace))
     return results
 
@@ -176,14 +176,15 @@ def observe_tip(hardware: Hardware, estimate: Estimate) -> Mapping[str, Array]:
     return {"t": np.array(hardware.t), "tip": plant.tip_pose()[:3, 3], "tau": np.array(hardware.tau)}
 
 
-def _trace(ticks: Sequence[Mapping[str, Array]], config: ManipulatorConfig) -> Trace:
-    t, tip, tau = (np.array([tick[name] for tick in ticks]) for name in ("t", "tip", "tau"))
-    return Trace(t, tip, tau / np.array([axis.effort for axis in config.actuated.values()]))
-
-
-def _judge(leg: Leg, trace: Trace, job: SimJob) -> LegResult:
+def judge_leg(leg: Leg, trace: Trace, job: SimJob) -> LegResult:
+    """Return what a move was worth, from what the tip did."""
     moving = (trace.t >= leg.start) & (trace.t <= leg.end)
     error = np.linalg.norm(trace.tip - job.course.tip_at(trace.t), axis=1)
     slot = (trace.t >= leg.start) & (trace.t <= leg.end + job.task.wait)
     residual = read_residual(trace.t, trace.tip, leg.end, job.task.watch)
     return LegResult(leg, residual, float(error[moving].max()), float(abs(trace.load[slot]).max()))
+
+
+def _trace(ticks: Sequence[Mapping[str, Array]], config: ManipulatorConfig) -> Trace:
+    t, tip, tau = (np.array([tick[name] for tick in ticks]) for name in ("t", "tip", "tau"))
+    return Trace(t, tip, tau / np.array([axis.effort for axis in config.actuated.values()]))

@@ -1,0 +1,81 @@
+"""``flexarm demo NAME``: the moves of ``flexarm sim NAME`` with nodes over DDS, beside those in one process.
+
+Model node, estimator, controller, rig, recorder and commander are processes; in lockstep they do exactly
+what the loop in one process does, in real time what a busy machine lets them.
+"""
+
+from __future__ import annotations
+
+import argparse
+import tempfile
+from collections.abc import Sequence
+from functools import partial
+from pathlib import Path
+
+from flexarm_bringup.bag_writer import BagError
+from flexarm_bringup.demo_task_report import build_page
+from flexarm_bringup.progress import Progress
+from flexarm_bringup.report import publish
+from flexarm_bringup.session import SessionError
+from flexarm_bringup.sessions import free_domains
+from flexarm_bringup.sim_figures import draw
+from flexarm_bringup.sim_report import FASTEST_DDS
+from flexarm_bringup.sim_study import NOMINAL, SimJob, SimResult, run_sim_jobs, sim_jobs
+from flexarm_bringup.task import Task, find_task, load_task
+from flexarm_bringup.task_session import TaskRun, run_task_session
+from flexarm_model.config import load_config
+from flexarm_model.manipulator_file import find_manipulator
+from flexarm_model.parameters import ParameterError
+from flexarm_model.strict_yaml import ConfigError
+
+REFUSED = 2
+
+
+def run_task_demo(args: argparse.Namespace) -> int:
+    """Run the demo of a manipulator that has a task; returns the exit code."""
+    progress = Progress()
+    try:
+        task = load_task(find_task(args.name))
+        progress.say("working out the moves")
+        jobs = sim_jobs(task, task.presets, [NOMINAL])
+        progress.say("preparing the arms")
+        results = run_sim_jobs(jobs, lambda done, of: progress.say(f"in one process: {done} of {of} presets"))
+        runs = [] if args.no_dds else _run_sessions(args, task, jobs, results, progress)
+    except (ConfigError, ParameterError, ValueError) as error:
+        progress.done()
+        print(error)
+        return REFUSED
+    except (SessionError, BagError) as error:
+        progress.done()
+        print(f"the run over DDS failed: {error}")
+        return 1
+    configs = {preset: load_config(find_manipulator(task.manipulator), preset) for preset in task.presets}
+    page = build_page(task, configs, results, runs, draw(task, results))
+    progress.done()
+    return publish(page, args)
+
+
+def _run_sessions(
+    args: argparse.Namespace,
+    task: Task,
+    jobs: Sequence[SimJob],
+    results: Sequence[SimResult],
+    progress: Progress,
+) -> list[TaskRun]:
+    """Do everything again with nodes: all in lockstep, then in real time what has a rate for that."""
+    rate_hz = load_config(find_manipulator(task.manipulator), jobs[0].preset).rate_hz
+    modes = [True] if args.no_realtime or rate_hz > FASTEST_DDS else [True, False]
+    base = Path(tempfile.mkdtemp(prefix=f"{task.manipulator}_", dir=args.folder))
+    by_preset = {job.preset: job for job in jobs}
+    todo = ((mode, result) for mode in modes for result in results)
+    runs = []
+    for domain, (lockstep, result) in zip(free_domains(), todo, strict=False):
+        name = "_".join(filter(None, [result.preset, result.law, "lockstep" if lockstep else "real_time"]))
+        say = partial(_say_session, progress, name)
+        job = by_preset[result.preset]
+        runs.append(run_task_session(job, result, lockstep, base / name, domain, say))
+    return runs
+
+
+def _say_session(progress: Progress, name: str, text: str) -> None:
+    progress.say(f"nodes over DDS, {name}: {text}")
