@@ -59,8 +59,8 @@ def build_page(
     tables = [_table(task, configs[preset], preset, found) for preset in configs]
     return Page(
         title=f"flexarm demo {config.name}: MPC against joint PD, in one process and as ROS 2 nodes over DDS",
-        lead="Model node, estimator, controller, simulated rig, recorder and commander are processes; the "
-        "models along a motion are made and prepared before it starts, and adopted everywhere at the same stamp.",
+        lead="Model node, estimator, controller, simulated rig, recorder and commander are processes. The "
+        "models along a motion are made and prepared before it starts, and adopted by all at the same stamp.",
         items=[*tables, *figures],
         checks=_checks(task, configs, found),
         remarks={
@@ -134,9 +134,7 @@ def _checks(task: Task, configs: Mapping[str, ManipulatorConfig], found: Results
             twin = found[preset, IN_PROCESS, law]
             if isinstance(nodes, TaskRun) and isinstance(twin, SimResult):
                 apart = torque_difference(nodes, twin, limits)
-                checks.append(
-                    _at_most(f"{name}: torque in lockstep", apart, EQUAL, "N m or N from in-process")
-                )
+                checks.append(_at_most(f"{name}: lockstep from in-process", apart, EQUAL, "N m or N"))
             if isinstance(live, TaskRun):
                 checks += _live_checks(name, live, twin)
     return checks
