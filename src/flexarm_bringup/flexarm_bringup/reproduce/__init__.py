@@ -1,9 +1,12 @@
 """Compare a paper's published tables with what this model says about the same rig.
 
   flexarm reproduce 000                 the planar manipulator on three legs: frequencies at two poses
+  flexarm reproduce 001                 the spatial manipulator on three legs: modes, damping, stiffness
   flexarm reproduce 002                 the single-link arm: motions, frequencies, tip vibration
-  flexarm reproduce 002 --html a.html   the same with plots
+  flexarm reproduce 003                 the six-axis robot: frequency responses of full and reduced models
   flexarm reproduce 004                 the arm with variable-stiffness links: poses, matrices, filmed moves
+  flexarm reproduce 002 --html a.html   the same with plots
+  flexarm reproduce all --html a.html   all of them, as a-000.html, a-001.html, ...
 
 The published numbers are the input; what is recomputed, fitted or assumed is said beside each.
 The exit code is 1 when one of the bounds at the end is missed.
@@ -13,24 +16,73 @@ from __future__ import annotations
 
 import argparse
 import importlib
+import os
+from concurrent.futures import ProcessPoolExecutor
+from multiprocessing import get_context
+from pathlib import Path
 
-from flexarm_bringup.report import add_report_arguments, publish
+from flexarm_bringup.progress import Progress
+from flexarm_bringup.report import Cell, Column, Page, Table, add_report_arguments, publish
 
 SEEDS = {  # each offers main(figures) -> Page
     "000": "flexarm_bringup.reproduce.seed_000",
     "001": "flexarm_bringup.reproduce.seed_001",
     "002": "flexarm_bringup.reproduce.seed_002",
+    "003": "flexarm_bringup.reproduce.seed_003",
     "004": "flexarm_bringup.reproduce.seed_004",
 }
+ALL = "all"
+SLOWEST_FIRST = ("003", "001", "002", "004", "000")  # so that no core waits long at the end
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the number of the paper and the report files."""
-    parser.add_argument("seed", choices=SEEDS, help="which paper, by its number in docs/references.md")
+    parser.add_argument(
+        "seed", choices=(*SEEDS, ALL), help="which paper, by its number in docs/references.md"
+    )
     add_report_arguments(parser)
 
 
 def run(args: argparse.Namespace) -> int:
     """Print the comparison; return 1 when a bound is missed."""
-    page = importlib.import_module(SEEDS[args.seed]).main(figures=args.html is not None)
-    return publish(page, args)
+    figures = args.html is not None
+    if args.seed != ALL:
+        return publish(compare(args.seed, figures), args)
+    pages = compare_all(figures)
+    code = 0
+    for seed, page in pages.items():
+        code |= publish(page, argparse.Namespace(json=_own(args.json, seed), html=_own(args.html, seed)))
+    print(_summary(pages).to_text())
+    return code
+
+
+def compare(seed: str, figures: bool) -> Page:
+    """Return the page of one paper."""
+    page: Page = importlib.import_module(SEEDS[seed]).main(figures=figures)
+    return page
+
+
+def compare_all(figures: bool) -> dict[str, Page]:
+    """Return the pages of all papers, made on all cores."""
+    progress = Progress()
+    with ProcessPoolExecutor(len(os.sched_getaffinity(0)), mp_context=get_context("spawn")) as pool:
+        futures = {seed: pool.submit(compare, seed, figures) for seed in SLOWEST_FIRST}
+        pages: dict[str, Page] = {}
+        for seed in SEEDS:
+            progress.say(f"comparing: {len(pages)} of {len(SEEDS)} papers, waiting for {seed}")
+            pages[seed] = futures[seed].result()
+    progress.done()
+    return pages
+
+
+def _summary(pages: dict[str, Page]) -> Table:
+    rows: list[list[Cell]] = [
+        [seed, page.title, sum(check.passed for check in page.checks), len(page.checks)]
+        for seed, page in pages.items()
+    ]
+    columns = [Column("seed"), Column("paper"), Column("bounds met", "d"), Column("of", "d")]
+    return Table("All papers", columns, rows)
+
+
+def _own(path: Path | None, seed: str) -> Path | None:
+    return path and path.with_name(f"{path.stem}-{seed}{path.suffix}")
