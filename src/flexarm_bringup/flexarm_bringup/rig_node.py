@@ -56,7 +56,7 @@ from flexarm_model.node import (
     run_node,
 )
 from flexarm_model.parameters import parameter
-from flexarm_model.start_pose import HOME, starting_at
+from flexarm_model.start_pose import starting_at
 
 STATUS_PERIODS = 20  # motor periods between two guard_status messages
 MOST_CATCH_UP = 20  # periods; after a longer stall the simulated arm skips time rather than race
@@ -68,7 +68,7 @@ class RigNodeSettings:
 
     manipulator: str = parameter("single_link", "Name of a manipulator that comes along, or a YAML file.")
     preset: str = parameter("geared", "Preset of that file; empty for none.")
-    start: str = parameter(HOME, "Pose of the description in which the arm is at the start.")
+    start: tuple[float, ...] = parameter((), "Axes at the start; empty: home.", "rad or m")
     lockstep: bool = parameter(
         False, "Advance by messages instead of time: deterministic, faster than real time."
     )

@@ -96,12 +96,13 @@ def task_settings(job: SimJob, law: str) -> dict[str, dict[str, Any]]:
     parts = {
         name: dict(task.settings.get(name, {})) for name in ("controller", "mpc", "estimator", "schedule")
     }
+    start = tuple(map(float, job.course.home))
     period = round(1e9 / config.rate_hz) * 1e-9
     return {
-        "model": {**parts["schedule"], "start": task.start},
+        "model": {**parts["schedule"], "start": start},
         "estimator": parts["estimator"],
         "controller": {**parts["mpc"], **parts["controller"], "law": law, "period": period},
-        "rig": {"start": task.start},
+        "rig": {"start": start},
     }
 
 

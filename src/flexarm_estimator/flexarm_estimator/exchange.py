@@ -69,7 +69,7 @@ class EstimatorExchange:
         self._config, self._settings = config, settings
         self._epoch_ns, self._is_live = epoch_ns, epoch_ns is None
         self._tree = ReducedTree(config)
-        self._tree.tip_pose(np.zeros(self._tree.n_q))  # compiles now, not in the first step
+        self._tree.tip_pose(self._tree.loops.home)  # compiles now, not in the first step
         self._reader = SensorReader(config)
         self._waiting: deque[tuple[str, Any]] = deque(maxlen=_MOST_WAITING)
         self._torques: deque[_Torque] = deque(maxlen=_MOST_TORQUES)

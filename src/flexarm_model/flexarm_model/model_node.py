@@ -63,7 +63,7 @@ from flexarm_model.parameters import parameter
 from flexarm_model.pending_models import PendingModels
 from flexarm_model.reduced_model import ReducedModel
 from flexarm_model.reduced_tree import ReducedTree
-from flexarm_model.start_pose import HOME, starting_at
+from flexarm_model.start_pose import starting_at
 
 FOLLOWING_LEAD_NS = 100_000_000  # a model of the measured pose holds so much later: all must have it by then
 
@@ -74,7 +74,7 @@ class ModelSettings:
 
     manipulator: str = parameter("single_link", "Name of a manipulator that comes along, or a YAML file.")
     preset: str = parameter("geared", "Preset of that file; empty for none.")
-    start: str = parameter(HOME, "Pose of the description in which the arm is at the start.")
+    start: tuple[float, ...] = parameter((), "Axes at the start; empty: home.", "rad or m")
     lockstep: bool = parameter(False, "Serve the models of references only; never follow the measured pose.")
     rate: float = parameter(20.0, "Most models per second.", "Hz", 0.1, 100.0)
     pose_step: float = parameter(0.0175, "Pose change that makes it look again.", "rad or m", 1e-6, 1.0)

@@ -2,25 +2,28 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
+
+import numpy as np
 
 from flexarm_model.description import ManipulatorConfig
 from flexarm_model.strict_yaml import ConfigError
 
-HOME = "home"
 
-
-def starting_at(config: ManipulatorConfig, pose: str) -> ManipulatorConfig:
-    """Return the description with one of its poses as home; its ``config_id`` stays, it is the same arm.
+def starting_at(config: ManipulatorConfig, pose: Sequence[float]) -> ManipulatorConfig:
+    """Return the description with another home; its ``config_id`` stays, it is the same arm.
 
     Args:
         config: The manipulator.
-        pose: Name of a pose of the description, or "home".
+        pose: Actuated axes [rad or m], (n_theta,); empty: its own home.
 
     Raises:
-        ConfigError: There is no such pose; lists those there are.
+        ConfigError: The pose has not one value for every axis.
     """
-    poses = {HOME: config.home, **config.poses}
-    if pose not in poses:
-        raise ConfigError(f"start: '{pose}': expected one of {', '.join(poses)}")
-    return replace(config, home=poses[pose])
+    if not len(pose):
+        return config
+    if len(pose) != len(config.actuated):
+        names = ", ".join(config.actuated)
+        raise ConfigError(f"start: {len(pose)} values; expected one each for {names}")
+    return replace(config, home=np.array(pose, dtype=float))

@@ -4,7 +4,7 @@ import numpy as np
 from arms import arm, tree
 
 from flexarm_model.linearize import linearize
-from flexarm_model.model_schedule import ModelSchedule, ScheduleSettings, plan_models
+from flexarm_model.model_schedule import ModelSchedule, ScheduleSettings
 from flexarm_model.trajectory import Trajectory
 
 PERIOD_NS = 5_000_000
@@ -22,7 +22,7 @@ def there() -> Trajectory:
 def models(**settings: float) -> list[tuple[float, float]]:
     config, planar = arm("single_link"), tree("single_link")
     schedule = ModelSchedule(planar, config, there(), ScheduleSettings(**settings))
-    served = plan_models(schedule, linearize(planar), 1.5, PERIOD_NS)
+    served = schedule.plan(linearize(planar), 1.5, PERIOD_NS)
     return [(stamp * 1e-9, float(model.pose[0])) for stamp, model in served]
 
 
@@ -43,3 +43,17 @@ def test_the_model_in_use_is_never_further_than_allowed_from_where_the_reference
 
 def test_where_the_reference_rests_the_model_is_of_that_pose() -> None:
     assert abs(models(angle=0.17)[-1][1] - FAR) <= 0.05 * 0.17
+
+
+def test_a_motion_planned_ahead_has_the_models_that_come_up_tick_by_tick() -> None:
+    planar = tree("single_link")
+    schedule = ModelSchedule(planar, arm("single_link"), there(), ScheduleSettings(angle=0.07))
+    model, served = linearize(planar), []
+    ahead = list(schedule.plan(model, 1.5, PERIOD_NS))
+    for k in range(320):
+        following = schedule.next(model, k * PERIOD_NS * 1e-9)
+        if following is not None:
+            model = following
+            served.append((k * PERIOD_NS, model.model_id))
+    assert served == [(stamp_ns, model.model_id) for stamp_ns, model in ahead]
+    assert len(served) > 10
