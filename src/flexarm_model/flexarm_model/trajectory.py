@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -50,14 +51,19 @@ class Trajectory:
         if self.t.size == 1:
             rest = np.zeros((times.size, self.theta.shape[1]))
             return np.repeat(self.theta, times.size, axis=0), rest, rest
-        i = np.clip(np.searchsorted(self.t, times, side="right") - 1, 0, self.t.size - 2)
-        h = (self.t[i + 1] - self.t[i])[:, None]
-        s = np.clip((times - self.t[i])[:, None] / h, 0.0, 1.0)
-        p0, p1 = self.theta[i], self.theta[i + 1]
-        v0, v1 = self.theta_dot[i] * h, self.theta_dot[i + 1] * h
-        c2, c3 = 3 * (p1 - p0) - 2 * v0 - v1, 2 * (p0 - p1) + v0 + v1
+        i = np.minimum(np.maximum(self.t.searchsorted(times, side="right") - 1, 0), self.t.size - 2)
+        p0, v0, c2, c3, a0, a1, h = self._cubics[:, i]
+        s = np.minimum(np.maximum((times - self.t[i])[:, None] / h[:, :1], 0.0), 1.0)
         moving = ((times >= self.t[0]) & (times < self.t[-1]))[:, None]
         theta = p0 + s * (v0 + s * (c2 + s * c3))
         theta_dot = np.where(moving, (v0 + s * (2 * c2 + s * 3 * c3)) / h, 0.0)
-        theta_ddot = (1 - s) * self.theta_ddot[i] + s * self.theta_ddot[i + 1]
+        theta_ddot = (1 - s) * a0 + s * a1
         return theta, theta_dot, np.where(moving, theta_ddot, 0.0)
+
+    @cached_property
+    def _cubics(self) -> Array:
+        """Coefficients of every interval, its accelerations and its length, (7, k - 1, n_theta)."""
+        h = np.broadcast_to(np.diff(self.t)[:, None], self.theta[1:].shape)
+        v0, v1, step = self.theta_dot[:-1] * h, self.theta_dot[1:] * h, np.diff(self.theta, axis=0)
+        c2, c3 = 3 * step - 2 * v0 - v1, -2 * step + v0 + v1
+        return np.stack([self.theta[:-1], v0, c2, c3, self.theta_ddot[:-1], self.theta_ddot[1:], h])
