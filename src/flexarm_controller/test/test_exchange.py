@@ -9,8 +9,10 @@ pytest.importorskip("flexarm_interfaces.msg")
 
 from flexarm_interfaces.msg import ControllerStatus, GuardStatus, ModalState  # noqa: E402
 
-from flexarm_controller.conversions import reference_to_msg  # noqa: E402
+from flexarm_controller.controller import Controller  # noqa: E402
+from flexarm_controller.conversions import reference_to_msg, state_from_msg  # noqa: E402
 from flexarm_controller.exchange import ControllerExchange  # noqa: E402
+from flexarm_controller.limits import limits_of  # noqa: E402
 from flexarm_controller.reference import hold  # noqa: E402
 from flexarm_controller.settings import ControllerConfig, MpcConfig  # noqa: E402
 from flexarm_model.config import load_config  # noqa: E402
@@ -148,3 +150,37 @@ def test_ten_thousand_malformed_states_never_raise_nor_leave_the_limits(exchange
         told = answers(exchange.on_modal_state(state(model, k, **changes)))
         effort = told["joint_commands"].effort
         assert len(effort) == 1 and abs(effort[0]) <= 28.0
+
+
+def test_a_model_is_adopted_at_the_first_state_at_or_after_its_stamp(exchange, config, model):
+    later = linearize(ReducedTree(config), np.array([0.2]))
+    exchange.on_model(model_to_msg(model))
+    exchange.on_guard_status(GuardStatus(session_token=5))
+    exchange.on_model(model_to_msg(later, 1_000_000_000 + 2 * PERIOD_NS + 1))
+    used = [answers(exchange.on_modal_state(state(m, k))) for k, m in enumerate([model] * 3 + [later] * 2)]
+    assert [told["joint_commands"].model_id for told in used] == [model.model_id] * 3 + [later.model_id] * 2
+    assert all(told["controller_status"].mode == ControllerStatus.MPC for told in used)
+
+
+def test_a_state_of_a_model_whose_time_has_not_come_is_refused(exchange, config, model):
+    later = linearize(ReducedTree(config), np.array([0.2]))
+    exchange.on_model(model_to_msg(model))
+    exchange.on_guard_status(GuardStatus(session_token=5))
+    exchange.on_model(model_to_msg(later, 1_000_000_000 + 9 * PERIOD_NS))
+    status = answers(exchange.on_modal_state(state(later, 1)))["controller_status"]
+    assert status.mode in (ControllerStatus.DAMPING, ControllerStatus.HOLD)
+    assert later.model_id in status.reason
+
+
+def test_an_adopted_model_that_was_prepared_commands_what_one_built_at_once_does(exchange, config, model):
+    later = linearize(ReducedTree(config), np.array([0.2]))
+    exchange.on_model(model_to_msg(model))
+    exchange.on_guard_status(GuardStatus(session_token=5))
+    exchange.on_model(model_to_msg(later, 1_000_000_000 + PERIOD_NS))
+    at_once = Controller(model, limits_of(config), ControllerConfig(), MpcConfig(time_limit=0.0), lambda: 0.0)
+    for k, m in enumerate([model, later, later]):
+        if k == 1:
+            at_once.adopt(later)
+        command = answers(exchange.on_modal_state(state(m, k)))["joint_commands"]
+        expected = at_once.step(state_from_msg(state(m, k), m, 1_000_000_000))
+        assert command.effort[0] == expected.tau[0]

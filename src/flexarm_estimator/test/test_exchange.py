@@ -156,3 +156,23 @@ def test_reset_starts_anew():
     made.step(50 * PERIOD_NS)
     assert np.trace(made.estimate.P) > 10 * before
     assert made.estimate.status == "starting"
+
+
+def test_a_model_is_adopted_at_the_first_step_at_or_after_its_stamp():
+    made = exchange()
+    later = linearize(ReducedTree(single_link(), use_compiler=False), np.array([0.2]))
+    made.on_model(model_conversions.model_to_msg(later, 2 * PERIOD_NS + 1))
+    ids = []
+    for k in range(5):
+        made.on_sensor("joint_states", joints(k * PERIOD_NS))
+        ids.append(made.step(k * PERIOD_NS)[0].msg.model_id)
+    assert ids == [model().model_id] * 3 + [later.model_id] * 2
+
+
+def test_the_same_model_again_changes_nothing_but_the_receipt():
+    made, other = exchange(), exchange()
+    assert made.receipt == other.receipt
+    made.on_model(model_conversions.model_to_msg(model(), PERIOD_NS))
+    states = [one.step(k * PERIOD_NS)[0].msg for k in range(3) for one in (made, other)]
+    assert states[-1] == states[-2]
+    assert made.receipt != other.receipt
