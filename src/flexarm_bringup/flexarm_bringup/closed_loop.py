@@ -35,6 +35,7 @@ from flexarm_model.reduced_tree import ReducedTree
 
 Array = NDArray[np.float64]
 TOKEN = 1
+WARM_UP = 0.1  # s; what is called for the first time is compiled then, and does not count
 SERVE_PERIOD = 0.005  # s between two looks at the schedule of models
 
 
@@ -54,7 +55,8 @@ class Effort:
     """What a run took.
 
     Attributes:
-        cpu_time: Of the whole loop, rig and record included [s].
+        cpu_time: Of the whole loop from ``WARM_UP`` on, rig and record included [s].
+        speed: Simulated seconds per second of it [1].
         served: Models adopted on the way.
         adopt_time: CPU time of making and adopting them [s].
         unusable: Share of the periods in which the controller had no usable state or no plan [1].
@@ -62,6 +64,7 @@ class Effort:
     """
 
     cpu_time: float
+    speed: float
     served: int
     adopt_time: float
     unusable: float
@@ -126,9 +129,10 @@ def run_loop(
     hardware.guard.arm(0.0, TOKEN)
     started, adopting, without = time.process_time(), 0.0, 0
     samples, ticks = hardware.observe(), []
-    n = round(end / hardware.dt)
+    n, warm = round(end / hardware.dt), round(WARM_UP / hardware.dt)
     every = max(round(SERVE_PERIOD / hardware.dt), 1)
     for k in range(n):
+        started = time.process_time() if k == warm else started
         adopting += 0.0 if k % every else _serve(schedule, hardware.t, estimator, controller)
         estimate = estimator.step(_measurements(samples, hardware), np.array(hardware.acted), hardware.t)
         command = controller.step(_state(estimate))
@@ -137,7 +141,8 @@ def run_loop(
         samples = hardware.advance()
         hardware.choose_torque(GuardCommand(command.t, k + 1, TOKEN, tuple(map(float, command.tau))))
     spent = time.process_time() - started
-    return ticks, Effort(spent, schedule.served, adopting, without / n, hardware.guard.reason)
+    speed = (n - warm) * hardware.dt / spent
+    return ticks, Effort(spent, speed, schedule.served, adopting, without / n, hardware.guard.reason)
 
 
 def _serve(schedule: ModelSchedule, t: float, estimator: Estimator, controller: Controller) -> float:

@@ -97,7 +97,7 @@ def _table(task: Task, config: ManipulatorConfig, preset: str, results: Sequence
             continue
         for i, leg in enumerate(pair[BASELINE].legs):
             for law, result in pair.items():
-                end: list[Cell] = [is_stable(result, nominal), result.speed]
+                end: list[Cell] = [is_stable(result, nominal), result.effort.speed]
                 rows.append([condition, leg.leg.name, law.upper(), *_cells(result, i, leg), *end])
     adopted = pairs[preset, NOMINAL][LAW].effort
     notes = [
@@ -139,7 +139,7 @@ def _checks(task: Task, results: Sequence[SimResult]) -> list[Check]:
     nominal = {p: pair[BASELINE] for (p, c), pair in by_condition(results).items() if c == NOMINAL}
     shaky = [r for r in results if r.law == LAW and not is_stable(r, nominal[r.preset])]
     checks.append(Check("no MPC run is unstable", "none", f"{len(shaky)}", not shaky))
-    slowest = min(result.speed for result in results if result.law == LAW)
+    slowest = min(result.effort.speed for result in results if result.law == LAW)
     wanted = f"at least {task.speed:g} times real time"
     checks.append(Check("lockstep, slowest MPC run", wanted, f"{slowest:.1f} times", slowest >= task.speed))
     return checks

@@ -89,7 +89,6 @@ class SimResult:
         preset, condition, law: Which.
         legs: Every move.
         effort: What it took.
-        duration: Simulated time [s].
         trace: What the tip did.
     """
 
@@ -98,18 +97,12 @@ class SimResult:
     law: str
     legs: tuple[LegResult, ...]
     effort: Effort
-    duration: float
     trace: Trace
 
     @property
     def acceleration(self) -> float:
         """Residual of all moves together, RMS [m/s^2]."""
         return float(np.sqrt(np.mean([leg.residual.acceleration**2 for leg in self.legs])))
-
-    @property
-    def speed(self) -> float:
-        """Simulated seconds per second of CPU time [1]."""
-        return self.duration / self.effort.cpu_time
 
 
 def sim_jobs(task: Task, presets: Sequence[str], conditions: Sequence[str]) -> list[SimJob]:
@@ -141,7 +134,7 @@ def run_sim_job(job: SimJob) -> list[SimResult]:
         ticks, effort = run_loop(hardware, tree, job.course.reference, job.course.end, settings, observe_tip)
         trace = _trace(ticks, config)
         legs = tuple(judge_leg(leg, trace, job) for leg in job.course.legs)
-        results.append(SimResult(job.preset, job.condition, law, legs, effort, job.course.end, trace))
+        results.append(SimResult(job.preset, job.condition, law, legs, effort, trace))
     return results
 
 
