@@ -156,13 +156,11 @@ def close_loops(evaluate: Evaluate, q: Array, dependent: NDArray[np.intp], name:
     raise ClosureError(f"{name}: the loops do not close near {np.round(q, 4).tolist()}")
 
 
-def follow(G: Array, dependent: NDArray[np.intp]) -> Array:
-    """Return the map of all rates to rates within the loops; dependent ones follow the others, (n_q, n_q)."""
-    T = np.eye(G.shape[1])
-    free = np.setdiff1d(np.arange(G.shape[1]), dependent)
-    T[:, dependent] = 0.0
-    T[np.ix_(dependent, free)] = -np.linalg.solve(G[:, dependent], G[:, free])
-    return T
+def follow(J: Array, G: Array, dependent: NDArray[np.intp]) -> Array:
+    """Return rows J (m, n_q) per rate with dependent rates following the others; their columns are zero."""
+    J = J - np.linalg.solve(G[:, dependent].T, J[:, dependent].T).T @ G
+    J[:, dependent] = 0.0
+    return J
 
 
 def null_space(G: Array, actuated: list[int], what: str) -> Array:

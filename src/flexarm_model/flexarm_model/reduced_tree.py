@@ -74,6 +74,7 @@ class ReducedTree:
         rows = ca.Function("rows", [self._q], [self._residual, ca.jacobian(self._residual, self._q)])
         start, at = assumed_home(config, self._at), self._at
         self.loops = find_loops(rows, start, at.loose_axes, at.sprung_axes, config.name)
+        self._last_closed = self.loops.home, self.loops.home
         self.K, lossy = stiffness(self._at, self.bodies)
         self.D = dampers(self._at, self.bodies) + self._modal_damping(lossy, rows)
 
@@ -158,7 +159,7 @@ class ReducedTree:
         """
         q = self.closed(q)
         J = np.array(self.functions["tip_jacobian"](q))
-        return J @ follow(self.constraints(q)[1], self.loops.dependent) if self.n_c else J
+        return follow(J, self.constraints(q)[1], self.loops.dependent) if self.n_c else J
 
     def constraints(self, q: Array) -> tuple[Array, Array]:
         """Return the rows that close the loops and their Jacobian, (n_c,) and (n_c, n_q)."""
@@ -173,7 +174,13 @@ class ReducedTree:
         Raises:
             ClosureError: They do not close from here.
         """
-        return close_loops(self.constraints, q, self.loops.dependent, self.config.name) if self.n_c else q
+        if not self.n_c:
+            return q
+        asked, closed = self._last_closed
+        if not np.array_equal(q, asked):  # a pose and its Jacobian are often asked for in a row
+            closed = close_loops(self.constraints, q, self.loops.dependent, self.config.name)
+            self._last_closed = np.array(q), closed
+        return closed.copy()
 
     def motions_within(self, q: Array) -> Array:
         """Return the motions that the loops leave, the actuated axes first, (n_q, n_q - n_c).
