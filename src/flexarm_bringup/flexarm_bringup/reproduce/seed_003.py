@@ -16,6 +16,7 @@ from flexarm_bringup.reproduce.seed_003_golden import (
     order_table,
     response_table,
 )
+from flexarm_bringup.reproduce.seed_003_links import link_table
 from flexarm_bringup.reproduce.seed_003_orders import deviation_table, reduction_table
 from flexarm_bringup.reproduce.seed_003_served import served_table
 from flexarm_bringup.reproduce.seed_003_statics import static_table
@@ -27,6 +28,7 @@ LEAD = (
 )
 SECTIONS = (  # each returns a table and its checks
     order_table,
+    link_table,
     frequency_table,
     static_table,
     response_table,

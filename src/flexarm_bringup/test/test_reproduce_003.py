@@ -1,0 +1,217 @@
+"""Seed 003 reproduced: golden numbers of its notes, what its models are, honest remarks and exit codes."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from scipy.linalg import eigh
+
+from flexarm_bringup import cli
+from flexarm_bringup.report import Page
+from flexarm_bringup.reproduce import seed_003, seed_003_orders, seed_003_robots
+from flexarm_bringup.reproduce.seed_003_comparison import NOT_COMPARABLE, paper_table
+from flexarm_bringup.reproduce.seed_003_data import (
+    HIGH_HZ,
+    LOW_HZ,
+    POSES,
+    at_pose,
+    deviation,
+    lines_hz,
+    model_at,
+    models,
+    motor_frf,
+    pose_of,
+    published,
+    robot,
+)
+from flexarm_bringup.reproduce.seed_003_golden import DH, DOF, FREE, LOCKED, free_hz, locked_hz
+from flexarm_bringup.reproduce.seed_003_links import fixed_interface_hz
+from flexarm_bringup.reproduce.seed_003_orders import NOTES as ORDER_NOTES
+from flexarm_bringup.reproduce.seed_003_robots import (
+    BEARINGS,
+    GEARS,
+    ROBOT_DAMPING,
+    fit_lumped,
+    is_gear,
+    synthetic_robot,
+    with_factors,
+)
+from flexarm_bringup.reproduce.seed_003_served import with_modes
+from flexarm_model.description import Beam, ManipulatorConfig
+from flexarm_model.linearize import linearize
+from flexarm_model.modal.frf import Frf
+from flexarm_model.model_order import FULL, with_elements, with_modes_below
+from flexarm_model.reduced_tree import ReducedTree
+
+Array = NDArray[np.float64]
+Capture = pytest.CaptureFixture[str]
+
+
+@pytest.fixture(scope="module")
+def page() -> Page:
+    return seed_003.main()
+
+
+@pytest.mark.parametrize("pose", POSES)
+def test_full_model_has_the_golden_frequencies_above_100_hz_too(pose: str) -> None:
+    model = model_at("full", pose)
+    assert locked_hz(model)[:10] == pytest.approx(LOCKED[pose], rel=5e-4)  # half of the last printed digit
+    assert free_hz(model)[:7] == pytest.approx(FREE[pose], rel=5e-4)
+
+
+def test_every_model_has_the_order_of_the_notes() -> None:
+    assert {name: model_at(name, "mid").n for name in DOF} == DOF
+
+
+def test_flange_of_the_table_stands_where_the_notes_say() -> None:
+    zero = DH.pose(np.zeros(6))
+    assert zero[:3, 3] == pytest.approx([1.17, 0.0, 1.45], abs=1e-12)
+    tilted = DH.pose(np.array([0.0, 0.1, 0.0, 0.0, 0.0, 0.0]))
+    assert tilted[0, 3] > 1.17 and tilted[2, 3] < 1.45  # positive q2 tilts forward
+
+
+def test_links_ring_where_the_notes_say_with_their_interfaces_held() -> None:
+    for name in ("bracket", "tail"):
+        assert fixed_interface_hz(name)[:4] == pytest.approx([295, 295, 721, 1270], rel=5e-3)  # torsion 718
+    assert fixed_interface_hz("lower_arm")[0] == pytest.approx(1343, rel=1e-3)
+    assert fixed_interface_hz("forearm")[:2] == pytest.approx([1057, 1057], rel=1e-3)
+    for name in ("base", "frame", "housing", "wrist", "disc"):
+        assert fixed_interface_hz(name)[0] > 1500.0
+
+
+def test_two_elements_per_link_are_enough_below_100_hz() -> None:
+    coarse, fine = (with_modes_below(with_elements(robot(), n), FULL) for n in (2, 8))
+    omega = [locked_hz(at_pose(config, "mid"))[:7] for config in (coarse, fine)]
+    assert omega[0] == pytest.approx(omega[1], rel=1e-3)
+
+
+def test_links_that_do_not_stretch_change_little_below_100_hz() -> None:
+    def stiff(config: ManipulatorConfig) -> ManipulatorConfig:
+        bodies = {
+            name: replace(body, deformation=("bend_y", "bend_z", "torsion"))
+            if isinstance(body, Beam)
+            else body
+            for name, body in config.bodies.items()
+        }
+        return replace(config, bodies=dict(bodies))
+
+    for pose in POSES:
+        f, g = locked_hz(at_pose(models()["guyan"], pose)), locked_hz(at_pose(stiff(models()["guyan"]), pose))
+        low = f < HIGH_HZ
+        assert abs(g[: f.size][: low.sum()] / f[low] - 1).max() <= 2.5e-3  # notes: 0.2 %
+
+
+def test_deviation_is_the_mean_of_decibels_on_and_off_the_diagonal() -> None:
+    f = np.array([10.0, 20.0, 30.0])
+    one = Frf(f, np.ones((3, 2, 2), dtype=complex), "accelerance")
+    H = np.ones((3, 2, 2), dtype=complex)
+    H[:, 0, 0], H[:, 0, 1] = 10.0, 0.1j
+    H[2] = 1.0
+    found = deviation(Frf(f, H, "accelerance"), one, 10.0, 20.0)
+    assert (found.mean, found.diagonal, found.off_diagonal) == pytest.approx((10.0, 10.0, 10.0))
+    assert deviation(Frf(f, H, "accelerance"), one).mean == pytest.approx(20.0 / 3)
+
+
+def test_responses_of_the_models_deviate_as_in_the_notes(page: Page) -> None:
+    table = next(t for t in page.items if "Deviation of the motors' responses" in getattr(t, "title", ""))
+    for row, notes in zip(table.rows, ORDER_NOTES.values(), strict=True):  # type: ignore[union-attr]
+        for cell, noted in zip(row[3::4], notes, strict=True):
+            assert cell == pytest.approx(noted, rel=0.05, abs=0.006)  # one or two printed digits
+
+
+def test_served_form_keeps_its_modes_the_statics_and_the_inertia() -> None:
+    model = model_at("guyan", "mid")
+    form = with_modes(model, 7)
+    assert form.n == 13 and form.coordinates[6:8] == ("mode_1", "mode_2")
+    assert locked_hz(form) == pytest.approx(locked_hz(model)[:7], rel=1e-7)
+    assert pytest.approx(model.B.T @ model.M @ model.B, rel=1e-9) == form.B.T @ form.M @ form.B
+    assert form.node_rows("disc.end").shape == (6, 13)
+
+
+def test_synthetic_robots_have_springs_within_their_factors_and_their_own_damping() -> None:
+    nominal, drawn = robot().axes, synthetic_robot(0).axes
+    assert synthetic_robot(0).axes == drawn != synthetic_robot(1).axes
+    for joint in robot().joints:
+        for axis in (a for a in joint.axes if a.stiffness):
+            name = f"{joint.name}.{axis.name}"
+            low, high = GEARS if is_gear(joint, axis) else BEARINGS
+            assert low <= drawn[name].stiffness / nominal[name].stiffness <= high
+            assert drawn[name].damping == pytest.approx(ROBOT_DAMPING * drawn[name].stiffness)
+
+
+def test_gears_are_the_springs_about_the_motors_axes() -> None:
+    gears = [
+        f"{joint.name}.{axis.name}"
+        for joint in robot().joints
+        for axis in joint.axes
+        if axis.stiffness and is_gear(joint, axis)
+    ]
+    assert gears == [f"bearing_{i + 1}.{axis}" for i, axis in enumerate(("rz", "ry", "ry", "rx", "ry", "rx"))]
+    assert model_at("rigid", "mid").n == 6 + len(gears)
+
+
+def test_fit_finds_the_springs_of_a_lumped_robot_again(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A robot that is lumped itself is fitted exactly when no prior pulls."""
+    monkeypatch.setattr(seed_003_robots, "PRIOR", 0.0)
+    model = model_at("lumped", "mid")
+    names = [name for name in model.coordinates if name.startswith("bearing")]
+    rng = np.random.default_rng(7)
+    true = dict(zip(names, rng.uniform(0.85, 1.1, len(names)).tolist(), strict=True))
+    target = motor_frf(at_pose(with_factors(models()["lumped"], true), "mid"), lines_hz())
+    fit = fit_lumped(model, target)
+    assert list(fit.factors) == names
+    assert [fit.factors[name] for name in names] == pytest.approx(list(true.values()), rel=1e-4)
+    found = motor_frf(at_pose(with_factors(models()["lumped"], fit.factors), "mid"), lines_hz())
+    assert deviation(found, target).mean < 1e-4 < deviation(motor_frf(model, lines_hz()), target).mean
+
+
+def test_every_bound_is_met(page: Page) -> None:
+    assert [check.name for check in page.checks if not check.passed] == []
+    assert len(page.checks) >= 19
+
+
+def test_papers_numbers_stand_beside_ours_as_not_comparable() -> None:
+    table, checks = paper_table()
+    assert [row[1] for row in table.rows] == [9.8, 5.5, 4.5] and checks == []
+    assert all(row[-1] == NOT_COMPARABLE for row in table.rows)
+    assert (published()["frf_band_low"], published()["frf_band_high"]) == (LOW_HZ, HIGH_HZ)
+
+
+def test_what_is_assumed_fitted_and_not_claimed_is_said(page: Page) -> None:
+    text = page.to_text()
+    assert all(head in text for head in ("Assumed", "Fitted", "Not claimed", "Not established"))
+    assert "by construction" in text and "many minima" in text and "not checkable" in text
+    assert all(line in text for line in robot().assumed)
+
+
+def test_command_writes_json_and_a_page_with_plots(tmp_path: Path, capsys: Capture) -> None:
+    files = tmp_path / "a.json", tmp_path / "a.html"
+    assert cli.main(["reproduce", "003", "--json", str(files[0]), "--html", str(files[1])]) == 0
+    content = json.loads(files[0].read_text())
+    assert content["passed"] is True
+    assert len(content["tables"]) == len(seed_003.SECTIONS)
+    assert files[1].read_text().count("<svg") == 3
+    assert "Frequencies of the full model" in capsys.readouterr().out
+
+
+def test_a_missed_bound_is_exit_code_1(monkeypatch: pytest.MonkeyPatch, capsys: Capture) -> None:
+    monkeypatch.setattr(seed_003_orders, "GUYAN_BOUNDS", (0.01, 0.8))
+    assert cli.main(["reproduce", "003"]) == 1
+    assert "MISSED" in capsys.readouterr().out
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("preset", ["guyan", "cb_500"])
+def test_nonlinear_tree_without_gravity_has_the_frequencies_of_the_assembly(preset: str) -> None:
+    config = replace(robot(preset), gravity=np.zeros(3))
+    served = linearize(ReducedTree(config, use_compiler=False), pose_of("mid"), modes=20)
+    built = at_pose(config, "mid")
+    assert served.omega / (2 * np.pi) == pytest.approx(locked_hz(built)[:20], rel=1e-7)
+    M, D, K = built.locked()
+    Phi = eigh(K, M)[1][:, :20]
+    assert 2 * served.zeta * served.omega == pytest.approx(np.diag(Phi.T @ D @ Phi), rel=1e-7)
