@@ -26,6 +26,7 @@ LEAD = (
     "The paper compares models of a measured robot and prints none of its data. Here a plausible robot of no "
     "make stands in for it, so that what the models say of each other can be checked, and nothing else."
 )
+FITTED = "18 rotational stiffnesses of the lumped model, on the responses of a synthetic robot at mid"
 SECTIONS = (  # each returns a table and its checks
     order_table,
     link_table,
@@ -74,6 +75,3 @@ def main(figures: bool = False) -> Page:
     remarks = {"Assumed": list(robot().assumed), "Fitted": [FITTED], **REMARKS}
     checks = [*kinematics_checks(), *(check for _, found in sections for check in found)]
     return Page(TITLE, LEAD, items, checks, remarks)
-
-
-FITTED = "18 rotational stiffnesses of the lumped model, on the responses of a synthetic robot at mid"
