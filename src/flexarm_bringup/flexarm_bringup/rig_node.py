@@ -101,6 +101,7 @@ class RigNode(Node):
         self._epoch_ns = 0 if self.settings.lockstep else self.get_clock().now().nanoseconds
         self._started_ns = self._steady.now().nanoseconds
         self._command: GuardCommand | None = None
+        self._ahead: list[Sample] | None = None  # in real time: of the tick that comes, not yet told
         self._sent: dict[str, int] = {}
         self._said = ("", "")
         self._is_running = False
@@ -110,7 +111,7 @@ class RigNode(Node):
         """Advance by the periods that have passed."""
         elapsed_ns = self._steady.now().nanoseconds - self._started_ns
         passed = round(elapsed_ns / self._period_ns)  # nearest: a timer is never quite on time
-        behind = passed - self.hardware.tick
+        behind = passed - self.hardware.tick + (self._ahead is not None)
         if behind > MOST_CATCH_UP:
             self.get_logger().warning(f"stalled for {behind} periods; the simulated arm skips them")
             self._started_ns += (behind - 1) * self._period_ns
@@ -118,6 +119,7 @@ class RigNode(Node):
             behind = 1
         for _ in range(behind):
             self.advance()
+            self._ahead = self.hardware.advance()  # while estimator and controller are at work
 
     def on_command(self, msg: JointCommand) -> None:
         """Keep the newest command; in lockstep the one of this tick moves time on."""
@@ -149,7 +151,8 @@ class RigNode(Node):
 
     def advance(self) -> None:
         """Move the arm by one period and tell what its sensors say; then choose the next torque."""
-        samples = self.hardware.advance()
+        samples = self.hardware.advance() if self._ahead is None else self._ahead
+        self._ahead = None
         self._publish_tick(samples)
         command, self._command = self._command, None
         tau = self.hardware.choose_torque(command)
@@ -168,8 +171,8 @@ class RigNode(Node):
         now_ns = self.stamp_of(self.hardware.tick)
         for out in samples_to_msgs(self.config, samples, self.stamp_of):
             self._publish(out.topic, out.msg)
-        self._publish("truth", truth_msg(self.config, self.hardware.rig.truth(), now_ns))
         self._publish("joint_states", joint_state_msg(self.hardware, now_ns))
+        self._publish("truth", truth_msg(self.config, self.hardware.rig.truth(), now_ns))
         if self.settings.lockstep:
             msg = Tick(sequence=self.hardware.tick, topics=list(self._sent), counts=list(self._sent.values()))
             msg.header.stamp = ns_to_stamp(now_ns)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -37,13 +37,20 @@ def samples_to_msgs(
 ) -> list[Outgoing]:
     """Return the messages of all samples but the encoders', which ``joint_state_msg`` carries.
 
+    Gauges that speak at the same instant share a message.
+
     Args:
         config: The manipulator.
         samples: What arrived at this tick.
         stamp_of: Stamp [ns] of a tick.
     """
     specs = {spec.name: spec for spec in config.sensors}
-    return [
+    gauges: dict[int, list[Sample]] = {}
+    for sample in samples:
+        if sample.kind == "strain_gauge":
+            gauges.setdefault(sample.tick, []).append(sample)
+    strains = [_strain(specs, together, stamp_of(tick)) for tick, together in gauges.items()]
+    return strains + [
         _CONVERT[sample.kind](specs[sample.sensor], sample, stamp_of(sample.tick))
         for sample in samples
         if sample.kind in _CONVERT
@@ -105,10 +112,13 @@ def command_from_msg(msg: JointCommand, epoch_ns: int) -> GuardCommand:
     return GuardCommand(t, msg.sequence, msg.session_token, tuple(msg.effort))
 
 
-def _strain(spec: SensorSpec, sample: Sample, stamp_ns: int) -> Outgoing:
-    msg = StrainArray(names=[spec.name], strain=floats(sample.y), standard_deviation=floats(spec.sigma))
+def _strain(specs: Mapping[str, SensorSpec], samples: Sequence[Sample], stamp_ns: int) -> Outgoing:
+    names = [sample.sensor for sample in samples]
+    msg = StrainArray(names=names, strain=floats(np.concatenate([sample.y for sample in samples])))
+    msg.standard_deviation = floats(np.concatenate([specs[name].sigma for name in names]))
     msg.header.stamp = ns_to_stamp(stamp_ns)
-    msg.header.frame_id = spec.site
+    sites = {specs[name].site for name in names}
+    msg.header.frame_id = sites.pop() if len(sites) == 1 else ""  # gauges all over the arm have none
     return Outgoing("strain", msg)
 
 
@@ -139,7 +149,6 @@ def _camera(spec: SensorSpec, sample: Sample, stamp_ns: int) -> Outgoing:
 
 _GUARD_MODES = {STOPPED: GuardStatus.STOPPED, ARMED: GuardStatus.ARMED, BRAKING: GuardStatus.BRAKING}
 _CONVERT: dict[str, Callable[[SensorSpec, Sample, int], Outgoing]] = {
-    "strain_gauge": _strain,
     "accelerometer": _imu,
     "camera": _camera,
 }
