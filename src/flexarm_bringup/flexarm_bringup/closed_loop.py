@@ -30,13 +30,12 @@ from flexarm_estimator.measurement import Measurement
 from flexarm_estimator.settings import EstimatorConfig
 from flexarm_model.description import ManipulatorConfig
 from flexarm_model.linearize import linearize
-from flexarm_model.model_schedule import ModelSchedule, ScheduleSettings
+from flexarm_model.model_schedule import ModelSchedule, ScheduleSettings, periods_between_looks
 from flexarm_model.reduced_tree import ReducedTree
 
 Array = NDArray[np.float64]
 TOKEN = 1
 WARM_UP = 0.1  # s; what is called for the first time is compiled then, and does not count
-SERVE_PERIOD = 0.005  # s between two looks at the schedule of models
 
 
 @dataclass(frozen=True)
@@ -130,7 +129,7 @@ def run_loop(
     started, adopting, without = time.process_time(), 0.0, 0
     samples, ticks = hardware.observe(), []
     n, warm = round(end / hardware.dt), round(WARM_UP / hardware.dt)
-    every = max(round(SERVE_PERIOD / hardware.dt), 1)
+    every = periods_between_looks(hardware.dt)
     for k in range(n):
         started = time.process_time() if k == warm else started
         adopting += 0.0 if k % every else _serve(schedule, hardware.t, estimator, controller)

@@ -47,7 +47,7 @@ from flexarm_model.conversions import (
 from flexarm_model.linearize import PoseError, linearize
 from flexarm_model.manipulator_file import find_manipulator
 from flexarm_model.model_cache import ModelCache
-from flexarm_model.model_schedule import ModelSchedule, ScheduleSettings
+from flexarm_model.model_schedule import ModelSchedule, ScheduleSettings, periods_between_looks
 from flexarm_model.node import (
     LATCHED_QOS,
     MODELS_DEPTH,
@@ -97,7 +97,7 @@ class ModelNode(Node):
         self.cache = ModelCache(self.tree)
         self.model = self._in_use = self.cache.at()
         self._pending: PendingModels[ReducedModel] = PendingModels()
-        self._period_ns = round(NS_PER_S / config.rate_hz)
+        self._period_ns = round(NS_PER_S / config.rate_hz) * periods_between_looks(1.0 / config.rate_hz)
         self._follows_pose = not self.settings.lockstep
         self._looked_at = self.model.pose
         self._published_ns = self._token = 0

@@ -22,6 +22,7 @@ from flexarm_model.trajectory import Trajectory
 
 Array = NDArray[np.float64]
 FOREVER = 1e6
+LOOK_PERIOD = 0.005  # s between two looks at the reference, or one control period if that is longer
 AT_REST = 0.05  # of the distance allowed: where the reference rests, models are worth being exact
 
 
@@ -32,6 +33,11 @@ class ScheduleSettings:
     angle: float = parameter(FOREVER, "Distance of a rotary axis.", "rad", 1e-4, FOREVER)
     length: float = parameter(FOREVER, "Distance of a linear axis.", "m", 1e-5, FOREVER)
     lead: float = parameter(0.05, "Time by which a new model is ahead of the reference.", "s", 0.0, 5.0)
+
+
+def periods_between_looks(dt: float) -> int:
+    """Return after how many control periods of ``dt`` [s] the schedule looks at the reference again."""
+    return max(round(LOOK_PERIOD / dt), 1)
 
 
 class ModelSchedule:
@@ -68,7 +74,7 @@ class ModelSchedule:
         Args:
             model: In use until then.
             end: Of the motion [s].
-            period_ns: Control period; a model is used from a multiple of it on [ns].
+            period_ns: Time between two looks; a model is used from a multiple of it on [ns].
 
         Raises:
             PoseError, ClosureError: The reference leads where no model can be made.
