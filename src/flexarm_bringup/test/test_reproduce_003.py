@@ -194,8 +194,8 @@ def test_command_writes_json_and_a_page_with_plots(tmp_path: Path, capsys: Captu
     assert cli.main(["reproduce", "003", "--json", str(files[0]), "--html", str(files[1])]) == 0
     content = json.loads(files[0].read_text())
     assert content["passed"] is True
-    assert len(content["tables"]) == len(seed_003.SECTIONS)
-    assert files[1].read_text().count("<svg") == 3
+    assert len(content["tables"]) == len(seed_003.SECTIONS) + 3  # of the path test
+    assert files[1].read_text().count("<svg") == 4
     assert "Frequencies of the full model" in capsys.readouterr().out
 
 

@@ -18,6 +18,7 @@ from flexarm_bringup.reproduce.seed_003_golden import (
 )
 from flexarm_bringup.reproduce.seed_003_links import link_table
 from flexarm_bringup.reproduce.seed_003_orders import deviation_table, reduction_table
+from flexarm_bringup.reproduce.seed_003_path import assumed_drives, path_section
 from flexarm_bringup.reproduce.seed_003_served import served_table
 from flexarm_bringup.reproduce.seed_003_statics import static_table
 
@@ -67,11 +68,13 @@ def main(figures: bool = False) -> Page:
         figures: Whether to draw the plots as well.
     """
     sections: list[tuple[Table, list[Check]]] = [section() for section in SECTIONS]
-    items: list[Table | Figure] = [table for table, _ in sections]
+    path_tables, path_checks = path_section()
+    items: list[Table | Figure] = [*(table for table, _ in sections), *path_tables]
     if figures:
         from flexarm_bringup.reproduce.seed_003_figures import all_figures
+        from flexarm_bringup.reproduce.seed_003_path_figure import path_figure
 
-        items += all_figures()
-    remarks = {"Assumed": list(robot().assumed), "Fitted": [FITTED], **REMARKS}
-    checks = [*kinematics_checks(), *(check for _, found in sections for check in found)]
+        items += [*all_figures(), path_figure()]
+    remarks = {"Assumed": [*robot().assumed, *assumed_drives()], "Fitted": [FITTED], **REMARKS}
+    checks = [*kinematics_checks(), *(check for _, found in sections for check in found), *path_checks]
     return Page(TITLE, LEAD, items, checks, remarks)
