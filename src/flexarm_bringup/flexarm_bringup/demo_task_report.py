@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-import numpy as np
-
 from flexarm_bringup.demo_report import REAL_TIME_DB, WITHOUT_COMMAND
 from flexarm_bringup.figures import Figure
 from flexarm_bringup.report import Cell, Check, Column, Page, Table
@@ -16,7 +14,7 @@ from flexarm_bringup.task import Task
 from flexarm_bringup.task_session import TaskRun, torque_difference
 from flexarm_model.description import ManipulatorConfig
 
-EQUAL = 1e-6  # N m or N; nodes in lockstep against one process, camera poses travel as quaternions
+EQUAL = 1e-6  # of the limit of a torque; nodes in lockstep against one process, camera poses travel as quaternions
 IN_PROCESS, LOCKSTEP, REAL_TIME = "in process", "DDS lockstep", "DDS real time"
 PLACES = (IN_PROCESS, LOCKSTEP, REAL_TIME)
 
@@ -123,18 +121,19 @@ def _session_note(run: TaskRun) -> str:
 
 def _checks(task: Task, configs: Mapping[str, ManipulatorConfig], found: Results) -> list[Check]:
     checks = []
-    for preset, config in configs.items():
+    for preset in configs:
         for place in PLACES:
             if (preset, place, LAW) in found and preset == task.presets[0]:
                 checks.append(_gain_check(task, place, found, preset))
-        limits = np.array([axis.effort for axis in config.actuated.values()])
         for law in (BASELINE, LAW):
             name = " ".join(filter(None, [preset, law.upper()]))
             nodes, live = found.get((preset, LOCKSTEP, law)), found.get((preset, REAL_TIME, law))
             twin = found[preset, IN_PROCESS, law]
             if isinstance(nodes, TaskRun) and isinstance(twin, SimResult):
-                apart = torque_difference(nodes, twin, limits)
-                checks.append(_at_most(f"{name}: lockstep from in-process", apart, EQUAL, "N m or N"))
+                apart = torque_difference(nodes, twin)
+                checks.append(
+                    _at_most(f"{name}: torque in lockstep from in-process", apart, EQUAL, "of its limit")
+                )
             if isinstance(live, TaskRun):
                 checks += _live_checks(name, live, twin)
     return checks

@@ -106,16 +106,10 @@ def task_settings(job: SimJob, law: str) -> dict[str, dict[str, Any]]:
     }
 
 
-def torque_difference(run: TaskRun, twin: SimResult, limits: Array) -> float:
-    """Return the largest difference of a torque from that in one process [N m or N].
-
-    Args:
-        run: In lockstep.
-        twin: The same in one process.
-        limits: Of the axes, (n_theta,).
-    """
+def torque_difference(run: TaskRun, twin: SimResult) -> float:
+    """Return the largest difference of a torque in lockstep from that in one process, over its limit [1]."""
     n = min(run.trace.t.size, twin.trace.t.size)
-    return float((abs(run.trace.load[:n] - twin.trace.load[:n]) * limits).max())
+    return float(abs(run.trace.load[:n] - twin.trace.load[:n]).max())
 
 
 def _trace(record: RunRecord, limits: Array, end: float) -> Trace:
