@@ -14,7 +14,7 @@ from flexarm_bringup.task import Task
 from flexarm_bringup.task_session import TaskRun, torque_difference
 from flexarm_model.description import ManipulatorConfig
 
-EQUAL = 1e-6  # of the limit of a torque; nodes in lockstep against one process, camera poses travel as quaternions
+EQUAL = 1e-6  # of the limit of a torque; camera poses travel as quaternions, so the last digits differ
 IN_PROCESS, LOCKSTEP, REAL_TIME = "in process", "DDS lockstep", "DDS real time"
 PLACES = (IN_PROCESS, LOCKSTEP, REAL_TIME)
 
