@@ -135,7 +135,8 @@ class SegmentTree:
             return K
         e = self._unheld()
         G_e = self.loops.jacobian(q)[:, e]
-        force = np.linalg.lstsq(G_e.T, self._static_forces(q)[e], rcond=RANK_TOLERANCE)[0]
+        solved = np.linalg.lstsq(G_e.T, self._static_forces(q)[e], rcond=RANK_TOLERANCE)[0]
+        force: Array = np.asarray(solved, dtype=float)
         return np.asarray(K - self.loops.stiffness(q, force))
 
     def null_space(self, q: Array) -> Array:

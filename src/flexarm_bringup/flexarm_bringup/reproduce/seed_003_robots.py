@@ -138,7 +138,8 @@ def fit_lumped(model: LinearAssembly, target: Frf, start: float = 1.0) -> Fit:
         K, D = model.K.copy(), model.D.copy()
         K[springs, springs], D[springs, springs] = k, MODEL_DAMPING * k
         Z: Complex = K - w[:, None, None] ** 2 * model.M + 1j * w[:, None, None] * D
-        X: Complex = np.linalg.solve(Z, np.broadcast_to(model.B, (w.size, *model.B.shape)))  # (k, n, 6)
+        force = np.broadcast_to(model.B, (w.size, *model.B.shape))
+        X: Complex = np.asarray(np.linalg.solve(Z, force), dtype=complex)  # (k, n, 6)
         return -(w[:, None, None] ** 2) * (model.B.T @ X), X[:, springs], k
 
     def residual(p: Array) -> Array:

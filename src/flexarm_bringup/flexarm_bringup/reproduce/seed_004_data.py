@@ -138,7 +138,7 @@ def find_moving_angle(film: Film, arm: ElbowArm, tip: Array) -> Array:
     elbow = arm.upper * np.array([np.cos(raised), np.sin(raised)])  # of the arm as the shoulder leaves it
     z = z - arm.height
     angles = [np.arctan2(y, x), np.arctan2(z, x), np.arctan2(z - elbow[1], x - elbow[0]) - raised]
-    return np.degrees(np.choose(film.joint, angles))
+    return np.asarray(np.degrees(np.choose(film.joint, angles)))
 
 
 def mean_errors(predicted: Array, measured: Array) -> Array:

@@ -101,7 +101,7 @@ class SpringArm:
 
     def _command(self, ramps: Ramps, t: float) -> Array:
         """Return angles [rad] and velocities [rad/s] of the servos, (2, 3)."""
-        return np.radians(np.array([ramp.at(t) for ramp in ramps])).T
+        return np.asarray(np.radians(np.array([ramp.at(t) for ramp in ramps])).T)
 
     def _accelerate(self, command: Array, q: Array, v: Array) -> Array:
         """Return the links' accelerations [rad/s^2] at their angles and velocities, (3,) each."""

@@ -112,11 +112,11 @@ def _rates(
     if np.linalg.cond(J) > LARGEST_CONDITION:
         raise SingularPoseError(f"the Jacobian is singular at {q}")
     rows = len(J)
-    rate = np.linalg.solve(J, twist[:rows])
+    rate: Array = np.asarray(np.linalg.solve(J, twist[:rows]), dtype=float)
     size = float(abs(rate).max())
     bend = np.zeros(rows)  # J' theta'
     if size > 0.0:
         h = STEP / size
         J_dot = sum(weight * jacobian(q + k * h * rate) for k, weight in _WEIGHTS) / h
         bend = J_dot @ rate
-    return rate, np.linalg.solve(J, acceleration[:rows] - bend)
+    return rate, np.asarray(np.linalg.solve(J, acceleration[:rows] - bend), dtype=float)

@@ -59,7 +59,7 @@ class TelescopicLegs:
 
     def lengths(self, pose: Array) -> Array:
         """Return the lengths of the legs [m], (n,); ``pose`` of the platform in the base, (4, 4)."""
-        return np.linalg.norm(self._vectors(pose), axis=1)
+        return np.asarray(np.linalg.norm(self._vectors(pose), axis=1))
 
     def directions(self, pose: Array) -> Array:
         """Return the unit vectors of the legs, base to platform, in base axes, (n, 3)."""
