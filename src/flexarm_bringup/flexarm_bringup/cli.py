@@ -25,6 +25,7 @@ start here:
   flexarm demo                        build the evidence: move the single-link arm six ways, compare
   flexarm demo --html report.html     the same as a page with plots
   flexarm model single_link           its modes: what bends, who sees it, who drives it
+  flexarm demo planar_3rrr            another manipulator's moves, in one process and as nodes over DDS
   flexarm sim single_link             rig, estimator and controller of any manipulator in one process
   flexarm reproduce 002               the published tables of the single-link arm against ours
   flexarm replay BAG                  run a recorded bag through estimator and controller again
