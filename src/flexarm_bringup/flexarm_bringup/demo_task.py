@@ -40,7 +40,7 @@ def run_task_demo(args: argparse.Namespace) -> int:
         jobs = sim_jobs(task, task.presets, [NOMINAL])
         progress.say("preparing the arms")
         results = run_sim_jobs(jobs, lambda done, of: progress.say(f"in one process: {done} of {of} presets"))
-        runs = [] if args.no_dds else _run_sessions(args, task, jobs, results, progress)
+        runs, failures = ([], {}) if args.no_dds else _run_sessions(args, task, jobs, results, progress)
     except (ConfigError, ParameterError, ValueError) as error:
         progress.done()
         print(error)
@@ -50,7 +50,7 @@ def run_task_demo(args: argparse.Namespace) -> int:
         print(f"the run over DDS failed: {error}")
         return 1
     configs = {preset: load_config(find_manipulator(task.manipulator), preset) for preset in task.presets}
-    page = build_page(task, configs, results, runs, draw(task, results))
+    page = build_page(task, configs, results, runs, draw(task, results), failures)
     progress.done()
     return publish(page, args)
 
@@ -61,20 +61,30 @@ def _run_sessions(
     jobs: Sequence[SimJob],
     results: Sequence[SimResult],
     progress: Progress,
-) -> list[TaskRun]:
-    """Do everything again with nodes: all in lockstep, then in real time what has a rate for that."""
+) -> tuple[list[TaskRun], dict[str, str]]:
+    """Do everything again with nodes: all in lockstep, then in real time what has a rate for that.
+
+    Returns:
+        The runs, and why those in real time that are missing could not be kept, by name.
+    """
     rate_hz = load_config(find_manipulator(task.manipulator), jobs[0].preset).rate_hz
     modes = [True] if args.no_realtime or rate_hz > FASTEST_DDS else [True, False]
     base = Path(tempfile.mkdtemp(prefix=f"{task.manipulator}_", dir=args.folder))
     by_preset = {job.preset: job for job in jobs}
     todo = ((mode, result) for mode in modes for result in results)
-    runs = []
+    runs: list[TaskRun] = []
+    failures: dict[str, str] = {}
     for domain, (lockstep, result) in zip(free_domains(), todo, strict=False):
         name = "_".join(filter(None, [result.preset, result.law, "lockstep" if lockstep else "real_time"]))
         say = partial(_say_session, progress, name)
         job = by_preset[result.preset]
-        runs.append(run_task_session(job, result, lockstep, base / name, domain, say))
-    return runs
+        try:
+            runs.append(run_task_session(job, result, lockstep, base / name, domain, say))
+        except SessionError as error:
+            if lockstep:
+                raise
+            failures[name] = str(error)
+    return runs, failures
 
 
 def _say_session(progress: Progress, name: str, text: str) -> None:

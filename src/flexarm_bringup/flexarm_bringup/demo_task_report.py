@@ -8,7 +8,7 @@ from flexarm_bringup.demo_report import REAL_TIME_DB, WITHOUT_COMMAND
 from flexarm_bringup.figures import Figure
 from flexarm_bringup.report import Cell, Check, Column, Page, Table
 from flexarm_bringup.residual import decibels
-from flexarm_bringup.sim_report import BASELINE, LAW, real_time_note
+from flexarm_bringup.sim_report import BASELINE, FASTEST_DDS, LAW, real_time_note
 from flexarm_bringup.sim_study import SimResult
 from flexarm_bringup.task import Task
 from flexarm_bringup.task_session import TaskRun, torque_difference
@@ -41,6 +41,7 @@ def build_page(
     results: Sequence[SimResult],
     runs: Sequence[TaskRun],
     figures: Sequence[Figure],
+    failures: Mapping[str, str] | None = None,
 ) -> Page:
     """Return everything a demo has to say.
 
@@ -50,6 +51,7 @@ def build_page(
         results: In one process.
         runs: Over DDS.
         figures: What the tip did.
+        failures: Why a run in real time is missing, by its name.
     """
     config = next(iter(configs.values()))
     found: dict[tuple[str, str, str], Result] = {(r.preset, IN_PROCESS, r.law): r for r in results}
@@ -60,7 +62,7 @@ def build_page(
         lead="Model node, estimator, controller, simulated rig, recorder and commander are processes. The "
         "models along a motion are made and prepared before it starts, and adopted by all at the same stamp.",
         items=[*tables, *figures],
-        checks=_checks(task, configs, found),
+        checks=[*_checks(task, configs, found), *_failed(failures or {})],
         remarks={
             "assumed": [*config.assumed, *task.assumed],
             "fitted": config.fitted,
@@ -82,7 +84,7 @@ def _table(task: Task, config: ManipulatorConfig, preset: str, found: Results) -
     for i, name in enumerate(task.moves):
         for place in PLACES:
             for law in (BASELINE, LAW):
-                if (preset, place, law) in found:
+                if has_both(preset, place, found):
                     rows.append([name, place, law.upper(), *_cells(preset, place, law, i, found)])
     adopted = found[preset, IN_PROCESS, LAW]
     assert isinstance(adopted, SimResult)
@@ -93,7 +95,7 @@ def _table(task: Task, config: ManipulatorConfig, preset: str, found: Results) -
         f"{adopted.effort.served} models adopted on the way",
         *(_session_note(run) for run in found.values() if isinstance(run, TaskRun) and run.preset == preset),
     ]
-    if (preset, REAL_TIME, LAW) not in found:
+    if config.rate_hz > FASTEST_DDS:
         notes.insert(1, real_time_note(config))
     return Table(f"Preset {preset or 'as in the file'}", COLUMNS, rows, notes)
 
@@ -113,6 +115,11 @@ def _cells(preset: str, place: str, law: str, i: int, found: Results) -> list[Ce
     ]
 
 
+def has_both(preset: str, place: str, found: Results) -> bool:
+    """Return whether both laws came to their end there: one alone says nothing."""
+    return all((preset, place, law) in found for law in (BASELINE, LAW))
+
+
 def _session_note(run: TaskRun) -> str:
     missed, ticks = run.guard["ticks_without_command"], run.guard["ticks"]
     without = f"{missed} of {ticks} motor periods without a fresh command"
@@ -123,7 +130,7 @@ def _checks(task: Task, configs: Mapping[str, ManipulatorConfig], found: Results
     checks = []
     for preset in configs:
         for place in PLACES:
-            if (preset, place, LAW) in found and preset == task.presets[0]:
+            if has_both(preset, place, found) and preset == task.presets[0]:
                 checks.append(_gain_check(task, place, found, preset))
         for law in (BASELINE, LAW):
             name = " ".join(filter(None, [preset, law.upper()]))
@@ -137,6 +144,10 @@ def _checks(task: Task, configs: Mapping[str, ManipulatorConfig], found: Results
             if isinstance(live, TaskRun):
                 checks += _live_checks(name, live, twin)
     return checks
+
+
+def _failed(failures: Mapping[str, str]) -> list[Check]:
+    return [Check(name, "kept to its end", reason, False) for name, reason in failures.items()]
 
 
 def _gain_check(task: Task, place: str, found: Results, preset: str) -> Check:

@@ -19,6 +19,7 @@ from flexarm_model.manipulator_file import find_manipulator
 
 Array = NDArray[np.float64]
 LEAST_PREPARATION = 1.0  # s in real time between sending a reference and its start
+SAME_PERIOD = 1e-6  # s by which stamps of a whole record may be unevenly spaced
 MODEL_TIME = 0.1  # s that making a model, its filter and its program may take on a busy machine
 
 
@@ -71,7 +72,7 @@ def run_task_session(
         say: Told what is being waited for.
 
     Raises:
-        SessionError, BagError: The run did not come to its end.
+        SessionError, BagError: The run did not come to its end, or not all of it was in time.
     """
     folder.mkdir(parents=True)
     reference = folder / "reference.npz"
@@ -84,6 +85,8 @@ def run_task_session(
     if guard["reason"]:
         raise SessionError(f"guard stopped the arm: {guard['reason']}")
     config = load_config(find_manipulator(job.task.manipulator), job.preset)
+    if np.ptp(np.diff(record.t)) > SAME_PERIOD:
+        raise SessionError("the simulated rig fell far behind and skipped periods: the computer is too busy")
     trace = _trace(record, np.array([axis.effort for axis in config.actuated.values()]), job.course.end)
     legs = tuple(judge_leg(leg, trace, job) for leg in job.course.legs)
     return TaskRun(session, job.preset, twin.law, legs, trace, guard)

@@ -114,6 +114,18 @@ def test_the_table_says_what_was_missed_and_that_a_fast_machine_has_no_real_time
     assert [check.found for check in failed] == ["2 %"]
 
 
+def test_a_run_in_real_time_that_could_not_be_kept_is_a_missed_bound_and_not_a_row() -> None:
+    task = load_task(find_task("spatial_3tpt"))
+    configs = {"sim": load_config(find_manipulator("spatial_3tpt"), "sim")}
+    runs = [over_dds(law, True, 0) for law in LEFT] + [over_dds("pd", False, 0)]
+    reasons = {"mpc_real_time": "guard stopped the arm: no command for 50 ms"}
+    page = build_page(task, configs, [in_process(law) for law in LEFT], runs, (), reasons)
+    [table] = page.items
+    assert isinstance(table, Table)
+    assert "DDS real time" not in [row[1] for row in table.rows]
+    assert [(check.name, check.found) for check in page.checks if not check.passed] == list(reasons.items())
+
+
 def test_lockstep_that_differs_from_one_process_is_told() -> None:
     assert torque_difference(over_dds("mpc", True, 0), in_process("mpc")) == 0.0
     assert torque_difference(over_dds("mpc", True, 0, 1e-3), in_process("mpc")) == pytest.approx(1e-3)
