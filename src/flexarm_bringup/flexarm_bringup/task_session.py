@@ -86,7 +86,7 @@ def run_task_session(
         raise SessionError(f"guard stopped the arm: {guard['reason']}")
     config = load_config(find_manipulator(job.task.manipulator), job.preset)
     if np.ptp(np.diff(record.t)) > SAME_PERIOD:
-        raise SessionError("the simulated rig fell far behind and skipped periods: the computer is too busy")
+        raise SessionError("the record has gaps: the computer is too busy for this rate in real time")
     trace = _trace(record, np.array([axis.effort for axis in config.actuated.values()]), job.course.end)
     legs = tuple(judge_leg(leg, trace, job) for leg in job.course.legs)
     return TaskRun(session, job.preset, twin.law, legs, trace, guard)
