@@ -83,6 +83,7 @@ def test_limits_hold_when_torque_is_scarce() -> None:
     assert abs(record.theta[-1, 0]) < 5e-3  # it gets there all the same
 
 
+@pytest.mark.slow
 def test_runs_are_deterministic_and_seeds_differ() -> None:
     config = load_config(find_manipulator("single_link"), "geared")
     moves = out_and_back([np.radians(5.0)], "A", "A", motions(ZETA))[:1]
@@ -93,6 +94,7 @@ def test_runs_are_deterministic_and_seeds_differ() -> None:
     assert not np.array_equal(first.tau, other.tau)
 
 
+@pytest.mark.slow
 def test_friction_is_borne_as_a_disturbance() -> None:
     config = load_config(find_manipulator("single_link"), "geared")
     moves = out_and_back([np.radians(30.0)], "A", "ZVD", motions(ZETA))

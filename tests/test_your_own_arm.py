@@ -41,6 +41,7 @@ def test_without_a_moves_file_it_tours_its_named_poses() -> None:
     assert list(task_for(str(ARM)).moves) == ["to stretched", "home"]
 
 
+@pytest.mark.slow
 def test_under_control_it_rings_less_than_under_joint_pd() -> None:
     config = load_config(ARM)
     tree = ReducedTree(config)

@@ -237,6 +237,7 @@ def test_what_is_fitted_assumed_and_not_claimed_is_said(page: Page) -> None:
         assert said in text
 
 
+@pytest.mark.slow
 def test_command_writes_json_and_a_page_with_plots(tmp_path: Path, capsys: Capture) -> None:
     files = tmp_path / "a.json", tmp_path / "a.html"
     assert cli.main(["reproduce", "000", "--json", str(files[0]), "--html", str(files[1])]) == 0

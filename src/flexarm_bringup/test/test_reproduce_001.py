@@ -198,6 +198,7 @@ def test_what_is_fitted_assumed_and_not_claimed_is_said(page: Page) -> None:
     assert all(f"{value:g}" in text for value in (0.613721, 0.815293, 1065.65, 31930.9))
 
 
+@pytest.mark.slow
 def test_command_writes_json_and_a_page_with_plots(
     tmp_path: Path, capsys: Capture, monkeypatch: pytest.MonkeyPatch
 ) -> None:

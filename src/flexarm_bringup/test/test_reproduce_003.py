@@ -48,6 +48,8 @@ from flexarm_model.modal.frf import Frf
 from flexarm_model.model_order import FULL, with_elements, with_modes_below
 from flexarm_model.reduced_tree import ReducedTree
 
+pytestmark = pytest.mark.slow  # the models of the robot take ten seconds to make
+
 Array = NDArray[np.float64]
 Capture = pytest.CaptureFixture[str]
 

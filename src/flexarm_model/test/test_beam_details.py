@@ -73,6 +73,7 @@ def test_its_modal_mass_is_that_of_the_finite_elements() -> None:
     assert body.modal_mass == pytest.approx(np.eye(6), abs=1e-9)
 
 
+@pytest.mark.slow
 def test_modes_up_to_a_frequency_are_the_static_and_those_that_lie_below() -> None:
     clamped = replace(bar(KINDS), reduction=Reduction("craig_bampton", 40, "clamped"))
     interior = reduce_body(clamped, {"root"}).omega / (2 * np.pi)  # nothing kept but the root

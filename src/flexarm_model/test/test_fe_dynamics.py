@@ -129,6 +129,7 @@ def beam_arm(folder: Path) -> ManipulatorConfig:
     return load_config(path)
 
 
+@pytest.mark.slow
 def test_a_slender_block_arm_rings_like_a_beam_arm(tmp_path: Path) -> None:
     from_files = ReducedTree(load_arm(tmp_path, block(20, nu=0.0)), use_compiler=False)
     from_beam = ReducedTree(beam_arm(tmp_path), use_compiler=False)

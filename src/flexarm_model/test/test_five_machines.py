@@ -63,6 +63,7 @@ CONVERGENCE = [
 ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "label", "segments", "modes", "count", "regular", "rel"), CONVERGENCE)
 def test_segment_frequencies_converge_with_order_two_onto_the_reduced_trees(
     name: str, label: str, segments: tuple[int, ...], modes: int, count: int, regular: int, rel: float
@@ -113,6 +114,7 @@ def fine_3rrr() -> ReducedTree:
     return ReducedTree(with_modes(machine("planar_3rrr"), 5, 8), use_compiler=False)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("label", GOLDEN)
 def test_golden_frequencies_of_the_3rrr(label: str) -> None:
     config, pose, golden = machine("planar_3rrr"), pose_of("planar_3rrr", label), np.array(GOLDEN[label])

@@ -237,6 +237,7 @@ def swing(segments: SegmentTree, rates: Array, duration: float) -> tuple[Array, 
     return np.array([q, end[:n]]), np.array([v, end[n:]])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "rates"), [("four_bar", [8.0]), ("five_bar", [6.0, -4.0])])
 def test_an_undamped_linkage_keeps_its_energy_and_its_loop(name: str, rates: list[float]) -> None:
     segments = SegmentTree(arm(name), 3)

@@ -132,6 +132,7 @@ SHAKEN = [
 ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "torque"), SHAKEN)
 def test_linkages_move_and_strain_alike(name: str, torque: tuple[float, ...]) -> None:
     tip, strain = reduced_shaken(name, torque)
