@@ -39,7 +39,14 @@ from flexarm_controller.reference import Reference
 from flexarm_model.config import load_config
 from flexarm_model.conversions import stamp_to_ns
 from flexarm_model.manipulator_file import find_manipulator
-from flexarm_model.node import LATCHED_QOS, RELIABLE_QOS, SENSOR_QOS, declare_config, events_executor
+from flexarm_model.node import (
+    LATCHED_QOS,
+    LOCKSTEP_QOS,
+    RELIABLE_QOS,
+    SENSOR_QOS,
+    declare_config,
+    events_executor,
+)
 from flexarm_model.parameters import ParameterError, parameter
 from flexarm_model.strict_yaml import ConfigError
 
@@ -169,7 +176,8 @@ class Commander(Node):
         return self._now_ns - self._zero_ns >= self._duration_ns
 
     def _on_joint_states(self, msg: JointState) -> None:
-        if stamp_to_ns(msg.header.stamp) > self._now_ns + self.settings.lockstep:
+        is_moving = len(self._steps) == 1  # what comes before must not take long, whatever the sensors say
+        if is_moving and stamp_to_ns(msg.header.stamp) > self._now_ns + self.settings.lockstep:
             self._moved = time.monotonic()
         self._now_ns = stamp_to_ns(msg.header.stamp)
 
@@ -186,7 +194,7 @@ class Commander(Node):
     def _connect(self) -> None:
         self._publisher = self.create_publisher(JointTrajectory, "reference", RELIABLE_QOS)
         self.create_subscription(JointState, "joint_states", self._on_joint_states, SENSOR_QOS)
-        self.create_subscription(ControllerStatus, "controller_status", self._on_status, RELIABLE_QOS)
+        self.create_subscription(ControllerStatus, "controller_status", self._on_status, LOCKSTEP_QOS)
         self.create_subscription(GuardStatus, "guard_status", self._on_guard, RELIABLE_QOS)
         self.create_subscription(ModalState, "modal_state", self._on_state, SENSOR_QOS)
         for name in self._ready:

@@ -125,7 +125,8 @@ class ControllerNode(Node):
         quality = LOCKSTEP_QOS if self.settings.lockstep else RELIABLE_QOS
         self._outlets = {
             "joint_commands": self.create_publisher(JointCommand, "joint_commands", quality),
-            "controller_status": self.create_publisher(ControllerStatus, "controller_status", quality),
+            # deep: what it says of a reference must reach a slow commander among the states' answers
+            "controller_status": self.create_publisher(ControllerStatus, "controller_status", LOCKSTEP_QOS),
         }
         self._receipts = self.create_publisher(String, "~/models", LATCHED_QOS)
         self.create_subscription(ReducedModel, "model", self.on_model, MODELS_QOS)
