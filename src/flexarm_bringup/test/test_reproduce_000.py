@@ -166,6 +166,7 @@ def test_a_pose_out_of_reach_is_refused() -> None:
         place_legs(RIG, (0.0, -0.5, 0.0))
 
 
+@pytest.mark.slow
 def test_the_frf_preset_has_four_modes_per_strip_with_both_ends_held() -> None:
     fine = serve(load("frf"))
     assert [body.n for body in fine.tree.bodies.values()] == [5, 5, 5, 4, 4, 4, 0]

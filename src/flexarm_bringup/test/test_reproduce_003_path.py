@@ -114,6 +114,7 @@ def test_gains_follow_the_rule_and_damp_a_rigid_joint() -> None:
     np.testing.assert_allclose(faster.K_v, 2 * drives.K_v, rtol=1e-9)
 
 
+@pytest.mark.slow
 def test_sag_is_that_of_the_linear_model() -> None:
     theta = lap().joints.theta[0]
     model = assemble(robot(), dict(zip(robot().actuated, theta.tolist(), strict=True)))
@@ -148,6 +149,7 @@ def test_the_rigid_robot_is_left_with_what_a_period_cannot_know() -> None:
     assert np.linalg.norm(unknown - path, axis=1).mean() > 2 * np.linalg.norm(known - path, axis=1).mean()
 
 
+@pytest.mark.slow
 def test_the_flexible_robot_starts_and_ends_where_it_stands() -> None:
     places, standing = drive_lap(BARE), stand_on_path()
     np.testing.assert_allclose(places[0], standing[0], atol=1e-12)
@@ -163,6 +165,7 @@ def test_the_period_is_fine_enough(monkeypatch: pytest.MonkeyPatch) -> None:
     assert abs(drive_lap.__wrapped__(BARE) - coarse).max() < 6e-6
 
 
+@pytest.mark.slow
 def test_the_flexible_robot_is_farther_off_and_friction_decides_nothing_by_itself() -> None:
     check = rank_check()
     assert check.passed and check.wanted == "8 of 8"

@@ -17,6 +17,8 @@ from flexarm_model.reduced_tree import ReducedTree
 from flexarm_model.rotation import rotation_vector
 from flexarm_model.segment_tree import SegmentTree
 
+HANDY = [pytest.param(name, marks=pytest.mark.slow) if name == "serial_6r" else name for name in MACHINES]
+
 LOOPS = ("planar_3rrr", "spatial_3tpt")
 
 
@@ -128,7 +130,7 @@ def test_golden_frequencies_of_the_3rrr(label: str) -> None:
     assert np.all(abs(beams / golden - 1) < 0.0001 + digits)
 
 
-@pytest.mark.parametrize("name", MACHINES)
+@pytest.mark.parametrize("name", HANDY)
 def test_tip_jacobians_are_derivatives_with_the_loops_closed(name: str) -> None:
     arm_tree, scale = machine_tree(name), reach(machine_tree(name))
     q = states_about_home(name, 1, 0.02)[0, 0]

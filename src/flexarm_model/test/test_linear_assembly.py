@@ -64,6 +64,7 @@ def test_without_loops_its_matrices_are_those_of_the_tree(name: str) -> None:
         assert ours == pytest.approx(theirs, abs=1e-9 * max(abs(theirs).max(), 1.0))
 
 
+@pytest.mark.slow
 def test_a_node_moves_as_the_tool_of_the_tree() -> None:
     config = arm("spatial")
     tree, built = ReducedTree(config, use_compiler=False), assemble(config)
@@ -73,6 +74,7 @@ def test_a_node_moves_as_the_tool_of_the_tree() -> None:
     assert built.node_rows("fore.end") is built.rows["fore.end"]
 
 
+@pytest.mark.slow
 def test_its_weight_is_the_force_that_holds_the_tree_still() -> None:
     config = arm("spatial")
     tree = ReducedTree(config, use_compiler=False)

@@ -190,7 +190,7 @@ def _axes() -> list[Axis]:
 
 
 def _peaks(torques: Array) -> Array:
-    return abs(torques).max(axis=0)
+    return np.asarray(abs(torques).max(axis=0))
 
 
 def _differenced(motion: JointMotion) -> JointMotion:
