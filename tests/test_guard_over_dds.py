@@ -48,6 +48,7 @@ def _is_mid_move(ear: Ear) -> bool:
     return (
         truth is not None
         and bool(ear.heard["joint_commands"])  # the controller has been discovered
+        and bool(ear.heard["guard_status"])
         and 0.2 < truth.theta[0] < np.radians(MOVE_DEG) - 0.2
         and abs(truth.theta_dot[0]) > 0.5
     )

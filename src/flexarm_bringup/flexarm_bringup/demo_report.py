@@ -134,7 +134,8 @@ def _session_note(run: SessionRun) -> str:
     missed, ticks = run.guard["ticks_without_command"], run.guard["ticks"]
     where, share = run.outcomes[0].row.where, 100 * run.share_without_command
     without = f"{missed} of {ticks} motor periods without a fresh command ({share:.2f} %)"
-    return f"{run.session.preset}, {where}: {without}; bag: {run.session.bag}"
+    again = "".join(f"; a run before it was broken off: {reason}" for reason in run.broken_off)
+    return f"{run.session.preset}, {where}: {without}{again}; bag: {run.session.bag}"
 
 
 def _twin(row: Row, rows: Sequence[Row]) -> Row:

@@ -19,11 +19,12 @@ from flexarm_model.manipulator_file import find_manipulator
 
 @dataclass(frozen=True)
 class SessionRun:
-    """A finished run over DDS: what was asked, the guard's last words, its moves."""
+    """A finished run over DDS: what was asked, the guard's last words, its moves, what broke off before."""
 
     session: Session
     guard: dict[str, Any]
     outcomes: tuple[Outcome, ...]
+    broken_off: tuple[str, ...] = ()
 
     @property
     def share_without_command(self) -> float:

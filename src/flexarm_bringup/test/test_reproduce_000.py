@@ -140,8 +140,8 @@ def test_the_loops_close_where_the_pose_says(pose: str, served: Served) -> None:
 
 
 def test_the_symmetric_pose_has_double_modes(served: Served) -> None:
-    for f_hz in (np.array(frame_hz("centre")), served.f_hz("centre")):
-        np.testing.assert_allclose(f_hz[[0, 4, 6]], f_hz[[1, 5, 7]], rtol=1e-8)
+    for f_hz, rounding in ((np.array(frame_hz("centre")), 1e-6), (served.f_hz("centre"), 1e-8)):
+        np.testing.assert_allclose(f_hz[[0, 4, 6]], f_hz[[1, 5, 7]], rtol=rounding)
 
 
 def test_only_the_difference_of_the_radii_and_the_radius_of_gyration_act() -> None:
