@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg.lapack import dgesv
+from scipy.linalg.lapack import dgesv, dposv
 
 from flexarm_bringup.sim.friction import friction_and_slope
 from flexarm_model.reduced_tree import ReducedTree
@@ -82,9 +82,14 @@ class ImplicitSteps:
                 force, slope = friction_and_slope(self._friction, v[t])
                 b[t] -= h * force
                 A[t, t] += h / 2 * slope
-            return np.asarray(dgesv(A, b)[2][:n])
+            return np.asarray(self._solve(A, b)[:n])
         free = self._free["servo"]
         change = np.zeros(n + tree.n_c)
         change[t] = h * u
-        change[free] = dgesv(A[np.ix_(free, free)], b[free] - A[np.ix_(free, t)] @ change[t])[2]
+        change[free] = self._solve(A[np.ix_(free, free)], b[free] - A[np.ix_(free, t)] @ change[t])
         return change[:n]
+
+    def _solve(self, A: Array, b: Array) -> Array:
+        """Return A^-1 b, A lost: positive definite without loops, indefinite with them."""
+        solve, place = (dgesv, 2) if self._tree.n_c else (dposv, 1)
+        return np.asarray(solve(A, b, overwrite_a=True)[place])
