@@ -90,6 +90,5 @@ class ImplicitSteps:
         return change[:n]
 
     def _solve(self, A: Array, b: Array) -> Array:
-        """Return A^-1 b, A lost: positive definite without loops, indefinite with them."""
-        solve, place = (dgesv, 2) if self._tree.n_c else (dposv, 1)
-        return np.asarray(solve(A, b, overwrite_a=True)[place])
+        """Return A^-1 b: positive definite without loops (A is lost), indefinite with them."""
+        return np.asarray(dgesv(A, b)[2] if self._tree.n_c else dposv(A, b, overwrite_a=True)[1])
