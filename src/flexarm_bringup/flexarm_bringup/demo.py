@@ -3,7 +3,7 @@
 Every motion runs open loop on an ideal servo, under a linear-quadratic regulator and under predictive
 control, on a geared and on a light hub, with the arm as described and with its frequencies up to 10 % off.
 The same controller then runs as real ROS 2 nodes over DDS, in lockstep and in real time, recorded in bags.
-With the name of another manipulator it does that one's moves (config/moves) under joint PD and under MPC.
+With the name of a manipulator it does that one's moves (config/moves) under joint PD and under MPC.
 """
 
 from __future__ import annotations
@@ -26,7 +26,6 @@ from flexarm_bringup.session import Session, SessionError, run_session
 from flexarm_bringup.sessions import SessionRun, free_domains, outcomes_of
 from flexarm_bringup.study import ANGLES_DEG, jobs, run_jobs
 
-SINGLE_LINK = "single_link"
 PRESETS = ("geared", "light_hub")
 REAL_TIME_TRIES = 2  # a computer that stands still for 50 ms once makes the guard stop the arm
 
@@ -36,8 +35,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "name",
         nargs="?",
-        default=SINGLE_LINK,
-        help="a manipulator that has moves in config/moves, or a moves file (default: the single link)",
+        help="a manipulator that has moves in config/moves, or a moves file; without it, the comparison of "
+        "all schemes on the published single link",
     )
     parser.add_argument(
         "--folder",
@@ -69,13 +68,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     """Run the demo; returns the exit code."""
     args.folder.mkdir(parents=True, exist_ok=True)
-    stem = "demo" if args.name == SINGLE_LINK else Path(args.name).stem
+    stem = "demo" if args.name is None else Path(args.name).stem
     args.json = args.json or args.folder / f"{stem}.json"
     args.html = args.html or args.folder / f"{stem}.html"
-    return _run_single_link(args) if args.name == SINGLE_LINK else run_task_demo(args)
+    return _run_comparison(args) if args.name is None else run_task_demo(args)
 
 
-def _run_single_link(args: argparse.Namespace) -> int:
+def _run_comparison(args: argparse.Namespace) -> int:
     """Run the comparison of schemes on the published single link; returns the exit code."""
     progress = Progress()
     study = run_jobs(jobs(PRESETS), lambda done, of: progress.say(f"comparing schemes: {done} of {of} runs"))

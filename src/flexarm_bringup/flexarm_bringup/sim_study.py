@@ -6,17 +6,15 @@ independent and run on all cores.
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Mapping, Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import dataclass, replace
-from multiprocessing import get_context
 
 import numpy as np
 from numpy.typing import NDArray
 
 from flexarm_bringup.closed_loop import Effort, LoopSettings, run_loop
 from flexarm_bringup.course import Course, Leg, plan_course
+from flexarm_bringup.parallel import run_parallel
 from flexarm_bringup.sim.hardware import Hardware
 from flexarm_bringup.sim.plant import Plant
 from flexarm_bringup.sim.rig import RigSettings
@@ -142,14 +140,7 @@ def run_sim_jobs(
     todo: Sequence[SimJob], done: Callable[[int, int], None], workers: int | None = None
 ) -> list[SimResult]:
     """Run jobs in parallel processes; ``done`` is told after each how many of how many are done."""
-    workers = min(workers or len(os.sched_getaffinity(0)), len(todo))
-    results: dict[int, list[SimResult]] = {}
-    with ProcessPoolExecutor(workers, mp_context=get_context("spawn")) as pool:
-        futures = {pool.submit(run_sim_job, job): i for i, job in enumerate(todo)}
-        for future in as_completed(futures):
-            results[futures[future]] = future.result()
-            done(len(results), len(todo))
-    return [result for i in range(len(todo)) for result in results[i]]
+    return run_parallel(run_sim_job, todo, done, workers)
 
 
 def loop_settings(task: Task, law: str, rig: RigSettings) -> LoopSettings:

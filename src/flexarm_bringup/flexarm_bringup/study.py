@@ -6,16 +6,14 @@ moves out on the worst published profile and back on a shaped one. Jobs are inde
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import dataclass, replace
-from multiprocessing import get_context
 
 import numpy as np
 
 from flexarm_bringup.closed_loop import LoopSettings, run_closed_loop
 from flexarm_bringup.motions import LEAD, Move, motions, out_and_back
+from flexarm_bringup.parallel import run_parallel
 from flexarm_bringup.record import Figures, RunRecord, judge
 from flexarm_bringup.servo_run import run_servo
 from flexarm_bringup.sim.rig import Rig, RigSettings
@@ -120,14 +118,7 @@ def run_jobs(
         done: Told after each job how many of how many are done.
         workers: Number of processes; None takes the cores there are.
     """
-    workers = workers or len(os.sched_getaffinity(0))
-    results: dict[int, list[Outcome]] = {}
-    with ProcessPoolExecutor(workers, mp_context=get_context("spawn")) as pool:
-        futures = {pool.submit(run_job, job): i for i, job in enumerate(todo)}
-        for future in as_completed(futures):
-            results[futures[future]] = future.result()
-            done(len(results), len(todo))
-    return [outcome for i in range(len(todo)) for outcome in results[i]]
+    return run_parallel(run_job, todo, done, workers)
 
 
 def outcome_of(job: Job, move: Move, record: RunRecord, where: str, reach: float) -> Outcome:
