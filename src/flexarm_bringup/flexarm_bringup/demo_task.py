@@ -21,7 +21,8 @@ from flexarm_bringup.sessions import free_domains
 from flexarm_bringup.sim_figures import draw
 from flexarm_bringup.sim_report import FASTEST_DDS
 from flexarm_bringup.sim_study import NOMINAL, SimJob, SimResult, run_sim_jobs, sim_jobs
-from flexarm_bringup.task import Task, find_task, load_task
+from flexarm_bringup.task import Task
+from flexarm_bringup.task_for import task_for
 from flexarm_bringup.task_session import TaskRun, run_task_session
 from flexarm_model.config import load_config
 from flexarm_model.manipulator_file import find_manipulator
@@ -35,7 +36,7 @@ def run_task_demo(args: argparse.Namespace) -> int:
     """Run the demo of a manipulator that has a task; returns the exit code."""
     progress = Progress()
     try:
-        task = load_task(find_task(args.name))
+        task = task_for(args.name)
         progress.say("working out the moves")
         jobs = sim_jobs(task, task.presets, [NOMINAL])
         progress.say("preparing the arms")
@@ -69,7 +70,7 @@ def _run_sessions(
     """
     rate_hz = load_config(find_manipulator(task.manipulator), jobs[0].preset).rate_hz
     modes = [True] if args.no_realtime or rate_hz > FASTEST_DDS else [True, False]
-    base = Path(tempfile.mkdtemp(prefix=f"{task.manipulator}_", dir=args.folder))
+    base = Path(tempfile.mkdtemp(prefix=f"{Path(task.manipulator).stem}_", dir=args.folder))
     by_preset = {job.preset: job for job in jobs}
     todo = ((mode, result) for mode in modes for result in results)
     runs: list[TaskRun] = []
