@@ -6,6 +6,7 @@ next torque from the newest command. A command computed from the state of tick k
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,6 +15,7 @@ from numpy.typing import NDArray
 from flexarm_bringup.sim.motor_side import MotorSide
 from flexarm_bringup.sim.plant import Plant
 from flexarm_bringup.sim.rig import Rig, RigSettings
+from flexarm_bringup.sim.sensor_faults import SensorFault
 from flexarm_bringup.sim.sensor_simulator import Sample
 from flexarm_controller.guard import STOPPED, Guard, GuardCommand, GuardLimits, GuardState
 from flexarm_model.description import ManipulatorConfig
@@ -41,6 +43,7 @@ class Hardware:
         simulation: RigSettings | None = None,
         settings: HardwareSettings | None = None,
         plant: Plant | None = None,
+        faults: Mapping[str, SensorFault] | None = None,
     ) -> None:
         """Build it at rest with the guard stopped.
 
@@ -49,8 +52,9 @@ class Hardware:
             simulation: Of the rig.
             settings: Of the guard.
             plant: A compiled plant to reuse.
+            faults: What is wrong with the sensors, by name.
         """
-        self.rig = Rig(config, simulation, plant)
+        self.rig = Rig(config, simulation, plant, faults)
         self.motors = MotorSide(config, self.rig.dt)
         self.names = self.motors.names
         self.guard = Guard(guard_limits(config, self.rig, settings or HardwareSettings()))

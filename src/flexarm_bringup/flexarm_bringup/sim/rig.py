@@ -6,6 +6,7 @@ acted until then.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,6 +14,7 @@ from numpy.typing import NDArray
 
 from flexarm_bringup.sim.perturb import PlantSettings
 from flexarm_bringup.sim.plant import Plant
+from flexarm_bringup.sim.sensor_faults import SensorFault
 from flexarm_bringup.sim.sensor_simulator import Sample, SensorSimulator
 from flexarm_model.description import ManipulatorConfig
 from flexarm_model.parameters import parameter
@@ -65,10 +67,18 @@ class Truth:
 
 
 class Rig:
-    """The rig that stands in for hardware; deterministic for a seed."""
+    """The rig that stands in for hardware; deterministic for a seed.
+
+    Attributes:
+        faults: What is wrong with its sensors, by name.
+    """
 
     def __init__(
-        self, config: ManipulatorConfig, settings: RigSettings | None = None, plant: Plant | None = None
+        self,
+        config: ManipulatorConfig,
+        settings: RigSettings | None = None,
+        plant: Plant | None = None,
+        faults: Mapping[str, SensorFault] | None = None,
     ) -> None:
         """Build the rig at rest at tick 0.
 
@@ -76,8 +86,10 @@ class Rig:
             config: The manipulator.
             settings: Noise, perturbation, friction.
             plant: A plant to reuse, compiled already; None builds one from the settings.
+            faults: What is wrong with its sensors, by name; nothing with the others.
         """
         self.settings = settings or RigSettings()
+        self.faults = dict(faults or {})
         self.config, self.tick = config, 0
         self.period_ns = round(1e9 / config.rate_hz)
         self.dt = self.period_ns * 1e-9
@@ -98,7 +110,8 @@ class Rig:
             for kind in ("strain_gauge", "accelerometer")
         }
         self._sensors = [
-            SensorSimulator(spec, rows[spec.name], self.dt, s.seed, s.noise) for spec in config.sensors
+            SensorSimulator(spec, rows[spec.name], self.dt, s.seed, s.noise, self.faults.get(spec.name))
+            for spec in config.sensors
         ]
 
     def time_of(self, tick: int) -> float:

@@ -1,4 +1,4 @@
-"""Sensors of the simulated rig: noise, quantisation, rate and latency, reproducible by seed.
+"""Sensors of the simulated rig: noise, rate, latency and faults, reproducible by seed.
 
 Each sensor draws from its own stream, so that switching one off does not change what the others say.
 """
@@ -6,7 +6,6 @@ Each sensor draws from its own stream, so that switching one off does not change
 from __future__ import annotations
 
 import zlib
-from collections import deque
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,6 +13,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from flexarm_bringup.sim.plant import Plant
+from flexarm_bringup.sim.sensor_faults import Arrival, FaultLine, SensorFault
 from flexarm_model.description import SensorSpec
 from flexarm_model.rotation import rotation_vector
 
@@ -33,7 +33,15 @@ class Sample:
 class SensorSimulator:
     """One mounted sensor."""
 
-    def __init__(self, spec: SensorSpec, rows: list[int], dt: float, seed: int, noise: float = 1.0) -> None:
+    def __init__(
+        self,
+        spec: SensorSpec,
+        rows: list[int],
+        dt: float,
+        seed: int,
+        noise: float = 1.0,
+        fault: SensorFault | None = None,
+    ) -> None:
         """Mount a sensor.
 
         Args:
@@ -42,11 +50,13 @@ class SensorSimulator:
             dt: Control period [s].
             seed: Of the whole rig.
             noise: Factor on its noise; 0 for a perfect sensor.
+            fault: What is wrong with it; None for nothing.
         """
         self.spec, self._rows, self._dt = spec, rows, dt
         self._rng = np.random.default_rng([seed, zlib.crc32(spec.name.encode())])
         self._sigma = spec.sigma * noise
-        self._waiting: deque[tuple[int, Sample]] = deque()
+        self._line = FaultLine(fault or SensorFault(), spec, dt, seed)
+        self._waiting: list[Arrival] = []
         self._exposures = 0
         self._delay = round(spec.latency / dt)  # ticks
 
@@ -55,10 +65,10 @@ class SensorSimulator:
         if self._is_due(tick):
             noise = self._sigma * self._rng.standard_normal(self._sigma.size)
             y = _READ[self.spec.kind](plant, outputs[self._rows], noise)
-            self._waiting.append((tick + self._delay, Sample(self.spec.name, self.spec.kind, tick, y)))
-        arrived = []
-        while self._waiting and self._waiting[0][0] <= tick:
-            arrived.append(self._waiting.popleft()[1])
+            sample = Sample(self.spec.name, self.spec.kind, tick, y)
+            self._waiting += self._line.carry(Arrival(tick + self._delay, sample))
+        arrived = [arrival.sample for arrival in self._waiting if arrival.tick <= tick]
+        self._waiting = [arrival for arrival in self._waiting if arrival.tick > tick]
         return arrived
 
     def _is_due(self, tick: int) -> bool:
