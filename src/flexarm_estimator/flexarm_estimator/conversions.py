@@ -34,6 +34,7 @@ _SENSOR_STATUS = {
     "stale": SensorHealth.STALE,
     "rejected": SensorHealth.REJECTED,
     "off": SensorHealth.OFF,
+    "faulty": SensorHealth.FAULTY,
 }
 _LEVEL = {
     "ok": DiagnosticStatus.OK,
@@ -43,6 +44,7 @@ _LEVEL = {
     "stale": DiagnosticStatus.STALE,
     "rejected": DiagnosticStatus.ERROR,
     "off": DiagnosticStatus.WARN,
+    "faulty": DiagnosticStatus.ERROR,
 }
 
 
@@ -72,6 +74,7 @@ def state_to_msg(estimate: Estimate, model: ReducedModel, stamp_ns: int) -> Moda
     msg.joint_names, msg.names = list(model.theta_names), list(model.eta_names)
     msg.theta, msg.theta_dot = floats(estimate.theta), floats(estimate.theta_dot)
     msg.eta, msg.eta_dot, msg.disturbance = floats(estimate.eta), floats(estimate.eta_dot), floats(estimate.d)
+    msg.bias_names, msg.bias = list(estimate.layout.biases), floats(estimate.b)
     msg.covariance = floats(estimate.P)
     msg.sensors = [_health_to_msg(report) for report in estimate.sensors]
     return msg
@@ -83,7 +86,7 @@ def state_from_msg(msg: ModalState) -> tuple[Array, Array, str, tuple[SensorRepo
     Raises:
         ValueError: Its lengths do not fit together.
     """
-    x = np.concatenate([msg.theta, msg.eta, msg.theta_dot, msg.eta_dot, msg.disturbance])
+    x = np.concatenate([msg.theta, msg.eta, msg.theta_dot, msg.eta_dot, msg.disturbance, msg.bias])
     if len(msg.covariance) != x.size**2:
         raise ValueError(f"covariance has {len(msg.covariance)} numbers, {x.size**2} expected")
     status = next(name for name, value in _STATUS.items() if value == msg.status)

@@ -8,9 +8,11 @@ from typing import Literal, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from flexarm_estimator.state_layout import StateLayout
+
 Array = NDArray[np.float64]
 Status = Literal["ok", "degraded", "lost", "starting"]
-SensorStatus = Literal["ok", "stale", "rejected", "off"]
+SensorStatus = Literal["ok", "stale", "rejected", "off", "faulty"]
 
 
 class SensorReport(NamedTuple):  # not a dataclass: four are made in every step, at a fifth of the cost
@@ -18,7 +20,8 @@ class SensorReport(NamedTuple):  # not a dataclass: four are made in every step,
 
     Attributes:
         name: Name of the sensor.
-        status: "ok" (fused), "stale" (silent), "rejected" (last sample refused), "off".
+        status: "ok" (fused), "stale" (silent), "rejected" (last sample refused), "off" (by hand),
+            "faulty" (found out by a watch, not used).
         reason: Why it is not "ok"; empty when it is.
         age: Time since the stamp of the newest accepted sample, or since the start [s].
         accepted: Samples fused since the last reset.
@@ -44,10 +47,9 @@ class Estimate:
     Attributes:
         t: Instant [s].
         model_id: Model that defines the modes.
-        x: State [theta; eta; theta'; eta'; d], SI, (n_x,).
+        x: State [theta; eta; theta'; eta'; d; b], SI, (n_x,).
         P: Its covariance, (n_x, n_x).
-        n: Number of served coordinates theta and eta.
-        n_d: Number of disturbance torques d, equal to the number of actuated axes.
+        layout: Where things stand in x.
         status: May it be used? "ok" and "degraded" yes, "lost" and "starting" no.
         reason: Why it is not "ok"; empty when it is.
         sensors: Health of every sensor.
@@ -61,8 +63,7 @@ class Estimate:
     model_id: str
     x: Array
     P: Array
-    n: int
-    n_d: int
+    layout: StateLayout
     status: Status
     reason: str
     sensors: tuple[SensorReport, ...]
@@ -81,26 +82,41 @@ class Estimate:
             array.setflags(write=False)
 
     @property
+    def n(self) -> int:
+        """Number of served coordinates theta and eta."""
+        return self.layout.n
+
+    @property
+    def n_d(self) -> int:
+        """Number of unmodelled torques d, equal to the number of actuated axes."""
+        return self.layout.n_theta
+
+    @property
     def theta(self) -> Array:
         """Actuated axes [rad] or [m], (n_theta,)."""
-        return self.x[: self.n_d]
+        return self.x[self.layout.theta]
 
     @property
     def eta(self) -> Array:
         """Modal displacements [kg^0.5 m], (n_eta,)."""
-        return self.x[self.n_d : self.n]
+        return self.x[self.layout.eta]
 
     @property
     def theta_dot(self) -> Array:
         """Velocities of the actuated axes [rad/s] or [m/s], (n_theta,)."""
-        return self.x[self.n : self.n + self.n_d]
+        return self.x[self.layout.theta_dot]
 
     @property
     def eta_dot(self) -> Array:
         """Modal velocities [kg^0.5 m/s], (n_eta,)."""
-        return self.x[self.n + self.n_d : 2 * self.n]
+        return self.x[self.layout.eta_dot]
 
     @property
     def d(self) -> Array:
         """Unmodelled torques on the actuated axes [N m] or [N], (n_theta,)."""
-        return self.x[2 * self.n :]
+        return self.x[self.layout.d]
+
+    @property
+    def b(self) -> Array:
+        """Biases of the sensors ``layout.biases``, SI of their channel, (n_b,)."""
+        return self.x[self.layout.b]

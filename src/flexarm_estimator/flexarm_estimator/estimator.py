@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,17 +17,16 @@ from flexarm_estimator.adoption import state_map
 from flexarm_estimator.checks import SampleChecks, Window
 from flexarm_estimator.estimate import Estimate
 from flexarm_estimator.filter import Belief
-from flexarm_estimator.fusion import Fusion
-from flexarm_estimator.gate import Gate
+from flexarm_estimator.gate import Gate, Verdict
 from flexarm_estimator.health import Health
 from flexarm_estimator.history import SAME_INSTANT, History, Instant
 from flexarm_estimator.measurement import Measurement
-from flexarm_estimator.model_errors import with_model_errors
-from flexarm_estimator.process import ProcessModel
+from flexarm_estimator.parts import Parts, PartsMaker
 from flexarm_estimator.report import describe_tip
-from flexarm_estimator.sensors import SensorModels, build_sensor_models
 from flexarm_estimator.settings import EstimatorConfig
-from flexarm_estimator.tip import Kinematics, Tip
+from flexarm_estimator.tip import Kinematics
+from flexarm_estimator.watch import Finding, View
+from flexarm_estimator.watches import make_watches
 from flexarm_model.description import SensorSpec
 from flexarm_model.parameters import validate
 from flexarm_model.reduced_model import ReducedModel
@@ -36,19 +35,8 @@ Array = NDArray[np.float64]
 _START = 0.005  # s; the fixed start lies this long before the first step, whose samples count
 
 
-@dataclass(frozen=True)
-class Parts:
-    """Everything that belongs to one model."""
-
-    model: ReducedModel
-    process: ProcessModel
-    tip: Tip
-    sensors: SensorModels
-    fusion: Fusion
-
-
 class Estimator:
-    """State of one arm, x = [theta; eta; theta'; eta'; d] with covariance, and its tip.
+    """State of one arm, x = [theta; eta; theta'; eta'; d; b] with covariance, and its tip.
 
     Attributes:
         model: The served model in use.
@@ -78,16 +66,19 @@ class Estimator:
             KeyError: The model lacks an output row of a sensor.
         """
         validate(config)
-        self._kinematics, self._specs, self._config = kinematics, sensors, config
-        self._use_compiler = use_compiler
-        self._gate = Gate({spec.name: len(spec.channels) for spec in sensors}, config)
+        self._specs, self._config, self._use_compiler = sensors, config, use_compiler
+        gate = Gate({spec.name: len(spec.channels) for spec in sensors}, config)
+        self._maker = PartsMaker(kinematics, sensors, config, gate)
+        self._watches = make_watches(sensors, config)
         self._use(self.prepare(model))
-        locating = {name for name, model in self._models.all().items() if model.locates}
+        locating = {name for name, model in self._parts.sensors.all().items() if model.locates}
         self.health = Health(sensors, locating, config)
         self._u = np.append(np.zeros(model.n_theta), 1.0)
         self._has_clock = False
-        self._restart(0.0, np.concatenate([model.xi0, np.zeros(model.n + model.n_theta)]))
-        self._tip_report = describe_tip(self._tip, self._history.now.belief, model.n)
+        start = np.zeros(self._parts.layout.n_x)
+        start[: model.n] = model.xi0
+        self._restart(0.0, start)
+        self._tip_report = describe_tip(self._parts.tip, self._history.now.belief, model.n)
 
     def step(self, measurements: Sequence[Measurement], tau: Array, t: float) -> Estimate:
         """Fuse what has arrived and return the state at ``t``.
@@ -103,9 +94,10 @@ class Estimator:
         trouble = [*self._follow_clock(t), *self._take_torque(tau)]
         first = self._history.advance(self._t, self._u)
         samples = self._admit(measurements)
-        first = min([first, *(self._history.insert(sample) for sample in samples)])
-        verdicts = self._fusion.compute(self._history.instants, max(1, first))
+        fit = [sample for sample in samples if not self.health.is_faulty(sample.sensor)]
+        verdicts = self._compute([first, *(self._history.insert(sample) for sample in fit)])
         self.health.note_verdicts(verdicts)
+        self._heed(View(self._t, self._u, self._history.now.belief, samples, verdicts))
         self._history.forget()
         return self._estimate("; ".join(trouble))
 
@@ -115,11 +107,7 @@ class Estimator:
         Raises:
             KeyError: It lacks an output row of a sensor.
         """
-        process = ProcessModel(model, self._config)
-        tip = Tip(model, self._kinematics)
-        specs = with_model_errors(self._specs, self._config)
-        sensors = build_sensor_models(specs, model, process.system, tip)
-        return Parts(model, process, tip, sensors, Fusion(process, sensors, self._gate, self._use_compiler))
+        return self._maker.make(model, self._use_compiler)
 
     def adopt(self, model: ReducedModel | Parts) -> None:
         """Go on with another served model of the same arm; the recent past is mapped too.
@@ -143,18 +131,29 @@ class Estimator:
         """Count a sample that could not even be read ("imu/x: 5 numbers where 3 belong")."""
         self.health.note_refusal(sensor, reason)
 
+    def figures(self) -> dict[str, dict[str, float]]:
+        """Return what the watches can tell in numbers, by sensor and name with unit ("latency [s]")."""
+        figures: dict[str, dict[str, float]] = {}
+        for watch in self._watches:
+            for sensor, values in watch.values().items():
+                figures.setdefault(sensor, {}).update(values)
+        return figures
+
     def _use(self, parts: Parts) -> None:
-        self.model, self._process, self._tip = parts.model, parts.process, parts.tip
-        self._models, self._fusion = parts.sensors, parts.fusion
+        self.model, self._parts = parts.model, parts
+        for watch in self._watches:
+            watch.use(parts)
 
     def _restart(self, t: float, x: Array) -> None:
         """Forget everything but the position ``x``, as seen just before ``t``."""
         self._t = t
-        belief = Belief(x, self._process.P0)
+        belief = Belief(x, self._parts.process.P0)
         self._history = History(Instant(t - _START, self._u, belief), self._config.history)
         self._checks = SampleChecks(self._specs)
         self._early: list[Measurement] = []
         self.health.restart(t)
+        for watch in self._watches:
+            watch.restart(t)
 
     def _follow_clock(self, t: float) -> list[str]:
         """Move the own clock to ``t``; start anew when it jumps. Returns what is wrong with ``t``."""
@@ -196,10 +195,25 @@ class Estimator:
                 (due if sample.t <= now else self._early).append(sample)
         return sorted(due, key=_stamp)
 
+    def _compute(self, touched: Sequence[int]) -> list[Verdict]:
+        """Compute all instants from the first of those ``touched`` on."""
+        return self._parts.fusion.compute(self._history.instants, max(1, min(touched)))
+
+    def _heed(self, view: View) -> None:
+        """Ask the watches; take what a sensor at fault has said out of the recent past."""
+        findings: list[Finding] = []
+        for watch in self._watches:
+            findings += watch.look(view)
+        for finding in findings:
+            self.health.heed(finding)
+        touched = [self._history.withdraw(f.sensor, f.since) for f in findings if f.since < math.inf]
+        if touched:
+            self._compute(touched)
+
     def _estimate(self, trouble: str) -> Estimate:
-        belief, t, model = self._history.now.belief, self._t, self.model
+        belief, t, layout = self._history.now.belief, self._t, self._parts.layout
         x, P = belief  # later frames overwrite them
-        tip = describe_tip(self._tip, belief, model.n)
+        tip = describe_tip(self._parts.tip, belief, layout.n)
         if tip.is_finite:
             self._tip_report = tip
         else:
@@ -207,7 +221,7 @@ class Estimator:
         reports = self.health.reports(t)
         status, reason = self.health.judge(t, tip.sigma, reports, trouble)
         return Estimate(
-            t, model.model_id, x.copy(), P.copy(), model.n, model.n_theta, status, reason, reports,
+            t, self.model.model_id, x.copy(), P.copy(), layout, status, reason, reports,
             tip.T_world_tip, tip.twist, tip.cov_pose, tip.cov_twist,
         )  # fmt: skip
 

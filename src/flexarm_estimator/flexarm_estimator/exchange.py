@@ -15,8 +15,9 @@ from numpy.typing import NDArray
 
 from flexarm_estimator.conversions import diagnostics_msg, state_to_msg, tip_to_msg
 from flexarm_estimator.estimate import Estimate
-from flexarm_estimator.estimator import Estimator, Parts
+from flexarm_estimator.estimator import Estimator
 from flexarm_estimator.measurement import Measurement
+from flexarm_estimator.parts import Parts
 from flexarm_estimator.readings import Refusal
 from flexarm_estimator.sensor_messages import SensorReader
 from flexarm_estimator.settings import EstimatorConfig

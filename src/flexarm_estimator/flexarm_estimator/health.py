@@ -2,9 +2,10 @@
 
 A sensor is "stale" when nothing usable has come from it for its latency, three sample periods and
 ``time_out``; samples that are not finite or not possible do not count as life. It is "rejected" when
-the newest sample was refused. The estimate is "degraded" when a sensor is stale or refused
-``reopen_after`` times in a row; "lost" when all are, when nothing has located the axes for
-``position_time_out``, or when the tip's covariance is too large; "starting" until it was good once.
+the newest sample was refused, "faulty" when a watch has put it out of use. The estimate is "degraded"
+when a sensor is stale, faulty, doubted by a watch or refused ``reopen_after`` times in a row; "lost"
+when all are, when nothing has located the axes for ``position_time_out``, or when the tip's covariance
+is too large; "starting" until it was good once.
 """
 
 from __future__ import annotations
@@ -19,6 +20,7 @@ from numpy.typing import NDArray
 from flexarm_estimator.estimate import SensorReport, SensorStatus, Status
 from flexarm_estimator.gate import Verdict
 from flexarm_estimator.settings import EstimatorConfig
+from flexarm_estimator.watch import Finding
 from flexarm_model.description import SensorSpec
 
 Array = NDArray[np.float64]
@@ -40,6 +42,8 @@ class _Record:
     newest_valid: float = 0.0
     reason: str = "no sample yet"
     normalised: float = 0.0
+    fault: str = ""  # why a watch put it out of use
+    remark: str = ""  # what a watch has to say of it otherwise
 
 
 class Health:
@@ -73,6 +77,7 @@ class Health:
         for record in self._records.values():
             record.newest_accepted = record.newest_valid = t
             record.refused_in_a_row, record.reason = 0, "no sample yet"
+            record.fault = record.remark = ""
 
     def note_refusal(self, sensor: str, reason: str) -> None:
         """Count a sample that was refused before the filter saw it."""
@@ -108,6 +113,18 @@ class Health:
         """
         self._records[sensor].is_off = is_off
 
+    def heed(self, finding: Finding) -> None:
+        """Take over what a watch says; an empty reason takes it back."""
+        record = self._records[finding.sensor]
+        if finding.is_fault:
+            record.fault = finding.reason
+        else:
+            record.remark = finding.reason
+
+    def is_faulty(self, sensor: str) -> bool:
+        """Return whether a watch has put a known sensor out of use."""
+        return bool(self._records[sensor].fault)
+
     def is_off(self, sensor: str) -> bool:
         """Return whether a known sensor is switched off."""
         return self._records[sensor].is_off
@@ -131,7 +148,7 @@ class Health:
         if reason:
             return ("lost" if self._has_started else "starting"), reason
         self._has_started = True
-        doubts = [f"{r.name}: {r.reason}" for r in reports if r.status != "ok" and self._is_doubtful(r)]
+        doubts = [f"{r.name}: {r.reason}" for r in reports if r.reason and self._is_doubtful(r)]
         if trouble:
             doubts.append(trouble)
         return ("degraded", "; ".join(doubts)) if doubts else ("ok", "")
@@ -139,7 +156,7 @@ class Health:
     def _why_lost(self, t: float, tip_sigma: float) -> str:
         is_usable = is_located = False
         for record in self._records.values():
-            age = math.inf if record.is_off else t - record.newest_accepted
+            age = math.inf if record.is_off or record.fault else t - record.newest_accepted
             is_usable |= age <= record.time_out
             if record.locates and record.accepted:
                 is_located |= age <= record.time_out or age <= self._config.position_time_out
@@ -154,7 +171,7 @@ class Health:
     def _is_doubtful(self, report: SensorReport) -> bool:
         if report.status == "rejected":
             return self._records[report.name].refused_in_a_row >= self._config.reopen_after
-        return report.status == "stale"
+        return report.status in ("stale", "faulty") or bool(self._records[report.name].remark)
 
 
 def _time_out(spec: SensorSpec, config: EstimatorConfig) -> float:
@@ -167,10 +184,14 @@ def _report(name: str, record: _Record, t: float) -> SensorReport:
     reason, age = record.reason, max(0.0, t - record.newest_accepted)
     if record.is_off:
         status, reason = "off", "switched off"
+    elif record.fault:
+        status, reason = "faulty", record.fault
     elif t - record.newest_valid > record.time_out:
         status, reason = "stale", f"silent ({reason})" if reason else "silent"
     elif reason:
         status = "rejected"
+    elif record.remark:
+        reason = record.remark
     return SensorReport(
         name, status, reason, age, record.accepted, record.rejected, record.innovation, record.normalised
     )

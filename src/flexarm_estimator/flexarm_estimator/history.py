@@ -84,6 +84,20 @@ class History:
         instant.pending[sample.sensor] = sample
         return index
 
+    def withdraw(self, sensor: str, since: float) -> int:
+        """Take a sensor's samples from ``since`` [s] on out; return the first instant to compute again.
+
+        What lies before the fixed start cannot be changed any more.
+        """
+        touched = len(self.instants)
+        for index in range(len(self.instants) - 1, 0, -1):
+            instant = self.instants[index]
+            if instant.t < since - SAME_INSTANT:
+                break
+            if instant.fused.pop(sensor, None) is not None:
+                instant.prepared, touched = None, index
+        return touched
+
     def forget(self) -> None:
         """Drop what is older than the history, but never the last instant before it."""
         instants = self.instants

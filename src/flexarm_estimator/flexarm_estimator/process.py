@@ -22,6 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexarm_estimator.settings import EstimatorConfig
+from flexarm_estimator.state_layout import StateLayout
 from flexarm_estimator.taylor import ExponentialIntegrals
 from flexarm_model.reduced_model import ReducedModel
 from flexarm_model.state_space import StateSpace, state_space
@@ -55,6 +56,7 @@ class ProcessModel:
     """Discrete steps of a reduced model of any length, and its initial covariance.
 
     Attributes:
+        layout: Where things stand in the state.
         system: Continuous state space.
         force_cov: Covariance of the force noise averaged over ``force_averaging``, (n, n).
         P0: Covariance at the start, (n_x, n_x).
@@ -64,6 +66,7 @@ class ProcessModel:
     def __init__(self, model: ReducedModel, config: EstimatorConfig) -> None:
         """Prepare the steps; the work is done once per model."""
         n, n_theta = model.n, model.n_theta
+        self.layout = StateLayout(n, n_theta)
         inertia = np.diag(model.M)[:n_theta]
         modal_force = _modal_force(model, config)
         torque_psd = (config.acceleration_noise * inertia) ** 2

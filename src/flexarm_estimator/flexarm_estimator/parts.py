@@ -1,0 +1,54 @@
+"""Everything of the estimator that belongs to one served model; built ahead of its time, used at once."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from flexarm_estimator.fusion import Fusion
+from flexarm_estimator.gate import Gate
+from flexarm_estimator.model_errors import with_model_errors
+from flexarm_estimator.process import ProcessModel
+from flexarm_estimator.sensors import SensorModels, build_sensor_models
+from flexarm_estimator.settings import EstimatorConfig
+from flexarm_estimator.state_layout import StateLayout
+from flexarm_estimator.tip import Kinematics, Tip
+from flexarm_model.description import SensorSpec
+from flexarm_model.reduced_model import ReducedModel
+
+
+@dataclass(frozen=True)
+class Parts:
+    """What belongs to one model."""
+
+    model: ReducedModel
+    process: ProcessModel
+    tip: Tip
+    sensors: SensorModels
+    fusion: Fusion
+
+    @property
+    def layout(self) -> StateLayout:
+        """Where things stand in the state."""
+        return self.process.layout
+
+
+class PartsMaker:
+    """Makes the parts of any served model of one arm."""
+
+    def __init__(
+        self, kinematics: Kinematics, specs: tuple[SensorSpec, ...], config: EstimatorConfig, gate: Gate
+    ) -> None:
+        """Keep what all models share."""
+        self._kinematics, self._gate, self._config = kinematics, gate, config
+        self._specs = with_model_errors(specs, config)
+
+    def make(self, model: ReducedModel, use_compiler: bool = True) -> Parts:
+        """Build the parts of a model.
+
+        Raises:
+            KeyError: It lacks an output row of a sensor.
+        """
+        process = ProcessModel(model, self._config)
+        tip = Tip(model, self._kinematics)
+        sensors = build_sensor_models(self._specs, model, process.system, tip)
+        return Parts(model, process, tip, sensors, Fusion(process, sensors, self._gate, use_compiler))

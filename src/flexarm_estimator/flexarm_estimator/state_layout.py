@@ -1,0 +1,59 @@
+"""Where things stand in the filter's state ``x = [theta; eta; theta'; eta'; d; b]``.
+
+``theta`` are the actuated axes, ``eta`` the elastic modes, ``d`` unmodelled torques on the axes, ``b`` the
+biases of sensors (a gauge drifts with temperature, an accelerometer has an offset), in SI of their channel.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class StateLayout:
+    """Sizes and places.
+
+    Attributes:
+        n: Number of served coordinates xi = [theta; eta].
+        n_theta: Number of actuated axes, and of unmodelled torques.
+        biases: Output rows "sensor.channel" that have a bias, in their order in the state.
+    """
+
+    n: int
+    n_theta: int
+    biases: tuple[str, ...] = ()
+
+    @property
+    def n_x(self) -> int:
+        """Number of states."""
+        return 2 * self.n + self.n_theta + len(self.biases)
+
+    @property
+    def theta(self) -> slice:
+        """Actuated axes [rad] or [m]."""
+        return slice(0, self.n_theta)
+
+    @property
+    def eta(self) -> slice:
+        """Modal displacements [kg^0.5 m]."""
+        return slice(self.n_theta, self.n)
+
+    @property
+    def theta_dot(self) -> slice:
+        """Velocities of the axes [rad/s] or [m/s]."""
+        return slice(self.n, self.n + self.n_theta)
+
+    @property
+    def eta_dot(self) -> slice:
+        """Modal velocities [kg^0.5 m/s]."""
+        return slice(self.n + self.n_theta, 2 * self.n)
+
+    @property
+    def d(self) -> slice:
+        """Unmodelled torques [N m] or [N]."""
+        return slice(2 * self.n, 2 * self.n + self.n_theta)
+
+    @property
+    def b(self) -> slice:
+        """Biases of sensors, SI of their channel."""
+        return slice(2 * self.n + self.n_theta, self.n_x)

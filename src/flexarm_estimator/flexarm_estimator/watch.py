@@ -1,0 +1,77 @@
+"""Watches: they look at samples and state from outside and say what they find; the state is not theirs.
+
+A new way of catching a bad sensor is a new watch in ``watches.make_watches``. What follows from a finding is
+the estimator's: a sensor at fault is put out of use, and its samples are taken out of the recent past, too.
+"""
+
+from __future__ import annotations
+
+import math
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexarm_estimator.filter import Belief
+from flexarm_estimator.gate import Verdict
+from flexarm_estimator.measurement import Measurement
+from flexarm_estimator.parts import Parts
+
+Array = NDArray[np.float64]
+
+
+class View(NamedTuple):  # not a dataclass: made in every step
+    """What a watch may look at after a step.
+
+    Attributes:
+        t: Now [s].
+        u: [tau; 1] held until now, (n_u + 1,).
+        belief: State now.
+        samples: Of this step that passed the checks, in order of time; also of sensors at fault.
+        verdicts: Of the gate on those that were offered to the filter.
+    """
+
+    t: float
+    u: Array
+    belief: Belief
+    samples: Sequence[Measurement]
+    verdicts: Sequence[Verdict]
+
+
+@dataclass(frozen=True)
+class Finding:
+    """Something to be said about a sensor.
+
+    Attributes:
+        sensor: Name of the sensor.
+        reason: What is wrong, with numbers; empty takes back what this watch said before.
+        is_fault: True puts the sensor out of use; False only tells.
+        since: Its samples from here on are taken out of the state [s].
+    """
+
+    sensor: str
+    reason: str
+    is_fault: bool = False
+    since: float = math.inf
+
+
+class Watch(ABC):
+    """Something that looks at every step."""
+
+    @abstractmethod
+    def look(self, view: View) -> Sequence[Finding]:
+        """Return what is new since the last look."""
+
+    @abstractmethod
+    def restart(self, t: float) -> None:
+        """Forget what has been seen; ``t`` [s] is now."""
+
+    def use(self, parts: Parts) -> None:  # noqa: B027, most watches do not care
+        """Go on with another model."""
+
+    def values(self) -> dict[str, dict[str, float]]:
+        """Return figures for the diagnostics, by sensor and name with unit ("latency [s]")."""
+        return {}

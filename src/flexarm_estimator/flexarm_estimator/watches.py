@@ -1,0 +1,12 @@
+"""The watches of an estimator, in the order in which they look."""
+
+from __future__ import annotations
+
+from flexarm_estimator.settings import EstimatorConfig
+from flexarm_estimator.watch import Watch
+from flexarm_model.description import SensorSpec
+
+
+def make_watches(specs: tuple[SensorSpec, ...], config: EstimatorConfig) -> tuple[Watch, ...]:
+    """Return new watches for the sensors of an arm."""
+    return ()
