@@ -7,6 +7,7 @@ import hashlib
 import json
 import math
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -26,7 +27,7 @@ from flexarm_model.description import (
 from flexarm_model.imported_body import ImportedBody, SuperelementBody
 from flexarm_model.parameter_law import ParameterLaws, read_parameters
 from flexarm_model.rotation import rotation_from_rpy
-from flexarm_model.sensor_kinds import SENSOR_KINDS
+from flexarm_model.sensor_kinds import SENSOR_KINDS, read_stamp_delay
 from flexarm_model.strict_yaml import ConfigError, Section, read_yaml
 from flexarm_model.units import axis_dimension
 
@@ -218,6 +219,7 @@ def _read_sensor(
         "tip": lambda: str(tip),
     }
     sensor = kind.read(name, sites[kind.site](), section)
+    sensor = replace(sensor, stamp_delay=read_stamp_delay(section))
     section.done()
     return sensor
 

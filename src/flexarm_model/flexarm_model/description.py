@@ -221,6 +221,7 @@ class SensorSpec:
         low, high: Smallest and largest value that is physically possible, SI.
         offset: Of a gauge from the beam's axis along y and z [m], (2,).
         limit: Largest strain allowed at a gauge [1].
+        stamp_delay: Stamp minus instant of the sample: how late the driver stamps [s].
     """
 
     name: str
@@ -234,6 +235,7 @@ class SensorSpec:
     high: float = math.inf
     offset: tuple[float, float] = (0.0, 0.0)
     limit: float = math.inf
+    stamp_delay: float = 0.0
 
 
 @dataclass(frozen=True)

@@ -18,6 +18,7 @@ from flexarm_model.units import axis_dimension, si_unit
 POSE_CHANNELS = ("tx", "ty", "tz", "rx", "ry", "rz")
 POSE_UNITS = dict(zip(POSE_CHANNELS, ("m", "m", "m", "rad", "rad", "rad"), strict=True))
 _FAR = 100.0  # no arm reaches this far [m]
+_STAMP_DELAY = (-0.1, 1.0)  # what a driver's stamps may be late; a clock that is further off must be set [s]
 
 
 @dataclass(frozen=True)
@@ -75,6 +76,16 @@ def _camera(name: str, site: str, section: Section) -> SensorSpec:
     angle = section.quantity("sigma_angle", "angle", above=0.0)
     sigma = np.array([position] * 3 + [angle] * 3)
     return SensorSpec(name, "camera", site, POSE_CHANNELS, sigma, *_timing(section), -_FAR, _FAR)
+
+
+def read_stamp_delay(section: Section) -> float:
+    """Read how much later than its sample the stamps of any sensor are [s]."""
+    low, high = _STAMP_DELAY
+    delay = section.quantity("stamp_delay", "time", 0.0)
+    if not low <= delay <= high:
+        text = f"stamp minus instant of the sample, must be from {low * 1e3:g} ms to {high * 1e3:g} ms"
+        raise section.error("stamp_delay", section.take("stamp_delay"), text)
+    return delay
 
 
 def _timing(section: Section) -> tuple[float, float]:

@@ -77,6 +77,8 @@ EDITS = [
     ("not YAML", "presets:", "presets: [", ("is not YAML",)),
     ("unknown unit of a rate", "rate: 30 Hz", "rate: 30 fps", ("camera.rate", "30 fps", "Hz, kHz")),
     ("negative latency", "latency: 60 ms", "latency: -60 ms", ("camera.latency", "must be at least 0")),
+    ("delay without a unit", "latency: 60 ms", "stamp_delay: 60", ("camera.stamp_delay", "60", "ms")),
+    ("delay too long", "latency: 60 ms", "stamp_delay: 60 s", ("stamp_delay", "60 s", "-100 ms to 1000 ms")),
 ]  # fmt: skip
 
 
@@ -272,3 +274,11 @@ def test_joints_are_sorted_from_the_world_outwards(name: str) -> None:
         assert joint.parent.body in placed
         placed.add(joint.child.body)
     assert placed == {"world", *arm(name).bodies}
+
+
+def test_how_late_a_driver_stamps_is_read_and_nothing_by_default(tmp_path: Path) -> None:
+    text = TEXT.replace("latency: 60 ms", "latency: 60 ms, stamp_delay: -2.5 ms", 1)
+    (tmp_path / "arm.yaml").write_text(text)
+    delays = {spec.name: spec.stamp_delay for spec in load_config(tmp_path / "arm.yaml").sensors}
+    assert delays.pop("camera") == -0.0025
+    assert set(delays.values()) == {0.0}
