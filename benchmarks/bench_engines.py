@@ -5,7 +5,7 @@ of finer settings; counted is the first whose tip stays within ``TOLERANCE`` of 
 models the strip with ANCF cable elements, MuJoCo with rigid segments and springs at their centres, we with
 the compiled reduced tree. CPU time of the process; building and compiling are not counted.
 
-The two engines are needed here only: ``pip install --require-hashes -r requirements.bench.lock``.
+The two engines are needed here only: ``./flexarm bench`` brings them (``requirements.bench.lock``).
 """
 
 from __future__ import annotations

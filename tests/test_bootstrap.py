@@ -230,6 +230,47 @@ def test_run_after_an_interrupted_one_repairs_it(
     assert machine == []
 
 
+@pytest.mark.parametrize(
+    ("arguments", "brings"),
+    [([], True), (["--json", "x"], True), (["engines", "one"], True), (["one"], False)],
+)
+def test_other_engines_are_brought_once_and_only_when_they_are_measured(
+    flexarm: ModuleType,
+    machine: list[str],
+    monkeypatch: pytest.MonkeyPatch,
+    arguments: list[str],
+    brings: bool,
+) -> None:
+    (flexarm.ROOT / "requirements.bench.lock").write_text("engine==1\n")
+    (flexarm.ROOT / "benchmarks").mkdir()
+    for name in ("one", "engines"):
+        (flexarm.ROOT / "benchmarks" / f"bench_{name}.py").touch()
+    monkeypatch.setattr(flexarm, "forward", lambda place, rest: len(rest))
+    place = flexarm.prepare()
+    machine.clear()
+    assert flexarm.run_bench(place, arguments) == 1 + len(arguments)
+    assert flexarm.run_bench(place, arguments) == 1 + len(arguments)
+    assert machine == ["installing"] * brings
+
+
+def test_benchmarks_run_without_the_other_engines_when_those_cannot_be_had(
+    flexarm: ModuleType,
+    machine: list[str],
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    (flexarm.ROOT / "requirements.bench.lock").write_text("engine==1\n")
+    place = flexarm.prepare()
+
+    def fail(*_: object) -> None:
+        raise flexarm.Stop("no network")
+
+    monkeypatch.setattr(flexarm, "forward", lambda place, rest: 0)
+    monkeypatch.setattr(flexarm, "watch", fail)
+    assert flexarm.run_bench(place, []) == 0
+    assert "no other engines: no network" in capsys.readouterr().err
+
+
 def test_environment_whose_interpreter_is_gone_is_made_again(flexarm: ModuleType, machine: list[str]) -> None:
     place = flexarm.prepare()
     Path(place.python).unlink()
