@@ -7,11 +7,12 @@ from __future__ import annotations
 
 import argparse
 import importlib
-import logging
 import os
 import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
+
+from flexarm_model.announce import announce_on_stderr
 
 os.environ.setdefault("OMP_NUM_THREADS", "1")  # before NumPy: small matrices lose by threads
 
@@ -73,8 +74,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     if not args.command:
         parser.print_help()
         return USAGE
-    logging.basicConfig(format="%(message)s")
-    logging.getLogger("flexarm").setLevel(logging.INFO)  # long compilations announce themselves
+    announce_on_stderr()
     try:
         return int(importlib.import_module(COMMANDS[args.command].module).run(args))
     except KeyboardInterrupt:

@@ -8,6 +8,8 @@ from concurrent.futures import ProcessPoolExecutor, as_completed
 from multiprocessing import get_context
 from typing import TypeVar
 
+from flexarm_model.announce import announce_on_stderr
+
 Job = TypeVar("Job")
 Result = TypeVar("Result")
 
@@ -28,7 +30,8 @@ def run_parallel(
     """
     workers = min(workers or len(os.sched_getaffinity(0)), max(len(todo), 1))
     results: dict[int, Sequence[Result]] = {}
-    with ProcessPoolExecutor(workers, mp_context=get_context("spawn")) as pool:
+    spawn = get_context("spawn")
+    with ProcessPoolExecutor(workers, mp_context=spawn, initializer=announce_on_stderr) as pool:
         futures = {pool.submit(run, job): i for i, job in enumerate(todo)}
         for future in as_completed(futures):
             results[futures[future]] = future.result()

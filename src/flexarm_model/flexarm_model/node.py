@@ -27,6 +27,7 @@ from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.signals import SignalHandlerOptions
 from std_msgs.msg import Bool
 
+from flexarm_model.announce import announce_on_stderr
 from flexarm_model.overrides import apply_overrides
 from flexarm_model.parameters import ParameterError
 from flexarm_model.strict_yaml import ConfigError
@@ -76,6 +77,7 @@ def run_node(factory: Callable[[], Node]) -> int:
     Returns:
         Exit code: 0, or 2 with one line on stderr when the configuration is wrong.
     """
+    announce_on_stderr()
     stopping: list[int] = []
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, lambda received, _frame: stopping.append(received))
