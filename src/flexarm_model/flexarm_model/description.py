@@ -207,6 +207,21 @@ Body: TypeAlias = RigidBody | Beam | ImportedBody | SuperelementBody
 
 
 @dataclass(frozen=True)
+class BiasSpec:
+    """What a sensor's channels may be off by, each by itself: a constant that drifts as a random walk.
+
+    Attributes:
+        sigma: One sigma when nothing has been learned yet, SI.
+        drift: Growth of one sigma per square root of time, SI/sqrt(s).
+        limit: Largest that is believed; what lies beyond it is a fault, SI.
+    """
+
+    sigma: float
+    drift: float
+    limit: float
+
+
+@dataclass(frozen=True)
 class SensorSpec:
     """A mounted sensor: what it is, where it sits, what it delivers.
 
@@ -222,6 +237,7 @@ class SensorSpec:
         offset: Of a gauge from the beam's axis along y and z [m], (2,).
         limit: Largest strain allowed at a gauge [1].
         stamp_delay: Stamp minus instant of the sample: how late the driver stamps [s].
+        bias: What its channels may be off by; None for nothing.
     """
 
     name: str
@@ -236,6 +252,7 @@ class SensorSpec:
     offset: tuple[float, float] = (0.0, 0.0)
     limit: float = math.inf
     stamp_delay: float = 0.0
+    bias: BiasSpec | None = None
 
 
 @dataclass(frozen=True)

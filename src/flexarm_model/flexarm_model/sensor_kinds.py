@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from flexarm_model.description import SensorSpec
+from flexarm_model.description import BiasSpec, SensorSpec
 from flexarm_model.strict_yaml import Section
 from flexarm_model.units import axis_dimension, si_unit
 
@@ -40,7 +40,8 @@ def _encoder(name: str, site: str, section: Section) -> SensorSpec:
     position = axis_dimension(site.split(".")[1], "position")
     sigma = section.quantity("sigma", position, above=0.0)
     low, high = section.quantity("low", position, -_FAR), section.quantity("high", position, _FAR)
-    return SensorSpec(name, "encoder", site, ("position",), np.array([sigma]), *_timing(section), low, high)
+    timing, bias = _timing(section), _bias(section, position)
+    return SensorSpec(name, "encoder", site, ("position",), np.array([sigma]), *timing, low, high, bias=bias)
 
 
 def _strain_gauge(name: str, site: str, section: Section) -> SensorSpec:
@@ -59,6 +60,7 @@ def _strain_gauge(name: str, site: str, section: Section) -> SensorSpec:
         reach,
         (y, z),
         limit,
+        bias=_bias(section, "strain"),
     )
 
 
@@ -66,8 +68,9 @@ def _accelerometer(name: str, site: str, section: Section) -> SensorSpec:
     sigma = section.quantity("sigma", "acceleration", above=0.0)
     reach = section.quantity("range", "acceleration", above=0.0)
     axes = section.choices("axes", ("x", "y", "z"))
+    timing, bias = _timing(section), _bias(section, "acceleration")
     return SensorSpec(
-        name, "accelerometer", site, axes, np.full(len(axes), sigma), *_timing(section), -reach, reach
+        name, "accelerometer", site, axes, np.full(len(axes), sigma), *timing, -reach, reach, bias=bias
     )
 
 
@@ -92,6 +95,22 @@ def _timing(section: Section) -> tuple[float, float]:
     """Read rate [Hz] and latency [s]."""
     rate_hz = section.quantity("rate", "frequency", 0.0, above=0.0)
     return rate_hz, section.quantity("latency", "time", 0.0, at_least=0.0)
+
+
+def _bias(section: Section, dimension: str) -> BiasSpec | None:
+    """Read what a sensor may be off by; a sensor without the key has no bias."""
+    if not section.has("bias"):
+        return None
+    inner = section.section("bias")
+    bias = BiasSpec(
+        sigma=inner.quantity("sigma", dimension, above=0.0),
+        drift=inner.quantity("drift", f"{dimension} drift", at_least=0.0),
+        limit=inner.quantity("limit", dimension, above=0.0),
+    )
+    if not bias.sigma <= bias.limit:
+        raise inner.error("limit", inner.take("limit"), "must be at least one sigma")
+    inner.done()
+    return bias
 
 
 def _encoder_units(site: str) -> dict[str, str]:

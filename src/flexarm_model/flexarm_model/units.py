@@ -14,8 +14,16 @@ _TORQUES = {"N m": 1.0, "mN m": 1e-3, "kN m": 1e3}
 _FORCES = {"N": 1.0, "kN": 1e3}
 
 
+_STRAINS = {"m/m": 1.0, "ustrain": 1e-6}
+
+
 def _per_second(units: dict[str, float]) -> dict[str, float]:
     return {f"{unit}/s": factor for unit, factor in units.items()}
+
+
+def _drift(units: dict[str, float]) -> dict[str, float]:
+    """Return the units of a random walk."""
+    return {f"{unit}/sqrt(s)": factor for unit, factor in units.items()}
 
 
 UNITS: dict[str, dict[str, float]] = {
@@ -30,7 +38,7 @@ UNITS: dict[str, dict[str, float]] = {
     "time": {"s": 1.0, "ms": 1e-3, "us": 1e-6},
     "frequency": {"Hz": 1.0, "kHz": 1e3},
     "acceleration": _ACCELERATIONS,
-    "strain": {"m/m": 1.0, "ustrain": 1e-6},
+    "strain": _STRAINS,
     "ratio": {"": 1.0, "%": 1e-2},
     "velocity": _per_second(_LENGTHS),
     "angular velocity": _per_second(_ANGLES),
@@ -42,6 +50,10 @@ UNITS: dict[str, dict[str, float]] = {
     "rotational stiffness": {"N m/rad": 1.0, "N m/deg": 180 / math.pi},
     "damping": {"N s/m": 1.0},
     "rotational damping": {"N m s/rad": 1.0},
+    "length drift": _drift(_LENGTHS),
+    "angle drift": _drift(_ANGLES),
+    "strain drift": _drift(_STRAINS),
+    "acceleration drift": _drift(_ACCELERATIONS),
 }
 
 _ALONG = {"position": "length", "inertia": "mass", "effort": "force", "effort rate": "force rate"}

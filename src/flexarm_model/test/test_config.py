@@ -23,6 +23,12 @@ from flexarm_model.strict_yaml import ConfigError
 
 TEXT = SINGLE_LINK.read_text(encoding="utf-8")
 
+
+def bias_text(sigma: str, limit: str, drift: str = "0 rad/sqrt(s)") -> str:
+    """Return the encoder's noise and bias as YAML."""
+    return f"sigma: 20 urad, bias: {{sigma: {sigma}, drift: {drift}, limit: {limit}}}"
+
+
 # (what it is, text replaced, by what, what the message must name: key, value, what is allowed)
 EDITS = [
     ("unknown key", "along_y:", "along_yy:", ("bodies.strip.pieces.0.section", "along_y")),
@@ -79,6 +85,12 @@ EDITS = [
     ("negative latency", "latency: 60 ms", "latency: -60 ms", ("camera.latency", "must be at least 0")),
     ("delay without a unit", "latency: 60 ms", "stamp_delay: 60", ("camera.stamp_delay", "60", "ms")),
     ("delay too long", "latency: 60 ms", "stamp_delay: 60 s", ("stamp_delay", "60 s", "-100 ms to 1000 ms")),
+    ("half a bias", "sigma: 20 urad", "sigma: 20 urad, bias: {sigma: 1 mrad}", ("bias.drift", "be given")),
+    ("bias of a gauge in mm", "sigma: 20 urad", bias_text("1 mm", "1 mrad"), ("bias.sigma", "1 mm", "rad")),
+    ("drift without sqrt", "sigma: 20 urad", bias_text("1 mrad", "2 mrad", "1 mrad/s"), ("rad/sqrt(s)",)),
+    ("limit below sigma", "sigma: 20 urad", bias_text("3 mrad", "2 mrad"), ("limit", "2 mrad", "one sigma")),
+    ("unknown key of a bias", "sigma: 20 urad", bias_text("1 mrad", "2 mrad, mean: 0"), ("mean", "drift")),
+    ("bias of a camera", "latency: 60 ms", "bias: {sigma: 1 mm}", ("camera.bias", "unknown key")),
 ]  # fmt: skip
 
 
@@ -282,3 +294,17 @@ def test_how_late_a_driver_stamps_is_read_and_nothing_by_default(tmp_path: Path)
     delays = {spec.name: spec.stamp_delay for spec in load_config(tmp_path / "arm.yaml").sensors}
     assert delays.pop("camera") == -0.0025
     assert set(delays.values()) == {0.0}
+
+
+def test_a_bias_is_read_in_si_and_a_sensor_without_the_key_has_none(tmp_path: Path) -> None:
+    text = "bias: {sigma: 20 ustrain, drift: 0.5 ustrain/sqrt(s), limit: 200 ustrain}"
+    content = yaml.safe_load(TEXT)
+    for sensor in content["sensors"].values():
+        sensor.pop("bias", None)
+    content["sensors"]["root_strain"].update(yaml.safe_load(text))
+    (tmp_path / "arm.yaml").write_text(yaml.safe_dump(content))
+    biases = {spec.name: spec.bias for spec in load_config(tmp_path / "arm.yaml").sensors}
+    bias = biases.pop("root_strain")
+    assert bias is not None
+    assert (bias.sigma, bias.drift, bias.limit) == pytest.approx((20e-6, 0.5e-6, 200e-6), rel=1e-12)
+    assert set(biases.values()) == {None}

@@ -25,7 +25,9 @@ WORTH = [
     ("angular velocity", "90 deg/s", math.pi / 2), ("force", "3 kN", 3e3), ("torque", "5 mN m", 5e-3),
     ("force rate", "1 kN/s", 1e3), ("torque rate", "2 kN m/s", 2e3), ("stiffness", "4 N/mm", 4e3),
     ("rotational stiffness", "5 N m/rad", 5.0), ("damping", "3 N s/m", 3.0),
-    ("rotational damping", "0.2 N m s/rad", 0.2),
+    ("rotational damping", "0.2 N m s/rad", 0.2), ("length drift", "2 um/sqrt(s)", 2e-6),
+    ("angle drift", "3 urad/sqrt(s)", 3e-6), ("strain drift", "0.5 ustrain/sqrt(s)", 5e-7),
+    ("acceleration drift", "1 g/sqrt(s)", 9.80665),
 ]  # fmt: skip
 
 
