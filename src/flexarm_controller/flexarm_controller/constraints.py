@@ -1,4 +1,4 @@
-"""The limits as rows ``l_0 + b_p p <= A [v; s] <= u_0 + b_p p``, all of order one.
+"""The limits as rows ``l_0 + b_now p_now <= A [v; s] <= u_0 + b_now p_now``, all of order one.
 
 Unknowns are the torques of the blocks in units of the effort limit, and one slack per soft
 output in units of that output's limit. Torque and its rate are hard: a plan that keeps them
@@ -28,14 +28,15 @@ class Constraints:
 
     Attributes:
         A: Per unknown, (m, n_v + n_s).
-        b_p: Shift of both bounds per known quantity, (m, n_p).
+        b_now: Shift of both bounds per known quantity but the reference, which does not matter here,
+            (m, n_x + 2 n_u).
         l: Lower bound at p = 0, (m,).
         u: Upper bound at p = 0, (m,).
         names: "torque:axis", "rate:axis", "strain:gauge", "velocity:axis"; "" of a slack, (m,).
     """
 
     A: Array
-    b_p: Array
+    b_now: Array
     l: Array  # noqa: E741
     u: Array
     names: tuple[str, ...]
@@ -47,11 +48,15 @@ def constrain(
     """Write the rows for control period ``dt`` [s]; ``axes`` are the names of the actuated axes."""
     n_v, n_s = prediction.G.shape[1], len(soft.names)
     slack = Constraints(
-        np.eye(n_v + n_s)[n_v:], np.zeros((n_s, known.size)), np.zeros(n_s), np.full(n_s, np.inf), ("",) * n_s
+        np.eye(n_v + n_s)[n_v:],
+        np.zeros((n_s, known.now.stop)),
+        np.zeros(n_s),
+        np.full(n_s, np.inf),
+        ("",) * n_s,
     )
     parts = [_torque(n_v, n_s, limits, axes, known, dt), _soft(prediction, soft, limits, known), slack]
     return Constraints(
-        np.vstack([part.A for part in parts]), np.vstack([part.b_p for part in parts]),
+        np.vstack([part.A for part in parts]), np.vstack([part.b_now for part in parts]),
         np.concatenate([part.l for part in parts]), np.concatenate([part.u for part in parts]),
         tuple(name for part in parts for name in part.names),
     )  # fmt: skip
@@ -60,7 +65,7 @@ def constrain(
 def _torque(n_v: int, n_s: int, limits: Limits, axes: Sequence[str], known: Known, dt: float) -> Constraints:
     n_u, blocks = known.n_u, n_v // known.n_u
     step = np.tile(np.minimum(limits.effort_rate * dt / limits.effort, 2.0), blocks)
-    before = np.zeros((2 * n_v, known.size))
+    before = np.zeros((2 * n_v, known.now.stop))
     before[n_v : n_v + n_u, known.u_before] = np.diag(1 / limits.effort)
     bound = np.concatenate([np.ones(n_v), step])
     names = [f"{kind}:{axis}" for kind in ("torque", "rate") for _ in range(blocks) for axis in axes]
@@ -78,13 +83,13 @@ def _soft(prediction: Prediction, soft: SoftOutputs, limits: Limits, known: Know
 
     G = output(prediction.G) * np.tile(limits.effort, n_b)
     relax = np.tile(np.eye(n_s), (n_b, 1))
-    b_p = np.zeros((n_b * n_s, known.size))
-    b_p[:, known.x], b_p[:, known.d] = -output(prediction.F), -output(prediction.H)
+    b_now = np.zeros((n_b * n_s, known.now.stop))
+    b_now[:, known.x], b_now[:, known.d] = -output(prediction.F), -output(prediction.H)
     bias = output(prediction.h)[:, 0] + np.tile(soft.y_0, n_b)
     open_ = np.full(n_b * n_s, np.inf)
     return Constraints(
         np.vstack([np.hstack([G, -relax]), np.hstack([G, relax])]),
-        np.vstack([b_p, b_p]),
+        np.vstack([b_now, b_now]),
         np.concatenate([-open_, -1 - bias]),
         np.concatenate([1 - bias, open_]),
         2 * n_b * soft.names,

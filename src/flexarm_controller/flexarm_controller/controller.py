@@ -32,6 +32,7 @@ from flexarm_controller.state import ArmState
 from flexarm_model.reduced_model import ReducedModel
 
 Array = NDArray[np.float64]
+CUT = 1e-6  # share of a torque by which it is another one; of a vanishing one as much again [N m]
 _NO_RESULT = QpResult(np.zeros(0), "", 0, 0.0, False)
 
 
@@ -158,16 +159,20 @@ class Controller:
     def _limited(self, wanted: Array) -> Array:
         """Return the torque within its limits and within reach of the last one, (n_u,)."""
         last, reach = self._sent[-1], self._limits.effort_rate * self.config.period
-        reachable = np.clip(np.where(np.isfinite(wanted), wanted, last), last - reach, last + reach)
-        return np.asarray(np.clip(reachable, -self._limits.effort, self._limits.effort))
+        finite = np.where(np.isfinite(wanted), wanted, last)
+        reachable = np.minimum(np.maximum(finite, last - reach), last + reach)
+        return np.asarray(np.minimum(np.maximum(reachable, -self._limits.effort), self._limits.effort))
 
     def _active(self, plan: Plan, wanted: Array, tau: Array) -> tuple[str, ...]:
         if plan.limits_active:
             return plan.limits_active
-        cut = np.flatnonzero(~np.isclose(wanted, tau, rtol=1e-6))
+        is_cut = ~(abs(wanted - tau) <= CUT * (abs(tau) + CUT))  # also where a torque is not a number
+        if not is_cut.any():
+            return ()
+        cut = np.flatnonzero(is_cut)
         return tuple(f"torque:{self.model.theta_names[i]}" for i in cut)
 
     def _tracking_error(self, state: ArmState) -> Array:
         if self.reference is None or state.theta.size != self._limits.effort.size:
             return np.zeros(self._limits.effort.size)
-        return np.asarray(self.reference.sample(np.array([state.t]))[0][0] - state.theta)
+        return np.asarray(self.reference.position(state.t) - state.theta)

@@ -13,6 +13,7 @@ from flexarm_controller.interior_first import InteriorFirst
 from flexarm_controller.limits import Limits
 from flexarm_controller.osqp_solver import OsqpSolver
 from flexarm_controller.prediction import plant
+from flexarm_controller.preview import Preview
 from flexarm_controller.problem import Problem, build_problem
 from flexarm_controller.qp import QpResult, QpSolver
 from flexarm_controller.reference import Reference
@@ -57,9 +58,12 @@ class Mpc:
         self.problem = build_problem(model, limits, config, dt)
         self._known = self.problem.known
         self._solver = build_solver(self.problem, config)
-        self._p = np.zeros(self._known.size)
+        self._p_now = np.zeros(self._known.now.stop)
         self._delay = config.delay_periods
-        self._ahead: Array = (config.delay_periods + np.arange(config.horizon + 1.0)) * dt
+        self._preview = Preview(self.problem.q_r, config.horizon, dt)
+        self._lead = config.delay_periods * dt
+        self._held = abs(self.problem.T).argmax(axis=1)  # the one unknown that a torque is made of
+        self._unit = self.problem.T[np.arange(self._held.size), self._held]  # N m
         self._empty = np.zeros((0, model.n_theta))
         self._warm: Array | None = None
 
@@ -72,25 +76,25 @@ class Mpc:
             sent: Torques that act from the state's instant on, oldest first, and at least the one
                 before the first that is planned, (max(delay, 1), n_u).
         """
-        self._fill(state, reference, sent)
-        q, l, u = self.problem.vectors(self._p)  # noqa: E741
+        self._fill(state, sent)
+        of_reference = self._preview.gradient(reference, state.t + self._lead)
+        q, l, u = self.problem.vectors(self._p_now, of_reference)  # noqa: E741
         result = self._solver.solve(q, l, u, self._warm)
         if not result.solved:
             self._warm = None
             return Plan(self._empty, result, ())
         self._warm = result.x
-        torques = (self.problem.T @ result.x).reshape(self._known.N, self._known.n_u)
-        return Plan(torques, result, self._binding(result.x, l, u))
+        torques = (result.x[self._held] * self._unit).reshape(self._known.N, self._known.n_u)
+        active = () if result.margin > BINDING else self._binding(result.x, l, u)
+        return Plan(torques, result, active)
 
-    def _fill(self, state: ArmState, reference: Reference, sent: Array) -> None:
-        x, s, known = state.x, self._system, self._known
+    def _fill(self, state: ArmState, sent: Array) -> None:
+        x, s, known, p = state.x, self._system, self._known, self._p_now
         for torque in sent[: self._delay]:
-            x = s.A @ x + s.B @ (torque + state.d) + s.c
-        theta, theta_dot, theta_ddot = reference.sample(state.t + self._ahead)
-        self._p[known.x] = x
-        self._p[known.d] = state.d
-        self._p[known.u_before] = sent[-1]
-        self._p[known.reference] = np.hstack([theta, theta_dot, theta_ddot]).ravel()
+            x = s.A.dot(x) + s.B.dot(torque + state.d) + s.c
+        p[known.x] = x
+        p[known.d] = state.d
+        p[known.u_before] = sent[-1]
 
     def _binding(self, x: Array, l: Array, u: Array) -> tuple[str, ...]:  # noqa: E741
         y = self.problem.rows.A @ x

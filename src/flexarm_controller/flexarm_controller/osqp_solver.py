@@ -82,7 +82,7 @@ class OsqpSolver:
         self._exact = self._stage(self._tolerance, polishing=False)
 
     def _stage(self, tolerance: float, polishing: bool) -> osqp.OSQP:
-        solver, bound = osqp.OSQP(), np.ones(self._A.shape[0])
+        solver, bound = osqp.OSQP(algebra="builtin"), np.ones(self._A.shape[0])
         solver.setup(
             sparse.csc_matrix(np.triu(self._P)), self._zero, sparse.csc_matrix(self._A), -bound, bound,
             eps_abs=tolerance, eps_rel=RELATIVE * tolerance, polishing=polishing, verbose=False,

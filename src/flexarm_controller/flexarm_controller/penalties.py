@@ -31,6 +31,7 @@ class Known:
         n_x: Number of states.
         n_u: Number of inputs.
         N: Horizon [periods].
+        now: Where everything but the reference is.
         size: Length of p.
     """
 
@@ -40,6 +41,7 @@ class Known:
         self.x = slice(0, self.n_x)
         self.d = slice(self.n_x, self.n_x + n_u)
         self.u_before = slice(self.d.stop, self.d.stop + n_u)
+        self.now = slice(0, self.u_before.stop)
         self.reference = slice(self.u_before.stop, self.u_before.stop + REFERENCE_PARTS * n_u * (horizon + 1))
         self.size = self.reference.stop
 
@@ -56,14 +58,16 @@ class Penalties:
 
     Attributes:
         L: Per torque of the blocks, (n_e, n_v).
-        L_p: Per known quantity, (n_e, n_p).
+        L_now: Per known quantity but the reference, (n_e, n_x + 2 n_u).
+        rest: What the reference asks for; each of its samples acts on its own instant.
         l: Constant, (n_e,).
         cost: Weights of states, torques and increments; diagonal.
         terminal: Weight of a_N, (n_x + n_u, n_x + n_u).
     """
 
     L: Array
-    L_p: Array
+    L_now: Array
+    rest: Equilibrium
     l: Array  # noqa: E741
     cost: Cost
     terminal: Array
@@ -79,41 +83,36 @@ class Penalties:
         weighted[start : start + n_a] = self.terminal @ columns[start : start + n_a]
         return np.asarray(weighted)
 
+    def per_known(self, columns: Array) -> Array:
+        """Return ``L_p' columns``, (n_p, k), for columns (n_e, k)."""
+        n_x, n_r = self.rest.X.shape
+        n_u, k = len(self.rest.u_0), columns.shape[1]
+        N = (len(columns) - n_u) // (n_x + 2 * n_u)
+        parts = np.split(columns, np.cumsum([N * n_x, n_u, N * n_u]))
+        z, w_last, w = parts[0].reshape(N, n_x, k), parts[1], parts[2].reshape(N, n_u, k)
+        per_reference = np.zeros((N + 1, n_r, k))
+        per_reference[1:] -= self.rest.X.T @ z
+        per_reference[:N] -= self.rest.U.T @ w
+        per_reference[N] -= self.rest.U.T @ w_last
+        return np.vstack([self.L_now.T @ columns, per_reference.reshape(-1, k)])
+
 
 def penalise(
     prediction: Prediction, cost: Cost, completion: Completion, rest: Equilibrium, known: Known
 ) -> Penalties:
     """Stack state errors, torque errors and torque increments over the horizon."""
-    N, n_u = known.N, known.n_u
-    z_p, z_0 = _state_errors(prediction, rest, known)
-    w_p, w_0 = _torque_errors(rest, known)  # N + 1 of them: the last one about the reference of a_N
-    difference = np.eye(N * n_u) - np.eye(N * n_u, k=-n_u)
-    increment_p = np.zeros((N * n_u, known.size))
-    increment_p[:n_u, known.u_before] = -np.eye(n_u)
+    N, n_u, n_x = known.N, known.n_u, known.n_x
     T = prediction.T
+    L_now = np.zeros((N * (n_x + 2 * n_u) + n_u, known.now.stop))
+    states, torques = slice(0, N * n_x), slice(N * n_x, N * (n_x + n_u) + n_u)
+    L_now[states, known.x], L_now[states, known.d] = prediction.F, prediction.H
+    L_now[torques, known.d] = np.tile(np.eye(n_u), (N + 1, 1))
+    L_now[torques.stop : torques.stop + n_u, known.u_before] = -np.eye(n_u)
     return Penalties(
-        np.vstack([prediction.G, T[-n_u:], T, difference @ T]),
-        np.vstack([z_p, w_p[-n_u:], w_p[:-n_u], increment_p]),
-        np.concatenate([z_0, w_0[-n_u:], w_0[:-n_u], np.zeros(N * n_u)]),
+        np.vstack([prediction.G, T[-n_u:], T, T[:n_u], T[n_u:] - T[:-n_u]]),
+        L_now,
+        rest,
+        np.concatenate([prediction.h - np.tile(rest.x_0, N), -np.tile(rest.u_0, N + 1), np.zeros(N * n_u)]),
         cost,
         completion.P,
     )
-
-
-def _state_errors(prediction: Prediction, rest: Equilibrium, known: Known) -> tuple[Array, Array]:
-    """Return z_1 ... z_N without the part of the torques: per p (N n_x, n_p), constant (N n_x,)."""
-    z_p = np.zeros((known.N * known.n_x, known.size))
-    z_p[:, known.x], z_p[:, known.d] = prediction.F, prediction.H
-    for k in range(known.N):
-        z_p[k * known.n_x : (k + 1) * known.n_x, known.r(k + 1)] = -rest.X
-    return z_p, prediction.h - np.tile(rest.x_0, known.N)
-
-
-def _torque_errors(rest: Equilibrium, known: Known) -> tuple[Array, Array]:
-    """Return -u_r of r_0 ... r_N: per p ((N + 1) n_u, n_p), constant ((N + 1) n_u,)."""
-    w_p = np.zeros(((known.N + 1) * known.n_u, known.size))
-    for k in range(known.N + 1):
-        rows = slice(k * known.n_u, (k + 1) * known.n_u)
-        w_p[rows, known.r(k)] = -rest.U
-        w_p[rows, known.d] = np.eye(known.n_u)
-    return w_p, -np.tile(rest.u_0, known.N + 1)

@@ -50,21 +50,21 @@ def predict(system: StateSpace, blocks: tuple[int, ...]) -> Prediction:
     """Stack the discrete ``system`` over ``sum(blocks)`` periods."""
     n_x, n_u, N = system.n_x, system.n_u, sum(blocks)
     F, H, h = np.zeros((N + 1, n_x, n_x)), np.zeros((N + 1, n_x, n_u)), np.zeros((N + 1, n_x))
-    G = np.zeros((N + 1, n_x, N * n_u))
     F[0] = np.eye(n_x)
     for k in range(N):
         F[k + 1] = system.A @ F[k]
         H[k + 1] = system.A @ H[k] + system.B
         h[k + 1] = system.A @ h[k] + system.c
-        G[k + 1] = system.A @ G[k]
-        G[k + 1, :, k * n_u : (k + 1) * n_u] += system.B
     hold = np.repeat(np.eye(len(blocks)), blocks, axis=0)  # (N, n_b)
     T = np.asarray(np.kron(hold, np.eye(n_u)), float)
+    ends = np.cumsum(blocks)
+    since, until = (np.maximum(np.arange(1, N + 1)[:, None] - edge, 0) for edge in (ends - blocks, ends))
+    G = H[since] - H[until]  # a torque that is held is one that starts, less the same from its end on
     return Prediction(
         F[1:].reshape(-1, n_x),
         H[1:].reshape(-1, n_u),
         h[1:].ravel(),
-        G[1:].reshape(N * n_x, -1) @ T,
+        G.swapaxes(1, 2).reshape(N * n_x, -1),
         T,
-        np.cumsum(blocks) - 1,
+        ends - 1,
     )

@@ -1,9 +1,9 @@
 """The predictive controller's quadratic program, condensed and scaled.
 
 The cost ``e' W e`` of ``penalties`` has a Hessian that depends on the model alone and a gradient
-affine in what is known, ``p``; the rows of ``constraints`` likewise. So a step costs two
-matrix-vector products and a solve. Torques are in units of the effort limit, slacks in units of
-their output's limit, and the cost is divided by the mean curvature of the torques.
+affine in what is known, ``p = [p_now; r_0; ...; r_N]``; the rows of ``constraints`` likewise. So a
+step costs a few matrix-vector products and a solve. Torques are in units of the effort limit, slacks
+in units of their output's limit, and the cost is divided by the mean curvature of the torques.
 """
 
 from __future__ import annotations
@@ -13,7 +13,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import block_diag
-from scipy.sparse import csr_array
 
 from flexarm_controller.constraints import Constraints, constrain
 from flexarm_controller.cost import build_cost, complete
@@ -35,7 +34,8 @@ class Problem:
 
     Attributes:
         P: Hessian, (n_z, n_z).
-        q_p: Gradient per p, (n_z, n_p).
+        q_now: Gradient per p_now, (n_z, n_x + 2 n_u).
+        q_r: Gradient per sample of the reference, (n_z, 3 n_u (N + 1)).
         q_0: Gradient at p = 0, (n_z,).
         rows: Constraints.
         T: Torques of the periods per unknown [N m], (N n_u, n_z).
@@ -45,7 +45,8 @@ class Problem:
     """
 
     P: Array
-    q_p: Array
+    q_now: Array
+    q_r: Array
     q_0: Array
     rows: Constraints
     T: Array
@@ -53,10 +54,10 @@ class Problem:
     known: Known
     weight: float
 
-    def vectors(self, p: Array) -> tuple[Array, Array, Array]:
-        """Return ``(q, l, u)`` for what is known, p (n_p,)."""
-        shift = self.rows.b_p @ p
-        return self.q_p @ p + self.q_0, self.rows.l + shift, self.rows.u + shift
+    def vectors(self, p_now: Array, of_reference: Array) -> tuple[Array, Array, Array]:
+        """Return ``(q, l, u)`` for what is known now, (n_x + 2 n_u,), and ``q_r r``, (n_z,)."""
+        shift = self.rows.b_now.dot(p_now)
+        return self.q_now.dot(p_now) + of_reference + self.q_0, self.rows.l + shift, self.rows.u + shift
 
 
 def build_problem(model: ReducedModel, limits: Limits, config: MpcConfig, dt: float) -> Problem:
@@ -79,8 +80,8 @@ def build_problem(model: ReducedModel, limits: Limits, config: MpcConfig, dt: fl
     curvature = (e.L * scale).T @ WL
     weight = float(n_v / np.trace(curvature))
     P = block_diag((curvature + curvature.T) * weight / 2, SLACK_CURVATURE * np.eye(n_s))
-    per_known = (csr_array(e.L_p).T @ WL).T  # mostly zeros: a reference sample acts on its own instant
-    q_p = np.vstack([weight * per_known, np.zeros((n_s, known.size))])
+    q_p = np.vstack([weight * e.per_known(WL).T, np.zeros((n_s, known.size))])
     q_0 = np.append(weight * WL.T @ e.l, np.full(n_s, config.slack_price))
     T = np.hstack([prediction.T * scale, np.zeros((known.N * known.n_u, n_s))])
-    return Problem(P, q_p, q_0, rows, T, n_v, known, weight)
+    q_now, q_r = (np.ascontiguousarray(part) for part in np.split(q_p, [known.now.stop], axis=1))
+    return Problem(P, q_now, q_r, q_0, rows, T, n_v, known, weight)

@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -24,6 +25,7 @@ class QpResult:
         iterations: Number of iterations [1].
         residual: Largest primal or dual residual [1]; inf when unknown.
         solved: Whether status, finiteness and residual vouch for x.
+        margin: Distance of every row from its bounds at least [1]; 0 when it is not known.
     """
 
     x: Array
@@ -31,6 +33,7 @@ class QpResult:
     iterations: int
     residual: float
     solved: bool
+    margin: float = 0.0
 
 
 class QpSolver(Protocol):
@@ -43,9 +46,13 @@ class QpSolver(Protocol):
 
 def primal_residual(A: Array, x: Array, l: Array, u: Array) -> float:  # noqa: E741
     """Return by how much x leaves the constraints at most [1]; inf when x is not finite."""
-    y = A @ x
-    worst = float(np.maximum(y - u, l - y).max(initial=0.0))
-    return worst if np.isfinite(worst) else np.inf
+    return max(0.0, excess(A @ x, l, u))
+
+
+def excess(y: Array, l: Array, u: Array) -> float:  # noqa: E741
+    """Return the largest distance of rows y from their bounds, negative inside [1]; inf when not finite."""
+    worst = float(np.maximum(y - u, l - y).max(initial=-1.0))
+    return worst if math.isfinite(worst) else math.inf
 
 
 def are_vectors_sound(q: Array, l: Array, u: Array) -> bool:  # noqa: E741

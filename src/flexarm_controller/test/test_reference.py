@@ -85,3 +85,11 @@ def test_a_sampled_profile_is_close_to_the_profile_between_samples():
     times = np.linspace(0, 0.99, 777)
     # a cubic with exact ends is wrong by h^4/384 of the fourth derivative, at most 180 theta / T^4 here
     np.testing.assert_allclose(reference.sample(times)[0][:, 0], profile.sample(times)[0], atol=1e-8)
+
+
+@pytest.mark.parametrize(
+    "reference", [hold(np.array([0.3])), sample_profile(Column(Quintic(0.5, 1.0)), np.linspace(0, 1, 11))]
+)
+def test_a_single_position_is_the_one_that_sampling_gives(reference):
+    for t in (-1.0, 0.0, 0.05, 0.333, 0.9999, 1.0, 7.0):
+        np.testing.assert_allclose(reference.position(t), reference.sample(np.array([t]))[0][0], atol=1e-15)

@@ -142,6 +142,8 @@ def test_the_solver_is_asked_only_when_limits_bind_and_the_answer_is_the_same():
         result, reference = first.solve(q, l, u, None), inner.solve(q, l, u, None)
         assert result.solved and reference.solved
         np.testing.assert_allclose(result.x, reference.x, atol=1e-6)
+        if result.margin:
+            assert result.margin == pytest.approx(1.0 - abs(A[:M] @ result.x).max(), abs=1e-12)
     assert 20 < recorder.calls < 180
 
 

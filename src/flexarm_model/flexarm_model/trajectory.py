@@ -52,7 +52,7 @@ class Trajectory:
             rest = np.zeros((times.size, self.theta.shape[1]))
             return np.repeat(self.theta, times.size, axis=0), rest, rest
         i = np.minimum(np.maximum(self.t.searchsorted(times, side="right") - 1, 0), self.t.size - 2)
-        p0, v0, c2, c3, a0, a1, h = self._cubics[:, i]
+        p0, v0, c2, c3, a0, a1, h = self._cubics[i].swapaxes(0, 1)
         s = np.minimum(np.maximum((times - self.t[i])[:, None] / h[:, :1], 0.0), 1.0)
         moving = ((times >= self.t[0]) & (times < self.t[-1]))[:, None]
         theta = p0 + s * (v0 + s * (c2 + s * c3))
@@ -60,10 +60,20 @@ class Trajectory:
         theta_ddot = (1 - s) * a0 + s * a1
         return theta, theta_dot, np.where(moving, theta_ddot, 0.0)
 
+    def position(self, t: float) -> Array:
+        """Return the position at ``t`` [s], (n_theta,); the same as ``sample`` gives, sooner."""
+        if self.t.size == 1:
+            return np.array(self.theta[0])
+        i = min(max(int(self.t.searchsorted(t, side="right")) - 1, 0), self.t.size - 2)
+        p0, v0, c2, c3, _, _, h = self._cubics[i]
+        s = min(max((t - float(self.t[i])) / float(h[0]), 0.0), 1.0)
+        return np.asarray(p0 + s * (v0 + s * (c2 + s * c3)), dtype=np.float64)
+
     @cached_property
     def _cubics(self) -> Array:
-        """Coefficients of every interval, its accelerations and its length, (7, k - 1, n_theta)."""
+        """Coefficients of every interval, its accelerations and its length, (k - 1, 7, n_theta)."""
         h = np.broadcast_to(np.diff(self.t)[:, None], self.theta[1:].shape)
         v0, v1, step = self.theta_dot[:-1] * h, self.theta_dot[1:] * h, np.diff(self.theta, axis=0)
         c2, c3 = 3 * step - 2 * v0 - v1, -2 * step + v0 + v1
-        return np.stack([self.theta[:-1], v0, c2, c3, self.theta_ddot[:-1], self.theta_ddot[1:], h])
+        parts = [self.theta[:-1], v0, c2, c3, self.theta_ddot[:-1], self.theta_ddot[1:], h]
+        return np.stack(parts, axis=1)
