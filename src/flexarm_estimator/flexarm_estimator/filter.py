@@ -83,6 +83,13 @@ class GuardedFilter:
         return updated if updated.is_finite else belief
 
 
+def predict(belief: Belief, transition: Transition, u: Array) -> Belief:
+    """Return ``A x + B u`` and ``A P A' + Q``, unguarded; ``u = [tau; 1]`` held over the step."""
+    A = transition.A
+    P = A.dot(belief.P).dot(A.T) + transition.Q
+    return Belief(A.dot(belief.x) + transition.B.dot(u), (P + P.T) * 0.5)
+
+
 def _joseph(P: Array, K: Array, H: Array, R: Array, M: Array) -> Array:
     left = np.eye(P.shape[0]) - K.dot(H)
     mixed = left.dot(M).dot(K.T)

@@ -1,25 +1,29 @@
 """Computes one instant from the one before: predict, judge what is new, update.
 
 Ordinary instants take the joint step, one with a refused row or a doubted state goes through filterpy.
+Where the matrices come from is the filter's choice (``filters.step_source``).
 Poses are linearised anew whenever their instant is computed. An instant that is computed again because
 of a late sample keeps its verdicts; ordinary ones in a row are computed again in one go.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
-from flexarm_estimator.filter import Belief, GuardedFilter, innovation_covariance
+from flexarm_estimator.filter import Belief, GuardedFilter, innovation_covariance, predict
+from flexarm_estimator.filters.served import ServedSteps
+from flexarm_estimator.filters.step_source import StepSource
 from flexarm_estimator.gate import Gate, Verdict
 from flexarm_estimator.history import Instant
 from flexarm_estimator.joint_step import JointStep, PreparedStep
 from flexarm_estimator.pose_update import PoseUpdate
 from flexarm_estimator.process import ProcessModel
 from flexarm_estimator.sensors import SensorModels
-from flexarm_estimator.stack import Stack, StackedSample, stack_rows
+from flexarm_estimator.stack import Stack, StackedSample
 from flexarm_estimator.step_runner import make_runner
 
 Array = NDArray[np.float64]
@@ -30,9 +34,15 @@ class Fusion:
     """Process model, sensors, filter and gate of one served model."""
 
     def __init__(
-        self, process: ProcessModel, models: SensorModels, gate: Gate, use_compiler: bool = True
+        self,
+        process: ProcessModel,
+        models: SensorModels,
+        gate: Gate,
+        use_compiler: bool = True,
+        steps: StepSource | None = None,
     ) -> None:
-        """Bind the parts; rows are stacked when a combination of sensors first occurs."""
+        """Bind the parts; ``steps`` is the filter, the linear one if None."""
+        self._source = ServedSteps(process, models) if steps is None else steps
         self._process, self._models, self._gate = process, models, gate
         self._poses = frozenset(models.poses)
         n_x = process.system.n_x
@@ -41,7 +51,6 @@ class Fusion:
         self._runner = make_runner(n_x, widest, use_compiler)
         self._pose_updates = {name: PoseUpdate(name, sizes[name], n_x, self._runner) for name in models.poses}
         self._filter = GuardedFilter(n_x, process.system.n_u + 1)
-        self._stacks: dict[tuple[str, ...], Stack] = {}
         self._steps: dict[tuple[float, tuple[str, ...]], JointStep] = {}
 
     def compute(self, instants: Sequence[Instant], first: int) -> list[Verdict]:
@@ -63,6 +72,8 @@ class Fusion:
 
     def _replay(self, instants: Sequence[Instant], first: int) -> int:
         """Compute instants in a row again that have only rows and are prepared; return how many."""
+        if not self._source.is_constant:
+            return 0
         steps: list[PreparedStep] = []
         t = instants[first - 1].t
         for i in range(first, len(instants)):
@@ -122,8 +133,8 @@ class Fusion:
         dt = instant.t - before.t
         step = instant.prepared
         has_new_rows = not self._poses.issuperset(instant.pending)
-        if step is None or step.dt != dt or has_new_rows:
-            step = instant.prepared = self._prepare(dt, instant)
+        if step is None or step.dt != dt or has_new_rows or not self._source.is_constant:
+            step = instant.prepared = self._prepare(before.belief, dt, instant)
         if not self._runner.run(before.belief, (step,)):
             return None
         verdicts = self._judge_run(step, instant) if has_new_rows else []
@@ -133,18 +144,26 @@ class Fusion:
         instant.belief = step.belief
         return verdicts
 
-    def _prepare(self, dt: float, instant: Instant) -> PreparedStep:
-        transition = self._process.step(dt)
+    def _prepare(self, before: Belief, dt: float, instant: Instant) -> PreparedStep:
         samples = {**instant.fused, **instant.pending} if instant.fused else instant.pending
         names = tuple([name for name in self._models.rows if name in samples])
+        step = self._joint_step(before, dt, instant.u, names)
+        sample = StackedSample(step.stack, samples) if step.stack else None
+        return PreparedStep(dt, step, instant.u, sample)
+
+    def _joint_step(self, before: Belief, dt: float, u: Array, names: tuple[str, ...]) -> JointStep:
+        """Return the step and the rows at its end; made once if they are constant."""
+        transition = self._source.transition(before, dt, u)
+        if not self._source.is_constant:
+            prior = predict(before, transition, u)
+            return JointStep(transition, self._source.rows(names, prior, u) if names else None)
         step = self._steps.get((transition.dt, names))
         if step is None:
-            step = JointStep(transition, self._stack(names) if names else None)
+            step = JointStep(transition, self._source.rows(names, before, u) if names else None)
             if len(self._steps) >= _CACHE_SIZE:
                 self._steps.clear()
             self._steps[transition.dt, names] = step
-        sample = StackedSample(step.stack, samples) if step.stack else None
-        return PreparedStep(dt, step, instant.u, sample)
+        return step
 
     def _judge_run(self, step: PreparedStep, instant: Instant) -> list[Verdict]:
         """Judge every pending row sensor by what the run of its instant's step has left."""
@@ -169,7 +188,7 @@ class Fusion:
 
     def _step_in_turn(self, before: Instant, instant: Instant) -> list[Verdict]:
         """Predict and fuse with filterpy; leave out the rows that are refused."""
-        transition = self._process.step(instant.t - before.t)
+        transition = self._source.transition(before.belief, instant.t - before.t, instant.u)
         prior = instant.belief = self._filter.predict(before.belief, transition, instant.u)
         if instant.is_reopened:
             prior = instant.belief = Belief(prior.x, prior.P + self._process.widening)
@@ -177,14 +196,14 @@ class Fusion:
         names = tuple([name for name in self._models.rows if name in samples])
         if not names:
             return []
-        sample = StackedSample(self._stack(names), samples)
+        sample = StackedSample(self._source.rows(names, prior, instant.u), samples)
         H, M = sample.stack.C, sample.stack.cross(transition)
         S = innovation_covariance(prior.P, H, sample.noise(), M)
         verdicts = self._judge(sample.stack, sample.innovation(prior.x, instant.u), S, instant)
         refused = [verdict.sensor for verdict in verdicts if not verdict.is_accepted]
         kept = tuple([name for name in names if name not in refused])
         if kept:
-            sample = StackedSample(self._stack(kept), samples)
+            sample = StackedSample(self._source.rows(kept, prior, instant.u), samples)
             nu, H, M = sample.innovation(prior.x, instant.u), sample.stack.C, sample.stack.cross(transition)
             instant.belief = self._filter.update(prior, nu, H, sample.noise(), M)
         return verdicts
@@ -194,16 +213,13 @@ class Fusion:
         model, belief = self._models.poses[name], instant.belief
         is_new = name in instant.pending
         sample = instant.pending[name] if is_new else instant.fused[name]
-        nu, H = model.linearise(sample.y, belief.x, instant.u)
-        R = model.R if sample.R is None else sample.R
+        try:
+            nu, H, spread = self._source.look(model, sample.y, belief, instant.u)
+        except ValueError:  # loops do not close where the state is said to be
+            return [self._gate.decide(name, sample.t, np.zeros(sample.y.size), math.inf)] if is_new else []
+        R = (model.R if sample.R is None else sample.R) + spread
         nis, updated = self._pose_updates[name].fuse(belief, nu, H, R)
         verdicts = [self._gate.decide(name, sample.t, nu, nis)] if is_new else []
         if all([verdict.is_accepted for verdict in verdicts]):
             instant.belief = self._filter.update(belief, nu, H, R) if updated is None else updated
         return verdicts
-
-    def _stack(self, names: tuple[str, ...]) -> Stack:
-        if names not in self._stacks:
-            rows = [self._models.rows[name] for name in names]
-            self._stacks[names] = stack_rows(rows, self._process.force_cov)
-        return self._stacks[names]

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from flexarm_estimator.filter import Belief
 from flexarm_estimator.tip import Tip
+from flexarm_model.closure_error import ClosureError
 
 Array = NDArray[np.float64]
 
@@ -46,7 +47,7 @@ class TipReport(NamedTuple):  # not a dataclass: made in every step, at a quarte
 
 
 def describe_tip(tip: Tip, belief: Belief, n: int) -> TipReport:
-    """Return the tip's pose, twist and covariances.
+    """Return the tip's pose, twist and covariances; NaN where the loops do not close at this state.
 
     Args:
         tip: Kinematics of the served model.
@@ -54,7 +55,10 @@ def describe_tip(tip: Tip, belief: Belief, n: int) -> TipReport:
         n: Number of coordinates xi.
     """
     x, P = belief.x, belief.P
-    T, J = tip.locate(x)  # (4, 4), (6, n)
+    try:
+        T, J = tip.locate(x)  # (4, 4), (6, n)
+    except ClosureError:
+        T, J = np.full((4, 4), np.nan), np.full((6, n), np.nan)
     transposed = J.T
     cov_pose = J.dot(P[:n, :n]).dot(transposed)
     cov_twist = J.dot(P[n : 2 * n, n : 2 * n]).dot(transposed)

@@ -1,0 +1,1 @@
+"""Filters behind one interface: linear, extended, unscented, and a smoother."""

@@ -1,0 +1,51 @@
+"""Which filter: what the settings ask for, made for one arm."""
+
+from __future__ import annotations
+
+from flexarm_estimator.filters.dynamics import Dynamics
+from flexarm_estimator.filters.flow import StateFlow
+from flexarm_estimator.filters.moving_arm import MovingArm
+from flexarm_estimator.filters.served import ServedSteps
+from flexarm_estimator.filters.sigma import SigmaSteps
+from flexarm_estimator.filters.slopes import Slopes
+from flexarm_estimator.filters.step_source import StepSource
+from flexarm_estimator.filters.tangent import TangentSteps
+from flexarm_estimator.process import ProcessModel
+from flexarm_estimator.sensors import SensorModels
+from flexarm_estimator.settings import EstimatorConfig
+from flexarm_estimator.tip import Kinematics
+from flexarm_model.reduced_model import ReducedModel
+
+_MOVING = {"extended": TangentSteps, "unscented": SigmaSteps}
+
+
+class FilterMaker:
+    """Makes the filter of any served model of one arm."""
+
+    def __init__(self, arm: Kinematics, config: EstimatorConfig) -> None:
+        """Keep what all models share.
+
+        Raises:
+            ValueError: The filter asked for needs the dynamics of the arm, and ``arm`` has only its tip.
+        """
+        self._arm, self._config = arm, config
+        self._slopes: dict[tuple[int, ...], Slopes] = {}
+        if config.filter in _MOVING and not isinstance(arm, Dynamics):
+            raise ValueError(
+                f"filter: '{config.filter}' needs the dynamics of the arm; its tip is not enough"
+            )
+
+    def make(
+        self, model: ReducedModel, process: ProcessModel, models: SensorModels, use_compiler: bool = True
+    ) -> StepSource:
+        """Return where the steps of a served model come from; the first time this may compile."""
+        served = ServedSteps(process, models)
+        if self._config.filter not in _MOVING or not isinstance(self._arm, Dynamics):
+            return served
+        rows = tuple(i for name in models.rows for i in model.outputs.rows(name))
+        if rows not in self._slopes:
+            self._slopes[rows] = Slopes(self._arm, rows, use_compiler)
+        arm = MovingArm(self._arm, model, self._slopes[rows])
+        flow = StateFlow(arm, process, models, self._config.force_averaging)
+        flow.warm_up(model.xi0)
+        return _MOVING[self._config.filter](flow, served, process.force_cov)

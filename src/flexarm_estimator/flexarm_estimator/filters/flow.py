@@ -1,0 +1,161 @@
+"""The filter's state in nonlinear motion: its derivative, its sensors' rows, and their derivatives.
+
+``x = [xi; xi'; d; b]`` moves by ``x' = F(x, u) + G w``; xi'' comes from the moving arm under ``tau + d``,
+everything else (how d and b change, how b enters the rows) from the served system, which is linear in it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexarm_estimator.filters.moving_arm import Motion, MovingArm
+from flexarm_estimator.process import ProcessModel
+from flexarm_estimator.sensors import SensorModels
+from flexarm_estimator.taylor import ExponentialIntegrals
+
+Array = NDArray[np.float64]
+
+
+class NoFlow(ValueError):
+    """The arm's motion cannot be computed at this state."""
+
+
+class LocalStep(NamedTuple):
+    """One step about a state, the torque held.
+
+    Attributes:
+        x: State at its end without noise, (n_x,).
+        A: Transition, (n_x, n_x).
+        integral: ``int_0^dt e^{A_c s} ds``, (n_x, n_x).
+        Q: Covariance of the process noise, (n_x, n_x).
+        force_cross: Its covariance with the averaged force noise, (n_x, n).
+    """
+
+    x: Array
+    A: Array
+    integral: Array
+    Q: Array
+    force_cross: Array
+
+
+class LocalRows(NamedTuple):
+    """Sensors' rows about a state.
+
+    Attributes:
+        y: Without noise, (n_y,).
+        C: Derivative by the state, (n_y, n_x).
+        D_w: Derivative by the force noise, (n_y, n).
+    """
+
+    y: Array
+    C: Array
+    D_w: Array
+
+
+class StateFlow:
+    """Flow of the state of one served model."""
+
+    def __init__(self, arm: MovingArm, process: ProcessModel, models: SensorModels, averaging: float) -> None:
+        """Bind the parts; the arm's rows are those of ``models.rows``, in their order.
+
+        Args:
+            arm: Motion in the served coordinates.
+            process: Noise and layout.
+            models: Sensors.
+            averaging: Time over which an accelerometer averages the force noise [s].
+        """
+        self._arm, self._averaging = arm, averaging
+        system = process.system
+        self._layout, self._A, self._Q = process.layout, system.A, system.Q
+        self._force_cov = process.force_cov
+        self._force_psd = process.force_cov * averaging
+        edges = np.cumsum([0, *(model.C.shape[0] for model in models.rows.values())]).tolist()
+        self._rows = {name: list(range(*edges[i : i + 2])) for i, name in enumerate(models.rows)}
+        empty = np.zeros((0, system.n_x))
+        served = np.vstack([empty, *(model.C for model in models.rows.values())])
+        self._C = np.zeros_like(served)
+        self._C[:, self._layout.b] = served[:, self._layout.b]
+
+    def warm_up(self, xi: Array) -> None:
+        """Compile what is needed, at rest at ``xi`` (n,), so that the first step need not."""
+        x, u = np.zeros(self._layout.n_x), np.append(np.zeros(self._layout.n_theta), 1.0)
+        x[: xi.size] = xi
+        self.derivative(x, u)
+        self.linear_rows(x, u)
+
+    def rows_of(self, names: Iterable[str]) -> list[int]:
+        """Return which rows of y belong to some sensors."""
+        return [i for name in names for i in self._rows[name]]
+
+    def derivative(self, x: Array, u: Array) -> Array:
+        """Return x', (n_x,).
+
+        Raises:
+            NoFlow: The arm cannot be there.
+        """
+        return self._derivative(x, self._move(x, u))
+
+    def step(self, x: Array, u: Array, dt: float) -> LocalStep:
+        """Return the step over ``dt`` by the exponential of the motion's tangent at ``x``.
+
+        ``x+ = x + I(dt) F(x, u)``: exact for a linear arm, of second order in ``dt`` otherwise.
+
+        Raises:
+            NoFlow: The arm cannot be there.
+        """
+        motion = self._move(x, u)
+        n, d = self._layout.n, self._layout.d
+        A, Q, G = self._A.copy(), self._Q.copy(), np.zeros((x.size, n))
+        A[n : 2 * n] = 0.0
+        A[n : 2 * n, : 2 * n] = self._arm.slopes(motion).accel
+        A[n : 2 * n, d] = motion.M_inv[:, : self._layout.n_theta]
+        Q[n : 2 * n, n : 2 * n] = motion.M_inv.dot(self._force_psd).dot(motion.M_inv)
+        G[n : 2 * n] = motion.M_inv
+        integrals = ExponentialIntegrals(A, Q)
+        E, integral, noise = integrals.at(dt)
+        overlap = integral if dt <= self._averaging else integrals.at(self._averaging)[1]
+        after = x + integral.dot(self._derivative(x, motion))
+        return LocalStep(after, E, integral, noise, overlap.dot(G).dot(self._force_cov))
+
+    def rows(self, x: Array, u: Array) -> Array:
+        """Return the sensors' rows, (n_y,).
+
+        Raises:
+            NoFlow: The arm cannot be there.
+        """
+        rows: Array = self._arm.rows(self._move(x, u)) + self._C.dot(x)
+        return rows
+
+    def linear_rows(self, x: Array, u: Array) -> LocalRows:
+        """Return the rows with their derivatives.
+
+        Raises:
+            NoFlow: The arm cannot be there.
+        """
+        motion, layout = self._move(x, u), self._layout
+        slopes = self._arm.slopes(motion)
+        C = self._C.copy()
+        C[:, : 2 * layout.n] += slopes.rows
+        D_w = slopes.rows_a.dot(motion.M_inv)
+        C[:, layout.d] += D_w[:, : layout.n_theta]
+        return LocalRows(self._arm.rows(motion) + self._C.dot(x), C, D_w)
+
+    def _move(self, x: Array, u: Array) -> Motion:
+        n, layout = self._layout.n, self._layout
+        try:
+            motion = self._arm.at(x[:n], x[n : 2 * n], u[: layout.n_theta] + x[layout.d])
+        except (ValueError, np.linalg.LinAlgError) as error:
+            raise NoFlow(str(error)) from error
+        if not np.isfinite(motion.a).all():
+            raise NoFlow("the acceleration is not finite")
+        return motion
+
+    def _derivative(self, x: Array, motion: Motion) -> Array:
+        n = self._layout.n
+        derivative: Array = self._A.dot(x)
+        derivative[n : 2 * n] = motion.xi_ddot
+        return derivative

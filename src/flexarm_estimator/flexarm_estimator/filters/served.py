@@ -1,0 +1,40 @@
+"""Steps of the linear filter: those of the served model, made once per period and set of sensors."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexarm_estimator.filter import Belief
+from flexarm_estimator.filters.step_source import Look, StepSource
+from flexarm_estimator.process import ProcessModel, Transition
+from flexarm_estimator.sensors import MeasurementModel, SensorModels
+from flexarm_estimator.stack import Stack, stack_rows
+
+Array = NDArray[np.float64]
+
+
+class ServedSteps(StepSource):
+    """Constant matrices; poses are linearised at the mean."""
+
+    is_constant = True
+
+    def __init__(self, process: ProcessModel, models: SensorModels) -> None:
+        """Bind the parts; rows are stacked when a combination of sensors first occurs."""
+        self._process, self._models = process, models
+        self._stacks: dict[tuple[str, ...], Stack] = {}
+
+    def transition(self, before: Belief, dt: float, u: Array) -> Transition:
+        """Return the step of the process model."""
+        return self._process.step(dt)
+
+    def rows(self, names: tuple[str, ...], prior: Belief, u: Array) -> Stack:
+        """Return the rows of the served model."""
+        if names not in self._stacks:
+            rows = [self._models.rows[name] for name in names]
+            self._stacks[names] = stack_rows(rows, self._process.force_cov)
+        return self._stacks[names]
+
+    def look(self, model: MeasurementModel, y: Array, belief: Belief, u: Array) -> Look:
+        """Return innovation and Jacobian at the mean."""
+        return Look(*model.linearise(y, belief.x, u))

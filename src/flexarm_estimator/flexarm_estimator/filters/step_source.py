@@ -1,0 +1,63 @@
+"""The one interface of all filters: where the matrices of a step come from.
+
+Every filter is the same machine: joint step, gate, rewinding, filterpy beside it. They differ in the linear
+stand-in for one step, ``x+ = A x + B u + w``, ``y = C x+ + D u + D_w f + v``, and in nothing else:
+
+* linear: the served model's, whatever the belief (``served.ServedSteps``);
+* extended: tangents of the arm's motion at the belief's mean (``tangent.TangentSteps``);
+* unscented: regression over sigma points of the belief, whose residual joins the noise
+  (``sigma.SigmaSteps``).
+
+The last column of ``B`` and ``D`` (``u`` ends with 1) holds what makes the stand-in exact at the mean.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexarm_estimator.filter import Belief
+from flexarm_estimator.process import Transition
+from flexarm_estimator.sensors import MeasurementModel
+from flexarm_estimator.stack import Stack
+
+Array = NDArray[np.float64]
+
+
+class Look(NamedTuple):
+    """A pose sample as the filter sees it.
+
+    Attributes:
+        nu: Innovation, (m,).
+        H: Jacobian, (m, n_x).
+        spread: Joins the noise: how far the sensor is from linear within the belief, (m, m) or 0.
+    """
+
+    nu: Array
+    H: Array
+    spread: Array | float = 0.0
+
+
+class StepSource(ABC):
+    """Makes linear stand-ins for one served model.
+
+    Attributes:
+        is_constant: They do not depend on the belief, so that a step made once may be run again.
+    """
+
+    is_constant: bool
+
+    @abstractmethod
+    def transition(self, before: Belief, dt: float, u: Array) -> Transition:
+        """Return the step from ``before`` over ``dt`` > 0 seconds; ``u = [tau; 1]`` is held; never raises."""
+
+    @abstractmethod
+    def rows(self, names: tuple[str, ...], prior: Belief, u: Array) -> Stack:
+        """Return the rows of some sensors at the end of a step, about ``prior``; never raises."""
+
+    @abstractmethod
+    def look(self, model: MeasurementModel, y: Array, belief: Belief, u: Array) -> Look:
+        """Return what a pose sensor's sample says about the belief."""
