@@ -24,6 +24,7 @@ from flexarm_estimator.measurement import Measurement
 from flexarm_estimator.parts import Parts, PartsMaker
 from flexarm_estimator.report import describe_tip
 from flexarm_estimator.settings import EstimatorConfig
+from flexarm_estimator.stamp_delays import StampDelays
 from flexarm_estimator.tip import Kinematics
 from flexarm_estimator.watch import Finding, View
 from flexarm_estimator.watches import make_watches
@@ -69,7 +70,8 @@ class Estimator:
         self._specs, self._config, self._use_compiler = sensors, config, use_compiler
         gate = Gate({spec.name: len(spec.channels) for spec in sensors}, config)
         self._maker = PartsMaker(kinematics, sensors, config, gate)
-        self._watches = make_watches(sensors, config)
+        self._delays = StampDelays(sensors)
+        self._watches = make_watches(sensors, config, self._delays)
         self._use(self.prepare(model))
         locating = {name for name, model in self._parts.sensors.all().items() if model.locates}
         self.health = Health(sensors, locating, config)
@@ -93,7 +95,7 @@ class Estimator:
         """
         trouble = [*self._follow_clock(t), *self._take_torque(tau)]
         first = self._history.advance(self._t, self._u)
-        samples = self._admit(measurements)
+        samples = self._admit(self._delays.undo(measurements))
         fit = [sample for sample in samples if not self.health.is_faulty(sample.sensor)]
         verdicts = self._compute([first, *(self._history.insert(sample) for sample in fit)])
         self.health.note_verdicts(verdicts)

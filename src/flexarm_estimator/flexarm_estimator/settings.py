@@ -64,3 +64,10 @@ class EstimatorConfig:
     lost_sigma: float = parameter(
         0.01, "Lost when one sigma of the tip's position is larger", "m", 1e-6, 10.0
     )
+    calibrate_latency: bool = parameter(False, "Use the delay of the camera's stamps that is found out")
+    latency_memory: float = parameter(
+        20.0, "Time after which a frame counts 1/e when that delay is found out", "s", 1.0, 3600.0
+    )
+    latency_rate: float = parameter(
+        0.01, "Rate at which the delay in use follows the one found out", "1", 1e-4, 1.0
+    )

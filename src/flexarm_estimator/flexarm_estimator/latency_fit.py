@@ -1,0 +1,87 @@
+r"""Delay of a camera's stamps from the motion of the tip that the other sensors predict.
+
+For every candidate delay ``tau`` of a grid, residuals ``r_k = y_k - p(stamp_k - tau)`` are summed up with
+forgetting (weights ``w_k``), and a constant offset of the camera drops out::
+
+    J(tau) = sum w |r|^2 - |sum w r|^2 / sum w
+
+The minimum lies on the parabola through the least J and its two neighbours. Near it ``r`` is noise plus
+``v (tau - tau0)`` with the tip's velocity v, so that ``J'' = 2 sum w |v - mean v|^2`` and, with the variance
+of one residual ``s^2 = J_min / (3 (sum w - 1))``::
+
+    sigma_tau^2 = s^2 / sum w |v - mean v|^2 = 2 s^2 / J''
+
+What the model gets wrong in proportion to position or acceleration does not move the minimum: over moves
+from rest to rest both are orthogonal to the velocity.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+_LEAST_FRAMES = 30.0  # sum of weights below which nothing is said
+_MOST_SIGMA = 0.002  # s; a worse fit says that the arm has not moved enough
+_APART = 2  # steps of the grid around the minimum that belong to it
+_BETTER = 25.0  # a second minimum must be worse by so many variances of a residual (five sigmas)
+
+
+@dataclass(frozen=True)
+class Latency:
+    """A delay and its one sigma [s]."""
+
+    value: float
+    sigma: float
+
+
+class LatencyFit:
+    """Sums over the frames of one camera."""
+
+    def __init__(self, candidates: Array, memory: float) -> None:
+        """Start without frames.
+
+        Args:
+            candidates: Delays to compare, evenly spaced and growing [s], (k,).
+            memory: Time after which a frame counts 1/e [s].
+        """
+        self.candidates = candidates
+        self._memory = memory
+        self._weight = 0.0
+        self._sum = np.zeros((candidates.size, 3))
+        self._squares = np.zeros(candidates.size)
+
+    def add(self, residuals: Array, elapsed: float) -> None:
+        """Take the residuals of a frame at every candidate, (k, 3) [m]; the last was ``elapsed`` [s] ago."""
+        keep = math.exp(-max(0.0, elapsed) / self._memory)
+        self._weight = keep * self._weight + 1.0
+        self._sum = keep * self._sum + residuals
+        self._squares = keep * self._squares + (residuals * residuals).sum(axis=1)
+
+    def result(self) -> Latency | None:
+        """Return the delay; None when too little has moved to tell."""
+        if self._weight < _LEAST_FRAMES:
+            return None
+        J = self._squares - (self._sum**2).sum(axis=1) / self._weight  # (k,)
+        best = int(np.argmin(J))
+        if not 0 < best < J.size - 1:
+            return None
+        before, least, after = J[best - 1 : best + 2].tolist()
+        step = float(self.candidates[1] - self.candidates[0])
+        bend = before - 2.0 * least + after  # J'' step^2
+        if not bend > 0.0:
+            return None
+        shift = 0.5 * (before - after) / bend
+        variance = max(least - 0.125 * (before - after) ** 2 / bend, 0.0) / (3.0 * (self._weight - 1.0))
+        sigma = step * math.sqrt(2.0 * variance / bend)
+        if sigma > _MOST_SIGMA or self._is_ambiguous(J, best, variance):
+            return None
+        return Latency(float(self.candidates[best]) + shift * step, sigma)
+
+    def _is_ambiguous(self, J: Array, best: int, variance: float) -> bool:
+        """Return whether a delay far from the best one fits about as well (a periodic motion)."""
+        away = np.abs(np.arange(J.size) - best) > _APART
+        return bool((J[away] < J[best] + _BETTER * variance).any())

@@ -1,0 +1,62 @@
+"""The tip as encoders and gauges alone say it, without filter, torque or camera.
+
+Rows that feel neither velocity nor acceleration read ``y = C xi + y_c + v``. From those of one instant, the
+most probable coordinates are ``xi = xi0 + P0 C' (C P0 C' + R)^-1 (y - C xi0 - y_c)``: the encoders place the
+axes, and the gauges' strain is shared out among the modes by how much each is expected to move (P0).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexarm_estimator.parts import Parts
+
+Array = NDArray[np.float64]
+
+
+class TipPrediction:
+    """Tip from samples, with one served model.
+
+    Attributes:
+        locating: Sensors that must be there, because they tell where the axes are.
+        sensors: All that are used.
+    """
+
+    def __init__(self, parts: Parts) -> None:
+        """Pick the sensors that read positions."""
+        rows = {name: model for name, model in parts.sensors.rows.items() if not model.D_w.any()}
+        self.sensors = frozenset(rows)
+        self.locating = frozenset(name for name, model in rows.items() if model.locates)
+        self._rows, self._parts = rows, parts
+        self._maps: dict[tuple[str, ...], tuple[Array, Array]] = {}
+
+    def position(self, samples: Mapping[str, Array]) -> Array:
+        """Return the tip's position [m], (3,), from the values of ``locating`` and others of ``sensors``."""
+        names = tuple([name for name in self._rows if name in samples])
+        found = self._maps.get(names)
+        if found is None:
+            found = self._maps[names] = self._map(names)
+        gain, constant = found
+        values: list[float] = []
+        for name in names:  # on so few numbers cheaper than joining arrays
+            values += samples[name].tolist()
+        position: Array = self._parts.tip.pose(gain.dot(values) + constant)[:3, 3]
+        return position
+
+    def _map(self, names: tuple[str, ...]) -> tuple[Array, Array]:
+        """Return gain (n_x, m) and constant (n_x,) of ``x = gain y + constant``."""
+        parts = self._parts
+        n, n_x = parts.model.n, parts.layout.n_x
+        x, u = np.zeros(n_x), np.append(np.zeros(parts.model.n_theta), 1.0)
+        x[:n] = parts.model.xi0
+        P0 = parts.process.P0[:n, :n]
+        models = [self._rows[name] for name in names]
+        C = np.vstack([model.C[:, :n] for model in models])
+        R = np.diag(np.concatenate([np.diag(model.R) for model in models]))
+        gain = np.zeros((n_x, C.shape[0]))
+        gain[:n] = np.linalg.solve(C @ P0 @ C.T + R, C @ P0).T
+        nothing = np.concatenate([model.innovation(np.zeros(model.R.shape[0]), x, u) for model in models])
+        return gain, x + gain @ nothing
