@@ -53,6 +53,7 @@ COMMANDS = {
     "model": Command("flexarm_bringup.model_command", "frequencies, shapes and reach of the modes at a pose"),
     "sim": Command("flexarm_bringup.simulate", "run any manipulator in lockstep: MPC against joint PD"),
     "reproduce": Command("flexarm_bringup.reproduce", "compare published tables with this model"),
+    "faults": Command("flexarm_bringup.faults", "inject faults on the simulated rig: measured against bound"),
     "replay": Command("flexarm_bringup.replay", "feed a bag through estimator and controller, byte for byte"),
     "bench": Command("flexarm_bringup.bench", "measure the time of every step, as ratios to a baseline"),
 }

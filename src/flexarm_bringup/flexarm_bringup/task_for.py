@@ -10,7 +10,7 @@ from flexarm_bringup.tip_vibration import Watch
 from flexarm_model.config import FORMAT, load_config
 from flexarm_model.description import ManipulatorConfig
 from flexarm_model.manipulator_file import find_manipulator
-from flexarm_model.profiles import Trapezoid
+from flexarm_model.profiles import Profile, Trapezoid
 from flexarm_model.share import share_folders
 from flexarm_model.strict_yaml import ConfigError, read_yaml
 
@@ -38,15 +38,20 @@ def task_for(name: str) -> Task:
     return tour(name, load_config(find_manipulator(name)))
 
 
-def tour(name: str, config: ManipulatorConfig) -> Task:
+def tour(name: str, config: ManipulatorConfig, profile: Profile | None = None) -> Task:
     """Return the task of going to every named pose and home again, or of moving the first axis.
+
+    Args:
+        name: Of the manipulator.
+        config: Its description.
+        profile: Of every move, from 0 to 1; None takes 1 s with short ramps.
 
     Raises:
         ConfigError: The arm has no motor.
     """
     if not config.actuated:
         raise ConfigError(f"manipulator: '{name}': no axis is actuated; expected at least one to move")
-    profile = Trapezoid(1.0, DURATION, RAMP, RAMP)
+    profile = profile or Trapezoid(1.0, DURATION, RAMP, RAMP)
     moves: dict[str, TaskMove] = {f"to {pose}": ToPose(pose, profile) for pose in config.poses}
     if not moves:
         axis = next(iter(config.actuated))

@@ -1,0 +1,226 @@
+"""Rows about messages: frames and joints nobody knows, wrong sizes, odd covariances, missing stamps."""
+
+from __future__ import annotations
+
+import copy
+import math
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from flexarm_bringup.fault_drill.findings import Finding, is_finite
+from flexarm_bringup.fault_drill.row import Row, Skipped, together
+from flexarm_bringup.fault_drill.stand import FAULT_START, Stand
+
+if TYPE_CHECKING:
+    from flexarm_bringup.fault_drill.message_stand import MessageStand
+    from flexarm_bringup.sim.conversions import Outgoing
+
+TOLD_AFTER = 1.0  # s
+CASES = 10_000
+SEED = 19
+STRANGE = "nowhere"
+DRIVES = ("joint_states", "applied_effort")  # topics
+NASTY = (math.nan, math.inf, -math.inf, 1e308, -1e308, 5e-324, 0.0, -1.0, 1e6)
+
+
+def message_stand(stand: Stand) -> MessageStand:
+    """Return the stand at message level.
+
+    Raises:
+        Skipped: The message types are not installed.
+    """
+    try:
+        from flexarm_bringup.fault_drill.message_stand import MessageStand
+    except ImportError as error:
+        raise Skipped(f"needs ROS and flexarm_interfaces: {error}") from None
+    return MessageStand(stand)
+
+
+def wrong_frames(topic: str, kind: str, spoil: Callable[[Any], None]) -> Callable[[Stand], list[Finding]]:
+    """Return what spoils all messages of a topic that starts with ``topic``."""
+
+    def play(stand: Stand) -> list[Finding]:
+        bench, first = message_stand(stand), round(FAULT_START / stand.record.dt)
+        told = FAULT_START + TOLD_AFTER
+
+        def tamper(k: int, messages: list[Outgoing]) -> list[Outgoing]:
+            for out in messages if k >= first else ():
+                if out.topic.startswith(topic):
+                    spoil(out.msg)
+            return messages
+
+        trace = bench.play(tamper, told)
+        fused = sum(
+            trace.accepted(-1, s.name) - trace.accepted(first - 1, s.name) for s in stand.of_kind(kind)
+        )
+        errors = [text for text in trace.diagnostics.get(b"\x02", []) if STRANGE in text]
+        return [
+            Finding(f"{kind}: fused", fused, 0),
+            Finding(f"{kind}: errors naming it after 1 s", len(errors), 1, at_least=True),
+        ]
+
+    return play
+
+
+def fuzz(stand: Stand) -> list[Finding]:
+    """Send ten thousand spoilt messages beside the good ones."""
+    bench, rng = message_stand(stand), np.random.default_rng(SEED)
+    each = math.ceil(CASES / (len(stand.record.t) - 1))
+    sent: list[bool] = []
+
+    def tamper(k: int, messages: list[Outgoing]) -> list[Outgoing]:
+        bad = []
+        for _ in range(each):
+            out = copy.deepcopy(messages[rng.integers(len(messages) - 1)])  # the last one is the torque
+            sent.append(SPOIL[out.topic.split("/")[0]](out.msg, rng))
+            bad.append(out)
+        return [*messages, *bad]
+
+    trace = bench.play(tamper, FAULT_START)
+    return [
+        Finding("spoilt messages", len(sent), CASES, at_least=True),
+        Finding("non-finite estimates", sum(not is_finite(e) for e in trace.estimates), 0),
+        Finding("refused / certainly bad", trace.refused() / sum(sent), 1.0, at_least=True),
+    ]
+
+
+def odd_covariances(stand: Stand) -> list[Finding]:
+    """Let every camera frame have a covariance that cannot be used."""
+    bench = message_stand(stand)
+    odd = [np.zeros(36), -np.eye(6).ravel(), np.full(36, math.nan), np.full(36, math.inf)]
+
+    def tamper(k: int, messages: list[Outgoing]) -> list[Outgoing]:
+        for out in messages:
+            if out.topic.startswith("camera"):
+                out.msg.pose.covariance = odd[k % len(odd)]
+        return messages
+
+    trace, names = bench.play(tamper, FAULT_START), [spec.name for spec in stand.of_kind("camera")]
+    usual = sum(stand.nominal.report(-1, name).accepted for name in names)
+    lost = usual - sum(trace.accepted(-1, name) for name in names)
+    return [Finding("frames lost by an odd covariance", lost, 0)]
+
+
+def missing_fields(stand: Stand) -> list[Finding]:
+    """Leave velocity and effort of the joint states empty, as real robots do."""
+    bench = message_stand(stand)
+
+    def tamper(k: int, messages: list[Outgoing]) -> list[Outgoing]:
+        for out in messages:
+            if out.topic == "joint_states":
+                out.msg.velocity, out.msg.effort = [], []
+        return messages
+
+    trace, names = bench.play(tamper, FAULT_START), [spec.name for spec in stand.of_kind("encoder")]
+    lost = len(names) * len(stand.record.t) - sum(trace.accepted(-1, name) for name in names)
+    return [Finding("encoder samples lost by an empty effort", lost, 0.001 * len(stand.record.t))]
+
+
+def no_stamps(stand: Stand) -> list[Finding]:
+    """Leave the stamp of every gauge, accelerometer and camera at zero."""
+    bench, first = message_stand(stand), round(FAULT_START / stand.record.dt)
+    spoilt: set[str] = set()
+
+    def tamper(k: int, messages: list[Outgoing]) -> list[Outgoing]:
+        for out in messages if k >= first else ():
+            if out.topic not in DRIVES:
+                out.msg.header.stamp.sec = out.msg.header.stamp.nanosec = 0
+                spoilt.add(out.topic)
+        return messages
+
+    trace = bench.play(tamper, FAULT_START + TOLD_AFTER)
+    specs = stand.of_kind("strain_gauge", "accelerometer", "camera")
+    fused = sum(trace.accepted(-1, s.name) - trace.accepted(first - 1, s.name) for s in specs)
+    warnings = " ".join(trace.diagnostics.get(b"\x01", []))
+    unnamed = [topic for topic in spoilt if f"{topic}_timestamp" not in warnings]
+    return [
+        Finding("samples without a stamp fused", fused, 0),
+        Finding("topics without a warning after 1 s", len(unnamed), 0),
+    ]
+
+
+def _spoil_joints(msg: Any, rng: np.random.Generator) -> bool:
+    """Spoil joint states; returns whether they must be refused."""
+    which = rng.integers(4)
+    if which == 0:
+        msg.position = []
+    elif which == 1:
+        msg.position = [*msg.position, 0.0]
+    elif which == 2:
+        msg.name = [STRANGE, *msg.name[1:]]
+    else:
+        msg.position = [float(rng.choice((math.nan, math.inf, 1e308)))] * len(msg.name)
+    msg.effort = []
+    return True
+
+
+def _spoil_strain(msg: Any, rng: np.random.Generator) -> bool:
+    which = rng.integers(4)
+    if which == 0:
+        msg.strain = []
+    elif which == 1:
+        msg.names = [STRANGE, *msg.names[1:]]
+    elif which == 2:
+        msg.strain = [float(rng.choice((math.nan, math.inf, 1.0)))] * len(msg.names)
+    else:
+        msg.standard_deviation = [float(rng.choice(NASTY))] * len(msg.names)
+    return bool(which != 3)
+
+
+def _spoil_imu(msg: Any, rng: np.random.Generator) -> bool:
+    which = rng.integers(3)
+    if which == 0:
+        msg.header.frame_id = STRANGE
+    elif which == 1:
+        bad = float(rng.choice((math.nan, math.inf, 1e308)))
+        msg.linear_acceleration.x = msg.linear_acceleration.y = msg.linear_acceleration.z = bad
+    else:
+        msg.linear_acceleration_covariance = rng.choice(NASTY, 9)
+    return bool(which != 2)
+
+
+def _spoil_camera(msg: Any, rng: np.random.Generator) -> bool:
+    which, q = rng.integers(4), msg.pose.pose.orientation
+    if which == 0:
+        msg.header.frame_id = STRANGE
+    elif which == 1:
+        q.x = q.y = q.z = q.w = float(rng.choice((0.0, math.nan, 1e308)))
+    elif which == 2:
+        msg.pose.pose.position.x = float(rng.choice((math.nan, math.inf, 1e6)))
+    else:
+        msg.pose.covariance = rng.choice(NASTY, 36)
+    return bool(which != 3)
+
+
+SPOIL = {"joint_states": _spoil_joints, "strain": _spoil_strain, "imu": _spoil_imu, "camera": _spoil_camera}
+
+
+def _rename_frame(msg: Any) -> None:
+    msg.header.frame_id = STRANGE
+
+
+def _rename_joints(msg: Any) -> None:
+    msg.name = [STRANGE for _ in msg.name]
+
+
+ROWS = (
+    Row(
+        18,
+        "frame or joint that nobody knows",
+        "nothing fused; an ERROR names it",
+        together(
+            wrong_frames("camera", "camera", _rename_frame),
+            wrong_frames("imu", "accelerometer", _rename_frame),
+            wrong_frames("joint_states", "encoder", _rename_joints),
+        ),
+    ),
+    Row(
+        19,
+        "wrong sizes, empty fields, no quaternion, odd covariances",
+        "no exception; refused and counted; missing fields ignored; R floored",
+        together(fuzz, odd_covariances, missing_fields),
+    ),
+    Row(21, "stamp of zero", "dropped; a WARN names the topic", no_stamps),
+)

@@ -1,0 +1,159 @@
+"""A test stand: one machine, its recorded motion, and the estimator run over it with faulty samples."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexarm_bringup.fault_drill.motion_record import DrilledArm, MotionRecord, drilled_arm, record_motion
+from flexarm_bringup.sim.rig import RigSettings
+from flexarm_bringup.sim.sensor_faults import Arrival, FaultLine, SensorFault
+from flexarm_estimator.estimate import Estimate, SensorReport
+from flexarm_estimator.estimator import Estimator
+from flexarm_estimator.measurement import Measurement
+from flexarm_estimator.settings import EstimatorConfig
+from flexarm_model.description import SensorSpec
+
+Array = NDArray[np.float64]
+Faults = Mapping[str, SensorFault]
+Change = Callable[[int, list[Measurement]], list[Measurement]]
+FAULT_START, FAULT_END = 2.5, 4.5  # s; in the middle of a move, and two seconds later
+
+
+@dataclass(frozen=True)
+class Trace:
+    """What the estimator said over a record.
+
+    Attributes:
+        t: Times of the record [s], (k,).
+        error: Distance of the estimated tip from the true one [m], (k,).
+        sigma: One sigma of that distance as published [m], (k,).
+        estimates: Everything it said, (k,).
+        touched: Samples that a fault touched, by sensor.
+    """
+
+    t: Array
+    error: Array
+    sigma: Array
+    estimates: tuple[Estimate, ...]
+    touched: Mapping[str, int]
+
+    def rms(self, start: float = FAULT_START, end: float = FAULT_END) -> float:
+        """Return the RMS tip error from ``start`` to ``end`` [m]."""
+        inside = (self.t >= start) & (self.t < end)
+        return float(np.sqrt(np.mean(self.error[inside] ** 2)))
+
+    def report(self, k: int, sensor: str) -> SensorReport:
+        """Return the health of a sensor at tick ``k``."""
+        return next(report for report in self.estimates[k].sensors if report.name == sensor)
+
+    def tick(self, t: float) -> int:
+        """Return the first tick at or after ``t`` [s]."""
+        return int(np.searchsorted(self.t, t - 1e-9))
+
+
+class Stand:
+    """One machine on the test stand.
+
+    Attributes:
+        name: Of the manipulator.
+        arm: The machine.
+        settings: Of the estimator, as its task has them.
+    """
+
+    def __init__(self, name: str, seed: int = 1) -> None:
+        """Plan the tour and compile the arm.
+
+        Args:
+            name: Of the manipulator.
+            seed: Of all noise.
+
+        Raises:
+            ConfigError: There is no such manipulator.
+        """
+        self.name, self.seed = name, seed
+        self.simulation = RigSettings(seed=seed)
+        self.arm: DrilledArm = drilled_arm(name, self.simulation)
+        self.settings = self.arm.task.make("estimator", EstimatorConfig)
+
+    @cached_property
+    def record(self) -> MotionRecord:
+        """The motion without any fault."""
+        return record_motion(self.arm, self.simulation)
+
+    @cached_property
+    def nominal(self) -> Trace:
+        """The estimator over that record: its RMS tip error is e0."""
+        return self.play()
+
+    @property
+    def sensors(self) -> tuple[SensorSpec, ...]:
+        """Sensors of the machine."""
+        return self.arm.config.sensors
+
+    def of_kind(self, *kinds: str) -> tuple[SensorSpec, ...]:
+        """Return the sensors of some kinds."""
+        return tuple(spec for spec in self.sensors if spec.kind in kinds)
+
+    def estimator(self, settings: EstimatorConfig | None = None, without: Sequence[str] = ()) -> Estimator:
+        """Return a new estimator of the machine, without the sensors of some kinds."""
+        sensors = tuple(spec for spec in self.sensors if spec.kind not in without)
+        return Estimator(self.record.model, self.arm.tree, sensors, settings or self.settings)
+
+    def play(
+        self,
+        faults: Faults | None = None,
+        *,
+        estimator: Estimator | None = None,
+        record: MotionRecord | None = None,
+        change: Change | None = None,
+        clock: Callable[[float], float] = float,
+    ) -> Trace:
+        """Run the estimator over a record with faults in its samples.
+
+        Args:
+            faults: By sensor.
+            estimator: A new one with other settings or fewer sensors; None for the usual one.
+            record: Another run of the same machine; None for the usual one.
+            change: Changes what arrives at a tick, after the faults have.
+            clock: Time of the estimator and of all stamps as a function of that of the record [s].
+        """
+        record, estimator = record or self.record, estimator or self.estimator()
+        lines = {
+            spec.name: FaultLine((faults or {}).get(spec.name, SensorFault()), spec, record.dt, self.seed)
+            for spec in self.sensors
+        }
+        arriving = _by_tick(record.arrivals, lines, len(record.t))
+        estimates = []
+        for k, t in enumerate(record.t):
+            if k in record.served:
+                estimator.adopt(record.served[k])
+            samples = [_measured(arrival, record.dt, clock) for arrival in arriving[k]]
+            samples = samples if change is None else change(k, samples)
+            estimates.append(estimator.step(samples, record.tau[k], clock(float(t))))
+        return _trace(record, estimates, {name: line.touched for name, line in lines.items()})
+
+
+def _by_tick(arrivals: Sequence[Arrival], lines: Mapping[str, FaultLine], n: int) -> list[list[Arrival]]:
+    """Return what arrives at every tick when the lines have carried it."""
+    arriving: list[list[Arrival]] = [[] for _ in range(n)]
+    for arrival in arrivals:
+        for carried in lines[arrival.sample.sensor].carry(arrival):
+            if carried.tick < n:
+                arriving[carried.tick].append(carried)
+    return arriving
+
+
+def _measured(arrival: Arrival, dt: float, clock: Callable[[float], float]) -> Measurement:
+    return Measurement(arrival.sample.sensor, clock(arrival.sample.tick * dt), arrival.sample.y)
+
+
+def _trace(record: MotionRecord, estimates: list[Estimate], touched: Mapping[str, int]) -> Trace:
+    tip = np.array([estimate.T_world_tip[:3, 3] for estimate in estimates])
+    variance = np.array([np.trace(estimate.cov_tip_pose[:3, :3]) for estimate in estimates])
+    error = np.linalg.norm(tip - record.tip, axis=1)
+    return Trace(record.t, error, np.sqrt(np.maximum(variance, 0.0)), tuple(estimates), touched)
