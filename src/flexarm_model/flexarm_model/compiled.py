@@ -14,7 +14,7 @@ import subprocess
 import tempfile
 from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import casadi as ca
 import numpy as np
@@ -28,16 +28,29 @@ LONG_SOURCE = 1_000_000  # bytes of C; from here on compiling takes seconds, and
 LOG = logging.getLogger("flexarm")
 
 
+class WorkSizes(NamedTuple):
+    """Numbers of pointers, integers and reals that generated code works with."""
+
+    arg: int
+    res: int
+    iw: int
+    w: int
+
+
 class FastFunction:
     """A CasADi function on fixed NumPy buffers: no allocation per call.
 
     Inputs are copied into ``inputs``; results appear in ``outputs`` and are overwritten by the next
     call. Matrices are column-major, as CasADi stores them.
+
+    Attributes:
+        library: Where its machine code is; None on the virtual machine.
     """
 
-    def __init__(self, function: ca.Function) -> None:
+    def __init__(self, function: ca.Function, library: Path | None = None) -> None:
         """Wrap a function whose outputs are dense."""
         self.name: str = function.name()
+        self.library = library
         self._function = function  # keeps the library loaded
         self._buffer: Any  # its stub asks for a size that the method does not take
         self._buffer, self._evaluate = function.buffer()
@@ -49,6 +62,12 @@ class FastFunction:
             self._buffer.set_res(i, flat.data)
         self.inputs = [_shaped(flat, function.size_in(i)) for i, flat in enumerate(flat_in)]
         self.outputs = tuple(_shaped(flat, function.size_out(i)) for i, flat in enumerate(flat_out))
+
+    @property
+    def sizes(self) -> WorkSizes:
+        """What its code works with."""
+        f = self._function
+        return WorkSizes(f.sz_arg(), f.sz_res(), f.sz_iw(), f.sz_w())
 
     def __call__(self, *arguments: Array | float) -> Any:
         """Evaluate; returns the one output, or a tuple of them (views that the next call overwrites)."""
@@ -72,7 +91,7 @@ def compile_functions(
     library = _library(dense, compiler) if compiler else None
     if library is None:
         return {name: FastFunction(function) for name, function in dense.items()}
-    return {name: FastFunction(ca.external(name, str(library))) for name in dense}
+    return {name: FastFunction(ca.external(name, str(library)), library) for name in dense}
 
 
 class FunctionTable(Mapping[str, FastFunction]):

@@ -20,7 +20,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexarm_model.body_reduction import reduce_body
-from flexarm_model.closure import close_loops, closure_residual, find_loops, follow, null_space
+from flexarm_model.closing import Closing, make_closing
+from flexarm_model.closure import closure_residual, find_loops, null_space
 from flexarm_model.compiled import FunctionTable
 from flexarm_model.coordinates import assumed_home, dampers, lay_out, stiffness
 from flexarm_model.description import Axis, ManipulatorConfig, NodeRef
@@ -143,6 +144,11 @@ class ReducedTree:
         """The same, each compiled when it is first asked for."""
         return FunctionTable(self.expressions, self._use_compiler)
 
+    @cached_property
+    def closing(self) -> Closing:
+        """Moves the dependent coordinates of an arm with loops."""
+        return make_closing(self.functions["constraints"], self.loops, self.config.name)
+
     def linearisation(self, q: Array) -> tuple[Array, Array, Array, Array]:
         """Return mass, damping, stiffness (n_q, n_q) and static forces (n_q,) at rest at q."""
         M, force = self.functions["motion"](q, np.zeros(self.n_q))
@@ -159,7 +165,7 @@ class ReducedTree:
         """
         q = self.closed(q)
         J = np.array(self.functions["tip_jacobian"](q))
-        return follow(J, self.constraints(q)[1], self.loops.dependent) if self.n_c else J
+        return self.closing.follow(J, q) if self.n_c else J
 
     def constraints(self, q: Array) -> tuple[Array, Array]:
         """Return the rows that close the loops and their Jacobian, (n_c,) and (n_c, n_q)."""
@@ -177,8 +183,8 @@ class ReducedTree:
         if not self.n_c:
             return q
         asked, closed = self._last_closed
-        if not np.array_equal(q, asked):  # a pose and its Jacobian are often asked for in a row
-            closed = close_loops(self.constraints, q, self.loops.dependent, self.config.name)
+        if not (q == asked).all():  # a pose and its Jacobian are often asked for in a row
+            closed = self.closing.close(q)
             self._last_closed = np.array(q), closed
         return closed.copy()
 
