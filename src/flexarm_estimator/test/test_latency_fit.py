@@ -1,0 +1,69 @@
+"""The delay of a camera's stamps from residuals: right, with the scatter that it claims, or not told."""
+
+import numpy as np
+import pytest
+
+from flexarm_estimator.latency_fit import LatencyFit
+
+CANDIDATES = np.linspace(-0.02, 0.2, 45)
+SIGMA = 0.5e-3  # m, of a frame
+OFFSET = np.array([0.02, -0.01, 0.005])  # m; the camera stands somewhere else than it says
+
+
+def move(t, f_hz=0.4):
+    """Rest-to-rest moves and a little vibration of the tip [m]."""
+    phase = 2 * np.pi * f_hz * t
+    return np.column_stack([0.1 * np.sin(phase), 0.2 * np.cos(0.7 * phase), 0.003 * np.sin(31.0 * t)])
+
+
+def velocity(t, h=1e-5):
+    return (move(t + h) - move(t - h)) / (2 * h)
+
+
+def fit(delay, seed, frames=600, motion=move, memory=1e9, drift=0.0):
+    rng = np.random.default_rng(seed)
+    made = LatencyFit(CANDIDATES, memory)
+    for k in range(frames):
+        stamp = k / 30.0
+        y = motion(np.array([stamp - delay - drift * k]))[0] + OFFSET + SIGMA * rng.normal(size=3)
+        made.add(y - motion(stamp - CANDIDATES), 1.0 / 30.0)
+    return made.result()
+
+
+@pytest.mark.parametrize("delay", [0.0, 0.0312, 0.06, 0.1])
+def test_the_delay_is_found_between_the_candidates_and_an_offset_of_the_camera_drops_out(delay):
+    found = fit(delay, 1)
+    assert found.value == pytest.approx(delay, abs=4 * found.sigma)
+    assert found.sigma < 0.3e-3
+
+
+def test_sigma_is_that_of_linear_least_squares_and_of_the_scatter_over_seeds():
+    t = np.arange(600) / 30.0 - 0.0312
+    v = velocity(t) - velocity(t).mean(axis=0)
+    expected = SIGMA / np.sqrt((v**2).sum())  # closed form for residuals noise + v (tau - tau0)
+    found = [fit(0.0312, seed) for seed in range(2, 18)]
+    scatter = np.std([one.value - 0.0312 for one in found])
+    assert np.mean([one.sigma for one in found]) == pytest.approx(expected, rel=0.1)  # J bends over 5 ms
+    assert 0.5 * expected < scatter < 1.6 * expected  # 16 seeds: chi within +-0.4 at 99 %
+
+
+def test_an_arm_at_rest_tells_nothing():
+    assert fit(0.06, 1, motion=lambda t: np.zeros((t.size, 3))) is None
+
+
+def test_too_few_frames_tell_nothing():
+    assert fit(0.06, 1, frames=20) is None
+
+
+def test_a_motion_that_repeats_within_the_candidates_is_ambiguous():
+    assert fit(0.06, 1, motion=lambda t: 0.05 * np.sin(2 * np.pi * 12.5 * t)[:, None] * np.ones(3)) is None
+
+
+def test_a_delay_beyond_the_candidates_is_not_told():
+    assert fit(0.35, 1) is None
+
+
+def test_old_frames_are_forgotten():
+    slow, fast = (fit(0.03, 1, frames=900, memory=memory, drift=2e-5) for memory in (1e9, 3.0))
+    now = 0.03 + 2e-5 * 899
+    assert abs(fast.value - now) < 0.003 < abs(slow.value - now)

@@ -1,0 +1,116 @@
+"""Cameras whose stamps are late: undone when configured, found out, told and used when not."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from planar_strip import CAMERA, DT, ROW_SENSORS, SENSORS, StripKinematics, arriving, simulate, strip_model
+
+from flexarm_estimator.estimator import Estimator
+from flexarm_estimator.measurement import Measurement
+from flexarm_estimator.settings import EstimatorConfig
+from flexarm_estimator.tip_prediction import TipPrediction
+from flexarm_estimator.tip_track import TipTrack
+
+QUIET = EstimatorConfig(
+    motion_acceleration=0.05, modal_force=0.01, acceleration_noise=0.01, disturbance_drift=0.1
+)
+RECORD = simulate(2400, np.random.default_rng(41), config=QUIET, camera_every=7)  # 12 s
+FRAMES = 12  # instants from exposure to arrival
+
+
+def late(samples, delay):
+    """Stamp the camera's frames too late by ``delay`` [s]."""
+    return [replace(s, t=s.t + delay) if s.sensor == "camera" else s for s in samples]
+
+
+def feed(delay, configured=0.0, steps=2400, record=RECORD, **settings):
+    sensors = (*ROW_SENSORS, replace(CAMERA, stamp_delay=configured))
+    estimator = Estimator(strip_model(), StripKinematics(), sensors, replace(QUIET, **settings))
+    for k in range(steps):
+        samples = late(arriving(record, k, FRAMES), delay)
+        estimate = estimator.step(samples, record.tau[k], float(record.t[k]))
+    return estimator, estimate
+
+
+def camera(estimate):
+    return next(report for report in estimate.sensors if report.name == "camera")
+
+
+def test_a_configured_delay_is_undone_to_rounding():
+    _, plain = feed(0.0, steps=300)
+    _, undone = feed(0.06, configured=0.06, steps=300)
+    np.testing.assert_allclose(undone.x, plain.x, rtol=1e-9, atol=1e-12)
+    np.testing.assert_allclose(undone.P, plain.P, rtol=1e-6, atol=1e-15)
+
+
+@pytest.mark.parametrize("delay", [0.03, 0.0573])
+def test_a_wrong_delay_is_found_and_told_although_the_gate_refuses_the_frames(delay):
+    estimator, estimate = feed(delay)
+    figures = estimator.figures()["camera"]
+    assert figures["stamp delay found [s]"] == pytest.approx(delay, abs=2e-3)
+    assert figures["stamp delay in use [s]"] == 0.0
+    assert figures["its one sigma [s]"] < 1e-3
+    assert estimate.status == "degraded"
+    if camera(estimate).status == "ok":
+        assert "stamp_delay in use is 0.0 ms" in camera(estimate).reason
+
+
+def test_a_right_delay_raises_no_alarm():
+    estimator, estimate = feed(0.06, configured=0.06)
+    assert (estimate.status, camera(estimate).reason) == ("ok", "")
+    assert estimator.figures()["camera"]["stamp delay found [s]"] == pytest.approx(0.06, abs=2e-3)
+
+
+def test_the_delay_found_is_used_slowly_when_that_is_wanted():
+    estimator, estimate = feed(0.03, calibrate_latency=True, latency_rate=0.01)
+    used = estimator.figures()["camera"]["stamp delay in use [s]"]
+    assert used == pytest.approx(0.03, abs=2e-3)
+    assert estimate.status == "ok"
+    short, _ = feed(0.03, steps=600, calibrate_latency=True, latency_rate=0.01)
+    assert 0.0 < short.figures()["camera"]["stamp delay in use [s]"] <= 0.01 * 600 * DT
+
+
+def test_reset_goes_back_to_the_configured_delay():
+    estimator, _ = feed(0.03, calibrate_latency=True, latency_rate=0.1)
+    estimator.reset()
+    estimator.step([], np.zeros(1), 12.0)
+    assert estimator.figures()["camera"] == {"stamp delay in use [s]": 0.0}
+
+
+def test_the_tip_is_predicted_by_the_most_probable_coordinates():
+    """Against the normal equations of prior and rows, solved directly."""
+    estimator = Estimator(strip_model(), StripKinematics(), SENSORS, QUIET)
+    parts = estimator.prepare(strip_model())
+    prediction = TipPrediction(parts)
+    assert prediction.sensors == {"encoder", "root_strain"}
+    assert prediction.locating == {"encoder"}
+    y = {"encoder": np.array([0.3]), "root_strain": np.array([2e-4])}
+    C = np.vstack([parts.sensors.rows[name].C[:, :4] for name in ("encoder", "root_strain")])
+    weight = np.diag([1 / 20e-6**2, 1 / 1e-6**2])
+    information = C.T @ weight @ C + np.linalg.inv(parts.process.P0[:4, :4])
+    xi = np.linalg.solve(information, C.T @ weight @ np.array([0.3, 2e-4]))
+    expected = StripKinematics().tip_pose(xi)[:3, 3]
+    np.testing.assert_allclose(prediction.position(y), expected, atol=1e-9)
+    assert abs(expected[1] - 0.64 * np.sin(0.3)) > 1e-3  # the strip is bent
+
+
+def test_a_track_is_linear_between_its_points_and_keeps_only_what_is_recent():
+    track = TipTrack(0.3)
+    for k in range(1000):
+        track.add(k * 0.005, np.array([k * 0.005, 1.0, -k * 0.005]))
+    times = np.array([4.8, 4.8123, 4.995])
+    assert track.covers(4.7, 4.995)
+    assert not track.covers(4.9, 5.0)
+    assert not track.covers(1.0, 4.9)
+    np.testing.assert_allclose(track.positions(times), np.column_stack([times, np.ones(3), -times]))
+    assert not track.accepts(4.996)
+    track.add(6.0, np.zeros(3))  # nothing is known about the time between
+    assert not track.covers(4.995, 6.0)
+
+
+def test_frames_of_unknown_sensors_do_no_harm():
+    estimator = Estimator(strip_model(), StripKinematics(), ROW_SENSORS, QUIET)
+    estimate = estimator.step([Measurement("ghost", 0.0, np.zeros(6))], np.zeros(1), 0.0)
+    assert np.isfinite(estimate.x).all()
+    assert estimator.figures() == {}

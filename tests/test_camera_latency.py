@@ -1,0 +1,95 @@
+"""The camera's delay calibrates itself on the simulated rig after 20 s of ordinary moves, to 2 ms."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from flexarm_bringup.sim.perturb import PlantSettings
+from flexarm_bringup.sim.plant import Plant
+from flexarm_bringup.sim.rig import Rig
+from flexarm_estimator.estimator import Estimator
+from flexarm_estimator.measurement import Measurement
+from flexarm_estimator.settings import EstimatorConfig
+from flexarm_model.config import load_config
+from flexarm_model.description import ManipulatorConfig
+from flexarm_model.linearize import linearize
+from flexarm_model.manipulator_file import find_manipulator
+from flexarm_model.profiles import Quintic
+from flexarm_model.reduced_model import ReducedModel
+from flexarm_model.reduced_tree import ReducedTree
+
+Array = NDArray[np.float64]
+MOVES = {"single_link": np.array([0.4]), "planar_3rrr": np.array([0.12, 0.036, -0.072])}  # rad, out and back
+PERIOD, DURATION = 1.6, 20.0  # s; a move of 1 s and a rest
+JITTER = 0.02  # s, of the arrival
+BANDWIDTH = 12.0  # rad/s, of the joint control
+
+
+@cache
+def arm(name: str) -> tuple[ManipulatorConfig, ReducedTree, ReducedModel]:
+    config = load_config(find_manipulator(name), "geared")
+    tree = ReducedTree(config)
+    return config, tree, linearize(tree)
+
+
+@cache
+def plant(name: str, stiffness: float) -> Plant:
+    config = arm(name)[0]
+    return Plant(config, 1.0 / config.rate_hz, PlantSettings(float(np.sqrt(stiffness)), 1.0, 3, 0.0, 1.0))
+
+
+def torque(rig: Rig, model: ReducedModel, way: Array) -> Array:
+    """Joint control along moves out and back."""
+    t = rig.time_of(rig.tick)
+    count, since = divmod(t, PERIOD)
+    share, rate, _ = (float(part[0]) for part in Quintic(1.0, 1.0).sample(np.array([min(since, 1.0)])))
+    if count % 2:
+        share, rate = 1.0 - share, -rate
+    error = rig.config.home + way * share - rig.plant.theta
+    acceleration = BANDWIDTH**2 * error + 2 * BANDWIDTH * (way * rate - rig.plant.theta_dot)
+    return np.asarray(model.M[: way.size, : way.size] @ acceleration)
+
+
+def run(name: str, stiffness: float, delay: float, settings: EstimatorConfig) -> Estimator:
+    """Feed an estimator that knows nothing of the delay of the camera's stamps."""
+    config, tree, model = arm(name)
+    rig = Rig(config, plant=plant(name, stiffness))
+    estimator = Estimator(model, tree, config.sensors, settings)
+    rng = np.random.default_rng(5)
+    on_the_way: list[tuple[float, Measurement]] = []
+    samples = rig.observe()
+    tau = np.zeros(model.n_theta)
+    for _ in range(round(DURATION / rig.dt)):
+        now = rig.time_of(rig.tick)
+        for sample in samples:
+            taken, is_late = rig.time_of(sample.tick), sample.kind == "camera"
+            wait = max(0.0, delay + rng.uniform(-JITTER, JITTER)) if is_late else 0.0
+            stamp = taken + (delay if is_late else 0.0)
+            on_the_way.append((taken + wait, Measurement(sample.sensor, stamp, sample.y)))
+        arrived = [measurement for at, measurement in on_the_way if at <= now]
+        on_the_way = [item for item in on_the_way if item[0] > now]
+        estimator.step(arrived, tau, now)
+        tau = torque(rig, model, MOVES[name])
+        samples = rig.step(tau)
+    return estimator
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("stiffness", [1.0, 0.9, 1.1])
+@pytest.mark.parametrize("delay", [0.03, 0.06, 0.1])
+@pytest.mark.parametrize("name", sorted(MOVES))
+def test_the_delay_is_right_to_2_ms_after_20_s(name: str, delay: float, stiffness: float) -> None:
+    figures = run(name, stiffness, delay, EstimatorConfig()).figures()["camera"]
+    assert figures["stamp delay found [s]"] == pytest.approx(delay, abs=2e-3)
+    assert figures["its one sigma [s]"] < 1e-3
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", sorted(MOVES))
+def test_the_delay_found_comes_into_use_without_harm(name: str) -> None:
+    estimator = run(name, 1.0, 0.06, EstimatorConfig(calibrate_latency=True))
+    assert estimator.figures()["camera"]["stamp delay in use [s]"] == pytest.approx(0.06, abs=2e-3)
