@@ -55,6 +55,10 @@ COMMANDS = {
     "reproduce": Command("flexarm_bringup.reproduce", "compare published tables with this model"),
     "faults": Command("flexarm_bringup.faults", "inject faults on the simulated rig: measured against bound"),
     "replay": Command("flexarm_bringup.replay", "feed a bag through estimator and controller, byte for byte"),
+    "consistency": Command(
+        "flexarm_bringup.consistency.command",
+        "is the estimator as good as it says? NEES and NIS of every machine",
+    ),
     "bench": Command("flexarm_bringup.bench", "measure the time of every step, as ratios to a baseline"),
 }
 

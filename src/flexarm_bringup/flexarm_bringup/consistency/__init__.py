@@ -1,0 +1,1 @@
+"""Consistency: does the estimator know how wrong it is?"""

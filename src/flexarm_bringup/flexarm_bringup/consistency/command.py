@@ -1,0 +1,78 @@
+"""Ask whether the estimator is as good as it says: NEES and NIS of every machine, as tables.
+
+  flexarm consistency                       the five machines
+  flexarm consistency single_link           one of them, or a description or moves file of your own
+  flexarm consistency --html report.html    the same as a page
+
+Twice over: on the simulated arm, which is nonlinear, has more modes than the model and moves under MPC, as
+described and with 30 % less stiffness; and on a truth drawn from the filter's own model, where chi-square
+says what chance allows. NEES is the squared error over the covariance that the estimator tells, per number:
+1 is exact, more is too sure, less is too modest. The exit code is 1 when a bound is missed.
+"""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Sequence
+
+from flexarm_bringup.consistency.monte_carlo import Drawing, DrawnResult, run_drawing
+from flexarm_bringup.consistency.page import build_page
+from flexarm_bringup.consistency.rig_run import CONDITIONS, RigJob, RigResult, run_rig_job
+from flexarm_bringup.parallel import run_parallel
+from flexarm_bringup.progress import Progress
+from flexarm_bringup.report import add_report_arguments, publish
+from flexarm_bringup.task_for import task_for
+from flexarm_model.parameters import ParameterError
+from flexarm_model.strict_yaml import ConfigError
+
+MACHINES = ("single_link", "planar_3rrr", "spatial_3tpt", "variable_stiffness", "serial_6r")
+RUNS, PERIODS = 100, 60  # of a truth drawn from the model
+REFUSED = 2
+Job = RigJob | Drawing
+Result = RigResult | DrawnResult
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add machines, seed, number of runs and the report files."""
+    parser.add_argument(
+        "name", nargs="*", default=list(MACHINES), help="manipulators, or moves files (.yaml)"
+    )
+    parser.add_argument("--seed", type=int, default=1, help="of all noise (default 1)")
+    parser.add_argument("--runs", type=int, default=RUNS, help=f"drawn per machine (default {RUNS})")
+    add_report_arguments(parser)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Run everything; return the exit code."""
+    progress = Progress()
+    try:
+        progress.say("preparing the arms")
+        results = run_parallel(
+            work,
+            jobs(args.name, args.seed, args.runs),
+            lambda done, of: progress.say(f"running: {done} of {of} jobs"),
+        )
+    except (ConfigError, ParameterError, ValueError) as error:
+        progress.done()
+        print(error)
+        return REFUSED
+    progress.done()
+    rig = [result for result in results if isinstance(result, RigResult)]
+    drawn = [result for result in results if isinstance(result, DrawnResult)]
+    return publish(build_page(rig, drawn, args.runs), args)
+
+
+def jobs(names: Sequence[str], seed: int, runs: int) -> list[Job]:
+    """Return everything there is to run.
+
+    Raises:
+        ConfigError: There is no such machine, or something is wrong with its description or moves.
+    """
+    tasks = [task_for(name) for name in names]
+    todo: list[Job] = [RigJob(task, condition, seed) for task in tasks for condition in CONDITIONS]
+    return todo + [Drawing(task, runs, PERIODS, seed) for task in tasks]
+
+
+def work(job: Job) -> Sequence[Result]:
+    """Do a job of either kind."""
+    return run_rig_job(job) if isinstance(job, RigJob) else run_drawing(job)
