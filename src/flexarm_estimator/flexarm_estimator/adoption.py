@@ -3,7 +3,7 @@
 Every model has its modes at rest at ``eta = 0`` wherever its axes are, so eta is the vibration about the
 arm's static shape, and that goes on as it is. Both models write it in the same tree coordinates::
 
-    Phi_eta_new eta_new = Phi_eta_old eta_old          theta, theta', d stay
+    Phi_eta_new eta_new = Phi_eta_old eta_old          theta, theta', d, b stay
 
 in the sense of ``(Phi' W Phi)^-1 Phi' W`` with the tree's mass matrix ``W``, which minimises the kinetic
 energy of what cannot be written in the new modes, or of least squares without it. The static shape of the old
@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexarm_estimator.filter import Belief
+from flexarm_estimator.parts import Parts
 from flexarm_model.reduced_model import ReducedModel
 
 Array = NDArray[np.float64]
@@ -26,18 +27,38 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class StateMap:
-    """``x_new = T x_old``, T (n_x_new, n_x_old)."""
+    """``x_new = T x_old``, T (n_x_new, n_x_old); ``added`` is the covariance of states that are new."""
 
     T: Array
+    added: Array
 
     def apply(self, belief: Belief) -> Belief:
         """Return the belief in the new coordinates."""
-        P = self.T @ belief.P @ self.T.T
+        P = self.T @ belief.P @ self.T.T + self.added
         return Belief(self.T @ belief.x, (P + P.T) / 2)
 
 
+def map_parts(old: Parts, new: Parts) -> StateMap:
+    """Return the map of the whole state; a bias that only the new model knows starts from nothing.
+
+    Raises:
+        ValueError: The models are not of the same arm.
+    """
+    arm = state_map(old.model, new.model)
+    before, after = old.layout, new.layout
+    T = np.zeros((after.n_x, before.n_x))
+    T[: after.b.start, : before.b.start] = arm.T
+    variance = np.zeros(after.n_x)
+    for i, name in enumerate(after.biases, after.b.start):
+        if name in before.biases:
+            T[i, before.b.start + before.biases.index(name)] = 1.0
+        else:
+            variance[i] = new.process.P0[i, i]
+    return StateMap(T, np.diag(variance))
+
+
 def state_map(old: ReducedModel, new: ReducedModel, tree_mass: Array | None = None) -> StateMap:
-    """Return the map of x = [theta; eta; theta'; eta'; d] from ``old`` to ``new``.
+    """Return the map of [theta; eta; theta'; eta'; d] from ``old`` to ``new``.
 
     Args:
         old: Model of the state at hand.
@@ -57,7 +78,7 @@ def state_map(old: ReducedModel, new: ReducedModel, tree_mass: Array | None = No
     T = np.zeros((2 * new.n + n_theta, 2 * old.n + n_theta))
     T[: new.n, : old.n] = T[new.n : 2 * new.n, old.n : 2 * old.n] = coordinates
     T[2 * new.n :, 2 * old.n :] = np.eye(n_theta)
-    return StateMap(T)
+    return StateMap(T, np.zeros((T.shape[0], T.shape[0])))
 
 
 def _project(modes: Array, old: Array, tree_mass: Array | None) -> Array:

@@ -13,7 +13,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from flexarm_estimator.adoption import state_map
+from flexarm_estimator.adoption import map_parts
 from flexarm_estimator.checks import SampleChecks, Window
 from flexarm_estimator.estimate import Estimate
 from flexarm_estimator.filter import Belief
@@ -41,6 +41,7 @@ class Estimator:
 
     Attributes:
         model: The served model in use.
+        config: Settings.
         health: Counts and states of the sensors.
     """
 
@@ -67,7 +68,7 @@ class Estimator:
             KeyError: The model lacks an output row of a sensor.
         """
         validate(config)
-        self._specs, self._config, self._use_compiler = sensors, config, use_compiler
+        self._specs, self.config, self._use_compiler = sensors, config, use_compiler
         gate = Gate({spec.name: len(spec.channels) for spec in sensors}, config)
         self._maker = PartsMaker(kinematics, sensors, config, gate)
         self._delays = StampDelays(sensors)
@@ -119,7 +120,7 @@ class Estimator:
             KeyError: It lacks an output row of a sensor.
         """
         parts = model if isinstance(model, Parts) else self.prepare(model)
-        mapping = state_map(self.model, parts.model)
+        mapping = map_parts(self._parts, parts)
         self._use(parts)
         for instant in self._history.instants:
             instant.belief = mapping.apply(instant.belief)
@@ -141,6 +142,11 @@ class Estimator:
                 figures.setdefault(sensor, {}).update(values)
         return figures
 
+    @property
+    def past(self) -> tuple[Parts, Sequence[Instant]]:
+        """The parts in use and the recent instants as computed, for those who look back; read only."""
+        return self._parts, self._history.instants
+
     def _use(self, parts: Parts) -> None:
         self.model, self._parts = parts.model, parts
         for watch in self._watches:
@@ -150,7 +156,7 @@ class Estimator:
         """Forget everything but the position ``x``, as seen just before ``t``."""
         self._t = t
         belief = Belief(x, self._parts.process.P0)
-        self._history = History(Instant(t - _START, self._u, belief), self._config.history)
+        self._history = History(Instant(t - _START, self._u, belief), self.config.history)
         self._checks = SampleChecks(self._specs)
         self._early: list[Measurement] = []
         self.health.restart(t)
@@ -162,10 +168,11 @@ class Estimator:
         if not math.isfinite(t):
             return ["time is not finite"]
         ahead = t - self._t
-        if not self._has_clock or ahead > self._config.max_gap or ahead < -self._config.history:
+        if not self._has_clock or ahead > self.config.max_gap or ahead < -self.config.history:
             is_first, self._has_clock = not self._has_clock, True
             x = self._history.now.belief.x.copy()
-            x[self.model.n_theta :] = 0.0  # where the axes are is the best guess; all else has died out
+            layout = self._parts.layout  # where the axes are is the best guess; all that moves has died out
+            x[layout.n_theta : layout.b.start] = 0.0
             self._restart(t, x)
             return [] if is_first else [f"time jumped by {ahead:.3g} s"]
         self._t = max(t, self._t)
@@ -186,7 +193,7 @@ class Estimator:
         now = self._t + SAME_INSTANT
         due = [sample for sample in self._early if sample.t <= now]
         self._early = [sample for sample in self._early if sample.t > now]
-        window = Window(self._history.oldest, now + self._config.future_tolerance)
+        window = Window(self._history.oldest, now + self.config.future_tolerance)
         for sample in measurements:
             reason = self._checks.refuse(sample, window)
             if reason:

@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from flexarm_estimator.bias_observability import observable_biases
+from flexarm_estimator.bias_states import bias_specs
+from flexarm_estimator.filters.choice import FilterMaker
 from flexarm_estimator.fusion import Fusion
 from flexarm_estimator.gate import Gate
 from flexarm_estimator.model_errors import with_model_errors
@@ -41,6 +44,7 @@ class PartsMaker:
         """Keep what all models share."""
         self._kinematics, self._gate, self._config = kinematics, gate, config
         self._specs = with_model_errors(specs, config)
+        self._filters = FilterMaker(kinematics, config)
 
     def make(self, model: ReducedModel, use_compiler: bool = True) -> Parts:
         """Build the parts of a model.
@@ -48,7 +52,11 @@ class PartsMaker:
         Raises:
             KeyError: It lacks an output row of a sensor.
         """
-        process = ProcessModel(model, self._config)
+        known = bias_specs(self._specs)
+        kept = {name: known[name] for name in observable_biases(model, self._specs)}
+        process = ProcessModel(model, self._config, kept)
         tip = Tip(model, self._kinematics)
         sensors = build_sensor_models(self._specs, model, process.system, tip)
-        return Parts(model, process, tip, sensors, Fusion(process, sensors, self._gate, use_compiler))
+        steps = self._filters.make(model, process, sensors, use_compiler)
+        fusion = Fusion(process, sensors, self._gate, use_compiler, steps)
+        return Parts(model, process, tip, sensors, fusion)

@@ -1,7 +1,8 @@
 """Process model: how the state moves between two instants, and how sure that is.
 
-``x = [theta; eta; theta'; eta'; d]``, ``d`` an unmodelled torque. Three things are unknown, each
-written as a physical setting (``EstimatorConfig``):
+``x = [theta; eta; theta'; eta'; d; b]``, ``d`` an unmodelled torque, ``b`` biases of sensors
+(``bias_states``). Three things are unknown of the arm, each written as a physical setting
+(``EstimatorConfig``):
 
 * white torque on the axes: ``acceleration_noise`` times their inertia;
 * forces on the modes. A relative error ``e`` of frequency acts as a force ``2 e omega^2 eta``; with
@@ -16,14 +17,17 @@ Accelerometers feel the same force noise: averaged over ``force_averaging``, it 
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from flexarm_estimator.bias_states import with_biases
 from flexarm_estimator.settings import EstimatorConfig
 from flexarm_estimator.state_layout import StateLayout
 from flexarm_estimator.taylor import ExponentialIntegrals
+from flexarm_model.description import BiasSpec
 from flexarm_model.reduced_model import ReducedModel
 from flexarm_model.state_space import StateSpace, state_space
 
@@ -63,15 +67,24 @@ class ProcessModel:
         widening: Added to the covariance when the state is doubted, (n_x, n_x).
     """
 
-    def __init__(self, model: ReducedModel, config: EstimatorConfig) -> None:
-        """Prepare the steps; the work is done once per model."""
-        n, n_theta = model.n, model.n_theta
-        self.layout = StateLayout(n, n_theta)
+    def __init__(
+        self, model: ReducedModel, config: EstimatorConfig, biases: Mapping[str, BiasSpec] | None = None
+    ) -> None:
+        """Prepare the steps; the work is done once per model.
+
+        Args:
+            model: Served model.
+            config: Settings.
+            biases: Output rows "sensor.channel" that have a bias; none if None.
+        """
+        n, n_theta, biases = model.n, model.n_theta, biases or {}
+        self.layout = StateLayout(n, n_theta, tuple(biases))
         inertia = np.diag(model.M)[:n_theta]
         modal_force = _modal_force(model, config)
         torque_psd = (config.acceleration_noise * inertia) ** 2
         force_psd = np.concatenate([torque_psd, 2.0 * modal_force**2 / model.omega])
-        self.system: StateSpace = state_space(model, force_psd, (config.disturbance_drift * inertia) ** 2)
+        arm = state_space(model, force_psd, (config.disturbance_drift * inertia) ** 2)
+        self.system: StateSpace = with_biases(arm, model.outputs.names, biases)
         self._averaging = config.force_averaging
         self.force_cov = np.diag(force_psd) / self._averaging
         self._G = np.zeros((self.system.n_x, n))
@@ -79,7 +92,8 @@ class ProcessModel:
         self._held = np.column_stack([self.system.B, self.system.c])
         self._integrals = ExponentialIntegrals(self.system.A, self.system.Q)
         self._cache: dict[int, Transition] = {}
-        sigma = _initial_sigma(model, config, inertia)
+        sigma_b = [bias.sigma for bias in biases.values()]
+        sigma = np.append(_initial_sigma(model, config, inertia), sigma_b)
         self.P0 = np.diag(sigma**2)
         self.widening = np.diag(np.where(np.arange(sigma.size) < 2 * n, sigma, 0.0) ** 2)
 
@@ -107,7 +121,7 @@ def _modal_force(model: ReducedModel, config: EstimatorConfig) -> Array:
 
 
 def _initial_sigma(model: ReducedModel, config: EstimatorConfig, inertia: Array) -> Array:
-    """One sigma of every state at the start, (n_x,)."""
+    """One sigma of every state but the biases at the start, (2 n + n_theta,)."""
     coupling = np.abs(model.M[model.n_theta :, : model.n_theta]).sum(axis=1)
     eta_dot = (coupling + _UNCOUPLED) * config.initial_velocity  # an axis that stops at once leaves M_et v
     position = np.full(model.n_theta, config.initial_position)

@@ -15,6 +15,11 @@ class EstimatorConfig:
     the inertia of the axis they become torques, so the same values fit a heavy and a light hub.
     """
 
+    filter: str = parameter(
+        "linear",
+        "Kalman filter: linear on the served model, extended or unscented on the arm's nonlinear motion.",
+        choices=("linear", "extended", "unscented"),
+    )
     frequency_error: float = parameter(
         0.10, "Relative error of the modes' frequencies that the filter must bear", "1", 0.0, 0.5
     )
