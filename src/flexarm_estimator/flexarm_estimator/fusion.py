@@ -31,7 +31,11 @@ _CACHE_SIZE = 512  # joint steps
 
 
 class Fusion:
-    """Process model, sensors, filter and gate of one served model."""
+    """Process model, sensors, filter and gate of one served model.
+
+    Attributes:
+        widening: Added to the covariance where the state is doubted, (n_x, n_x).
+    """
 
     def __init__(
         self,
@@ -43,7 +47,7 @@ class Fusion:
     ) -> None:
         """Bind the parts; ``steps`` is the filter, the linear one if None."""
         self._source = ServedSteps(process, models) if steps is None else steps
-        self._process, self._models, self._gate = process, models, gate
+        self._models, self._gate, self.widening = models, gate, process.widening
         self._poses = frozenset(models.poses)
         n_x = process.system.n_x
         sizes = {name: model.R.shape[0] for name, model in models.all().items()}
@@ -69,6 +73,14 @@ class Fusion:
                 verdicts += self._compute_one(before, instant, is_stepped)
                 i += 1
         return verdicts
+
+    def prepare(self, before: Belief, dt: float, instant: Instant) -> PreparedStep:
+        """Return the joint step from ``before`` over ``dt`` [s] to an instant and all its rows."""
+        samples = {**instant.fused, **instant.pending} if instant.fused else instant.pending
+        names = tuple([name for name in self._models.rows if name in samples])
+        step = self._joint_step(before, dt, instant.u, names)
+        sample = StackedSample(step.stack, samples) if step.stack else None
+        return PreparedStep(dt, step, instant.u, sample)
 
     def _replay(self, instants: Sequence[Instant], first: int) -> int:
         """Compute instants in a row again that have only rows and are prepared; return how many."""
@@ -134,7 +146,7 @@ class Fusion:
         step = instant.prepared
         has_new_rows = not self._poses.issuperset(instant.pending)
         if step is None or step.dt != dt or has_new_rows or not self._source.is_constant:
-            step = instant.prepared = self._prepare(before.belief, dt, instant)
+            step = instant.prepared = self.prepare(before.belief, dt, instant)
         if not self._runner.run(before.belief, (step,)):
             return None
         verdicts = self._judge_run(step, instant) if has_new_rows else []
@@ -143,13 +155,6 @@ class Fusion:
                 return None
         instant.belief = step.belief
         return verdicts
-
-    def _prepare(self, before: Belief, dt: float, instant: Instant) -> PreparedStep:
-        samples = {**instant.fused, **instant.pending} if instant.fused else instant.pending
-        names = tuple([name for name in self._models.rows if name in samples])
-        step = self._joint_step(before, dt, instant.u, names)
-        sample = StackedSample(step.stack, samples) if step.stack else None
-        return PreparedStep(dt, step, instant.u, sample)
 
     def _joint_step(self, before: Belief, dt: float, u: Array, names: tuple[str, ...]) -> JointStep:
         """Return the step and the rows at its end; made once if they are constant."""
@@ -191,7 +196,7 @@ class Fusion:
         transition = self._source.transition(before.belief, instant.t - before.t, instant.u)
         prior = instant.belief = self._filter.predict(before.belief, transition, instant.u)
         if instant.is_reopened:
-            prior = instant.belief = Belief(prior.x, prior.P + self._process.widening)
+            prior = instant.belief = Belief(prior.x, prior.P + self.widening)
         samples = instant.fused | instant.pending
         names = tuple([name for name in self._models.rows if name in samples])
         if not names:

@@ -112,6 +112,11 @@ class PreparedStep:
                 self._layout = step.lay_out(self._noise)
                 self.layout_address = ctypes.addressof(self._layout)
 
+    @property
+    def rows_by_state(self) -> Array:
+        """Derivative of [y; x] after the step by the state before it, (m + n_x, n_x)."""
+        return self._step.T[:-1]
+
     def predict(self, belief: Belief) -> tuple[Array, Array]:
         """Return mean of [y; x; 0], (m + n_x + 1,), and J with the innovation in its last row and column."""
         step = self._step
