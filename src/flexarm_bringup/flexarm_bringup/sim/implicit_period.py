@@ -1,0 +1,184 @@
+"""Advances an arm by implicit steps over a control period: in machine code, or with NumPy without a compiler.
+
+Both give the same to rounding; ``implicit_steps`` has the equations.
+"""
+
+from __future__ import annotations
+
+import ctypes
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import cython_blas, cython_lapack
+from scipy.linalg.lapack import dgesv, dposv
+
+from flexarm_bringup.sim.friction import FRICTION_SLOPE, friction_and_slope
+from flexarm_model.closing import MachineClosing
+from flexarm_model.machine_code import MachineCode, load_code
+from flexarm_model.reduced_tree import ReducedTree
+
+Array = NDArray[np.float64]
+SOURCE = Path(__file__).with_name("implicit_steps.c")
+
+
+@dataclass(frozen=True)
+class Stepping:
+    """How a period is cut into steps.
+
+    Attributes:
+        h: Step [s].
+        substeps: Steps per period.
+        friction: Coulomb friction of the actuated axes [N m or N].
+        is_driven: Torques on the actuated axes; False prescribes their acceleration.
+    """
+
+    h: float
+    substeps: int
+    friction: float
+    is_driven: bool
+
+
+class Period(ABC):
+    """One control period."""
+
+    @abstractmethod
+    def advance(self, q: Array, v: Array, u: Array) -> tuple[Array, Array, Array]:
+        """Return q, v and the acceleration at the end, under torques or accelerations u (n_theta,)."""
+
+
+class PlainPeriod(Period):
+    """With NumPy."""
+
+    def __init__(self, tree: ReducedTree, stepping: Stepping) -> None:
+        """Prepare what stays the same from step to step."""
+        self._tree, self._stepping = tree, stepping
+        n, m, h = tree.n_q, tree.n_c, stepping.h
+        self._t = np.array(tree.actuated, dtype=int)
+        self._free = np.setdiff1d(np.arange(n + m), [] if stepping.is_driven else self._t)
+        self._constant = np.asfortranarray(h**2 / 4 * tree.K + h / 2 * tree.D)
+        self._matrix, self._right = np.zeros((n + m, n + m), order="F"), np.zeros(n + m)
+
+    def advance(self, q: Array, v: Array, u: Array) -> tuple[Array, Array, Array]:
+        """See Period."""
+        h, q, v = self._stepping.h, q.copy(), v.copy()
+        dv = np.zeros_like(v)
+        for _ in range(self._stepping.substeps):
+            dv = self._change(q, v, u)
+            q += h * (v + dv / 2)
+            v += dv
+        if self._tree.n_c:
+            q = self._tree.closing.close(q, v)
+        return q, v, dv / h
+
+    def _change(self, q: Array, v: Array, u: Array) -> Array:
+        """Return the change of velocity over one step, (n_q,)."""
+        tree, n, h, A, b = self._tree, self._tree.n_q, self._stepping.h, self._matrix, self._right
+        middle = q + h / 2 * v
+        M, bias = tree.functions["motion"](middle, v)
+        np.add(M, self._constant, out=A[:n, :n])
+        np.multiply(bias, -h, out=b[:n])
+        if tree.n_c:
+            _, G = tree.functions["constraints"](middle)
+            A[n:, :n], A[:n, n:] = G, G.T
+            np.multiply(G @ v, -2.0, out=b[n:])
+        t, change = self._t, np.zeros(n + tree.n_c)
+        if self._stepping.is_driven:
+            force, slope = friction_and_slope(self._stepping.friction, v[t])
+            b[t] += h * (u - force)
+            A[t, t] += h / 2 * slope
+        else:
+            change[t] = h * u
+        free = self._free
+        right = b[free] - A[np.ix_(free, t)] @ change[t]
+        change[free] = self._solve(np.asfortranarray(A[np.ix_(free, free)]), right)
+        return change[:n]
+
+    def _solve(self, A: Array, b: Array) -> Array:
+        """Return A^-1 b: positive definite without loops, indefinite with them."""
+        return np.asarray(dgesv(A, b)[2] if self._tree.n_c else dposv(A, b)[1])
+
+
+class _Layout(ctypes.Structure):
+    """``struct period`` of the C file."""
+
+    _fields_ = [
+        *((name, ctypes.c_int64) for name in ("n", "m", "free", "axes", "substeps")),
+        *((name, ctypes.c_double) for name in ("h", "friction", "slope")),
+        *((name, ctypes.c_void_p) for name in ("axis", "order", "constant", "motion", "rows", "loops")),
+        *((name, ctypes.c_void_p) for name in ("close", "eliminate", "dsyr2k", "dposv", "work")),
+    ]
+
+
+class MachinePeriod(Period):
+    """In machine code; where that fails NumPy says why."""
+
+    def __init__(self, tree: ReducedTree, stepping: Stepping, code: ctypes.PyDLL) -> None:
+        """Bind the tree's functions, which are compiled."""
+        self._plain, self._stepping = PlainPeriod(tree, stepping), stepping
+        n, m, t, d = tree.n_q, tree.n_c, tree.actuated, tree.loops.dependent
+        free = np.setdiff1d(np.arange(n), d if stepping.is_driven else [*d, *t])
+        self._axis, self._order = (np.array(part, dtype=np.int64) for part in (t, [*free, *d]))
+        self._constant = np.asfortranarray(stepping.h**2 / 4 * tree.K + stepping.h / 2 * tree.D)
+        self._motion = MachineCode(tree.functions["motion"])
+        loops, rows, calls = self._loops(tree)
+        k = free.size
+        self._work = np.zeros(2 * n + k * k + k + k * m + m * (k + 1) + m * m)
+        blas = (routine(cython_blas, "dsyr2k"), routine(cython_lapack, "dposv"))
+        arrays = (self._axis, self._order, self._constant)
+        self._layout = _Layout(
+            n, m, k, len(t), stepping.substeps, stepping.h, stepping.friction, FRICTION_SLOPE,
+            *map(place, arrays), self._motion.address, rows, loops, *calls, *blas, place(self._work),
+        )  # fmt: skip
+        self._q, self._v, self._dv, self._u = np.zeros(n), np.zeros(n), np.zeros(n), np.zeros(len(t))
+        self._call = code.flexarm_advance
+        self._call.restype = ctypes.c_int64
+        q, v, u, dv = (ctypes.c_void_p(place(x)) for x in (self._q, self._v, self._u, self._dv))
+        layout = ctypes.c_void_p(ctypes.addressof(self._layout))
+        self._arguments = (layout, q, v, u if stepping.is_driven else None, dv)
+
+    def advance(self, q: Array, v: Array, u: Array) -> tuple[Array, Array, Array]:
+        """See Period."""
+        self._q[:], self._v[:], self._u[:] = q, v, u
+        if not self._stepping.is_driven:
+            self._dv[self._axis] = self._stepping.h * self._u
+        if not self._call(*self._arguments):
+            return self._plain.advance(q, v, u)
+        return self._q.copy(), self._v.copy(), self._dv / self._stepping.h
+
+    def _loops(self, tree: ReducedTree) -> tuple[int, int, tuple[int, int]]:
+        """Return where loops, rows, and what closes and eliminates are; nowhere without loops."""
+        if not tree.n_c:
+            return 0, 0, (0, 0)
+        closing = tree.closing
+        assert isinstance(closing, MachineClosing)
+        self._closing, self._rows = closing, MachineCode(tree.functions["constraints"])
+        calls = (closing.code.flexarm_close, closing.code.flexarm_eliminate)
+        close, eliminate = (int(ctypes.cast(call, ctypes.c_void_p).value or 0) for call in calls)
+        return closing.address, self._rows.address, (close, eliminate)
+
+
+def make_period(tree: ReducedTree, stepping: Stepping) -> Period:
+    """Return the fastest way that this machine allows."""
+    is_compiled = tree.functions["motion"].library is not None
+    is_ready = is_compiled and (not tree.n_c or isinstance(tree.closing, MachineClosing))
+    code = load_code(SOURCE) if is_ready else None
+    return PlainPeriod(tree, stepping) if code is None else MachinePeriod(tree, stepping, code)
+
+
+def routine(module: ModuleType, name: str) -> int:
+    """Return the address of a BLAS or LAPACK routine that SciPy offers to compiled code."""
+    capsule = module.__pyx_capi__[name]
+    name_of, pointer_of = ctypes.pythonapi.PyCapsule_GetName, ctypes.pythonapi.PyCapsule_GetPointer
+    name_of.restype, name_of.argtypes = ctypes.c_char_p, [ctypes.py_object]
+    pointer_of.restype, pointer_of.argtypes = ctypes.c_void_p, [ctypes.py_object, ctypes.c_char_p]
+    return int(pointer_of(capsule, name_of(capsule)))
+
+
+def place(array: NDArray[Any]) -> int:
+    """Return the address of an array's data."""
+    return int(array.ctypes.data)

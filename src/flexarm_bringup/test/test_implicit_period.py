@@ -1,0 +1,54 @@
+"""A control period in machine code is the one that NumPy computes, looped or not, driven or led."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from flexarm_bringup.sim.implicit_period import MachinePeriod, PlainPeriod, Stepping, make_period
+from flexarm_bringup.sim.implicit_steps import ImplicitSteps
+from flexarm_model.compiled import find_compiler
+from flexarm_model.config import load_config
+from flexarm_model.linearize import find_equilibrium
+from flexarm_model.manipulator_file import find_manipulator
+from flexarm_model.reduced_tree import ReducedTree
+
+H = 4e-4
+PERIODS = 10
+
+
+def tree_of(name: str, use_compiler: bool = True) -> ReducedTree:
+    """Return an arm as described."""
+    return ReducedTree(load_config(find_manipulator(name)), use_compiler=use_compiler)
+
+
+@pytest.mark.skipif(find_compiler() is None, reason="no C compiler")
+@pytest.mark.parametrize("is_driven", [True, False])
+@pytest.mark.parametrize("name", ["single_link", "planar_3rrr", "spatial_3tpt"])
+def test_machine_code_and_numpy_move_an_arm_alike(name: str, is_driven: bool) -> None:
+    tree = tree_of(name)
+    stepping = Stepping(H, 3, 0.2, is_driven)
+    fast, plain = make_period(tree, stepping), PlainPeriod(tree, stepping)
+    assert isinstance(fast, MachinePeriod)
+    limits = [axis.effort for axis in tree.config.actuated.values()]
+    u = np.random.default_rng(3).standard_normal(len(limits)) * (0.2 * np.array(limits) if is_driven else 1.0)
+    q, _ = find_equilibrium(tree, tree.config.home)
+    a = b = (q, np.zeros_like(q), np.zeros_like(q))
+    for _ in range(PERIODS):
+        a, b = fast.advance(*a[:2], u), plain.advance(*b[:2], u)
+        for found, expected in zip(a, b, strict=True):  # rounding, as the elimination enlarges it
+            np.testing.assert_allclose(found, expected, rtol=0, atol=1e-9 * abs(expected).max())
+    assert abs(a[1]).max() > 0.0
+
+
+def test_without_a_compiler_numpy_steps() -> None:
+    tree = tree_of("planar_3rrr", use_compiler=False)
+    assert isinstance(make_period(tree, Stepping(H, 1, 0.0, True)), PlainPeriod)
+
+
+def test_a_motion_that_cannot_be_computed_is_refused_as_numpy_refuses_it() -> None:
+    tree = tree_of("planar_3rrr")
+    steps = ImplicitSteps(tree, H, 1, 0.0)
+    wild = np.full(tree.n_q, 1e3)
+    with pytest.raises((ValueError, np.linalg.LinAlgError)):
+        steps.drive(tree.loops.home, wild, np.zeros(3))
