@@ -46,6 +46,6 @@ class FilterMaker:
         if rows not in self._slopes:
             self._slopes[rows] = Slopes(self._arm, rows, use_compiler)
         arm = MovingArm(self._arm, model, self._slopes[rows])
-        flow = StateFlow(arm, process, models, self._config.force_averaging)
+        flow = StateFlow(arm, model, process, models, self._config.force_averaging)
         flow.warm_up(model.xi0)
         return _MOVING[self._config.filter](flow, served, process.force_cov)

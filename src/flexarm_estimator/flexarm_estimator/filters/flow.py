@@ -1,7 +1,8 @@
 """The filter's state in nonlinear motion: its derivative, its sensors' rows, and their derivatives.
 
-``x = [xi; xi'; d; b]`` moves by ``x' = F(x, u) + G w``; xi'' comes from the moving arm under ``tau + d``,
-everything else (how d and b change, how b enters the rows) from the served system, which is linear in it.
+``x = [xi; xi'; z]`` moves by ``x' = F(x, u) + G w``. xi'' comes from the moving arm. How the other states z
+(unmodelled torques, biases) change, which forces they are and what they add to the rows is linear, and the
+served system says it: forces ``M A_z z`` on xi, ``C_z z - D_w M A_z z`` in the rows.
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ from flexarm_estimator.filters.moving_arm import Motion, MovingArm
 from flexarm_estimator.process import ProcessModel
 from flexarm_estimator.sensors import SensorModels
 from flexarm_estimator.taylor import ExponentialIntegrals
+from flexarm_model.reduced_model import ReducedModel
 
 Array = NDArray[np.float64]
 
@@ -59,32 +61,40 @@ class LocalRows(NamedTuple):
 class StateFlow:
     """Flow of the state of one served model."""
 
-    def __init__(self, arm: MovingArm, process: ProcessModel, models: SensorModels, averaging: float) -> None:
+    def __init__(
+        self,
+        arm: MovingArm,
+        model: ReducedModel,
+        process: ProcessModel,
+        models: SensorModels,
+        averaging: float,
+    ) -> None:
         """Bind the parts; the arm's rows are those of ``models.rows``, in their order.
 
         Args:
             arm: Motion in the served coordinates.
-            process: Noise and layout.
-            models: Sensors.
+            model: The served model.
+            process: Its noise.
+            models: Its sensors.
             averaging: Time over which an accelerometer averages the force noise [s].
         """
-        self._arm, self._averaging = arm, averaging
+        self._arm, self._averaging, self._n = arm, averaging, model.n
         system = process.system
-        self._layout, self._A, self._Q = process.layout, system.A, system.Q
+        self._A, self._Q, self._B = system.A, system.Q, np.array(model.B)
+        self._rest = slice(2 * model.n, system.n_x)
+        self._push = model.M @ system.A[model.n : 2 * model.n, self._rest]  # (n, n_z)
         self._force_cov = process.force_cov
         self._force_psd = process.force_cov * averaging
         edges = np.cumsum([0, *(model.C.shape[0] for model in models.rows.values())]).tolist()
         self._rows = {name: list(range(*edges[i : i + 2])) for i, name in enumerate(models.rows)}
-        empty = np.zeros((0, system.n_x))
-        served = np.vstack([empty, *(model.C for model in models.rows.values())])
-        self._C = np.zeros_like(served)
-        self._C[:, self._layout.b] = served[:, self._layout.b]
+        self._C = np.zeros((edges[-1], system.n_x))
+        for name, rows in models.rows.items():
+            self._C[self._rows[name], self._rest] = rows.C[:, self._rest] - rows.D_w @ self._push
 
     def warm_up(self, xi: Array) -> None:
         """Compile what is needed, at rest at ``xi`` (n,), so that the first step need not."""
-        x, u = np.zeros(self._layout.n_x), np.append(np.zeros(self._layout.n_theta), 1.0)
-        x[: xi.size] = xi
-        self.derivative(x, u)
+        x, u = np.zeros(self._A.shape[0]), np.append(np.zeros(self._B.shape[1]), 1.0)
+        x[: self._n] = xi
         self.linear_rows(x, u)
 
     def rows_of(self, names: Iterable[str]) -> list[int]:
@@ -108,11 +118,10 @@ class StateFlow:
             NoFlow: The arm cannot be there.
         """
         motion = self._move(x, u)
-        n, d = self._layout.n, self._layout.d
+        n = self._n
         A, Q, G = self._A.copy(), self._Q.copy(), np.zeros((x.size, n))
-        A[n : 2 * n] = 0.0
         A[n : 2 * n, : 2 * n] = self._arm.slopes(motion).accel
-        A[n : 2 * n, d] = motion.M_inv[:, : self._layout.n_theta]
+        A[n : 2 * n, self._rest] = motion.M_inv.dot(self._push)
         Q[n : 2 * n, n : 2 * n] = motion.M_inv.dot(self._force_psd).dot(motion.M_inv)
         G[n : 2 * n] = motion.M_inv
         integrals = ExponentialIntegrals(A, Q)
@@ -136,18 +145,19 @@ class StateFlow:
         Raises:
             NoFlow: The arm cannot be there.
         """
-        motion, layout = self._move(x, u), self._layout
+        motion = self._move(x, u)
         slopes = self._arm.slopes(motion)
         C = self._C.copy()
-        C[:, : 2 * layout.n] += slopes.rows
+        C[:, : 2 * self._n] = slopes.rows
         D_w = slopes.rows_a.dot(motion.M_inv)
-        C[:, layout.d] += D_w[:, : layout.n_theta]
+        C[:, self._rest] += D_w.dot(self._push)
         return LocalRows(self._arm.rows(motion) + self._C.dot(x), C, D_w)
 
     def _move(self, x: Array, u: Array) -> Motion:
-        n, layout = self._layout.n, self._layout
+        n = self._n
+        force = self._B.dot(u[:-1]) + self._push.dot(x[self._rest])
         try:
-            motion = self._arm.at(x[:n], x[n : 2 * n], u[: layout.n_theta] + x[layout.d])
+            motion = self._arm.at(x[:n], x[n : 2 * n], force)
         except (ValueError, np.linalg.LinAlgError) as error:
             raise NoFlow(str(error)) from error
         if not np.isfinite(motion.a).all():
@@ -155,7 +165,7 @@ class StateFlow:
         return motion
 
     def _derivative(self, x: Array, motion: Motion) -> Array:
-        n = self._layout.n
+        n = self._n
         derivative: Array = self._A.dot(x)
         derivative[n : 2 * n] = motion.xi_ddot
         return derivative

@@ -3,7 +3,7 @@
 Independent tree coordinates are ``q0 + Phi (xi - xi0)``, dependent ones close the loops. With ``W = dq/dxi``
 and the tree's ``M v' + h + G' lambda = f``::
 
-    v = W xi'     v' = W xi'' + g     (W' M W) xi'' = B tau - W' (M g + h)     G W = 0, G g = -G' v
+    v = W xi'     v' = W xi'' + g     (W' M W) xi'' = f_xi - W' (M g + h)     G W = 0, G g = -G' v
 
 Derivatives: the residual ``r = M v' + h + G' lambda`` has no part along the dependent coordinates, so the
 change of W drops out, ``d(W' r) = W' dr``. About rest at the operating point all this is the served model.
@@ -65,14 +65,14 @@ class MovingArm:
     def __init__(self, tree: Dynamics, model: ReducedModel, slopes: Slopes) -> None:
         """Bind the tree to the served coordinates; ``slopes`` are of the tree."""
         self._tree, self._slopes = tree, slopes
-        self._Phi, self._B = np.array(model.Phi), np.array(model.B)
+        self._Phi = np.array(model.Phi)
         self._q_origin = model.q0 - self._Phi @ model.xi0
         self._dependent = tree.loops.dependent
         self._free = self._Phi.copy()
         self._free[self._dependent] = 0.0
 
-    def at(self, xi: Array, xi_dot: Array, tau: Array) -> Motion:
-        """Return the motion under the torque ``tau`` (n_theta,).
+    def at(self, xi: Array, xi_dot: Array, force: Array) -> Motion:
+        """Return the motion under forces on the served coordinates, (n,).
 
         Raises:
             ValueError: The loops do not close here.
@@ -89,7 +89,7 @@ class MovingArm:
             drift[dependent] = np.linalg.solve(G[:, dependent], -self._slopes.drift(q, v))
         M_inv = np.linalg.inv(W.T.dot(M).dot(W))  # small and well conditioned by construction
         M_inv = (M_inv + M_inv.T) / 2
-        xi_ddot = M_inv.dot(self._B.dot(tau) - W.T.dot(h + M.dot(drift)))
+        xi_ddot = M_inv.dot(force - W.T.dot(h + M.dot(drift)))
         return Motion(q, v, W.dot(xi_ddot) + drift, W, M, M_inv, xi_ddot, G)
 
     def rows(self, motion: Motion) -> Array:
@@ -102,7 +102,7 @@ class MovingArm:
         return rows
 
     def slopes(self, motion: Motion) -> MotionSlopes:
-        """Return the derivatives by xi and xi' at constant torque."""
+        """Return the derivatives by xi and xi' under constant forces."""
         q, v, a, W, M = motion.q, motion.v, motion.a, motion.W, motion.M
         n = W.shape[1]
         S_q, S_v = np.hstack([W, np.zeros_like(W)]), np.hstack([np.zeros_like(W), W])
