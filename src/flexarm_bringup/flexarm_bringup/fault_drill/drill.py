@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cache
 
-from flexarm_bringup.fault_drill import loop_rows, message_rows, sample_rows, time_rows
+from flexarm_bringup.fault_drill import frame_rows, loop_rows, message_rows, sample_rows, time_rows
 from flexarm_bringup.fault_drill.findings import Finding
 from flexarm_bringup.fault_drill.row import Row, Skipped
 from flexarm_bringup.fault_drill.stand import Stand
@@ -16,7 +16,8 @@ MACHINES = ("single_link", "planar_3rrr")
 ESTIMATOR_ROWS: dict[int, Row] = {
     row.number: row
     for row in sorted(
-        (*sample_rows.ROWS, *time_rows.ROWS, *message_rows.ROWS, *loop_rows.ROWS), key=lambda row: row.number
+        (*sample_rows.ROWS, *time_rows.ROWS, *frame_rows.ROWS, *message_rows.ROWS, *loop_rows.ROWS),
+        key=lambda row: row.number,
     )
 }
 TROUBLE = (

@@ -143,14 +143,14 @@ def recovered_within(seconds: float) -> Measure:
 
 
 def fused_at_most(count: int) -> Measure:
-    """Measure how many samples each sensor at fault got fused since the fault began."""
+    """Measure how many of the samples taken while the fault lasted were fused, of the worst sensor."""
 
     def measure(trial: Trial) -> Finding:
-        first, last = trial.trace.tick(trial.start) - 1, trial.trace.tick(trial.end) - 1
-        fused = [
-            trial.trace.report(last, name).accepted - trial.trace.report(first, name).accepted
-            for name in trial.sensors
-        ]
+        latency = {spec.name: spec.latency for spec in trial.stand.sensors}
+        fused = []
+        for name in trial.sensors:  # until then arrives what was taken before
+            first, last = (trial.trace.tick(t + latency[name]) - 1 for t in (trial.start, trial.end))
+            fused.append(trial.trace.report(last, name).accepted - trial.trace.report(first, name).accepted)
         return Finding(trial.name("bad samples fused"), max(fused), count)
 
     return measure

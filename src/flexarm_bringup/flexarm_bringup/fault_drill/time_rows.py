@@ -1,4 +1,4 @@
-"""Rows about when: impacts, clocks that jump, stamps out of order, late, doubled, frames that are late."""
+"""Rows about when: impacts, clocks that jump, stamps in the future, out of order, too old, doubled."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 
 from flexarm_bringup.fault_drill.findings import Finding, Trial, lost_within, refused_all, tip_within
 from flexarm_bringup.fault_drill.motion_record import record_motion
-from flexarm_bringup.fault_drill.row import Case, Row, Skipped, cases, every, together
+from flexarm_bringup.fault_drill.row import Case, Row, Skipped, cases, every
 from flexarm_bringup.fault_drill.stand import FAULT_END, FAULT_START, Stand, Trace
 from flexarm_bringup.sim.sensor_faults import SensorFault
 from flexarm_estimator.measurement import Measurement
@@ -21,7 +21,6 @@ AFTER_KICK = 1.0  # s in which all sensors must be fused again
 UNGATED = 100.0  # sigma; no sample is as far off as that
 LATE = 20  # ticks by which one sample overtakes another
 TOO_LATE = 0.5  # s; older than any history here
-DELAYS, JITTER = (0.030, 0.060, 0.100), 0.020  # s
 BACK = 0.2  # s
 
 
@@ -69,13 +68,18 @@ def swapped(stand: Stand) -> list[Finding]:
         return [*samples, *held] if tick == k + LATE else samples
 
     names = [spec.name for spec in stand.of_kind("strain_gauge", ENCODER)]
-    late, usual = stand.play(change=change).estimates[k + LATE], stand.nominal.estimates[k + LATE]
+    trace = stand.play(change=change)
+    late, usual = trace.estimates[k + LATE], stand.nominal.estimates[k + LATE]
+    missed = np.max(np.abs(trace.estimates[k + LATE - 1].x - stand.nominal.estimates[k + LATE - 1].x))
     scale = np.sqrt(np.diag(usual.P))
     off = max(
         float(np.max(np.abs(late.x - usual.x))),
         float(np.max(np.abs(late.P - usual.P) / np.outer(scale, scale))),
     )
-    return [Finding(f"difference to the run in order, {len(held)} samples", off, 1e-9)]
+    return [
+        Finding(f"difference to the run in order, {len(held)} samples", off, 1e-9),
+        Finding("the same before they arrive", float(missed), 1e-8, at_least=True),
+    ]
 
 
 def too_old(stand: Stand) -> list[Finding]:
@@ -105,75 +109,6 @@ def doubled(stand: Stand) -> list[Finding]:
     extra = _rejected(trace) - _rejected(stand.nominal)
     expected = sum(1 for _ in stand.record.arrivals)
     return [Finding("doubles not dropped", abs(expected - extra), 0), tip_within(1.05)(trial)]
-
-
-def late_frames(stand: Stand) -> list[Finding]:
-    """Delay the camera; without encoders compare with frames that are taken as of their arrival."""
-    findings = []
-    for delay in DELAYS:
-        findings.append(_late_with_encoders(stand, delay, 0.0, 1.05 * stand.nominal.rms()))
-        faults = _delayed(stand, delay, 0.0)
-        honest = stand.play(
-            faults, estimator=stand.estimator(without=(ENCODER,)), change=_without_encoders(stand)
-        )
-        naive = stand.play(
-            faults, estimator=stand.estimator(without=(ENCODER,)), change=_as_of_arrival(stand)
-        )
-        ratio = honest.rms() / naive.rms()
-        findings.append(Finding(f"{1e3 * delay:g} ms, no encoder: tip RMS / naive", ratio, 0.2))
-    return findings
-
-
-def jitter(stand: Stand) -> list[Finding]:
-    """Let the delay of the frames vary."""
-    findings = []
-    for delay in DELAYS:
-        steady = stand.play(_delayed(stand, delay, 0.0)).rms()
-        findings.append(_late_with_encoders(stand, delay, JITTER, 1.1 * steady))
-    return findings
-
-
-def flapping(trial: Trial) -> Finding:
-    """Measure how often the status changes."""
-    inside = [
-        estimate.status
-        for estimate, t in zip(trial.trace.estimates, trial.trace.t, strict=True)
-        if trial.start <= t < trial.end
-    ]
-    changes = sum(a != b for a, b in zip(inside[:-1], inside[1:], strict=True))
-    return Finding(
-        trial.name("changes of status per second"), changes / (trial.end - trial.start), 2.0, "1/s"
-    )
-
-
-def _late_with_encoders(stand: Stand, delay: float, spread: float, limit: float) -> Finding:
-    trace = stand.play(_delayed(stand, delay, spread))
-    name = f"{1e3 * delay:g} ms{f' ± {1e3 * spread:g} ms' if spread else ''}: tip RMS / e0"
-    return Finding(name, trace.rms() / stand.nominal.rms(), limit / stand.nominal.rms())
-
-
-def _delayed(stand: Stand, delay: float, spread: float) -> dict[str, SensorFault]:
-    fault = SensorFault("delayed", delay=delay, jitter=spread)
-    return {spec.name: fault for spec in stand.of_kind(CAMERA)}
-
-
-def _without_encoders(stand: Stand):  # type: ignore[no-untyped-def]
-    return lambda tick, samples: [s for s in samples if s.sensor not in _names(stand, ENCODER)]
-
-
-def _as_of_arrival(stand: Stand):  # type: ignore[no-untyped-def]
-    cameras, encoders = _names(stand, CAMERA), _names(stand, ENCODER)
-
-    def change(tick: int, samples: list[Measurement]) -> list[Measurement]:
-        now = float(stand.record.t[tick])
-        kept = [sample for sample in samples if sample.sensor not in encoders]
-        return [replace(s, t=now) if s.sensor in cameras else s for s in kept]
-
-    return change
-
-
-def _names(stand: Stand, kind: str) -> set[str]:
-    return {spec.name for spec in stand.of_kind(kind)}
 
 
 def _quiet_tick(stand: Stand) -> int:
@@ -238,23 +173,4 @@ ROWS = (
     Row(25, "samples out of order by 20 ticks", "the state of the run in order", swapped),
     Row(26, "samples older than the history", "ignored bit for bit, counted", too_old),
     Row(27, "every sample twice", "the second one dropped", doubled),
-    Row(28, "frames delayed by 30, 60, 100 ms", "as good as punctual; far better than naive", late_frames),
-    Row(
-        29,
-        "delay ± 20 ms; camera slowed to 5 Hz",
-        "as good as a steady delay; little worse",
-        together(
-            jitter, cases(Case(every(CAMERA), SensorFault("slow", rate_hz=5.0), (tip_within(1.5),), "5 Hz"))
-        ),
-    ),
-    Row(
-        30,
-        "camera drops out and in every 0.5 s",
-        "no flapping; the tip stays",
-        cases(
-            Case(
-                every(CAMERA), SensorFault("intermittent", period=1.0, share=0.5), (tip_within(1.2), flapping)
-            )
-        ),
-    ),
 )

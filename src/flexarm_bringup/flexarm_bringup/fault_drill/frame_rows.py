@@ -1,0 +1,113 @@
+"""Rows about the camera's frames: late, jittering, rare, now and then."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from flexarm_bringup.fault_drill.findings import Finding, Trial, tip_within
+from flexarm_bringup.fault_drill.row import Case, Row, cases, every, together
+from flexarm_bringup.fault_drill.stand import Change, Stand
+from flexarm_bringup.sim.sensor_faults import SensorFault
+from flexarm_estimator.measurement import Measurement
+from flexarm_estimator.settings import EstimatorConfig
+
+CAMERA, ENCODER = "camera", "encoder"
+DELAYS, JITTER = (0.030, 0.060, 0.100), 0.020  # s
+UNGATED = 100.0  # sigma; no sample is as far off as that
+
+
+def late_frames(stand: Stand) -> list[Finding]:
+    """Delay the camera; without encoders compare with frames that are taken as of their arrival."""
+    findings = []
+    for delay in DELAYS:
+        findings.append(_late_with_encoders(stand, delay, 0.0, 1.05 * stand.nominal.rms()))
+        ratio = _blind(stand, delay, _without_encoders(stand)) / _naive(stand, delay)
+        findings.append(Finding(f"{1e3 * delay:g} ms, no encoder: tip RMS / naive", ratio, 0.2))
+    return findings
+
+
+def jitter(stand: Stand) -> list[Finding]:
+    """Let the delay of the frames vary."""
+    findings = []
+    for delay in DELAYS:
+        steady = stand.play(_delayed(stand, delay, 0.0)).rms()
+        findings.append(_late_with_encoders(stand, delay, JITTER, 1.1 * steady))
+    return findings
+
+
+def flapping(trial: Trial) -> Finding:
+    """Measure how often the status changes."""
+    inside = [
+        estimate.status
+        for estimate, t in zip(trial.trace.estimates, trial.trace.t, strict=True)
+        if trial.start <= t < trial.end
+    ]
+    changes = sum(a != b for a, b in zip(inside[:-1], inside[1:], strict=True))
+    return Finding(
+        trial.name("changes of status per second"), changes / (trial.end - trial.start), 2.0, "1/s"
+    )
+
+
+def _late_with_encoders(stand: Stand, delay: float, spread: float, limit: float) -> Finding:
+    trace = stand.play(_delayed(stand, delay, spread))
+    name = f"{1e3 * delay:g} ms{f' ± {1e3 * spread:g} ms' if spread else ''}: tip RMS / e0"
+    return Finding(name, trace.rms() / stand.nominal.rms(), limit / stand.nominal.rms())
+
+
+def _naive(stand: Stand, delay: float) -> float:
+    """Return the tip error with frames taken as of their arrival, gated or not: the better one [m]."""
+    change, ungated = _as_of_arrival(stand), replace(stand.settings, gate=UNGATED)
+    return min(_blind(stand, delay, change), _blind(stand, delay, change, ungated))
+
+
+def _blind(stand: Stand, delay: float, change: Change, settings: EstimatorConfig | None = None) -> float:
+    """Return the RMS tip error of an estimator that has no encoders [m]."""
+    estimator = stand.estimator(settings, without=(ENCODER,))
+    return stand.play(_delayed(stand, delay, 0.0), estimator=estimator, change=change).rms()
+
+
+def _delayed(stand: Stand, delay: float, spread: float) -> dict[str, SensorFault]:
+    fault = SensorFault("delayed", delay=delay, jitter=spread)
+    return {spec.name: fault for spec in stand.of_kind(CAMERA)}
+
+
+def _without_encoders(stand: Stand) -> Change:
+    return lambda tick, samples: [s for s in samples if s.sensor not in _names(stand, ENCODER)]
+
+
+def _as_of_arrival(stand: Stand) -> Change:
+    cameras, encoders = _names(stand, CAMERA), _names(stand, ENCODER)
+
+    def change(tick: int, samples: list[Measurement]) -> list[Measurement]:
+        now = float(stand.record.t[tick])
+        kept = [sample for sample in samples if sample.sensor not in encoders]
+        return [replace(s, t=now) if s.sensor in cameras else s for s in kept]
+
+    return change
+
+
+def _names(stand: Stand, kind: str) -> set[str]:
+    return {spec.name for spec in stand.of_kind(kind)}
+
+
+ROWS = (
+    Row(28, "frames delayed by 30, 60, 100 ms", "as good as punctual; far better than naive", late_frames),
+    Row(
+        29,
+        "delay ± 20 ms; camera slowed to 5 Hz",
+        "as good as a steady delay; little worse",
+        together(
+            jitter, cases(Case(every(CAMERA), SensorFault("slow", rate_hz=5.0), (tip_within(1.5),), "5 Hz"))
+        ),
+    ),
+    Row(
+        30,
+        "camera drops out and in every 0.5 s",
+        "no flapping; the tip stays",
+        cases(
+            Case(
+                every(CAMERA), SensorFault("intermittent", period=1.0, share=0.5), (tip_within(1.2), flapping)
+            )
+        ),
+    ),
+)

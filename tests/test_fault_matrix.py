@@ -1,0 +1,80 @@
+"""The fault matrix at library level: every row on every machine, by the functions that print the table."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from flexarm_bringup.cli import main
+from flexarm_bringup.fault_drill.drill import ESTIMATOR_ROWS, MACHINES, play_row, stand_of
+from flexarm_bringup.fault_drill.findings import Finding
+from flexarm_bringup.faults import chosen_rows
+
+FAST = (22, 25, 26, 27)  # of the single link; the others wait for --all
+
+
+def rows_and_machines() -> list[object]:
+    return [
+        pytest.param(
+            number,
+            machine,
+            id=f"row {number} {machine}",
+            marks=() if machine == "single_link" and number in FAST else (pytest.mark.slow,),
+        )
+        for machine in MACHINES
+        for number in ESTIMATOR_ROWS
+    ]
+
+
+@pytest.mark.parametrize(("number", "machine"), rows_and_machines())
+def test_every_bound_of_the_row_is_kept(number: int, machine: str) -> None:
+    result = play_row(stand_of(machine), number)
+    if result.skipped:
+        pytest.skip(result.skipped)
+    missed = [
+        f"{f.what}: {f.measured:.4g} {f.unit}, wanted {f.bound}" for f in result.findings if not f.passed
+    ]
+    assert result.findings
+    assert not missed, f"{ESTIMATOR_ROWS[number].fault}:\n" + "\n".join(missed)
+
+
+def test_the_matrix_has_rows_1_to_33() -> None:
+    assert list(ESTIMATOR_ROWS) == list(range(1, 34))
+
+
+@pytest.mark.parametrize(
+    ("text", "rows"), [("1-3", (1, 2, 3)), ("20, 5", (5, 20)), (None, tuple(range(1, 34)))]
+)
+def test_rows_are_chosen_by_numbers_and_ranges(text: str | None, rows: tuple[int, ...]) -> None:
+    assert chosen_rows(text) == rows
+
+
+@pytest.mark.parametrize(
+    ("text", "words"), [("99", "there are 1, 2"), ("1-", "'1-' is neither"), ("x", "'x'")]
+)
+def test_rows_that_do_not_exist_are_refused(text: str, words: str) -> None:
+    with pytest.raises(ValueError, match=words):
+        chosen_rows(text)
+
+
+def test_a_bound_is_kept_at_its_limit_and_missed_beyond_it() -> None:
+    assert Finding("", 1.0, 1.0).passed and not Finding("", 1.0001, 1.0).passed
+    assert Finding("", 1.0, 1.0, at_least=True).passed and not Finding("", 0.99, 1.0, at_least=True).passed
+    assert not Finding("", float("nan"), 1.0).passed
+
+
+@pytest.mark.slow
+def test_the_command_prints_and_writes_the_table(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    files = ["--json", str(tmp_path / "t.json"), "--html", str(tmp_path / "t.html")]
+    assert main(["faults", "--estimator", "single_link", "--rows", "26,27", *files]) == 0
+    assert "every sample twice" in capsys.readouterr().out
+    page = json.loads((tmp_path / "t.json").read_text(encoding="utf-8"))
+    assert page["passed"] and {row[0] for row in page["tables"][0]["rows"]} == {26, 27}
+    assert "older than the history" in (tmp_path / "t.html").read_text(encoding="utf-8")
+
+
+def test_an_unknown_machine_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["faults", "--estimator", "no_such_arm"]) == 2
+    assert "no_such_arm" in capsys.readouterr().out
