@@ -1,4 +1,4 @@
-"""Consistency: normalised squares against closed forms and chance, filters against truths of their own model."""
+"""Consistency: normalised squares against closed forms and chance, filters against truths they model."""
 
 from __future__ import annotations
 

@@ -75,7 +75,8 @@ def state_to_msg(estimate: Estimate, model: ReducedModel, stamp_ns: int) -> Moda
     msg.theta, msg.theta_dot = floats(estimate.theta), floats(estimate.theta_dot)
     msg.eta, msg.eta_dot, msg.disturbance = floats(estimate.eta), floats(estimate.eta_dot), floats(estimate.d)
     msg.bias_names, msg.bias = list(estimate.layout.biases), floats(estimate.b)
-    msg.covariance = floats(estimate.P)
+    told = estimate.layout.told
+    msg.covariance = floats(estimate.P[told, told])
     msg.sensors = [_health_to_msg(report) for report in estimate.sensors]
     return msg
 

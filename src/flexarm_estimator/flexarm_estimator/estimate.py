@@ -47,7 +47,7 @@ class Estimate:
     Attributes:
         t: Instant [s].
         model_id: Model that defines the modes.
-        x: State [theta; eta; theta'; eta'; d; b], SI, (n_x,).
+        x: State [theta; eta; theta'; eta'; d; b; s], SI, (n_x,).
         P: Its covariance, (n_x, n_x).
         layout: Where things stand in x.
         status: May it be used? "ok" and "degraded" yes, "lost" and "starting" no.

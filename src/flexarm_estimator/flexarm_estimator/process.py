@@ -1,8 +1,8 @@
 """Process model: how the state moves between two instants, and how sure that is.
 
-``x = [theta; eta; theta'; eta'; d; b]``, ``d`` an unmodelled torque, ``b`` biases of sensors
-(``bias_states``). Three things are unknown of the arm, each written as a physical setting
-(``EstimatorConfig``):
+``x = [theta; eta; theta'; eta'; d; b; s]``, ``d`` an unmodelled torque, ``b`` biases of sensors
+(``bias_states``), ``s`` static deflections (``sag``). Three more things are unknown of the arm, each written
+as a physical setting (``EstimatorConfig``):
 
 * white torque on the axes: ``acceleration_noise`` times their inertia;
 * forces on the modes. A relative error ``e`` of frequency acts as a force ``2 e omega^2 eta``; with
@@ -24,6 +24,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexarm_estimator.bias_states import with_biases
+from flexarm_estimator.sag import sag_sigma, with_sag
 from flexarm_estimator.settings import EstimatorConfig
 from flexarm_estimator.state_layout import StateLayout
 from flexarm_estimator.taylor import ExponentialIntegrals
@@ -78,13 +79,15 @@ class ProcessModel:
             biases: Output rows "sensor.channel" that have a bias; none if None.
         """
         n, n_theta, biases = model.n, model.n_theta, biases or {}
-        self.layout = StateLayout(n, n_theta, tuple(biases))
+        sigma_s = sag_sigma(model, config)
+        self.layout = StateLayout(n, n_theta, tuple(biases), sigma_s.size)
         inertia = np.diag(model.M)[:n_theta]
         modal_force = _modal_force(model, config)
         torque_psd = (config.acceleration_noise * inertia) ** 2
         force_psd = np.concatenate([torque_psd, 2.0 * modal_force**2 / model.omega])
         arm = state_space(model, force_psd, (config.disturbance_drift * inertia) ** 2)
-        self.system: StateSpace = with_biases(arm, model.outputs.names, biases)
+        biased = with_biases(arm, model.outputs.names, biases)
+        self.system: StateSpace = with_sag(biased, model, config)
         self._averaging = config.force_averaging
         self.force_cov = np.diag(force_psd) / self._averaging
         self._G = np.zeros((self.system.n_x, n))
@@ -93,7 +96,7 @@ class ProcessModel:
         self._integrals = ExponentialIntegrals(self.system.A, self.system.Q)
         self._cache: dict[int, Transition] = {}
         sigma_b = [bias.sigma for bias in biases.values()]
-        sigma = np.append(_initial_sigma(model, config, inertia), sigma_b)
+        sigma = np.concatenate([_initial_sigma(model, config, inertia), sigma_b, sigma_s])
         self.P0 = np.diag(sigma**2)
         self.widening = np.diag(np.where(np.arange(sigma.size) < 2 * n, sigma, 0.0) ** 2)
 
@@ -121,7 +124,7 @@ def _modal_force(model: ReducedModel, config: EstimatorConfig) -> Array:
 
 
 def _initial_sigma(model: ReducedModel, config: EstimatorConfig, inertia: Array) -> Array:
-    """One sigma of every state but the biases at the start, (2 n + n_theta,)."""
+    """One sigma of every state but biases and static deflections at the start, (2 n + n_theta,)."""
     coupling = np.abs(model.M[model.n_theta :, : model.n_theta]).sum(axis=1)
     eta_dot = (coupling + _UNCOUPLED) * config.initial_velocity  # an axis that stops at once leaves M_et v
     position = np.full(model.n_theta, config.initial_position)

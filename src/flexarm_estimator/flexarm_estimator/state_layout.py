@@ -1,7 +1,8 @@
-"""Where things stand in the filter's state ``x = [theta; eta; theta'; eta'; d; b]``.
+"""Where things stand in the filter's state ``x = [theta; eta; theta'; eta'; d; b; s]``.
 
 ``theta`` are the actuated axes, ``eta`` the elastic modes, ``d`` unmodelled torques on the axes, ``b`` the
-biases of sensors (a gauge drifts with temperature, an accelerometer has an offset), in SI of their channel.
+biases of sensors (a gauge drifts with temperature, an accelerometer has an offset), in SI of their channel,
+``s`` static deflections of the modes that the model leaves out (``sag``); they are nobody else's business.
 """
 
 from __future__ import annotations
@@ -17,16 +18,18 @@ class StateLayout:
         n: Number of served coordinates xi = [theta; eta].
         n_theta: Number of actuated axes, and of unmodelled torques.
         biases: Output rows "sensor.channel" that have a bias, in their order in the state.
+        n_s: Number of static deflections, that of the modes or none.
     """
 
     n: int
     n_theta: int
     biases: tuple[str, ...] = ()
+    n_s: int = 0
 
     @property
     def n_x(self) -> int:
         """Number of states."""
-        return 2 * self.n + self.n_theta + len(self.biases)
+        return 2 * self.n + self.n_theta + len(self.biases) + self.n_s
 
     @property
     def theta(self) -> slice:
@@ -56,4 +59,14 @@ class StateLayout:
     @property
     def b(self) -> slice:
         """Biases of sensors, SI of their channel."""
-        return slice(2 * self.n + self.n_theta, self.n_x)
+        return slice(self.d.stop, self.d.stop + len(self.biases))
+
+    @property
+    def s(self) -> slice:
+        """Static deflections of the modes [kg^0.5 m]."""
+        return slice(self.b.stop, self.n_x)
+
+    @property
+    def told(self) -> slice:
+        """What messages carry: all but the static deflections."""
+        return slice(0, self.b.stop)

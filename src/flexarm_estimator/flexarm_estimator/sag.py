@@ -1,0 +1,61 @@
+"""The arm may rest elsewhere than its model says: static deflections of the modes as slow states.
+
+A payload or a stiffness that is not as described lets the arm sag otherwise. The error stays as long as the
+pose does; no white force stands for it, and a filter that does not know of it believes its model more than
+the camera. With ``s`` the static deflection that the model leaves out, one number per mode [kg^0.5 m]::
+
+    eta'' + 2 zeta omega eta' + omega^2 (eta - s) = ...        s' = -s / T + w
+
+``w`` is white, so that ``s`` has the deviation ``sigma_i ~ 1 / omega_i^2`` of equal forces on all modes, and
+the tip that of ``sag_error``; ``T = sag_time`` is how long a pose lasts. The states are the last of x, and
+there are none where ``sag_error`` is 0.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import block_diag
+
+from flexarm_estimator.settings import EstimatorConfig
+from flexarm_model.reduced_model import ReducedModel
+from flexarm_model.state_space import StateSpace
+
+Array = NDArray[np.float64]
+
+
+def sag_sigma(model: ReducedModel, config: EstimatorConfig) -> Array:
+    """Return one sigma of every static deflection [kg^0.5 m], (n_eta,), or (0,) when none is modelled."""
+    if config.sag_error == 0.0:
+        return np.zeros(0)
+    rows = model.outputs.rows("tip")[:3]
+    per_force = 1.0 / model.omega**2
+    tip = np.linalg.norm(model.outputs.C_pos[rows, model.n_theta :] * per_force)
+    return np.asarray(config.sag_error * per_force / tip)
+
+
+def with_sag(system: StateSpace, model: ReducedModel, config: EstimatorConfig) -> StateSpace:
+    """Return a continuous system with the static deflections appended to its state.
+
+    Args:
+        system: Without them; x starts with xi and xi'.
+        model: Its served model.
+        config: ``sag_error`` and ``sag_time``.
+    """
+    sigma, n = sag_sigma(model, config), model.n
+    if not sigma.size:
+        return system
+    pull = np.linalg.solve(model.M, model.K[:, model.n_theta :])  # xi'' per deflection, (n, n_s)
+    into = np.zeros((system.n_x, sigma.size))
+    into[n : 2 * n] = pull
+    rate = np.eye(sigma.size) / config.sag_time
+    return replace(
+        system,
+        A=np.block([[system.A, into], [np.zeros((sigma.size, system.n_x)), -rate]]),
+        B=np.vstack([system.B, np.zeros((sigma.size, system.n_u))]),
+        c=np.append(system.c, np.zeros(sigma.size)),
+        Q=block_diag(system.Q, np.diag(2.0 * sigma**2 / config.sag_time)),
+        C=np.hstack([system.C, model.outputs.C_acc @ pull]),
+    )

@@ -1,0 +1,87 @@
+"""Static deflections as states: what they do in closed form, and what they are good for."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from planar_strip import LENGTH, PHI, SENSORS, STRAIN, StripKinematics, run, simulate, strip_model
+from scipy.linalg import solve_continuous_lyapunov
+
+from flexarm_estimator.adoption import map_parts
+from flexarm_estimator.estimator import Estimator
+from flexarm_estimator.process import ProcessModel
+from flexarm_estimator.sag import sag_sigma
+from flexarm_estimator.settings import EstimatorConfig
+
+SAGGING = EstimatorConfig(sag_error=2e-3, sag_time=4.0)
+
+
+def test_without_sag_error_the_state_is_as_long_as_ever() -> None:
+    plain = ProcessModel(strip_model(), EstimatorConfig())
+    assert plain.layout.n_x == plain.system.n_x == 9
+    assert plain.layout.n_s == 0
+
+
+def test_arm_rests_at_the_static_deflection() -> None:
+    process = ProcessModel(strip_model(), SAGGING)
+    layout, system = process.layout, process.system
+    x = np.zeros(layout.n_x)
+    x[layout.s] = x[layout.eta] = [0.01, -0.002, 0.001]
+    rate = system.A @ x
+    assert abs(rate[: layout.s.start]).max() < 1e-9  # of accelerations of 10; at rest for as long as s stays
+    np.testing.assert_allclose(rate[layout.s], -x[layout.s] / 4.0)
+    x[layout.s] = 0.0
+    assert abs(system.A @ x)[layout.eta_dot].max() > 1.0
+
+
+def test_gauges_and_accelerometers_feel_what_the_deflection_does_to_the_arm() -> None:
+    """At rest an accelerometer is silent and a gauge says the strain of eta, with or without s."""
+    process = ProcessModel(strip_model(), SAGGING)
+    layout, C = process.layout, process.system.C
+    x = np.zeros(layout.n_x)
+    x[layout.s] = x[layout.eta] = [0.01, -0.002, 0.001]
+    assert C[1] @ x == pytest.approx(STRAIN @ x[layout.eta])
+    assert C[2] @ x == pytest.approx(0.0, abs=1e-9)
+
+
+def test_deflections_are_as_large_at_the_tip_as_the_setting_says() -> None:
+    process = ProcessModel(strip_model(), SAGGING)
+    s = process.layout.s
+    spread = solve_continuous_lyapunov(process.system.A[s, s], -process.system.Q[s, s])
+    assert np.sqrt(PHI @ spread @ PHI) == pytest.approx(SAGGING.sag_error)
+    np.testing.assert_allclose(process.P0[s, s], spread, atol=1e-20)
+
+
+def test_forces_of_all_modes_are_equally_uncertain() -> None:
+    model = strip_model()
+    force = sag_sigma(model, SAGGING) * model.omega**2
+    np.testing.assert_allclose(force, force[0])
+
+
+def test_filter_finds_where_a_loaded_arm_rests() -> None:
+    """A force on the first mode that no model has: 3 mm at the tip, which only the camera sees."""
+    model = strip_model()
+    force = 3e-3 / PHI[0] * model.omega[0] ** 2
+    loaded = replace(model, f0=np.array([0.0, -force, 0.0, 0.0]))
+    x0 = np.zeros(9)
+    x0[1] = 3e-3 / PHI[0]
+    record = simulate(400, np.random.default_rng(1), x0, loaded, camera_every=7)
+    true_tip = [StripKinematics().tip_pose(x[:4])[:2, 3] for x in record.x[300:]]
+    sensors, errors = [spec for spec in SENSORS if spec.kind != "strain_gauge"], []
+    for config in (EstimatorConfig(), SAGGING):
+        told = [estimate.T_world_tip[:2, 3] for estimate in run(record, sensors=sensors, config=config)[300:]]
+        errors.append(np.sqrt(np.mean(np.square(np.subtract(told, true_tip)))))
+    assert errors[1] < errors[0] / 3
+    assert errors[1] < 1e-3 * LENGTH
+
+
+def test_deflections_follow_the_modes_of_another_model() -> None:
+    estimator = Estimator(strip_model(), StripKinematics(), SENSORS, SAGGING)
+    old = estimator.prepare(strip_model())
+    turned = replace(strip_model(), Phi=strip_model().Phi @ np.diag([1.0, 1.0, -1.0, 1.0]))
+    new = estimator.prepare(turned)
+    T = map_parts(old, new).T
+    np.testing.assert_allclose(T[new.layout.s, old.layout.s], np.diag([1.0, -1.0, 1.0]))
+    assert T.shape == (12, 12)
