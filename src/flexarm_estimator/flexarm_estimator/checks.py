@@ -38,6 +38,10 @@ class SampleChecks:
         self._variances = {spec.name: np.asarray(spec.sigma, dtype=np.float64) ** 2 for spec in specs}
         self._stamps: dict[str, list[float]] = {spec.name: [] for spec in specs}
 
+    def retune(self, specs: tuple[SensorSpec, ...]) -> None:
+        """Go on with other noise of the same sensors."""
+        self._variances = {spec.name: np.asarray(spec.sigma, dtype=np.float64) ** 2 for spec in specs}
+
     def refuse(self, sample: Measurement, window: Window) -> str:
         """Return why a sample cannot be used; empty when it can.
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import replace
+from operator import attrgetter
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,7 +28,7 @@ from flexarm_estimator.settings import EstimatorConfig
 from flexarm_estimator.stamp_delays import StampDelays
 from flexarm_estimator.tip import Kinematics
 from flexarm_estimator.watch import Finding, View
-from flexarm_estimator.watches import make_watches
+from flexarm_estimator.watches import gather_values, make_watches
 from flexarm_model.description import SensorSpec
 from flexarm_model.parameters import validate
 from flexarm_model.reduced_model import ReducedModel
@@ -41,6 +42,7 @@ class Estimator:
 
     Attributes:
         model: The served model in use.
+        specs: The sensors.
         config: Settings.
         health: Counts and states of the sensors.
     """
@@ -68,7 +70,7 @@ class Estimator:
             KeyError: The model lacks an output row of a sensor.
         """
         validate(config)
-        self._specs, self.config, self._use_compiler = sensors, config, use_compiler
+        self.specs, self.config, self._use_compiler = sensors, config, use_compiler
         gate = Gate({spec.name: len(spec.channels) for spec in sensors}, config)
         self._maker = PartsMaker(kinematics, sensors, config, gate)
         self._delays = StampDelays(sensors)
@@ -130,17 +132,29 @@ class Estimator:
         """Forget the state; the next step starts anew."""
         self._has_clock = False
 
+    def set_belief(self, belief: Belief) -> None:
+        """Go on from a state that is known from elsewhere; samples from before it are ignored."""
+        self._has_clock = True
+        self._history = History(Instant(self._t, self._u, belief), self.config.history)
+
+    def retune(self, specs: tuple[SensorSpec, ...], config: EstimatorConfig) -> None:
+        """Go on with other noise of the same sensors and of the process.
+
+        Raises:
+            ParameterError: A setting is outside its range.
+        """
+        validate(config)
+        self.specs, self.config, self._maker = specs, config, self._maker.retuned(specs, config)
+        self._checks.retune(specs)
+        self.adopt(self.model)
+
     def refuse(self, sensor: str, reason: str) -> None:
         """Count a sample that could not even be read ("imu/x: 5 numbers where 3 belong")."""
         self.health.note_refusal(sensor, reason)
 
     def figures(self) -> dict[str, dict[str, float]]:
         """Return what the watches can tell in numbers, by sensor and name with unit ("latency [s]")."""
-        figures: dict[str, dict[str, float]] = {}
-        for watch in self._watches:
-            for sensor, values in watch.values().items():
-                figures.setdefault(sensor, {}).update(values)
-        return figures
+        return gather_values(self._watches)
 
     @property
     def past(self) -> tuple[Parts, Sequence[Instant]]:
@@ -157,7 +171,7 @@ class Estimator:
         self._t = t
         belief = Belief(x, self._parts.process.P0)
         self._history = History(Instant(t - _START, self._u, belief), self.config.history)
-        self._checks = SampleChecks(self._specs)
+        self._checks = SampleChecks(self.specs)
         self._early: list[Measurement] = []
         self.health.restart(t)
         for watch in self._watches:
@@ -202,7 +216,7 @@ class Estimator:
                 if sample.R is not None:
                     sample = replace(sample, R=self._checks.own_covariance(sample))
                 (due if sample.t <= now else self._early).append(sample)
-        return sorted(due, key=_stamp)
+        return sorted(due, key=attrgetter("t"))
 
     def _compute(self, touched: Sequence[int]) -> list[Verdict]:
         """Compute all instants from the first of those ``touched`` on."""
@@ -233,7 +247,3 @@ class Estimator:
             t, self.model.model_id, x.copy(), P.copy(), layout, status, reason, reports,
             tip.T_world_tip, tip.twist, tip.cov_pose, tip.cov_twist,
         )  # fmt: skip
-
-
-def _stamp(sample: Measurement) -> float:
-    return sample.t

@@ -46,6 +46,10 @@ class PartsMaker:
         self._specs = with_model_errors(specs, config)
         self._filters = FilterMaker(kinematics, config)
 
+    def retuned(self, specs: tuple[SensorSpec, ...], config: EstimatorConfig) -> PartsMaker:
+        """Return one for other noise; the gate stays."""
+        return PartsMaker(self._kinematics, specs, config, self._gate)
+
     def make(self, model: ReducedModel, use_compiler: bool = True) -> Parts:
         """Build the parts of a model.
 

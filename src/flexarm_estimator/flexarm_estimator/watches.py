@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 from flexarm_estimator.latency_watch import LatencyWatch
 from flexarm_estimator.settings import EstimatorConfig
 from flexarm_estimator.stamp_delays import StampDelays
@@ -20,3 +22,12 @@ def make_watches(
         delays: Of the stamps, in use.
     """
     return (LatencyWatch(delays, config),)
+
+
+def gather_values(watches: Iterable[Watch]) -> dict[str, dict[str, float]]:
+    """Return the figures of all watches, by sensor and name with unit ("latency [s]")."""
+    figures: dict[str, dict[str, float]] = {}
+    for watch in watches:
+        for sensor, values in watch.values().items():
+            figures.setdefault(sensor, {}).update(values)
+    return figures
