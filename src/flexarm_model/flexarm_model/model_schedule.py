@@ -62,11 +62,11 @@ class ModelSchedule:
         Raises:
             PoseError: The reference leads where no model can be made.
         """
-        ahead, is_left = self._look(model.pose, np.array([t]))
-        if not is_left[0]:
+        ahead = self._reference.position(t + self._lead)
+        if not self._is_left(model.pose, self._reference.position(t), ahead):
             return None
         self.served += 1
-        return linearize(self._tree, ahead[0])
+        return linearize(self._tree, ahead)
 
     def plan(self, model: ReducedModel, end: float, period_ns: int) -> Iterator[tuple[int, ReducedModel]]:
         """Return the models that ``next`` gives from time zero on, and the time from which each is used [ns].
@@ -93,5 +93,9 @@ class ModelSchedule:
     def _look(self, pose: Array, t: Array) -> tuple[Array, NDArray[np.bool_]]:
         """Return where the reference will be, (k, n_theta), and if that is too far from ``pose``, (k,)."""
         here, ahead = self._reference.sample(t)[0], self._reference.sample(t + self._lead)[0]
-        share = np.where((here == ahead).all(axis=1), AT_REST, 1.0)[:, None]
-        return ahead, (abs(ahead - pose) > share * self._reach).any(axis=1)
+        return ahead, self._is_left(pose, here, ahead)
+
+    def _is_left(self, pose: Array, here: Array, ahead: Array) -> NDArray[np.bool_]:
+        """Return whether ``pose`` is too far from where the reference will be, (..., n_theta)."""
+        share = np.where((here == ahead).all(axis=-1, keepdims=True), AT_REST, 1.0)
+        return np.asarray((abs(ahead - pose) > share * self._reach).any(axis=-1))

@@ -91,8 +91,8 @@ class Plant:
         return np.array(self.tree.functions["outputs"](self.q, self.v, self.a, self.q))
 
     def tip_pose(self) -> Array:
-        """Return ``T_world_tip``, (4, 4)."""
-        return self.tree.tip_pose(self.q)
+        """Return ``T_world_tip``, (4, 4); the loops are closed at every tick."""
+        return np.array(self.tree.functions["tip_pose"](self.q))
 
 
 def choose_steps(tree: ReducedTree, dt: float, friction: float) -> Steps:
