@@ -7,6 +7,7 @@ Publishes
     guard_status (flexarm_interfaces/GuardStatus): 10 Hz and on change.
     truth (flexarm_interfaces/Truth): what really happens; for reports only.
     tick (flexarm_interfaces/Tick): lockstep only, what was sent at this instant.
+    /diagnostics (diagnostic_msgs/DiagnosticArray): 1 Hz while sensors have faults on request: which.
     ~/ready (std_msgs/Bool, latched).
 Subscribes
     joint_commands (flexarm_interfaces/JointCommand).
@@ -23,6 +24,7 @@ from __future__ import annotations
 import secrets
 from dataclasses import dataclass
 
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from flexarm_interfaces.msg import JointCommand, Tick
 from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
@@ -40,6 +42,7 @@ from flexarm_bringup.sim.conversions import (
 )
 from flexarm_bringup.sim.hardware import Hardware, HardwareSettings
 from flexarm_bringup.sim.rig import RigSettings
+from flexarm_bringup.sim.sensor_fault_text import faults_text, parse_faults
 from flexarm_bringup.sim.sensor_simulator import Sample
 from flexarm_bringup.topics import streams
 from flexarm_controller.guard import GuardCommand
@@ -58,6 +61,7 @@ from flexarm_model.node import (
 from flexarm_model.parameters import parameter
 from flexarm_model.start_pose import starting_at
 
+DIAGNOSTICS_PERIOD = 1.0  # s
 STATUS_PERIODS = 20  # motor periods between two guard_status messages
 MOST_CATCH_UP = 20  # periods; after a longer stall the simulated arm skips time rather than race
 
@@ -81,6 +85,7 @@ class RigNodeSettings:
     partners: tuple[str, ...] = parameter(
         ("estimator", "controller"), "Nodes that must be ready before the first tick in lockstep."
     )
+    faults: str = parameter("", "Faults of sensors: 'root_strain: off 1 3; camera: delayed 60 ms'.")
 
 
 class RigNode(Node):
@@ -95,7 +100,8 @@ class RigNode(Node):
         refuse_unknown_parameters(self)
         config = load_config(find_manipulator(self.settings.manipulator), self.settings.preset)
         self.config = starting_at(config, self.settings.start)
-        self.hardware = Hardware(self.config, simulation, hardware)
+        faults = parse_faults(self.settings.faults, config.sensors)
+        self.hardware = Hardware(self.config, simulation, hardware, faults=faults)
         self._steady = Clock(clock_type=ClockType.STEADY_TIME)
         self._period_ns = self.hardware.rig.period_ns
         self._epoch_ns = 0 if self.settings.lockstep else self.get_clock().now().nanoseconds
@@ -148,6 +154,14 @@ class RigNode(Node):
         self.hardware.guard.stop("stopped by ~/stop")
         response.success, response.message = True, self.hardware.guard.reason or "was not armed"
         return response
+
+    def on_diagnostics(self) -> None:
+        """Tell which faults were asked for."""
+        text = faults_text(self.hardware.rig.faults, self.config.sensors)
+        status = DiagnosticStatus(name="rig: faults", level=DiagnosticStatus.WARN, message=text)
+        array = DiagnosticArray(status=[status])
+        array.header.stamp = self.get_clock().now().to_msg()
+        self._diagnostics.publish(array)
 
     def advance(self) -> None:
         """Move the arm by one period and tell what its sensors say; then choose the next torque."""
@@ -214,6 +228,10 @@ class RigNode(Node):
                 Bool, f"{name}/ready", lambda msg, name=name: self.on_ready(name, msg), LATCHED_QOS
             )
         self._ready = ReadyFlag(self, {"hardware": lambda: True})
+        if self.hardware.rig.faults:
+            self._diagnostics = self.create_publisher(DiagnosticArray, "/diagnostics", RELIABLE_QOS)
+            self.create_timer(DIAGNOSTICS_PERIOD, self.on_diagnostics, clock=self._steady)
+            self.on_diagnostics()
         if not self.settings.lockstep:
             self.create_timer(self.hardware.dt, self.on_timer, clock=self._steady)
 

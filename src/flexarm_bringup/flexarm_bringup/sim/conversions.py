@@ -58,9 +58,16 @@ def samples_to_msgs(
 
 
 def joint_state_msg(hardware: Hardware, stamp_ns: int) -> JointState:
-    """Return what the drives know: position, velocity and the torque that acted until the stamp."""
-    msg = JointState(name=list(hardware.names), effort=floats(hardware.acted))
-    msg.position, msg.velocity = floats(hardware.motors.theta), floats(hardware.motors.theta_dot)
+    """Return what the drives know: position, velocity and the torque that acted until the stamp.
+
+    An axis whose encoder was silent at this tick is left out.
+    """
+    motors = hardware.motors
+    read = [i for i, name in enumerate(hardware.names) if name in motors.read]
+    names = [hardware.names[i] for i in read]
+    msg = JointState(name=names, effort=floats([hardware.acted[i] for i in read]))
+    msg.position = floats([motors.read[name] for name in names])
+    msg.velocity = floats(motors.theta_dot[read])
     msg.header.stamp = ns_to_stamp(stamp_ns)
     msg.header.frame_id = "base"
     return msg

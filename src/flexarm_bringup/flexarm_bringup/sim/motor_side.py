@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -16,7 +17,13 @@ SMOOTHING = 0.4  # share of the newest difference in the velocity; the rest is m
 
 
 class MotorSide:
-    """Position and velocity of the actuated axes from the encoders' samples."""
+    """Position and velocity of the actuated axes from the encoders' samples.
+
+    Attributes:
+        read: What the encoders said at this tick, by axis; nothing where one was silent.
+        theta: Newest finite position of every axis [rad or m], (n_theta,).
+        theta_dot: Velocity, (n_theta,).
+    """
 
     def __init__(self, config: ManipulatorConfig, dt: float) -> None:
         """Start at the home pose at rest.
@@ -29,16 +36,20 @@ class MotorSide:
         self._axis_of = {spec.name: spec.site for spec in config.sensors if spec.kind == "encoder"}
         self._dt = dt
         self._is_first = True
+        self.read: dict[str, float] = {}
         self.theta: Array = config.home.copy()
         self.theta_dot: Array = np.zeros(len(self.names))
 
     def update(self, samples: Sequence[Sample]) -> None:
         """Take the encoders among the samples of a tick."""
         previous = self.theta.copy()
+        self.read.clear()
         for sample in samples:
             axis = self._axis_of.get(sample.sensor)
             if axis in self.names:
-                self.theta[self.names.index(axis)] = sample.y[0]
+                self.read[axis] = float(sample.y[0])
+                if math.isfinite(self.read[axis]):
+                    self.theta[self.names.index(axis)] = sample.y[0]
         if not self._is_first:
             self.theta_dot += SMOOTHING * ((self.theta - previous) / self._dt - self.theta_dot)
         self._is_first = False
