@@ -71,8 +71,8 @@ class Estimator:
         """
         validate(config)
         self.specs, self.config, self._use_compiler = sensors, config, use_compiler
-        gate = Gate({spec.name: len(spec.channels) for spec in sensors}, config)
-        self._maker = PartsMaker(kinematics, sensors, config, gate)
+        self._gate = Gate({spec.name: spec.sigma.tolist() for spec in sensors}, config)
+        self._maker = PartsMaker(kinematics, sensors, config, self._gate)
         self._delays = StampDelays(sensors)
         self._watches = make_watches(sensors, config, self._delays)
         self._use(self.prepare(model))
@@ -99,8 +99,10 @@ class Estimator:
         trouble = [*self._follow_clock(t), *self._take_torque(tau)]
         first = self._history.advance(self._t, self._u)
         samples = self._admit(self._delays.undo(measurements))
-        fit = [sample for sample in samples if not self.health.is_faulty(sample.sensor)]
+        fit = self.health.pick_sound(samples)
+        self._gate.meet(fit)
         verdicts = self._compute([first, *(self._history.insert(sample) for sample in fit)])
+        verdicts += self._resolve()
         self.health.note_verdicts(verdicts)
         self._heed(View(self._t, self._u, self._history.now.belief, samples, verdicts))
         self._history.forget()
@@ -174,6 +176,7 @@ class Estimator:
         self._checks = SampleChecks(self.specs)
         self._early: list[Measurement] = []
         self.health.restart(t)
+        self._gate.restart()
         for watch in self._watches:
             watch.restart(t)
 
@@ -221,6 +224,11 @@ class Estimator:
     def _compute(self, touched: Sequence[int]) -> list[Verdict]:
         """Compute all instants from the first of those ``touched`` on."""
         return self._parts.fusion.compute(self._history.instants, max(1, min(touched)))
+
+    def _resolve(self) -> list[Verdict]:
+        """Fuse what the gate had held back and lets go now; return the final verdicts on what it held."""
+        released, dropped = self._gate.resolve(self._history.oldest)
+        return dropped + (self._compute([self._history.insert(s) for s in released]) if released else [])
 
     def _heed(self, view: View) -> None:
         """Ask the watches; take what a sensor at fault has said out of the recent past."""

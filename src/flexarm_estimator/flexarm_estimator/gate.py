@@ -11,7 +11,7 @@ distrusted for a while (a bias, a wrong unit), and the state is widened once mor
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -19,9 +19,13 @@ from numpy.typing import NDArray
 from scipy.linalg.lapack import dposv
 from scipy.stats import chi2, norm
 
+from flexarm_estimator.history import SAME_INSTANT
+from flexarm_estimator.measurement import Measurement
 from flexarm_estimator.settings import EstimatorConfig
+from flexarm_estimator.short_term import FROZEN, JUMP, SAME, SHIFT, Run, ShortTerm
 
 Array = NDArray[np.float64]
+FAR, DISTRUSTED = "far from the prediction", "distrusted"
 
 
 class Verdict(NamedTuple):
@@ -33,6 +37,8 @@ class Verdict(NamedTuple):
         is_accepted: Fused or not.
         innovation: (m,).
         normalised: ``sqrt(nu' S^-1 nu / m)`` [1].
+        reason: Why it is not fused; empty when it is.
+        since: Stamp since which the sensor says the same to the last bit [s].
     """
 
     sensor: str
@@ -40,26 +46,43 @@ class Verdict(NamedTuple):
     is_accepted: bool
     innovation: Array
     normalised: float
+    reason: str = ""
+    since: float = math.inf
 
 
 class Gate:
-    """Judges samples and remembers how often each sensor was refused in a row."""
+    """Judges samples and remembers what each sensor did lately."""
 
-    def __init__(self, sizes: dict[str, int], config: EstimatorConfig) -> None:
+    def __init__(self, sigmas: Mapping[str, Sequence[float]], config: EstimatorConfig) -> None:
         """Compute the thresholds.
 
         Args:
-            sizes: Number of channels of every sensor.
+            sigmas: Noise of the channels of every sensor, SI.
             config: Settings.
         """
         tail = 2.0 * norm.sf(config.gate)
-        self._threshold = {name: float(chi2.isf(tail, size)) for name, size in sizes.items()}
-        self._refusals = dict.fromkeys(sizes, 0)
-        self._config = config
+        self._threshold = {name: float(chi2.isf(tail, len(sigma))) for name, sigma in sigmas.items()}
+        self._sigmas, self._config = sigmas, config
+        self.restart()
+
+    def restart(self) -> None:
+        """Forget what the sensors did."""
+        self._refusals = dict.fromkeys(self._sigmas, 0)
+        self._past = {name: ShortTerm(sigma) for name, sigma in self._sigmas.items()}
+        self._met: dict[str, list[tuple[Measurement, Run]]] = {}
+        self._released: list[Measurement] = []
+        self._dropped: list[Verdict] = []
         self._reopened_at = -math.inf
         self._accusers: set[str] = set()  # sensors whose refusals led to the last re-opening
         self._distrusted: set[str] = set()
         self._distrusted_until = -math.inf
+
+    def meet(self, samples: Iterable[Measurement]) -> None:
+        """Look at new samples before they are judged."""
+        self._met = {}
+        for sample in samples:
+            met = sample, self._past[sample.sensor].meet(sample)
+            self._met.setdefault(sample.sensor, []).append(met)
 
     def judge(self, sensor: str, t: float, nu: Array, S: Array) -> Verdict:
         """Return the verdict on an innovation ``nu`` (m,) of covariance ``S`` (m, m); never raises."""
@@ -67,9 +90,18 @@ class Gate:
 
     def decide(self, sensor: str, t: float, nu: Array, nis: float) -> Verdict:
         """Return the verdict on an innovation ``nu`` (m,) with ``nis = nu' S^-1 nu``; never raises."""
-        is_accepted = 0.0 <= nis <= self._threshold[sensor] and not self._is_distrusted(sensor, t)
-        normalised = math.sqrt(nis / nu.size) if 0.0 <= nis < math.inf else 0.0
-        return Verdict(sensor, t, is_accepted, nu, normalised)
+        z = math.sqrt(nis / nu.size) if 0.0 <= nis < math.inf else 0.0
+        met, reason, since = self._find(sensor, t), "", math.inf
+        if met is not None:
+            reason = self._past[sensor].doubt(met[1], nu, z)
+            if reason == SHIFT and self._is_any_disturbed(but=sensor):
+                reason = ""
+            since = met[1].since if reason in (FROZEN, SAME) else since
+        if not reason and not 0.0 <= nis <= self._threshold[sensor]:
+            reason = FAR
+        elif self._distrusted and self._is_distrusted(sensor, t):
+            reason = DISTRUSTED
+        return Verdict(sensor, t, not reason, nu, z, reason, since)
 
     def has_doubt(self, verdicts: Iterable[Verdict], t: float) -> bool:
         """Return whether a refusal among ``verdicts`` is one too many: the state is wrong, not the sample."""
@@ -82,7 +114,29 @@ class Gate:
     def note(self, verdicts: Iterable[Verdict]) -> None:
         """Count final verdicts."""
         for verdict in verdicts:
-            self._refusals[verdict.sensor] = 0 if verdict.is_accepted else self._refusals[verdict.sensor] + 1
+            sensor, t, is_accepted, nu, z, reason, _ = verdict
+            if is_accepted:
+                self._refusals[sensor] = 0
+            elif reason in (FAR, DISTRUSTED):
+                self._refusals[sensor] += 1
+            met = self._find(sensor, t)
+            if met is None:
+                continue
+            self._met[sensor].remove(met)
+            doubt = "" if reason in (FAR, DISTRUSTED) else reason
+            released, dropped = self._past[sensor].note(met[1], met[0], nu, z, doubt)
+            self._released += released
+            self._dropped += [Verdict(sensor, s.t, False, nu, z, JUMP) for s in dropped]
+
+    def resolve(self, oldest: float) -> tuple[list[Measurement], list[Verdict]]:
+        """Return samples that were held and may be fused now, and verdicts on those that may not.
+
+        Args:
+            oldest: Only later samples can be fused [s].
+        """
+        released = [sample for sample in self._released if sample.t > oldest + SAME_INSTANT]
+        dropped, self._released, self._dropped = self._dropped, [], []
+        return released, dropped
 
     def note_reopening(self, verdicts: Iterable[Verdict], t: float) -> None:
         """Remember that the covariance was widened at ``t``; a widening that did not help has a culprit."""
@@ -94,8 +148,18 @@ class Gate:
         self._accusers = self._find_accusers(verdicts, t) - self._distrusted
         self._reopened_at = t
 
+    def _is_any_disturbed(self, but: str) -> bool:
+        """Return whether other sensors are surprised, too: then something did happen to the arm."""
+        return any(self._past[s].is_disturbed or self._refusals[s] >= 2 for s in self._past if s != but)
+
+    def _find(self, sensor: str, t: float) -> tuple[Measurement, Run] | None:
+        for met in self._met.get(sensor, ()):
+            if abs(met[0].t - t) <= SAME_INSTANT:
+                return met
+        return None
+
     def _find_accusers(self, verdicts: Iterable[Verdict], t: float) -> set[str]:
-        refused = {v.sensor for v in verdicts if not v.is_accepted and not self._is_distrusted(v.sensor, t)}
+        refused = {v.sensor for v in verdicts if v.reason == FAR and not self._is_distrusted(v.sensor, t)}
         return {sensor for sensor in refused if self._refusals[sensor] >= self._config.reopen_after}
 
     def _is_distrusted(self, sensor: str, t: float) -> bool:

@@ -19,7 +19,10 @@ from numpy.typing import NDArray
 
 from flexarm_estimator.estimate import SensorReport, SensorStatus, Status
 from flexarm_estimator.gate import Verdict
+from flexarm_estimator.measurement import Measurement
 from flexarm_estimator.settings import EstimatorConfig
+from flexarm_estimator.short_term import HELD
+from flexarm_estimator.tally import Tally
 from flexarm_estimator.watch import Finding
 from flexarm_model.description import SensorSpec
 
@@ -51,6 +54,7 @@ class Health:
 
     Attributes:
         unknown: Samples of sensors that the description does not have.
+        refusals: Samples that were refused before the filter saw them, by sensor and reason.
     """
 
     def __init__(self, specs: Iterable[SensorSpec], locating: set[str], config: EstimatorConfig) -> None:
@@ -69,6 +73,7 @@ class Health:
         for record in self._records.values():
             record.innovation.flags.writeable = False
         self.unknown = 0
+        self.refusals = Tally()
         self.restart(0.0)
 
     def restart(self, t: float) -> None:
@@ -81,6 +86,7 @@ class Health:
 
     def note_refusal(self, sensor: str, reason: str) -> None:
         """Count a sample that was refused before the filter saw it."""
+        self.refusals.note(sensor, reason)
         if sensor not in self._records:
             self.unknown += 1
             return
@@ -92,7 +98,7 @@ class Health:
     def note_verdicts(self, verdicts: Iterable[Verdict]) -> None:
         """Count what the gate said."""
         for verdict in verdicts:
-            sensor, t, is_accepted, innovation, normalised = verdict
+            sensor, t, is_accepted, innovation, normalised, reason, _ = verdict
             record = self._records[sensor]
             record.innovation, record.normalised = innovation, normalised
             record.newest_valid = max(record.newest_valid, t)
@@ -100,10 +106,10 @@ class Health:
                 record.accepted += 1
                 record.refused_in_a_row, record.reason = 0, ""
                 record.newest_accepted = max(record.newest_accepted, t)
-            else:
+            elif reason != HELD:
                 record.rejected += 1
                 record.refused_in_a_row += 1
-                record.reason = "far from the prediction"
+                record.reason = reason
 
     def switch(self, sensor: str, is_off: bool) -> None:
         """Switch a sensor off or on by hand.
@@ -121,9 +127,16 @@ class Health:
         else:
             record.remark = finding.reason
 
-    def is_faulty(self, sensor: str) -> bool:
-        """Return whether a watch has put a known sensor out of use."""
-        return bool(self._records[sensor].fault)
+    def pick_sound(self, samples: Iterable[Measurement]) -> list[Measurement]:
+        """Return the samples of sensors that no watch has put out of use; the others are alive, too."""
+        sound = []
+        for sample in samples:
+            record = self._records[sample.sensor]
+            if not record.fault:
+                sound.append(sample)
+            elif sample.t > record.newest_valid:
+                record.newest_valid = sample.t
+        return sound
 
     def is_off(self, sensor: str) -> bool:
         """Return whether a known sensor is switched off."""

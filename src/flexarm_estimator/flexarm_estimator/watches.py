@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
+from flexarm_estimator.frozen_watch import FrozenWatch
 from flexarm_estimator.latency_watch import LatencyWatch
 from flexarm_estimator.settings import EstimatorConfig
+from flexarm_estimator.shift_watch import ShiftWatch
 from flexarm_estimator.stamp_delays import StampDelays
 from flexarm_estimator.watch import Watch
 from flexarm_model.description import SensorSpec
@@ -21,7 +23,7 @@ def make_watches(
         config: Settings.
         delays: Of the stamps, in use.
     """
-    return (LatencyWatch(delays, config),)
+    return (FrozenWatch(), ShiftWatch(), LatencyWatch(delays, config),)
 
 
 def gather_values(watches: Iterable[Watch]) -> dict[str, dict[str, float]]:

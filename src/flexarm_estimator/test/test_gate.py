@@ -20,13 +20,13 @@ def refuse(gate, sensor, t, times=CONFIG.reopen_after):
 
 
 def test_five_sigma_is_the_edge_of_a_scalar():
-    gate = Gate({"a": 1}, CONFIG)
+    gate = Gate({"a": [1.0]}, CONFIG)
     assert verdict(gate, "a", 4.99, 0.0).is_accepted
     assert not verdict(gate, "a", 5.01, 0.0).is_accepted
 
 
 def test_the_gate_of_a_vector_is_as_improbable_as_that_of_a_scalar():
-    gate = Gate({"pose": 6}, CONFIG)
+    gate = Gate({"pose": [1.0] * 6}, CONFIG)
     rng = np.random.default_rng(1)
     accepted = [gate.judge("pose", 0.0, nu, np.eye(6)).is_accepted for nu in rng.normal(size=(5000, 6))]
     assert all(accepted)  # 5 sigma: six in ten million are refused
@@ -39,14 +39,14 @@ def test_the_gate_of_a_vector_is_as_improbable_as_that_of_a_scalar():
 
 @pytest.mark.parametrize("S", [-np.eye(2), np.zeros((2, 2)), np.full((2, 2), np.nan)])
 def test_a_covariance_that_is_none_refuses(S):
-    gate = Gate({"a": 2}, CONFIG)
+    gate = Gate({"a": [1.0] * 2}, CONFIG)
     result = gate.judge("a", 0.0, np.ones(2), S)
     assert not result.is_accepted
     assert math.isfinite(result.normalised)
 
 
 def test_doubt_comes_with_the_sixth_refusal_in_a_row():
-    gate = Gate({"a": 1}, CONFIG)
+    gate = Gate({"a": [1.0]}, CONFIG)
     for _ in range(CONFIG.reopen_after):
         last = verdict(gate, "a", 9.0, 0.0)
         assert not gate.has_doubt([last], 0.0)
@@ -57,7 +57,7 @@ def test_doubt_comes_with_the_sixth_refusal_in_a_row():
 
 
 def test_a_second_doubt_soon_after_the_first_distrusts_the_sensor_that_asked():
-    gate = Gate({"a": 1, "b": 1}, CONFIG)
+    gate = Gate({"a": [1.0], "b": [1.0]}, CONFIG)
     refuse(gate, "a", 0.0)
     gate.note_reopening([verdict(gate, "a", 9.0, 0.1)], 0.1)
     assert verdict(gate, "a", 1.0, 0.1).is_accepted
@@ -71,7 +71,7 @@ def test_a_second_doubt_soon_after_the_first_distrusts_the_sensor_that_asked():
 
 
 def test_two_impacts_far_apart_distrust_nobody():
-    gate = Gate({"a": 1}, CONFIG)
+    gate = Gate({"a": [1.0]}, CONFIG)
     for t in (0.0, 5.0):
         refuse(gate, "a", t)
         result = [verdict(gate, "a", 9.0, t)]
@@ -82,6 +82,6 @@ def test_two_impacts_far_apart_distrust_nobody():
 
 @pytest.mark.parametrize("size", [1, 2])
 def test_an_innovation_too_large_to_be_squared_is_refused(size):
-    gate = Gate({"a": size}, CONFIG)
+    gate = Gate({"a": [1.0] * size}, CONFIG)
     with np.errstate(over="ignore"):
         assert not gate.judge("a", 0.0, np.full(size, 1e200), np.eye(size)).is_accepted

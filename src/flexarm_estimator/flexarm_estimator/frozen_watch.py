@@ -1,0 +1,83 @@
+"""Finds sensors that say the same again and again while the arm moves; acquits them when they speak again.
+
+The gate does not fuse a value that repeats although the prediction has moved on; here the sensor is
+convicted when that has happened ``_PROOF`` times, and what it has said since the first of the equal samples
+is taken out of the state. It is acquitted when its values have changed for ``quarantine`` seconds.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+from flexarm_estimator.short_term import FROZEN
+from flexarm_estimator.watch import Finding, View, Watch
+
+_PROOF = 2  # samples: three equal ones with the first
+_QUARANTINE, _LONGEST = 0.1, 3.2  # s; doubles when the sensor freezes again soon
+_SOON = 2.0  # s
+
+
+@dataclass
+class _Case:
+    """What is held against one sensor."""
+
+    frozen: int = 0  # samples in this run that cannot be
+    convicted_at: float = math.inf
+    acquitted_at: float = -math.inf
+    quarantine: float = _QUARANTINE
+    values: list[float] = field(default_factory=list)
+    changes: int = 0
+    changing_since: float = math.inf
+
+
+class FrozenWatch(Watch):
+    """Watches for values that repeat while the arm moves."""
+
+    def __init__(self) -> None:
+        """Begin without any suspicion."""
+        self._cases: dict[str, _Case] = {}
+        self._convicted: set[str] = set()
+
+    def look(self, view: View) -> Sequence[Finding]:
+        """See Watch."""
+        findings: list[Finding] = []
+        for verdict in view.verdicts:
+            if verdict.reason == FROZEN:
+                findings += self._accuse(verdict.sensor, verdict.since, view.t)
+            elif verdict.sensor in self._cases and verdict.is_accepted:
+                self._cases[verdict.sensor].frozen = 0
+        if self._convicted:
+            for sample in view.samples:
+                if sample.sensor in self._convicted:
+                    findings += self._hear(sample.sensor, sample.t, sample.y.tolist(), view.t)
+        return findings
+
+    def restart(self, t: float) -> None:
+        """See Watch."""
+        self._cases, self._convicted = {}, set()
+
+    def _accuse(self, sensor: str, since: float, now: float) -> list[Finding]:
+        case = self._cases.setdefault(sensor, _Case())
+        case.frozen += 1
+        if case.frozen < _PROOF:
+            return []
+        is_soon = now - case.acquitted_at < _SOON
+        case.quarantine = min(2.0 * case.quarantine, _LONGEST) if is_soon else _QUARANTINE
+        case.frozen, case.changes, case.values = 0, 0, []
+        self._convicted.add(sensor)
+        return [Finding(sensor, f"frozen since {since:.3f} s, though the arm moves", True, since)]
+
+    def _hear(self, sensor: str, t: float, values: list[float], now: float) -> list[Finding]:
+        case = self._cases[sensor]
+        if values == case.values or not case.values:
+            case.values, case.changes, case.changing_since = values, 0, t
+            return []
+        case.values = values
+        case.changes += 1
+        if case.changes < _PROOF or t - case.changing_since < case.quarantine:
+            return []
+        case.acquitted_at = now
+        self._convicted.discard(sensor)
+        return [Finding(sensor, "", True)]

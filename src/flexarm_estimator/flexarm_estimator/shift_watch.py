@@ -1,0 +1,78 @@
+"""Convicts sensors whose values have shifted: off by the same all of a sudden, while the others see nothing.
+
+A bias, a wrong unit, a plug in the wrong socket. The gate holds such samples back until three in a row agree;
+here the sensor is convicted. Its innovation is followed on, without being fused: the sensor is acquitted when
+the mean over ``_BLOCK`` is less than half the shift.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexarm_estimator.measurement import Measurement
+from flexarm_estimator.parts import Parts
+from flexarm_estimator.short_term import SHIFT
+from flexarm_estimator.watch import Finding, View, Watch
+
+Array = NDArray[np.float64]
+_BLOCK = 0.2  # s over which innovations are averaged
+_ENOUGH = 3  # samples in a block, at least
+_LEFT = 0.5  # of the shift
+
+
+@dataclass
+class _Case:
+    """A shift (m,) that was found, and the block of innovations since ``start`` [s]: sum (m,) and count."""
+
+    shift: Array
+    start: float
+    total: Array
+    count: int = 0
+
+
+class ShiftWatch(Watch):
+    """Watches for sudden shifts."""
+
+    def __init__(self) -> None:
+        """Begin without any suspicion."""
+        self._cases: dict[str, _Case] = {}
+
+    def use(self, parts: Parts) -> None:
+        """See Watch."""
+        self._models = parts.sensors.all()
+
+    def look(self, view: View) -> Sequence[Finding]:
+        """See Watch."""
+        findings: list[Finding] = []
+        for verdict in view.verdicts:
+            if verdict.reason == SHIFT:
+                nu = verdict.innovation
+                self._cases[verdict.sensor] = _Case(nu, verdict.t, np.zeros_like(nu))
+                reason = f"has shifted by {abs(nu).max():.3g} at {verdict.t:.3f} s"
+                findings.append(Finding(verdict.sensor, reason, True))
+        if self._cases:
+            for sample in view.samples:
+                if sample.sensor in self._cases:
+                    findings += self._follow(sample, view)
+        return findings
+
+    def restart(self, t: float) -> None:
+        """See Watch."""
+        self._cases = {}
+
+    def _follow(self, sample: Measurement, view: View) -> list[Finding]:
+        case = self._cases[sample.sensor]
+        case.total += self._models[sample.sensor].innovation(sample.y, view.belief.x, view.u)
+        case.count += 1
+        if sample.t - case.start < _BLOCK or case.count < _ENOUGH:
+            return []
+        is_over = abs(case.total).max() < _LEFT * case.count * abs(case.shift).max()
+        case.start, case.count, case.total = sample.t, 0, np.zeros_like(case.shift)
+        if not is_over:
+            return []
+        del self._cases[sample.sensor]
+        return [Finding(sample.sensor, "", True)]

@@ -1,0 +1,173 @@
+"""What one sensor has said lately, against what was expected: does a value repeat, does it jump alone?
+
+The filter's own covariance ``S`` is cautious (it bears modes that are 10 % off), so much that is wrong with a
+sensor hides behind it. A sensor is therefore measured by its own past, too:
+
+* a value that **repeats** to the last bit while the prediction moves on by more than ``_STEP`` sigmas is not
+  fused: noise makes that impossible, and a quantised sensor would have gone on by a step (a step has
+  ``sqrt(12)`` sigmas of its own quantisation noise). A sensor whose values have never repeated before is not
+  believed when it starts, for ``_PATIENCE`` samples;
+* a normalised innovation ``z = sqrt(nu' S^-1 nu / m)`` that **jumps** above ``_JUMP`` times its usual size is
+  held until the next samples decide: if they are as large, something did happen, and it is fused after all.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexarm_estimator.measurement import Measurement
+
+Array = NDArray[np.float64]
+_STEP = 4.0  # sigmas of the sensor; above sqrt(12)
+_NOISE = 1.5  # sigmas of the sensor: enough if it never repeats otherwise
+_PATIENCE = 10  # equal samples
+_NOVICE = 20  # values that must have differed before repeating is suspicious in itself
+_JUMP = 5.0  # times the usual size
+_USUAL_MIN = 0.1  # of z; the filter is not more cautious than that
+_MEMORY = 0.02  # weight of the newest sample in the usual size
+_SUDDEN = 3.0  # times the one before; what grows is no jump
+_HELD_MAX = 2  # samples; the third one as large decides
+_AGREEMENT = 0.35  # of their mean: so far innovations of a shift may lie from it
+FROZEN, SAME = "repeats its value, though the arm moves", "repeats its value"
+HELD, JUMP, SHIFT = "waits for the next sample", "jumps by itself", "has shifted"
+
+
+class Held(NamedTuple):
+    """A sample that waits for the next ones: innovation (m,), normalised."""
+
+    sample: Measurement
+    innovation: Array
+    normalised: float
+
+
+class Outcome(NamedTuple):
+    """What has become of samples that were held.
+
+    Attributes:
+        released: To be fused after all.
+        dropped: They stood alone.
+    """
+
+    released: list[Measurement]
+    dropped: list[Measurement]
+
+
+NOTHING = Outcome([], [])
+
+
+class Run(NamedTuple):
+    """Samples in a row with the same values.
+
+    Attributes:
+        repeats: How many beyond the first; 0 for a new value.
+        since: Stamp of the first [s].
+        is_unheard_of: The sensor has never done so before.
+    """
+
+    repeats: int
+    since: float
+    is_unheard_of: bool
+
+
+class ShortTerm:
+    """The recent past of one sensor."""
+
+    def __init__(self, sigma: Sequence[float]) -> None:
+        """Begin with the noise of every channel, SI, (m,)."""
+        self._sigma = [float(s) for s in sigma]
+        self._values: list[float] = []
+        self._run = Run(0, -math.inf, False)
+        self._changes = 0
+        self._is_frozen = False  # has been found to be
+        self._has_rested = False  # its values have repeated for good reason
+        self._reference = [0.0] * len(self._sigma)  # innovation of the first of equal samples
+        self._usual2 = 1.0  # mean of z^2
+        self._last = 0.0  # z
+        self._held: list[Held] = []
+
+    def meet(self, sample: Measurement) -> Run:
+        """Compare the values of a new sample with the one before."""
+        values = sample.y.tolist()
+        if values != self._values:
+            self._has_rested |= self._run.repeats > 0 and not self._is_frozen
+            self._values, self._run, self._is_frozen = values, Run(0, sample.t, False), False
+            self._changes += 1
+        else:
+            count, since, _ = self._run
+            self._run = Run(count + 1, since, self._changes > _NOVICE and not self._has_rested)
+        return self._run
+
+    def doubt(self, run: Run, nu: Array, z: float) -> str:
+        """Return why a sample should not be fused, now or ever; empty when nothing speaks against it.
+
+        Args:
+            run: What ``meet`` said of it.
+            nu: Innovation, (m,).
+            z: Normalised.
+        """
+        if run.repeats:
+            moved = self._moved(nu)
+            if moved > _STEP or (run.is_unheard_of and run.repeats >= _PATIENCE // 2 and moved > _NOISE):
+                return FROZEN
+            if run.is_unheard_of and run.repeats <= _PATIENCE:
+                return SAME
+        limit = self._limit()
+        if z <= limit or not (self._held or z > _SUDDEN * self._last):
+            return ""
+        if len(self._held) < _HELD_MAX:
+            return HELD
+        return SHIFT if _agree([*(held.innovation for held in self._held), nu]) else ""
+
+    def note(self, run: Run, sample: Measurement, nu: Array, z: float, doubt: str) -> Outcome:
+        """Remember the final verdict; return what has become of the samples that were held."""
+        if doubt == HELD:
+            self._held.append(Held(sample, nu, z))
+            return NOTHING
+        if run.repeats:
+            self._has_rested |= run.repeats > _PATIENCE and not doubt
+        else:
+            self._reference = nu.tolist()
+        if doubt in (FROZEN, SAME):
+            self._is_frozen |= doubt == FROZEN
+            return NOTHING
+        limit, held = self._limit(), [held.sample for held in self._held]
+        if doubt == SHIFT:
+            self._held, self._last = [], 0.0
+            return Outcome([], held)
+        self._usual2 += _MEMORY * (min(z, limit) ** 2 - self._usual2)
+        self._last = z
+        if not held:
+            return NOTHING
+        self._held = []
+        return Outcome(held, []) if z > 0.5 * limit else Outcome([], held)
+
+    @property
+    def is_disturbed(self) -> bool:
+        """Several samples in a row do not fit."""
+        return len(self._held) >= _HELD_MAX
+
+    def _limit(self) -> float:
+        return _JUMP * max(_USUAL_MIN, math.sqrt(self._usual2))
+
+    def _moved(self, nu: Array) -> float:
+        """Return how far the prediction has gone since the value is the same, in sigmas.
+
+        Part of the first innovation has been fused; how much is not known here.
+        """
+        farthest = 0.0
+        for now, first, sigma in zip(nu.tolist(), self._reference, self._sigma, strict=True):
+            low, high = (first, 0.0) if first < 0.0 else (0.0, first)
+            farthest = max(farthest, (now - high) / sigma, (low - now) / sigma)
+        return farthest
+
+
+def _agree(innovations: Sequence[Array]) -> bool:
+    """Return whether innovations (m,) are the same but for noise; those of a state that was kicked grow."""
+    values = np.array(innovations)
+    mean = values.mean(axis=0)
+    return bool(abs(values - mean).max() < _AGREEMENT * abs(mean).max())
