@@ -14,6 +14,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from flexarm_estimator.bias_limits import BiasLimits
 from flexarm_estimator.filter import Belief, GuardedFilter, innovation_covariance, predict
 from flexarm_estimator.filters.served import ServedSteps
 from flexarm_estimator.filters.step_source import StepSource
@@ -48,6 +49,7 @@ class Fusion:
         """Bind the parts; ``steps`` is the filter, the linear one if None."""
         self._source = ServedSteps(process, models) if steps is None else steps
         self._models, self._gate, self.widening = models, gate, process.widening
+        self._limits = BiasLimits(process.layout, process.biases.values())
         self._poses = frozenset(models.poses)
         n_x = process.system.n_x
         sizes = {name: model.R.shape[0] for name, model in models.all().items()}
@@ -71,6 +73,7 @@ class Fusion:
                 before, instant = instants[i - 1], instants[i]
                 is_stepped = i == first and self._lacks_only_poses(before, instant)
                 verdicts += self._compute_one(before, instant, is_stepped)
+                self._limits.hold(instant.belief)
                 i += 1
         return verdicts
 
@@ -102,6 +105,8 @@ class Fusion:
         done = self._runner.run(instants[first - 1].belief, steps)
         for i in range(done):
             instants[first + i].belief = steps[i].belief
+            if self._limits.hold(steps[i].belief):
+                return i + 1  # what follows goes on from here
         return done
 
     def _lacks_only_poses(self, before: Instant, instant: Instant) -> bool:

@@ -65,6 +65,7 @@ class ProcessModel:
         system: Continuous state space.
         force_cov: Covariance of the force noise averaged over ``force_averaging``, (n, n).
         P0: Covariance at the start, (n_x, n_x).
+        biases: What the biases in the state may be, by row.
         widening: Added to the covariance when the state is doubted, (n_x, n_x).
     """
 
@@ -79,6 +80,7 @@ class ProcessModel:
             biases: Output rows "sensor.channel" that have a bias; none if None.
         """
         n, n_theta, biases = model.n, model.n_theta, biases or {}
+        self.biases = biases
         sigma_s = sag_sigma(model, config)
         self.layout = StateLayout(n, n_theta, tuple(biases), sigma_s.size)
         inertia = np.diag(model.M)[:n_theta]

@@ -63,6 +63,9 @@ class EstimatorConfig:
         0.5, "A second doubt within this time accuses the sensor", "s", 0.0, 60.0
     )
     distrust: float = parameter(10.0, "An accused sensor is refused for this time", "s", 0.1, 3600.0)
+    bias_patience: float = parameter(
+        0.5, "A bias at its limit for so long puts its sensor out of use", "s", 0.0, 3600.0
+    )
     history: float = parameter(0.3, "Samples older than this are refused", "s", 0.01, 2.0)
     future_tolerance: float = parameter(0.005, "Stamps may lie this far in the future", "s", 0.0, 0.1)
     max_gap: float = parameter(0.1, "After a longer gap the filter starts anew", "s", 0.01, 1.0)

@@ -21,9 +21,7 @@ from flexarm_estimator.bias_observability import observable_biases
 from flexarm_estimator.bias_states import bias_specs, with_biases
 from flexarm_estimator.estimator import Estimator
 from flexarm_estimator.filter import Belief
-from flexarm_estimator.gate import Gate
 from flexarm_estimator.measurement import Measurement
-from flexarm_estimator.parts import PartsMaker
 from flexarm_estimator.process import ProcessModel
 from flexarm_estimator.settings import EstimatorConfig
 from flexarm_estimator.state_layout import StateLayout
@@ -199,8 +197,7 @@ def test_an_estimator_with_exact_sensors_and_biases_stays_exact():
 
 
 def parts_of(sensors, model=MODEL):
-    gate = Gate({spec.name: len(spec.channels) for spec in sensors}, CONFIG)
-    return PartsMaker(StripKinematics(), sensors, CONFIG, gate).make(model, use_compiler=False)
+    return Estimator(model, StripKinematics(), sensors, CONFIG, use_compiler=False).prepare(model)
 
 
 def test_a_bias_keeps_its_value_and_its_covariance_when_the_model_changes():

@@ -1,0 +1,95 @@
+"""Tells what has been learned of the sensors' biases, and when one stays at its limit.
+
+A gauge that is off by more than it may drift is not drifting: it has come loose, or its bridge is broken.
+When its bias has been at the limit for ``bias_patience`` it is put out of use, and its samples since, too.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from flexarm_estimator.bias_states import bias_specs
+from flexarm_estimator.filter import Belief
+from flexarm_estimator.parts import Parts
+from flexarm_estimator.settings import EstimatorConfig
+from flexarm_estimator.watch import Finding, View, Watch
+from flexarm_model.description import SensorSpec
+from flexarm_model.sensor_kinds import SENSOR_KINDS
+
+_AT_LIMIT = 0.95  # of the limit; noise leads it off again and again
+
+
+class _Row(NamedTuple):
+    """An output row with a bias: its sensor, channel and unit, and the limit in that unit."""
+
+    sensor: str
+    channel: str
+    unit: str
+    limit: float
+
+
+class BiasWatch(Watch):
+    """Looks at the biases in the state."""
+
+    def __init__(self, specs: tuple[SensorSpec, ...], config: EstimatorConfig) -> None:
+        """Watch the biases of these sensors."""
+        limits = {name: bias.limit for name, bias in bias_specs(specs).items()}
+        self._rows = {
+            f"{spec.name}.{channel}": _Row(
+                spec.name, channel, SENSOR_KINDS[spec.kind].units(spec.site)[channel], limit
+            )
+            for spec in specs
+            for channel in spec.channels
+            if (limit := limits.get(f"{spec.name}.{channel}")) is not None
+        }
+        self._patience = config.bias_patience
+        self._names: tuple[str, ...] = ()
+        self._at = slice(0, 0)
+        self._belief = Belief(np.zeros(0), np.zeros((0, 0)))
+        self._since: dict[str, float] = {}
+        self._told: set[str] = set()
+
+    def look(self, view: View) -> Sequence[Finding]:
+        """Return the sensors whose bias has been at its limit for too long."""
+        if not self._names:
+            return ()
+        self._belief = view.belief
+        found: list[Finding] = []
+        for name, value in zip(self._names, view.belief.x[self._at].tolist(), strict=True):
+            row = self._rows[name]
+            if abs(value) < _AT_LIMIT * row.limit:
+                self._since.pop(name, None)
+                continue
+            since = self._since.setdefault(name, view.t)
+            if view.t - since >= self._patience and name not in self._told:
+                self._told.add(name)
+                reason = f"bias of {row.channel} is at its limit, {row.limit:.3g} {row.unit}"
+                found.append(Finding(row.sensor, reason, is_fault=True, since=since))
+        return found
+
+    def restart(self, t: float) -> None:
+        """See Watch."""
+        self._since.clear()
+        self._told.clear()
+
+    def use(self, parts: Parts) -> None:
+        """See Watch."""
+        self._names, self._at = parts.layout.biases, parts.layout.b
+        self._belief = Belief(np.zeros(parts.layout.n_x), parts.process.P0)
+
+    def values(self) -> dict[str, dict[str, float]]:
+        """Return the biases learned with their sigma, and 0 for those that cannot be told."""
+        x, variance = self._belief.x[self._at], self._belief.P.diagonal()[self._at]
+        figures: dict[str, dict[str, float]] = {}
+        for name, row in self._rows.items():
+            of_sensor = figures.setdefault(row.sensor, {})
+            if name not in self._names:
+                of_sensor[f"bias of {row.channel} observable [1]"] = 0.0
+                continue
+            i = self._names.index(name)
+            of_sensor[f"bias of {row.channel} [{row.unit}]"] = float(x[i])
+            of_sensor[f"one sigma of it ({row.channel}) [{row.unit}]"] = float(np.sqrt(variance[i]))
+        return figures
