@@ -74,6 +74,8 @@ STREAMS = (
            "joints, modes and disturbance with covariance and health", depth=10),
     Stream("end_effector", "nav_msgs/msg/Odometry", "estimator", "control rate",
            "pose and velocity of the tip with covariance", depth=10),
+    Stream("estimator/interventions", "flexarm_interfaces/msg/Intervention", "estimator", "event",
+           "what a user did to the estimator; a replay does it again", depth=10, is_optional=True),
     Stream("joint_commands", "flexarm_interfaces/msg/JointCommand", "controller", "control rate",
            "torque asked for"),
     Stream("controller_status", "flexarm_interfaces/msg/ControllerStatus", "controller", "control rate",

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from types import MappingProxyType
 
 import numpy as np
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
@@ -127,40 +128,57 @@ def tip_from_msg(msg: Odometry) -> TipMotion:
 
 
 def diagnostics_msg(
-    estimate: Estimate | None, fault: str, notes: Mapping[str, tuple[int, str]], stamp_ns: int
+    estimate: Estimate | None,
+    fault: str,
+    refusals: Mapping[str, Mapping[str, int]],
+    stamp_ns: int,
+    figures: Mapping[str, Mapping[str, float]] = MappingProxyType({}),
 ) -> DiagnosticArray:
     """Return the health of estimator and sensors, and what was refused of their messages.
 
     Args:
         estimate: The newest one; None before the first.
         fault: Why there is none, or what else is wrong; empty when nothing is.
-        notes: Count and newest reason of refusals, by topic.
+        refusals: Counts by sensor or topic and reason, the newest reason last.
         stamp_ns: Now [ns].
+        figures: What else is known of the sensors, by name with unit.
     """
     msg = DiagnosticArray()
     msg.header.stamp = ns_to_stamp(stamp_ns)
+    reports = () if estimate is None else estimate.sensors
     if estimate is None:
         msg.status.append(_status("state", DiagnosticStatus.ERROR, fault or "no samples yet", {}))
     else:
         text = fault or estimate.reason or "ok"
         level = DiagnosticStatus.ERROR if fault else _LEVEL[estimate.status]
         msg.status.append(_status("state", level, text, {"model_id": estimate.model_id}))
-        msg.status += [_sensor_status(report) for report in estimate.sensors]
-    for topic, (count, reason) in notes.items():
-        is_stamp = topic.endswith("_timestamp")
-        level = DiagnosticStatus.WARN if is_stamp else DiagnosticStatus.ERROR
-        msg.status.append(_status(topic, level, reason, {"refused": count}))
+    for report in reports:
+        msg.status.append(_sensor_status(report, refusals.get(report.name, {}), figures.get(report.name, {})))
+    told = {report.name for report in reports}
+    for source in (source for source in refusals if source not in told):
+        reasons = refusals[source]
+        level = DiagnosticStatus.WARN if source.endswith("_timestamp") else DiagnosticStatus.ERROR
+        values = {"refused": sum(reasons.values()), **_counts(reasons)}
+        msg.status.append(_status(source, level, list(reasons)[-1], values))
     return msg
 
 
-def _sensor_status(report: SensorReport) -> DiagnosticStatus:
+def _sensor_status(
+    report: SensorReport, refusals: Mapping[str, int], figures: Mapping[str, float]
+) -> DiagnosticStatus:
     values = {
         "accepted": report.accepted,
         "rejected": report.rejected,
         "age [s]": f"{report.age:.3f}",
         "normalised innovation": f"{report.normalised:.2f}",
+        **{name: f"{value:.6g}" for name, value in figures.items()},
+        **_counts(refusals),
     }
     return _status(report.name, _LEVEL[report.status], report.reason or "ok", values)
+
+
+def _counts(refusals: Mapping[str, int]) -> dict[str, int]:
+    return {f"refused: {reason}": count for reason, count in refusals.items()}
 
 
 def _status(name: str, level: bytes, text: str, values: Mapping[str, object]) -> DiagnosticStatus:

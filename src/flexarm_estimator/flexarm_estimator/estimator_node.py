@@ -5,6 +5,7 @@ Publishes
         one per joint_states (in lockstep one per tick).
     end_effector (nav_msgs/Odometry): pose [m] of the tool in "base" and its twist, with covariances.
     /diagnostics (diagnostic_msgs/DiagnosticArray): 1 Hz.
+    ~/interventions (flexarm_interfaces/Intervention): what the services below did, for a recorder.
     ~/models (std_msgs/String, latched): receipt of the models taken and prepared so far.
     ~/ready (std_msgs/Bool, latched): true once it has a model and its topics are connected.
 Subscribes
@@ -12,8 +13,11 @@ Subscribes
     strain (flexarm_interfaces/StrainArray), imu/<name> (sensor_msgs/Imu), camera/pose
     (geometry_msgs/PoseWithCovarianceStamped), applied_effort (sensor_msgs/JointState: torque from its
     stamp on), tick (flexarm_interfaces/Tick, lockstep only).
-Services
+Services, all done at the next step or refused with the reason
     ~/reset (std_srvs/Trigger): forget the state.
+    ~/set_state (flexarm_interfaces/SetState): joints [rad] or [m] and modes [kg^0.5 m] with their sigma.
+    ~/toggle_sensor (flexarm_interfaces/ToggleSensor): switch a sensor off or on.
+    ~/set_noise (flexarm_interfaces/SetNoise): sigma of a sensor, SI, or a setting of the process noise.
 """
 
 from __future__ import annotations
@@ -24,7 +28,11 @@ from functools import partial
 from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticArray
+from flexarm_interfaces.msg import Intervention as InterventionMsg
 from flexarm_interfaces.msg import ModalState, ReducedModel, StrainArray, Tick
+from flexarm_interfaces.srv import SetNoise as SetNoiseService
+from flexarm_interfaces.srv import SetState as SetStateService
+from flexarm_interfaces.srv import ToggleSensor as ToggleSensorService
 from geometry_msgs.msg import PoseWithCovarianceStamped
 from nav_msgs.msg import Odometry
 from rclpy.clock import Clock, ClockType
@@ -33,7 +41,12 @@ from sensor_msgs.msg import Imu, JointState
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
-from flexarm_estimator.exchange import EstimatorExchange, Outgoing
+from flexarm_estimator.exchange import INTERVENTIONS_TOPIC, EstimatorExchange, Outgoing
+from flexarm_estimator.interventions.conversions import known_state_from_msg
+from flexarm_estimator.interventions.intervention import Intervention, InterventionError
+from flexarm_estimator.interventions.reset import Reset
+from flexarm_estimator.interventions.set_noise import SetNoise
+from flexarm_estimator.interventions.toggle_sensor import ToggleSensor
 from flexarm_estimator.settings import EstimatorConfig
 from flexarm_model.config import load_config
 from flexarm_model.conversions import stamp_to_ns
@@ -55,6 +68,12 @@ from flexarm_model.parameters import parameter
 DIAGNOSTICS_PERIOD = 1.0  # s
 _TYPES = {"joint_states": JointState, "strain": StrainArray, "camera/pose": PoseWithCovarianceStamped}
 _TYPES["applied_effort"] = JointState
+_SERVICES: tuple[tuple[type, str, Callable[[Any], Intervention]], ...] = (
+    (Trigger, "reset", lambda request: Reset()),
+    (SetStateService, "set_state", lambda request: known_state_from_msg(request.state)),
+    (ToggleSensorService, "toggle_sensor", lambda request: ToggleSensor(request.name, request.is_on)),
+    (SetNoiseService, "set_noise", lambda request: SetNoise(request.name, tuple(request.value))),
+)
 
 
 @dataclass(frozen=True)
@@ -118,10 +137,16 @@ class EstimatorNode(Node):
         """Tell the health of estimator and sensors."""
         self._outlets["/diagnostics"].publish(self.exchange.diagnostics(self.get_clock().now().nanoseconds))
 
-    def on_reset(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
-        """Forget the state."""
-        self.exchange.reset()
-        response.success, response.message = True, "starting anew"
+    def on_request(self, read: Callable[[Any], Intervention], request: Any, response: Any) -> Any:
+        """Do what a service asks for; ``read`` makes an intervention of its request."""
+        intervention = read(request)
+        try:
+            self._publish(self.exchange.intervene(intervention))
+        except InterventionError as error:
+            response.success, response.message = False, str(error)
+        else:
+            response.success, response.message = True, intervention.describe()
+            self.get_logger().info(response.message)
         return response
 
     def _publish(self, outgoing: Iterable[Outgoing]) -> None:
@@ -137,6 +162,7 @@ class EstimatorNode(Node):
         self._outlets = {
             "modal_state": self.create_publisher(ModalState, "modal_state", told),
             "end_effector": self.create_publisher(Odometry, "end_effector", told),
+            INTERVENTIONS_TOPIC: self.create_publisher(InterventionMsg, "~/interventions", RELIABLE_QOS),
             "/diagnostics": self.create_publisher(DiagnosticArray, "/diagnostics", RELIABLE_QOS),
         }
         self._receipts = self.create_publisher(String, "~/models", LATCHED_QOS)
@@ -146,7 +172,8 @@ class EstimatorNode(Node):
             self.create_subscription(_TYPES.get(topic, Imu), topic, partial(self.on_sensor, topic), quality)
         if self.settings.lockstep:
             self.create_subscription(Tick, "tick", self.on_tick, LOCKSTEP_QOS)
-        self.create_service(Trigger, "~/reset", self.on_reset)
+        for kind, name, read in _SERVICES:
+            self.create_service(kind, f"~/{name}", partial(self.on_request, read))
         self.create_timer(
             DIAGNOSTICS_PERIOD, self.on_diagnostics, clock=Clock(clock_type=ClockType.STEADY_TIME)
         )

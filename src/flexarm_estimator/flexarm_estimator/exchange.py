@@ -13,14 +13,18 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from flexarm_estimator.applied_torque import AppliedTorque, Torque
 from flexarm_estimator.conversions import diagnostics_msg, state_to_msg, tip_to_msg
 from flexarm_estimator.estimate import Estimate
 from flexarm_estimator.estimator import Estimator
+from flexarm_estimator.interventions.conversions import intervention_from_msg, intervention_to_msg
+from flexarm_estimator.interventions.intervention import Intervention, InterventionError
 from flexarm_estimator.measurement import Measurement
 from flexarm_estimator.parts import Parts
 from flexarm_estimator.readings import Refusal
 from flexarm_estimator.sensor_messages import SensorReader
 from flexarm_estimator.settings import EstimatorConfig
+from flexarm_estimator.tally import Tally
 from flexarm_model.conversions import NS_PER_S, ModelMessageError, model_from_msg, stamp_to_ns
 from flexarm_model.description import ManipulatorConfig
 from flexarm_model.pending_models import PendingModels
@@ -29,8 +33,8 @@ from flexarm_model.reduced_tree import ReducedTree
 
 Array = NDArray[np.float64]
 TORQUE_TOPIC = "applied_effort"
+INTERVENTIONS_TOPIC = "estimator/interventions"
 _MOST_WAITING = 1000  # messages between two steps; a flood drops the oldest
-_MOST_TORQUES = 200
 
 
 @dataclass(frozen=True)
@@ -41,14 +45,6 @@ class Outgoing:
     msg: Any
 
 
-@dataclass(frozen=True)
-class _Torque:
-    """A torque that acts from ``stamp_ns`` on, (n_theta,)."""
-
-    stamp_ns: int
-    tau: Array
-
-
 class EstimatorExchange:
     """Owns the estimator and translates.
 
@@ -56,7 +52,7 @@ class EstimatorExchange:
         estimator: None until a model has been accepted.
         estimate: The newest one; None before the first.
         model_fault: Why the last model was refused; empty when it was taken.
-        notes: Count and newest reason of refusals that concern no sensor, by topic.
+        notes: Refusals that concern no sensor, by topic.
     """
 
     def __init__(self, config: ManipulatorConfig, settings: EstimatorConfig, epoch_ns: int | None) -> None:
@@ -73,16 +69,15 @@ class EstimatorExchange:
         self._tree.tip_pose(self._tree.loops.home)  # compiles now, not in the first step
         self._reader = SensorReader(config)
         self._waiting: deque[tuple[str, Any]] = deque(maxlen=_MOST_WAITING)
-        self._torques: deque[_Torque] = deque(maxlen=_MOST_TORQUES)
-        self._tau = np.zeros(len(config.actuated))
-        self._measured: Array | None = None
-        self._is_told = False
-        self._pending: PendingModels[Parts] = PendingModels()
+        self._torque = AppliedTorque(len(config.actuated))
+        self._interventions: list[tuple[int, Intervention]] = []
+        self._tuning = 0  # grows when parts that wait have become old
+        self._pending: PendingModels[tuple[int, Parts]] = PendingModels()
         self._last_ns: int | None = None
         self.estimator: Estimator | None = None
         self.estimate: Estimate | None = None
         self.model_fault = "no model yet"
-        self.notes: dict[str, tuple[int, str]] = {}
+        self.notes = Tally()
 
     @property
     def topics(self) -> tuple[str, ...]:
@@ -125,50 +120,84 @@ class EstimatorExchange:
             self._waiting.clear()
             return []
         if self._is_live and stamp_ns <= 0:
-            self._note("joint_states_timestamp", f"stamp is {stamp_ns} ns")
+            self.notes.note("joint_states_timestamp", f"stamp is {stamp_ns} ns")
             return []
         if self._epoch_ns is None:
             self._epoch_ns = stamp_ns
+        self._intervene(stamp_ns)
         self._adopt_due(stamp_ns)
         samples = self._read_waiting()
-        for torque in self._changes_before(stamp_ns):
-            self.estimator.step([], self._tau, self._seconds(torque.stamp_ns))
-            self._tau = torque.tau
-        self.estimate = self.estimator.step(samples, self._tau, self._seconds(stamp_ns))
+        for torque in self._torque.changes_before(stamp_ns, self._last_ns):
+            self.estimator.step([], self._torque.tau, self._seconds(torque.stamp_ns))
+            self._torque.tau = torque.tau
+        self.estimate = self.estimator.step(samples, self._torque.tau, self._seconds(stamp_ns))
         self._last_ns = stamp_ns
         told_ns = round(self.estimate.t * NS_PER_S) + self._epoch_ns
         state = state_to_msg(self.estimate, self.estimator.model, told_ns)
         return [Outgoing("modal_state", state), Outgoing("end_effector", tip_to_msg(self.estimate, told_ns))]
 
-    def reset(self) -> None:
-        """Forget the state; the model stays."""
-        self.estimate = None
-        if self.estimator is not None:
-            self.estimator.reset()
+    def intervene(self, intervention: Intervention) -> list[Outgoing]:
+        """Do something to the estimator from the next step on; return what a bag needs to do it again.
+
+        Raises:
+            InterventionError: It cannot be done; names field, value and what is allowed.
+        """
+        if self.estimator is None:
+            raise InterventionError(self.model_fault)
+        intervention.check(self.estimator)
+        stamp_ns = self._last_ns or 0
+        self._interventions.append((stamp_ns, intervention))
+        return [Outgoing(INTERVENTIONS_TOPIC, intervention_to_msg(intervention, stamp_ns))]
+
+    def on_intervention(self, msg: Any) -> None:
+        """Take an intervention of a recorded run, to be done at the first step after its stamp."""
+        try:
+            self._interventions.append((stamp_to_ns(msg.header.stamp), intervention_from_msg(msg)))
+        except InterventionError as error:
+            self.notes.note(INTERVENTIONS_TOPIC, str(error))
 
     def diagnostics(self, stamp_ns: int) -> Any:
         """Return the DiagnosticArray of now."""
-        return diagnostics_msg(self.estimate, self.model_fault, self.notes, stamp_ns)
+        figures, refusals = {}, dict(self.notes.counts)
+        if self.estimator is not None:
+            figures = self.estimator.figures()
+            refusals |= self.estimator.health.refusals.counts
+        return diagnostics_msg(self.estimate, self.model_fault, refusals, stamp_ns, figures)
 
     def _take(self, model: ReducedModel, stamp_ns: int) -> None:
         try:
             if self.estimator is None:
                 self.estimator = Estimator(model, self._tree, self._config.sensors, self._settings)
             else:
-                self._pending.add(stamp_ns, self.estimator.prepare(model))
+                self._pending.add(stamp_ns, (self._tuning, self.estimator.prepare(model)))
         except (KeyError, ValueError) as error:
             self.model_fault = f"model refused: {error}"
             return
         self._pending.note(stamp_ns, model.model_id)
 
+    def _intervene(self, stamp_ns: int) -> None:
+        """Do what was asked for before ``stamp_ns`` [ns]."""
+        assert self.estimator is not None
+        due = [intervention for at, intervention in self._interventions if at < stamp_ns]
+        self._interventions = [item for item in self._interventions if item[0] >= stamp_ns]
+        for intervention in due:
+            try:
+                intervention.check(self.estimator)
+            except InterventionError as error:  # of another run, or made for the model before
+                self.notes.note(INTERVENTIONS_TOPIC, str(error))
+            else:
+                intervention.apply(self.estimator)
+                self._tuning += 1
+
     def _adopt_due(self, stamp_ns: int) -> None:
         """Go on with the model whose time has come."""
         assert self.estimator is not None
-        parts = self._pending.due(stamp_ns)
-        if parts is None or parts.model.model_id == self.estimator.model.model_id:
+        due = self._pending.due(stamp_ns)
+        if due is None or due[1].model.model_id == self.estimator.model.model_id:
             return
+        tuning, parts = due
         try:
-            self.estimator.adopt(parts)
+            self.estimator.adopt(parts if tuning == self._tuning else parts.model)
         except ValueError as error:  # axes of another arm under the same config_id
             self.model_fault = f"model refused: {error}"
 
@@ -178,7 +207,7 @@ class EstimatorExchange:
         for topic, msg in self._waiting:
             stamp_ns = stamp_to_ns(msg.header.stamp)
             if stamp_ns < 0 or (self._is_live and stamp_ns == 0):
-                self._note(f"{topic}_timestamp", f"stamp is {stamp_ns} ns")
+                self.notes.note(f"{topic}_timestamp", f"stamp is {stamp_ns} ns")
             elif topic == TORQUE_TOPIC:
                 self._take_torque(msg, stamp_ns)
             else:
@@ -186,7 +215,7 @@ class EstimatorExchange:
                 samples += reading.samples
                 self._refuse(reading.refusals)
                 if topic == "joint_states" and len(msg.effort):
-                    self._measured = self._reader.read_torque(topic, msg)[0]
+                    self._torque.measure(self._reader.read_torque(topic, msg)[0])
         self._waiting.clear()
         return samples
 
@@ -194,18 +223,7 @@ class EstimatorExchange:
         tau, refusals = self._reader.read_torque(TORQUE_TOPIC, msg)
         self._refuse(refusals)
         if tau is not None:
-            self._torques.append(_Torque(stamp_ns, tau))
-
-    def _changes_before(self, stamp_ns: int) -> Sequence[_Torque]:
-        """Take the torques that began before ``stamp_ns``; return those that began since the last step."""
-        begun = sorted((torque for torque in self._torques if torque.stamp_ns < stamp_ns), key=_began)
-        self._torques = deque((t for t in self._torques if t.stamp_ns >= stamp_ns), maxlen=_MOST_TORQUES)
-        self._is_told |= bool(begun)
-        if not self._is_told and self._measured is not None:
-            self._tau = self._measured  # no guard tells what it lets through: the drives' own torque
-        older = [t for t in begun if self._last_ns is None or t.stamp_ns <= self._last_ns]
-        self._tau = older[-1].tau if older else self._tau
-        return begun[len(older) :]
+            self._torque.tell(Torque(stamp_ns, tau))
 
     def _seconds(self, stamp_ns: int) -> float:
         return (stamp_ns - (self._epoch_ns or 0)) * 1e-9
@@ -216,11 +234,4 @@ class EstimatorExchange:
             if refusal.source in names and self.estimator is not None:
                 self.estimator.refuse(refusal.source, refusal.reason)
             else:
-                self._note(refusal.source, refusal.reason)
-
-    def _note(self, source: str, reason: str) -> None:
-        self.notes[source] = (self.notes.get(source, (0, ""))[0] + 1, reason)
-
-
-def _began(torque: _Torque) -> int:
-    return torque.stamp_ns
+                self.notes.note(refusal.source, refusal.reason)

@@ -102,7 +102,9 @@ class LatencyWatch(Watch):
         samples = {name: s.y for name, s in newest.items() if s.t >= t - _TOGETHER}
         is_complete = samples and self._prediction.locating.issubset(samples) and all(judged.values())
         if is_complete and self._track.accepts(t):
-            self._track.add(t, self._prediction.position(samples))
+            position = self._prediction.position(samples)
+            if position is not None:
+                self._track.add(t, position)
 
     def _judge(self, line: _Line, t: float) -> list[Finding]:
         """Compare what has waited long enough; approach what was found out, tell what has changed."""

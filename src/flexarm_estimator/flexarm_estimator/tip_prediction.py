@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexarm_estimator.parts import Parts
+from flexarm_model.closure_error import ClosureError
 
 Array = NDArray[np.float64]
 
@@ -33,8 +34,11 @@ class TipPrediction:
         self._rows, self._parts = rows, parts
         self._maps: dict[tuple[str, ...], tuple[Array, Array]] = {}
 
-    def position(self, samples: Mapping[str, Array]) -> Array:
-        """Return the tip's position [m], (3,), from the values of ``locating`` and others of ``sensors``."""
+    def position(self, samples: Mapping[str, Array]) -> Array | None:
+        """Return the tip's position [m], (3,), from the values of ``locating`` and others of ``sensors``.
+
+        None where the samples ask for what the loops do not allow.
+        """
         names = tuple([name for name in self._rows if name in samples])
         found = self._maps.get(names)
         if found is None:
@@ -43,7 +47,10 @@ class TipPrediction:
         values: list[float] = []
         for name in names:  # on so few numbers cheaper than joining arrays
             values += samples[name].tolist()
-        position: Array = self._parts.tip.pose(gain.dot(values) + constant)[:3, 3]
+        try:
+            position: Array = self._parts.tip.pose(gain.dot(values) + constant)[:3, 3]
+        except ClosureError:
+            return None
         return position
 
     def _map(self, names: tuple[str, ...]) -> tuple[Array, Array]:

@@ -55,15 +55,32 @@ def test_the_twist_of_an_odometry_is_in_the_axes_of_the_tool():
     assert (msg.header.frame_id, msg.child_frame_id) == ("base", "tool")
 
 
-def test_diagnostics_name_what_was_refused():
-    notes = {"strain": (3, "unknown gauge 'x'"), "camera/pose_timestamp": (1, "stamp is 0 ns")}
-    msg = conversions.diagnostics_msg(ESTIMATE, "", notes, STAMP_NS)
+def test_diagnostics_name_what_was_refused_with_a_count_for_every_reason():
+    refusals = {
+        "strain": {"unknown gauge 'y'": 2, "unknown gauge 'x'": 3},
+        "camera/pose_timestamp": {"stamp is 0 ns": 1},
+        "encoder": {"not finite": 4},
+    }
+    figures = {"camera": {"stamp delay in use [s]": 0.0125}}
+    msg = conversions.diagnostics_msg(ESTIMATE, "", refusals, STAMP_NS, figures)
     by_name = {status.name: status for status in msg.status}
+    assert len(by_name) == len(msg.status)
     assert by_name["estimator: state"].level == conversions.DiagnosticStatus.OK
     assert by_name["estimator: encoder"].message == "ok"
+    assert values(by_name["estimator: encoder"])["refused: not finite"] == "4"
+    assert values(by_name["estimator: camera"])["stamp delay in use [s]"] == "0.0125"
     assert by_name["estimator: strain"].level == conversions.DiagnosticStatus.ERROR
-    assert "unknown gauge 'x'" in by_name["estimator: strain"].message
+    assert by_name["estimator: strain"].message == "unknown gauge 'x'"
+    assert values(by_name["estimator: strain"]) == {
+        "refused": "5",
+        "refused: unknown gauge 'y'": "2",
+        "refused: unknown gauge 'x'": "3",
+    }
     assert by_name["estimator: camera/pose_timestamp"].level == conversions.DiagnosticStatus.WARN
     nothing = conversions.diagnostics_msg(None, "no model yet", {}, STAMP_NS)
     assert nothing.status[0].level == conversions.DiagnosticStatus.ERROR
     assert nothing.status[0].message == "no model yet"
+
+
+def values(status):
+    return {pair.key: pair.value for pair in status.values}

@@ -11,6 +11,7 @@ exchange_module = pytest.importorskip("flexarm_estimator.exchange", reason="need
 messages = pytest.importorskip("sensor_msgs.msg")
 model_conversions = pytest.importorskip("flexarm_model.conversions")
 
+from flexarm_estimator.interventions.reset import Reset  # noqa: E402
 from flexarm_estimator.settings import EstimatorConfig  # noqa: E402
 from flexarm_model.linearize import linearize  # noqa: E402
 from flexarm_model.reduced_tree import ReducedTree  # noqa: E402
@@ -105,7 +106,7 @@ def test_live_stamps_of_zero_are_dropped_and_told():
     assert made.step(0) == []
     made.on_sensor("joint_states", joints(EPOCH_NS))
     assert made.step(EPOCH_NS)
-    assert made.notes["joint_states_timestamp"] == (2, "stamp is 0 ns")
+    assert made.notes.counts["joint_states_timestamp"] == {"stamp is 0 ns": 2}
     names = [status.name for status in made.diagnostics(EPOCH_NS).status]
     assert "estimator: joint_states_timestamp" in names
 
@@ -152,7 +153,7 @@ def test_reset_starts_anew():
         made.on_sensor("joint_states", joints(k * PERIOD_NS, 0.2))
         made.step(k * PERIOD_NS)
     before = np.trace(made.estimate.P)
-    made.reset()
+    made.intervene(Reset())
     made.step(50 * PERIOD_NS)
     assert np.trace(made.estimate.P) > 10 * before
     assert made.estimate.status == "starting"
