@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
+from flexarm_estimator.bias_watch import BiasWatch
 from flexarm_estimator.frozen_watch import FrozenWatch
 from flexarm_estimator.latency_watch import LatencyWatch
 from flexarm_estimator.settings import EstimatorConfig
@@ -23,7 +24,12 @@ def make_watches(
         config: Settings.
         delays: Of the stamps, in use.
     """
-    return (FrozenWatch(), ShiftWatch(), LatencyWatch(delays, config),)
+    return (
+        FrozenWatch(),
+        ShiftWatch(),
+        LatencyWatch(delays, config),
+        BiasWatch(specs, config),
+    )
 
 
 def gather_values(watches: Iterable[Watch]) -> dict[str, dict[str, float]]:
