@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from flexarm_bringup.fault_drill.stand import Stand, Trace
+from flexarm_bringup.fault_drill.stand import Bench, Trace
 from flexarm_estimator.estimate import Estimate
 
 
@@ -56,7 +56,7 @@ class Trial:
         label: Says which of several runs of a row this is; may be empty.
     """
 
-    stand: Stand
+    stand: Bench
     trace: Trace
     sensors: tuple[str, ...]
     start: float
@@ -115,8 +115,8 @@ def stale_within(seconds: float) -> Measure:
 def silence_told(trial: Trial) -> Finding:
     """Measure the time until silent sensors are stale: latency and three frames (they have one rate)."""
     spec = next(spec for spec in trial.stand.sensors if spec.name == trial.sensors[0])
-    periods = 3.0 / (spec.rate_hz or trial.stand.arm.config.rate_hz)
-    return stale_within(spec.latency + periods + trial.stand.record.dt)(trial)
+    periods = 3.0 / spec.rate_hz if spec.rate_hz else 3.0 * trial.stand.dt
+    return stale_within(spec.latency + periods + trial.stand.dt)(trial)
 
 
 def lost_within(seconds: float) -> Measure:

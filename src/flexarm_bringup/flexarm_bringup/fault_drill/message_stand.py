@@ -75,7 +75,7 @@ class MessageStand:
             estimates.append(exchange.estimate)
             if k == round(told_at / record.dt):
                 told = _by_level(exchange.diagnostics(self.stamp_of(k)))
-        noted = sum(count for count, _ in exchange.notes.values())
+        noted = sum(sum(reasons.values()) for reasons in exchange.notes.counts.values())
         return MessageTrace(tuple(estimates), told, noted)
 
     def _samples(self) -> list[list[Sample]]:

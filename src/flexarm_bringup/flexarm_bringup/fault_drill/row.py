@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 from flexarm_bringup.fault_drill.findings import Finding, Measure, Trial
-from flexarm_bringup.fault_drill.stand import FAULT_END, FAULT_START, Stand
+from flexarm_bringup.fault_drill.stand import FAULT_END, FAULT_START, Bench
 from flexarm_bringup.sim.sensor_faults import SensorFault
 
 
@@ -14,8 +15,8 @@ class Skipped(Exception):  # noqa: N818 - it is not an error
     """A row cannot be played here; the message says why."""
 
 
-Play = Callable[[Stand], Sequence[Finding]]
-Choice = Callable[[Stand], tuple[str, ...]]
+Play = Callable[[Any], Sequence[Finding]]  # of a Stand; what is made of cases takes any Bench
+Choice = Callable[[Bench], tuple[str, ...]]
 
 
 @dataclass(frozen=True)
@@ -53,7 +54,7 @@ class Case:
     label: str = ""
     end: float = FAULT_END
 
-    def play(self, stand: Stand) -> list[Finding]:
+    def play(self, stand: Bench) -> list[Finding]:
         """Run it; nothing where the machine has no such sensor."""
         names = self.choose(stand)
         if not names:
@@ -77,7 +78,7 @@ def one(kind: str) -> Choice:
 def cases(*todo: Case) -> Play:
     """Return what plays several runs, one after the other."""
 
-    def play(stand: Stand) -> list[Finding]:
+    def play(stand: Bench) -> list[Finding]:
         findings = [finding for case in todo for finding in case.play(stand)]
         if not findings:
             raise Skipped("the machine has no such sensor")

@@ -22,7 +22,7 @@ from flexarm_bringup.fault_drill.findings import (
     tip_within,
 )
 from flexarm_bringup.fault_drill.row import Case, Play, Row, cases, every, one, together
-from flexarm_bringup.fault_drill.stand import FAULT_END, FAULT_START, Stand
+from flexarm_bringup.fault_drill.stand import FAULT_END, FAULT_START, Bench
 from flexarm_bringup.sim.sensor_faults import SensorFault
 
 GAUGE, ACCELEROMETER, ENCODER, CAMERA = "strain_gauge", "accelerometer", "encoder", "camera"
@@ -43,14 +43,14 @@ def open_loop_error(trial: Trial) -> Finding:
     return Finding(name, 1e3 * float(trial.trace.error[k]), 1e3 * OPEN_LOOP_ERROR, "mm")
 
 
-def false_refusals(stand: Stand) -> Finding:
+def false_refusals(stand: Bench) -> Finding:
     """Measure the share of sound samples that is refused."""
     reports = stand.nominal.estimates[-1].sensors
     refused, fused = sum(r.rejected for r in reports), sum(r.accepted for r in reports)
     return Finding("nominal: sound samples refused", 100.0 * refused / (refused + fused), 0.1, "%")
 
 
-def _spikes(stand: Stand) -> list[Finding]:
+def _spikes(stand: Bench) -> list[Finding]:
     every_kind = [
         Case(every(kind), _some(kind, "garbage"), (tip_within(1.05), refused_all), kind) for kind in KINDS
     ]
@@ -65,7 +65,7 @@ def _some(kind: str, fault: str, value: float = math.nan) -> SensorFault:
 def _numbers(value: float, *measures: Measure) -> Play:
     """Return what puts a number into a few samples of every sensor."""
 
-    def play(stand: Stand) -> list[Finding]:
+    def play(stand: Bench) -> list[Finding]:
         faults = {
             spec.name: replace(_some(spec.kind, "nan", value), start=FAULT_START, end=FAULT_END)
             for spec in stand.sensors

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -56,6 +57,33 @@ class Trace:
         return int(np.searchsorted(self.t, t - 1e-9))
 
 
+class Bench(Protocol):
+    """What rows that only inject faults into samples need of a stand, in one process or over DDS."""
+
+    @property
+    def dt(self) -> float:
+        """Control period [s]."""
+        ...
+
+    @property
+    def sensors(self) -> tuple[SensorSpec, ...]:
+        """Sensors of the machine."""
+        ...
+
+    @property
+    def nominal(self) -> Trace:
+        """The run without any fault."""
+        ...
+
+    def of_kind(self, *kinds: str) -> tuple[SensorSpec, ...]:
+        """Return the sensors of some kinds."""
+        ...
+
+    def play(self, faults: Faults) -> Trace:
+        """Return the run with faults, by sensor."""
+        ...
+
+
 class Stand:
     """One machine on the test stand.
 
@@ -89,6 +117,11 @@ class Stand:
     def nominal(self) -> Trace:
         """The estimator over that record: its RMS tip error is e0."""
         return self.play()
+
+    @property
+    def dt(self) -> float:
+        """Control period [s]."""
+        return self.record.dt
 
     @property
     def sensors(self) -> tuple[SensorSpec, ...]:
@@ -135,7 +168,8 @@ class Stand:
             samples = [_measured(arrival, record.dt, clock) for arrival in arriving[k]]
             samples = samples if change is None else change(k, samples)
             estimates.append(estimator.step(samples, record.tau[k], clock(float(t))))
-        return _trace(record, estimates, {name: line.touched for name, line in lines.items()})
+        touched = {name: line.touched for name, line in lines.items()}
+        return trace_of(record.t, record.tip, estimates, touched)
 
 
 def _by_tick(arrivals: Sequence[Arrival], lines: Mapping[str, FaultLine], n: int) -> list[list[Arrival]]:
@@ -152,8 +186,16 @@ def _measured(arrival: Arrival, dt: float, clock: Callable[[float], float]) -> M
     return Measurement(arrival.sample.sensor, clock(arrival.sample.tick * dt), arrival.sample.y)
 
 
-def _trace(record: MotionRecord, estimates: list[Estimate], touched: Mapping[str, int]) -> Trace:
-    tip = np.array([estimate.T_world_tip[:3, 3] for estimate in estimates])
+def trace_of(t: Array, tip: Array, estimates: Sequence[Estimate], touched: Mapping[str, int]) -> Trace:
+    """Return a trace.
+
+    Args:
+        t: Times [s], (k,).
+        tip: Where the tip really was [m], (k, 3).
+        estimates: What the estimator said, (k,).
+        touched: Samples that a fault touched, by sensor.
+    """
+    told = np.array([estimate.T_world_tip[:3, 3] for estimate in estimates])
     variance = np.array([np.trace(estimate.cov_tip_pose[:3, :3]) for estimate in estimates])
-    error = np.linalg.norm(tip - record.tip, axis=1)
-    return Trace(record.t, error, np.sqrt(np.maximum(variance, 0.0)), tuple(estimates), touched)
+    error = np.linalg.norm(told - tip, axis=1)
+    return Trace(t, error, np.sqrt(np.maximum(variance, 0.0)), tuple(estimates), touched)

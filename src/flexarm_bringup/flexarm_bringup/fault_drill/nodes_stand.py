@@ -1,0 +1,111 @@
+"""The test stand over DDS: rig, model, estimator, controller, guard as nodes in lockstep, read from the bag.
+
+The rig node injects the faults; joint PD on the estimate follows the same tour as in one process.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from functools import cached_property
+from itertools import count
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from flexarm_bringup.bag_reader import check_bag, decode
+from flexarm_bringup.fault_drill.motion_record import DURATION
+from flexarm_bringup.fault_drill.stand import Faults, Stand, Trace, trace_of
+from flexarm_bringup.fault_drill.told_estimate import told_estimate
+from flexarm_bringup.reference_file import from_rest, save_reference
+from flexarm_bringup.session import Session, run_session
+from flexarm_bringup.sim.sensor_fault_text import faults_text
+from flexarm_bringup.sim_study import SimJob
+from flexarm_bringup.task_session import task_settings
+from flexarm_bringup.topics import NAMESPACE
+from flexarm_model.description import SensorSpec
+
+TOPICS = ("truth", "modal_state", "end_effector")
+PREPARATION = 5.0  # s in real time; models of the whole tour are made before it starts
+
+
+class NodesStand:
+    """One machine as nodes; the same rows can be played on it."""
+
+    def __init__(self, stand: Stand, folder: Path, domains: Iterator[int]) -> None:
+        """Use the tour of a stand.
+
+        Args:
+            stand: The machine.
+            folder: Gets bags and logs.
+            domains: ROS domains that nobody else uses.
+        """
+        self._stand, self._folder, self._domains = stand, folder, domains
+        self._runs = count()
+
+    @property
+    def dt(self) -> float:
+        """Control period [s]."""
+        return self._stand.dt
+
+    @property
+    def sensors(self) -> tuple[SensorSpec, ...]:
+        """Sensors of the machine."""
+        return self._stand.sensors
+
+    @cached_property
+    def nominal(self) -> Trace:
+        """The run without any fault."""
+        return self.play({})
+
+    def of_kind(self, *kinds: str) -> tuple[SensorSpec, ...]:
+        """Return the sensors of some kinds."""
+        return self._stand.of_kind(*kinds)
+
+    def play(self, faults: Faults) -> Trace:
+        """Run the nodes with faults, by sensor.
+
+        Raises:
+            SessionError, BagError: The run did not come to its end.
+        """
+        folder = self._folder / str(next(self._runs))
+        folder.mkdir(parents=True)
+        arm, reference = self._stand.arm, folder / "reference.npz"
+        save_reference(reference, from_rest(arm.course.reference), DURATION)
+        job = SimJob(arm.task, arm.task.presets[0], "", arm.course)
+        settings = task_settings(job, "pd")
+        settings["rig"] |= {"faults": faults_text(faults, self.sensors), "seed": self._stand.seed}
+        session = Session(
+            folder,
+            job.preset,
+            True,
+            (),
+            "",
+            "",
+            settings,
+            self._stand.arm.task.manipulator,
+            reference,
+            PREPARATION,
+        )
+        run_session(session, next(self._domains))
+        touched = dict.fromkeys(faults, 0)  # nobody tells
+        return _read(session.bag, touched)
+
+
+def _read(bag: Path, touched: dict[str, int]) -> Trace:
+    names = {f"{NAMESPACE}/{topic}": topic for topic in TOPICS}
+    told: dict[str, dict[int, Any]] = {topic: {} for topic in TOPICS}
+    for record in check_bag(bag, tuple(names)).records:
+        if record.name in names:
+            msg = decode(record)
+            told[names[record.name]][_stamp_ns(msg)] = msg
+    stamps = sorted(set.intersection(*(set(messages) for messages in told.values())))
+    t = np.array(stamps) * 1e-9
+    tip = np.array([told["truth"][stamp].tip[:3] for stamp in stamps])
+    pairs = [(told["modal_state"][stamp], told["end_effector"][stamp]) for stamp in stamps]
+    estimates = [told_estimate(*pair, float(now)) for pair, now in zip(pairs, t, strict=True)]
+    return trace_of(t, tip, estimates, touched)
+
+
+def _stamp_ns(msg: Any) -> int:
+    return int(msg.header.stamp.sec) * 1_000_000_000 + int(msg.header.stamp.nanosec)
