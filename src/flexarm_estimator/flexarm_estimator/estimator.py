@@ -8,22 +8,21 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import replace
-from operator import attrgetter
 
 import numpy as np
 from numpy.typing import NDArray
 
 from flexarm_estimator.adoption import map_parts
-from flexarm_estimator.checks import SampleChecks, Window
+from flexarm_estimator.clock import Clock
 from flexarm_estimator.estimate import Estimate
 from flexarm_estimator.filter import Belief
 from flexarm_estimator.gate import Gate, Verdict
 from flexarm_estimator.health import Health
-from flexarm_estimator.history import SAME_INSTANT, History, Instant
+from flexarm_estimator.history import History, Instant
 from flexarm_estimator.measurement import Measurement
 from flexarm_estimator.parts import Parts, PartsMaker
-from flexarm_estimator.report import describe_tip
+from flexarm_estimator.reception import Reception
+from flexarm_estimator.report import TipReporter
 from flexarm_estimator.settings import EstimatorConfig
 from flexarm_estimator.stamp_delays import StampDelays
 from flexarm_estimator.tip import Kinematics
@@ -79,11 +78,10 @@ class Estimator:
         locating = {name for name, model in self._parts.sensors.all().items() if model.locates}
         self.health = Health(sensors, locating, config)
         self._u = np.append(np.zeros(model.n_theta), 1.0)
-        self._has_clock = False
-        start = np.zeros(self._parts.layout.n_x)
-        start[: model.n] = model.xi0
-        self._restart(0.0, start)
-        self._tip_report = describe_tip(self._parts.tip, self._history.now.belief, model.n)
+        self._clock = Clock()
+        self._restart(0.0, self._operating_point())
+        self._tip = TipReporter()
+        self._tip.describe(self._parts.tip, self._history.now.belief, model.n)
 
     def step(self, measurements: Sequence[Measurement], tau: Array, t: float) -> Estimate:
         """Fuse what has arrived and return the state at ``t``.
@@ -98,7 +96,7 @@ class Estimator:
         """
         trouble = [*self._follow_clock(t), *self._take_torque(tau)]
         first = self._history.advance(self._t, self._u)
-        samples = self._admit(self._delays.undo(measurements))
+        samples = self._reception.admit(self._delays.undo(measurements), self._t, self._history.oldest)
         fit = self.health.pick_sound(samples)
         self._gate.meet(fit)
         verdicts = self._compute([first, *(self._history.insert(sample) for sample in fit)])
@@ -132,11 +130,11 @@ class Estimator:
 
     def reset(self) -> None:
         """Forget the state; the next step starts anew."""
-        self._has_clock = False
+        self._clock = Clock()
 
     def set_belief(self, belief: Belief) -> None:
         """Go on from a state that is known from elsewhere; samples from before it are ignored."""
-        self._has_clock = True
+        self._clock.is_running = True
         self._history = History(Instant(self._t, self._u, belief), self.config.history)
 
     def retune(self, specs: tuple[SensorSpec, ...], config: EstimatorConfig) -> None:
@@ -147,7 +145,7 @@ class Estimator:
         """
         validate(config)
         self.specs, self.config, self._maker = specs, config, self._maker.retuned(specs, config)
-        self._checks.retune(specs)
+        self._reception.retune(specs, config)
         self.adopt(self.model)
 
     def refuse(self, sensor: str, reason: str) -> None:
@@ -168,13 +166,18 @@ class Estimator:
         for watch in self._watches:
             watch.use(parts)
 
+    def _operating_point(self) -> Array:
+        """Return the state at rest where the model is linear, (n_x,)."""
+        x = np.zeros(self._parts.layout.n_x)
+        x[: self.model.n] = self.model.xi0
+        return x
+
     def _restart(self, t: float, x: Array) -> None:
         """Forget everything but the position ``x``, as seen just before ``t``."""
         self._t = t
         belief = Belief(x, self._parts.process.P0)
         self._history = History(Instant(t - _START, self._u, belief), self.config.history)
-        self._checks = SampleChecks(self.specs)
-        self._early: list[Measurement] = []
+        self._reception = Reception(self.specs, self.config, self.health)
         self.health.restart(t)
         self._gate.restart()
         for watch in self._watches:
@@ -182,18 +185,14 @@ class Estimator:
 
     def _follow_clock(self, t: float) -> list[str]:
         """Move the own clock to ``t``; start anew when it jumps. Returns what is wrong with ``t``."""
-        if not math.isfinite(t):
-            return ["time is not finite"]
-        ahead = t - self._t
-        if not self._has_clock or ahead > self.config.max_gap or ahead < -self.config.history:
-            is_first, self._has_clock = not self._has_clock, True
+        must_restart, trouble = self._clock.follow(t, self.config.max_gap, self.config.history)
+        self._t = self._clock.t
+        if must_restart:
             x = self._history.now.belief.x.copy()
             layout = self._parts.layout  # where the axes are is the best guess; all that moves has died out
             x[layout.n_theta : layout.b.start] = 0.0
             self._restart(t, x)
-            return [] if is_first else [f"time jumped by {ahead:.3g} s"]
-        self._t = max(t, self._t)
-        return [] if ahead >= 0.0 else [f"time went back by {-ahead:.3g} s"]
+        return trouble
 
     def _take_torque(self, tau: Array) -> list[str]:
         """Hold ``tau`` over the period; keep the last one when it cannot be used."""
@@ -204,22 +203,6 @@ class Estimator:
             return ["torque is not usable"]
         self._u = np.array([*values, 1.0])
         return []
-
-    def _admit(self, measurements: Sequence[Measurement]) -> list[Measurement]:
-        """Return the samples that may be fused now, in order of time; count the others."""
-        now = self._t + SAME_INSTANT
-        due = [sample for sample in self._early if sample.t <= now]
-        self._early = [sample for sample in self._early if sample.t > now]
-        window = Window(self._history.oldest, now + self.config.future_tolerance)
-        for sample in measurements:
-            reason = self._checks.refuse(sample, window)
-            if reason:
-                self.health.note_refusal(sample.sensor, reason)
-            elif not self.health.is_off(sample.sensor):
-                if sample.R is not None:
-                    sample = replace(sample, R=self._checks.own_covariance(sample))
-                (due if sample.t <= now else self._early).append(sample)
-        return sorted(due, key=attrgetter("t"))
 
     def _compute(self, touched: Sequence[int]) -> list[Verdict]:
         """Compute all instants from the first of those ``touched`` on."""
@@ -244,13 +227,11 @@ class Estimator:
     def _estimate(self, trouble: str) -> Estimate:
         belief, t, layout = self._history.now.belief, self._t, self._parts.layout
         x, P = belief  # later frames overwrite them
-        tip = describe_tip(self._parts.tip, belief, layout.n)
-        if tip.is_finite:
-            self._tip_report = tip
-        else:
-            tip, trouble = self._tip_report, trouble or "tip is not finite"
+        tip, doubt = self._tip.describe(self._parts.tip, belief, layout.n)
+        if doubt:  # nothing can be compared with such a state any more
+            self._restart(t, self._operating_point())
         reports = self.health.reports(t)
-        status, reason = self.health.judge(t, tip.sigma, reports, trouble)
+        status, reason = self.health.judge(t, tip.sigma, reports, "; ".join(filter(None, (trouble, doubt))))
         return Estimate(
             t, self.model.model_id, x.copy(), P.copy(), layout, status, reason, reports,
             tip.T_world_tip, tip.twist, tip.cov_pose, tip.cov_twist,

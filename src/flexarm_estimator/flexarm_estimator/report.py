@@ -46,6 +46,22 @@ class TipReport(NamedTuple):  # not a dataclass: made in every step, at a quarte
         return math.isfinite(sum([sum(array.ravel().tolist()) for array in self]))
 
 
+class TipReporter:
+    """Describes the tip of every step; where that cannot be done the last description stands."""
+
+    def __init__(self) -> None:
+        """Start without one; the first belief must be sound."""
+        self._last: TipReport | None = None
+
+    def describe(self, tip: Tip, belief: Belief, n: int) -> tuple[TipReport, str]:
+        """Return the tip, and what is wrong with it; empty when nothing is."""
+        report = describe_tip(tip, belief, n)
+        if report.is_finite or self._last is None:
+            self._last = report
+            return report, ""
+        return self._last, "the tip cannot be placed: starting anew"
+
+
 def describe_tip(tip: Tip, belief: Belief, n: int) -> TipReport:
     """Return the tip's pose, twist and covariances; NaN where the loops do not close at this state.
 

@@ -7,14 +7,17 @@ from planar_strip import (
     ROW_SENSORS,
     SENSORS,
     StripKinematics,
+    arriving,
     run,
     simulate,
     strip_model,
 )
 
 from flexarm_estimator.estimator import Estimator
+from flexarm_estimator.filter import Belief
 from flexarm_estimator.process import ProcessModel
 from flexarm_estimator.settings import EstimatorConfig
+from flexarm_model.closure_error import ClosureError
 
 CONFIG = EstimatorConfig()
 
@@ -174,3 +177,28 @@ def _run_with_frame(record, frame, at):
             [*record.samples[k], *([frame] if k == at else [])], record.tau[k], float(t)
         )
     return estimate
+
+
+class StripOfLimitedReach(StripKinematics):
+    """As an arm with loops: beyond some angle they cannot be closed."""
+
+    def tip_pose(self, q):
+        if abs(q[0]) > 2.0:
+            raise ClosureError("the loops do not close")
+        return super().tip_pose(q)
+
+
+def test_where_loops_do_not_close_the_filter_starts_anew_and_says_so():
+    record = simulate(200, np.random.default_rng(31), camera_every=7)
+    estimator = Estimator(strip_model(), StripOfLimitedReach(), SENSORS, EstimatorConfig())
+    last = None
+    for k, t in enumerate(record.t):
+        if k == 100:
+            assert last is not None
+            far = last.x + np.eye(last.x.size)[0] * 3.0  # rad
+            estimator.set_belief(Belief(far, np.array(last.P)))
+        last = estimator.step([] if k == 100 else arriving(record, k, 12), record.tau[k], float(t))
+        assert np.isfinite(last.T_world_tip).all()
+        assert ("cannot be placed" in last.reason) == (k == 100)
+    assert last is not None and last.status == "ok"
+    assert last.theta[0] == pytest.approx(record.x[-1, 0], abs=1e-3)

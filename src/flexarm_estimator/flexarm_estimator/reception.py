@@ -1,0 +1,50 @@
+"""Reception: which of the samples that arrive are fused now, which a little later, and which never."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from operator import attrgetter
+
+from flexarm_estimator.checks import SampleChecks, Window
+from flexarm_estimator.health import Health
+from flexarm_estimator.history import SAME_INSTANT
+from flexarm_estimator.measurement import Measurement
+from flexarm_estimator.settings import EstimatorConfig
+from flexarm_model.description import SensorSpec
+
+
+class Reception:
+    """Checks samples and keeps those that are a little early."""
+
+    def __init__(self, specs: tuple[SensorSpec, ...], config: EstimatorConfig, health: Health) -> None:
+        """Start with nothing kept; ``health`` is told what is refused."""
+        self._checks, self._config, self._health = SampleChecks(specs), config, health
+        self._early: list[Measurement] = []
+
+    def retune(self, specs: tuple[SensorSpec, ...], config: EstimatorConfig) -> None:
+        """Go on with other noise of the same sensors."""
+        self._checks.retune(specs)
+        self._config = config
+
+    def admit(self, measurements: Sequence[Measurement], t: float, oldest: float) -> list[Measurement]:
+        """Return the samples that may be fused now, in order of time; count the others.
+
+        Args:
+            measurements: What has arrived.
+            t: Now [s].
+            oldest: Samples up to then cannot be fused any more [s].
+        """
+        now = t + SAME_INSTANT
+        due = [sample for sample in self._early if sample.t <= now]
+        self._early = [sample for sample in self._early if sample.t > now]
+        window = Window(oldest, now + self._config.future_tolerance)
+        for sample in measurements:
+            reason = self._checks.refuse(sample, window)
+            if reason:
+                self._health.note_refusal(sample.sensor, reason)
+            elif not self._health.is_off(sample.sensor):
+                if sample.R is not None:
+                    sample = replace(sample, R=self._checks.own_covariance(sample))
+                (due if sample.t <= now else self._early).append(sample)
+        return sorted(due, key=attrgetter("t"))
