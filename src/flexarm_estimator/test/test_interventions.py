@@ -1,0 +1,134 @@
+"""What a user does to the estimator: refused by name, done at its stamp, the same when it is done again."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from planar_strip import DT, SENSORS, StripKinematics, arriving, simulate, strip_model
+
+from flexarm_estimator.estimator import Estimator
+from flexarm_estimator.interventions.intervention import InterventionError
+from flexarm_estimator.interventions.reset import Reset
+from flexarm_estimator.interventions.set_noise import SETTINGS, SetNoise
+from flexarm_estimator.interventions.set_state import SetState
+from flexarm_estimator.interventions.toggle_sensor import ToggleSensor
+from flexarm_estimator.settings import EstimatorConfig
+
+CONFIG = EstimatorConfig()
+RECORD = simulate(300, np.random.default_rng(51), camera_every=7)
+
+
+def estimator(sensors=SENSORS, config=CONFIG):
+    return Estimator(strip_model(), StripKinematics(), sensors, config)
+
+
+def run(made, first, last):
+    for k in range(first, last):
+        estimate = made.step(arriving(RECORD, k, 12), RECORD.tau[k], float(RECORD.t[k]))
+    return estimate
+
+
+def do(made, intervention):
+    intervention.check(made)
+    intervention.apply(made)
+
+
+@pytest.mark.parametrize(
+    ("intervention", "words"),
+    [
+        (ToggleSensor("gyro", False), "name: no sensor 'gyro'; allowed: encoder, root_strain"),
+        (SetNoise("gate", (1.0,)), "name: 'gate' has no noise to set; allowed: encoder, root_strain"),
+        (SetNoise("encoder", (1.0, 2.0)), "value: 2 numbers; allowed: 1"),
+        (SetNoise("camera", (1.0, 2.0)), "value: 2 numbers; allowed: 1 or 6"),
+        (SetNoise("encoder", ()), "value: 0 numbers"),
+        (SetNoise("encoder", (0.0,)), "value: 0.0; allowed: finite numbers above 0"),
+        (SetNoise("encoder", (np.nan,)), "value: nan; allowed: finite numbers above 0"),
+        (
+            SetNoise("modal_force", (-1.0,)),
+            "value: modal_force: -1.0 is not a finite number in [1e-06, 1000.0]",
+        ),
+        (SetState((0.1, 0.2)), "theta: 2 numbers; allowed: 1"),
+        (SetState((np.inf,)), "theta: inf; allowed: finite numbers"),
+        (SetState((0.1,), eta=(1.0,)), "eta: 1 numbers; allowed: 0 or 3"),
+        (SetState((0.1,), theta_sigma=(-1.0,)), "theta_sigma: -1.0; allowed: finite numbers above 0"),
+        (SetState((0.1,), joint_names=("elbow.rz",)), "joint_names: elbow.rz; allowed: base.rz"),
+        (SetState((0.1,), model_id="0123"), "the state belongs to model 0123, the estimator uses"),
+    ],
+)
+def test_what_cannot_be_done_is_refused_by_field_value_and_what_is_allowed(intervention, words):
+    with pytest.raises(InterventionError) as refused:
+        intervention.check(estimator())
+    assert words in str(refused.value)
+
+
+def test_a_sensor_that_is_off_is_as_if_it_were_not_there():
+    made, without = estimator(), estimator()
+    do(made, ToggleSensor("root_strain", False))
+    for k in range(200):
+        samples = arriving(RECORD, k, 12)
+        off = made.step(samples, RECORD.tau[k], k * DT)
+        gone = without.step([s for s in samples if s.sensor != "root_strain"], RECORD.tau[k], k * DT)
+        np.testing.assert_array_equal(off.x, gone.x)
+    report = next(report for report in off.sensors if report.name == "root_strain")
+    assert (report.status, report.accepted) == ("off", 0)
+    do(made, ToggleSensor("root_strain", True))
+    estimate = run(made, 200, 220)
+    assert next(r for r in estimate.sensors if r.name == "root_strain").accepted == 20
+
+
+def test_another_noise_from_the_start_is_that_of_an_estimator_made_with_it():
+    sensors = tuple(replace(s, sigma=2.0 * s.sigma) if s.name == "camera" else s for s in SENSORS)
+    made, fresh = estimator(), estimator(sensors, replace(CONFIG, modal_force=0.5))
+    do(made, SetNoise("camera", (1e-3,) * 3 + (1e-2,) * 3))
+    do(made, SetNoise("modal_force", (0.5,)))
+    one, other = run(made, 0, 200), run(fresh, 0, 200)
+    np.testing.assert_allclose(one.x, other.x, rtol=1e-9, atol=1e-12)
+    assert abs(run(estimator(), 0, 200).x - one.x).max() > 1e-9
+
+
+def test_noise_set_in_a_run_takes_effect_without_a_jump():
+    made = estimator()
+    before = run(made, 0, 200)
+    do(made, SetNoise("encoder", (5e-3,)))
+    after = run(made, 200, 201)
+    assert abs(after.theta[0] - before.theta[0] - before.theta_dot[0] * DT) < 1e-3
+    later = run(made, 201, 300)
+    assert later.P[0, 0] > 4.0 * before.P[0, 0]
+
+
+@pytest.mark.parametrize("name", SETTINGS)
+def test_every_setting_offered_is_one_of_the_estimator(name):
+    do(estimator(), SetNoise(name, (0.01,)))
+
+
+def test_a_state_is_set_with_its_sigma_and_what_is_left_out_is_zero_or_as_at_the_start():
+    made = estimator()
+    run(made, 0, 100)
+    start = made.past[0].process.P0
+    state = SetState((0.25,), theta_dot=(0.5,), eta=(1e-3, 0.0, 0.0), theta_sigma=(1e-3,), eta_sigma=(2e-4,))
+    do(made, state)
+    belief = made.past[1][-1].belief
+    np.testing.assert_array_equal(belief.x[:9], [0.25, 1e-3, 0, 0, 0.5, 0, 0, 0, 0])
+    sigma = np.sqrt(belief.P.diagonal())
+    np.testing.assert_allclose(sigma[:4], [1e-3, 2e-4, 2e-4, 2e-4])
+    np.testing.assert_allclose(sigma[4:9] ** 2, start.diagonal()[4:9])
+    estimate = made.step([], np.zeros(1), 100 * DT)
+    assert estimate.theta[0] == pytest.approx(0.25 + 0.5 * DT, abs=1e-4)
+    assert estimate.status == "ok"
+
+
+def test_the_order_of_the_names_is_that_of_the_numbers():
+    state = SetState((0.25,), joint_names=("base.rz",))
+    made = estimator()
+    run(made, 0, 10)
+    do(made, state)
+    assert made.past[1][-1].belief.x[0] == 0.25
+
+
+def test_a_state_set_after_a_reset_is_kept():
+    made = estimator()
+    run(made, 0, 50)
+    do(made, Reset())
+    do(made, SetState((0.7,), theta_sigma=(1e-6,)))
+    estimate = made.step([], np.zeros(1), 50 * DT)
+    assert estimate.theta[0] == pytest.approx(0.7)
