@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
+from numpy.typing import NDArray
+
 from flexarm_estimator.bias_observability import observable_biases
 from flexarm_estimator.bias_states import bias_specs
 from flexarm_estimator.filters.choice import FilterMaker
@@ -18,12 +21,21 @@ from flexarm_estimator.tip import Kinematics, Tip
 from flexarm_model.description import SensorSpec
 from flexarm_model.reduced_model import ReducedModel
 
+Array = NDArray[np.float64]
+
 
 @dataclass(frozen=True)
 class Parts:
-    """What belongs to one model."""
+    """What belongs to one model.
+
+    Attributes:
+        model: Served model.
+        tree_mass: Of the tree at its pose, (n_q, n_q).
+        process, tip, sensors, fusion: What is made of it.
+    """
 
     model: ReducedModel
+    tree_mass: Array
     process: ProcessModel
     tip: Tip
     sensors: SensorModels
@@ -63,4 +75,4 @@ class PartsMaker:
         sensors = build_sensor_models(self._specs, model, process.system, tip)
         steps = self._filters.make(model, process, sensors, use_compiler)
         fusion = Fusion(process, sensors, self._gate, use_compiler, steps)
-        return Parts(model, process, tip, sensors, fusion)
+        return Parts(model, self._kinematics.mass_matrix(model.q0), process, tip, sensors, fusion)

@@ -13,7 +13,7 @@ Array = NDArray[np.float64]
 
 
 class Kinematics(Protocol):
-    """Pose and Jacobian of the tip in the coordinates of the dynamics tree."""
+    """Pose and Jacobian of the tip, and the arm's mass, in the coordinates of the dynamics tree."""
 
     def tip_pose(self, q: Array) -> Array:
         """Return T_world_tip, (4, 4)."""
@@ -21,6 +21,10 @@ class Kinematics(Protocol):
 
     def tip_jacobian(self, q: Array) -> Array:
         """Return the Jacobian [linear; angular] in world axes, (6, n_q)."""
+        ...
+
+    def mass_matrix(self, q: Array) -> Array:
+        """Return M(q), (n_q, n_q)."""
         ...
 
 

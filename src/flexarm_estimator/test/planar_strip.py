@@ -93,6 +93,10 @@ class StripKinematics:
         J[5] = [1.0, *SLOPE]
         return J
 
+    def mass_matrix(self, q: Array) -> Array:
+        """Return M of the strip, (4, 4)."""
+        return np.array(strip_model().M)
+
 
 def camera_sample(x: Array, t: float) -> Measurement:
     """Return the camera's exact sample of state ``x``."""

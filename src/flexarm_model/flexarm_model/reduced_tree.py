@@ -154,6 +154,10 @@ class ReducedTree:
         M, force = self.functions["motion"](q, np.zeros(self.n_q))
         return np.array(M), self.D.copy(), np.array(self.functions["stiffness"](q)), np.array(force)
 
+    def mass_matrix(self, q: Array) -> Array:
+        """Return M(q), (n_q, n_q)."""
+        return np.array(self.functions["motion"](q, np.zeros(self.n_q))[0])
+
     def tip_pose(self, q: Array) -> Array:
         """Return ``T_world_tip``, (4, 4); loops are closed first."""
         return np.array(self.functions["tip_pose"](self.closed(q)))
