@@ -1,134 +1,199 @@
-"""Cost of one estimator step of the single link, beside plain filterpy doing the same work.
+"""Cost of one estimator step, beside plain filterpy, plain NumPy and a finite-difference filter.
 
-CPU time of this thread. The sensors are those of the simulated rig: encoder, strain gauge and accelerometer
-in every period, a camera at 30 Hz whose frames are 60 ms old. A late frame makes the estimator compute twelve
-instants again: "late_frame" are the ticks with one, "ordinary" those without, all else is of all ticks. The
-baseline predicts and updates with filterpy as it is, one scalar at a time, without gate, checks, health and
-tip, and recomputes twelve periods for every frame.
+CPU time of this thread. Three arms: the single link, two flexible links (two_link.yaml: 18 states, 9 rows),
+the six-axis robot as served. Samples are drawn from the served model under joint PD: encoders, gauges and
+accelerometers in every period, camera frames at their rate and as late as described. A late frame makes the
+estimator compute the instants since then again: "late_frame" are ticks with one, "ordinary" those without,
+all else is of all ticks. "core" is the joint step in machine code alone.
 """
 
 from __future__ import annotations
 
 import gc
-import math
 import time
-from collections.abc import Sequence
-from typing import NamedTuple
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
 
 import numpy as np
-from filterpy.kalman import KalmanFilter
 from numpy.typing import NDArray
 
-from flexarm_bringup.sim.hardware import Hardware, HardwareSettings
-from flexarm_bringup.sim.rig import RigSettings
-from flexarm_controller.guard import GuardCommand
+from flexarm_bringup.bench import load_module
 from flexarm_estimator.estimator import Estimator
+from flexarm_estimator.filter import Belief
+from flexarm_estimator.filters.choice import FilterMaker
+from flexarm_estimator.history import Instant
 from flexarm_estimator.measurement import Measurement
-from flexarm_estimator.process import ProcessModel
+from flexarm_estimator.parts import Parts
 from flexarm_estimator.settings import EstimatorConfig
+from flexarm_estimator.step_runner import make_runner
 from flexarm_model.config import load_config
 from flexarm_model.description import ManipulatorConfig
 from flexarm_model.linearize import linearize
 from flexarm_model.manipulator_file import find_manipulator
 from flexarm_model.reduced_tree import ReducedTree
+from flexarm_model.rotation import rotation_vector
 
 Array = NDArray[np.float64]
+Action = Callable[["Tick"], object]
 WARM_UP = 100  # ticks not counted: caches fill
-TORQUE = 0.5  # N m
-TOKEN = 1
+BANDWIDTH = 10.0  # of the joint PD [rad/s]
+SHAKE = 0.5  # acceleration of the reference of the PD [rad/s^2]
+FEW = 20  # ticks of the filter by finite differences
+IN_A_ROW = 64  # joint steps
+BASELINES = load_module(Path(__file__).with_name("estimator_baselines.py"))
+ARMS = ("single_link", "two_link", "serial_6r")
 
 
 class Tick(NamedTuple):
     """What reaches the estimator in one period."""
 
     t: float
-    tau: Array
+    u: Array  # [tau; 1]
+    rows: Array  # of all sensors that are rows
     samples: list[Measurement]
-
-    @property
-    def has_frame(self) -> bool:
-        """A camera frame is among the samples."""
-        return any(sample.sensor == "camera" for sample in self.samples)
+    replayed: int  # periods since the exposure of a late frame among them; 0 without one
 
 
-def record_ticks(config: ManipulatorConfig, seconds: float) -> list[Tick]:
-    """Shake the simulated rig and return what its sensors say."""
-    hardware = Hardware(config, RigSettings(), HardwareSettings())
-    hardware.guard.arm(0.0, TOKEN)
-    samples, ticks = hardware.rig.observe(), []
-    for k in range(round(seconds / hardware.dt)):
-        measurements = [Measurement(s.sensor, hardware.rig.time_of(s.tick), s.y) for s in samples]
-        ticks.append(Tick(hardware.t, np.array(hardware.acted), measurements))
-        samples = hardware.advance()
-        hardware.choose_torque(GuardCommand(hardware.t, k + 1, TOKEN, (TORQUE * math.sin(7.0 * hardware.t),)))
+class Arm(NamedTuple):
+    """One arm of the benchmark."""
+
+    config: ManipulatorConfig
+    tree: ReducedTree
+    parts: Parts
+    ticks: list[Tick]
+
+
+def build(name: str, seconds: float) -> Arm:
+    """Load an arm and draw what its sensors say."""
+    own = Path(__file__).with_name(f"{name}.yaml")
+    config = load_config(own if own.exists() else find_manipulator(name))
+    tree = ReducedTree(config)
+    parts = start(config, tree, EstimatorConfig()).past[0]
+    return Arm(config, tree, parts, draw_ticks(config, parts, seconds))
+
+
+def start(config: ManipulatorConfig, tree: ReducedTree, settings: EstimatorConfig) -> Estimator:
+    """Return a new estimator."""
+    return Estimator(linearize(tree), tree, config.sensors, settings)
+
+
+def draw_ticks(config: ManipulatorConfig, parts: Parts, seconds: float) -> list[Tick]:
+    """Move the served model under joint PD; frames come when they are as old as described."""
+    rng, dt = np.random.default_rng(1), 1.0 / config.rate_hz
+    step, model, rows = parts.process.step(dt), parts.model, parts.sensors.rows
+    n, n_theta, inertia = model.n, model.n_theta, np.diag(model.M)[: model.n_theta]
+    (camera,) = [spec for spec in config.sensors if spec.name in parts.sensors.poses]
+    every, late = max(round(1.0 / (camera.rate_hz * dt)), 1), round(camera.latency / dt)
+    x = np.append(model.xi0, np.zeros(step.A.shape[0] - n))
+    frames: dict[int, Measurement] = {}
+    ticks = []
+    for k in range(round(seconds / dt)):
+        off, speed = x[:n_theta] - model.pose, x[n : n + n_theta]
+        pull = SHAKE * np.sin(7.0 * k * dt) - BANDWIDTH**2 * off - 2.0 * BANDWIDTH * speed
+        u = np.append(model.f0[:n_theta] + inertia * pull, 1.0)
+        x = step.A @ x + step.B @ u
+        said = {name: m.C @ x + m.D @ u + _noise(m.R, rng) for name, m in rows.items()}
+        samples = [Measurement(name, k * dt, y) for name, y in said.items()]
+        if k % every == 0:
+            T = parts.tip.pose(x)
+            pose = np.concatenate([T[:3, 3], rotation_vector(T[:3, :3])])
+            R = parts.sensors.poses[camera.name].R
+            frames[k + late] = Measurement(camera.name, k * dt, pose + _noise(R, rng))
+        due = [frames[k]] if k in frames else []
+        ticks.append(Tick(k * dt, u, np.concatenate([*said.values()]), samples + due, late if due else 0))
     return ticks
 
 
-def time_estimator(estimator: Estimator, ticks: Sequence[Tick]) -> Array:
-    """Return the CPU time of every step [us], (k,)."""
+def _noise(R: Array, rng: np.random.Generator) -> Array:
+    return np.asarray(np.sqrt(np.diag(R)) * rng.normal(size=R.shape[0]))
+
+
+def time_each(action: Action, ticks: Sequence[Tick]) -> Array:
+    """Return the CPU time of every tick [us], (k,)."""
     spent = np.empty(len(ticks))
     for k, tick in enumerate(ticks):
         start = time.thread_time_ns()
-        estimator.step(tick.samples, tick.tau, tick.t)
+        action(tick)
         spent[k] = (time.thread_time_ns() - start) * 1e-3
     return spent
 
 
-def time_filterpy(process: ProcessModel, ticks: Sequence[Tick], dt: float) -> Array:
-    """Return the CPU time of plain filterpy [us], (k,); the third sensor's correlation is ignored."""
-    step, system = process.step(dt), process.system
-    kalman = KalmanFilter(dim_x=system.n_x, dim_z=1, dim_u=2)
-    kalman.F, kalman.B, kalman.Q, kalman.P = step.A, step.B, step.Q, process.P0
-    rows = [system.C[i : i + 1] for i in range(3)]
-    R = [np.array([[value]]) for value in (4e-10, 1e-12, 1e-2)]
-    z, u = np.zeros(1), np.zeros(2)
-    spent = np.empty(len(ticks))
-
-    def advance() -> None:
-        kalman.predict(u)
-        for H, noise in zip(rows, R, strict=True):
-            kalman.update(z, R=noise, H=H)
-
-    kalman.x = np.zeros(system.n_x)
-    for k, tick in enumerate(ticks):
-        start = time.thread_time_ns()
-        if tick.has_frame:
-            for _ in range(12):
-                advance()
-        advance()
-        spent[k] = (time.thread_time_ns() - start) * 1e-3
-    return spent
+def textbook(arm: Arm) -> Any:
+    """Take the matrices out of the parts of an estimator."""
+    parts, rows = arm.parts, list(arm.parts.sensors.rows.values())
+    step = parts.process.step(1.0 / arm.config.rate_hz)
+    H, D = np.vstack([m.C for m in rows]), np.vstack([m.D for m in rows])
+    R = np.diag(np.concatenate([np.diag(m.R) for m in rows]))
+    x = np.append(parts.model.xi0, np.zeros(step.A.shape[0] - parts.model.n))
+    return BASELINES.Textbook(step.A, step.B, step.Q, H, D, R, x, parts.process.P0)
 
 
-def main(seconds: float = 20.0) -> dict[str, float]:
-    """Measure; returns times in microseconds and ratios to the baseline."""
-    config = load_config(find_manipulator("single_link"), "geared")
-    tree = ReducedTree(config)
-    model = linearize(tree)
-    ticks = record_ticks(config, seconds)
-    estimator = Estimator(model, tree, config.sensors, EstimatorConfig())
-    process = ProcessModel(model, EstimatorConfig())
-    gc.collect()
-    gc.freeze()  # as the nodes do
-    ours = time_estimator(estimator, ticks)[WARM_UP:]
-    plain = time_filterpy(process, ticks, 1.0 / config.rate_hz)[WARM_UP:]
-    gc.unfreeze()
-    late = np.array([tick.has_frame for tick in ticks])[WARM_UP:]
+def time_core(arm: Arm, book: Any) -> float:
+    """Return the CPU time of the joint step in machine code, one period and all its rows [us]."""
+    belief, fusion, prepared = Belief(book.x, book.P), arm.parts.fusion, []
+    for tick in arm.ticks[1 : 1 + IN_A_ROW]:
+        rows = {sample.sensor: sample for sample in tick.samples if sample.sensor in arm.parts.sensors.rows}
+        prepared.append(
+            fusion.prepare(belief, 1.0 / arm.config.rate_hz, Instant(tick.t, tick.u, belief, rows))
+        )
+    runner = make_runner(book.x.size, book.R.shape[0])
+    spent = time_each(lambda tick: runner.run(belief, prepared), arm.ticks[:WARM_UP])
+    return float(np.median(spent)) / IN_A_ROW
+
+
+def measure(name: str, seconds: float) -> dict[str, float]:
+    """Measure one arm: the estimator with its linear filter, and the baselines."""
+    arm = build(name, seconds)
+    ticks, book = arm.ticks, textbook(arm)
+    estimator = start(arm.config, arm.tree, EstimatorConfig())
+    actions: dict[str, Action] = {
+        "estimator": lambda tick: estimator.step(tick.samples, tick.u[:-1], tick.t),
+        "filterpy": BASELINES.plain_filterpy(book),
+        "numpy": BASELINES.plain_numpy(book),
+    }
+    spent = {who: time_each(action, ticks)[WARM_UP:] for who, action in actions.items()}
+    late = np.array([tick.replayed > 0 for tick in ticks])[WARM_UP:]
+    found = {"states": float(book.x.size), "rows": float(book.R.shape[0]), "core_us": time_core(arm, book)}
+    for who, times in spent.items():
+        found[f"{who}_median_us"] = float(np.median(times))
+        found[f"{who}_p99_us"] = float(np.percentile(times, 99))
+        found[f"{who}_ordinary_us"] = float(np.median(times[~late]))
+        found[f"{who}_late_frame_us"] = float(np.median(times[late]))
+    return {f"{name}_{key}": value for key, value in found.items()}
+
+
+def measure_moving(name: str, seconds: float) -> dict[str, float]:
+    """Measure the extended filter and the one by finite differences, over ticks without frames."""
+    arm = build(name, seconds)
+    ticks, book = [tick for tick in arm.ticks if not tick.replayed], textbook(arm)
+    moving = EstimatorConfig(filter="extended")
+    flow = FilterMaker(arm.tree, moving).flow(arm.parts.model, arm.parts.process, arm.parts.sensors)
+    differences = BASELINES.finite_differences(book, flow, 1.0 / arm.config.rate_hz)
+    extended = start(arm.config, arm.tree, moving)
+    ours = time_each(lambda tick: extended.step(tick.samples, tick.u[:-1], tick.t), ticks[: 3 * WARM_UP])
+    theirs = time_each(differences, ticks[:FEW])
     return {
-        "estimator_median_us": float(np.median(ours)),
-        "estimator_p99_us": float(np.percentile(ours, 99)),
-        "ordinary_p99_us": float(np.percentile(ours[~late], 99)),
-        "late_frame_median_us": float(np.median(ours[late])),
-        "late_frame_p99_us": float(np.percentile(ours[late], 99)),
-        "filterpy_median_us": float(np.median(plain)),
-        "filterpy_p99_us": float(np.percentile(plain, 99)),
-        "filterpy_late_frame_median_us": float(np.median(plain[late])),
-        "ratio_median": float(np.median(ours) / np.median(plain)),
-        "ratio_p99": float(np.percentile(ours, 99) / np.percentile(plain, 99)),
-        "ratio_late_frame": float(np.median(ours[late]) / np.median(plain[late])),
+        f"{name}_extended_median_us": float(np.median(ours)),
+        f"{name}_finite_difference_median_us": float(np.median(theirs)),
     }
 
 
+def main(seconds: float = 20.0) -> dict[str, float]:
+    """Measure; returns sizes, times in microseconds and ratios."""
+    found: dict[str, float] = {}
+    gc.collect()
+    gc.freeze()  # as the nodes do
+    for name in ARMS:
+        found |= measure(name, seconds)
+    found |= measure_moving("two_link", seconds)
+    gc.unfreeze()
+    differences = found["two_link_finite_difference_median_us"]
+    found["ratio_finite_difference_to_step"] = differences / found["two_link_estimator_ordinary_us"]
+    found["ratio_finite_difference_to_extended"] = differences / found["two_link_extended_median_us"]
+    return found
+
+
 if __name__ == "__main__":
-    for name, value in main().items():
-        print(f"{name:32} {value:12.1f}")
+    for key, value in main().items():
+        print(f"{key:44} {value:12.1f}")

@@ -11,6 +11,7 @@ from flexarm_bringup.bench import load_module
 
 ROOT = Path(__file__).resolve().parents[1]
 SMALL: dict[str, dict[str, float]] = {
+    "bench_estimator": {"seconds": 2.0},
     "bench_model": {"seconds": 0.2, "repeats": 20},
     "bench_memory": {"seconds": 8.0},
     "bench_serve": {"repeats": 5, "use_compiler": False},

@@ -23,7 +23,10 @@ FOLDER = "benchmarks"
 PREFIX = "bench_"
 USAGE = 2
 BOUNDS = {  # name of a result: largest value allowed
-    "estimator_p99_us": 100.0,
+    "single_link_estimator_median_us": 60.0,
+    "two_link_estimator_median_us": 100.0,
+    "serial_6r_estimator_median_us": 250.0,
+    "single_link_estimator_p99_us": 100.0,
     "mpc_p99_us": 1500.0,
     "memory_largest_mb": 250.0,
     "serial_6r_new_median_us": 5000.0,
