@@ -124,6 +124,32 @@ def test_any_number_of_states_and_rows_equals_filterpy(use_compiler, n_x, spans)
     np.testing.assert_allclose(step.belief.P, reference.P, atol=1e-9)
 
 
+@needs_compiler
+def test_machine_code_equals_filterpy_to_twelve_digits():
+    """18 states, 9 rows, correlated noise: relative to the largest entries, over fifty steps."""
+    rng, n_x, m = np.random.default_rng(18), 18, 9
+    A = 0.9 * np.linalg.qr(rng.normal(size=(n_x, n_x)))[0]
+    transition = Transition(
+        DT, A, rng.normal(size=(n_x, 2)), covariance(rng, n_x), 0.1 * rng.normal(size=(n_x, 4))
+    )
+    C, D, D_w = rng.normal(size=(m, n_x)), rng.normal(size=(m, 2)), 0.1 * rng.normal(size=(m, 4))
+    R = covariance(rng, m)
+    stack = Stack(("all",), (slice(0, m),), C, D, D_w, R, R)
+    kalman, slow, steps = GuardedFilter(n_x, 2), Belief(np.zeros(n_x), np.eye(n_x)), []
+    expected = []
+    for k in range(50):
+        u, y = rng.normal(size=2), rng.normal(size=m)
+        sample = StackedSample(stack, {"all": Measurement("all", DT * k, y)})
+        steps.append(PreparedStep(DT, JointStep(transition, stack), u, sample))
+        prior = kalman.predict(slow, transition, u)
+        slow = kalman.update(prior, sample.innovation(prior.x, u), C, R, stack.cross(transition))
+        expected.append(slow)
+    assert make_runner(n_x, m).run(Belief(np.zeros(n_x), np.eye(n_x)), steps) == 50
+    for step, slow in zip(steps, expected, strict=True):
+        assert np.max(abs(step.belief.x - slow.x)) < 1e-12 * np.max(abs(slow.x))
+        assert np.max(abs(step.belief.P - slow.P)) < 1e-12 * np.max(abs(slow.P))
+
+
 @pytest.mark.parametrize("use_compiler", RUNNERS)
 def test_a_pose_update_equals_filterpy(use_compiler):
     rng = np.random.default_rng(11)

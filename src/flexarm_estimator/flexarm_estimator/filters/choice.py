@@ -40,12 +40,25 @@ class FilterMaker:
     ) -> StepSource:
         """Return where the steps of a served model come from; the first time this may compile."""
         served = ServedSteps(process, models)
-        if self._config.filter not in _MOVING or not isinstance(self._arm, Dynamics):
+        if self._config.filter not in _MOVING:
             return served
+        flow = self.flow(model, process, models, use_compiler)
+        return _MOVING[self._config.filter](flow, served, process.force_cov)
+
+    def flow(
+        self, model: ReducedModel, process: ProcessModel, models: SensorModels, use_compiler: bool = True
+    ) -> StateFlow:
+        """Return the nonlinear motion about a served model; the first time this may compile.
+
+        Raises:
+            ValueError: Of the arm only the tip is known.
+        """
+        if not isinstance(self._arm, Dynamics):
+            raise ValueError("the dynamics of the arm is not known")
         rows = tuple(i for name in models.rows for i in model.outputs.rows(name))
         if rows not in self._slopes:
             self._slopes[rows] = Slopes(self._arm, rows, use_compiler)
         arm = MovingArm(self._arm, model, self._slopes[rows])
         flow = StateFlow(arm, model, process, models, self._config.force_averaging)
         flow.warm_up(model.xi0)
-        return _MOVING[self._config.filter](flow, served, process.force_cov)
+        return flow
