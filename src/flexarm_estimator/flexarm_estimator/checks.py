@@ -19,6 +19,7 @@ from flexarm_model.description import SensorSpec
 
 Array = NDArray[np.float64]
 _R_FLOOR = 0.01  # of the variance of the YAML: a sensor may not claim to be ten times better
+_R_MOST = 1e12  # of the same; more says nothing, and its square would be too large
 
 
 @dataclass(frozen=True)
@@ -74,8 +75,11 @@ class SampleChecks:
         diagonal = R.diagonal()
         if not (diagonal > 0.0).all():  # drivers that know no covariance send zeros
             return None
+        scale = np.sqrt(np.outer(variances, variances))
+        R = np.clip(R, -_R_MOST * scale, _R_MOST * scale)
+        diagonal = R.diagonal()
         R = (R + R.T) / 2 + np.diag(np.maximum(0.0, _R_FLOOR * variances - diagonal))
-        is_usable = np.linalg.eigvalsh(R / np.sqrt(np.outer(variances, variances)))[0] > 0.0
+        is_usable = np.linalg.eigvalsh(R / scale)[0] > 0.0
         return R if is_usable else None
 
     def _refuse_value(self, sample: Measurement) -> str:

@@ -20,6 +20,8 @@ from flexarm_model.description import ManipulatorConfig, SensorSpec
 Array = NDArray[np.float64]
 BASE_FRAME = "base"
 _UNIT_TOLERANCE = 0.05  # of the norm of a quaternion; drivers round, but not that much
+_OVERLOAD = 10.0  # of an axis' largest torque; no motor gives that
+_MOST_TORQUE = 1e6  # N m or N; of axes without a limit
 _SAME = 1e-9  # relative; a covariance that repeats the description is not worth carrying
 
 
@@ -33,6 +35,8 @@ class SensorReader:
         self._gauges = by_kind["strain_gauge"]
         self._cameras = by_kind["camera"]
         self._axes = tuple(config.actuated)
+        efforts = np.array([axis.effort for axis in config.actuated.values()])
+        self._most_torque = np.where(np.isfinite(efforts), _OVERLOAD * efforts, _MOST_TORQUE)
         known_axes = {f"{joint.name}.{axis.name}" for joint in config.joints for axis in joint.axes}
         self._known_axes = known_axes
         self._read: dict[str, Callable[[Any, float], Reading]] = {"joint_states": self._read_joints}
@@ -72,6 +76,8 @@ class SensorReader:
         torque = np.array([by_name[name] for name in self._axes])
         if not np.isfinite(torque).all():
             return None, [Refusal(topic, "torque is not finite")]
+        if (abs(torque) > self._most_torque).any():
+            return None, [Refusal(topic, f"torque is more than {_OVERLOAD:g} times the axis' limit")]
         return torque, []
 
     def _read_joints(self, msg: Any, t: float) -> Reading:
@@ -102,8 +108,8 @@ class SensorReader:
             if spec is None:
                 reading.refusals.append(Refusal("strain", f"unknown gauge '{name}'"))
                 continue
-            sigma = [msg.standard_deviation[i]] if len(msg.standard_deviation) else [0.0]
-            R = _own_covariance(np.diag(np.square(sigma)), spec)
+            sigma = msg.standard_deviation[i] if len(msg.standard_deviation) else 0.0
+            R = _own_covariance(np.array([[float(sigma) * float(sigma)]]), spec)  # ** and square overflow
             reading.samples.append(Measurement(name, t, np.array([msg.strain[i]]), R))
         return reading
 

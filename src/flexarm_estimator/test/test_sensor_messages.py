@@ -125,6 +125,7 @@ def test_both_quaternions_of_a_rotation_give_its_vector(angle, sign):
         ({"effort": []}, "0 efforts for 1 names"),
         ({"name": ["elbow.rz"], "effort": [1.0]}, "no axis 'base.rz'"),
         ({"effort": [np.nan]}, "not finite"),
+        ({"effort": [1e4]}, "more than 10 times the axis' limit"),
     ],
 )
 def test_a_torque_that_cannot_be_used_is_named(changes, words):

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-import math
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 
 from flexarm_estimator.estimator import Estimator
+
+MOST = 1e6  # SI; of anything that a state or its noise may have
+LEAST_SIGMA = 1e-12  # SI
 
 
 class InterventionError(ValueError):
@@ -33,14 +35,14 @@ class Intervention(ABC):
         """Return what will be done, in one line."""
 
 
-def require_numbers(field: str, values: Sequence[float], counts: Sequence[int], above: float) -> None:
+def require_numbers(field: str, values: Sequence[float], counts: Sequence[int], least: float) -> None:
     """Check an array.
 
     Args:
         field: Its name.
         values: Its numbers.
         counts: How many there may be.
-        above: Each must be larger, and finite.
+        least: Smallest value allowed; the largest is ``MOST``.
 
     Raises:
         InterventionError: It is not like that.
@@ -49,6 +51,5 @@ def require_numbers(field: str, values: Sequence[float], counts: Sequence[int], 
         allowed = " or ".join(str(count) for count in sorted(set(counts)))
         raise InterventionError(f"{field}: {len(values)} numbers; allowed: {allowed}")
     for value in values:
-        if not (math.isfinite(value) and value > above):
-            allowed = "finite numbers" + (f" above {above:g}" if above > -math.inf else "")
-            raise InterventionError(f"{field}: {value}; allowed: {allowed}")
+        if not least <= value <= MOST:  # also NaN
+            raise InterventionError(f"{field}: {value}; allowed: from {least:g} to {MOST:g}, SI")

@@ -7,7 +7,13 @@ from dataclasses import dataclass, fields, replace
 import numpy as np
 
 from flexarm_estimator.estimator import Estimator
-from flexarm_estimator.interventions.intervention import Intervention, InterventionError, require_numbers
+from flexarm_estimator.interventions.intervention import (
+    LEAST_SIGMA,
+    MOST,
+    Intervention,
+    InterventionError,
+    require_numbers,
+)
 from flexarm_estimator.settings import EstimatorConfig
 from flexarm_model.description import SensorSpec
 from flexarm_model.parameters import ParameterError, validate
@@ -39,9 +45,9 @@ class SetNoise(Intervention):
         """See Intervention."""
         specs = {spec.name: spec for spec in estimator.specs}
         if self.name in specs:
-            require_numbers("value", self.value, (1, len(specs[self.name].channels)), above=0.0)
+            require_numbers("value", self.value, (1, len(specs[self.name].channels)), LEAST_SIGMA)
         elif self.name in SETTINGS:
-            require_numbers("value", self.value, (1,), above=-np.inf)
+            require_numbers("value", self.value, (1,), -MOST)
             try:
                 validate(self._config(estimator.config))
             except ParameterError as error:

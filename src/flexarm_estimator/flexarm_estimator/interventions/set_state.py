@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,7 +9,13 @@ from numpy.typing import NDArray
 
 from flexarm_estimator.estimator import Estimator
 from flexarm_estimator.filter import Belief
-from flexarm_estimator.interventions.intervention import Intervention, InterventionError, require_numbers
+from flexarm_estimator.interventions.intervention import (
+    LEAST_SIGMA,
+    MOST,
+    Intervention,
+    InterventionError,
+    require_numbers,
+)
 
 Array = NDArray[np.float64]
 _SIGMAS = ("theta_sigma", "theta_dot_sigma", "eta_sigma", "eta_dot_sigma")
@@ -52,13 +57,13 @@ class SetState(Intervention):
             allowed = ", ".join(model.theta_names)
             raise InterventionError(f"joint_names: {', '.join(self.joint_names)}; allowed: {allowed}")
         sizes = {"theta": model.n_theta, "eta": model.n - model.n_theta}
-        require_numbers("theta", self.theta, (model.n_theta,), above=-math.inf)
+        require_numbers("theta", self.theta, (model.n_theta,), -MOST)
         for name in ("theta_dot", "eta", "eta_dot"):
             size = sizes[name.removesuffix("_dot")]
-            require_numbers(name, getattr(self, name), (0, size), above=-math.inf)
+            require_numbers(name, getattr(self, name), (0, size), -MOST)
         for name in _SIGMAS:
             size = sizes[name.removesuffix("_sigma").removesuffix("_dot")]
-            require_numbers(name, getattr(self, name), (0, 1, size), above=0.0)
+            require_numbers(name, getattr(self, name), (0, 1, size), LEAST_SIGMA)
 
     def apply(self, estimator: Estimator) -> None:
         """See Intervention; torque disturbances start at zero, biases of sensors stay."""
