@@ -8,8 +8,8 @@ from functools import cache
 
 from flexarm_bringup.fault_drill import frame_rows, loop_rows, message_rows, sample_rows, time_rows
 from flexarm_bringup.fault_drill.findings import Finding
-from flexarm_bringup.fault_drill.row import Row, Skipped
-from flexarm_bringup.fault_drill.stand import Stand
+from flexarm_bringup.fault_drill.row import Row
+from flexarm_bringup.fault_drill.stand import Skipped, Stand
 from flexarm_bringup.parallel import run_parallel
 
 MACHINES = ("single_link", "planar_3rrr")

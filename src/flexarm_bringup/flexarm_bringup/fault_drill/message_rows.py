@@ -10,39 +10,26 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from flexarm_bringup.fault_drill.findings import Finding, is_finite
-from flexarm_bringup.fault_drill.row import Row, Skipped, together
+from flexarm_bringup.fault_drill.row import Row, together
 from flexarm_bringup.fault_drill.stand import FAULT_START, Stand
 
 if TYPE_CHECKING:
-    from flexarm_bringup.fault_drill.message_stand import MessageStand
     from flexarm_bringup.sim.conversions import Outgoing
 
 TOLD_AFTER = 1.0  # s
 CASES = 10_000
 SEED = 19
 STRANGE = "nowhere"
-DRIVES = ("joint_states", "applied_effort")  # topics
+TORQUE = "applied_effort"
+DRIVES = ("joint_states", TORQUE)  # topics
 NASTY = (math.nan, math.inf, -math.inf, 1e308, -1e308, 5e-324, 0.0, -1.0, 1e6)
-
-
-def message_stand(stand: Stand) -> MessageStand:
-    """Return the stand at message level.
-
-    Raises:
-        Skipped: The message types are not installed.
-    """
-    try:
-        from flexarm_bringup.fault_drill.message_stand import MessageStand
-    except ImportError as error:
-        raise Skipped(f"needs ROS and flexarm_interfaces: {error}") from None
-    return MessageStand(stand)
 
 
 def wrong_frames(topic: str, kind: str, spoil: Callable[[Any], None]) -> Callable[[Stand], list[Finding]]:
     """Return what spoils all messages of a topic that starts with ``topic``."""
 
     def play(stand: Stand) -> list[Finding]:
-        bench, first = message_stand(stand), round(FAULT_START / stand.record.dt)
+        bench, first = stand.messages, round(FAULT_START / stand.record.dt)
         told = FAULT_START + TOLD_AFTER
 
         def tamper(k: int, messages: list[Outgoing]) -> list[Outgoing]:
@@ -66,17 +53,17 @@ def wrong_frames(topic: str, kind: str, spoil: Callable[[Any], None]) -> Callabl
 
 def fuzz(stand: Stand) -> list[Finding]:
     """Send ten thousand spoilt messages beside the good ones."""
-    bench, rng = message_stand(stand), np.random.default_rng(SEED)
+    bench, rng = stand.messages, np.random.default_rng(SEED)
     each = math.ceil(CASES / (len(stand.record.t) - 1))
     sent: list[bool] = []
 
     def tamper(k: int, messages: list[Outgoing]) -> list[Outgoing]:
-        bad = []
+        bad, said = [], [out for out in messages if out.topic != TORQUE]
         for _ in range(each):
-            out = copy.deepcopy(messages[rng.integers(len(messages) - 1)])  # the last one is the torque
+            out = copy.deepcopy(said[rng.integers(len(said))])
             sent.append(SPOIL[out.topic.split("/")[0]](out.msg, rng))
             bad.append(out)
-        return [*messages, *bad]
+        return [*bad, *messages]
 
     trace = bench.play(tamper, FAULT_START)
     return [
@@ -88,7 +75,7 @@ def fuzz(stand: Stand) -> list[Finding]:
 
 def odd_covariances(stand: Stand) -> list[Finding]:
     """Let every camera frame have a covariance that cannot be used."""
-    bench = message_stand(stand)
+    bench = stand.messages
     odd = [np.zeros(36), -np.eye(6).ravel(), np.full(36, math.nan), np.full(36, math.inf)]
 
     def tamper(k: int, messages: list[Outgoing]) -> list[Outgoing]:
@@ -105,7 +92,7 @@ def odd_covariances(stand: Stand) -> list[Finding]:
 
 def missing_fields(stand: Stand) -> list[Finding]:
     """Leave velocity and effort of the joint states empty, as real robots do."""
-    bench = message_stand(stand)
+    bench = stand.messages
 
     def tamper(k: int, messages: list[Outgoing]) -> list[Outgoing]:
         for out in messages:
@@ -120,7 +107,7 @@ def missing_fields(stand: Stand) -> list[Finding]:
 
 def no_stamps(stand: Stand) -> list[Finding]:
     """Leave the stamp of every gauge, accelerometer and camera at zero."""
-    bench, first = message_stand(stand), round(FAULT_START / stand.record.dt)
+    bench, first = stand.messages, round(FAULT_START / stand.record.dt)
     spoilt: set[str] = set()
 
     def tamper(k: int, messages: list[Outgoing]) -> list[Outgoing]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Protocol
 
 from flexarm_bringup.fault_drill.stand import Stand
 from flexarm_bringup.sim.conversions import Outgoing, applied_effort_msg, samples_to_msgs
@@ -14,8 +14,54 @@ from flexarm_estimator.exchange import EstimatorExchange
 from flexarm_model.conversions import floats, model_to_msg
 
 EPOCH_NS = 1_700_000_000_000_000_000
-ERROR, WARN = b"\x02", b"\x01"  # levels of diagnostics
 Tamper = Callable[[int, list[Outgoing]], list[Outgoing]]
+Clock = Callable[[float], float]
+
+
+class Link(Protocol):
+    """The estimator at the other end of its messages."""
+
+    def send_model(self, msg: Any) -> None:
+        """Serve a model."""
+        ...
+
+    def send(self, topic: str, msg: Any) -> None:
+        """Say something on a relative topic."""
+        ...
+
+    def estimate(self, stamp_ns: int) -> Estimate:
+        """Return what the estimator says of an instant, all of whose messages have been sent."""
+        ...
+
+    def diagnostics(self, stamp_ns: int) -> Any:
+        """Return its DiagnosticArray of now."""
+        ...
+
+
+class ExchangeLink:
+    """The estimator in this process."""
+
+    def __init__(self, stand: Stand) -> None:
+        """Start without a model."""
+        self._exchange = EstimatorExchange(stand.arm.config, stand.settings, None)
+
+    def send_model(self, msg: Any) -> None:
+        """See Link."""
+        self._exchange.on_model(msg)
+
+    def send(self, topic: str, msg: Any) -> None:
+        """See Link."""
+        self._exchange.on_sensor(topic, msg)
+
+    def estimate(self, stamp_ns: int) -> Estimate:
+        """See Link."""
+        self._exchange.step(stamp_ns)
+        assert self._exchange.estimate is not None
+        return self._exchange.estimate
+
+    def diagnostics(self, stamp_ns: int) -> Any:
+        """See Link."""
+        return self._exchange.diagnostics(stamp_ns)
 
 
 @dataclass(frozen=True)
@@ -24,7 +70,7 @@ class MessageTrace:
 
     Attributes:
         estimates: Of every tick.
-        diagnostics: Texts of one tick by level.
+        diagnostics: Texts at the time asked for, by level.
         noted: Refusals that concern no sensor.
     """
 
@@ -44,39 +90,32 @@ class MessageTrace:
 class MessageStand:
     """A stand whose samples travel as messages."""
 
-    def __init__(self, stand: Stand) -> None:
-        """Use the record of a stand."""
-        self._stand = stand
-        self._period_ns = round(1e9 * stand.record.dt)
+    def __init__(self, stand: Stand, make_link: Callable[[Stand], Link] = ExchangeLink) -> None:
+        """Use the record of a stand; ``make_link`` starts an estimator for every run."""
+        self._stand, self._make_link = stand, make_link
 
-    def stamp_of(self, tick: int) -> int:
-        """Return the stamp of a tick [ns]."""
-        return EPOCH_NS + tick * self._period_ns
-
-    def play(self, tamper: Tamper, told_at: float) -> MessageTrace:
-        """Run the exchange over the record.
+    def play(self, tamper: Tamper, told_at: float, clock: Clock = float) -> MessageTrace:
+        """Send the record to an estimator.
 
         Args:
             tamper: Changes the messages of a tick.
             told_at: When diagnostics are read [s].
+            clock: Time of all stamps as a function of that of the record [s].
         """
-        stand, record = self._stand, self._stand.record
-        exchange = EstimatorExchange(stand.arm.config, stand.settings, None)
-        exchange.on_model(model_to_msg(record.model))
+        record, link = self._stand.record, self._make_link(self._stand)
+        link.send_model(model_to_msg(record.model))
         arriving = self._samples()
         estimates, told = [], {}
-        for k in range(len(record.t)):
+        stamps = [EPOCH_NS + round(1e9 * clock(float(t))) for t in record.t]
+        for k, stamp_ns in enumerate(stamps):
             if k in record.served:
-                exchange.on_model(model_to_msg(record.served[k], self.stamp_of(k)))
-            for out in tamper(k, self._messages(k, arriving[k])):
-                exchange.on_sensor(out.topic, out.msg)
-            exchange.step(self.stamp_of(k))
-            assert exchange.estimate is not None
-            estimates.append(exchange.estimate)
+                link.send_model(model_to_msg(record.served[k], stamp_ns))
+            for out in tamper(k, self._messages(k, arriving[k], stamps)):
+                link.send(out.topic, out.msg)
+            estimates.append(link.estimate(stamp_ns))
             if k == round(told_at / record.dt):
-                told = _by_level(exchange.diagnostics(self.stamp_of(k)))
-        noted = sum(sum(reasons.values()) for reasons in exchange.notes.counts.values())
-        return MessageTrace(tuple(estimates), told, noted)
+                told = _by_level(link.diagnostics(stamp_ns))
+        return MessageTrace(tuple(estimates), told, _noted(link.diagnostics(stamps[-1])))
 
     def _samples(self) -> list[list[Sample]]:
         arriving: list[list[Sample]] = [[] for _ in self._stand.record.t]
@@ -84,16 +123,17 @@ class MessageStand:
             arriving[arrival.tick].append(arrival.sample)
         return arriving
 
-    def _messages(self, k: int, samples: list[Sample]) -> list[Outgoing]:
+    def _messages(self, k: int, samples: list[Sample], stamps: list[int]) -> list[Outgoing]:
+        """Return the messages of a tick; the joint states, which make the estimator step, come last."""
         config, record = self._stand.arm.config, self._stand.record
         site = {spec.name: spec.site for spec in config.sensors}
         angles = {site[s.sensor]: float(s.y[0]) for s in samples if s.kind == "encoder"}
         axes, next_tau = list(config.actuated), record.tau[min(k + 1, len(record.tau) - 1)]
-        joints = applied_effort_msg(axes, floats(record.tau[k]), self.stamp_of(k))
+        told = applied_effort_msg(axes, floats(next_tau), stamps[k])
+        joints = applied_effort_msg(axes, floats(record.tau[k]), stamps[k])
         joints.position = floats([angles.get(name, 0.0) for name in axes])
-        told = applied_effort_msg(axes, floats(next_tau), self.stamp_of(k))
-        sensors = samples_to_msgs(config, samples, self.stamp_of)
-        return [*sensors, Outgoing("joint_states", joints), Outgoing("applied_effort", told)]
+        sensors = samples_to_msgs(config, samples, stamps.__getitem__)
+        return [*sensors, Outgoing("applied_effort", told), Outgoing("joint_states", joints)]
 
 
 def _by_level(array: Any) -> dict[bytes, list[str]]:
@@ -101,3 +141,8 @@ def _by_level(array: Any) -> dict[bytes, list[str]]:
     for status in array.status:
         told.setdefault(status.level, []).append(f"{status.name}: {status.message}")
     return told
+
+
+def _noted(array: Any) -> int:
+    """Return the refusals of sources that are no sensors."""
+    return sum(int(pair.value) for status in array.status for pair in status.values if pair.key == "refused")

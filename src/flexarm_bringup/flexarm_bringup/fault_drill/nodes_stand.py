@@ -53,6 +53,11 @@ class NodesStand:
         """Sensors of the machine."""
         return self._stand.sensors
 
+    @property
+    def library(self) -> Trace:
+        """The run without any fault in one process."""
+        return self._stand.nominal
+
     @cached_property
     def nominal(self) -> Trace:
         """The run without any fault."""
@@ -88,8 +93,7 @@ class NodesStand:
             PREPARATION,
         )
         run_session(session, next(self._domains))
-        touched = dict.fromkeys(faults, 0)  # nobody tells
-        return _read(session.bag, touched)
+        return _read(session.bag, self._stand.touched(faults))
 
 
 def _read(bag: Path, touched: dict[str, int]) -> Trace:

@@ -7,13 +7,8 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from flexarm_bringup.fault_drill.findings import Finding, Measure, Trial
-from flexarm_bringup.fault_drill.stand import FAULT_END, FAULT_START, Bench
+from flexarm_bringup.fault_drill.stand import FAULT_END, FAULT_START, Bench, Skipped
 from flexarm_bringup.sim.sensor_faults import SensorFault
-
-
-class Skipped(Exception):  # noqa: N818 - it is not an error
-    """A row cannot be played here; the message says why."""
-
 
 Play = Callable[[Any], Sequence[Finding]]  # of a Stand; what is made of cases takes any Bench
 Choice = Callable[[Bench], tuple[str, ...]]

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Protocol
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,10 +19,17 @@ from flexarm_estimator.measurement import Measurement
 from flexarm_estimator.settings import EstimatorConfig
 from flexarm_model.description import SensorSpec
 
+if TYPE_CHECKING:
+    from flexarm_bringup.fault_drill.message_stand import MessageStand
+
 Array = NDArray[np.float64]
 Faults = Mapping[str, SensorFault]
 Change = Callable[[int, list[Measurement]], list[Measurement]]
 FAULT_START, FAULT_END = 2.5, 4.5  # s; in the middle of a move, and two seconds later
+
+
+class Skipped(Exception):  # noqa: N818 - it is not an error
+    """A row cannot be played here; the message says why."""
 
 
 @dataclass(frozen=True)
@@ -128,6 +135,19 @@ class Stand:
         """Sensors of the machine."""
         return self.arm.config.sensors
 
+    @property
+    def messages(self) -> MessageStand:
+        """The same machine at message level.
+
+        Raises:
+            Skipped: The message types are not installed.
+        """
+        try:
+            from flexarm_bringup.fault_drill.message_stand import MessageStand
+        except ImportError as error:
+            raise Skipped(f"needs ROS and flexarm_interfaces: {error}") from None
+        return MessageStand(self)
+
     def of_kind(self, *kinds: str) -> tuple[SensorSpec, ...]:
         """Return the sensors of some kinds."""
         return tuple(spec for spec in self.sensors if spec.kind in kinds)
@@ -136,6 +156,19 @@ class Stand:
         """Return a new estimator of the machine, without the sensors of some kinds."""
         sensors = tuple(spec for spec in self.sensors if spec.kind not in without)
         return Estimator(self.record.model, self.arm.tree, sensors, settings or self.settings)
+
+    def touched(self, faults: Faults) -> dict[str, int]:
+        """Return how many samples of the record faults touch, by sensor."""
+        lines = self._lines(faults)
+        for arrival in self.record.arrivals:
+            lines[arrival.sample.sensor].carry(arrival)
+        return {name: lines[name].touched for name in faults}
+
+    def _lines(self, faults: Faults) -> dict[str, FaultLine]:
+        return {
+            spec.name: FaultLine(faults.get(spec.name, SensorFault()), spec, self.dt, self.seed)
+            for spec in self.sensors
+        }
 
     def play(
         self,
@@ -156,10 +189,7 @@ class Stand:
             clock: Time of the estimator and of all stamps as a function of that of the record [s].
         """
         record, estimator = record or self.record, estimator or self.estimator()
-        lines = {
-            spec.name: FaultLine((faults or {}).get(spec.name, SensorFault()), spec, record.dt, self.seed)
-            for spec in self.sensors
-        }
+        lines = self._lines(faults or {})
         arriving = _by_tick(record.arrivals, lines, len(record.t))
         estimates = []
         for k, t in enumerate(record.t):

@@ -10,8 +10,8 @@ import numpy as np
 
 from flexarm_bringup.fault_drill.findings import Finding, Trial, lost_within, refused_all, tip_within
 from flexarm_bringup.fault_drill.motion_record import record_motion
-from flexarm_bringup.fault_drill.row import Case, Row, Skipped, cases, every
-from flexarm_bringup.fault_drill.stand import FAULT_END, FAULT_START, Stand, Trace
+from flexarm_bringup.fault_drill.row import Case, Row, cases, every
+from flexarm_bringup.fault_drill.stand import FAULT_END, FAULT_START, Skipped, Stand, Trace
 from flexarm_bringup.sim.sensor_faults import SensorFault
 from flexarm_estimator.measurement import Measurement
 
