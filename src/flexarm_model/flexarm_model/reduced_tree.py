@@ -23,6 +23,7 @@ from flexarm_model.body_reduction import reduce_body
 from flexarm_model.closing import Closing, make_closing
 from flexarm_model.closure import closure_residual, find_loops, null_space
 from flexarm_model.compiled import FunctionTable
+from flexarm_model.composite_inertia import WORTHWHILE, composite_mass
 from flexarm_model.coordinates import assumed_home, dampers, lay_out, stiffness
 from flexarm_model.description import Axis, ManipulatorConfig, NodeRef
 from flexarm_model.frame_graph import FrameGraph
@@ -70,7 +71,7 @@ class ReducedTree:
         self._inertia = inertia_sweep(
             self._graph, self.bodies, self._at, self._motions, (self._q, self._v, self._a)
         )
-        self._M = mass_matrix(self._inertia, self._a, self._graph)
+        self._M = self._mass()
         self._residual = closure_residual(self._graph.closures, self._motions)
         rows = ca.Function("rows", [self._q], [self._residual, ca.jacobian(self._residual, self._q)])
         start, at = assumed_home(config, self._at), self._at
@@ -151,12 +152,12 @@ class ReducedTree:
 
     def linearisation(self, q: Array) -> tuple[Array, Array, Array, Array]:
         """Return mass, damping, stiffness (n_q, n_q) and static forces (n_q,) at rest at q."""
-        M, force = self.functions["motion"](q, np.zeros(self.n_q))
-        return np.array(M), self.D.copy(), np.array(self.functions["stiffness"](q)), np.array(force)
+        force, K = self.functions["bias"](q, np.zeros(self.n_q)), self.functions["stiffness"](q)
+        return self.mass_matrix(q), self.D.copy(), np.array(K), np.array(force)
 
     def mass_matrix(self, q: Array) -> Array:
         """Return M(q), (n_q, n_q)."""
-        return np.array(self.functions["motion"](q, np.zeros(self.n_q))[0])
+        return np.array(self.functions["mass_matrix"](q))
 
     def tip_pose(self, q: Array) -> Array:
         """Return ``T_world_tip``, (4, 4); loops are closed first."""
@@ -208,6 +209,11 @@ class ReducedTree:
     def elastic_coordinates(self, body: str) -> range:
         """Return where a body's elastic coordinates stand in q."""
         return self._at.elastic[body]
+
+    def _mass(self) -> ca.SX:
+        if self.n_q < WORTHWHILE:
+            return mass_matrix(self._inertia, self._a, self._graph)
+        return composite_mass(self._graph, self.bodies, self._at, self._motions, (self._q, self._a))
 
     def _at_rest(self, expressions: list[ca.SX]) -> list[ca.SX]:
         zero = ca.SX.zeros(self.n_q)

@@ -100,7 +100,7 @@ class Hardware:
 def guard_limits(config: ManipulatorConfig, rig: Rig, settings: HardwareSettings) -> GuardLimits:
     """Return the guard's limits: the axes' own, and damping that fits their inertia at home."""
     tree = rig.plant.tree
-    inertia = np.diag(tree.functions["motion"](rig.plant.q, rig.plant.v)[0])[tree.actuated]
+    inertia = np.diag(tree.mass_matrix(rig.plant.q))[tree.actuated]
     axes = config.actuated.values()
     return GuardLimits(
         effort=tuple(axis.effort for axis in axes),

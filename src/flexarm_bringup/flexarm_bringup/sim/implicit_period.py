@@ -79,7 +79,7 @@ class PlainPeriod(Period):
         """Return the change of velocity over one step, (n_q,)."""
         tree, n, h, A, b = self._tree, self._tree.n_q, self._stepping.h, self._matrix, self._right
         middle = q + h / 2 * v
-        M, bias = tree.functions["motion"](middle, v)
+        M, bias = tree.functions["mass_matrix"](middle), tree.functions["bias"](middle, v)
         np.add(M, self._constant, out=A[:n, :n])
         np.multiply(bias, -h, out=b[:n])
         if tree.n_c:
@@ -109,8 +109,8 @@ class _Layout(ctypes.Structure):
     _fields_ = [
         *((name, ctypes.c_int64) for name in ("n", "m", "free", "axes", "substeps")),
         *((name, ctypes.c_double) for name in ("h", "friction", "slope")),
-        *((name, ctypes.c_void_p) for name in ("axis", "order", "constant", "motion", "rows", "loops")),
-        *((name, ctypes.c_void_p) for name in ("close", "eliminate", "dsyr2k", "dposv", "work")),
+        *((name, ctypes.c_void_p) for name in ("axis", "order", "constant", "mass", "bias", "rows")),
+        *((name, ctypes.c_void_p) for name in ("loops", "close", "eliminate", "dsyr2k", "dposv", "work")),
     ]
 
 
@@ -124,7 +124,7 @@ class MachinePeriod(Period):
         free = np.setdiff1d(np.arange(n), d if stepping.is_driven else [*d, *t])
         self._axis, self._order = (np.array(part, dtype=np.int64) for part in (t, [*free, *d]))
         self._constant = np.asfortranarray(stepping.h**2 / 4 * tree.K + stepping.h / 2 * tree.D)
-        self._motion = MachineCode(tree.functions["motion"])
+        self._mass, self._bias = (MachineCode(tree.functions[name]) for name in ("mass_matrix", "bias"))
         loops, rows, calls = self._loops(tree)
         k = free.size
         self._work = np.zeros(2 * n + k * k + k + k * m + m * (k + 1) + m * m)
@@ -132,7 +132,8 @@ class MachinePeriod(Period):
         arrays = (self._axis, self._order, self._constant)
         self._layout = _Layout(
             n, m, k, len(t), stepping.substeps, stepping.h, stepping.friction, FRICTION_SLOPE,
-            *map(place, arrays), self._motion.address, rows, loops, *calls, *blas, place(self._work),
+            *map(place, arrays), self._mass.address, self._bias.address, rows, loops, *calls, *blas,
+            place(self._work),
         )  # fmt: skip
         self._q, self._v, self._dv, self._u = np.zeros(n), np.zeros(n), np.zeros(n), np.zeros(len(t))
         self._call = code.flexarm_advance
@@ -164,7 +165,7 @@ class MachinePeriod(Period):
 
 def make_period(tree: ReducedTree, stepping: Stepping) -> Period:
     """Return the fastest way that this machine allows."""
-    is_compiled = tree.functions["motion"].library is not None
+    is_compiled = tree.functions["mass_matrix"].library is not None
     is_ready = is_compiled and (not tree.n_c or isinstance(tree.closing, MachineClosing))
     code = load_code(SOURCE) if is_ready else None
     return PlainPeriod(tree, stepping) if code is None else MachinePeriod(tree, stepping, code)

@@ -21,7 +21,7 @@ struct period {
     double h, friction, slope;          /* s, N m, rad/s */
     const int64_t *axis, *order;        /* actuated axes; free coordinates, then the m dependent ones */
     const double *constant;             /* h^2/4 K + h/2 D, (n, n) */
-    struct function *motion, *rows;     /* (q, v) -> M, bias; q -> c, G; no rows without loops */
+    struct function *mass, *bias, *rows; /* q -> M; (q, v) -> h; q -> c, G, where there are loops */
     const void *loops;                  /* of the closing */
     int64_t (*close)(const void *, double *, double *);
     int64_t (*eliminate)(int64_t, int64_t, double *, double *);
@@ -30,10 +30,12 @@ struct period {
     double *work;
 };
 
+/* v is null where a function takes q alone */
 static void evaluate(struct function *f, const double *q, const double *v)
 {
     f->arg[0] = q;
-    f->arg[1] = v;
+    if (v)
+        f->arg[1] = v;
     f->evaluate(f->arg, f->res, f->iw, f->w, 0);
 }
 
@@ -89,7 +91,7 @@ static void carry(const struct period *s, const double *M, const double *b, cons
 static int64_t change(const struct period *s, const double *v, const double *u, double *M, double *dv, double *work)
 {
     int64_t n = s->n, n_i = s->free, m = s->m, k = n_i + 1;
-    const double *bias = s->motion->res[1];
+    const double *bias = s->bias->res[0];
     double *b = work, *S = b + n, *r = S + n_i * n_i, *XY = r + n_i + n_i * m, *A = XY + m * k;
     for (int64_t i = 0; i < n * n; i++)
         M[i] += s->constant[i];
@@ -137,14 +139,15 @@ int64_t flexarm_advance(const struct period *s, double *q, double *v, const doub
     for (int64_t step = 0; step < s->substeps; step++) {
         for (int64_t i = 0; i < s->n; i++)
             middle[i] = q[i] + s->h / 2 * v[i];
-        evaluate(s->motion, middle, v);
+        evaluate(s->mass, middle, 0);
+        evaluate(s->bias, middle, v);
         if (s->m)
-            evaluate(s->rows, middle, v);
+            evaluate(s->rows, middle, 0);
         for (int64_t i = 0; u && i < s->n; i++)
             dv[i] = 0.0;
         for (int64_t j = 0; !u && j < s->free + s->m; j++)
             dv[s->order[j]] = 0.0;
-        if (!change(s, v, u, s->motion->res[0], dv, rest))
+        if (!change(s, v, u, s->mass->res[0], dv, rest))
             return 0;
         for (int64_t i = 0; i < s->n; i++) {
             q[i] += s->h * (v[i] + dv[i] / 2);
