@@ -53,9 +53,10 @@ class EstimatorConfig:
     strain_error: float = parameter(
         0.0, "Error of predicted strains, beside the gauges' noise", "1", 0.0, 0.1
     )
-    sag_error: float = parameter(
-        0.0, "One sigma of how far off its model the tip rests; 0 leaves these states out", "m", 0.0, 1.0
+    sag_modes: int = parameter(
+        0, "Slowest modes that may rest elsewhere than modelled, as states", "1", 0, 100
     )
+    sag_error: float = parameter(1e-3, "One sigma of how far off its model the tip rests", "m", 1e-9, 1.0)
     sag_time: float = parameter(3.0, "Time in which that changes, as a pose lasts", "s", 0.01, 1e4)
     gate: float = parameter(5.0, "Samples further from the prediction are refused", "sigma", 2.0, 100.0)
     reopen_after: int = parameter(5, "Refusals in a row after which the state is doubted", "1", 1, 1000)

@@ -18,7 +18,7 @@ class StateLayout:
         n: Number of served coordinates xi = [theta; eta].
         n_theta: Number of actuated axes, and of unmodelled torques.
         biases: Output rows "sensor.channel" that have a bias, in their order in the state.
-        n_s: Number of static deflections, that of the modes or none.
+        n_s: Number of static deflections, of the slowest modes.
     """
 
     n: int

@@ -15,13 +15,22 @@ from flexarm_estimator.process import ProcessModel
 from flexarm_estimator.sag import sag_sigma
 from flexarm_estimator.settings import EstimatorConfig
 
-SAGGING = EstimatorConfig(sag_error=2e-3, sag_time=4.0)
+SAGGING = EstimatorConfig(sag_modes=3, sag_error=2e-3, sag_time=4.0)
 
 
-def test_without_sag_error_the_state_is_as_long_as_ever() -> None:
+def test_without_sag_modes_the_state_is_as_long_as_ever() -> None:
     plain = ProcessModel(strip_model(), EstimatorConfig())
     assert plain.layout.n_x == plain.system.n_x == 9
     assert plain.layout.n_s == 0
+
+
+def test_only_the_slowest_modes_sag_where_so_wanted() -> None:
+    process = ProcessModel(strip_model(), replace(SAGGING, sag_modes=1))
+    assert process.layout.n_s == 1
+    assert sag_sigma(strip_model(), replace(SAGGING, sag_modes=1)) * PHI[0] == pytest.approx(2e-3)
+    assert (
+        ProcessModel(strip_model(), replace(SAGGING, sag_modes=9)).layout.n_s == 3
+    )  # no more than there are
 
 
 def test_arm_rests_at_the_static_deflection() -> None:
