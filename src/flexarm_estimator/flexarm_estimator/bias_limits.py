@@ -30,6 +30,8 @@ class BiasLimits:
 
     def hold(self, belief: Belief) -> bool:
         """Lead the mean back to the limits, in place; return whether it was beyond one."""
+        if not self._limits:  # asked in every instant
+            return False
         is_beyond = False
         for i, (value, limit) in enumerate(zip(belief.x[self._b].tolist(), self._limits, strict=True)):
             if abs(value) > limit:
