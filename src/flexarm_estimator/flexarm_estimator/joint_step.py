@@ -63,7 +63,8 @@ class JointStep:
         self.T_transposed = np.ascontiguousarray(self.T.T)
         spans = () if stack is None else stack.spans
         self._edges = np.array([0, *(span.stop for span in spans)], dtype=np.int64)
-        self.sensors = len(spans)
+        self.n, self.sensors = n_x, len(spans)
+        self.at_nu, self.at_u = n_x + n_x * n_x, n_x + n_x * n_x + m + len(spans)
         self._layout = self.lay_out(self.noise)
         self.layout_address = ctypes.addressof(self._layout)
 
@@ -86,31 +87,42 @@ class PreparedStep:
         dt: Length of the step it was prepared for [s].
         stack: Rows sampled at its end, or None.
         belief: After step and samples; every run of the step overwrites it.
-        y: Samples, one sensor below the other, (m,).
-        nu: Innovation of the last run, (m,).
-        nis: ``nu' S^-1 nu`` of every sensor by itself, (number of sensors,).
         layout_address, record_address: Where machine code finds the step, its samples and results.
     """
 
     def __init__(self, dt: float, step: JointStep, u: Array, sample: StackedSample | None) -> None:
         """Compute what does not depend on the belief; ``u = [tau; 1]`` is held over the step."""
-        n, m = step.T.shape[1], step.m
-        at_nu, at_u = n + n * n, n + n * n + m + step.sensors
         self.dt, self.stack, self.layout_address = dt, step.stack, step.layout_address
         self._step, self._noise = step, step.noise
-        record = np.empty(at_u + u.size + m)  # [x; P; nu; nis; u; y]
+        n, at_nu, at_u = step.n, step.at_nu, step.at_u
+        self._record = record = np.empty(at_u + u.size + step.m)  # [x; P; nu; nis; u; y]
         self.record_address = ctypes.addressof(ctypes.c_double.from_buffer(record.data))  # fastest
         self.belief = Belief(record[:n], record[n:at_nu].reshape(n, n))
-        self.nu, self.nis = record[at_nu : at_nu + m], record[at_nu + m : at_u]
-        self._u, self.y = record[at_u : at_u + u.size], record[at_u + u.size :]
-        self._u[:] = u
-        if sample is not None:
-            self.y[:] = sample.y
-            if sample.own:
-                self._noise = step.noise.copy()
-                self._noise[:m, :m] += sample.noise() - sample.stack.R_total
-                self._layout = step.lay_out(self._noise)
-                self.layout_address = ctypes.addressof(self._layout)
+        if sample is None:
+            record[at_u : at_u + u.size] = u
+            return
+        record[at_u:] = u.tolist() + sample.values
+        if sample.own:
+            m = step.m
+            self._noise = step.noise.copy()
+            self._noise[:m, :m] += sample.noise() - sample.stack.R_total
+            self._layout = step.lay_out(self._noise)
+            self.layout_address = ctypes.addressof(self._layout)
+
+    @property
+    def nu(self) -> Array:
+        """Innovation of the last run, (m,)."""
+        return self._record[self._step.at_nu : self._step.at_nu + self._step.m]
+
+    @property
+    def nis(self) -> Array:
+        """``nu' S^-1 nu`` of every sensor by itself in the last run, (number of sensors,)."""
+        return self._record[self._step.at_nu + self._step.m : self._step.at_u]
+
+    @property
+    def y(self) -> Array:
+        """Samples, one sensor below the other, (m,)."""
+        return self._record[self._record.size - self._step.m :]
 
     @property
     def rows_by_state(self) -> Array:
@@ -123,7 +135,7 @@ class PreparedStep:
         J = step.T.dot(belief.P).dot(step.T_transposed)
         J += self._noise
         mean = step.T.dot(belief.x)
-        mean += step.V.dot(self._u)
+        mean += step.V.dot(self._record[step.at_u : self._record.size - step.m])
         J[: step.m, step.last] = self.y - mean[: step.m]  # upper triangle; condition reads J'
         return mean, J
 

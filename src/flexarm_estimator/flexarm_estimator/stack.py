@@ -74,21 +74,26 @@ def stack_rows(models: Sequence[LinearRows], force_cov: Array) -> Stack:
 
 
 class StackedSample:
-    """What the sensors of a stack said at one instant."""
+    """What the sensors of a stack said at one instant.
+
+    Attributes:
+        stack: Their rows.
+        values: What they said, one sensor below the other, (m,).
+        own: Covariances that samples bring along, by sensor.
+    """
 
     def __init__(self, stack: Stack, samples: Mapping[str, Measurement]) -> None:
         """Put the samples of ``stack.names`` one below the other."""
         chosen = [samples[name] for name in stack.names]
         self.stack = stack
-        values: list[float] = []
+        self.values: list[float] = []
         for sample in chosen:  # on so few numbers cheaper than joining arrays
-            values += sample.y.tolist()
-        self.y = np.array(values)
+            self.values += sample.y.tolist()
         self.own = {sample.sensor: sample.R for sample in chosen if sample.R is not None}
 
     def innovation(self, x: Array, u: Array) -> Array:
         """Return measured minus predicted, (m,)."""
-        nu: Array = self.y - self.stack.C.dot(x) - self.stack.D.dot(u)
+        nu: Array = np.array(self.values) - self.stack.C.dot(x) - self.stack.D.dot(u)
         return nu
 
     def noise(self) -> Array:

@@ -5,7 +5,7 @@ The arm has as many served modes as it has elastic coordinates, so that ``xi = x
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 
 import numpy as np
@@ -20,6 +20,7 @@ from flexarm_model.rotation import rotation_vector
 
 Array = NDArray[np.float64]
 ARM = "variable_stiffness"  # three servos, three springs, gravity: its modes turn and change with the pose
+SENSORS = tuple(replace(spec, bias=None) for spec in machine(ARM).sensors)
 DT = 1.0 / 200.0  # s
 SWING = np.array([0.25, 0.15, 0.15])  # N m about what holds the arm at home
 
@@ -82,7 +83,7 @@ def _sample(
 ) -> list[Measurement]:
     names = served().outputs.names
     samples = []
-    for spec in machine(ARM).sensors:
+    for spec in SENSORS:
         if spec.kind != "camera":
             value = y[[names.index(f"{spec.name}.{channel}") for channel in spec.channels]]
         elif has_frame:
