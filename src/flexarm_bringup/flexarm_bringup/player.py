@@ -116,8 +116,8 @@ class Player:
     def _intervene(self, index: int, stamp_ns: int) -> None:
         """Tell the estimator the interventions that act from the step at ``stamp_ns`` on."""
         while self._ahead and self._ahead[0][0] <= index + LOOK_AHEAD:
-            record = self._ahead[0][1]
-            if header_stamp_ns(record.cdr) >= stamp_ns:
+            at, record = self._ahead[0]
+            if at > index and header_stamp_ns(record.cdr) >= stamp_ns:
                 break
             self._estimator.on_intervention(deserialise(record.cdr, record.type))
             self._ahead.popleft()

@@ -34,6 +34,7 @@ from flexarm_model.reduced_tree import ReducedTree
 Array = NDArray[np.float64]
 TORQUE_TOPIC = "applied_effort"
 INTERVENTIONS_TOPIC = "estimator/interventions"
+_END_NS = 2**31 * NS_PER_S  # no stamp holds more
 _MOST_WAITING = 1000  # messages between two steps; a flood drops the oldest
 
 
@@ -119,8 +120,7 @@ class EstimatorExchange:
         if self.estimator is None:
             self._waiting.clear()
             return []
-        if self._is_live and stamp_ns <= 0:
-            self.notes.note("joint_states_timestamp", f"stamp is {stamp_ns} ns")
+        if not self._is_time("joint_states", stamp_ns):
             return []
         if self._epoch_ns is None:
             self._epoch_ns = stamp_ns
@@ -176,11 +176,13 @@ class EstimatorExchange:
         self._pending.note(stamp_ns, model.model_id)
 
     def _intervene(self, stamp_ns: int) -> None:
-        """Do what was asked for before ``stamp_ns`` [ns]."""
+        """Do what was asked for before ``stamp_ns`` [ns] or right after the last step."""
         assert self.estimator is not None
-        due = [intervention for at, intervention in self._interventions if at < stamp_ns]
-        self._interventions = [item for item in self._interventions if item[0] >= stamp_ns]
-        for intervention in due:
+        waiting, self._interventions = self._interventions, []
+        for at, intervention in waiting:
+            if at >= stamp_ns and at != self._last_ns:  # the clock may have been set back since
+                self._interventions.append((at, intervention))
+                continue
             try:
                 intervention.check(self.estimator)
             except InterventionError as error:  # of another run, or made for the model before
@@ -206,9 +208,9 @@ class EstimatorExchange:
         samples: list[Measurement] = []
         for topic, msg in self._waiting:
             stamp_ns = stamp_to_ns(msg.header.stamp)
-            if stamp_ns < 0 or (self._is_live and stamp_ns == 0):
-                self.notes.note(f"{topic}_timestamp", f"stamp is {stamp_ns} ns")
-            elif topic == TORQUE_TOPIC:
+            if not self._is_time(topic, stamp_ns):
+                continue
+            if topic == TORQUE_TOPIC:
                 self._take_torque(msg, stamp_ns)
             else:
                 reading = self._reader.read(topic, msg, self._seconds(stamp_ns))
@@ -218,6 +220,13 @@ class EstimatorExchange:
                     self._torque.measure(self._reader.read_torque(topic, msg)[0])
         self._waiting.clear()
         return samples
+
+    def _is_time(self, topic: str, stamp_ns: int) -> bool:
+        """Return whether a stamp can be one, and note it if not; a live zero was forgotten by a driver."""
+        is_time = self._is_live <= stamp_ns < _END_NS
+        if not is_time:
+            self.notes.note(f"{topic}_timestamp", f"stamp is {stamp_ns} ns")
+        return is_time
 
     def _take_torque(self, msg: Any, stamp_ns: int) -> None:
         tau, refusals = self._reader.read_torque(TORQUE_TOPIC, msg)

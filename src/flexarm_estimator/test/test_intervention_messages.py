@@ -119,3 +119,11 @@ def test_an_intervention_of_another_run_is_noted_and_not_done():
     made.on_intervention(conversions.intervention_to_msg(ToggleSensor("ghost", False), 0))
     made.step(PERIOD_NS)
     assert "no sensor 'ghost'" in next(iter(made.notes.counts[INTERVENTIONS_TOPIC]))
+
+
+def test_a_clock_that_is_set_back_does_not_delay_an_intervention():
+    made = exchange(None)
+    made.step(EPOCH_NS)
+    made.intervene(ToggleSensor("encoder", False))
+    made.step(EPOCH_NS - 50_000_000_000)
+    assert made.estimate.sensors[0].status == "off"

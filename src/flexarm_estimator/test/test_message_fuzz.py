@@ -12,13 +12,17 @@ pytestmark = pytest.mark.ros
 pytest.importorskip("flexarm_interfaces.msg", reason="needs ROS and flexarm_interfaces")
 
 from message_fuzz import MessageFuzz  # noqa: E402
+from rclpy.serialization import serialize_message  # noqa: E402
 from test_exchange import EPOCH_NS, PERIOD_NS, exchange, model, model_conversions  # noqa: E402
 
+FAR_NS = 10**13  # clocks are set back by hundreds of seconds
 NUMBERS = ("theta", "theta_dot", "eta", "eta_dot", "disturbance", "bias", "covariance")
 
 
 def assert_sound(outgoing: Any) -> None:
     state, tip = (out.msg for out in outgoing)
+    assert serialize_message(state)
+    assert serialize_message(tip)
     for name in NUMBERS:
         assert np.isfinite(getattr(state, name)).all(), name
     for health in state.sensors:
@@ -33,24 +37,32 @@ def feed(seed: int, count: int, epoch_ns: int | None) -> int:
     """Feed ``count`` messages, with models and interventions in between; return how many states came out."""
     made, fuzz, rng = exchange(epoch_ns), MessageFuzz(seed), np.random.default_rng([seed, 1])
     states = 0
-    start_ns = EPOCH_NS if epoch_ns is None else 0
     with warnings.catch_warnings():
-        warnings.simplefilter("error")  # an overflow inside would be told
-        for stamp_ns, messages in fuzz.steps(count, start_ns, PERIOD_NS):
+        warnings.simplefilter("error", RuntimeWarning)  # an overflow inside would be told
+        for stamp_ns, messages in fuzz.steps(count, EPOCH_NS if epoch_ns is None else FAR_NS, PERIOD_NS):
             for topic, msg in messages:
                 made.on_sensor(topic, msg)
-            if rng.random() < 0.01:
-                made.on_intervention(fuzz.intervention(stamp_ns))
-            if rng.random() < 0.005:
-                made.on_model(spoilt_model(rng))
-            outgoing = made.step(stamp_ns)
-            if outgoing:
-                assert_sound(outgoing)
-                states += 1
-            if rng.random() < 0.02:
-                for status in made.diagnostics(EPOCH_NS).status:
-                    assert all("nan" not in pair.value and "inf" not in pair.value for pair in status.values)
+            disturb(made, fuzz, rng, stamp_ns)
+            wild = model_conversions.stamp_to_ns(fuzz.stamp(stamp_ns))  # the node steps as joint_states say
+            for at in (stamp_ns, *([wild] if rng.random() < 0.05 else [])):
+                outgoing = made.step(at)
+                states += bool(outgoing)
+                if outgoing:
+                    assert_sound(outgoing)
     return states
+
+
+def disturb(made: Any, fuzz: MessageFuzz, rng: np.random.Generator, stamp_ns: int) -> None:
+    """Now and then a user, a model, a look at the diagnostics."""
+    if rng.random() < 0.01:
+        made.on_intervention(fuzz.intervention(stamp_ns))
+    if rng.random() < 0.005:
+        made.on_model(spoilt_model(rng))
+    if rng.random() < 0.02:
+        msg = made.diagnostics(EPOCH_NS)
+        assert serialize_message(msg)
+        texts = [pair.value for status in msg.status for pair in status.values]
+        assert not any(word in text.split() for text in texts for word in ("nan", "inf"))
 
 
 def spoilt_model(rng: np.random.Generator) -> Any:
