@@ -15,8 +15,9 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import block_diag, solve_discrete_are
+from scipy.linalg import block_diag
 
+from flexarm_controller.riccati import solve_riccati
 from flexarm_controller.settings import MpcConfig
 from flexarm_model.reduced_model import ReducedModel
 
@@ -74,7 +75,6 @@ def complete(A: Array, B: Array, cost: Cost) -> Completion:
     B_a = np.vstack([B, np.eye(n_u)])
     Q_a = block_diag(cost.Q, cost.R)
     cross = np.vstack([np.zeros((n_x, n_u)), cost.R])
-    P = solve_discrete_are(A_a, B_a, Q_a, cost.R + cost.S, s=cross)
-    P = (P + P.T) / 2
+    P = solve_riccati((A_a, B_a), Q_a, cost.R + cost.S, cross)
     gain = np.linalg.solve(cost.R + cost.S + B_a.T @ P @ B_a, B_a.T @ P @ A_a + cross.T)
     return Completion(P, gain)

@@ -11,12 +11,11 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial.transform import Rotation
 
 from flexarm_bringup.sim.plant import Plant
 from flexarm_bringup.sim.sensor_faults import Arrival, FaultLine, SensorFault
+from flexarm_estimator.rotation_log import exp_rotation, log_rotation
 from flexarm_model.description import SensorSpec
-from flexarm_model.rotation import rotation_vector
 
 Array = NDArray[np.float64]
 
@@ -98,8 +97,8 @@ def _rows(plant: Plant, y: Array, noise: Array) -> Array:
 def _pose(plant: Plant, y: Array, noise: Array) -> Array:
     """Return position and rotation vector of the tip, disturbed in the world's axes."""
     T = plant.tip_pose()
-    R = Rotation.from_rotvec(noise[3:]).as_matrix() @ T[:3, :3]
-    return np.concatenate([T[:3, 3] + noise[:3], rotation_vector(R)])
+    R = exp_rotation(noise[3:]).dot(T[:3, :3])
+    return np.concatenate([T[:3, 3] + noise[:3], log_rotation(R)])
 
 
 _READ = {"encoder": _rows, "strain_gauge": _rows, "accelerometer": _rows, "camera": _pose}
