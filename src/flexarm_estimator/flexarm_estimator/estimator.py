@@ -217,9 +217,10 @@ class Estimator:
         """Ask the watches; take what a sensor at fault has said out of the recent past."""
         findings: list[Finding] = []
         for watch in self._watches:
-            findings += watch.look(view)
-        for finding in findings:
-            self.health.heed(finding)
+            said = watch.look(view)
+            for finding in said:
+                self.health.heed(finding, type(watch).__name__)
+            findings += said
         touched = [self._history.withdraw(f.sensor, f.since) for f in findings if f.since < math.inf]
         if touched:
             self._compute(touched)

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -45,8 +45,18 @@ class _Record:
     newest_valid: float = 0.0
     reason: str = "no sample yet"
     normalised: float = 0.0
-    fault: str = ""  # why a watch put it out of use
-    remark: str = ""  # what a watch has to say of it otherwise
+    faults: dict[str, str] = field(default_factory=dict)  # why it was put out of use, by watch
+    remarks: dict[str, str] = field(default_factory=dict)  # what else watches have to say of it
+
+    @property
+    def fault(self) -> str:
+        """What all watches have against it."""
+        return "; ".join(self.faults.values())
+
+    @property
+    def remark(self) -> str:
+        """What else they say."""
+        return "; ".join(self.remarks.values())
 
 
 class Health:
@@ -82,7 +92,8 @@ class Health:
         for record in self._records.values():
             record.newest_accepted = record.newest_valid = t
             record.refused_in_a_row, record.reason = 0, "no sample yet"
-            record.fault = record.remark = ""
+            record.faults.clear()
+            record.remarks.clear()
 
     def note_refusal(self, sensor: str, reason: str) -> None:
         """Count a sample that was refused before the filter saw it."""
@@ -119,20 +130,20 @@ class Health:
         """
         self._records[sensor].is_off = is_off
 
-    def heed(self, finding: Finding) -> None:
-        """Take over what a watch says; an empty reason takes it back."""
+    def heed(self, finding: Finding, watch: str = "") -> None:
+        """Take over what a watch says; an empty reason takes back what the same watch said."""
         record = self._records[finding.sensor]
-        if finding.is_fault:
-            record.fault = finding.reason
-        else:
-            record.remark = finding.reason
+        said = record.faults if finding.is_fault else record.remarks
+        said.pop(watch, None)
+        if finding.reason:
+            said[watch] = finding.reason
 
     def pick_sound(self, samples: Iterable[Measurement]) -> list[Measurement]:
         """Return the samples of sensors that no watch has put out of use; the others are alive, too."""
         sound = []
         for sample in samples:
             record = self._records[sample.sensor]
-            if not record.fault:
+            if not record.faults:
                 sound.append(sample)
             elif sample.t > record.newest_valid:
                 record.newest_valid = sample.t
@@ -169,7 +180,7 @@ class Health:
     def _why_lost(self, t: float, tip_sigma: float) -> str:
         is_usable = is_located = False
         for record in self._records.values():
-            age = math.inf if record.is_off or record.fault else t - record.newest_accepted
+            age = math.inf if record.is_off or record.faults else t - record.newest_accepted
             is_usable |= age <= record.time_out
             if record.locates and record.accepted:
                 is_located |= age <= record.time_out or age <= self._config.position_time_out
@@ -197,7 +208,7 @@ def _report(name: str, record: _Record, t: float) -> SensorReport:
     reason, age = record.reason, max(0.0, t - record.newest_accepted)
     if record.is_off:
         status, reason = "off", "switched off"
-    elif record.fault:
+    elif record.faults:
         status, reason = "faulty", record.fault
     elif t - record.newest_valid > record.time_out:
         status, reason = "stale", f"silent ({reason})" if reason else "silent"

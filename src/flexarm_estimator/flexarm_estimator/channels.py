@@ -1,0 +1,73 @@
+"""Channels of the sensors with constant rows, numbered as they stand in the stack of all of them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexarm_estimator.measurement import Measurement
+from flexarm_model.description import SensorSpec
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Channel:
+    """One number that a sensor says.
+
+    Attributes:
+        sensor: Name of the sensor.
+        name: Of the channel where the sensor has several; empty where it has one.
+        kind: Of the sensor; only channels of one kind can be swapped.
+        sigma: Of its noise, SI.
+    """
+
+    sensor: str
+    name: str
+    kind: str
+    sigma: float
+
+
+class Channels:
+    """All channels with rows, in order.
+
+    Attributes:
+        all: Every channel.
+        spans: Places of every sensor.
+    """
+
+    def __init__(self, specs: Iterable[SensorSpec], rows: Iterable[str]) -> None:
+        """Number the channels of the sensors ``rows``, sensor by sensor."""
+        by_name = {spec.name: spec for spec in specs}
+        self.all: list[Channel] = []
+        self.spans: dict[str, slice] = {}
+        for sensor in rows:
+            spec, first = by_name[sensor], len(self.all)
+            several = len(spec.channels) > 1
+            self.all += [
+                Channel(sensor, name if several else "", spec.kind, float(sigma))
+                for name, sigma in zip(spec.channels, spec.sigma, strict=True)
+            ]
+            self.spans[sensor] = slice(first, len(self.all))
+
+    @cached_property
+    def sigma(self) -> Array:
+        """Noise of every channel, (m,)."""
+        return np.array([channel.sigma for channel in self.all])
+
+    @cached_property
+    def twins(self) -> list[tuple[int, int]]:
+        """Pairs of channels that a wrong plug can exchange."""
+        kinds = [channel.kind for channel in self.all]
+        return [(i, j) for j in range(len(kinds)) for i in range(j) if kinds[i] == kinds[j]]
+
+    def read(self, samples: Mapping[str, Measurement]) -> Array:
+        """Return what was said by sensor, NaN where nothing was, (m,)."""
+        y = np.full(len(self.all), np.nan)
+        for sensor, sample in samples.items():
+            y[self.spans[sensor]] = sample.y
+        return y

@@ -1,0 +1,194 @@
+r"""Which channel is at fault, and what is wrong with it: the past explained in many ways, the best wins.
+
+Explanations are compared by ``-2 log`` of the likelihood of a whole window:
+
+* all well, a flipped sign, two swapped channels: what was said is rearranged (``hypotheses``);
+* detached: the channel says a constant with noise, whatever the arm does; the others are filtered without it;
+* saturated: it repeats its largest value while the others expect more of it; the other samples are filtered;
+* an offset that drifts: never a finding here, but an excuse;
+* left out, wrong in some way: never a finding either, but another channel may be to blame.
+
+A model that is wrong itself fits badly under every explanation: what is gained is divided by the misfit that
+is left (sum of squared normalised innovations by number of data), and must be gained in both halves of the
+window, which an impact or the beginning of a fault does not do.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import log_ndtr
+
+from flexarm_estimator.consistency_run import ConsistencyRun
+from flexarm_estimator.hypotheses import Rearrangement
+from flexarm_estimator.window import Window
+
+Array = NDArray[np.float64]
+CLEAR = 25.0  # squared sigmas gained in each half, after division by the misfit: five sigmas
+RIVAL = 20.0  # squared sigmas by which the best explanation of other channels must lose
+RIVAL_SHARE = 0.05  # of what is gained, by which it must lose, too
+PLAUSIBLE = 3.0  # misfit of a datum above which nothing is believed
+MISSED = 3.0  # times the misfit of the others that a detached channel has, for each of its samples
+FOLLOWS = 0.5  # correlation with what the others predict, from which on a channel is not detached
+QUIET = 3.0  # sigmas of noise that a detached channel may show
+AT_LIMIT = 5  # samples at the same largest value that make a saturation
+SETTLING = 0.2  # of the window in which predictions are not compared
+
+
+@dataclass(frozen=True)
+class Explanation:
+    """One way to explain the window.
+
+    Attributes:
+        channels: At fault.
+        words: What is wrong with them; empty when this explanation only says that something is.
+        gain: Squared sigmas gained on "all well" in each half, after division by the misfit left, (2,).
+        spread: Misfit of a datum that is left, at least 1.
+        needs_both: Both halves must gain; else the first must not lose.
+        is_excuse: Nobody is at fault when this explains best.
+    """
+
+    channels: tuple[int, ...]
+    words: str
+    gain: Array
+    spread: float
+    needs_both: bool = True
+    is_excuse: bool = False
+
+    @property
+    def is_clear(self) -> bool:
+        """It explains far more than "all well"."""
+        first, second = self.gain
+        return bool(
+            self.spread <= PLAUSIBLE
+            and second >= CLEAR
+            and first >= (CLEAR if self.needs_both else -CLEAR / 4)
+        )
+
+
+def explain_by_rearranging(run: ConsistencyRun, hypotheses: Sequence[Rearrangement]) -> list[Explanation]:
+    """Return what flipped signs and swaps explain; ``hypotheses[0]`` is "all well"."""
+    return [
+        Explanation(
+            hypothesis.channels, hypothesis.words, (run.misfit[:, 0] - run.misfit[:, i]) / spread, spread
+        )
+        for i, hypothesis in enumerate(hypotheses)
+        if i > 0
+        for spread in (run.spread(i),)
+    ]
+
+
+def explain_by_offset(channel: int, run: ConsistencyRun) -> Explanation:
+    """Return what a drifting offset of a channel explains, which is another watch's matter."""
+    excused = run.excused(channel)
+    spread = max(1.0, run.spread(0) * float(excused.sum() / max(run.misfit[:, 0].sum(), 1e-300)))
+    return Explanation((channel,), "", (run.misfit[:, 0] - excused) / spread, spread, is_excuse=True)
+
+
+def explain_by_leaving_out(
+    channel: int, run: ConsistencyRun, well: ConsistencyRun, fit: Array, window: Window, noise: float
+) -> Explanation:
+    """Return what it explains that a channel is detached, or wrong in another way.
+
+    Args:
+        channel: Left out in all steps.
+        run: Without it.
+        well: With it.
+        fit: Misfit of the best rearrangement of this channel in both halves, (2,).
+        window: What was said.
+        noise: Variance that a sample of the channel has at least.
+    """
+    y, z = window.y[:, channel], run.predicted[:, channel]
+    heard = np.isfinite(y)
+    heard[0] = False
+    y0, spread = np.nanmean(y), run.spread(0)
+    square = max(float(np.nanvar(y)), noise)
+    cost = np.where(heard, (np.nan_to_num(y) - y0) ** 2 / square + np.log(square), 0.0)
+    gain = (well.total(0) - run.total(0) - window.halves(cost)) / spread
+    missed = (np.minimum(well.excused(channel), fit) - run.misfit[:, 0]) / window.halves(heard).clip(1.0)
+    settled = heard & (np.arange(len(y)) >= SETTLING * len(y))
+    is_detached = _is_deaf(y[settled], z[settled], noise) and bool(np.all(missed >= MISSED * spread))
+    words = f"is detached (says {y0:.3g} +- {np.sqrt(np.nanvar(y)):.1g} whatever the arm does)"
+    return Explanation((channel,), words if is_detached else "", gain, spread)
+
+
+def explain_by_saturation(
+    channel: int, run: ConsistencyRun, well: ConsistencyRun, window: Window, noise: float
+) -> Explanation | None:
+    """Return what it explains that a channel is saturated; None when the others expect no more of it.
+
+    Args:
+        channel: Left out where it is at its limit.
+        run: Without these samples.
+        well: With them.
+        window: What was said.
+        noise: Variance of a sample of the channel.
+    """
+    y, z, S = window.y[:, channel], run.predicted[:, channel], run.variance[:, channel]
+    at_limit = samples_at_limit(y)
+    at_limit[0] = False
+    if at_limit.sum() < AT_LIMIT:
+        return None
+    beyond = np.where(at_limit, (z - np.nan_to_num(y)) * np.sign(np.nan_to_num(y)) / np.sqrt(S), 0.0)
+    if beyond[at_limit].mean() < 0.2:
+        return None
+    cost = np.where(at_limit, np.log(noise) - 2.0 * log_ndtr(beyond), 0.0)
+    gain = (well.total(0) - run.total(0) - window.halves(cost)) / run.spread(0)
+    limit = np.abs(y[at_limit]).max()
+    return Explanation((channel,), f"is saturated at {limit:.3g}", gain, run.spread(0), needs_both=False)
+
+
+def samples_at_limit(y: Array) -> NDArray[np.bool_]:
+    """Return which samples repeat the largest or smallest value of the window exactly, (k,)."""
+    found = np.zeros(y.shape, dtype=bool)
+    if np.isfinite(y).any():
+        for extreme in (np.nanmax(y), np.nanmin(y)):
+            there = y == extreme
+            if there.sum() >= AT_LIMIT:
+                found |= there
+    return found
+
+
+def shortlist(
+    run: ConsistencyRun, hypotheses: Sequence[Rearrangement], window: Window, most: int
+) -> list[int]:
+    """Return the channels that may be detached: their sign does not matter, or they are far off."""
+    flips = {h.channels[0]: run.misfit[:, i].sum() for i, h in enumerate(hypotheses) if len(h.channels) == 1}
+    by_sign = sorted(flips, key=lambda channel: flips[channel])
+    by_misfit = sorted(flips, key=lambda channel: -run.marginal[channel])
+    best = hypotheses[int(np.argmin(run.misfit.sum(axis=0)))].channels
+    found: list[int] = list(best)
+    for pair in zip(by_sign, by_misfit, strict=True):
+        found += [channel for channel in pair if channel not in found]
+    heard = np.isfinite(window.y).sum(axis=0) > len(window.t) // 2
+    return [channel for channel in found if heard[channel]][:most]
+
+
+def decide(explanations: Sequence[Explanation]) -> Explanation | None:
+    """Return the explanation to be told; None when nothing is clear or it may be another channel."""
+    named = [e for e in explanations if e.words and e.is_clear]
+    if not named:
+        return None
+    told = max(named, key=_total)
+    rivals = [_total(e) for e in explanations if e.is_excuse or set(e.channels) != set(told.channels)]
+    lead = max(RIVAL, RIVAL_SHARE * _total(told))
+    return told if _total(told) >= max(rivals, default=0.0) + lead else None
+
+
+def _total(explanation: Explanation) -> float:
+    return float(explanation.gain.sum())
+
+
+def _is_deaf(y: Array, z: Array, noise: float) -> bool:
+    """Return whether a channel shows nothing of what the others predict for it."""
+    if y.size < AT_LIMIT:
+        return False
+    y, z = y - y.mean(), z - z.mean()
+    wanted, shown = float(z.dot(z)), float(y.dot(y))
+    correlation = abs(float(y.dot(z))) / np.sqrt(max(wanted * shown, 1e-300))
+    is_white = abs(float(y[1:].dot(y[:-1]))) <= 0.5 * shown
+    is_quiet = shown <= QUIET**2 * noise * y.size
+    return bool(correlation <= FOLLOWS and (is_white or is_quiet))

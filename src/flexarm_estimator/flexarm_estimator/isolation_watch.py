@@ -1,0 +1,135 @@
+"""The watch that names a channel at fault: flipped, detached, saturated, swapped.
+
+Every tick costs a place in a ring and a look at the verdicts. When innovations are larger than they should
+be, or a self-check is due, the ring is investigated (``investigation``), a piece at every tick.
+A convicted channel is investigated again and again, and acquitted when all is well with it.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Sequence
+
+from flexarm_estimator.channels import Channels
+from flexarm_estimator.investigation import Case, Entry, Investigation, investigate, reconsider
+from flexarm_estimator.isolation import Explanation
+from flexarm_estimator.parts import Parts
+from flexarm_estimator.watch import Finding, View, Watch
+from flexarm_estimator.window import StepMaker
+from flexarm_model.description import SensorSpec
+
+_LENGTH = 100  # ticks in the ring: half a second at 200 Hz
+_SHORTEST = 40  # ticks of the shortest window that is investigated
+_RESOLUTION = 1e-5  # s; periods that differ by less are one
+_SELF_CHECK = 1.0  # s between investigations without suspicion
+_PAUSE = 0.05  # s between two investigations
+_EVERY = 2  # ticks between two looks at the verdicts
+_MEMORY = 0.9  # of the mean squared innovation from one look to the next
+_SUSPICIOUS = 1.5  # mean squared normalised innovation of a sensor
+
+
+class IsolationWatch(Watch):
+    """Names channels at fault."""
+
+    def __init__(self, specs: Sequence[SensorSpec]) -> None:
+        """Take the sensors of the arm."""
+        self._specs = tuple(specs)
+        self._maker = StepMaker(_RESOLUTION)
+        self.restart(0.0)
+
+    def use(self, parts: Parts) -> None:
+        """See Watch."""
+        self._parts = parts
+        self._channels = Channels(self._specs, parts.sensors.rows)
+
+    def restart(self, t: float) -> None:
+        """See Watch."""
+        self._ring: deque[Entry] = deque(maxlen=_LENGTH)
+        self._work: Investigation | None = None
+        self._since = self._next = t
+        self._told: list[Explanation] = []
+        self._reconsidered: Explanation | None = None
+        self._squares: dict[str, float] = {}
+        self._ticks = self._suspected = 0  # the first tick of the present suspicion; 0 without
+
+    def look(self, view: View) -> Sequence[Finding]:
+        """See Watch."""
+        belief, parts = view.belief, self._parts
+        theta = belief.x[parts.layout.theta].copy()
+        self._ring.append(Entry(view.t, view.u, theta, view.samples, parts))
+        self._ticks += 1
+        if self._ticks % _EVERY == 0:
+            self._note(view)
+        if self._work is None:
+            self._begin(view.t)
+            return ()
+        try:
+            next(self._work)
+        except StopIteration as end:
+            self._work = None
+            self._next = view.t + _PAUSE
+            return self._conclude(end.value)
+        return ()
+
+    def _note(self, view: View) -> None:
+        squares = self._squares
+        for verdict in view.verdicts:
+            square = min(verdict.normalised**2, 100.0)
+            squares[verdict.sensor] = square + _MEMORY * (squares.get(verdict.sensor, 0.0) - square)
+        if len(view.verdicts) < len(view.samples):
+            self._note_unheard(view)
+        is_suspicious = max(squares.values(), default=0.0) >= _SUSPICIOUS
+        self._suspected = (self._suspected or self._ticks) if is_suspicious else 0
+
+    def _note_unheard(self, view: View) -> None:
+        """Suspect the sensors that something else has put out of use."""
+        heard = {verdict.sensor for verdict in view.verdicts}
+        known = {self._channels.all[channel].sensor for told in self._told for channel in told.channels}
+        for sample in view.samples:
+            if sample.sensor in self._channels.spans and sample.sensor not in heard | known:
+                self._squares[sample.sensor] = 2.0 * _SUSPICIOUS
+
+    def _begin(self, t: float) -> None:
+        """Open an investigation if there is reason and material for one."""
+        count = min(_LENGTH, self._ticks - self._suspected + 1) if self._suspected else _LENGTH
+        is_due = self._suspected or t >= self._since + _SELF_CHECK
+        if t < self._next or not is_due or not _SHORTEST <= count <= len(self._ring):
+            return
+        entries = tuple(self._ring)[-count:]
+        self._since = entries[0].t
+        convicted = frozenset(channel for told in self._told for channel in told.channels)
+        case = Case(self._channels, convicted, self._maker)
+        self._reconsidered = self._told[0] if self._told and self._reconsidered is None else None
+        if self._reconsidered is None:
+            self._work = investigate(case, entries)
+        else:
+            self._work = reconsider(case, entries, self._reconsidered)
+
+    def _conclude(self, explanation: Explanation | None) -> list[Finding]:
+        if explanation is None:
+            if self._reconsidered is not None:  # the next one first, the next time
+                self._told = [*self._told[1:], *self._told[:1]]
+            return []
+        if self._reconsidered is not None:
+            self._told.remove(explanation)
+            return [Finding(sensor, "", is_fault=True) for sensor in self._sensors(explanation)]
+        self._told.append(explanation)
+        self._squares.clear()
+        return [
+            Finding(self._channels.all[channel].sensor, self._say(channel, explanation), True, self._since)
+            for channel in explanation.channels
+        ]
+
+    def _sensors(self, explanation: Explanation) -> list[str]:
+        still = {channel for told in self._told for channel in told.channels}
+        names = {self._channels.all[channel].sensor for channel in explanation.channels}
+        return sorted(names - {self._channels.all[channel].sensor for channel in still})
+
+    def _say(self, channel: int, explanation: Explanation) -> str:
+        channels = self._channels.all
+        others = [channels[other] for other in explanation.channels if other != channel]
+        partner = " ".join(f"{other.sensor} {other.name}".strip() for other in others)
+        words = explanation.words.format(partner)
+        gain = float(explanation.gain.sum())
+        said = f"{words} ({gain:.0f} squared sigmas better explained than by a sound sensor)"
+        return f"{channels[channel].name}: {said}" if channels[channel].name else said

@@ -1,0 +1,89 @@
+"""A piece of the recent past, and the joint steps through it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexarm_estimator.joint_step import JointStep
+from flexarm_estimator.parts import Parts
+from flexarm_estimator.stack import stack_rows
+
+Array = NDArray[np.float64]
+_CACHE_SIZE = 200  # joint steps
+
+
+@dataclass(frozen=True)
+class Window:
+    """The recent past.
+
+    Attributes:
+        t: Stamps [s], (k,).
+        u: [tau; 1] held until then, (k, n_u + 1).
+        y: What the channels said, NaN where nothing, (k, m).
+        parts: Model in use at each.
+        theta: Axes at the start, a guess [rad] or [m], (n_theta,).
+    """
+
+    t: Array
+    u: Array
+    y: Array
+    parts: list[Parts]
+    theta: Array
+
+    def halves(self, values: Array) -> Array:
+        """Return the sums over the first and the second half of values of all instants, (2, ...)."""
+        middle = (len(self.t) + 1) // 2
+        return np.array([values[:middle].sum(axis=0), values[middle:].sum(axis=0)])
+
+
+class WindowStep(NamedTuple):
+    """The matrices of a joint step without what only one sample needs.
+
+    Attributes:
+        m: Number of rows.
+        T: (m + n_x, n_x).
+        T_transposed: (n_x, m + n_x).
+        V: (m + n_x, n_u + 1).
+        noise: (m + n_x, m + n_x).
+        floor: Variance of every row with the force noise it feels, (m,).
+    """
+
+    m: int
+    T: Array
+    T_transposed: Array
+    V: Array
+    noise: Array
+    floor: Array
+
+
+class StepMaker:
+    """Joint steps of all rows, kept per model and period."""
+
+    def __init__(self, resolution: float) -> None:
+        """Take periods as equal that differ by less than ``resolution`` [s]."""
+        self._resolution = resolution
+        self._steps: dict[tuple[int, int], tuple[Parts, WindowStep]] = {}
+
+    def step(self, parts: Parts, dt: float) -> WindowStep:
+        """Return the step of a model over ``dt`` [s]."""
+        count = max(1, round(dt / self._resolution))
+        key = id(parts), count
+        if key not in self._steps:
+            if len(self._steps) >= _CACHE_SIZE:
+                self._steps.clear()
+            self._steps[key] = parts, _make(parts, count * self._resolution)
+        return self._steps[key][1]
+
+
+def _make(parts: Parts, dt: float) -> WindowStep:
+    stack = stack_rows(list(parts.sensors.rows.values()), parts.process.force_cov)
+    step = JointStep(parts.process.step(dt), stack)
+    T, T_transposed, V, noise = (
+        np.ascontiguousarray(array)
+        for array in (step.T[:-1], step.T_transposed[:, :-1], step.V[:-1], step.noise[:-1, :-1])
+    )
+    return WindowStep(step.m, T, T_transposed, V, noise, stack.R_total.diagonal().copy())
