@@ -88,7 +88,13 @@ def _names(stand: Stand, kind: str) -> set[str]:
 
 
 LATE = tuple(
-    Case(every(CAMERA), SensorFault("delayed", delay=delay), (tip_within(1.05),), f"{_ms(delay)} late")
+    Case(
+        every(CAMERA),
+        SensorFault("delayed", delay=delay),
+        (tip_within(1.05),),
+        f"{_ms(delay)} late",
+        throughout=True,
+    )
     for delay in DELAYS
 )
 ROWS = (

@@ -40,7 +40,8 @@ class Case:
         fault: What is wrong with each of them; its times are those of the drill.
         measures: What is measured.
         label: Tells it from other runs of the row.
-        end: When the fault ends [s].
+        end: When the fault ends, or the measurement where it lasts for the whole run [s].
+        throughout: The fault is there for the whole run.
     """
 
     choose: Choice
@@ -48,13 +49,14 @@ class Case:
     measures: tuple[Measure, ...]
     label: str = ""
     end: float = FAULT_END
+    throughout: bool = False
 
     def play(self, stand: Bench) -> list[Finding]:
         """Run it; nothing where the machine has no such sensor."""
         names = self.choose(stand)
         if not names:
             return []
-        fault = replace(self.fault, start=FAULT_START, end=self.end)
+        fault = self.fault if self.throughout else replace(self.fault, start=FAULT_START, end=self.end)
         trace = stand.play(dict.fromkeys(names, fault))
         trial = Trial(stand, trace, names, FAULT_START, self.end, self.label)
         return [measure(trial) for measure in self.measures]
