@@ -3,6 +3,8 @@
   flexarm replay BAG                      is the bag whole, and what do the libraries make of it?
   flexarm replay BAG --output DIR         write their messages to a new bag; twice gives equal files
   flexarm replay BAG --against GOLDEN     compare every field with another bag (or with BAG itself)
+  flexarm replay BAG --remap /joint_states:=joint_states --remap /imu:=imu/tip_accelerometer
+                                          a bag of another robot: what can the estimator not use of it?
 
 A lockstep recording and its replay agree. A recording in real time holds what reached the recorder, in
 that order, and the estimator may have seen another; compare its replays with each other.
@@ -15,14 +17,18 @@ from __future__ import annotations
 import argparse
 import sys
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 
 from flexarm_bringup.bag_reader import Bag, check_bag
 from flexarm_bringup.compare import Comparison, compare_bags
+from flexarm_bringup.foreign_bag import Fed, feed_bag, read_remaps
 from flexarm_bringup.replay_bag import NEEDED, OUTPUTS, replay
 from flexarm_bringup.report import Cells, Check, Column, Page, Table, add_report_arguments, publish
+from flexarm_estimator.settings import EstimatorConfig
+from flexarm_model.config import load_config
+from flexarm_model.manipulator_file import find_manipulator
 
 SHOWN = 10  # divergences
 UNUSABLE = 2
@@ -33,12 +39,23 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("bag", type=Path, help="folder of a recorded bag")
     parser.add_argument("--output", type=Path, metavar="DIR", help="keep the messages in a new bag")
     parser.add_argument("--against", type=Path, metavar="GOLDEN", help="compare them with those of this bag")
+    parser.add_argument(
+        "--remap",
+        action="append",
+        default=[],
+        metavar="FROM:=TO",
+        help="feed this topic of another robot's bag to the estimator alone; may be given several times",
+    )
+    parser.add_argument("--manipulator", default="single_link", help="whose estimator that is (single_link)")
+    parser.add_argument("--preset", default="", help="preset of that manipulator")
     add_report_arguments(parser)
 
 
 def run(args: argparse.Namespace) -> int:
     """Replay, compare, report; return the exit code."""
     try:
+        if args.remap:
+            return publish(foreign_page(args), args)
         bag = check_bag(args.bag, NEEDED)
         golden = check_bag(args.against, OUTPUTS[:1]) if args.against else None
         with _folder(args.output) as folder:
@@ -48,6 +65,21 @@ def run(args: argparse.Namespace) -> int:
         return UNUSABLE
     comparison = compare_bags(golden, replayed, OUTPUTS) if golden else None
     return publish(page(bag, replayed, comparison), args)
+
+
+def foreign_page(args: argparse.Namespace) -> Page:
+    """Feed a bag of another robot and return what there is to say about it.
+
+    Raises:
+        BagError, ConfigError: The bag, a topic or the manipulator cannot be used.
+    """
+    bag, remaps = check_bag(args.bag), read_remaps(args.remap)
+    config = load_config(find_manipulator(args.manipulator), args.preset)
+    fed = feed_bag(bag, remaps, config, EstimatorConfig())
+    statuses = ", ".join(f"{count} {status}" for status, count in fed.statuses.items()) or "none"
+    lead = f"Fed to the estimator of {config.name}. Estimates: {statuses}."
+    data = {"ignored": fed.ignored, "estimates": fed.statuses}
+    return Page(f"Replay of {args.bag}", lead, _foreign_tables(fed, remaps), data=data)
 
 
 def page(bag: Bag, replayed: Bag, comparison: Comparison | None) -> Page:
@@ -77,6 +109,24 @@ def _divergence_table(comparison: Comparison) -> Table:
     notes = [f"{rest} more messages differ"] if rest else []
     heads = [Column(title) for title in ("stamp [s]", "topic", "field", "found")]
     return Table("Divergences, first field of each message", heads, rows, notes)
+
+
+def _foreign_tables(fed: Fed, remaps: Mapping[str, str]) -> list[Table]:
+    messages: list[Cells] = [[name, count, remaps[name]] for name, count in fed.used.items()]
+    messages += [[name, count, "-"] for name, count in sorted(fed.unused.items())]
+    ignored: list[Cells] = [
+        [source, reason, n] for source, reasons in fed.ignored.items() for reason, n in reasons.items()
+    ]
+    sensors: list[Cells] = [[r.name, r.accepted, r.rejected, r.status, r.reason] for r in fed.sensors]
+    return [
+        Table("Messages", [Column("topic"), Column("count", "d"), Column("fed as")], messages),
+        Table("Ignored", [Column("sensor or topic"), Column("reason"), Column("count", "d")], ignored),
+        Table(
+            "Sensors at the end",
+            [Column("sensor"), Column("fused", "d"), Column("refused", "d"), Column("status"), Column("why")],
+            sensors,
+        ),
+    ]
 
 
 @contextmanager

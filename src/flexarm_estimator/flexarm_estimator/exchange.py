@@ -6,7 +6,7 @@ The node connects it to DDS, the replay to a bag; both therefore do the same.
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -158,11 +158,13 @@ class EstimatorExchange:
 
     def diagnostics(self, stamp_ns: int) -> Any:
         """Return the DiagnosticArray of now."""
-        figures, refusals = {}, dict(self.notes.counts)
-        if self.estimator is not None:
-            figures = self.estimator.figures()
-            refusals |= self.estimator.health.refusals.counts
-        return diagnostics_msg(self.estimate, self.model_fault, refusals, stamp_ns, figures)
+        figures = {} if self.estimator is None else self.estimator.figures()
+        return diagnostics_msg(self.estimate, self.model_fault, self.refusals(), stamp_ns, figures)
+
+    def refusals(self) -> dict[str, Mapping[str, int]]:
+        """Return how much was refused so far, by sensor or topic and reason."""
+        of_sensors = {} if self.estimator is None else self.estimator.health.refusals.counts
+        return {**self.notes.counts, **of_sensors}
 
     def _take(self, model: ReducedModel, stamp_ns: int) -> None:
         try:
