@@ -124,11 +124,15 @@ class StateFlow:
         A[n : 2 * n, self._rest] = motion.M_inv.dot(self._push)
         Q[n : 2 * n, n : 2 * n] = motion.M_inv.dot(self._force_psd).dot(motion.M_inv)
         G[n : 2 * n] = motion.M_inv
-        integrals = ExponentialIntegrals(A, Q)
-        E, integral, noise = integrals.at(dt)
-        overlap = integral if dt <= self._averaging else integrals.at(self._averaging)[1]
-        after = x + integral.dot(self._derivative(x, motion))
-        return LocalStep(after, E, integral, noise, overlap.dot(G).dot(self._force_cov))
+        if not (np.isfinite(A).all() and np.isfinite(Q).all()):
+            raise NoFlow("the motion's tangent is not finite")
+        with np.errstate(all="ignore"):  # a wild state; what comes of it is checked
+            E, integral, noise, overlap = self._integrate(A, Q, dt)
+            after = x + integral.dot(self._derivative(x, motion))
+            cross = overlap.dot(G).dot(self._force_cov)
+        if not (np.isfinite(after).all() and np.isfinite(noise).all()):
+            raise NoFlow("the step is not finite")
+        return LocalStep(after, E, integral, noise, cross)
 
     def rows(self, x: Array, u: Array) -> Array:
         """Return the sensors' rows, (n_y,).
@@ -151,6 +155,8 @@ class StateFlow:
         C[:, : 2 * self._n] = slopes.rows
         D_w = slopes.rows_a.dot(motion.M_inv)
         C[:, self._rest] += D_w.dot(self._push)
+        if not np.isfinite(C).all():
+            raise NoFlow("the rows' tangent is not finite")
         return LocalRows(self._arm.rows(motion) + self._C.dot(x), C, D_w)
 
     def _move(self, x: Array, u: Array) -> Motion:
@@ -163,6 +169,13 @@ class StateFlow:
         if not np.isfinite(motion.a).all():
             raise NoFlow("the acceleration is not finite")
         return motion
+
+    def _integrate(self, A: Array, Q: Array, dt: float) -> tuple[Array, Array, Array, Array]:
+        """Return transition, its integral, noise, and the integral over what accelerometers average."""
+        integrals = ExponentialIntegrals(A, Q)
+        E, integral, noise = integrals.at(dt)
+        is_shorter = dt <= self._averaging
+        return E, integral, noise, integral if is_shorter else integrals.at(self._averaging)[1]
 
     def _derivative(self, x: Array, motion: Motion) -> Array:
         n = self._n
