@@ -23,12 +23,14 @@ from flexarm_estimator.history import Instant
 from flexarm_estimator.joint_step import JointStep, PreparedStep
 from flexarm_estimator.pose_update import PoseUpdate
 from flexarm_estimator.process import ProcessModel
+from flexarm_estimator.reopening import SIZES, Reopening
 from flexarm_estimator.sensors import SensorModels
 from flexarm_estimator.stack import Stack, StackedSample
 from flexarm_estimator.step_runner import make_runner
 
 Array = NDArray[np.float64]
 _CACHE_SIZE = 512  # joint steps
+_AGREED = 1.0  # sigma
 
 
 class Fusion:
@@ -48,7 +50,7 @@ class Fusion:
     ) -> None:
         """Bind the parts; ``steps`` is the filter, the linear one if None."""
         self._source = ServedSteps(process, models) if steps is None else steps
-        self._models, self._gate, self.widening = models, gate, process.widening
+        self._models, self._gate, self.widen = models, gate, process.widen
         self._limits = BiasLimits(process.layout, process.biases.values())
         self._poses = frozenset(models.poses)
         n_x = process.system.n_x
@@ -118,6 +120,25 @@ class Fusion:
 
     def _compute_one(self, before: Instant, instant: Instant, is_stepped: bool = False) -> list[Verdict]:
         """Compute one instant; ``is_stepped`` leaves out the step to it, which has been done."""
+        verdicts = self._judge_one(before, instant, is_stepped)
+        if verdicts and not instant.is_reopened and self._gate.has_doubt(verdicts, instant.t):
+            verdicts = self._reopen(before, instant, verdicts)
+        if verdicts:
+            self._settle(instant, verdicts)
+        return verdicts
+
+    def _reopen(self, before: Instant, instant: Instant, verdicts: list[Verdict]) -> list[Verdict]:
+        """Widen the covariance until those that doubted the state agree with it."""
+        doubters, age = self._gate.note_reopening(verdicts, instant.t)
+        for size in SIZES:
+            instant.reopening = Reopening(size, age)
+            verdicts = self._judge_one(before, instant)
+            if all(v.is_accepted and v.normalised <= _AGREED for v in verdicts if v.sensor in doubters):
+                break
+        return verdicts
+
+    def _judge_one(self, before: Instant, instant: Instant, is_stepped: bool = False) -> list[Verdict]:
+        """Compute one instant and judge what is new there."""
         verdicts: list[Verdict] | None = [] if is_stepped else None
         if verdicts is None and not instant.is_reopened:
             verdicts = self._step_jointly(before, instant)
@@ -126,13 +147,6 @@ class Fusion:
         for name in self._models.poses:
             if name in instant.pending or name in instant.fused:
                 verdicts += self._fuse_pose(name, instant)
-        if not verdicts:
-            return verdicts
-        if not instant.is_reopened and self._gate.has_doubt(verdicts, instant.t):
-            self._gate.note_reopening(verdicts, instant.t)
-            instant.is_reopened = True
-            return self._compute_one(before, instant)
-        self._settle(instant, verdicts)
         return verdicts
 
     def _settle(self, instant: Instant, verdicts: list[Verdict]) -> None:
@@ -200,8 +214,8 @@ class Fusion:
         """Predict and fuse with filterpy; leave out the rows that are refused."""
         transition = self._source.transition(before.belief, instant.t - before.t, instant.u)
         prior = instant.belief = self._filter.predict(before.belief, transition, instant.u)
-        if instant.is_reopened:
-            prior = instant.belief = Belief(prior.x, prior.P + self.widening)
+        if instant.reopening is not None:
+            prior = instant.belief = Belief(prior.x, prior.P + self.widen(instant.reopening))
         samples = instant.fused | instant.pending
         names = tuple([name for name in self._models.rows if name in samples])
         if not names:

@@ -5,7 +5,8 @@ a sensor out for ever after one impact: once a sensor has been refused ``reopen_
 row, the state is doubted instead; its covariance is widened at that instant, for all sensors, and
 the widening stays in the history so that a late camera frame does not undo it. When doubt returns
 within ``reopen_interval``, the state was not to blame: the sensor that asked for the first widening is
-distrusted for a while (a bias, a wrong unit), and the state is widened once more to get rid of it.
+distrusted for a while (a bias, a wrong unit), and the state is widened once more to get rid of it. An impact
+is felt by several sensors: they are not distrusted.
 """
 
 from __future__ import annotations
@@ -22,9 +23,11 @@ from scipy.stats import chi2, norm
 from flexarm_estimator.history import SAME_INSTANT
 from flexarm_estimator.measurement import Measurement
 from flexarm_estimator.settings import EstimatorConfig
-from flexarm_estimator.short_term import FROZEN, JUMP, SAME, SHIFT, Run, ShortTerm
+from flexarm_estimator.short_term import FROZEN, HELD, JUMP, SAME, SHIFT, Run, ShortTerm
 
 Array = NDArray[np.float64]
+_SHORTEST = 1e-3  # s
+_TOGETHER = 2  # refusals in a row of several sensors at once that make the state doubtful
 FAR, DISTRUSTED = "far from the prediction", "distrusted"
 
 
@@ -68,6 +71,7 @@ class Gate:
     def restart(self) -> None:
         """Forget what the sensors did."""
         self._refusals = dict.fromkeys(self._sigmas, 0)
+        self._refused_since = dict.fromkeys(self._sigmas, 0.0)
         self._past = {name: ShortTerm(sigma) for name, sigma in self._sigmas.items()}
         self._met: dict[str, list[tuple[Measurement, Run]]] = {}
         self._released: list[Measurement] = []
@@ -94,7 +98,7 @@ class Gate:
         met, reason, since = self._find(sensor, t), "", math.inf
         if met is not None:
             reason = self._past[sensor].doubt(met[1], nu, z)
-            if reason == SHIFT and self._is_any_disturbed(but=sensor):
+            if reason in (HELD, SHIFT) and self._is_common(sensor):
                 reason = ""
             since = met[1].since if reason in (FROZEN, SAME) else since
         if not reason and not 0.0 <= nis <= self._threshold[sensor]:
@@ -118,6 +122,8 @@ class Gate:
             if is_accepted:
                 self._refusals[sensor] = 0
             elif reason in (FAR, DISTRUSTED):
+                if not self._refusals[sensor]:
+                    self._refused_since[sensor] = t
                 self._refusals[sensor] += 1
             met = self._find(sensor, t)
             if met is None:
@@ -138,19 +144,29 @@ class Gate:
         dropped, self._released, self._dropped = self._dropped, [], []
         return released, dropped
 
-    def note_reopening(self, verdicts: Iterable[Verdict], t: float) -> None:
-        """Remember that the covariance was widened at ``t``; a widening that did not help has a culprit."""
+    def note_reopening(self, verdicts: Iterable[Verdict], t: float) -> tuple[set[str], float]:
+        """Remember that the covariance was widened at ``t``; a widening that did not help has a culprit.
+
+        Returns:
+            The sensors that doubt the state, and for how long the first of them has been refused [s].
+        """
         if t >= self._distrusted_until:
             self._distrusted = set()
-        if t - self._reopened_at < self._config.reopen_interval and self._accusers:
+        accusers = self._find_accusers(verdicts, t)
+        is_soon = t - self._reopened_at < self._config.reopen_interval
+        if is_soon and len(self._accusers) == 1 and accusers.isdisjoint(self._accusers):
             self._distrusted = self._accusers
             self._distrusted_until = t + self._config.distrust
-        self._accusers = self._find_accusers(verdicts, t) - self._distrusted
+        self._accusers = accusers - self._distrusted
         self._reopened_at = t
+        since = min((self._refused_since[sensor] for sensor in self._accusers), default=t)
+        return set(self._accusers), max(t - since, _SHORTEST)
 
-    def _is_any_disturbed(self, but: str) -> bool:
-        """Return whether other sensors are surprised, too: then something did happen to the arm."""
-        return any(self._past[s].is_disturbed or self._refusals[s] >= 2 for s in self._past if s != but)
+    def _is_common(self, sensor: str) -> bool:
+        """Return whether others were surprised when this one was: then something did happen to the arm."""
+        since = self._past[sensor].surprised_at
+        others = (past for name, past in self._past.items() if name != sensor)
+        return any(abs(past.surprised_at - since) <= SAME_INSTANT for past in others)
 
     def _find(self, sensor: str, t: float) -> tuple[Measurement, Run] | None:
         for met in self._met.get(sensor, ()):
@@ -160,7 +176,10 @@ class Gate:
 
     def _find_accusers(self, verdicts: Iterable[Verdict], t: float) -> set[str]:
         refused = {v.sensor for v in verdicts if v.reason == FAR and not self._is_distrusted(v.sensor, t)}
-        return {sensor for sensor in refused if self._refusals[sensor] >= self._config.reopen_after}
+        together = {sensor for sensor in refused if self._refusals[sensor] >= _TOGETHER}
+        if len(together) > 1:
+            return together
+        return {sensor for sensor in together if self._refusals[sensor] >= self._config.reopen_after}
 
     def _is_distrusted(self, sensor: str, t: float) -> bool:
         return sensor in self._distrusted and t < self._distrusted_until

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from flexarm_estimator.filter import Belief
 from flexarm_estimator.joint_step import PreparedStep
 from flexarm_estimator.measurement import Measurement
+from flexarm_estimator.reopening import Reopening
 
 Array = NDArray[np.float64]
 SAME_INSTANT = 1e-6  # s; stamps closer than this are one instant
@@ -32,7 +33,7 @@ class Instant:
         fused: Samples that belong to the state, by sensor.
         pending: Samples not judged yet, by sensor.
         prepared: Joint step that leads here, kept for computing again; None when it has to be made.
-        is_reopened: The covariance was widened here because the state was doubted.
+        reopening: The covariance was widened here because the state was doubted; None where it was not.
     """
 
     t: float
@@ -40,8 +41,13 @@ class Instant:
     belief: Belief
     fused: dict[str, Measurement] = field(default_factory=dict)
     pending: dict[str, Measurement] = field(default_factory=dict)
-    is_reopened: bool = False
+    reopening: Reopening | None = None
     prepared: PreparedStep | None = None
+
+    @property
+    def is_reopened(self) -> bool:
+        """The state was doubted here."""
+        return self.reopening is not None
 
 
 class History:

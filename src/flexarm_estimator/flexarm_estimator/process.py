@@ -24,6 +24,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexarm_estimator.bias_states import with_biases
+from flexarm_estimator.reopening import Reopening, widen
 from flexarm_estimator.sag import sag_sigma, with_sag
 from flexarm_estimator.settings import EstimatorConfig
 from flexarm_estimator.state_layout import StateLayout
@@ -66,7 +67,6 @@ class ProcessModel:
         force_cov: Covariance of the force noise averaged over ``force_averaging``, (n, n).
         P0: Covariance at the start, (n_x, n_x).
         biases: What the biases in the state may be, by row.
-        widening: Added to the covariance when the state is doubted, (n_x, n_x).
     """
 
     def __init__(
@@ -100,7 +100,11 @@ class ProcessModel:
         sigma_b = [bias.sigma for bias in biases.values()]
         sigma = np.concatenate([_initial_sigma(model, config, inertia), sigma_b, sigma_s])
         self.P0 = np.diag(sigma**2)
-        self.widening = np.diag(np.where(np.arange(sigma.size) < 2 * n, sigma, 0.0) ** 2)
+        self._sigma, self._disturbance = sigma, config.initial_disturbance
+
+    def widen(self, reopening: Reopening) -> Array:
+        """Return what is added to the covariance when the state is doubted, (n_x, n_x)."""
+        return widen(reopening, self._sigma, self.layout, self._disturbance)
 
     def step(self, dt: float) -> Transition:
         """Return the step over ``dt`` > 0 seconds; equal periods (to 1 ns) are computed once."""

@@ -147,9 +147,9 @@ class ShortTerm:
         return Outcome(held, []) if z > 0.5 * limit else Outcome([], held)
 
     @property
-    def is_disturbed(self) -> bool:
-        """Several samples in a row do not fit."""
-        return len(self._held) >= _HELD_MAX
+    def surprised_at(self) -> float:
+        """Stamp of the first sample that is held [s]; infinite if there is none."""
+        return self._held[0].sample.t if self._held else math.inf
 
     def _limit(self) -> float:
         return _JUMP * max(_USUAL_MIN, math.sqrt(self._usual2))

@@ -95,9 +95,9 @@ def backward_step(fusion: Fusion, before: Belief, t: float, instant: Instant) ->
     nu = step.y - mean[:m]
     joint = np.empty((m + 2 * n, m + 2 * n))
     joint[: m + n, : m + n] = J[:-1, :-1]
-    if instant.is_reopened:
+    if instant.reopening is not None:
         felt = np.eye(n) if step.stack is None else np.vstack([step.stack.C, np.eye(n)])
-        joint[: m + n, : m + n] += felt.dot(fusion.widening).dot(felt.T)
+        joint[: m + n, : m + n] += felt.dot(fusion.widen(instant.reopening)).dot(felt.T)
     joint[m + n :, : m + n] = reach.dot(before.P).T
     joint[m + n :, m + n :] = before.P
     scale = np.sqrt(np.maximum(joint.diagonal(), 1e-300))

@@ -23,6 +23,7 @@ from flexarm_estimator.estimator import Estimator
 from flexarm_estimator.filter import Belief
 from flexarm_estimator.measurement import Measurement
 from flexarm_estimator.process import ProcessModel
+from flexarm_estimator.reopening import Reopening
 from flexarm_estimator.settings import EstimatorConfig
 from flexarm_estimator.state_layout import StateLayout
 from flexarm_model.description import BiasSpec, SensorSpec
@@ -150,7 +151,7 @@ def test_a_bias_is_one_unit_of_its_row_and_goes_its_own_random_walk():
     np.testing.assert_array_equal(process.system.C[[1, 2]][:, b], np.eye(2))
     assert not process.system.C[[0, 3, 4, 5], b].any()
     np.testing.assert_allclose(np.sqrt(np.diag(process.P0)[b]), [20e-6, 0.3])
-    assert not process.widening[b].any()
+    assert not process.widen(Reopening(1.0, 0.03))[b].any()
 
 
 def test_the_longest_step_with_biases_equals_the_matrix_exponential():
