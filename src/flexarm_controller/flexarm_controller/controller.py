@@ -74,6 +74,8 @@ class Controller:
         self.config, self._mpc_config = config or ControllerConfig(), mpc or MpcConfig()
         self._limits, self._clock = limits, clock
         self.reference: Reference | None = None
+        self._former_id = ""
+        self.model = model
         self.adopt(model)
         self.reset()
 
@@ -87,6 +89,7 @@ class Controller:
     def adopt(self, model: ReducedModel | Laws) -> None:
         """Go on with another model of the same arm, at once where its laws are built already."""
         laws = model if isinstance(model, Laws) else self.prepare(model)
+        self._former_id = self.model.model_id
         self.model, self._feedback, self._damping = laws.model, laws.feedback, laws.damping
         if laws.mpc is not None:
             self._mpc = laws.mpc
@@ -132,7 +135,9 @@ class Controller:
     def _fault(self, state: ArmState) -> str:
         """Return why the state cannot be used; empty when it can."""
         if state.model_id != self.model.model_id:
-            return f"state belongs to model {state.model_id}, the controller has {self.model.model_id}"
+            is_behind = state.model_id == self._former_id
+            stale = "the estimator still uses the one before" if is_behind else "the controller lacks it"
+            return f"state belongs to model {state.model_id}, the controller has {self.model.model_id}: {stale}"
         if not state.is_finite:
             return "state is not finite"
         return "" if state.usable else f"estimator: {state.reason or 'state is not usable'}"

@@ -87,6 +87,17 @@ def test_a_state_that_cannot_be_used_brakes_with_the_reason(state, reason, law):
     assert np.isfinite(command.tau).all() and command.tau[0] <= 0.0
 
 
+def test_a_state_of_another_model_says_which_side_is_behind():
+    ladder = controller()
+    other = replace(MODEL, D=2.0 * MODEL.D)
+    ahead = ladder.step(replace(state_of(MOVING, MODEL), model_id=other.model_id))
+    assert ahead.reason.endswith("the controller lacks it")
+    ladder.adopt(other)
+    behind = ladder.step(state_of(MOVING, MODEL))
+    assert behind.reason.endswith("the estimator still uses the one before")
+    assert MODEL.model_id in behind.reason and other.model_id in behind.reason
+
+
 def test_a_velocity_that_is_not_a_number_gives_a_finite_torque():
     state = replace(state_of(MOVING, MODEL), theta_dot=np.array([np.nan]))
     assert np.isfinite(controller().step(state).tau).all()

@@ -95,7 +95,10 @@ def model_from_msg(msg: ReducedModelMsg) -> ReducedModel:
     )  # fmt: skip
     _array(msg, "f_hz", n_eta)
     if model.model_id != msg.model_id:
-        raise ModelMessageError(f"model_id: message says '{msg.model_id}', its content is '{model.model_id}'")
+        raise ModelMessageError(
+            f"model_id: message says '{msg.model_id}', its content is '{model.model_id}': it was changed on the "
+            "way, or the node that sent it is of another version of flexarm"
+        )
     return model
 
 
