@@ -137,7 +137,8 @@ class Controller:
         if state.model_id != self.model.model_id:
             is_behind = state.model_id == self._former_id
             stale = "the estimator still uses the one before" if is_behind else "the controller lacks it"
-            return f"state belongs to model {state.model_id}, the controller has {self.model.model_id}: {stale}"
+            ids = f"state belongs to model {state.model_id}, the controller has {self.model.model_id}"
+            return f"{ids}: {stale}"
         if not state.is_finite:
             return "state is not finite"
         return "" if state.usable else f"estimator: {state.reason or 'state is not usable'}"

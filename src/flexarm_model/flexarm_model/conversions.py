@@ -96,8 +96,8 @@ def model_from_msg(msg: ReducedModelMsg) -> ReducedModel:
     _array(msg, "f_hz", n_eta)
     if model.model_id != msg.model_id:
         raise ModelMessageError(
-            f"model_id: message says '{msg.model_id}', its content is '{model.model_id}': it was changed on the "
-            "way, or the node that sent it is of another version of flexarm"
+            f"model_id: message says '{msg.model_id}', its content is '{model.model_id}': "
+            "it was changed on the way, or its sender is of another version of flexarm"
         )
     return model
 
