@@ -16,7 +16,6 @@ from numpy.typing import NDArray
 
 from flexarm_estimator.filter import Belief
 from flexarm_estimator.state_layout import StateLayout
-from flexarm_model.description import BiasSpec
 
 Array = NDArray[np.float64]
 
@@ -24,9 +23,9 @@ Array = NDArray[np.float64]
 class BiasLimits:
     """The limits of all biases of a state."""
 
-    def __init__(self, layout: StateLayout, biases: Iterable[BiasSpec]) -> None:
-        """Take the limits of ``layout.biases``, in their order."""
-        self._b, self._limits = layout.b, [bias.limit for bias in biases]
+    def __init__(self, layout: StateLayout, limits: Iterable[float]) -> None:
+        """Take the limits of ``layout.biases``, in their order, SI."""
+        self._b, self._limits = layout.b, list(limits)
 
     def hold(self, belief: Belief) -> bool:
         """Lead the mean back to the limits, in place; return whether it was beyond one."""

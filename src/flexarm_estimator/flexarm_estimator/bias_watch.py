@@ -59,7 +59,9 @@ class BiasWatch(Watch):
         self._belief = view.belief
         found: list[Finding] = []
         for name, value in zip(self._names, view.belief.x[self._at].tolist(), strict=True):
-            row = self._rows[name]
+            row = self._rows.get(name)
+            if row is None:  # a rate
+                continue
             if abs(value) < _AT_LIMIT * row.limit:
                 self._since.pop(name, None)
                 continue

@@ -23,7 +23,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from flexarm_estimator.bias_states import with_biases
+from flexarm_estimator.bias_states import bias_states, with_biases
 from flexarm_estimator.reopening import Reopening, widen
 from flexarm_estimator.sag import sag_sigma, with_sag
 from flexarm_estimator.settings import EstimatorConfig
@@ -66,7 +66,7 @@ class ProcessModel:
         system: Continuous state space.
         force_cov: Covariance of the force noise averaged over ``force_averaging``, (n, n).
         P0: Covariance at the start, (n_x, n_x).
-        biases: What the biases in the state may be, by row.
+        biases: States of the sensors' biases by name, in their order.
     """
 
     def __init__(
@@ -79,16 +79,16 @@ class ProcessModel:
             config: Settings.
             biases: Output rows "sensor.channel" that have a bias; none if None.
         """
-        n, n_theta, biases = model.n, model.n_theta, biases or {}
-        self.biases = biases
+        n, n_theta = model.n, model.n_theta
+        self.biases = bias_states(biases or {})
         sigma_s = sag_sigma(model, config)
-        self.layout = StateLayout(n, n_theta, tuple(biases), sigma_s.size)
+        self.layout = StateLayout(n, n_theta, tuple(self.biases), sigma_s.size)
         inertia = np.diag(model.M)[:n_theta]
         modal_force = _modal_force(model, config)
         torque_psd = (config.acceleration_noise * inertia) ** 2
         force_psd = np.concatenate([torque_psd, 2.0 * modal_force**2 / model.omega])
         arm = state_space(model, force_psd, (config.disturbance_drift * inertia) ** 2)
-        biased = with_biases(arm, model.outputs.names, biases)
+        biased = with_biases(arm, model.outputs.names, self.biases)
         self.system: StateSpace = with_sag(biased, model, config)
         self._averaging = config.force_averaging
         self.force_cov = np.diag(force_psd) / self._averaging
@@ -97,7 +97,7 @@ class ProcessModel:
         self._held = np.column_stack([self.system.B, self.system.c])
         self._integrals = ExponentialIntegrals(self.system.A, self.system.Q)
         self._cache: dict[int, Transition] = {}
-        sigma_b = [bias.sigma for bias in biases.values()]
+        sigma_b = [state.sigma for state in self.biases.values()]
         sigma = np.concatenate([_initial_sigma(model, config, inertia), sigma_b, sigma_s])
         self.P0 = np.diag(sigma**2)
         self._sigma, self._disturbance = sigma, config.initial_disturbance

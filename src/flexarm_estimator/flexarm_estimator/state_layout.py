@@ -17,7 +17,8 @@ class StateLayout:
     Attributes:
         n: Number of served coordinates xi = [theta; eta].
         n_theta: Number of actuated axes, and of unmodelled torques.
-        biases: Output rows "sensor.channel" that have a bias, in their order in the state.
+        biases: Output rows "sensor.channel" that have a bias, in their order in the state; behind them
+            "sensor.channel rate" of those that drift steadily.
         n_s: Number of static deflections, of the slowest modes.
     """
 

@@ -37,7 +37,7 @@ def belief_with(rng, x):
 
 def test_within_its_limits_nothing_is_touched():
     belief = belief_with(np.random.default_rng(1), [1.0, 2.0, 3.0, 0.9, -0.5])
-    assert not BiasLimits(LAYOUT, [BiasSpec(1.0, 0.0, 1.0)] * 2).hold(belief)
+    assert not BiasLimits(LAYOUT, [1.0, 1.0]).hold(belief)
     np.testing.assert_array_equal(belief.x, [1.0, 2.0, 3.0, 0.9, -0.5])
 
 
@@ -51,7 +51,7 @@ def test_the_state_led_back_is_the_likeliest_within_the_limits(beyond):
         bounds=[(None, None)] * 3 + [(-2.0, 2.0), (-50.0, 50.0)], method="L-BFGS-B", options={"ftol": 1e-15},
     )  # fmt: skip
     P = belief.P.copy()
-    assert BiasLimits(LAYOUT, [BiasSpec(1.0, 0.0, 2.0), BiasSpec(1.0, 0.0, 50.0)]).hold(belief)
+    assert BiasLimits(LAYOUT, [2.0, 50.0]).hold(belief)
     np.testing.assert_allclose(belief.x, best.x, atol=1e-4)
     assert abs(belief.x[3]) == 2.0
     np.testing.assert_array_equal(belief.P, P)

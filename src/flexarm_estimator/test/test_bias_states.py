@@ -160,6 +160,21 @@ def test_the_longest_step_with_biases_equals_the_matrix_exponential():
     np.testing.assert_allclose(step.A, expm(system.A * 0.1), rtol=1e-9, atol=1e-9)
 
 
+def test_a_bias_that_warms_up_has_a_rate_that_keeps_its_deviation_and_fades():
+    """Closed form of b' = r, r' = -r/T + w over a long step."""
+    T, h, sigma = 60.0, 0.08, 0.3e-6
+    warm = BiasSpec(2e-6, 0.0, 200e-6, sigma, T)
+    process = ProcessModel(MODEL, CONFIG, {"root_strain.strain": warm})
+    assert process.layout.biases == ("root_strain.strain", "root_strain.strain rate")
+    step, b = process.step(h), process.layout.b
+    fade = np.exp(-h / T)
+    np.testing.assert_allclose(step.A[b, b], [[1.0, T * (1 - fade)], [0.0, fade]], rtol=1e-12)
+    np.testing.assert_allclose(step.Q[b, b][1, 1], sigma**2 * (1 - fade**2), rtol=1e-12)
+    np.testing.assert_allclose(process.P0[b, b], np.diag([2e-6, sigma]) ** 2)
+    assert not process.system.C[:, b.stop - 1].any()
+    assert process.system.C[1, b.start] == 1.0
+
+
 def test_no_biases_leave_the_system_as_it_was():
     system = ProcessModel(MODEL, CONFIG).system
     assert with_biases(system, MODEL.outputs.names, {}) is system

@@ -208,17 +208,21 @@ Body: TypeAlias = RigidBody | Beam | ImportedBody | SuperelementBody
 
 @dataclass(frozen=True)
 class BiasSpec:
-    """What a sensor's channels may be off by, each by itself: a constant that drifts as a random walk.
+    """What a sensor's channels may be off by, each by itself: a constant that drifts.
 
     Attributes:
         sigma: One sigma when nothing has been learned yet, SI.
-        drift: Growth of one sigma per square root of time, SI/sqrt(s).
+        drift: Random walk, growth of one sigma per square root of time, SI/sqrt(s).
         limit: Largest that is believed; what lies beyond it is a fault, SI.
+        rate: One sigma of a steady drift, as warming up makes it; 0 for none, SI/s.
+        rate_time: How long such a drift lasts [s].
     """
 
     sigma: float
     drift: float
     limit: float
+    rate: float = 0.0
+    rate_time: float = 60.0
 
 
 @dataclass(frozen=True)

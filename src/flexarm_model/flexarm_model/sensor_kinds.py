@@ -106,6 +106,8 @@ def _bias(section: Section, dimension: str) -> BiasSpec | None:
         sigma=inner.quantity("sigma", dimension, above=0.0),
         drift=inner.quantity("drift", f"{dimension} drift", at_least=0.0),
         limit=inner.quantity("limit", dimension, above=0.0),
+        rate=inner.quantity("rate", f"{dimension} rate", BiasSpec.rate, at_least=0.0),
+        rate_time=inner.quantity("rate_time", "time", BiasSpec.rate_time, above=0.0),
     )
     if not bias.sigma <= bias.limit:
         raise inner.error("limit", inner.take("limit"), "must be at least one sigma")

@@ -297,7 +297,7 @@ def test_how_late_a_driver_stamps_is_read_and_nothing_by_default(tmp_path: Path)
 
 
 def test_a_bias_is_read_in_si_and_a_sensor_without_the_key_has_none(tmp_path: Path) -> None:
-    text = "bias: {sigma: 20 ustrain, drift: 0.5 ustrain/sqrt(s), limit: 200 ustrain}"
+    text = "bias: {sigma: 20 ustrain, drift: 0.5 ustrain/sqrt(s), limit: 200 ustrain, rate: 0.3 ustrain/s}"
     content = yaml.safe_load(TEXT)
     for sensor in content["sensors"].values():
         sensor.pop("bias", None)
@@ -307,4 +307,5 @@ def test_a_bias_is_read_in_si_and_a_sensor_without_the_key_has_none(tmp_path: Pa
     bias = biases.pop("root_strain")
     assert bias is not None
     assert (bias.sigma, bias.drift, bias.limit) == pytest.approx((20e-6, 0.5e-6, 200e-6), rel=1e-12)
+    assert (bias.rate, bias.rate_time) == pytest.approx((0.3e-6, 60.0), rel=1e-12)
     assert set(biases.values()) == {None}

@@ -27,7 +27,9 @@ WORTH = [
     ("rotational stiffness", "5 N m/rad", 5.0), ("damping", "3 N s/m", 3.0),
     ("rotational damping", "0.2 N m s/rad", 0.2), ("length drift", "2 um/sqrt(s)", 2e-6),
     ("angle drift", "3 urad/sqrt(s)", 3e-6), ("strain drift", "0.5 ustrain/sqrt(s)", 5e-7),
-    ("acceleration drift", "1 g/sqrt(s)", 9.80665),
+    ("acceleration drift", "1 g/sqrt(s)", 9.80665), ("length rate", "2 um/s", 2e-6),
+    ("angle rate", "3 urad/s", 3e-6), ("strain rate", "0.3 ustrain/s", 3e-7),
+    ("acceleration rate", "1 m/s^2/s", 1.0),
 ]  # fmt: skip
 
 
