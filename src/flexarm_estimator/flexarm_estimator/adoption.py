@@ -10,11 +10,17 @@ the kinetic energy of what cannot be written in the new modes, and so gives none
 lets the tip of a 3-TPT jump by 12 percent of its vibration at 2 mm, with it by 0.4.) The static shape of the
 old model, extrapolated from its pose, is not carried over: it is wrong in second order of the distance, by
 millimetres of a hinge that closes a loop, and the new model knows better.
+
+A filter that follows the arm's own motion has no such error: its state says where the arm is, whatever model
+wrote it. Then all of it is carried over, the static shape too (``keep_shape``)::
+
+    q0_new + Phi_new (xi_new - xi0_new) = q0_old + Phi_old (xi_old - xi0_old)
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,15 +34,50 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class StateMap:
-    """``x_new = T x_old``, T (n_x_new, n_x_old); ``added`` is the covariance of states that are new."""
+    """``x_new = T x_old + offset``, T (n_x_new, n_x_old); ``added`` is the covariance of new states."""
 
     T: Array
     added: Array
+    offset: Array | float = 0.0
 
     def apply(self, belief: Belief) -> Belief:
         """Return the belief in the new coordinates."""
         P = self.T @ belief.P @ self.T.T + self.added
-        return Belief(self.T @ belief.x, (P + P.T) / 2)
+        return Belief(self.T @ belief.x + self.offset, (P + P.T) / 2)
+
+
+def carry_over(old: Parts, new: Parts) -> StateMap:
+    """Return the map of the whole state for the filter in use.
+
+    Raises:
+        ValueError: The models are not of the same arm.
+    """
+    mapping, dependent = map_parts(old, new), new.fusion.dependent
+    return mapping if dependent is None else keep_shape(mapping, old, new, dependent)
+
+
+def keep_shape(mapping: StateMap, old: Parts, new: Parts, dependent: Sequence[int]) -> StateMap:
+    """Return the map that also carries over the static shape: the arm stays where it is.
+
+    Args:
+        mapping: What ``map_parts`` gives.
+        old: Parts of the state at hand.
+        new: Parts wanted.
+        dependent: Tree coordinates that follow the others where loops close.
+    """
+    n, n_theta, into = old.model.n, old.model.n_theta, new.layout
+    free = np.ones(old.model.q0.size, dtype=bool)
+    free[list(dependent)] = False  # these follow the others where loops close
+    modes = new.model.Phi[free, n_theta:]
+    mass = new.tree_mass[np.ix_(free, free)]
+    onto = np.linalg.solve(modes.T @ mass @ modes, modes.T @ mass)  # eta per displacement
+    T, offset = mapping.T.copy(), np.zeros(into.n_x)
+    for rows, start in ((into.eta, 0), (into.eta_dot, n)):
+        T[rows, start : start + n] = onto @ old.model.Phi[free]
+        T[rows, start : start + n_theta] -= onto @ new.model.Phi[free, :n_theta]
+    origin = [parts.model.q0 - parts.model.Phi @ parts.model.xi0 for parts in (old, new)]
+    offset[into.eta] = onto @ (origin[0] - origin[1])[free]
+    return replace(mapping, T=T, offset=offset)
 
 
 def map_parts(old: Parts, new: Parts) -> StateMap:

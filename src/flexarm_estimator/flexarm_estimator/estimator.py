@@ -12,7 +12,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from flexarm_estimator.adoption import map_parts
+from flexarm_estimator.adoption import carry_over
 from flexarm_estimator.clock import Clock
 from flexarm_estimator.estimate import Estimate
 from flexarm_estimator.filter import Belief
@@ -122,7 +122,7 @@ class Estimator:
             KeyError: It lacks an output row of a sensor.
         """
         parts = model if isinstance(model, Parts) else self.prepare(model)
-        mapping = map_parts(self._parts, parts)
+        mapping = carry_over(self._parts, parts)
         self._use(parts)
         for instant in self._history.instants:
             instant.belief = mapping.apply(instant.belief)

@@ -15,6 +15,7 @@ from flexarm_estimator.filters.sigma import ALPHA, BETA, KAPPA, SigmaSteps, regr
 from flexarm_estimator.filters.tangent import TangentSteps
 from flexarm_estimator.measurement import Measurement
 from flexarm_estimator.settings import EstimatorConfig
+from flexarm_model.linearize import linearize
 from flexarm_model.parameters import ParameterError
 
 FILTERS = ("linear", "extended", "unscented")
@@ -167,6 +168,20 @@ def test_a_bias_is_learned_in_a_fast_move(name):
     b, sigma = estimate.x[-3:], np.sqrt(np.diag(estimate.P)[-3:])
     assert np.all(abs(b - 0.2) < 3.0 * sigma)
     assert sigma.min() < 0.05
+
+
+@pytest.mark.parametrize("name", MOVING)
+def test_another_model_leaves_a_moving_arm_where_it_is(name):
+    """Adopted in full swing, far from both models' poses: pose and velocity of the tip go on."""
+    record, filtering = swing(60), estimator(name)
+    for k, t in enumerate(record.t):
+        estimate = filtering.step(record.samples[k], record.tau[k], float(t))
+    pose = served().pose + np.array([0.3, 0.2, -0.1])
+    filtering.adopt(linearize(machine_tree(ARM), pose))
+    after = filtering.step([], record.tau[-1], float(record.t[-1]))
+    np.testing.assert_allclose(after.T_world_tip, estimate.T_world_tip, atol=1e-12)
+    np.testing.assert_allclose(after.twist_tip, estimate.twist_tip, atol=1e-12)
+    np.testing.assert_allclose(after.cov_tip_pose, estimate.cov_tip_pose, atol=1e-14)
 
 
 def test_sigma_points_of_a_line_leave_nothing():

@@ -59,7 +59,11 @@ class LocalRows(NamedTuple):
 
 
 class StateFlow:
-    """Flow of the state of one served model."""
+    """Flow of the state of one served model.
+
+    Attributes:
+        dependent: Tree coordinates that follow the others where loops close.
+    """
 
     def __init__(
         self,
@@ -79,6 +83,7 @@ class StateFlow:
             averaging: Time over which an accelerometer averages the force noise [s].
         """
         self._arm, self._averaging, self._n = arm, averaging, model.n
+        self.dependent = arm.dependent
         system = process.system
         self._A, self._Q, self._B = system.A, system.Q, np.array(model.B)
         self._rest = slice(2 * model.n, system.n_x)

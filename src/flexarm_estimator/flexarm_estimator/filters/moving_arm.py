@@ -60,16 +60,20 @@ class MotionSlopes(NamedTuple):
 
 
 class MovingArm:
-    """Motion of one arm about the operating point of one served model."""
+    """Motion of one arm about the operating point of one served model.
+
+    Attributes:
+        dependent: Tree coordinates that follow the others where loops close, (n_c,).
+    """
 
     def __init__(self, tree: Dynamics, model: ReducedModel, slopes: Slopes) -> None:
         """Bind the tree to the served coordinates; ``slopes`` are of the tree."""
         self._tree, self._slopes = tree, slopes
         self._Phi = np.array(model.Phi)
         self._q_origin = model.q0 - self._Phi @ model.xi0
-        self._dependent = tree.loops.dependent
+        self.dependent = tree.loops.dependent.tolist()
         self._free = self._Phi.copy()
-        self._free[self._dependent] = 0.0
+        self._free[self.dependent] = 0.0
 
     def at(self, xi: Array, xi_dot: Array, force: Array) -> Motion:
         """Return the motion under forces on the served coordinates, (n,).
@@ -78,14 +82,14 @@ class MovingArm:
             ValueError: The loops do not close here.
             LinAlgError: The pose is singular.
         """
-        tree, dependent = self._tree, self._dependent
+        tree, dependent = self._tree, self.dependent
         q = tree.closed(self._q_origin + self._Phi.dot(xi))
         G = tree.constraints(q)[1]
         W = self._follow(G, self._free)
         v = W.dot(xi_dot)
         M, h = (np.array(part) for part in tree.functions["motion"](q, v))
         drift = np.zeros_like(q)
-        if dependent.size:
+        if dependent:
             drift[dependent] = np.linalg.solve(G[:, dependent], -self._slopes.drift(q, v))
         M_inv = np.linalg.inv(W.T.dot(M).dot(W))  # small and well conditioned by construction
         M_inv = (M_inv + M_inv.T) / 2
@@ -107,8 +111,8 @@ class MovingArm:
         n = W.shape[1]
         S_q, S_v = np.hstack([W, np.zeros_like(W)]), np.hstack([np.zeros_like(W), W])
         S_a, force = np.zeros_like(S_q), np.zeros(0)
-        dependent = self._dependent
-        if dependent.size:
+        dependent = self.dependent
+        if dependent:
             G_d = motion.G[:, dependent]
             (speed,) = self._slopes.along("speed", (q, v), S_q[:, :n], S_v[:, :n])
             S_v[dependent, :n] = np.linalg.solve(G_d, -speed)
@@ -129,8 +133,8 @@ class MovingArm:
 
     def _follow(self, G: Array, motions: Array) -> Array:
         """Return motions whose dependent part follows the rest, (n_q, n)."""
-        dependent = self._dependent
-        if not dependent.size:
+        dependent = self.dependent
+        if not dependent:
             return motions
         W = motions.copy()
         W[dependent] = np.linalg.solve(G[:, dependent], -G.dot(motions))

@@ -18,6 +18,7 @@ class ServedSteps(StepSource):
     """Constant matrices; poses are linearised at the mean."""
 
     is_constant = True
+    dependent = None
 
     def __init__(self, process: ProcessModel, models: SensorModels) -> None:
         """Bind the parts; rows are stacked when a combination of sensors first occurs."""

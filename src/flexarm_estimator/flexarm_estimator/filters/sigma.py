@@ -79,6 +79,7 @@ class SigmaSteps(StepSource):
     def __init__(self, flow: StateFlow, served: ServedSteps, force_cov: Array) -> None:
         """Bind the flow, and the steps that stand in for it; ``force_cov`` is of the averaged force."""
         self._flow, self._served, self._force_cov = flow, served, force_cov
+        self.dependent = flow.dependent
         self._tangents = TangentSteps(flow, served, force_cov)
 
     def transition(self, before: Belief, dt: float, u: Array) -> Transition:

@@ -14,6 +14,7 @@ The last column of ``B`` and ``D`` (``u`` ends with 1) holds what makes the stan
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -46,9 +47,12 @@ class StepSource(ABC):
 
     Attributes:
         is_constant: They do not depend on the belief, so that a step made once may be run again.
+        dependent: Tree coordinates that follow the others where loops close; None when the state is only
+            known about the static shape of its model, and that shape is the model's.
     """
 
     is_constant: bool
+    dependent: Sequence[int] | None
 
     @abstractmethod
     def transition(self, before: Belief, dt: float, u: Array) -> Transition:

@@ -30,6 +30,7 @@ class TangentSteps(StepSource):
     def __init__(self, flow: StateFlow, served: ServedSteps, force_cov: Array) -> None:
         """Bind the flow, and the steps that stand in for it; ``force_cov`` is of the averaged force."""
         self._flow, self._served, self._force_cov = flow, served, force_cov
+        self.dependent = flow.dependent
 
     def transition(self, before: Belief, dt: float, u: Array) -> Transition:
         """Return the tangent step; its mean is that of the nonlinear motion."""
