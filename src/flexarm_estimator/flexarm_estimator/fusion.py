@@ -61,6 +61,11 @@ class Fusion:
         self._filter = GuardedFilter(n_x, process.system.n_u + 1)
         self._steps: dict[tuple[float, tuple[str, ...]], JointStep] = {}
 
+    @property
+    def dependent(self) -> Sequence[int] | None:
+        """Tree coordinates that follow the others; None when the state is about its model's static shape."""
+        return self._source.dependent
+
     def compute(self, instants: Sequence[Instant], first: int) -> list[Verdict]:
         """Compute the beliefs of ``instants`` from index ``first`` >= 1 on.
 
