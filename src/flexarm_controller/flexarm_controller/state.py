@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -37,7 +38,7 @@ class ArmState:
     usable: bool = True
     reason: str = ""
 
-    @property
+    @cached_property
     def x(self) -> Array:
         """Return ``[theta; eta; theta'; eta']``, (2 n,)."""
         return np.concatenate([self.theta, self.eta, self.theta_dot, self.eta_dot])
@@ -45,4 +46,4 @@ class ArmState:
     @property
     def is_finite(self) -> bool:
         """Whether every number is finite, and not so large that a product with it is not."""
-        return bool((np.abs(self.x) < HUGE).all() and (np.abs(self.d) < HUGE).all())
+        return all(part.dot(part) < HUGE**2 for part in (self.x, self.d))  # false also when it is NaN

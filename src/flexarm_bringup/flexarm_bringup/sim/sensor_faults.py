@@ -22,7 +22,7 @@ from __future__ import annotations
 import math
 import zlib
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -169,7 +169,7 @@ def _wrong(line: FaultLine, arrival: Arrival) -> list[Arrival]:
     y = sample.y.copy()
     y[place] = np.clip(fault.factor * y[place], -fault.limit, fault.limit)
     tick = sample.tick + round(fault.stamp / line.dt)
-    return [Arrival(arrival.tick, replace(sample, y=y, tick=tick, sensor=fault.named or sample.sensor))]
+    return [Arrival(arrival.tick, sample._replace(y=y, tick=tick, sensor=fault.named or sample.sensor))]
 
 
 def _slow(line: FaultLine, arrival: Arrival) -> list[Arrival]:
@@ -207,7 +207,7 @@ def _nan(line: FaultLine, arrival: Arrival) -> list[Arrival]:
 
 
 def _saying(arrival: Arrival, y: Array) -> Arrival:
-    return Arrival(arrival.tick, replace(arrival.sample, y=y))
+    return Arrival(arrival.tick, arrival.sample._replace(y=y))
 
 
 _CARRY: dict[str, Callable[[FaultLine, Arrival], list[Arrival]]] = {
