@@ -214,7 +214,7 @@ def _report(name: str, record: _Record, t: float) -> SensorReport:
         status, reason = "stale", f"silent ({reason})" if reason else "silent"
     elif reason:
         status = "rejected"
-    elif record.remark:
+    elif record.remarks:
         reason = record.remark
     return SensorReport(
         name, status, reason, age, record.accepted, record.rejected, record.innovation, record.normalised

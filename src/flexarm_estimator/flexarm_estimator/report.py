@@ -42,8 +42,10 @@ class TipReport(NamedTuple):  # not a dataclass: made in every step, at a quarte
 
     @property
     def is_finite(self) -> bool:
-        """Nothing in it is NaN or infinite."""
-        return math.isfinite(sum([sum(array.ravel().tolist()) for array in self]))
+        """Nothing in it is NaN or infinite; of covariances the diagonals tell."""
+        T, twist, cov_pose, cov_twist = self
+        flat = (T.ravel(), twist, cov_pose.diagonal(), cov_twist.diagonal())
+        return math.isfinite(sum([sum(array.tolist()) for array in flat]))
 
 
 class TipReporter:
