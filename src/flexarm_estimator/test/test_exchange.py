@@ -177,3 +177,36 @@ def test_the_same_model_again_changes_nothing_but_the_receipt():
     states = [one.step(k * PERIOD_NS)[0].msg for k in range(3) for one in (made, other)]
     assert states[-1] == states[-2]
     assert made.receipt != other.receipt
+
+
+@pytest.mark.parametrize("jump_ns", [-50_000_000_000, 100_000_000_000])
+def test_a_clock_that_jumps_clears_the_history_and_the_output_is_back_in_a_fifth_of_a_second(jump_ns):
+    """Fault matrix rows 22 and 23."""
+    made = exchange(None)
+    statuses, periods = [], []
+    for k in range(160):
+        now_ns = EPOCH_NS + k * PERIOD_NS + (jump_ns if k >= 80 else 0)
+        made.on_sensor("applied_effort", torque(now_ns, 0.1))
+        made.on_sensor("joint_states", joints(now_ns, 0.1))
+        state = made.step(now_ns)[0].msg
+        assert model_conversions.stamp_to_ns(state.header.stamp) == now_ns
+        assert np.isfinite([*state.theta, *state.eta, *state.covariance]).all()
+        statuses.append(state.status)
+        periods += np.diff([instant.t for instant in made.estimator.past[1]]).tolist()
+    assert min(periods) > 0.0
+    assert max(periods) <= 0.1
+    assert statuses[80] != state.OK
+    back = next(k for k in range(80, 160) if statuses[k] in (0, 1))
+    assert (back - 80) * PERIOD_NS <= 0.2e9
+
+
+def test_torques_of_the_time_before_a_clock_was_set_back_are_forgotten():
+    made = exchange(None)
+    made.step(EPOCH_NS + 10 * PERIOD_NS)
+    made.on_sensor("applied_effort", torque(EPOCH_NS + 10 * PERIOD_NS, 9.0))
+    made.on_sensor("applied_effort", torque(EPOCH_NS, 1.0))
+    made.step(EPOCH_NS)
+    steps = seen_torques(made)
+    for k in range(1, 13):
+        made.step(EPOCH_NS + k * PERIOD_NS)
+    assert {tau for _, tau in steps} == {1.0}
