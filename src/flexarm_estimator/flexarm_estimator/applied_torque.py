@@ -45,9 +45,7 @@ class AppliedTorque:
 
         ``tau`` is then what acted until the first of them; the caller goes through them.
         """
-        if (
-            last_ns is not None and stamp_ns < last_ns
-        ):  # set back: what waits is of another time
+        if last_ns is not None and stamp_ns < last_ns:  # set back: what waits is of another time
             self._waiting = deque((t for t in self._waiting if t.stamp_ns <= stamp_ns), maxlen=_MOST_WAITING)
         begun = sorted((t for t in self._waiting if t.stamp_ns < stamp_ns), key=attrgetter("stamp_ns"))
         self._waiting = deque((t for t in self._waiting if t.stamp_ns >= stamp_ns), maxlen=_MOST_WAITING)
