@@ -7,8 +7,9 @@ What is refused here never touches the state. The chi-square gate, which needs t
 from __future__ import annotations
 
 import math
+import sys
 from bisect import bisect_left
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,12 +19,12 @@ from flexarm_estimator.measurement import Measurement
 from flexarm_model.description import SensorSpec
 
 Array = NDArray[np.float64]
+_MOST = sys.float_info.max
 _R_FLOOR = 0.01  # of the variance of the YAML: a sensor may not claim to be ten times better
 _R_MOST = 1e12  # of the same; more says nothing, and its square would be too large
 
 
-@dataclass(frozen=True)
-class Window:
+class Window(NamedTuple):  # not a dataclass: made in every step
     """Stamps that can be used now: after ``oldest``, not after ``newest`` [s]."""
 
     oldest: float
@@ -36,6 +37,15 @@ class SampleChecks:
     def __init__(self, specs: tuple[SensorSpec, ...]) -> None:
         """Take ranges and lengths from the description."""
         self._specs = {spec.name: spec for spec in specs}
+        self._possible = {
+            spec.name: (
+                np.dtype(np.float64),
+                (len(spec.channels),),
+                max(spec.low, -_MOST),
+                min(spec.high, _MOST),
+            )
+            for spec in specs
+        }
         self._variances = {spec.name: np.asarray(spec.sigma, dtype=np.float64) ** 2 for spec in specs}
         self._stamps: dict[str, list[float]] = {spec.name: [] for spec in specs}
 
@@ -83,24 +93,27 @@ class SampleChecks:
         return R if is_usable else None
 
     def _refuse_value(self, sample: Measurement) -> str:
-        spec, y = self._specs.get(sample.sensor), sample.y
-        if spec is None:
+        possible, y = self._possible.get(sample.sensor), sample.y
+        if possible is None:
             return "unknown sensor"
-        if not isinstance(y, np.ndarray) or y.dtype != np.float64 or y.shape != (len(spec.channels),):
-            return f"needs {len(spec.channels)} numbers"
-        values = y.tolist()  # on so few numbers much cheaper than array functions
-        if not all(map(math.isfinite, values)):
-            return "not finite"
-        if values and (min(values) < spec.low or max(values) > spec.high):
-            return f"outside [{spec.low:g}, {spec.high:g}]"
+        dtype, shape, low, high = possible
+        if not isinstance(y, np.ndarray) or y.dtype != dtype or y.shape != shape:
+            return f"needs {shape[0]} numbers"
+        for value in y.tolist():  # on so few numbers much cheaper than array functions
+            if not low <= value <= high:  # also when it is NaN
+                return self._describe(sample.sensor, value)
         return ""
+
+    def _describe(self, sensor: str, value: float) -> str:
+        spec = self._specs[sensor]
+        return f"outside [{spec.low:g}, {spec.high:g}]" if math.isfinite(value) else "not finite"
 
 
 def _refuse_stamp(t: float, window: Window) -> str:
+    if window.oldest + SAME_INSTANT < t <= window.newest:
+        return ""
     if not math.isfinite(t):
         return "stamp is not finite"
     if t > window.newest:
         return "stamp is in the future"
-    if t <= window.oldest + SAME_INSTANT:
-        return "older than the history"
-    return ""
+    return "older than the history"

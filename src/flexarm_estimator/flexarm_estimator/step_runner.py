@@ -75,8 +75,8 @@ class CompiledRunner(StepRunner):
         if count > len(self._layouts):
             self._reserve(2 * count)
         self._x[:], self._P[:] = start
-        self._layouts[:count] = [step.layout_address for step in steps]
-        self._records[:count] = [step.record_address for step in steps]
+        for i, step in enumerate(steps):
+            self._layouts[i], self._records[i] = step.layout_address, step.record_address
         return int(self._call(count, self._layouts, self._records, *self._fixed))
 
     def _reserve(self, length: int) -> None:
