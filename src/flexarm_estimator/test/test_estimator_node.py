@@ -32,8 +32,8 @@ PERIOD_NS = 5_000_000
 PATIENCE = 30.0  # s; the first start compiles the arm
 
 
-def start(domain, *overrides):
-    arguments = [item for override in overrides for item in ("-p", override)]
+def start(domain, *overrides, extra=()):
+    arguments = [*(item for override in overrides for item in ("-p", override)), *extra]
     environment = {key: value for key, value in os.environ.items() if key != "_ROS_WHEELS_BOOTSTRAP_COMPLETE"}
     environment |= {"ROS_DOMAIN_ID": str(domain), "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}
     return subprocess.Popen(
