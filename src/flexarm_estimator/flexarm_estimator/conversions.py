@@ -174,7 +174,9 @@ def _sensor_status(
         **{name: f"{value:.6g}" for name, value in figures.items()},
         **_counts(refusals),
     }
-    return _status(report.name, _LEVEL[report.status], report.reason or "ok", values)
+    is_refused = report.status == "stale" and any(reason in report.reason for reason in refusals)
+    level = DiagnosticStatus.ERROR if is_refused else _LEVEL[report.status]  # it speaks, but cannot be used
+    return _status(report.name, level, report.reason or "ok", values)
 
 
 def _counts(refusals: Mapping[str, int]) -> dict[str, int]:

@@ -4,8 +4,9 @@ A sensor is "stale" when nothing usable has come from it for its latency, three 
 ``time_out``; samples that are not finite or not possible do not count as life. It is "rejected" when
 the newest sample was refused, "faulty" when a watch has put it out of use. The estimate is "degraded"
 when a sensor is stale, faulty, doubted by a watch or refused ``reopen_after`` times in a row; "lost"
-when all are, when nothing has located the axes for ``position_time_out``, or when the tip's covariance
-is too large; "starting" until it was good once.
+when nothing has come from any for its latency and one sample period (or ``time_out``), when nothing has
+located the axes for ``position_time_out``, or when the tip's covariance is too large; "starting" until it
+was good once.
 """
 
 from __future__ import annotations
@@ -35,6 +36,7 @@ class _Record:
     """What is known of one sensor."""
 
     time_out: float
+    last_hope: float  # age up to which it carries the estimate alone [s]
     innovation: Array
     locates: bool
     is_off: bool = False
@@ -77,7 +79,12 @@ class Health:
         """
         self._config = config
         self._records = {
-            spec.name: _Record(_time_out(spec, config), np.zeros(len(spec.channels)), spec.name in locating)
+            spec.name: _Record(
+                _time_out(spec, config, _PERIODS),
+                _time_out(spec, config, 1.0),
+                np.zeros(len(spec.channels)),
+                spec.name in locating,
+            )
             for spec in specs
         }
         for record in self._records.values():
@@ -181,7 +188,7 @@ class Health:
         is_usable = is_located = False
         for record in self._records.values():
             age = math.inf if record.is_off or record.faults else t - record.newest_accepted
-            is_usable |= age <= record.time_out
+            is_usable |= age <= record.last_hope
             if record.locates and record.accepted:
                 is_located |= age <= record.time_out or age <= self._config.position_time_out
         if not is_usable:
@@ -198,9 +205,9 @@ class Health:
         return report.status in ("stale", "faulty") or bool(self._records[report.name].remark)
 
 
-def _time_out(spec: SensorSpec, config: EstimatorConfig) -> float:
-    periods = _PERIODS / spec.rate_hz if spec.rate_hz > 0.0 else 0.0
-    return spec.latency + max(config.time_out, periods)
+def _time_out(spec: SensorSpec, config: EstimatorConfig, periods: float) -> float:
+    silence = periods / spec.rate_hz if spec.rate_hz > 0.0 else 0.0
+    return spec.latency + max(config.time_out, silence)
 
 
 def _report(name: str, record: _Record, t: float) -> SensorReport:

@@ -65,7 +65,8 @@ class LinearRows(MeasurementModel):
             KeyError: The model has no such row; the message lists those that exist.
         """
         rows = _rows(spec, model)
-        reads_position = bool(np.any(model.outputs.C_pos[rows, : model.n_theta]))
+        by_axes = abs(model.outputs.C_pos[rows, : model.n_theta])  # of a gauge in a loop: rounding
+        reads_position = bool(np.any(by_axes.sum(axis=1) > spec.sigma))
         is_inertial = bool(np.any(model.outputs.C_acc[rows]))
         super().__init__(spec, locates=reads_position and not is_inertial)
         self.C = system.C[rows]
