@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -15,7 +16,7 @@ from flexarm_estimator.estimator import Estimator
 from flexarm_estimator.measurement import Measurement
 from flexarm_estimator.settings import EstimatorConfig
 from flexarm_model.config import load_config
-from flexarm_model.description import ManipulatorConfig
+from flexarm_model.description import ManipulatorConfig, SensorSpec
 from flexarm_model.linearize import linearize
 from flexarm_model.manipulator_file import find_manipulator
 from flexarm_model.profiles import Quintic
@@ -76,6 +77,28 @@ def run(name: str, stiffness: float, delay: float, settings: EstimatorConfig) ->
         tau = torque(rig, model, MOVES[name])
         samples = rig.step(tau)
     return estimator
+
+
+def test_a_described_delay_is_that_of_the_rig_and_undone_by_the_estimator() -> None:
+    config, tree, model = arm("single_link")
+    late = replace(config, sensors=tuple(_stamped_late(spec) for spec in config.sensors))
+    states = []
+    for described in (config, late):
+        rig = Rig(described, plant=plant("single_link", 1.0))
+        estimator = Estimator(model, tree, described.sensors, EstimatorConfig())
+        samples, tau = rig.observe(), np.zeros(1)
+        for _ in range(60):
+            told = [Measurement(s.sensor, rig.time_of(s.tick), s.y) for s in samples]
+            estimate = estimator.step(told, tau, rig.time_of(rig.tick))
+            tau = torque(rig, model, MOVES["single_link"])
+            samples = rig.step(tau)
+        states.append(estimate.x)
+        assert next(report.accepted for report in estimate.sensors if report.name == "camera") > 5
+    np.testing.assert_allclose(states[1], states[0], rtol=1e-6, atol=1e-9)
+
+
+def _stamped_late(spec: SensorSpec) -> SensorSpec:
+    return replace(spec, stamp_delay=0.06) if spec.kind == "camera" else spec
 
 
 @pytest.mark.slow

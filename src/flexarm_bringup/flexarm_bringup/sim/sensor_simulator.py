@@ -23,7 +23,7 @@ DRAWN_TOGETHER = 64  # samples
 
 
 class Sample(NamedTuple):  # not a dataclass: a dozen are made in every period
-    """What a sensor delivers: value ``y`` (m,) of instant ``tick``, SI."""
+    """What a sensor delivers: value ``y`` (m,), SI, stamped with the instant ``tick``."""
 
     sensor: str
     kind: str
@@ -61,7 +61,8 @@ class SensorSimulator:
         self._waiting: list[Arrival] = []
         self._exposures = 0
         self._delay = round(spec.latency / dt)  # ticks
-        self._is_prompt = fault is None and not self._delay
+        self._late = round(spec.stamp_delay / dt)  # ticks; so much later than the sample is its stamp
+        self._is_prompt = fault is None and not (self._delay or self._late)
 
     def sample(self, tick: int, plant: Plant, outputs: Array) -> list[Sample]:
         """Expose if it is time and return what arrives at this tick."""
@@ -73,7 +74,7 @@ class SensorSimulator:
             self._waiting += self._line.carry(Arrival(tick + self._delay, sample))
         arrived = [arrival.sample for arrival in self._waiting if arrival.tick <= tick]
         self._waiting = [arrival for arrival in self._waiting if arrival.tick > tick]
-        return arrived
+        return [sample._replace(tick=sample.tick + self._late) for sample in arrived]
 
     def _is_due(self, tick: int) -> bool:
         if not self.spec.rate_hz:
