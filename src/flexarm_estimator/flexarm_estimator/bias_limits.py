@@ -26,10 +26,12 @@ class BiasLimits:
     def __init__(self, layout: StateLayout, limits: Iterable[float]) -> None:
         """Take the limits of ``layout.biases``, in their order, SI."""
         self._b, self._limits = layout.b, list(limits)
+        self._places = list(enumerate(self._limits, layout.b.start))
 
     def hold(self, belief: Belief) -> bool:
         """Lead the mean back to the limits, in place; return whether it was beyond one."""
-        if not self._limits:  # asked in every instant
+        item = belief.x.item  # asked in every instant, so in the cheapest way
+        if all([abs(item(at)) <= limit for at, limit in self._places]):
             return False
         is_beyond = False
         for i, (value, limit) in enumerate(zip(belief.x[self._b].tolist(), self._limits, strict=True)):
