@@ -23,9 +23,10 @@ from scipy.stats import chi2, norm
 from flexarm_estimator.history import SAME_INSTANT
 from flexarm_estimator.measurement import Measurement
 from flexarm_estimator.settings import EstimatorConfig
-from flexarm_estimator.short_term import FROZEN, HELD, JUMP, SAME, SHIFT, Run, ShortTerm
+from flexarm_estimator.short_term import HELD, JUMP, SHIFT, Run, ShortTerm
 
 Array = NDArray[np.float64]
+_ALSO, _SHARE = 3.0, 0.9  # score of another mean, and over the own, that makes a bias doubtful
 _SHORTEST = 1e-3  # s
 _TOGETHER = 2  # refusals in a row of several sensors at once that make the state doubtful
 FAR, DISTRUSTED = "far from the prediction", "distrusted"
@@ -41,7 +42,7 @@ class Verdict(NamedTuple):
         innovation: (m,).
         normalised: ``sqrt(nu' S^-1 nu / m)`` [1].
         reason: Why it is not fused; empty when it is.
-        since: Stamp since which the sensor says the same to the last bit [s].
+        since: Of a doubt about the sensor: stamp since which it may have been wrong [s].
     """
 
     sensor: str
@@ -100,7 +101,7 @@ class Gate:
             reason = self._past[sensor].doubt(met[1], nu, z)
             if reason in (HELD, SHIFT) and self._is_common(sensor):
                 reason = ""
-            since = met[1].since if reason in (FROZEN, SAME) else since
+            since = self._past[sensor].mean.onset if reason == SHIFT else met[1].since
         if not reason and not 0.0 <= nis <= self._threshold[sensor]:
             reason = FAR
         elif self._distrusted and self._is_distrusted(sensor, t):
@@ -130,7 +131,7 @@ class Gate:
                 continue
             self._met[sensor].remove(met)
             doubt = "" if reason in (FAR, DISTRUSTED) else reason
-            released, dropped = self._past[sensor].note(met[1], met[0], nu, z, doubt)
+            released, dropped = self._past[sensor].note(met[1], met[0], nu, z, doubt, is_accepted)
             self._released += released
             self._dropped += [Verdict(sensor, s.t, False, nu, z, JUMP) for s in dropped]
 
@@ -164,9 +165,13 @@ class Gate:
 
     def _is_common(self, sensor: str) -> bool:
         """Return whether others were surprised when this one was: then something did happen to the arm."""
-        since = self._past[sensor].surprised_at
-        others = (past for name, past in self._past.items() if name != sensor)
-        return any(abs(past.surprised_at - since) <= SAME_INSTANT for past in others)
+        own = self._past[sensor]
+        others = [past for name, past in self._past.items() if name != sensor]
+        return any(
+            abs(past.surprised_at - own.surprised_at) <= SAME_INSTANT
+            or (past.mean.score > _ALSO and past.mean.score > _SHARE * own.mean.score)
+            for past in others
+        )
 
     def _find(self, sensor: str, t: float) -> tuple[Measurement, Run] | None:
         for met in self._met.get(sensor, ()):

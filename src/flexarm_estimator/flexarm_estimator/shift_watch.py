@@ -53,7 +53,7 @@ class ShiftWatch(Watch):
                 nu = verdict.innovation
                 self._cases[verdict.sensor] = _Case(nu, verdict.t, np.zeros_like(nu))
                 reason = f"has shifted by {abs(nu).max():.3g} at {verdict.t:.3f} s"
-                findings.append(Finding(verdict.sensor, reason, True))
+                findings.append(Finding(verdict.sensor, reason, True, verdict.since))
         if self._cases:
             for sample in view.samples:
                 if sample.sensor in self._cases:

@@ -20,6 +20,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from flexarm_estimator.mean_test import MeanTest
 from flexarm_estimator.measurement import Measurement
 
 Array = NDArray[np.float64]
@@ -28,11 +29,13 @@ _NOISE = 1.5  # sigmas of the sensor: enough if it never repeats otherwise
 _PATIENCE = 10  # equal samples
 _NOVICE = 20  # values that must have differed before repeating is suspicious in itself
 _JUMP = 5.0  # times the usual size
-_USUAL_MIN = 0.1  # of z; the filter is not more cautious than that
+_USUAL_MIN = 1e-3  # of z; rounding is no noise
 _MEMORY = 0.02  # weight of the newest sample in the usual size
 _SUDDEN = 3.0  # times the one before; what grows is no jump
+_BIASED = 5.0  # score of the mean
+_CAUTIOUS = 0.25  # mean of z^2 below which the filter's own gate is too wide to see much
 _HELD_MAX = 2  # samples; the third one as large decides
-_AGREEMENT = 0.35  # of their mean: so far innovations of a shift may lie from it
+_AGREEMENT = 0.45  # of their mean: so far innovations of a shift may lie from it
 FROZEN, SAME = "repeats its value, though the arm moves", "repeats its value"
 HELD, JUMP, SHIFT = "waits for the next sample", "jumps by itself", "has shifted"
 
@@ -89,6 +92,7 @@ class ShortTerm:
         self._usual2 = 1.0  # mean of z^2
         self._last = 0.0  # z
         self._held: list[Held] = []
+        self.mean = MeanTest(self._sigma)
 
     def meet(self, sample: Measurement) -> Run:
         """Compare the values of a new sample with the one before."""
@@ -116,14 +120,16 @@ class ShortTerm:
                 return FROZEN
             if run.is_unheard_of and run.repeats <= _PATIENCE:
                 return SAME
+        if self.mean.score > _BIASED and self._usual2 < _CAUTIOUS:
+            return SHIFT
         limit = self._limit()
-        if z <= limit or not (self._held or z > _SUDDEN * self._last):
+        if z <= limit or self._in_sigmas(nu) < _JUMP or not (self._held or z > _SUDDEN * self._last):
             return ""
         if len(self._held) < _HELD_MAX:
             return HELD
         return SHIFT if _agree([*(held.innovation for held in self._held), nu]) else ""
 
-    def note(self, run: Run, sample: Measurement, nu: Array, z: float, doubt: str) -> Outcome:
+    def note(self, run: Run, sample: Measurement, nu: Array, z: float, doubt: str, is_fused: bool) -> Outcome:
         """Remember the final verdict; return what has become of the samples that were held."""
         if doubt == HELD:
             self._held.append(Held(sample, nu, z))
@@ -138,7 +144,10 @@ class ShortTerm:
         limit, held = self._limit(), [held.sample for held in self._held]
         if doubt == SHIFT:
             self._held, self._last = [], 0.0
+            self.mean.clear()
             return Outcome([], held)
+        if is_fused:
+            self.mean.add(sample.t, nu.tolist())
         self._usual2 += _MEMORY * (min(z, limit) ** 2 - self._usual2)
         self._last = z
         if not held:
@@ -153,6 +162,13 @@ class ShortTerm:
 
     def _limit(self) -> float:
         return _JUMP * max(_USUAL_MIN, math.sqrt(self._usual2))
+
+    def _in_sigmas(self, nu: Array) -> float:
+        """Return the largest innovation of a channel over the sensor's noise."""
+        largest = 0.0
+        for value, sigma in zip(nu.tolist(), self._sigma, strict=True):
+            largest = max(largest, abs(value) / sigma)
+        return largest
 
     def _moved(self, nu: Array) -> float:
         """Return how far the prediction has gone since the value is the same, in sigmas.
