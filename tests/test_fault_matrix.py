@@ -3,14 +3,19 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from flexarm_bringup.cli import main
 from flexarm_bringup.fault_drill.drill import ESTIMATOR_ROWS, MACHINES, play_row, stand_of
 from flexarm_bringup.fault_drill.findings import Finding
+from flexarm_bringup.fault_drill.payload import take_over
 from flexarm_bringup.faults import chosen_rows
+from flexarm_bringup.sim.plant import Plant
+from flexarm_model.sensors import output_names
 
 FAST = (22, 25, 26, 27)  # of the single link; the others wait for --all
 
@@ -73,6 +78,24 @@ def test_the_command_prints_and_writes_the_table(tmp_path: Path, capsys: pytest.
     page = json.loads((tmp_path / "t.json").read_text(encoding="utf-8"))
     assert page["passed"] and {row[0] for row in page["tables"][0]["rows"]} == {26, 27}
     assert "older than the history" in (tmp_path / "t.html").read_text(encoding="utf-8")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("machine", MACHINES)
+def test_a_payload_is_taken_up_without_a_jump(machine: str) -> None:
+    """Gauges and tip read the same; a jump of a coordinate would be 22 %."""
+    arm = stand_of(machine).arm
+    light = arm.plant
+    heavy = Plant(arm.config, light.dt, replace(light.settings, body_mass_scale=1.5))
+    light.reset()
+    push = np.array([0.1 * axis.effort for axis in arm.config.actuated.values()])
+    for _ in range(40):
+        light.drive(push)
+    take_over(heavy, light)
+    assert np.linalg.norm(light.q[len(light.tree.axis_names) :]) > 1e-4  # it bends
+    np.testing.assert_allclose(heavy.tip_pose(), light.tip_pose(), atol=1e-9)
+    gauges = [i for i, name in enumerate(output_names(arm.config)) if "strain" in name]
+    np.testing.assert_allclose(heavy.outputs()[gauges], light.outputs()[gauges], atol=1e-11)
 
 
 def test_an_unknown_machine_is_refused(capsys: pytest.CaptureFixture[str]) -> None:

@@ -9,12 +9,14 @@ import pytest
 
 pytest.importorskip("flexarm_interfaces", reason="needs ROS and flexarm_interfaces")
 from live_estimator import LiveStand  # noqa: E402
+from running_graph import running  # noqa: E402
 
 from flexarm_bringup.fault_drill.drill import ESTIMATOR_ROWS, stand_of  # noqa: E402
 from flexarm_bringup.fault_drill.findings import Finding  # noqa: E402
 from flexarm_bringup.fault_drill.frame_rows import LATE  # noqa: E402
 from flexarm_bringup.fault_drill.nodes_stand import NodesStand  # noqa: E402
 from flexarm_bringup.fault_drill.row import cases  # noqa: E402
+from flexarm_bringup.graph import Process  # noqa: E402
 from flexarm_bringup.sessions import free_domains  # noqa: E402
 
 pytestmark = [pytest.mark.ros, pytest.mark.slow]
@@ -57,3 +59,26 @@ def test_frames_that_the_rig_delays_keep_their_bounds(nodes: NodesStand) -> None
 @pytest.mark.parametrize("number", SENT_AS_MESSAGES)
 def test_bad_messages_and_clocks_keep_their_bounds(live: LiveStand, number: int) -> None:
     assert_kept(ESTIMATOR_ROWS[number].play(live))
+
+
+def test_the_rig_tells_which_faults_were_asked_for(tmp_path: Path) -> None:
+    with running((rig_with("camera: delayed 30 ms; root_strain: off 1 3"),), ("/diagnostics",), tmp_path) as (
+        _,
+        ear,
+    ):
+        ear.wait(lambda: bool(ear.heard["/diagnostics"]), 40.0, "diagnostics")
+        status = ear.latest("/diagnostics").status[0]
+    assert (status.name, status.level) == ("rig: faults", b"\x01")
+    assert status.message == "camera: delayed 0.0 delay 0.03 s; root_strain: off 1.0 3.0"
+
+
+def test_the_rig_refuses_faults_that_it_does_not_understand(tmp_path: Path) -> None:
+    with running((rig_with("elbow: off"),), (), tmp_path) as (supervisor, ear):
+        ear.wait(lambda: "rig" in supervisor.exit_codes(), 40.0, "the rig to end")
+        said = supervisor.log("rig").read_text(encoding="utf8")
+    assert supervisor.exit_codes()["rig"] == 2
+    assert "faults: 'elbow: off': must begin with one of encoder, root_strain" in said
+
+
+def rig_with(faults: str) -> Process:
+    return Process("flexarm_bringup", "rig_node", "rig", {"faults": faults})
