@@ -12,7 +12,6 @@ from flexarm_controller.daqp_solver import DaqpSolver
 from flexarm_controller.interior_first import InteriorFirst
 from flexarm_controller.limits import Limits
 from flexarm_controller.osqp_solver import OsqpSolver
-from flexarm_controller.prediction import plant
 from flexarm_controller.preview import Preview
 from flexarm_controller.problem import Problem, build_problem
 from flexarm_controller.qp import QpResult, QpSolver
@@ -54,9 +53,8 @@ class Mpc:
 
     def __init__(self, model: ReducedModel, limits: Limits, config: MpcConfig, dt: float) -> None:
         """Build the program of ``model`` for control period ``dt`` [s]."""
-        self._system = plant(model, dt)
         self.problem = build_problem(model, limits, config, dt)
-        self._known = self.problem.known
+        self._known, self._system = self.problem.known, self.problem.system
         self._solver = build_solver(self.problem, config)
         self._p_now = np.zeros(self._known.now.stop)
         self._delay = config.delay_periods

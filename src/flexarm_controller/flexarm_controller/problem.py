@@ -23,6 +23,7 @@ from flexarm_controller.prediction import plant, predict
 from flexarm_controller.settings import MpcConfig
 from flexarm_controller.soft_outputs import build_soft_outputs
 from flexarm_model.reduced_model import ReducedModel
+from flexarm_model.state_space import StateSpace
 
 Array = NDArray[np.float64]
 SLACK_CURVATURE = 1.0  # keeps the program strictly convex in the slacks
@@ -33,6 +34,7 @@ class Problem:
     """Constant data of the program and the maps that make its vectors.
 
     Attributes:
+        system: What the arm does in a control period.
         P: Hessian, (n_z, n_z).
         q_now: Gradient per p_now, (n_z, n_x + 2 n_u).
         q_r: Gradient per sample of the reference, (n_z, 3 n_u (N + 1)).
@@ -44,6 +46,7 @@ class Problem:
         weight: Scale of the cost: the program's is ``weight e' W e / 2`` plus the price of slacks.
     """
 
+    system: StateSpace
     P: Array
     q_now: Array
     q_r: Array
@@ -84,4 +87,4 @@ def build_problem(model: ReducedModel, limits: Limits, config: MpcConfig, dt: fl
     q_0 = np.append(weight * WL.T @ e.l, np.full(n_s, config.slack_price))
     T = np.hstack([prediction.T * scale, np.zeros((known.N * known.n_u, n_s))])
     q_now, q_r = (np.ascontiguousarray(part) for part in np.split(q_p, [known.now.stop], axis=1))
-    return Problem(P, q_now, q_r, q_0, rows, T, n_v, known, weight)
+    return Problem(system, P, q_now, q_r, q_0, rows, T, n_v, known, weight)
