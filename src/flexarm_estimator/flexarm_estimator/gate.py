@@ -23,7 +23,7 @@ from scipy.stats import chi2, norm
 from flexarm_estimator.history import SAME_INSTANT
 from flexarm_estimator.measurement import Measurement
 from flexarm_estimator.settings import EstimatorConfig
-from flexarm_estimator.short_term import HELD, JUMP, SHIFT, Run, ShortTerm
+from flexarm_estimator.short_term import HELD, JUMP, NOTHING, SHIFT, Run, ShortTerm
 
 Array = NDArray[np.float64]
 _ALSO, _SHARE = 3.0, 0.9  # score of another mean, and over the own, that makes a bias doubtful
@@ -131,9 +131,10 @@ class Gate:
                 continue
             self._met[sensor].remove(met)
             doubt = "" if reason in (FAR, DISTRUSTED) else reason
-            released, dropped = self._past[sensor].note(met[1], met[0], nu, z, doubt, is_accepted)
-            self._released += released
-            self._dropped += [Verdict(sensor, s.t, False, nu, z, JUMP) for s in dropped]
+            outcome = self._past[sensor].note(met[1], met[0], nu, z, doubt, is_accepted)
+            if outcome is not NOTHING:
+                self._released += outcome.released
+                self._dropped += [Verdict(sensor, s.t, False, nu, z, JUMP) for s in outcome.dropped]
 
     def resolve(self, oldest: float) -> tuple[list[Measurement], list[Verdict]]:
         """Return samples that were held and may be fused now, and verdicts on those that may not.

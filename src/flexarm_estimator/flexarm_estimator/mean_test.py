@@ -36,18 +36,17 @@ class MeanTest:
         """Take an innovation, (m,)."""
         self._count += 1
         slow = max(_SLOW, 1.0 / self._count) if self._count < _EARLY else _SLOW
-        worst = 0.0
-        for i, value in enumerate(innovation):
-            usual = max(self._square[i], self._least[i])
-            if self._count >= _EARLY:
-                most = _OUTLIER * math.sqrt(usual)
-                value = min(max(value, -most), most)
-            mean = self._mean[i] = self._mean[i] + _FAST * (value - self._mean[i])
-            worst = max(worst, mean * mean / usual)
+        is_settled, worst = self._count >= _EARLY, 0.0
+        for i, value in enumerate(innovation):  # asked of every sample; max and min would cost twice as much
+            square, least, mean = self._square[i], self._least[i], self._mean[i]
+            usual = square if square > least else least
+            if is_settled and value * value > _OUTLIER * _OUTLIER * usual:
+                value = math.copysign(_OUTLIER * math.sqrt(usual), value)
+            self._mean[i] = mean = mean + _FAST * (value - mean)
+            share = mean * mean / usual
+            worst = share if share > worst else worst
             self._square[i] = usual + slow * (value * value - usual)
-        if self._count < _EARLY:
-            worst = 0.0
-        self.score = math.sqrt(_FACTOR * worst)
+        self.score = math.sqrt(_FACTOR * worst) if is_settled else 0.0
         if self.score < _QUIET:
             self.onset = t
 
