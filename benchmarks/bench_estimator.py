@@ -110,12 +110,15 @@ def _noise(R: Array, rng: np.random.Generator) -> Array:
 
 
 def time_each(action: Action, ticks: Sequence[Tick]) -> Array:
-    """Return the CPU time of every tick [us], (k,)."""
+    """Return the CPU time of every tick [us], (k,); what is there already is never collected, as in nodes."""
+    gc.collect()
+    gc.freeze()
     spent = np.empty(len(ticks))
     for k, tick in enumerate(ticks):
         start = time.thread_time_ns()
         action(tick)
         spent[k] = (time.thread_time_ns() - start) * 1e-3
+    gc.unfreeze()
     return spent
 
 
@@ -182,12 +185,9 @@ def measure_moving(name: str, seconds: float) -> dict[str, float]:
 def main(seconds: float = 20.0) -> dict[str, float]:
     """Measure; returns sizes, times in microseconds and ratios."""
     found: dict[str, float] = {}
-    gc.collect()
-    gc.freeze()  # as the nodes do
     for name in ARMS:
         found |= measure(name, seconds)
     found |= measure_moving("two_link", seconds)
-    gc.unfreeze()
     differences = found["two_link_finite_difference_median_us"]
     found["ratio_finite_difference_to_step"] = differences / found["two_link_estimator_ordinary_us"]
     found["ratio_finite_difference_to_extended"] = differences / found["two_link_extended_median_us"]
