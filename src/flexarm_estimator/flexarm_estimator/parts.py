@@ -51,16 +51,21 @@ class PartsMaker:
     """Makes the parts of any served model of one arm."""
 
     def __init__(
-        self, kinematics: Kinematics, specs: tuple[SensorSpec, ...], config: EstimatorConfig, gate: Gate
+        self,
+        kinematics: Kinematics,
+        specs: tuple[SensorSpec, ...],
+        config: EstimatorConfig,
+        gate: Gate,
+        filters: FilterMaker | None = None,
     ) -> None:
-        """Keep what all models share."""
+        """Keep what all models share; ``filters`` that are made already are taken over."""
         self._kinematics, self._gate, self._config = kinematics, gate, config
         self._specs = with_model_errors(specs, config)
-        self._filters = FilterMaker(kinematics, config)
+        self._filters = filters or FilterMaker(kinematics, config)
 
     def retuned(self, specs: tuple[SensorSpec, ...], config: EstimatorConfig) -> PartsMaker:
-        """Return one for other noise; the gate stays."""
-        return PartsMaker(self._kinematics, specs, config, self._gate)
+        """Return one for other noise; gate and filter stay."""
+        return PartsMaker(self._kinematics, specs, config, self._gate, self._filters)
 
     def make(self, model: ReducedModel, use_compiler: bool = True) -> Parts:
         """Build the parts of a model.
