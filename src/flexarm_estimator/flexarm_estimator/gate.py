@@ -99,7 +99,7 @@ class Gate:
         met, reason, since = self._find(sensor, t), "", math.inf
         if met is not None:
             reason = self._past[sensor].doubt(met[1], nu, z)
-            if reason in (HELD, SHIFT) and self._is_common(sensor):
+            if reason in (HELD, SHIFT) and (self._is_upset(t) or self._is_common(sensor, reason)):
                 reason = ""
             since = self._past[sensor].mean.onset if reason == SHIFT else met[1].since
         if not reason and not 0.0 <= nis <= self._threshold[sensor]:
@@ -113,8 +113,7 @@ class Gate:
         accusers = self._find_accusers(verdicts, t)
         if not accusers:
             return False
-        is_second = t - self._reopened_at < self._config.reopen_interval
-        return not is_second or not self._distrusted  # the second doubt in a row distrusts the first accuser
+        return not (self._is_upset(t) and self._distrusted)  # the second in a row distrusts the first accuser
 
     def note(self, verdicts: Iterable[Verdict]) -> None:
         """Count final verdicts."""
@@ -155,8 +154,7 @@ class Gate:
         if t >= self._distrusted_until:
             self._distrusted = set()
         accusers = self._find_accusers(verdicts, t)
-        is_soon = t - self._reopened_at < self._config.reopen_interval
-        if is_soon and len(self._accusers) == 1 and accusers.isdisjoint(self._accusers):
+        if self._is_upset(t) and len(self._accusers) == 1 and accusers.isdisjoint(self._accusers):
             self._distrusted = self._accusers
             self._distrusted_until = t + self._config.distrust
         self._accusers = accusers - self._distrusted
@@ -164,15 +162,18 @@ class Gate:
         since = min((self._refused_since[sensor] for sensor in self._accusers), default=t)
         return set(self._accusers), max(t - since, _SHORTEST)
 
-    def _is_common(self, sensor: str) -> bool:
-        """Return whether others were surprised when this one was: then something did happen to the arm."""
+    def _is_upset(self, t: float) -> bool:
+        """Return whether the state has been doubted lately: innovations tell of it, not of their sensors."""
+        return t - self._reopened_at < self._config.reopen_interval
+
+    def _is_common(self, sensor: str, reason: str) -> bool:
+        """Return whether others are surprised, too: then something did happen to the arm."""
         own = self._past[sensor]
         others = [past for name, past in self._past.items() if name != sensor]
-        return any(
-            abs(past.surprised_at - own.surprised_at) <= SAME_INSTANT
-            or (past.mean.score > _ALSO and past.mean.score > _SHARE * own.mean.score)
-            for past in others
-        )
+        if any(abs(past.surprised_at - own.surprised_at) <= SAME_INSTANT for past in others):
+            return True
+        least = max(_ALSO, _SHARE * own.mean.score)
+        return reason == SHIFT and any(past.mean.score > least for past in others)
 
     def _find(self, sensor: str, t: float) -> tuple[Measurement, Run] | None:
         for met in self._met.get(sensor, ()):

@@ -50,6 +50,11 @@ class MeanTest:
         if self.score < _QUIET:
             self.onset = t
 
+    def is_like(self, innovation: list[float]) -> bool:
+        """Return whether an innovation (m,) has the mean's sign, and half its size, in some channel."""
+        pairs = zip(innovation, self._mean, strict=True)
+        return any(value * mean > 0.5 * mean * mean for value, mean in pairs)
+
     def clear(self) -> None:
         """Forget the mean; what is usual stays."""
         self._mean = [0.0] * len(self._mean)

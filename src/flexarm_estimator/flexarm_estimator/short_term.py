@@ -34,6 +34,8 @@ _MEMORY = 0.02  # weight of the newest sample in the usual size
 _SUDDEN = 3.0  # times the one before; what grows is no jump
 _BIASED = 5.0  # score of the mean
 _CAUTIOUS = 0.25  # mean of z^2 below which the filter's own gate is too wide to see much
+_LASTING = 0.5  # of a jump: the next sample shows the same
+_MOST = 0.6  # of a jump: more does not count for what is usual
 _HELD_MAX = 2  # samples; the third one as large decides
 _AGREEMENT = 0.45  # of their mean: so far innovations of a shift may lie from it
 FROZEN, SAME = "repeats its value, though the arm moves", "repeats its value"
@@ -90,6 +92,7 @@ class ShortTerm:
         self._has_rested = False  # its values have repeated for good reason
         self._reference = [0.0] * len(self._sigma)  # innovation of the first of equal samples
         self._usual2 = 1.0  # mean of z^2
+        self._limit = _JUMP  # of z
         self._last = 0.0  # z
         self._held: list[Held] = []
         self.mean = MeanTest(self._sigma)
@@ -120,10 +123,9 @@ class ShortTerm:
                 return FROZEN
             if run.is_unheard_of and run.repeats <= _PATIENCE:
                 return SAME
-        if self.mean.score > _BIASED and self._usual2 < _CAUTIOUS:
+        if self.mean.score > _BIASED and self._usual2 < _CAUTIOUS and self.mean.is_like(nu.tolist()):
             return SHIFT
-        limit = self._limit()
-        if z <= limit or self._in_sigmas(nu) < _JUMP or not (self._held or z > _SUDDEN * self._last):
+        if not self._is_surprising(nu, z):
             return ""
         if len(self._held) < _HELD_MAX:
             return HELD
@@ -134,34 +136,40 @@ class ShortTerm:
         if doubt == HELD:
             self._held.append(Held(sample, nu, z))
             return NOTHING
+        values = nu.tolist()
         if run.repeats:
             self._has_rested |= run.repeats > _PATIENCE and not doubt
         else:
-            self._reference = nu.tolist()
+            self._reference = values
         if doubt in (FROZEN, SAME):
             self._is_frozen |= doubt == FROZEN
             return NOTHING
-        limit, held = self._limit(), [held.sample for held in self._held]
+        waiting = self._held
         if doubt == SHIFT:
             self._held, self._last = [], 0.0
             self.mean.clear()
-            return Outcome([], held)
+            return Outcome([], [held.sample for held in waiting])
         if is_fused:
-            self.mean.add(sample.t, nu.tolist())
-        self._usual2 += _MEMORY * (min(z, limit) ** 2 - self._usual2)
+            self.mean.add(sample.t, values)
+        self._usual2 += _MEMORY * (min(z, _MOST * self._limit) ** 2 - self._usual2)
+        self._limit = _JUMP * max(_USUAL_MIN, math.sqrt(self._usual2))
         self._last = z
-        if not held:
+        if not waiting:
             return NOTHING
-        self._held = []
-        return Outcome(held, []) if z > 0.5 * limit else Outcome([], held)
+        self._held, held = [], [held.sample for held in waiting]
+        return Outcome(held, []) if z > _LASTING * waiting[0].normalised else Outcome([], held)
+
+    def _is_surprising(self, nu: Array, z: float) -> bool:
+        """Return whether a sample is far from the usual all of a sudden, or goes on with that."""
+        if self._held:
+            return z > _LASTING * self._held[0].normalised
+        is_large = z > self._limit and z > _SUDDEN * self._last
+        return is_large and self._in_sigmas(nu) > _JUMP
 
     @property
     def surprised_at(self) -> float:
         """Stamp of the first sample that is held [s]; infinite if there is none."""
         return self._held[0].sample.t if self._held else math.inf
-
-    def _limit(self) -> float:
-        return _JUMP * max(_USUAL_MIN, math.sqrt(self._usual2))
 
     def _in_sigmas(self, nu: Array) -> float:
         """Return the largest innovation of a channel over the sensor's noise."""
