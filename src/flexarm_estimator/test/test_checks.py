@@ -70,3 +70,11 @@ def test_an_own_covariance_is_floored_and_one_that_says_nothing_is_dropped():
         indefinite,
     )
     assert all(own(R) is None for R in bad)
+
+
+@pytest.mark.parametrize("size", [1e3, 1e154, 1e308])
+def test_a_covariance_that_says_next_to_nothing_is_cut_so_that_its_square_is_finite(size):
+    R = SampleChecks(SENSORS).own_covariance(Measurement("camera", 1.1, np.zeros(6), size * np.eye(6)))
+    assert R is not None
+    assert (R.diagonal() <= 1e12 * CAMERA.sigma**2).all()
+    assert np.linalg.eigvalsh(R).min() > 0.0
