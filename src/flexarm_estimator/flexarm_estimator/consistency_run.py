@@ -36,6 +36,7 @@ class ConsistencyRun:
     Attributes:
         predicted: Of the first column, by all rows before, (k, m).
         variance: Of the prediction's error, (k, m).
+        least: Least misfit in both halves of the first column with the offsets looked for so far, (2,).
         is_sound: False when rounding forbade to go on.
     """
 
@@ -65,6 +66,8 @@ class ConsistencyRun:
         self._X, self._P = np.zeros((parts.layout.n_x, self._Y.shape[2])), parts.process.P0
         self._X[parts.layout.theta, : self._n_h] = window.theta[:, None]
         self.predicted, self.variance = np.zeros((k, m)), np.ones((k, m))
+        self.least = np.full(2, np.inf)
+        self._running = np.zeros(self._n_h)  # misfit so far
         self._next = 1
         self.is_sound = True
 
@@ -115,11 +118,11 @@ class ConsistencyRun:
         """Return the misfit of the first column but for a drifting offset of a channel, by halves, (2,)."""
         z, at = self._Z[:, :, 0], self._n_h + 2 * channel
         response = self._Z[:, :, at : at + 2].reshape(-1, 2)
-        if not response.size:
-            return np.asarray(self.misfit[:, 0])
         amounts = np.linalg.solve(np.eye(2) + response.T.dot(response), response.T.dot(z.ravel()))
         left = _capped(z - response.dot(amounts).reshape(z.shape)).sum(axis=1)
-        return np.asarray(self._window.halves(left) + float(amounts.dot(amounts)) / 2.0)
+        excused = np.asarray(self._window.halves(left) + float(amounts.dot(amounts)) / 2.0)
+        self.least = min(self.least, excused, key=lambda misfit: float(misfit.sum()))
+        return excused
 
     def _advance_one(self, k: int) -> None:
         window = self._window
@@ -144,6 +147,7 @@ class ConsistencyRun:
             return
         z = self._Z[k] = dtrtrs(L[:m, :m], nu, lower=1)[0]
         self._diagonals[k] = L.diagonal()[:m]
+        self._running += _capped(z[:, : self._n_h]).sum(axis=0)
         L_x = L[m:, m:]
         self._X, self._P = mean[m:] + L[m:, :m].dot(z), L_x.dot(L_x.T)
 
@@ -153,7 +157,8 @@ class ConsistencyRun:
         mapping = map_parts(before, parts)
         self._X, self._P = mapping.T @ self._X, mapping.T @ self._P @ mapping.T.T + mapping.added
         for part in (parts.layout.eta, parts.layout.eta_dot):
-            self._P[part, part] += np.diag((_MAPPING_ERROR * self._X[part, 0]) ** 2)
+            largest = np.abs(self._X[part][:, [0, int(np.argmin(self._running))]]).max(axis=1)
+            self._P[part, part] += np.diag((_MAPPING_ERROR * largest) ** 2)
 
 
 def _capped(z: Array) -> Array:

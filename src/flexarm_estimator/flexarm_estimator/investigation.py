@@ -24,6 +24,7 @@ from flexarm_estimator.isolation import (
     explain_by_offset,
     explain_by_rearranging,
     explain_by_saturation,
+    is_silent,
     samples_at_limit,
     shortlist,
 )
@@ -34,12 +35,15 @@ from flexarm_estimator.window import StepMaker, Window
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 _ENTRIES = 10  # of the ring that are read in one piece
-_WORK = 8000.0  # numbers that one piece may move, about; one step moves (n_x + m)^2 and some overhead
+_WORK = 9000.0  # numbers that one piece may move, about
 _OVERHEAD = 600.0  # numbers that could be moved while a step is set up
 _UNREMARKABLE = 1.2  # mean squared normalised innovation of any row up to which nothing is looked for
 _WELL_EXPLAINED = 1.2  # misfit of a datum that leaves nothing to be explained
 _OFFSET = 5.0, 1.0  # sigmas of noise: offset, and half of its change over the window, of a sound channel
-_MOST = 4  # channels that are left out in turn
+_OVERWHELMING = 5.0 * CLEAR  # squared sigmas gained that need no comparison with silent channels
+_MOST = 2  # silent channels that are left out in turn
+_RIVALS = 2  # others that are left out when something stays unexplained
+_AT_ONCE = 4  # offsets that are looked for in one piece
 
 
 class Entry(NamedTuple):
@@ -99,16 +103,21 @@ def investigate(case: Case, entries: Sequence[Entry]) -> Investigation:
     well = yield from _run(case, window, ignored, hypotheses, case.offsets)
     explanations = explain_by_rearranging(well, hypotheses)
     if not well.is_sound or (
-        well.marginal.max() < _UNREMARKABLE and max(float(e.gain.sum()) for e in explanations) < CLEAR
+        well.marginal.max() < _UNREMARKABLE and max(float(e.gain.sum()) for e in explanations) < CLEAR / 2
     ):
         return None
-    for channel in heard:
+    for i, channel in enumerate(heard):
         explanations.append(explain_by_offset(channel, well))
-        yield
+        if i % _AT_ONCE == _AT_ONCE - 1:
+            yield
     told = decide(explanations)
-    if told is not None and told.spread <= _WELL_EXPLAINED:
+    if told is not None and told.spread <= _WELL_EXPLAINED and told.gain.sum() >= _OVERWHELMING:
         return told
-    candidates = shortlist(well, hypotheses, window, _MOST)
+    noise = case.floor(window)
+    order = shortlist(well, hypotheses)
+    candidates = [channel for channel in order if is_silent(window.y[:, channel], noise[channel])][:_MOST]
+    if told is not None and told.spread > _WELL_EXPLAINED:
+        candidates += [channel for channel in order[:_RIVALS] if channel not in candidates]
     explanations += yield from _leave_out(case, window, ignored, well, hypotheses, candidates)
     explanations += yield from _saturate(case, window, ignored, well, heard)
     return decide(explanations)
@@ -128,7 +137,7 @@ def reconsider(case: Case, entries: Sequence[Entry], told: Explanation) -> Inves
     well = yield from _run(case, window, ignored, about)
     explanations = explain_by_rearranging(well, about)
     explanations += yield from _leave_out(case, window, ignored, well, about, told.channels)
-    is_well = well.is_sound and all((explanation.gain <= -CLEAR).all() for explanation in explanations)
+    is_well = well.is_sound and all((explanation.gain <= -CLEAR / 2).all() for explanation in explanations)
     return told if is_well else None
 
 
@@ -166,7 +175,8 @@ def _run(
     yield
     run = ConsistencyRun(window, Y, case.maker, ignored, offsets)
     size = window.parts[0].layout.n_x + window.y.shape[1]
-    steps = max(1, int(_WORK / (_OVERHEAD + size**2)))
+    columns = Y.shape[2] + (0 if offsets is None else 2 * Y.shape[1])
+    steps = max(1, int(_WORK / (_OVERHEAD + size**2 + size * columns / 2)))
     while not run.is_done:
         run.advance(steps)
         yield
@@ -187,7 +197,8 @@ def _leave_out(
         without[:, channel] = True
         run = yield from _run(case, window, without, rearrangements(case.channels, ()))
         about = [i for i, hypothesis in enumerate(hypotheses) if not i or channel in hypothesis.channels]
-        fit = well.misfit[:, min(about, key=lambda i: float(well.misfit[:, i].sum()))]
+        fits = [well.misfit[:, i] for i in about]
+        fit = min([*fits, well.least], key=lambda misfit: float(misfit.sum()))
         noise = case.floor(window)[channel]
         found.append(explain_by_leaving_out(channel, run, well, fit, window, noise))
     return found

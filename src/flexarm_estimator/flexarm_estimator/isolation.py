@@ -27,11 +27,13 @@ from flexarm_estimator.hypotheses import Rearrangement
 from flexarm_estimator.window import Window
 
 Array = NDArray[np.float64]
-CLEAR = 25.0  # squared sigmas gained in each half, after division by the misfit: five sigmas
+CLEAR = 60.0  # squared sigmas gained, after division by the misfit
+SHARE = 0.25  # of it that each half must gain
 RIVAL = 20.0  # squared sigmas by which the best explanation of other channels must lose
 RIVAL_SHARE = 0.05  # of what is gained, by which it must lose, too
 PLAUSIBLE = 3.0  # misfit of a datum above which nothing is believed
-MISSED = 3.0  # times the misfit of the others that a detached channel has, for each of its samples
+DETACHED = 120.0  # squared sigmas that calling a channel detached must gain; silence alone is suggestive
+EXPLAINED = 1.5  # misfit of a datum up to which a silent channel may be called detached
 FOLLOWS = 0.5  # correlation with what the others predict, from which on a channel is not detached
 QUIET = 3.0  # sigmas of noise that a detached channel may show
 AT_LIMIT = 5  # samples at the same largest value that make a saturation
@@ -62,11 +64,9 @@ class Explanation:
     def is_clear(self) -> bool:
         """It explains far more than "all well"."""
         first, second = self.gain
-        return bool(
-            self.spread <= PLAUSIBLE
-            and second >= CLEAR
-            and first >= (CLEAR if self.needs_both else -CLEAR / 4)
-        )
+        least = SHARE * CLEAR if self.needs_both else -SHARE * CLEAR
+        halves = first >= least and second >= SHARE * CLEAR
+        return bool(self.spread <= PLAUSIBLE and halves and first + second >= CLEAR)
 
 
 def explain_by_rearranging(run: ConsistencyRun, hypotheses: Sequence[Rearrangement]) -> list[Explanation]:
@@ -97,7 +97,7 @@ def explain_by_leaving_out(
         channel: Left out in all steps.
         run: Without it.
         well: With it.
-        fit: Misfit of the best rearrangement of this channel in both halves, (2,).
+        fit: Least misfit that this channel being in use can have in both halves, (2,).
         window: What was said.
         noise: Variance that a sample of the channel has at least.
     """
@@ -107,11 +107,13 @@ def explain_by_leaving_out(
     y0, spread = np.nanmean(y), run.spread(0)
     square = max(float(np.nanvar(y)), noise)
     cost = np.where(heard, (np.nan_to_num(y) - y0) ** 2 / square + np.log(square), 0.0)
-    gain = (well.total(0) - run.total(0) - window.halves(cost)) / spread
-    missed = (np.minimum(well.excused(channel), fit) - run.misfit[:, 0]) / window.halves(heard).clip(1.0)
+    told = (well.total(0) - run.total(0) - window.halves(cost)) / spread
+    missed = (fit - run.misfit[:, 0]) / spread - window.halves(heard)  # a tight guess alone is no proof
     settled = heard & (np.arange(len(y)) >= SETTLING * len(y))
-    is_detached = _is_deaf(y[settled], z[settled], noise) and bool(np.all(missed >= MISSED * spread))
+    is_detached = is_silent(y, noise) and not _follows(y[settled], z[settled]) and spread <= EXPLAINED
+    gain = np.minimum(told, missed)
     words = f"is detached (says {y0:.3g} +- {np.sqrt(np.nanvar(y)):.1g} whatever the arm does)"
+    is_detached &= bool(gain.sum() >= DETACHED)
     return Explanation((channel,), words if is_detached else "", gain, spread)
 
 
@@ -152,19 +154,15 @@ def samples_at_limit(y: Array) -> NDArray[np.bool_]:
     return found
 
 
-def shortlist(
-    run: ConsistencyRun, hypotheses: Sequence[Rearrangement], window: Window, most: int
-) -> list[int]:
-    """Return the channels that may be detached: their sign does not matter, or they are far off."""
+def shortlist(run: ConsistencyRun, hypotheses: Sequence[Rearrangement]) -> list[int]:
+    """Return the channels, those first that may be wrong: their sign does not matter, or they are far off."""
     flips = {h.channels[0]: run.misfit[:, i].sum() for i, h in enumerate(hypotheses) if len(h.channels) == 1}
-    by_sign = sorted(flips, key=lambda channel: flips[channel])
-    by_misfit = sorted(flips, key=lambda channel: -run.marginal[channel])
-    best = hypotheses[int(np.argmin(run.misfit.sum(axis=0)))].channels
-    found: list[int] = list(best)
+    by_sign = sorted(flips, key=lambda channel: float(flips[channel]))
+    by_misfit = sorted(flips, key=lambda channel: -float(run.marginal[channel]))
+    found = list(hypotheses[int(np.argmin(run.misfit.sum(axis=0)))].channels)
     for pair in zip(by_sign, by_misfit, strict=True):
-        found += [channel for channel in pair if channel not in found]
-    heard = np.isfinite(window.y).sum(axis=0) > len(window.t) // 2
-    return [channel for channel in found if heard[channel]][:most]
+        found += [channel for channel in dict.fromkeys(pair) if channel not in found]
+    return found
 
 
 def decide(explanations: Sequence[Explanation]) -> Explanation | None:
@@ -182,13 +180,24 @@ def _total(explanation: Explanation) -> float:
     return float(explanation.gain.sum())
 
 
-def _is_deaf(y: Array, z: Array, noise: float) -> bool:
-    """Return whether a channel shows nothing of what the others predict for it."""
+def is_silent(y: Array, noise: float) -> bool:
+    """Return whether a channel says no more than noise, little or white, which a moving arm is not.
+
+    Args:
+        y: What it said, NaN where nothing, (k,).
+        noise: Variance of a sample.
+    """
+    y = y[np.isfinite(y)]
     if y.size < AT_LIMIT:
         return False
+    y = y - y.mean()
+    square = float(y.dot(y))
+    return bool(square <= QUIET**2 * noise * y.size or abs(float(y[1:].dot(y[:-1]))) <= 0.5 * square)
+
+
+def _follows(y: Array, z: Array) -> bool:
+    """Return whether a channel shows what the others predict for it."""
+    if y.size < AT_LIMIT:
+        return True
     y, z = y - y.mean(), z - z.mean()
-    wanted, shown = float(z.dot(z)), float(y.dot(y))
-    correlation = abs(float(y.dot(z))) / np.sqrt(max(wanted * shown, 1e-300))
-    is_white = abs(float(y[1:].dot(y[:-1]))) <= 0.5 * shown
-    is_quiet = shown <= QUIET**2 * noise * y.size
-    return bool(correlation <= FOLLOWS and (is_white or is_quiet))
+    return bool(abs(y.dot(z)) > FOLLOWS * np.sqrt(y.dot(y) * z.dot(z)))

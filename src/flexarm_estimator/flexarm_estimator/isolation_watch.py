@@ -18,8 +18,8 @@ from flexarm_estimator.watch import Finding, View, Watch
 from flexarm_estimator.window import StepMaker
 from flexarm_model.description import SensorSpec
 
-_LENGTH = 100  # ticks in the ring: half a second at 200 Hz
-_SHORTEST = 40  # ticks of the shortest window that is investigated
+_LENGTH = 60  # ticks in the ring: 0.3 s at 200 Hz
+_SHORTEST = 36  # ticks of the shortest window that is investigated
 _RESOLUTION = 1e-5  # s; periods that differ by less are one
 _SELF_CHECK = 1.0  # s between investigations without suspicion
 _PAUSE = 0.05  # s between two investigations

@@ -6,6 +6,7 @@ from collections.abc import Iterable
 
 from flexarm_estimator.bias_watch import BiasWatch
 from flexarm_estimator.frozen_watch import FrozenWatch
+from flexarm_estimator.isolation_watch import IsolationWatch
 from flexarm_estimator.latency_watch import LatencyWatch
 from flexarm_estimator.settings import EstimatorConfig
 from flexarm_estimator.shift_watch import ShiftWatch
@@ -29,6 +30,7 @@ def make_watches(
         ShiftWatch(),
         LatencyWatch(delays, config),
         BiasWatch(specs, config),
+        IsolationWatch(specs),
     )
 
 
