@@ -16,7 +16,8 @@ from flexarm_bringup.bag_writer import BagError
 from flexarm_bringup.conversions import deserialise
 from flexarm_bringup.topics import NAMESPACE, find_stream
 from flexarm_estimator.estimate import SensorReport
-from flexarm_estimator.exchange import EstimatorExchange
+from flexarm_estimator.exchange import TORQUE_TOPIC, EstimatorExchange
+from flexarm_estimator.sensor_messages import SensorReader
 from flexarm_estimator.settings import EstimatorConfig
 from flexarm_model.conversions import model_to_msg, stamp_to_ns
 from flexarm_model.description import ManipulatorConfig
@@ -78,8 +79,8 @@ def feed_bag(
     Raises:
         BagError: A topic is not in the bag, not one of the estimator's, or of another type.
     """
+    _check_remaps(bag, remaps, (*SensorReader(config).topics, TORQUE_TOPIC))
     exchange = EstimatorExchange(config, settings, None)
-    _check_remaps(bag, remaps, exchange.topics)
     exchange.on_model(model_to_msg(linearize(ReducedTree(config))))
     used: Counter[str] = Counter()
     statuses: Counter[str] = Counter()
