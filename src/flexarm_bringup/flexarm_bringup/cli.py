@@ -59,6 +59,7 @@ COMMANDS = {
         "flexarm_bringup.consistency.command",
         "is the estimator as good as it says? NEES and NIS of every machine",
     ),
+    "ablate": Command("flexarm_bringup.ablate", "estimate a bag without each sensor: what does it buy?"),
     "bench": Command("flexarm_bringup.bench", "measure the time of every step, as ratios to a baseline"),
 }
 

@@ -58,7 +58,7 @@ def replay(bag: Bag, folder: Path) -> Bag:
 
 
 def _build_player(bag: Bag) -> tuple[Player, Callable[[], str]]:
-    config, settings = _configuration(bag)
+    config, settings = configuration(bag)
     lockstep = check_ticks(bag) > 0
     epoch_ns = 0 if lockstep else None
     laws = apply_overrides(ControllerConfig, settings.get("controller", {}))
@@ -70,7 +70,7 @@ def _build_player(bag: Bag) -> tuple[Player, Callable[[], str]]:
     return Player(estimator, controller, lockstep), lambda: estimator.model_fault
 
 
-def _configuration(bag: Bag) -> tuple[ManipulatorConfig, dict[str, dict[str, Any]]]:
+def configuration(bag: Bag) -> tuple[ManipulatorConfig, dict[str, dict[str, Any]]]:
     """Return the manipulator and the settings of the nodes that a bag was recorded with."""
     missing = [key for key in ("description", "preset", "settings") if key not in bag.custom]
     if missing:

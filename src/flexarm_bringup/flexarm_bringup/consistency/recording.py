@@ -1,0 +1,151 @@
+"""A recorded bag as the estimator hears it: once more with other settings, or with a sensor switched off."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexarm_bringup.bag_reader import Bag, check_bag, decode
+from flexarm_bringup.bag_writer import BagError
+from flexarm_bringup.player import Outgoing, Player
+from flexarm_bringup.replay_bag import NEEDED, configuration
+from flexarm_bringup.tick_check import check_ticks
+from flexarm_bringup.topics import NAMESPACE
+from flexarm_estimator.estimate import Estimate
+from flexarm_estimator.exchange import EstimatorExchange
+from flexarm_estimator.settings import EstimatorConfig
+from flexarm_model.conversions import stamp_to_ns
+from flexarm_model.description import ManipulatorConfig
+from flexarm_model.overrides import apply_overrides
+from flexarm_model.reduced_model import ReducedModel
+
+Array = NDArray[np.float64]
+TRUTH = f"{NAMESPACE}/truth"
+LAST = "end_effector"  # what the estimator says last at every step
+
+
+@dataclass(frozen=True)
+class Recording:
+    """A bag and the configuration it was recorded with.
+
+    Attributes:
+        bag: The bag.
+        config: The manipulator.
+        settings: Of the estimator.
+        lockstep: It was recorded in lockstep.
+    """
+
+    bag: Bag
+    config: ManipulatorConfig
+    settings: EstimatorConfig
+    lockstep: bool
+
+    @property
+    def epoch_ns(self) -> int | None:
+        """Stamp that is time zero; None takes the first step's [ns]."""
+        return 0 if self.lockstep else None
+
+    def true_tip(self) -> dict[int, Array]:
+        """Return the true positions of the tip by stamp [ns], (3,) each [m]; empty when not recorded."""
+        found = {}
+        for record in self.bag.records:
+            if record.name == TRUTH:
+                msg = decode(record)
+                found[stamp_to_ns(msg.header.stamp)] = np.array(msg.tip[:3])
+        return found
+
+
+class Told(NamedTuple):
+    """What the estimator said at a stamp [ns], and with which model."""
+
+    stamp_ns: int
+    estimate: Estimate
+    model: ReducedModel
+
+
+def open_recording(path: Path) -> Recording:
+    """Read a bag.
+
+    Raises:
+        BagError: It cannot be used.
+        ConfigError, ParameterError: Its configuration is not understood.
+    """
+    bag = check_bag(path, NEEDED)
+    config, settings = configuration(bag)
+    estimator = apply_overrides(EstimatorConfig, settings.get("estimator", {}))
+    return Recording(bag, config, estimator, check_ticks(bag) > 0)
+
+
+def run_estimator(
+    recording: Recording,
+    off: Sequence[str] = (),
+    settings: EstimatorConfig | None = None,
+    sigmas: Mapping[str, Array] | None = None,
+) -> list[Told]:
+    """Feed a bag to a new estimator and return all that it says.
+
+    Args:
+        recording: The bag.
+        off: Sensors to do without.
+        settings: Of the estimator; None takes those of the bag.
+        sigmas: Standard deviations of sensors that are other than in the description, by name.
+
+    Raises:
+        BagError: No model of the bag is taken.
+    """
+    config = with_sigmas(recording.config, sigmas or {})
+    exchange = EstimatorExchange(config, settings or recording.settings, recording.epoch_ns)
+    player = Player(_Without(exchange, off), _NoController(), recording.lockstep)
+    told = []
+    for _, outgoing in player.play(recording.bag.records):
+        if outgoing.topic == LAST and exchange.estimate is not None and exchange.estimator is not None:
+            stamp_ns = stamp_to_ns(outgoing.msg.header.stamp)
+            told.append(Told(stamp_ns, exchange.estimate, exchange.estimator.model))
+    if not told:
+        raise BagError(f"{recording.bag.path}: gives no estimate: {exchange.model_fault}")
+    return told
+
+
+def with_sigmas(config: ManipulatorConfig, sigmas: Mapping[str, Array]) -> ManipulatorConfig:
+    """Return a manipulator whose sensors have other standard deviations; it keeps its identity."""
+    sensors = tuple(
+        replace(spec, sigma=sigmas[spec.name]) if spec.name in sigmas else spec for spec in config.sensors
+    )
+    return replace(config, sensors=sensors)
+
+
+class _Without:
+    """The estimator with some sensors switched off as soon as it exists."""
+
+    def __init__(self, exchange: EstimatorExchange, off: Sequence[str]) -> None:
+        self._exchange, self._off = exchange, off
+        self.on_sensor, self.step = exchange.on_sensor, exchange.step
+        self.on_intervention = exchange.on_intervention
+
+    def on_model(self, msg: Any) -> Iterable[Outgoing]:
+        outgoing = self._exchange.on_model(msg)
+        if self._exchange.estimator is not None:
+            for sensor in self._off:
+                self._exchange.estimator.health.switch(sensor, True)
+        return outgoing
+
+
+class _NoController:
+    """Says nothing."""
+
+    def on_model(self, msg: Any) -> Iterable[Outgoing]:
+        return ()
+
+    def on_reference(self, msg: Any) -> Iterable[Outgoing]:
+        return ()
+
+    def on_guard_status(self, msg: Any) -> None:
+        return None
+
+    def on_modal_state(self, msg: Any) -> Iterable[Outgoing]:
+        return ()
