@@ -1,9 +1,9 @@
 """Computes one instant from the one before: predict, judge what is new, update.
 
 Ordinary instants take the joint step, one with a refused row or a doubted state goes through filterpy.
-Where the matrices come from is the filter's choice (``filters.step_source``).
-Poses are linearised anew whenever their instant is computed. An instant that is computed again because
-of a late sample keeps its verdicts; ordinary ones in a row are computed again in one go.
+Matrices are the filter's choice (``filters.step_source``), poses are linearised whenever their instant is
+computed. An instant that is computed again because of a late sample keeps its verdicts; ordinary ones in a
+row are computed again in one go.
 """
 
 from __future__ import annotations
@@ -37,7 +37,8 @@ class Fusion:
     """Process model, sensors, filter and gate of one served model.
 
     Attributes:
-        widening: Added to the covariance where the state is doubted, (n_x, n_x).
+        widen: Gives what is added to the covariance where the state is doubted, (n_x, n_x).
+        dependent: See ``StepSource``.
     """
 
     def __init__(
@@ -51,6 +52,7 @@ class Fusion:
         """Bind the parts; ``steps`` is the filter, the linear one if None."""
         self._source = ServedSteps(process, models) if steps is None else steps
         self._models, self._gate, self.widen = models, gate, process.widen
+        self.dependent = self._source.dependent
         self._limits = BiasLimits(process.layout, [state.limit for state in process.biases.values()])
         self._poses = frozenset(models.poses)
         n_x = process.system.n_x
@@ -60,11 +62,6 @@ class Fusion:
         self._pose_updates = {name: PoseUpdate(name, sizes[name], n_x, self._runner) for name in models.poses}
         self._filter = GuardedFilter(n_x, process.system.n_u + 1)
         self._steps: dict[tuple[float, tuple[str, ...]], JointStep] = {}
-
-    @property
-    def dependent(self) -> Sequence[int] | None:
-        """Tree coordinates that follow the others; None when the state is about its model's static shape."""
-        return self._source.dependent
 
     def compute(self, instants: Sequence[Instant], first: int) -> list[Verdict]:
         """Compute the beliefs of ``instants`` from index ``first`` >= 1 on.

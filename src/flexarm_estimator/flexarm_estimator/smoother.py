@@ -123,7 +123,7 @@ class FixedLagSmoother:
             ValueError: The estimator forgets earlier than that.
         """
         longest = estimator.config.history - estimator.config.max_gap
-        if not 0.0 <= lag <= longest:
+        if not 0.0 <= lag <= longest + SAME_INSTANT:
             raise ValueError(f"lag: {lag} s is outside [0, {longest:.3g}] s (history - max_gap)")
         self._estimator, self._lag = estimator, lag
         self._told = -math.inf

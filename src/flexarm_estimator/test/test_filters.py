@@ -10,11 +10,11 @@ from planar_strip import StripKinematics, strip_model
 
 from flexarm_estimator.estimator import Estimator
 from flexarm_estimator.filter import Belief, predict
-from flexarm_estimator.filters.flow import NoFlow
-from flexarm_estimator.filters.sigma import ALPHA, BETA, KAPPA, SigmaSteps, regress
+from flexarm_estimator.filters.sigma import ALPHA, BETA, KAPPA, SigmaSteps
 from flexarm_estimator.filters.tangent import TangentSteps
 from flexarm_estimator.measurement import Measurement
 from flexarm_estimator.settings import EstimatorConfig
+from flexarm_estimator.smoother import FixedLagSmoother
 from flexarm_model.linearize import linearize
 from flexarm_model.parameters import ParameterError
 
@@ -184,26 +184,15 @@ def test_another_model_leaves_a_moving_arm_where_it_is(name):
     np.testing.assert_allclose(after.cov_tip_pose, estimate.cov_tip_pose, atol=1e-14)
 
 
-def test_sigma_points_of_a_line_leave_nothing():
-    rng = np.random.default_rng(5)
-    A, belief = rng.normal(size=(3, 4)), Belief(rng.normal(size=4), _covariance(rng, 4))
-    fit = regress(lambda x: A @ x + 1.0, belief)
-    np.testing.assert_allclose(fit.slope, A, atol=1e-12)
-    np.testing.assert_allclose(fit.mean, A @ belief.x + 1.0, atol=1e-12)
-    np.testing.assert_allclose(fit.spread, 0.0, atol=1e-24)
-
-
-def test_sigma_points_give_mean_and_variance_of_a_square():
-    """Of a Gaussian x: E x^2 = m^2 + s^2, Var x^2 = 4 m^2 s^2 + 2 s^4."""
-    m, s = 0.7, 0.3
-    fit = regress(lambda x: x**2, Belief(np.array([m]), np.array([[s**2]])))
-    assert fit.mean[0] == pytest.approx(m**2 + s**2)
-    assert fit.slope[0, 0] ** 2 * s**2 + fit.spread[0, 0] == pytest.approx(4 * m**2 * s**2 + 2 * s**4)
-
-
-def test_a_point_that_is_not_finite_is_no_regression():
-    with pytest.raises(NoFlow):
-        regress(lambda x: np.full(2, np.nan), Belief(np.zeros(2), np.eye(2)))
+def test_looking_back_on_a_fast_move_is_better_with_the_extended_filter_too():
+    record = swing(60, np.random.default_rng(7))
+    smoother, now, late = FixedLagSmoother(estimator("extended", **QUIET), 0.1), [], []
+    for k, t in enumerate(record.t):
+        late += smoother.step(record.samples[k], record.tau[k], float(t))
+        now.append(smoother._estimator.past[1][-1].belief.x[:12])
+    late = np.array([b.belief.x[:12] for b in late + smoother.finish()])
+    spread = [np.std((x - record.x)[20:50, 6:9], axis=0) for x in (np.array(now), late)]  # of velocities
+    assert np.all(spread[1] < 0.9 * spread[0])
 
 
 def test_the_unscented_step_equals_that_of_filterpy():
@@ -240,8 +229,3 @@ def test_the_unscented_step_equals_that_of_filterpy():
 
 def _shifted(sample, dt, off):
     return Measurement(sample.sensor, sample.t + dt, sample.y + off * (sample.sensor == "base_encoder"))
-
-
-def _covariance(rng, n):
-    root = rng.normal(size=(n, n))
-    return root @ root.T + 0.1 * np.eye(n)
