@@ -52,9 +52,8 @@ class Fusion:
         """Bind the parts; ``steps`` is the filter, the linear one if None."""
         self._source = ServedSteps(process, models) if steps is None else steps
         self._models, self._gate, self.widen = models, gate, process.widen
-        self.dependent = self._source.dependent
         self._limits = BiasLimits(process.layout, [state.limit for state in process.biases.values()])
-        self._poses = frozenset(models.poses)
+        self._poses, self.dependent = frozenset(models.poses), self._source.dependent
         n_x = process.system.n_x
         sizes = {name: model.R.shape[0] for name, model in models.all().items()}
         widest = max(sum(sizes[name] for name in models.rows), *(sizes[name] for name in models.poses), 1)
