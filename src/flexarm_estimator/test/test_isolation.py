@@ -1,0 +1,181 @@
+"""Channels at fault are named by how well the past is explained; on the strip in closed form."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from planar_strip import DT, SENSORS, StripKinematics, arriving, simulate, strip_model
+
+from flexarm_estimator.channels import Channels
+from flexarm_estimator.consistency_run import ConsistencyRun
+from flexarm_estimator.estimator import Estimator
+from flexarm_estimator.filter import Belief, GuardedFilter, innovation_covariance
+from flexarm_estimator.gate import Gate
+from flexarm_estimator.hypotheses import rearrangements, undo
+from flexarm_estimator.isolation import Explanation, decide, is_silent, samples_at_limit
+from flexarm_estimator.measurement import Measurement
+from flexarm_estimator.parts import PartsMaker
+from flexarm_estimator.settings import EstimatorConfig
+from flexarm_estimator.stack import stack_rows
+from flexarm_estimator.window import StepMaker, Window
+
+CONFIG = EstimatorConfig()
+QUIET = EstimatorConfig(
+    motion_acceleration=0.05, modal_force=0.01, acceleration_noise=0.01, disturbance_drift=0.1
+)
+RECORD = simulate(500, np.random.default_rng(21), config=QUIET, camera_every=7)  # torque shakes the strip
+
+
+def make_parts():
+    gate = Gate({spec.name: spec.sigma.tolist() for spec in SENSORS}, CONFIG)
+    return PartsMaker(StripKinematics(), SENSORS, CONFIG, gate).make(strip_model())
+
+
+PARTS = make_parts()
+CHANNELS = Channels(SENSORS, PARTS.sensors.rows)
+STRAIN = 1
+
+
+def window(first=100, count=40, change=lambda y: y):
+    y = np.array([np.concatenate([s.y for s in RECORD.samples[k][:3]]) for k in range(first, first + count)])
+    u = np.column_stack([RECORD.tau[first : first + count], np.ones(count)])
+    return Window(RECORD.t[first : first + count], u, change(y), [PARTS] * count, np.zeros(1))
+
+
+def run(w, hypotheses, ignored=None, offsets=None):
+    ignored = np.zeros(w.y.shape, dtype=bool) if ignored is None else ignored
+    result = ConsistencyRun(w, undo(hypotheses, w.y), StepMaker(1e-5), ignored, offsets)
+    result.advance(len(w.t))
+    return result
+
+
+def test_misfit_and_determinant_are_those_of_filterpy():
+    """Oracle: the ordinary filter, one step after the other, whose gains come from another formula."""
+    w = window(count=30)
+    got = run(w, rearrangements(CHANNELS, ()))
+    step = PARTS.process.step(DT)
+    stack = stack_rows(list(PARTS.sensors.rows.values()), PARTS.process.force_cov)
+    kalman, belief = GuardedFilter(9, 2), Belief(np.zeros(9), PARTS.process.P0)
+    misfit = log_det = 0.0
+    for k in range(1, 30):
+        prior, M = kalman.predict(belief, step, w.u[k]), stack.cross(step)
+        S = innovation_covariance(prior.P, stack.C, stack.R_total, M)
+        nu = w.y[k] - stack.C @ prior.x - stack.D @ w.u[k]
+        misfit, log_det = misfit + nu @ np.linalg.solve(S, nu), log_det + np.linalg.slogdet(S)[1]
+        belief = kalman.update(prior, nu, stack.C, stack.R_total, M)
+    np.testing.assert_allclose(got.misfit[:, 0].sum(), misfit, rtol=1e-6)  # the start is ill-conditioned
+    np.testing.assert_allclose(got.log_det.sum(), log_det, rtol=1e-6)
+
+
+def test_a_channel_left_out_is_as_if_it_did_not_exist():
+    rows = [model for name, model in PARTS.sensors.rows.items() if name != "root_strain"]
+    fewer = SimpleNamespace(
+        process=PARTS.process, layout=PARTS.layout, sensors=SimpleNamespace(rows=dict(enumerate(rows)))
+    )
+    w = window(count=30)
+    ignored = np.zeros(w.y.shape, dtype=bool)
+    ignored[:, STRAIN] = True
+    without = Window(w.t, w.u, w.y[:, [0, 2]], [fewer] * 30, w.theta)
+    other = ConsistencyRun(without, without.y[:, :, None], StepMaker(1e-5), ignored[:, [0, 2]])
+    other.advance(30)
+    got = run(w, rearrangements(CHANNELS, ()), ignored)
+    np.testing.assert_allclose(got.misfit, other.misfit, rtol=1e-4)  # its noise is 1e8 times as large
+    np.testing.assert_allclose(got.log_det, other.log_det, atol=1e-3)
+
+
+def test_an_offset_that_is_looked_for_is_excused():
+    shift = 40e-6
+    offsets = np.outer(CHANNELS.sigma, (40.0, 1.0))  # forty sigmas of the gauge are nothing unusual
+    shifted = run(window(change=lambda y: y + [0, shift, 0]), rearrangements(CHANNELS, ()), offsets=offsets)
+    sound = run(window(), rearrangements(CHANNELS, ()), offsets=offsets)
+    assert shifted.misfit[:, 0].sum() > 2.0 * sound.misfit[:, 0].sum()
+    assert shifted.excused(STRAIN).sum() <= sound.misfit[:, 0].sum() + 2.0  # it costs one squared sigma
+
+
+def test_rearranging_undoes_every_fault_that_it_stands_for():
+    channels = Channels(SENSORS + tuple(SENSORS[1:2]), ["encoder", "root_strain", "tip_accelerometer"])
+    Y = np.arange(12.0).reshape(4, 3)
+    for i, hypothesis in enumerate(rearrangements(channels, range(3))):
+        wrong = (Y * hypothesis.sign)[:, hypothesis.source]
+        np.testing.assert_array_equal(undo(rearrangements(channels, range(3)), wrong)[:, :, i], Y)
+
+
+def explanation(channels, gain, words="", **more):
+    return Explanation(channels, words, np.asarray(gain, dtype=float), 1.0, **more)
+
+
+def test_the_clear_winner_is_told_and_nothing_else():
+    flipped = explanation((1,), (200, 300), "sign is flipped")
+    assert decide([flipped, explanation((2,), (100, 100), "sign is flipped")]) is flipped
+    assert decide([flipped, explanation((2,), (200, 295))]) is None  # something else may be wrong
+    assert decide([flipped, explanation((2,), (200, 299), is_excuse=True)]) is None
+    assert decide([flipped, explanation((1,), (300, 300))]) is flipped  # the same channel
+    assert decide([explanation((1,), (0, 500), "sign is flipped")]) is None  # an impact, or the beginning
+    assert decide([Explanation((1,), "sign is flipped", np.full(2, 500.0), 9.0)]) is None  # nothing fits
+
+
+def test_noise_is_silence_and_vibration_is_not():
+    rng = np.random.default_rng(3)
+    assert is_silent(rng.normal(size=60), 1.0)
+    assert is_silent(100.0 * rng.normal(size=60), 1.0)  # white, if loud
+    assert not is_silent(10.0 * np.sin(0.3 * np.arange(60.0)), 1.0)
+
+
+def test_values_at_a_limit_are_those_that_repeat_the_largest_exactly():
+    y = np.clip(np.sin(0.2 * np.arange(60.0)), -2.0, 0.5)
+    np.testing.assert_array_equal(samples_at_limit(y), y == 0.5)
+    assert not samples_at_limit(np.random.default_rng(4).normal(size=60)).any()
+
+
+FAULTS = {
+    "sign is flipped": lambda y, rng: -y,
+    "is detached": lambda y, rng: rng.normal(size=1) * 1e-7,
+    "is saturated": lambda y, rng: np.clip(y, -3e-5, 3e-5),
+}
+
+
+def find(words, sensor, start, end=np.inf, model=None):
+    """Return when a sensor was named for the first time, when acquitted [s], and who else was named."""
+    estimator = Estimator(strip_model() if model is None else model, StripKinematics(), SENSORS, CONFIG)
+    rng = np.random.default_rng(5)
+    named, acquitted, others = np.inf, np.inf, set()
+    for k, t in enumerate(RECORD.t):
+        samples = [
+            Measurement(s.sensor, s.t, FAULTS[words](s.y, rng))
+            if s.sensor == sensor and start <= s.t < end
+            else s
+            for s in arriving(RECORD, k, 12)
+        ]
+        estimate = estimator.step(samples, RECORD.tau[k], float(t))
+        for report in estimate.sensors:
+            is_named = report.status == "faulty" and "squared sigmas" in report.reason
+            if is_named and report.name != sensor:
+                others.add((report.name, report.reason))
+            elif is_named and words in report.reason:
+                named = min(named, float(t))
+            elif report.name == sensor and named < t and not is_named:
+                acquitted = min(acquitted, float(t))
+    return named, acquitted, others
+
+
+@pytest.mark.parametrize("words", FAULTS)
+def test_a_gauge_at_fault_is_named_within_a_second(words):
+    named, _, others = find(words, "root_strain", 0.5)
+    assert named <= 1.5
+    assert not others
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("scale", [0.9, 1.1])
+@pytest.mark.parametrize("start", [0.0, 0.5])
+@pytest.mark.parametrize("words", FAULTS)
+def test_a_gauge_at_fault_is_named_within_a_second_with_frequencies_ten_percent_off(words, start, scale):
+    named, _, others = find(words, "root_strain", start, model=strip_model(frequency_scale=scale))
+    assert named <= start + 1.0
+    assert not others
+
+
+def test_a_channel_that_is_well_again_is_acquitted():
+    named, acquitted, others = find("sign is flipped", "root_strain", 0.5, end=1.2)
+    assert named <= 1.2 < acquitted <= 2.4
+    assert not others
