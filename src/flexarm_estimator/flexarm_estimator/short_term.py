@@ -27,11 +27,11 @@ Array = NDArray[np.float64]
 _STEP = 4.0  # sigmas of the sensor; above sqrt(12)
 _NOISE = 1.5  # sigmas of the sensor: enough if it never repeats otherwise
 _PATIENCE = 10  # equal samples
-_NOVICE = 20  # values that must have differed before repeating is suspicious in itself
+_NOVICE = 20  # samples before a prediction is good; values that must differ before repeating is suspicious
 _JUMP = 5.0  # times the usual size
 _USUAL_MIN = 1e-3  # of z; rounding is no noise
 _MEMORY = 0.02  # weight of the newest sample in the usual size
-_SUDDEN = 3.0  # times the one before; what grows is no jump
+_SUDDEN = 2.0  # times the one before; what grows is no jump
 _BIASED = 5.0  # score of the mean
 _CAUTIOUS = 0.25  # mean of z^2 below which the filter's own gate is too wide to see much
 _LASTING = 0.5  # of a jump: the next sample shows the same
@@ -87,7 +87,7 @@ class ShortTerm:
         self._sigma = [float(s) for s in sigma]
         self._values: list[float] = []
         self._run = Run(0, -math.inf, False)
-        self._changes = 0
+        self._count = self._changes = 0
         self._is_frozen = False  # has been found to be
         self._has_rested = False  # its values have repeated for good reason
         self._reference = [0.0] * len(self._sigma)  # innovation of the first of equal samples
@@ -100,6 +100,7 @@ class ShortTerm:
     def meet(self, sample: Measurement) -> Run:
         """Compare the values of a new sample with the one before."""
         values = sample.y.tolist()
+        self._count += 1
         if values != self._values:
             self._has_rested |= self._run.repeats > 0 and not self._is_frozen
             self._values, self._run, self._is_frozen = values, Run(0, sample.t, False), False
@@ -117,7 +118,7 @@ class ShortTerm:
             nu: Innovation, (m,).
             z: Normalised.
         """
-        if run.repeats:
+        if run.repeats and self._count > _NOVICE:
             moved = self._moved(nu)
             if moved > _STEP or (run.is_unheard_of and run.repeats >= _PATIENCE // 2 and moved > _NOISE):
                 return FROZEN

@@ -68,10 +68,10 @@ def test_a_nominal_run_refuses_at_most_one_sample_in_a_thousand():
 
 @pytest.mark.parametrize(
     ("sensor", "size"),
-    [("encoder", 50.0), ("root_strain", 50.0), ("camera", 50.0), ("tip_accelerometer", 700.0)],
+    [("encoder", 50.0), ("root_strain", 50.0), ("camera", 50.0), ("tip_accelerometer", 150.0)],
 )
 def test_spikes_are_refused_and_do_no_harm(sensor, size):
-    """Sizes in sigmas; what a mode 10 % off may do hides smaller spikes of the accelerometer."""
+    """Sizes in sigmas; smaller spikes of the accelerometer are no larger than its innovations here."""
     sigma = next(spec.sigma for spec in SENSORS if spec.name == sensor)
     rng = np.random.default_rng(12)
     spikes = {k for k in range(100, STEPS) if rng.random() < 0.02}

@@ -1,0 +1,124 @@
+"""What one sensor does by itself: values that repeat, lone jumps, shifts, and the mean of its innovations."""
+
+import math
+
+import numpy as np
+import pytest
+
+from flexarm_estimator.mean_test import MeanTest
+from flexarm_estimator.measurement import Measurement
+from flexarm_estimator.short_term import FROZEN, HELD, SAME, SHIFT, ShortTerm
+
+DT = 0.005
+SIGMA = 0.1
+
+
+class Sensor:
+    """One channel whose prediction is given; ``S`` is twice the noise."""
+
+    def __init__(self):
+        self.past, self.k = ShortTerm([SIGMA]), 0
+
+    def say(self, y, predicted):
+        """Return the doubt, the samples that are let go, and those that are dropped."""
+        self.k += 1
+        sample = Measurement("a", self.k * DT, np.array([y]))
+        nu = np.array([y - predicted])
+        z = abs(nu[0]) / (2 * SIGMA)
+        run = self.past.meet(sample)
+        doubt = self.past.doubt(run, nu, z)
+        released, dropped = self.past.note(run, sample, nu, z, doubt, not doubt)
+        return doubt, [s.t for s in released], [s.t for s in dropped]
+
+
+def used(samples=200, seed=1):
+    """Return a sensor that has worked for a while."""
+    sensor, rng = Sensor(), np.random.default_rng(seed)
+    for noise in SIGMA * rng.standard_normal(samples):
+        assert sensor.say(noise, 0.0)[0] == ""
+    return sensor
+
+
+def test_a_value_that_repeats_while_the_prediction_moves_on_is_frozen_at_once():
+    sensor = used()
+    sensor.say(0.01, 0.0)
+    assert sensor.say(0.01, 0.6)[0] == FROZEN
+
+
+def test_a_value_that_has_never_repeated_before_is_not_believed_for_ten_samples():
+    sensor = used()
+    doubts = [sensor.say(0.01, 0.0)[0] for _ in range(14)]
+    assert doubts == [""] + 10 * [SAME] + 3 * [""]
+
+
+def test_a_slow_motion_convicts_a_value_that_never_repeated_before_within_ten_samples():
+    sensor = used()
+    doubts = [sensor.say(0.01, 0.4 * SIGMA * k)[0] for k in range(11)]
+    assert FROZEN in doubts
+    assert not any(doubt == "" for doubt in doubts[1:])
+
+
+def test_a_quantised_sensor_may_repeat_as_long_as_the_motion_is_less_than_a_step():
+    """Noise of a step q is q / sqrt(12); the true position goes on by less than q while the value stays."""
+    step, doubts = math.sqrt(12) * SIGMA, []
+    sensor = Sensor()
+    for k in range(400):
+        position = 0.05 * step * k if k < 200 else 10.0 * step
+        doubts.append(sensor.say(step * round(position / step), position)[0])
+    assert set(doubts) == {""}
+
+
+def test_a_lone_jump_is_held_and_dropped_when_the_next_sample_does_not_show_it():
+    sensor = used()
+    doubt, released, dropped = sensor.say(2.0, 0.0)
+    assert (doubt, released, dropped) == (HELD, [], [])
+    assert sensor.say(0.02, 0.0) == ("", [], [201 * DT])
+
+
+def test_a_jump_that_goes_on_growing_is_let_go_in_order_of_time():
+    sensor = used()
+    doubts = [sensor.say(size, 0.0) for size in (2.0, 4.0, 6.0)]
+    assert [doubt for doubt, _, _ in doubts] == [HELD, HELD, ""]
+    assert doubts[-1][1] == pytest.approx([201 * DT, 202 * DT])
+
+
+def test_three_samples_off_by_the_same_are_a_shift_and_none_of_them_is_let_go():
+    sensor = used()
+    results = [sensor.say(size, 0.0) for size in (2.0, 2.1, 1.9)]
+    assert [doubt for doubt, _, _ in results] == [HELD, HELD, SHIFT]
+    assert results[-1][1] == []
+    assert len(results[-1][2]) == 2
+
+
+def test_what_grows_little_by_little_is_no_jump():
+    sensor = used()
+    assert {sensor.say(0.1 * 1.3**k, 0.0)[0] for k in range(14)} == {""}
+
+
+def test_white_innovations_have_a_score_of_about_one_and_a_bias_of_three_sigmas_is_seen_in_eight():
+    """The mean's variance is a / (2 - a) of the innovations' [AR(1) of white noise]."""
+    test, rng = MeanTest([SIGMA]), np.random.default_rng(2)
+    scores = []
+    for k, noise in enumerate(3.0 * SIGMA * rng.standard_normal(3000)):
+        test.add(k * DT, [float(noise)])
+        scores.append(test.score)
+    assert np.sqrt(np.mean(np.square(scores[100:]))) == pytest.approx(1.0, abs=0.15)
+    assert max(scores) < 5.0
+    for k in range(8):
+        test.add((3000 + k) * DT, [9.0 * SIGMA])
+    assert test.score > 5.0
+    assert test.onset == pytest.approx(3000 * DT, abs=3 * DT)
+
+
+def test_rounding_errors_have_no_mean():
+    test = MeanTest([SIGMA])
+    for k in range(200):
+        test.add(k * DT, [1e-12])
+    assert test.score < 1e-9
+
+
+def test_innovations_that_swing_ten_times_in_their_memory_have_no_mean():
+    test = MeanTest([SIGMA])
+    for k in range(500):
+        test.add(k * DT, [SIGMA * math.sin(2 * math.pi * k / 8)])
+    assert test.score < 3.0
