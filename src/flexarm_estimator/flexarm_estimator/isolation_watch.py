@@ -40,6 +40,7 @@ class IsolationWatch(Watch):
     def use(self, parts: Parts) -> None:
         """See Watch."""
         self._parts = parts
+        self._is_blind = parts.fusion.dependent is not None  # hypotheses are run on the served model alone
         self._channels = Channels(self._specs, parts.sensors.rows)
 
     def restart(self, t: float) -> None:
@@ -53,7 +54,9 @@ class IsolationWatch(Watch):
         self._ticks = self._suspected = 0  # the first tick of the present suspicion; 0 without
 
     def look(self, view: View) -> Sequence[Finding]:
-        """See Watch."""
+        """See Watch; with a filter that follows the arm far from its served model nothing can be said."""
+        if self._is_blind:
+            return ()
         belief, parts = view.belief, self._parts
         theta = belief.x[parts.layout.theta].copy()
         self._ring.append(Entry(view.t, view.u, theta, view.samples, parts))
