@@ -25,6 +25,7 @@ from flexarm_estimator.isolation import (
     explain_by_rearranging,
     explain_by_saturation,
     is_silent,
+    is_stuck,
     samples_at_limit,
     shortlist,
 )
@@ -98,6 +99,7 @@ def investigate(case: Case, entries: Sequence[Entry]) -> Investigation:
         return None
     ignored = np.isnan(window.y)
     ignored[:, list(case.convicted)] = True
+    ignored[:, is_stuck(window.y)] = True
     heard = [i for i in range(len(case.channels.all)) if not ignored[:, i].all()]
     hypotheses = rearrangements(case.channels, heard)
     well = yield from _run(case, window, ignored, hypotheses, case.offsets)

@@ -36,6 +36,7 @@ DETACHED = 120.0  # squared sigmas that calling a channel detached must gain; si
 EXPLAINED = 1.5  # misfit of a datum up to which a silent channel may be called detached
 FOLLOWS = 0.5  # correlation with what the others predict, from which on a channel is not detached
 QUIET = 3.0  # sigmas of noise that a detached channel may show
+STUCK = 0.5  # share of values that repeat the one before, from which on a channel is frozen
 AT_LIMIT = 5  # samples at the same largest value that make a saturation
 SETTLING = 0.2  # of the window in which predictions are not compared
 
@@ -178,6 +179,15 @@ def decide(explanations: Sequence[Explanation]) -> Explanation | None:
 
 def _total(explanation: Explanation) -> float:
     return float(explanation.gain.sum())
+
+
+def is_stuck(y: Array) -> NDArray[np.bool_]:
+    """Return which channels mostly repeat their last value exactly: they are frozen, another watch's matter.
+
+    Args:
+        y: What they said, NaN where nothing, (k, m).
+    """
+    return np.asarray((np.diff(y, axis=0) == 0.0).sum(axis=0) > STUCK * len(y))
 
 
 def is_silent(y: Array, noise: float) -> bool:
