@@ -41,6 +41,8 @@ class Finding:
     @property
     def bound(self) -> str:
         """The bound as text."""
+        if math.isinf(self.limit):
+            return "none"
         return f"{'≥' if self.at_least else '≤'} {self.limit:.4g} {self.unit}".strip()
 
 
