@@ -60,6 +60,9 @@ COMMANDS = {
         "is the estimator as good as it says? NEES and NIS of every machine",
     ),
     "ablate": Command("flexarm_bringup.ablate", "estimate a bag without each sensor: what does it buy?"),
+    "tune": Command(
+        "flexarm_bringup.tune", "propose the estimator's noise from a bag, by maximum likelihood"
+    ),
     "bench": Command("flexarm_bringup.bench", "measure the time of every step, as ratios to a baseline"),
 }
 

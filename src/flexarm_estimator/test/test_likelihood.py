@@ -21,7 +21,7 @@ SMALL = EstimatorConfig(initial_position=0.01, initial_velocity=0.1, initial_dis
 
 
 def parts_of(config: EstimatorConfig = SMALL) -> Parts:
-    gate = Gate({spec.name: len(spec.channels) for spec in SENSORS}, config)
+    gate = Gate({spec.name: spec.sigma.tolist() for spec in SENSORS}, config)
     return PartsMaker(StripKinematics(), SENSORS, config, gate).make(strip_model(), use_compiler=False)
 
 

@@ -1,0 +1,116 @@
+"""A bag as one record in order of time: samples at their own instants, torques between them, models."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexarm_bringup.bag_reader import Record, decode
+from flexarm_bringup.bag_writer import BagError
+from flexarm_bringup.consistency.recording import Recording
+from flexarm_bringup.topics import NAMESPACE
+from flexarm_estimator.exchange import TORQUE_TOPIC
+from flexarm_estimator.history import SAME_INSTANT
+from flexarm_estimator.likelihood import Epoch
+from flexarm_estimator.measurement import Measurement
+from flexarm_estimator.sensor_messages import SensorReader
+from flexarm_estimator.stamp_delays import StampDelays
+from flexarm_model.conversions import model_from_msg, stamp_to_ns
+from flexarm_model.reduced_model import ReducedModel
+
+Array = NDArray[np.float64]
+NS = 1e-9
+
+
+@dataclass(frozen=True)
+class Epochs:
+    """What the filter can be run over.
+
+    Attributes:
+        models: In the order of their use.
+        epochs: In order of time; ``parts`` counts the models.
+        t: Start, just before the first epoch [s].
+    """
+
+    models: tuple[ReducedModel, ...]
+    epochs: tuple[Epoch, ...]
+    t: float
+
+
+@dataclass
+class _Heard:
+    """Everything in a bag that matters, with times [s]."""
+
+    models: list[tuple[float, ReducedModel]] = field(default_factory=list)
+    torques: list[tuple[float, Array]] = field(default_factory=list)
+    samples: list[Measurement] = field(default_factory=list)
+
+
+FIRST_STEP = 0.005  # s from the start to the first epoch
+
+
+def read_epochs(recording: Recording) -> Epochs:
+    """Return the record of a bag; samples that cannot be read or are not finite are left out.
+
+    Raises:
+        BagError: It has no model, or no sample.
+    """
+    heard = _listen(recording)
+    if not heard.models or not heard.samples:
+        raise BagError(f"{recording.bag.path}: has {len(heard.models)} models, {len(heard.samples)} samples")
+    samples = sorted(StampDelays(recording.config.sensors).undo(heard.samples), key=lambda sample: sample.t)
+    models = sorted(heard.models, key=lambda item: item[0])
+    torques = sorted(heard.torques, key=lambda item: item[0])
+    epochs = tuple(order_epochs(samples, torques, [t for t, _ in models], len(recording.config.actuated)))
+    return Epochs(tuple(model for _, model in models), epochs, epochs[0].t - FIRST_STEP)
+
+
+def _listen(recording: Recording) -> _Heard:
+    reader, heard = SensorReader(recording.config), _Heard()
+    topics = {f"{NAMESPACE}/{topic}": topic for topic in (*reader.topics, TORQUE_TOPIC, "model")}
+    for record in recording.bag.records:
+        if record.name in topics:
+            _hear(topics[record.name], record, reader, heard)
+    return heard
+
+
+def _hear(topic: str, record: Record, reader: SensorReader, heard: _Heard) -> None:
+    msg: Any = decode(record)
+    t = stamp_to_ns(msg.header.stamp) * NS
+    if topic == "model":
+        heard.models.append((t, model_from_msg(msg)))
+    elif topic == TORQUE_TOPIC:
+        tau, _ = reader.read_torque(topic, msg)
+        if tau is not None:
+            heard.torques.append((t, tau))
+    else:
+        heard.samples += [
+            sample for sample in reader.read(topic, msg, t).samples if np.isfinite(sample.y).all()
+        ]
+
+
+def order_epochs(
+    samples: Sequence[Measurement],
+    torques: Sequence[tuple[float, Array]],
+    model_times: Sequence[float],
+    n_theta: int,
+) -> Iterator[Epoch]:
+    """Yield one epoch per instant at which something was sampled or the torque changed."""
+    acting, tau, k, i = np.zeros(n_theta), np.zeros(n_theta), 0, 0
+    times = np.sort([*(sample.t for sample in samples), *(t for t, _ in torques if t >= samples[0].t)])
+    instants = times[np.append(True, np.diff(times) > SAME_INSTANT)]
+    for t in instants:
+        now: dict[str, Measurement] = {}
+        while i < len(samples) and samples[i].t <= t + SAME_INSTANT:
+            now.setdefault(samples[i].sensor, samples[i])
+            i += 1
+        used = max(int(np.searchsorted(model_times, t + SAME_INSTANT, side="right")) - 1, 0)
+        yield Epoch(float(t), np.append(acting, 1.0), now, used)
+        while k < len(torques) and torques[k][0] <= t + SAME_INSTANT:
+            tau = torques[k][1]
+            k += 1
+        acting = tau

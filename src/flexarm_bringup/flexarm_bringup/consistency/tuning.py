@@ -1,0 +1,252 @@
+"""Process and sensor noise by maximum likelihood: the physical settings that make a record most likely.
+
+Parameters are logarithms of the factors by which settings of ``EstimatorConfig`` and the sigmas of sensors
+differ from what they are, so that they stay positive. The likelihood is that of the linear filter's
+innovations; the curvature at its top gives the uncertainty::
+
+    Cov[p] = (-d2 log L / dp2)^-1
+
+Where the likelihood is flat, the record does not tell: such a parameter is named, and stays as it was.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, fields, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import minimize
+
+from flexarm_bringup.consistency.bag_epochs import Epochs
+from flexarm_estimator.filter import Belief
+from flexarm_estimator.gate import Gate
+from flexarm_estimator.likelihood import Likelihood, log_likelihood
+from flexarm_estimator.parts import PartsMaker
+from flexarm_estimator.settings import EstimatorConfig
+from flexarm_estimator.tip import Kinematics
+from flexarm_model.description import SensorSpec
+
+Array = NDArray[np.float64]
+PROCESS = ("acceleration_noise", "disturbance_drift", "motion_acceleration", "modal_force")
+SAG = "sag_error"  # where static deflections are states
+LARGEST = float(np.log(100.0))  # change of a parameter
+CURVED = 0.1  # step of the logarithms with which the curvature is read
+SLOPE = 1e-3  # and the slope
+FLAT = 1.0  # log of a factor; a parameter less certain than by e is not told by the record
+UNLIKELY = -1e12  # stands for minus infinity, which a search cannot use
+ITERATIONS = 40
+
+
+@dataclass(frozen=True)
+class Noise:
+    """Settings of the process and sigmas of the sensors.
+
+    Attributes:
+        settings: Of the estimator.
+        sensors: With their sigmas.
+    """
+
+    settings: EstimatorConfig
+    sensors: tuple[SensorSpec, ...]
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """Something that is tuned.
+
+    Attributes:
+        name: Of the setting, or of the sensors that share a sigma.
+        unit: Of its value.
+        before: Value (of sensors that of the first channel).
+        after: Where the search ended; not proposed where the likelihood is flat.
+        spread: One sigma of the logarithm [1].
+        is_told: The record tells it; if not, it was left as it was, and the others were searched again.
+    """
+
+    name: str
+    unit: str
+    before: float
+    after: float
+    spread: float
+    is_told: bool
+
+
+@dataclass(frozen=True)
+class Tuned:
+    """A proposal.
+
+    Attributes:
+        parameters: What was looked at.
+        noise: With those that the record tells.
+        evaluations: Runs of the filter that it took.
+    """
+
+    parameters: tuple[Parameter, ...]
+    noise: Noise
+    evaluations: int
+
+
+class Tuner:
+    """The likelihood of one record as a function of noise."""
+
+    def __init__(self, record: Epochs, kinematics: Kinematics, settling: float) -> None:
+        """Bind a record; innovations of its first ``settling`` seconds do not count."""
+        self._record, self._kinematics = record, kinematics
+        self._from = record.epochs[0].t + settling
+        self.evaluations = 0
+
+    def likelihood(self, noise: Noise, start: float = -np.inf, end: float = np.inf) -> Likelihood:
+        """Return the likelihood of what was sampled in [start, end) [s]."""
+        self.evaluations += 1
+        gate = Gate({spec.name: spec.sigma.tolist() for spec in noise.sensors}, noise.settings)
+        maker = PartsMaker(self._kinematics, noise.sensors, noise.settings, gate)
+        parts = [maker.make(model, use_compiler=False) for model in self._record.models]
+        x = np.zeros(parts[0].layout.n_x)
+        x[: parts[0].layout.n] = parts[0].model.xi0
+        epochs = [epoch for epoch in self._record.epochs if epoch.t < end]
+        begin = Belief(x, parts[0].process.P0)
+        return log_likelihood(epochs, parts, begin, self._record.t, max(start, self._from))
+
+    def tune(self, noise: Noise, end: float, say: Callable[[str], None] = lambda text: None) -> Tuned:
+        """Return the noise that makes what was sampled before ``end`` [s] most likely.
+
+        Args:
+            noise: To begin with.
+            end: What comes later is not looked at.
+            say: Told how far it is.
+        """
+        knobs = make_knobs(noise)
+        order, flat = [knob.name for knob in knobs], dict[str, Parameter]()
+        p = np.zeros(len(knobs))
+        while True:
+            p, H = self._search(noise, knobs, p, end, say)
+            spread = spreads(H)
+            found = [
+                knob.parameter(*pair) for knob, *pair in zip(knobs, p.tolist(), spread.tolist(), strict=True)
+            ]
+            kept = told_by(H, [knob.is_inside(change) for knob, change in zip(knobs, p, strict=True)])
+            if len(kept) == len(knobs):
+                break
+            flat |= {each.name: each for i, each in enumerate(found) if i not in kept}  # stay as they were
+            knobs, p = [knobs[i] for i in kept], p[kept]
+        by_name = {name: replace(each, is_told=False) for name, each in flat.items()}
+        by_name |= {each.name: each for each in found}
+        return Tuned(tuple(by_name[name] for name in order), turn(noise, knobs, p), self.evaluations)
+
+    def _search(
+        self, noise: Noise, knobs: Sequence[Knob], p: Array, end: float, say: Callable[[str], None]
+    ) -> tuple[Array, Array]:
+        """Return where the likelihood of what comes before ``end`` [s] is highest, and its curvature there."""
+
+        def loss(p: Array) -> float:
+            value = self.likelihood(turn(noise, knobs, p), end=end).value
+            say(f"searching: {self.evaluations} runs of the filter, {len(knobs)} parameters")
+            return -max(value, UNLIKELY)
+
+        if not knobs:
+            return p, np.zeros((0, 0))
+        options = {"maxiter": ITERATIONS, "eps": SLOPE, "ftol": 1e-9}
+        limits = [knob.limits for knob in knobs]
+        best = np.asarray(minimize(loss, p, method="L-BFGS-B", bounds=limits, options=options).x)
+        return best, curvature(loss, best)
+
+
+@dataclass(frozen=True)
+class Knob:
+    """A parameter that can be turned.
+
+    Attributes:
+        name, unit, value: As it is.
+        limits: Of the logarithm of the factor.
+        sensors: Those whose sigma it scales; none for a setting.
+    """
+
+    name: str
+    unit: str
+    value: float
+    limits: tuple[float, float]
+    sensors: tuple[str, ...] = ()
+
+    def is_inside(self, change: float) -> bool:
+        """Return whether a logarithm is not at its limit."""
+        return self.limits[0] < change < self.limits[1]
+
+    def parameter(self, change: float, spread: float) -> Parameter:
+        """Return what it became: the logarithm of its factor, and one sigma of that."""
+        return Parameter(self.name, self.unit, self.value, self.value * float(np.exp(change)), spread, True)
+
+
+def make_knobs(noise: Noise) -> list[Knob]:
+    """Return what can be tuned; sensors of one kind with one sigma share a knob."""
+    allowed = {item.name: item.metadata for item in fields(EstimatorConfig)}
+    names = (*PROCESS, SAG) if noise.settings.sag_modes else PROCESS
+    knobs = []
+    for name in names:
+        value, meta = float(getattr(noise.settings, name)), allowed[name]
+        low, high = np.log(meta["minimum"] / value), np.log(meta["maximum"] / value)
+        knobs.append(Knob(name, meta["unit"], value, (max(low, -LARGEST), min(high, LARGEST))))
+    alike: dict[tuple[str, tuple[float, ...]], list[str]] = {}
+    for spec in noise.sensors:
+        alike.setdefault((spec.kind, tuple(spec.sigma.tolist())), []).append(spec.name)
+    for (kind, sigma), sensors in alike.items():
+        title = ", ".join(sensors)
+        knobs.append(Knob(title, _UNITS.get(kind, ""), float(sigma[0]), (-LARGEST, LARGEST), tuple(sensors)))
+    return knobs
+
+
+def turn(noise: Noise, knobs: Sequence[Knob], p: Array) -> Noise:
+    """Return noise with every knob's value times ``exp(p)``, p (len(knobs),)."""
+    factors = np.exp(p)
+    settings: dict[str, float] = {}
+    sensors: dict[str, float] = {}
+    for knob, factor in zip(knobs, factors, strict=True):
+        if knob.sensors:
+            sensors.update({name: float(factor) for name in knob.sensors})
+        else:
+            settings[knob.name] = float(knob.value * factor)
+    specs = tuple(replace(spec, sigma=spec.sigma * sensors.get(spec.name, 1.0)) for spec in noise.sensors)
+    return Noise(_changed(noise.settings, settings), specs)
+
+
+def curvature(loss: Callable[[Array], float], p: Array) -> Array:
+    """Return the second derivatives of a function of ``p`` (n,) by central differences, (n, n)."""
+    n = p.size
+    steps = CURVED * np.eye(n)
+    H = np.empty((n, n))
+    middle = loss(p)
+    for i in range(n):
+        H[i, i] = (loss(p + steps[i]) - 2 * middle + loss(p - steps[i])) / CURVED**2
+        for j in range(i):
+            corners = [loss(p + a * steps[i] + b * steps[j]) for a, b in ((1, 1), (1, -1), (-1, 1), (-1, -1))]
+            H[i, j] = H[j, i] = (corners[0] - corners[1] - corners[2] + corners[3]) / (4 * CURVED**2)
+    return H
+
+
+def spreads(H: Array) -> Array:
+    """Return one sigma of every parameter from the curvature of the loss; huge where it is flat, (n,)."""
+    values, vectors = np.linalg.eigh(H)
+    variances = 1.0 / np.maximum(values, 1.0 / (1e3 * FLAT) ** 2)
+    return np.asarray(np.sqrt((vectors**2 * variances).sum(axis=1)))
+
+
+def told_by(H: Array, is_inside: Sequence[bool]) -> list[int]:
+    """Return the parameters that a likelihood of curvature ``H`` (n, n) tells once the others are fixed.
+
+    Those at their limits are fixed first, then the least certain one until all others are certain.
+    """
+    kept = [i for i, inside in enumerate(is_inside) if inside]
+    while kept:
+        spread = spreads(H[np.ix_(kept, kept)])
+        worst = int(spread.argmax())
+        if spread[worst] < FLAT:
+            break
+        del kept[worst]
+    return kept
+
+
+def _changed(settings: EstimatorConfig, values: Mapping[str, float]) -> EstimatorConfig:
+    return replace(settings, **values)  # type: ignore[arg-type]  # all of them are numbers
+
+
+_UNITS = {"encoder": "rad or m", "strain_gauge": "1", "accelerometer": "m/s^2", "camera": "m (and rad)"}

@@ -1,0 +1,171 @@
+"""Propose process and sensor noise for the estimator from a bag, by maximum likelihood.
+
+  flexarm tune BAG                      settings and sigmas before and after, and the YAML to paste
+  flexarm tune BAG --html report.html   the same as a page
+
+The first half of the bag is tuned on, the second is held out: what is better in both is better. The
+likelihood is that of the filter's innovations, so no truth is needed; where the bag has it, the tip's error
+is told, too. "frequency_error" only acts through its product with "motion_acceleration" and is left alone.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexarm_bringup.consistency.bag_epochs import read_epochs
+from flexarm_bringup.consistency.recording import Recording, open_recording, run_estimator
+from flexarm_bringup.consistency.tuning import Noise, Parameter, Tuned, Tuner
+from flexarm_bringup.progress import Progress
+from flexarm_bringup.report import Cells, Column, Page, Table, add_report_arguments, publish
+from flexarm_estimator.likelihood import Likelihood
+from flexarm_model.reduced_tree import ReducedTree
+
+Array = NDArray[np.float64]
+UNUSABLE = 2
+SETTLING = 0.3  # s of the bag that do not count
+MICRO = 1e6
+
+
+@dataclass(frozen=True)
+class Judgement:
+    """What a choice of noise is worth.
+
+    Attributes:
+        tuned, held: Likelihood of the half that was tuned on, and of the other.
+        tip: RMS error of the tip over the bag [m]; None when the bag has no truth.
+    """
+
+    tuned: Likelihood
+    held: Likelihood
+    tip: float | None
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the bag and the report files."""
+    parser.add_argument("bag", type=Path, help="folder of a recorded bag")
+    add_report_arguments(parser)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Tune, compare, report; return the exit code."""
+    progress = Progress()
+    try:
+        progress.say("reading the bag")
+        recording = open_recording(args.bag)
+        record = read_epochs(recording)
+        tuner = Tuner(record, ReducedTree(recording.config), SETTLING)
+        noise = Noise(recording.settings, recording.config.sensors)
+        middle = (record.epochs[0].t + record.epochs[-1].t) / 2
+        tuned = tuner.tune(noise, middle, progress.say)
+        progress.say("comparing")
+        choices = [judge(recording, tuner, choice, middle) for choice in (noise, tuned.noise)]
+    except ValueError as error:  # BagError; ConfigError or ParameterError of the configuration in the bag
+        progress.done()
+        print(f"flexarm tune: {error}", file=sys.stderr)
+        return UNUSABLE
+    progress.done()
+    return publish(build_page(args.bag, noise, tuned, choices), args)
+
+
+def judge(recording: Recording, tuner: Tuner, noise: Noise, middle: float) -> Judgement:
+    """Return what a choice of noise is worth; the bag's halves meet at ``middle`` [s]."""
+    halves = tuner.likelihood(noise, end=middle), tuner.likelihood(noise, start=middle)
+    truth = recording.true_tip()
+    if not truth:
+        return Judgement(*halves, None)
+    sigmas = {spec.name: spec.sigma for spec in noise.sensors}
+    told = run_estimator(recording, settings=noise.settings, sigmas=sigmas)
+    start = told[0].estimate.t + SETTLING
+    errors = [
+        np.sum((item.estimate.T_world_tip[:3, 3] - truth[item.stamp_ns]) ** 2)
+        for item in told
+        if item.estimate.t >= start and item.stamp_ns in truth
+    ]
+    return Judgement(*halves, float(np.sqrt(np.mean(errors))))
+
+
+def build_page(path: Path, noise: Noise, tuned: Tuned, choices: Sequence[Judgement]) -> Page:
+    """Return the proposal, what it is worth, and the YAML."""
+    lead = (
+        "Maximum likelihood of the filter's innovations over the first half of the bag; "
+        f"{tuned.evaluations} runs of the filter."
+    )
+    items = [parameter_table(tuned.parameters), worth_table(choices), nis_table(choices)]
+    lines = yaml_lines(noise, tuned.noise)
+    remarks: dict[str, Sequence[str]] = {
+        "YAML to paste": lines or ["nothing: the record does not tell anything better"]
+    }
+    return Page(f"Noise proposed from {path}", lead, items, remarks=remarks, data={"yaml": lines})
+
+
+def parameter_table(parameters: Sequence[Parameter]) -> Table:
+    """Return the table of all parameters."""
+    heads = [Column("parameter"), Column("unit"), Column("before", ".3g"), Column("after", ".3g")]
+    heads += [Column("uncertain\nby factor", ".2f"), Column("the record")]
+    rows: list[Cells] = [
+        [
+            each.name, each.unit, each.before, each.after if each.is_told else None,
+            float(np.exp(min(each.spread, 7.0))),
+            "tells it" if each.is_told else "does not tell it: stays as before",
+        ]
+        for each in parameters
+    ]  # fmt: skip
+    notes = [
+        "uncertain: one sigma of the logarithm, from the curvature of the likelihood; beyond e, or at the "
+        "limit of a factor of 100, the likelihood is called flat",
+        "sensors that share kind and sigma share a parameter",
+        "acceleration_error and strain_error add to the sigmas as before",
+    ]
+    return Table("Parameters", heads, rows, notes)
+
+
+def worth_table(choices: Sequence[Judgement]) -> Table:
+    """Return the table of likelihoods and tip errors, before and after."""
+    before, after = choices
+    heads = [Column(""), Column("before", ".1f"), Column("after", ".1f"), Column("gain", "+.1f")]
+    rows: list[Cells] = [
+        [f"log-likelihood, {name}", old.value, new.value, new.value - old.value]
+        for name, old, new in (
+            ("first half (tuned on)", before.tuned, after.tuned),
+            ("second half (held out)", before.held, after.held),
+        )
+    ]
+    if before.tip is not None and after.tip is not None:
+        rows.append(
+            ["tip error [um RMS]", MICRO * before.tip, MICRO * after.tip, MICRO * (after.tip - before.tip)]
+        )
+    return Table("What it is worth", heads, rows)
+
+
+def nis_table(choices: Sequence[Judgement]) -> Table:
+    """Return the table of mean normalised innovations squared per sensor."""
+    before, after = choices
+    pairs = [each.nis() for each in (before.tuned, after.tuned, before.held, after.held)]
+    titles = ("first half\nbefore", "after", "second half\nbefore", "after")
+    heads = [Column("sensor"), *(Column(title, ".2f") for title in titles)]
+    rows: list[Cells] = [[name, *(pair.get(name) for pair in pairs)] for name in pairs[0]]
+    return Table("NIS per number", heads, rows, ["1 is right; more: the noise is told too low"])
+
+
+def yaml_lines(before: Noise, after: Noise) -> list[str]:
+    """Return what to change in moves file (settings.estimator) and description (sensors)."""
+    names = [
+        name
+        for name in vars(after.settings)
+        if getattr(after.settings, name) != getattr(before.settings, name)
+    ]
+    values = ", ".join(f"{name}: {getattr(after.settings, name):.3g}" for name in names)
+    lines = [f"settings: {{estimator: {{{values}}}}}"] if names else []
+    for old, new in zip(before.sensors, after.sensors, strict=True):
+        factor = float(new.sigma[0] / old.sigma[0])
+        if factor != 1.0:
+            sigma = ", ".join(f"{value:.3g}" for value in new.sigma)
+            lines.append(f"sensors.{new.name}.sigma: {factor:.3g} times what it is: [{sigma}] in SI")
+    return lines

@@ -1,0 +1,163 @@
+"""Tuning by maximum likelihood: noise that was put into a record comes out of it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from flexarm_bringup.consistency.bag_epochs import Epochs, order_epochs
+from flexarm_bringup.consistency.monte_carlo import START_BEFORE, Bench
+from flexarm_bringup.consistency.tuning import (
+    Noise,
+    Parameter,
+    Tuned,
+    Tuner,
+    curvature,
+    make_knobs,
+    spreads,
+    told_by,
+    turn,
+)
+from flexarm_bringup.task_for import task_for
+from flexarm_bringup.tune import Judgement, build_page
+from flexarm_estimator.likelihood import Epoch, Likelihood
+from flexarm_estimator.measurement import Measurement
+from flexarm_model.reduced_tree import ReducedTree
+
+
+@pytest.fixture(scope="module")
+def bench() -> Bench:
+    return Bench(task_for("single_link"))
+
+
+def noise_of(bench: Bench) -> Noise:
+    return Noise(bench.settings, bench.config.sensors)
+
+
+def record_of(bench: Bench, steps: int, seed: int) -> Epochs:
+    t, tau, drawn = bench.draw(steps, np.random.default_rng(seed))
+    epochs = tuple(
+        Epoch(float(now), np.append(torque, 1.0), {sample.sensor: sample for sample in samples})
+        for now, torque, samples in zip(t, tau, drawn.samples, strict=True)
+    )
+    return Epochs((bench.model,), epochs, -START_BEFORE)
+
+
+def test_turning_a_knob_multiplies_settings_and_sigmas(bench: Bench) -> None:
+    noise = noise_of(bench)
+    knobs = make_knobs(noise)
+    p = np.zeros(len(knobs))
+    names = [knob.name for knob in knobs]
+    p[names.index("modal_force")], p[names.index("camera")] = np.log(3.0), np.log(0.5)
+    turned = turn(noise, knobs, p)
+    assert turned.settings.modal_force == pytest.approx(3.0 * noise.settings.modal_force)
+    assert replace(turned.settings, modal_force=noise.settings.modal_force) == noise.settings
+    camera = next(spec for spec in turned.sensors if spec.name == "camera")
+    np.testing.assert_allclose(camera.sigma, [2.5e-4] * 3 + [2.5e-3] * 3)
+
+
+def test_sensors_alike_share_a_knob() -> None:
+    arm = Bench(task_for("planar_3rrr"))
+    names = [knob.name for knob in make_knobs(noise_of(arm))]
+    assert "encoder_1, encoder_2, encoder_3" in names
+    assert "sag_error" not in names
+
+
+def test_knobs_stay_inside_what_the_settings_allow(bench: Bench) -> None:
+    noise = Noise(replace(bench.settings, modal_force=500.0), bench.config.sensors)
+    knob = next(knob for knob in make_knobs(noise) if knob.name == "modal_force")
+    assert knob.limits[1] == pytest.approx(np.log(2.0))  # 1000 is the largest allowed
+
+
+def test_curvature_and_spread_of_a_parabola_are_its_own() -> None:
+    covariance = np.array([[0.04, 0.01], [0.01, 0.09]])
+    H = np.linalg.inv(covariance)
+    found = curvature(lambda p: float(p @ H @ p) / 2, np.zeros(2))
+    np.testing.assert_allclose(found, H, rtol=1e-8)
+    np.testing.assert_allclose(spreads(found), [0.2, 0.3], rtol=1e-8)
+
+
+def test_spread_of_a_flat_direction_is_huge() -> None:
+    found = spreads(np.diag([25.0, 0.0]))
+    assert found[0] == pytest.approx(0.2)
+    assert found[1] > 100.0
+
+
+def test_of_two_parameters_that_do_the_same_one_is_fixed_and_the_other_told() -> None:
+    H = np.array([[100.0, 100.0, 0.0], [100.0, 100.0, 0.0], [0.0, 0.0, 25.0]])
+    H[1, 1] += 1e-9
+    assert len(kept := told_by(H, [True, True, True])) == 2
+    assert 2 in kept
+    assert told_by(H, [False, True, True]) == [1, 2]
+    assert told_by(np.zeros((2, 2)), [True, True]) == []
+
+
+def test_torques_act_from_their_stamp_on_and_models_are_used_from_theirs() -> None:
+    samples = [Measurement("encoder", t, np.zeros(1)) for t in (0.0, 0.01, 0.02)]
+    torques = [(0.0, np.array([1.0])), (0.015, np.array([2.0]))]
+    epochs = list(order_epochs(samples, torques, [0.0, 0.01], 1))
+    assert [epoch.t for epoch in epochs] == [0.0, 0.01, 0.015, 0.02]
+    assert [epoch.u[0] for epoch in epochs] == [0.0, 1.0, 1.0, 2.0]
+    assert [epoch.parts for epoch in epochs] == [0, 1, 1, 1]
+    assert [len(epoch.samples) for epoch in epochs] == [1, 1, 0, 1]
+
+
+@pytest.mark.slow
+def test_noise_that_was_put_in_comes_out_within_its_uncertainty() -> None:
+    """3 sigma; the search begins at half to three times the truth."""
+    truth = {"modal_force": 0.05, "acceleration_noise": 0.3, "motion_acceleration": 0.05}
+    bench = Bench(replace(task_for("single_link"), settings={"estimator": truth}))
+    truth |= {spec.name: float(spec.sigma[0]) for spec in bench.config.sensors}
+    wrong = {"root_strain": 0.5, "camera": 2.0}
+    sensors = tuple(
+        replace(spec, sigma=spec.sigma * wrong.get(spec.name, 1.0)) for spec in bench.config.sensors
+    )
+    start = Noise(replace(bench.settings, modal_force=0.13, acceleration_noise=0.6), sensors)
+    tuner, other = (
+        Tuner(record_of(bench, 400, seed), ReducedTree(bench.config), settling=0.1) for seed in (4, 5)
+    )
+    tuned = tuner.tune(start, np.inf)
+    told = {parameter.name: parameter for parameter in tuned.parameters if parameter.is_told}
+    assert {"modal_force", "acceleration_noise", "encoder", "root_strain", "camera"} <= set(told)
+    for name, parameter in told.items():
+        assert parameter.spread < 0.2
+        assert abs(np.log(parameter.after / truth[name])) <= 3.0 * parameter.spread
+    for each in (tuner, other):  # of another run, too
+        assert each.likelihood(tuned.noise).value > each.likelihood(start).value
+
+
+@pytest.mark.slow
+def test_what_the_record_does_not_tell_is_named_and_kept() -> None:
+    """Motion excites modes like any other force: where modal_force is large, its share cannot be told."""
+    bench = Bench(replace(task_for("single_link"), settings={"estimator": {"modal_force": 2.0}}))
+    start = noise_of(bench)
+    tuned = Tuner(record_of(bench, 150, 6), ReducedTree(bench.config), settling=0.1).tune(start, np.inf)
+    by_name = {parameter.name: parameter for parameter in tuned.parameters}
+    assert not by_name["motion_acceleration"].is_told
+    assert tuned.noise.settings.motion_acceleration == start.settings.motion_acceleration
+
+
+def test_page_gives_yaml_only_of_what_has_changed(bench: Bench) -> None:
+    before = noise_of(bench)
+    sensors = tuple(
+        replace(spec, sigma=spec.sigma * 2) if spec.name == "encoder" else spec for spec in before.sensors
+    )
+    after = Noise(replace(before.settings, modal_force=0.5), sensors)
+    parameters = (
+        Parameter("modal_force", "1", 0.13, 0.5, 0.1, True),
+        Parameter("disturbance_drift", "1", 0.03, 7.0, 9.0, False),
+    )
+    same = Judgement(Likelihood(-3.0, {"encoder": 2.0}, {"encoder": 4}), Likelihood(-5.0), 1e-5)
+    better = Judgement(Likelihood(4.0, {"encoder": 4.0}, {"encoder": 4}), Likelihood(1.0), 5e-6)
+    page = build_page(Path("bag"), before, Tuned(parameters, after, 9), [same, better])
+    text = page.to_text()
+    assert page.data["yaml"] == [
+        "settings: {estimator: {modal_force: 0.5}}",
+        "sensors.encoder.sigma: 2 times what it is: [4e-05] in SI",
+    ]
+    assert "does not tell it" in text
+    assert "+7.0" in text
+    assert "-5.0" in text
