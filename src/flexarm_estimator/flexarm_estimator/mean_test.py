@@ -1,7 +1,8 @@
-"""Is the mean of a sensor's innovations zero? Judged by their own usual size, not by the filter's.
+"""Has the mean of a sensor's innovations left zero all of a sudden? Judged by their own usual size.
 
 With forgetting factor ``a`` the mean of white innovations of size ``s`` has the size ``s sqrt(a / (2 - a))``.
-A model that is wrong makes innovations that swing; they pass unless they swing slower than ``1 / a`` samples.
+A model that is wrong has a mean, too, for as long as a mode swings one way; but that comes and goes with what
+is predicted, while a sensor that is off is so at once and whatever the arm does.
 """
 
 from __future__ import annotations
@@ -12,9 +13,11 @@ from collections.abc import Sequence
 _FAST, _SLOW = 1.0 / 6.0, 0.02  # weights of the newest sample in the mean and in the usual size
 _FACTOR = (2.0 - _FAST) / _FAST
 _OUTLIER = 3.0  # times the usual size: more does not count
-_LEAST = 0.5  # of the sensor's noise
+_LEAST = 0.5  # of the sensor's noise: innovations are never usually smaller
 _EARLY = 60  # samples in which the usual size is learnt faster
 _QUIET = 2.0  # a score below this is nothing
+_SUDDEN = 8  # samples from there to an alarm, at most
+_SWING = 1.5  # of the innovation: how far the prediction may have moved meanwhile
 
 
 class MeanTest:
@@ -26,34 +29,45 @@ class MeanTest:
     """
 
     def __init__(self, sigma: Sequence[float]) -> None:
-        """Begin with the noise of every channel, SI, (m,): innovations are never much smaller."""
+        """Begin with the noise of every channel, SI, (m,)."""
         self._least = [(_LEAST * s) ** 2 for s in sigma]
         self._mean, self._square = [0.0] * len(sigma), [0.0] * len(sigma)
-        self._count = 0
+        self._low, self._high = [0.0] * len(sigma), [0.0] * len(sigma)  # of the prediction since the onset
+        self._count = self._since = 0
         self.score, self.onset = 0.0, -math.inf
 
-    def add(self, t: float, innovation: list[float]) -> None:
-        """Take an innovation, (m,)."""
+    def add(self, t: float, innovation: list[float], values: list[float]) -> None:
+        """Take the innovation of a sample and what it said, (m,) each."""
         self._count += 1
         slow = max(_SLOW, 1.0 / self._count) if self._count < _EARLY else _SLOW
-        is_settled, worst = self._count >= _EARLY, 0.0
-        for i, value in enumerate(innovation):  # asked of every sample; max and min would cost twice as much
-            square, least, mean = self._square[i], self._least[i], self._mean[i]
-            usual = square if square > least else least
-            if is_settled and value * value > _OUTLIER * _OUTLIER * usual:
-                value = math.copysign(_OUTLIER * math.sqrt(usual), value)
-            self._mean[i] = mean = mean + _FAST * (value - mean)
-            share = mean * mean / usual
-            worst = share if share > worst else worst
+        worst = 0.0
+        for i, value in enumerate(innovation):
+            usual = max(self._square[i], self._least[i])
+            if self._count >= _EARLY:
+                most = _OUTLIER * math.sqrt(usual)
+                value = min(max(value, -most), most)
+            mean = self._mean[i] = self._mean[i] + _FAST * (value - self._mean[i])
+            worst = max(worst, mean * mean / usual)
             self._square[i] = usual + slow * (value * value - usual)
-        self.score = math.sqrt(_FACTOR * worst) if is_settled else 0.0
+        self.score = math.sqrt(_FACTOR * worst) if self._count >= _EARLY else 0.0
+        self._since += 1
+        predicted = [told - value for told, value in zip(values, innovation, strict=True)]
         if self.score < _QUIET:
-            self.onset = t
+            self.onset, self._since = t, 0
+            self._low, self._high = predicted, predicted
+        else:
+            self._low = list(map(min, self._low, predicted))
+            self._high = list(map(max, self._high, predicted))
 
-    def is_like(self, innovation: list[float]) -> bool:
-        """Return whether an innovation (m,) has the mean's sign, and half its size, in some channel."""
-        pairs = zip(innovation, self._mean, strict=True)
-        return any(value * mean > 0.5 * mean * mean for value, mean in pairs)
+    def is_sudden(self, innovation: list[float]) -> bool:
+        """Return whether the mean came at once, and goes on in an innovation (m,) that no motion explains."""
+        if self._since > _SUDDEN:
+            return False
+        swings = (high - low for low, high in zip(self._low, self._high, strict=True))
+        return any(
+            value * mean > 0.5 * mean * mean and swing < _SWING * abs(value)
+            for value, mean, swing in zip(innovation, self._mean, swings, strict=True)
+        )
 
     def clear(self) -> None:
         """Forget the mean; what is usual stays."""

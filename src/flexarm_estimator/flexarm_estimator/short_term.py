@@ -124,7 +124,7 @@ class ShortTerm:
                 return FROZEN
             if run.is_unheard_of and run.repeats <= _PATIENCE:
                 return SAME
-        if self.mean.score > _BIASED and self._usual2 < _CAUTIOUS and self.mean.is_like(nu.tolist()):
+        if self.mean.score > _BIASED and self._usual2 < _CAUTIOUS and self.mean.is_sudden(nu.tolist()):
             return SHIFT
         if not self._is_surprising(nu, z):
             return ""
@@ -151,7 +151,7 @@ class ShortTerm:
             self.mean.clear()
             return Outcome([], [held.sample for held in waiting])
         if is_fused:
-            self.mean.add(sample.t, values)
+            self.mean.add(sample.t, values, sample.y.tolist())
         self._usual2 += _MEMORY * (min(z, _MOST * self._limit) ** 2 - self._usual2)
         self._limit = _JUMP * max(_USUAL_MIN, math.sqrt(self._usual2))
         self._last = z

@@ -100,12 +100,12 @@ def test_white_innovations_have_a_score_of_about_one_and_a_bias_of_three_sigmas_
     test, rng = MeanTest([SIGMA]), np.random.default_rng(2)
     scores = []
     for k, noise in enumerate(3.0 * SIGMA * rng.standard_normal(3000)):
-        test.add(k * DT, [float(noise)])
+        test.add(k * DT, [float(noise)], [float(noise)])
         scores.append(test.score)
     assert np.sqrt(np.mean(np.square(scores[100:]))) == pytest.approx(1.0, abs=0.15)
     assert max(scores) < 5.0
     for k in range(8):
-        test.add((3000 + k) * DT, [9.0 * SIGMA])
+        test.add((3000 + k) * DT, [9.0 * SIGMA], [9.0 * SIGMA])
     assert test.score > 5.0
     assert test.onset == pytest.approx(3000 * DT, abs=3 * DT)
 
@@ -113,12 +113,35 @@ def test_white_innovations_have_a_score_of_about_one_and_a_bias_of_three_sigmas_
 def test_rounding_errors_have_no_mean():
     test = MeanTest([SIGMA])
     for k in range(200):
-        test.add(k * DT, [1e-12])
+        test.add(k * DT, [1e-12], [1e-12])
     assert test.score < 1e-9
 
 
 def test_innovations_that_swing_ten_times_in_their_memory_have_no_mean():
     test = MeanTest([SIGMA])
     for k in range(500):
-        test.add(k * DT, [SIGMA * math.sin(2 * math.pi * k / 8)])
+        value = SIGMA * math.sin(2 * math.pi * k / 8)
+        test.add(k * DT, [value], [0.0])
     assert test.score < 3.0
+
+
+@pytest.mark.parametrize(("swing", "is_bias"), [(0.0, True), (20.0, False)])
+def test_a_mean_that_comes_with_a_swing_of_the_prediction_is_the_models(swing, is_bias):
+    test, rng = MeanTest([SIGMA]), np.random.default_rng(3)
+    for k in range(300):
+        noise = float(SIGMA * rng.standard_normal())
+        test.add(k * DT, [noise], [noise])
+    for k in range(7):
+        test.add((300 + k) * DT, [3.0 * SIGMA], [3.0 * SIGMA + swing * SIGMA * k / 7])
+    assert test.score > 4.0
+    assert test.is_sudden([3.0 * SIGMA]) == is_bias
+
+
+def test_a_mean_that_builds_up_slowly_is_not_sudden():
+    test, rng = MeanTest([SIGMA]), np.random.default_rng(4)
+    for k in range(300):
+        noise = float(SIGMA * rng.standard_normal())
+        test.add(k * DT, [noise], [noise])
+    for k in range(20):
+        test.add((300 + k) * DT, [0.2 * k * SIGMA], [0.0])
+    assert not test.is_sudden([4.0 * SIGMA])
