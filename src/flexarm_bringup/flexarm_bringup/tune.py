@@ -31,6 +31,11 @@ Array = NDArray[np.float64]
 UNUSABLE = 2
 SETTLING = 0.3  # s of the bag that do not count
 MICRO = 1e6
+VERDICTS = {
+    "told": "tells it",
+    "limit": "says that it is still further off",
+    "flat": "does not tell it: stays as before",
+}
 
 
 @dataclass(frozen=True)
@@ -111,15 +116,17 @@ def parameter_table(parameters: Sequence[Parameter]) -> Table:
     heads += [Column("uncertain\nby factor", ".2f"), Column("the record")]
     rows: list[Cells] = [
         [
-            each.name, each.unit, each.before, each.after if each.is_told else None,
+            each.name, each.unit, each.before, None if each.verdict == "flat" else each.after,
             float(np.exp(min(each.spread, 7.0))),
-            "tells it" if each.is_told else "does not tell it: stays as before",
+            VERDICTS[each.verdict],
         ]
         for each in parameters
     ]  # fmt: skip
     notes = [
-        "uncertain: one sigma of the logarithm, from the curvature of the likelihood; beyond e, or at the "
-        "limit of a factor of 100, the likelihood is called flat",
+        "uncertain: one sigma of the logarithm, from the curvature of the likelihood; flat is what is less "
+        "certain than by a factor of e; the search goes as far as a factor of 100",
+        "a bag shows what happened in it: it does not show what else the settings are to bear (payloads, "
+        "less stiffness)",
         "sensors that share kind and sigma share a parameter",
         "acceleration_error and strain_error add to the sigmas as before",
     ]

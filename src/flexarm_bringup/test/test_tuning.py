@@ -120,7 +120,7 @@ def test_noise_that_was_put_in_comes_out_within_its_uncertainty() -> None:
         Tuner(record_of(bench, 400, seed), ReducedTree(bench.config), settling=0.1) for seed in (4, 5)
     )
     tuned = tuner.tune(start, np.inf)
-    told = {parameter.name: parameter for parameter in tuned.parameters if parameter.is_told}
+    told = {parameter.name: parameter for parameter in tuned.parameters if parameter.verdict == "told"}
     assert {"modal_force", "acceleration_noise", "encoder", "root_strain", "camera"} <= set(told)
     for name, parameter in told.items():
         assert parameter.spread < 0.2
@@ -136,7 +136,7 @@ def test_what_the_record_does_not_tell_is_named_and_kept() -> None:
     start = noise_of(bench)
     tuned = Tuner(record_of(bench, 150, 6), ReducedTree(bench.config), settling=0.1).tune(start, np.inf)
     by_name = {parameter.name: parameter for parameter in tuned.parameters}
-    assert not by_name["motion_acceleration"].is_told
+    assert by_name["motion_acceleration"].verdict == "flat"
     assert tuned.noise.settings.motion_acceleration == start.settings.motion_acceleration
 
 
@@ -147,8 +147,8 @@ def test_page_gives_yaml_only_of_what_has_changed(bench: Bench) -> None:
     )
     after = Noise(replace(before.settings, modal_force=0.5), sensors)
     parameters = (
-        Parameter("modal_force", "1", 0.13, 0.5, 0.1, True),
-        Parameter("disturbance_drift", "1", 0.03, 7.0, 9.0, False),
+        Parameter("modal_force", "1", 0.13, 0.5, 0.1, "told"),
+        Parameter("disturbance_drift", "1", 0.03, 7.0, 9.0, "flat"),
     )
     same = Judgement(Likelihood(-3.0, {"encoder": 2.0}, {"encoder": 4}), Likelihood(-5.0), 1e-5)
     better = Judgement(Likelihood(4.0, {"encoder": 4.0}, {"encoder": 4}), Likelihood(1.0), 5e-6)

@@ -6,13 +6,15 @@ innovations; the curvature at its top gives the uncertainty::
 
     Cov[p] = (-d2 log L / dp2)^-1
 
-Where the likelihood is flat, the record does not tell: such a parameter is named, and stays as it was.
+Where the likelihood is flat, the record does not tell: such a parameter is named, and stays as it was. One
+that ends at the limit of the search is told from one side only.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,6 +30,7 @@ from flexarm_estimator.tip import Kinematics
 from flexarm_model.description import SensorSpec
 
 Array = NDArray[np.float64]
+Verdict = Literal["told", "limit", "flat"]
 PROCESS = ("acceleration_noise", "disturbance_drift", "motion_acceleration", "modal_force")
 SAG = "sag_error"  # where static deflections are states
 LARGEST = float(np.log(100.0))  # change of a parameter
@@ -61,7 +64,8 @@ class Parameter:
         before: Value (of sensors that of the first channel).
         after: Where the search ended; not proposed where the likelihood is flat.
         spread: One sigma of the logarithm [1].
-        is_told: The record tells it; if not, it was left as it was, and the others were searched again.
+        verdict: "told" by the record; "limit": only that it is beyond what was searched, proposed as well;
+            "flat": left as it was, and the others were searched again.
     """
 
     name: str
@@ -69,7 +73,7 @@ class Parameter:
     before: float
     after: float
     spread: float
-    is_told: bool
+    verdict: Verdict
 
 
 @dataclass(frozen=True)
@@ -117,27 +121,28 @@ class Tuner:
             say: Told how far it is.
         """
         knobs = make_knobs(noise)
-        order, flat = [knob.name for knob in knobs], dict[str, Parameter]()
+        order, fixed = [knob.name for knob in knobs], dict[str, Parameter]()
         p = np.zeros(len(knobs))
         while True:
             p, H = self._search(noise, knobs, p, end, say)
-            spread = spreads(H)
-            found = [
-                knob.parameter(*pair) for knob, *pair in zip(knobs, p.tolist(), spread.tolist(), strict=True)
-            ]
-            kept = told_by(H, [knob.is_inside(change) for knob, change in zip(knobs, p, strict=True)])
+            inside = [knob.is_inside(change) for knob, change in zip(knobs, p, strict=True)]
+            kept, spread = told_by(H, inside), spreads(H)
+            verdicts = [_verdict(i in kept, inside[i], spread[i] < FLAT) for i in range(len(knobs))]
+            rows = zip(knobs, p.tolist(), spread.tolist(), verdicts, strict=True)
+            found = {knob.name: knob.parameter(*row) for knob, *row in rows}
             if len(kept) == len(knobs):
                 break
-            flat |= {each.name: each for i, each in enumerate(found) if i not in kept}  # stay as they were
+            fixed |= {name: each for name, each in found.items() if each.verdict != "told"}
+            at_limit = [i for i, verdict in enumerate(verdicts) if verdict == "limit"]
+            noise = turn(noise, [knobs[i] for i in at_limit], p[at_limit])
             knobs, p = [knobs[i] for i in kept], p[kept]
-        by_name = {name: replace(each, is_told=False) for name, each in flat.items()}
-        by_name |= {each.name: each for each in found}
-        return Tuned(tuple(by_name[name] for name in order), turn(noise, knobs, p), self.evaluations)
+        parameters = {**fixed, **found}
+        return Tuned(tuple(parameters[name] for name in order), turn(noise, knobs, p), self.evaluations)
 
     def _search(
         self, noise: Noise, knobs: Sequence[Knob], p: Array, end: float, say: Callable[[str], None]
     ) -> tuple[Array, Array]:
-        """Return where the likelihood of what comes before ``end`` [s] is highest, and its curvature there."""
+        """Return where the likelihood of what comes before ``end`` [s] is highest, and its curvature."""
 
         def loss(p: Array) -> float:
             value = self.likelihood(turn(noise, knobs, p), end=end).value
@@ -172,9 +177,11 @@ class Knob:
         """Return whether a logarithm is not at its limit."""
         return self.limits[0] < change < self.limits[1]
 
-    def parameter(self, change: float, spread: float) -> Parameter:
+    def parameter(self, change: float, spread: float, verdict: Verdict) -> Parameter:
         """Return what it became: the logarithm of its factor, and one sigma of that."""
-        return Parameter(self.name, self.unit, self.value, self.value * float(np.exp(change)), spread, True)
+        return Parameter(
+            self.name, self.unit, self.value, self.value * float(np.exp(change)), spread, verdict
+        )
 
 
 def make_knobs(noise: Noise) -> list[Knob]:
@@ -243,6 +250,12 @@ def told_by(H: Array, is_inside: Sequence[bool]) -> list[int]:
             break
         del kept[worst]
     return kept
+
+
+def _verdict(is_kept: bool, is_inside: bool, is_certain: bool) -> Verdict:
+    if is_kept:
+        return "told"
+    return "limit" if is_certain and not is_inside else "flat"
 
 
 def _changed(settings: EstimatorConfig, values: Mapping[str, float]) -> EstimatorConfig:
