@@ -31,7 +31,7 @@ CLEAR = 60.0  # squared sigmas gained, after division by the misfit
 SHARE = 0.25  # of it that each half must gain
 RIVAL = 20.0  # squared sigmas by which the best explanation of other channels must lose
 RIVAL_SHARE = 0.05  # of what is gained, by which it must lose, too
-PLAUSIBLE = 3.0  # misfit of a datum above which nothing is believed
+PLAUSIBLE = 2.5  # misfit of a datum above which nothing is believed
 DETACHED = 120.0  # squared sigmas that calling a channel detached must gain; silence alone is suggestive
 EXPLAINED = 1.5  # misfit of a datum up to which a silent channel may be called detached
 FOLLOWS = 0.5  # correlation with what the others predict, from which on a channel is not detached
@@ -111,7 +111,8 @@ def explain_by_leaving_out(
     told = (well.total(0) - run.total(0) - window.halves(cost)) / spread
     missed = (fit - run.misfit[:, 0]) / spread - window.halves(heard)  # a tight guess alone is no proof
     settled = heard & (np.arange(len(y)) >= SETTLING * len(y))
-    is_detached = is_silent(y, noise) and not _follows(y[settled], z[settled]) and spread <= EXPLAINED
+    follows = np.nanvar(y) > noise and _follows(y[settled], z[settled])  # else too faintly to matter
+    is_detached = is_silent(y, noise) and not follows and spread <= EXPLAINED
     gain = np.minimum(told, missed)
     words = f"is detached (says {y0:.3g} +- {np.sqrt(np.nanvar(y)):.1g} whatever the arm does)"
     is_detached &= bool(gain.sum() >= DETACHED)
