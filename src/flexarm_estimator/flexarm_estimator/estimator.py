@@ -28,6 +28,7 @@ from flexarm_estimator.stamp_delays import StampDelays
 from flexarm_estimator.tip import Kinematics
 from flexarm_estimator.watch import Finding, View
 from flexarm_estimator.watches import gather_values, make_watches
+from flexarm_model.closure_error import ClosureError
 from flexarm_model.description import SensorSpec
 from flexarm_model.parameters import validate
 from flexarm_model.reduced_model import ReducedModel

@@ -17,6 +17,7 @@ from flexarm_estimator.estimator import Estimator
 from flexarm_estimator.filter import Belief
 from flexarm_estimator.process import ProcessModel
 from flexarm_estimator.settings import EstimatorConfig
+from flexarm_estimator.watch import Watch
 from flexarm_model.closure_error import ClosureError
 
 CONFIG = EstimatorConfig()
@@ -202,3 +203,20 @@ def test_where_loops_do_not_close_the_filter_starts_anew_and_says_so():
         assert ("cannot be placed" in last.reason) == (k == 100)
     assert last is not None and last.status == "ok"
     assert last.theta[0] == pytest.approx(record.x[-1, 0], abs=1e-3)
+
+
+def test_a_watch_that_cannot_place_the_tip_forgets_and_the_step_goes_on():
+    class Blind(Watch):
+        restarts = 0
+
+        def look(self, view):
+            raise ClosureError("the loops do not close")
+
+        def restart(self, t):
+            self.restarts += 1
+
+    estimator = Estimator(strip_model(), StripKinematics(), SENSORS, EstimatorConfig())
+    blind = Blind()
+    estimator._watches = (*estimator._watches, blind)
+    estimate = estimator.step([], np.zeros(1), 0.0)
+    assert np.isfinite(estimate.x).all() and blind.restarts >= 1
