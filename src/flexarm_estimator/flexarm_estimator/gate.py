@@ -141,6 +141,8 @@ class Gate:
         Args:
             oldest: Only later samples can be fused [s].
         """
+        if not (self._released or self._dropped):
+            return [], []
         released = [sample for sample in self._released if sample.t > oldest + SAME_INSTANT]
         dropped, self._released, self._dropped = self._dropped, [], []
         return released, dropped

@@ -12,7 +12,7 @@ from collections.abc import Sequence
 
 _FAST, _SLOW = 1.0 / 6.0, 0.02  # weights of the newest sample in the mean and in the usual size
 _FACTOR = (2.0 - _FAST) / _FAST
-_OUTLIER = 3.0  # times the usual size: more does not count
+_OUTLIER2 = 9.0  # times the usual square: more does not count
 _LEAST = 0.5  # of the sensor's noise: innovations are never usually smaller
 _EARLY = 60  # samples in which the usual size is learnt faster
 _QUIET = 2.0  # a score below this is nothing
@@ -31,33 +31,42 @@ class MeanTest:
     def __init__(self, sigma: Sequence[float]) -> None:
         """Begin with the noise of every channel, SI, (m,)."""
         self._least = [(_LEAST * s) ** 2 for s in sigma]
-        self._mean, self._square = [0.0] * len(sigma), [0.0] * len(sigma)
+        self._mean, self._square = [0.0] * len(sigma), list(self._least)
         self._low, self._high = [0.0] * len(sigma), [0.0] * len(sigma)  # of the prediction since the onset
         self._count = self._since = 0
         self.score, self.onset = 0.0, -math.inf
 
     def add(self, t: float, innovation: list[float], values: list[float]) -> None:
         """Take the innovation of a sample and what it said, (m,) each."""
-        self._count += 1
-        slow = max(_SLOW, 1.0 / self._count) if self._count < _EARLY else _SLOW
-        worst = 0.0
+        means, squares, worst = self._mean, self._square, 0.0
+        is_early = self._count < _EARLY
+        slow = 1.0 / (self._count + 1) if is_early else _SLOW
         for i, value in enumerate(innovation):
-            usual = max(self._square[i], self._least[i])
-            if self._count >= _EARLY:
-                most = _OUTLIER * math.sqrt(usual)
-                value = min(max(value, -most), most)
-            mean = self._mean[i] = self._mean[i] + _FAST * (value - self._mean[i])
-            worst = max(worst, mean * mean / usual)
-            self._square[i] = usual + slow * (value * value - usual)
-        self.score = math.sqrt(_FACTOR * worst) if self._count >= _EARLY else 0.0
-        self._since += 1
-        predicted = [told - value for told, value in zip(values, innovation, strict=True)]
+            usual, mean, square = squares[i], means[i], value * value
+            if square > _OUTLIER2 * usual and not is_early:
+                square = _OUTLIER2 * usual
+                value = math.copysign(math.sqrt(square), value)
+            mean += _FAST * (value - mean)
+            means[i] = mean
+            if mean * mean > worst * usual:
+                worst = mean * mean / usual
+            usual += slow * (square - usual)
+            least = self._least[i]
+            squares[i] = usual if usual > least else least
+        if is_early:
+            self._count += 1
+        self.score = 0.0 if is_early else math.sqrt(_FACTOR * worst)
         if self.score < _QUIET:
             self.onset, self._since = t, 0
-            self._low, self._high = predicted, predicted
         else:
-            self._low = list(map(min, self._low, predicted))
-            self._high = list(map(max, self._high, predicted))
+            self._watch_swing(innovation, values)
+
+    def _watch_swing(self, innovation: list[float], values: list[float]) -> None:
+        predicted = [told - value for told, value in zip(values, innovation, strict=True)]
+        is_first = not self._since
+        self._low = predicted if is_first else list(map(min, self._low, predicted))
+        self._high = predicted if is_first else list(map(max, self._high, predicted))
+        self._since += 1
 
     def is_sudden(self, innovation: list[float]) -> bool:
         """Return whether the mean came at once, and goes on in an innovation (m,) that no motion explains."""

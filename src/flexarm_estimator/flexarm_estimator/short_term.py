@@ -118,6 +118,8 @@ class ShortTerm:
             nu: Innovation, (m,).
             z: Normalised.
         """
+        if z <= self._limit and not (run.repeats or self._held or self.mean.score > _BIASED):
+            return ""
         if run.repeats and self._count > _NOVICE:
             moved = self._moved(nu)
             if moved > _STEP or (run.is_unheard_of and run.repeats >= _PATIENCE // 2 and moved > _NOISE):
@@ -126,11 +128,7 @@ class ShortTerm:
                 return SAME
         if self.mean.score > _BIASED and self._usual2 < _CAUTIOUS and self.mean.is_sudden(nu.tolist()):
             return SHIFT
-        if not self._is_surprising(nu, z):
-            return ""
-        if len(self._held) < _HELD_MAX:
-            return HELD
-        return SHIFT if _agree([*(held.innovation for held in self._held), nu]) else ""
+        return self._why_surprising(nu) if self._is_surprising(nu, z) else ""
 
     def note(self, run: Run, sample: Measurement, nu: Array, z: float, doubt: str, is_fused: bool) -> Outcome:
         """Remember the final verdict; return what has become of the samples that were held."""
@@ -159,6 +157,11 @@ class ShortTerm:
             return NOTHING
         self._held, held = [], [held.sample for held in waiting]
         return Outcome(held, []) if z > _LASTING * waiting[0].normalised else Outcome([], held)
+
+    def _why_surprising(self, nu: Array) -> str:
+        if len(self._held) < _HELD_MAX:
+            return HELD
+        return SHIFT if _agree([*(held.innovation for held in self._held), nu]) else ""
 
     def _is_surprising(self, nu: Array, z: float) -> bool:
         """Return whether a sample is far from the usual all of a sudden, or goes on with that."""
