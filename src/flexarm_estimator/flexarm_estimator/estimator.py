@@ -218,7 +218,11 @@ class Estimator:
         """Ask the watches; take what a sensor at fault has said out of the recent past."""
         findings: list[Finding] = []
         for watch in self._watches:
-            said = watch.look(view)
+            try:
+                said = watch.look(view)
+            except ClosureError:  # the state is where no pose can be predicted: nothing can be compared
+                watch.restart(self._t)
+                continue
             for finding in said:
                 self.health.heed(finding, type(watch).__name__)
             findings += said
