@@ -20,6 +20,8 @@ from flexarm_model.description import SensorSpec
 
 Array = NDArray[np.float64]
 _MOST = sys.float_info.max
+_END = 0.01  # of half the range: a sample so near its end may be clipped
+_BEYOND = 0.3  # of half the range: one sigma of how far beyond the truth may be
 _R_FLOOR = 0.01  # of the variance of the YAML: a sensor may not claim to be ten times better
 _R_MOST = 1e12  # of the same; more says nothing, and its square would be too large
 
@@ -41,11 +43,12 @@ class SampleChecks:
             spec.name: (
                 np.dtype(np.float64),
                 (len(spec.channels),),
-                max(spec.low, -_MOST),
-                min(spec.high, _MOST),
+                max(spec.low, -_MOST) + _END * _reach(spec),
+                min(spec.high, _MOST) - _END * _reach(spec),
             )
             for spec in specs
         }
+        self._is_at_end = False  # of its range, the newest sample
         self._variances = {spec.name: np.asarray(spec.sigma, dtype=np.float64) ** 2 for spec in specs}
         self._stamps: dict[str, list[float]] = {spec.name: [] for spec in specs}
 
@@ -73,6 +76,18 @@ class SampleChecks:
             del stamps[0]
         return ""
 
+    def noise(self, sample: Measurement) -> Array | None:
+        """Return the R of the sample that ``refuse`` has just let pass; None for that of the description.
+
+        At the end of its range a sensor clips: the truth lies somewhere beyond.
+        """
+        R = None if sample.R is None else self.own_covariance(sample)
+        if not self._is_at_end:
+            return R
+        variances, spec = self._variances[sample.sensor], self._specs[sample.sensor]
+        beyond = np.eye(variances.size) * (_BEYOND * _reach(spec)) ** 2
+        return beyond + (np.diag(variances) if R is None else R)
+
     def own_covariance(self, sample: Measurement) -> Array | None:
         """Return the sample's R, floored; None when it has none or one that cannot be used."""
         if sample.R is None:
@@ -99,14 +114,25 @@ class SampleChecks:
         dtype, shape, low, high = possible
         if not isinstance(y, np.ndarray) or y.dtype != dtype or y.shape != shape:
             return f"needs {shape[0]} numbers"
+        self._is_at_end = False
         for value in y.tolist():  # on so few numbers much cheaper than array functions
             if not low <= value <= high:  # also when it is NaN
-                return self._describe(sample.sensor, value)
+                self._is_at_end = True
+                reason = self._describe(sample.sensor, value)
+                if reason:
+                    return reason
         return ""
 
     def _describe(self, sensor: str, value: float) -> str:
         spec = self._specs[sensor]
+        if max(spec.low, -_MOST) <= value <= min(spec.high, _MOST):
+            return ""
         return f"outside [{spec.low:g}, {spec.high:g}]" if math.isfinite(value) else "not finite"
+
+
+def _reach(spec: SensorSpec) -> float:
+    """Return half the range; 0 when it has no end."""
+    return (spec.high - spec.low) / 2 if math.isfinite(spec.high - spec.low) else 0.0
 
 
 def _refuse_stamp(t: float, window: Window) -> str:

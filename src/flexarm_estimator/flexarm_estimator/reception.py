@@ -44,7 +44,8 @@ class Reception:
             if reason:
                 self._health.note_refusal(sample.sensor, reason)
             elif not self._health.is_off(sample.sensor):
-                if sample.R is not None:
-                    sample = replace(sample, R=self._checks.own_covariance(sample))
+                R = self._checks.noise(sample)
+                if R is not sample.R:
+                    sample = replace(sample, R=R)
                 (due if sample.t <= now else self._early).append(sample)
         return sorted(due, key=attrgetter("t"))

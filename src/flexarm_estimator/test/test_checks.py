@@ -78,3 +78,16 @@ def test_a_covariance_that_says_next_to_nothing_is_cut_so_that_its_square_is_fin
     assert R is not None
     assert (R.diagonal() <= 1e12 * CAMERA.sigma**2).all()
     assert np.linalg.eigvalsh(R).min() > 0.0
+
+
+def test_a_sample_at_the_end_of_its_range_is_noisy_as_the_truth_lies_beyond():
+    checks = SampleChecks(SENSORS)
+    gauge = next(spec for spec in SENSORS if spec.name == "root_strain")
+    window = Window(0.0, 10.0)
+    for k, (value, is_clipped) in enumerate(((0.5, False), (0.98, False), (0.995, True), (-1.0, True))):
+        sample = Measurement("root_strain", 1.0 + k, np.array([value * gauge.high]))
+        assert checks.refuse(sample, window) == ""
+        R = checks.noise(sample)
+        assert (R is not None) == is_clipped
+        if R is not None:
+            assert np.sqrt(R[0, 0]) == pytest.approx(0.3 * gauge.high, rel=1e-6)  # 30 % of half the range
