@@ -65,7 +65,7 @@ class Explanation:
     def is_clear(self) -> bool:
         """It explains far more than "all well"."""
         first, second = self.gain
-        least = SHARE * CLEAR if self.needs_both else -SHARE * CLEAR
+        least = SHARE * CLEAR if self.needs_both else -CLEAR / 2
         halves = first >= least and second >= SHARE * CLEAR
         return bool(self.spread <= PLAUSIBLE and halves and first + second >= CLEAR)
 
@@ -116,7 +116,7 @@ def explain_by_leaving_out(
     gain = np.minimum(told, missed)
     words = f"is detached (says {y0:.3g} +- {np.sqrt(np.nanvar(y)):.1g} whatever the arm does)"
     is_detached &= bool(gain.sum() >= DETACHED)
-    return Explanation((channel,), words if is_detached else "", gain, spread)
+    return Explanation((channel,), words if is_detached else "", gain, spread, needs_both=not is_detached)
 
 
 def explain_by_saturation(
