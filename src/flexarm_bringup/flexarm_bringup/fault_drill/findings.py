@@ -165,14 +165,16 @@ def refused_all(trial: Trial) -> Finding:
 
 
 def counted_exactly(trial: Trial) -> Finding:
-    """Measure by how much the count of refusals differs from the count of injected samples."""
-    usual = _without_fault(trial).counted("rejected")
+    """Measure by how much the count of refusals differs from the count of injected samples.
+
+    Counted are refusals before the filter; where nobody tells them, those that the sound run has not.
+    """
     touched = sum(trial.trace.touched[name] for name in trial.sensors)
-    return Finding(
-        trial.name(f"refusals beside the {touched} injected"),
-        abs(trial.counted("rejected") - usual - touched),
-        0,
-    )
+    if trial.trace.refused is None:
+        counted = trial.counted("rejected") - _without_fault(trial).counted("rejected")
+    else:
+        counted = sum(trial.trace.refused.get(name, 0) for name in trial.sensors)
+    return Finding(trial.name(f"refusals beside the {touched} injected"), abs(counted - touched), 0)
 
 
 def always_finite(trial: Trial) -> Finding:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Protocol
 
@@ -42,6 +42,7 @@ class Trace:
         sigma: One sigma of that distance as published [m], (k,).
         estimates: Everything it said, (k,).
         touched: Samples that a fault touched, by sensor.
+        refused: Samples refused before the filter saw them, by sensor; None where nobody tells.
     """
 
     t: Array
@@ -49,6 +50,7 @@ class Trace:
     sigma: Array
     estimates: tuple[Estimate, ...]
     touched: Mapping[str, int]
+    refused: Mapping[str, int] | None = None
 
     def rms(self, start: float = FAULT_START, end: float = FAULT_END) -> float:
         """Return the RMS tip error from ``start`` to ``end`` [m]."""
@@ -199,7 +201,9 @@ class Stand:
             samples = samples if change is None else change(k, samples)
             estimates.append(estimator.step(samples, record.tau[k], clock(float(t))))
         touched = {name: line.touched for name, line in lines.items()}
-        return trace_of(record.t, record.tip, estimates, touched)
+        counts = estimator.health.refusals.counts
+        refused = {name: sum(reasons.values()) for name, reasons in counts.items()}
+        return replace(trace_of(record.t, record.tip, estimates, touched), refused=refused)
 
 
 def _by_tick(arrivals: Sequence[Arrival], lines: Mapping[str, FaultLine], n: int) -> list[list[Arrival]]:
