@@ -1,0 +1,167 @@
+"""Faults of gauges and accelerometers are named on the simulated rig in closed loop; sound ones never are.
+
+Joint PD is the law where something is to be found: it lets the arm vibrate, which excites the sensors.
+"""
+
+from dataclasses import dataclass, replace
+from functools import cache
+
+import pytest
+
+from flexarm_bringup.closed_loop import run_loop
+from flexarm_bringup.course import Course
+from flexarm_bringup.sim.hardware import Hardware
+from flexarm_bringup.sim.plant import Plant
+from flexarm_bringup.sim.rig import RigSettings
+from flexarm_bringup.sim.sensor_faults import SensorFault
+from flexarm_bringup.sim_study import CONDITIONS, NOMINAL, loop_settings, sim_jobs
+from flexarm_bringup.task import Task
+from flexarm_bringup.task_for import task_for
+from flexarm_model.config import load_config
+from flexarm_model.manipulator_file import find_manipulator
+from flexarm_model.reduced_tree import ReducedTree
+
+START = 0.6  # s, just after the move has begun at 0.5 s
+SIGN = SensorFault("wrong", START, factor=-1.0)
+NOISE_ONLY = SensorFault("wrong", START, factor=1e-3)
+
+
+@dataclass(frozen=True)
+class Arm:
+    task: Task
+    tree: ReducedTree
+    course: Course
+
+    def run(self, law="pd", rig=RigSettings(), faults=None, end=None, kick=None):  # noqa: B008, frozen
+        """Return who was named, what for and when: {sensor: (reason, time)}."""
+        named = {}
+
+        def observe(hardware, estimate):
+            if kick is not None and abs(hardware.t - kick) < 1e-9:
+                hardware.rig.plant.v[hardware.rig.plant.tree.actuated] += 0.3
+            for report in estimate.sensors:
+                if report.status == "faulty" and "squared sigmas" in report.reason:
+                    named.setdefault(report.name, (report.reason, hardware.t))
+            return {}
+
+        settings = loop_settings(self.task, law, rig)
+        hardware = Hardware(self.tree.config, rig, plant=plant(self.task.manipulator, rig), faults=faults)
+        end = self.course.end if end is None else end
+        run_loop(hardware, self.tree, self.course.reference, end, settings, observe)
+        return named
+
+
+@cache
+def arm(name):
+    task = task_for(name)
+    (job,) = sim_jobs(task, task.presets[:1], [NOMINAL])
+    config = load_config(find_manipulator(task.manipulator), job.preset)
+    return Arm(task, ReducedTree(replace(config, home=job.course.home)), job.course)
+
+
+@cache
+def plant(name, rig) -> Plant:
+    return Hardware(arm(name).tree.config, rig).rig.plant
+
+
+def swapped(one, other):
+    return {
+        one: SensorFault("wrong", START, named=other),
+        other: SensorFault("wrong", START, named=one),
+    }
+
+
+def assert_named(found, sensors, words, by):
+    assert set(found) == set(sensors)
+    for reason, t in found.values():
+        assert words in reason
+        assert t <= by
+
+
+def test_a_flipped_gauge_is_named_and_nobody_else():
+    found = arm("single_link").run(faults={"root_strain": SIGN}, end=1.6)
+    assert_named(found, ["root_strain"], "sign is flipped", START + 1.0)
+
+
+SINGLE_LINK = {
+    "flipped gauge": ({"root_strain": SIGN}, "sign is flipped"),
+    "flipped accelerometer": ({"tip_accelerometer": SIGN}, "sign is flipped"),
+    "detached gauge": ({"root_strain": NOISE_ONLY}, "is detached"),
+    "detached accelerometer": ({"tip_accelerometer": NOISE_ONLY}, "is detached"),
+    "saturated gauge": ({"root_strain": SensorFault("wrong", START, limit=60e-6)}, "is saturated"),
+}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("condition", [NOMINAL, "frequency -10 %", "frequency +10 %"])
+@pytest.mark.parametrize("fault", SINGLE_LINK)
+def test_faults_of_the_single_link_are_named_within_a_second(fault, condition):
+    faults, words = SINGLE_LINK[fault]
+    found = arm("single_link").run(rig=CONDITIONS[condition], faults=faults, end=2.5)
+    excited = START if "flipped" in fault else 1.2  # braking: before, the strip is hardly bent
+    assert_named(found, faults, words, excited + 1.0)
+
+
+PLANAR = {
+    "flipped gauge": ({"first_strain_3": SIGN}, "sign is flipped"),
+    "flipped weak gauge": ({"second_strain_1": SIGN}, "sign is flipped"),
+    "flipped accelerometer": ({"accelerometer_2": SIGN}, "sign is flipped"),
+    "swapped gauges": (swapped("first_strain_1", "first_strain_3"), "swapped with"),
+    "swapped unequal gauges": (swapped("first_strain_2", "second_strain_2"), "swapped with"),
+    "swapped accelerometers": (swapped("accelerometer_1", "accelerometer_2"), "swapped with"),
+    "detached accelerometer": ({"accelerometer_2": NOISE_ONLY}, "is detached"),
+}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("condition", [NOMINAL, "frequency -10 %", "frequency +10 %"])
+@pytest.mark.parametrize("fault", PLANAR)
+def test_faults_of_the_parallel_arm_are_named_within_a_second(fault, condition):
+    if (fault, condition) == ("detached accelerometer", "frequency +10 %"):
+        pytest.xfail("missed: the gauges are off by more than the accelerometer hides")
+    faults, words = PLANAR[fault]
+    found = arm("planar_3rrr").run(rig=CONDITIONS[condition], faults=faults, end=2.5)
+    assert_named(found, faults, words, START + 1.0)
+
+
+@pytest.mark.slow
+def test_a_gauge_that_stays_at_its_limit_is_excluded_within_a_second_by_whichever_watch_sees_it_first():
+    """Clipped for tens of milliseconds it repeats itself: the frozen watch is faster."""
+    seen = []
+
+    def observe(hardware, estimate):
+        seen.extend(r.reason for r in estimate.sensors if r.name == "first_strain_1" and r.status == "faulty")
+        return {}
+
+    it, rig = arm("planar_3rrr"), RigSettings()
+    clipped = {"first_strain_1": SensorFault("wrong", START, limit=200e-6)}
+    hardware = Hardware(it.tree.config, rig, plant=plant("planar_3rrr", rig), faults=clipped)
+    settings = loop_settings(it.task, "pd", rig)
+    run_loop(hardware, it.tree, it.course.reference, START + 1.0, settings, observe)
+    assert any("frozen" in reason or "saturated" in reason for reason in seen)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("condition", [NOMINAL, "stiffness -20 %", "mass +20 %"])
+@pytest.mark.parametrize("law", ["pd", "mpc"])
+@pytest.mark.parametrize(
+    "name", ["single_link", "planar_3rrr", "spatial_3tpt", "serial_6r", "variable_stiffness"]
+)
+def test_sound_sensors_are_never_accused(name, law, condition):
+    for seed in (1, 2):
+        assert arm(name).run(law, replace(CONDITIONS[condition], seed=seed)) == {}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["single_link", "planar_3rrr"])
+def test_an_impact_accuses_nobody(name):
+    assert arm(name).run(kick=1.2) == {}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("name", "gauge"), [("single_link", "root_strain"), ("planar_3rrr", "first_strain_2")]
+)
+def test_a_gauge_that_drifts_slowly_is_not_accused(name, gauge):
+    drift = SensorFault("bias", 0.0, bias=10e-6, ramp=4.0)
+    assert arm(name).run(faults={gauge: drift}) == {}
