@@ -14,6 +14,7 @@ from flexarm_estimator.channels import Channels
 from flexarm_estimator.investigation import Case, Entry, Investigation, investigate, reconsider
 from flexarm_estimator.isolation import Explanation
 from flexarm_estimator.parts import Parts
+from flexarm_estimator.short_term import HELD
 from flexarm_estimator.watch import Finding, View, Watch
 from flexarm_estimator.window import StepMaker
 from flexarm_model.description import SensorSpec
@@ -22,7 +23,7 @@ _LENGTH = 60  # ticks in the ring: 0.3 s at 200 Hz
 _SHORTEST = 36  # ticks of the shortest window that is investigated
 _RESOLUTION = 1e-5  # s; periods that differ by less are one
 _SELF_CHECK = 1.0  # s between investigations without suspicion
-_PAUSE = 0.05  # s between two investigations
+_PAUSE = 0.02  # s between two investigations
 _EVERY = 2  # ticks between two looks at the verdicts
 _MEMORY = 0.9  # of the mean squared innovation from one look to the next
 _SUSPICIOUS = 1.5  # mean squared normalised innovation of a sensor
@@ -59,7 +60,9 @@ class IsolationWatch(Watch):
             return ()
         belief, parts = view.belief, self._parts
         theta = belief.x[parts.layout.theta].copy()
-        self._ring.append(Entry(view.t, view.u, theta, view.samples, parts))
+        held = {verdict.sensor for verdict in view.verdicts if verdict.reason == HELD}  # most stand alone
+        samples = [s for s in view.samples if s.sensor not in held] if held else view.samples
+        self._ring.append(Entry(view.t, view.u, theta, samples, parts))
         self._ticks += 1
         if self._ticks % _EVERY == 0:
             self._note(view)
