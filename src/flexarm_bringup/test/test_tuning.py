@@ -9,18 +9,9 @@ import numpy as np
 import pytest
 
 from flexarm_bringup.consistency.bag_epochs import Epochs, order_epochs
+from flexarm_bringup.consistency.knobs import Noise, Parameter, make_knobs, turn
 from flexarm_bringup.consistency.monte_carlo import START_BEFORE, Bench
-from flexarm_bringup.consistency.tuning import (
-    Noise,
-    Parameter,
-    Tuned,
-    Tuner,
-    curvature,
-    make_knobs,
-    spreads,
-    told_by,
-    turn,
-)
+from flexarm_bringup.consistency.tuning import Tuned, Tuner, curvature, spreads, told_by
 from flexarm_bringup.task_for import task_for
 from flexarm_bringup.tune import Judgement, build_page
 from flexarm_estimator.likelihood import Epoch, Likelihood
