@@ -73,7 +73,7 @@ class Gate:
         """Forget what the sensors did."""
         self._refusals = dict.fromkeys(self._sigmas, 0)
         self._refused_since = dict.fromkeys(self._sigmas, 0.0)
-        self._past = {name: ShortTerm(sigma) for name, sigma in self._sigmas.items()}
+        self._past = {name: ShortTerm(sigma, self._config.gate) for name, sigma in self._sigmas.items()}
         self._met: dict[str, list[tuple[Measurement, Run]]] = {}
         self._released: list[Measurement] = []
         self._dropped: list[Verdict] = []

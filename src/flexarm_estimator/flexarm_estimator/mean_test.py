@@ -17,7 +17,7 @@ _LEAST = 0.5  # of the sensor's noise: innovations are never usually smaller
 _EARLY = 60  # samples in which the usual size is learnt faster
 _QUIET = 2.0  # a score below this is nothing
 _SUDDEN = 8  # samples from there to an alarm, at most
-_SWING = 0.5  # of the innovation: how far the prediction may have moved meanwhile
+_SWING = 0.75  # of the innovation: how far the prediction may have moved meanwhile
 
 
 class MeanTest:

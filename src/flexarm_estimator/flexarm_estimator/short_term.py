@@ -7,7 +7,7 @@ sensor hides behind it. A sensor is therefore measured by its own past, too:
   fused: noise makes that impossible, and a quantised sensor would have gone on by a step (a step has
   ``sqrt(12)`` sigmas of its own quantisation noise). A sensor whose values have never repeated before is not
   believed when it starts, for ``_PATIENCE`` samples;
-* a normalised innovation ``z = sqrt(nu' S^-1 nu / m)`` that **jumps** above ``_JUMP`` times its usual size is
+* a normalised innovation ``z = sqrt(nu' S^-1 nu / m)`` that **jumps** above the gate times its usual size is
   held until the next samples decide: if they are as large, something did happen, and it is fused after all.
 """
 
@@ -28,11 +28,11 @@ _STEP = 4.0  # sigmas of the sensor; above sqrt(12)
 _NOISE = 1.5  # sigmas of the sensor: enough if it never repeats otherwise
 _PATIENCE = 10  # equal samples
 _NOVICE = 20  # samples before a prediction is good; values that must differ before repeating is suspicious
-_JUMP = 5.0  # times the usual size
+_JUMP = 1.0  # times the usual size, over the gate in sigmas
 _USUAL_MIN = 1e-3  # of z; rounding is no noise
 _MEMORY = 0.02  # weight of the newest sample in the usual size
 _SUDDEN = 2.0  # times the one before; what grows is no jump
-_BIASED = 5.0  # score of the mean
+_BIASED = 1.0  # score of the mean, over the gate in sigmas: a wider gate says that the model is worse
 _CAUTIOUS = 0.25  # mean of z^2 below which the filter's own gate is too wide to see much
 _LASTING = 0.5  # of a jump: the next sample shows the same
 _MOST = 0.6  # of a jump: more does not count for what is usual
@@ -82,9 +82,9 @@ class Run(NamedTuple):
 class ShortTerm:
     """The recent past of one sensor."""
 
-    def __init__(self, sigma: Sequence[float]) -> None:
-        """Begin with the noise of every channel, SI, (m,)."""
-        self._sigma = [float(s) for s in sigma]
+    def __init__(self, sigma: Sequence[float], gate: float) -> None:
+        """Begin with the noise of every channel, SI, (m,), and the gate that the filter has [sigma]."""
+        self._sigma, self._biased = [float(s) for s in sigma], _BIASED * gate
         self._values: list[float] = []
         self._run = Run(0, -math.inf, False)
         self._count = self._changes = 0
@@ -92,7 +92,8 @@ class ShortTerm:
         self._has_rested = False  # its values have repeated for good reason
         self._reference = [0.0] * len(self._sigma)  # innovation of the first of equal samples
         self._usual2 = 1.0  # mean of z^2
-        self._limit = _JUMP  # of z
+        self._jump = _JUMP * gate
+        self._limit = self._jump  # of z
         self._last = 0.0  # z
         self._held: list[Held] = []
         self.mean = MeanTest(self._sigma)
@@ -118,7 +119,7 @@ class ShortTerm:
             nu: Innovation, (m,).
             z: Normalised.
         """
-        if z <= self._limit and not (run.repeats or self._held or self.mean.score > _BIASED):
+        if z <= self._limit and not (run.repeats or self._held or self.mean.score > self._biased):
             return ""
         if run.repeats and self._count > _NOVICE:
             moved = self._moved(nu)
@@ -126,7 +127,7 @@ class ShortTerm:
                 return FROZEN
             if run.is_unheard_of and run.repeats <= _PATIENCE:
                 return SAME
-        if self.mean.score > _BIASED and self._usual2 < _CAUTIOUS and self.mean.is_sudden(nu.tolist()):
+        if self.mean.score > self._biased and self._usual2 < _CAUTIOUS and self.mean.is_sudden(nu.tolist()):
             return SHIFT
         return self._why_surprising(nu) if self._is_surprising(nu, z) else ""
 
@@ -151,7 +152,7 @@ class ShortTerm:
         if is_fused:
             self.mean.add(sample.t, values, sample.y.tolist())
         self._usual2 += _MEMORY * (min(z, _MOST * self._limit) ** 2 - self._usual2)
-        self._limit = _JUMP * max(_USUAL_MIN, math.sqrt(self._usual2))
+        self._limit = self._jump * max(_USUAL_MIN, math.sqrt(self._usual2))
         self._last = z
         if not waiting:
             return NOTHING
@@ -168,7 +169,7 @@ class ShortTerm:
         if self._held:
             return z > _LASTING * self._held[0].normalised
         is_large = z > self._limit and z > _SUDDEN * self._last
-        return is_large and self._in_sigmas(nu) > _JUMP
+        return is_large and self._in_sigmas(nu) > self._jump
 
     @property
     def surprised_at(self) -> float:

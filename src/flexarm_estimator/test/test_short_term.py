@@ -17,7 +17,7 @@ class Sensor:
     """One channel whose prediction is given; ``S`` is twice the noise."""
 
     def __init__(self):
-        self.past, self.k = ShortTerm([SIGMA]), 0
+        self.past, self.k = ShortTerm([SIGMA], 5.0), 0
 
     def say(self, y, predicted):
         """Return the doubt, the samples that are let go, and those that are dropped."""
