@@ -22,20 +22,18 @@ class TipPrediction:
     """Tip from samples, with one served model.
 
     Attributes:
-        locating: Sensors that must be there, because they tell where the axes are.
-        sensors: All that are used.
+        sensors: Those that read positions: encoders and gauges.
     """
 
     def __init__(self, parts: Parts) -> None:
         """Pick the sensors that read positions."""
         rows = {name: model for name, model in parts.sensors.rows.items() if not model.D_w.any()}
         self.sensors = frozenset(rows)
-        self.locating = frozenset(name for name, model in rows.items() if model.locates)
         self._rows, self._parts = rows, parts
         self._maps: dict[tuple[str, ...], tuple[Array, Array]] = {}
 
     def position(self, samples: Mapping[str, Array]) -> Array | None:
-        """Return the tip's position [m], (3,), from the values of ``locating`` and others of ``sensors``.
+        """Return the tip's position [m], (3,), from the values of some of ``sensors``.
 
         None where the samples ask for what the loops do not allow.
         """
