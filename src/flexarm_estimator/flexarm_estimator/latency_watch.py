@@ -2,8 +2,8 @@
 
 Every frame is compared, whether the gate takes it or not, with the tip as encoders and gauges said at the
 time: not with the state, which a camera with wrong stamps spoils. With ``calibrate_latency`` the delay found
-out is used, approached slowly; without, it is only told. Work is done when there is a frame, not in every step,
-and in small pieces: a step that fuses a late frame computes the past again and has enough to do.
+out is used, approached slowly; without, it is only told. Work is done when a frame is due, not in every step,
+and not in one that fuses a late frame, which computes the past again and has enough to do.
 """
 
 from __future__ import annotations
@@ -31,8 +31,7 @@ _SIGMAS, _LEAST_DRIFT = 3.0, 0.005  # an alarm needs a drift of so many sigmas, 
 _FIT_PERIOD = 0.25  # s
 _MOST_WAITING = 100  # frames
 _MOST_VIEWS = 1000  # steps
-_AT_ONCE = 3  # steps that are looked at in one
-_MOST_BEHIND = 30  # steps; from here on also in one with a frame
+_MOST_BEHIND = 30  # steps; from here on the work is done in one with a frame, too
 
 
 class LatencyWatch(Watch):
@@ -59,12 +58,14 @@ class LatencyWatch(Watch):
         for sample in view.samples:
             if sample.sensor in self._lines:
                 has_frame = True
-                self._lines[sample.sensor].wait(sample, self._delays.of(sample.sensor), view.t)
-        waiting = [line for line in self._lines.values() if line.first_stamp < np.inf]
-        if not waiting or (has_frame and len(self._views) < _MOST_BEHIND):
+                self._lines[sample.sensor].wait(sample, self._delays.of(sample.sensor))
+        if has_frame and len(self._views) < _MOST_BEHIND:
             return ()
-        until = self._catch_up(min(line.first_stamp for line in waiting) - _LATEST, _AT_ONCE)
-        return [finding for line in waiting if line.due_at <= until for finding in self._judge(line, until)]
+        due = [line for line in self._lines.values() if line.due_at <= view.t]
+        if not due:
+            return ()
+        self._catch_up(min(line.due_at for line in due) - _PATIENCE - _LATEST)
+        return [finding for line in due for finding in self._judge(line, view.t)]
 
     def restart(self, t: float) -> None:
         """See Watch; the delays in use are the configured ones again."""
@@ -76,7 +77,7 @@ class LatencyWatch(Watch):
     def use(self, parts: Parts) -> None:
         """See Watch."""
         if self._views:
-            self._catch_up(self._views[-1].t - _LATEST + _EARLIEST - _PATIENCE, len(self._views))
+            self._catch_up(self._views[-1].t - _LATEST + _EARLIEST - _PATIENCE)
         self._prediction = TipPrediction(parts)
         for name in parts.sensors.poses:
             self._lines.setdefault(name, _Line(name, self._config.latency_memory))
@@ -91,23 +92,12 @@ class LatencyWatch(Watch):
                 values[name]["its one sigma [s]"] = line.latency.sigma
         return values
 
-    def _catch_up(self, since: float, count: int) -> float:
-        """Compute where the tip was in the next ``count`` steps that have not been looked at.
-
-        Args:
-            since: Steps before are left out [s].
-            count: At least 1.
-
-        Returns:
-            Time of the last one [s].
-        """
-        views = self._views
-        while views[0].t < since and len(views) > 1:
-            views.popleft()
-        for _ in range(min(count, len(views))):
-            view = views.popleft()
-            self._follow_tip(view)
-        return view.t
+    def _catch_up(self, since: float) -> None:
+        """Compute where the tip was in the steps from ``since`` [s] on that have not been looked at."""
+        for view in self._views:
+            if view.t >= since:
+                self._follow_tip(view)
+        self._views.clear()
 
     def _follow_tip(self, view: View) -> None:
         """Take the newest samples of encoders and gauges if they are complete and none is refused.
@@ -152,23 +142,17 @@ class _Line:
         self.latency: Latency | None = None
         count = round((_LATEST - _EARLIEST) / _STEP) + 1
         self._fit = LatencyFit(np.linspace(_EARLIEST, _LATEST, count), memory)
-        self._waiting: deque[tuple[float, float, Array]] = deque(maxlen=_MOST_WAITING)
+        self._waiting: deque[tuple[float, Array]] = deque(maxlen=_MOST_WAITING)
         self._last, self._unread = np.nan, 0.0
 
     @property
     def due_at(self) -> float:
         """When the next frame can be compared [s]; infinity when none waits."""
-        return self._waiting[0][0] if self._waiting else np.inf
+        return self._waiting[0][0] + _PATIENCE if self._waiting else np.inf
 
-    @property
-    def first_stamp(self) -> float:
-        """Stamp of the next frame [s]; infinity when none waits."""
-        return self._waiting[0][1] if self._waiting else np.inf
-
-    def wait(self, sample: Measurement, delay: float, now: float) -> None:
+    def wait(self, sample: Measurement, delay: float) -> None:
         """Keep a frame until the tip is known around its stamp, which was ``delay`` [s] later."""
-        stamp = sample.t + delay
-        self._waiting.append((max(stamp + _PATIENCE, now), stamp, sample.y[:3]))
+        self._waiting.append((sample.t + delay, sample.y[:3]))
 
     def compare(self, track: TipTrack, t: float) -> float:
         """Add the frames that are due at ``t`` [s].
@@ -178,7 +162,7 @@ class _Line:
         """
         elapsed = 0.0
         while self.due_at <= t:
-            _, stamp, position = self._waiting.popleft()
+            stamp, position = self._waiting.popleft()
             if not track.covers(stamp - _LATEST, stamp - _EARLIEST):
                 continue
             since = max(0.0, stamp - self._last) if np.isfinite(self._last) else 0.0
