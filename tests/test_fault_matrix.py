@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from missed_bounds import marks_of
 
 from flexarm_bringup.cli import main
 from flexarm_bringup.fault_drill.drill import ESTIMATOR_ROWS, MACHINES, play_row, stand_of
@@ -26,7 +27,10 @@ def rows_and_machines() -> list[object]:
             number,
             machine,
             id=f"row {number} {machine}",
-            marks=() if machine == "single_link" and number in FAST else (pytest.mark.slow,),
+            marks=(
+                *marks_of(machine, number),
+                *(() if machine == "single_link" and number in FAST else (pytest.mark.slow,)),
+            ),
         )
         for machine in MACHINES
         for number in ESTIMATOR_ROWS

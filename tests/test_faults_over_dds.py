@@ -9,6 +9,7 @@ import pytest
 
 pytest.importorskip("flexarm_interfaces", reason="needs ROS and flexarm_interfaces")
 from live_estimator import LiveStand  # noqa: E402
+from missed_bounds import marks_of  # noqa: E402
 from running_graph import running  # noqa: E402
 
 from flexarm_bringup.fault_drill.drill import ESTIMATOR_ROWS, stand_of  # noqa: E402
@@ -48,7 +49,11 @@ def test_nodes_estimate_as_well_as_the_library(nodes: NodesStand) -> None:
 
 
 @pytest.mark.parametrize("number", INJECTED_BY_THE_RIG)
-def test_faults_that_the_rig_injects_keep_their_bounds(nodes: NodesStand, number: int) -> None:
+def test_faults_that_the_rig_injects_keep_their_bounds(
+    nodes: NodesStand, number: int, request: pytest.FixtureRequest
+) -> None:
+    for mark in marks_of(nodes.name, number):
+        request.applymarker(mark)
     assert_kept(ESTIMATOR_ROWS[number].play(nodes))
 
 

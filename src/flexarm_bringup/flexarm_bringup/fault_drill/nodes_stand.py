@@ -44,6 +44,11 @@ class NodesStand:
         self._runs = count()
 
     @property
+    def name(self) -> str:
+        """Name of the manipulator."""
+        return self._stand.name
+
+    @property
     def dt(self) -> float:
         """Control period [s]."""
         return self._stand.dt
