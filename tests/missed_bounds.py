@@ -31,7 +31,6 @@ MISSED = {
     ("planar_3rrr", 1): _CAUTION,
     ("planar_3rrr", 7): _CAUTION,
     ("planar_3rrr", 15): _CAUTION,
-    ("planar_3rrr", 17): "without the camera the platform is known less well than two seconds allow",
 }
 
 

@@ -17,7 +17,8 @@ from flexarm_model.units import axis_dimension, si_unit
 
 POSE_CHANNELS = ("tx", "ty", "tz", "rx", "ry", "rz")
 POSE_UNITS = dict(zip(POSE_CHANNELS, ("m", "m", "m", "rad", "rad", "rad"), strict=True))
-_FAR = 100.0  # no arm reaches this far [m]
+_FAR = 10.0  # no arm reaches this far [m], no rotation vector is that long [rad]
+_MANY_TURNS = 100.0  # rad or m; an encoder may count on
 _STAMP_DELAY = (-0.1, 1.0)  # what a driver's stamps may be late; a clock that is further off must be set [s]
 
 
@@ -39,7 +40,10 @@ class SensorKind:
 def _encoder(name: str, site: str, section: Section) -> SensorSpec:
     position = axis_dimension(site.split(".")[1], "position")
     sigma = section.quantity("sigma", position, above=0.0)
-    low, high = section.quantity("low", position, -_FAR), section.quantity("high", position, _FAR)
+    low, high = (
+        section.quantity("low", position, -_MANY_TURNS),
+        section.quantity("high", position, _MANY_TURNS),
+    )
     timing, bias = _timing(section), _bias(section, position)
     return SensorSpec(name, "encoder", site, ("position",), np.array([sigma]), *timing, low, high, bias=bias)
 
