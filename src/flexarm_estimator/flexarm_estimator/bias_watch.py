@@ -48,6 +48,7 @@ class BiasWatch(Watch):
         self._patience = config.bias_patience
         self._names: tuple[str, ...] = ()
         self._at = slice(0, 0)
+        self._bounds: list[tuple[int, str, _Row, float]] = []  # place in the state, name, row, bound
         self._belief = Belief(np.zeros(0), np.zeros((0, 0)))
         self._since: dict[str, float] = {}
         self._told: set[str] = set()
@@ -58,12 +59,11 @@ class BiasWatch(Watch):
             return ()
         self._belief = view.belief
         found: list[Finding] = []
-        for name, value in zip(self._names, view.belief.x[self._at].tolist(), strict=True):
-            row = self._rows.get(name)
-            if row is None:  # a rate
-                continue
-            if abs(value) < _AT_LIMIT * row.limit:
-                self._since.pop(name, None)
+        item = view.belief.x.item
+        for at, name, row, bound in self._bounds:
+            if abs(item(at)) < bound:
+                if self._since:
+                    self._since.pop(name, None)
                 continue
             since = self._since.setdefault(name, view.t)
             if view.t - since >= self._patience and name not in self._told:
@@ -81,6 +81,11 @@ class BiasWatch(Watch):
         """See Watch."""
         self._names, self._at = parts.layout.biases, parts.layout.b
         self._belief = Belief(np.zeros(parts.layout.n_x), parts.process.P0)
+        self._bounds = [
+            (at, name, self._rows[name], _AT_LIMIT * self._rows[name].limit)
+            for at, name in enumerate(self._names, self._at.start)
+            if name in self._rows  # the others are rates
+        ]
 
     def values(self) -> dict[str, dict[str, float]]:
         """Return the biases learned with their sigma, and 0 for those that cannot be told."""

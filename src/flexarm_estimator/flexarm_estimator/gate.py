@@ -84,10 +84,15 @@ class Gate:
 
     def meet(self, samples: Iterable[Measurement]) -> None:
         """Look at new samples before they are judged."""
-        self._met = {}
+        past, found = self._past, self._met
+        found.clear()
         for sample in samples:
-            met = sample, self._past[sample.sensor].meet(sample)
-            self._met.setdefault(sample.sensor, []).append(met)
+            sensor = sample.sensor
+            met = sample, past[sensor].meet(sample)
+            if sensor in found:
+                found[sensor].append(met)
+            else:
+                found[sensor] = [met]
 
     def judge(self, sensor: str, t: float, nu: Array, S: Array) -> Verdict:
         """Return the verdict on an innovation ``nu`` (m,) of covariance ``S`` (m, m); never raises."""
@@ -98,10 +103,13 @@ class Gate:
         z = math.sqrt(nis / nu.size) if 0.0 <= nis < math.inf else 0.0
         met, reason, since = self._find(sensor, t), "", math.inf
         if met is not None:
-            reason = self._past[sensor].doubt(met[1], nu, z)
-            if reason in (HELD, SHIFT) and (self._is_upset(t) or self._is_common(sensor, reason)):
-                reason = ""
-            since = self._past[sensor].mean.onset if reason == SHIFT else met[1].since
+            past, run = self._past[sensor], met[1]
+            reason, since = past.doubt(run, nu, z), run.since
+            if reason in (HELD, SHIFT):
+                if self._is_upset(t) or self._is_common(sensor, reason):
+                    reason = ""
+                elif reason == SHIFT:
+                    since = past.mean.onset
         if not reason and not 0.0 <= nis <= self._threshold[sensor]:
             reason = FAR
         elif self._distrusted and self._is_distrusted(sensor, t):
@@ -129,7 +137,7 @@ class Gate:
             if met is None:
                 continue
             self._met[sensor].remove(met)
-            doubt = "" if reason in (FAR, DISTRUSTED) else reason
+            doubt = "" if not reason or reason in (FAR, DISTRUSTED) else reason
             outcome = self._past[sensor].note(met[1], met[0], nu, z, doubt, is_accepted)
             if outcome is not NOTHING:
                 self._released += outcome.released
@@ -185,6 +193,8 @@ class Gate:
 
     def _find_accusers(self, verdicts: Iterable[Verdict], t: float) -> set[str]:
         refused = {v.sensor for v in verdicts if v.reason == FAR and not self._is_distrusted(v.sensor, t)}
+        if not refused:
+            return refused
         together = {sensor for sensor in refused if self._refusals[sensor] >= _TOGETHER}
         if len(together) > 1:
             return together

@@ -119,11 +119,13 @@ class Health:
             sensor, t, is_accepted, innovation, normalised, reason, _ = verdict
             record = self._records[sensor]
             record.innovation, record.normalised = innovation, normalised
-            record.newest_valid = max(record.newest_valid, t)
+            if t > record.newest_valid:
+                record.newest_valid = t
             if is_accepted:
                 record.accepted += 1
                 record.refused_in_a_row, record.reason = 0, ""
-                record.newest_accepted = max(record.newest_accepted, t)
+                if t > record.newest_accepted:
+                    record.newest_accepted = t
             elif reason != HELD:
                 record.rejected += 1
                 record.refused_in_a_row += 1
@@ -212,7 +214,8 @@ def _time_out(spec: SensorSpec, config: EstimatorConfig, periods: float) -> floa
 
 def _report(name: str, record: _Record, t: float) -> SensorReport:
     status: SensorStatus = "ok"
-    reason, age = record.reason, max(0.0, t - record.newest_accepted)
+    reason, age = record.reason, t - record.newest_accepted
+    age = age if age > 0.0 else 0.0
     if record.is_off:
         status, reason = "off", "switched off"
     elif record.faults:

@@ -43,6 +43,7 @@ class IsolationWatch(Watch):
         self._parts = parts
         self._is_blind = parts.fusion.dependent is not None  # hypotheses are run on the served model alone
         self._channels = Channels(self._specs, parts.sensors.rows)
+        self._theta = parts.layout.theta
 
     def restart(self, t: float) -> None:
         """See Watch."""
@@ -58,11 +59,10 @@ class IsolationWatch(Watch):
         """See Watch; with a filter that follows the arm far from its served model nothing can be said."""
         if self._is_blind:
             return ()
-        belief, parts = view.belief, self._parts
-        theta = belief.x[parts.layout.theta].copy()
-        held = {verdict.sensor for verdict in view.verdicts if verdict.reason == HELD}  # most stand alone
+        theta = view.belief.x[self._theta].copy()
+        held = [verdict.sensor for verdict in view.verdicts if verdict.reason == HELD]  # most stand alone
         samples = [s for s in view.samples if s.sensor not in held] if held else view.samples
-        self._ring.append(Entry(view.t, view.u, theta, samples, parts))
+        self._ring.append(Entry(view.t, view.u, theta, samples, self._parts))
         self._ticks += 1
         if self._ticks % _EVERY == 0:
             self._note(view)
@@ -80,8 +80,8 @@ class IsolationWatch(Watch):
     def _note(self, view: View) -> None:
         squares = self._squares
         for verdict in view.verdicts:
-            square = min(verdict.normalised**2, 100.0)
-            squares[verdict.sensor] = square + _MEMORY * (squares.get(verdict.sensor, 0.0) - square)
+            sensor, square = verdict.sensor, min(verdict.normalised**2, 100.0)
+            squares[sensor] = square + _MEMORY * (squares.get(sensor, 0.0) - square)
         if len(view.verdicts) < len(view.samples):
             self._note_unheard(view)
         is_suspicious = max(squares.values(), default=0.0) >= _SUSPICIOUS

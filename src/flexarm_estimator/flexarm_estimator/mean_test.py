@@ -8,7 +8,7 @@ is predicted, while a sensor that is off is so at once and whatever the arm does
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 _FAST, _SLOW = 1.0 / 6.0, 0.02  # weights of the newest sample in the mean and in the usual size
 _FACTOR = (2.0 - _FAST) / _FAST
@@ -36,7 +36,7 @@ class MeanTest:
         self._count = self._since = 0
         self.score, self.onset = 0.0, -math.inf
 
-    def add(self, t: float, innovation: list[float], values: list[float]) -> None:
+    def add(self, t: float, innovation: list[float], values: Iterable[float]) -> None:
         """Take the innovation of a sample and what it said, (m,) each."""
         means, squares, worst = self._mean, self._square, 0.0
         is_early = self._count < _EARLY
@@ -61,7 +61,7 @@ class MeanTest:
         else:
             self._watch_swing(innovation, values)
 
-    def _watch_swing(self, innovation: list[float], values: list[float]) -> None:
+    def _watch_swing(self, innovation: list[float], values: Iterable[float]) -> None:
         predicted = [told - value for told, value in zip(values, innovation, strict=True)]
         is_first = not self._since
         self._low = predicted if is_first else list(map(min, self._low, predicted))

@@ -36,8 +36,10 @@ class Reception:
             oldest: Samples up to then cannot be fused any more [s].
         """
         now = t + SAME_INSTANT
-        due = [sample for sample in self._early if sample.t <= now]
-        self._early = [sample for sample in self._early if sample.t > now]
+        due: list[Measurement] = []
+        if self._early:
+            due = [sample for sample in self._early if sample.t <= now]
+            self._early = [sample for sample in self._early if sample.t > now]
         window = Window(oldest, now + self._config.future_tolerance)
         for sample in measurements:
             reason = self._checks.refuse(sample, window)

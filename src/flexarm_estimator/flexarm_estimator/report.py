@@ -37,7 +37,8 @@ class TipReport(NamedTuple):  # not a dataclass: made in every step, at a quarte
     @property
     def sigma(self) -> float:
         """One sigma of the position, all directions together [m]."""
-        variance = sum(self.cov_pose.diagonal().tolist()[:3])
+        item = self.cov_pose.item
+        variance: float = item(0, 0) + item(1, 1) + item(2, 2)
         return math.sqrt(variance) if variance > 0.0 else 0.0
 
     @property
@@ -78,6 +79,6 @@ def describe_tip(tip: Tip, belief: Belief, n: int) -> TipReport:
     except ClosureError:
         T, J = np.full((4, 4), np.nan), np.full((6, n), np.nan)
     transposed = J.T
-    cov_pose = J.dot(P[:n, :n]).dot(transposed)
-    cov_twist = J.dot(P[n : 2 * n, n : 2 * n]).dot(transposed)
+    cov_pose = J.dot(P[:n, :n].copy()).dot(transposed)  # of a part itself it takes twice as long
+    cov_twist = J.dot(P[n : 2 * n, n : 2 * n].copy()).dot(transposed)
     return TipReport(T, J.dot(x[n : 2 * n]), cov_pose, cov_twist)

@@ -136,12 +136,12 @@ class ShortTerm:
         if doubt == HELD:
             self._held.append(Held(sample, nu, z))
             return NOTHING
-        values = nu.tolist()
+        values: list[float] = nu.tolist()
         if run.repeats:
             self._has_rested |= run.repeats > _PATIENCE and not doubt
         else:
             self._reference = values
-        if doubt in (FROZEN, SAME):
+        if doubt and doubt in (FROZEN, SAME):
             self._is_frozen |= doubt == FROZEN
             return NOTHING
         waiting = self._held
@@ -150,9 +150,11 @@ class ShortTerm:
             self.mean.clear()
             return Outcome([], [held.sample for held in waiting])
         if is_fused:
-            self.mean.add(sample.t, values, sample.y.tolist())
-        self._usual2 += _MEMORY * (min(z, _MOST * self._limit) ** 2 - self._usual2)
-        self._limit = self._jump * max(_USUAL_MIN, math.sqrt(self._usual2))
+            self.mean.add(sample.t, values, sample.y)
+        most = _MOST * self._limit
+        self._usual2 += _MEMORY * ((z if z < most else most) ** 2 - self._usual2)
+        usual = math.sqrt(self._usual2)
+        self._limit = self._jump * (usual if usual > _USUAL_MIN else _USUAL_MIN)
         self._last = z
         if not waiting:
             return NOTHING

@@ -85,7 +85,6 @@ def test_the_tip_is_predicted_by_the_most_probable_coordinates():
     parts = estimator.prepare(strip_model())
     prediction = TipPrediction(parts)
     assert prediction.sensors == {"encoder", "root_strain"}
-    assert prediction.locating == {"encoder"}
     y = {"encoder": np.array([0.3]), "root_strain": np.array([2e-4])}
     C = np.vstack([parts.sensors.rows[name].C[:, :4] for name in ("encoder", "root_strain")])
     weight = np.diag([1 / 20e-6**2, 1 / 1e-6**2])
