@@ -24,7 +24,7 @@ from flexarm_model.reduced_model import ReducedModel
 
 Array = NDArray[np.float64]
 _RANK = 1e-9  # of the largest singular value
-_SHARE = 1e-5  # of a solution of unit length; less is rounding
+_SHARE = 1e-6  # of a solution of unit length; less is rounding
 _TOOL = "tip"  # rows of what a camera sees
 
 
@@ -44,7 +44,7 @@ def observable_biases(model: ReducedModel, sensors: Iterable[SensorSpec]) -> tup
         return ()
     rows, tells = _rows(model, sensors), model.outputs.names
     hidden = _hidden_solutions(model, rows, [rows.index(tells.index(name)) for name in names])
-    share = np.abs(hidden[-len(names) :]).max(axis=1, initial=0.0)
+    share = np.linalg.norm(hidden[-len(names) :], axis=1)  # whatever basis the solutions are written in
     return tuple(name for name, part in zip(names, share, strict=True) if part < _SHARE)
 
 

@@ -4,8 +4,8 @@ from dataclasses import fields
 
 import numpy as np
 import pytest
+from estimator_exchange import EPOCH_NS, PERIOD_NS, exchange, joints, model_conversions
 from planar_strip import single_link
-from test_exchange import EPOCH_NS, PERIOD_NS, exchange, joints, model_conversions
 
 pytestmark = pytest.mark.ros
 conversions = pytest.importorskip("flexarm_estimator.interventions.conversions", reason="needs ROS")

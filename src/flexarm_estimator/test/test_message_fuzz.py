@@ -11,9 +11,9 @@ import pytest
 pytestmark = pytest.mark.ros
 pytest.importorskip("flexarm_interfaces.msg", reason="needs ROS and flexarm_interfaces")
 
+from estimator_exchange import EPOCH_NS, PERIOD_NS, exchange, model, model_conversions  # noqa: E402
 from message_fuzz import MessageFuzz  # noqa: E402
 from rclpy.serialization import serialize_message  # noqa: E402
-from test_exchange import EPOCH_NS, PERIOD_NS, exchange, model, model_conversions  # noqa: E402
 
 FAR_NS = 10**13  # clocks are set back by hundreds of seconds
 NUMBERS = ("theta", "theta_dot", "eta", "eta_dot", "disturbance", "bias", "covariance")
