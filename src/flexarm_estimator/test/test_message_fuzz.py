@@ -67,7 +67,7 @@ def disturb(made: Any, fuzz: MessageFuzz, rng: np.random.Generator, stamp_ns: in
 
 def spoilt_model(rng: np.random.Generator) -> Any:
     """Return a model with one field of wrong size or content."""
-    msg = model_conversions.model_to_msg(model(), int(rng.integers(0, 2**62)))
+    msg = model_conversions.model_to_msg(model(), int(rng.integers(0, 2**31 * 10**9)))
     name = str(
         rng.choice(["mass", "bias", "q0", "phi", "zeta", "c_acc", "model_id", "config_id", "theta_names"])
     )
