@@ -7,8 +7,9 @@ one linear system gives the change of velocity, loops included [Hairer2006]::
     [M* + h^2/4 K + h/2 D   G*'] [dv  ]   [ h (f - bias(q*, v)) ]
     [G*                     0  ] [h lm] = [ -2 G* v             ]      q+ = q + h (v + dv / 2)
 
-Second order, stable for every frequency, and without numerical damping of linear modes (they only get
-slower by (w h)^2/12). After each period the dependent coordinates are moved onto the loops.
+Second order but for the terms of velocity (gyroscopic, centrifugal), which are taken at the old velocity;
+stable for every frequency, and without numerical damping of linear modes (they only get slower by
+(w h)^2/12). After each period the dependent coordinates are moved onto the loops.
 """
 
 from __future__ import annotations
