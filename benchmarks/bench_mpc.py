@@ -18,14 +18,14 @@ from numpy.typing import NDArray
 from scipy import sparse
 from scipy.linalg import block_diag
 
-from flexarm_controller.cost import build_cost, complete
-from flexarm_controller.equilibrium import build_equilibrium
 from flexarm_controller.limits import Limits, limits_of
 from flexarm_controller.mpc import Mpc
-from flexarm_controller.prediction import plant
+from flexarm_controller.program.cost import build_cost, complete
+from flexarm_controller.program.equilibrium import build_equilibrium
+from flexarm_controller.program.prediction import plant
+from flexarm_controller.program.soft_outputs import build_soft_outputs
 from flexarm_controller.reference import Reference
 from flexarm_controller.settings import MpcConfig
-from flexarm_controller.soft_outputs import build_soft_outputs
 from flexarm_controller.state import ArmState
 from flexarm_model.config import load_config
 from flexarm_model.linearize import linearize

@@ -25,9 +25,9 @@ from flexarm_controller.damping import JointDamping
 from flexarm_controller.feedback import Feedback, build_feedback
 from flexarm_controller.limits import Limits
 from flexarm_controller.mpc import Mpc, Plan
-from flexarm_controller.qp import QpResult
 from flexarm_controller.reference import Reference, hold
 from flexarm_controller.settings import ControllerConfig, MpcConfig
+from flexarm_controller.solvers.qp import QpResult
 from flexarm_controller.state import ArmState
 from flexarm_model.reduced_model import ReducedModel
 

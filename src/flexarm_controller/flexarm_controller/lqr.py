@@ -9,9 +9,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from flexarm_controller.cost import build_cost, complete
-from flexarm_controller.equilibrium import build_equilibrium
-from flexarm_controller.prediction import plant
+from flexarm_controller.program.cost import build_cost, complete
+from flexarm_controller.program.equilibrium import build_equilibrium
+from flexarm_controller.program.prediction import plant
 from flexarm_controller.reference import Reference
 from flexarm_controller.settings import MpcConfig
 from flexarm_controller.state import ArmState

@@ -8,15 +8,15 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from flexarm_controller.daqp_solver import DaqpSolver
-from flexarm_controller.interior_first import InteriorFirst
 from flexarm_controller.limits import Limits
-from flexarm_controller.osqp_solver import OsqpSolver
-from flexarm_controller.preview import Preview
-from flexarm_controller.problem import Problem, build_problem
-from flexarm_controller.qp import QpResult, QpSolver
+from flexarm_controller.program.preview import Preview
+from flexarm_controller.program.problem import Problem, build_problem
 from flexarm_controller.reference import Reference
 from flexarm_controller.settings import MpcConfig
+from flexarm_controller.solvers.daqp_solver import DaqpSolver
+from flexarm_controller.solvers.interior_first import InteriorFirst
+from flexarm_controller.solvers.osqp_solver import OsqpSolver
+from flexarm_controller.solvers.qp import QpResult, QpSolver
 from flexarm_controller.state import ArmState
 from flexarm_model.reduced_model import ReducedModel
 

@@ -8,10 +8,10 @@ from served_arms import limits_of_hub, single_link, state_of
 
 from flexarm_controller.controller import Controller
 from flexarm_controller.damping import JointDamping
-from flexarm_controller.prediction import plant
-from flexarm_controller.qp import QpResult
+from flexarm_controller.program.prediction import plant
 from flexarm_controller.reference import hold
 from flexarm_controller.settings import ControllerConfig, MpcConfig
+from flexarm_controller.solvers.qp import QpResult
 
 DT = 0.005
 MODEL = single_link()

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from served_arms import single_link, two_axes
 
-from flexarm_controller.cost import build_cost, complete
-from flexarm_controller.prediction import plant
+from flexarm_controller.program.cost import build_cost, complete
+from flexarm_controller.program.prediction import plant
 from flexarm_controller.settings import MpcConfig
 
 DT = 0.005

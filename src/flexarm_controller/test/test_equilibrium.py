@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from served_arms import single_link, two_axes
 
-from flexarm_controller.equilibrium import build_equilibrium
-from flexarm_controller.prediction import plant
+from flexarm_controller.program.equilibrium import build_equilibrium
+from flexarm_controller.program.prediction import plant
 
 
 @pytest.mark.parametrize("model", [single_link(), two_axes()])

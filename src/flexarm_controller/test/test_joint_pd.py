@@ -8,7 +8,7 @@ from served_arms import limits_of_hub, single_link, state_of, two_axes
 
 from flexarm_controller.controller import Controller
 from flexarm_controller.joint_pd import FASTEST, JointPd
-from flexarm_controller.prediction import plant
+from flexarm_controller.program.prediction import plant
 from flexarm_controller.reference import hold
 from flexarm_controller.settings import ControllerConfig
 

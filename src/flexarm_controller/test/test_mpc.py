@@ -7,7 +7,7 @@ import pytest
 from served_arms import limits_of_hub, single_link, state_of, two_axes, two_axis_limits
 
 from flexarm_controller.mpc import Mpc
-from flexarm_controller.prediction import plant
+from flexarm_controller.program.prediction import plant
 from flexarm_controller.reference import Reference, hold
 from flexarm_controller.settings import MpcConfig
 

@@ -3,7 +3,7 @@
 import numpy as np
 from served_arms import two_axes
 
-from flexarm_controller.prediction import plant, predict
+from flexarm_controller.program.prediction import plant, predict
 
 
 def test_stacked_states_equal_a_simulation_with_torques_held_over_blocks():

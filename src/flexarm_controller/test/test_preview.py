@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from flexarm_controller.preview import WINDOWS, Preview
+from flexarm_controller.program.preview import WINDOWS, Preview
 from flexarm_controller.reference import sample_profile
 from flexarm_model.profiles import Quintic
 

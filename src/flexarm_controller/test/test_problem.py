@@ -7,15 +7,15 @@ import numpy as np
 import pytest
 from served_arms import limits_of_hub, single_link, state_of, two_axes, two_axis_limits
 
-from flexarm_controller.cost import build_cost, complete
-from flexarm_controller.equilibrium import build_equilibrium
 from flexarm_controller.lqr import Lqr
 from flexarm_controller.mpc import Mpc
-from flexarm_controller.prediction import plant
-from flexarm_controller.problem import SLACK_CURVATURE
+from flexarm_controller.program.cost import build_cost, complete
+from flexarm_controller.program.equilibrium import build_equilibrium
+from flexarm_controller.program.prediction import plant
+from flexarm_controller.program.problem import SLACK_CURVATURE
+from flexarm_controller.program.soft_outputs import build_soft_outputs
 from flexarm_controller.reference import Reference, hold
 from flexarm_controller.settings import MpcConfig
-from flexarm_controller.soft_outputs import build_soft_outputs
 
 DT = 0.01
 SHORT = MpcConfig(horizon=12, blocks=(1,) * 12, delay_periods=0)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.linalg import solve_discrete_are
 
-from flexarm_controller.riccati import solve_riccati
+from flexarm_controller.program.riccati import solve_riccati
 
 
 def random_problem(seed, slowest):

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from flexarm_controller.daqp_solver import DaqpSolver
-from flexarm_controller.interior_first import InteriorFirst
-from flexarm_controller.osqp_solver import OsqpSolver
-from flexarm_controller.qp import QpResult, primal_residual
+from flexarm_controller.solvers.daqp_solver import DaqpSolver
+from flexarm_controller.solvers.interior_first import InteriorFirst
+from flexarm_controller.solvers.osqp_solver import OsqpSolver
+from flexarm_controller.solvers.qp import QpResult, primal_residual
 
 N, M = 8, 20
 SOLVERS = {
@@ -86,7 +86,7 @@ def test_an_answer_that_became_nan_rebuilds_osqp(monkeypatch):
     rng = np.random.default_rng(4)
     P, A = random_program(rng)
     solver = OsqpSolver(P, A, 1e-6, 5000, 0.0)
-    monkeypatch.setattr("flexarm_controller.osqp_solver.are_vectors_sound", lambda q, l, u: True)  # noqa: E741
+    monkeypatch.setattr("flexarm_controller.solvers.osqp_solver.are_vectors_sound", lambda q, l, u: True)  # noqa: E741
     q, l, u = vectors(rng)  # noqa: E741
     assert not solver.solve(np.full(N, np.nan), l, u, None).solved
     assert solver.solve(q, l, u, None).solved

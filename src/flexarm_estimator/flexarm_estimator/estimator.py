@@ -24,10 +24,10 @@ from flexarm_estimator.parts import Parts, PartsMaker
 from flexarm_estimator.reception import Reception
 from flexarm_estimator.report import TipReporter
 from flexarm_estimator.settings import EstimatorConfig
-from flexarm_estimator.stamp_delays import StampDelays
 from flexarm_estimator.tip import Kinematics
-from flexarm_estimator.watch import Finding, View
-from flexarm_estimator.watches import gather_values, make_watches
+from flexarm_estimator.watches.stamp_delays import StampDelays
+from flexarm_estimator.watches.table import gather_values, make_watches
+from flexarm_estimator.watches.watch import Finding, View
 from flexarm_model.closure_error import ClosureError
 from flexarm_model.description import SensorSpec
 from flexarm_model.parameters import validate

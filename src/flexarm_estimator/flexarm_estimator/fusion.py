@@ -14,7 +14,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from flexarm_estimator.bias_limits import BiasLimits
+from flexarm_estimator.biases.bias_limits import BiasLimits
 from flexarm_estimator.filter import Belief, GuardedFilter, innovation_covariance, predict
 from flexarm_estimator.filters.served import ServedSteps
 from flexarm_estimator.filters.step_source import StepSource

@@ -24,7 +24,7 @@ from flexarm_estimator.measurement import Measurement
 from flexarm_estimator.settings import EstimatorConfig
 from flexarm_estimator.short_term import HELD
 from flexarm_estimator.tally import Tally
-from flexarm_estimator.watch import Finding
+from flexarm_estimator.watches.watch import Finding
 from flexarm_model.description import SensorSpec
 
 Array = NDArray[np.float64]

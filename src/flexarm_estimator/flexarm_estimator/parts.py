@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from flexarm_estimator.bias_observability import observable_biases
-from flexarm_estimator.bias_states import bias_specs
+from flexarm_estimator.biases.bias_observability import observable_biases
+from flexarm_estimator.biases.bias_states import bias_specs
 from flexarm_estimator.filters.choice import FilterMaker
 from flexarm_estimator.fusion import Fusion
 from flexarm_estimator.gate import Gate

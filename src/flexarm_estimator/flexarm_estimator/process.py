@@ -23,7 +23,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from flexarm_estimator.bias_states import bias_states, with_biases
+from flexarm_estimator.biases.bias_states import bias_states, with_biases
 from flexarm_estimator.reopening import Reopening, widen
 from flexarm_estimator.sag import sag_sigma, with_sag
 from flexarm_estimator.settings import EstimatorConfig

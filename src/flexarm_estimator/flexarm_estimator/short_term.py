@@ -20,8 +20,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from flexarm_estimator.mean_test import MeanTest
 from flexarm_estimator.measurement import Measurement
+from flexarm_estimator.watches.mean_test import MeanTest
 
 Array = NDArray[np.float64]
 _STEP = 4.0  # sigmas of the sensor; above sqrt(12)

@@ -16,7 +16,7 @@ from planar_strip import (
 )
 from scipy.optimize import minimize
 
-from flexarm_estimator.bias_limits import BiasLimits
+from flexarm_estimator.biases.bias_limits import BiasLimits
 from flexarm_estimator.estimator import Estimator
 from flexarm_estimator.filter import Belief
 from flexarm_estimator.measurement import Measurement

@@ -17,8 +17,8 @@ from planar_strip import (
 from scipy.linalg import expm
 
 from flexarm_estimator.adoption import map_parts
-from flexarm_estimator.bias_observability import observable_biases
-from flexarm_estimator.bias_states import bias_specs, with_biases
+from flexarm_estimator.biases.bias_observability import observable_biases
+from flexarm_estimator.biases.bias_states import bias_specs, with_biases
 from flexarm_estimator.estimator import Estimator
 from flexarm_estimator.filter import Belief
 from flexarm_estimator.measurement import Measurement

@@ -17,7 +17,7 @@ from flexarm_estimator.estimator import Estimator
 from flexarm_estimator.filter import Belief
 from flexarm_estimator.process import ProcessModel
 from flexarm_estimator.settings import EstimatorConfig
-from flexarm_estimator.watch import Watch
+from flexarm_estimator.watches.watch import Watch
 from flexarm_model.closure_error import ClosureError
 
 CONFIG = EstimatorConfig()

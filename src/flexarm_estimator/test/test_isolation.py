@@ -6,18 +6,18 @@ import numpy as np
 import pytest
 from planar_strip import DT, SENSORS, StripKinematics, arriving, simulate, strip_model
 
-from flexarm_estimator.channels import Channels
-from flexarm_estimator.consistency_run import ConsistencyRun
 from flexarm_estimator.estimator import Estimator
 from flexarm_estimator.filter import Belief, GuardedFilter, innovation_covariance
 from flexarm_estimator.gate import Gate
-from flexarm_estimator.hypotheses import rearrangements, undo
-from flexarm_estimator.isolation import Explanation, decide, is_silent, samples_at_limit
+from flexarm_estimator.isolation.channels import Channels
+from flexarm_estimator.isolation.consistency_run import ConsistencyRun
+from flexarm_estimator.isolation.hypotheses import rearrangements, undo
+from flexarm_estimator.isolation.isolation import Explanation, decide, is_silent, samples_at_limit
+from flexarm_estimator.isolation.window import StepMaker, Window
 from flexarm_estimator.measurement import Measurement
 from flexarm_estimator.parts import PartsMaker
 from flexarm_estimator.settings import EstimatorConfig
 from flexarm_estimator.stack import stack_rows
-from flexarm_estimator.window import StepMaker, Window
 
 CONFIG = EstimatorConfig()
 QUIET = EstimatorConfig(

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from flexarm_estimator.latency_fit import LatencyFit
+from flexarm_estimator.watches.latency_fit import LatencyFit
 
 CANDIDATES = np.linspace(-0.02, 0.2, 45)
 SIGMA = 0.5e-3  # m, of a frame

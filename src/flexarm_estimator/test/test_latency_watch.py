@@ -9,8 +9,8 @@ from planar_strip import CAMERA, DT, ROW_SENSORS, SENSORS, StripKinematics, arri
 from flexarm_estimator.estimator import Estimator
 from flexarm_estimator.measurement import Measurement
 from flexarm_estimator.settings import EstimatorConfig
-from flexarm_estimator.tip_prediction import TipPrediction
-from flexarm_estimator.tip_track import TipTrack
+from flexarm_estimator.watches.tip_prediction import TipPrediction
+from flexarm_estimator.watches.tip_track import TipTrack
 
 QUIET = EstimatorConfig(
     motion_acceleration=0.05, modal_force=0.01, acceleration_noise=0.01, disturbance_drift=0.1

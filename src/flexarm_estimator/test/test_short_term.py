@@ -5,9 +5,9 @@ import math
 import numpy as np
 import pytest
 
-from flexarm_estimator.mean_test import MeanTest
 from flexarm_estimator.measurement import Measurement
 from flexarm_estimator.short_term import FROZEN, HELD, SAME, SHIFT, ShortTerm
+from flexarm_estimator.watches.mean_test import MeanTest
 
 DT = 0.005
 SIGMA = 0.1

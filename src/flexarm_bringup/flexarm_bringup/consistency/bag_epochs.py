@@ -18,7 +18,7 @@ from flexarm_estimator.history import SAME_INSTANT
 from flexarm_estimator.likelihood import Epoch
 from flexarm_estimator.measurement import Measurement
 from flexarm_estimator.sensor_messages import SensorReader
-from flexarm_estimator.stamp_delays import StampDelays
+from flexarm_estimator.watches.stamp_delays import StampDelays
 from flexarm_model.conversions import model_from_msg, stamp_to_ns
 from flexarm_model.reduced_model import ReducedModel
 

@@ -12,11 +12,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from flexarm_estimator.channels import Channels
-from flexarm_estimator.consistency_run import ConsistencyRun
 from flexarm_estimator.history import SAME_INSTANT
-from flexarm_estimator.hypotheses import Rearrangement, rearrangements, undo
-from flexarm_estimator.isolation import (
+from flexarm_estimator.isolation.channels import Channels
+from flexarm_estimator.isolation.consistency_run import ConsistencyRun
+from flexarm_estimator.isolation.hypotheses import Rearrangement, rearrangements, undo
+from flexarm_estimator.isolation.isolation import (
     CLEAR,
     Explanation,
     decide,
@@ -29,9 +29,9 @@ from flexarm_estimator.isolation import (
     samples_at_limit,
     shortlist,
 )
+from flexarm_estimator.isolation.window import StepMaker, Window
 from flexarm_estimator.measurement import Measurement
 from flexarm_estimator.parts import Parts
-from flexarm_estimator.window import StepMaker, Window
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]

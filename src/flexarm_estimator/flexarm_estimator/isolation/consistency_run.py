@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from scipy.linalg.lapack import dpotrf, dtrtrs
 
 from flexarm_estimator.adoption import map_parts
-from flexarm_estimator.window import StepMaker, Window
+from flexarm_estimator.isolation.window import StepMaker, Window
 
 Array = NDArray[np.float64]
 _IGNORED = 1e8  # times the variance of the innovation

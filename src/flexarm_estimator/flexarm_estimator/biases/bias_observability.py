@@ -18,7 +18,7 @@ from collections.abc import Iterable
 import numpy as np
 from numpy.typing import NDArray
 
-from flexarm_estimator.bias_states import bias_specs
+from flexarm_estimator.biases.bias_states import bias_specs
 from flexarm_model.description import SensorSpec
 from flexarm_model.reduced_model import ReducedModel
 

@@ -16,9 +16,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from flexarm_controller.cost import Completion, Cost
-from flexarm_controller.equilibrium import Equilibrium
-from flexarm_controller.prediction import Prediction
+from flexarm_controller.program.cost import Completion, Cost
+from flexarm_controller.program.equilibrium import Equilibrium
+from flexarm_controller.program.prediction import Prediction
 
 Array = NDArray[np.float64]
 REFERENCE_PARTS = 3  # position, velocity, acceleration

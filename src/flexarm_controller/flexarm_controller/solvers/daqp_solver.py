@@ -6,7 +6,7 @@ import daqp
 import numpy as np
 from numpy.typing import NDArray
 
-from flexarm_controller.qp import QpResult, are_vectors_sound, primal_residual
+from flexarm_controller.solvers.qp import QpResult, are_vectors_sound, primal_residual
 
 Array = NDArray[np.float64]
 FEASIBILITY = 1e-6  # DAQP's own primal tolerance [1]

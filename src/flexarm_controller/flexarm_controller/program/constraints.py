@@ -15,9 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexarm_controller.limits import Limits
-from flexarm_controller.penalties import Known
-from flexarm_controller.prediction import Prediction
-from flexarm_controller.soft_outputs import SoftOutputs
+from flexarm_controller.program.penalties import Known
+from flexarm_controller.program.prediction import Prediction
+from flexarm_controller.program.soft_outputs import SoftOutputs
 
 Array = NDArray[np.float64]
 

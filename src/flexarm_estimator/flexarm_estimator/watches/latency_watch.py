@@ -14,14 +14,14 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from flexarm_estimator.latency_fit import Latency, LatencyFit
 from flexarm_estimator.measurement import Measurement
 from flexarm_estimator.parts import Parts
 from flexarm_estimator.settings import EstimatorConfig
-from flexarm_estimator.stamp_delays import StampDelays
-from flexarm_estimator.tip_prediction import TipPrediction
-from flexarm_estimator.tip_track import TipTrack
-from flexarm_estimator.watch import Finding, View, Watch
+from flexarm_estimator.watches.latency_fit import Latency, LatencyFit
+from flexarm_estimator.watches.stamp_delays import StampDelays
+from flexarm_estimator.watches.tip_prediction import TipPrediction
+from flexarm_estimator.watches.tip_track import TipTrack
+from flexarm_estimator.watches.watch import Finding, View, Watch
 
 Array = NDArray[np.float64]
 _EARLIEST, _LATEST, _STEP = -0.02, 0.2, 0.005  # s; the delays that are compared

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from flexarm_estimator.measurement import Measurement
 from flexarm_estimator.parts import Parts
 from flexarm_estimator.short_term import SHIFT
-from flexarm_estimator.watch import Finding, View, Watch
+from flexarm_estimator.watches.watch import Finding, View, Watch
 
 Array = NDArray[np.float64]
 _BLOCK = 0.2  # s over which innovations are averaged

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import block_diag
 
-from flexarm_controller.riccati import solve_riccati
+from flexarm_controller.program.riccati import solve_riccati
 from flexarm_controller.settings import MpcConfig
 from flexarm_model.reduced_model import ReducedModel
 

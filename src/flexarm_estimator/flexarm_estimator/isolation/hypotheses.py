@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from flexarm_estimator.channels import Channels
+from flexarm_estimator.isolation.channels import Channels
 
 Array = NDArray[np.float64]
 

@@ -10,13 +10,13 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Sequence
 
-from flexarm_estimator.channels import Channels
-from flexarm_estimator.investigation import Case, Entry, Investigation, investigate, reconsider
-from flexarm_estimator.isolation import Explanation
+from flexarm_estimator.isolation.channels import Channels
+from flexarm_estimator.isolation.investigation import Case, Entry, Investigation, investigate, reconsider
+from flexarm_estimator.isolation.isolation import Explanation
+from flexarm_estimator.isolation.window import StepMaker
 from flexarm_estimator.parts import Parts
 from flexarm_estimator.short_term import HELD
-from flexarm_estimator.watch import Finding, View, Watch
-from flexarm_estimator.window import StepMaker
+from flexarm_estimator.watches.watch import Finding, View, Watch
 from flexarm_model.description import SensorSpec
 
 _LENGTH = 60  # ticks in the ring: 0.3 s at 200 Hz

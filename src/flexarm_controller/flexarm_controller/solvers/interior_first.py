@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import cho_factor, cho_solve
 
-from flexarm_controller.qp import QpResult, QpSolver, excess
+from flexarm_controller.solvers.qp import QpResult, QpSolver, excess
 
 Array = NDArray[np.float64]
 

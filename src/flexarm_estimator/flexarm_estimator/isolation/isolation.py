@@ -22,9 +22,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import log_ndtr
 
-from flexarm_estimator.consistency_run import ConsistencyRun
-from flexarm_estimator.hypotheses import Rearrangement
-from flexarm_estimator.window import Window
+from flexarm_estimator.isolation.consistency_run import ConsistencyRun
+from flexarm_estimator.isolation.hypotheses import Rearrangement
+from flexarm_estimator.isolation.window import Window
 
 Array = NDArray[np.float64]
 CLEAR = 60.0  # squared sigmas gained, after division by the misfit

@@ -12,7 +12,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 from flexarm_estimator.short_term import FROZEN
-from flexarm_estimator.watch import Finding, View, Watch
+from flexarm_estimator.watches.watch import Finding, View, Watch
 
 _PROOF = 2  # samples: three equal ones with the first
 _QUARANTINE, _LONGEST = 0.1, 3.2  # s; doubles when the sensor freezes again soon

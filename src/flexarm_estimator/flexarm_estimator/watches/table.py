@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from flexarm_estimator.bias_watch import BiasWatch
-from flexarm_estimator.frozen_watch import FrozenWatch
-from flexarm_estimator.isolation_watch import IsolationWatch
-from flexarm_estimator.latency_watch import LatencyWatch
+from flexarm_estimator.isolation.isolation_watch import IsolationWatch
 from flexarm_estimator.settings import EstimatorConfig
-from flexarm_estimator.shift_watch import ShiftWatch
-from flexarm_estimator.stamp_delays import StampDelays
-from flexarm_estimator.watch import Watch
+from flexarm_estimator.watches.bias_watch import BiasWatch
+from flexarm_estimator.watches.frozen_watch import FrozenWatch
+from flexarm_estimator.watches.latency_watch import LatencyWatch
+from flexarm_estimator.watches.shift_watch import ShiftWatch
+from flexarm_estimator.watches.stamp_delays import StampDelays
+from flexarm_estimator.watches.watch import Watch
 from flexarm_model.description import SensorSpec
 
 

@@ -14,14 +14,14 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import block_diag
 
-from flexarm_controller.constraints import Constraints, constrain
-from flexarm_controller.cost import build_cost, complete
-from flexarm_controller.equilibrium import build_equilibrium
 from flexarm_controller.limits import Limits
-from flexarm_controller.penalties import Known, penalise
-from flexarm_controller.prediction import plant, predict
+from flexarm_controller.program.constraints import Constraints, constrain
+from flexarm_controller.program.cost import build_cost, complete
+from flexarm_controller.program.equilibrium import build_equilibrium
+from flexarm_controller.program.penalties import Known, penalise
+from flexarm_controller.program.prediction import plant, predict
+from flexarm_controller.program.soft_outputs import build_soft_outputs
 from flexarm_controller.settings import MpcConfig
-from flexarm_controller.soft_outputs import build_soft_outputs
 from flexarm_model.reduced_model import ReducedModel
 from flexarm_model.state_space import StateSpace
 

@@ -17,7 +17,7 @@ import osqp
 from numpy.typing import NDArray
 from scipy import sparse
 
-from flexarm_controller.qp import QpResult, are_vectors_sound, primal_residual
+from flexarm_controller.solvers.qp import QpResult, are_vectors_sound, primal_residual
 
 Array = NDArray[np.float64]
 

@@ -11,11 +11,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from flexarm_estimator.bias_states import bias_specs
+from flexarm_estimator.biases.bias_states import bias_specs
 from flexarm_estimator.filter import Belief
 from flexarm_estimator.parts import Parts
 from flexarm_estimator.settings import EstimatorConfig
-from flexarm_estimator.watch import Finding, View, Watch
+from flexarm_estimator.watches.watch import Finding, View, Watch
 from flexarm_model.description import SensorSpec
 from flexarm_model.sensor_kinds import SENSOR_KINDS
 

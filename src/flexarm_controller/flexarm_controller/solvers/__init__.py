@@ -1,0 +1,1 @@
+"""Quadratic programs solved: one protocol, its backends, and the checks of their answers."""

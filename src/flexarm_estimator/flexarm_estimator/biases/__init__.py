@@ -1,0 +1,1 @@
+"""Offsets of sensors as states: which can be learned, how fast, and within what limits."""

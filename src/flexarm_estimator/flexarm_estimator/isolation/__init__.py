@@ -1,0 +1,1 @@
+"""Which channel lies, and how (flipped, detached, saturated, swapped), by consistency with the model."""

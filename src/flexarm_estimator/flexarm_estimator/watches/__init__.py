@@ -1,0 +1,1 @@
+"""What looks at the estimator from outside: frozen, shifted, late sensors, biases, and the table of them."""
