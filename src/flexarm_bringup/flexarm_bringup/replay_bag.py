@@ -19,6 +19,7 @@ from flexarm_bringup.tick_check import check_ticks
 from flexarm_bringup.topics import NAMESPACE, STREAMS
 from flexarm_controller.exchange import ControllerExchange
 from flexarm_controller.settings import ControllerConfig, MpcConfig
+from flexarm_controller.time_budget import Clocks
 from flexarm_estimator.exchange import EstimatorExchange
 from flexarm_estimator.settings import EstimatorConfig
 from flexarm_model.config import load_config
@@ -63,7 +64,7 @@ def _build_player(bag: Bag) -> tuple[Player, Callable[[], str]]:
     epoch_ns = 0 if lockstep else None
     laws = apply_overrides(ControllerConfig, settings.get("controller", {}))
     mpc = replace(apply_overrides(MpcConfig, settings.get("controller", {})), time_limit=NO_TIME_LIMIT)
-    controller = ControllerExchange(config, laws, mpc, epoch_ns, clock=lambda: 0.0)
+    controller = ControllerExchange(config, laws, mpc, epoch_ns, Clocks(cpu=lambda: 0.0))
     estimator = EstimatorExchange(
         config, apply_overrides(EstimatorConfig, settings.get("estimator", {})), epoch_ns
     )

@@ -1,49 +1,31 @@
-"""The controller: the law that was asked for, and what replaces it when it fails.
+"""The controller: the law that was asked for, what replaces it when it fails, and the limits of both.
 
-Rungs of the ladder, from the top; each is left downwards for the reason in the table and upwards as
-soon as a better one works. The torque never jumps by more than its rate limit, whichever rung speaks.
-
-    rung           used when
-    the law        the state is usable and mpc, lqr or pd gives an answer
-    shifted_plan   the solver failed; the plan of at most ``shifted_periods`` ago still reaches here
-    damping        no plan is left, or the state is not usable
-    hold           damping has brought the axes to rest
+The law and its fallbacks are in ``laws``, the transitions between them in ``ladder``, the time a law may take
+in ``time_budget``. The torque never jumps by more than its rate limit, whichever rung speaks.
 """
 
 from __future__ import annotations
 
-import time
-from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import replace
 from typing import cast
 
 import numpy as np
 from numpy.typing import NDArray
 
 from flexarm_controller.command import ControlCommand, Mode
-from flexarm_controller.damping import JointDamping
-from flexarm_controller.feedback import Feedback, build_feedback
+from flexarm_controller.ladder import LAW, SHIFTED_PLAN, Choice, Cycle, FormerPlan, choose
+from flexarm_controller.laws import LawInputs, Laws, build_laws
 from flexarm_controller.limits import Limits
-from flexarm_controller.mpc import Mpc, Plan
+from flexarm_controller.mpc import Plan
 from flexarm_controller.reference import Reference, hold
 from flexarm_controller.settings import ControllerConfig, MpcConfig
-from flexarm_controller.solvers.qp import QpResult
 from flexarm_controller.state import ArmState
+from flexarm_controller.time_budget import NO_PLAN, Clocks, TimeBudget
+from flexarm_model.description import ManipulatorConfig
 from flexarm_model.reduced_model import ReducedModel
 
 Array = NDArray[np.float64]
 CUT = 1e-6  # share of a torque by which it is another one; of a vanishing one as much again [N m]
-_NO_RESULT = QpResult(np.zeros(0), "", 0, 0.0, False)
-
-
-@dataclass(frozen=True)
-class Laws:
-    """Everything that belongs to one model: a feedback law or a predictive one, and the fallback."""
-
-    model: ReducedModel
-    feedback: Feedback | None
-    mpc: Mpc | None
-    damping: JointDamping
 
 
 class Controller:
@@ -54,13 +36,14 @@ class Controller:
         reference: What is followed; None until the first usable state, then at least a hold.
     """
 
-    def __init__(
+    def __init__(  # noqa: PLR0913, the arm is for the few laws that need more than the model
         self,
         model: ReducedModel,
         limits: Limits,
         config: ControllerConfig | None = None,
         mpc: MpcConfig | None = None,
-        clock: Callable[[], float] = time.thread_time,
+        clocks: Clocks | None = None,
+        arm: ManipulatorConfig | None = None,
     ) -> None:
         """Build the laws.
 
@@ -69,37 +52,40 @@ class Controller:
             limits: Of the arm.
             config: Law, period, fallbacks.
             mpc: Weights, horizon, solver.
-            clock: Of CPU time [s], for ``solve_time``.
+            clocks: Of CPU time, for ``solve_time``, and of wall time, for the time budget.
+            arm: Description of the arm, for laws that need more than the model.
         """
-        self.config, self._mpc_config = config or ControllerConfig(), mpc or MpcConfig()
-        self._limits, self._clock = limits, clock
+        self.config, self._clocks, self._limits = config or ControllerConfig(), clocks or Clocks(), limits
+        period, budget = self.config.period, self.config.time_budget * self.config.period
+        self._budget = TimeBudget(budget, period, self._clocks.wall)
+        self._inputs = LawInputs(limits, self.config, self._capped(mpc or MpcConfig()), arm)
+        self._former = FormerPlan(limits.effort.size, period, self.config.shifted_periods)
         self.reference: Reference | None = None
         self._former_id = ""
         self.model = model
         self.adopt(model)
         self.reset()
 
+    @property
+    def overruns(self) -> int:
+        """Steps in which the law took longer than its time budget."""
+        return self._budget.overruns
+
     def prepare(self, model: ReducedModel) -> Laws:
         """Build the laws of a model ahead of its time; a quadratic program takes several periods."""
-        feedback = build_feedback(model, self.config, self._mpc_config)
-        plans = feedback is None
-        mpc = Mpc(model, self._limits, self._mpc_config, self.config.period) if plans else None
-        return Laws(model, feedback, mpc, JointDamping(model, self.config.damping_rate))
+        return build_laws(model, self._inputs)
 
     def adopt(self, model: ReducedModel | Laws) -> None:
         """Go on with another model of the same arm, at once where its laws are built already."""
-        laws = model if isinstance(model, Laws) else self.prepare(model)
+        self._laws = model if isinstance(model, Laws) else self.prepare(model)
         self._former_id = self.model.model_id
-        self.model, self._feedback, self._damping = laws.model, laws.feedback, laws.damping
-        if laws.mpc is not None:
-            self._mpc = laws.mpc
+        self.model = self._laws.model
 
     def reset(self) -> None:
         """Forget what was sent and planned, and the reference: the motors have been elsewhere."""
-        n_u = self._limits.effort.size
-        self._sent = np.zeros((max(self._mpc_config.delay_periods, 1), n_u))
-        self._plan = np.zeros((0, n_u))
-        self._plan_age = 0
+        self._sent = np.zeros((max(self._inputs.mpc.delay_periods, 1), self._limits.effort.size))
+        self._t = np.inf
+        self._former.drop()
         self.reference = None
 
     def follow(self, reference: Reference) -> str:
@@ -111,26 +97,56 @@ class Controller:
 
     def step(self, state: ArmState) -> ControlCommand:
         """Return the torque that follows those already sent. Never raises, never leaves the limits."""
-        started = self._clock()
-        fault = self._fault(state)
+        started = self._clocks.cpu()
+        self._note_missed(state.t)
+        cycle = self._look(state)
+        choice = choose(cycle)
+        planned = self._remember(choice, cycle)
+        tau = self._limited(choice.torque)
+        self._sent[:-1], self._sent[-1] = self._sent[1:].copy(), tau
+        result, active = cycle.plan.result, self._active(cycle.plan, choice.torque, tau)
+        return ControlCommand(
+            state.t, tau, self.model.model_id, choice.mode, choice.reason, result.status, result.iterations,
+            result.residual, self._clocks.cpu() - started, active, planned, self._tracking_error(state),
+        )  # fmt: skip
+
+    def _look(self, state: ArmState) -> Cycle:
+        """Judge the state and ask the law."""
+        fault, plan, refusal = self._fault(state), NO_PLAN, ""
         if self.reference is None and not fault:
             self.reference = hold(state.theta, state.t)
-        plan = Plan(self._plan[:0], _NO_RESULT, ())
-        if fault:
-            mode, reason, wanted = self._brake(state, fault)
-        elif self._feedback is not None and self.reference is not None:
-            mode, reason = cast("Mode", self.config.law), ""
-            wanted = self._feedback.step(state, self.reference, self._sent)
-        else:
-            plan = self._solve(state)
-            mode, reason, wanted = self._use_plan(state, plan)
-        tau = self._limited(wanted)
-        self._sent[:-1], self._sent[-1] = self._sent[1:].copy(), tau
-        return ControlCommand(
-            state.t, tau, self.model.model_id, mode, reason, plan.result.status, plan.result.iterations,
-            plan.result.residual, self._clock() - started, self._active(plan, wanted, tau), self._plan,
-            self._tracking_error(state),
-        )  # fmt: skip
+        reference = self.reference
+        if reference is not None and not fault:
+            plan, refusal = self._budget.ask(
+                state.t, lambda: self._laws.planner.step(state, reference, self._sent)
+            )
+        law, former = cast("Mode", self.config.law), self._former.ahead(state.t)
+        rest = self.config.rest_velocity
+        return Cycle(state, reference, self._sent, self._laws, fault, law, plan, refusal, former, rest)
+
+    def _remember(self, choice: Choice, cycle: Cycle) -> Array:
+        """Keep what is planned for the cycles to come and return it, (k, n_u)."""
+        if choice.rung == LAW:
+            self._former.keep(cycle.state.t, cycle.plan.torques)
+            return cycle.plan.torques
+        if choice.rung == SHIFTED_PLAN:
+            return cycle.former
+        self._former.drop()
+        return cycle.former[:0]
+
+    def _note_missed(self, t: float) -> None:
+        """Let the last torque stand for the periods that were missed: the guard has kept it."""
+        missed = min(max(0.0, (t - self._t) / self.config.period - 0.5), float(len(self._sent)))
+        for _ in range(int(missed)):
+            self._sent[:-1] = self._sent[1:].copy()
+        self._t = t
+
+    def _capped(self, mpc: MpcConfig) -> MpcConfig:
+        """Return the settings with a time limit of the solver that the budget can bear."""
+        budget = self.config.time_budget * self.config.period
+        if self._clocks.wall is None or not budget:
+            return mpc
+        return replace(mpc, time_limit=min(mpc.time_limit or budget, budget))
 
     def _fault(self, state: ArmState) -> str:
         """Return why the state cannot be used; empty when it can."""
@@ -142,25 +158,6 @@ class Controller:
         if not state.is_finite:
             return "state is not finite"
         return "" if state.usable else f"estimator: {state.reason or 'state is not usable'}"
-
-    def _solve(self, state: ArmState) -> Plan:
-        assert self.reference is not None
-        return self._mpc.step(state, self.reference, self._sent)
-
-    def _use_plan(self, state: ArmState, plan: Plan) -> tuple[Mode, str, Array]:
-        if not plan.is_empty:
-            self._plan, self._plan_age = plan.torques, 0
-            return "mpc", "", plan.torques[0]
-        self._plan_age += 1
-        failure = f"solver: {plan.result.status}"
-        if self._plan_age <= self.config.shifted_periods and self._plan_age < len(self._plan):
-            return "shifted_plan", failure, self._plan[self._plan_age]
-        return self._brake(state, failure)
-
-    def _brake(self, state: ArmState, reason: str) -> tuple[Mode, str, Array]:
-        self._plan = self._plan[:0]
-        is_moving = bool((abs(state.theta_dot) > self.config.rest_velocity).any())
-        return "damping" if is_moving else "hold", reason, self._damping.step(state.theta_dot)
 
     def _limited(self, wanted: Array) -> Array:
         """Return the torque within its limits and within reach of the last one, (n_u,)."""

@@ -14,6 +14,7 @@ Subscribes
 
 from __future__ import annotations
 
+import time
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -24,8 +25,10 @@ from trajectory_msgs.msg import JointTrajectory
 
 from flexarm_controller.exchange import ControllerExchange, Outgoing
 from flexarm_controller.settings import ControllerConfig, MpcConfig
+from flexarm_controller.time_budget import Clocks
 from flexarm_model.config import load_config
 from flexarm_model.conversions import stamp_to_ns
+from flexarm_model.description import ManipulatorConfig
 from flexarm_model.lockstep import Lockstep, Messages
 from flexarm_model.manipulator_file import find_manipulator
 from flexarm_model.node import (
@@ -66,14 +69,20 @@ class ControllerNode(Node):
         laws = declare_config(self, ControllerConfig, complete=False)
         mpc = declare_config(self, MpcConfig, complete=False)
         refuse_unknown_parameters(self)
-        if self.settings.lockstep:
-            mpc = replace(mpc, time_limit=0.0)  # results must not depend on how busy the machine is
         config = load_config(find_manipulator(self.settings.manipulator), self.settings.preset)
-        self.exchange = ControllerExchange(config, laws, mpc, 0 if self.settings.lockstep else None)
+        self.exchange = self._exchange(config, laws, mpc)
         self._lockstep = Lockstep(("guard_status",), self.on_tick_complete)
         self._ticked_ns = -1
         self._waiting: ModalState | None = None
         self._connect()
+
+    def _exchange(
+        self, config: ManipulatorConfig, laws: ControllerConfig, mpc: MpcConfig
+    ) -> ControllerExchange:
+        """Return the exchange; in lockstep its results must not depend on how busy the machine is."""
+        if self.settings.lockstep:
+            return ControllerExchange(config, laws, replace(mpc, time_limit=0.0), 0)
+        return ControllerExchange(config, laws, mpc, None, Clocks(wall=time.perf_counter))
 
     def on_model(self, msg: ReducedModel) -> None:
         """Take a model, to be used from its stamp on, or say why not."""

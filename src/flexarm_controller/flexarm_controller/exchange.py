@@ -5,12 +5,10 @@ The node connects it to DDS, the replay to a bag; both therefore do the same.
 
 from __future__ import annotations
 
-import time
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-from flexarm_controller.controller import Controller, Laws
+from flexarm_controller.controller import Controller
 from flexarm_controller.conversions import (
     ReferenceMessageError,
     command_to_msg,
@@ -19,8 +17,10 @@ from flexarm_controller.conversions import (
     state_from_msg,
     status_to_msg,
 )
+from flexarm_controller.laws import Laws
 from flexarm_controller.limits import limits_of
 from flexarm_controller.settings import ControllerConfig, MpcConfig
+from flexarm_controller.time_budget import Clocks
 from flexarm_model.conversions import ModelMessageError, model_from_msg, stamp_to_ns
 from flexarm_model.description import ManipulatorConfig
 from flexarm_model.pending_models import PendingModels
@@ -50,7 +50,7 @@ class ControllerExchange:
         settings: ControllerConfig,
         mpc: MpcConfig,
         epoch_ns: int | None,
-        clock: Callable[[], float] = time.thread_time,
+        clocks: Clocks | None = None,
     ) -> None:
         """Start without a model.
 
@@ -59,9 +59,9 @@ class ControllerExchange:
             settings: Law and fallbacks.
             mpc: Weights, horizon, solver.
             epoch_ns: Stamp that is time zero [ns]; None takes the first state's.
-            clock: Of CPU time [s].
+            clocks: Of CPU time and, in real time, of the wall.
         """
-        self._config, self._settings, self._mpc, self._clock = config, settings, mpc, clock
+        self._config, self._settings, self._mpc, self._clocks = config, settings, mpc, clocks
         self._names = tuple(config.actuated)
         self._limits = limits_of(config)
         self._epoch_ns = epoch_ns
@@ -95,7 +95,9 @@ class ControllerExchange:
         self.model_fault = ""
         stamp_ns = stamp_to_ns(msg.header.stamp)
         if self.controller is None:
-            self.controller = Controller(model, self._limits, self._settings, self._mpc, self._clock)
+            self.controller = Controller(
+                model, self._limits, self._settings, self._mpc, self._clocks, self._config
+            )
         else:
             self._pending.add(stamp_ns, self.controller.prepare(model))
         self._pending.note(stamp_ns, model.model_id)

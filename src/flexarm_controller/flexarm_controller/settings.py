@@ -35,7 +35,7 @@ class MpcConfig:
     )
     velocity_limit: bool = parameter(False, "Keep the joint velocity limit inside the horizon too.")
     slack_price: float = parameter(1.0, "Price of exceeding a soft limit by all of it.", minimum=1e-3)
-    backend: str = parameter("osqp", "Solver of the quadratic program.", choices=("osqp", "daqp"))
+    backend: str = parameter("osqp", "Solver of the quadratic program.", choices=("osqp", "daqp", "hpipm"))
     tolerance: float = parameter(1e-5, "Of the scaled problem.", minimum=1e-9, maximum=1e-4)
     max_iterations: int = parameter(2000, "Cap of each stage of the solver.", minimum=1)
     time_limit: float = parameter(
@@ -69,6 +69,9 @@ class ControllerConfig:
     pd_damping: float = parameter(0.7, "Damping ratio of the joints under law pd.", "1", 0.05, 10.0)
     rest_velocity: float = parameter(
         0.01, "Joint velocity below which damping becomes hold.", "rad/s", minimum=1e-6
+    )
+    time_budget: float = parameter(
+        0.8, "Share of the period that the law may take by the wall clock; 0 for no limit.", "1", 0.0, 10.0
     )
 
     def __post_init__(self) -> None:

@@ -12,6 +12,7 @@ from flexarm_controller.program.prediction import plant
 from flexarm_controller.reference import hold
 from flexarm_controller.settings import ControllerConfig, MpcConfig
 from flexarm_controller.solvers.qp import QpResult
+from flexarm_controller.time_budget import Clocks
 
 DT = 0.005
 MODEL = single_link()
@@ -29,12 +30,12 @@ class Stub:
     def __init__(self, x, solved):
         self.result = QpResult(np.full(23, x), "stubbed", 3, 1.0, solved)
 
-    def solve(self, q, l, u, warm):  # noqa: E741
+    def solve(self, *vectors):
         return self.result
 
 
 def break_solver(broken, x=2.1e9):
-    broken._mpc._solver = Stub(x, False)
+    broken._laws.planner._solver = Stub(x, False)
 
 
 def test_the_rungs_follow_each_other_and_name_the_reason():
@@ -43,28 +44,34 @@ def test_the_rungs_follow_each_other_and_name_the_reason():
     assert (first.mode, first.reason) == ("mpc", "")
     break_solver(ladder)
     commands = [ladder.step(state_of(MOVING, MODEL, k * DT)) for k in range(1, 8)]
-    assert [c.mode for c in commands] == ["shifted_plan"] * 5 + ["damping"] * 2
-    assert all(c.reason == "solver: stubbed" for c in commands)
+    assert [c.mode for c in commands] == ["shifted_plan"] * 5 + ["lqr"] * 2
+    assert all(c.reason == "solver: stubbed" for c in commands[:5])
+    assert all(c.reason == "solver: stubbed; no earlier plan reaches here" for c in commands[5:])
     for k, command in enumerate(commands[:5], start=1):
         np.testing.assert_allclose(command.tau, first.plan[k], rtol=1e-12)
-    assert ladder.step(state_of(STILL, MODEL, 0.1)).mode == "hold"
+        np.testing.assert_array_equal(command.plan[0], first.plan[k])
+    lost = replace(state_of(MOVING, MODEL, 0.1), usable=False, reason="lost")
+    braking = ladder.step(lost)
+    assert (braking.mode, braking.reason) == ("damping", "estimator: lost")
+    at_rest = ladder.step(replace(state_of(STILL, MODEL, 0.105), usable=False, reason="lost"))
+    assert (at_rest.mode, at_rest.reason) == ("hold", "estimator: lost")
 
 
 def test_after_a_failure_the_next_good_solve_is_used_at_once():
     ladder = controller()
     ladder.step(state_of(MOVING, MODEL))
-    good = ladder._mpc._solver
+    good = ladder._laws.planner._solver
     break_solver(ladder)
     assert ladder.step(state_of(MOVING, MODEL, DT)).mode == "shifted_plan"
-    ladder._mpc._solver = good
+    ladder._laws.planner._solver = good
     assert ladder.step(state_of(MOVING, MODEL, 2 * DT)).mode == "mpc"
 
 
 def test_a_thousand_failures_in_between_never_let_the_solvers_numbers_through():
     ladder = controller()
-    good, stub = ladder._mpc._solver, Stub(2.1e9, False)
+    good, stub = ladder._laws.planner._solver, Stub(2.1e9, False)
     for k in range(1000):
-        ladder._mpc._solver = stub if k % 2 else good
+        ladder._laws.planner._solver = stub if k % 2 else good
         command = ladder.step(state_of(MOVING, MODEL, k * DT))
         assert command.mode == ("shifted_plan" if k % 2 else "mpc")
         assert abs(command.tau[0]) <= 28.0
@@ -177,7 +184,7 @@ def test_joint_damping_calms_the_flexible_arm_with_its_delay():
 
 def test_the_command_says_what_it_took():
     clock = iter(np.arange(100) * 0.25)
-    ladder = Controller(MODEL, limits_of_hub(), clock=lambda: float(next(clock)))
+    ladder = Controller(MODEL, limits_of_hub(), clocks=Clocks(cpu=lambda: float(next(clock))))
     command = ladder.step(state_of(MOVING, MODEL, 0.5))
     assert command.solve_time == 0.25 and command.t == 0.5
     assert command.model_id == MODEL.model_id and command.solver_status

@@ -15,6 +15,7 @@ from flexarm_controller.exchange import ControllerExchange  # noqa: E402
 from flexarm_controller.limits import limits_of  # noqa: E402
 from flexarm_controller.reference import hold  # noqa: E402
 from flexarm_controller.settings import ControllerConfig, MpcConfig  # noqa: E402
+from flexarm_controller.time_budget import Clocks  # noqa: E402
 from flexarm_model.config import load_config  # noqa: E402
 from flexarm_model.conversions import model_to_msg, ns_to_stamp  # noqa: E402
 from flexarm_model.linearize import linearize  # noqa: E402
@@ -36,7 +37,9 @@ def model(config):
 
 @pytest.fixture
 def exchange(config):
-    return ControllerExchange(config, ControllerConfig(), MpcConfig(time_limit=0.0), None, clock=lambda: 0.0)
+    return ControllerExchange(
+        config, ControllerConfig(), MpcConfig(time_limit=0.0), None, Clocks(cpu=lambda: 0.0)
+    )
 
 
 def state(model, k, **changes):
@@ -177,7 +180,9 @@ def test_an_adopted_model_that_was_prepared_commands_what_one_built_at_once_does
     exchange.on_model(model_to_msg(model))
     exchange.on_guard_status(GuardStatus(session_token=5))
     exchange.on_model(model_to_msg(later, 1_000_000_000 + PERIOD_NS))
-    at_once = Controller(model, limits_of(config), ControllerConfig(), MpcConfig(time_limit=0.0), lambda: 0.0)
+    at_once = Controller(
+        model, limits_of(config), ControllerConfig(), MpcConfig(time_limit=0.0), Clocks(cpu=lambda: 0.0)
+    )
     for k, m in enumerate([model, later, later]):
         if k == 1:
             at_once.adopt(later)

@@ -1,0 +1,108 @@
+"""The laws a controller can be asked for, by name, and everything it keeps ready for one model.
+
+A law is a planner: it answers a state with the torques of the coming periods, or with an empty plan that
+says why there is none. A law without foresight is a planner of one period. A new law is one line in ``LAWS``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexarm_controller.damping import JointDamping
+from flexarm_controller.joint_pd import JointPd
+from flexarm_controller.limits import Limits
+from flexarm_controller.lqr import Lqr
+from flexarm_controller.mpc import Mpc, Plan
+from flexarm_controller.reference import Reference
+from flexarm_controller.settings import ControllerConfig, MpcConfig
+from flexarm_controller.solvers.qp import QpResult
+from flexarm_controller.state import ArmState
+from flexarm_model.description import ManipulatorConfig
+from flexarm_model.reduced_model import ReducedModel
+
+Array = NDArray[np.float64]
+
+
+class Planner(Protocol):
+    """A law that answers a state with the torques of the coming periods."""
+
+    def step(self, state: ArmState, reference: Reference, sent: Array) -> Plan:
+        """Plan the torques that follow those already ``sent``, (max(delay, 1), n_u); maybe an empty plan."""
+        ...
+
+
+class Feedback(Protocol):
+    """A law that answers every state with a torque."""
+
+    def step(self, state: ArmState, reference: Reference, sent: Array) -> Array:
+        """Return the torque that follows those already ``sent``, not yet limited, (n_u,)."""
+        ...
+
+
+class OnePeriod:
+    """A feedback law as a planner."""
+
+    def __init__(self, feedback: Feedback) -> None:
+        """Plan one period by ``feedback``."""
+        self._feedback = feedback
+
+    def step(self, state: ArmState, reference: Reference, sent: Array) -> Plan:
+        """Return the plan of one period; see ``Planner``."""
+        torque = self._feedback.step(state, reference, sent)
+        return Plan(torque[None], QpResult(torque, "", 0, 0.0, True), ())
+
+
+@dataclass(frozen=True)
+class LawInputs:
+    """What laws are built from, beside the model.
+
+    Attributes:
+        limits: Of the arm.
+        config: Law, period, fallbacks.
+        mpc: Weights, horizon, solver.
+        arm: Its description, for laws that need more than the served model; None where nobody knows it.
+    """
+
+    limits: Limits
+    config: ControllerConfig
+    mpc: MpcConfig
+    arm: ManipulatorConfig | None = None
+
+
+LAWS: Mapping[str, Callable[[ReducedModel, LawInputs], Planner]] = {
+    "mpc": lambda model, given: Mpc(model, given.limits, given.mpc, given.config.period),
+    "lqr": lambda model, given: OnePeriod(Lqr(model, given.mpc, given.config.period)),
+    "pd": lambda model, given: OnePeriod(JointPd(model, given.config, given.mpc.delay_periods)),
+}
+
+
+@dataclass(frozen=True)
+class Laws:
+    """Everything that belongs to one model.
+
+    Attributes:
+        model: The model.
+        planner: The law that was asked for.
+        lqr: What replaces it while the state is good; None for a model that no LQR can stabilise.
+        damping: What replaces both.
+    """
+
+    model: ReducedModel
+    planner: Planner
+    lqr: Feedback | None
+    damping: JointDamping
+
+
+def build_laws(model: ReducedModel, given: LawInputs) -> Laws:
+    """Build the law that the settings ask for, and its fallbacks."""
+    planner = LAWS[given.config.law](model, given)
+    try:
+        lqr: Feedback | None = Lqr(model, given.mpc, given.config.period)
+    except np.linalg.LinAlgError:
+        lqr = None
+    return Laws(model, planner, lqr, JointDamping(model, given.config.damping_rate))
