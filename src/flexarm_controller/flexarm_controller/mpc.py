@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,13 +9,11 @@ from numpy.typing import NDArray
 
 from flexarm_controller.limits import Limits
 from flexarm_controller.program.preview import Preview
-from flexarm_controller.program.problem import Problem, build_problem
+from flexarm_controller.program.problem import build_problem
 from flexarm_controller.reference import Reference
 from flexarm_controller.settings import MpcConfig
-from flexarm_controller.solvers.daqp_solver import DaqpSolver
-from flexarm_controller.solvers.interior_first import InteriorFirst
-from flexarm_controller.solvers.osqp_solver import OsqpSolver
-from flexarm_controller.solvers.qp import QpResult, QpSolver
+from flexarm_controller.solvers.backends import build_solver
+from flexarm_controller.solvers.qp import QpResult
 from flexarm_controller.state import ArmState
 from flexarm_model.reduced_model import ReducedModel
 
@@ -56,6 +53,7 @@ class Mpc:
         self.problem = build_problem(model, limits, config, dt)
         self._known, self._system = self.problem.known, self.problem.system
         self._solver = build_solver(self.problem, config)
+        self._budget = config.time_limit or np.inf
         self._p_now = np.zeros(self._known.now.stop)
         self._delay = config.delay_periods
         self._preview = Preview(self.problem.q_r, config.horizon, dt)
@@ -77,7 +75,7 @@ class Mpc:
         self._fill(state, sent)
         of_reference = self._preview.gradient(reference, state.t + self._lead)
         q, l, u = self.problem.vectors(self._p_now, of_reference)  # noqa: E741
-        result = self._solver.solve(q, l, u, self._warm)
+        result = self._solver.solve(q, l, u, self._warm, self._budget)
         if not result.solved:
             self._warm = None
             return Plan(self._empty, result, ())
@@ -98,13 +96,3 @@ class Mpc:
         y = self.problem.rows.A @ x
         near = np.flatnonzero((u - y < BINDING) | (y - l < BINDING))
         return tuple(sorted({self.problem.rows.names[i] for i in near} - {""}))
-
-
-def build_solver(problem: Problem, config: MpcConfig) -> QpSolver:
-    """Return the solver that the settings ask for, behind the interior check."""
-    P, A = problem.P, problem.rows.A
-    backends: dict[str, Callable[[], QpSolver]] = {
-        "osqp": lambda: OsqpSolver(P, A, config.tolerance, config.max_iterations, config.time_limit),
-        "daqp": lambda: DaqpSolver(P, A, config.max_iterations),
-    }
-    return InteriorFirst(P, A, problem.n_v, backends[config.backend]())

@@ -1,17 +1,19 @@
-"""Both solvers: right on random programs, honest about bad ones, and well again afterwards."""
+"""All solvers: right on random programs, honest about bad ones, and well again afterwards."""
 
 import numpy as np
 import pytest
 
 from flexarm_controller.solvers.daqp_solver import DaqpSolver
+from flexarm_controller.solvers.hpipm_solver import HpipmSolver
 from flexarm_controller.solvers.interior_first import InteriorFirst
 from flexarm_controller.solvers.osqp_solver import OsqpSolver
 from flexarm_controller.solvers.qp import QpResult, primal_residual
 
 N, M = 8, 20
 SOLVERS = {
-    "osqp": lambda P, A: OsqpSolver(P, A, 1e-6, 5000, 0.0),
+    "osqp": lambda P, A: OsqpSolver(P, A, 1e-6, 5000),
     "daqp": lambda P, A: DaqpSolver(P, A, 1000),
+    "hpipm": lambda P, A: HpipmSolver(P, A, 1e-6, 100),
 }
 
 
@@ -85,7 +87,7 @@ def test_a_thousand_alternations_of_bad_and_good_data_leave_no_trace(name, bad):
 def test_an_answer_that_became_nan_rebuilds_osqp(monkeypatch):
     rng = np.random.default_rng(4)
     P, A = random_program(rng)
-    solver = OsqpSolver(P, A, 1e-6, 5000, 0.0)
+    solver = OsqpSolver(P, A, 1e-6, 5000)
     monkeypatch.setattr("flexarm_controller.solvers.osqp_solver.are_vectors_sound", lambda q, l, u: True)  # noqa: E741
     q, l, u = vectors(rng)  # noqa: E741
     assert not solver.solve(np.full(N, np.nan), l, u, None).solved
@@ -95,7 +97,7 @@ def test_an_answer_that_became_nan_rebuilds_osqp(monkeypatch):
 def test_osqp_stopped_at_its_cap_is_not_solved_unless_the_residual_is_small():
     rng = np.random.default_rng(5)
     P, A = random_program(rng)
-    hurried = OsqpSolver(P, A, 1e-9, 5, 0.0)
+    hurried = OsqpSolver(P, A, 1e-9, 5)
     results = [hurried.solve(*vectors(rng, 0.05), None) for _ in range(50)]
     assert not all(result.solved for result in results)
     for result in results:
@@ -105,8 +107,8 @@ def test_osqp_stopped_at_its_cap_is_not_solved_unless_the_residual_is_small():
 def test_osqp_out_of_time_is_not_solved():
     rng = np.random.default_rng(6)
     P, A = random_program(rng)
-    hurried = OsqpSolver(P, A, 1e-9, 100_000, 1e-9)
-    results = [hurried.solve(*vectors(rng, 0.05), None) for _ in range(20)]
+    hurried = OsqpSolver(P, A, 1e-9, 100_000)
+    results = [hurried.solve(*vectors(rng, 0.05), None, 1e-9) for _ in range(20)]
     assert all(result.residual <= 1e-6 or not result.solved for result in results)
 
 
@@ -122,9 +124,9 @@ class Recorder:
     def __init__(self, solver):
         self.solver, self.calls = solver, 0
 
-    def solve(self, q, l, u, warm):  # noqa: E741
+    def solve(self, q, l, u, warm, budget=np.inf):  # noqa: E741
         self.calls += 1
-        return self.solver.solve(q, l, u, warm)
+        return self.solver.solve(q, l, u, warm, budget)
 
 
 def test_the_solver_is_asked_only_when_limits_bind_and_the_answer_is_the_same():
@@ -149,7 +151,7 @@ def test_the_solver_is_asked_only_when_limits_bind_and_the_answer_is_the_same():
 
 def test_bad_data_reach_the_inner_solver_and_its_refusal():
     P, A = random_program(np.random.default_rng(9))
-    result = InteriorFirst(P, A, N, OsqpSolver(P, A, 1e-6, 100, 0.0)).solve(
+    result = InteriorFirst(P, A, N, OsqpSolver(P, A, 1e-6, 100)).solve(
         np.full(N, np.nan), -np.ones(M), np.ones(M), None
     )
     assert isinstance(result, QpResult) and not result.solved

@@ -30,11 +30,11 @@ class InteriorFirst:
         self._n_v, self._solver = n_v, solver
         self._x = np.zeros(P.shape[0])
 
-    def solve(self, q: Array, l: Array, u: Array, warm: Array | None) -> QpResult:  # noqa: E741
+    def solve(self, q: Array, l: Array, u: Array, warm: Array | None, budget: float = np.inf) -> QpResult:  # noqa: E741
         """Solve for new vectors; see ``QpSolver``."""
         x = self._x.copy()
         x[: self._n_v] = self._inverse.dot(q[: self._n_v])
         beyond = excess(self._A_v.dot(x[: self._n_v]), l[: self._rows], u[: self._rows])
         if beyond <= 0.0:
             return QpResult(x, "solved without limits", 0, 0.0, True, -beyond)
-        return self._solver.solve(q, l, u, warm)
+        return self._solver.solve(q, l, u, warm, budget)

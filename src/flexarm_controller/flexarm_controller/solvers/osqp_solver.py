@@ -31,7 +31,7 @@ _STOPPED_WITH_ANSWER = ("solved", "solved inaccurate", "maximum iterations reach
 class OsqpSolver:
     """OSQP with fixed P and A; vectors change from step to step."""
 
-    def __init__(self, P: Array, A: Array, tolerance: float, max_iterations: int, time_limit: float) -> None:
+    def __init__(self, P: Array, A: Array, tolerance: float, max_iterations: int) -> None:
         """Factor the problem.
 
         Args:
@@ -39,17 +39,18 @@ class OsqpSolver:
             A: Constraints, (m, n).
             tolerance: Of the residuals of the scaled problem [1].
             max_iterations: Cap of each stage [1].
-            time_limit: Cap of both stages together, wall time [s]; 0 for none.
         """
         self._P, self._A, self._tolerance = P, A, tolerance
-        self._caps = {"max_iter": max_iterations, "time_limit": time_limit / 2 or NO_LIMIT}
+        self._max_iterations, self._budget = max_iterations, np.inf
         self._zero = np.zeros(P.shape[0])
         self._build()
 
-    def solve(self, q: Array, l: Array, u: Array, warm: Array | None) -> QpResult:  # noqa: E741
+    def solve(self, q: Array, l: Array, u: Array, warm: Array | None, budget: float = np.inf) -> QpResult:  # noqa: E741
         """Solve for new vectors; see ``QpSolver``."""
         if not are_vectors_sound(q, l, u):
             return QpResult(self._zero, "data not finite or bounds crossed", 0, np.inf, False)
+        if budget != self._budget:
+            self._limit(budget)
         self._quick.update(q=q, l=l, u=u)
         if warm is not None:
             self._quick.warm_start(x=warm)
@@ -67,6 +68,7 @@ class OsqpSolver:
         status = str(answer.info.status)
         if not np.isfinite(residual):
             self._build()
+            self._limit(self._budget)
             return QpResult(self._zero, status, iterations, np.inf, False)
         usable = residual <= USABLE * self._tolerance * (1 + RELATIVE * gradient)
         solved = usable and status in _STOPPED_WITH_ANSWER
@@ -77,6 +79,12 @@ class OsqpSolver:
         residual = max(primal_residual(self._A, answer.x, l, u), float(answer.info.dual_res))
         return residual if np.isfinite(residual) else np.inf
 
+    def _limit(self, budget: float) -> None:
+        """Share the wall time between the stages."""
+        self._budget = budget
+        for stage in (self._quick, self._exact):
+            stage.update_settings(time_limit=min(budget / 2, NO_LIMIT))
+
     def _build(self) -> None:
         self._quick = self._stage(COARSE * self._tolerance, polishing=True)
         self._exact = self._stage(self._tolerance, polishing=False)
@@ -86,6 +94,7 @@ class OsqpSolver:
         solver.setup(
             sparse.csc_matrix(np.triu(self._P)), self._zero, sparse.csc_matrix(self._A), -bound, bound,
             eps_abs=tolerance, eps_rel=RELATIVE * tolerance, polishing=polishing, verbose=False,
-            check_termination=5, adaptive_rho_interval=25, **self._caps,
+            check_termination=5, adaptive_rho_interval=25, max_iter=self._max_iterations,
+            time_limit=NO_LIMIT,
         )  # fmt: skip
         return solver

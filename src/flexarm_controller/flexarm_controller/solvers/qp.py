@@ -39,8 +39,16 @@ class QpResult:
 class QpSolver(Protocol):
     """A solver that keeps P, A and their factors."""
 
-    def solve(self, q: Array, l: Array, u: Array, warm: Array | None) -> QpResult:  # noqa: E741
-        """Solve for new vectors, starting from ``warm`` (n,) when it is given. Never raises."""
+    def solve(self, q: Array, l: Array, u: Array, warm: Array | None, budget: float = math.inf) -> QpResult:  # noqa: E741
+        """Solve for new vectors. Never raises.
+
+        Args:
+            q: Gradient, (n,).
+            l: Lower bounds, (m,).
+            u: Upper bounds, (m,).
+            warm: Where to start, (n,), for solvers that can.
+            budget: Wall time after which to give up [s], for solvers that can.
+        """
         ...
 
 

@@ -1,0 +1,35 @@
+"""The solvers by name, and what stands before and behind the one that was chosen."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexarm_controller.program.problem import Problem
+from flexarm_controller.settings import MpcConfig
+from flexarm_controller.solvers.daqp_solver import DaqpSolver
+from flexarm_controller.solvers.hpipm_solver import HpipmSolver
+from flexarm_controller.solvers.interior_first import InteriorFirst
+from flexarm_controller.solvers.osqp_solver import OsqpSolver
+from flexarm_controller.solvers.qp import QpSolver
+from flexarm_controller.solvers.second_attempt import SecondAttempt
+
+Array = NDArray[np.float64]
+Constructor = Callable[[Array, Array, MpcConfig], QpSolver]
+
+BACKENDS: Mapping[str, Constructor] = {
+    "daqp": lambda P, A, config: DaqpSolver(P, A, config.max_iterations),
+    "osqp": lambda P, A, config: OsqpSolver(P, A, config.tolerance, config.max_iterations),
+    "hpipm": lambda P, A, config: HpipmSolver(P, A, config.tolerance, config.max_iterations),
+}
+SECOND = {"daqp": "osqp", "osqp": "daqp", "hpipm": "daqp"}  # who tries when the first does not vouch
+
+
+def build_solver(problem: Problem, config: MpcConfig) -> QpSolver:
+    """Return the solver that the settings ask for, behind the interior check and before a second one."""
+    P, A = problem.P, problem.rows.A
+    names = (config.backend, SECOND[config.backend])
+    first, second = (BACKENDS[name](P, A, config) for name in names)
+    return InteriorFirst(P, A, problem.n_v, SecondAttempt(first, second))
