@@ -28,7 +28,8 @@ _MODES = {
     "inactive": ControllerStatus.INACTIVE,
     "mpc": ControllerStatus.MPC,
     "lqr": ControllerStatus.LQR,
-    "pd": ControllerStatus.LQR,  # state feedback, too; no code of its own on the wire
+    "pd": ControllerStatus.PD,
+    "nonlinear": ControllerStatus.NONLINEAR,
     "shifted_plan": ControllerStatus.SHIFTED_PLAN,
     "damping": ControllerStatus.DAMPING,
     "hold": ControllerStatus.HOLD,
@@ -92,15 +93,12 @@ def command_to_msg(
     return msg
 
 
-def status_to_msg(command: ControlCommand, missed: int, epoch_ns: int) -> ControllerStatus:
+def status_to_msg(command: ControlCommand, missed: int, overruns: int, epoch_ns: int) -> ControllerStatus:
     """Return what the controller did in this cycle."""
     msg = ControllerStatus(mode=_MODES[command.mode], reason=command.reason, model_id=command.model_id)
     msg.solver_status, msg.iterations = command.solver_status, command.iterations
-    msg.residual, msg.solve_time, msg.missed_cycles = (
-        float(command.residual),
-        float(command.solve_time),
-        missed,
-    )
+    msg.residual, msg.solve_time = float(command.residual), float(command.solve_time)
+    msg.missed_cycles, msg.overruns = missed, overruns
     msg.limits_active, msg.tracking_error = list(command.limits_active), floats(command.tracking_error)
     msg.header.stamp = ns_to_stamp(round(command.t * NS_PER_S) + epoch_ns)
     return msg

@@ -133,7 +133,7 @@ class ControllerExchange:
         self._sequence += 1
         command_msg = command_to_msg(command, self._names, self._sequence, self._token, self._epoch_ns)
         command_msg.header.stamp = msg.header.stamp
-        status = status_to_msg(command, self._missed, self._epoch_ns)
+        status = status_to_msg(command, self._missed, self.controller.overruns, self._epoch_ns)
         status.header.stamp = msg.header.stamp
         return [Outgoing("joint_commands", command_msg), Outgoing("controller_status", status)]
 

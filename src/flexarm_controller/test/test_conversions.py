@@ -1,5 +1,8 @@
 """Messages: round trips, and nothing malformed gets further than its conversion."""
 
+from dataclasses import replace
+from typing import get_args
+
 import numpy as np
 import pytest
 from served_arms import limits_of_hub, single_link, state_of
@@ -8,6 +11,7 @@ pytest.importorskip("flexarm_interfaces.msg")
 
 from flexarm_interfaces.msg import ControllerStatus, ModalState  # noqa: E402
 
+from flexarm_controller.command import Mode  # noqa: E402
 from flexarm_controller.controller import Controller  # noqa: E402
 from flexarm_controller.conversions import (  # noqa: E402
     ReferenceMessageError,
@@ -19,6 +23,7 @@ from flexarm_controller.conversions import (  # noqa: E402
     status_to_msg,
 )
 from flexarm_controller.reference import Reference  # noqa: E402
+from flexarm_controller.time_budget import Clocks  # noqa: E402
 from flexarm_model.conversions import ns_to_stamp, stamp_to_ns  # noqa: E402
 
 MODEL = single_link()
@@ -121,15 +126,16 @@ def test_a_malformed_trajectory_is_refused_with_the_reason(how, text):
 
 
 def test_command_and_status_carry_what_the_controller_did():
-    controller = Controller(MODEL, limits_of_hub(), clock=lambda: 0.0)
+    controller = Controller(MODEL, limits_of_hub(), clocks=Clocks(cpu=lambda: 0.0))
     state = state_of([0.1, 0, 0, 0, 0.5, 0, 0, 0], MODEL, 1.25)
     command = controller.step(state)
     msg = command_to_msg(command, MODEL.theta_names, 7, 2**63 + 1, EPOCH)
     assert (msg.sequence, msg.session_token, msg.model_id) == (7, 2**63 + 1, MODEL.model_id)
     assert list(msg.effort) == list(command.tau) and list(msg.names) == ["base.rz"]
     assert stamp_to_ns(msg.header.stamp) == EPOCH + 1_250_000_000
-    status = status_to_msg(command, 3, EPOCH)
-    assert (status.mode, status.reason, status.missed_cycles) == (ControllerStatus.MPC, "", 3)
+    status = status_to_msg(command, 3, 2, EPOCH)
+    assert (status.mode, status.reason) == (ControllerStatus.MPC, "")
+    assert (status.missed_cycles, status.overruns) == (3, 2)
     assert list(status.tracking_error) == list(command.tracking_error)
     assert status.iterations == command.iterations and status.solver_status == command.solver_status
 
@@ -137,7 +143,10 @@ def test_command_and_status_carry_what_the_controller_did():
 def test_every_mode_of_the_ladder_has_its_constant():
     controller = Controller(MODEL, limits_of_hub())
     lost = state_of(np.zeros(8), single_link("light_hub"))
-    assert status_to_msg(controller.step(lost), 0, 0).mode == ControllerStatus.HOLD
+    assert status_to_msg(controller.step(lost), 0, 0, 0).mode == ControllerStatus.HOLD
+    held = controller.step(lost)
+    told = [status_to_msg(replace(held, mode=mode), 0, 0, 0).mode for mode in get_args(Mode)]
+    assert sorted(told) == list(range(len(told)))
 
 
 def test_a_notice_says_only_its_reason():
