@@ -33,13 +33,20 @@ class MpcConfig:
     strain_margin: float = parameter(
         0.1, "Share of the strain limit kept free for estimation errors.", minimum=0.0, maximum=0.9
     )
-    velocity_limit: bool = parameter(False, "Keep the joint velocity limit inside the horizon too.")
+    velocity_limit: bool = parameter(True, "Keep the joint velocity limits inside the horizon too.")
     slack_price: float = parameter(1.0, "Price of exceeding a soft limit by all of it.", minimum=1e-3)
     backend: str = parameter("osqp", "Solver of the quadratic program.", choices=("osqp", "daqp", "hpipm"))
     tolerance: float = parameter(1e-5, "Of the scaled problem.", minimum=1e-9, maximum=1e-4)
     max_iterations: int = parameter(2000, "Cap of each stage of the solver.", minimum=1)
     time_limit: float = parameter(
         2.5e-3, "Cap of the solver's wall time; 0 for none, as in lockstep.", "s", minimum=0.0, maximum=1.0
+    )
+    position_limit: bool = parameter(True, "Keep the joint position limits inside the horizon too.")
+    tip_error: float = parameter(
+        0.0, "Error of the tip's position that costs 1; 0 for none.", "m", minimum=0.0
+    )
+    tip_angle_error: float = parameter(
+        0.0, "Error of the tip's orientation that costs 1; 0 for none.", "rad", minimum=0.0
     )
 
     def __post_init__(self) -> None:

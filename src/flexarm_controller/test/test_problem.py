@@ -54,6 +54,7 @@ def solve_with_states(model, limits, config, x_0, d, before, reference):  # noqa
         x_r, u_r = rest.X @ r[k] + rest.x_0, rest.U @ r[k] + rest.u_0 - d
         if 0 < k < N:
             add(pick(X(k), n_x), -x_r, cost.Q)
+            add_tip(model, config, r[k], pick(X(k), n_x), add)
         if k == N:
             end = np.vstack([pick(X(N), n_x), pick(U(N - 1), n_u)])
             add(end, -np.concatenate([x_r, u_r]), P_end)
@@ -71,16 +72,26 @@ def solve_with_states(model, limits, config, x_0, d, before, reference):  # noqa
         if k:
             dynamics[:, X(k)] = -s.A
         rows.append((dynamics, known, known))
-        for sign in (1, -1):
+        for sign, bound in ((1, soft.high), (-1, -soft.low)):
             output = sign * soft.C @ pick(X(k + 1), n_x)
             output[:, slack] = -np.eye(n_s)
-            rows.append((output, np.full(n_s, -np.inf), 1 - sign * soft.y_0))
+            rows.append((output, np.full(n_s, -np.inf), bound - sign * soft.y_0))
     rows.append((pick(slack, n_s), np.zeros(n_s), np.full(n_s, np.inf)))
     weight = Mpc(model, limits, config, DT).problem.weight  # the price of slacks is relative to it
     P, q = P * weight / 2, q * weight / 2
     P[slack, slack] += SLACK_CURVATURE * np.eye(n_s)
     q[slack] += config.slack_price
     return solve_exactly(P, q, rows)[U(0).start : U(N - 1).stop].reshape(N, n_u)
+
+
+def add_tip(model, config, r, of_state, add):
+    """Penalise the tip's distance from where the resting arm has it with its axes on the reference."""
+    n, m, out = model.n, model.n_theta, model.outputs
+    rows = [i for i, name in enumerate(out.names) if name.startswith("tip.") and config.tip_error]
+    bend = -np.linalg.solve(model.K[m:, m:], model.K[m:, :m] @ (r[:m] - model.pose) + model.f0[m:])
+    C = np.hstack([out.C_pos[rows], np.zeros((len(rows), n))])
+    weight = np.eye(len(rows)) * (config.tip_error or 1.0) ** -2
+    add(C @ of_state, -C[:, :n] @ np.concatenate([r[:m], bend]), weight)
 
 
 def solve_exactly(P, q, rows):
@@ -122,6 +133,13 @@ CASES = {
         np.array([0.05, -0.02]),
         set(),
     ),
+    "the tip's pose costs too": (LINK, limits_of_hub(), 0.02, set()),
+    "two axes, torque binds, the tip's pose costs too": (
+        PAIR,
+        two_axis_limits((5.0, 2.0), (50.0, 50.0)),
+        np.array([0.4, -0.3]),
+        {"torque"},
+    ),
     "two axes, torque binds": (
         PAIR,
         two_axis_limits((5.0, 2.0), (50.0, 50.0)),
@@ -136,6 +154,7 @@ CASES = {
 def test_the_condensed_program_gives_the_torques_of_the_one_with_all_states(name, backend):
     model, limits, goal, expected = CASES[name]
     config = replace(SHORT, backend=backend, tolerance=1e-7, max_iterations=100_000, time_limit=0.0)
+    config = replace(config, tip_error=1e-3 if "tip" in name else 0.0)
     reference = moving(model, goal)
     x_0 = np.concatenate([model.pose, 1e-3 * np.ones(model.n_eta), np.zeros(model.n)])
     d, before = np.full(model.n_theta, 0.1), np.full(model.n_theta, 0.2)
@@ -173,9 +192,24 @@ def test_a_gauge_without_an_output_row_is_refused_by_name():
 def test_soft_outputs_are_one_at_their_limit():
     config = replace(SHORT, strain_margin=0.2, velocity_limit=True)
     limits = two_axis_limits(strain=(5.0, np.inf))
+    limits = replace(limits, position_low=np.array([-0.5, -np.inf]), position_high=np.array([2.0, 1.5]))
     soft = build_soft_outputs(PAIR, limits, config)
-    assert soft.names == ("strain:gauge_a.strain", "velocity:a.rz", "velocity:b.rz")
+    assert soft.names == (
+        "strain:gauge_a.strain", "position:a.rz", "position:b.rz", "velocity:a.rz", "velocity:b.rz",
+    )  # fmt: skip
     xi = np.array([0.4, 0.1, 0.2, -0.1, 0.05])
     strain = PAIR.outputs.y0[0] + PAIR.outputs.C_pos[0] @ (xi - PAIR.xi0)
     x = np.concatenate([xi, [3.0, -3.0, 0, 0, 0]])
-    np.testing.assert_allclose(soft.C @ x + soft.y_0, [strain / (0.8 * 5.0), 1.0, -1.0])
+    inside = (soft.C @ x + soft.y_0)[[0, 3, 4]]
+    np.testing.assert_allclose(inside, [strain / (0.8 * 5.0), 1.0, -1.0])
+    for theta, at in (([2.0, 1.5], [1.0, 1.0]), ([-0.5, 0.5], [-1.0, 0.0])):
+        x[:2] = theta
+        np.testing.assert_allclose((soft.C @ x + soft.y_0)[1:3], at, atol=1e-12)
+    np.testing.assert_array_equal(soft.low, [-1, -1, -np.inf, -1, -1])
+    np.testing.assert_array_equal(soft.high, 1.0)
+
+
+def test_an_axis_without_ends_has_no_position_row():
+    endless = replace(limits_of_hub(), position_low=np.array([-np.inf]), position_high=np.array([np.inf]))
+    names = build_soft_outputs(LINK, endless, SHORT).names
+    assert names == ("strain:root_strain.strain", "velocity:base.rz")

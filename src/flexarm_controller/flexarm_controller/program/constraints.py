@@ -32,7 +32,8 @@ class Constraints:
             (m, n_x + 2 n_u).
         l: Lower bound at p = 0, (m,).
         u: Upper bound at p = 0, (m,).
-        names: "torque:axis", "rate:axis", "strain:gauge", "velocity:axis"; "" of a slack, (m,).
+        names: "torque:axis", "rate:axis", "strain:gauge", "position:axis", "velocity:axis";
+            "" of a slack, (m,).
     """
 
     A: Array
@@ -90,7 +91,7 @@ def _soft(prediction: Prediction, soft: SoftOutputs, limits: Limits, known: Know
     return Constraints(
         np.vstack([np.hstack([G, -relax]), np.hstack([G, relax])]),
         np.vstack([b_now, b_now]),
-        np.concatenate([-open_, -1 - bias]),
-        np.concatenate([1 - bias, open_]),
+        np.concatenate([-open_, np.tile(soft.low, n_b) - bias]),
+        np.concatenate([np.tile(soft.high, n_b) - bias, open_]),
         2 * n_b * soft.names,
     )

@@ -7,6 +7,11 @@ Around the equilibrium ``(x_r, u_r)`` of the reference, with ``z = x - x_r``, ``
 ``Q`` holds joint errors and the energy of the modes, ``(eta' W^2 eta + eta_dot' eta_dot) / 2``,
 rolled off above the modal cut-off. In the state ``a = [z; w_before]`` the increments are the
 input, so one discrete Riccati equation gives terminal cost and LQR gain.
+
+If asked, the tip's pose is penalised too, ``(C_t x - y_r)' Q_t (C_t x - y_r)`` with the served rows of the
+tip. ``y_r`` is where the resting tip of the arm is with its axes on the reference; the arm that follows the
+reference is bent by its own inertia, so its joints leave the reference to keep the tip on its path. At rest
+both agree, so the terminal cost has it as part of ``Q``.
 """
 
 from __future__ import annotations
@@ -32,11 +37,20 @@ class Cost:
         Q: Of the state error, (n_x, n_x).
         R: Of the torque about its equilibrium, (n_u, n_u).
         S: Of its increment, (n_u, n_u).
+        tip: Rows of the tip's pose per state, (n_t, n_x); none when it costs nothing.
+        tip_weight: Of their errors, (n_t,).
     """
 
     Q: Array
     R: Array
     S: Array
+    tip: Array
+    tip_weight: Array
+
+    @property
+    def at_rest(self) -> Array:
+        """Weight of the state error where the reference rests, (n_x, n_x)."""
+        return self.Q + (self.tip.T * self.tip_weight) @ self.tip if self.tip_weight.size else self.Q
 
 
 @dataclass(frozen=True)
@@ -65,7 +79,18 @@ def build_cost(model: ReducedModel, config: MpcConfig, dt: float) -> Cost:
     inertia = np.diag(model.M)[:n_theta]
     R = np.diag((inertia * config.input_acceleration) ** -2.0)
     S = np.diag((inertia * config.input_jerk * dt) ** -2.0)
-    return Cost(Q, R, S)
+    return Cost(Q, R, S, *_tip(model, config))
+
+
+def _tip(model: ReducedModel, config: MpcConfig) -> tuple[Array, Array]:
+    """Return the rows of the tip's pose that cost something, (n_t, n_x), and their weights, (n_t,)."""
+    deviation = {"m": config.tip_error, "rad": config.tip_angle_error}
+    if not any(deviation.values()):
+        return np.zeros((0, 2 * model.n)), np.zeros(0)
+    out = model.outputs
+    rows = [i for i in out.rows("tip") if deviation[out.units[i]]]
+    weights = np.array([deviation[out.units[i]] ** -2.0 for i in rows])
+    return np.hstack([out.C_pos[rows], out.C_vel[rows]]), weights
 
 
 def complete(A: Array, B: Array, cost: Cost) -> Completion:
@@ -73,7 +98,7 @@ def complete(A: Array, B: Array, cost: Cost) -> Completion:
     n_x, n_u = B.shape
     A_a = np.block([[A, B], [np.zeros((n_u, n_x)), np.eye(n_u)]])
     B_a = np.vstack([B, np.eye(n_u)])
-    Q_a = block_diag(cost.Q, cost.R)
+    Q_a = block_diag(cost.at_rest, cost.R)
     cross = np.vstack([np.zeros((n_x, n_u)), cost.R])
     P = solve_riccati((A_a, B_a), Q_a, cost.R + cost.S, cross)
     gain = np.linalg.solve(cost.R + cost.S + B_a.T @ P @ B_a, B_a.T @ P @ A_a + cross.T)

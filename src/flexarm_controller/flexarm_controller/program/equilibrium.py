@@ -37,6 +37,14 @@ class Equilibrium:
     U: Array
     u_0: Array
 
+    @property
+    def X_rest(self) -> Array:
+        """State at rest per reference, as if it neither moved nor accelerated, (n_x, 3 n_theta)."""
+        m = len(self.u_0)
+        rest = np.zeros_like(self.X)
+        rest[:, :m] = self.X[:, :m]
+        return rest
+
 
 def build_equilibrium(model: ReducedModel) -> Equilibrium:
     """Solve the quasi-static equations of ``model``, whose input acts on the axes alone."""

@@ -6,7 +6,8 @@ equilibrium of the reference, ``z = x - x_r`` and ``w = u - u_r``, the penalised
 
     e = [z_1 ... z_{N-1}; a_N; w_0 ... w_{N-1}; u_0 - u_before ... u_{N-1} - u_{N-2}] = L v + L_p p + l
 
-with ``a_N = [z_N; w_{N-1}]`` and ``v`` the torques of the blocks; the cost is ``e' W e``.
+with ``a_N = [z_N; w_{N-1}]`` and ``v`` the torques of the blocks; the cost is ``e' W e``. Where the tip's
+pose costs something, ``C_t (x_k - X_rest r_k - x_0)``, k = 1 ... N - 1, comes last (see ``cost``).
 """
 
 from __future__ import annotations
@@ -61,7 +62,7 @@ class Penalties:
         L_now: Per known quantity but the reference, (n_e, n_x + 2 n_u).
         rest: What the reference asks for; each of its samples acts on its own instant.
         l: Constant, (n_e,).
-        cost: Weights of states, torques and increments; diagonal.
+        cost: Weights of states, torques, increments and tip; diagonal.
         terminal: Weight of a_N, (n_x + n_u, n_x + n_u).
     """
 
@@ -74,11 +75,11 @@ class Penalties:
 
     def weigh(self, columns: Array) -> Array:
         """Return ``W columns``, (n_e, k); W is diagonal but for the block of a_N."""
-        n_x, n_a = len(self.cost.Q), len(self.terminal)
-        N = (len(columns) - (n_a - n_x)) // (n_x + 2 * (n_a - n_x))
+        n_x, n_a, N = len(self.cost.Q), len(self.terminal), self._horizon(len(columns))
         start = (N - 1) * n_x
         diagonals = [np.tile(np.diag(self.cost.Q), N - 1), np.zeros(n_a)]
         diagonals += [np.tile(np.diag(part), N) for part in (self.cost.R, self.cost.S)]
+        diagonals.append(np.tile(self.cost.tip_weight, N - 1))
         weighted = np.concatenate(diagonals)[:, None] * columns
         weighted[start : start + n_a] = self.terminal @ columns[start : start + n_a]
         return np.asarray(weighted)
@@ -86,33 +87,48 @@ class Penalties:
     def per_known(self, columns: Array) -> Array:
         """Return ``L_p' columns``, (n_p, k), for columns (n_e, k)."""
         n_x, n_r = self.rest.X.shape
-        n_u, k = len(self.rest.u_0), columns.shape[1]
-        N = (len(columns) - n_u) // (n_x + 2 * n_u)
-        parts = np.split(columns, np.cumsum([N * n_x, n_u, N * n_u]))
+        n_u, k, N = len(self.rest.u_0), columns.shape[1], self._horizon(len(columns))
+        parts = np.split(columns, np.cumsum([N * n_x, n_u, N * n_u, N * n_u]))
         z, w_last, w = parts[0].reshape(N, n_x, k), parts[1], parts[2].reshape(N, n_u, k)
         per_reference = np.zeros((N + 1, n_r, k))
         per_reference[1:] -= self.rest.X.T @ z
         per_reference[:N] -= self.rest.U.T @ w
         per_reference[N] -= self.rest.U.T @ w_last
+        if self.cost.tip_weight.size:
+            tip = parts[4].reshape(N - 1, -1, k)
+            per_reference[1:N] -= (self.cost.tip @ self.rest.X_rest).T @ tip
         return np.vstack([self.L_now.T @ columns, per_reference.reshape(-1, k)])
+
+    def _horizon(self, n_e: int) -> int:
+        """Return N for a number of penalised quantities."""
+        n_u, n_t = len(self.rest.u_0), self.cost.tip_weight.size
+        return (n_e - n_u + n_t) // (len(self.cost.Q) + 2 * n_u + n_t)
 
 
 def penalise(
     prediction: Prediction, cost: Cost, completion: Completion, rest: Equilibrium, known: Known
 ) -> Penalties:
-    """Stack state errors, torque errors and torque increments over the horizon."""
-    N, n_u, n_x = known.N, known.n_u, known.n_x
-    T = prediction.T
-    L_now = np.zeros((N * (n_x + 2 * n_u) + n_u, known.now.stop))
+    """Stack state errors, torque errors, torque increments and errors of the tip over the horizon."""
+    N, n_u, n_x, n_t = known.N, known.n_u, known.n_x, cost.tip_weight.size
+    T, until = prediction.T, (N - 1) * n_x
+
+    def tip(states: Array) -> Array:  # (N n_x, k) -> ((N - 1) n_t, k)
+        width = states.shape[1]
+        return np.asarray(cost.tip @ states[:until].reshape(N - 1, n_x, width)).reshape(-1, width)
+
+    L_now = np.zeros((N * (n_x + 2 * n_u) + n_u + (N - 1) * n_t, known.now.stop))
     states, torques = slice(0, N * n_x), slice(N * n_x, N * (n_x + n_u) + n_u)
     L_now[states, known.x], L_now[states, known.d] = prediction.F, prediction.H
     L_now[torques, known.d] = np.tile(np.eye(n_u), (N + 1, 1))
     L_now[torques.stop : torques.stop + n_u, known.u_before] = -np.eye(n_u)
+    tips, off_rest = slice(torques.stop + N * n_u, None), prediction.h - np.tile(rest.x_0, N)
+    L_now[tips, known.x], L_now[tips, known.d] = tip(prediction.F), tip(prediction.H)
+    off_tip = tip(off_rest[:, None])[:, 0]
     return Penalties(
-        np.vstack([prediction.G, T[-n_u:], T, T[:n_u], T[n_u:] - T[:-n_u]]),
+        np.vstack([prediction.G, T[-n_u:], T, T[:n_u], T[n_u:] - T[:-n_u], tip(prediction.G)]),
         L_now,
         rest,
-        np.concatenate([prediction.h - np.tile(rest.x_0, N), -np.tile(rest.u_0, N + 1), np.zeros(N * n_u)]),
+        np.concatenate([off_rest, -np.tile(rest.u_0, N + 1), np.zeros(N * n_u), off_tip]),
         cost,
         completion.P,
     )
