@@ -90,7 +90,7 @@ class Controller:
 
     def follow(self, reference: Reference) -> str:
         """Take a reference if the axes can follow it; returns why not, or nothing."""
-        fault = reference.fault(self._limits)
+        fault = reference.fault(self._limits, self.model.theta_names)
         if not fault:
             self.reference = reference
         return fault

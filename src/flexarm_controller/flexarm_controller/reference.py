@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -9,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexarm_controller.limits import Limits
+from flexarm_controller.motion.excess import find_excess
 from flexarm_model.trajectory import Trajectory
 
 Array = NDArray[np.float64]
@@ -26,18 +28,17 @@ class Profile(Protocol):
 class Reference(Trajectory):
     """Trajectory of the axes that is to be followed; before and after it its ends at rest."""
 
-    def fault(self, limits: Limits) -> str:
-        """Return why the axes cannot follow it within ``limits``; empty when they can."""
+    def fault(self, limits: Limits, names: Sequence[str] = ()) -> str:
+        """Return why the axes cannot follow it within ``limits``; empty when they can.
+
+        Args:
+            limits: Of the arm.
+            names: Of the axes, "joint.axis"; numbers where not given.
+        """
         if self.theta.shape[1] != limits.effort.size:
             return f"reference moves {self.theta.shape[1]} axes, the arm has {limits.effort.size}"
-        times = np.union1d(self.t, (self.t[1:] + self.t[:-1]) / 2)
-        theta, theta_dot, _ = self.sample(times)
-        if (theta < limits.position_low).any() or (theta > limits.position_high).any():
-            return f"reference leaves the joint limits [{limits.position_low}, {limits.position_high}]"
-        fastest = np.abs(theta_dot).max(axis=0)
-        if (fastest > limits.velocity).any():
-            return f"reference velocity {fastest} exceeds the limit {limits.velocity}"
-        return ""
+        excess = find_excess(self, limits, names)
+        return "" if excess is None else str(excess)
 
 
 def hold(theta: Array, t: float = 0.0) -> Reference:

@@ -1,0 +1,83 @@
+"""Limits of velocity, acceleration and jerk of the axes that follow from torques and the served model.
+
+With the quasi-static torque ``K theta + D theta' + J theta'' + u_0`` and its rate, any combination of
+
+    |theta'| <= v,  |theta''| <= a,  |theta'''| <= j
+
+between the poses looked at stays within the torques, because for every axis
+
+    |K theta + u_0| + |D| v + |J| a <= share effort          |K| v + |D| a + |J| j <= share effort_rate
+
+A box for all axes at once is careful; ``scale`` widens it where a motion does not use its corners.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexarm_controller.limits import Limits
+from flexarm_controller.motion.refusals import MotionError
+from flexarm_controller.motion.settings import MotionConfig
+from flexarm_controller.program.equilibrium import build_equilibrium
+from flexarm_model.reduced_model import ReducedModel
+
+Array = NDArray[np.float64]
+FASTEST = 1e3  # rad/s or m/s, where the description gives no limit
+VISCOUS = 0.5  # of the spare torque may go into viscous friction; the rest accelerates
+
+
+@dataclass(frozen=True)
+class AxisLimits:
+    """Largest magnitudes, each (n_theta,).
+
+    Attributes:
+        velocity: [rad/s] or [m/s].
+        acceleration: [rad/s^2] or [m/s^2].
+        jerk: [rad/s^3] or [m/s^3].
+    """
+
+    velocity: Array
+    acceleration: Array
+    jerk: Array
+
+
+def axis_limits(
+    model: ReducedModel, limits: Limits, poses: Sequence[Array], config: MotionConfig, scale: float = 1.0
+) -> AxisLimits:
+    """Return the box for motions of ``model``'s arm among some poses.
+
+    Args:
+        model: The served model.
+        limits: Of the arm.
+        poses: Axes between which the motion stays [rad or m], (n_theta,) each.
+        config: Shares of the limits, and the ramp.
+        scale: Widens acceleration and jerk [1].
+
+    Raises:
+        MotionError: Holding still at one of the poses takes the torque that there is.
+    """
+    equilibrium = build_equilibrium(model)
+    K, D, J = (abs(part) for part in np.split(equilibrium.U, 3, axis=1))
+    holding = abs(np.array(poses) @ equilibrium.U[:, : model.n_theta].T + equilibrium.u_0).max(axis=0)
+    spare = config.motion_effort * limits.effort - holding
+    if (spare <= 0.0).any():
+        i = int(spare.argmin())
+        raise MotionError(
+            f"axis {model.theta_names[i]}: holding still takes {holding[i]:.4g} of the "
+            f"{config.motion_effort * limits.effort[i]:.4g} N m or N that motions may need"
+        )
+    v = config.motion_velocity * np.minimum(limits.velocity, FASTEST)
+    v = v * min(1.0, float(np.min(VISCOUS * spare / np.maximum(D @ v, 1e-300))))
+    alike = limits.effort / np.diag(J)  # accelerations that ask the same share of every motor
+    a = alike * float(np.min((spare - D @ v) / (J @ alike))) * scale
+    rate = config.motion_effort * limits.effort_rate - K @ v - D @ a
+    j = alike * max(float(np.min(rate / (J @ alike))), 0.0) * scale
+    if config.motion_ramp > 0.0 and model.n_eta:
+        j = np.minimum(j, a / (config.motion_ramp * 2 * np.pi / model.omega[0]))
+    if not (j > 0.0).all():
+        raise MotionError("the torque rates leave nothing for a change of acceleration")
+    return AxisLimits(v, a, j)

@@ -1,0 +1,129 @@
+"""Where a trajectory of the axes goes beyond what the arm can do, found exactly.
+
+Between two samples position is a cubic and acceleration a line in time, so that position, velocity and the
+quasi-static torque ``K theta + D theta' + J theta'' + u_0`` of the served model are cubics in s = 0 ... 1.
+Their extremes lie at the ends of the interval or where the derivative, a quadratic, vanishes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexarm_controller.limits import Limits
+from flexarm_controller.program.equilibrium import Equilibrium
+from flexarm_model.trajectory import Trajectory
+
+Array = NDArray[np.float64]
+ROUNDING = 1e-9  # of a limit
+
+
+@dataclass(frozen=True)
+class Excess:
+    """The worst violation of one limit.
+
+    Attributes:
+        axis: Index of the axis.
+        name: Its name, "joint.axis".
+        quantity: "position", "velocity" or "torque".
+        value: What the trajectory asks for [rad, rad/s, N m; m, m/s, N].
+        limit: What is allowed.
+        t: When, from the first sample on [s].
+    """
+
+    axis: int
+    name: str
+    quantity: str
+    value: float
+    limit: float
+    t: float
+
+    def __str__(self) -> str:
+        is_linear = self.name.rpartition(".")[2].startswith("t")
+        length = "m" if is_linear else "rad"
+        units = {"position": length, "velocity": f"{length}/s", "torque": "N" if is_linear else "N m"}
+        unit = units[self.quantity]
+        what = "leaves the joint limits: position" if self.quantity == "position" else self.quantity
+        return (
+            f"axis {self.name}: {what} {self.value:.4g} {unit} is beyond the limit {self.limit:.4g} {unit} "
+            f"at {self.t:.3f} s"
+        )
+
+
+def find_excess(
+    trajectory: Trajectory, limits: Limits, names: Sequence[str] = (), equilibrium: Equilibrium | None = None
+) -> Excess | None:
+    """Return the worst excess of the first quantity that has one: position, velocity, torque.
+
+    Args:
+        trajectory: Of the axes; before and after it they rest.
+        limits: Of the arm.
+        names: Of the axes, "joint.axis"; numbers where not given.
+        equilibrium: Torque that goes with a motion; None: torque is not looked at.
+    """
+    names = names or tuple(f"{i + 1}" for i in range(limits.effort.size))
+    shares = {"position": (limits.position_low, limits.position_high)}
+    shares["velocity"] = (-limits.velocity, limits.velocity)
+    shares["torque"] = (-limits.effort, limits.effort)
+    for quantity, t, values in peaks(trajectory, equilibrium):
+        low, high = shares[quantity]
+        over = np.maximum(values - high, low - values)  # (k, n)
+        size = np.where(np.isfinite(high), abs(high), 1.0) + ROUNDING
+        worst, axis = divmod(int((over / size).argmax()), over.shape[1])
+        if over[worst, axis] > ROUNDING * size[axis]:
+            value, limit = values[worst, axis], high if values[worst, axis] > high[axis] else low
+            at = float(t[worst, axis] - trajectory.t[0])
+            return Excess(axis, names[axis], quantity, float(value), float(limit[axis]), at)
+    return None
+
+
+def peaks(trajectory: Trajectory, equilibrium: Equilibrium | None) -> Iterator[tuple[str, Array, Array]]:
+    """Return every quantity with the instants [s] and values of its local extremes, both (k, n_theta)."""
+    if trajectory.t.size == 1:
+        still = np.zeros_like(trajectory.theta)
+        t = np.broadcast_to(trajectory.t[:, None], still.shape)
+        yield "position", t, trajectory.theta
+        yield "velocity", t, still
+        if equilibrium is not None:
+            yield "torque", t, _load(equilibrium, trajectory.theta, still, still)
+        return
+    p0, v0, c2, c3, a0, a1, h = trajectory._cubics.swapaxes(0, 1)  # each (k - 1, n)
+    zero = np.zeros_like(p0)
+    position, velocity = (p0, v0, c2, c3), (v0 / h, 2 * c2 / h, 3 * c3 / h, zero)
+    yield "position", *_extremes(trajectory, position, h)
+    yield "velocity", *_extremes(trajectory, velocity, h)
+    if equilibrium is not None:
+        acceleration = (a0, a1 - a0, zero, zero)
+        parts = zip(position, velocity, acceleration, (1.0, 0.0, 0.0, 0.0), strict=True)
+        torque = tuple(
+            _load(equilibrium, p, v, a) - (1.0 - constant) * equilibrium.u_0 for p, v, a, constant in parts
+        )
+        yield "torque", *_extremes(trajectory, torque, h)
+
+
+def roots_within(c: Array, b: Array, a: Array) -> Array:
+    """Return the roots of ``a s^2 + b s + c`` within 0 ... 1, or 0 where there is none, (2, ...)."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        root = np.sqrt(b * b - 4 * a * c)
+        q = -(b + np.copysign(root, b)) / 2  # no cancellation
+        s = np.stack([q / a, c / q])
+    return np.where(np.isfinite(s), np.clip(s, 0.0, 1.0), 0.0)
+
+
+def _load(equilibrium: Equilibrium, theta: Array, theta_dot: Array, theta_ddot: Array) -> Array:
+    r = np.hstack([theta, theta_dot, theta_ddot])
+    return np.asarray(r @ equilibrium.U.T + equilibrium.u_0)
+
+
+def _extremes(trajectory: Trajectory, cubic: Sequence[Array], h: Array) -> tuple[Array, Array]:
+    """Return instants and values at both ends of every interval and where the derivative vanishes."""
+    c0, c1, c2, c3 = cubic
+    stationary = roots_within(c1, 2 * c2, 3 * c3)
+    s = np.concatenate([np.zeros_like(c0)[None], np.ones_like(c0)[None], stationary])  # (4, k - 1, n)
+    values = c0 + s * (c1 + s * (c2 + s * c3))
+    t = trajectory.t[:-1, None] + s * h
+    n = c0.shape[1]
+    return t.reshape(-1, n), values.reshape(-1, n)

@@ -1,0 +1,100 @@
+"""Motions of one arm within its torques: the box of `axis_limits`, widened as far as the motion lets it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexarm_controller.limits import Limits
+from flexarm_controller.motion.axis_limits import AxisLimits, axis_limits
+from flexarm_controller.motion.excess import find_excess
+from flexarm_controller.motion.point_to_point import MotionState, move, stop
+from flexarm_controller.motion.refusals import MotionError
+from flexarm_controller.motion.settings import MotionConfig
+from flexarm_controller.motion.stretch import grid
+from flexarm_controller.program.equilibrium import build_equilibrium
+from flexarm_controller.reference import Reference
+from flexarm_model.reduced_model import ReducedModel
+
+Array = NDArray[np.float64]
+TRIES = 5  # boxes; each comes nearer to the torque that may be used
+ENOUGH = 1.005  # a wider box than this times the one before is worth a try
+
+
+class MotionPlanner:
+    """Plans motions of the arm whose served model it has; torques are those of the model's pose."""
+
+    def __init__(self, model: ReducedModel, limits: Limits, config: MotionConfig) -> None:
+        """Keep within the shares of ``limits`` that ``config`` allows."""
+        self._model, self._limits, self._config = model, limits, config
+        self._equilibrium = build_equilibrium(model)
+
+    def move(self, start: MotionState, goal: Array, t: float = 0.0, duration: float = 0.0) -> Reference:
+        """Return the motion to rest at ``goal`` (n_theta,), beginning at ``t`` [s].
+
+        Args:
+            start: Where the reference is then, moving or not.
+            goal: Axes at the end [rad or m], (n_theta,).
+            t: When it begins [s].
+            duration: From start to rest [s]; 0: as short as the limits allow.
+
+        Raises:
+            MotionError: The goal is outside, the duration too short, or the torque does not do.
+        """
+        self._check_goal(goal)
+        motion, box = self._fastest(start, goal, t)
+        if duration > 0.0:
+            motion = move(start, goal, box, t, duration)
+        return self._checked(motion)
+
+    def stop(self, start: MotionState, t: float = 0.0) -> Reference:
+        """Return the motion that brings the axes to rest soonest, beginning at ``t`` [s].
+
+        Raises:
+            MotionError: Torque, rate or joint limits do not allow any.
+        """
+        hard = replace(self._config, motion_ramp=0.0)
+        return self._checked(stop(start, axis_limits(self._model, self._limits, [start.theta], hard), t))
+
+    def _check_goal(self, goal: Array) -> None:
+        low, high = self._limits.position_low, self._limits.position_high
+        outside = (goal < low) | (goal > high)
+        if outside.any():
+            i = int(outside.argmax())
+            name = self._model.theta_names[i]
+            raise MotionError(f"axis {name}: goal {goal[i]:.4g} is outside {low[i]:.4g} ... {high[i]:.4g}")
+
+    def _checked(self, motion: Reference) -> Reference:
+        excess = find_excess(motion, self._limits, self._model.theta_names)
+        if excess is not None:
+            raise MotionError(str(excess))
+        return motion
+
+    def _fastest(self, start: MotionState, goal: Array, t: float) -> tuple[Reference, AxisLimits]:
+        """Return the shortest motion found, and its box."""
+        scale, poses = 1.0, (start.theta, goal)
+        box = axis_limits(self._model, self._limits, poses, self._config)
+        motion = move(start, goal, box, t)
+        best, room = (motion, box), self._room(motion)
+        for _ in range(TRIES):
+            if room <= 0.0 or 1.0 <= room < ENOUGH:
+                break
+            scale *= room if room > 1.0 else room / ENOUGH
+            box = axis_limits(self._model, self._limits, poses, self._config, scale)
+            motion = move(start, goal, box, t)
+            room = self._room(motion)
+            if room >= 1.0 and motion.t[-1] < best[0].t[-1]:
+                best = motion, box
+        return best
+
+    def _room(self, motion: Reference) -> float:
+        """Return by how much all accelerations may grow until the share of a torque is used up [1]."""
+        K, D, J = np.split(self._equilibrium.U, 3, axis=1)
+        theta, theta_dot, theta_ddot = motion.sample(grid(motion))
+        rest = theta @ K.T + self._equilibrium.u_0 + theta_dot @ D.T
+        push = theta_ddot @ J.T
+        effort = self._limits.effort
+        spare = self._config.motion_effort * effort - np.copysign(1.0, push) * rest
+        return float((spare / np.maximum(abs(push), 1e-12 * effort)).min())

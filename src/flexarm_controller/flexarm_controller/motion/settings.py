@@ -1,0 +1,45 @@
+"""Settings of motions: how much of the limits they may use, when a goal counts as reached."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from flexarm_model.parameters import parameter, validate
+
+
+@dataclass(frozen=True)
+class MotionConfig:
+    """Limits of planned motions, what becomes of references beyond them, and when a goal is reached."""
+
+    motion_effort: float = parameter(
+        0.8, "Share of the torque limits that a planned motion may need.", "1", minimum=0.01, maximum=1.0
+    )
+    motion_velocity: float = parameter(
+        1.0, "Share of the velocity limits that a planned motion may reach.", "1", minimum=0.01, maximum=1.0
+    )
+    motion_ramp: float = parameter(
+        0.5, "Least time from zero to full acceleration, in periods of the slowest mode.", "1", 0.0, 10.0
+    )
+    motion_lead: float = parameter(
+        0.05, "Time between taking a goal of the tip and leaving what was followed before.", "s", 0.0, 10.0
+    )
+    excess: str = parameter(
+        "tell",
+        "A reference that needs more torque than there is: follow it and tell, refuse it, or stretch it and "
+        "those beyond a velocity limit in time.",
+        choices=("tell", "refuse", "stretch"),
+    )
+    settle_distance: float = parameter(5e-4, "Tip counts as settled so near its goal.", "m", 1e-6, 1.0)
+    settle_time: float = parameter(0.1, "It must stay there so long.", "s", 0.0, 10.0)
+    settle_patience: float = parameter(
+        2.0, "A goal that is not settled so long after the motion's end is given up.", "s", 0.0, 600.0
+    )
+    motion_status_rate: float = parameter(20.0, "Messages on motion_status per second.", "Hz", 0.1, 1000.0)
+
+    def __post_init__(self) -> None:
+        """Check every field.
+
+        Raises:
+            ParameterError: A value is outside its range.
+        """
+        validate(self)

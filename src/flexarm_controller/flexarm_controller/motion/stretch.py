@@ -1,0 +1,101 @@
+"""A trajectory slowed down by the least factor that brings it within velocities and torques.
+
+With time stretched by f = 1 / x velocities go with x and accelerations with x^2, so at every instant of the
+path the quasi-static torque of the served model is a quadratic in x::
+
+    tau(x) = (K theta + u_0) + x D theta' + x^2 J theta''
+
+Each torque forbids intervals of x; the largest x <= 1 in none of them is found exactly on a grid of instants,
+and then lowered, where needed, until `find_excess` agrees.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexarm_controller.limits import Limits
+from flexarm_controller.motion.excess import find_excess, peaks, roots_within
+from flexarm_controller.motion.refusals import MotionError
+from flexarm_controller.program.equilibrium import Equilibrium
+from flexarm_controller.reference import Reference
+
+Array = NDArray[np.float64]
+GRID = 8  # instants per interval of the trajectory
+FINER = 1e-3  # of the factor, per step of the last search
+STEPS = 100
+WITHIN = 1e-9  # of a limit
+
+
+def stretch(
+    reference: Reference, limits: Limits, names: Sequence[str], equilibrium: Equilibrium
+) -> tuple[Reference, float]:
+    """Return the trajectory within the limits, beginning when it did, and the factor of its time.
+
+    Raises:
+        MotionError: Slowing down does not help: positions are outside, or rest takes too much torque.
+    """
+    factor = 1.0 / min(_fastest(reference, limits, equilibrium), _slow_enough(reference, limits))
+    for _ in range(STEPS):
+        slowed = slow_down(reference, factor)
+        excess = find_excess(slowed, limits, names, equilibrium)
+        if excess is None:
+            return slowed, factor
+        if excess.quantity == "position":
+            break
+        factor *= 1.0 + FINER
+    raise MotionError(f"slowing down does not help: {excess}")
+
+
+def slow_down(reference: Reference, factor: float) -> Reference:
+    """Return the same path in ``factor`` times the time."""
+    return replace(
+        reference,
+        t=reference.t[0] + factor * (reference.t - reference.t[0]),
+        theta=np.array(reference.theta),
+        theta_dot=reference.theta_dot / factor,
+        theta_ddot=reference.theta_ddot / factor**2,
+    )
+
+
+def _slow_enough(reference: Reference, limits: Limits) -> float:
+    """Return the largest x <= 1 that keeps the velocities."""
+    velocities = next(values for quantity, _, values in peaks(reference, None) if quantity == "velocity")
+    return float(1.0 / max((abs(velocities).max(axis=0) / limits.velocity).max(), 1.0))
+
+
+def _fastest(reference: Reference, limits: Limits, equilibrium: Equilibrium) -> float:
+    """Return the largest x <= 1 that keeps the torques, on the grid."""
+    theta, theta_dot, theta_ddot = reference.sample(grid(reference))
+    K, D, J = np.split(equilibrium.U, 3, axis=1)
+    c, b, a = theta @ K.T + equilibrium.u_0, theta_dot @ D.T, theta_ddot @ J.T
+    bounds = limits.effort * (1.0 - WITHIN)
+    rows = [(side * a, side * b, side * c - bounds) for side in (1.0, -1.0)]  # a x^2 + b x + c <= 0
+    forbidden = np.concatenate([_forbidden(*(part.ravel() for part in row)) for row in rows])
+    x = 1.0
+    for low, high in forbidden[np.argsort(-forbidden[:, 1])]:
+        if high < x:
+            break
+        x = min(x, float(low))
+    if x <= 0.0:
+        raise MotionError("slowing down does not help: holding still on the way takes too much torque")
+    return x
+
+
+def _forbidden(a: Array, b: Array, c: Array) -> Array:
+    """Return the intervals of x within 0 ... 1 where ``a x^2 + b x + c > 0``, (m, 2)."""
+    edges = np.zeros((4, a.size))
+    edges[1:3], edges[3] = np.sort(roots_within(c, b, a), axis=0), 1.0
+    middle = (edges[1:] + edges[:-1]) / 2  # no sign changes between two edges
+    is_over = (c + middle * (b + middle * a) > 0.0) & (edges[1:] > edges[:-1])
+    return np.stack([edges[:-1][is_over], edges[1:][is_over]], axis=1)
+
+
+def grid(reference: Reference) -> Array:
+    """Return the samples of a trajectory and instants between them [s]."""
+    shares = np.arange(GRID) / GRID
+    between = reference.t[:-1, None] + np.diff(reference.t)[:, None] * shares
+    return np.append(between.ravel(), reference.t[-1])

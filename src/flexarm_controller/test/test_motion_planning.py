@@ -1,0 +1,187 @@
+"""Motions within limits: exact ends, nothing exceeded on a fine grid, no longer than an independent bound."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from served_arms import limits_of_hub, single_link, two_axes, two_axis_limits
+
+from flexarm_controller.motion.axis_limits import AxisLimits, axis_limits
+from flexarm_controller.motion.excess import find_excess
+from flexarm_controller.motion.planner import MotionPlanner
+from flexarm_controller.motion.point_to_point import MotionState, move, state_at, stop
+from flexarm_controller.motion.refusals import MotionError
+from flexarm_controller.motion.settings import MotionConfig
+from flexarm_controller.motion.splice import splice
+from flexarm_controller.program.equilibrium import build_equilibrium
+from flexarm_controller.reference import hold
+from flexarm_model.profiles import JerkLimited, MotionLimits
+
+COUNT = settings(max_examples=30, deadline=None, derandomize=True)
+ROUNDING = 1e-6  # of a limit
+ENDS = 1e-7  # rad; ruckig solves for the end to 1e-8
+STRIDE = st.floats(-2.0, 2.0).filter(lambda a: abs(a) > 1e-3)
+BOX = st.tuples(st.floats(0.2, 5.0), st.floats(0.5, 50.0), st.floats(5.0, 2000.0))
+
+
+def box_of(*axes):
+    return AxisLimits(*np.array(axes, float).T)
+
+
+def at_rest(*theta):
+    theta = np.array(theta, float)
+    return MotionState(theta, np.zeros_like(theta), np.zeros_like(theta))
+
+
+def sampled(reference, count=2000):
+    """Return time step and samples; derivatives are taken from differences of positions alone."""
+    t = np.linspace(reference.t[0], reference.t[-1], count)
+    return t[1] - t[0], *reference.sample(t)
+
+
+@COUNT
+@given(limits=BOX, angle=st.floats(-3.0, 3.0).filter(lambda a: abs(a) > 1e-3))
+def test_one_axis_from_rest_takes_exactly_the_closed_form_s_time(limits, angle):
+    motion = move(at_rest(0.1), np.array([0.1 + angle]), box_of(limits), 2.0)
+    closed = JerkLimited.fastest(angle, MotionLimits(*limits))
+    assert motion.t[0] == 2.0
+    assert motion.t[-1] - 2.0 == pytest.approx(closed.duration, rel=1e-6)
+    t = np.linspace(0.0, closed.duration, 101)
+    np.testing.assert_allclose(motion.sample(2.0 + t)[0][:, 0] - 0.1, closed.sample(t)[0], atol=2e-6)
+
+
+@COUNT
+@given(
+    boxes=st.tuples(BOX, BOX),
+    goal=st.tuples(st.floats(-2, 2), st.floats(-2, 2)),
+    start=st.tuples(*[st.floats(-0.9, 0.9)] * 4),
+)
+def test_from_any_state_the_ends_are_exact_and_no_limit_is_exceeded(boxes, goal, start):
+    box = box_of(*boxes)
+    velocity, acceleration = np.array(start[:2]) * box.velocity, np.array(start[2:]) * box.acceleration
+    rising = velocity + np.sign(acceleration) * acceleration**2 / (2 * box.jerk)
+    if (abs(rising) > 0.99 * box.velocity).any():  # it cannot help exceeding the velocity
+        acceleration = np.zeros(2)
+    begin = MotionState(np.zeros(2), velocity, acceleration)
+    motion = move(begin, np.array(goal), box)
+    np.testing.assert_allclose(motion.theta[[0, -1]], [np.zeros(2), goal], atol=ENDS)
+    np.testing.assert_allclose(motion.theta_dot[0], velocity, atol=1e-12)
+    assert not motion.theta_dot[-1].any() and not motion.theta_ddot[-1].any()
+    dt, theta, theta_dot, theta_ddot = sampled(motion)
+    if dt == 0.0:  # it is there already
+        return
+    assert (abs(theta_dot) <= box.velocity * (1 + ROUNDING)).all()
+    assert (abs(theta_ddot) <= box.acceleration * (1 + ROUNDING)).all()
+    jerk = abs(np.diff(theta_ddot, axis=0)) / dt
+    assert (jerk <= box.jerk * (1 + ROUNDING) + 1e-6).all()
+    drift = np.cumsum((theta_dot[1:] + theta_dot[:-1]) * dt / 2, axis=0)  # positions belong to the velocities
+    np.testing.assert_allclose(theta[1:] - theta[0], drift, atol=float((box.jerk * dt**2).max()) + 1e-6)
+
+
+@COUNT
+@given(box=BOX, goal=STRIDE, speed=st.floats(-0.9, 0.9))
+def test_no_motion_beats_the_double_integrator_without_a_jerk_limit(box, goal, speed):
+    """Time-optimal bound by Pontryagin: bang-bang in acceleration, velocities unlimited."""
+    limits, a = box_of(box), box[1]
+    v = speed * box[0]
+    motion = move(MotionState(np.zeros(1), np.array([v]), np.zeros(1)), np.array([goal]), limits)
+    ahead = goal - v * abs(v) / (2 * a)  # from where it would stop
+    side = np.sign(ahead)
+    bound = 2 * np.sqrt(abs(ahead) / a + v * v / (2 * a * a) if side * v > 0 else max(
+        (side * goal) / a + v * v / (2 * a * a), 0.0)) - side * v / a  # fmt: skip
+    assert motion.t[-1] >= bound - 1e-5
+
+
+@COUNT
+@given(boxes=st.tuples(BOX, BOX), goal=st.tuples(STRIDE, STRIDE))
+def test_two_axes_from_rest_need_the_time_of_the_slower_one(boxes, goal):
+    motion = move(at_rest(0.0, 0.0), np.array(goal), box_of(*boxes))
+    alone = [JerkLimited.fastest(a, MotionLimits(*b)).duration for a, b in zip(goal, boxes, strict=True)]
+    assert motion.t[-1] == pytest.approx(max(alone), rel=1e-6, abs=1e-6)
+
+
+def test_a_wished_duration_is_kept_or_refused_with_both_numbers():
+    box = box_of((1.0, 4.0, 40.0))
+    motion = move(at_rest(0.0), np.array([1.0]), box, 0.0, 3.0)
+    assert motion.t[-1] == pytest.approx(3.0)
+    with pytest.raises(MotionError, match=r"duration 0.5 s is below the 1.3"):
+        move(at_rest(0.0), np.array([1.0]), box, 0.0, 0.5)
+
+
+@COUNT
+@given(box=BOX, speed=st.floats(-1, 1), push=st.floats(-1, 1))
+def test_a_stop_is_continuous_and_within_limits(box, speed, push):
+    limits = box_of(box)
+    begin = MotionState(np.zeros(1), np.array([speed * box[0]]), np.array([push * box[1]]))
+    motion = stop(begin, limits, 1.0)
+    first = [motion.theta_dot[0], motion.theta_ddot[0]]
+    np.testing.assert_allclose(first, [begin.theta_dot, begin.theta_ddot], atol=1e-2 * box[2] * 1e-4)
+    assert not motion.theta_dot[-1].any() and not motion.theta_ddot[-1].any()
+    dt, _, _, theta_ddot = sampled(motion)
+    if dt > 0.0:
+        assert (abs(theta_ddot) <= box[1] * (1 + ROUNDING)).all()
+        assert (abs(np.diff(theta_ddot, axis=0)) / dt <= box[2] * (1 + ROUNDING) + 1e-6).all()
+    least = abs(begin.theta_dot[0]) / box[1]
+    assert motion.t[-1] - 1.0 >= least - 1e-9
+
+
+def test_the_box_of_one_axis_is_the_torque_over_the_inertia():
+    model, limits = single_link(), limits_of_hub()
+    box = axis_limits(model, limits, [np.zeros(1)], MotionConfig(motion_effort=1.0, motion_ramp=0.0))
+    U = build_equilibrium(model).U[0]
+    assert box.acceleration[0] == pytest.approx(limits.effort[0] / U[2])
+    assert box.jerk[0] == pytest.approx(limits.effort_rate[0] / U[2])
+    ramped = axis_limits(model, limits, [np.zeros(1)], MotionConfig(motion_effort=1.0, motion_ramp=2.0))
+    assert ramped.jerk[0] == pytest.approx(ramped.acceleration[0] / (2.0 / 5.23))  # two periods of 5.23 Hz
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_planned_motions_keep_their_share_of_the_torques_and_nearly_use_it(seed):
+    model, limits, config = two_axes(), two_axis_limits(effort=(30.0, 20.0)), MotionConfig(motion_ramp=0.0)
+    goal = np.random.default_rng(seed).uniform(-1.8, 1.8, 2)
+    motion = MotionPlanner(model, limits, config).move(at_rest(0.3, -0.2), goal)
+    dt, theta, theta_dot, theta_ddot = sampled(motion)
+    U, u_0 = build_equilibrium(model).U, build_equilibrium(model).u_0
+    share = abs(np.hstack([theta, theta_dot, theta_ddot]) @ U.T + u_0) / limits.effort
+    assert 0.9 * config.motion_effort < share.max() <= config.motion_effort * (1 + ROUNDING)
+    rate = abs(np.diff(np.hstack([theta, theta_dot, theta_ddot]) @ U.T, axis=0)) / dt / limits.effort_rate
+    assert rate.max() <= 1.0
+
+
+def test_a_goal_that_cannot_be_held_is_refused_with_the_axis_and_the_torque():
+    with pytest.raises(MotionError, match=r"axis a.rz: holding still takes .* of the 0.8 N m"):
+        MotionPlanner(two_axes(), two_axis_limits(effort=(1.0, 6.0)), MotionConfig()).move(
+            at_rest(0.3, -0.2), np.zeros(2)
+        )
+    with pytest.raises(MotionError, match=r"axis base.rz: goal 4 is outside -3 ... 3"):
+        MotionPlanner(single_link(), limits_of_hub(), MotionConfig()).move(at_rest(0.0), np.array([4.0]))
+
+
+def test_a_new_goal_on_the_way_continues_position_velocity_and_acceleration():
+    model, limits, config = single_link(), limits_of_hub(), MotionConfig()
+    first = MotionPlanner(model, limits, config).move(at_rest(0.0), np.array([1.0]))
+    t = 0.4 * float(first.t[-1])
+    second = MotionPlanner(model, limits, config).move(state_at(first, t), np.array([-0.5]), t)
+    joined = splice(first, second, 0.1)
+    for at in (0.1, 0.5 * (0.1 + t), t - 1e-9):
+        np.testing.assert_allclose(np.hstack(joined.sample([at])), np.hstack(first.sample([at])), atol=1e-5)
+    before, after = (np.hstack(joined.sample([t + side])) for side in (-1e-9, 1e-9))
+    np.testing.assert_allclose(before, after, atol=1e-4)
+    assert joined.theta[-1, 0] == pytest.approx(-0.5)
+    assert find_excess(joined, limits, model.theta_names, build_equilibrium(model)) is None
+
+
+def test_a_stop_on_the_way_comes_to_rest_within_the_torque():
+    model, limits, config = single_link(), limits_of_hub(), MotionConfig()
+    first = MotionPlanner(model, limits, config).move(at_rest(0.0), np.array([2.0]))
+    t = 0.3 * float(first.t[-1])
+    halt = splice(first, MotionPlanner(model, limits, config).stop(state_at(first, t), t), t)
+    assert halt.t[-1] < first.t[-1] and not halt.theta_dot[-1].any()
+    assert find_excess(halt, limits, model.theta_names, build_equilibrium(model)) is None
+
+
+def test_a_resting_reference_spliced_with_a_motion_rests_until_it_begins():
+    motion = move(at_rest(0.2), np.array([0.5]), box_of((1.0, 4.0, 40.0)), 1.0)
+    joined = splice(hold(np.array([0.2]), 0.0), motion, 0.5)
+    assert joined.t[0] == 0.5 and not joined.sample([0.9])[1].any()
+    assert joined.position(0.9)[0] == pytest.approx(0.2)

@@ -1,0 +1,137 @@
+"""References beyond the limits: found where they are, named, stretched by the least factor."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from served_arms import limits_of_hub, single_link, two_axes, two_axis_limits
+
+from flexarm_controller.motion.excess import find_excess
+from flexarm_controller.motion.refusals import MotionError
+from flexarm_controller.motion.stretch import slow_down, stretch
+from flexarm_controller.program.equilibrium import build_equilibrium
+from flexarm_controller.reference import Reference, hold, sample_profile
+from flexarm_model.profiles import Quintic
+
+COUNT = settings(max_examples=20, deadline=None, derandomize=True)
+FINE = 3001
+
+
+def quintic(angle, duration, count=31):
+    t = np.linspace(0.0, duration, count)
+    parts = (np.array(part, float)[:, None] for part in Quintic(angle, duration).sample(t))
+    return Reference(1.5 + t, *parts)
+
+
+def random_path(seed, duration, n=2):
+    """A smooth path of sines that begins and ends at rest."""
+    rng = np.random.default_rng(seed)
+    t = np.linspace(0.0, duration, 25)
+    window, w = np.sin(np.pi * t / duration) ** 3, rng.uniform(1.0, 3.0, n) * np.pi / duration
+    theta = 0.6 * rng.uniform(-1, 1, n) * window[:, None] * np.cos(np.outer(t, w))
+    theta_dot = np.gradient(theta, t, axis=0)
+    theta_dot[[0, -1]] = 0.0
+    return Reference(t, theta, theta_dot, np.gradient(theta_dot, t, axis=0))
+
+
+def torque(reference, equilibrium, count=FINE):
+    t = np.linspace(reference.t[0], reference.t[-1] - 1e-9, count)
+    return np.hstack(reference.sample(t)) @ equilibrium.U.T + equilibrium.u_0
+
+
+def test_the_excess_names_axis_quantity_value_limit_and_instant():
+    model, limits = single_link(), limits_of_hub()
+    motion = quintic(2.0, 0.5)  # peak velocity 15/8 * 2 / 0.5 = 7.5 rad/s, in the middle
+    excess = find_excess(motion, limits, model.theta_names)
+    assert (excess.axis, excess.quantity, excess.limit) == (0, "velocity", 6.0)
+    assert excess.value == pytest.approx(7.5, rel=1e-4) and excess.t == pytest.approx(0.25, abs=1e-3)
+    assert str(excess) == "axis base.rz: velocity 7.5 rad/s is beyond the limit 6 rad/s at 0.250 s"
+    assert "joint limits: position 3.4 rad" in str(find_excess(hold(np.array([3.4])), limits))
+
+
+def test_the_torque_of_a_quintic_is_its_acceleration_times_the_inertia():
+    model, limits = single_link(), limits_of_hub(effort=5.0)
+    inertia = build_equilibrium(model).U[0, 2]
+    peak = 10 / np.sqrt(3) * 1.0 / 0.6**2  # of theta'' of a quintic
+    excess = find_excess(quintic(1.0, 0.6, 601), limits, model.theta_names, build_equilibrium(model))
+    assert excess.quantity == "torque"
+    assert abs(excess.value) == pytest.approx(inertia * peak, rel=1e-4)
+
+
+@COUNT
+@given(seed=st.integers(0, 10_000), duration=st.floats(0.3, 2.0))
+def test_no_value_on_a_fine_grid_is_beyond_the_extremes_found(seed, duration):
+    model, equilibrium = two_axes(), build_equilibrium(two_axes())
+    motion = random_path(seed, duration)
+    found = torque(motion, equilibrium)
+    limits = two_axis_limits(effort=abs(found).max(axis=0) * (1 + 1e-9) + 1e-9)
+    limits = replace(limits, velocity=np.full(2, np.inf))
+    excess = find_excess(motion, limits, model.theta_names, equilibrium)
+    if excess is not None:  # a peak between the points of the grid
+        assert excess.value == pytest.approx(excess.limit, rel=1e-3)
+    tighter = replace(limits, effort=limits.effort * 0.99)
+    assert find_excess(motion, tighter, model.theta_names, equilibrium).quantity == "torque"
+
+
+@COUNT
+@given(angle=st.floats(0.5, 2.5), duration=st.floats(0.1, 2.0))
+def test_a_velocity_limit_stretches_by_exactly_its_ratio(angle, duration):
+    model = single_link()
+    limits = replace(limits_of_hub(effort=1e9), velocity=np.array([2.0]))
+    motion = quintic(angle, duration, 201)
+    slowed, factor = stretch(motion, limits, model.theta_names, build_equilibrium(model))
+    assert factor == pytest.approx(max(15 / 8 * angle / duration / 2.0, 1.0), rel=1e-4)
+    assert slowed.t[0] == motion.t[0]
+    np.testing.assert_array_equal(slowed.theta, motion.theta)
+
+
+@COUNT
+@given(angle=st.floats(0.5, 2.5), duration=st.floats(0.05, 0.5))
+def test_a_torque_limit_without_gravity_stretches_by_the_root_of_its_ratio(angle, duration):
+    model, limits = single_link(), replace(limits_of_hub(effort=5.0), velocity=np.array([np.inf]))
+    equilibrium = build_equilibrium(model)
+    motion = quintic(angle, duration, 201)
+    ratio = abs(torque(motion, equilibrium)).max() / limits.effort[0]
+    _, factor = stretch(motion, limits, model.theta_names, equilibrium)
+    assert factor == pytest.approx(max(np.sqrt(ratio), 1.0), rel=2e-3)
+
+
+@COUNT
+@given(seed=st.integers(0, 10_000), duration=st.floats(0.2, 1.0))
+def test_the_factor_is_the_least_that_keeps_torques_with_gravity_springs_and_friction(seed, duration):
+    model, equilibrium = two_axes(), build_equilibrium(two_axes())
+    limits = two_axis_limits(effort=(6.0, 5.0))
+    motion = random_path(seed, duration)
+    slowed, factor = stretch(motion, limits, model.theta_names, equilibrium)
+    assert (abs(torque(slowed, equilibrium)) <= limits.effort * (1 + 1e-6)).all()
+    if factor > 1.0:  # a brute-force search finds nothing shorter
+        for shorter in np.linspace(1.0, factor * 0.997, 40):
+            assert find_excess(slow_down(motion, shorter), limits, (), equilibrium) is not None
+
+
+def test_what_slowing_down_cannot_help_is_refused():
+    model, limits = two_axes(), two_axis_limits(effort=(1.0, 0.2))
+    with pytest.raises(MotionError, match="holding still on the way"):
+        stretch(random_path(1, 1.0), limits, model.theta_names, build_equilibrium(model))
+    with pytest.raises(MotionError, match="joint limits"):
+        stretch(quintic(3.5, 2.0), limits_of_hub(), ("base.rz",), build_equilibrium(single_link()))
+
+
+def test_a_slowed_profile_is_the_profile_of_the_longer_time():
+    times = np.linspace(0.0, 1.0, 11)
+    slowed = slow_down(sample_profile(_Column(Quintic(1.0, 1.0)), times), 1.7)
+    expected = sample_profile(_Column(Quintic(1.0, 1.7)), 1.7 * times)
+    for name in ("t", "theta", "theta_dot", "theta_ddot"):
+        np.testing.assert_allclose(getattr(slowed, name), getattr(expected, name), atol=1e-12)
+
+
+class _Column:
+    """A profile of one axis as one of axes."""
+
+    def __init__(self, profile):
+        self._profile = profile
+
+    def sample(self, times):
+        return tuple(part[:, None] for part in self._profile.sample(times))
