@@ -17,6 +17,7 @@ from flexarm_controller.ladder import LAW, SHIFTED_PLAN, Choice, Cycle, FormerPl
 from flexarm_controller.laws import LawInputs, Laws, build_laws
 from flexarm_controller.limits import Limits
 from flexarm_controller.mpc import Plan
+from flexarm_controller.program.delay import torques_kept
 from flexarm_controller.reference import Reference, hold
 from flexarm_controller.settings import ControllerConfig, MpcConfig
 from flexarm_controller.state import ArmState
@@ -83,7 +84,8 @@ class Controller:
 
     def reset(self) -> None:
         """Forget what was sent and planned, and the reference: the motors have been elsewhere."""
-        self._sent = np.zeros((max(self._inputs.mpc.delay_periods, 1), self._limits.effort.size))
+        kept = torques_kept(self._inputs.mpc, self.config.period)
+        self._sent = np.zeros((kept, self._limits.effort.size))
         self._t = np.inf
         self._former.drop()
         self.reference = None

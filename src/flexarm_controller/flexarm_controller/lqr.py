@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexarm_controller.program.cost import build_cost, complete
+from flexarm_controller.program.delay import Delay
 from flexarm_controller.program.equilibrium import build_equilibrium
 from flexarm_controller.program.prediction import plant
 from flexarm_controller.reference import Reference
@@ -28,7 +29,7 @@ class Lqr:
         self._system = plant(model, dt)
         self._gain = complete(self._system.A, self._system.B, build_cost(model, config, dt)).gain
         self._equilibrium = build_equilibrium(model)
-        self._delay, self._dt = config.delay_periods, dt
+        self._delay = Delay(model, self._system, config, dt)
 
     def step(self, state: ArmState, reference: Reference, sent: Array) -> Array:
         """Return the torque that follows those already ``sent``, not yet limited, (n_u,).
@@ -36,12 +37,10 @@ class Lqr:
         Args:
             state: State at its own instant.
             reference: Reference of the axes.
-            sent: Torques that act from the state's instant on, oldest first, (max(delay, 1), n_u).
+            sent: Torques that act from the state's instant on, oldest first, (``delay.torques_kept``, n_u).
         """
-        x, s = state.x, self._system
-        for torque in sent[: self._delay]:
-            x = s.A @ x + s.B @ (torque + state.d) + s.c
-        parts = reference.sample(np.array([state.t + self._delay * self._dt]))
+        x = self._delay.advance(state.x, state.d, sent)
+        parts = reference.sample(np.array([state.t + self._delay.lead]))
         r = np.concatenate([part[0] for part in parts])
         equilibrium = self._equilibrium
         torque_r = equilibrium.U @ r + equilibrium.u_0 - state.d

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexarm_controller.limits import Limits
+from flexarm_controller.program.delay import Delay
 from flexarm_controller.program.preview import Preview
 from flexarm_controller.program.problem import build_problem
 from flexarm_controller.reference import Reference
@@ -55,9 +56,8 @@ class Mpc:
         self._solver = build_solver(self.problem, config)
         self._budget = config.time_limit or np.inf
         self._p_now = np.zeros(self._known.now.stop)
-        self._delay = config.delay_periods
+        self._delay = Delay(model, self._system, config, dt)
         self._preview = Preview(self.problem.q_r, config.horizon, dt)
-        self._lead = config.delay_periods * dt
         self._held = abs(self.problem.T).argmax(axis=1)  # the one unknown that a torque is made of
         self._unit = self.problem.T[np.arange(self._held.size), self._held]  # N m
         self._empty = np.zeros((0, model.n_theta))
@@ -70,10 +70,10 @@ class Mpc:
             state: State at its own instant.
             reference: Reference of the axes.
             sent: Torques that act from the state's instant on, oldest first, and at least the one
-                before the first that is planned, (max(delay, 1), n_u).
+                before the first that is planned, (``delay.torques_kept``, n_u).
         """
         self._fill(state, sent)
-        of_reference = self._preview.gradient(reference, state.t + self._lead)
+        of_reference = self._preview.gradient(reference, state.t + self._delay.lead)
         q, l, u = self.problem.vectors(self._p_now, of_reference)  # noqa: E741
         result = self._solver.solve(q, l, u, self._warm, self._budget)
         if not result.solved:
@@ -85,10 +85,8 @@ class Mpc:
         return Plan(torques, result, active)
 
     def _fill(self, state: ArmState, sent: Array) -> None:
-        x, s, known, p = state.x, self._system, self._known, self._p_now
-        for torque in sent[: self._delay]:
-            x = s.A.dot(x) + s.B.dot(torque + state.d) + s.c
-        p[known.x] = x
+        known, p = self._known, self._p_now
+        p[known.x] = self._delay.advance(state.x, state.d, sent)
         p[known.d] = state.d
         p[known.u_before] = sent[-1]
 

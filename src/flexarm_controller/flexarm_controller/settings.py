@@ -41,6 +41,9 @@ class MpcConfig:
     time_limit: float = parameter(
         2.5e-3, "Cap of the solver's wall time; 0 for none, as in lockstep.", "s", minimum=0.0, maximum=1.0
     )
+    latency: float = parameter(
+        0.0, "Time by which torques act later still; any share of a period.", "s", minimum=0.0, maximum=0.1
+    )
     position_limit: bool = parameter(True, "Keep the joint position limits inside the horizon too.")
     tip_error: float = parameter(
         0.0, "Error of the tip's position that costs 1; 0 for none.", "m", minimum=0.0
@@ -80,6 +83,31 @@ class ControllerConfig:
     time_budget: float = parameter(
         0.8, "Share of the period that the law may take by the wall clock; 0 for no limit.", "1", 0.0, 10.0
     )
+
+    def __post_init__(self) -> None:
+        """Check every field.
+
+        Raises:
+            ParameterError: A value is outside its range.
+        """
+        validate(self)
+
+
+@dataclass(frozen=True)
+class MarginConfig:
+    """What the loop must bear before the arm may move; see ``margins``."""
+
+    gate: bool = parameter(True, "Send nothing while the margins are not known or too small.")
+    gain_margin_db: float = parameter(6.0, "Gain margin wanted of the arm as described", "dB", 0.0, 60.0)
+    gain_margin_off_db: float = parameter(
+        3.0, "Gain margin wanted with frequencies off by up to frequency_off", "dB", 0.0, 60.0
+    )
+    delay_margin_periods: float = parameter(
+        0.5, "Delay margin wanted; a latency is compensated in whole periods", "periods", 0.0, 4.0
+    )
+    frequency_off: float = parameter(0.10, "Relative error of all frequencies to be borne", "1", 0.0, 0.4)
+    extra_modes: int = parameter(3, "Modes per body beyond those described", minimum=0, maximum=20)
+    fastest_mode: float = parameter(3.0, "Modes up to so many times the control rate count", "1", 0.5, 20.0)
 
     def __post_init__(self) -> None:
         """Check every field.

@@ -1,0 +1,72 @@
+"""From the state that was measured to the one in which the first torque acts that can still be chosen.
+
+A torque acts ``delay_periods`` control periods and a ``latency`` after the instant of the state it was computed
+from, and then for one period. With ``latency`` a whole number of periods and a share ``f`` of one, the torque
+that acts now was sent one period before the whole delay, and goes on acting for ``f dt``::
+
+    x <- A(f dt) x + B(f dt) (u + d) + c(f dt)           the hold that is split, if f > 0
+    x <- A(dt) x + B(dt) (u + d) + c(dt)                 for every other torque on its way
+
+which is exact for any delay. The program's grid begins where the first chosen torque does.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexarm_controller.program.prediction import plant
+from flexarm_controller.settings import MpcConfig
+from flexarm_model.reduced_model import ReducedModel
+from flexarm_model.state_space import StateSpace
+
+Array = NDArray[np.float64]
+WHOLE = 1e-6  # of a period; a share below it is none
+
+
+def split_delay(config: MpcConfig, dt: float) -> tuple[int, float]:
+    """Return the delay as whole periods and the share of one that is left [1], in [0, 1)."""
+    periods = config.latency / dt
+    whole = int(np.floor(periods + WHOLE))
+    share = periods - whole
+    return config.delay_periods + whole, share if share > WHOLE else 0.0
+
+
+def torques_kept(config: MpcConfig, dt: float) -> int:
+    """Return how many of the torques sent a law needs: those on their way, at least the last one."""
+    whole, share = split_delay(config, dt)
+    return max(whole + (share > 0.0), 1)
+
+
+class Delay:
+    """The constant delay of one model's loop.
+
+    Attributes:
+        lead: From the instant of a state to that of the first torque that can be chosen [s].
+    """
+
+    def __init__(self, model: ReducedModel, system: StateSpace, config: MpcConfig, dt: float) -> None:
+        """Prepare the holds.
+
+        Args:
+            model: The served model.
+            system: What it does in a control period.
+            config: Delay and latency.
+            dt: Control period [s].
+        """
+        whole, share = split_delay(config, dt)
+        first = [plant(model, share * dt)] if share else []
+        self._holds = [*first, *[system] * whole]
+        self.lead = (whole + share) * dt
+
+    def advance(self, x: Array, d: Array, sent: Array) -> Array:
+        """Return the state in which the first chosen torque acts, (n_x,).
+
+        Args:
+            x: State [theta; eta; theta'; eta'], (n_x,).
+            d: Unmodelled torque, (n_u,).
+            sent: Torques that act from the state's instant on, oldest first, (``torques_kept``, n_u).
+        """
+        for s, torque in zip(self._holds, sent, strict=False):
+            x = s.A.dot(x) + s.B.dot(torque + d) + s.c
+        return x

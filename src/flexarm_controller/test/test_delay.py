@@ -1,0 +1,95 @@
+"""Constant delays of any length are undone exactly: the oracle steps the arm from switch to switch."""
+
+import numpy as np
+import pytest
+from scipy.linalg import expm
+from served_arms import limits_of_hub, single_link, state_of, two_axes
+
+from flexarm_controller.controller import Controller
+from flexarm_controller.lqr import Lqr
+from flexarm_controller.mpc import Mpc
+from flexarm_controller.program.delay import Delay, split_delay, torques_kept
+from flexarm_controller.program.prediction import plant
+from flexarm_controller.reference import hold
+from flexarm_controller.settings import ControllerConfig, MpcConfig
+from flexarm_model.state_space import state_space
+
+DT = 0.005
+LINK = single_link()
+DELAYS = [(0, 0.0), (1, 0.0), (0, 0.3 * DT), (1, 0.4 * DT), (2, 0.75 * DT), (0, 2.6 * DT)]
+
+
+def held(model, x, torque, time):
+    """Return the state after ``time`` under a held torque, by one exponential of its own."""
+    s = state_space(model, np.zeros(model.n))
+    n_x = s.A.shape[0]
+    matrix = np.zeros((n_x + 1, n_x + 1))
+    matrix[:n_x, :n_x], matrix[:n_x, n_x] = s.A, s.B @ torque + s.c
+    return (expm(matrix * time) @ np.append(x, 1.0))[:n_x]
+
+
+@pytest.mark.parametrize(("periods", "latency"), DELAYS)
+def test_the_state_is_brought_to_where_the_first_torque_acts(periods, latency):
+    model, rng = two_axes(), np.random.default_rng(1)
+    config = MpcConfig(delay_periods=periods, latency=latency)
+    x, d = rng.standard_normal(10), rng.standard_normal(2)
+    sent = rng.standard_normal((torques_kept(config, DT), 2))
+    delay = Delay(model, plant(model, DT), config, DT)
+    total = periods * DT + latency
+    assert delay.lead == pytest.approx(total)
+    expected, at = x, 0.0
+    while at < total - 1e-12:  # torque by torque, back from the end: each acts for a period
+        age = int(np.ceil((total - at) / DT - 1e-9))
+        until = total - (age - 1) * DT
+        expected = held(model, expected, sent[len(sent) - age] + d, until - at)
+        at = until
+    np.testing.assert_allclose(delay.advance(x, d, sent), expected, rtol=1e-9, atol=1e-9)
+
+
+def test_a_latency_of_whole_periods_is_the_same_as_so_many_periods():
+    for latency in (DT, 3 * DT * (1 - 1e-12), 3 * DT * (1 + 1e-12)):
+        periods, share = split_delay(MpcConfig(delay_periods=1, latency=latency), DT)
+        assert (periods, share) == (1 + round(latency / DT), 0.0)
+    ways = [MpcConfig(delay_periods=3), MpcConfig(delay_periods=1, latency=2 * DT)]
+    x, sent = np.arange(8) * 1e-3, np.array([[0.1], [0.2], [-0.1]])
+    torques = [
+        Mpc(LINK, limits_of_hub(), way, DT).step(state_of(x, LINK), hold(np.zeros(1)), sent).torques
+        for way in ways
+    ]
+    np.testing.assert_array_equal(*torques)
+
+
+@pytest.mark.parametrize(("periods", "latency"), DELAYS)
+@pytest.mark.parametrize("law", ["mpc", "lqr"])
+def test_the_loop_comes_to_rest_as_the_model_says_whatever_the_delay(periods, latency, law):
+    """The plan comes true: with the right delay the torques of a loop are those of its first plan."""
+    config = MpcConfig(horizon=20, blocks=(1,) * 20, delay_periods=periods, latency=latency)
+    planner = Mpc(LINK, limits_of_hub(), config, DT)
+    regulator = Lqr(LINK, config, DT)
+    whole, share = split_delay(config, DT)
+    x, sent = np.zeros(8), np.zeros((torques_kept(config, DT), 1))
+    x[0], x[1], plans, torques = 0.05, 1e-3, [], []
+    for k in range(15):
+        state = state_of(x, LINK, k * DT)
+        plans.append(planner.step(state, hold(np.zeros(1)), sent).torques[:, 0])
+        new = plans[-1][:1] if law == "mpc" else regulator.step(state, hold(np.zeros(1)), sent)
+        window = np.vstack([sent, new])[len(sent) - whole - (share > 0) :]  # acts from now on, in this order
+        x = held(LINK, x, window[0], share * DT) if share else x
+        x = held(LINK, x, window[1 if share else 0], (1 - share) * DT)
+        sent = np.vstack([sent[1:], new])
+        torques.append(new[0])
+    np.testing.assert_allclose(torques, plans[0][:15], rtol=1e-6, atol=1e-9)
+
+
+def test_a_controller_keeps_as_many_torques_as_are_on_their_way():
+    mpc = MpcConfig(delay_periods=1, latency=0.4 * DT, time_limit=0.0)
+    controller = Controller(LINK, limits_of_hub(), ControllerConfig(), mpc)
+    x = np.zeros(8)
+    x[0], x[1] = 0.05, 1e-3
+    first = controller.step(state_of(x, LINK)).tau
+    planner = Mpc(LINK, limits_of_hub(), mpc, DT)
+    planner.step(state_of(x, LINK), hold(np.array([0.05])), np.zeros((2, 1)))
+    second = controller.step(state_of(x, LINK, DT)).tau
+    expected = planner.step(state_of(x, LINK, DT), hold(np.array([0.05])), np.array([[0.0], first]))
+    assert abs(first[0]) > 1e-2
+    np.testing.assert_allclose(second, expected.torques[0], atol=1e-12)
