@@ -44,7 +44,7 @@ from flexarm_model.node import (
     LOCKSTEP_QOS,
     RELIABLE_QOS,
     SENSOR_QOS,
-    declare_config,
+    declare_configs,
     events_executor,
 )
 from flexarm_model.parameters import ParameterError, parameter
@@ -80,10 +80,14 @@ class CommanderSettings:
 class Commander(Node):
     """Steps: wait for partners, send, wait for the answer, arm, wait for the end."""
 
+    SETTINGS = (CommanderSettings,)
+
     def __init__(self) -> None:
         """Prepare the series and connect."""
         super().__init__("commander", namespace="flexarm")
-        s = self.settings = declare_config(self, CommanderSettings)
+        s: CommanderSettings
+        (s,) = declare_configs(self)
+        self.settings = s
         config = load_config(find_manipulator(s.manipulator), s.preset)
         self._period_ns = round(1e9 / config.rate_hz)
         self._reference, end = _series(s, 1.0 / config.rate_hz)

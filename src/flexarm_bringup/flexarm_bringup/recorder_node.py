@@ -39,7 +39,7 @@ from flexarm_bringup.provenance import provenance
 from flexarm_bringup.topics import Stream, streams
 from flexarm_model.config import load_config
 from flexarm_model.manipulator_file import find_manipulator
-from flexarm_model.node import LATCHED_QOS, RELIABLE_QOS, ReadyFlag, declare_config, run_node
+from flexarm_model.node import LATCHED_QOS, RELIABLE_QOS, ReadyFlag, declare_configs, run_node
 from flexarm_model.parameters import ParameterError, parameter
 
 DEPTH = 5000  # messages that may wait for the disk: a second of everything in lockstep
@@ -66,10 +66,13 @@ class RecorderSettings:
 class RecorderNode(Node):  # type: ignore[misc]
     """Receives serialised messages and hands them to the log."""
 
+    SETTINGS = (RecorderSettings,)
+
     def __init__(self) -> None:
         """Create the bag and subscribe to everything."""
         super().__init__("recorder", namespace="flexarm")
-        settings = declare_config(self, RecorderSettings)
+        settings: RecorderSettings
+        (settings,) = declare_configs(self)
         path = find_manipulator(settings.manipulator)
         config = load_config(path, settings.preset)
         accelerometers = [spec.name for spec in config.sensors if spec.kind == "accelerometer"]

@@ -54,8 +54,7 @@ from flexarm_model.node import (
     LOCKSTEP_QOS,
     RELIABLE_QOS,
     ReadyFlag,
-    declare_config,
-    refuse_unknown_parameters,
+    declare_configs,
     run_node,
 )
 from flexarm_model.parameters import parameter
@@ -91,13 +90,13 @@ class RigNodeSettings:
 class RigNode(Node):
     """Hardware and guard, driven by a timer or by the commands."""
 
+    SETTINGS = (RigNodeSettings, RigSettings, HardwareSettings)
+
     def __init__(self) -> None:
         """Build the hardware at rest, with the guard stopped."""
         super().__init__("rig", namespace="flexarm")
-        self.settings = declare_config(self, RigNodeSettings, complete=False)
-        simulation = declare_config(self, RigSettings, complete=False)
-        hardware = declare_config(self, HardwareSettings, complete=False)
-        refuse_unknown_parameters(self)
+        self.settings: RigNodeSettings
+        self.settings, simulation, hardware = declare_configs(self)
         config = load_config(find_manipulator(self.settings.manipulator), self.settings.preset)
         self.config = starting_at(config, self.settings.start)
         faults = parse_faults(self.settings.faults, config.sensors)

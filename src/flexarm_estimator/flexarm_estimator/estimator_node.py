@@ -59,8 +59,7 @@ from flexarm_model.node import (
     RELIABLE_QOS,
     SENSOR_QOS,
     ReadyFlag,
-    declare_config,
-    refuse_unknown_parameters,
+    declare_configs,
     run_node,
 )
 from flexarm_model.parameters import parameter
@@ -94,12 +93,13 @@ class EstimatorNodeSettings:
 class EstimatorNode(Node):
     """Connects an ``EstimatorExchange`` to topics."""
 
+    SETTINGS = (EstimatorNodeSettings, EstimatorConfig)
+
     def __init__(self) -> None:
         """Load the manipulator and subscribe to its sensors."""
         super().__init__("estimator", namespace="flexarm")
-        self.settings = declare_config(self, EstimatorNodeSettings, complete=False)
-        estimator = declare_config(self, EstimatorConfig, complete=False)
-        refuse_unknown_parameters(self)
+        self.settings: EstimatorNodeSettings
+        self.settings, estimator = declare_configs(self)
         config = load_config(find_manipulator(self.settings.manipulator), self.settings.preset)
         self.exchange = EstimatorExchange(config, estimator, 0 if self.settings.lockstep else None)
         self._lockstep = Lockstep(self.exchange.topics, self.on_tick_complete)

@@ -55,8 +55,7 @@ from flexarm_model.node import (
     RELIABLE_QOS,
     SENSOR_QOS,
     ReadyFlag,
-    declare_config,
-    refuse_unknown_parameters,
+    declare_configs,
     run_node,
 )
 from flexarm_model.parameters import parameter
@@ -86,12 +85,14 @@ class ModelSettings:
 class ModelNode(Node):
     """Serves ``linearize(tree, pose)``."""
 
+    SETTINGS = (ModelSettings, ScheduleSettings)
+
     def __init__(self) -> None:
         """Build the tree, compile it, publish the model at home."""
         super().__init__("model", namespace="flexarm")
-        self.settings = declare_config(self, ModelSettings, complete=False)
-        self._schedule = declare_config(self, ScheduleSettings, complete=False)
-        refuse_unknown_parameters(self)
+        self.settings: ModelSettings
+        self._schedule: ScheduleSettings
+        self.settings, self._schedule = declare_configs(self)
         config = load_config(find_manipulator(self.settings.manipulator), self.settings.preset)
         self.tree = ReducedTree(starting_at(config, self.settings.start))
         self.cache = ModelCache(self.tree)

@@ -114,6 +114,17 @@ def declare_config(node: Node, config_class: type[Config], complete: bool = True
     return config
 
 
+def declare_configs(node: Node) -> tuple[Any, ...]:
+    """Declare the parameters of every settings class in ``node.SETTINGS`` and return the settings as given.
+
+    Raises:
+        ParameterError: See ``declare_config``.
+    """
+    settings = tuple(declare_config(node, kind, complete=False) for kind in node.SETTINGS)
+    refuse_unknown_parameters(node)
+    return settings
+
+
 def refuse_unknown_parameters(node: Node) -> None:
     """Check that every parameter given to the node has been declared.
 
