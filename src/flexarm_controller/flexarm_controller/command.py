@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
-Mode = Literal["inactive", "mpc", "lqr", "pd", "nonlinear", "shifted_plan", "damping", "hold"]
+Mode = Literal["inactive", "mpc", "lqr", "pd", "nmpc", "shifted_plan", "damping", "hold"]
 
 
 @dataclass(frozen=True)

@@ -112,6 +112,10 @@ class Controller:
             result.residual, self._clocks.cpu() - started, active, planned, self._tracking_error(state),
         )  # fmt: skip
 
+    def work_ahead(self) -> None:
+        """Let the law prepare for the next state; to be called when the torque is on its way."""
+        self._laws.planner.work_ahead()
+
     def _look(self, state: ArmState) -> Cycle:
         """Judge the state and ask the law."""
         fault, plan, refusal = self._fault(state), NO_PLAN, ""

@@ -29,7 +29,7 @@ _MODES = {
     "mpc": ControllerStatus.MPC,
     "lqr": ControllerStatus.LQR,
     "pd": ControllerStatus.PD,
-    "nonlinear": ControllerStatus.NONLINEAR,
+    "nmpc": ControllerStatus.NONLINEAR,
     "shifted_plan": ControllerStatus.SHIFTED_PLAN,
     "damping": ControllerStatus.DAMPING,
     "hold": ControllerStatus.HOLD,

@@ -7,7 +7,8 @@ says why there is none. A law without foresight is a planner of one period. A ne
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Protocol
 
 import numpy as np
@@ -18,6 +19,10 @@ from flexarm_controller.joint_pd import JointPd
 from flexarm_controller.limits import Limits
 from flexarm_controller.lqr import Lqr
 from flexarm_controller.mpc import Mpc, Plan
+from flexarm_controller.nonlinear.arm_equations import NonlinearModelError
+from flexarm_controller.nonlinear.nonlinear_arm import NonlinearArm
+from flexarm_controller.nonlinear.nonlinear_mpc import NonlinearMpc
+from flexarm_controller.nonlinear.settings import NmpcConfig
 from flexarm_controller.reference import Reference
 from flexarm_controller.settings import ControllerConfig, MpcConfig
 from flexarm_controller.solvers.qp import QpResult
@@ -33,6 +38,10 @@ class Planner(Protocol):
 
     def step(self, state: ArmState, reference: Reference, sent: Array) -> Plan:
         """Plan the torques that follow those already ``sent``, (max(delay, 1), n_u); maybe an empty plan."""
+        ...
+
+    def work_ahead(self) -> None:
+        """Do what can be done before the next state is known, once the torque is sent; may be left out."""
         ...
 
 
@@ -56,6 +65,9 @@ class OnePeriod:
         torque = self._feedback.step(state, reference, sent)
         return Plan(torque[None], QpResult(torque, "", 0, 0.0, True), ())
 
+    def work_ahead(self) -> None:
+        """Do nothing; see ``Planner``."""
+
 
 @dataclass(frozen=True)
 class LawInputs:
@@ -66,16 +78,32 @@ class LawInputs:
         config: Law, period, fallbacks.
         mpc: Weights, horizon, solver.
         arm: Its description, for laws that need more than the served model; None where nobody knows it.
+        nmpc: What the nonlinear controller adds to ``mpc``.
     """
 
     limits: Limits
     config: ControllerConfig
     mpc: MpcConfig
     arm: ManipulatorConfig | None = None
+    nmpc: NmpcConfig = field(default_factory=NmpcConfig)
+
+    @cached_property
+    def nonlinear_arm(self) -> NonlinearArm:
+        """The equations of the arm, which do not hang on the model.
+
+        Raises:
+            NonlinearModelError: Nobody knows the arm, it has loops, or there is no C compiler.
+        """
+        if self.arm is None:
+            raise NonlinearModelError("law 'nmpc' needs the description of the arm")
+        return NonlinearArm(self.arm, self.nmpc, self.config.period, self.mpc.horizon)
 
 
 LAWS: Mapping[str, Callable[[ReducedModel, LawInputs], Planner]] = {
     "mpc": lambda model, given: Mpc(model, given.limits, given.mpc, given.config.period),
+    "nmpc": lambda model, given: NonlinearMpc(
+        model, given.nonlinear_arm, given.limits, given.mpc, given.nmpc
+    ),
     "lqr": lambda model, given: OnePeriod(Lqr(model, given.mpc, given.config.period)),
     "pd": lambda model, given: OnePeriod(JointPd(model, given.config, given.mpc.delay_periods)),
 }

@@ -84,6 +84,9 @@ class Mpc:
         active = () if result.margin > BINDING else self._binding(result.x, l, u)
         return Plan(torques, result, active)
 
+    def work_ahead(self) -> None:
+        """Do nothing: the program of the next state differs in its vectors alone; see ``Planner``."""
+
     def _fill(self, state: ArmState, sent: Array) -> None:
         known, p = self._known, self._p_now
         p[known.x] = self._delay.advance(state.x, state.d, sent)

@@ -67,7 +67,7 @@ class MpcConfig:
 class ControllerConfig:
     """Law, period and fallbacks."""
 
-    law: str = parameter("mpc", "Law used when all is well.", choices=("mpc", "lqr", "pd"))
+    law: str = parameter("mpc", "Law used when all is well.", choices=("mpc", "nmpc", "lqr", "pd"))
     period: float = parameter(0.005, "Control period.", "s", minimum=1e-4, maximum=1.0)
     shifted_periods: int = parameter(5, "Periods an earlier plan may be used on.", minimum=0, maximum=50)
     damping_rate: float = parameter(

@@ -1,0 +1,1 @@
+"""Nonlinear predictive control: sequential quadratic programming, one iteration per period."""
