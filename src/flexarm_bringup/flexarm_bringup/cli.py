@@ -63,6 +63,7 @@ COMMANDS = {
     "tune": Command(
         "flexarm_bringup.tune", "propose the estimator's noise from a bag, by maximum likelihood"
     ),
+    "parameters": Command("flexarm_bringup.parameters_command", "every node's parameters, unit and range"),
     "bench": Command("flexarm_bringup.bench", "measure the time of every step, as ratios to a baseline"),
 }
 

@@ -1,0 +1,94 @@
+"""Print every node's parameters: default, unit, range, what it means.
+
+Without NODE all of them as the Markdown page docs/parameters.md, which a test compares with this output.
+With NODE only that node's, as a table for the terminal. Both come from the settings classes that the nodes
+declare their parameters from, so there is nothing to keep in step by hand.
+"""
+
+from __future__ import annotations
+
+import argparse
+import importlib
+import math
+from collections.abc import Iterator
+from dataclasses import Field, fields
+from typing import Any
+
+NODES = {
+    "model": "flexarm_model.model_node:ModelNode",
+    "estimator": "flexarm_estimator.estimator_node:EstimatorNode",
+    "controller": "flexarm_controller.controller_node:ControllerNode",
+    "rig": "flexarm_bringup.rig_node:RigNode",
+    "commander": "flexarm_bringup.commander_node:Commander",
+    "recorder": "flexarm_bringup.recorder_node:RecorderNode",
+}
+INTRODUCTION = """\
+# Parameters of the nodes
+
+Written by `./flexarm parameters`. All are read-only while a node runs: set them with `-p NAME:=VALUE`, a
+parameter file or the launch file. What is misspelt, of the wrong type, not finite or out of range is refused
+at the start with the name, the value and what is allowed.
+"""
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the options."""
+    parser.add_argument("node", nargs="?", choices=sorted(NODES), help="only this node's, for the terminal")
+
+
+def run(args: argparse.Namespace) -> int:
+    """Print the page or one node's table."""
+    print("\n".join(_lines(args.node)) if args.node else page(), end="\n" if args.node else "")
+    return 0
+
+
+def page() -> str:
+    """Return the Markdown page."""
+    parts = [INTRODUCTION]
+    for node in NODES:
+        rows = ["| `{}` | {} | {} | {} | {} |".format(*_row(item)) for item in parameters_of(node)]
+        head = ["| parameter | default | unit | allowed | |", "|---|---|---|---|---|"]
+        parts.append("\n".join([f"\n## {node}\n", *head, *rows, ""]))
+    return "".join(parts)
+
+
+def parameters_of(node: str) -> Iterator[Field[Any]]:
+    """Yield the fields of a node's settings classes, in the order in which it declares them."""
+    module, name = NODES[node].split(":")
+    for kind in getattr(importlib.import_module(module), name).SETTINGS:
+        yield from fields(kind)
+
+
+def _lines(node: str) -> list[str]:
+    rows = [_row(item) for item in parameters_of(node)]
+    width = max(len(row[0]) for row in rows)
+    return [
+        f"{name:{width}}  {default}{'' if unit == '1' else ' ' + unit}   {text}  [{allowed}]"
+        for name, default, unit, allowed, text in rows
+    ]
+
+
+def _row(item: Field[Any]) -> tuple[str, str, str, str, str]:
+    about = item.metadata
+    return item.name, _value(item.default), about["unit"], _allowed(item), about["text"]
+
+
+def _value(value: Any) -> str:
+    if isinstance(value, tuple):
+        return f"[{', '.join(map(_value, value))}]"
+    if isinstance(value, str):
+        return f'"{value}"'
+    return str(value).lower() if isinstance(value, bool) else f"{value:.6g}"
+
+
+def _allowed(item: Field[Any]) -> str:
+    low, high = item.metadata["minimum"], item.metadata["maximum"]
+    if item.metadata["choices"]:
+        return ", ".join(item.metadata["choices"])
+    if isinstance(item.default, bool):
+        return "true, false"
+    if math.isinf(low) and math.isinf(high):
+        return "any"
+    if math.isinf(high):
+        return f"at least {low:.6g}"
+    return f"at most {high:.6g}" if math.isinf(low) else f"{low:.6g} to {high:.6g}"

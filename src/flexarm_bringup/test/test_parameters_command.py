@@ -1,0 +1,35 @@
+"""The page of parameters is what the nodes declare."""
+
+import re
+from pathlib import Path
+
+import pytest
+
+from flexarm_bringup import cli
+from flexarm_bringup.parameters_command import NODES, page, parameters_of
+
+PAGE = Path(__file__).parents[3] / "docs" / "parameters.md"
+
+
+def test_the_page_in_the_documentation_is_current():
+    assert PAGE.read_text() == page(), "run ./flexarm parameters > docs/parameters.md"
+
+
+def test_the_page_has_every_parameter_of_every_node_once():
+    for node, section in zip(NODES, page().split("\n## ")[1:], strict=True):
+        names = re.findall(r"^\| `(\w+)`", section, re.M)
+        assert section.startswith(node)
+        assert names == [item.name for item in parameters_of(node)]
+        assert len(set(names)) == len(names)
+
+
+@pytest.mark.parametrize("node", NODES)
+def test_every_parameter_says_what_it_means(node):
+    assert all(len(item.metadata["text"]) > 10 for item in parameters_of(node))
+
+
+def test_one_nodes_parameters_fit_a_terminal_line_each(capsys):
+    assert cli.main(["parameters", "estimator"]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert len(lines) == len(list(parameters_of("estimator")))
+    assert any(line.startswith("gate ") and "[" in line for line in lines)
