@@ -35,7 +35,11 @@ class MpcConfig:
     )
     velocity_limit: bool = parameter(True, "Keep the joint velocity limits inside the horizon too.")
     slack_price: float = parameter(1.0, "Price of exceeding a soft limit by all of it.", minimum=1e-3)
-    backend: str = parameter("osqp", "Solver of the quadratic program.", choices=("osqp", "daqp", "hpipm"))
+    backend: str = parameter(
+        "daqp",
+        "Solver of the quadratic program; another one tries again where it fails.",
+        choices=("daqp", "osqp", "hpipm"),
+    )
     tolerance: float = parameter(1e-5, "Of the scaled problem.", minimum=1e-9, maximum=1e-4)
     max_iterations: int = parameter(2000, "Cap of each stage of the solver.", minimum=1)
     time_limit: float = parameter(

@@ -44,7 +44,7 @@ def test_limits_come_from_the_description():
 def test_settings_that_do_not_fit_together_are_refused():
     with pytest.raises(ParameterError, match="blocks: they sum to 3, not to horizon 40"):
         MpcConfig(blocks=(1, 2))
-    with pytest.raises(ParameterError, match="backend: 'gurobi' is not one of osqp, daqp"):
+    with pytest.raises(ParameterError, match="backend: 'gurobi' is not one of daqp, osqp, hpipm"):
         MpcConfig(backend="gurobi")
     with pytest.raises(ParameterError, match="position_error"):
         MpcConfig(position_error=float("nan"))

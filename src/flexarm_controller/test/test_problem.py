@@ -149,7 +149,7 @@ CASES = {
 }
 
 
-@pytest.mark.parametrize("backend", ["osqp", "daqp"])
+@pytest.mark.parametrize("backend", ["osqp", "daqp", "hpipm"])
 @pytest.mark.parametrize("name", CASES)
 def test_the_condensed_program_gives_the_torques_of_the_one_with_all_states(name, backend):
     model, limits, goal, expected = CASES[name]

@@ -12,7 +12,10 @@ from flexarm_controller.solvers.hpipm_stages import HpipmStages, Stage
 from flexarm_controller.solvers.qp import QpResult, are_vectors_sound, primal_residual
 
 Array = NDArray[np.float64]
-COMPLEMENTARITY = 0.1  # tolerance of the method in tolerances of the answer: it stops inside the limits
+INTERIOR = (
+    1e-4  # tolerance of the method in tolerances of the answer: an error of x is residual over curvature
+)
+ROUNDING = 1e-10  # no residual of a program of order one gets much smaller [1]
 
 
 class HpipmSolver:
@@ -58,5 +61,5 @@ class HpipmSolver:
             Q=empty, S=empty, R=empty, q=none, r=none, A=empty, B=empty, b=none, C=empty, D=empty,
             l=none, u=none, soft=self._stage.soft, z=none, Z=none,
         )  # fmt: skip
-        tolerance = COMPLEMENTARITY * self._tolerance
+        tolerance = max(INTERIOR * self._tolerance, ROUNDING)
         self._program = HpipmStages([self._stage, end], tolerance, self._max_iterations)

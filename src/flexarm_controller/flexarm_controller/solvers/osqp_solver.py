@@ -1,6 +1,6 @@
 """OSQP behind the solver protocol: tight, capped, checked, and rebuilt after bad data.
 
-Two stages share the vectors. The first stops early and lets OSQP polish: it solves the equations
+Two stages share one workspace. The first stops early and lets OSQP polish: it solves the equations
 of the active constraints, which gives an exact answer when those were found. When they were not,
 the second goes on from there to the full tolerance.
 
@@ -41,7 +41,7 @@ class OsqpSolver:
             max_iterations: Cap of each stage [1].
         """
         self._P, self._A, self._tolerance = P, A, tolerance
-        self._max_iterations, self._budget = max_iterations, np.inf
+        self._max_iterations = max_iterations
         self._zero = np.zeros(P.shape[0])
         self._build()
 
@@ -49,18 +49,16 @@ class OsqpSolver:
         """Solve for new vectors; see ``QpSolver``."""
         if not are_vectors_sound(q, l, u):
             return QpResult(self._zero, "data not finite or bounds crossed", 0, np.inf, False)
-        if budget != self._budget:
-            self._limit(budget)
-        self._quick.update(q=q, l=l, u=u)
+        share = min(budget / 2, NO_LIMIT)
+        self._solver.update(q=q, l=l, u=u)
         if warm is not None:
-            self._quick.warm_start(x=warm)
-        answer = self._quick.solve(raise_error=False)
+            self._solver.warm_start(x=warm)
+        answer = self._stage(COARSE * self._tolerance, True, share)
         iterations, residual = int(answer.info.iter), self._residual(answer, l, u)
         if not residual <= self._tolerance:
-            self._exact.update(q=q, l=l, u=u)
             if np.isfinite(residual):
-                self._exact.warm_start(x=answer.x, y=answer.y)
-            answer = self._exact.solve(raise_error=False)
+                self._solver.warm_start(x=answer.x, y=answer.y)
+            answer = self._stage(self._tolerance, False, share)
             iterations, residual = iterations + int(answer.info.iter), self._residual(answer, l, u)
         return self._judge(answer, iterations, residual, float(np.abs(q).max(initial=0.0)))
 
@@ -68,7 +66,6 @@ class OsqpSolver:
         status = str(answer.info.status)
         if not np.isfinite(residual):
             self._build()
-            self._limit(self._budget)
             return QpResult(self._zero, status, iterations, np.inf, False)
         usable = residual <= USABLE * self._tolerance * (1 + RELATIVE * gradient)
         solved = usable and status in _STOPPED_WITH_ANSWER
@@ -79,22 +76,15 @@ class OsqpSolver:
         residual = max(primal_residual(self._A, answer.x, l, u), float(answer.info.dual_res))
         return residual if np.isfinite(residual) else np.inf
 
-    def _limit(self, budget: float) -> None:
-        """Share the wall time between the stages."""
-        self._budget = budget
-        for stage in (self._quick, self._exact):
-            stage.update_settings(time_limit=min(budget / 2, NO_LIMIT))
+    def _stage(self, tolerance: float, polishing: bool, share: float) -> SimpleNamespace:
+        settings = {"eps_abs": tolerance, "eps_rel": RELATIVE * tolerance, "polishing": polishing}
+        self._solver.update_settings(**settings, time_limit=share)
+        answer: SimpleNamespace = self._solver.solve(raise_error=False)
+        return answer
 
     def _build(self) -> None:
-        self._quick = self._stage(COARSE * self._tolerance, polishing=True)
-        self._exact = self._stage(self._tolerance, polishing=False)
-
-    def _stage(self, tolerance: float, polishing: bool) -> osqp.OSQP:
-        solver, bound = osqp.OSQP(algebra="builtin"), np.ones(self._A.shape[0])
-        solver.setup(
+        self._solver, bound = osqp.OSQP(algebra="builtin"), np.ones(self._A.shape[0])
+        self._solver.setup(
             sparse.csc_matrix(np.triu(self._P)), self._zero, sparse.csc_matrix(self._A), -bound, bound,
-            eps_abs=tolerance, eps_rel=RELATIVE * tolerance, polishing=polishing, verbose=False,
-            check_termination=5, adaptive_rho_interval=25, max_iter=self._max_iterations,
-            time_limit=NO_LIMIT,
+            max_iter=self._max_iterations, verbose=False, check_termination=5, adaptive_rho_interval=25,
         )  # fmt: skip
-        return solver
