@@ -10,6 +10,9 @@ Subscribes
     modal_state (flexarm_interfaces/ModalState), model (flexarm_interfaces/ReducedModel, latched),
     reference (trajectory_msgs/JointTrajectory), guard_status (flexarm_interfaces/GuardStatus: session),
     tick (flexarm_interfaces/Tick, lockstep only).
+
+In real time only the newest state is answered when several wait, and commands are at least half a period
+apart (``pacing``): what was missed is skipped, and counted in ``missed_cycles``.
 """
 
 from __future__ import annotations
@@ -19,11 +22,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from flexarm_interfaces.msg import ControllerStatus, GuardStatus, JointCommand, ModalState, ReducedModel, Tick
+from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 from std_msgs.msg import String
 from trajectory_msgs.msg import JointTrajectory
 
 from flexarm_controller.exchange import ControllerExchange, Outgoing
+from flexarm_controller.pacing import Pacing
 from flexarm_controller.settings import ControllerConfig, MpcConfig
 from flexarm_controller.time_budget import Clocks
 from flexarm_model.config import load_config
@@ -33,12 +38,12 @@ from flexarm_model.lockstep import Lockstep, Messages
 from flexarm_model.manipulator_file import find_manipulator
 from flexarm_model.node import (
     LATCHED_QOS,
+    LATEST_QOS,
     LOCKSTEP_QOS,
     MODELS_QOS,
     RELIABLE_QOS,
     ReadyFlag,
-    declare_config,
-    refuse_unknown_parameters,
+    declare_configs,
     run_node,
 )
 from flexarm_model.parameters import parameter
@@ -62,18 +67,19 @@ class ControllerNodeSettings:
 class ControllerNode(Node):
     """Connects a ``ControllerExchange`` to topics."""
 
+    SETTINGS = (ControllerNodeSettings, ControllerConfig, MpcConfig)
+
     def __init__(self) -> None:
         """Load the manipulator and subscribe."""
         super().__init__("controller", namespace="flexarm")
-        self.settings = declare_config(self, ControllerNodeSettings, complete=False)
-        laws = declare_config(self, ControllerConfig, complete=False)
-        mpc = declare_config(self, MpcConfig, complete=False)
-        refuse_unknown_parameters(self)
+        self.settings: ControllerNodeSettings
+        self.settings, laws, mpc = declare_configs(self)
         config = load_config(find_manipulator(self.settings.manipulator), self.settings.preset)
         self.exchange = self._exchange(config, laws, mpc)
         self._lockstep = Lockstep(("guard_status",), self.on_tick_complete)
         self._ticked_ns = -1
         self._waiting: ModalState | None = None
+        self._pacing = Pacing(laws.period, time.perf_counter)
         self._connect()
 
     def _exchange(
@@ -116,15 +122,27 @@ class ControllerNode(Node):
         self._answer_waiting()
 
     def on_modal_state(self, msg: ModalState) -> None:
-        """Answer a state, in lockstep once everything of its instant is here."""
+        """Answer a state: in lockstep once everything of its instant is here, else when it is time."""
         self._waiting = msg
-        if not self.settings.lockstep or stamp_to_ns(msg.header.stamp) <= self._ticked_ns:
+        if self.settings.lockstep:
+            if stamp_to_ns(msg.header.stamp) <= self._ticked_ns:
+                self._answer_waiting()
+        elif (wait := self._pacing.wait()) > 0.0:
+            self._later.timer_period_ns = round(1e9 * wait)
+            self._later.reset()
+        else:
             self._answer_waiting()
+
+    def on_later(self) -> None:
+        """Answer the newest state after a late answer."""
+        self._later.cancel()
+        self._answer_waiting()
 
     def _answer_waiting(self) -> None:
         if self._waiting is not None:
             msg, self._waiting = self._waiting, None
             self._publish(self.exchange.on_modal_state(msg))
+            self._pacing.note()
 
     def _publish(self, outgoing: Sequence[Outgoing]) -> None:
         for out in outgoing:
@@ -141,7 +159,10 @@ class ControllerNode(Node):
         self.create_subscription(ReducedModel, "model", self.on_model, MODELS_QOS)
         self.create_subscription(JointTrajectory, "reference", self.on_reference, RELIABLE_QOS)
         self.create_subscription(GuardStatus, "guard_status", self.on_guard_status, quality)
-        self.create_subscription(ModalState, "modal_state", self.on_modal_state, quality)
+        newest = LOCKSTEP_QOS if self.settings.lockstep else LATEST_QOS
+        self.create_subscription(ModalState, "modal_state", self.on_modal_state, newest)
+        self._later = self.create_timer(1.0, self.on_later, clock=Clock(clock_type=ClockType.STEADY_TIME))
+        self._later.cancel()
         conditions = {
             "a model": lambda: self.exchange.controller is not None,
             "the estimator": lambda: self.count_publishers(self.resolve_topic_name("modal_state")) > 0,

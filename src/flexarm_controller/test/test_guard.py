@@ -2,6 +2,7 @@
 
 import ast
 import math
+from dataclasses import replace
 from pathlib import Path
 from random import Random
 
@@ -10,9 +11,20 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from flexarm_controller import guard as guard_module
-from flexarm_controller.guard import ARMED, BRAKING, STOPPED, Guard, GuardCommand, GuardLimits, GuardState
+from flexarm_controller.guard import (
+    ARMED,
+    BRAKING,
+    STOPPED,
+    Guard,
+    GuardCommand,
+    GuardLimits,
+    GuardState,
+    JointRange,
+)
 
-LIMITS = GuardLimits(effort=(2.0, 5.0), effort_rate=(100.0, 400.0), damping=(0.5, 2.0), period=0.005)
+LIMITS = GuardLimits(
+    effort=(2.0, 5.0), effort_rate=(100.0, 400.0), damping=(0.5, 2.0), braking=(1.5, 4.0), period=0.005
+)
 STEP = tuple(rate * LIMITS.period for rate in LIMITS.effort_rate)
 REST = GuardState((0.0, 0.0))
 MOVING = GuardState((1.0, -0.5))
@@ -146,6 +158,81 @@ def test_a_velocity_that_cannot_be_true_brakes_with_nothing_and_is_not_rest(velo
         assert torque == [0.0, 0.0]
 
 
+def test_braking_saturates_at_the_braking_torque():
+    guard = Guard(LIMITS)
+    for k in range(20):
+        torque = guard.step(None, GuardState((100.0, -100.0)), k * 0.005)
+    assert torque == [-1.5, 4.0]
+
+
+RANGE = JointRange(-1.0, 2.0, 10.0, 0.5)
+RANGED = replace(LIMITS, ranges=(RANGE, JointRange(-math.inf, math.inf, 10.0, 0.5)))
+
+
+def ranged():
+    guard = Guard(RANGED)
+    assert guard.arm(0.0, TOKEN)
+    return guard
+
+
+@pytest.mark.parametrize("v", [0.3, 1.0, 4.0, 20.0])
+def test_the_envelope_leaves_the_way_that_reacting_and_braking_take(v):
+    """Constant deceleration from v + b takes (v + b)^2 / 2 a."""
+    assert RANGE.allowed((v + 0.5) ** 2 / 20.0) == pytest.approx(v)
+    assert RANGE.allowed(0.5**2 / 20.0) == RANGE.allowed(0.0) == RANGE.allowed(-1.0) == 0.0
+    assert RANGE.allowed(math.nan) == 0.0 and RANGE.allowed(math.inf) == math.inf
+
+
+@pytest.mark.parametrize(("q", "v"), [(1.0, 3.9), (1.0, -5.0), (2.5, -5.0), (2.5, 0.0), (-1.5, 0.009)])
+def test_an_axis_that_can_stop_in_its_range_or_goes_back_into_it_may_go_on(q, v):
+    guard = ranged()
+    guard.step(command(0.0), GuardState((v, 1e6), (q, 1e6)), 0.0)
+    assert guard.mode == ARMED and guard.passed == 1
+
+
+@pytest.mark.parametrize(
+    ("q", "v", "end"),
+    [(1.0, 4.1, 2.0), (0.0, -4.1, -1.0), (2.0, 0.02, 2.0), (math.nan, 0.02, 2.0), (0.0, math.nan, 2.0)],
+)
+def test_an_axis_too_fast_for_the_end_of_its_range_is_braked_and_says_so(q, v, end):
+    guard = ranged()
+    guard.step(command(0.0), GuardState((v, 0.0), (q, 0.0)), 0.0)
+    assert guard.mode == BRAKING and guard.refused == 1
+    assert guard.reason.startswith("axis 1 at") and "too fast" in guard.reason
+
+
+@pytest.mark.parametrize("position", [(), (0.0,), (0.0, 0.0, 0.0)])
+def test_drives_that_do_not_tell_every_position_stop_an_arm_that_has_ranges(position):
+    guard = ranged()
+    guard.step(None, GuardState((1.0, 0.0), position), 0.0)
+    assert guard.mode == BRAKING and "position" in guard.reason
+
+
+@pytest.mark.parametrize(("q", "effort"), [(2.0, 9.0), (2.1, 9.0), (-1.0, -9.0), (-3.0, -9.0)])
+def test_no_torque_pushes_an_axis_beyond_its_range(q, effort):
+    guard = ranged()
+    for k in range(20):
+        torque = guard.step(
+            command(k * 0.005, k + 1, (effort, 0.0)), GuardState((0.0, 0.0), (q, 0.0)), k * 0.005
+        )
+    assert torque[0] == 0.0 and guard.limited == 20
+    for k in range(20, 40):
+        torque = guard.step(
+            command(k * 0.005, k + 1, (-effort, 0.0)), GuardState((0.0, 0.0), (q, 0.0)), k * 0.005
+        )
+    assert torque[0] == math.copysign(2.0, -effort)
+
+
+def test_torque_towards_an_end_fades_where_the_axis_may_not_move_on():
+    half = 2.0 - 0.5**2 / 20.0 / 2.0
+    guard = ranged()
+    for k in range(20):
+        torque = guard.step(
+            command(k * 0.005, k + 1, (9.0, 9.0)), GuardState((0.0, 0.0), (half, 0.0)), k * 0.005
+        )
+    assert torque == pytest.approx([1.0, 5.0])
+
+
 numbers = st.floats(allow_nan=True, allow_infinity=True)
 efforts = st.one_of(st.tuples(numbers, numbers), st.lists(numbers, max_size=4).map(tuple))
 commands = st.builds(
@@ -156,15 +243,14 @@ events = st.tuples(
 )
 
 
-def run_and_check(sequence):
-    guard = armed()
+def run_and_check(sequence, guard):
     last = [0.0, 0.0]
     for k, (arrived, velocity, action) in enumerate(sequence):
         if action == "arm":
             guard.arm(k * 0.005, TOKEN)
         elif action == "stop":
             guard.stop("test")
-        torque = guard.step(arrived, GuardState(velocity), k * 0.005)
+        torque = guard.step(arrived, GuardState(velocity, velocity[::-1]), k * 0.005)
         for axis in range(2):
             assert abs(torque[axis]) <= LIMITS.effort[axis]
             assert abs(torque[axis] - last[axis]) <= STEP[axis] * (1 + 1e-12)  # rounding of the sum
@@ -176,7 +262,8 @@ def run_and_check(sequence):
 @settings(max_examples=300, deadline=None, derandomize=True)
 @given(st.lists(events, min_size=1, max_size=12))
 def test_no_output_leaves_the_limits_whatever_hypothesis_thinks_of(sequence):
-    run_and_check(sequence)
+    for guard in (armed(), ranged()):
+        run_and_check(sequence, guard)
 
 
 def test_no_output_leaves_the_limits_in_ten_thousand_random_sequences():
@@ -195,10 +282,11 @@ def test_no_output_leaves_the_limits_in_ten_thousand_random_sequences():
         return GuardCommand(t, k, token, tuple(number() for _ in range(length)))
 
     passed = 0
-    for _ in range(10_000):
+    for i in range(10_000):
         actions = random.choices(("", "arm", "stop"), (20, 2, 1), k=12)
         passed += run_and_check(
-            [(arrival(k), (number(), number()), action) for k, action in enumerate(actions)]
+            [(arrival(k), (number(), number()), action) for k, action in enumerate(actions)],
+            armed() if i % 4 else ranged(),
         )
     assert passed > 10_000  # the sequences do reach the armed guard
 

@@ -17,11 +17,12 @@ from flexarm_bringup.sim.plant import Plant
 from flexarm_bringup.sim.rig import Rig, RigSettings
 from flexarm_bringup.sim.sensor_faults import SensorFault
 from flexarm_bringup.sim.sensor_simulator import Sample
-from flexarm_controller.guard import STOPPED, Guard, GuardCommand, GuardLimits, GuardState
-from flexarm_model.description import ManipulatorConfig
+from flexarm_controller.guard import STOPPED, Guard, GuardCommand, GuardLimits, GuardState, JointRange
+from flexarm_model.description import Axis, ManipulatorConfig
 from flexarm_model.parameters import parameter
 
 Array = NDArray[np.float64]
+NOTICING = 3.0  # periods until a speed that is too high has been measured and judged
 
 
 @dataclass(frozen=True)
@@ -30,7 +31,8 @@ class HardwareSettings:
 
     max_age: float = parameter(0.05, "Silence of the controller that stops the arm.", "s", 0.005, 1.0)
     arming_time: float = parameter(2.0, "Time the controller has for its first command.", "s", 0.05, 60.0)
-    braking_rate: float = parameter(8.0, "Rate at which braking brings the axes to rest.", "1/s", 0.1, 100.0)
+    braking_rate: float = parameter(15.0, "Rate at which braking brings the axes to rest.", "1/s", 0.1, 100.0)
+    braking_share: float = parameter(0.5, "Share of the torque limit that brakes at most.", "1", 0.05, 1.0)
     rest_velocity: float = parameter(0.01, "Axis velocity that counts as rest.", "rad/s", 1e-6, 1.0)
 
 
@@ -93,21 +95,45 @@ class Hardware:
 
     def choose_torque(self, command: GuardCommand | None) -> list[float]:
         """Let the guard choose the torque of the period that starts now [N m], (n_theta,)."""
-        self.tau = self.guard.step(command, GuardState(tuple(map(float, self.motors.theta_dot))), self.t)
+        measured = (self.motors.theta_dot, self.motors.theta)
+        self.tau = self.guard.step(
+            command, GuardState(*(tuple(map(float, part)) for part in measured)), self.t
+        )
         return self.tau
 
 
 def guard_limits(config: ManipulatorConfig, rig: Rig, settings: HardwareSettings) -> GuardLimits:
-    """Return the guard's limits: the axes' own, and damping that fits their inertia at home."""
+    """Return the guard's limits: the axes' own, and braking that fits their inertia at home."""
     tree = rig.plant.tree
     inertia = np.diag(tree.mass_matrix(rig.plant.q))[tree.actuated]
     axes = config.actuated.values()
+    ranges = [joint_range(axis, float(i), rig.dt, settings) for axis, i in zip(axes, inertia, strict=True)]
     return GuardLimits(
         effort=tuple(axis.effort for axis in axes),
         effort_rate=tuple(axis.effort_rate for axis in axes),
         damping=tuple(float(settings.braking_rate * value) for value in inertia),
+        braking=tuple(float(r.deceleration * value) for r, value in zip(ranges, inertia, strict=True)),
         period=rig.dt,
         max_age=settings.max_age,
         arming_time=settings.arming_time,
         rest_velocity=settings.rest_velocity,
+        ranges=tuple(ranges),
     )
+
+
+def joint_range(axis: Axis, inertia: float, dt: float, settings: HardwareSettings) -> JointRange:
+    """Return where an axis may be and how it brakes.
+
+    Braking at ``min(a, r |v|)`` after the time ``t_r`` stops within ``(v + b)^2 / 2 a`` from every speed v
+    when ``b = a (t_r + 1/r) / 2``. A larger ``a`` would stop a fast axis sooner, but leave it less range.
+
+    Args:
+        axis: Its limits.
+        inertia: That its motor feels [kg m^2] or [kg].
+        dt: Motor period [s].
+        settings: Braking rate r and share of the torque.
+    """
+    braking = settings.braking_share * axis.effort
+    reaction = NOTICING * dt + (axis.effort + braking) / axis.effort_rate + 1.0 / settings.braking_rate
+    deceleration = min(braking / inertia, axis.velocity / reaction)
+    return JointRange(axis.lower, axis.upper, deceleration, deceleration * reaction / 2.0)
