@@ -102,13 +102,14 @@ class MarginConfig:
     """What the loop must bear before the arm may move; see ``margins``."""
 
     gate: bool = parameter(True, "Send nothing while the margins are not known or too small.")
-    gain_margin_db: float = parameter(6.0, "Gain margin wanted of the arm as described", "dB", 0.0, 60.0)
-    gain_margin_off_db: float = parameter(
-        3.0, "Gain margin wanted with frequencies off by up to frequency_off", "dB", 0.0, 60.0
+    gain_margin_db: float = parameter(6.0, "Gain margin wanted of every mode, as described", "dB", 0.0, 60.0)
+    torque_gain_margin_db: float = parameter(
+        2.0, "The same of all torques at once: a motor constant may be off by a fifth", "dB", 0.0, 60.0
     )
     delay_margin_periods: float = parameter(
         0.5, "Delay margin wanted; a latency is compensated in whole periods", "periods", 0.0, 4.0
     )
+    off_share: float = parameter(0.5, "Share of these wanted where frequencies are off", "1", 0.0, 1.0)
     frequency_off: float = parameter(0.10, "Relative error of all frequencies to be borne", "1", 0.0, 0.4)
     extra_modes: int = parameter(3, "Modes per body beyond those described", minimum=0, maximum=20)
     fastest_mode: float = parameter(3.0, "Modes up to so many times the control rate count", "1", 0.5, 20.0)

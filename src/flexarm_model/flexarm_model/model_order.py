@@ -12,6 +12,7 @@ import numpy as np
 
 from flexarm_model.body_reduction import reduce_to_first_order
 from flexarm_model.description import Beam, Body, ManipulatorConfig, RigidBody
+from flexarm_model.imported_body import ImportedBody
 
 FULL = math.inf  # Hz
 
@@ -29,6 +30,20 @@ def with_modes_below(config: ManipulatorConfig, f_max: float) -> ManipulatorConf
         f_max: Highest frequency; ``FULL`` keeps all displacements of the finite elements.
     """
     return _with_reduction(config, "craig_bampton", f_max)
+
+
+def with_more_modes(config: ManipulatorConfig, extra: int) -> ManipulatorConfig:
+    """Return the manipulator with ``extra`` more modes of every body that says how many to keep."""
+
+    def richer(body: Body) -> Body:
+        if not isinstance(body, Beam | ImportedBody):
+            return body
+        kept = body.reduction
+        if not kept.modes or kept.method != "craig_bampton":
+            return body
+        return replace(body, reduction=replace(kept, modes=kept.modes + extra))  # type: ignore[arg-type,type-var]
+
+    return replace(config, bodies={name: richer(body) for name, body in config.bodies.items()})
 
 
 def with_elements(config: ManipulatorConfig, elements: int) -> ManipulatorConfig:

@@ -1,0 +1,107 @@
+"""What is wanted of the margins, and the path that is furthest from it.
+
+Wanted of every mode are 6 dB, a factor of two, the smallest gain margin called reasonable in [Astrom2008,
+section 9.3], and half a control period of delay: the latency from sensor to torque is compensated in whole
+periods, so half of one is what the compensation may be wrong by. Of all torques at once 2 dB are wanted:
+other than a mode's shape, a motor constant can be measured, and is rarely off by a fifth. With frequencies
+off by up to ``frequency_off`` half of each must be left.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+from flexarm_controller.margins.case import ALL_TORQUES, Case, Margin
+from flexarm_controller.settings import MarginConfig
+
+MS, PERCENT = 1e3, 100.0
+
+
+@dataclass(frozen=True)
+class Shortfall:
+    """A path that is not good enough in a case.
+
+    Attributes:
+        case: Pose and frequency error.
+        name: Mode, or all torques.
+        share: Of what is wanted that is there [1]; below zero when the loop is unstable.
+        text: What was found, and what was wanted.
+    """
+
+    case: Case
+    name: str
+    share: float
+    text: str
+
+
+def frequency_errors(config: MarginConfig) -> tuple[float, ...]:
+    """Return the errors that are looked at [1]: none, the largest either way, and half of it."""
+    return tuple(config.frequency_off * part for part in (-1.0, -0.5, 0.0, 0.5, 1.0))
+
+
+def shortfalls(cases: Iterable[Case], config: MarginConfig, dt: float) -> list[Shortfall]:
+    """Return everything that falls short, the worst first; ``dt`` is the control period [s]."""
+    found = [item for case in cases for item in _of_case(case, config, dt)]
+    return sorted(found, key=lambda item: item.share)
+
+
+def verdict(cases: Sequence[Case], config: MarginConfig, dt: float) -> str:
+    """Return why the arm must not move, naming the mode; empty when it may."""
+    found = shortfalls(cases, config, dt)
+    if not found:
+        return ""
+    case, others = found[0].case, len({item.name for item in found}) - 1
+    more = f" (and {others} more)" if others else ""
+    pose = ", ".join(f"{value:.4g}" for value in case.pose)
+    at = f"{spoken_error(case.frequency_error)}, pose ({pose})"
+    return f"margins: {found[0].text}, {at}{more}"
+
+
+def wanted_gain_db(name: str, case: Case, config: MarginConfig) -> float:
+    """Return the gain margin wanted of a path [dB]."""
+    full = config.torque_gain_margin_db if name == ALL_TORQUES else config.gain_margin_db
+    return full * _share(case, config)
+
+
+def wanted_delay(case: Case, config: MarginConfig, dt: float) -> float:
+    """Return the delay margin wanted [s]."""
+    return config.delay_margin_periods * dt * _share(case, config)
+
+
+def spoken(name: str) -> str:
+    """Return a mode's name for people: "mode 2"."""
+    return name.replace("_", " ")
+
+
+def spoken_error(frequency_error: float) -> str:
+    """Return how far the frequencies are off, for people."""
+    return f"frequencies {frequency_error * PERCENT:+.0f} %" if frequency_error else "as described"
+
+
+def _share(case: Case, config: MarginConfig) -> float:
+    return config.off_share if case.frequency_error else 1.0
+
+
+def _of_case(case: Case, config: MarginConfig, dt: float) -> list[Shortfall]:
+    if not case.is_stable:
+        text = (
+            f"{spoken(case.mode)} is unstable, it grows by {case.growth:.3g} 1/s at {case.frequency:.3g} Hz"
+        )
+        return [Shortfall(case, case.mode, -max(case.growth, 0.0), text)]
+    return [item for margin in case.margins for item in _of_margin(margin, case, config, dt)]
+
+
+def _of_margin(margin: Margin, case: Case, config: MarginConfig, dt: float) -> list[Shortfall]:
+    at = f" ({margin.frequency:.3g} Hz)" if margin.frequency else ""
+    name, found = spoken(margin.name) + at, []
+    gain, least = margin.gain.decibels, wanted_gain_db(margin.name, case, config)
+    if gain < least:
+        text = f"gain margin of {name} {gain:.2g} dB, {least:.2g} dB wanted"
+        found.append(Shortfall(case, margin.name, gain / least, text))
+    delay, least = margin.delay, wanted_delay(case, config, dt)
+    if delay < least and not math.isclose(delay, least):
+        text = f"delay margin of {name} {delay * MS:.2g} ms, {least * MS:.2g} ms wanted"
+        found.append(Shortfall(case, margin.name, delay / least, text))
+    return found
