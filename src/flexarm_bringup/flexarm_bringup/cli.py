@@ -55,6 +55,9 @@ COMMANDS = {
     "reproduce": Command("flexarm_bringup.reproduce", "compare published tables with this model"),
     "faults": Command("flexarm_bringup.faults", "inject faults on the simulated rig: measured against bound"),
     "replay": Command("flexarm_bringup.replay", "feed a bag through estimator and controller, byte for byte"),
+    "margins": Command(
+        "flexarm_bringup.margins.command", "is the loop stable on modes nobody serves? margins per mode"
+    ),
     "consistency": Command(
         "flexarm_bringup.consistency.command",
         "is the estimator as good as it says? NEES and NIS of every machine",

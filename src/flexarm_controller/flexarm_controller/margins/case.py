@@ -67,6 +67,18 @@ class Case:
         """Whether every motion dies out."""
         return bool(abs(self.poles).max() < 1.0 - SURE)
 
+    def margin(self, name: str) -> Margin:
+        """Return the margin of a path of a stable loop.
+
+        Raises:
+            KeyError: It has no such path; lists those it has.
+        """
+        for margin in self.margins:
+            if margin.name == name:
+                return margin
+        known = ", ".join(margin.name for margin in self.margins) or "none, the loop is unstable"
+        raise KeyError(f"no path '{name}'; known: {known}")
+
 
 def examine(loop: ClosedLoop, pose: Array, frequency_error: float, dt: float) -> Case:
     """Examine a closed loop.

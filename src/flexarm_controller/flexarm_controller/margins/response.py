@@ -37,7 +37,7 @@ class Modes:
     left: Complex
 
     def participation(self, k: int) -> Array:
-        """Return how much every state takes part in eigenvalue k [PerezArriaga1982], free of units, (n_z,)."""
+        """Return how much every state takes part in eigenvalue k [PerezArriaga1982], unit-free, (n_z,)."""
         return np.asarray(abs(self.right[:, k] * self.left[k]))
 
 

@@ -1,0 +1,1 @@
+"""``flexarm margins``: the spill-over gate over a grid of poses, as tables and figures."""

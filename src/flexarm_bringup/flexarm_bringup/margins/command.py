@@ -1,0 +1,97 @@
+"""Check the closed loop on the modes nobody serves: gain and delay margin of every mode, over poses.
+
+  flexarm margins single_link --preset light_hub       named poses, and some along the moves
+  flexarm margins serial_6r --along 9 --html m.html    more poses, and poles and margins as figures
+  flexarm margins single_link --set estimator.modal_force=1e-3    what if the filter were more sure?
+
+The loop is the settled filter with the settings of config/moves, the law where no limit binds, and the delay
+from sensor to torque, closed on the arm with more modes than the controller knows and with all frequencies
+off by up to 10 %. The same check keeps the controller node from sending anything while a margin is too small.
+"""
+
+from __future__ import annotations
+
+import argparse
+from dataclasses import fields, replace
+
+from flexarm_bringup.margins.page import build_page
+from flexarm_bringup.margins.study import run_study
+from flexarm_bringup.progress import Progress
+from flexarm_bringup.report import add_report_arguments, publish
+from flexarm_bringup.task import SECTIONS, Task
+from flexarm_bringup.task_for import task_for
+from flexarm_controller.settings import MarginConfig
+from flexarm_model.parameters import ParameterError
+from flexarm_model.strict_yaml import ConfigError
+
+REFUSED = 2
+ALONG = 5  # poses along the moves
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add name, preset, poses, settings and the report files."""
+    parser.add_argument("name", metavar="NAME", help="a manipulator (name or .yaml), or a moves file (.yaml)")
+    parser.add_argument("--preset", metavar="P", help="preset of it (default: the first of its moves)")
+    parser.add_argument(
+        "--along", type=int, default=ALONG, metavar="N", help=f"poses along its moves (default {ALONG})"
+    )
+    parser.add_argument(
+        "--set", action="append", default=[], metavar="SECTION.KEY=VALUE",
+        help=f"change a number of the settings; sections: {', '.join(SECTIONS)}",
+    )  # fmt: skip
+    add_report_arguments(parser)
+    parser.epilog = "Exit code 1 when a margin falls short at any pose, 2 when the input cannot be used."
+
+
+def run(args: argparse.Namespace) -> int:
+    """Run the check; returns the exit code."""
+    progress, config = Progress(), MarginConfig()
+    try:
+        task = with_settings(task_for(args.name), args.set)
+        preset = task.presets[0] if args.preset is None else args.preset
+        study = run_study(task, preset, args.along, config, progress.say)
+    except (ConfigError, ParameterError, ValueError) as error:
+        progress.done()
+        print(f"flexarm margins: {error}")
+        return REFUSED
+    figures = []
+    if args.html:
+        from flexarm_bringup.margins.drawing import draw
+
+        figures = draw(study, config)
+    progress.done()
+    return publish(build_page(study, config, figures), args)
+
+
+def with_settings(task: Task, changes: list[str]) -> Task:
+    """Return the task with some settings changed.
+
+    Args:
+        task: Of the manipulator.
+        changes: "section.key=value", numbers in SI.
+
+    Raises:
+        ConfigError: A change cannot be understood; says what is allowed.
+        ParameterError: A value is outside its range.
+    """
+    settings = {name: dict(values) for name, values in task.settings.items()}
+    for change in changes:
+        where, _, value = change.partition("=")
+        section, _, key = where.partition(".")
+        known = {item.name for item in fields(SECTIONS[section])} if section in SECTIONS else set()  # type: ignore[arg-type]
+        if key not in known:
+            raise ConfigError(
+                f"--set {change}: expected SECTION.KEY=VALUE, SECTION one of {', '.join(SECTIONS)}"
+            )
+        settings.setdefault(section, {})[key] = _number(change, value)
+    changed = replace(task, settings=settings)
+    for section, kind in SECTIONS.items():
+        changed.make(section, kind)
+    return changed
+
+
+def _number(change: str, text: str) -> float:
+    try:
+        return float(text)
+    except ValueError:
+        raise ConfigError(f"--set {change}: '{text}' is not a number") from None

@@ -1,0 +1,140 @@
+"""The page of ``flexarm margins``: every path of the loop, its worst margins, and what falls short."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from flexarm_bringup.figures import Figure
+from flexarm_bringup.margins.study import PoseResult, Study, worst_of
+from flexarm_bringup.report import Cells, Check, Column, Page, Table
+from flexarm_controller.margins.case import ALL_TORQUES, Case
+from flexarm_controller.margins.delay_margin import MOST
+from flexarm_controller.margins.verdict import (
+    MS,
+    PERCENT,
+    frequency_errors,
+    shortfalls,
+    spoken,
+    spoken_error,
+)
+from flexarm_controller.settings import MarginConfig
+
+MOST_SHOWN = 40  # paths in a table
+MODE_COLUMNS = [
+    Column("path"), Column("served"), Column("axes free\n[Hz]", ".1f"),
+    Column("as described\ngain [dB]", ".1f"), Column("\ndelay [ms]", ".2f"), Column("worst\ngain [dB]", ".1f"), Column("\nfrequencies [%]", "+.0f"),
+    Column("\npose"), Column("worst\ndelay [ms]", ".2f"), Column("\nfrequencies [%]", "+.0f"),
+    Column("\npose"), Column(""),
+]  # fmt: skip
+
+
+def build_page(study: Study, config: MarginConfig, figures: Sequence[Figure]) -> Page:
+    """Return the page of one preset."""
+    errors = ", ".join(f"{PERCENT * error:+.0f}" for error in frequency_errors(config))
+    lead = (
+        "The loop of settled filter, law and delay, closed on the arm with more modes than are served, at "
+        f"{len(study.poses)} poses and with all frequencies off by {errors} %. Gain: how far the force on a "
+        "mode may be from what is modelled; delay: how late it may be."
+    )
+    name = study.task.manipulator + (f", preset {study.preset}" if study.preset else "")
+    return Page(
+        f"flexarm margins: {name}",
+        lead,
+        [_mode_table(study, config), _pose_table(study, config), *figures],
+        [_check(study, pose, config) for pose in study.poses],
+        _remarks(study, config),
+        {"cases": [_case_data(pose, case) for pose in study.poses for case in pose.cases]},
+    )
+
+
+def _mode_table(study: Study, config: MarginConfig) -> Table:
+    cases = study.cases
+    names = list(dict.fromkeys(margin.name for case in cases for margin in case.margins))
+    short = {item.name for item in shortfalls(cases, config, study.dt)}
+    rows = [_mode_row(study, name, name in short) for name in names[:MOST_SHOWN]]
+    notes = ["as described: at the first pose that is stable so", "served: the controller knows the mode"]
+    notes.append(f"delays up to {MOST * study.dt * MS:.3g} ms were looked at")
+    if len(names) > MOST_SHOWN:
+        notes.append(f"{len(names) - MOST_SHOWN} faster modes are in the JSON file")
+    return Table("Margins per path of the loop", MODE_COLUMNS, rows, notes)
+
+
+def _mode_row(study: Study, name: str, is_short: bool) -> Cells:
+    cases = study.cases
+    having = [case for case in cases if any(margin.name == name for margin in case.margins)]
+    plain = next((case for case in having if not case.frequency_error), having[0])
+    worst = worst_of(cases, name)
+    assert worst is not None  # the name is of a case that has it
+    gain, delay = worst
+    label = {id(case): pose.label for pose in study.poses for case in pose.cases}
+    here = plain.margin(name)
+    return [
+        spoken(name), name in study.served if here.frequency else None, here.frequency or None,
+        here.gain.decibels, here.delay * MS,
+        gain.margin(name).gain.decibels, gain.frequency_error * PERCENT, label[id(gain)],
+        delay.margin(name).delay * MS, delay.frequency_error * PERCENT, label[id(delay)],
+        "SHORT" if is_short else "",
+    ]  # fmt: skip
+
+
+def _pose_table(study: Study, config: MarginConfig) -> Table:
+    columns = [Column("pose"), Column("fastest growth\n[1/s]", ".3g"), Column("\nat [Hz]", ".4g")]
+    columns += [Column("\nwith"), Column("\nthrough"), Column("stable")]
+    rows: list[Cells] = []
+    for pose in study.poses:
+        case = max(pose.cases, key=lambda case: case.growth)
+        through = "" if case.is_stable else spoken(case.mode)
+        stable = f"{sum(case.is_stable for case in pose.cases)} of {len(pose.cases)}"
+        growth: Cells = [case.growth, case.frequency, spoken_error(case.frequency_error)]
+        rows.append([pose.label, *growth, through, stable])
+    notes = ["negative: the slowest motion dies out", "stable: of the frequency errors looked at"]
+    return Table("Growth at every pose, with the worst frequency error", columns, rows, notes)
+
+
+def _check(study: Study, pose: PoseResult, config: MarginConfig) -> Check:
+    found = shortfalls(pose.cases, config, study.dt)
+    wanted = (
+        f"{config.gain_margin_db:g} dB ({config.torque_gain_margin_db:g} dB all torques), "
+        f"{config.delay_margin_periods * study.dt * MS:.3g} ms; {config.off_share:g} of it off"
+    )
+    said = f"{found[0].text}, {spoken_error(found[0].case.frequency_error)}" if found else "kept"
+    return Check(f"pose {pose.label}", wanted, said, not found)
+
+
+def _remarks(study: Study, config: MarginConfig) -> dict[str, Sequence[str]]:
+    free = [margin.frequency for case in study.cases for margin in case.margins if margin.frequency]
+    most = max(free, default=0.0)
+    left_out = ", ".join(study.left_out) or "none"
+    return {
+        "What was closed": [
+            f"the described arm with {config.extra_modes} more modes per body, up to {most:.0f} Hz",
+            f"sensors left out of the settled filter (late or slow): {left_out}",
+            f"latency: the controller's delay_periods of {study.dt * MS:.3g} ms; limits do not bind",
+            f"gain of {ALL_TORQUES}: what reaches the arm against what the filter is told",
+        ]
+    }
+
+
+def _case_data(pose: PoseResult, case: Case) -> dict[str, object]:
+    margins = [
+        {
+            "path": margin.name,
+            "frequency_hz": margin.frequency,
+            "gain_up": str(margin.gain.up) if margin.gain.up == float("inf") else margin.gain.up,
+            "gain_down": margin.gain.down,
+            "delay_s": margin.delay,
+            "delay_is_open": margin.is_delay_open,
+        }
+        for margin in case.margins
+    ]
+    return {
+        "pose": pose.label,
+        "theta": list(case.pose),
+        "frequency_error": case.frequency_error,
+        "stable": case.is_stable,
+        "growth_per_s": case.growth,
+        "mode": case.mode,
+        "frequency_hz": case.frequency,
+        "locked_hz": list(pose.locked_hz),
+        "margins": margins,
+    }

@@ -1,0 +1,166 @@
+"""The closed loop of a manipulator at many poses: its named ones, and some along its moves."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexarm_bringup.course import plan_course
+from flexarm_bringup.static_arm import StaticArm
+from flexarm_bringup.task import Task
+from flexarm_controller.laws import LawInputs
+from flexarm_controller.limits import limits_of
+from flexarm_controller.margins.case import Case
+from flexarm_controller.margins.gate import Gate
+from flexarm_controller.settings import ControllerConfig, MarginConfig, MpcConfig
+from flexarm_estimator.estimator import Estimator
+from flexarm_estimator.settings import EstimatorConfig
+from flexarm_estimator.settled import settled_filter
+from flexarm_model.config import load_config
+from flexarm_model.description import ManipulatorConfig
+from flexarm_model.linearize import linearize
+from flexarm_model.manipulator_file import find_manipulator
+from flexarm_model.reduced_tree import ReducedTree
+
+Array = NDArray[np.float64]
+SAME = 1e-6  # rad or m between poses that are one
+
+
+@dataclass(frozen=True)
+class PoseResult:
+    """What was found at a pose.
+
+    Attributes:
+        label: Its name, or when the moves come by.
+        locked_hz: Frequencies of the served modes, axes locked, as described [Hz].
+        cases: One per frequency error.
+    """
+
+    label: str
+    locked_hz: tuple[float, ...]
+    cases: tuple[Case, ...]
+
+
+@dataclass(frozen=True)
+class Study:
+    """Everything that was found of one preset.
+
+    Attributes:
+        task: Settings of estimator and controller are its.
+        preset: Of the description.
+        dt: Control period [s].
+        served: Modes that the controller knows.
+        left_out: Sensors that the settled filter does without.
+        poses: In the order looked at.
+    """
+
+    task: Task
+    preset: str
+    dt: float
+    served: tuple[str, ...]
+    left_out: tuple[str, ...]
+    poses: tuple[PoseResult, ...]
+
+    @property
+    def cases(self) -> list[Case]:
+        """All cases of all poses."""
+        return [case for pose in self.poses for case in pose.cases]
+
+
+class Loop:
+    """A manipulator under its estimator and its law, as they are configured."""
+
+    def __init__(
+        self,
+        config: ManipulatorConfig,
+        estimator: EstimatorConfig,
+        laws: tuple[ControllerConfig, MpcConfig],
+        margins: MarginConfig | None = None,
+    ) -> None:
+        """Keep the settings; the control rate is the description's.
+
+        Args:
+            config: The manipulator.
+            estimator: Settings of the estimator.
+            laws: Settings of the controller and of its predictive law.
+            margins: What is wanted.
+        """
+        self.config, self.dt, self._estimator = config, 1.0 / config.rate_hz, estimator
+        self.tree = ReducedTree(config, use_compiler=False)
+        law = replace(laws[0], period=self.dt)
+        inputs = LawInputs(limits_of(config), law, replace(laws[1], time_limit=0.0), config)
+        self.gate = Gate(config, inputs, margins or MarginConfig())
+
+    def cases(self, pose: Array | None = None) -> list[Case]:
+        """Return the closed loop at a pose, home if None, with every frequency error.
+
+        Raises:
+            ValueError: There is no model at the pose, or the loop cannot be judged there.
+        """
+        model = linearize(self.tree, pose)
+        return self.gate.cases(model, settled_filter(self.estimator(pose), self.dt))
+
+    def judge(self, pose: Array | None = None) -> str:
+        """Return why the arm must not move at a pose, naming the mode; empty when it may."""
+        estimator = self.estimator(pose)
+        return self.gate.judge(estimator.model, settled_filter(estimator, self.dt))
+
+    def estimator(self, pose: Array | None = None) -> Estimator:
+        """Return the estimator at a pose."""
+        model = linearize(self.tree, pose)
+        return Estimator(model, self.tree, self.config.sensors, self._estimator, use_compiler=False)
+
+
+def run_study(
+    task: Task, preset: str, along: int, margins: MarginConfig, say: Callable[[str], None]
+) -> Study:
+    """Look at every pose.
+
+    Args:
+        task: Of the manipulator.
+        preset: Of its description.
+        along: How many poses along its moves.
+        margins: What is wanted.
+        say: Is told what comes next.
+
+    Raises:
+        ConfigError: Preset or description are wrong.
+        ValueError: The arm cannot do its moves, or a pose has no model.
+    """
+    config = load_config(find_manipulator(task.manipulator), preset)
+    laws = task.make("controller", ControllerConfig), task.make("mpc", MpcConfig)
+    loop = Loop(config, task.make("estimator", EstimatorConfig), laws, margins)
+    found = []
+    for label, pose in _poses(loop, task, along).items():
+        say(f"pose {label}")
+        locked = tuple(linearize(loop.tree, pose).omega / (2.0 * np.pi))
+        found.append(PoseResult(label, locked, tuple(loop.cases(pose))))
+    estimator = loop.estimator()
+    left_out = settled_filter(estimator, loop.dt).left_out
+    return Study(task, preset, loop.dt, estimator.model.eta_names, left_out, tuple(found))
+
+
+def _poses(loop: Loop, task: Task, along: int) -> Mapping[str, Array]:
+    """Return the named poses and some along the moves, each but once."""
+    named = {"home": loop.config.home, **loop.config.poses}
+    course = plan_course(StaticArm(loop.tree), task, loop.dt)
+    times = np.linspace(course.legs[0].start, course.legs[-1].end, along) if along else np.zeros(0)
+    for t in times:
+        named[f"{t:.2f} s"] = course.reference.position(float(t))
+    kept: dict[str, Array] = {}
+    for label, pose in named.items():
+        if all(abs(pose - other).max() > SAME for other in kept.values()):
+            kept[label] = pose
+    return kept
+
+
+def worst_of(cases: Sequence[Case], name: str) -> tuple[Case, Case] | None:
+    """Return the cases with the smallest gain and delay margin of a path; None where none is stable."""
+    having = [case for case in cases if any(margin.name == name for margin in case.margins)]
+    if not having:
+        return None
+    by_gain = min(having, key=lambda case: case.margin(name).gain.decibels)
+    return by_gain, min(having, key=lambda case: case.margin(name).delay)
