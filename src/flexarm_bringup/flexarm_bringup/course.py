@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -68,22 +69,34 @@ def plan_course(arm: StaticArm, task: Task, dt: float) -> Course:
         ValueError: The arm cannot do a move; says which and why.
     """
     home = arm.named_pose(task.start) if isinstance(task.start, str) else arm.vector(task.start)
-    theta, clock = home, task.lead
-    motions: list[AxisMotion] = []
-    legs: list[Leg] = []
+    theta = home
+    motions: dict[str, AxisMotion] = {}
     for name, move in task.moves.items():
         try:
-            motion = move.plan(arm, theta, dt)
+            motions[name] = move.plan(arm, theta, dt)
         except ValueError as error:
             raise ValueError(f"move '{name}': {error}") from error
-        legs.append(Leg(name, clock, clock + float(motion.t[-1])))
-        motions += [_rest(theta, clock - AT_ONCE), _later(motion, clock)]
-        theta, clock = motion.theta[-1], legs[-1].end + task.wait
-    parts = ("t", "theta", "theta_dot", "theta_ddot")
-    reference = Reference(*(np.concatenate([getattr(motion, part) for motion in motions]) for part in parts))
+        theta = motions[name].theta[-1]
+    reference, legs, end = lay_out(motions, task.lead, task.wait)
     t = _tip_times(legs)
     tip = np.array([arm.pose(row)[:3, 3] for row in reference.sample(t)[0]])
-    return Course(home, reference, tuple(legs), clock, t, tip)
+    return Course(home, reference, legs, end, t, tip)
+
+
+def lay_out(
+    motions: Mapping[str, AxisMotion], lead: float, wait: float
+) -> tuple[Reference, tuple[Leg, ...], float]:
+    """Put motions one after the other, with rests before [s] and after each [s]: reference, moves, end."""
+    clock = lead
+    pieces: list[AxisMotion] = []
+    legs: list[Leg] = []
+    for name, motion in motions.items():
+        legs.append(Leg(name, clock, clock + float(motion.t[-1])))
+        pieces += [_rest(motion.theta[0], clock - AT_ONCE), _later(motion, clock)]
+        clock = legs[-1].end + wait
+    parts = ("t", "theta", "theta_dot", "theta_ddot")
+    reference = Reference(*(np.concatenate([getattr(piece, part) for piece in pieces]) for part in parts))
+    return reference, tuple(legs), clock
 
 
 def _rest(theta: Array, t: float) -> AxisMotion:
@@ -95,7 +108,7 @@ def _later(motion: AxisMotion, start: float) -> AxisMotion:
     return AxisMotion(motion.t + start, motion.theta, motion.theta_dot, motion.theta_ddot)
 
 
-def _tip_times(legs: list[Leg]) -> Array:
+def _tip_times(legs: Sequence[Leg]) -> Array:
     """Return times that resolve the moves; between them the tip rests, (k,)."""
     counts = [max(round((leg.end - leg.start) / TIP_PERIOD), 10) + 1 for leg in legs]
     return np.concatenate([np.linspace(leg.start, leg.end, k) for leg, k in zip(legs, counts, strict=True)])

@@ -2,20 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from flexarm_bringup.motions import Move, sample_moves
 from flexarm_bringup.record import RunRecord
-from flexarm_bringup.sim.rig import Rig
+from flexarm_bringup.sim.rig import Rig, Truth
+
+Array = NDArray[np.float64]
 
 
 def run_servo(rig: Rig, moves: Sequence[Move]) -> RunRecord:
     """Move the axis as prescribed and return what happened.
-
-    The acceleration of a period is the change of the prescribed velocity, so the velocity is exact at
-    every tick.
 
     Args:
         rig: A rig at tick 0.
@@ -24,11 +24,7 @@ def run_servo(rig: Rig, moves: Sequence[Move]) -> RunRecord:
     n = round(moves[-1].slot_end / rig.dt)
     times = np.asarray(np.arange(n + 1) * rig.dt, dtype=np.float64)
     _, velocity, _ = sample_moves(moves, times)
-    acceleration = np.diff(velocity) / rig.dt
-    truths = [rig.truth()]
-    for value in acceleration:
-        rig.servo(np.array([value]))
-        truths.append(rig.truth())
+    truths = list(lead(rig, velocity[:, None]))
     nothing = np.full((n + 1, 0), np.nan)
     return RunRecord(
         t=times,
@@ -41,3 +37,19 @@ def run_servo(rig: Rig, moves: Sequence[Move]) -> RunRecord:
         eta_sigma=nothing,
         fresh=np.ones(n + 1, dtype=bool),
     )
+
+
+def lead(rig: Rig, velocity: Array) -> Iterator[Truth]:
+    """Move the axes as prescribed and yield what really happens at every tick.
+
+    The acceleration of a period is the change of the prescribed velocity, so the velocity is exact at
+    every tick.
+
+    Args:
+        rig: A rig at tick 0.
+        velocity: Of the axes at every tick [rad/s or m/s], (k, n_theta).
+    """
+    yield rig.truth()
+    for acceleration in np.diff(velocity, axis=0) / rig.dt:
+        rig.servo(acceleration)
+        yield rig.truth()

@@ -9,14 +9,21 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from flexarm_bringup.static_arm import StaticArm
-from flexarm_model.kinematics.paths import CartesianMotion, at_speed, rounded_square, straight_move, travel
+from flexarm_model.kinematics.paths import (
+    CartesianMotion,
+    Way,
+    at_speed,
+    rounded_square,
+    straight_move,
+    travel,
+)
 from flexarm_model.profiles import Profile, Quintic, Trapezoid
 from flexarm_model.strict_yaml import Section
 from flexarm_model.units import axis_dimension
@@ -37,6 +44,11 @@ class AxisMotion:
 
 class TaskMove(Protocol):
     """One move."""
+
+    @property
+    def profile(self) -> Profile:
+        """Share of the way by time, from 0 to 1."""
+        ...
 
     def plan(self, arm: StaticArm, start: Array, dt: float) -> AxisMotion:
         """Return the motion of ``arm`` from the axes at ``start`` (n_theta,), about every ``dt`` [s].
@@ -104,12 +116,20 @@ class SquareTip:
     speed: float
     acceleration: float
 
+    @property
+    def profile(self) -> Profile:
+        """Share of the way by time, from 0 to 1."""
+        return replace(self._pace(rounded_square(np.zeros(3), self.side, self.radius)), theta=1.0)
+
     def plan(self, arm: StaticArm, start: Array, dt: float) -> AxisMotion:
         """Return the motion; the arm starts in the middle of the side towards +x."""
         here = arm.pose(start)
         way = rounded_square(here[:3, 3] - np.array([self.side / 2, 0.0, 0.0]), self.side, self.radius)
-        profile = at_speed(way.length, self.speed, self.acceleration)
+        profile = self._pace(way)
         return _along(arm, travel(way, here[:3, :3], profile, _times(profile.duration)), start, True)
+
+    def _pace(self, way: Way) -> Trapezoid:
+        return at_speed(way.length, self.speed, self.acceleration)
 
 
 def read_move(section: Section) -> TaskMove:
