@@ -31,6 +31,7 @@ from flexarm_estimator.settings import EstimatorConfig
 from flexarm_model.description import ManipulatorConfig
 from flexarm_model.linearize import linearize
 from flexarm_model.model_schedule import ModelSchedule, ScheduleSettings, periods_between_looks
+from flexarm_model.reduced_model import ReducedModel
 from flexarm_model.reduced_tree import ReducedTree
 
 Array = NDArray[np.float64]
@@ -120,8 +121,10 @@ def run_loop(
     config, model = tree.config, linearize(tree)
     estimator = Estimator(model, tree, config.sensors, settings.estimator)
     law = replace(settings.controller, period=hardware.dt)
-    controller = Controller(model, limits_of(config), law, settings.mpc)
+    controller = Controller(model, limits_of(config), law, settings.mpc, arm=config)
     schedule = ModelSchedule(tree, config, reference, settings.schedule)
+    if settings.mpc.foresight:
+        controller.foresee(_models_to_come(tree, model, reference, settings, hardware.dt))
     fault = controller.follow(reference)
     if fault:
         raise ValueError(fault)
@@ -142,6 +145,16 @@ def run_loop(
     spent = time.process_time() - started
     speed = (n - warm) * hardware.dt / spent
     return ticks, Effort(spent, speed, schedule.served, adopting, without / n, hardware.guard.reason)
+
+
+def _models_to_come(
+    tree: ReducedTree, model: ReducedModel, reference: Reference, settings: LoopSettings, dt: float
+) -> list[tuple[float, ReducedModel]]:
+    """Return all models of a reference with the time from which each is used [s], as the model node does."""
+    schedule = ModelSchedule(tree, tree.config, reference, settings.schedule)
+    look_ns = round(1e9 * dt) * periods_between_looks(dt)
+    plan = schedule.plan(model, float(reference.t[-1]), look_ns)
+    return [(stamp_ns * 1e-9, coming) for stamp_ns, coming in plan]
 
 
 def _serve(schedule: ModelSchedule, t: float, estimator: Estimator, controller: Controller) -> float:
@@ -175,8 +188,8 @@ def _measurements(samples: Sequence[Sample], hardware: Hardware) -> list[Measure
 
 
 def _state(estimate: Estimate) -> ArmState:
-    usable = estimate.status in ("ok", "degraded")
+    usable, sigma = estimate.status in ("ok", "degraded"), np.sqrt(np.diag(estimate.P)[: 2 * estimate.n])
     return ArmState(
         estimate.t, estimate.model_id, estimate.theta, estimate.eta, estimate.theta_dot, estimate.eta_dot,
-        estimate.d, usable, estimate.reason,
+        estimate.d, usable, estimate.reason, sigma,
     )  # fmt: skip

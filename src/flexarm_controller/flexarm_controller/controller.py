@@ -6,6 +6,7 @@ in ``time_budget``. The torque never jumps by more than its rate limit, whicheve
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import cast
 
@@ -19,9 +20,11 @@ from flexarm_controller.limits import Limits
 from flexarm_controller.mpc import Plan
 from flexarm_controller.program.delay import torques_kept
 from flexarm_controller.reference import Reference, hold
+from flexarm_controller.reference_jump import without_jump
 from flexarm_controller.settings import ControllerConfig, MpcConfig
 from flexarm_controller.state import ArmState
 from flexarm_controller.time_budget import NO_PLAN, Clocks, TimeBudget
+from flexarm_controller.trust import Trust
 from flexarm_model.description import ManipulatorConfig
 from flexarm_model.reduced_model import ReducedModel
 
@@ -60,6 +63,7 @@ class Controller:
         period, budget = self.config.period, self.config.time_budget * self.config.period
         self._budget = TimeBudget(budget, period, self._clocks.wall)
         self._inputs = LawInputs(limits, self.config, self._capped(mpc or MpcConfig()), arm)
+        self._trust = Trust(self.config.start_sigma)
         self._former = FormerPlan(limits.effort.size, period, self.config.shifted_periods)
         self.reference: Reference | None = None
         self._former_id = ""
@@ -82,19 +86,29 @@ class Controller:
         self._former_id = self.model.model_id
         self.model = self._laws.model
 
+    def foresee(self, schedule: Sequence[tuple[float, ReducedModel]]) -> None:
+        """Know which models are to come, and from what time each holds [s]; for laws that look that far."""
+        if self._inputs.foresight is not None:
+            self._inputs.foresight.expect(schedule)
+
     def reset(self) -> None:
         """Forget what was sent and planned, and the reference: the motors have been elsewhere."""
         kept = torques_kept(self._inputs.mpc, self.config.period)
         self._sent = np.zeros((kept, self._limits.effort.size))
         self._t = np.inf
         self._former.drop()
-        self.reference = None
+        self._trust.close()
+        self.reference, self._is_led = None, False
 
     def follow(self, reference: Reference) -> str:
-        """Take a reference if the axes can follow it; returns why not, or nothing."""
+        """Take a reference if the axes can follow it; returns why not, or nothing.
+
+        One that jumps away from what is followed now is caught up with at the velocity limit.
+        """
         fault = reference.fault(self._limits, self.model.theta_names)
-        if not fault:
-            self.reference = reference
+        if not fault and self._is_led and self.reference is not None:
+            reference = self._lead(self.reference.position(self._t), reference)
+        self.reference = self.reference if fault else reference
         return fault
 
     def step(self, state: ArmState) -> ControlCommand:
@@ -119,8 +133,9 @@ class Controller:
     def _look(self, state: ArmState) -> Cycle:
         """Judge the state and ask the law."""
         fault, plan, refusal = self._fault(state), NO_PLAN, ""
-        if self.reference is None and not fault:
-            self.reference = hold(state.theta, state.t)
+        if not self._is_led and not fault:
+            asked = self.reference or hold(state.theta, state.t)
+            self.reference, self._is_led = self._lead(state.theta, asked), True
         reference = self.reference
         if reference is not None and not fault:
             plan, refusal = self._budget.ask(
@@ -129,6 +144,10 @@ class Controller:
         law, former = cast("Mode", self.config.law), self._former.ahead(state.t)
         rest = self.config.rest_velocity
         return Cycle(state, reference, self._sent, self._laws, fault, law, plan, refusal, former, rest)
+
+    def _lead(self, theta: Array, reference: Reference) -> Reference:
+        """Return what leads the axes from ``theta`` to a reference from now on."""
+        return without_jump(theta, reference, self._t, self._limits.velocity, self.config.period)
 
     def _remember(self, choice: Choice, cycle: Cycle) -> Array:
         """Keep what is planned for the cycles to come and return it, (k, n_u)."""
@@ -156,6 +175,13 @@ class Controller:
 
     def _fault(self, state: ArmState) -> str:
         """Return why the state cannot be used; empty when it can."""
+        fault = self._unusable(state)
+        if fault:
+            self._trust.close()
+            return fault
+        return self._trust.fault(state.sigma, self._laws.scale)
+
+    def _unusable(self, state: ArmState) -> str:
         if state.model_id != self.model.model_id:
             is_behind = state.model_id == self._former_id
             stale = "the estimator still uses the one before" if is_behind else "the controller lacks it"

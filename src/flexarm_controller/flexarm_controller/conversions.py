@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
+
 import numpy as np
 from builtin_interfaces.msg import Duration
 from flexarm_interfaces.msg import ControllerStatus, JointCommand, ModalState
@@ -52,7 +55,8 @@ def state_from_msg(msg: ModalState, model: ReducedModel, epoch_ns: int) -> ArmSt
         np.array(part, dtype=float)
         for part in (msg.theta, msg.theta_dot, msg.disturbance, msg.eta, msg.eta_dot)
     )
-    return ArmState(t, msg.model_id, theta, eta, theta_dot, eta_dot, d, msg.status in _USABLE, msg.reason)
+    usable, sigma = msg.status in _USABLE, _sigma(msg.covariance, 2 * (n + m))
+    return ArmState(t, msg.model_id, theta, eta, theta_dot, eta_dot, d, usable, msg.reason, sigma)
 
 
 def reference_from_msg(msg: JointTrajectory, names: tuple[str, ...], epoch_ns: int) -> Reference:
@@ -102,6 +106,17 @@ def status_to_msg(command: ControlCommand, missed: int, overruns: int, epoch_ns:
     msg.limits_active, msg.tracking_error = list(command.limits_active), floats(command.tracking_error)
     msg.header.stamp = ns_to_stamp(round(command.t * NS_PER_S) + epoch_ns)
     return msg
+
+
+def _sigma(covariance: Sequence[float], n_x: int) -> Array:
+    """Return the standard deviations of the first ``n_x`` coordinates; none where nobody tells them."""
+    size = math.isqrt(len(covariance))
+    if not size:
+        return np.zeros(0)
+    if size * size != len(covariance) or size < n_x:
+        return np.full(n_x, np.inf)
+    variances = np.array(covariance[:: size + 1], dtype=float)[:n_x]
+    return np.sqrt(np.where(variances >= 0.0, variances, np.inf))
 
 
 def notice_msg(reason: str, stamp_ns: int) -> ControllerStatus:

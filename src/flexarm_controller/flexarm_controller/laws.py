@@ -19,16 +19,20 @@ from flexarm_controller.joint_pd import JointPd
 from flexarm_controller.limits import Limits
 from flexarm_controller.lqr import Lqr
 from flexarm_controller.mpc import Mpc, Plan
+from flexarm_controller.moving_mpc import MovingMpc
 from flexarm_controller.nonlinear.arm_equations import NonlinearModelError
 from flexarm_controller.nonlinear.nonlinear_arm import NonlinearArm
 from flexarm_controller.nonlinear.nonlinear_mpc import NonlinearMpc
 from flexarm_controller.nonlinear.settings import NmpcConfig
+from flexarm_controller.program.foresight import Foresight
 from flexarm_controller.reference import Reference
 from flexarm_controller.settings import ControllerConfig, MpcConfig
 from flexarm_controller.solvers.qp import QpResult
 from flexarm_controller.state import ArmState
+from flexarm_controller.trust import deviation_scale
 from flexarm_model.description import ManipulatorConfig
 from flexarm_model.reduced_model import ReducedModel
+from flexarm_model.reduced_tree import ReducedTree
 
 Array = NDArray[np.float64]
 
@@ -98,9 +102,22 @@ class LawInputs:
             raise NonlinearModelError("law 'nmpc' needs the description of the arm")
         return NonlinearArm(self.arm, self.nmpc, self.config.period, self.mpc.horizon)
 
+    @cached_property
+    def foresight(self) -> Foresight | None:
+        """The models that are to come; None where nobody knows the arm or the settings do not want them."""
+        if self.arm is None or not self.mpc.foresight:
+            return None
+        return Foresight(ReducedTree(self.arm), self.limits, self.mpc, self.config.period)
+
+
+def build_mpc(model: ReducedModel, given: LawInputs) -> Planner:
+    """Build the predictive controller, along the pose where models to come are known."""
+    arguments = (model, given.limits, given.mpc, given.config.period)
+    return Mpc(*arguments) if given.foresight is None else MovingMpc(*arguments, given.foresight)
+
 
 LAWS: Mapping[str, Callable[[ReducedModel, LawInputs], Planner]] = {
-    "mpc": lambda model, given: Mpc(model, given.limits, given.mpc, given.config.period),
+    "mpc": build_mpc,
     "nmpc": lambda model, given: NonlinearMpc(
         model, given.nonlinear_arm, given.limits, given.mpc, given.nmpc
     ),
@@ -118,12 +135,14 @@ class Laws:
         planner: The law that was asked for.
         lqr: What replaces it while the state is good; None for a model that no LQR can stabilise.
         damping: What replaces both.
+        scale: Square root of what a deviation of each coordinate of x costs, (2 n,).
     """
 
     model: ReducedModel
     planner: Planner
     lqr: Feedback | None
     damping: JointDamping
+    scale: Array
 
 
 def build_laws(model: ReducedModel, given: LawInputs) -> Laws:
@@ -133,4 +152,5 @@ def build_laws(model: ReducedModel, given: LawInputs) -> Laws:
         lqr: Feedback | None = Lqr(model, given.mpc, given.config.period)
     except np.linalg.LinAlgError:
         lqr = None
-    return Laws(model, planner, lqr, JointDamping(model, given.config.damping_rate))
+    scale = deviation_scale(model, given.mpc, given.config.period)
+    return Laws(model, planner, lqr, JointDamping(model, given.config.damping_rate), scale)

@@ -48,6 +48,7 @@ class MpcConfig:
     latency: float = parameter(
         0.0, "Time by which torques act later still; any share of a period.", "s", minimum=0.0, maximum=0.1
     )
+    foresight: bool = parameter(False, "Predict with the models that are to come, each from its time on.")
     position_limit: bool = parameter(True, "Keep the joint position limits inside the horizon too.")
     tip_error: float = parameter(
         0.0, "Error of the tip's position that costs 1; 0 for none.", "m", minimum=0.0
@@ -86,6 +87,9 @@ class ControllerConfig:
     )
     time_budget: float = parameter(
         0.8, "Share of the period that the law may take by the wall clock; 0 for no limit.", "1", 0.0, 10.0
+    )
+    start_sigma: float = parameter(
+        20.0, "3 sigma of the state, in deviations that cost 1, at which the law may take over.", "1", 1e-3
     )
 
     def __post_init__(self) -> None:

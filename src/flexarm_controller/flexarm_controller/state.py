@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
@@ -26,6 +26,7 @@ class ArmState:
         d: Unmodelled torque on the axes [N m] or [N], (n_theta,).
         usable: Whether the estimator vouches for it.
         reason: Why it is not usable or degraded; empty otherwise.
+        sigma: Standard deviations of ``x``, (2 n,), or (0,) where nobody tells them.
     """
 
     t: float
@@ -37,6 +38,7 @@ class ArmState:
     d: Array
     usable: bool = True
     reason: str = ""
+    sigma: Array = field(default_factory=lambda: np.zeros(0))
 
     @cached_property
     def x(self) -> Array:

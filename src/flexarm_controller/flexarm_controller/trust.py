@@ -1,0 +1,49 @@
+"""Whether an estimate is sure enough for the law to take over, after a start or an interruption.
+
+What counts is ``3 sigma`` of every coordinate of the state, in deviations that cost 1 (the weights of the
+predictive controller): an estimator that has just begun anew vouches for its state long before it knows the
+modes. Once the law has taken over, a growing sigma does not stop it: that is the estimator's own judgement.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexarm_controller.program.cost import build_cost
+from flexarm_controller.settings import MpcConfig
+from flexarm_model.reduced_model import ReducedModel
+
+Array = NDArray[np.float64]
+
+
+class Trust:
+    """Opens once the estimate is sure, closes when it was interrupted."""
+
+    def __init__(self, limit: float) -> None:
+        """Open at ``3 sigma <= limit`` in deviations that cost 1."""
+        self._limit, self._is_open = limit, False
+
+    def close(self) -> None:
+        """Ask for a sure estimate again."""
+        self._is_open = False
+
+    def fault(self, sigma: Array, scale: Array) -> str:
+        """Return why the estimate is not sure enough; empty when it is, and when nobody tells sigma.
+
+        Args:
+            sigma: Of x = [theta; eta; theta'; eta'], (2 n,), or (0,).
+            scale: Cost of a deviation, its square root, (2 n,).
+        """
+        if self._is_open or not sigma.size:
+            return ""
+        largest = float(3.0 * (sigma * scale).max())
+        self._is_open = largest <= self._limit
+        if self._is_open:
+            return ""
+        return f"estimator: 3 sigma of the state is {largest:.3g} of at most {self._limit:.3g}"
+
+
+def deviation_scale(model: ReducedModel, config: MpcConfig, dt: float) -> Array:
+    """Return the square root of what a deviation of each coordinate of x costs, (2 n,)."""
+    return np.asarray(np.sqrt(np.diag(build_cost(model, config, dt).Q)))
