@@ -1,0 +1,1 @@
+"""From measured signals to modes: spectra, poles of every order, what lasts, refinement, all automatic."""

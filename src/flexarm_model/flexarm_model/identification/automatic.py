@@ -1,0 +1,102 @@
+"""Modes from frequency responses without anybody choosing an order.
+
+The poles that last through the stabilisation chart are refined by modal least squares with common poles.
+What the data do not hold is then left out, one mode at a time, the weakest first: a mode that ran to a
+bound, whose frequency is not known to half its bandwidth, or that stands out of the noise by less than
+chance does.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexarm_model.identification.lscf import OrderPoles, poles_of_orders
+from flexarm_model.identification.stabilisation import Stability, Track, lasting
+from flexarm_model.modal.fit import FitOptions, PoleFit, fit_poles
+from flexarm_model.modal.frf import Frf
+
+Array = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+LINES_PER_ORDER = 3  # lines for every order of the chart, so that noise cannot make a track of its own
+MOST_ORDERS = 40
+STANDS_OUT = 4.0  # standard deviations of a mode's frequency per bandwidth, and of its size
+LARGEST_DAMPING = 0.3  # beyond it a pole is a slope, not a resonance [1]
+
+
+@dataclass(frozen=True)
+class Identified:
+    """Modes of a band, and how they were found.
+
+    Attributes:
+        fit: Refined poles with uncertainty, residues and remainders; None when there is no mode.
+        chart: Poles of every order.
+        chosen: Tracks that the refinement started from.
+        dropped_hz: Frequencies that lasted through the orders and were left out again [Hz].
+    """
+
+    fit: PoleFit | None
+    chart: tuple[OrderPoles, ...]
+    chosen: tuple[Track, ...]
+    dropped_hz: tuple[float, ...]
+
+
+def identify_modes(
+    frf: Frf, weight: Array | None = None, orders: range | None = None, stability: Stability | None = None
+) -> Identified:
+    """Return the modes in the band of ``frf``.
+
+    Args:
+        frf: Responses, evenly spaced lines; the smaller side should be the inputs (``transposed``).
+        weight: Of every line, (k,); 0 masks a line, None weighs all alike.
+        orders: Orders of the chart; None takes as many as the lines allow.
+        stability: What counts as unchanged; None is the default.
+
+    Raises:
+        ValueError: The lines are not evenly spaced or too few.
+    """
+    chart = poles_of_orders(frf, orders or _orders(frf), weight)
+    chosen = tuple(
+        track for track in lasting(chart, stability) if -track.pole.real < LARGEST_DAMPING * abs(track.pole)
+    )
+    poles = np.array([track.pole for track in chosen])
+    participation = np.array([track.participation for track in chosen]).reshape(len(chosen), frf.H.shape[2])
+    dropped: list[float] = []
+    while poles.size:
+        fit = fit_poles(frf, poles, participation, FitOptions(weight=weight))
+        doubt = _doubt(fit, frf)
+        if doubt.max() < 1.0:
+            return Identified(fit, chart, chosen, tuple(dropped))
+        worst = int(doubt.argmax())
+        dropped.append(float(fit.model.f_hz[worst]))
+        nearest = int(abs(abs(poles) - abs(fit.model.poles[worst])).argmin())
+        poles, participation = np.delete(poles, nearest), np.delete(participation, nearest, axis=0)
+    return Identified(None, chart, chosen, tuple(dropped))
+
+
+def _orders(frf: Frf) -> range:
+    most = min(MOST_ORDERS, len(frf.f_hz) // LINES_PER_ORDER)
+    return range(2, max(most, 2) + 1)
+
+
+def _doubt(fit: PoleFit, frf: Frf) -> Array:
+    """Return how doubtful every mode is, (r,); from 1 on it is none."""
+    bandwidth = 2 * fit.model.zeta * fit.model.f_hz
+    unknown = STANDS_OUT * np.nan_to_num(fit.f_std_hz, nan=0.0) / bandwidth
+    faint = STANDS_OUT / np.maximum(_prominence(fit, frf), 1e-12)
+    overdamped = fit.model.zeta / LARGEST_DAMPING
+    return np.where(fit.at_bound, np.inf, np.maximum(np.maximum(unknown, faint), overdamped))
+
+
+def _prominence(fit: PoleFit, frf: Frf) -> Array:
+    """Return the size of every mode over what the noise alone would give it, (r,)."""
+    left = frf.H - fit.model.frf(frf.f_hz).H
+    noise = np.sqrt(np.mean(abs(left) ** 2, axis=0))  # (n_out, n_in)
+    shape = abs(frf.s) ** frf.power
+    values = []
+    for pole, residue in zip(fit.model.poles, fit.model.residues, strict=True):
+        curve = shape / abs(frf.s - pole)  # of a residue of one
+        values.append(np.sqrt(np.sum((abs(residue) / np.maximum(noise, 1e-300)) ** 2) * np.sum(curve**2)))
+    return np.asarray(np.array(values) / np.sqrt(frf.H[0].size))

@@ -1,0 +1,160 @@
+"""Frequency responses and coherence from records of inputs and outputs.
+
+With averaged cross spectra ``G_yx = <Y X^H>``, every line by itself::
+
+    H1 = G_yx G_xx^-1                       noise on the outputs only
+    H2 = G_yy G_xy^-1  (one input)          noise on the input only
+    Hv = smallest eigenvector of [G_xx G_xy; G_yx G_yy], each signal by its own power   noise on both
+
+For one input Hv has the phase of H1 and the geometric mean of the magnitudes of H1 and H2 [Rocklin1985].
+The multiple coherence is the share of an output's power that the inputs explain; where it is low, a
+response is a guess.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
+from numpy.typing import NDArray
+from scipy.signal import get_window
+
+from flexarm_model.modal.frf import Frf
+from flexarm_model.modal.read_only import lock_arrays
+
+Array = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+ESTIMATORS = ("H1", "H2", "Hv")
+
+
+@dataclass(frozen=True)
+class SpectrumSettings:
+    """How records become spectra.
+
+    Attributes:
+        block: Samples per block; its inverse times the rate is the distance of the lines.
+        overlap: Share of a block that the next one uses again [1].
+        window: Name of a window of scipy.signal, e.g. "hann"; "boxcar" for transients that have died out.
+        estimator: "H1", "H2" or "Hv".
+    """
+
+    block: int
+    overlap: float = 0.5
+    window: str = "hann"
+    estimator: str = "H1"
+
+    def __post_init__(self) -> None:
+        """Check.
+
+        Raises:
+            ValueError: A value is outside its range.
+        """
+        if self.block < 4 or not 0.0 <= self.overlap < 1.0 or self.estimator not in ESTIMATORS:
+            raise ValueError(
+                f"block {self.block} must be at least 4, overlap {self.overlap} in [0, 1), "
+                f"estimator '{self.estimator}' one of {', '.join(ESTIMATORS)}"
+            )
+
+
+@dataclass(frozen=True)
+class MeasuredFrf:
+    """Responses as measured.
+
+    Attributes:
+        frf: The responses.
+        coherence: Multiple coherence, nan at lines without power, (k, n_out).
+        averages: Number of blocks [1].
+    """
+
+    frf: Frf
+    coherence: Array
+    averages: int
+
+    def __post_init__(self) -> None:
+        """Make the arrays read-only."""
+        lock_arrays(self)
+
+    def trusted(self, least: float) -> NDArray[np.bool_]:
+        """Return the lines at which every output has at least this coherence, (k,)."""
+        return np.asarray((np.nan_to_num(self.coherence) >= least).all(axis=1))
+
+
+def measure_frf(
+    x: Sequence[Array],
+    y: Sequence[Array],
+    rate_hz: float,
+    settings: SpectrumSettings,
+    kind: str = "receptance",
+) -> MeasuredFrf:
+    """Return the responses of outputs ``y`` to inputs ``x``.
+
+    Args:
+        x: Records of the inputs, evenly sampled, one array (samples, n_in) per run.
+        y: Of the outputs at the same instants, (samples, n_out) per run.
+        rate_hz: Samples per second [Hz].
+        settings: Blocks, window, estimator.
+        kind: What an output is of a displacement: "receptance", "mobility" or "accelerance".
+
+    Raises:
+        ValueError: Records do not fit each other, are shorter than a block or not finite, or there are
+            fewer blocks than inputs, or several inputs for H2, or inputs that cannot be told apart.
+    """
+    n_in, n_out = x[0].shape[1], y[0].shape[1]
+    if settings.estimator == "H2" and n_in > 1:
+        raise ValueError(f"H2 needs one input, there are {n_in}; take H1 or Hv")
+    blocks = [_blocks(np.hstack(pair), settings) for pair in zip(x, y, strict=True)]
+    spectra = np.fft.rfft(np.concatenate(blocks), axis=1)  # (blocks, lines, channels)
+    if len(spectra) < n_in:
+        raise ValueError(f"{len(spectra)} block(s) cannot part {n_in} inputs; record longer")
+    G = np.einsum("bki,bkj->kij", spectra, spectra.conj()) / len(spectra)
+    f_hz = np.asarray(np.fft.rfftfreq(settings.block, 1.0 / rate_hz), float)
+    H, coherence = _responses(G, n_in, settings.estimator)
+    return MeasuredFrf(Frf(f_hz, H, kind), coherence.reshape(-1, n_out), len(spectra))
+
+
+def _blocks(record: Array, settings: SpectrumSettings) -> Array:
+    """Return the windowed blocks of a record without their means, (blocks, block, channels)."""
+    if record.ndim != 2 or len(record) < settings.block or not np.isfinite(record).all():
+        raise ValueError(f"a record {record.shape} is shorter than a block of {settings.block} or not finite")
+    hop = max(1, round(settings.block * (1 - settings.overlap)))
+    cut = sliding_window_view(record, settings.block, axis=0)[::hop].swapaxes(1, 2)
+    window = get_window(settings.window, settings.block)
+    mean = cut.mean(axis=1, keepdims=True) if settings.window != "boxcar" else 0.0
+    return np.asarray((cut - mean) * window[:, None])
+
+
+def _responses(G: Complex, n_in: int, estimator: str) -> tuple[Complex, Array]:
+    """Return H, (k, n_out, n_in), and the multiple coherence, (k, n_out)."""
+    G_xx, G_xy, G_yx, G_yy = G[:, :n_in, :n_in], G[:, :n_in, n_in:], G[:, n_in:, :n_in], G[:, n_in:, n_in:]
+    level = np.abs(np.einsum("kii->ki", G_xx)).max(axis=1)
+    dead = level <= level.max() * np.finfo(float).eps ** 2
+    safe = G_xx + np.where(dead, 1.0, 0.0)[:, None, None] * np.eye(n_in)
+    if np.linalg.cond(safe[~dead]).max(initial=1.0) > 1e12:
+        raise ValueError("the inputs cannot be told apart: drive them one at a time or with other signals")
+    first = np.linalg.solve(safe.swapaxes(1, 2), G_yx.swapaxes(1, 2)).swapaxes(1, 2)
+    power = np.abs(np.einsum("koo->ko", G_yy))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        coherence = np.real(np.einsum("koi,kio->ko", first, G_xy)) / power
+    if estimator == "H2":
+        with np.errstate(divide="ignore", invalid="ignore"):
+            second = power / G_xy[:, 0, :]
+        first = np.where(np.isfinite(second), second, first[:, :, 0])[:, :, None]
+    if estimator == "Hv":
+        first = _total_least_squares(G, n_in)
+    return np.where(dead[:, None, None], 0.0, first), np.where(dead[:, None], np.nan, coherence)
+
+
+def _total_least_squares(G: Complex, n_in: int) -> Complex:
+    """Return Hv, (k, n_out, n_in), one output at a time."""
+    rows = []
+    scale = np.sqrt(np.maximum(np.abs(np.einsum("kii->ki", G)), np.finfo(float).tiny))
+    for o in range(n_in, G.shape[1]):
+        pick = [*range(n_in), o]
+        size = scale[:, pick]
+        vectors = np.linalg.eigh(G[:, pick][:, :, pick] / (size[:, :, None] * size[:, None, :]))[1]
+        least = vectors[:, :, 0]  # its product with [x; y] has the least power
+        tail = np.where(least[:, -1] == 0, np.finfo(float).tiny, least[:, -1])
+        rows.append(-(least[:, :-1] / tail[:, None]).conj() * size[:, -1:] / size[:, :-1])
+    return np.asarray(np.stack(rows, axis=1))

@@ -1,0 +1,99 @@
+"""Which poles come back at every order: tracks through a stabilisation chart, and the choice among them.
+
+A pole continues a track when frequency and damping have hardly changed since the order before. Poles are
+assigned to tracks together, by their participations too, so that two modes under one frequency stay two
+tracks; of an exact pair the participations may turn from order to order, so they decide, but refuse nothing.
+A structure's mode is a track that has lasted for a good share of the orders.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import linear_sum_assignment
+
+from flexarm_model.identification.lscf import OrderPoles
+
+Array = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+REFUSED = 1e6  # cost of a pair that cannot be the same mode
+
+
+@dataclass(frozen=True)
+class Stability:
+    """What counts as unchanged from one order to the next, and as lasting.
+
+    Attributes:
+        frequency: Relative change of the frequency [1].
+        damping: Relative change of the damping ratio [1].
+        share: Share of the orders through which a mode lasts [1].
+    """
+
+    frequency: float = 0.01
+    damping: float = 0.3
+    share: float = 0.5
+
+
+@dataclass
+class Track:
+    """A pole through the orders.
+
+    Attributes:
+        orders: Orders at which it was found, ascending.
+        poles: Its value there [rad/s].
+        participations: Its participation of the inputs there, (n_in,) each.
+    """
+
+    orders: list[int] = field(default_factory=list)
+    poles: list[complex] = field(default_factory=list)
+    participations: list[Complex] = field(default_factory=list)
+
+    @property
+    def pole(self) -> complex:
+        """Median over the upper half of its orders [rad/s]."""
+        upper = np.array(self.poles[len(self.poles) // 2 :])
+        return complex(np.median(upper.real), np.median(upper.imag))
+
+    @property
+    def participation(self) -> Complex:
+        """Participation at its highest order, where those of all modes belong together, (n_in,)."""
+        return self.participations[-1]
+
+
+def tracks(chart: Sequence[OrderPoles], stability: Stability | None = None) -> tuple[Track, ...]:
+    """Return every track of a chart, slowest first; a pole that continues none begins one."""
+    limits, found = stability or Stability(), list[Track]()
+    for at_order in chart:
+        cost = np.array([[_cost(track, at_order, i, limits) for i in range(at_order.poles.size)]
+                         for track in found]).reshape(len(found), at_order.poles.size)  # fmt: skip
+        rows, columns = linear_sum_assignment(cost)
+        owner = {int(c): found[r] for r, c in zip(rows, columns, strict=True) if cost[r, c] < REFUSED}
+        for i in range(at_order.poles.size):
+            track = owner.get(i)
+            if track is None:
+                track = Track()
+                found.append(track)
+            track.orders.append(at_order.order)
+            track.poles.append(complex(at_order.poles[i]))
+            track.participations.append(at_order.participation[i])
+    return tuple(sorted(found, key=lambda track: abs(track.pole)))
+
+
+def lasting(chart: Sequence[OrderPoles], stability: Stability | None = None) -> tuple[Track, ...]:
+    """Return the tracks that last for the share of the orders, slowest first."""
+    limits = stability or Stability()
+    return tuple(track for track in tracks(chart, limits) if len(track.orders) >= limits.share * len(chart))
+
+
+def _cost(track: Track, at_order: OrderPoles, i: int, limits: Stability) -> float:
+    before, now = track.poles[-1], complex(at_order.poles[i])
+    frequency = abs(abs(now) / abs(before) - 1) / limits.frequency
+    damping = abs((now.real / abs(now)) / (before.real / abs(before)) - 1) / limits.damping
+    p, q = track.participations[-1], at_order.participation[i]
+    likeness = abs(np.vdot(p, q)) ** 2 / (np.vdot(p, p).real * np.vdot(q, q).real)
+    if max(frequency, damping) > 1:
+        return REFUSED
+    return float(frequency**2 + damping**2 + (1 - likeness))
