@@ -18,6 +18,7 @@ from flexarm_bringup.provenance import git_hash
 from flexarm_bringup.tick_check import check_ticks
 from flexarm_bringup.topics import NAMESPACE, STREAMS
 from flexarm_controller.exchange import ControllerExchange
+from flexarm_controller.motion.settings import MotionConfig
 from flexarm_controller.settings import ControllerConfig, MpcConfig
 from flexarm_controller.time_budget import Clocks
 from flexarm_estimator.exchange import EstimatorExchange
@@ -64,7 +65,8 @@ def _build_player(bag: Bag) -> tuple[Player, Callable[[], str]]:
     epoch_ns = 0 if lockstep else None
     laws = apply_overrides(ControllerConfig, settings.get("controller", {}))
     mpc = replace(apply_overrides(MpcConfig, settings.get("controller", {})), time_limit=NO_TIME_LIMIT)
-    controller = ControllerExchange(config, laws, mpc, epoch_ns, Clocks(cpu=lambda: 0.0))
+    motion = apply_overrides(MotionConfig, settings.get("controller", {}))
+    controller = ControllerExchange(config, laws, mpc, epoch_ns, Clocks(cpu=lambda: 0.0), motion)
     estimator = EstimatorExchange(
         config, apply_overrides(EstimatorConfig, settings.get("estimator", {})), epoch_ns
     )

@@ -4,6 +4,7 @@ Publishes
     joint_commands (flexarm_interfaces/JointCommand): one per modal_state while the guard is armed.
     controller_status (flexarm_interfaces/ControllerStatus): one per modal_state, and at once for every
         reference or model that is taken or refused.
+    motion_status, reference: see ``motion/tip_goals_node``.
     ~/models (std_msgs/String, latched): receipt of the models taken and prepared so far.
     ~/ready (std_msgs/Bool, latched): true once it has a model and its topics are connected.
 Subscribes
@@ -28,6 +29,9 @@ from std_msgs.msg import String
 from trajectory_msgs.msg import JointTrajectory
 
 from flexarm_controller.exchange import ControllerExchange, Outgoing
+from flexarm_controller.motion.motion_exchange import MotionExchange
+from flexarm_controller.motion.settings import MotionConfig
+from flexarm_controller.motion.tip_goals_node import TipGoals
 from flexarm_controller.pacing import Pacing
 from flexarm_controller.settings import ControllerConfig, MpcConfig
 from flexarm_controller.time_budget import Clocks
@@ -67,15 +71,16 @@ class ControllerNodeSettings:
 class ControllerNode(Node):
     """Connects a ``ControllerExchange`` to topics."""
 
-    SETTINGS = (ControllerNodeSettings, ControllerConfig, MpcConfig)
+    SETTINGS = (ControllerNodeSettings, ControllerConfig, MpcConfig, MotionConfig)
 
     def __init__(self) -> None:
         """Load the manipulator and subscribe."""
         super().__init__("controller", namespace="flexarm")
         self.settings: ControllerNodeSettings
-        self.settings, laws, mpc = declare_configs(self)
+        self.settings, laws, mpc, motion = declare_configs(self)
         config = load_config(find_manipulator(self.settings.manipulator), self.settings.preset)
-        self.exchange = self._exchange(config, laws, mpc)
+        self.exchange = self._exchange(config, laws, mpc, motion)
+        self._goals = TipGoals(self, MotionExchange(config, laws, motion, self.exchange))
         self._lockstep = Lockstep(("guard_status",), self.on_tick_complete)
         self._ticked_ns = -1
         self._waiting: ModalState | None = None
@@ -83,12 +88,12 @@ class ControllerNode(Node):
         self._connect()
 
     def _exchange(
-        self, config: ManipulatorConfig, laws: ControllerConfig, mpc: MpcConfig
+        self, config: ManipulatorConfig, laws: ControllerConfig, mpc: MpcConfig, motion: MotionConfig
     ) -> ControllerExchange:
         """Return the exchange; in lockstep its results must not depend on how busy the machine is."""
         if self.settings.lockstep:
-            return ControllerExchange(config, laws, replace(mpc, time_limit=0.0), 0)
-        return ControllerExchange(config, laws, mpc, None, Clocks(wall=time.perf_counter))
+            return ControllerExchange(config, laws, replace(mpc, time_limit=0.0), 0, motion=motion)
+        return ControllerExchange(config, laws, mpc, None, Clocks(wall=time.perf_counter), motion)
 
     def on_model(self, msg: ReducedModel) -> None:
         """Take a model, to be used from its stamp on, or say why not."""
@@ -99,6 +104,8 @@ class ControllerNode(Node):
 
     def on_reference(self, msg: JointTrajectory) -> None:
         """Take a reference, or say why not."""
+        if self._goals.is_own(msg):
+            return
         answer = self.exchange.on_reference(msg)
         self.get_logger().info(answer[0].msg.reason)
         self._publish(answer)
@@ -143,6 +150,7 @@ class ControllerNode(Node):
             msg, self._waiting = self._waiting, None
             self._publish(self.exchange.on_modal_state(msg))
             self._pacing.note()
+            self._goals.update()
 
     def _publish(self, outgoing: Sequence[Outgoing]) -> None:
         for out in outgoing:

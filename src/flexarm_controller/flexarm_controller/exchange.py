@@ -19,7 +19,11 @@ from flexarm_controller.conversions import (
 )
 from flexarm_controller.laws import Laws
 from flexarm_controller.limits import limits_of
+from flexarm_controller.motion.admission import admit, check_jump
+from flexarm_controller.motion.refusals import MotionError
+from flexarm_controller.motion.settings import MotionConfig
 from flexarm_controller.settings import ControllerConfig, MpcConfig
+from flexarm_controller.state import ArmState
 from flexarm_controller.time_budget import Clocks
 from flexarm_model.conversions import ModelMessageError, model_from_msg, stamp_to_ns
 from flexarm_model.description import ManipulatorConfig
@@ -41,6 +45,7 @@ class ControllerExchange:
 
     Attributes:
         controller: None until a model has been accepted.
+        state: The newest one; None before the first.
         model_fault: Why the last model was refused; empty when it was taken.
     """
 
@@ -51,6 +56,7 @@ class ControllerExchange:
         mpc: MpcConfig,
         epoch_ns: int | None,
         clocks: Clocks | None = None,
+        motion: MotionConfig | None = None,
     ) -> None:
         """Start without a model.
 
@@ -60,21 +66,33 @@ class ControllerExchange:
             mpc: Weights, horizon, solver.
             epoch_ns: Stamp that is time zero [ns]; None takes the first state's.
             clocks: Of CPU time and, in real time, of the wall.
+            motion: What becomes of references that are too fast.
         """
         self._config, self._settings, self._mpc, self._clocks = config, settings, mpc, clocks
         self._names = tuple(config.actuated)
-        self._limits = limits_of(config)
+        self._limits, self._motion = limits_of(config), motion or MotionConfig()
         self._epoch_ns = epoch_ns
         self._token = self._sequence = self._missed = 0
         self._last_ns: int | None = None
         self._pending: PendingModels[Laws] = PendingModels()
         self.controller: Controller | None = None
+        self.state: ArmState | None = None
         self.model_fault = "no model yet"
 
     @property
     def receipt(self) -> str:
         """What models have been taken, in short; equal at all who took the same."""
         return self._pending.receipt
+
+    @property
+    def epoch_ns(self) -> int | None:
+        """Stamp that is time zero [ns]; None until it is known."""
+        return self._epoch_ns
+
+    @property
+    def is_armed(self) -> bool:
+        """Whether commands reach the motors."""
+        return bool(self._token)
 
     def on_model(self, msg: Any) -> list[Outgoing]:
         """Take a model of the same description, to be used from its stamp on; refuse another by name.
@@ -112,8 +130,12 @@ class ControllerExchange:
 
     def on_reference(self, msg: Any) -> list[Outgoing]:
         """Take a reference or refuse it; the answer says which, and why."""
-        reason = self._take_reference(msg)
-        answer = f"reference refused: {reason}" if reason else f"reference accepted: {len(msg.points)} points"
+        try:
+            remark = self._take_reference(msg)
+        except (ReferenceMessageError, MotionError) as error:
+            answer = f"reference refused: {error}"
+        else:
+            answer = "; ".join([f"reference accepted: {len(msg.points)} points", *remark])
         return [Outgoing("controller_status", notice_msg(answer, stamp_to_ns(msg.header.stamp)))]
 
     def on_modal_state(self, msg: Any) -> list[Outgoing]:
@@ -127,9 +149,10 @@ class ControllerExchange:
         laws = self._pending.due(stamp_ns)
         if laws is not None and laws.model.model_id != self.controller.model.model_id:
             self.controller.adopt(laws)
+        self.state = state_from_msg(msg, self.controller.model, self._epoch_ns)
         if not self._token:
             return [Outgoing("controller_status", notice_msg("guard is not armed", stamp_ns))]
-        command = self.controller.step(state_from_msg(msg, self.controller.model, self._epoch_ns))
+        command = self.controller.step(self.state)
         self._sequence += 1
         command_msg = command_to_msg(command, self._names, self._sequence, self._token, self._epoch_ns)
         command_msg.header.stamp = msg.header.stamp
@@ -137,16 +160,26 @@ class ControllerExchange:
         status.header.stamp = msg.header.stamp
         return [Outgoing("joint_commands", command_msg), Outgoing("controller_status", status)]
 
-    def _take_reference(self, msg: Any) -> str:
-        if self.controller is None:
-            return self.model_fault
-        if self._epoch_ns is None:
-            return "no state yet"
-        try:
-            reference = reference_from_msg(msg, self._names, self._epoch_ns)
-        except ReferenceMessageError as error:
-            return str(error)
-        return self.controller.follow(reference)
+    def _take_reference(self, msg: Any) -> tuple[str, ...]:
+        """Follow a reference; returns remarks.
+
+        Raises:
+            ReferenceMessageError, MotionError: It is refused.
+        """
+        if self.controller is None or self._epoch_ns is None:
+            raise MotionError(self.model_fault or "no state yet")
+        model = self.controller.model
+        reference = reference_from_msg(msg, self._names, self._epoch_ns)
+        reference, remark = admit(reference, model, self._limits, self._motion)
+        if self.state is not None and self.state.usable and self.state.is_finite:
+            t = self.state.t + self._settings.period
+            followed = self.controller.reference
+            before = followed.position(t) if followed else self.state.theta
+            check_jump(reference, before, t, self._limits, self._settings.period)
+        fault = self.controller.follow(reference)
+        if fault:
+            raise MotionError(fault)
+        return (remark,) if remark else ()
 
     def _refuse_model(self, msg: Any, reason: str) -> list[Outgoing]:
         self.model_fault = f"model refused: {reason}"

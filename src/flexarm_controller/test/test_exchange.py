@@ -116,7 +116,7 @@ def test_a_state_of_another_model_brakes(exchange, model):
 
 
 def test_references_are_answered_at_once_with_the_reason(exchange, model):
-    inside = reference_to_msg(replace(hold(np.array([0.4])), t=np.array([2.0])), ("base.rz",), 0)
+    inside = reference_to_msg(replace(hold(np.array([0.11])), t=np.array([2.0])), ("base.rz",), 0)
     outside = reference_to_msg(replace(hold(np.array([4.0])), t=np.array([2.0])), ("base.rz",), 0)
     assert "refused" in answers(exchange.on_reference(inside))["controller_status"].reason
     exchange.on_model(model_to_msg(model))

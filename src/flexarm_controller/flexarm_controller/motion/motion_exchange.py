@@ -1,0 +1,124 @@
+"""Goals of the tip between messages: requests come in, responses, references and progress go out.
+
+A reference made here is also sent on the topic ``reference``, so that the model node makes the models of the
+motion and a bag holds what was followed. The controller follows what that message says, to the nanosecond, so
+that a replay does the same.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from flexarm_controller.conversions import reference_from_msg
+from flexarm_controller.exchange import ControllerExchange, Outgoing
+from flexarm_controller.limits import limits_of
+from flexarm_controller.motion.conversions import (
+    cancel_response,
+    goal_from_request,
+    move_response,
+    own_reference_msg,
+    progress_to_msg,
+)
+from flexarm_controller.motion.motion_server import Answer, MotionServer
+from flexarm_controller.motion.refusals import MotionError
+from flexarm_controller.motion.settings import MotionConfig
+from flexarm_controller.motion.tip_kinematics import TipKinematics
+from flexarm_controller.reference import Reference
+from flexarm_controller.settings import ControllerConfig
+from flexarm_controller.state import ArmState
+from flexarm_model.description import ManipulatorConfig
+from flexarm_model.reduced_model import ReducedModel
+from flexarm_model.reduced_tree import ReducedTree
+
+
+class MotionExchange:
+    """Owns the motion server of one controller."""
+
+    def __init__(
+        self,
+        config: ManipulatorConfig,
+        settings: ControllerConfig,
+        motion: MotionConfig,
+        exchange: ControllerExchange,
+    ) -> None:
+        """Build the kinematics of the described arm.
+
+        Args:
+            config: The manipulator.
+            settings: For the control period.
+            motion: Limits and tolerances of motions.
+            exchange: Of the controller that follows.
+        """
+        self._exchange, self._names = exchange, tuple(config.actuated)
+        tip = TipKinematics(ReducedTree(config))
+        self._server = MotionServer(tip, limits_of(config), motion, settings.period)
+
+    def on_move_tip(self, request: Any) -> tuple[Any, list[Outgoing]]:
+        """Answer a goal; returns the response and what is to be sent."""
+        arm = self._arm()
+        try:
+            goal = goal_from_request(request)
+        except MotionError as error:
+            return move_response(Answer(False, str(error))), []
+        if isinstance(arm, str):
+            return move_response(Answer(False, arm)), []
+        answer = self._server.move_tip(goal, arm, arm.state)
+        return move_response(answer), [*arm.sent, *self._told(arm)]
+
+    def on_cancel(self, request: Any) -> tuple[Any, list[Outgoing]]:
+        """Answer a cancellation; returns the response and what is to be sent."""
+        arm = self._arm()
+        if isinstance(arm, str):
+            return cancel_response(Answer(False, arm)), []
+        answer = self._server.cancel(request.goal_id, arm, arm.state)
+        return cancel_response(answer), [*arm.sent, *self._told(arm)]
+
+    def update(self) -> list[Outgoing]:
+        """Return what there is to tell after a state."""
+        arm = self._arm(is_armed=True)
+        return [] if isinstance(arm, str) else self._told(arm)
+
+    def _told(self, arm: _Arm) -> list[Outgoing]:
+        told = self._server.update(arm, arm.state)
+        return [Outgoing("motion_status", progress_to_msg(item, arm.epoch_ns)) for item in told]
+
+    def _arm(self, is_armed: bool = False) -> _Arm | str:
+        """Return the controller as what follows references, or why nothing may move."""
+        exchange = self._exchange
+        if exchange.controller is None:
+            return exchange.model_fault
+        if exchange.state is None or exchange.epoch_ns is None:
+            return "no state yet"
+        if not (exchange.is_armed or is_armed):
+            return "guard is not armed"
+        return _Arm(exchange, exchange.state, self._names, exchange.epoch_ns)
+
+
+class _Arm:
+    """The controller, by way of messages; ``sent`` holds the references it has taken."""
+
+    def __init__(
+        self, exchange: ControllerExchange, state: ArmState, names: tuple[str, ...], epoch_ns: int
+    ) -> None:
+        assert exchange.controller is not None
+        self._controller, self._names = exchange.controller, names
+        self.state, self.epoch_ns = state, epoch_ns
+        self.sent: list[Outgoing] = []
+
+    @property
+    def model(self) -> ReducedModel:
+        """The served model in use."""
+        return self._controller.model
+
+    @property
+    def reference(self) -> Reference | None:
+        """What is followed."""
+        return self._controller.reference
+
+    def follow(self, reference: Reference) -> str:
+        """Hand a reference to the controller as it is sent; returns why it is refused."""
+        msg = own_reference_msg(reference, self._names, self.epoch_ns)
+        fault = self._controller.follow(reference_from_msg(msg, self._names, self.epoch_ns))
+        if not fault:
+            self.sent.append(Outgoing("reference", msg))
+        return fault

@@ -1,0 +1,182 @@
+"""Goals of the tip, one at a time: taken or refused, followed, settled, canceled, given up.
+
+It plans references and hands them to whoever follows them (`Follower`, the controller); it has no clock and
+no topics. Time is that of the states. A new motion leaves what was followed before with its position,
+velocity and acceleration.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexarm_controller.limits import Limits
+from flexarm_controller.motion.planner import MotionPlanner
+from flexarm_controller.motion.point_to_point import state_at
+from flexarm_controller.motion.progress import Progress, Pursuit
+from flexarm_controller.motion.refusals import MotionError
+from flexarm_controller.motion.settings import MotionConfig
+from flexarm_controller.motion.splice import splice
+from flexarm_controller.motion.tip_kinematics import TipGoal, TipKinematics
+from flexarm_controller.reference import Reference, hold
+from flexarm_controller.state import ArmState
+from flexarm_model.reduced_model import ReducedModel
+
+Array = NDArray[np.float64]
+
+
+class Follower(Protocol):
+    """Who follows references: the controller."""
+
+    @property
+    def model(self) -> ReducedModel:
+        """The served model in use."""
+        ...
+
+    @property
+    def reference(self) -> Reference | None:
+        """What is followed; None before anything is."""
+        ...
+
+    def follow(self, reference: Reference) -> str:
+        """Take a reference or return why not."""
+        ...
+
+
+@dataclass(frozen=True)
+class Answer:
+    """To a request.
+
+    Attributes:
+        is_accepted: Whether something was changed.
+        reason: Why not; or a remark.
+        goal_id: Of an accepted goal, else 0.
+        duration: Of its motion [s].
+    """
+
+    is_accepted: bool
+    reason: str = ""
+    goal_id: int = 0
+    duration: float = 0.0
+
+
+class MotionServer:
+    """Owns the goal that is pursued."""
+
+    def __init__(self, tip: TipKinematics, limits: Limits, config: MotionConfig, period: float) -> None:
+        """Start without a goal.
+
+        Args:
+            tip: Kinematics of the described arm.
+            limits: Of the arm.
+            config: Shares of the limits, tolerances.
+            period: Of the states [s].
+        """
+        self._tip, self._limits, self._config, self._period = tip, limits, config, period
+        self._pursuit: Pursuit | None = None
+        self._goals = 0
+        self._told: list[Progress] = []
+
+    def move_tip(self, goal: TipGoal, arm: Follower, state: ArmState) -> Answer:
+        """Begin to move to a goal, or say why not.
+
+        Args:
+            goal: Where to.
+            arm: Follows the reference.
+            state: The newest one.
+        """
+        start = state.t + self._period + self._config.motion_lead
+        try:
+            _check_state(state)
+            before = arm.reference or hold(state.theta, state.t)
+            begin = state_at(before, start)
+            theta = self._tip.solve(goal, begin.theta)
+            motion = MotionPlanner(arm.model, self._limits, self._config).move(
+                begin, theta, start, goal.duration
+            )
+            self._follow(arm, splice(before, motion, state.t + self._period))
+        except MotionError as error:
+            self._told.append(Progress(state.t, 0, "rejected", reason=str(error)))
+            return Answer(False, str(error))
+        self._goals += 1
+        self._replace(state.t, f"replaced by goal {self._goals}")
+        point = self._tip.at_rest(theta)
+        self._pursuit = Pursuit(self._goals, arm.reference, start, float(motion.t[-1]), point)
+        self._told.append(Progress(state.t, self._goals, "accepted", distance=self._distance(arm, state)))
+        off = float(np.linalg.norm(point - goal.pose[:3, 3]))
+        remark = (
+            f"comes to rest {1e3 * off:.3g} mm from the target" if off > self._config.settle_distance else ""
+        )
+        return Answer(True, remark, self._goals, float(motion.t[-1]) - start)
+
+    def cancel(self, goal_id: int, arm: Follower, state: ArmState) -> Answer:
+        """Bring the reference to rest, or say why not.
+
+        Args:
+            goal_id: Which goal; 0: whatever moves.
+            arm: Follows the reference.
+            state: The newest one.
+        """
+        active, now = self._pursuit, state.t + self._period
+        known = active.goal_id if active else 0
+        if goal_id not in (0, known) or (goal_id and not active):
+            return Answer(False, f"goal {goal_id} is not pursued" + (f", goal {known} is" if known else ""))
+        if active and active.is_canceling:
+            return Answer(False, "it is stopping already")
+        if arm.reference is None or (not active and arm.reference.t[-1] <= now):
+            return Answer(False, "nothing moves")
+        try:
+            halt = MotionPlanner(arm.model, self._limits, self._config).stop(
+                state_at(arm.reference, now), now
+            )
+            self._follow(arm, halt)
+        except MotionError as error:
+            return Answer(False, str(error))
+        point = active.point if active else None
+        self._pursuit = Pursuit(known, arm.reference, now, float(halt.t[-1]), point, is_canceling=True)
+        return Answer(True, "", known, float(halt.t[-1]) - now)
+
+    def update(self, arm: Follower, state: ArmState) -> list[Progress]:
+        """Return what there is to tell after a state; to be called for each."""
+        if self._pursuit is not None:
+            self._judge(self._pursuit, arm, state)
+        told, self._told = self._told, []
+        return told
+
+    def _judge(self, pursuit: Pursuit, arm: Follower, state: ArmState) -> None:
+        is_own = arm.reference is pursuit.reference
+        distance = self._distance(arm, state) if is_own and pursuit.is_due(state.t, self._config) else np.nan
+        progress = pursuit.judge(state.t, distance, self._config)
+        if not is_own:
+            why = "the arm was stopped" if arm.reference is None else "another reference is followed"
+            progress = pursuit.end(state.t, "aborted", why)
+        if progress is not None:
+            self._told.append(progress)
+            if progress.is_final:
+                self._pursuit = None
+
+    def _distance(self, arm: Follower, state: ArmState) -> float:
+        """Return how far the estimated tip is from the goal [m]; NaN where that is not known."""
+        pursuit = self._pursuit
+        is_known = state.is_finite and state.model_id == arm.model.model_id
+        if pursuit is None or pursuit.point is None or not is_known:
+            return float("nan")
+        return float(np.linalg.norm(self._tip.position(arm.model, state) - pursuit.point))
+
+    def _follow(self, arm: Follower, reference: Reference) -> None:
+        fault = arm.follow(reference)
+        if fault:
+            raise MotionError(fault)
+
+    def _replace(self, t: float, why: str) -> None:
+        if self._pursuit is not None:
+            self._told.append(self._pursuit.end(t, "canceled", why))
+            self._pursuit = None
+
+
+def _check_state(state: ArmState) -> None:
+    if not state.is_finite or not state.usable:
+        raise MotionError(f"the state is not usable: {state.reason or 'a number is not finite'}")

@@ -1,0 +1,67 @@
+"""Goals of the tip as services and topics of the controller node.
+
+Publishes
+    motion_status (flexarm_interfaces/MotionStatus): 20 Hz while a goal is pursued, and what becomes of it.
+    reference (trajectory_msgs/JointTrajectory): the motion to a goal, or to rest, when it is taken.
+Services
+    ~/move_tip (flexarm_interfaces/MoveTip): move the tip to a pose.
+    ~/cancel (flexarm_interfaces/CancelMotion): bring whatever moves to rest.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from flexarm_interfaces.msg import MotionStatus
+from flexarm_interfaces.srv import CancelMotion, MoveTip
+from rclpy.node import Node
+from rclpy.qos import QoSProfile
+from trajectory_msgs.msg import JointTrajectory
+
+from flexarm_controller.exchange import Outgoing
+from flexarm_controller.motion.conversions import OWN_FRAME
+from flexarm_controller.motion.motion_exchange import MotionExchange
+
+DEPTH = 100  # of motion_status: what becomes of a goal is said once
+
+
+class TipGoals:
+    """Connects a ``MotionExchange`` to a node."""
+
+    def __init__(self, node: Node, exchange: MotionExchange) -> None:
+        """Offer the services."""
+        self._node, self._exchange = node, exchange
+        self._outlets = {
+            "motion_status": node.create_publisher(MotionStatus, "motion_status", QoSProfile(depth=DEPTH)),
+            "reference": node.create_publisher(JointTrajectory, "reference", QoSProfile(depth=DEPTH)),
+        }
+        node.create_service(MoveTip, "~/move_tip", self.on_move_tip)
+        node.create_service(CancelMotion, "~/cancel", self.on_cancel)
+
+    def on_move_tip(self, request: MoveTip.Request, _: MoveTip.Response) -> MoveTip.Response:
+        """Begin to move, or say why not."""
+        response, outgoing = self._exchange.on_move_tip(request)
+        words = f"goal {response.goal_id}, {response.duration:.3f} s" if response.accepted else "refused"
+        self._node.get_logger().info("; ".join(filter(None, [f"move_tip: {words}", response.reason])))
+        self._publish(outgoing)
+        return response
+
+    def on_cancel(self, request: CancelMotion.Request, _: CancelMotion.Response) -> CancelMotion.Response:
+        """Bring the arm to rest, or say why not."""
+        response, outgoing = self._exchange.on_cancel(request)
+        self._node.get_logger().info(f"cancel: {response.reason or 'stopping'}")
+        self._publish(outgoing)
+        return response
+
+    def update(self) -> None:
+        """Tell how far the goal has got; to be called after each state."""
+        self._publish(self._exchange.update())
+
+    @staticmethod
+    def is_own(msg: JointTrajectory) -> bool:
+        """Tell whether a reference is one that was made here and is followed already."""
+        return bool(msg.header.frame_id == OWN_FRAME)
+
+    def _publish(self, outgoing: Sequence[Outgoing]) -> None:
+        for out in outgoing:
+            self._outlets[out.topic].publish(out.msg)

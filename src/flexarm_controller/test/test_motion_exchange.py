@@ -1,0 +1,173 @@
+"""Goals of the tip between messages, and references from outside: taken, told, stretched, refused."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+pytest.importorskip("flexarm_interfaces.msg")
+
+from flexarm_interfaces.msg import GuardStatus, ModalState, MotionStatus  # noqa: E402
+from flexarm_interfaces.srv import CancelMotion, MoveTip  # noqa: E402
+
+from flexarm_controller.conversions import reference_from_msg, reference_to_msg  # noqa: E402
+from flexarm_controller.exchange import ControllerExchange  # noqa: E402
+from flexarm_controller.motion.conversions import OWN_FRAME, pose_from_msg, pose_to_msg  # noqa: E402
+from flexarm_controller.motion.motion_exchange import MotionExchange  # noqa: E402
+from flexarm_controller.motion.settings import MotionConfig  # noqa: E402
+from flexarm_controller.reference import Reference, hold  # noqa: E402
+from flexarm_controller.settings import ControllerConfig, MpcConfig  # noqa: E402
+from flexarm_model.config import load_config  # noqa: E402
+from flexarm_model.conversions import model_to_msg, ns_to_stamp  # noqa: E402
+from flexarm_model.linearize import linearize  # noqa: E402
+from flexarm_model.manipulator_file import find_manipulator  # noqa: E402
+from flexarm_model.reduced_tree import ReducedTree  # noqa: E402
+
+EPOCH, PERIOD_NS = 1_000_000_000, 5_000_000
+REACH = 0.64  # m
+
+
+@pytest.fixture(scope="module")
+def config():
+    return load_config(find_manipulator("single_link"), "light_hub")
+
+
+@pytest.fixture(scope="module")
+def model(config):
+    return linearize(ReducedTree(config))
+
+
+def arm_of(config, model, **settings):
+    """Return exchange and goals of an armed controller that has seen its first state."""
+    motion = MotionConfig(**settings)
+    exchange = ControllerExchange(config, ControllerConfig(), MpcConfig(time_limit=0.0), None, motion=motion)
+    goals = MotionExchange(config, ControllerConfig(), motion, exchange)
+    exchange.on_model(model_to_msg(model))
+    exchange.on_guard_status(GuardStatus(session_token=5))
+    exchange.on_modal_state(state(model, 0))
+    return exchange, goals
+
+
+def state(model, k):
+    msg = ModalState(model_id=model.model_id, status=ModalState.OK)
+    msg.header.stamp = ns_to_stamp(EPOCH + k * PERIOD_NS)
+    msg.theta = msg.theta_dot = msg.disturbance = [0.0]
+    msg.eta = msg.eta_dot = [0.0] * 3
+    return msg
+
+
+def request_to(angle, **fields):
+    request = MoveTip.Request(**fields)
+    request.target.position.x, request.target.position.y = REACH * np.cos(angle), REACH * np.sin(angle)
+    return request
+
+
+def told(outgoing, topic):
+    return [out.msg for out in outgoing if out.topic == topic]
+
+
+def swing(angle, duration):
+    """Bang-bang: constant acceleration, then deceleration."""
+    t = np.array([0.0, duration / 2, duration])
+    a = 4 * angle / duration**2
+    theta, rate = np.array([0.0, angle / 2, angle]), np.array([0.0, a * duration / 2, 0.0])
+    return Reference(t, theta[:, None], rate[:, None], np.array([a, -a, -a])[:, None])
+
+
+def answer(exchange, reference):
+    msg = reference_to_msg(reference, ("base.rz",), EPOCH + PERIOD_NS)
+    return exchange.on_reference(msg)[0].msg.reason
+
+
+def test_a_goal_is_answered_sent_as_a_reference_and_told(config, model):
+    exchange, goals = arm_of(config, model)
+    response, outgoing = goals.on_move_tip(request_to(0.3))
+    assert (response.accepted, response.reason, response.goal_id) == (True, "", 1)
+    (sent,) = told(outgoing, "reference")
+    assert sent.header.frame_id == OWN_FRAME and sent.header.stamp == ns_to_stamp(EPOCH + PERIOD_NS)
+    assert sent.points[-1].positions[0] == pytest.approx(0.3, abs=1e-6)
+    assert told(outgoing, "motion_status")[0].state == MotionStatus.ACCEPTED
+    again = reference_from_msg(sent, ("base.rz",), EPOCH)  # what a replay reads is what is followed
+    for name in ("t", "theta", "theta_dot", "theta_ddot"):
+        np.testing.assert_array_equal(getattr(again, name), getattr(exchange.controller.reference, name))
+    exchange.on_modal_state(state(model, 30))
+    (status,) = told(goals.update(), "motion_status")
+    assert status.state == MotionStatus.EXECUTING and 0.0 < status.progress < 1.0
+    assert status.distance == pytest.approx(2 * REACH * np.sin(0.15), rel=1e-4)
+    assert status.header.stamp == state(model, 30).header.stamp
+
+
+def test_a_cancelled_goal_sends_the_way_to_rest(config, model):
+    exchange, goals = arm_of(config, model)
+    goals.on_move_tip(request_to(1.0))
+    exchange.on_modal_state(state(model, 30))
+    response, outgoing = goals.on_cancel(CancelMotion.Request(goal_id=1))
+    (sent,) = told(outgoing, "reference")
+    assert response.accepted and sent.points[-1].velocities[0] == 0.0
+    assert sent.points[-1].positions[0] < 0.9
+
+
+@pytest.mark.parametrize(
+    ("spoil", "reason"),
+    [
+        (lambda r: setattr(r, "duration", -1.0), "duration: -1.0 must be"),
+        (lambda r: setattr(r, "tolerance", float("nan")), "tolerance: nan must be"),
+        (lambda r: setattr(r.target.position, "x", float("inf")), "is not finite"),
+        (lambda r: setattr(r.target.orientation, "w", 0.5), "has not length 1"),
+    ],
+)
+def test_a_malformed_goal_is_refused_with_the_field(config, model, spoil, reason):
+    exchange, goals = arm_of(config, model)
+    before = exchange.controller.reference
+    request = request_to(0.3, with_orientation=True)
+    spoil(request)
+    response, outgoing = goals.on_move_tip(request)
+    assert not response.accepted and reason in response.reason and not outgoing
+    assert exchange.controller.reference is before
+
+
+def test_without_model_state_or_guard_goals_are_refused(config, model):
+    exchange = ControllerExchange(config, ControllerConfig(), MpcConfig(time_limit=0.0), None)
+    goals = MotionExchange(config, ControllerConfig(), MotionConfig(), exchange)
+    assert goals.on_move_tip(request_to(0.3))[0].reason == "no model yet"
+    exchange.on_model(model_to_msg(model))
+    assert goals.on_cancel(CancelMotion.Request())[0].reason == "no state yet"
+    exchange.on_modal_state(state(model, 0))
+    assert goals.on_move_tip(request_to(0.3))[0].reason == "guard is not armed"
+
+
+def test_a_pose_survives_the_way_through_its_message():
+    pose = np.eye(4)
+    pose[:3, :3] = [[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]]
+    pose[:3, 3] = 0.1, -0.2, 0.3
+    np.testing.assert_allclose(pose_from_msg(pose_to_msg(pose)), pose, atol=1e-15)
+
+
+def test_a_reference_beyond_the_torque_is_followed_and_told_by_default(config, model):
+    exchange, _ = arm_of(config, model)
+    text = answer(exchange, swing(0.8, 0.3))
+    assert text.startswith("reference accepted: 3 points; the arm will lag: axis base.rz: torque")
+    assert "is beyond the limit 2 N m at" in text
+    assert exchange.controller.reference.t[-1] == pytest.approx(0.305)
+
+
+def test_or_refused_or_stretched_if_asked(config, model):
+    strict, _ = arm_of(config, model, excess="refuse")
+    assert answer(strict, swing(0.8, 0.3)).startswith("reference refused: axis base.rz: torque")
+    patient, _ = arm_of(config, model, excess="stretch")
+    text = answer(patient, swing(0.8, 0.3))
+    assert text.startswith("reference accepted: 3 points; stretched in time by 1.")
+    length = patient.controller.reference.t[-1] - 0.005
+    factor = float(text.split(" by ")[1].split(":")[0])
+    assert length == pytest.approx(0.3 * factor, rel=1e-3) and factor > 1.1
+    fast = swing(2.8, 0.5)  # 11.2 rad/s, 6 are allowed
+    assert "velocity 11.2 rad/s is beyond the limit 6 rad/s at 0.250 s" in answer(strict, fast)
+
+
+def test_a_reference_that_jumps_is_refused_with_both_positions(config, model):
+    exchange, _ = arm_of(config, model)
+    before = exchange.controller.reference
+    text = answer(exchange, hold(np.array([0.2])))
+    assert text.startswith("reference refused: axis 1: it jumps from 0 to 0.2") and "0.03" in text
+    assert exchange.controller.reference is before
+    assert answer(exchange, replace(hold(np.array([0.02])))).startswith("reference accepted")
