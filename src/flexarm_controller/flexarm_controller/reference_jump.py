@@ -35,7 +35,7 @@ def without_jump(theta: Array, reference: Reference, t: float, velocity: Array, 
         if (abs(distance) <= step * (1.0 + CAUGHT_UP)).all():
             break
     times = t + dt * np.arange(len(path))
-    velocity_of = np.diff(path, axis=0, append=path[-1:]) / dt
+    velocity_of = np.vstack([np.diff(path, axis=0) / dt, reference.sample(times[-1:])[1]])
     later = reference.t > times[-1] + CAUGHT_UP * dt
     rest = (reference.theta[later], reference.theta_dot[later], reference.theta_ddot[later])
     bridge = (np.array(path), velocity_of, np.zeros_like(velocity_of))

@@ -1,0 +1,60 @@
+"""A jump of the reference becomes a motion at the velocity limit; what does not jump is left alone."""
+
+import numpy as np
+import pytest
+from served_arms import limits_of_hub, single_link, state_of
+
+from flexarm_controller.controller import Controller
+from flexarm_controller.reference import Reference, hold
+from flexarm_controller.reference_jump import without_jump
+
+DT, V = 0.005, np.array([6.0, 1.0])
+NOW = 2.0
+
+
+def moving():
+    t = np.linspace(0.0, 4.0, 81)[:, None]
+    return Reference(t[:, 0], np.hstack([t, -t]) * 0.2, np.full((81, 2), [0.2, -0.2]), np.zeros((81, 2)))
+
+
+def largest_step(reference, start):
+    times = NOW + DT * np.arange(1200)
+    return abs(np.diff(reference.sample(times)[0], axis=0)).max(axis=0), abs(
+        reference.position(NOW) - start
+    ).max()
+
+
+def test_what_does_not_jump_is_the_same_reference():
+    asked = moving()
+    assert without_jump(asked.position(NOW) + [0.0299, -0.0049], asked, NOW, V, DT) is asked
+    assert without_jump(np.full(2, 100.0), asked, NOW, np.full(2, np.inf), DT) is asked
+
+
+@pytest.mark.parametrize("asked", [moving(), hold(np.array([1.0, -0.3]))], ids=["motion", "hold"])
+def test_a_jump_is_led_at_the_velocity_limit_and_ends_on_what_was_asked(asked):
+    start = np.array([-0.5, 0.4])
+    led = without_jump(start, asked, NOW, V, DT)
+    step, offset = largest_step(led, start)
+    assert (step <= V * DT * (1 + 1e-9)).all() and offset == 0.0
+    away = abs(asked.position(NOW) - start)
+    latest = NOW + (away / (V - 0.2)).max() + 2 * DT
+    times = np.linspace(latest, latest + 3.0, 100)
+    np.testing.assert_allclose(led.sample(times)[0], asked.sample(times)[0], atol=1e-12)
+
+
+def test_the_controller_leads_to_a_reference_from_where_the_axes_are():
+    model = single_link()
+    controller = Controller(model, limits_of_hub())
+    assert not controller.follow(hold(np.array([0.5])))
+    here, error = 0.0, []
+    for k in range(40):
+        command = controller.step(state_of(np.eye(8)[0] * here, model, k * DT))
+        error.append(command.tracking_error[0])
+    assert error[0] == 0.0 and error[-1] == pytest.approx(0.5)
+    assert np.diff(error).max() <= 6.0 * DT * (1 + 1e-9)
+    assert not controller.follow(hold(np.array([-0.5])))
+    after = controller.step(state_of(STILL, model, 40 * DT)).tracking_error[0]
+    assert after == pytest.approx(0.5 - 6.0 * DT, rel=1e-6)
+
+
+STILL = np.zeros(8)
