@@ -1,0 +1,87 @@
+"""Goals of the tip as services of the running controller, on the simulated rig in lockstep."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from flexarm_interfaces.msg import MotionStatus
+from flexarm_interfaces.srv import CancelMotion, MoveTip
+from running_graph import Ear, running
+
+from flexarm_bringup.graph import Process, rig_graph
+
+pytestmark = pytest.mark.ros
+
+TOPICS = ("truth", "motion_status", "reference", "controller_status", "modal_state")
+REACH = 0.64  # m, of the single link
+SLOW = 20.0  # s of simulated time, a second or so of ours
+
+
+def graph() -> tuple[Process, ...]:
+    """The rig waits for those who are not to miss its first tick."""
+    waits = {"partners": ("estimator", "controller")}
+    rows = rig_graph(lockstep=True)
+    return tuple(
+        replace(row, parameters={**row.parameters, **waits}) if row.name == "rig" else row for row in rows
+    )
+
+
+def ask(ear: Ear, kind: Any, service: str, request: Any) -> Any:
+    client = ear.node.create_client(kind, service)
+    ear.wait(client.service_is_ready, 20.0, service)
+    future = client.call_async(request)
+    ear.wait(future.done, 20.0, f"the answer of {service}")
+    return future.result()
+
+
+def move(ear: Ear, angle: float, **fields: float) -> Any:
+    request = MoveTip.Request(**fields)
+    request.target.position.x, request.target.position.y = REACH * np.cos(angle), REACH * np.sin(angle)
+    return ask(ear, MoveTip, "controller/move_tip", request)
+
+
+def wait_for(ear: Ear, goal_id: int, state: int) -> MotionStatus:
+    def found() -> list[MotionStatus]:
+        return [msg for msg in ear.heard["motion_status"] if (msg.goal_id, msg.state) == (goal_id, state)]
+
+    ear.wait(lambda: bool(found()), 60.0, f"state {state} of goal {goal_id}")
+    return found()[-1]
+
+
+def test_a_goal_of_the_tip_is_reached_the_next_cancelled_and_one_out_of_reach_refused(tmp_path: Path) -> None:
+    with running(graph(), TOPICS, tmp_path) as (_, ear):
+        ear.wait_ready("model", "estimator", "controller", "rig")
+        early = move(ear, 0.3)
+        assert not early.accepted and early.reason in ("no state yet", "guard is not armed")
+        assert ear.call("rig/arm").success
+        ear.wait(lambda: len(ear.heard["modal_state"]) > 20, 20.0, "states")
+
+        first = move(ear, 0.3)
+        assert first.accepted and first.goal_id == 1, first.reason
+        done = wait_for(ear, 1, MotionStatus.SUCCEEDED)
+        assert done.is_settled and done.distance < 5e-4 and done.progress == 1.0
+        assert ear.latest("truth").theta[0] == pytest.approx(0.3, abs=2e-3)
+
+        second = move(ear, 1.3, duration=SLOW)
+        assert second.accepted and second.duration == pytest.approx(SLOW)
+        wait_for(ear, second.goal_id, MotionStatus.EXECUTING)
+        refused = too_far(ear)
+        assert not refused.accepted and "out of reach: the tip stays 360 mm" in refused.reason
+        assert ask(ear, CancelMotion, "controller/cancel", CancelMotion.Request(goal_id=9)).accepted is False
+        assert ask(
+            ear, CancelMotion, "controller/cancel", CancelMotion.Request(goal_id=second.goal_id)
+        ).accepted
+        wait_for(ear, second.goal_id, MotionStatus.CANCELED)
+        ear.wait(lambda: abs(ear.latest("truth").theta_dot[0]) < 1e-3, 20.0, "rest")
+        assert 0.29 < ear.latest("truth").theta[0] < 1.29
+        assert len(ear.heard["reference"]) == 3  # two goals and a stop, for everybody to hear
+
+
+def too_far(ear: Ear) -> Any:
+    request = MoveTip.Request()
+    request.target.position.x = 1.0
+    return ask(ear, MoveTip, "controller/move_tip", request)
