@@ -14,7 +14,6 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from flexarm_estimator.biases.bias_limits import BiasLimits
 from flexarm_estimator.filter import Belief, GuardedFilter, innovation_covariance, predict
 from flexarm_estimator.filters.served import ServedSteps
 from flexarm_estimator.filters.step_source import StepSource
@@ -26,6 +25,7 @@ from flexarm_estimator.process import ProcessModel
 from flexarm_estimator.reopening import SIZES, Reopening
 from flexarm_estimator.sensors import SensorModels
 from flexarm_estimator.stack import Stack, StackedSample
+from flexarm_estimator.state_limits import StateLimits
 from flexarm_estimator.step_runner import make_runner
 
 Array = NDArray[np.float64]
@@ -52,7 +52,7 @@ class Fusion:
         """Bind the parts; ``steps`` is the filter, the linear one if None."""
         self._source = ServedSteps(process, models) if steps is None else steps
         self._models, self._gate, self.widen = models, gate, process.widen
-        self._limits = BiasLimits(process.layout, [state.limit for state in process.biases.values()])
+        self._limits = StateLimits(process.limits)
         self._poses, self.dependent = frozenset(models.poses), self._source.dependent
         n_x = process.system.n_x
         sizes = {name: model.R.shape[0] for name, model in models.all().items()}
@@ -180,8 +180,10 @@ class Fusion:
         """Return the step and the rows at its end; made once if they are constant."""
         transition = self._source.transition(before, dt, u)
         if not self._source.is_constant:
+            transition = transition.at(before.x, u)  # the served model may stand in
             prior = predict(before, transition, u)
-            return JointStep(transition, self._source.rows(names, prior, u) if names else None)
+            stack = self._source.rows(names, prior, u).at(prior.x, u) if names else None
+            return JointStep(transition, stack)
         step = self._steps.get((transition.dt, names))
         if step is None:
             step = JointStep(transition, self._source.rows(names, before, u) if names else None)
@@ -214,6 +216,7 @@ class Fusion:
     def _step_in_turn(self, before: Instant, instant: Instant) -> list[Verdict]:
         """Predict and fuse with filterpy; leave out the rows that are refused."""
         transition = self._source.transition(before.belief, instant.t - before.t, instant.u)
+        transition = transition.at(before.belief.x, instant.u)
         prior = instant.belief = self._filter.predict(before.belief, transition, instant.u)
         if instant.reopening is not None:
             prior = instant.belief = Belief(prior.x, prior.P + self.widen(instant.reopening))
@@ -221,14 +224,14 @@ class Fusion:
         names = tuple([name for name in self._models.rows if name in samples])
         if not names:
             return []
-        sample = StackedSample(self._source.rows(names, prior, instant.u), samples)
+        sample = StackedSample(self._source.rows(names, prior, instant.u).at(prior.x, instant.u), samples)
         H, M = sample.stack.C, sample.stack.cross(transition)
         S = innovation_covariance(prior.P, H, sample.noise(), M)
         verdicts = self._judge(sample.stack, sample.innovation(prior.x, instant.u), S, instant)
         refused = [verdict.sensor for verdict in verdicts if not verdict.is_accepted]
         kept = tuple([name for name in names if name not in refused])
         if kept:
-            sample = StackedSample(self._source.rows(kept, prior, instant.u), samples)
+            sample = StackedSample(self._source.rows(kept, prior, instant.u).at(prior.x, instant.u), samples)
             nu, H, M = sample.innovation(prior.x, instant.u), sample.stack.C, sample.stack.cross(transition)
             instant.belief = self._filter.update(prior, nu, H, sample.noise(), M)
         return verdicts

@@ -1,6 +1,7 @@
 """Prediction and update in one Cholesky factorisation: the fast path of every ordinary instant.
 
-State and output after a step are jointly Gaussian; with ``T = [C A; A]``::
+State and output after a step are jointly Gaussian; with ``T = [C A; A]``, a tangent where something of the
+model is learned (``bilinear``)::
 
     J = Cov[y; x] = T P T' + [C Q C' + C M + M' C' + R, (Q C' + M)'; Q C' + M, Q] = L L'
     L = [L_y 0; L_xy L_x]   ->   P+ = L_x L_x'    x+ = x- + L_xy L_y^-1 nu
@@ -33,8 +34,9 @@ class StepLayout(ctypes.Structure):
     """A joint step as machine code reads it: sizes and addresses ("struct step" of joint_steps.c)."""
 
     _fields_ = (
-        *((name, ctypes.c_int64) for name in ("n", "m", "inputs", "sensors")),
-        *((name, ctypes.c_void_p) for name in ("T", "drive", "noise", "edges")),
+        *((name, ctypes.c_int64) for name in ("n", "m", "inputs", "sensors", "learned")),
+        *((name, ctypes.c_void_p) for name in ("A", "B", "Q", "C", "D", "M", "R", "edges")),
+        *((name, ctypes.c_void_p) for name in ("A_p", "B_p", "C_p")),
     )
 
 
@@ -43,41 +45,81 @@ class JointStep:
 
     def __init__(self, transition: Transition, stack: Stack | None) -> None:
         """Compute the joint matrices; done once per period and set of sensors."""
-        A, B, Q = transition.A, transition.B, transition.Q
-        n_x = A.shape[0]
-        m = 0 if stack is None else stack.C.shape[0]
-        size = m + n_x + 1
-        self.stack = stack
-        self.m, self.last = m, m + n_x
-        shapes = (size, n_x), (size, B.shape[1]), (size, size)
-        self.T, self.V, self.noise = (np.zeros(shape) for shape in shapes)
-        self.T[m:-1], self.V[m:-1], self.noise[m:-1, m:-1] = A, B, Q
-        self.noise[-1, -1] = _LAST_PIVOT
-        if stack is not None:
-            C, M = stack.C, stack.cross(transition)
-            cross = Q @ C.T + M
-            within = C @ cross + M.T @ C.T + stack.R_total
-            self.T[:m], self.V[:m] = C @ A, C @ B + stack.D
-            self.noise[m:-1, :m], self.noise[:m, m:-1] = cross, cross.T
-            self.noise[:m, :m] = (within + within.T) / 2
-        self.T_transposed = np.ascontiguousarray(self.T.T)
+        self.stack, self._transition = stack, transition
+        self.T, self.V, self.noise = _join(transition, stack)
+        n_x = transition.A.shape[0]
+        self.m = m = len(self.T) - n_x - 1
+        self.last = m + n_x
+        self._is_bilinear = bool(transition.slopes)
         spans = () if stack is None else stack.spans
-        self._edges = np.array([0, *(span.stop for span in spans)], dtype=np.int64)
         self.n, self.sensors = n_x, len(spans)
         self.at_nu, self.at_u = n_x + n_x * n_x, n_x + n_x * n_x + m + len(spans)
-        self._layout = self.lay_out(self.noise)
+        self._arrays = _machine_arrays(transition, stack, [0, *(span.stop for span in spans)])
+        self._layout = self.lay_out(self._arrays["R"])
         self.layout_address = ctypes.addressof(self._layout)
 
-    def lay_out(self, noise: Array) -> StepLayout:
-        """Return the step for machine code, with ``noise`` (size, size) in place of its own."""
-        arrays = (self.T_transposed, self.V, noise, self._edges)
-        sizes = (self.T.shape[1], self.m, self.V.shape[1], self.sensors)
-        return StepLayout(*sizes, *(array.ctypes.data for array in arrays))
+    def lay_out(self, R: Array) -> StepLayout:
+        """Return the step for machine code, with the noise ``R`` (m, m) of the rows in place of its own."""
+        sizes = self.n, self.m, self.V.shape[1], self.sensors, len(self._transition.slopes)
+        arrays = {**self._arrays, "R": R}
+        return StepLayout(*sizes, **{name: array.ctypes.data for name, array in arrays.items()})
+
+    def about(self, belief: Belief, u: Array) -> tuple[Array, Array, Array]:
+        """Return the tangent at a belief's mean: mean of [y; x; 0], T and noise."""
+        T, V, noise = self.T, self.V, self.noise
+        if self._is_bilinear:
+            transition, stack = self._transition.at(belief.x, u), self.stack
+            after = transition.A.dot(belief.x) + transition.B.dot(u)
+            T, V, noise = _join(transition, None if stack is None else stack.at(after, u))
+        mean = T.dot(belief.x)
+        mean += V.dot(u)
+        return mean, T, noise
 
     def set_rows(self, C: Array, R: Array) -> None:
         """Replace the rows of a step that moves nothing (A = I, Q = 0): C (m, n_x), R (m, m)."""
         m = self.m
-        self.T[:m], self.T_transposed[:, :m], self.noise[:m, :m] = C, C.T, R
+        self.T[:m], self.noise[:m, :m] = C, R
+        self._arrays["C"][:], self._arrays["R"][:] = C.T, R
+
+
+def _join(transition: Transition, stack: Stack | None) -> tuple[Array, Array, Array]:
+    """Return T, V and noise of [y; x] and of the row that nu' is appended in; parameters are at zero."""
+    A, B, Q = transition.A, transition.B, transition.Q
+    n_x = A.shape[0]
+    m = 0 if stack is None else stack.C.shape[0]
+    size = m + n_x + 1
+    shapes = (size, n_x), (size, B.shape[1]), (size, size)
+    T, V, noise = (np.zeros(shape) for shape in shapes)
+    T[m:-1], V[m:-1], noise[m:-1, m:-1] = A, B, Q
+    noise[-1, -1] = _LAST_PIVOT
+    if stack is not None:
+        C, M = stack.C, stack.cross(transition)
+        cross = Q @ C.T + M
+        within = C @ cross + M.T @ C.T + stack.R_total
+        T[:m], V[:m] = C @ A, C @ B + stack.D
+        noise[m:-1, :m], noise[:m, m:-1] = cross, cross.T
+        noise[:m, :m] = (within + within.T) / 2
+    return T, V, noise
+
+
+def _machine_arrays(transition: Transition, stack: Stack | None, edges: list[int]) -> dict[str, Array]:
+    """Return what machine code reads, by name; matrices of the state lie column by column."""
+    n_x, n_u = transition.B.shape
+    learned = transition.slopes
+    nothing = np.zeros((0, n_x)), np.zeros((0, n_u)), np.zeros((n_x, 0)), np.zeros((0, 0))
+    C, D, M, R = nothing
+    rows = [np.zeros((edges[-1], n_x)) for _ in learned]
+    if stack is not None:
+        C, D, M, R = stack.C, stack.D, stack.cross(transition), stack.R_total
+        rows = [slope.of_x for slope in stack.slopes] or rows
+    arrays = {
+        "A": transition.A.T, "B": transition.B, "Q": transition.Q, "C": C.T, "D": D, "M": M, "R": R,
+        "edges": np.array(edges, dtype=np.int64),
+        "A_p": np.array([slope.of_x.T for slope in learned]),
+        "B_p": np.array([slope.of_u for slope in learned]),
+        "C_p": np.array([row.T for row in rows]),
+    }  # fmt: skip
+    return {name: np.array(array, order="C") for name, array in arrays.items()}
 
 
 class PreparedStep:
@@ -93,7 +135,8 @@ class PreparedStep:
     def __init__(self, dt: float, step: JointStep, u: Array, sample: StackedSample | None) -> None:
         """Compute what does not depend on the belief; ``u = [tau; 1]`` is held over the step."""
         self.dt, self.stack, self.layout_address = dt, step.stack, step.layout_address
-        self._step, self._noise = step, step.noise
+        self._step = step
+        self._R: Array | None = None  # noise that the samples bring along
         n, at_nu, at_u = step.n, step.at_nu, step.at_u
         self._record = record = np.empty(at_u + u.size + step.m)  # [x; P; nu; nis; u; y]
         self.record_address = ctypes.addressof(ctypes.c_double.from_buffer(record.data))  # fastest
@@ -103,11 +146,13 @@ class PreparedStep:
             return
         record[at_u:] = u.tolist() + sample.values
         if sample.own:
-            m = step.m
-            self._noise = step.noise.copy()
-            self._noise[:m, :m] += sample.noise() - sample.stack.R_total
-            self._layout = step.lay_out(self._noise)
+            self._R = sample.noise()
+            self._layout = step.lay_out(self._R)
             self.layout_address = ctypes.addressof(self._layout)
+
+    @property
+    def _u(self) -> Array:
+        return self._record[self._step.at_u : self._record.size - self._step.m]
 
     @property
     def nu(self) -> Array:
@@ -124,18 +169,18 @@ class PreparedStep:
         """Samples, one sensor below the other, (m,)."""
         return self._record[self._record.size - self._step.m :]
 
-    @property
-    def rows_by_state(self) -> Array:
-        """Derivative of [y; x] after the step by the state before it, (m + n_x, n_x)."""
-        return self._step.T[:-1]
+    def rows_by_state(self, belief: Belief) -> Array:
+        """Return the derivative of [y; x] after the step by the state before it, (m + n_x, n_x)."""
+        return self._step.about(belief, self._u)[1][:-1]
 
     def predict(self, belief: Belief) -> tuple[Array, Array]:
         """Return mean of [y; x; 0], (m + n_x + 1,), and J with the innovation in its last row and column."""
         step = self._step
-        J = step.T.dot(belief.P).dot(step.T_transposed)
-        J += self._noise
-        mean = step.T.dot(belief.x)
-        mean += step.V.dot(self._record[step.at_u : self._record.size - step.m])
+        mean, T, noise = step.about(belief, self._u)
+        J = T.dot(belief.P).dot(T.T)
+        J += noise
+        if self._R is not None and step.stack is not None:
+            J[: step.m, : step.m] += self._R - step.stack.R_total
         J[: step.m, step.last] = self.y - mean[: step.m]  # upper triangle; condition reads J'
         return mean, J
 

@@ -13,13 +13,18 @@
 #define WIDE
 #endif
 
-/* What instants with the same period and sensors share; lead = m + n + 1. */
+/* What instants with the same period and sensors share. */
 struct step {
-    int64_t n, m, inputs, sensors;
-    const double *T;      /* [C A; A; 0], (lead, n) */
-    const double *drive;  /* row-major, (lead, inputs) */
-    const double *noise;  /* (lead, lead) */
-    const int64_t *edges; /* first row of each sensor, and m, (sensors + 1) */
+    int64_t n, m, inputs, sensors, learned;
+    const double *A;        /* (n, n) */
+    const double *B;        /* row-major, (n, inputs) */
+    const double *Q;        /* (n, n) */
+    const double *C;        /* (m, n) */
+    const double *D;        /* row-major, (m, inputs) */
+    const double *M;        /* covariance of the noise of rows and state, (m, n) */
+    const double *R;        /* (m, m) */
+    const int64_t *edges;   /* first row of each sensor, and m, (sensors + 1) */
+    const double *A_p, *B_p, *C_p; /* what one unit of every learned parameter adds, one behind the other */
 };
 
 /* a += sign * sum_k factors[k stride] b_k, with the columns b_k of a matrix; four at a time are fastest */
@@ -78,7 +83,7 @@ static double dot(int64_t count, const double *a, const double *b)
 /* nu' S^-1 nu of every sensor by itself; infinite when its S is not positive definite. */
 static void normalise(const struct step *s, const double *J, const double *nu, double *nis, double *work)
 {
-    int64_t lead = s->m + s->n + 1;
+    int64_t lead = s->m + s->n;
     for (int64_t k = 0; k < s->sensors; k++) {
         int64_t first = s->edges[k], size = s->edges[k + 1] - first;
         double *S = work, *z = work + size * size;
@@ -96,21 +101,84 @@ static void normalise(const struct step *s, const double *J, const double *nu, d
     }
 }
 
-/* J = T P T' + noise, lower triangle */
-static void predict(const struct step *s, const double *P, double *J, double *work)
+/* Add to x+, and to the matrix G (rows, n) of the state before, what learned parameters p = x[first..] do. */
+static void bend(
+    const struct step *s, int64_t rows, const double *x, const double *u, const double *G_p, const double *V_p,
+    double *after, double *G)
 {
-    int64_t n = s->n, rows = s->m + n, lead = rows + 1;
-    for (int64_t j = 0; j < n; j++) { /* work = T P */
-        double *column = work + j * rows;
-        for (int64_t i = 0; i < rows; i++)
-            column[i] = 0.0;
-        accumulate(rows, n, 1.0, P + j * n, 1, s->T, lead, column);
+    int64_t n = s->n, first = n - s->learned;
+    for (int64_t k = first; k < n; k++, G_p += rows * n) {
+        double p = x[k], *column = G + k * rows;
+        for (int64_t j = 0; j < n; j++)
+            for (int64_t i = 0; i < rows; i++) {
+                G[i + j * rows] += p * G_p[i + j * rows];
+            }
+        for (int64_t i = 0; i < rows; i++) {
+            double effect = V_p ? dot(s->inputs, V_p + i * s->inputs, u) : 0.0;
+            for (int64_t j = 0; j < n; j++)
+                effect += G_p[i + j * rows] * x[j];
+            column[i] += effect;
+            after[i] += p * effect;
+        }
+        if (V_p)
+            V_p += rows * s->inputs;
     }
-    for (int64_t j = 0; j < rows; j++) {
+}
+
+/* Mean of a linear map G x + V u with what is learned, and its tangent: G itself, or a copy that is bent. */
+static const double *map(
+    const struct step *s, int64_t rows, const double *G, const double *V, const double *G_p,
+    const double *V_p, const double *x, const double *u, double *mean, double *copy)
+{
+    int64_t n = s->n;
+    for (int64_t i = 0; i < rows; i++)
+        mean[i] = dot(s->inputs, V + i * s->inputs, u);
+    accumulate(rows, n, 1.0, x, 1, G, rows, mean);
+    if (!s->learned)
+        return G;
+    for (int64_t i = 0; i < rows * n; i++)
+        copy[i] = G[i];
+    bend(s, rows, x, u, G_p, V_p, mean, copy);
+    return copy;
+}
+
+/* Covariance of the state, P- = A P A' + Q, both triangles, into a matrix with so many rows. */
+static void move(const struct step *s, const double *A, const double *P, int64_t lead, double *moved, double *work)
+{
+    int64_t n = s->n;
+    for (int64_t j = 0; j < n; j++) { /* work = A P */
+        double *column = work + j * n;
+        for (int64_t i = 0; i < n; i++)
+            column[i] = 0.0;
+        accumulate(n, n, 1.0, P + j * n, 1, A, n, column);
+    }
+    for (int64_t j = 0; j < n; j++) {
+        double *column = moved + j * lead;
+        for (int64_t i = j; i < n; i++)
+            column[i] = s->Q[i + j * n];
+        accumulate(n - j, n, 1.0, A + j, n, work + j, n, column + j);
+        for (int64_t i = j + 1; i < n; i++)
+            moved[j + i * lead] = column[i];
+    }
+}
+
+/* The rows' part of J: G = P- C' + M' below S = C G + M C' + R, given P- in its place. */
+static void measure(const struct step *s, const double *C, int64_t lead, double *J)
+{
+    int64_t n = s->n, m = s->m;
+    const double *moved = J + m + m * lead;
+    for (int64_t j = 0; j < m; j++) {
+        double *cross = J + m + j * lead;
+        for (int64_t i = 0; i < n; i++)
+            cross[i] = s->M[j + i * m];
+        accumulate(n, n, 1.0, C + j, m, moved, lead, cross);
+    }
+    for (int64_t j = 0; j < m; j++) {
         double *column = J + j * lead;
-        for (int64_t i = j; i < rows; i++)
-            column[i] = s->noise[i + j * lead];
-        accumulate(rows - j, n, 1.0, s->T + j, lead, work + j, rows, column + j);
+        for (int64_t i = j; i < m; i++)
+            column[i] = s->R[i + j * m];
+        accumulate(m - j, n, 1.0, J + m + j * lead, 1, C + j, m, column + j);
+        accumulate(m - j, n, 1.0, C + j, m, s->M + j, m, column + j);
     }
 }
 
@@ -129,25 +197,26 @@ static void square(int64_t n, int64_t lead, const double *L_x, double *P)
 /* One step; results go to record = [x; P; nu; nis; u; y], x and P only when it succeeds. */
 static int run_step(const struct step *s, const double *x, const double *P, double *record, double *work)
 {
-    int64_t n = s->n, m = s->m, rows = m + n, lead = rows + 1;
+    int64_t n = s->n, m = s->m, lead = m + n;
     double *nu = record + n + n * n, *nis = nu + m;
     const double *u = nis + s->sensors, *y = u + s->inputs;
-    double *mean = work, *z = mean + rows, *J = z + m, *rest = J + lead * lead;
-    predict(s, P, J, rest);
-    for (int64_t i = 0; i < rows; i++)
-        mean[i] = dot(s->inputs, s->drive + i * s->inputs, u);
-    accumulate(rows, n, 1.0, x, 1, s->T, lead, mean);
+    double *mean = work, *y_mean = mean + n, *z = y_mean + m, *J = z + m;
+    double *bent = J + lead * lead, *rest = bent + n * lead;
+    const double *A = map(s, n, s->A, s->B, s->A_p, s->B_p, x, u, mean, bent);
+    move(s, A, P, lead, J + m + m * lead, rest);
+    const double *C = map(s, m, s->C, s->D, s->C_p, 0, mean, u, y_mean, bent);
+    measure(s, C, lead, J);
     for (int64_t i = 0; i < m; i++)
-        z[i] = nu[i] = y[i] - mean[i];
+        z[i] = nu[i] = y[i] - y_mean[i];
     normalise(s, J, nu, nis, rest);
-    if (!factorise(rows, lead, J))
+    if (!factorise(lead, lead, J))
         return 0;
     solve_lower(m, lead, J, z);
-    accumulate(n, m, 1.0, z, 1, J + m, lead, mean + m);
-    if (!isfinite(dot(n, mean + m, mean + m)))
+    accumulate(n, m, 1.0, z, 1, J + m, lead, mean);
+    if (!isfinite(dot(n, mean, mean)))
         return 0;
     for (int64_t i = 0; i < n; i++)
-        record[i] = mean[m + i];
+        record[i] = mean[i];
     square(n, lead, J + m + m * lead, record + n);
     return 1;
 }

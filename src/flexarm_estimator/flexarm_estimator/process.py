@@ -1,8 +1,8 @@
 """Process model: how the state moves between two instants, and how sure that is.
 
-``x = [theta; eta; theta'; eta'; d; b; s]``, ``d`` an unmodelled torque, ``b`` biases of sensors
-(``bias_states``), ``s`` static deflections (``sag``). Three more things are unknown of the arm, each written
-as a physical setting (``EstimatorConfig``):
+``x = [theta; eta; theta'; eta'; d; b; s; p]``, ``d`` an unmodelled torque, ``b`` biases of sensors
+(``bias_states``), ``s`` static deflections (``sag``), ``p`` what is learned of the arm (``stiffness``). Three
+more things are unknown of the arm, each written as a physical setting (``EstimatorConfig``):
 
 * white torque on the axes: ``acceleration_noise`` times their inertia;
 * forces on the modes. A relative error ``e`` of frequency acts as a force ``2 e omega^2 eta``; with
@@ -24,11 +24,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexarm_estimator.biases.bias_states import bias_states, with_biases
+from flexarm_estimator.bilinear import Slope, tangent
 from flexarm_estimator.reopening import Reopening, widen
 from flexarm_estimator.sag import sag_sigma, with_sag
 from flexarm_estimator.settings import EstimatorConfig
 from flexarm_estimator.state_layout import StateLayout
-from flexarm_estimator.taylor import ExponentialIntegrals
+from flexarm_estimator.stiffness import FAR, stiffness_sigma, with_stiffness
+from flexarm_estimator.taylor import ExponentialIntegrals, IntegralSlopes
 from flexarm_model.description import BiasSpec
 from flexarm_model.reduced_model import ReducedModel
 from flexarm_model.state_space import StateSpace, state_space
@@ -41,7 +43,7 @@ _UNCOUPLED = 0.1  # coupling assumed of modes that the axes do not move [kg^0.5 
 
 @dataclass(frozen=True)
 class Transition:
-    """One step of the state: ``x+ = A x + B [tau; 1] + w``.
+    """One step of the state: ``x+ = A x + B [tau; 1] + sum p_i (A_i x + B_i [tau; 1]) + w``.
 
     Attributes:
         dt: Length of the step, rounded to 1 ns [s].
@@ -49,6 +51,7 @@ class Transition:
         B: Torque and constant drift, (n_x, n_u + 1).
         Q: Covariance of w, (n_x, n_x).
         force_cross: Covariance of w with the averaged force noise, (n_x, n).
+        slopes: What one unit of every learned parameter adds to A and B.
     """
 
     dt: float
@@ -56,6 +59,14 @@ class Transition:
     B: Array
     Q: Array
     force_cross: Array
+    slopes: tuple[Slope, ...] = ()
+
+    def at(self, x: Array, u: Array) -> Transition:
+        """Return the tangent at the state x (n_x,) before the step and the inputs u (n_u + 1,)."""
+        if not self.slopes:
+            return self
+        A, B = tangent(self.A, self.B, self.slopes, (x, u))
+        return Transition(self.dt, A, B, self.Q, self.force_cross)
 
 
 class ProcessModel:
@@ -67,6 +78,7 @@ class ProcessModel:
         force_cov: Covariance of the force noise averaged over ``force_averaging``, (n, n).
         P0: Covariance at the start, (n_x, n_x).
         biases: States of the sensors' biases by name, in their order.
+        limits: By place in the state, what a bias or learned parameter is held within.
     """
 
     def __init__(
@@ -81,26 +93,31 @@ class ProcessModel:
         """
         n, n_theta = model.n, model.n_theta
         self.biases = bias_states(biases or {})
-        sigma_s = sag_sigma(model, config)
-        self.layout = StateLayout(n, n_theta, tuple(self.biases), sigma_s.size)
+        sigma_s, sigma_p = sag_sigma(model, config), stiffness_sigma(config, model)
+        self.layout = StateLayout(n, n_theta, tuple(self.biases), sigma_s.size, sigma_p.size)
         inertia = np.diag(model.M)[:n_theta]
         modal_force = _modal_force(model, config)
         torque_psd = (config.acceleration_noise * inertia) ** 2
         force_psd = np.concatenate([torque_psd, 2.0 * modal_force**2 / model.omega])
         arm = state_space(model, force_psd, (config.disturbance_drift * inertia) ** 2)
         biased = with_biases(arm, model.outputs.names, self.biases)
-        self.system: StateSpace = with_sag(biased, model, config)
+        self.system: StateSpace = with_stiffness(with_sag(biased, model, config), model, config)
         self._averaging = config.force_averaging
         self.force_cov = np.diag(force_psd) / self._averaging
         self._G = np.zeros((self.system.n_x, n))
         self._G[n : 2 * n] = np.linalg.inv(model.M)  # small and well conditioned by construction
         self._held = np.column_stack([self.system.B, self.system.c])
         self._integrals = ExponentialIntegrals(self.system.A, self.system.Q)
+        self._slopes = [IntegralSlopes(self.system.A, self._G.dot(force)) for force in self.system.learned]
         self._cache: dict[int, Transition] = {}
         sigma_b = [state.sigma for state in self.biases.values()]
-        sigma = np.concatenate([_initial_sigma(model, config, inertia), sigma_b, sigma_s])
+        sigma = np.concatenate([_initial_sigma(model, config, inertia), sigma_b, sigma_s, sigma_p])
         self.P0 = np.diag(sigma**2)
         self._sigma, self._disturbance = sigma, config.initial_disturbance
+        self.limits = {
+            **dict(enumerate((state.limit for state in self.biases.values()), self.layout.b.start)),
+            **dict(enumerate((FAR * sigma_p).tolist(), self.layout.p.start)),
+        }
 
     def widen(self, reopening: Reopening) -> Array:
         """Return what is added to the covariance when the state is doubted, (n_x, n_x)."""
@@ -119,7 +136,9 @@ class ProcessModel:
     def _compute(self, dt: float) -> Transition:
         E, integral, Q = self._integrals.at(dt)
         overlap = integral if dt <= self._averaging else self._integrals.at(self._averaging)[1]
-        return Transition(dt, E, integral.dot(self._held), Q, overlap.dot(self._G).dot(self.force_cov))
+        slopes = [Slope(dE, dI.dot(self._held)) for dE, dI in (slope.at(dt) for slope in self._slopes)]
+        cross = overlap.dot(self._G).dot(self.force_cov)
+        return Transition(dt, E, integral.dot(self._held), Q, cross, tuple(slopes))
 
 
 def _modal_force(model: ReducedModel, config: EstimatorConfig) -> Array:

@@ -50,12 +50,13 @@ class MeasurementModel(ABC):
 
 
 class LinearRows(MeasurementModel):
-    """Rows of the served model: ``y = C x + D [tau; 1] + D_w f + v``.
+    """Rows of the served model: ``y = C x + D [tau; 1] + sum p_i C_i x + D_w f + v``.
 
     Attributes:
         C: (m, n_x).
         D: Feed-through of the torque and constant output, (m, n_u + 1).
         D_w: Feed-through of force noise, (m, n).
+        slopes: C_i of every learned parameter, (m, n_x) each.
     """
 
     def __init__(self, spec: SensorSpec, model: ReducedModel, system: StateSpace) -> None:
@@ -72,15 +73,22 @@ class LinearRows(MeasurementModel):
         self.C = system.C[rows]
         self.D = np.column_stack([system.D[rows], system.y_c[rows]])
         self.D_w = system.D_w[rows]
+        self.slopes = tuple(self.D_w @ force for force in system.learned)
 
     def innovation(self, y: Array, x: Array, u: Array) -> Array:
-        """Return ``y - C x - D u``, (m,)."""
+        """Return ``y - C x - D u - sum p_i C_i x``, (m,)."""
         nu: Array = y - self.C.dot(x) - self.D.dot(u)
+        for i, slope in enumerate(self.slopes, x.size - len(self.slopes)):
+            nu -= float(x[i]) * slope.dot(x)
         return nu
 
     def jacobian(self, x: Array) -> Array:
-        """Return the constant C, (m, n_x)."""
-        return self.C
+        """Return C, constant but for what is learned, (m, n_x)."""
+        C = self.C.copy() if self.slopes else self.C
+        for i, slope in enumerate(self.slopes, x.size - len(self.slopes)):
+            C += float(x[i]) * slope
+            C[:, i] += slope.dot(x)
+        return C
 
 
 class TipPose(MeasurementModel):

@@ -58,6 +58,15 @@ class EstimatorConfig:
     )
     sag_error: float = parameter(1e-3, "One sigma of how far off its model the tip rests", "m", 1e-9, 1.0)
     sag_time: float = parameter(3.0, "Time in which that changes, as a pose lasts", "s", 0.01, 1e4)
+    stiffness_modes: int = parameter(
+        0, "Slowest modes whose common error of stiffness is learned; 0 takes them as described", "1", 0, 100
+    )
+    stiffness_error: float = parameter(
+        0.2, "One sigma of that error at the start, relative; it is held within three", "1", 1e-3, 0.3
+    )
+    stiffness_drift: float = parameter(
+        0.03, "Its drift, as when a payload is taken up", "1/sqrt(s)", 1e-6, 1.0
+    )
     gate: float = parameter(5.0, "Samples further from the prediction are refused", "sigma", 2.0, 100.0)
     reopen_after: int = parameter(5, "Refusals in a row after which the state is doubted", "1", 1, 1000)
     reopen_interval: float = parameter(

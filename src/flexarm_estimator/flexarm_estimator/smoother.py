@@ -91,7 +91,7 @@ def backward_step(fusion: Fusion, before: Belief, t: float, instant: Instant) ->
     step = fusion.prepare(before, instant.t - t, instant)
     mean, J = step.predict(before)
     m, n = step.y.size, before.x.size
-    reach = step.rows_by_state  # (m + n, n)
+    reach = step.rows_by_state(before)  # (m + n, n)
     nu = step.y - mean[:m]
     joint = np.empty((m + 2 * n, m + 2 * n))
     joint[: m + n, : m + n] = J[:-1, :-1]

@@ -1,18 +1,19 @@
 """Rows of several sensors taken together, and their noise as the filter needs it.
 
-``y = C x + D u + D_w f + v`` with the averaged force noise ``f`` that is part of the process noise
-too: the noise of y has covariance ``R + D_w F D_w'`` and is correlated with the state's.
+``y = C x + D u + sum p_i C_i x + D_w f + v`` with the averaged force noise ``f`` that is part of the
+process noise too: the noise of y has covariance ``R + D_w F D_w'`` and is correlated with the state's.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import block_diag
 
+from flexarm_estimator.bilinear import Slope, tangent
 from flexarm_estimator.measurement import Measurement
 from flexarm_estimator.process import Transition
 from flexarm_estimator.sensors import LinearRows
@@ -32,6 +33,7 @@ class Stack:
         D_w: Feed-through of force noise, (m, n).
         R: Covariance of the sensors' own noise, (m, m).
         R_total: The same with the force noise they feel, (m, m).
+        slopes: What one unit of every learned parameter adds to C and D.
     """
 
     names: tuple[str, ...]
@@ -41,6 +43,14 @@ class Stack:
     D_w: Array
     R: Array
     R_total: Array
+    slopes: tuple[Slope, ...] = ()
+
+    def at(self, x: Array, u: Array) -> Stack:
+        """Return the tangent at the state x (n_x,) of the sample and the inputs u (n_u + 1,)."""
+        if not self.slopes:
+            return self
+        C, D = tangent(self.C, self.D, self.slopes, (x, u))
+        return replace(self, C=C, D=D, slopes=())
 
     def cross(self, transition: Transition) -> Array:
         """Return the covariance of process noise with the noise of the rows, (n_x, m)."""
@@ -70,7 +80,9 @@ def stack_rows(models: Sequence[LinearRows], force_cov: Array) -> Stack:
     C, D, D_w = (np.vstack([getattr(model, field) for model in models]) for field in ("C", "D", "D_w"))
     R = block_diag(*(model.R for model in models))
     total = R + D_w @ force_cov @ D_w.T
-    return Stack(tuple(model.name for model in models), spans, C, D, D_w, R, (total + total.T) / 2)
+    learned = zip(*(model.slopes for model in models), strict=True)
+    slopes = tuple(Slope(np.vstack(parts), np.zeros_like(D)) for parts in learned)
+    return Stack(tuple(model.name for model in models), spans, C, D, D_w, R, (total + total.T) / 2, slopes)
 
 
 class StackedSample:

@@ -1,8 +1,9 @@
-"""Where things stand in the filter's state ``x = [theta; eta; theta'; eta'; d; b; s]``.
+"""Where things stand in the filter's state ``x = [theta; eta; theta'; eta'; d; b; s; p]``.
 
 ``theta`` are the actuated axes, ``eta`` the elastic modes, ``d`` unmodelled torques on the axes, ``b`` the
 biases of sensors (a gauge drifts with temperature, an accelerometer has an offset), in SI of their channel,
-``s`` static deflections of the modes that the model leaves out (``sag``); they are nobody else's business.
+``s`` static deflections of the modes that the model leaves out (``sag``), ``p`` what is learned of the model
+itself (``stiffness``); both are nobody else's business.
 """
 
 from __future__ import annotations
@@ -20,17 +21,19 @@ class StateLayout:
         biases: Output rows "sensor.channel" that have a bias, in their order in the state; behind them
             "sensor.channel rate" of those that drift steadily.
         n_s: Number of static deflections, of the slowest modes.
+        n_p: Number of learned parameters of the model.
     """
 
     n: int
     n_theta: int
     biases: tuple[str, ...] = ()
     n_s: int = 0
+    n_p: int = 0
 
     @property
     def n_x(self) -> int:
         """Number of states."""
-        return 2 * self.n + self.n_theta + len(self.biases) + self.n_s
+        return 2 * self.n + self.n_theta + len(self.biases) + self.n_s + self.n_p
 
     @property
     def theta(self) -> slice:
@@ -65,9 +68,14 @@ class StateLayout:
     @property
     def s(self) -> slice:
         """Static deflections of the modes [kg^0.5 m]."""
-        return slice(self.b.stop, self.n_x)
+        return slice(self.b.stop, self.b.stop + self.n_s)
+
+    @property
+    def p(self) -> slice:
+        """Learned parameters of the model, relative [1]."""
+        return slice(self.s.stop, self.n_x)
 
     @property
     def told(self) -> slice:
-        """What messages carry: all but the static deflections."""
+        """What messages carry: all but the static deflections and the learned parameters."""
         return slice(0, self.b.stop)

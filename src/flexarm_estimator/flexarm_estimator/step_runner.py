@@ -61,9 +61,9 @@ class CompiledRunner(StepRunner):
 
     def __init__(self, library: Path, n_x: int, rows: int) -> None:
         """Load the code for ``n_x`` states and at most ``rows`` rows in a step."""
-        lead = n_x + rows + 1
+        lead = n_x + rows
         self._x, self._P = np.zeros(n_x), np.zeros((n_x, n_x))
-        self._work = np.zeros(2 * lead + lead * lead + max(lead * n_x, rows * (rows + 1)))
+        self._work = np.zeros(2 * lead + lead * lead + n_x * lead + max(n_x * n_x, rows * (rows + 1)))
         self._fixed = [ctypes.c_void_p(array.ctypes.data) for array in (self._x, self._P, self._work)]
         self._call = ctypes.PyDLL(str(library)).flexarm_joint_steps
         self._call.restype = ctypes.c_int64

@@ -38,6 +38,8 @@ class StateSpace:
         D_w: Output of a unit force on [theta; eta], (n_y, n).
         dt: Period [s]; 0 means continuous time.
         n_xi: Number of served coordinates n; x starts with xi and xi'.
+        learned: Forces on xi per state that one unit of each of the last states adds (products of states,
+            which A leaves out), (n, n_x) each.
     """
 
     A: Array
@@ -50,6 +52,7 @@ class StateSpace:
     D_w: Array
     dt: float
     n_xi: int
+    learned: tuple[Array, ...] = ()
 
     @property
     def n_x(self) -> int:

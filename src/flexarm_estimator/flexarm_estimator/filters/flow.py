@@ -2,7 +2,8 @@
 
 ``x = [xi; xi'; z]`` moves by ``x' = F(x, u) + G w``. xi'' comes from the moving arm. How the other states z
 (unmodelled torques, biases) change, which forces they are and what they add to the rows is linear, and the
-served system says it: forces ``M A_z z`` on xi, ``C_z z - D_w M A_z z`` in the rows.
+served system says it: forces ``M A_z z`` on xi, ``C_z z - D_w M A_z z`` in the rows. What is learned of the
+model (``bilinear``) is forces, too: ``sum p_i F_i x``.
 """
 
 from __future__ import annotations
@@ -87,6 +88,7 @@ class StateFlow:
         system = process.system
         self._A, self._Q, self._B = system.A, system.Q, np.array(model.B)
         self._rest = slice(2 * model.n, system.n_x)
+        self._learned = tuple(enumerate(system.learned, system.n_x - len(system.learned)))
         self._push = model.M @ system.A[model.n : 2 * model.n, self._rest]  # (n, n_z)
         self._force_cov = process.force_cov
         self._force_psd = process.force_cov * averaging
@@ -127,6 +129,7 @@ class StateFlow:
         A, Q, G = self._A.copy(), self._Q.copy(), np.zeros((x.size, n))
         A[n : 2 * n, : 2 * n] = self._arm.slopes(motion).accel
         A[n : 2 * n, self._rest] = motion.M_inv.dot(self._push)
+        A[n : 2 * n] += motion.M_inv.dot(self._bend(x))
         Q[n : 2 * n, n : 2 * n] = motion.M_inv.dot(self._force_psd).dot(motion.M_inv)
         G[n : 2 * n] = motion.M_inv
         if not (np.isfinite(A).all() and np.isfinite(Q).all()):
@@ -160,6 +163,7 @@ class StateFlow:
         C[:, : 2 * self._n] = slopes.rows
         D_w = slopes.rows_a.dot(motion.M_inv)
         C[:, self._rest] += D_w.dot(self._push)
+        C += D_w.dot(self._bend(x))
         if not np.isfinite(C).all():
             raise NoFlow("the rows' tangent is not finite")
         return LocalRows(self._arm.rows(motion) + self._C.dot(x), C, D_w)
@@ -167,6 +171,8 @@ class StateFlow:
     def _move(self, x: Array, u: Array) -> Motion:
         n = self._n
         force = self._B.dot(u[:-1]) + self._push.dot(x[self._rest])
+        for at, per_state in self._learned:
+            force += float(x[at]) * per_state.dot(x)
         try:
             motion = self._arm.at(x[:n], x[n : 2 * n], force)
         except (ValueError, np.linalg.LinAlgError) as error:
@@ -174,6 +180,14 @@ class StateFlow:
         if not np.isfinite(motion.a).all():
             raise NoFlow("the acceleration is not finite")
         return motion
+
+    def _bend(self, x: Array) -> Array:
+        """Return the derivative of the forces that are learned by the state, (n, n_x)."""
+        slope = np.zeros((self._n, x.size))
+        for at, per_state in self._learned:
+            slope += float(x[at]) * per_state
+            slope[:, at] += per_state.dot(x)
+        return slope
 
     def _integrate(self, A: Array, Q: Array, dt: float) -> tuple[Array, Array, Array, Array]:
         """Return transition, its integral, noise, and the integral over what accelerometers average."""

@@ -78,4 +78,4 @@ def about(
     x, u = at
     noise = served.R + rows.D_w.dot(force_cov).dot(rows.D_w.T) + spread
     D = constant(rows.y - rows.C.dot(x), u)
-    return replace(served, C=rows.C, D=D, D_w=rows.D_w, R_total=(noise + noise.T) / 2)
+    return replace(served, C=rows.C, D=D, D_w=rows.D_w, R_total=(noise + noise.T) / 2, slopes=())

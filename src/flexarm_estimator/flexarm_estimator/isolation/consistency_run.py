@@ -128,7 +128,7 @@ class ConsistencyRun:
         window = self._window
         if window.parts[k] is not window.parts[k - 1]:
             self._change_model(k)
-        step = self._maker.step(window.parts[k], window.t[k] - window.t[k - 1])
+        step = self._maker.step(window.parts[k], window.t[k] - window.t[k - 1], window.learned)
         m, rows = step.m, self._rows[k]
         J = step.T.dot(self._P).dot(step.T_transposed)
         J += step.noise

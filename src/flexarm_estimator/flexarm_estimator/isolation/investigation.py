@@ -54,6 +54,7 @@ class Entry(NamedTuple):
         t: [s].
         u: [tau; 1] held until then, (n_u + 1,).
         theta: Axes as estimated [rad] or [m], (n_theta,).
+        learned: Parameters of the model as learned, (n_p,).
         samples: Of all sensors.
         parts: Model in use.
     """
@@ -61,6 +62,7 @@ class Entry(NamedTuple):
     t: float
     u: Array
     theta: Array
+    learned: tuple[float, ...]
     samples: Sequence[Measurement]
     parts: Parts
 
@@ -86,7 +88,7 @@ class Case:
 
     def floor(self, window: Window) -> Array:
         """Return the variance of every row with the force noise it feels, (m,)."""
-        return self.maker.step(window.parts[-1], window.t[-1] - window.t[-2]).floor
+        return self.maker.step(window.parts[-1], window.t[-1] - window.t[-2], window.learned).floor
 
 
 Investigation = Generator[None, None, Explanation | None]
@@ -162,7 +164,7 @@ def read_window(channels: Channels, entries: Sequence[Entry]) -> Generator[None,
     yield
     return Window(
         np.array([row[0] for row in rows]), np.array([row[1] for row in rows]), y,
-        [row[2] for row in rows], entries[0].theta,
+        [row[2] for row in rows], entries[0].theta, entries[-1].learned,
     )  # fmt: skip
 
 

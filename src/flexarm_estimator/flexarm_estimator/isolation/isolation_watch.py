@@ -43,7 +43,7 @@ class IsolationWatch(Watch):
         self._parts = parts
         self._is_blind = parts.fusion.dependent is not None  # hypotheses are run on the served model alone
         self._channels = Channels(self._specs, parts.sensors.rows)
-        self._theta = parts.layout.theta
+        self._theta, self._learned = parts.layout.theta, parts.layout.p
 
     def restart(self, t: float) -> None:
         """See Watch."""
@@ -62,7 +62,8 @@ class IsolationWatch(Watch):
         theta = view.belief.x[self._theta].copy()
         held = [verdict.sensor for verdict in view.verdicts if verdict.reason == HELD]  # most stand alone
         samples = [s for s in view.samples if s.sensor not in held] if held else view.samples
-        self._ring.append(Entry(view.t, view.u, theta, samples, self._parts))
+        learned = tuple(view.belief.x[self._learned].tolist())
+        self._ring.append(Entry(view.t, view.u, theta, learned, samples, self._parts))
         self._ticks += 1
         if self._ticks % _EVERY == 0:
             self._note(view)

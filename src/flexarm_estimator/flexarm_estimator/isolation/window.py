@@ -14,6 +14,7 @@ from flexarm_estimator.stack import stack_rows
 
 Array = NDArray[np.float64]
 _CACHE_SIZE = 200  # joint steps
+_LEARNED = 0.01  # parameters that differ by less are one
 
 
 @dataclass(frozen=True)
@@ -26,6 +27,7 @@ class Window:
         y: What the channels said, NaN where nothing, (k, m).
         parts: Model in use at each.
         theta: Axes at the start, a guess [rad] or [m], (n_theta,).
+        learned: Parameters of the model as learned, (n_p,).
     """
 
     t: Array
@@ -33,6 +35,7 @@ class Window:
     y: Array
     parts: list[Parts]
     theta: Array
+    learned: tuple[float, ...] = ()
 
     def halves(self, values: Array) -> Array:
         """Return the sums over the first and the second half of values of all instants, (2, ...)."""
@@ -66,24 +69,27 @@ class StepMaker:
     def __init__(self, resolution: float) -> None:
         """Take periods as equal that differ by less than ``resolution`` [s]."""
         self._resolution = resolution
-        self._steps: dict[tuple[int, int], tuple[Parts, WindowStep]] = {}
+        self._steps: dict[tuple[int, int, tuple[int, ...]], tuple[Parts, WindowStep]] = {}
 
-    def step(self, parts: Parts, dt: float) -> WindowStep:
-        """Return the step of a model over ``dt`` [s]."""
+    def step(self, parts: Parts, dt: float, learned: tuple[float, ...] = ()) -> WindowStep:
+        """Return the step of a model, with what has been learned of it, over ``dt`` [s]."""
         count = max(1, round(dt / self._resolution))
-        key = id(parts), count
+        key = id(parts), count, tuple([round(p / _LEARNED) for p in learned])
         if key not in self._steps:
             if len(self._steps) >= _CACHE_SIZE:
                 self._steps.clear()
-            self._steps[key] = parts, _make(parts, count * self._resolution)
+            self._steps[key] = parts, _make(parts, count * self._resolution, learned)
         return self._steps[key][1]
 
 
-def _make(parts: Parts, dt: float) -> WindowStep:
+def _make(parts: Parts, dt: float, learned: tuple[float, ...]) -> WindowStep:
     stack = stack_rows(list(parts.sensors.rows.values()), parts.process.force_cov)
-    step = JointStep(parts.process.step(dt), stack)
+    transition = parts.process.step(dt)
+    x, u = np.zeros(parts.layout.n_x), np.zeros(transition.B.shape[1])
+    x[x.size - len(learned) :] = learned  # taken as known: at rest nothing depends on their errors
+    step = JointStep(transition.at(x, u), stack.at(x, u))
     T, T_transposed, V, noise = (
         np.ascontiguousarray(array)
-        for array in (step.T[:-1], step.T_transposed[:, :-1], step.V[:-1], step.noise[:-1, :-1])
+        for array in (step.T[:-1], step.T[:-1].T, step.V[:-1], step.noise[:-1, :-1])
     )
     return WindowStep(step.m, T, T_transposed, V, noise, stack.R_total.diagonal().copy())

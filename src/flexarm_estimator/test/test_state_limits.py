@@ -16,17 +16,15 @@ from planar_strip import (
 )
 from scipy.optimize import minimize
 
-from flexarm_estimator.biases.bias_limits import BiasLimits
 from flexarm_estimator.estimator import Estimator
 from flexarm_estimator.filter import Belief
 from flexarm_estimator.measurement import Measurement
 from flexarm_estimator.settings import EstimatorConfig
-from flexarm_estimator.state_layout import StateLayout
+from flexarm_estimator.state_limits import StateLimits
 from flexarm_model.description import BiasSpec
 
 GAUGE = replace(STRAIN_GAUGE, bias=BiasSpec(2e-6, 1e-6, 10e-6))
 SENSORS = (ENCODER, GAUGE, ACCELEROMETER, CAMERA)
-LAYOUT = StateLayout(1, 1, ("a.x", "b.x"))
 RECORD = simulate(1600, np.random.default_rng(3), camera_every=7)
 
 
@@ -37,7 +35,7 @@ def belief_with(rng, x):
 
 def test_within_its_limits_nothing_is_touched():
     belief = belief_with(np.random.default_rng(1), [1.0, 2.0, 3.0, 0.9, -0.5])
-    assert not BiasLimits(LAYOUT, [1.0, 1.0]).hold(belief)
+    assert not StateLimits({3: 1.0, 4: 1.0}).hold(belief)
     np.testing.assert_array_equal(belief.x, [1.0, 2.0, 3.0, 0.9, -0.5])
 
 
@@ -51,7 +49,7 @@ def test_the_state_led_back_is_the_likeliest_within_the_limits(beyond):
         bounds=[(None, None)] * 3 + [(-2.0, 2.0), (-50.0, 50.0)], method="L-BFGS-B", options={"ftol": 1e-15},
     )  # fmt: skip
     P = belief.P.copy()
-    assert BiasLimits(LAYOUT, [2.0, 50.0]).hold(belief)
+    assert StateLimits({3: 2.0, 4: 50.0}).hold(belief)
     np.testing.assert_allclose(belief.x, best.x, atol=1e-4)
     assert abs(belief.x[3]) == 2.0
     np.testing.assert_array_equal(belief.P, P)
