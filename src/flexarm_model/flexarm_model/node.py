@@ -30,6 +30,7 @@ from std_msgs.msg import Bool
 from flexarm_model.announce import announce_on_stderr
 from flexarm_model.overrides import apply_overrides
 from flexarm_model.parameters import ParameterError
+from flexarm_model.single_instance import NameTakenError, claim_name
 from flexarm_model.strict_yaml import ConfigError
 
 SENSOR_QOS = QoSProfile(depth=50, reliability=ReliabilityPolicy.BEST_EFFORT)
@@ -40,7 +41,7 @@ MODELS_DEPTH = 500  # most models of one motion; they are sent in one go, ahead 
 MODELS_QOS = QoSProfile(depth=MODELS_DEPTH, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 LOCKSTEP_QOS = QoSProfile(depth=1000)  # both ends in lockstep: no message is lost while a reader is slow
 
-EXIT_CONFIGURATION = 2
+EXIT_CONFIGURATION, EXIT_NAME_TAKEN = 2, 3
 SPIN_TIMEOUT = 0.1  # s; longest delay of a stop by signal
 READY_PERIOD = 0.05  # s
 
@@ -75,7 +76,8 @@ def run_node(factory: Callable[[], Node]) -> int:
         factory: Makes the node; may raise ParameterError or ConfigError.
 
     Returns:
-        Exit code: 0, or 2 with one line on stderr when the configuration is wrong.
+        Exit code: 0; with one line on stderr 2 when the configuration is wrong, and 3 when a node of the same
+        name is running.
     """
     announce_on_stderr()
     stopping: list[int] = []
@@ -84,12 +86,14 @@ def run_node(factory: Callable[[], Node]) -> int:
     try:
         rclpy.init(args=sys.argv, signal_handler_options=SignalHandlerOptions.NO)
         node = factory()
-    except _CONFIGURATION_ERRORS as error:
+        held = claim_name(node.get_fully_qualified_name(), str(node.context.get_domain_id()))
+    except (*_CONFIGURATION_ERRORS, NameTakenError) as error:
         reason = " ".join(str(error).split())
         print(f"{factory.__name__}: {reason}", file=sys.stderr)
         rclpy.try_shutdown()
-        return EXIT_CONFIGURATION
-    _spin(node, stopping)
+        return EXIT_NAME_TAKEN if isinstance(error, NameTakenError) else EXIT_CONFIGURATION
+    with held:
+        _spin(node, stopping)
     return 0
 
 

@@ -77,6 +77,25 @@ def test_a_node_becomes_ready_and_ends_in_order_on_a_signal(number: int) -> None
     assert lines[:2] == [expected + "\n", "Control rate [Hz]\n"]
 
 
+def test_a_second_node_of_the_same_name_ends_at_once_and_a_killed_one_leaves_its_name_free() -> None:
+    first = start()
+    assert first.stdout is not None
+    while first.stdout.readline() != "ready\n":
+        pass
+    second = start()
+    _, err = second.communicate(timeout=20.0)
+    assert second.returncode == 3 and len(err.splitlines()) == 1
+    assert "node /probe runs already in ROS domain" in err and f"(process {first.pid})" in err
+    first.kill()
+    first.communicate()
+    third = start()
+    assert third.stdout is not None
+    while third.stdout.readline() != "ready\n":
+        assert third.poll() is None
+    third.terminate()
+    assert third.wait(20.0) == 0
+
+
 @pytest.mark.parametrize(
     ("override", "reason"),
     [

@@ -1,0 +1,47 @@
+"""One node of a name per ROS domain on this machine: the second one is refused.
+
+The name is held by a lock on a file that the kernel gives back when the process ends, however it ends. The
+graph of ROS would not do: it shows a killed node for ten seconds more, and its successor could not start.
+"""
+
+from __future__ import annotations
+
+import fcntl
+import os
+import tempfile
+from pathlib import Path
+from typing import TextIO
+
+
+class NameTakenError(RuntimeError):
+    """A node of this name is running; the text says which, and what to do."""
+
+
+def claim_name(name: str, domain: str, folder: Path | None = None) -> TextIO:
+    """Claim a node's full name; it is held as long as the returned file is open.
+
+    Args:
+        name: Full name, "/flexarm/controller".
+        domain: ROS domain.
+        folder: Of the locks; None for the user's own in the folder of temporary files.
+
+    Raises:
+        NameTakenError: Another process holds it.
+    """
+    folder = folder or Path(tempfile.gettempdir()) / f"flexarm-{os.getuid()}"
+    folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+    held = (folder / f"{domain}{name.replace('/', '.')}.lock").open("a+", encoding="utf-8")
+    try:
+        fcntl.flock(held, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except OSError:
+        held.seek(0)
+        owner = held.read().strip() or "unknown"
+        held.close()
+        raise NameTakenError(
+            f"node {name} runs already in ROS domain {domain} (process {owner}): end it first, or use "
+            "another ROS_DOMAIN_ID or namespace"
+        ) from None
+    held.truncate(0)
+    held.write(str(os.getpid()))
+    held.flush()
+    return held
