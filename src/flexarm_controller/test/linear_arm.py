@@ -1,7 +1,6 @@
 """An arm whose equation of motion is a served model's, for tests that compare with the linear controller."""
 
 import casadi as ca
-import numpy as np
 
 from flexarm_controller.nonlinear.arm_equations import Coordinates, compile_equations
 from flexarm_controller.nonlinear.gauss_steps import GaussSteps

@@ -49,6 +49,7 @@ class NonlinearMpc:
     """The nonlinear predictive controller of one arm, with the weights of one served model.
 
     Attributes:
+        weights: Of its programs.
         condensing: Makes its programs.
         goal: What the reference asks for over the horizon.
     """
@@ -68,7 +69,7 @@ class NonlinearMpc:
         steps, N = arm.steps, config.horizon
         self._steps, self._guess, self._blocks = steps, arm.guess, config.blocks
         self._served = map_served(model, arm.coordinates, arm.mass_at(model.q0))
-        weights = weigh(model, self._served, limits, config, steps.h)
+        weights = self.weights = weigh(model, self._served, limits, config, steps.h)
         self._periods, self._unit = Periods(steps, N), limits.effort
         self.condensing = Condensing(weights, config.blocks, limits.effort, self._periods)
         start = self._served.into @ np.concatenate([model.xi0, np.zeros(model.n)]) + self._served.s_0
@@ -90,7 +91,7 @@ class NonlinearMpc:
     def step(self, state: ArmState, reference: Reference, sent: Array) -> Plan:
         """Plan the torques that follow those already ``sent``, (``torques_kept``, n_u); see ``Planner``."""
         t, self._reference = state.t + sum(self._shares) * self._steps.h, reference
-        known = self._embed(state, sent)
+        known = self.embed(state, sent)
         if known is None or not self.goal.move(reference, t):
             return self._give_up("motion cannot be predicted")
         if not (self._is_ready and self._guess.is_at(t)):
@@ -105,6 +106,24 @@ class NonlinearMpc:
             self._guess.shift()
             self.goal.move(self._reference, self._guess.t)
             self._linearize()
+
+    def embed(self, state: ArmState, sent: Array) -> Known | None:
+        """Return what is known when the first chosen torque acts; None when it cannot be said."""
+        if not state.is_finite:
+            return None
+        s = self._served.into @ state.x + self._served.s_0
+        d = np.ascontiguousarray(state.d, dtype=np.float64)
+        for share, torque in zip(self._shares, sent, strict=False):
+            if not (self._advance(s, torque + d, share) or self._advance(s, torque + d, share)):
+                return None
+        return Known(s, d, np.ascontiguousarray(sent[-1], dtype=np.float64))
+
+    def _advance(self, s: Array, u: Array, share: float) -> bool:
+        """Advance a state; when that fails the next attempt starts from nothing."""
+        is_settled = self._steps.advance(s, u, self._acceleration, share)
+        if not is_settled:
+            self._acceleration[:] = 0.0
+        return is_settled
 
     def _solve(self, known: Known) -> Plan:
         """Solve for a known state; the guess moves to the solution."""
@@ -125,16 +144,6 @@ class NonlinearMpc:
             near = np.flatnonzero(self._program.binding(result.x, BINDING))
             active = tuple(sorted({self._names[i] for i in near} - {""}))
         return Plan(np.repeat(v * self._unit, self._blocks, axis=0), result, active)
-
-    def _embed(self, state: ArmState, sent: Array) -> Known | None:
-        """Return what is known when the first chosen torque acts; None when it cannot be said."""
-        s = self._served.into @ state.x + self._served.s_0
-        d = np.ascontiguousarray(state.d, dtype=np.float64)
-        for share, torque in zip(self._shares, sent, strict=False):
-            if not self._steps.advance(s, torque + d, self._acceleration, share):
-                self._acceleration[:] = 0.0
-                return None
-        return Known(s, d, np.ascontiguousarray(sent[-1], dtype=np.float64))
 
     def _linearize(self) -> None:
         """Linearise about the guess, condense and factor."""
