@@ -19,7 +19,7 @@ from flexarm_controller.conversions import (
 )
 from flexarm_controller.laws import Laws
 from flexarm_controller.limits import limits_of
-from flexarm_controller.motion.admission import admit, check_jump
+from flexarm_controller.motion.admission import admit
 from flexarm_controller.motion.refusals import MotionError
 from flexarm_controller.motion.settings import MotionConfig
 from flexarm_controller.settings import ControllerConfig, MpcConfig
@@ -171,11 +171,6 @@ class ControllerExchange:
         model = self.controller.model
         reference = reference_from_msg(msg, self._names, self._epoch_ns)
         reference, remark = admit(reference, model, self._limits, self._motion)
-        if self.state is not None and self.state.usable and self.state.is_finite:
-            t = self.state.t + self._settings.period
-            followed = self.controller.reference
-            before = followed.position(t) if followed else self.state.theta
-            check_jump(reference, before, t, self._limits, self._settings.period)
         fault = self.controller.follow(reference)
         if fault:
             raise MotionError(fault)

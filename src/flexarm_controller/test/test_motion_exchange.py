@@ -1,7 +1,5 @@
 """Goals of the tip between messages, and references from outside: taken, told, stretched, refused."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
@@ -15,7 +13,7 @@ from flexarm_controller.exchange import ControllerExchange  # noqa: E402
 from flexarm_controller.motion.conversions import OWN_FRAME, pose_from_msg, pose_to_msg  # noqa: E402
 from flexarm_controller.motion.motion_exchange import MotionExchange  # noqa: E402
 from flexarm_controller.motion.settings import MotionConfig  # noqa: E402
-from flexarm_controller.reference import Reference, hold  # noqa: E402
+from flexarm_controller.reference import Reference  # noqa: E402
 from flexarm_controller.settings import ControllerConfig, MpcConfig  # noqa: E402
 from flexarm_model.config import load_config  # noqa: E402
 from flexarm_model.conversions import model_to_msg, ns_to_stamp  # noqa: E402
@@ -162,12 +160,3 @@ def test_or_refused_or_stretched_if_asked(config, model):
     assert length == pytest.approx(0.3 * factor, rel=1e-3) and factor > 1.1
     fast = swing(2.8, 0.5)  # 11.2 rad/s, 6 are allowed
     assert "velocity 11.2 rad/s is beyond the limit 6 rad/s at 0.250 s" in answer(strict, fast)
-
-
-def test_a_reference_that_jumps_is_refused_with_both_positions(config, model):
-    exchange, _ = arm_of(config, model)
-    before = exchange.controller.reference
-    text = answer(exchange, hold(np.array([0.2])))
-    assert text.startswith("reference refused: axis 1: it jumps from 0 to 0.2") and "0.03" in text
-    assert exchange.controller.reference is before
-    assert answer(exchange, replace(hold(np.array([0.02])))).startswith("reference accepted")

@@ -13,6 +13,7 @@ from flexarm_controller.reference import Reference
 
 Array = NDArray[np.float64]
 Stage = Literal["accepted", "executing", "succeeded", "canceled", "rejected", "aborted"]
+ROUNDING = 1e-9  # s
 FINAL = ("succeeded", "canceled", "rejected", "aborted")
 
 
@@ -71,7 +72,7 @@ class Pursuit:
 
     def is_due(self, t: float, config: MotionConfig) -> bool:
         """Tell whether the tip has to be looked at: at its end always, before only to tell of it."""
-        return t >= self._end or t - self._told >= 1.0 / config.motion_status_rate
+        return t >= self._end or t - self._told >= 1.0 / config.motion_status_rate - ROUNDING
 
     def judge(self, t: float, distance: float, config: MotionConfig) -> Progress | None:
         """Return what there is to tell at ``t`` [s] with the tip that far from the goal [m], or nothing."""
@@ -83,7 +84,7 @@ class Pursuit:
             return Progress(t, self.goal_id, "succeeded", 1.0, distance, True)
         if not self.is_canceling and t - self._end > config.settle_patience:
             return self.end(t, "aborted", f"the tip stays {1e3 * distance:.3g} mm from the goal", distance)
-        if t - self._told < 1.0 / config.motion_status_rate:
+        if t - self._told < 1.0 / config.motion_status_rate - ROUNDING:
             return None
         self._told = t
         return Progress(t, self.goal_id, "executing", self._share(t), distance, is_settled)
