@@ -18,8 +18,8 @@ from flexarm_controller.damping import JointDamping
 from flexarm_controller.joint_pd import JointPd
 from flexarm_controller.limits import Limits
 from flexarm_controller.lqr import Lqr
-from flexarm_controller.mpc import Mpc, Plan
 from flexarm_controller.moving_mpc import MovingMpc
+from flexarm_controller.mpc import Mpc, Plan
 from flexarm_controller.nonlinear.arm_equations import NonlinearModelError
 from flexarm_controller.nonlinear.nonlinear_arm import NonlinearArm
 from flexarm_controller.nonlinear.nonlinear_mpc import NonlinearMpc

@@ -14,7 +14,7 @@ from flexarm_controller.program.problem import build_problem
 from flexarm_controller.reference import Reference
 from flexarm_controller.settings import MpcConfig
 from flexarm_controller.solvers.backends import build_solver
-from flexarm_controller.solvers.qp import QpResult
+from flexarm_controller.solvers.qp import QpResult, QpSolver
 from flexarm_controller.state import ArmState
 from flexarm_model.reduced_model import ReducedModel
 
@@ -47,6 +47,7 @@ class Mpc:
 
     Attributes:
         problem: Its quadratic program.
+        lead: From the instant of a state to that of the first torque that is planned [s].
     """
 
     def __init__(self, model: ReducedModel, limits: Limits, config: MpcConfig, dt: float) -> None:
@@ -57,6 +58,7 @@ class Mpc:
         self._budget = config.time_limit or np.inf
         self._p_now = np.zeros(self._known.now.stop)
         self._delay = Delay(model, self._system, config, dt)
+        self.lead = self._delay.lead
         self._preview = Preview(self.problem.q_r, config.horizon, dt)
         self._held = abs(self.problem.T).argmax(axis=1)  # the one unknown that a torque is made of
         self._unit = self.problem.T[np.arange(self._held.size), self._held]  # N m
@@ -72,28 +74,33 @@ class Mpc:
             sent: Torques that act from the state's instant on, oldest first, and at least the one
                 before the first that is planned, (``delay.torques_kept``, n_u).
         """
-        self._fill(state, sent)
-        of_reference = self._preview.gradient(reference, state.t + self._delay.lead)
-        q, l, u = self.problem.vectors(self._p_now, of_reference)  # noqa: E741
-        result = self._solver.solve(q, l, u, self._warm, self._budget)
+        p_now = self.known_now(state, sent)
+        of_reference = self._preview.gradient(reference, state.t + self.lead)
+        return self.solve(self._solver, self.problem.rows.A, self.problem.vectors(p_now, of_reference))
+
+    def solve(self, solver: QpSolver, A: Array, vectors: tuple[Array, Array, Array]) -> Plan:
+        """Return the plan that ``solver`` finds for a program with the rows ``A`` and these (q, l, u)."""
+        q, l, u = vectors  # noqa: E741
+        result = solver.solve(q, l, u, self._warm, self._budget)
         if not result.solved:
             self._warm = None
             return Plan(self._empty, result, ())
         self._warm = result.x
         torques = (result.x[self._held] * self._unit).reshape(self._known.N, self._known.n_u)
-        active = () if result.margin > BINDING else self._binding(result.x, l, u)
+        active = () if result.margin > BINDING else self._binding(A @ result.x, l, u)
         return Plan(torques, result, active)
 
     def work_ahead(self) -> None:
         """Do nothing: the program of the next state differs in its vectors alone; see ``Planner``."""
 
-    def _fill(self, state: ArmState, sent: Array) -> None:
+    def known_now(self, state: ArmState, sent: Array) -> Array:
+        """Return what is known but the reference, (n_x + 2 n_u,); the same array in every step."""
         known, p = self._known, self._p_now
         p[known.x] = self._delay.advance(state.x, state.d, sent)
         p[known.d] = state.d
         p[known.u_before] = sent[-1]
+        return p
 
-    def _binding(self, x: Array, l: Array, u: Array) -> tuple[str, ...]:  # noqa: E741
-        y = self.problem.rows.A @ x
+    def _binding(self, y: Array, l: Array, u: Array) -> tuple[str, ...]:  # noqa: E741
         near = np.flatnonzero((u - y < BINDING) | (y - l < BINDING))
         return tuple(sorted({self.problem.rows.names[i] for i in near} - {""}))

@@ -1,8 +1,8 @@
 """From the state that was measured to the one in which the first torque acts that can still be chosen.
 
-A torque acts ``delay_periods`` control periods and a ``latency`` after the instant of the state it was computed
-from, and then for one period. With ``latency`` a whole number of periods and a share ``f`` of one, the torque
-that acts now was sent one period before the whole delay, and goes on acting for ``f dt``::
+A torque acts ``delay_periods`` control periods and a ``latency`` after the instant of the state it was
+computed from, and then for one period. With ``latency`` a whole number of periods and a share ``f`` of one,
+the torque that acts now was sent one period before the whole ones, and goes on acting for ``f dt``::
 
     x <- A(f dt) x + B(f dt) (u + d) + c(f dt)           the hold that is split, if f > 0
     x <- A(dt) x + B(dt) (u + d) + c(dt)                 for every other torque on its way

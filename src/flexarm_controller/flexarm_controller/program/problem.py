@@ -16,11 +16,8 @@ from scipy.linalg import block_diag
 
 from flexarm_controller.limits import Limits
 from flexarm_controller.program.constraints import Constraints, constrain
-from flexarm_controller.program.cost import build_cost, complete
-from flexarm_controller.program.equilibrium import build_equilibrium
 from flexarm_controller.program.penalties import Known, penalise
-from flexarm_controller.program.prediction import plant, predict
-from flexarm_controller.program.soft_outputs import build_soft_outputs
+from flexarm_controller.program.stage import Stage, build_stage
 from flexarm_controller.settings import MpcConfig
 from flexarm_model.reduced_model import ReducedModel
 from flexarm_model.state_space import StateSpace
@@ -34,7 +31,7 @@ class Problem:
     """Constant data of the program and the maps that make its vectors.
 
     Attributes:
-        system: What the arm does in a control period.
+        stage: What it takes from the model.
         P: Hessian, (n_z, n_z).
         q_now: Gradient per p_now, (n_z, n_x + 2 n_u).
         q_r: Gradient per sample of the reference, (n_z, 3 n_u (N + 1)).
@@ -44,9 +41,10 @@ class Problem:
         n_v: Number of torques among the unknowns; slacks follow.
         known: Where the parts of p are.
         weight: Scale of the cost: the program's is ``weight e' W e / 2`` plus the price of slacks.
+        effort: Unit of the torques among the unknowns [N m] or [N], (n_v,).
     """
 
-    system: StateSpace
+    stage: Stage
     P: Array
     q_now: Array
     q_r: Array
@@ -56,6 +54,12 @@ class Problem:
     n_v: int
     known: Known
     weight: float
+    effort: Array
+
+    @property
+    def system(self) -> StateSpace:
+        """What the arm does in a control period."""
+        return self.stage.system
 
     def vectors(self, p_now: Array, of_reference: Array) -> tuple[Array, Array, Array]:
         """Return ``(q, l, u)`` for what is known now, (n_x + 2 n_u,), and ``q_r r``, (n_z,)."""
@@ -69,15 +73,12 @@ def build_problem(model: ReducedModel, limits: Limits, config: MpcConfig, dt: fl
     Raises:
         ValueError: A limited gauge has no row among the outputs of the model.
     """
-    system, known = plant(model, dt), Known(model.n, model.n_theta, config.horizon)
-    prediction = predict(system, config.blocks)
-    cost = build_cost(model, config, dt)
-    completion = complete(system.A, system.B, cost)
-    e = penalise(prediction, cost, completion, build_equilibrium(model), known)
-    soft = build_soft_outputs(model, limits, config)
-    rows = constrain(prediction, soft, limits, model.theta_names, known, dt)
+    stage = build_stage(model, limits, config, dt)
+    known, prediction = Known(model.n, model.n_theta, config.horizon), stage.prediction
+    e = penalise(prediction, stage.cost, stage.completion, stage.rest, known)
+    rows = constrain(prediction, stage.soft, limits, model.theta_names, known, dt)
 
-    n_v, n_s = e.L.shape[1], len(soft.names)
+    n_v, n_s = e.L.shape[1], len(stage.soft.names)
     scale = np.tile(limits.effort, len(config.blocks))  # (n_v,)
     WL = e.weigh(e.L * scale)
     curvature = (e.L * scale).T @ WL
@@ -87,4 +88,4 @@ def build_problem(model: ReducedModel, limits: Limits, config: MpcConfig, dt: fl
     q_0 = np.append(weight * WL.T @ e.l, np.full(n_s, config.slack_price))
     T = np.hstack([prediction.T * scale, np.zeros((known.N * known.n_u, n_s))])
     q_now, q_r = (np.ascontiguousarray(part) for part in np.split(q_p, [known.now.stop], axis=1))
-    return Problem(system, P, q_now, q_r, q_0, rows, T, n_v, known, weight)
+    return Problem(stage, P, q_now, q_r, q_0, rows, T, n_v, known, weight, scale)
