@@ -13,6 +13,7 @@ from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Any, TypeVar
 
+from flexarm_bringup.compare_laws.comparison import Comparison, read_comparison
 from flexarm_bringup.share import share_path
 from flexarm_bringup.task_moves import TaskMove, read_axes, read_move
 from flexarm_bringup.tip_vibration import Watch
@@ -43,6 +44,7 @@ class Task:
         speed: Simulated seconds per second of one core that are wanted, at least [1].
         assumed: What is not published about the moves.
         settings: What differs from the defaults of estimator, controller and schedule, by section.
+        compare: How "flexarm compare" compares laws on it.
     """
 
     manipulator: str
@@ -56,6 +58,7 @@ class Task:
     speed: float
     assumed: tuple[str, ...] = ()
     settings: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
+    compare: Comparison = field(default_factory=Comparison)
 
     def make(self, section: str, config_class: type[Settings]) -> Settings:
         """Return settings: defaults with the task's values."""
@@ -111,6 +114,7 @@ def load_task(path: Path) -> Task:
         speed=top.quantity("speed", "ratio", 5.0, above=0.0),
         assumed=top.texts("assumed", ()),
         settings=_read_settings(top.section("settings", {})),
+        compare=read_comparison(top.section("compare", {})),
     )
     watch.done()
     top.done()

@@ -1,0 +1,70 @@
+"""What a moves file says about ``flexarm compare``: section ``compare``, all of it optional.
+
+::
+
+    compare:
+      moves: {...}                # instead of those that "flexarm sim" does
+      signal: accelerometer       # what is judged: the tip, or accelerometers less what a rigid arm feels
+      worst_db: -31               # bounds; without one the row is printed and not judged
+      shaped_db: -34
+      scarce_gain_db: 10
+      slowest: 1.2
+      other_presets_db: {light_hub: -28}
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from flexarm_bringup.task_moves import TaskMove, read_move
+from flexarm_model.strict_yaml import Section
+
+SIGNALS = ("tip", "accelerometer")
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """How laws are compared on an arm.
+
+    Attributes:
+        moves: What it does; empty for the moves of the task.
+        signal: "tip": its acceleration; "accelerometer": theirs less a rigid arm's.
+        worst_db: MPC on the worst profile, at most [dB]; None for no bound.
+        shaped_db: MPC on a shaped reference, at most [dB].
+        scarce_gain_db: What MPC gains on the clipped LQR at half the peak torque, at least [dB].
+        slowest: Shortest time in which MPC arrives over the time-optimal bound, at most [1].
+        other_presets_db: MPC at +-10 % frequency under other presets, at most [dB].
+    """
+
+    moves: Mapping[str, TaskMove] = field(default_factory=dict)
+    signal: str = "tip"
+    worst_db: float | None = None
+    shaped_db: float | None = None
+    scarce_gain_db: float | None = None
+    slowest: float | None = None
+    other_presets_db: Mapping[str, float] = field(default_factory=dict)
+
+
+def read_comparison(section: Section) -> Comparison:
+    """Read the section.
+
+    Raises:
+        ConfigError: Anything is wrong with it.
+    """
+    others = section.section("other_presets_db", {})
+    comparison = Comparison(
+        moves={name: read_move(move) for name, move in section.sections("moves", {})},
+        signal=section.choice("signal", SIGNALS, "tip"),
+        worst_db=_bound(section, "worst_db"),
+        shaped_db=_bound(section, "shaped_db"),
+        scarce_gain_db=_bound(section, "scarce_gain_db"),
+        slowest=_bound(section, "slowest"),
+        other_presets_db={name: others.quantity(name, "ratio") for name in others.names()},
+    )
+    section.done()
+    return comparison
+
+
+def _bound(section: Section, key: str) -> float | None:
+    return section.quantity(key, "ratio") if section.has(key) else None

@@ -1,0 +1,91 @@
+"""The moves of a comparison: the way of the axes, the profile it is given with, the models at its end."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexarm_bringup.static_arm import StaticArm
+from flexarm_bringup.task import Task
+from flexarm_controller.limits import Limits, limits_of
+from flexarm_controller.open_loop.axis_motion import Motion, PacedMotion, Way
+from flexarm_controller.program.equilibrium import build_equilibrium
+from flexarm_model.linearize import linearize
+from flexarm_model.reduced_model import ReducedModel
+from flexarm_model.reduced_tree import ReducedTree
+
+Array = NDArray[np.float64]
+SMALLEST_WAY = 1e-9  # rad or m; less is no way at all
+
+
+@dataclass(frozen=True)
+class ComparedLeg:
+    """One move.
+
+    Attributes:
+        name: Of the move.
+        given: The motion as the moves file has it, the worst profile.
+        model: Served at the goal, where the vibration is that is left.
+        middle: Served half-way between start and goal.
+        limits: Of the arm.
+        dt: Control period [s].
+    """
+
+    name: str
+    given: PacedMotion
+    model: ReducedModel
+    middle: ReducedModel
+    limits: Limits
+    dt: float
+
+    @property
+    def start(self) -> Array:
+        """Where it starts [rad or m], (n_theta,)."""
+        return np.asarray(self.given.way.theta[0])
+
+    @property
+    def goal(self) -> Array:
+        """Where it ends [rad or m], (n_theta,)."""
+        return np.asarray(self.given.way.theta[-1])
+
+    @property
+    def goes_somewhere(self) -> bool:
+        """Whether it ends elsewhere than it starts."""
+        return bool(abs(self.goal - self.start).max() > SMALLEST_WAY)
+
+    def peak(self, motion: Motion) -> Array:
+        """Return the largest torque a motion asks of the rigid arm about the goal [N m or N], (n_theta,)."""
+        rest = build_equilibrium(self.model)
+        theta, theta_dot, theta_ddot = motion.sample(np.arange(0.0, motion.duration, self.dt))
+        r = np.hstack([np.broadcast_to(self.goal, theta.shape), theta_dot, theta_ddot])  # (k, 3 n_theta)
+        return np.asarray(abs(r @ rest.U.T + rest.u_0).max(axis=0))
+
+    def is_allowed(self, motion: Motion) -> bool:
+        """Tell whether a rigid arm could follow a motion within the limits of torque and velocity."""
+        velocity = motion.sample(np.arange(0.0, motion.duration, self.dt))[1]
+        is_slow = (abs(velocity) <= self.limits.velocity).all()
+        return bool(is_slow and (self.peak(motion) <= self.limits.effort).all())
+
+
+def compared_legs(tree: ReducedTree, task: Task, home: Array) -> tuple[ComparedLeg, ...]:
+    """Work out the moves of a comparison from the axes at ``home``, (n_theta,).
+
+    Raises:
+        ValueError: The arm cannot do a move; says which and why.
+    """
+    arm, dt, theta = StaticArm(tree), 1.0 / tree.config.rate_hz, home
+    limits, legs = limits_of(tree.config), []
+    for name, move in (task.compare.moves or task.moves).items():
+        try:
+            motion = move.plan(arm, theta, dt)
+        except ValueError as error:
+            raise ValueError(f"move '{name}': {error}") from error
+        share, first = np.unique(move.profile.sample(motion.t)[0], return_index=True)
+        way = Way(share, motion.theta[first])
+        goal = motion.theta[-1]
+        models = linearize(tree, goal), linearize(tree, (theta + goal) / 2)
+        legs.append(ComparedLeg(name, PacedMotion(way, move.profile), *models, limits, dt))
+        theta = goal
+    return tuple(legs)
