@@ -1,10 +1,11 @@
 """The guard: the last code before the motors, small, slow-witted and without libraries.
 
 It lets a command pass only while it is armed, and only one that is fresh, finite, of the right length and
-from this session; it cuts torque and its rate to the limits. A command that cannot be meant, 50 ms of
-silence, or an axis too fast for the end of its range latches a stop: the torque ramps into joint damping,
-``tau = -d theta'`` up to the braking torque, until the arm is at rest, and nothing moves it again before
-somebody arms the guard. All time comes from the caller.
+from this session; it cuts torque and its rate to the limits. The last torque bridges one period without a
+command; then it fades, to nothing at 50 ms. A command that cannot be meant, 50 ms of silence, or an axis too
+fast for the end of its range latches a stop: the torque ramps into joint damping, ``tau = -d theta'`` up to
+the braking torque, until the arm is at rest, and nothing moves it again before somebody arms the guard. All
+time comes from the caller.
 
 An axis at ``q`` may approach the end ``q_max`` of its range at ``max(0, -b + sqrt(2 a (q_max - q)))``:
 braking decelerates it by ``a``, and ``b`` is the velocity it has left for the time until braking acts. Where
@@ -19,6 +20,7 @@ from dataclasses import dataclass
 
 STOPPED, ARMED, BRAKING = "stopped", "armed", "braking"
 NOT_ARMED_YET = "not armed yet"
+BRIDGED = 1  # periods without a command for which the last torque is kept
 
 
 @dataclass(frozen=True)
@@ -118,7 +120,7 @@ class Guard:
         self.ticks = self.ticks_without_command = 0
         self.age = -1.0
         self._sequence = -1
-        self._deadline = 0.0
+        self._deadline, self._silent = 0.0, 0
         self._used = -math.inf  # stamp of the newest command let through
         self._tau = [0.0] * len(limits.effort)
         self._low, self._high = [-e for e in limits.effort], list(limits.effort)
@@ -173,7 +175,7 @@ class Guard:
             return None
         if command is not None and self._is_fresh(command, t):
             self._sequence, self._used = command.sequence, command.t
-            self._deadline = command.t + self.limits.max_age
+            self._deadline, self._silent = command.t + self.limits.max_age, 0
             self.passed += 1
             self.limited += any(self._limit(i, value) != value for i, value in enumerate(command.effort))
             return command.effort
@@ -182,7 +184,10 @@ class Guard:
         if not t <= self._deadline:  # also when t is not a number
             self.stop(f"no command for {1e3 * self.limits.max_age:.0f} ms")
             return None
-        return self._tau
+        self._silent += 1
+        left = max(self._deadline - t, 0.0) if self._silent > BRIDGED else math.inf
+        fading = left / (left + self.limits.period) if math.isfinite(left) else 1.0
+        return [fading * value for value in self._tau]
 
     def _set_bounds(self, state: GuardState) -> None:
         """Bound the torque; what pushes an axis out of its range fades where it may not move on."""

@@ -89,7 +89,7 @@ OLD_REPEATED_OR_FUTURE = [(0.1, 1), (0.1, 0), (0.05, 2), (0.04, 2), (0.12, 2), (
 @pytest.mark.parametrize(("stamp", "sequence"), OLD_REPEATED_OR_FUTURE)
 def test_an_old_repeated_or_future_command_is_not_used(stamp, sequence):
     guard = armed()
-    guard.step(command(0.05, 1), MOVING, 0.055)
+    guard.step(command(0.05, 1), MOVING, 0.095)
     assert guard.step(command(stamp, sequence), MOVING, 0.1) == [0.3, 0.1]
     assert (guard.passed, guard.refused) == (1, 1)
 
@@ -114,6 +114,15 @@ def test_silence_of_50_ms_brakes_and_rest_stops():
     guard.step(None, REST, 0.1)
     assert guard.mode == STOPPED and guard.reason == "no command for 50 ms"
     assert guard.arm(0.1, 8) and guard.token == 8
+
+
+def test_the_torque_of_a_silent_controller_is_kept_for_a_period_and_then_fades_to_nothing():
+    guard = armed()
+    guard.step(command(0.0), MOVING, 0.0)
+    torques = [guard.step(None, MOVING, k * 0.005)[0] for k in range(1, 11)]
+    assert torques == pytest.approx([0.3, *(0.3 * k / 9 for k in range(8, -1, -1))], abs=1e-12)
+    assert guard.mode == ARMED
+    assert guard.step(command(0.05, 2), MOVING, 0.05) == [0.3, 0.1]
 
 
 def test_a_clock_that_is_not_a_number_counts_as_silence():
