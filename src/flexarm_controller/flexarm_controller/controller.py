@@ -6,6 +6,7 @@ in ``time_budget``. The torque never jumps by more than its rate limit, whicheve
 
 from __future__ import annotations
 
+import time
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import cast
@@ -121,9 +122,12 @@ class Controller:
         tau = self._limited(choice.torque)
         self._sent[:-1], self._sent[-1] = self._sent[1:].copy(), tau
         result, active = cycle.plan.result, self._active(cycle.plan, choice.torque, tau)
+        ended = self._clocks.cpu()
+        began, solved = cycle.plan.laps if self._clocks.cpu is time.thread_time else (0.0, 0.0)
+        split = (began - started, solved - began, ended - solved) if solved else (0.0, 0.0, 0.0)
         return ControlCommand(
             state.t, tau, self.model.model_id, choice.mode, choice.reason, result.status, result.iterations,
-            result.residual, self._clocks.cpu() - started, active, planned, self._tracking_error(state),
+            result.residual, ended - started, active, planned, self._tracking_error(state), split,
         )  # fmt: skip
 
     def work_ahead(self) -> None:

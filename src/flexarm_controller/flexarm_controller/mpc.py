@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from dataclasses import dataclass
 
 import numpy as np
@@ -30,11 +31,13 @@ class Plan:
         torques: From the first period that can still be chosen on, (N, n_u); empty when there is none.
         result: Answer of the solver.
         limits_active: Names of the limits that bind.
+        laps: CPU time of the thread when the solver began and ended [s]; zero where nobody looked.
     """
 
     torques: Array
     result: QpResult
     limits_active: tuple[str, ...]
+    laps: tuple[float, float] = (0.0, 0.0)
 
     @property
     def is_empty(self) -> bool:
@@ -81,14 +84,16 @@ class Mpc:
     def solve(self, solver: QpSolver, A: Array, vectors: tuple[Array, Array, Array]) -> Plan:
         """Return the plan that ``solver`` finds for a program with the rows ``A`` and these (q, l, u)."""
         q, l, u = vectors  # noqa: E741
+        began = time.thread_time()
         result = solver.solve(q, l, u, self._warm, self._budget)
+        laps = began, time.thread_time()
         if not result.solved:
             self._warm = None
-            return Plan(self._empty, result, ())
+            return Plan(self._empty, result, (), laps)
         self._warm = result.x
         torques = (result.x[self._held] * self._unit).reshape(self._known.N, self._known.n_u)
         active = () if result.margin > BINDING else self._binding(A @ result.x, l, u)
-        return Plan(torques, result, active)
+        return Plan(torques, result, active, laps)
 
     def work_ahead(self) -> None:
         """Do nothing: the program of the next state differs in its vectors alone; see ``Planner``."""
