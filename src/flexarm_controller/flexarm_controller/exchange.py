@@ -47,6 +47,7 @@ class ControllerExchange:
         controller: None until a model has been accepted.
         state: The newest one; None before the first.
         model_fault: Why the last model was refused; empty when it was taken.
+        withheld: Why no command may be sent; empty when they may.
     """
 
     def __init__(
@@ -77,7 +78,7 @@ class ControllerExchange:
         self._pending: PendingModels[Laws] = PendingModels()
         self.controller: Controller | None = None
         self.state: ArmState | None = None
-        self.model_fault = "no model yet"
+        self.model_fault, self.withheld = "no model yet", ""
 
     @property
     def receipt(self) -> str:
@@ -118,6 +119,7 @@ class ControllerExchange:
             )
         else:
             self._pending.add(stamp_ns, self.controller.prepare(model))
+            self._foresee()
         self._pending.note(stamp_ns, model.model_id)
         return []
 
@@ -143,6 +145,7 @@ class ControllerExchange:
         stamp_ns = stamp_to_ns(msg.header.stamp)
         if self._epoch_ns is None:
             self._epoch_ns = stamp_ns
+            self._foresee()
         self._count_missed(stamp_ns)
         if self.controller is None:
             return [Outgoing("controller_status", notice_msg(self.model_fault, stamp_ns))]
@@ -150,8 +153,9 @@ class ControllerExchange:
         if laws is not None and laws.model.model_id != self.controller.model.model_id:
             self.controller.adopt(laws)
         self.state = state_from_msg(msg, self.controller.model, self._epoch_ns)
-        if not self._token:
-            return [Outgoing("controller_status", notice_msg("guard is not armed", stamp_ns))]
+        if self.withheld or not self._token:
+            why = self.withheld or "guard is not armed"
+            return [Outgoing("controller_status", notice_msg(why, stamp_ns))]
         command = self.controller.step(self.state)
         self._sequence += 1
         command_msg = command_to_msg(command, self._names, self._sequence, self._token, self._epoch_ns)
@@ -159,6 +163,12 @@ class ControllerExchange:
         status = status_to_msg(command, self._missed, self.controller.overruns, self._epoch_ns)
         status.header.stamp = msg.header.stamp
         return [Outgoing("joint_commands", command_msg), Outgoing("controller_status", status)]
+
+    def _foresee(self) -> None:
+        """Tell the controller which models wait, and from when each holds."""
+        if self.controller is not None and self._epoch_ns is not None:
+            waiting = self._pending.waiting
+            self.controller.foresee([((ns - self._epoch_ns) * 1e-9, laws.model) for ns, laws in waiting])
 
     def _take_reference(self, msg: Any) -> tuple[str, ...]:
         """Follow a reference; returns remarks.

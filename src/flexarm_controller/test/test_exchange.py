@@ -189,3 +189,37 @@ def test_an_adopted_model_that_was_prepared_commands_what_one_built_at_once_does
         command = answers(exchange.on_modal_state(state(m, k)))["joint_commands"]
         expected = at_once.step(state_from_msg(state(m, k), m, 1_000_000_000))
         assert command.effort[0] == expected.tau[0]
+
+
+def test_models_that_wait_are_foreseen_at_their_stamps(config, model):
+    """From the first state on, which sets time zero; whoever is adopted or void is foreseen no more."""
+    mpc = MpcConfig(time_limit=0.0, foresight=True)
+    exchange = ControllerExchange(config, ControllerConfig(), mpc, None, Clocks(cpu=lambda: 0.0))
+    seen = []
+    exchange.on_model(model_to_msg(model))
+    exchange.controller.foresee = seen.append
+    tree = ReducedTree(config)
+    later = [linearize(tree, np.array([angle])) for angle in (0.2, 0.4, 0.6)]
+    for k, coming in zip((20, 60), later, strict=False):
+        exchange.on_model(model_to_msg(coming, 1_000_000_000 + k * PERIOD_NS))
+    assert not seen  # nobody knows yet when time zero is
+    exchange.on_modal_state(state(model, 0))
+    exchange.on_model(model_to_msg(later[2], 1_000_000_000 + 40 * PERIOD_NS))  # voids the one at 60
+    told = [[(round(t / 0.005), coming.model_id) for t, coming in schedule] for schedule in seen]
+    first, second, third = (coming.model_id for coming in later)
+    assert told == [[(20, first), (60, second)], [(20, first), (40, third)]]
+
+
+def test_foreseen_models_change_the_plan_before_they_hold(config, model):
+    tree, torques = ReducedTree(config), {}
+    heavier = replace(linearize(tree), M=model.M + np.diag([0.3, 0.0, 0.0, 0.0]))
+    for foresight in (False, True):
+        mpc = MpcConfig(time_limit=0.0, foresight=foresight)
+        exchange = ControllerExchange(config, ControllerConfig(), mpc, None, Clocks(cpu=lambda: 0.0))
+        exchange.on_model(model_to_msg(model))
+        exchange.on_model(model_to_msg(heavier, 1_000_000_000 + 10 * PERIOD_NS))
+        exchange.on_guard_status(GuardStatus(session_token=3))
+        exchange.on_modal_state(state(model, 0))
+        bent = state(model, 1, eta=[1e-3, 0.0, 0.0])
+        torques[foresight] = answers(exchange.on_modal_state(bent))["joint_commands"].effort[0]
+    assert abs(torques[True] - torques[False]) > 1e-3

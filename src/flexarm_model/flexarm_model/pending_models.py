@@ -28,6 +28,11 @@ class PendingModels(Generic[Item]):
         """Count and hash of everything ever added: equal where the same was added in the same order."""
         return f"{self._count} models {self._digest}".rstrip()
 
+    @property
+    def waiting(self) -> tuple[tuple[int, Item], ...]:
+        """What waits for its time, in order, each with the stamp from which it is to be used [ns]."""
+        return tuple(self._waiting)
+
     def note(self, stamp_ns: int, model_id: str) -> None:
         """Count a model into the receipt."""
         self._count += 1
