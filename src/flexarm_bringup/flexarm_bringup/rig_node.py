@@ -10,9 +10,9 @@ Publishes
     /diagnostics (diagnostic_msgs/DiagnosticArray): 1 Hz while sensors have faults on request: which.
     ~/ready (std_msgs/Bool, latched).
 Subscribes
-    joint_commands (flexarm_interfaces/JointCommand).
+    joint_commands (flexarm_interfaces/JointCommand), controller/margins (std_msgs/String, latched).
 Services
-    ~/arm, ~/stop (std_srvs/Trigger): let commands pass; latch a stop.
+    ~/arm, ~/stop (std_srvs/Trigger): let commands pass, unless the controller's margins are too small; stop.
 
 In real time a timer advances the arm by the time that has passed, 200 times a second. In lockstep the
 arm advances by one period for every command, as soon as estimator and controller are ready and the guard
@@ -28,7 +28,7 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from flexarm_interfaces.msg import JointCommand, Tick
 from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
-from std_msgs.msg import Bool
+from std_msgs.msg import Bool, String
 from std_srvs.srv import Trigger
 
 from flexarm_bringup.conversions import message_class
@@ -109,7 +109,7 @@ class RigNode(Node):
         self._ahead: list[Sample] | None = None  # in real time: of the tick that comes, not yet told
         self._sent: dict[str, int] = {}
         self._said = ("", "")
-        self._is_running = False
+        self._is_running, self._margins = False, ""
         self._connect()
 
     def on_timer(self) -> None:
@@ -135,6 +135,10 @@ class RigNode(Node):
             self._command = command
             self.advance()
 
+    def on_margins(self, msg: String) -> None:
+        """Note why the controller's loop must not be closed; empty when it may."""
+        self._margins = msg.data
+
     def on_ready(self, partner: str, msg: Bool) -> None:
         """Note that a partner is ready."""
         self._partners[partner] = msg.data
@@ -142,6 +146,9 @@ class RigNode(Node):
 
     def on_arm(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         """Arm the guard with a new session token."""
+        if self._margins:
+            response.success, response.message = False, self._margins
+            return response
         response.success = self.hardware.guard.arm(self.hardware.t, 1 + secrets.randbits(62))
         response.message = "armed" if response.success else f"still braking: {self.hardware.guard.reason}"
         self._say_guard()
@@ -219,6 +226,7 @@ class RigNode(Node):
             if stream.publisher == "rig"
         }
         self.create_subscription(JointCommand, "joint_commands", self.on_command, RELIABLE_QOS)
+        self.create_subscription(String, "controller/margins", self.on_margins, LATCHED_QOS)
         self.create_service(Trigger, "~/arm", self.on_arm)
         self.create_service(Trigger, "~/stop", self.on_stop)
         self._partners = dict.fromkeys(self.settings.partners if self.settings.lockstep else (), False)

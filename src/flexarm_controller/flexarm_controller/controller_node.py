@@ -4,6 +4,8 @@ Publishes
     joint_commands (flexarm_interfaces/JointCommand): one per modal_state while the guard is armed.
     controller_status (flexarm_interfaces/ControllerStatus): one per modal_state, and at once for every
         reference or model that is taken or refused.
+    ~/margins (std_msgs/String, latched): see ``margins/arming_node``.
+    controller_debug (flexarm_interfaces/ControllerDebug): one per joint_commands while somebody listens.
     motion_status, reference: see ``motion/tip_goals_node``.
     ~/models (std_msgs/String, latched): receipt of the models taken and prepared so far.
     ~/ready (std_msgs/Bool, latched): true once it has a model and its topics are connected.
@@ -22,18 +24,29 @@ import time
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-from flexarm_interfaces.msg import ControllerStatus, GuardStatus, JointCommand, ModalState, ReducedModel, Tick
+from flexarm_interfaces.msg import (
+    ControllerDebug,
+    ControllerStatus,
+    GuardStatus,
+    JointCommand,
+    ModalState,
+    ReducedModel,
+    Tick,
+)
 from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 from std_msgs.msg import String
 from trajectory_msgs.msg import JointTrajectory
 
+from flexarm_controller.debug import Insight
 from flexarm_controller.exchange import ControllerExchange, Outgoing
+from flexarm_controller.margins.arming_node import ArmingCheck
 from flexarm_controller.motion.motion_exchange import MotionExchange
 from flexarm_controller.motion.settings import MotionConfig
 from flexarm_controller.motion.tip_goals_node import TipGoals
+from flexarm_controller.motion.tip_kinematics import TipKinematics
 from flexarm_controller.pacing import Pacing
-from flexarm_controller.settings import ControllerConfig, MpcConfig
+from flexarm_controller.settings import ControllerConfig, MarginConfig, MpcConfig
 from flexarm_controller.time_budget import Clocks
 from flexarm_model.config import load_config
 from flexarm_model.conversions import stamp_to_ns
@@ -51,6 +64,7 @@ from flexarm_model.node import (
     run_node,
 )
 from flexarm_model.parameters import parameter
+from flexarm_model.reduced_tree import ReducedTree
 
 
 @dataclass(frozen=True)
@@ -71,16 +85,19 @@ class ControllerNodeSettings:
 class ControllerNode(Node):
     """Connects a ``ControllerExchange`` to topics."""
 
-    SETTINGS = (ControllerNodeSettings, ControllerConfig, MpcConfig, MotionConfig)
+    SETTINGS = (ControllerNodeSettings, ControllerConfig, MpcConfig, MotionConfig, MarginConfig)
 
     def __init__(self) -> None:
         """Load the manipulator and subscribe."""
         super().__init__("controller", namespace="flexarm")
         self.settings: ControllerNodeSettings
-        self.settings, laws, mpc, motion = declare_configs(self)
+        self.settings, laws, mpc, motion, margins = declare_configs(self)
         config = load_config(find_manipulator(self.settings.manipulator), self.settings.preset)
         self.exchange = self._exchange(config, laws, mpc, motion)
-        self._goals = TipGoals(self, MotionExchange(config, laws, motion, self.exchange))
+        self._arming = ArmingCheck(self, config, (laws, mpc, margins), self.exchange)
+        tip = TipKinematics(ReducedTree(config))
+        self._goals = TipGoals(self, MotionExchange(config, tip, motion, laws.period, self.exchange))
+        self.exchange.tell_debug(Insight(tip.at, mpc, laws.period), self._has_debug_listener)
         self._lockstep = Lockstep(("guard_status",), self.on_tick_complete)
         self._ticked_ns = -1
         self._waiting: ModalState | None = None
@@ -99,6 +116,7 @@ class ControllerNode(Node):
         """Take a model, to be used from its stamp on, or say why not."""
         self._publish(self.exchange.on_model(msg))
         self._receipts.publish(String(data=self.exchange.receipt))
+        self._arming.look()
         if self.exchange.model_fault:
             self.get_logger().error(self.exchange.model_fault)
 
@@ -148,9 +166,13 @@ class ControllerNode(Node):
     def _answer_waiting(self) -> None:
         if self._waiting is not None:
             msg, self._waiting = self._waiting, None
+            self._arming.look()
             self._publish(self.exchange.on_modal_state(msg))
             self._pacing.note()
             self._goals.update()
+
+    def _has_debug_listener(self) -> bool:
+        return bool(self._outlets["controller_debug"].get_subscription_count())
 
     def _publish(self, outgoing: Sequence[Outgoing]) -> None:
         for out in outgoing:
@@ -163,6 +185,9 @@ class ControllerNode(Node):
             # deep: what it says of a reference must reach a slow commander among the states' answers
             "controller_status": self.create_publisher(ControllerStatus, "controller_status", LOCKSTEP_QOS),
         }
+        self._outlets["controller_debug"] = self.create_publisher(
+            ControllerDebug, "controller_debug", RELIABLE_QOS
+        )
         self._receipts = self.create_publisher(String, "~/models", LATCHED_QOS)
         self.create_subscription(ReducedModel, "model", self.on_model, MODELS_QOS)
         self.create_subscription(JointTrajectory, "reference", self.on_reference, RELIABLE_QOS)
@@ -173,6 +198,7 @@ class ControllerNode(Node):
         self._later.cancel()
         conditions = {
             "a model": lambda: self.exchange.controller is not None,
+            "margins": lambda: self._arming.is_known,
             "the estimator": lambda: self.count_publishers(self.resolve_topic_name("modal_state")) > 0,
             "the rig": lambda: self._outlets["joint_commands"].get_subscription_count() > 0,
             "the guard": lambda: self.count_publishers(self.resolve_topic_name("guard_status")) > 0,

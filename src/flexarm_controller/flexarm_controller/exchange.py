@@ -5,18 +5,22 @@ The node connects it to DDS, the replay to a bag; both therefore do the same.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
+from flexarm_controller.command import ControlCommand
 from flexarm_controller.controller import Controller
 from flexarm_controller.conversions import (
     ReferenceMessageError,
     command_to_msg,
+    debug_to_msg,
     notice_msg,
     reference_from_msg,
     state_from_msg,
     status_to_msg,
 )
+from flexarm_controller.debug import Insight
 from flexarm_controller.laws import Laws
 from flexarm_controller.limits import limits_of
 from flexarm_controller.motion.admission import admit
@@ -25,7 +29,7 @@ from flexarm_controller.motion.settings import MotionConfig
 from flexarm_controller.settings import ControllerConfig, MpcConfig
 from flexarm_controller.state import ArmState
 from flexarm_controller.time_budget import Clocks
-from flexarm_model.conversions import ModelMessageError, model_from_msg, stamp_to_ns
+from flexarm_model.conversions import NS_PER_S, ModelMessageError, model_from_msg, ns_to_stamp, stamp_to_ns
 from flexarm_model.description import ManipulatorConfig
 from flexarm_model.pending_models import PendingModels
 
@@ -78,6 +82,7 @@ class ControllerExchange:
         self._pending: PendingModels[Laws] = PendingModels()
         self.controller: Controller | None = None
         self.state: ArmState | None = None
+        self._insight: Insight | None = None
         self.model_fault, self.withheld = "no model yet", ""
 
     @property
@@ -162,7 +167,25 @@ class ControllerExchange:
         command_msg.header.stamp = msg.header.stamp
         status = status_to_msg(command, self._missed, self.controller.overruns, self._epoch_ns)
         status.header.stamp = msg.header.stamp
-        return [Outgoing("joint_commands", command_msg), Outgoing("controller_status", status)]
+        told = self._look_ahead(command, self.state)
+        return [Outgoing("joint_commands", command_msg), Outgoing("controller_status", status), *told]
+
+    def tell_debug(self, insight: Insight, is_wanted: Callable[[], bool]) -> None:
+        """Send what is expected of every plan from now on, while it is wanted."""
+        self._insight, self._is_debug_wanted = insight, is_wanted
+
+    def _look_ahead(self, command: ControlCommand, state: ArmState) -> list[Outgoing]:
+        """Return what the plan of a command leads to, where somebody wants to know."""
+        told = []
+        if self._insight is not None and self.controller is not None:
+            if self._is_debug_wanted():
+                expected = self._insight.look(self.controller.model, state, command)
+                backend, names = self._mpc.backend, self.controller.model.eta_names
+                msg = debug_to_msg(command, expected, self._insight.period, backend, names)
+                msg.header.stamp = ns_to_stamp(round(state.t * NS_PER_S) + (self._epoch_ns or 0))
+                told.append(Outgoing("controller_debug", msg))
+            self._insight.note(command)
+        return told
 
     def _foresee(self) -> None:
         """Tell the controller which models wait, and from when each holds."""

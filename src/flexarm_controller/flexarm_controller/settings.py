@@ -105,7 +105,9 @@ class ControllerConfig:
 class MarginConfig:
     """What the loop must bear before the arm may move; see ``margins``."""
 
-    gate: bool = parameter(True, "Send nothing while the margins are not known or too small.")
+    margins_required: bool = parameter(
+        True, "Send nothing while the margins of the loop are not known or too small."
+    )
     gain_margin_db: float = parameter(6.0, "Gain margin wanted of every mode, as described", "dB", 0.0, 60.0)
     torque_gain_margin_db: float = parameter(
         2.0, "The same of all torques at once: a motor constant may be off by a fifth", "dB", 0.0, 60.0

@@ -6,6 +6,7 @@ Publishes
     end_effector (nav_msgs/Odometry): pose [m] of the tool in "base" and its twist, with covariances.
     /diagnostics (diagnostic_msgs/DiagnosticArray): 1 Hz.
     ~/interventions (flexarm_interfaces/Intervention): what the services below did, for a recorder.
+    ~/steady_filter (flexarm_interfaces/SteadyFilter, latched): see ``settled_node``.
     ~/models (std_msgs/String, latched): receipt of the models taken and prepared so far.
     ~/ready (std_msgs/Bool, latched): true once it has a model and its topics are connected.
 Subscribes
@@ -48,6 +49,7 @@ from flexarm_estimator.interventions.reset import Reset
 from flexarm_estimator.interventions.set_noise import SetNoise
 from flexarm_estimator.interventions.toggle_sensor import ToggleSensor
 from flexarm_estimator.settings import EstimatorConfig
+from flexarm_estimator.settled_node import SettledFilter
 from flexarm_model.config import load_config
 from flexarm_model.conversions import stamp_to_ns
 from flexarm_model.lockstep import Lockstep, Messages
@@ -103,13 +105,14 @@ class EstimatorNode(Node):
         config = load_config(find_manipulator(self.settings.manipulator), self.settings.preset)
         self.exchange = EstimatorExchange(config, estimator, 0 if self.settings.lockstep else None)
         self._lockstep = Lockstep(self.exchange.topics, self.on_tick_complete)
-        self._said = ""
+        self._said, self._settled = "", SettledFilter(self, 1.0 / config.rate_hz)
         self._connect()
 
     def on_model(self, msg: ReducedModel) -> None:
         """Take a model, to be used from its stamp on, or say why not."""
         self.exchange.on_model(msg)
         self._receipts.publish(String(data=self.exchange.receipt))
+        self._settled.tell(self.exchange.estimator)
         if self.exchange.model_fault:
             self.get_logger().error(self.exchange.model_fault)
 
@@ -152,6 +155,7 @@ class EstimatorNode(Node):
     def _publish(self, outgoing: Iterable[Outgoing]) -> None:
         for out in outgoing:
             self._outlets[out.topic].publish(out.msg)
+        self._settled.tell(self.exchange.estimator)
         estimate = self.exchange.estimate
         if estimate is not None and estimate.status != self._said:
             self._said = estimate.status

@@ -1,4 +1,4 @@
-"""Stamps, trajectories and the reduced model, between the core's types and ROS messages.
+"""Stamps, trajectories, the reduced model and the settled filter, between the core's types and ROS messages.
 
 Matrices travel row major, frequencies in Hz for the reader. ``omega`` is read back from the modal
 stiffness ``omega^2``, because a square root undoes a square bit for bit and a factor 2 pi does
@@ -14,10 +14,12 @@ from collections.abc import Sequence
 import numpy as np
 from builtin_interfaces.msg import Duration, Time
 from flexarm_interfaces.msg import ReducedModel as ReducedModelMsg
+from flexarm_interfaces.msg import SteadyFilter as SteadyFilterMsg
 from numpy.typing import NDArray
 from trajectory_msgs.msg import JointTrajectory
 
 from flexarm_model.reduced_model import Outputs, ReducedModel
+from flexarm_model.steady_filter import SteadyFilter
 from flexarm_model.trajectory import Trajectory
 
 Array = NDArray[np.float64]
@@ -25,7 +27,7 @@ NS_PER_S = 1_000_000_000
 
 
 class ModelMessageError(ValueError):
-    """A reduced model message cannot be used; the text says which field and why."""
+    """A reduced model or settled filter message cannot be used; the text says which field and why."""
 
 
 class TrajectoryMessageError(ValueError):
@@ -102,6 +104,28 @@ def model_from_msg(msg: ReducedModelMsg) -> ReducedModel:
     return model
 
 
+def filter_to_msg(filter_: SteadyFilter, stamp_ns: int = 0) -> SteadyFilterMsg:
+    """Return the message of a settled filter, worked out at ``stamp_ns``."""
+    msg = SteadyFilterMsg(model_id=filter_.model_id, period=filter_.dt, states=len(filter_.F))
+    msg.rows, msg.left_out = list(filter_.rows), list(filter_.left_out)
+    msg.f, msg.g, msg.l = map(floats, (filter_.F, filter_.G, filter_.L))
+    msg.header.stamp = ns_to_stamp(stamp_ns)
+    return msg
+
+
+def filter_from_msg(msg: SteadyFilterMsg, n_u: int) -> SteadyFilter:
+    """Return the settled filter of a message, for ``n_u`` torques.
+
+    Raises:
+        ModelMessageError: There is none, a length is wrong, or a number is not finite.
+    """
+    if msg.reason:
+        raise ModelMessageError(f"the estimator has no settled filter: {msg.reason}")
+    n_x, n_y = int(msg.states), len(msg.rows)
+    F, G, L = (_array(msg, *shape) for shape in (("f", n_x, n_x), ("g", n_x, n_u), ("l", n_x, n_y)))
+    return SteadyFilter(msg.model_id, msg.period, tuple(msg.rows), tuple(msg.left_out), F, G, L)
+
+
 def trajectory_from_msg(msg: JointTrajectory, names: Sequence[str], epoch_ns: int) -> Trajectory:
     """Return the motion of the axes ``names``; missing velocities and accelerations are zero.
 
@@ -131,7 +155,7 @@ def trajectory_from_msg(msg: JointTrajectory, names: Sequence[str], epoch_ns: in
         raise TrajectoryMessageError(str(error)) from None
 
 
-def _array(msg: ReducedModelMsg, name: str, *shape: int) -> Array:
+def _array(msg: ReducedModelMsg | SteadyFilterMsg, name: str, *shape: int) -> Array:
     values = np.array(getattr(msg, name), dtype=np.float64)
     expected = int(np.prod(shape))
     if values.size != expected:

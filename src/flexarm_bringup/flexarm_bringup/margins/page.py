@@ -22,9 +22,9 @@ from flexarm_controller.settings import MarginConfig
 MOST_SHOWN = 40  # paths in a table
 MODE_COLUMNS = [
     Column("path"), Column("served"), Column("axes free\n[Hz]", ".1f"),
-    Column("as described\ngain [dB]", ".1f"), Column("\ndelay [ms]", ".2f"), Column("worst\ngain [dB]", ".1f"), Column("\nfrequencies [%]", "+.0f"),
-    Column("\npose"), Column("worst\ndelay [ms]", ".2f"), Column("\nfrequencies [%]", "+.0f"),
-    Column("\npose"), Column(""),
+    Column("as described\ngain [dB]", ".1f"), Column("\ndelay [ms]", ".2f"),
+    Column("worst\ngain [dB]", ".1f"), Column("\nfrequencies [%]", "+.0f"), Column("\npose"),
+    Column("worst\ndelay [ms]", ".2f"), Column("\nfrequencies [%]", "+.0f"), Column("\npose"), Column(""),
 ]  # fmt: skip
 
 

@@ -2,10 +2,13 @@
 
 It knows the description, the law and its settings; the filter comes as matrices from the estimator that runs.
 The full plant is the description's with more modes per body; nothing of it comes from the simulated rig.
+A latency is judged as the next whole number of periods.
 """
 
 from __future__ import annotations
 
+import math
+from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
@@ -17,6 +20,7 @@ from flexarm_controller.margins.full_plant import build_plant, full_model
 from flexarm_controller.margins.law_gain import find_law_gain
 from flexarm_controller.margins.loop import close_loop
 from flexarm_controller.margins.verdict import frequency_errors, verdict
+from flexarm_controller.program.delay import split_delay
 from flexarm_controller.settings import MarginConfig
 from flexarm_model.description import ManipulatorConfig
 from flexarm_model.model_order import with_more_modes
@@ -38,7 +42,10 @@ class Gate:
             inputs: What the law is built from.
             config: What is wanted.
         """
-        self._arm, self._inputs, self._config = arm, inputs, config
+        self._arm, self._config = arm, config
+        whole, share = split_delay(inputs.mpc, inputs.config.period)
+        mpc = replace(inputs.mpc, delay_periods=whole + (share > 0.0), latency=0.0)
+        self._inputs = replace(inputs, mpc=mpc)
 
     def cases(self, model: ReducedModel, filter_: SteadyFilter) -> list[Case]:
         """Return the loop at the pose of a served model, with every frequency error.
@@ -49,6 +56,8 @@ class Gate:
         if filter_.model_id != model.model_id:
             raise ValueError(f"filter of model {filter_.model_id}, law of model {model.model_id}")
         inputs, dt = self._inputs, self._inputs.config.period
+        if not math.isclose(filter_.dt, dt):
+            raise ValueError(f"the filter's period is {filter_.dt} s, the law's {dt} s")
         delay = inputs.mpc.delay_periods
         planner = LAWS[inputs.config.law](model, inputs)
         law = find_law_gain(planner, model, inputs.limits.effort, delay)

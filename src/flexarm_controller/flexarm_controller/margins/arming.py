@@ -1,0 +1,44 @@
+"""What stands between a controller and its first torque: the margins of its loop, known and large enough.
+
+The first model and the filter that the estimator has settled on for it are judged as soon as both are there,
+and again when the estimator is tuned otherwise; never while the guard is armed, for judging takes a while.
+"""
+
+from __future__ import annotations
+
+from flexarm_controller.margins.gate import Gate
+from flexarm_model.reduced_model import ReducedModel
+from flexarm_model.steady_filter import SteadyFilter
+
+UNKNOWN = "margins: not known before the estimator tells its settled filter"
+
+
+class Arming:
+    """Keeps the newest verdict.
+
+    Attributes:
+        reason: Why nothing may be sent; empty when it may.
+        is_known: There has been a verdict.
+    """
+
+    def __init__(self, gate: Gate | None) -> None:
+        """Start without a verdict; without a gate everything may be sent."""
+        self._gate = gate
+        self._filter: SteadyFilter | None = None
+        self.reason, self.is_known = "" if gate is None else UNKNOWN, gate is None
+
+    def take(self, filter_: SteadyFilter | None, fault: str = "") -> None:
+        """Take a filter, to be judged by the next ``look``; without one ``fault`` says why."""
+        self._filter = filter_
+        if filter_ is None and self._gate is not None:
+            self.reason, self.is_known = f"margins: {fault}", True
+
+    def look(self, model: ReducedModel | None, is_armed: bool) -> bool:
+        """Judge what waits, if it can be judged now; return whether there is a new verdict."""
+        if self._gate is None or self._filter is None or model is None or is_armed:
+            return False
+        if self._filter.model_id != model.model_id:
+            return False
+        self.reason, self.is_known = self._gate.judge(model, self._filter), True
+        self._filter = None
+        return True

@@ -1,0 +1,81 @@
+"""The arming check of the controller node.
+
+Publishes
+    ~/margins (std_msgs/String, latched): why nothing may be sent, with the mode by name; empty when it may.
+Subscribes
+    estimator/steady_filter (flexarm_interfaces/SteadyFilter, latched).
+"""
+
+from __future__ import annotations
+
+from flexarm_interfaces.msg import SteadyFilter
+from rclpy.node import Node
+from std_msgs.msg import String
+
+from flexarm_controller.exchange import ControllerExchange
+from flexarm_controller.laws import LawInputs
+from flexarm_controller.limits import limits_of
+from flexarm_controller.margins.arming import Arming
+from flexarm_controller.margins.gate import Gate
+from flexarm_controller.settings import ControllerConfig, MarginConfig, MpcConfig
+from flexarm_model.conversions import ModelMessageError, filter_from_msg
+from flexarm_model.description import ManipulatorConfig
+from flexarm_model.node import LATCHED_QOS
+
+
+class ArmingCheck:
+    """Connects an ``Arming`` to topics; what it withholds the exchange does not send."""
+
+    def __init__(
+        self,
+        node: Node,
+        arm: ManipulatorConfig,
+        settings: tuple[ControllerConfig, MpcConfig, MarginConfig],
+        exchange: ControllerExchange,
+    ) -> None:
+        """Subscribe.
+
+        Args:
+            node: The controller node.
+            arm: The manipulator.
+            settings: Law, predictive law, margins wanted.
+            exchange: Is told what to withhold.
+        """
+        laws, mpc, margins = settings
+        gate = (
+            Gate(arm, LawInputs(limits_of(arm), laws, mpc, arm), margins)
+            if margins.margins_required
+            else None
+        )
+        self._node, self._exchange, self._arming = node, exchange, Arming(gate)
+        self._n_u = len(arm.actuated)
+        self._said = node.create_publisher(String, "~/margins", LATCHED_QOS)
+        node.create_subscription(SteadyFilter, "estimator/steady_filter", self.on_filter, LATCHED_QOS)
+        exchange.withheld = self._arming.reason
+
+    @property
+    def is_known(self) -> bool:
+        """Whether there has been a verdict, or none is wanted."""
+        return self._arming.is_known
+
+    def on_filter(self, msg: SteadyFilter) -> None:
+        """Take the filter that the estimator has settled on."""
+        try:
+            self._arming.take(filter_from_msg(msg, self._n_u))
+        except ModelMessageError as error:
+            self._arming.take(None, str(error))
+            self._tell()
+        self.look()
+
+    def look(self) -> None:
+        """Judge what waits; cheap when nothing does."""
+        controller = self._exchange.controller
+        model = None if controller is None else controller.model
+        if self._arming.look(model, self._exchange.is_armed):
+            self._tell()
+
+    def _tell(self) -> None:
+        reason = self._exchange.withheld = self._arming.reason
+        self._said.publish(String(data=reason))
+        log = self._node.get_logger()
+        log.error(reason) if reason else log.info("margins: kept")

@@ -1,0 +1,38 @@
+"""The settled filter of the estimator node.
+
+Publishes
+    ~/steady_filter (flexarm_interfaces/SteadyFilter, latched): at the first model, and when noise was set.
+"""
+
+from __future__ import annotations
+
+from flexarm_interfaces.msg import SteadyFilter
+from rclpy.node import Node
+
+from flexarm_estimator.estimator import Estimator
+from flexarm_estimator.settings import EstimatorConfig
+from flexarm_estimator.settled import settled_filter
+from flexarm_model.conversions import filter_to_msg
+from flexarm_model.node import LATCHED_QOS
+
+
+class SettledFilter:
+    """Tells who closes the loop what the filter comes to."""
+
+    def __init__(self, node: Node, period: float) -> None:
+        """Advertise; ``period`` is that of the control [s]."""
+        self._node, self._period = node, period
+        self._told: EstimatorConfig | None = None
+        self._outlet = node.create_publisher(SteadyFilter, "~/steady_filter", LATCHED_QOS)
+
+    def tell(self, estimator: Estimator | None) -> None:
+        """Tell it if there is a new one; cheap when there is not."""
+        if estimator is None or estimator.config is self._told:
+            return
+        self._told = estimator.config
+        try:
+            msg = filter_to_msg(settled_filter(estimator, self._period))
+        except ValueError as error:
+            msg = SteadyFilter(model_id=estimator.model.model_id, reason=str(error))
+        msg.header.stamp = self._node.get_clock().now().to_msg()
+        self._outlet.publish(msg)
