@@ -52,6 +52,9 @@ COMMANDS = {
     ),
     "model": Command("flexarm_bringup.model_command", "frequencies, shapes and reach of the modes at a pose"),
     "sim": Command("flexarm_bringup.simulate", "run any manipulator in lockstep: MPC against joint PD"),
+    "compare": Command(
+        "flexarm_bringup.compare_laws.command", "every law beside every open-loop motion, in the same time"
+    ),
     "reproduce": Command("flexarm_bringup.reproduce", "compare published tables with this model"),
     "faults": Command("flexarm_bringup.faults", "inject faults on the simulated rig: measured against bound"),
     "replay": Command("flexarm_bringup.replay", "feed a bag through estimator and controller, byte for byte"),
@@ -65,6 +68,9 @@ COMMANDS = {
     "ablate": Command("flexarm_bringup.ablate", "estimate a bag without each sensor: what does it buy?"),
     "tune": Command(
         "flexarm_bringup.tune", "propose the estimator's noise from a bag, by maximum likelihood"
+    ),
+    "identify": Command(
+        "flexarm_bringup.identify.command", "modes from measurements: frequency, damping, shape, uncertainty"
     ),
     "parameters": Command("flexarm_bringup.parameters_command", "every node's parameters, unit and range"),
     "bench": Command("flexarm_bringup.bench", "measure the time of every step, as ratios to a baseline"),

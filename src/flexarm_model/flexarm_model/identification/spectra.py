@@ -81,6 +81,58 @@ class MeasuredFrf:
         return np.asarray((np.nan_to_num(self.coherence) >= least).all(axis=1))
 
 
+@dataclass(frozen=True)
+class BlockSpectra:
+    """Spectra of single blocks, which may be averaged in any selection (bootstrap).
+
+    Attributes:
+        f_hz: Lines [Hz], (k,).
+        spectra: Of inputs, then outputs, (blocks, k, n_in + n_out).
+        n_in: Number of inputs.
+    """
+
+    f_hz: Array
+    spectra: Complex
+    n_in: int
+
+    def frf(self, estimator: str, kind: str, picks: NDArray[np.intp] | None = None) -> MeasuredFrf:
+        """Return the responses from all blocks, or from those picked (with repetitions).
+
+        Raises:
+            ValueError: There are fewer blocks than inputs, several inputs for H2, or inputs that cannot
+                be told apart.
+        """
+        if estimator == "H2" and self.n_in > 1:
+            raise ValueError(f"H2 needs one input, there are {self.n_in}; take H1 or Hv")
+        spectra = self.spectra if picks is None else self.spectra[picks]
+        if len(spectra) < self.n_in:
+            raise ValueError(f"{len(spectra)} block(s) cannot part {self.n_in} inputs; record longer")
+        lines = spectra.swapaxes(0, 1)  # (k, blocks, channels)
+        G = lines.swapaxes(1, 2) @ lines.conj() / len(spectra)
+        H, coherence = _responses(G, self.n_in, estimator)
+        return MeasuredFrf(Frf(self.f_hz, H, kind), coherence, len(spectra))
+
+
+def block_spectra(
+    x: Sequence[Array], y: Sequence[Array], rate_hz: float, settings: SpectrumSettings
+) -> BlockSpectra:
+    """Cut records into blocks and transform them.
+
+    Args:
+        x: Records of the inputs, evenly sampled, one array (samples, n_in) per run.
+        y: Of the outputs at the same instants, (samples, n_out) per run.
+        rate_hz: Samples per second [Hz].
+        settings: Blocks and window.
+
+    Raises:
+        ValueError: Records do not fit each other, are shorter than a block or not finite.
+    """
+    blocks = [_blocks(np.hstack(pair), settings) for pair in zip(x, y, strict=True)]
+    spectra = np.fft.rfft(np.concatenate(blocks), axis=1)
+    f_hz = np.asarray(np.fft.rfftfreq(settings.block, 1.0 / rate_hz), float)
+    return BlockSpectra(f_hz, spectra, x[0].shape[1])
+
+
 def measure_frf(
     x: Sequence[Array],
     y: Sequence[Array],
@@ -88,30 +140,12 @@ def measure_frf(
     settings: SpectrumSettings,
     kind: str = "receptance",
 ) -> MeasuredFrf:
-    """Return the responses of outputs ``y`` to inputs ``x``.
-
-    Args:
-        x: Records of the inputs, evenly sampled, one array (samples, n_in) per run.
-        y: Of the outputs at the same instants, (samples, n_out) per run.
-        rate_hz: Samples per second [Hz].
-        settings: Blocks, window, estimator.
-        kind: What an output is of a displacement: "receptance", "mobility" or "accelerance".
+    """Return the responses of outputs ``y`` to inputs ``x``; ``kind``: what an output is of a displacement.
 
     Raises:
-        ValueError: Records do not fit each other, are shorter than a block or not finite, or there are
-            fewer blocks than inputs, or several inputs for H2, or inputs that cannot be told apart.
+        ValueError: See ``block_spectra`` and ``BlockSpectra.frf``.
     """
-    n_in, n_out = x[0].shape[1], y[0].shape[1]
-    if settings.estimator == "H2" and n_in > 1:
-        raise ValueError(f"H2 needs one input, there are {n_in}; take H1 or Hv")
-    blocks = [_blocks(np.hstack(pair), settings) for pair in zip(x, y, strict=True)]
-    spectra = np.fft.rfft(np.concatenate(blocks), axis=1)  # (blocks, lines, channels)
-    if len(spectra) < n_in:
-        raise ValueError(f"{len(spectra)} block(s) cannot part {n_in} inputs; record longer")
-    G = np.einsum("bki,bkj->kij", spectra, spectra.conj()) / len(spectra)
-    f_hz = np.asarray(np.fft.rfftfreq(settings.block, 1.0 / rate_hz), float)
-    H, coherence = _responses(G, n_in, settings.estimator)
-    return MeasuredFrf(Frf(f_hz, H, kind), coherence.reshape(-1, n_out), len(spectra))
+    return block_spectra(x, y, rate_hz, settings).frf(settings.estimator, kind)
 
 
 def _blocks(record: Array, settings: SpectrumSettings) -> Array:

@@ -1,0 +1,1 @@
+"""From a file of measurements to modes: sources, the command, its page."""

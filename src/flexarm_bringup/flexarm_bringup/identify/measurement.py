@@ -1,0 +1,120 @@
+"""What a source gives: frequency responses, or records of inputs and outputs, with names.
+
+Several set-ups (roving sensors, roving hammer, several references) are cells of one matrix; merging them
+puts every response where it belongs and says which are missing.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexarm_model.modal.frf import Frf
+
+Array = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+Cell = tuple[str, str]  # output, input
+SAME_LINE = 1e-6  # relative distance of lines that are the same
+
+
+class SourceError(ValueError):
+    """A source cannot be used; the message names the file and what is wrong with it."""
+
+
+@dataclass(frozen=True)
+class Responses:
+    """Measured cells of an FRF matrix.
+
+    Attributes:
+        f_hz: Lines of all cells [Hz], (k,).
+        cells: Response per (output, input), (k,) each.
+        coherence: Per cell where it is known, (k,).
+        kind: What an output is of a displacement.
+    """
+
+    f_hz: Array
+    cells: Mapping[Cell, Complex]
+    coherence: Mapping[Cell, Array]
+    kind: str
+
+    @property
+    def outputs(self) -> tuple[str, ...]:
+        """Names of the outputs, in the order in which they were found."""
+        return tuple(dict.fromkeys(cell[0] for cell in self.cells))
+
+    @property
+    def inputs(self) -> tuple[str, ...]:
+        """Names of the inputs, in the order in which they were found."""
+        return tuple(dict.fromkeys(cell[1] for cell in self.cells))
+
+    def matrix(self) -> Frf:
+        """Return the full matrix, outputs by inputs.
+
+        Raises:
+            SourceError: A cell is missing; names it.
+        """
+        missing = [(o, i) for o in self.outputs for i in self.inputs if (o, i) not in self.cells]
+        if missing:
+            named = ", ".join(f"{o}/{i}" for o, i in missing[:5])
+            raise SourceError(
+                f"{len(missing)} of {len(self.outputs) * len(self.inputs)} responses are missing "
+                f"(output/input): {named}; a matrix of {len(self.outputs)} outputs and "
+                f"{len(self.inputs)} inputs needs all of them"
+            )
+        rows = [[self.cells[o, i] for i in self.inputs] for o in self.outputs]
+        return Frf(self.f_hz, np.asarray(np.array(rows).transpose(2, 0, 1)), self.kind)
+
+    def weight(self, least: float) -> Array:
+        """Return 1 for lines at which every known coherence is at least ``least``, else 0, (k,)."""
+        weight = np.ones(self.f_hz.size)
+        for coherence in self.coherence.values():
+            weight[~(coherence >= least)] = 0.0
+        return weight
+
+
+@dataclass(frozen=True)
+class Records:
+    """Records in time, evenly sampled.
+
+    Attributes:
+        rate_hz: Samples per second [Hz].
+        inputs: By name, (samples,).
+        outputs: By name, (samples,).
+        kind: What an output is of a displacement.
+    """
+
+    rate_hz: float
+    inputs: Mapping[str, Array]
+    outputs: Mapping[str, Array]
+    kind: str
+
+
+def merge(parts: Sequence[Responses]) -> Responses:
+    """Return the cells of all set-ups together; one measured twice is averaged.
+
+    Raises:
+        SourceError: Lines or kinds differ.
+    """
+    first = parts[0]
+    for part in parts[1:]:
+        if part.kind != first.kind:
+            raise SourceError(f"set-ups differ: {first.kind} and {part.kind}")
+        if part.f_hz.shape != first.f_hz.shape or not np.allclose(part.f_hz, first.f_hz, rtol=SAME_LINE):
+            raise SourceError(
+                f"set-ups have different lines: {first.f_hz.size} up to {first.f_hz[-1]:g} Hz and "
+                f"{part.f_hz.size} up to {part.f_hz[-1]:g} Hz"
+            )
+    every = dict.fromkeys(cell for part in parts for cell in part.cells)
+    cells = {
+        cell: np.asarray(np.mean([part.cells[cell] for part in parts if cell in part.cells], axis=0))
+        for cell in every
+    }
+    known = dict.fromkeys(cell for part in parts for cell in part.coherence)
+    coherence = {
+        cell: np.asarray(np.min([part.coherence[cell] for part in parts if cell in part.coherence], axis=0))
+        for cell in known
+    }
+    return Responses(first.f_hz, cells, coherence, first.kind)

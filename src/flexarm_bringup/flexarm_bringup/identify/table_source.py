@@ -1,0 +1,112 @@
+"""Tables: CSV with a header, MATLAB .mat and NumPy .npz with the same names.
+
+Responses: a column ``f_hz`` and per response ``OUTPUT/INPUT.re`` and ``OUTPUT/INPUT.im`` (or one complex
+``OUTPUT/INPUT``), its coherence ``OUTPUT/INPUT.coherence`` if known. Records: a column ``t`` [s], inputs
+``in:NAME``, outputs ``out:NAME``. MATLAB allows neither "/" nor ":": write ``OUTPUT__INPUT``, ``in_NAME``.
+"""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.io import loadmat
+from scipy.io.matlab import MatReadError
+
+from flexarm_bringup.identify.measurement import Cell, Records, Responses, SourceError
+
+Array = NDArray[np.float64]
+EVEN = 1e-3  # relative scatter of the time steps that is still even
+
+
+def read_table(path: Path, kind: str) -> Responses | Records:
+    """Return what a table holds; its outputs are ``kind`` of a displacement.
+
+    Raises:
+        SourceError: It cannot be read, or columns are missing.
+    """
+    try:
+        columns = READERS[path.suffix](path)
+    except (OSError, ValueError, KeyError, NotImplementedError, MatReadError) as error:
+        raise SourceError(f"{path}: cannot be read: {error}") from error
+    if "f_hz" in columns:
+        return _responses(path, columns, kind)
+    if "t" in columns:
+        return _records(path, columns, kind)
+    named = ", ".join(list(columns)[:8])
+    raise SourceError(f"{path}: columns {named}; needed is 'f_hz' for responses or 't' for records in time")
+
+
+def _read_csv(path: Path) -> dict[str, Any]:
+    with path.open(newline="", encoding="utf-8") as file:
+        rows = list(csv.reader(file))
+    if len(rows) < 2:
+        raise ValueError("no rows under the header")
+    header = [name.strip() for name in rows[0]]
+    wrong = next((number for number, row in enumerate(rows, 1) if len(row) != len(header)), 0)
+    if wrong:
+        raise ValueError(f"line {wrong} has not {len(header)} columns")
+    table = np.array([[complex(value) for value in row] for row in rows[1:]])
+    return dict(zip(header, table.T, strict=True))
+
+
+def _read_mat(path: Path) -> dict[str, Any]:
+    found = {name: np.squeeze(value) for name, value in loadmat(path).items() if not name.startswith("__")}
+    return {_from_matlab(name): value for name, value in found.items()}
+
+
+def _from_matlab(name: str) -> str:
+    for prefix in ("in_", "out_"):
+        if name.startswith(prefix):
+            return f"{prefix[:-1]}:{name.removeprefix(prefix)}"
+    return name.replace("__", "/").replace("_coherence", ".coherence")
+
+
+def _read_npz(path: Path) -> dict[str, Any]:
+    with np.load(path) as file:
+        return {name: file[name] for name in file.files}
+
+
+READERS = {".csv": _read_csv, ".mat": _read_mat, ".npz": _read_npz}
+
+
+def _responses(path: Path, columns: Mapping[str, Any], kind: str) -> Responses:
+    cells: dict[Cell, NDArray[np.complex128]] = {}
+    coherence: dict[Cell, Array] = {}
+    for name, values in columns.items():
+        output, _, rest = name.partition("/")
+        entry, _, part = rest.rpartition(".") if "." in rest else (rest, "", "")
+        if name == "f_hz" or part == "im":
+            continue
+        if not entry:
+            raise SourceError(f"{path}: column '{name}' is not OUTPUT/INPUT")
+        if part == "coherence":
+            coherence[output, entry] = np.real(np.asarray(values))
+        elif part == "re" and f"{output}/{entry}.im" in columns:
+            cells[output, entry] = np.real(values) + 1j * np.real(columns[f"{output}/{entry}.im"])
+        elif not part:
+            cells[output, entry] = np.asarray(values, complex)
+        else:
+            raise SourceError(f"{path}: column '{name}' must end in .re, .im or .coherence, with both parts")
+    if not cells:
+        raise SourceError(f"{path}: no column OUTPUT/INPUT beside f_hz")
+    return Responses(np.real(np.asarray(columns["f_hz"])), cells, coherence, kind)
+
+
+def _records(path: Path, columns: Mapping[str, Any], kind: str) -> Records:
+    t = np.real(np.asarray(columns["t"]))
+    steps = np.diff(t)
+    if t.size < 2 or not (abs(steps - steps.mean()) <= EVEN * abs(steps.mean())).all() or steps.mean() <= 0:
+        raise SourceError(f"{path}: column 't' is not evenly spaced and ascending")
+    sides: dict[str, dict[str, Array]] = {"in": {}, "out": {}}
+    for name, values in columns.items():
+        side, colon, channel = name.partition(":")
+        if side in sides and colon:
+            sides[side][channel] = np.real(np.asarray(values))
+    if not sides["out"]:
+        raise SourceError(f"{path}: no output: name columns 'out:NAME' and 'in:NAME'")
+    return Records(1.0 / float(steps.mean()), sides["in"], sides["out"], kind)

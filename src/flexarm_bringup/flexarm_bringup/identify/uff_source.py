@@ -1,0 +1,88 @@
+"""Universal files (.uff, .unv): dataset 58 with responses, coherences or records in time, read by pyuff."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pyuff
+from numpy.typing import NDArray
+
+from flexarm_bringup.identify.measurement import Cell, Records, Responses, SourceError
+
+Array = NDArray[np.float64]
+TIME, RESPONSE, COHERENCE = 1, 4, 6  # function types of dataset 58
+KINDS = {8: "receptance", 11: "mobility", 12: "accelerance"}  # by ordinate data type, per force
+FORCE = 13  # data type of a record that is an input
+AXES = {1: "+x", 2: "+y", 3: "+z", -1: "-x", -2: "-y", -3: "-z"}
+
+
+def read_uff(path: Path) -> Responses | Records:
+    """Return what a universal file holds.
+
+    Raises:
+        SourceError: It cannot be read, or holds no dataset 58 that can be used.
+    """
+    try:
+        file = pyuff.UFF(str(path))
+        types = [int(kind) for kind in file.get_set_types()]
+        sets = [file.read_sets(i) for i, kind in enumerate(types) if kind == 58]
+    except Exception as error:  # pyuff raises bare exceptions of all kinds
+        raise SourceError(f"{path}: not a universal file that can be read: {error}") from error
+    if any(item["func_type"] == RESPONSE for item in sets):
+        return _responses(path, sets)
+    if any(item["func_type"] == TIME for item in sets):
+        return _records(path, sets)
+    held = ", ".join(map(str, sorted(set(types)))) or "nothing"
+    raise SourceError(f"{path}: holds datasets {held}; needed is 58 with responses or records in time")
+
+
+def _responses(path: Path, sets: Iterable[Mapping[str, Any]]) -> Responses:
+    cells: dict[Cell, NDArray[np.complex128]] = {}
+    coherence: dict[Cell, Array] = {}
+    kinds, lines = set(), None
+    for item in sets:
+        if item["func_type"] not in (RESPONSE, COHERENCE):
+            continue
+        x = np.asarray(item["x"], float)
+        if lines is not None and (x.shape != lines.shape or not np.allclose(x, lines)):
+            raise SourceError(f"{path}: its responses have different lines")
+        lines, cell = x, (_point(item, "rsp"), _point(item, "ref"))
+        if item["func_type"] == COHERENCE:
+            coherence[cell] = np.real(np.asarray(item["data"]))
+            continue
+        cells[cell] = np.asarray(item["data"], complex)
+        kinds.add(int(item["ordinate_spec_data_type"]))
+    unknown = kinds - set(KINDS)
+    if unknown or len(kinds) != 1 or lines is None:
+        allowed = ", ".join(f"{number} ({name})" for number, name in KINDS.items())
+        raise SourceError(f"{path}: ordinate data types {sorted(kinds)}; needed is one of {allowed} for all")
+    return Responses(lines, cells, coherence, KINDS[kinds.pop()])
+
+
+def _records(path: Path, sets: Iterable[Mapping[str, Any]]) -> Records:
+    inputs: dict[str, Array] = {}
+    outputs: dict[str, Array] = {}
+    steps, kinds = set(), set()
+    for item in sets:
+        if item["func_type"] != TIME:
+            continue
+        steps.add(float(item["abscissa_inc"]))
+        is_input = int(item["ordinate_spec_data_type"]) == FORCE
+        (inputs if is_input else outputs)[_point(item, "rsp")] = np.real(np.asarray(item["data"]))
+        if not is_input:
+            kinds.add(KINDS.get(int(item["ordinate_spec_data_type"]), "receptance"))
+    if (
+        len(steps) != 1
+        or len(kinds) != 1
+        or len({v.size for v in (*inputs.values(), *outputs.values())}) != 1
+    ):
+        raise SourceError(f"{path}: its records differ in step, length or kind")
+    return Records(1.0 / steps.pop(), inputs, outputs, kinds.pop())
+
+
+def _point(item: Mapping[str, Any], side: str) -> str:
+    """Return the name of a point and its direction, "12+z"."""
+    return f"{int(item[f'{side}_node'])}{AXES.get(int(item[f'{side}_dir']), '')}"

@@ -1,0 +1,163 @@
+"""``flexarm identify``: every kind of file gives the modes that were put in; bad ones are refused by name."""
+
+from __future__ import annotations
+
+import csv
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+import pyuff
+from scipy import signal
+from scipy.io import savemat
+
+from flexarm_bringup import cli
+from flexarm_bringup.identify.measurement import Responses, SourceError, merge
+from flexarm_bringup.identify.sources import Averaging, read_sources
+from flexarm_model.modal.frf import Frf, Ports, modal_frf
+from flexarm_model.modal.modes import Modes
+
+F_HZ, ZETA = np.array([12.0, 31.0]), np.array([0.02, 0.015])
+LINES = np.arange(0.0, 60.0, 0.25)
+OUTPUTS = ("1+z", "2+z", "3-x")
+
+
+def responses() -> Frf:
+    omega = 2 * np.pi * F_HZ
+    modes = Modes(omega, 2 * ZETA * omega, np.array([[1.0, 0.5], [0.3, -1.0], [-0.8, 0.6]]))
+    return modal_frf(LINES, modes, Ports(np.eye(3)[:, :1], np.eye(3)), "accelerance")
+
+
+def cells() -> dict[str, np.ndarray]:
+    return {f"{name}/1+z": responses().H[:, k, 0] for k, name in enumerate(OUTPUTS)}
+
+
+def write_csv(path: Path, kind: str = "parts") -> Path:
+    columns: dict[str, np.ndarray] = {"f_hz": LINES}
+    for name, values in cells().items():
+        parts = {f"{name}.re": values.real, f"{name}.im": values.imag}
+        columns |= parts if kind == "parts" else {name: values}
+    with path.open("w", newline="") as file:
+        writer = csv.writer(file)
+        writer.writerow(columns)
+        writer.writerows(zip(*columns.values(), strict=True))
+    return path
+
+
+def write_uff(path: Path) -> Path:
+    for k, name in enumerate(OUTPUTS):
+        direction = {"z": 3, "x": -1}[name[-1]]
+        pyuff.UFF(str(path))._write_set(
+            pyuff.prepare_58(
+                func_type=4, rsp_node=k + 1, rsp_dir=direction, ref_node=1, ref_dir=3,
+                data=responses().H[:, k, 0], x=LINES,
+                id1="frf", binary=0, ordinate_spec_data_type=12, abscissa_min=0.0, abscissa_inc=0.25,
+                ord_data_type=5, abscissa_spec_data_type=18, num_pts=LINES.size, abscissa_spacing=1,
+                orddenom_spec_data_type=13,
+            ),
+            "overwrite" if k == 0 else "add",
+        )  # fmt: skip
+    return path
+
+
+def write_mat(path: Path) -> Path:
+    names = {"a__h": 0, "b__h": 1, "c__h": 2}
+    savemat(path, {"f_hz": LINES, **{name: responses().H[:, k, 0] for name, k in names.items()}})
+    return path
+
+
+def write_npz(path: Path) -> Path:
+    np.savez(path, f_hz=LINES, **cells())
+    return path
+
+
+def found_hz(capsys: pytest.CaptureFixture[str], tmp_path: Path, *arguments: str) -> np.ndarray:
+    report = tmp_path / "report.json"
+    assert cli.main(["identify", *arguments, "--json", str(report)]) == 0, capsys.readouterr().err
+    rows = json.loads(report.read_text())["tables"][0]["rows"]
+    return np.array([[row[1], row[4]] for row in rows])
+
+
+@pytest.mark.parametrize(
+    ("suffix", "write"), [(".csv", write_csv), (".uff", write_uff), (".mat", write_mat), (".npz", write_npz)]
+)
+def test_responses_in_every_kind_of_file_give_the_modes_put_in(tmp_path, capsys, suffix, write):
+    path = write(tmp_path / f"test{suffix}")
+    found = found_hz(capsys, tmp_path, str(path))
+    assert found[:, 0] == pytest.approx(F_HZ, rel=1e-4)
+    assert found[:, 1] == pytest.approx(100 * ZETA, rel=1e-2)
+
+
+def test_complex_columns_are_read_like_parts(tmp_path):
+    parts = read_sources([write_csv(tmp_path / "a.csv")], "accelerance", Averaging()).responses.matrix()
+    whole = read_sources([write_csv(tmp_path / "b.csv", "complex")], "accelerance", Averaging())
+    assert np.array_equal(parts.H, whole.responses.matrix().H)
+
+
+def test_set_ups_that_rove_make_one_matrix_and_a_missing_cell_is_named():
+    ones = np.ones(4, complex)
+    f_hz, nothing = np.arange(4.0), {}
+    first = Responses(f_hz, {("a", "x"): ones, ("b", "x"): 2 * ones}, nothing, "mobility")
+    second = Responses(f_hz, {("a", "y"): 3 * ones}, nothing, "mobility")
+    together = merge([first, second])
+    with pytest.raises(SourceError, match="b/y"):
+        together.matrix()
+    full = merge(
+        [together, Responses(f_hz, {("b", "y"): 4 * ones, ("a", "x"): 3 * ones}, nothing, "mobility")]
+    )
+    assert full.matrix().H[0].real.tolist() == [[2.0, 3.0], [2.0, 4.0]]
+
+
+def record(path: Path, seconds: float = 60.0, rate_hz: float = 200.0) -> Path:
+    rng, omega = np.random.default_rng(1), 2 * np.pi * F_HZ
+    t = np.arange(round(seconds * rate_hz)) / rate_hz
+    x = rng.standard_normal(t.size)
+    y = np.zeros((t.size, 2))
+    for k in range(2):
+        b, a, _ = signal.cont2discrete(
+            ([1.0, 0.0, 0.0], [1.0, 2 * ZETA[k] * omega[k], omega[k] ** 2]), 1 / rate_hz, method="bilinear"
+        )
+        y += np.outer(signal.lfilter(b.ravel(), a, x), [1.0, 0.7 - k])
+    y += 0.02 * y.std() * rng.standard_normal(y.shape)
+    np.savez(path, **{"t": t, "in:force": x, "out:a": y[:, 0], "out:b": y[:, 1]})
+    return path
+
+
+def test_records_give_modes_with_both_uncertainties_and_a_page(tmp_path, capsys):
+    page = tmp_path / "page.html"
+    path = record(tmp_path / "run.npz")
+    found = found_hz(
+        capsys, tmp_path, str(path), "--resolution", "0.1", "--band", "5", "45", "--html", str(page)
+    )
+    digital = np.arctan(np.pi * F_HZ / 200.0) * 200.0 / np.pi  # where the bilinear filter has its modes
+    assert found[:, 0] == pytest.approx(digital, rel=0.003)
+    text = page.read_text()
+    assert "Stabilisation chart" in text and "bootstrap" in text and text.count("<svg") == 3
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "message"),
+    [
+        ("a.csv", "f_hz,a/h.re,a/h.im\n1,2\n", "line 2"),
+        ("b.csv", "x,y\n1,2\n", "needed is 'f_hz'"),
+        ("c.csv", "f_hz,a\n1,2\n", "not OUTPUT/INPUT"),
+        ("d.csv", "t,out:a,in:b\n0,1,1\n1,2,2\n5,2,2\n", "evenly spaced"),
+        ("e.csv", "t,out:a\n0,1\n1,2\n2,2\n", "no input"),
+        ("f.uff", "not a universal file", "f.uff"),
+        ("g.xyz", "", "not one of .uff"),
+        ("h.mat", "no matlab", "cannot be read"),
+    ],
+)
+def test_a_file_that_cannot_be_used_is_refused_with_its_name_and_the_reason(
+    tmp_path, capsys, name, content, message
+):
+    (tmp_path / name).write_text(content)
+    assert cli.main(["identify", str(tmp_path / name)]) == 2
+    error = capsys.readouterr().err
+    assert message in error
+
+
+def test_a_missing_file_is_named(capsys):
+    assert cli.main(["identify", "nowhere.csv"]) == 2
+    assert "nowhere.csv: no such file" in capsys.readouterr().err
