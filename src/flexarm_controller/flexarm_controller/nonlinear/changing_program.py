@@ -1,36 +1,54 @@
 """A quadratic program whose matrices change from step to step, too.
 
-Unknowns are the torques ``v`` in units of their limits and one slack per limited output; ``p`` is the torque
-before in the same units::
+Unknowns ``x`` are the torques ``v`` in units of their limits and one slack per limited output; ``p`` is the
+torque before in the same units::
 
     minimise v' H v / 2 + q' v + slacks' slacks / 2 + price' slacks
     |v| <= 1      |v_b - v_{b-1}| <= step, v_{-1} = p      low <= outputs + rows v (+- slack) <= high
 
-The factor of ``H`` is made before the state is known. Where its minimiser keeps all limits it is the answer,
-else DAQP solves, warm from the limits that bound the last time.
+A dual active-set method [Goldfarb1983] solves it, warm from the limits that bound the last time. With
+``H = L L'`` a limit ``a' x <= b`` is a row ``m = L^-1 a``; only those of active limits are ever made, and
+the factor of their products grows and shrinks with them [Arnstrom2022]. (DAQP makes all rows first, which
+takes as long as everything else in the step.) What it does not vouch for DAQP tries in the same period.
 """
 
 from __future__ import annotations
 
+import ctypes
+from pathlib import Path
+
 import daqp
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg.lapack import dpotrf, dpotrs
+from scipy.linalg.lapack import dpotrf
 
+from flexarm_controller.nonlinear.arm_equations import NonlinearModelError
+from flexarm_controller.nonlinear.gauss_steps import address
 from flexarm_controller.solvers.qp import QpResult, excess
+from flexarm_model.machine_code import load_code
 
 Array = NDArray[np.float64]
-FEASIBILITY = 1e-9  # DAQP's primal tolerance [1]
+SOURCE = Path(__file__).with_name("active_set.c")
+FEASIBILITY = 1e-9  # excess of a limit that is none [1]
 USABLE = 1e-6  # largest excess of a limit that is left [1]
 SLACK_CURVATURE = 1.0  # keeps the program strictly convex in the slacks, as in ``program.problem``
+SOLVED = 1
+WORDS = {SOLVED: "solved", 0: "too many changes of the active set", -1: "infeasible", -2: "data not finite"}
+
+
+class _Layout(ctypes.Structure):
+    """``struct program`` of the C file."""
+
+    _fields_ = [
+        *((name, ctypes.c_int64) for name in ("n_u", "n_b", "n_o")),
+        *((name, ctypes.c_void_p) for name in ("L", "outputs", "l", "u")),
+        *((name, ctypes.c_double) for name in ("price", "tolerance")),
+        *((name, ctypes.c_void_p) for name in ("active", "work")),
+    ]
 
 
 class ChangingProgram:
-    """Limits of one arm, and the solver.
-
-    Attributes:
-        A: Rows of rates and outputs per unknown, (m, n_v + n_o).
-    """
+    """Limits of an arm and the solver. Limits are numbered: unknowns, rates, outputs above, outputs below."""
 
     def __init__(
         self, step: Array, blocks: int, outputs: tuple[Array, Array], price: float, cap: int
@@ -43,35 +61,43 @@ class ChangingProgram:
             outputs: Lower and upper bounds of the limited outputs, (n_o,) each.
             price: Of a slack.
             cap: On changes of the active set.
+
+        Raises:
+            NonlinearModelError: There is no working C compiler.
         """
-        low, high = outputs
-        self._n_u, self._n_v, self._n_o = step.size, step.size * blocks, low.size
-        n_v, n_o, n_rows = self._n_v, self._n_o, blocks * low.size
-        n = n_v + n_o
-        self._low, self._high = np.tile(low, blocks), np.tile(high, blocks)
-        self.A, relax = np.zeros((n_v + 2 * n_rows, n)), np.tile(np.eye(n_o), (blocks, 1))
-        self.A[:n_v, :n_v] = np.eye(n_v) - np.eye(n_v, k=-step.size)
-        self.A[n_v : n_v + n_rows, n_v:], self.A[n_v + n_rows :, n_v:] = -relax, relax
-        self._above = slice(n_v, n_v + n_rows)
-        self._below = slice(n_v + n_rows, n_v + 2 * n_rows)
-        self._step = step
-        rates, open_ = np.tile(step, blocks), np.full(n_rows, np.inf)
+        code = load_code(SOURCE)
+        if code is None:
+            raise NonlinearModelError("law 'nmpc' needs a C compiler (gcc or cc), and there is none")
+        n_u, n_o = step.size, outputs[0].size
+        self._n_u, self._n_v, self._n_o, self._n_y = n_u, n_u * blocks, n_o, blocks * n_o
+        n_v, n = self._n_v, self._n_v + n_o
+        self._low, self._high = (np.tile(bound, blocks) for bound in outputs)
+        self._step, self._price, self._cap = step, price, cap
+        rates, open_ = np.tile(step, blocks), np.full(self._n_y, np.inf)
         self._l = np.concatenate([-np.ones(n_v), np.zeros(n_o), -rates, -open_, -open_])
         self._u = np.concatenate([np.ones(n_v), np.full(n_o, np.inf), rates, open_, open_])
-        self._P, self._q = np.zeros((n, n)), np.full(n, price)
-        self._P[n_v:, n_v:] = SLACK_CURVATURE * np.eye(n_o)
-        self._x, self._cap = np.zeros(n), cap
-        self._model, self._is_current, self._is_binding = daqp.Model(), False, False
-        self._is_new = True
+        self._L, self._rows, self._x = np.zeros((n_v, n_v)), np.zeros((self._n_y, n_v)), np.zeros(n)
+        self._active = np.zeros((2, n + 1), dtype=np.int64)
+        self._work = np.zeros(3 * (n + 1) ** 2 + 2 * n + 2 * self._n_y)
+        self._count, self._iterations = ctypes.c_int64(), ctypes.c_int64()
+        arrays = (self._L, self._rows, self._l, self._u)
+        self._layout = _Layout(
+            n_u, blocks, n_o, *map(address, arrays), price, FEASIBILITY, self._active.ctypes.data,
+            address(self._work),
+        )  # fmt: skip
+        self._call = code.flexarm_solve_program
+        self._call.restype = ctypes.c_int64
+        self._forget()
+
+    @property
+    def active(self) -> NDArray[np.int64]:
+        """Numbers of the limits that bind in the last answer, (k,)."""
+        return self._active[0, : self._count.value]
 
     def prepare(self, H: Array, rows: Array) -> bool:
         """Take Hessian (n_v, n_v) and rows of the outputs (n_b n_o, n_v); returns whether H is sound."""
-        self.A[self._above, : self._n_v] = self.A[self._below, : self._n_v] = rows
-        self._P[: self._n_v, : self._n_v] = H
-        self._factor, fault = dpotrf(H, lower=0)
-        self._is_current = False
-        if self._is_binding and not fault:
-            self._load()
+        factor, fault = dpotrf(H, lower=0)  # its memory is that of the lower factor by rows
+        self._L[...], self._rows[...] = factor.T, rows
         return bool(fault == 0)
 
     def solve(self, q: Array, outputs: Array, before: Array) -> QpResult:
@@ -82,46 +108,42 @@ class ChangingProgram:
             outputs: Limited outputs without torques, (n_b n_o,).
             before: Torque before, in units of its limit, (n_u,).
         """
-        n_v, n, l, u = self._n_v, self._x.size, self._l, self._u  # noqa: E741
-        l[n : n + self._n_u], u[n : n + self._n_u] = before - self._step, before + self._step
-        u[n:][self._above], l[n:][self._below] = self._high - outputs, self._low - outputs
-        self._q[:n_v] = q
-        free, _ = dpotrs(self._factor, -q, lower=0)
-        if not np.isfinite(free).all():
-            return QpResult(self._x, "data not finite", 0, np.inf, False)
-        beyond = max(float(abs(free).max()) - 1, excess(self.A[:, :n_v] @ free, l[n:], u[n:]))
-        self._is_binding = beyond > 0
-        if not self._is_binding:
-            return QpResult(
-                np.append(free, np.zeros(self._n_o)), "solved without limits", 0, 0.0, True, -beyond
-            )
-        return self._solve_limited()
+        rates, above = self._x.size, self._x.size + self._n_v
+        first, below = slice(rates, rates + self._n_u), above + self._n_y
+        self._l[first], self._u[first] = before - self._step, before + self._step
+        np.subtract(self._high, outputs, out=self._u[above:below])
+        np.subtract(self._low, outputs, out=self._l[below:])
+        counters = (ctypes.byref(self._count), ctypes.byref(self._iterations))
+        word = self._call(
+            ctypes.byref(self._layout), ctypes.c_void_p(address(q)), ctypes.c_int64(self._cap), *counters,
+            ctypes.c_void_p(address(self._x)),
+        )  # fmt: skip
+        iterations = int(self._iterations.value)
+        if word == SOLVED:
+            return QpResult(self._x.copy(), WORDS[word], iterations, 0.0, True)
+        self._forget()
+        result = QpResult(np.zeros_like(self._x), WORDS[word], iterations, np.inf, False)
+        is_sound = word != -2 and np.isfinite(q).all() and np.isfinite(outputs).all()
+        return self._try_daqp(q, result) if is_sound else result
 
-    def binding(self, x: Array, distance: float) -> Array:
-        """Return which bounds x comes nearer to than ``distance``: those of unknowns, then rows, (n + m,)."""
-        y = np.concatenate([x, self.A @ x])
-        return np.asarray((self._u - y < distance) | (y - self._l < distance))
+    def _forget(self) -> None:
+        """Begin the next solve with all slacks at zero."""
+        self._count.value = self._n_o
+        self._active[0, : self._n_o] = self._n_v + np.arange(self._n_o)
+        self._active[1, : self._n_o] = -1
 
-    def _solve_limited(self) -> QpResult:
-        l, u, n = self._l, self._u, self._x.size  # noqa: E741
-        if not self._is_current:
-            self._load()
-        self._model.update(f=self._q, bupper=u, blower=l)
-        x, _, flag, info = self._model.solve()
-        residual = max(0.0, excess(x, l[:n], u[:n]), excess(self.A @ x, l[n:], u[n:]))
-        iterations = int(info["iterations"])
+    def _try_daqp(self, q: Array, first: QpResult) -> QpResult:
+        """Solve the same program with the other solver, cold."""
+        n_v, n, n_y = self._n_v, self._x.size, self._n_y
+        H, A = np.eye(n) * SLACK_CURVATURE, np.zeros((n_v + 2 * n_y, n))
+        H[:n_v, :n_v], A[:n_v, :n_v] = self._L @ self._L.T, np.eye(n_v) - np.eye(n_v, k=-self._n_u)
+        relax = np.tile(np.eye(self._n_o), (n_y // max(self._n_o, 1), 1))
+        A[n_v : n_v + n_y], A[n_v + n_y :] = np.hstack([self._rows, -relax]), np.hstack([self._rows, relax])
+        gradient = np.append(q, np.full(self._n_o, self._price))
+        x, _, flag, info = daqp.solve(H, gradient, A, self._u, self._l)
+        iterations = first.iterations + int(info["iterations"])
+        residual = max(0.0, excess(np.append(x, A @ x), self._l, self._u))
+        status = f"exit flag {flag} after {first.status}"
         if flag != 1 or not residual <= USABLE:
-            self._is_new, self._is_current = True, False
-            return QpResult(self._x, f"exit flag {flag}", iterations, np.inf, False)
-        return QpResult(x, "solved", iterations, residual, True)
-
-    def _load(self) -> None:
-        """Give the matrices to DAQP, which keeps its active set."""
-        if self._is_new:
-            self._model = daqp.Model()
-            self._model.setup(self._P, self._q, self.A, self._u, self._l)
-            self._model.settings = {"iter_limit": self._cap, "primal_tol": FEASIBILITY}
-            self._is_new = False
-        else:
-            self._model.update(H=self._P, A=self.A)
-        self._is_current = True
+            return QpResult(first.x, status, iterations, np.inf, False)
+        return QpResult(np.array(x), status, iterations, residual, True)

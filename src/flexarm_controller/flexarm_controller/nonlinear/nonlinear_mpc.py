@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexarm_controller.limits import Limits
-from flexarm_controller.mpc import BINDING, Plan
+from flexarm_controller.mpc import Plan
 from flexarm_controller.nonlinear.arm_equations import Coordinates
 from flexarm_controller.nonlinear.changing_program import ChangingProgram
 from flexarm_controller.nonlinear.condensing import Condensing, Known
@@ -139,10 +139,7 @@ class NonlinearMpc:
             self.condensing.expand(result.x, known, self._guess.points, self._guess.end)
         self._is_ready = False
         v = result.x[: len(self._blocks) * self._unit.size].reshape(-1, self._unit.size)
-        active: tuple[str, ...] = ()
-        if result.margin <= BINDING:
-            near = np.flatnonzero(self._program.binding(result.x, BINDING))
-            active = tuple(sorted({self._names[i] for i in near} - {""}))
+        active = tuple(sorted({self._names[i] for i in self._program.active} - {""}))
         return Plan(np.repeat(v * self._unit, self._blocks, axis=0), result, active)
 
     def _linearize(self) -> None:
