@@ -7,11 +7,13 @@ from collections.abc import Sequence
 
 import numpy as np
 from builtin_interfaces.msg import Duration
-from flexarm_interfaces.msg import ControllerStatus, JointCommand, ModalState
+from flexarm_interfaces.msg import ControllerDebug, ControllerStatus, JointCommand, ModalState
+from geometry_msgs.msg import Point
 from numpy.typing import NDArray
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
 from flexarm_controller.command import ControlCommand
+from flexarm_controller.debug import Expectation
 from flexarm_controller.reference import Reference
 from flexarm_controller.state import ArmState
 from flexarm_model.conversions import (
@@ -117,6 +119,20 @@ def _sigma(covariance: Sequence[float], n_x: int) -> Array:
         return np.full(n_x, np.inf)
     variances = np.array(covariance[:: size + 1], dtype=float)[:n_x]
     return np.sqrt(np.where(variances >= 0.0, variances, np.inf))
+
+
+def debug_to_msg(
+    command: ControlCommand, expected: Expectation, period: float, backend: str, mode_names: tuple[str, ...]
+) -> ControllerDebug:
+    """Return what the plan of a command leads to, and what it took; without a stamp."""
+    msg = ControllerDebug(period=period, mode_names=list(mode_names), iterations=command.iterations)
+    msg.header.frame_id = "base"
+    msg.tip = [Point(x=x, y=y, z=z) for x, y, z in expected.tip.tolist()]
+    msg.modal_energy, msg.mode_energy = floats(expected.energy), floats(expected.mode_energy)
+    msg.update_time, msg.solve_time, msg.check_time = map(float, command.split)
+    msg.backend, msg.solver_status = backend if command.mode == "mpc" else "", command.solver_status
+    msg.limits_active = list(command.limits_active)
+    return msg
 
 
 def notice_msg(reason: str, stamp_ns: int) -> ControllerStatus:

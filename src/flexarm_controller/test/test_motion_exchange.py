@@ -13,6 +13,7 @@ from flexarm_controller.exchange import ControllerExchange  # noqa: E402
 from flexarm_controller.motion.conversions import OWN_FRAME, pose_from_msg, pose_to_msg  # noqa: E402
 from flexarm_controller.motion.motion_exchange import MotionExchange  # noqa: E402
 from flexarm_controller.motion.settings import MotionConfig  # noqa: E402
+from flexarm_controller.motion.tip_kinematics import TipKinematics  # noqa: E402
 from flexarm_controller.reference import Reference  # noqa: E402
 from flexarm_controller.settings import ControllerConfig, MpcConfig  # noqa: E402
 from flexarm_model.config import load_config  # noqa: E402
@@ -22,6 +23,7 @@ from flexarm_model.manipulator_file import find_manipulator  # noqa: E402
 from flexarm_model.reduced_tree import ReducedTree  # noqa: E402
 
 EPOCH, PERIOD_NS = 1_000_000_000, 5_000_000
+PERIOD = 0.005  # s
 REACH = 0.64  # m
 
 
@@ -35,11 +37,15 @@ def model(config):
     return linearize(ReducedTree(config))
 
 
+def tip_of(config):
+    return TipKinematics(ReducedTree(config))
+
+
 def arm_of(config, model, **settings):
     """Return exchange and goals of an armed controller that has seen its first state."""
     motion = MotionConfig(**settings)
     exchange = ControllerExchange(config, ControllerConfig(), MpcConfig(time_limit=0.0), None, motion=motion)
-    goals = MotionExchange(config, ControllerConfig(), motion, exchange)
+    goals = MotionExchange(config, tip_of(config), motion, PERIOD, exchange)
     exchange.on_model(model_to_msg(model))
     exchange.on_guard_status(GuardStatus(session_token=5))
     exchange.on_modal_state(state(model, 0))
@@ -126,7 +132,7 @@ def test_a_malformed_goal_is_refused_with_the_field(config, model, spoil, reason
 
 def test_without_model_state_or_guard_goals_are_refused(config, model):
     exchange = ControllerExchange(config, ControllerConfig(), MpcConfig(time_limit=0.0), None)
-    goals = MotionExchange(config, ControllerConfig(), MotionConfig(), exchange)
+    goals = MotionExchange(config, tip_of(config), MotionConfig(), PERIOD, exchange)
     assert goals.on_move_tip(request_to(0.3))[0].reason == "no model yet"
     exchange.on_model(model_to_msg(model))
     assert goals.on_cancel(CancelMotion.Request())[0].reason == "no state yet"

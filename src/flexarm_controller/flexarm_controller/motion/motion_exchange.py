@@ -24,11 +24,9 @@ from flexarm_controller.motion.refusals import MotionError
 from flexarm_controller.motion.settings import MotionConfig
 from flexarm_controller.motion.tip_kinematics import TipKinematics
 from flexarm_controller.reference import Reference
-from flexarm_controller.settings import ControllerConfig
 from flexarm_controller.state import ArmState
 from flexarm_model.description import ManipulatorConfig
 from flexarm_model.reduced_model import ReducedModel
-from flexarm_model.reduced_tree import ReducedTree
 
 
 class MotionExchange:
@@ -37,21 +35,22 @@ class MotionExchange:
     def __init__(
         self,
         config: ManipulatorConfig,
-        settings: ControllerConfig,
+        tip: TipKinematics,
         motion: MotionConfig,
+        period: float,
         exchange: ControllerExchange,
     ) -> None:
-        """Build the kinematics of the described arm.
+        """Start without a goal.
 
         Args:
             config: The manipulator.
-            settings: For the control period.
+            tip: Its kinematics.
             motion: Limits and tolerances of motions.
+            period: Of the controller [s].
             exchange: Of the controller that follows.
         """
         self._exchange, self._names = exchange, tuple(config.actuated)
-        tip = TipKinematics(ReducedTree(config))
-        self._server = MotionServer(tip, limits_of(config), motion, settings.period)
+        self._server = MotionServer(tip, limits_of(config), motion, period)
 
     def on_move_tip(self, request: Any) -> tuple[Any, list[Outgoing]]:
         """Answer a goal; returns the response and what is to be sent."""

@@ -55,10 +55,14 @@ class TipKinematics:
         self._home = np.array(tree.config.home, float)
         self._resting.jacobian(self._home)
 
+    def at(self, q: Array) -> Array:
+        """Return where the tip is at coordinates of the dynamics tree [m], (3,)."""
+        return np.asarray(self._tree.tip_pose(q)[:3, 3])
+
     def position(self, model: ReducedModel, state: ArmState) -> Array:
         """Return where the tip is in a state of the served model [m], (3,)."""
         xi = np.concatenate([state.theta, state.eta])
-        return np.asarray(self._tree.tip_pose(model.q0 + model.Phi @ (xi - model.xi0))[:3, 3])
+        return self.at(model.q0 + model.Phi @ (xi - model.xi0))
 
     def at_rest(self, theta: Array) -> Array:
         """Return where the tip comes to rest with the axes held at ``theta`` [m], (3,)."""
