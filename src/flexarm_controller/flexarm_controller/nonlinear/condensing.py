@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexarm_controller.nonlinear.arm_equations import NonlinearModelError
-from flexarm_controller.nonlinear.gauss_steps import Periods, Points, address
+from flexarm_controller.nonlinear.gauss_steps import Periods, Points, address, places
 from flexarm_controller.nonlinear.goal_window import GoalWindow
 from flexarm_controller.nonlinear.weights import Weights
 from flexarm_model.machine_code import load_code
@@ -89,6 +89,10 @@ class Condensing:
             np.zeros((N + 1, n_x)),
             np.zeros((N, n_u)),
         )
+        self._v, self._known = np.zeros(n_v), (np.zeros(n_x), np.zeros(n_u), np.zeros(n_u))
+        self._made = places(self.H, self.rows)
+        into = (self._pull_s, self._pull_u, self._free, self.outputs, self.q)
+        self._asked, self._answered = places(*self._known, *into), places(self._v, *self._known[1::-1])
         self._constant = self._of_torques(unit)
         for call in (code.flexarm_condense, code.flexarm_respond, code.flexarm_expand):
             call.restype = None
@@ -102,8 +106,7 @@ class Condensing:
     def condense(self) -> None:
         """Make ``H`` and ``rows`` of the linearised periods."""
         np.multiply(self._constant, self.weight, out=self.H)
-        places = _places(self.H, self.rows)
-        self._code.flexarm_condense(self._at, ctypes.c_double(self.weight), *places)
+        self._code.flexarm_condense(self._at, ctypes.c_double(self.weight), *self._made)
 
     def respond(self, known: Known, goal: GoalWindow) -> None:
         """Make ``q`` and ``outputs`` for what is known now."""
@@ -116,22 +119,19 @@ class Condensing:
         self._pull_s[-1] = P[:n_x] @ end
         np.matmul(torque[:-1], w.R, out=self._pull_u)
         self._pull_u[-1] += P[n_x:] @ end
-        arrays = (
-            known.s_0,
-            known.d,
-            known.before,
-            self._pull_s,
-            self._pull_u,
-            self._free,
-            self.outputs,
-            self.q,
-        )
-        self._code.flexarm_respond(self._at, ctypes.c_double(self.weight), *_places(*arrays))
+        self._take(known)
+        self._code.flexarm_respond(self._at, ctypes.c_double(self.weight), *self._asked)
 
     def expand(self, v: Array, known: Known, points: Points, end: Array) -> None:
         """Move ``points`` to the solution v (n_v,); ``end`` (n_x,) becomes the state behind the horizon."""
-        arrays = (v, known.d, known.s_0, self._periods.X, points.s, points.u, points.a, end)
-        self._code.flexarm_expand(self._at, *_places(*arrays))
+        self._take(known)
+        self._v[:] = v[: self._v.size]
+        X = self._periods.places[0]
+        self._code.flexarm_expand(self._at, *self._answered, X, *points.places, *places(end))
+
+    def _take(self, known: Known) -> None:
+        for mine, given in zip(self._known, (known.s_0, known.d, known.before), strict=True):
+            mine[:] = given
 
     def _of_torques(self, unit: Array) -> Array:
         """Return the part of the Hessian that the torques' own costs make, (n_v, n_v)."""
@@ -141,7 +141,3 @@ class Condensing:
         parts = [(T, np.kron(np.eye(N), w.R)), (step, np.kron(np.eye(N), w.S))]
         parts.append((T[-n_u:], w.P[self._n_x :, self._n_x :]))
         return np.asarray(sum(L.T @ weight @ L for L, weight in parts))
-
-
-def _places(*arrays: Array) -> list[ctypes.c_void_p]:
-    return [ctypes.c_void_p(address(array)) for array in arrays]

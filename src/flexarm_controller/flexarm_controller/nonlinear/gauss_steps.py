@@ -68,9 +68,8 @@ class GaussSteps:
 
     def linearize(self, points: Points, periods: Periods) -> bool:
         """Fill ``periods`` about ``points``; returns whether it could."""
-        arrays = (points.s, points.u, points.a, periods.X, periods.A, periods.B, periods.r)
-        places = [ctypes.c_void_p(address(array)) for array in arrays]
-        return bool(self._code.flexarm_linearize_periods(self._at, ctypes.c_int64(len(points.s)), *places))
+        count = ctypes.c_int64(len(points.s))
+        return bool(self._code.flexarm_linearize_periods(self._at, count, *points.places, *periods.places))
 
     def advance(self, s: Array, u: Array, a: Array, share: float = 1.0) -> bool:
         """Advance ``s`` (n_x,) in place under the torque u (n_u,).
@@ -85,10 +84,8 @@ class GaussSteps:
             Whether Newton's iteration settled; else ``s`` is unchanged.
         """
         u = np.ascontiguousarray(u, dtype=np.float64)
-        places = [ctypes.c_void_p(address(array)) for array in (s, u, a)]
-        return bool(
-            self._code.flexarm_advance_period(self._at, ctypes.c_double(share * self.h), *places, *_STOP)
-        )
+        h = ctypes.c_double(share * self.h)
+        return bool(self._code.flexarm_advance_period(self._at, h, *places(s, u, a), *_STOP))
 
     def rest(self, reference: Array, s: Array, u: Array) -> bool:
         """Find states without vibration: coordinates that no axis drives stand still in equilibrium.
@@ -101,33 +98,36 @@ class GaussSteps:
         Returns:
             Whether Newton's iteration settled.
         """
-        places = [ctypes.c_void_p(address(array)) for array in (reference, s, u)]
-        return bool(self._code.flexarm_rest(self._at, ctypes.c_int64(len(s)), *places, *_STOP))
+        count = ctypes.c_int64(len(s))
+        return bool(self._code.flexarm_rest(self._at, count, *places(reference, s, u), *_STOP))
 
 
 class Points:
-    """Where periods are linearised.
+    """Where periods are linearised; the arrays are filled in place, never replaced.
 
     Attributes:
         s: States at their beginnings, (N, n_x).
         u: Torques on the axes, unmodelled ones included, (N, n_u).
         a: Accelerations of the stages, (N, 2 n).
+        places: Where they are, for C.
     """
 
     def __init__(self, steps: GaussSteps, N: int) -> None:
         """Make room for ``N`` periods."""
         self.s, self.u = np.zeros((N, 2 * steps.n)), np.zeros((N, steps.n_u))
         self.a = np.zeros((N, 2 * steps.n))
+        self.places = places(self.s, self.u, self.a)
 
 
 class Periods:
-    """Linearised periods ``s+ = A s + B u + r``.
+    """Linearised periods ``s+ = A s + B u + r``; the arrays are filled in place, never replaced.
 
     Attributes:
         A: (N, n_x, n_x).
         B: (N, n_x, n_u).
         r: (N, n_x).
         X: Accelerations change by ``-X [1; change of s; change of u]``, (N, 2 n, 1 + n_x + n_u).
+        places: Where X, A, B, r are, for C.
     """
 
     def __init__(self, steps: GaussSteps, N: int) -> None:
@@ -135,11 +135,17 @@ class Periods:
         n_x, n_u = 2 * steps.n, steps.n_u
         self.A, self.B, self.r = np.zeros((N, n_x, n_x)), np.zeros((N, n_x, n_u)), np.zeros((N, n_x))
         self.X = np.zeros((N, n_x, 1 + n_x + n_u))
+        self.places = places(self.X, self.A, self.B, self.r)
 
 
 def address(array: Array) -> int:
     """Return where the data of an array are."""
     return int(array.ctypes.data)
+
+
+def places(*arrays: Array) -> tuple[ctypes.c_void_p, ...]:
+    """Return where arrays are, as arguments for C."""
+    return tuple(ctypes.c_void_p(address(array)) for array in arrays)
 
 
 _STOP = (ctypes.c_int64(ITERATIONS), ctypes.c_double(TOLERANCE))
