@@ -20,14 +20,17 @@ from flexarm_bringup.sim.rig import RigSettings
 from flexarm_bringup.sim.sensor_simulator import Sample
 from flexarm_controller.controller import Controller
 from flexarm_controller.guard import GuardCommand
+from flexarm_controller.laws import LawInputs
 from flexarm_controller.limits import limits_of
+from flexarm_controller.margins.gate import Gate
 from flexarm_controller.reference import Reference
-from flexarm_controller.settings import ControllerConfig, MpcConfig
+from flexarm_controller.settings import ControllerConfig, MarginConfig, MpcConfig
 from flexarm_controller.state import ArmState
 from flexarm_estimator.estimate import Estimate
 from flexarm_estimator.estimator import Estimator
 from flexarm_estimator.measurement import Measurement
 from flexarm_estimator.settings import EstimatorConfig
+from flexarm_estimator.settled import settled_filter
 from flexarm_model.description import ManipulatorConfig
 from flexarm_model.linearize import linearize
 from flexarm_model.model_schedule import ModelSchedule, ScheduleSettings, periods_between_looks
@@ -41,13 +44,14 @@ WARM_UP = 0.1  # s; what is called for the first time is compiled then, and does
 
 @dataclass(frozen=True)
 class LoopSettings:
-    """Settings of everything in the loop."""
+    """Settings of everything in the loop; ``margins`` are wanted before it is closed, none if None."""
 
     controller: ControllerConfig = field(default_factory=ControllerConfig)
     mpc: MpcConfig = field(default_factory=lambda: MpcConfig(time_limit=0.0))  # no wall clock
     estimator: EstimatorConfig = field(default_factory=EstimatorConfig)
     rig: RigSettings = field(default_factory=RigSettings)
     schedule: ScheduleSettings = field(default_factory=ScheduleSettings)
+    margins: MarginConfig | None = None
 
 
 @dataclass(frozen=True)
@@ -116,7 +120,7 @@ def run_loop(
         The rows, and what it took.
 
     Raises:
-        ValueError: The arm cannot follow the reference; says why.
+        ValueError: The arm cannot follow the reference, or the margins are too small; says why.
     """
     config, model = tree.config, linearize(tree)
     estimator = Estimator(model, tree, config.sensors, settings.estimator)
@@ -126,6 +130,7 @@ def run_loop(
     if settings.mpc.foresight:
         controller.foresee(_models_to_come(tree, model, reference, settings, hardware.dt))
     fault = controller.follow(reference)
+    fault = fault or _refusal(estimator, config, law, settings)
     if fault:
         raise ValueError(fault)
     hardware.guard.arm(0.0, TOKEN)
@@ -145,6 +150,16 @@ def run_loop(
     spent = time.process_time() - started
     speed = (n - warm) * hardware.dt / spent
     return ticks, Effort(spent, speed, schedule.served, adopting, without / n, hardware.guard.reason)
+
+
+def _refusal(
+    estimator: Estimator, config: ManipulatorConfig, law: ControllerConfig, settings: LoopSettings
+) -> str:
+    """Return why the loop must not be closed, naming the mode; empty when it may, or nobody asks."""
+    if settings.margins is None:
+        return ""
+    gate = Gate(config, LawInputs(limits_of(config), law, settings.mpc, config), settings.margins)
+    return gate.judge(estimator.model, settled_filter(estimator, law.period))
 
 
 def _models_to_come(
