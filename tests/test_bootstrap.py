@@ -232,7 +232,7 @@ def test_run_after_an_interrupted_one_repairs_it(
 
 @pytest.mark.parametrize(
     ("arguments", "brings"),
-    [([], True), (["--json", "x"], True), (["engines", "one"], True), (["one"], False)],
+    [([], True), (["--json", "x"], True), (["engines", "one"], True), (["mpc"], True), (["one"], False)],
 )
 def test_other_engines_are_brought_once_and_only_when_they_are_measured(
     flexarm: ModuleType,
@@ -243,7 +243,7 @@ def test_other_engines_are_brought_once_and_only_when_they_are_measured(
 ) -> None:
     (flexarm.ROOT / "requirements.bench.lock").write_text("engine==1\n")
     (flexarm.ROOT / "benchmarks").mkdir()
-    for name in ("one", "engines"):
+    for name in ("one", "engines", "mpc"):
         (flexarm.ROOT / "benchmarks" / f"bench_{name}.py").touch()
     monkeypatch.setattr(flexarm, "forward", lambda place, rest: len(rest))
     place = flexarm.prepare()
@@ -268,7 +268,7 @@ def test_benchmarks_run_without_the_other_engines_when_those_cannot_be_had(
     monkeypatch.setattr(flexarm, "forward", lambda place, rest: 0)
     monkeypatch.setattr(flexarm, "watch", fail)
     assert flexarm.run_bench(place, []) == 0
-    assert "no other engines: no network" in capsys.readouterr().err
+    assert "no other engines and solvers: no network" in capsys.readouterr().err
 
 
 def test_environment_whose_interpreter_is_gone_is_made_again(flexarm: ModuleType, machine: list[str]) -> None:

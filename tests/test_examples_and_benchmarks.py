@@ -4,17 +4,20 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 from flexarm_bringup.bench import load_module
 
 ROOT = Path(__file__).resolve().parents[1]
-SMALL: dict[str, dict[str, float]] = {
+SMALL: dict[str, dict[str, Any]] = {
     "bench_estimator": {"seconds": 2.0},
     "bench_model": {"seconds": 0.2, "repeats": 20},
     "bench_memory": {"seconds": 8.0},
     "bench_serve": {"repeats": 5, "use_compiler": False},
+    "bench_mpc": {"cases": ["8_states"], "seconds": 1.0},
+    "bench_solvers": {"machines": ["single_link"], "seconds": 1.0},
     "bench_import": {"refinement": 0.4, "modes": 40, "seconds": 0.2},
 }
 

@@ -27,13 +27,25 @@ BOUNDS = {  # name of a result: largest value allowed
     "two_link_estimator_median_us": 100.0,
     "serial_6r_estimator_median_us": 250.0,
     "single_link_estimator_p99_us": 100.0,
-    "mpc_p99_us": 1500.0,
+    "8_states_mpc_median_us": 80.0,
+    "8_states_mpc_p99_us": 250.0,
+    "18_states_mpc_median_us": 200.0,
+    "18_states_mpc_p99_us": 900.0,
+    "26_states_mpc_median_us": 800.0,
+    "26_states_mpc_p99_us": 2000.0,
+    "default_worst_error": 1e-3,
     "memory_largest_mb": 250.0,
     "serial_6r_new_median_us": 5000.0,
     **{
         f"{name}_new_median_us": 2000.0
         for name in ("single_link", "planar_3rrr", "spatial_3tpt", "variable_stiffness")
     },
+}
+
+FLOORS = {  # name of a result: smallest value allowed
+    f"{size}_states_{other}_to_mpc_median": ratio
+    for size in (8, 18, 26)
+    for other, ratio in (("fastest_sparse", 10.0), ("do_mpc", 200.0))
 }
 
 
@@ -86,9 +98,9 @@ def build_page(results: dict[str, dict[str, float]]) -> Page:
         rows: list[list[Cell]] = [[key, float(value)] for key, value in values.items()]
         tables.append(Table(name, columns, rows))
         for key, value in values.items():
-            if key in BOUNDS:
-                checks.append(
-                    Check(f"{name}: {key}", f"at most {BOUNDS[key]:g}", f"{value:.4g}", value <= BOUNDS[key])
-                )
+            for bounds, word, sign in ((BOUNDS, "at most", 1.0), (FLOORS, "at least", -1.0)):
+                if key in bounds:
+                    is_kept = sign * value <= sign * bounds[key]
+                    checks.append(Check(f"{name}: {key}", f"{word} {bounds[key]:g}", f"{value:.4g}", is_kept))
     lead = "CPU time of one thread; _us are microseconds, ratios are to the baseline named."
     return Page("flexarm: how long it takes", lead, tables, checks)
