@@ -20,7 +20,7 @@ from flexarm_bringup.course import Leg
 from flexarm_bringup.residual import rms, sample_rate, settling_time
 from flexarm_bringup.sim.rig import Truth
 from flexarm_bringup.task import Task
-from flexarm_bringup.tip_vibration import NYQUIST_SHARE, ORDER, tip_acceleration
+from flexarm_bringup.tip_vibration import LAST_PART, NYQUIST_SHARE, ORDER, tip_acceleration
 
 Array = NDArray[np.float64]
 
@@ -33,6 +33,7 @@ class LegFigures:
         residual: RMS of the signal in the window after it [m/s^2].
         settling: From its end until the tip stays in the ball about its goal [s]; inf for never.
         moving: From when the tip left the ball about its start until then [s].
+        rest_error: Distance from its goal of where the tip is on average in the last part of the window [m].
         peak_torque: Largest torque over the described limit [1].
         peak_strain: Largest strain at a gauge [1].
     """
@@ -40,6 +41,7 @@ class LegFigures:
     residual: float
     settling: float
     moving: float
+    rest_error: float
     peak_torque: float
     peak_strain: float
 
@@ -78,6 +80,16 @@ class CompareResult:
     def settling(self) -> float:
         """Latest settling after the end of a move [s]; inf for never."""
         return max((leg.settling for leg in self.legs), default=np.inf)
+
+    @property
+    def moving(self) -> float:
+        """Longest time from leaving a start to staying at a goal [s]; inf for never."""
+        return max((leg.moving for leg in self.legs), default=np.inf)
+
+    @property
+    def rest_error(self) -> float:
+        """Largest distance from a goal at the end of its window [m]."""
+        return max((leg.rest_error for leg in self.legs), default=np.nan)
 
     @property
     def peak_torque(self) -> float | None:
@@ -136,6 +148,7 @@ def judge_leg(record: TrueRecord, leg: Leg, task: Task, start: Array, goal: Arra
     slack = 0.5 / sample_rate(t)
     slot = (t >= leg.start - task.lead / 2) & (t <= leg.end + watch.end + slack)
     inside = slot & (t >= leg.end + watch.begin - slack)
+    last = max(int(LAST_PART * inside.sum()), 1)
     off = np.linalg.norm(record.tip - goal, axis=1)
     settling = settling_time(t[slot], off[slot], leg.end, watch.tolerance)
     at_start = np.linalg.norm(record.tip[slot] - start, axis=1) <= watch.tolerance
@@ -144,6 +157,7 @@ def judge_leg(record: TrueRecord, leg: Leg, task: Task, start: Array, goal: Arra
         rms(np.linalg.norm(vibration(record, task)[inside], axis=1)),
         settling,
         leg.end + settling - left,
+        float(np.linalg.norm(record.tip[inside][-last:].mean(axis=0) - goal)),
         float(abs(record.load[slot]).max()),
         float(abs(record.strain[slot]).max(initial=0.0)),
     )

@@ -1,0 +1,103 @@
+"""The acceptance bounds of a comparison. What cannot be judged for want of a row is not judged."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+from flexarm_bringup.compare_laws.judged import CompareResult
+from flexarm_bringup.compare_laws.open_loop_motions import SHAPERS
+from flexarm_bringup.compare_laws.schemes import LAW_NAMES, LQR, MPC, PD, SERVO, WORST
+from flexarm_bringup.report import Check
+from flexarm_bringup.residual import decibels
+from flexarm_bringup.task import Task
+
+ROBUST_ERRORS = (-0.10, 0.10)
+
+
+def is_shaped(result: CompareResult) -> bool:
+    """Tell whether the motion of a row is a shaped one."""
+    return result.motion.split(",")[0] in SHAPERS
+
+
+def base_of(results: Sequence[CompareResult]) -> float:
+    """Return the residual that decibels refer to: the worst profile on the ideal servo, as described."""
+    return next(r.residual for r in results if (r.law, r.motion, r.frequency_error) == (SERVO, WORST, 0.0))
+
+
+def all_checks(task: Task, results: Sequence[CompareResult]) -> list[Check]:
+    """Return every bound that the rows allow to judge."""
+    base, first = base_of(results), results[0].preset
+    rows = [r for r in results if r.preset == first and not r.is_scarce]
+    scarce = [r for r in results if r.preset == first and r.is_scarce]
+    return [
+        *_gains(task, rows, base),
+        *_against_shapers(rows),
+        *_scarce(task, scarce),
+        *_other_presets(task, results, base),
+    ]
+
+
+def _gains(task: Task, rows: Sequence[CompareResult], base: float) -> list[Check]:
+    nominal = [r for r in rows if r.law == MPC and r.frequency_error == 0.0]
+    worst = [r.residual for r in nominal if r.motion == WORST]
+    shaped = [r.residual for r in nominal if is_shaped(r)]
+    wanted = [
+        ("MPC on the worst profile", worst, task.compare.worst_db),
+        ("MPC on a shaped reference", shaped, task.compare.shaped_db),
+    ]
+    return [
+        at_most(name, decibels(min(found), base), bound, "dB")
+        for name, found, bound in wanted
+        if found and bound
+    ]
+
+
+def _against_shapers(rows: Sequence[CompareResult]) -> list[Check]:
+    """Return whether the better MPC row leaves no more than the best shaper, at either frequency error."""
+    checks = []
+    for law in (SERVO, PD):
+        for error in ROBUST_ERRORS:
+            here = [r for r in rows if r.frequency_error == error]
+            mpc = [r for r in here if r.law == MPC and r.legs]
+            shapers = [r for r in here if r.law == law and r.legs and is_shaped(r)]
+            if mpc and shapers:
+                best, rival = (min(group, key=lambda r: r.residual) for group in (mpc, shapers))
+                name = f"f {100 * error:+.0f} %: better MPC row over the best shaper, {LAW_NAMES[law]}"
+                found = decibels(best.residual, rival.residual)
+                text = f"{found:+.1f} dB ({rival.motion}: {rival.residual:.4f} m/s²)"
+                checks.append(Check(name, "at most 0 dB", text, found <= 0.0))
+    return checks
+
+
+def _scarce(task: Task, rows: Sequence[CompareResult]) -> list[Check]:
+    bound, by_law = task.compare.scarce_gain_db, {r.law: r for r in rows if r.frequency_error == 0.0}
+    if bound is None or not {LQR, MPC} <= by_law.keys():
+        return []
+    gain = decibels(by_law[LQR].residual, by_law[MPC].residual)
+    name = "half the worst profile's peak torque: MPC's gain on the clipped LQG"
+    return [Check(name, f"at least {bound:g} dB", f"{gain:.1f} dB", gain >= bound)]
+
+
+def _other_presets(task: Task, results: Sequence[CompareResult], base: float) -> list[Check]:
+    checks = []
+    for preset, bound in task.compare.other_presets_db.items():
+        rows = [r for r in results if r.preset == preset and r.law == MPC]
+        off = [r for r in rows if r.frequency_error in ROBUST_ERRORS]
+        if off:
+            worst = max(off, key=lambda r: r.residual)
+            name = f"{preset.replace('_', ' ')}: worst MPC row at f ±10 %"
+            checks.append(at_most(name, decibels(worst.residual, base), bound, "dB"))
+            stopped = [r for r in rows if r.stopped]
+            checks.append(
+                Check(
+                    f"{preset.replace('_', ' ')}: MPC is never stopped", "0", f"{len(stopped)}", not stopped
+                )
+            )
+    return checks
+
+
+def at_most(name: str, found: float, bound: float, unit: str) -> Check:
+    """Return the check that a number is at most so much."""
+    text = f"{found:.3g} {unit}" if math.isfinite(found) else "never"
+    return Check(name, f"at most {bound:g} {unit}", text, found <= bound)

@@ -1,0 +1,112 @@
+"""Compare every law and every open-loop motion on an arm: the same move, the same time, the same limits.
+
+The moves of config/moves/NAME.yaml are done by an ideal servo (best case of open loop: which no motor is),
+under joint PD with feed-forward, LQG and MPC; as given (worst profile), as the best trapezoid that a search
+finds, shaped (ZV, MZV, ZVD, EI, two and three humps, for one or two modes), with the least torque that leaves
+no mode ringing; as described and with all frequencies up to 20 % off. A linear program gives the time-optimal
+limit.
+
+About 3 minutes on 2 cores (serial_6r: 10); --quick: 1 minute (3).
+"""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexarm_bringup.compare_laws.curves import draw
+from flexarm_bringup.compare_laws.legs import compared_legs
+from flexarm_bringup.compare_laws.page import Swept, build_page
+from flexarm_bringup.compare_laws.runs import CompareJob, run_compare_jobs
+from flexarm_bringup.compare_laws.schemes import Case, Scheme, plan_case
+from flexarm_bringup.compare_laws.sweep import sweep_points
+from flexarm_bringup.progress import Progress
+from flexarm_bringup.report import add_report_arguments, publish
+from flexarm_bringup.static_arm import StaticArm
+from flexarm_bringup.task import Task
+from flexarm_bringup.task_for import task_for
+from flexarm_model.config import load_config
+from flexarm_model.manipulator_file import find_manipulator
+from flexarm_model.parameters import ParameterError
+from flexarm_model.reduced_tree import ReducedTree
+from flexarm_model.strict_yaml import ConfigError
+
+Array = NDArray[np.float64]
+ERRORS = (0.0, -0.20, -0.10, -0.05, 0.05, 0.10, 0.20)  # of all frequencies; as described first
+QUICK_ERRORS = (0.0, -0.10, 0.10)
+REFUSED = 2
+OPEN_LOOP_ROWS = 8  # rows of one job: small enough that the cores are busy to the end
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the options of the comparison."""
+    parser.add_argument("name", help="a manipulator (name or .yaml), or a moves file (.yaml)")
+    parser.add_argument(
+        "--quick",
+        action="store_true",
+        help="frequencies 10 %% off only, shapers of one mode, no least torque",
+    )
+    parser.add_argument(
+        "--sweep", action="store_true", help="also MPC in less and less time: how fast can the arm be?"
+    )
+    parser.add_argument("--workers", type=int, metavar="N", help="processes (default: the cores there are)")
+    add_report_arguments(parser)
+    parser.epilog = "Exit code 1 when a bound in the table 'Acceptance' was missed."
+
+
+def run(args: argparse.Namespace) -> int:
+    """Compare; returns the exit code."""
+    progress = Progress()
+    try:
+        task = task_for(args.name)
+        progress.say("planning the motions")
+        home, cases = _plan(task, args.quick)
+        points = sweep_points(next(iter(cases.values()))) if args.sweep else []
+        todo = _jobs(task, home, cases, args.quick)
+        sweep = _split(task, task.presets[0], home, 0.0, [point.scheme for point in points])
+        results = run_compare_jobs(
+            [*todo, *sweep], lambda done, of: progress.say(f"simulating: {done} of {of} jobs"), args.workers
+        )
+    except (ConfigError, ParameterError, ValueError) as error:
+        progress.done()
+        print(error)
+        return REFUSED
+    rows = sum(len(job.schemes) for job in todo)
+    swept: Swept | None = (points, results[rows:]) if args.sweep else None
+    case = next(iter(cases.values()))
+    config = load_config(find_manipulator(task.manipulator), task.presets[0])
+    page = build_page(case, config, results[:rows], swept, draw(case, results[:rows]) if args.html else ())
+    progress.done()
+    return publish(page, args)
+
+
+def _plan(task: Task, is_quick: bool) -> tuple[Array, dict[str, Case]]:
+    """Return where the arm starts, and what is planned for every preset, the first one with everything."""
+    cases = {}
+    home = np.zeros(0)
+    for preset in (task.presets[0], *task.compare.other_presets_db):
+        tree = ReducedTree(load_config(find_manipulator(task.manipulator), preset))
+        arm = StaticArm(tree)
+        home = arm.named_pose(task.start) if isinstance(task.start, str) else arm.vector(task.start)
+        cases[preset] = plan_case(task, compared_legs(tree, task, home), is_quick)
+    return home, cases
+
+
+def _jobs(task: Task, home: Array, cases: dict[str, Case], is_quick: bool) -> list[CompareJob]:
+    """Return everything there is to run, the arm as described and its worst profile first."""
+    jobs: list[CompareJob] = []
+    for preset, case in cases.items():
+        schemes = case.schemes() if preset == task.presets[0] else case.closed_loops()
+        for error in QUICK_ERRORS if is_quick else ERRORS:
+            jobs += _split(task, preset, home, error, schemes)
+        if preset == task.presets[0] and task.compare.scarce_gain_db is not None:
+            jobs += _split(task, preset, home, 0.0, case.scarce())
+    return jobs
+
+
+def _split(task: Task, preset: str, home: Array, error: float, schemes: Sequence[Scheme]) -> list[CompareJob]:
+    parts = [schemes[i : i + OPEN_LOOP_ROWS] for i in range(0, len(schemes), OPEN_LOOP_ROWS)]
+    return [CompareJob(task, preset, home, error, tuple(part)) for part in parts]

@@ -1,0 +1,199 @@
+"""The tables of ``flexarm compare``."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+from flexarm_bringup.compare_laws.checks import all_checks, at_most, base_of
+from flexarm_bringup.compare_laws.judged import CompareResult
+from flexarm_bringup.compare_laws.schemes import LAW_NAMES, MPC, SCARCE, Case
+from flexarm_bringup.compare_laws.sweep import SweepPoint, shortest
+from flexarm_bringup.figures import Figure
+from flexarm_bringup.report import Cell, Check, Column, Page, Table
+from flexarm_bringup.residual import decibels
+from flexarm_bringup.task import Task
+from flexarm_model.description import ManipulatorConfig
+
+COLUMNS = (
+    Column("who follows"),
+    Column("what"),
+    Column("residual\n[m/s²]", ".4f"),
+    Column("against\nworst [dB]", ".1f"),
+    Column("settles\n[s]", ".3f"),
+    Column("moves for\n[s]", ".3f"),
+    Column("rests off\n[mm]", ".3f"),
+    Column("torque\n[% of limit]", ".1f"),
+    Column("strain\n[µm/m]", ".0f"),
+)
+Swept = tuple[Sequence[SweepPoint], Sequence[CompareResult]]
+
+
+def build_page(
+    case: Case, config: ManipulatorConfig, results: Sequence[CompareResult], swept: Swept | None,
+    figures: Sequence[Figure] = (),
+) -> Page:  # fmt: skip
+    """Return everything a comparison has to say; ``swept`` are points and results of the sweep."""
+    task, base = case.task, base_of(results)
+    presets = list(dict.fromkeys(r.preset for r in results))
+    tables = []
+    for preset in presets:
+        rows = [r for r in results if r.preset == preset and not r.is_scarce]
+        tables += [_nominal(task, preset, rows, base), _robust(preset, rows, base), _settling(preset, rows)]
+    scarce = [r for r in results if r.is_scarce]
+    tables += [_scarce(scarce, base)] if scarce else []
+    sweep_tables, sweep_checks = _sweep(case, swept) if swept else ([], [])
+    return Page(
+        title=f"flexarm compare {config.name}: laws and open-loop motions in the same time",
+        lead=_lead(case),
+        items=[*tables, *sweep_tables, _bounds(case), *figures],
+        checks=[*all_checks(task, results), *sweep_checks],
+        remarks={
+            "assumed": [*config.assumed, *task.assumed],
+            "fitted": config.fitted,
+            "read it so": _CAVEATS,
+        },
+        data={"rows": [_plain(r, base) for r in results], "base_m_s2": base, "shaped_reference": case.chosen},
+    )
+
+
+_CAVEATS = (
+    "an ideal servo follows any motion exactly, whatever torque that takes; no motor does",
+    "joint PD, LQG and MPC have the same model, sensors, delay and torque limit; the arm is simulated",
+    "settles: after the end of the motion, the tip stays in the ball about where the real arm rests with its "
+    "axes at the goal; 'never': not within the window",
+    "moves for: from leaving the ball about the start to staying in the ball about the goal; laws with "
+    "preview leave early",
+    "the time-optimal bound is that of the served model half-way, from rest to rest, in whole periods",
+)
+
+
+def _lead(case: Case) -> str:
+    watch, moves = case.task.watch, ", ".join(f"{leg.name} {leg.given.duration:.3g} s" for leg in case.legs)
+    signal = "tip" if case.task.compare.signal == "tip" else "accelerometer, less a rigid arm's"
+    return (
+        f"Moves: {moves}. Residual: RMS acceleration ({signal}) below {watch.cutoff_hz:g} Hz from "
+        f"{watch.begin:g} to {watch.end:g} s after a move; settled within {1e3 * watch.tolerance:g} mm. "
+        f"MPC's shaped reference: {case.chosen}, the most robust one by the served model."
+    )
+
+
+def _cells(result: CompareResult, base: float) -> list[Cell]:
+    if not result.legs:
+        return [LAW_NAMES[result.law], result.motion, *[None] * (len(COLUMNS) - 2)]
+    torque = result.peak_torque
+    return [
+        LAW_NAMES[result.law],
+        result.motion,
+        result.residual,
+        decibels(result.residual, base),
+        result.settling,
+        result.moving,
+        1e3 * result.rest_error,
+        None if torque is None else 100 * torque,
+        1e6 * result.peak_strain,
+    ]
+
+
+def _nominal(task: Task, preset: str, rows: Sequence[CompareResult], base: float) -> Table:
+    nominal = [r for r in rows if r.frequency_error == 0.0]
+    notes = [f"{LAW_NAMES[r.law]}, {r.motion}: {r.stopped}" for r in nominal if r.stopped]
+    return Table(_title("The arm as described", preset), COLUMNS, [_cells(r, base) for r in nominal], notes)
+
+
+def _robust(preset: str, rows: Sequence[CompareResult], base: float) -> Table:
+    errors = sorted({r.frequency_error for r in rows})
+    cells: list[list[Cell]] = []
+    for key, by_error in _by_scheme(rows).items():
+        level = {e: decibels(r.residual, base) if r.legs else None for e, r in by_error.items()}
+        within = [v for e, v in level.items() if v is not None and abs(e) <= 0.1 + 1e-9]
+        cells.append([*key, *(level.get(e) for e in errors), max(within, default=None)])
+    columns = [
+        *COLUMNS[:2],
+        *(Column(f"f {100 * e:+.0f} %", ".1f") for e in errors),
+        Column("worst\nto ±10 %", ".1f"),
+    ]
+    return Table(_title("Residual with the frequencies off [dB]", preset), columns, cells)
+
+
+def _settling(preset: str, rows: Sequence[CompareResult]) -> Table:
+    errors = sorted({r.frequency_error for r in rows})
+    cells: list[list[Cell]] = [
+        [*key, *(by_error[e].settling if e in by_error else None for e in errors)]
+        for key, by_error in _by_scheme(rows).items()
+    ]
+    columns = [*COLUMNS[:2], *(Column(f"f {100 * e:+.0f} %", ".3f") for e in errors)]
+    return Table(_title("Settling with the frequencies off [s]", preset), columns, cells)
+
+
+def _by_scheme(rows: Sequence[CompareResult]) -> dict[tuple[str, str], dict[float, CompareResult]]:
+    found: dict[tuple[str, str], dict[float, CompareResult]] = {}
+    for row in rows:
+        found.setdefault((LAW_NAMES[row.law], row.motion), {})[row.frequency_error] = row
+    return found
+
+
+def _scarce(rows: Sequence[CompareResult], base: float) -> Table:
+    title = f"Torque limited to {SCARCE:g} of what the worst profile asks of a rigid arm"
+    notes = [f"{LAW_NAMES[r.law]}: {r.stopped}" for r in rows if r.stopped]
+    return Table(title, COLUMNS, [_cells(r, base) for r in rows], notes)
+
+
+def _bounds(case: Case) -> Table:
+    rows: list[list[Cell]] = []
+    notes: list[str] = []
+    for leg in case.legs:
+        planned = case.planned[leg.name]
+        optimum = planned.optimum
+        duration = None if optimum is None else optimum.duration
+        ratio = None if optimum is None else leg.given.duration / optimum.duration
+        rows.append([leg.name, leg.given.duration, duration, ratio])
+        notes += [f"{leg.name}: left out: {name}: {why}" for name, why in planned.left_out.items()]
+    columns = [
+        Column("move"),
+        Column("takes\n[s]", ".3f"),
+        Column("time-optimal\n[s]", ".3f"),
+        Column("ratio", ".2f"),
+    ]
+    return Table("Physical limit (linear program)", columns, rows, notes)
+
+
+def _sweep(case: Case, swept: Swept) -> tuple[list[Table], list[Check]]:
+    points, results = swept
+    optimum = case.planned[case.legs[0].name].optimum
+    if not points or optimum is None:
+        return [], []
+    rows: list[list[Cell]] = []
+    for point, result in zip(points, results, strict=True):
+        arrival = point.arrival(result)
+        kind, ratio = point.scheme.motion.split(",")[0], arrival / optimum.duration
+        rows.append([kind, point.duration, result.settling, result.moving, arrival, ratio])
+    columns = [
+        Column(f"{LAW_NAMES[MPC]} on"), Column("duration\n[s]", ".3f"), Column("settles\n[s]", ".3f"),
+        Column("moves for\n[s]", ".3f"), Column("takes\n[s]", ".3f"), Column("over the\nbound", ".2f"),
+    ]  # fmt: skip
+    best, arrival = shortest(points, results)
+    notes = [f"time-optimal bound {optimum.duration:.3f} s; shortest: {best.scheme.motion}"]
+    bound = case.task.compare.slowest
+    name = "shortest time to settle over the time-optimal bound"
+    checks = [] if bound is None else [at_most(name, arrival / optimum.duration, bound, "times")]
+    return [Table("How fast can it be?", columns, rows, notes)], checks
+
+
+def _title(title: str, preset: str) -> str:
+    return f"{title}, preset {preset}" if preset else title
+
+
+def _plain(result: CompareResult, base: float) -> dict[str, Cell]:
+    def finite(value: float | None) -> float | None:
+        return value if value is not None and math.isfinite(value) else None
+
+    return {
+        "preset": result.preset, "law": result.law, "motion": result.motion,
+        "scarce_torque": result.is_scarce,
+        "frequency_error": result.frequency_error, "residual_m_s2": finite(result.residual),
+        "db": finite(decibels(result.residual, base)) if result.legs else None,
+        "settling_s": finite(result.settling), "moving_s": finite(result.moving),
+        "rest_error_m": finite(result.rest_error), "peak_torque": finite(result.peak_torque),
+        "peak_strain": finite(result.peak_strain), "stopped": result.stopped,
+    }  # fmt: skip
