@@ -24,7 +24,7 @@ from flexarm_model.reduced_tree import ReducedTree
 Array = NDArray[np.float64]
 ROOT3 = 3.0**0.5
 RATE = np.array([[0.25, 0.25 - ROOT3 / 6], [0.25 + ROOT3 / 6, 0.25]])  # [Hairer2006, table 1.1]
-QUIET: dict[str, Any] = {"ipopt": {"print_level": 0, "tol": 1e-10, "sb": "yes"}, "print_time": False}
+TIGHT, QUICK = 1e-10, 1e-6  # tolerances: as an oracle, and as a controller would have it
 
 
 class IpoptNmpc:
@@ -40,7 +40,7 @@ class IpoptNmpc:
         dt: float,
         is_compiled: bool = False,
     ) -> None:
-        """Write the program; ``is_compiled`` makes machine code of its functions."""
+        """Write the program; ``is_compiled`` makes machine code of it, for speed and at ``QUICK`` tolerance."""
         self._w, self._unit, self._n_o = law.weights, limits.effort, len(law.weights.names)
         self._n, self._n_u, self._N = coordinates.T.shape[1], limits.effort.size, config.horizon
         self._block, self._n_b = np.repeat(np.arange(len(config.blocks)), config.blocks), len(config.blocks)
@@ -95,7 +95,7 @@ class IpoptNmpc:
         rows = ca.vertcat(*equal, *inside)
         self._bounds = self._limits(unknowns.numel(), sum(row.numel() for row in equal))
         problem = {"x": unknowns, "p": parameters, "f": objective, "g": rows}
-        solver = ca.nlpsol("nmpc", "ipopt", problem, QUIET)
+        solver = ca.nlpsol("nmpc", "ipopt", problem, _options(QUICK if is_compiled else TIGHT))
         return _compiled(solver) if is_compiled else solver
 
     def _limits(self, n_unknowns: int, n_equal: int) -> dict[str, Array]:
@@ -131,6 +131,10 @@ def _period(tree: ReducedTree, coordinates: Coordinates, dt: float) -> ca.Functi
     return ca.Function("period", [s, u, a], [s_next, ca.vertcat(*residuals)])
 
 
+def _options(tolerance: float) -> dict[str, Any]:
+    return {"ipopt": {"print_level": 0, "tol": tolerance, "sb": "yes"}, "print_time": False}
+
+
 def _compiled(solver: ca.Function) -> ca.Function:
     """Return the same solver on machine code; as it is without a compiler."""
     compiler = find_compiler()
@@ -142,4 +146,4 @@ def _compiled(solver: ca.Function) -> ca.Function:
         source.write_text(Path(written).read_text())
         Path(written).unlink()
         library = build_library(source, compiler)
-    return solver if library is None else ca.nlpsol("nmpc", "ipopt", str(library), QUIET)
+    return solver if library is None else ca.nlpsol("nmpc", "ipopt", str(library), _options(QUICK))

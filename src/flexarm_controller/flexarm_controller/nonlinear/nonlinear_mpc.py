@@ -49,6 +49,7 @@ class NonlinearMpc:
     """The nonlinear predictive controller of one arm, with the weights of one served model.
 
     Attributes:
+        served: From the state of the served model to its coordinates and back.
         weights: Of its programs.
         condensing: Makes its programs.
         goal: What the reference asks for over the horizon.
@@ -68,11 +69,11 @@ class NonlinearMpc:
         """
         steps, N = arm.steps, config.horizon
         self._steps, self._guess, self._blocks = steps, arm.guess, config.blocks
-        self._served = map_served(model, arm.coordinates, arm.mass_at(model.q0))
-        weights = self.weights = weigh(model, self._served, limits, config, steps.h)
+        self.served = map_served(model, arm.coordinates, arm.mass_at(model.q0))
+        weights = self.weights = weigh(model, self.served, limits, config, steps.h)
         self._periods, self._unit = Periods(steps, N), limits.effort
         self.condensing = Condensing(weights, config.blocks, limits.effort, self._periods)
-        start = self._served.into @ np.concatenate([model.xi0, np.zeros(model.n)]) + self._served.s_0
+        start = self.served.into @ np.concatenate([model.xi0, np.zeros(model.n)]) + self.served.s_0
         self.goal = GoalWindow(steps, N, start, bool(weights.tip.any()))
         self._program = ChangingProgram(
             np.minimum(limits.effort_rate * steps.h / limits.effort, 2.0), len(config.blocks),
@@ -111,7 +112,7 @@ class NonlinearMpc:
         """Return what is known when the first chosen torque acts; None when it cannot be said."""
         if not state.is_finite:
             return None
-        s = self._served.into @ state.x + self._served.s_0
+        s = self.served.into @ state.x + self.served.s_0
         d = np.ascontiguousarray(state.d, dtype=np.float64)
         for share, torque in zip(self._shares, sent, strict=False):
             if not (self._advance(s, torque + d, share) or self._advance(s, torque + d, share)):
