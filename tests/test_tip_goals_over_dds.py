@@ -12,7 +12,10 @@ from flexarm_interfaces.msg import MotionStatus
 from flexarm_interfaces.srv import CancelMotion, MoveTip
 from running_graph import Ear, running
 
+from flexarm_bringup.bag_reader import check_bag, decode
+from flexarm_bringup.compare import compare_bags
 from flexarm_bringup.graph import Process, rig_graph
+from flexarm_bringup.replay_bag import replay, written_for
 
 pytestmark = pytest.mark.ros
 
@@ -21,10 +24,10 @@ REACH = 0.64  # m, of the single link
 SLOW = 20.0  # s of simulated time, a second or so of ours
 
 
-def graph() -> tuple[Process, ...]:
+def graph(bag: Path) -> tuple[Process, ...]:
     """The rig waits for those who are not to miss its first tick."""
-    waits = {"partners": ("estimator", "controller")}
-    rows = rig_graph(lockstep=True)
+    waits = {"partners": ("estimator", "controller", "recorder")}
+    rows = rig_graph(lockstep=True, bag=str(bag), settings={"recorder": {"debug": True}})
     return tuple(
         replace(row, parameters={**row.parameters, **waits}) if row.name == "rig" else row for row in rows
     )
@@ -53,8 +56,8 @@ def wait_for(ear: Ear, goal_id: int, state: int) -> MotionStatus:
 
 
 def test_a_goal_of_the_tip_is_reached_the_next_cancelled_and_one_out_of_reach_refused(tmp_path: Path) -> None:
-    with running(graph(), TOPICS, tmp_path) as (_, ear):
-        ear.wait_ready("model", "estimator", "controller", "rig")
+    with running(graph(tmp_path / "bag"), TOPICS, tmp_path) as (supervisor, ear):
+        ear.wait_ready("model", "estimator", "controller", "recorder", "rig")
         early = move(ear, 0.3)
         assert not early.accepted and early.reason in ("no state yet", "guard is not armed")
         assert ear.call("rig/arm").success
@@ -79,6 +82,21 @@ def test_a_goal_of_the_tip_is_reached_the_next_cancelled_and_one_out_of_reach_re
         ear.wait(lambda: abs(ear.latest("truth").theta_dot[0]) < 1e-3, 20.0, "rest")
         assert 0.29 < ear.latest("truth").theta[0] < 1.29
         assert len(ear.heard["reference"]) == 3  # two goals and a stop, for everybody to hear
+        supervisor.stop()
+    _assert_replay_agrees(tmp_path)
+
+
+def _assert_replay_agrees(folder: Path) -> None:
+    """Replay what was recorded; the plans lead where the controller said, too."""
+    bag = check_bag(folder / "bag")
+    replayed = replay(bag, folder / "again")
+    topics = tuple(stream.name for stream in written_for(bag))
+    comparison = compare_bags(bag, replayed, topics)
+    assert comparison.is_equal, str(comparison.divergences[0])
+    assert comparison.compared["/flexarm/controller_debug"] > 100
+    debug = [decode(record) for record in bag.records if record.name == "/flexarm/controller_debug"]
+    assert max(msg.modal_energy[-1] for msg in debug if len(msg.modal_energy)) > 0.0
+    assert all(msg.solve_time >= 0.0 for msg in debug) and any(msg.solve_time > 0.0 for msg in debug)
 
 
 def too_far(ear: Ear) -> Any:

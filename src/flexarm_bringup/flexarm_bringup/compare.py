@@ -45,6 +45,10 @@ TOLERANCES = (
     Tolerance("controller_status.solve_time", IGNORED, 0.0),  # time of the processor, not of the arm
     Tolerance("controller_status.iterations", IGNORED, 0.0),  # near the tolerance one more is no news
     Tolerance("controller_status.residual", 1e-5, 0.0),  # below what the solver is asked for
+    Tolerance("controller_debug.*_time", IGNORED, 0.0),
+    Tolerance("controller_debug.iterations", IGNORED, 0.0),
+    Tolerance("controller_debug.tip.*", 1e-7, 1e-6),  # m; the torque's tolerance after a horizon
+    Tolerance("controller_debug.*energy", 1e-9, 1e-3),  # J; quadratic in the amplitude
     Tolerance("joint_commands.effort", 1e-4, 1e-5),  # N m; the solver's tolerance times the torque range
     Tolerance("controller_status.tracking_error", 1e-9, 1e-6),
     Tolerance("modal_state.sensors.normalised_innovation", 1e-6, 1e-6),

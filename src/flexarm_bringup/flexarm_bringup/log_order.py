@@ -10,11 +10,13 @@ from __future__ import annotations
 import heapq
 from collections.abc import Callable, Sequence
 
-from flexarm_bringup.cdr import header_stamp_ns
+from flexarm_bringup.cdr import header_frame_id, header_stamp_ns
 from flexarm_bringup.topics import Stream
 from flexarm_model.lockstep import Lockstep, Messages
 
 Write = Callable[[str, int, bytes], None]  # absolute topic, log time [ns], CDR
+NODES = ("rig", "estimator", "controller")
+USER = "user"
 HORIZON_NS = 1_000_000_000  # a message may be this much later than the newest tick
 
 
@@ -59,16 +61,13 @@ class LockstepLog:
     def add(self, stream: Stream, cdr: bytes, stamp_ns: int | None, received_ns: int) -> None:
         """Take a message; see ``ArrivalLog.add``.
 
-        What the rig sends waits for its tick; what the nodes answer bears the tick's stamp; the rest,
-        and what comes from outside, is logged at the newest tick.
+        What the rig sends waits for its tick; what the nodes say bears the tick's stamp, also on a topic of
+        the user's where ``frame_id`` names the node; the rest, and what comes from outside, is logged at the
+        newest tick.
         """
         if stream.topic in self._ticked:
             self._lockstep.add(stream.topic, cdr)
-        elif (
-            stamp_ns is None
-            or stream.is_latched
-            or stream.publisher not in ("rig", "estimator", "controller")
-        ):
+        elif stamp_ns is None or stream.is_latched or _source(stream, cdr) not in NODES:
             self._keep(self._now_ns, stream.topic, cdr)
         else:
             self._keep(stamp_ns, stream.topic, cdr)
@@ -102,3 +101,8 @@ class LockstepLog:
     def _write_next(self) -> None:
         log_time_ns, _, _, topic, cdr = heapq.heappop(self._waiting)
         self._write(self._names[topic], log_time_ns, cdr)
+
+
+def _source(stream: Stream, cdr: bytes) -> str:
+    """Return which node a stamped message is of; "" or anything for what comes from outside."""
+    return header_frame_id(cdr) if stream.publisher == USER else stream.publisher

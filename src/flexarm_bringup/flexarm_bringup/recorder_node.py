@@ -58,6 +58,7 @@ class RecorderSettings:
     partners: tuple[str, ...] = parameter(
         ("model", "rig", "estimator", "controller"), "Nodes whose first message must not be missed."
     )
+    debug: bool = parameter(False, "Record controller_debug, too; the controller sends it to who listens.")
     settings: str = parameter(
         "{}", "Parameters of the other nodes that are not defaults, as JSON; kept in the bag."
     )
@@ -76,7 +77,8 @@ class RecorderNode(Node):  # type: ignore[misc]
         path = find_manipulator(settings.manipulator)
         config = load_config(path, settings.preset)
         accelerometers = [spec.name for spec in config.sensors if spec.kind == "accelerometer"]
-        self._streams = [s for s in streams(accelerometers) if settings.lockstep or s.topic != "tick"]
+        wanted = {"tick": settings.lockstep, "controller_debug": settings.debug}
+        self._streams = [s for s in streams(accelerometers) if wanted.get(s.topic, True)]
         self.failure = ""
         try:
             about = provenance(settings.manipulator, path, settings.preset, settings.settings)

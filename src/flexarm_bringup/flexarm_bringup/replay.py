@@ -24,7 +24,7 @@ from pathlib import Path
 from flexarm_bringup.bag_reader import Bag, check_bag
 from flexarm_bringup.compare import Comparison, compare_bags
 from flexarm_bringup.foreign_bag import Fed, feed_bag, read_remaps
-from flexarm_bringup.replay_bag import NEEDED, OUTPUTS, replay
+from flexarm_bringup.replay_bag import NEEDED, OUTPUTS, replay, written_for
 from flexarm_bringup.report import Cells, Check, Column, Page, Table, add_report_arguments, publish
 from flexarm_estimator.settings import EstimatorConfig
 from flexarm_model.config import load_config
@@ -63,7 +63,7 @@ def run(args: argparse.Namespace) -> int:
     except ValueError as error:  # BagError; ConfigError or ParameterError of the configuration in the bag
         print(f"flexarm replay: {error}", file=sys.stderr)
         return UNUSABLE
-    comparison = compare_bags(golden, replayed, OUTPUTS) if golden else None
+    comparison = compare_bags(golden, replayed, _shared(golden, replayed)) if golden else None
     return publish(page(bag, replayed, comparison), args)
 
 
@@ -87,7 +87,7 @@ def page(bag: Bag, replayed: Bag, comparison: Comparison | None) -> Page:
     code, ours = bag.custom.get("git", "unknown code"), replayed.custom["git"]
     lead = f"{sum(bag.counts.values())} messages, recorded by {code}, replayed by {ours}."
     columns = [Column("topic"), Column("recorded", "d"), Column("replayed", "d")]
-    rows: list[Cells] = [[name, bag.counts.get(name, 0), replayed.counts[name]] for name in OUTPUTS]
+    rows: list[Cells] = [[name, bag.counts.get(name, 0), replayed.counts[name]] for name in replayed.counts]
     items = [Table("Messages", columns, rows)]
     title = f"Replay of {bag.path}"
     if comparison is None:
@@ -100,6 +100,12 @@ def page(bag: Bag, replayed: Bag, comparison: Comparison | None) -> Page:
         items.append(_divergence_table(comparison))
     data = {"divergent_messages": len(comparison.divergences), "divergences": [vars(item) for item in shown]}
     return Page(title, lead, items, checks, data=data)
+
+
+def _shared(golden: Bag, replayed: Bag) -> tuple[str, ...]:
+    """Return the topics to compare: what nodes always say, and what else both bags have."""
+    more = {stream.name for stream in written_for(golden)} & {s.name for s in written_for(replayed)}
+    return (*OUTPUTS, *sorted(more - set(OUTPUTS)))
 
 
 def _divergence_table(comparison: Comparison) -> Table:

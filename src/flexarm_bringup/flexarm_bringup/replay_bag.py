@@ -16,9 +16,11 @@ from flexarm_bringup.conversions import serialise
 from flexarm_bringup.player import Player
 from flexarm_bringup.provenance import git_hash
 from flexarm_bringup.tick_check import check_ticks
-from flexarm_bringup.topics import NAMESPACE, STREAMS
+from flexarm_bringup.topics import NAMESPACE, STREAMS, Stream, find_stream
+from flexarm_controller.debug import Insight
 from flexarm_controller.exchange import ControllerExchange
 from flexarm_controller.motion.settings import MotionConfig
+from flexarm_controller.motion.tip_kinematics import TipKinematics
 from flexarm_controller.settings import ControllerConfig, MpcConfig
 from flexarm_controller.time_budget import Clocks
 from flexarm_estimator.exchange import EstimatorExchange
@@ -26,8 +28,10 @@ from flexarm_estimator.settings import EstimatorConfig
 from flexarm_model.config import load_config
 from flexarm_model.description import ManipulatorConfig
 from flexarm_model.overrides import apply_overrides
+from flexarm_model.reduced_tree import ReducedTree
 
 NEEDED = (f"{NAMESPACE}/model", f"{NAMESPACE}/joint_states")  # without these there is nothing to replay
+DEBUG = find_stream(f"{NAMESPACE}/controller_debug")
 WRITTEN = tuple(s for s in STREAMS if s.publisher in ("estimator", "controller") and not s.is_optional)
 OUTPUTS = tuple(stream.name for stream in WRITTEN)
 NO_TIME_LIMIT = 1.0  # s; the solver's cap in real time would make the result depend on the machine
@@ -48,8 +52,9 @@ def replay(bag: Bag, folder: Path) -> Bag:
         ConfigError, ParameterError: Its configuration is not understood.
     """
     player, fault = _build_player(bag)
-    by_topic = {stream.topic: stream for stream in WRITTEN}
-    with BagWriter(folder, WRITTEN, {**bag.custom, "git": git_hash(), "replay": "true"}) as writer:
+    written = written_for(bag)
+    by_topic = {stream.topic: stream for stream in written}
+    with BagWriter(folder, written, {**bag.custom, "git": git_hash(), "replay": "true"}) as writer:
         for record, outgoing in player.play(bag.records):
             stream = by_topic[outgoing.topic]
             cdr = serialise(outgoing.msg, stream.type)
@@ -57,6 +62,12 @@ def replay(bag: Bag, folder: Path) -> Bag:
     if not writer.counts[OUTPUTS[0]]:
         raise BagError(f"{bag.path}: gives no {OUTPUTS[0]}: {fault()}")
     return check_bag(folder)
+
+
+def written_for(bag: Bag) -> tuple[Stream, ...]:
+    """Return what a replay of a bag writes: what the two nodes always say, and what else it has of them."""
+    debug = (DEBUG,) if DEBUG is not None and bag.counts.get(DEBUG.name) else ()
+    return (*WRITTEN, *debug)
 
 
 def _build_player(bag: Bag) -> tuple[Player, Callable[[], str]]:
@@ -67,6 +78,9 @@ def _build_player(bag: Bag) -> tuple[Player, Callable[[], str]]:
     mpc = replace(apply_overrides(MpcConfig, settings.get("controller", {})), time_limit=NO_TIME_LIMIT)
     motion = apply_overrides(MotionConfig, settings.get("controller", {}))
     controller = ControllerExchange(config, laws, mpc, epoch_ns, Clocks(cpu=lambda: 0.0), motion)
+    if len(written_for(bag)) > len(WRITTEN):
+        tip = TipKinematics(ReducedTree(config))
+        controller.tell_debug(Insight(tip.at, mpc, laws.period), lambda: True)
     estimator = EstimatorExchange(
         config, apply_overrides(EstimatorConfig, settings.get("estimator", {})), epoch_ns
     )

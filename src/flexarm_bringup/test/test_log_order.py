@@ -5,6 +5,7 @@ import struct
 import numpy as np
 import pytest
 
+from flexarm_bringup.cdr import header_frame_id
 from flexarm_bringup.log_order import HORIZON_NS, ArrivalLog, LockstepLog
 from flexarm_bringup.topics import streams
 
@@ -125,3 +126,18 @@ def test_in_real_time_the_log_time_is_that_of_arrival(topic: str) -> None:
     log.announce(0, 5, [topic], [1])
     assert written == [(f"/flexarm/{topic}", 7, b"x")]
     assert log.close() == 0
+
+
+def test_a_reference_from_outside_is_logged_when_it_comes_and_the_controller_s_own_at_its_stamp() -> None:
+    log, written = lockstep_log()
+    for k in range(3):
+        announce(log, k, with_camera=False)
+        for topic in ("joint_states", "imu/tip"):
+            send(log, topic, k)
+    for frame in ("", "controller"):
+        text = frame.encode() + b"\0"
+        cdr = struct.pack("<4siII", b"\0\1\0\0", 0, 7 * PERIOD_NS, len(text)) + text
+        assert header_frame_id(cdr) == frame
+        log.add(STREAMS["reference"], cdr, 7 * PERIOD_NS, received_ns=-1)
+    log.close()
+    assert [t // PERIOD_NS for name, t, _ in written if name.endswith("reference")] == [2, 7]

@@ -96,7 +96,8 @@ class ControllerNode(Node):
         self.exchange = self._exchange(config, laws, mpc, motion)
         self._arming = ArmingCheck(self, config, (laws, mpc, margins), self.exchange)
         tip = TipKinematics(ReducedTree(config))
-        self._goals = TipGoals(self, MotionExchange(config, tip, motion, laws.period, self.exchange))
+        goals = MotionExchange(config, tip, motion, laws.period, self.exchange)
+        self._goals = TipGoals(self, goals, self._publish)
         self.exchange.tell_debug(Insight(tip.at, mpc, laws.period), self._has_debug_listener)
         self._lockstep = Lockstep(("guard_status",), self.on_tick_complete)
         self._ticked_ns = -1
@@ -188,6 +189,7 @@ class ControllerNode(Node):
         self._outlets["controller_debug"] = self.create_publisher(
             ControllerDebug, "controller_debug", RELIABLE_QOS
         )
+        self._outlets.update(self._goals.outlets)
         self._receipts = self.create_publisher(String, "~/models", LATCHED_QOS)
         self.create_subscription(ReducedModel, "model", self.on_model, MODELS_QOS)
         self.create_subscription(JointTrajectory, "reference", self.on_reference, RELIABLE_QOS)

@@ -33,6 +33,7 @@ from flexarm_model.conversions import NS_PER_S, ModelMessageError, model_from_ms
 from flexarm_model.description import ManipulatorConfig
 from flexarm_model.pending_models import PendingModels
 
+REFUSED = "reference refused: "
 GAP = 1.5  # periods between two states from which on a cycle was missed
 
 
@@ -140,7 +141,7 @@ class ControllerExchange:
         try:
             remark = self._take_reference(msg)
         except (ReferenceMessageError, MotionError) as error:
-            answer = f"reference refused: {error}"
+            answer = f"{REFUSED}{error}"
         else:
             answer = "; ".join([f"reference accepted: {len(msg.points)} points", *remark])
         return [Outgoing("controller_status", notice_msg(answer, stamp_to_ns(msg.header.stamp)))]

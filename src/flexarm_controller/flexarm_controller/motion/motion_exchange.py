@@ -1,16 +1,15 @@
 """Goals of the tip between messages: requests come in, responses, references and progress go out.
 
 A reference made here is also sent on the topic ``reference``, so that the model node makes the models of the
-motion and a bag holds what was followed. The controller follows what that message says, to the nanosecond, so
-that a replay does the same.
+motion and a bag holds what was followed. The controller takes that very message as it takes any other, and
+a replay does the same.
 """
 
 from __future__ import annotations
 
 from typing import Any
 
-from flexarm_controller.conversions import reference_from_msg
-from flexarm_controller.exchange import ControllerExchange, Outgoing
+from flexarm_controller.exchange import REFUSED, ControllerExchange, Outgoing
 from flexarm_controller.limits import limits_of
 from flexarm_controller.motion.conversions import (
     cancel_response,
@@ -100,7 +99,7 @@ class _Arm:
         self, exchange: ControllerExchange, state: ArmState, names: tuple[str, ...], epoch_ns: int
     ) -> None:
         assert exchange.controller is not None
-        self._controller, self._names = exchange.controller, names
+        self._exchange, self._controller, self._names = exchange, exchange.controller, names
         self.state, self.epoch_ns = state, epoch_ns
         self.sent: list[Outgoing] = []
 
@@ -117,7 +116,8 @@ class _Arm:
     def follow(self, reference: Reference) -> str:
         """Hand a reference to the controller as it is sent; returns why it is refused."""
         msg = own_reference_msg(reference, self._names, self.epoch_ns)
-        fault = self._controller.follow(reference_from_msg(msg, self._names, self.epoch_ns))
-        if not fault:
-            self.sent.append(Outgoing("reference", msg))
-        return fault
+        (answer,) = self._exchange.on_reference(msg)
+        if answer.msg.reason.startswith(REFUSED):
+            return str(answer.msg.reason).removeprefix(REFUSED)
+        self.sent += [Outgoing("reference", msg), answer]
+        return ""

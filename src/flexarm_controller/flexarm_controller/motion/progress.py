@@ -83,7 +83,9 @@ class Pursuit:
         if not self.is_canceling and t - self._inside >= config.settle_time:
             return Progress(t, self.goal_id, "succeeded", 1.0, distance, True)
         if not self.is_canceling and t - self._end > config.settle_patience:
-            return self.end(t, "aborted", f"the tip stays {1e3 * distance:.3g} mm from the goal", distance)
+            is_known = np.isfinite(distance)
+            why = f"the tip stays {1e3 * distance:.3g} mm from the goal" if is_known else "no usable state"
+            return self.end(t, "aborted", why, distance)
         if t - self._told < 1.0 / config.motion_status_rate - ROUNDING:
             return None
         self._told = t

@@ -10,7 +10,7 @@ Services
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 from flexarm_interfaces.msg import MotionStatus
 from flexarm_interfaces.srv import CancelMotion, MoveTip
@@ -26,12 +26,24 @@ DEPTH = 100  # of motion_status: what becomes of a goal is said once
 
 
 class TipGoals:
-    """Connects a ``MotionExchange`` to a node."""
+    """Connects a ``MotionExchange`` to a node.
 
-    def __init__(self, node: Node, exchange: MotionExchange) -> None:
-        """Offer the services."""
-        self._node, self._exchange = node, exchange
-        self._outlets = {
+    Attributes:
+        outlets: Publishers by relative topic.
+    """
+
+    def __init__(
+        self, node: Node, exchange: MotionExchange, publish: Callable[[Sequence[Outgoing]], None]
+    ) -> None:
+        """Offer the services.
+
+        Args:
+            node: Gets services and publishers.
+            exchange: Answers.
+            publish: Sends what it says, on ``outlets`` and on the node's own topics.
+        """
+        self._node, self._exchange, self._publish = node, exchange, publish
+        self.outlets = {
             "motion_status": node.create_publisher(MotionStatus, "motion_status", QoSProfile(depth=DEPTH)),
             "reference": node.create_publisher(JointTrajectory, "reference", QoSProfile(depth=DEPTH)),
         }
@@ -61,7 +73,3 @@ class TipGoals:
     def is_own(msg: JointTrajectory) -> bool:
         """Tell whether a reference is one that was made here and is followed already."""
         return bool(msg.header.frame_id == OWN_FRAME)
-
-    def _publish(self, outgoing: Sequence[Outgoing]) -> None:
-        for out in outgoing:
-            self._outlets[out.topic].publish(out.msg)
