@@ -64,7 +64,7 @@ class LoopStand:
         config = load_config(find_manipulator(self.task.manipulator), self.task.presets[0])
         self.course: Course = plan_course(StaticArm(ReducedTree(config)), self.task, 1 / config.rate_hz)
         self.config: ManipulatorConfig = replace(config, home=self.course.home)
-        self._tree, self._seed = ReducedTree(self.config), stand.seed
+        self.tree, self._seed = ReducedTree(self.config), stand.seed
 
     @property
     def middle(self) -> float:
@@ -92,7 +92,7 @@ class LoopStand:
         look: Observer = observe
         if then is not None:
             look = attaching(Hardware(self.config, then).rig.plant, self.middle, observe)
-        ticks, effort = run_loop(hardware, self._tree, course.reference, course.end, settings, look)
+        ticks, effort = run_loop(hardware, self.tree, course.reference, course.end, settings, look)
         t, tip, tau, error, usable = (np.array([tick[name] for tick in ticks]) for name in NAMES)
         limits = np.array([axis.effort for axis in self.config.actuated.values()])
         trace, preset = Trace(t, tip, tau / limits), self.task.presets[0]

@@ -25,7 +25,8 @@ COARSE = 30.0  # tolerance of the first stage in tolerances: by then most active
 RELATIVE = 0.1  # relative tolerance in absolute ones
 USABLE = 10.0  # an answer at a cap is used up to this many tolerances
 NO_LIMIT = 1e10  # OSQP's own value for "no time limit" [s]
-_STOPPED_WITH_ANSWER = ("solved", "solved inaccurate", "maximum iterations reached", "run time limit reached")
+_CAPPED = ("maximum iterations reached", "run time limit reached")
+_STOPPED_WITH_ANSWER = ("solved", "solved inaccurate", *_CAPPED)
 
 
 class OsqpSolver:
@@ -60,15 +61,17 @@ class OsqpSolver:
                 self._solver.warm_start(x=answer.x, y=answer.y)
             answer = self._stage(self._tolerance, False, share)
             iterations, residual = iterations + int(answer.info.iter), self._residual(answer, l, u)
-        return self._judge(answer, iterations, residual, float(np.abs(q).max(initial=0.0)))
+        gradient, allowed = float(np.abs(q).max(initial=0.0)), USABLE * self._tolerance
+        if primal_residual(self._A, answer.x, l, u) > allowed or answer.info.status in _CAPPED:
+            gradient = 0.0  # limits, and an answer at a cap, are judged by absolute tolerance
+        return self._judge(answer, iterations, residual, allowed * (1 + RELATIVE * gradient))
 
-    def _judge(self, answer: SimpleNamespace, iterations: int, residual: float, gradient: float) -> QpResult:
+    def _judge(self, answer: SimpleNamespace, iterations: int, residual: float, allowed: float) -> QpResult:
         status = str(answer.info.status)
         if not np.isfinite(residual):
             self._build()
             return QpResult(self._zero, status, iterations, np.inf, False)
-        usable = residual <= USABLE * self._tolerance * (1 + RELATIVE * gradient)
-        solved = usable and status in _STOPPED_WITH_ANSWER
+        solved = residual <= allowed and status in _STOPPED_WITH_ANSWER
         return QpResult(answer.x, status, iterations, residual, solved)
 
     def _residual(self, answer: SimpleNamespace, l: Array, u: Array) -> float:  # noqa: E741
