@@ -40,7 +40,7 @@ class IpoptNmpc:
         dt: float,
         is_compiled: bool = False,
     ) -> None:
-        """Write the program; ``is_compiled`` makes machine code of it, for speed and at ``QUICK`` tolerance."""
+        """Write the program; ``is_compiled`` makes machine code of it, at ``QUICK`` tolerance."""
         self._w, self._unit, self._n_o = law.weights, limits.effort, len(law.weights.names)
         self._n, self._n_u, self._N = coordinates.T.shape[1], limits.effort.size, config.horizon
         self._block, self._n_b = np.repeat(np.arange(len(config.blocks)), config.blocks), len(config.blocks)

@@ -1,0 +1,145 @@
+"""A large fast move under the nonlinear and the linear predictive controller: what is left of it at the tip.
+
+Every axis of three arms turns by 60 degrees in 1.3 times the shortest time in which its torques and
+velocities can bring it to rest (linear program on the served model halfway). Both laws have the same
+weights, limits, delay, served models on the way and noise; the plant is the simulated rig, which is
+nonlinear and has more modes. The estimate is that of the linear or of the extended filter: the nonlinear
+law belongs with the extended one, whose unmodelled torque is what the nonlinear motion does not explain.
+The linear law is judged by the better of its two rows.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexarm_bringup.sim_study import NOMINAL, LegResult, run_sim_job, sim_jobs
+from flexarm_bringup.task import Task
+from flexarm_bringup.task_for import task_for
+from flexarm_bringup.task_moves import ByAxes
+from flexarm_bringup.tip_vibration import Watch
+from flexarm_controller.limits import limits_of
+from flexarm_controller.open_loop.rest_to_rest import RestToRest, fastest
+from flexarm_model.config import load_config
+from flexarm_model.linearize import linearize
+from flexarm_model.manipulator_file import find_manipulator
+from flexarm_model.profiles import Trapezoid
+from flexarm_model.reduced_tree import ReducedTree
+
+Array = NDArray[np.float64]
+SLOWER = 1.3  # than the time-optimal motion
+LONGEST = 1.5  # s, in which the fastest motion is looked for
+ANGLE = float(np.deg2rad(60.0))
+WATCH = Watch(0.02, 2.1, 50.0, 5e-4)
+WAIT = 2.5  # s
+NEW_MODEL = 0.1  # rad that an axis turns until it is served anew
+ROWS = (("mpc", "linear"), ("mpc", "extended"), ("nmpc", "linear"), ("nmpc", "extended"))
+
+
+@dataclass(frozen=True)
+class Arm:
+    """An arm and its move.
+
+    Attributes:
+        path: Name or file.
+        signs: Which way every axis turns.
+        ramp: Share of the time that the axes accelerate, and brake; what their velocity limits leave.
+    """
+
+    path: str
+    signs: Mapping[str, float]
+    ramp: float
+
+
+ARMS = {
+    "single_link": Arm("single_link", {"base.rz": 1.0}, 1 / 3),
+    "variable_stiffness": Arm(
+        "variable_stiffness", {"base.ry": 1.0, "shoulder.rz": -1.0, "elbow.rz": 1.0}, 0.25
+    ),
+    "two_link": Arm(
+        str(Path(__file__).with_name("two_link.yaml")), {"shoulder.rz": 1.0, "elbow.rz": 1.0}, 1 / 3
+    ),
+}
+
+
+def shortest_time(arm: Arm) -> float:
+    """Return the shortest time of the move from rest to rest [s].
+
+    Raises:
+        ValueError: It takes longer than ``LONGEST``.
+    """
+    description = load_config(find_manipulator(arm.path))
+    home, way = np.array(description.home), ANGLE * np.array([arm.signs[a] for a in description.actuated])
+    model, dt = linearize(ReducedTree(description), home + way / 2), 1 / description.rate_hz
+    plan = fastest(RestToRest(model, limits_of(description), home, home + way, dt), round(LONGEST / dt))
+    if plan is None:
+        raise ValueError(f"{arm.path}: the move takes longer than {LONGEST} s")
+    return plan.duration
+
+
+def task_of(arm: Arm, duration: float, kind: str) -> Task:
+    """Return the move as a task with the arm's own settings; ``kind`` is that of the filter."""
+    task = task_for(arm.path)
+    profile = Trapezoid(1.0, duration, arm.ramp * duration, arm.ramp * duration)
+    move = ByAxes({axis: sign * ANGLE for axis, sign in arm.signs.items()}, profile)
+    settings = {name: dict(values) for name, values in task.settings.items()}
+    settings.setdefault("estimator", {})["filter"] = kind
+    settings.setdefault("schedule", {})["angle"] = NEW_MODEL
+    return replace(
+        task, presets=("",), start="home", wait=WAIT, moves={"out": move}, watch=WATCH, settings=settings
+    )
+
+
+def run_arm(arm: Arm, duration: float) -> dict[str, LegResult]:
+    """Return the results by law and filter."""
+    found = {}
+    for kind in ("linear", "extended"):
+        (job,) = sim_jobs(task_of(arm, duration, kind), ("",), (NOMINAL,))
+        for result in run_sim_job(replace(job, laws=("mpc", "nmpc"))):
+            found[f"{result.law}_{kind}"] = result.legs[0]
+    return found
+
+
+def main() -> dict[str, float]:
+    """Compare; returns residuals, and the nonlinear law's over those of the better linear row."""
+    results: dict[str, float] = {}
+    for name, arm in ARMS.items():
+        shortest = shortest_time(arm)
+        results[f"{name}_time_optimal_s"] = shortest
+        legs = run_arm(arm, SLOWER * shortest)
+        for row, leg in legs.items():
+            left = leg.residual
+            results[f"{name}_{row}_residual_m_s2"] = left.acceleration
+            results[f"{name}_{row}_tip_rms_mm"] = 1e3 * left.distance
+            results[f"{name}_{row}_settling_s"] = float(np.clip(left.settling, 0.0, WATCH.end))
+            results[f"{name}_{row}_tracking_mm"] = 1e3 * leg.tracking
+        for measure in ("residual_m_s2", "tip_rms_mm", "settling_s", "tracking_mm"):
+            linear = min(results[f"{name}_mpc_{kind}_{measure}"] for kind in ("linear", "extended"))
+            ratio = results[f"{name}_nmpc_extended_{measure}"] / max(linear, 1e-9)
+            results[f"{name}_nmpc_to_mpc_{measure.rsplit('_', 1)[0]}_ratio"] = ratio
+    return results
+
+
+def print_table(results: Mapping[str, float]) -> None:
+    """Print one row per arm, law and filter."""
+    print(
+        f"{'arm':20}{'law':6}{'filter':10}{'residual':>14}{'tip RMS':>10}{'settles':>9}{'off its path':>14}"
+    )
+    for name in ARMS:
+        duration = SLOWER * results[f"{name}_time_optimal_s"]
+        print(f"{name}: 60 degrees in {duration:.3f} s")
+        for law, kind in ROWS:
+            values = [
+                results[f"{name}_{law}_{kind}_{measure}"]
+                for measure in ("residual_m_s2", "tip_rms_mm", "settling_s", "tracking_mm")
+            ]
+            texts = "{:9.3f} m/s2{:7.2f} mm{:7.3f} s{:11.2f} mm".format(*values)
+            print(f"{'':20}{law:6}{kind:10}{texts}")
+
+
+if __name__ == "__main__":
+    print_table(main())
