@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from flexarm_bringup.identify.measurement import Responses
 from flexarm_bringup.identify.sources import Source
 from flexarm_model.config import load_config
-from flexarm_model.identification.automatic import Identified, identify_modes
+from flexarm_model.identification.automatic import Identified, identify_modes, orders_for
 from flexarm_model.identification.bootstrap import Scatter, bootstrap
 from flexarm_model.identification.lscf import poles_of_orders
 from flexarm_model.identification.stabilisation import lasting
@@ -21,6 +21,7 @@ from flexarm_model.modal.half_power import HalfPower, half_power
 from flexarm_model.reduced_tree import ReducedTree
 
 Array = NDArray[np.float64]
+DRAWS = 20  # of the bootstrap
 MOST_INPUTS = 6  # on the smaller side of the matrix; each more multiplies the poles
 
 
@@ -55,6 +56,7 @@ class Result:
         half_power: Per mode by half-power on the largest response; None where it fails.
         single_hz: Frequencies that one input alone gives through the chart, without refinement [Hz].
         model_hz: Frequencies of the manipulator's served model [Hz]; empty without one.
+        is_windowed: The responses come from records, behind a window.
     """
 
     responses: Responses
@@ -66,6 +68,7 @@ class Result:
     half_power: tuple[HalfPower | None, ...]
     single_hz: tuple[float, ...]
     model_hz: tuple[float, ...]
+    is_windowed: bool
 
 
 def identify(source: Source, request: Request, estimator: str) -> Result:
@@ -84,12 +87,14 @@ def identify(source: Source, request: Request, estimator: str) -> Result:
         raise ValueError(f"{fitted.H.shape[2]} references; at most {MOST_INPUTS} can be fitted at once")
     found = identify_modes(fitted, weight)
     blocks, fit = source.blocks, found.fit
-    scatter = bootstrap(blocks, fit, estimator, (low, high)) if blocks and fit and not is_reciprocal else None
+    scatter = None
+    if blocks is not None and fit is not None and not is_reciprocal:
+        scatter = bootstrap(blocks, fit, estimator, (low, high), DRAWS)
     frequencies = tuple(map(float, fit.model.f_hz)) if fit else ()
     return Result(
         source.responses, frf, is_reciprocal, weight, found, scatter,
         tuple(_half_power(frf, f_hz) for f_hz in frequencies),
-        _single(fitted), _model(request),
+        _single(fitted), _model(request), blocks is not None,
     )  # fmt: skip
 
 
@@ -105,7 +110,7 @@ def _half_power(frf: Frf, f_hz: float) -> HalfPower | None:
 
 def _single(frf: Frf) -> tuple[float, ...]:
     one = Frf(frf.f_hz, frf.H[:, :, :1], frf.kind)
-    chart = poles_of_orders(one, range(2, max(3, min(40, len(frf.f_hz) // 3) + 1)))
+    chart = poles_of_orders(one, orders_for(one))
     return tuple(float(abs(track.pole)) / (2 * np.pi) for track in lasting(chart))
 
 

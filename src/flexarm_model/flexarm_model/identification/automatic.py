@@ -14,15 +14,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexarm_model.identification.lscf import OrderPoles, poles_of_orders
-from flexarm_model.identification.stabilisation import Stability, Track, lasting
+from flexarm_model.identification.stabilisation import Stability, Track, lasting, likeness
 from flexarm_model.modal.fit import FitOptions, PoleFit, fit_poles
 from flexarm_model.modal.frf import Frf
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 LINES_PER_ORDER = 3  # lines for every order of the chart, so that noise cannot make a track of its own
-MOST_ORDERS = 40
+MOST_POLES = 80  # of the highest order, all inputs together; its eigenvalues take most of the time
 STANDS_OUT = 4.0  # standard deviations of a mode's frequency per bandwidth, and of its size
+ALIKE = 0.9  # assurance criterion from which two participations are the same [1]
 LARGEST_DAMPING = 0.3  # beyond it a pole is a slope, not a resonance [1]
 
 
@@ -57,7 +58,7 @@ def identify_modes(
     Raises:
         ValueError: The lines are not evenly spaced or too few.
     """
-    chart = poles_of_orders(frf, orders or _orders(frf), weight)
+    chart = poles_of_orders(frf, orders or orders_for(frf), weight)
     chosen = tuple(
         track for track in lasting(chart, stability) if -track.pole.real < LARGEST_DAMPING * abs(track.pole)
     )
@@ -71,13 +72,14 @@ def identify_modes(
             return Identified(fit, chart, chosen, tuple(dropped))
         worst = int(doubt.argmax())
         dropped.append(float(fit.model.f_hz[worst]))
-        nearest = int(abs(abs(poles) - abs(fit.model.poles[worst])).argmin())
-        poles, participation = np.delete(poles, nearest), np.delete(participation, nearest, axis=0)
+        poles = np.delete(fit.model.poles, worst)
+        participation = np.delete(_driven(fit), worst, axis=0)
     return Identified(None, chart, chosen, tuple(dropped))
 
 
-def _orders(frf: Frf) -> range:
-    most = min(MOST_ORDERS, len(frf.f_hz) // LINES_PER_ORDER)
+def orders_for(frf: Frf) -> range:
+    """Return the orders of the chart that the lines allow."""
+    most = min(MOST_POLES // frf.H.shape[2], len(frf.f_hz) // LINES_PER_ORDER)
     return range(2, max(most, 2) + 1)
 
 
@@ -87,7 +89,30 @@ def _doubt(fit: PoleFit, frf: Frf) -> Array:
     unknown = STANDS_OUT * np.nan_to_num(fit.f_std_hz, nan=0.0) / bandwidth
     faint = STANDS_OUT / np.maximum(_prominence(fit, frf), 1e-12)
     overdamped = fit.model.zeta / LARGEST_DAMPING
-    return np.where(fit.at_bound, np.inf, np.maximum(np.maximum(unknown, faint), overdamped))
+    return np.where(
+        fit.at_bound | _doubles(fit, frf), np.inf, np.maximum(np.maximum(unknown, faint), overdamped)
+    )
+
+
+def _doubles(fit: PoleFit, frf: Frf) -> NDArray[np.bool_]:
+    """Tell which modes are the weaker of two less than half a line apart and driven alike, (r,).
+
+    The lines cannot part such poles; a second input can, where it drives them differently.
+    """
+    model, half = fit.model, (frf.f_hz[1] - frf.f_hz[0]) / 2
+    driven = _driven(fit)
+    size = [float(np.linalg.norm(residue)) for residue in model.residues]
+    weaker = np.zeros(model.poles.size, bool)
+    for i in range(model.poles.size):
+        for j in range(model.poles.size):
+            is_near = i != j and abs(model.f_hz[i] - model.f_hz[j]) < half
+            weaker[i] |= is_near and size[i] <= size[j] and likeness(driven[i], driven[j]) > ALIKE
+    return weaker
+
+
+def _driven(fit: PoleFit) -> Complex:
+    """Return the participations of the inputs, (r, n_in)."""
+    return np.asarray(np.linalg.svd(fit.model.residues)[2][:, 0, :])
 
 
 def _prominence(fit: PoleFit, frf: Frf) -> Array:

@@ -97,7 +97,8 @@ def _poles(normal: Complex, order: int, frf: Frf, period: float) -> OrderPoles:
     turn = 2 * np.pi / period
     s = s.real + 1j * np.mod(s.imag, turn) + 2j * np.pi * frf.f_hz[0]
     inside = (s.real < 0) & (s.imag > 2 * np.pi * frf.f_hz[0]) & (s.imag < 2 * np.pi * frf.f_hz[-1])
-    keep = np.flatnonzero(inside & np.isfinite(s))
+    has_part = abs(vectors[-n_in:]).max(axis=0) > 0  # none far outside the unit circle, by underflow
+    keep = np.flatnonzero(inside & np.isfinite(s) & has_part)
     keep = keep[np.argsort(abs(s[keep]), kind="stable")]
     v = vectors[-n_in:, keep].T
     v = v / np.take_along_axis(v, abs(v).argmax(axis=1)[:, None], axis=1) if keep.size else v

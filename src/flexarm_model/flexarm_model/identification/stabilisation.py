@@ -34,7 +34,7 @@ class Stability:
 
     frequency: float = 0.01
     damping: float = 0.3
-    share: float = 0.5
+    share: float = 0.4
 
 
 @dataclass
@@ -88,12 +88,16 @@ def lasting(chart: Sequence[OrderPoles], stability: Stability | None = None) -> 
     return tuple(track for track in tracks(chart, limits) if len(track.orders) >= limits.share * len(chart))
 
 
+def likeness(p: Complex, q: Complex) -> float:
+    """Return the assurance criterion of two participations [1]."""
+    return float(abs(np.vdot(p, q)) ** 2 / (np.vdot(p, p).real * np.vdot(q, q).real))
+
+
 def _cost(track: Track, at_order: OrderPoles, i: int, limits: Stability) -> float:
     before, now = track.poles[-1], complex(at_order.poles[i])
     frequency = abs(abs(now) / abs(before) - 1) / limits.frequency
     damping = abs((now.real / abs(now)) / (before.real / abs(before)) - 1) / limits.damping
-    p, q = track.participations[-1], at_order.participation[i]
-    likeness = abs(np.vdot(p, q)) ** 2 / (np.vdot(p, p).real * np.vdot(q, q).real)
     if max(frequency, damping) > 1:
         return REFUSED
-    return float(frequency**2 + damping**2 + (1 - likeness))
+    unlike = 1 - likeness(track.participations[-1], at_order.participation[i])
+    return float(frequency**2 + damping**2 + unlike)
