@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scipy.linalg import eigvals
 from kalman_loop import DT, Filter
+from scipy.linalg import eigvals
 from served_arms import limits_of_hub, single_link, two_axes, two_axis_limits
 
 from flexarm_controller.laws import LAWS, LawInputs
