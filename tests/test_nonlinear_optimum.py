@@ -39,7 +39,7 @@ def test_the_settled_program_has_ipopts_optimum(name: str) -> None:
     config = MpcConfig(horizon=10, blocks=(1, 1, 2, 2, 4), delay_periods=0, tip_error=0.01, slack_price=10.0)
     arm = NonlinearArm(description, NmpcConfig(), dt, 10)
     model = linearize(tree)
-    law = NonlinearMpc(model, arm, limits, config, NmpcConfig(iterations=50))
+    law = NonlinearMpc(model, arm, limits, config, NmpcConfig(sqp_iterations=50))
     home, goal = np.array(description.home), np.array(description.home) + way
     still = np.zeros((2, home.size))
     reference = Reference(np.array([0.0, 8 * dt]), np.vstack([home, goal]), still, still)

@@ -19,6 +19,7 @@ from flexarm_controller.ladder import LAW, SHIFTED_PLAN, Choice, Cycle, FormerPl
 from flexarm_controller.laws import LawInputs, Laws, build_laws
 from flexarm_controller.limits import Limits
 from flexarm_controller.mpc import Plan
+from flexarm_controller.nonlinear.settings import NmpcConfig
 from flexarm_controller.program.delay import torques_kept
 from flexarm_controller.reference import Reference, hold
 from flexarm_controller.reference_jump import without_jump
@@ -49,6 +50,7 @@ class Controller:
         mpc: MpcConfig | None = None,
         clocks: Clocks | None = None,
         arm: ManipulatorConfig | None = None,
+        nmpc: NmpcConfig | None = None,
     ) -> None:
         """Build the laws.
 
@@ -59,11 +61,13 @@ class Controller:
             mpc: Weights, horizon, solver.
             clocks: Of CPU time, for ``solve_time``, and of wall time, for the time budget.
             arm: Description of the arm, for laws that need more than the model.
+            nmpc: What the nonlinear law adds to ``mpc``.
         """
         self.config, self._clocks, self._limits = config or ControllerConfig(), clocks or Clocks(), limits
         period, budget = self.config.period, self.config.time_budget * self.config.period
         self._budget = TimeBudget(budget, period, self._clocks.wall)
-        self._inputs = LawInputs(limits, self.config, self._capped(mpc or MpcConfig()), arm)
+        capped = self._capped(mpc or MpcConfig())
+        self._inputs = LawInputs(limits, self.config, capped, arm, nmpc or NmpcConfig())
         self._trust = Trust(self.config.start_sigma)
         self._former = FormerPlan(limits.effort.size, period, self.config.shifted_periods)
         self.reference: Reference | None = None

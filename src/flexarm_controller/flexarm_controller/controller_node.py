@@ -40,11 +40,14 @@ from trajectory_msgs.msg import JointTrajectory
 
 from flexarm_controller.debug import Insight
 from flexarm_controller.exchange import ControllerExchange, Outgoing
+from flexarm_controller.laws import LawInputs
+from flexarm_controller.limits import limits_of
 from flexarm_controller.margins.arming_node import ArmingCheck
 from flexarm_controller.motion.motion_exchange import MotionExchange
 from flexarm_controller.motion.settings import MotionConfig
 from flexarm_controller.motion.tip_goals_node import TipGoals
 from flexarm_controller.motion.tip_kinematics import TipKinematics
+from flexarm_controller.nonlinear.settings import NmpcConfig
 from flexarm_controller.pacing import Pacing
 from flexarm_controller.settings import ControllerConfig, MarginConfig, MpcConfig
 from flexarm_controller.time_budget import Clocks
@@ -85,16 +88,17 @@ class ControllerNodeSettings:
 class ControllerNode(Node):
     """Connects a ``ControllerExchange`` to topics."""
 
-    SETTINGS = (ControllerNodeSettings, ControllerConfig, MpcConfig, MotionConfig, MarginConfig)
+    SETTINGS = (ControllerNodeSettings, ControllerConfig, MpcConfig, NmpcConfig, MotionConfig, MarginConfig)
 
     def __init__(self) -> None:
         """Load the manipulator and subscribe."""
         super().__init__("controller", namespace="flexarm")
         self.settings: ControllerNodeSettings
-        self.settings, laws, mpc, motion, margins = declare_configs(self)
+        self.settings, laws, mpc, nmpc, motion, margins = declare_configs(self)
         config = load_config(find_manipulator(self.settings.manipulator), self.settings.preset)
-        self.exchange = self._exchange(config, laws, mpc, motion)
-        self._arming = ArmingCheck(self, config, (laws, mpc, margins), self.exchange)
+        inputs = LawInputs(limits_of(config), laws, mpc, config, nmpc)
+        self.exchange = self._exchange(config, inputs, motion)
+        self._arming = ArmingCheck(self, config, inputs, margins, self.exchange)
         tip = TipKinematics(ReducedTree(config))
         goals = MotionExchange(config, tip, motion, laws.period, self.exchange)
         self._goals = TipGoals(self, goals, self._publish)
@@ -106,12 +110,14 @@ class ControllerNode(Node):
         self._connect()
 
     def _exchange(
-        self, config: ManipulatorConfig, laws: ControllerConfig, mpc: MpcConfig, motion: MotionConfig
+        self, config: ManipulatorConfig, inputs: LawInputs, motion: MotionConfig
     ) -> ControllerExchange:
         """Return the exchange; in lockstep its results must not depend on how busy the machine is."""
         if self.settings.lockstep:
-            return ControllerExchange(config, laws, replace(mpc, time_limit=0.0), 0, motion=motion)
-        return ControllerExchange(config, laws, mpc, None, Clocks(wall=time.perf_counter), motion)
+            mpc = replace(inputs.mpc, time_limit=0.0)
+            return ControllerExchange(config, inputs.config, mpc, 0, None, motion, inputs.nmpc)
+        clocks = Clocks(wall=time.perf_counter)
+        return ControllerExchange(config, inputs.config, inputs.mpc, None, clocks, motion, inputs.nmpc)
 
     def on_model(self, msg: ReducedModel) -> None:
         """Take a model, to be used from its stamp on, or say why not."""
@@ -170,6 +176,7 @@ class ControllerNode(Node):
             self._arming.look()
             self._publish(self.exchange.on_modal_state(msg))
             self._pacing.note()
+            self.exchange.work_ahead()
             self._goals.update()
 
     def _has_debug_listener(self) -> bool:

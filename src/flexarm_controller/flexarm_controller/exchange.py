@@ -26,6 +26,7 @@ from flexarm_controller.limits import limits_of
 from flexarm_controller.motion.admission import admit
 from flexarm_controller.motion.refusals import MotionError
 from flexarm_controller.motion.settings import MotionConfig
+from flexarm_controller.nonlinear.settings import NmpcConfig
 from flexarm_controller.settings import ControllerConfig, MpcConfig
 from flexarm_controller.state import ArmState
 from flexarm_controller.time_budget import Clocks
@@ -55,7 +56,7 @@ class ControllerExchange:
         withheld: Why no command may be sent; empty when they may.
     """
 
-    def __init__(
+    def __init__(  # noqa: PLR0913, one settings class for each thing that is set
         self,
         config: ManipulatorConfig,
         settings: ControllerConfig,
@@ -63,6 +64,7 @@ class ControllerExchange:
         epoch_ns: int | None,
         clocks: Clocks | None = None,
         motion: MotionConfig | None = None,
+        nmpc: NmpcConfig | None = None,
     ) -> None:
         """Start without a model.
 
@@ -73,8 +75,10 @@ class ControllerExchange:
             epoch_ns: Stamp that is time zero [ns]; None takes the first state's.
             clocks: Of CPU time and, in real time, of the wall.
             motion: What becomes of references that are too fast.
+            nmpc: What the nonlinear law adds to ``mpc``.
         """
         self._config, self._settings, self._mpc, self._clocks = config, settings, mpc, clocks
+        self._nmpc = nmpc
         self._names = tuple(config.actuated)
         self._limits, self._motion = limits_of(config), motion or MotionConfig()
         self._epoch_ns = epoch_ns
@@ -121,13 +125,18 @@ class ControllerExchange:
         stamp_ns = stamp_to_ns(msg.header.stamp)
         if self.controller is None:
             self.controller = Controller(
-                model, self._limits, self._settings, self._mpc, self._clocks, self._config
+                model, self._limits, self._settings, self._mpc, self._clocks, self._config, self._nmpc
             )
         else:
             self._pending.add(stamp_ns, self.controller.prepare(model))
             self._foresee()
         self._pending.note(stamp_ns, model.model_id)
         return []
+
+    def work_ahead(self) -> None:
+        """Let the law prepare for the next state; to be called when the answer to this one is out."""
+        if self.controller is not None and self.is_armed:
+            self.controller.work_ahead()
 
     def on_guard_status(self, msg: Any) -> None:
         """Take the session token; whatever was planned is void when the session ends."""

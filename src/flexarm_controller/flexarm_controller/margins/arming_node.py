@@ -14,10 +14,9 @@ from std_msgs.msg import String
 
 from flexarm_controller.exchange import ControllerExchange
 from flexarm_controller.laws import LawInputs
-from flexarm_controller.limits import limits_of
 from flexarm_controller.margins.arming import Arming
 from flexarm_controller.margins.gate import Gate
-from flexarm_controller.settings import ControllerConfig, MarginConfig, MpcConfig
+from flexarm_controller.settings import MarginConfig
 from flexarm_model.conversions import ModelMessageError, filter_from_msg
 from flexarm_model.description import ManipulatorConfig
 from flexarm_model.node import LATCHED_QOS
@@ -30,7 +29,8 @@ class ArmingCheck:
         self,
         node: Node,
         arm: ManipulatorConfig,
-        settings: tuple[ControllerConfig, MpcConfig, MarginConfig],
+        inputs: LawInputs,
+        margins: MarginConfig,
         exchange: ControllerExchange,
     ) -> None:
         """Subscribe.
@@ -38,15 +38,11 @@ class ArmingCheck:
         Args:
             node: The controller node.
             arm: The manipulator.
-            settings: Law, predictive law, margins wanted.
+            inputs: What the law is built from.
+            margins: What is wanted.
             exchange: Is told what to withhold.
         """
-        laws, mpc, margins = settings
-        gate = (
-            Gate(arm, LawInputs(limits_of(arm), laws, mpc, arm), margins)
-            if margins.margins_required
-            else None
-        )
+        gate = Gate(arm, inputs, margins) if margins.margins_required else None
         self._node, self._exchange, self._arming = node, exchange, Arming(gate)
         self._n_u = len(arm.actuated)
         self._said = node.create_publisher(String, "~/margins", LATCHED_QOS)

@@ -83,7 +83,7 @@ class NonlinearMpc:
         self._names = _names(model, weights, len(config.blocks))
         whole, share = split_delay(config, steps.h)
         self._shares = ([share] if share else []) + [1.0] * whole  # periods that torques on their way act for
-        self._iterations = settings.iterations
+        self._iterations = settings.sqp_iterations
         self._acceleration, self._empty = np.zeros(2 * steps.n), np.zeros((0, steps.n_u))
         self._reference: Reference | None = None
         self._is_ready = False

@@ -19,7 +19,7 @@ class NmpcConfig:
         minimum=0.1,
         maximum=100.0,
     )
-    iterations: int = parameter(
+    sqp_iterations: int = parameter(
         1, "Quadratic programs per period; 1 is the real-time iteration.", minimum=1, maximum=50
     )
     qp_iterations: int = parameter(500, "Cap on changes of the active set.", minimum=1)
