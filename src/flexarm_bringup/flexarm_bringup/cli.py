@@ -31,6 +31,7 @@ start here:
   flexarm reproduce 002               the published tables of the single-link arm against ours
   flexarm replay BAG                  run a recorded bag through estimator and controller again
   flexarm replay BAG --against GOLDEN say where two runs first differ
+  flexarm plot BAG                    what happened in a bag, as one page of plots
   flexarm bench                       how long each step takes
 
 Each command explains itself: flexarm COMMAND --help. All report as JSON with --json FILE.
@@ -61,6 +62,7 @@ COMMANDS = {
     "margins": Command(
         "flexarm_bringup.margins.command", "is the loop stable on modes nobody serves? margins per mode"
     ),
+    "plot": Command("flexarm_bringup.bag_plots.command", "plots straight from a bag, as a page or pictures"),
     "consistency": Command(
         "flexarm_bringup.consistency.command",
         "is the estimator as good as it says? NEES and NIS of every machine",
@@ -72,6 +74,7 @@ COMMANDS = {
     "identify": Command(
         "flexarm_bringup.identify.command", "modes from measurements: frequency, damping, shape, uncertainty"
     ),
+    "echo": Command("flexarm_bringup.echo_node", "print the messages of a topic, or list the topics"),
     "parameters": Command("flexarm_bringup.parameters_command", "every node's parameters, unit and range"),
     "bench": Command("flexarm_bringup.bench", "measure the time of every step, as ratios to a baseline"),
 }

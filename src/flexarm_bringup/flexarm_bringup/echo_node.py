@@ -1,0 +1,188 @@
+"""Print the messages of a topic, where there is no ros2 command.
+
+  flexarm echo modal_state                 every message as YAML; Ctrl-C ends
+  flexarm echo controller_status --once    the next one (a latched one at once)
+  flexarm echo modal_state --field eta     one field only; nested: header.stamp.sec
+  flexarm echo modal_state --hz            rate and jitter instead, once a second
+  flexarm echo                             list what is published now, with types and publishers
+
+Topics are relative to /flexarm unless they begin with a slash.
+"""
+
+from __future__ import annotations
+
+import argparse
+import importlib
+import sys
+import time
+from typing import Any
+
+import numpy as np
+import rclpy
+import yaml
+from rclpy.node import Node
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from rclpy.signals import SignalHandlerOptions
+
+from flexarm_bringup.topics import NAMESPACE
+from flexarm_model.node import events_executor
+
+UNUSABLE = 2
+DISCOVERY = 3.0  # s; how long a topic may take to be seen
+DEPTH = 50
+WINDOW = 1.0  # s; over which a rate is told
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the options."""
+    parser.add_argument("topic", nargs="?", help="relative to /flexarm, or absolute; none: list all")
+    parser.add_argument("--once", action="store_true", help="end after the first message")
+    parser.add_argument("--field", default="", help="only this field, e.g. header.stamp.sec")
+    parser.add_argument("--hz", action="store_true", help="rate and jitter instead of messages")
+    parser.add_argument("--wait", type=float, default=DISCOVERY, metavar="S", help="for the topic; 3 s")
+
+
+def run(args: argparse.Namespace) -> int:
+    """Print until the first message (``--once``) or Ctrl-C; exit code 2 when there is no such topic."""
+    rclpy.init(signal_handler_options=SignalHandlerOptions.NO)  # Ctrl-C raises here
+    node = Node("echo", namespace="flexarm", start_parameter_services=False)
+    try:
+        return _list(node, args.wait) if args.topic is None else _Echo(node, args).run()
+    finally:
+        node.destroy_node()
+        rclpy.try_shutdown()
+
+
+class _Echo:
+    """Subscribes with the quality that the publishers offer."""
+
+    def __init__(self, node: Node, args: argparse.Namespace) -> None:
+        self._node, self._args = node, args
+        topic = str(args.topic)
+        self._topic = topic if topic.startswith("/") else f"{NAMESPACE}/{topic}"
+        self._times: list[float] = []
+        self._heard, self._failure = 0, ""
+
+    def run(self) -> int:
+        kind = _await_type(self._node, self._topic, self._args.wait)
+        if not kind:
+            names = ", ".join(sorted(_topics(self._node))) or "nothing"
+            print(
+                f"flexarm echo: {self._topic}: nobody publishes it; published now: {names}. "
+                "Same ROS_DOMAIN_ID and discovery range?",
+                file=sys.stderr,
+            )
+            return UNUSABLE
+        self._node.create_subscription(
+            _message_class(kind), self._topic, self._on_message, _offered(self._node, self._topic)
+        )
+        executor = events_executor()
+        executor.add_node(self._node)
+        while not (self._failure or (self._args.once and self._heard)):
+            executor.spin_once(timeout_sec=0.1)
+        executor.shutdown()
+        if self._failure:
+            print(f"flexarm echo: {self._failure}", file=sys.stderr)
+        return UNUSABLE if self._failure else 0
+
+    def _on_message(self, msg: Any) -> None:
+        if self._args.once and self._heard:
+            return
+        self._heard += 1
+        if self._args.hz:
+            self._measure()
+            return
+        try:
+            value = pick(msg, self._args.field)
+        except AttributeError as error:
+            self._failure = str(error)
+            return
+        text = yaml.safe_dump(value, sort_keys=False, default_flow_style=None, width=110)
+        print(text.removesuffix("...\n"), end="---\n" if not self._args.field else "", flush=True)
+
+    def _measure(self) -> None:
+        self._times.append(time.monotonic())
+        if self._times[-1] - self._times[0] < WINDOW:
+            return
+        steps = np.diff(self._times)
+        print(
+            f"{1 / steps.mean():8.2f} Hz   longest gap {1e3 * steps.max():7.2f} ms   "
+            f"jitter {1e3 * steps.std():6.2f} ms   {steps.size} messages",
+            flush=True,
+        )
+        self._times = self._times[-1:]
+
+
+def pick(msg: Any, field: str) -> Any:
+    """Return a field of a message in plain numbers, strings, lists and dicts; all of it for "".
+
+    Raises:
+        AttributeError: There is no such field; the message lists those there are.
+    """
+    value, trodden = msg, ""
+    for name in filter(None, field.split(".")):
+        names = _fields(value)
+        if name not in names:
+            allowed = ", ".join(names) or "none, it is a value"
+            raise AttributeError(f"{trodden or type(msg).__name__} has no field '{name}'; it has {allowed}")
+        value, trodden = getattr(value, name), f"{trodden}.{name}".lstrip(".")
+    return plain(value)
+
+
+def plain(value: Any) -> Any:
+    """Return a value of a message as what YAML can write."""
+    names = _fields(value)
+    if names:
+        return {name: plain(getattr(value, name)) for name in names}
+    if isinstance(value, str | bytes | bool):
+        return value if not isinstance(value, bytes) else list(value)
+    if hasattr(value, "tolist"):
+        return value.tolist()
+    return [plain(item) for item in value] if hasattr(value, "__iter__") else value
+
+
+def _fields(value: Any) -> list[str]:
+    return list(value.get_fields_and_field_types()) if hasattr(value, "get_fields_and_field_types") else []
+
+
+def _list(node: Node, wait: float) -> int:
+    end = time.monotonic() + wait
+    while time.monotonic() < end:
+        rclpy.spin_once(node, timeout_sec=0.1)
+    for name, kind in sorted(_topics(node).items()):
+        nodes = ", ".join(sorted({info.node_name for info in node.get_publishers_info_by_topic(name)}))
+        print(f"{name:42} {kind:42} {nodes}")
+    return 0
+
+
+def _topics(node: Node) -> dict[str, str]:
+    """Return type by name of the topics that somebody publishes."""
+    found = node.get_topic_names_and_types()
+    return {name: kinds[0] for name, kinds in found if node.count_publishers(name) > 0}
+
+
+def _await_type(node: Node, topic: str, wait: float) -> str:
+    end = time.monotonic() + wait
+    while time.monotonic() < end:
+        kind = _topics(node).get(topic, "")
+        if kind:
+            return kind
+        rclpy.spin_once(node, timeout_sec=0.05)
+    return ""
+
+
+def _message_class(kind: str) -> Any:
+    package, folder, name = kind.split("/")
+    return getattr(importlib.import_module(f"{package}.{folder}"), name)
+
+
+def _offered(node: Node, topic: str) -> QoSProfile:
+    """Return a quality that every publisher of the topic can serve."""
+    offers = [info.qos_profile for info in node.get_publishers_info_by_topic(topic)]
+    is_reliable = all(offer.reliability == ReliabilityPolicy.RELIABLE for offer in offers)
+    is_latched = all(offer.durability == DurabilityPolicy.TRANSIENT_LOCAL for offer in offers)
+    return QoSProfile(
+        depth=DEPTH,
+        reliability=ReliabilityPolicy.RELIABLE if is_reliable else ReliabilityPolicy.BEST_EFFORT,
+        durability=DurabilityPolicy.TRANSIENT_LOCAL if is_latched else DurabilityPolicy.VOLATILE,
+    )

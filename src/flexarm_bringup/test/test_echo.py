@@ -1,0 +1,68 @@
+"""``flexarm echo``: messages as YAML, single fields, topics that nobody publishes."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+import yaml
+from flexarm_interfaces.msg import ControllerStatus, ModalState, SensorHealth
+
+from flexarm_bringup.echo_node import pick
+
+PUBLISHER = """
+import rclpy, sys, time
+from rclpy.node import Node
+from flexarm_interfaces.msg import ControllerStatus
+from flexarm_model.node import LATCHED_QOS
+rclpy.init()
+node = Node("talker", namespace="flexarm")
+publisher = node.create_publisher(ControllerStatus, "said", LATCHED_QOS)
+publisher.publish(ControllerStatus(reason="hello: world", tracking_error=[0.5, -1.0]))
+print("ready", flush=True)
+sys.stdin.read()
+"""
+
+
+def test_a_message_becomes_plain_yaml_with_all_its_fields():
+    msg = ModalState(eta=np.array([1.5, 2.0]), sensors=[SensorHealth(name="gauge")])
+    value = yaml.safe_load(yaml.safe_dump(pick(msg, ""), sort_keys=False))
+    assert list(value) == list(msg.get_fields_and_field_types())
+    assert value["eta"] == [1.5, 2.0] and value["sensors"][0]["name"] == "gauge"
+
+
+def test_a_nested_field_is_picked():
+    msg = ControllerStatus()
+    msg.header.stamp.sec = 7
+    assert pick(msg, "header.stamp.sec") == 7
+
+
+@pytest.mark.parametrize(
+    ("field", "message"), [("resaon", "it has header, mode"), ("reason.x", "none, it is a value")]
+)
+def test_a_field_that_is_not_there_is_refused_with_those_that_are(field, message):
+    with pytest.raises(AttributeError, match=message):
+        pick(ControllerStatus(), field)
+
+
+def echo(*arguments: str) -> subprocess.CompletedProcess[str]:
+    command = [sys.executable, "-m", "flexarm_bringup.cli", "echo", *arguments]
+    return subprocess.run(command, capture_output=True, text=True, timeout=60, env=os.environ, check=False)
+
+
+@pytest.mark.ros
+def test_a_latched_message_is_printed_once_and_an_unknown_topic_lists_what_there_is():
+    with subprocess.Popen(
+        [sys.executable, "-c", PUBLISHER], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
+    ) as talker:
+        assert talker.stdout is not None and talker.stdout.readline() == "ready\n"
+        found = echo("said", "--once")
+        assert found.returncode == 0, found.stderr
+        value = yaml.safe_load(found.stdout.removesuffix("---\n"))
+        assert value["reason"] == "hello: world" and value["tracking_error"] == [0.5, -1.0]
+        unknown = echo("sayd", "--wait", "2")
+        assert unknown.returncode == 2 and "/flexarm/said" in unknown.stderr
+        talker.communicate("")
