@@ -22,7 +22,7 @@ from flexarm_bringup.compare_laws.legs import compared_legs
 from flexarm_bringup.compare_laws.page import Swept, build_page
 from flexarm_bringup.compare_laws.runs import CompareJob, run_compare_jobs
 from flexarm_bringup.compare_laws.schemes import Case, Scheme, plan_case
-from flexarm_bringup.compare_laws.sweep import sweep_points
+from flexarm_bringup.compare_laws.sweep import SWEEP_ERRORS, sweep_points
 from flexarm_bringup.progress import Progress
 from flexarm_bringup.report import add_report_arguments, publish
 from flexarm_bringup.static_arm import StaticArm
@@ -66,7 +66,8 @@ def run(args: argparse.Namespace) -> int:
         home, cases = _plan(task, args.quick)
         points = sweep_points(next(iter(cases.values()))) if args.sweep else []
         todo = _jobs(task, home, cases, args.quick)
-        sweep = _split(task, task.presets[0], home, 0.0, [point.scheme for point in points])
+        fast = [point.scheme for point in points]
+        sweep = [job for error in SWEEP_ERRORS for job in _split(task, task.presets[0], home, error, fast)]
         results = run_compare_jobs(
             [*todo, *sweep], lambda done, of: progress.say(f"simulating: {done} of {of} jobs"), args.workers
         )

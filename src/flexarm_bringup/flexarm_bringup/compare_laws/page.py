@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from flexarm_bringup.compare_laws.checks import all_checks, at_most, base_of
 from flexarm_bringup.compare_laws.judged import CompareResult
 from flexarm_bringup.compare_laws.schemes import LAW_NAMES, MPC, SCARCE, Case
-from flexarm_bringup.compare_laws.sweep import SweepPoint, shortest
+from flexarm_bringup.compare_laws.sweep import SWEEP_ERRORS, SweepPoint, by_error, shortest
 from flexarm_bringup.figures import Figure
 from flexarm_bringup.report import Cell, Check, Column, Page, Table
 from flexarm_bringup.residual import decibels
@@ -104,8 +104,8 @@ def _nominal(task: Task, preset: str, rows: Sequence[CompareResult], base: float
 def _robust(preset: str, rows: Sequence[CompareResult], base: float) -> Table:
     errors = sorted({r.frequency_error for r in rows})
     cells: list[list[Cell]] = []
-    for key, by_error in _by_scheme(rows).items():
-        level = {e: decibels(r.residual, base) if r.legs else None for e, r in by_error.items()}
+    for key, of_error in _by_scheme(rows).items():
+        level = {e: decibels(r.residual, base) if r.legs else None for e, r in of_error.items()}
         within = [v for e, v in level.items() if v is not None and abs(e) <= 0.1 + 1e-9]
         cells.append([*key, *(level.get(e) for e in errors), max(within, default=None)])
     columns = [
@@ -119,8 +119,8 @@ def _robust(preset: str, rows: Sequence[CompareResult], base: float) -> Table:
 def _settling(preset: str, rows: Sequence[CompareResult]) -> Table:
     errors = sorted({r.frequency_error for r in rows})
     cells: list[list[Cell]] = [
-        [*key, *(by_error[e].settling if e in by_error else None for e in errors)]
-        for key, by_error in _by_scheme(rows).items()
+        [*key, *(of_error[e].settling if e in of_error else None for e in errors)]
+        for key, of_error in _by_scheme(rows).items()
     ]
     columns = [*COLUMNS[:2], *(Column(f"f {100 * e:+.0f} %", ".3f") for e in errors)]
     return Table(_title("Settling with the frequencies off [s]", preset), columns, cells)
@@ -163,16 +163,19 @@ def _sweep(case: Case, swept: Swept) -> tuple[list[Table], list[Check]]:
     optimum = case.planned[case.legs[0].name].optimum
     if not points or optimum is None:
         return [], []
+    nominal, *off = by_error(points, results)
     rows: list[list[Cell]] = []
-    for point, result in zip(points, results, strict=True):
-        arrival = point.arrival(result)
-        kind, ratio = point.scheme.motion.split(",")[0], arrival / optimum.duration
-        rows.append([kind, point.duration, result.settling, result.moving, arrival, ratio])
+    for i, point in enumerate(points):
+        arrival, result = point.arrival(nominal[i]), nominal[i]
+        others = [point.arrival(of_error[i]) for of_error in off]
+        rows.append([point.kind, point.duration, result.settling, result.moving, arrival,
+                     arrival / optimum.duration, *others])  # fmt: skip
     columns = [
         Column(f"{LAW_NAMES[MPC]} on"), Column("duration\n[s]", ".3f"), Column("settles\n[s]", ".3f"),
         Column("moves for\n[s]", ".3f"), Column("takes\n[s]", ".3f"), Column("over the\nbound", ".2f"),
+        *(Column(f"takes, f\n{100 * error:+.0f} % [s]", ".3f") for error in SWEEP_ERRORS[1:]),
     ]  # fmt: skip
-    best, arrival = shortest(points, results)
+    best, arrival = shortest(points, nominal)
     notes = [f"time-optimal bound {optimum.duration:.3f} s; shortest: {best.scheme.motion}"]
     bound = case.task.compare.slowest
     name = "shortest time to settle over the time-optimal bound"

@@ -8,8 +8,9 @@ delay.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -40,6 +41,7 @@ class Scheme:
         legs: The moves in time.
         end: When everything has been watched [s].
         effort: Torque limits instead of the described ones, (n_theta,); None for those.
+        mpc: Settings of MPC that differ from the task's.
     """
 
     motion: str
@@ -48,12 +50,7 @@ class Scheme:
     legs: tuple[Leg, ...]
     end: float
     effort: Array | None = None
-
-    @property
-    def name(self) -> str:
-        """Name for people."""
-        scarce = "" if self.effort is None else ", scarce torque"
-        return f"{LAW_NAMES[self.law]}: {self.motion}{scarce}"
+    mpc: Mapping[str, Any] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
