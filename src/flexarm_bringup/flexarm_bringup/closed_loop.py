@@ -141,8 +141,8 @@ def run_loop(
     for k in range(n):
         started = time.process_time() if k == warm else started
         adopting += 0.0 if k % every else _serve(schedule, hardware.t, estimator, controller)
-        estimate = estimator.step(_measurements(samples, hardware), np.array(hardware.acted), hardware.t)
-        command = controller.step(_state(estimate))
+        estimate = estimator.step(measurements(samples, hardware), np.array(hardware.acted), hardware.t)
+        command = controller.step(arm_state(estimate))
         without += command.mode != law.law
         ticks.append(observe(hardware, estimate))
         samples = hardware.advance()
@@ -198,13 +198,15 @@ def observe_tick(hardware: Hardware, estimate: Estimate) -> dict[str, Array]:
     }
 
 
-def _measurements(samples: Sequence[Sample], hardware: Hardware) -> list[Measurement]:
+def measurements(samples: Sequence[Sample], hardware: Hardware) -> list[Measurement]:
+    """Return samples of the rig as the estimator takes them."""
     return [Measurement(sample.sensor, hardware.rig.time_of(sample.tick), sample.y) for sample in samples]
 
 
-def _state(estimate: Estimate) -> ArmState:
+def arm_state(estimate: Estimate) -> ArmState:
+    """Return an estimate as the controller takes it."""
     usable, sigma = estimate.status in ("ok", "degraded"), np.sqrt(np.diag(estimate.P)[: 2 * estimate.n])
     return ArmState(
         estimate.t, estimate.model_id, estimate.theta, estimate.eta, estimate.theta_dot, estimate.eta_dot,
-        estimate.d, usable, estimate.reason, sigma,
+        estimate.d, usable, estimate.reason, sigma, estimate.x[estimate.layout.s],
     )  # fmt: skip

@@ -92,7 +92,9 @@ def jumping(stand: ControllerStand) -> list[Finding]:
     return [
         Finding(f"references outside the limits that were taken, of {REFERENCES}", taken, 0),
         Finding("refusals that do not name the axis", silent, 0),
-        Finding("step of a reference that jumps / v_max T", _largest_step(stand, rng, limits.velocity), ROUNDED),
+        Finding(
+            "step of a reference that jumps / v_max T", _largest_step(stand, rng, limits.velocity), ROUNDED
+        ),
     ]
 
 
@@ -100,10 +102,7 @@ def _through_controller(stand: ControllerStand, wanted: Array) -> Array:
     law = _Random(wanted)
     controller = with_law(stand.controller(), law)
     model, n = stand.model, stand.model.n_theta
-    still = ArmState(
-        0.0, model.model_id, stand.loop.course.home, np.zeros(model.n_eta), np.zeros(n), np.zeros(model.n_eta),
-        np.zeros(n),
-    )  # fmt: skip
+    still = state_of(model, np.concatenate([stand.loop.course.home, np.zeros(2 * model.n - n)]), 0.0)
     return np.array([controller.step(replace(still, t=k * stand.dt)).tau for k in range(len(wanted))])
 
 
@@ -168,11 +167,11 @@ def _largest_step(stand: ControllerStand, rng: np.random.Generator, velocity: Ar
     for _ in range(20):
         goal = limits.position_low + rng.random(velocity.size) * (limits.position_high - limits.position_low)
         controller.follow(hold(goal))
-        for k in range(k, k + 10):
+        for _ in range(10):
             controller.step(replace(state, t=k * dt))
             assert controller.reference is not None
             positions.append(controller.reference.position(k * dt))
-        k += 1
+            k += 1
     return float((abs(np.diff(positions, axis=0)) / (velocity * dt)).max())
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -55,10 +56,17 @@ class LoopRun:
         return float(np.sqrt(np.mean(self.error[self.result.trace.t >= self.start] ** 2)))
 
 
+class NamedStand(Protocol):
+    """What the loop needs to know of a stand."""
+
+    name: str
+    seed: int
+
+
 class LoopStand:
     """The moves of a machine in closed loop."""
 
-    def __init__(self, stand: Stand) -> None:
+    def __init__(self, stand: NamedStand) -> None:
         """Plan the moves that the machine's task has."""
         self.task: Task = task_for(stand.name)
         config = load_config(find_manipulator(self.task.manipulator), self.task.presets[0])

@@ -34,7 +34,9 @@ def served_models(stand: ControllerStand) -> list[Finding]:
         controller.adopt(model)
         state = state_of(stale, np.concatenate([stale.pose, np.zeros(2 * stale.n - stale.n_theta)]), 0.0)
         taken += controller.step(state).mode == "mpc"
-        taken += controller.step(replace(state, model_id=model.model_id)).mode != "mpc"  # the sound one is not
+        taken += (
+            controller.step(replace(state, model_id=model.model_id)).mode != "mpc"
+        )  # the sound one is not
     return [
         Finding(f"frequency off a finer model, {POSES} poses", 100.0 * float(max(off)), 1.0, "%"),
         Finding("jump of a frequency within 1 degree", 100.0 * float(max(jump)), 2.0, "%"),

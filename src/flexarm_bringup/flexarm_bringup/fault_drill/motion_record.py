@@ -120,7 +120,7 @@ def record_motion(
         motors.update(samples)
         arrivals += [Arrival(k, sample) for sample in samples]
         rows.append((rig.time_of(k), tau, rig.plant.tip_pose()[:3, 3].copy()))
-        tau = controller.step(_drive_state(motors, model, rig.time_of(k))).tau
+        tau = controller.step(drive_state(motors, model, rig.time_of(k))).tau
         samples = rig.step(tau + (kicks or {}).get(k, 0.0))
     t, acted, tip = (np.array(column) for column in zip(*rows, strict=True))
     return MotionRecord(rig.dt, t, acted, tip, tuple(arrivals), model, _served(arm, model, n, rig.dt))
@@ -135,7 +135,8 @@ def _joint_pd(arm: DrilledArm, model: ReducedModel, dt: float) -> Controller:
     return controller
 
 
-def _drive_state(motors: MotorSide, model: ReducedModel, t: float) -> ArmState:
+def drive_state(motors: MotorSide, model: ReducedModel, t: float) -> ArmState:
+    """Return the state as the drives alone know it: no modes."""
     still = np.zeros(model.n_eta)
     return ArmState(
         t, model.model_id, motors.theta.copy(), still, motors.theta_dot.copy(), still, np.zeros(model.n_theta)

@@ -67,15 +67,23 @@ def capped(stand: ControllerStand) -> list[Finding]:
             mpc = replace(stand.mpc, backend=backend, max_iterations=cap, time_limit=time)
             commands += stand.follow(stand.controller(mpc, limits), stand.move_periods)
         used = [command for command in commands if command.mode == "mpc"]
-        finite = [np.isfinite(command.plan).all() for command in used]
+        finite = [bool(np.isfinite(command.plan).all()) for command in used]
         beyond = [float((abs(command.plan) / limits.effort).max()) - 1.0 for command in used]
         at_a_cap = [command.residual for command in used if "reached" in command.solver_status]
         residual = max(at_a_cap, default=0.0) / (ALLOWED * stand.mpc.tolerance)
         findings += [
-            Finding(f"{backend}: plans with a number that is not finite, of {len(used)}", finite.count(False), 0),
+            Finding(
+                f"{backend}: plans with a number that is not finite, of {len(used)}", finite.count(False), 0
+            ),
             Finding(f"{backend}: residual of {len(at_a_cap)} used at a cap / 10 tolerances", residual, 1.0),
-            Finding(f"{backend}: torque planned beyond its limit / limit", max(beyond), ALLOWED * stand.mpc.tolerance),
-            Finding(f"{backend}: answers refused, the cap does bite", len(commands) - len(used), 1, at_least=True),
+            Finding(
+                f"{backend}: torque planned beyond its limit / limit",
+                max(beyond),
+                ALLOWED * stand.mpc.tolerance,
+            ),
+            Finding(
+                f"{backend}: answers refused, the cap does bite", len(commands) - len(used), 1, at_least=True
+            ),
         ]
     return findings
 
@@ -90,7 +98,8 @@ def poisoned(stand: ControllerStand) -> list[Finding]:
             Finding(f"{backend}: plans used of {ALTERNATIONS} bad programs", modes[1::2].count("mpc"), 0),
             Finding(
                 f"{backend}: good programs not solved in the next cycle",
-                ALTERNATIONS - modes[::2].count("mpc"), 0,
+                ALTERNATIONS - modes[::2].count("mpc"),
+                0,
             ),  # fmt: skip
         ]
     return findings

@@ -1,0 +1,86 @@
+"""Row about restarts: estimator or controller begin anew in the middle of a move."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexarm_bringup.closed_loop import arm_state, measurements
+from flexarm_bringup.fault_drill.controller_stand import ControllerStand
+from flexarm_bringup.fault_drill.findings import Finding
+from flexarm_bringup.fault_drill.row import Row
+from flexarm_bringup.sim.hardware import Hardware
+from flexarm_bringup.sim.rig import RigSettings
+from flexarm_bringup.sim_study import loop_settings
+from flexarm_controller.guard import GuardCommand
+from flexarm_estimator.estimator import Estimator
+
+Array = NDArray[np.float64]
+AFTER = 2.0  # s that are watched after the restart
+WINDOW = 0.1  # s over which the tip error is taken as RMS
+BACK = 2.0  # e0
+ROUNDED = 1.0 + 1e-9
+
+
+@dataclass(frozen=True)
+class Run:
+    """A run, period by period: tip error [m] (k,), torque (k, n_theta), rung and reason (k,), guard's verdict."""
+
+    error: Array
+    tau: Array
+    modes: tuple[str, ...]
+    reasons: tuple[str, ...]
+    guard: str
+
+
+def restarts(stand: ControllerStand) -> list[Finding]:
+    """Restart the estimator, or the controller, in the middle of the first move."""
+    k0 = round(stand.loop.middle / stand.dt)
+    nominal = _run(stand, "", k0)
+    window = round(WINDOW / stand.dt)
+    e0 = float(np.sqrt(np.mean(nominal.error[k0:] ** 2)))
+    findings = []
+    for what in ("estimator", "controller"):
+        run = _run(stand, what, k0)
+        windows = np.lib.stride_tricks.sliding_window_view(run.error[k0:], window)
+        bad = np.flatnonzero(np.sqrt(np.mean(windows**2, axis=1)) > BACK * e0)
+        back = (int(bad[-1]) + 1) * stand.dt if bad.size else 0.0
+        steps = abs(np.diff(run.tau, axis=0)) / (stand.limits.effort_rate * stand.dt)
+        untrusted = [k for k, reason in enumerate(run.reasons) if "3 sigma" in reason and k >= k0]
+        used = sum(run.modes[k] == "mpc" for k in untrusted)
+        findings += [
+            Finding(f"{what}: cycles under the law before 3 sigma were small, {len(untrusted)} cycles", used, 0),
+            Finding(f"{what}: torque step / limit, guard's output", float(steps.max()), ROUNDED),
+            Finding(f"{what}: tip RMS within {BACK:g} e0 again after", back, 1.0, "s"),
+            Finding(f"{what}: stopped by the guard", float(bool(run.guard)), 0),
+        ]
+    return findings
+
+
+def _run(stand: ControllerStand, restarted: str, k0: int) -> Run:
+    """Do the first move under MPC on the nonlinear rig; restart something at tick ``k0``."""
+    loop = stand.loop
+    settings = loop_settings(loop.task, "mpc", RigSettings(seed=stand.seed))
+    hardware = Hardware(loop.config, settings.rig, plant=stand.hardware.rig.plant)
+    sensors, model = loop.config.sensors, stand.model
+    estimator, controller = Estimator(model, loop.tree, sensors, settings.estimator), stand.controller()
+    hardware.guard.arm(0.0, 1)
+    rows, samples = [], hardware.observe()
+    for k in range(k0 + round(AFTER / stand.dt)):
+        if k == k0 and restarted == "estimator":
+            estimator = Estimator(model, loop.tree, sensors, settings.estimator)
+        if k == k0 and restarted == "controller":
+            controller = stand.controller()
+        estimate = estimator.step(measurements(samples, hardware), np.array(hardware.acted), hardware.t)
+        command = controller.step(arm_state(estimate))
+        error = np.linalg.norm(estimate.T_world_tip[:3, 3] - hardware.rig.plant.tip_pose()[:3, 3])
+        rows.append((error, np.array(hardware.tau), command.mode, command.reason))
+        samples = hardware.advance()
+        hardware.choose_torque(GuardCommand(command.t, k + 1, 1, tuple(map(float, command.tau))))
+    error, tau, modes, reasons = zip(*rows, strict=True)
+    return Run(np.array(error), np.array(tau), modes, reasons, hardware.guard.reason)
+
+
+ROWS = (Row(45, "estimator or controller restarts in a move", "takes over when sure, without a jump", restarts),)
