@@ -149,16 +149,20 @@ def test_the_gate_finds_the_pose_at_which_the_six_axis_arm_rings_by_itself() -> 
     assert speed["mid"] > 5.0 * speed["home"]  # it rings at the limits of its torque
 
 
-def test_the_command_tells_modes_and_poses_and_writes_both_files(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    files = ["--json", str(tmp_path / "m.json"), "--html", str(tmp_path / "m.html")]
+def test_the_command_tells_modes_and_poses(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    files = ["--json", str(tmp_path / "m.json")]
     assert main(["margins", "single_link", "--preset", "light_hub", "--along", "0", *files]) == 0
     assert "mode 2" in capsys.readouterr().out
     page = json.loads((tmp_path / "m.json").read_text(encoding="utf-8"))
     assert len(page["cases"]) == 5 and all(case["stable"] for case in page["cases"])
     assert [row[0] for row in page["tables"][0]["rows"]][:3] == ["all torques", "mode 1", "mode 2"]
-    assert (tmp_path / "m.html").read_text(encoding="utf-8").count("<svg") == 2
+
+
+@pytest.mark.slow
+def test_the_page_has_poles_and_margins_as_figures_over_named_poses_and_moves(tmp_path: Path) -> None:
+    html = tmp_path / "m.html"
+    assert main(["margins", "planar_3rrr", "--along", "3", "--html", str(html)]) == 0
+    assert html.read_text(encoding="utf-8").count("<svg") == 2
 
 
 def test_the_command_fails_for_an_optimistic_filter(capsys: pytest.CaptureFixture[str]) -> None:

@@ -31,6 +31,8 @@ def delay_margin(answer: Complex, of_early: Complex, angles: Array) -> float:
         of_early: To what of that force is due to the first parts of the period, (PARTS + 1, k).
         angles: From 0 to pi [rad], (k,).
     """
+    if (2.0 * (abs(answer) + abs(of_early).max(axis=0))).max() < 1.0:  # w cannot reach zero, however late
+        return float(MOST)
     for part in range(1, MOST * PARTS + 1):
         if unstable_zeros(1.0 - late(answer, of_early, angles, part) + answer):
             return (part - 1) / PARTS

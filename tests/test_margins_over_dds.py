@@ -1,0 +1,58 @@
+"""The spill-over gate between the running nodes: an arm whose loop would ring cannot be armed."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+from flexarm_interfaces.srv import SetNoise
+from running_graph import Ear, running
+from std_msgs.msg import String
+
+from flexarm_bringup.graph import rig_graph
+from flexarm_model.node import LATCHED_QOS
+
+pytestmark = pytest.mark.ros
+
+TOPICS = ("controller_status", "joint_commands", "guard_status")
+OPTIMISTIC = {"estimator": {"modal_force": 1e-3, "acceleration_noise": 0.03}}
+MODE_2 = "margins: mode 2 is unstable"
+
+
+def verdicts(ear: Ear) -> list[str]:
+    heard: list[str] = []
+    ear.node.create_subscription(
+        String, "controller/margins", lambda msg: heard.append(msg.data), LATCHED_QOS
+    )
+    return heard
+
+
+def set_modal_force(ear: Ear, value: float) -> Any:
+    client = ear.node.create_client(SetNoise, "estimator/set_noise")
+    ear.wait(client.service_is_ready, 20.0, "set_noise")
+    future = client.call_async(SetNoise.Request(name="modal_force", value=[value]))
+    ear.wait(future.done, 20.0, "the answer of set_noise")
+    return future.result()
+
+
+def test_an_optimistic_estimator_keeps_the_arm_from_being_armed_until_it_is_tuned_otherwise(
+    tmp_path: Path,
+) -> None:
+    with running(rig_graph(preset="light_hub", settings=OPTIMISTIC), TOPICS, tmp_path) as (_, ear):
+        heard = verdicts(ear)
+        ear.wait_ready("model", "estimator", "controller", "rig")
+        ear.wait(lambda: bool(heard), 10.0, "the verdict")
+        assert heard[-1].startswith(MODE_2)
+        answer = ear.call("rig/arm")
+        assert not answer.success and answer.message.startswith(MODE_2)
+        ear.wait(lambda: _says(ear, MODE_2), 10.0, "the controller to say why it sends nothing")
+        assert not ear.heard["joint_commands"]
+        assert set_modal_force(ear, 0.13).success
+        ear.wait(lambda: heard[-1] == "", 20.0, "another verdict")
+        ear.wait(lambda: ear.call("rig/arm").success, 20.0, "arming")
+        ear.wait(lambda: bool(ear.heard["joint_commands"]), 10.0, "a command")
+
+
+def _says(ear: Ear, reason: str) -> bool:
+    return any(msg.reason.startswith(reason) and not msg.mode for msg in ear.heard["controller_status"])
