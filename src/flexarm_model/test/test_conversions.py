@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from flexarm_model.reduced_model import Outputs, ReducedModel
+from flexarm_model.steady_filter import SteadyFilter
 
 pytestmark = pytest.mark.ros
 conversions = pytest.importorskip("flexarm_model.conversions", reason="needs ROS and flexarm_interfaces")
@@ -83,3 +84,31 @@ def test_a_model_that_could_not_be_restored_is_not_sent() -> None:
     changed.pop("model_id", None)
     with pytest.raises(ValueError, match=r"not omega\^2"):
         conversions.model_to_msg(ReducedModel(**changed))
+
+
+def random_filter(seed: int) -> SteadyFilter:
+    rng = np.random.default_rng(seed)
+    F, G, L = rng.normal(size=(7, 7)), rng.normal(size=(7, 2)), rng.normal(size=(7, 3))
+    return SteadyFilter("0123", 0.005, ("a.x", "b.y", "b.z"), ("camera",), F, G, L)
+
+
+def test_a_settled_filter_survives_the_wire_bit_for_bit() -> None:
+    sent = random_filter(5)
+    found = conversions.filter_from_msg(conversions.filter_to_msg(sent, 7), 2)
+    assert (found.model_id, found.dt, found.rows, found.left_out) == ("0123", 0.005, sent.rows, ("camera",))
+    for name in ("F", "G", "L"):
+        assert np.array_equal(getattr(found, name), getattr(sent, name))
+
+
+def test_a_settled_filter_with_a_number_too_few_or_none_at_all_is_refused() -> None:
+    msg = conversions.filter_to_msg(random_filter(6))
+    with pytest.raises(conversions.ModelMessageError, match="g: 14 numbers, 21 expected"):
+        conversions.filter_from_msg(msg, 3)
+    msg.reason = "no sensor speaks in every control period"
+    with pytest.raises(conversions.ModelMessageError, match="no settled filter: no sensor speaks"):
+        conversions.filter_from_msg(msg, 2)
+
+
+def test_a_settled_filter_whose_matrices_do_not_fit_cannot_be_made() -> None:
+    with pytest.raises(ValueError, match="do not fit"):
+        SteadyFilter("0123", 0.005, ("a.x",), (), np.eye(3), np.ones((3, 1)), np.ones((3, 2)))

@@ -1,0 +1,57 @@
+"""What stands before the first torque: verdicts are asked for when they can be, and only then."""
+
+from types import SimpleNamespace
+
+from flexarm_controller.margins.arming import UNKNOWN, Arming
+
+MODEL, OTHER = SimpleNamespace(model_id="a"), SimpleNamespace(model_id="b")
+FILTER = SimpleNamespace(model_id="a")
+
+
+class FakeGate:
+    """Gives verdicts out of a list."""
+
+    def __init__(self, *reasons):
+        self.reasons, self.asked = list(reasons), 0
+
+    def judge(self, model, filter_):
+        self.asked += 1
+        return self.reasons.pop(0)
+
+
+def test_nothing_may_be_sent_before_the_filter_is_known():
+    arming = Arming(FakeGate())
+    assert arming.reason == UNKNOWN and not arming.is_known
+    assert not arming.look(MODEL, is_armed=False)
+
+
+def test_a_verdict_waits_for_model_and_filter_that_belong_together():
+    gate = FakeGate("")
+    arming = Arming(gate)
+    arming.take(FILTER)
+    assert not arming.look(None, is_armed=False) and not arming.look(OTHER, is_armed=False)
+    assert arming.look(MODEL, is_armed=False)
+    assert (arming.reason, arming.is_known, gate.asked) == ("", True, 1)
+    assert not arming.look(MODEL, is_armed=False)  # once is enough
+
+
+def test_nothing_is_judged_while_the_arm_is_armed():
+    gate = FakeGate("", "margins: mode 2 is unstable")
+    arming = Arming(gate)
+    arming.take(FILTER)
+    arming.look(MODEL, is_armed=False)
+    arming.take(FILTER)  # tuned otherwise while it moves
+    assert not arming.look(MODEL, is_armed=True) and arming.reason == ""
+    assert arming.look(MODEL, is_armed=False) and arming.reason == "margins: mode 2 is unstable"
+
+
+def test_an_estimator_without_a_settled_filter_is_a_reason_too():
+    arming = Arming(FakeGate())
+    arming.take(None, "no sensor speaks in every control period")
+    assert arming.reason == "margins: no sensor speaks in every control period" and arming.is_known
+
+
+def test_without_a_gate_everything_may_be_sent():
+    arming = Arming(None)
+    arming.take(FILTER)
+    assert arming.reason == "" and arming.is_known and not arming.look(MODEL, is_armed=False)
