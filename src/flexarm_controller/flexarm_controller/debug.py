@@ -81,13 +81,13 @@ class Insight:
         if state.model_id != model.model_id or not state.is_finite:
             return Expectation(NO_TIP, np.zeros(0), np.full(model.n_eta, np.nan))
         ahead = self._ahead
-        now = ahead.mode_energy(state.x[None])[0]
+        now = vibration_energy(model, state.x[None])[0]
         if not command.plan.size:
             return Expectation(NO_TIP, np.zeros(0), now)
         sent = np.zeros((torques_kept(self._config, self.period), command.tau.size))
         states = ahead.states(state, sent if self._sent is None else self._sent, command.plan)
         tip = np.array([self._tip(q) for q in ahead.coordinates(states)])
-        return Expectation(tip, ahead.mode_energy(states).sum(axis=1), now)
+        return Expectation(tip, vibration_energy(model, states).sum(axis=1), now)
 
 
 class _Ahead:
@@ -98,9 +98,6 @@ class _Ahead:
         self._system = plant(model, dt)
         self._delay = Delay(model, self._system, config, dt)
         self._prediction = predict(self._system, (1,) * config.horizon)
-        equilibrium = build_equilibrium(model)
-        n, m = model.n, model.n_theta
-        self._rest, self._rest_0 = equilibrium.X[m:n, :m], equilibrium.x_0[m:n]
 
     def states(self, state: ArmState, sent: Array, plan: Array) -> Array:
         """Return the states from the plan's beginning on, (k + 1, n_x)."""
@@ -116,8 +113,9 @@ class _Ahead:
         model = self.model
         return np.asarray(model.q0 + (states[:, : model.n] - model.xi0) @ model.Phi.T)
 
-    def mode_energy(self, states: Array) -> Array:
-        """Return the energy of every mode's vibration [J], (k, n_eta)."""
-        n, m = self.model.n, self.model.n_theta
-        away = states[:, m:n] - states[:, :m] @ self._rest.T - self._rest_0
-        return np.asarray((states[:, n + m :] ** 2 + (self.model.omega * away) ** 2) / 2.0)
+
+def vibration_energy(model: ReducedModel, states: Array) -> Array:
+    """Return the energy of every mode's vibration in states of a model [J], (k, n_x) -> (k, n_eta)."""
+    n, m, equilibrium = model.n, model.n_theta, build_equilibrium(model)
+    rest = states[:, :m] @ equilibrium.X[m:n, :m].T + equilibrium.x_0[m:n]
+    return np.asarray((states[:, n + m :] ** 2 + (model.omega * (states[:, m:n] - rest)) ** 2) / 2.0)

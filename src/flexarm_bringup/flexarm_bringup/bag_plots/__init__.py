@@ -1,0 +1,1 @@
+"""Plots straight from a bag: one panel per question, those whose topics the bag lacks are named."""

@@ -1,0 +1,126 @@
+"""Plot a bag: tip, axes, torques, modes, strain, sensors, the controller's rungs, times and energies.
+
+  flexarm plot BAG                        write BAG.html, one page with all panels that the bag has topics for
+  flexarm plot BAG --html FILE            the same into FILE
+  flexarm plot BAG --png DIR              one picture per panel into a folder
+  flexarm plot BAG --topics strain /imu   only what concerns these topics; any topic, also of other robots
+
+Topics are relative to /flexarm unless they begin with a slash. What the bag lacks is said. A bag of another
+robot has its numbers drawn, topic by topic. Exit code 2 and the reason when a bag cannot be used.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+from flexarm_bringup.bag_plots.fields_panel import fields_panel
+from flexarm_bringup.bag_plots.panel import Panel
+from flexarm_bringup.bag_plots.panels import PANELS
+from flexarm_bringup.bag_plots.series import BagSeries
+from flexarm_bringup.bag_reader import check_bag
+from flexarm_bringup.bag_writer import BagError
+from flexarm_bringup.figures import Figure, drawing, to_figure
+from flexarm_bringup.report import Cells, Column, Page, Table
+
+UNUSABLE = 2
+WIDTH = 9.0  # inch
+DPI = 110
+MOST_FOREIGN = 12  # topics of another robot's bag that are drawn unasked
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the bag, the topics and where to write."""
+    parser.add_argument("bag", type=Path, help="folder of a recorded bag")
+    parser.add_argument(
+        "--topics", nargs="+", default=[], metavar="TOPIC", help="only panels of these topics"
+    )
+    where = parser.add_mutually_exclusive_group()
+    where.add_argument("--html", type=Path, metavar="FILE", help="page to write (BAG.html)")
+    where.add_argument("--png", type=Path, metavar="DIR", help="folder for one picture per panel instead")
+
+
+def run(args: argparse.Namespace) -> int:
+    """Draw, write, say what is missing; return the exit code."""
+    try:
+        series = BagSeries(check_bag(args.bag))
+        panels = choose(series, args.topics)
+    except ValueError as error:  # BagError
+        print(f"flexarm plot: {error}", file=sys.stderr)
+        return UNUSABLE
+    page = build_page(series, panels, () if args.png else panels)
+    print(page.to_text())
+    if args.png:
+        written = write_pictures(series, panels, args.png)
+    else:
+        written = [args.html or args.bag.with_name(f"{args.bag.name}.html")]
+        written[0].write_text(page.to_html(), encoding="utf-8")
+    print("\n" + "\n".join(f"wrote {path}" for path in written))
+    return 0
+
+
+def choose(series: BagSeries, topics: Sequence[str]) -> list[Panel]:
+    """Return the panels that a bag has messages for.
+
+    Args:
+        series: The bag.
+        topics: Only those that concern these; none: all.
+
+    Raises:
+        BagError: It has none of the topics asked for, or nothing that can be drawn.
+    """
+    absent = [topic for topic in topics if not series.has(topic)]
+    if absent:
+        known = ", ".join(sorted(name for name, count in series.counts.items() if count))
+        raise BagError(f"{series.path}: no message on {', '.join(absent)}; it has {known}")
+    wanted = {name for topic in topics for name in series.topics(topic)}
+    ready = [panel for panel in PANELS if not panel.missing(series)]
+    if wanted:
+        ready = [panel for panel in ready if wanted & _names(panel, series)]
+    drawn = {name for panel in ready for name in _names(panel, series)}
+    others = sorted(wanted - drawn) if wanted or ready else sorted(n for n, c in series.counts.items() if c)
+    more = [fields_panel(name, series) for name in others[: len(wanted) or MOST_FOREIGN]]
+    ready += [panel for panel in more if panel is not None]
+    if not ready:
+        raise BagError(f"{series.path}: holds nothing that can be drawn")
+    return ready
+
+
+def build_page(series: BagSeries, panels: Sequence[Panel], drawn: Sequence[Panel]) -> Page:
+    """Return the page: the figures of ``drawn``, and what is missing."""
+    counted = sum(series.counts.values())
+    arm = f" of {series.config.name} ({series.config.preset or 'no preset'})" if series.config else ""
+    lead = f"{counted} messages{arm}. Time zero is the first estimate, or the first measurement without one."
+    figures = [draw(panel, series) for panel in drawn]
+    rows: list[Cells] = [
+        [panel.name, ", ".join(panel.missing(series)) or "-", "drawn" if panel in panels else "left out"]
+        for panel in [*PANELS, *(panel for panel in panels if panel not in PANELS)]
+    ]
+    table = Table("Panels", [Column("panel"), Column("topics missing"), Column("")], rows)
+    return Page(f"Bag {series.path.name}", lead, [*figures, table])
+
+
+def draw(panel: Panel, series: BagSeries) -> Figure:
+    """Return a panel as a figure of the page."""
+    with drawing(WIDTH, panel.height) as plot:
+        panel.draw(plot, series)
+        return to_figure(plot, panel.title)
+
+
+def write_pictures(series: BagSeries, panels: Sequence[Panel], folder: Path) -> list[Path]:
+    """Write one picture per panel, dark on white; return their paths."""
+    folder.mkdir(parents=True, exist_ok=True)
+    written = []
+    for panel in panels:
+        with drawing(WIDTH, panel.height) as plot:
+            panel.draw(plot, series)
+            plot.suptitle(panel.title, fontsize=10)
+            written.append(folder / f"{panel.name}.png")
+            plot.savefig(written[-1], dpi=DPI, facecolor="white")
+    return written
+
+
+def _names(panel: Panel, series: BagSeries) -> set[str]:
+    return {name for topic in (*panel.topics, *panel.uses) for name in series.topics(topic)}

@@ -1,0 +1,96 @@
+"""Panels of what was measured and known: modes, strain, accelerations, sensors."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexarm_bringup.bag_plots.panel import LIMIT, QUIET, line, name_rows, stacked, strip
+from flexarm_bringup.bag_plots.series import BagSeries, constant_names, thin
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure as Plot
+
+Array = NDArray[np.float64]
+SHOWN_MODES = 6
+SIGMAS = 3.0
+GATE = 3.0  # innovations beyond so many sigma are rare
+
+
+def draw_modes(plot: Plot, series: BagSeries) -> None:
+    """Draw the modal amplitudes with three sigma."""
+    first, t = series.messages("modal_state")[0], series.times("modal_state")
+    eta = series.column("modal_state", lambda msg: msg.eta)
+    sigma = series.column("modal_state", lambda msg: mode_sigma(msg.covariance, len(msg.theta), len(msg.eta)))
+    for i, axes in enumerate(stacked(plot, min(eta.shape[1], SHOWN_MODES))):
+        t_low, low = thin(t, eta[:, i] - SIGMAS * sigma[:, i])
+        t_high, high = thin(t, eta[:, i] + SIGMAS * sigma[:, i])
+        axes.fill(
+            np.append(t_low, t_high[::-1]),
+            np.append(low, high[::-1]),
+            alpha=0.3,
+            linewidth=0,
+            label="3 sigma",
+        )
+        line(axes, t, eta[:, i], label="estimate")
+        axes.set_ylabel(f"{first.names[i]}\n[kg$^{{1/2}}$ m]")
+        if i == 0:
+            axes.legend(fontsize=8, ncols=2)
+
+
+def mode_sigma(covariance: Array, n_theta: int, n_eta: int) -> Array:
+    """Return one sigma of the modes from the covariance of a modal state, row major, (n_eta,)."""
+    size = round(len(covariance) ** 0.5)
+    variance = np.asarray(covariance, float).reshape(size, size).diagonal()[n_theta : n_theta + n_eta]
+    return np.asarray(np.sqrt(np.maximum(variance, 0.0)))
+
+
+def draw_strain(plot: Plot, series: BagSeries) -> None:
+    """Draw the strain at every gauge, true too where it is known, and its limit."""
+    axes = plot.subplots()
+    first = series.messages("strain")[0]
+    t, strain = series.times("strain"), 1e6 * series.column("strain", lambda msg: msg.strain)
+    for i, name in enumerate(first.names):
+        line(axes, t, strain[:, i], label=name)
+    if series.has("truth"):
+        truth = 1e6 * series.column("truth", lambda msg: msg.strain)
+        for i in range(truth.shape[1]):
+            line(axes, series.times("truth"), truth[:, i], label="truth" if i == 0 else None, **QUIET)
+    gauges = [spec for spec in series.config.sensors if spec.kind == "strain_gauge"] if series.config else []
+    bounds = {1e6 * spec.limit for spec in gauges if np.isfinite(spec.limit)}
+    for bound in bounds:
+        for side in (-bound, bound):
+            axes.axhline(side, **LIMIT)
+    axes.set(xlabel="time [s]", ylabel="strain [µm/m]")
+    axes.legend(fontsize=8, ncols=4)
+
+
+def draw_accelerations(plot: Plot, series: BagSeries) -> None:
+    """Draw the specific force of every accelerometer."""
+    topics = series.topics("imu/*")
+    for topic, axes in zip(topics, stacked(plot, len(topics)), strict=True):
+        force = series.column(topic, lambda msg: [getattr(msg.linear_acceleration, axis) for axis in "xyz"])
+        for i, name in enumerate("xyz"):
+            if np.isfinite(force[:, i]).any() and force[:, i].any():
+                line(axes, series.times(topic), force[:, i], label=name)
+        axes.set_ylabel(f"{topic.rpartition('/')[2]}\n[m/s²]")
+        axes.legend(fontsize=8, ncols=3)
+
+
+def draw_sensors(plot: Plot, series: BagSeries) -> None:
+    """Draw the health of every sensor as a strip, and its normalised innovations below."""
+    messages, t = series.messages("modal_state"), series.times("modal_state")
+    names = [sensor.name for sensor in messages[0].sensors]
+    top, bottom = plot.subplots(2, 1, sharex=True, height_ratios=(1, 1.6))
+    states, colours = constant_names(messages[0].sensors[0]) if names else {}, dict[str, str]()
+    for row, name in enumerate(names):
+        found = [{s.name: s for s in msg.sensors}.get(name) for msg in messages]
+        strip(top, row, t, [states.get(s.status, "?") if s else "unknown" for s in found], colours)
+        innovation = np.array([s.normalised_innovation if s else np.nan for s in found])
+        line(bottom, t, innovation, label=name, linewidth=0.8)
+    name_rows(top, names, colours)
+    bottom.axhspan(0.0, GATE, color="#888888", alpha=0.15, linewidth=0)
+    bottom.set(xlabel="time [s]", ylabel="normalised innovation [1]", ylim=(0.0, None))
+    bottom.legend(fontsize=8, ncols=4)

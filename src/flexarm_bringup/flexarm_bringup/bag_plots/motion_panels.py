@@ -1,0 +1,149 @@
+"""Panels of what moved: the tip, the axes, the torques, goals of the tip."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexarm_bringup.bag_plots.panel import LIMIT, QUIET, line, name_rows, stacked, strip
+from flexarm_bringup.bag_plots.series import BagSeries, constant_names
+from flexarm_controller.motion.tip_kinematics import TipKinematics
+from flexarm_controller.reference import Reference
+from flexarm_model.reduced_tree import ReducedTree
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure as Plot
+
+Array = NDArray[np.float64]
+ASKED = 400  # instants at which the reference's tip is worked out
+STILL = 1e-4  # m; a direction in which the tip moves less is not drawn
+BALL = 0.5  # mm
+STYLES = {"reference": "--", "estimate": "-", "truth": ":"}
+
+
+def references(series: BagSeries) -> list[tuple[float, Reference]]:
+    """Return the references of a bag in the order sent, each with when it was sent [s]."""
+    found = []
+    for msg, t in zip(series.messages("reference"), series.times("reference"), strict=True):
+        points = [p for p in msg.points if len(p.positions)]
+        since = [p.time_from_start.sec + 1e-9 * p.time_from_start.nanosec for p in points]
+        theta = np.array([p.positions for p in points], float)
+        rates = (np.array([_or_zero(getattr(p, name), p) for p in points]) for name in _RATES)
+        found.append((float(t), Reference(float(t) + np.array(since), theta, *rates)))
+    return found
+
+
+def asked(series: BagSeries, times: Array) -> Array:
+    """Return what the references in force ask of the axes, (k, n_theta); NaN before the first."""
+    sent = references(series)
+    theta = np.full((times.size, sent[0][1].theta.shape[1]), np.nan)
+    for t, reference in sent:
+        after = times >= t
+        theta[after] = reference.sample(times[after])[0]
+    return theta
+
+
+def draw_tip(plot: Plot, series: BagSeries) -> None:
+    """Draw the coordinates of the tip that change, and how far it is from where the reference wants it."""
+    curves = {"estimate": (series.times("end_effector"), series.column("end_effector", _position))}
+    if series.has("truth"):
+        curves["truth"] = series.times("truth"), series.column("truth", lambda msg: msg.tip[:3])
+    wanted = _wanted_tip(series)
+    if wanted is not None:
+        curves["reference"] = wanted
+    moving = [
+        i for i in range(3) if max(np.ptp(y[:, i][np.isfinite(y[:, i])]) for _, y in curves.values()) > STILL
+    ]
+    panels = stacked(plot, max(len(moving), 1) + (wanted is not None))
+    for axes, i in zip(panels, moving or [0], strict=False):
+        for name, (t, y) in curves.items():
+            line(axes, t, y[:, i], label=name, linestyle=STYLES[name])
+        axes.set_ylabel(f"{'xyz'[i]} [m]")
+    panels[0].legend(fontsize=8, ncols=3)
+    if wanted is not None:
+        _draw_distance(panels[-1], curves)
+
+
+def _draw_distance(axes: Any, curves: dict[str, tuple[Array, Array]]) -> None:
+    t, wanted = curves["reference"]
+    for name in ("estimate", "truth"):
+        if name in curves:
+            at = [np.interp(t, curves[name][0], curves[name][1][:, i]) for i in range(3)]
+            line(axes, t, 1e3 * np.linalg.norm(np.transpose(at) - wanted, axis=1), linestyle=STYLES[name])
+    axes.axhspan(0.0, BALL, color="#888888", alpha=0.25, linewidth=0)
+    axes.set_yscale("symlog", linthresh=BALL)
+    axes.set_ylabel("off the\nreference [mm]")
+    axes.set_ylim(bottom=0.0)
+
+
+def _wanted_tip(series: BagSeries) -> tuple[Array, Array] | None:
+    """Return where the reference's tip would rest, (k,) and (k, 3); None without reference or description."""
+    if series.config is None or not series.has("reference"):
+        return None
+    tip = TipKinematics(ReducedTree(series.config))
+    times = np.linspace(max(series.times("reference")[0], 0.0), series.end, ASKED)
+    return times, np.array([tip.at_rest(theta) for theta in asked(series, times)])
+
+
+def draw_joints(plot: Plot, series: BagSeries) -> None:
+    """Draw every axis as measured and as asked for."""
+    first = series.messages("joint_states")[0]
+    t, theta = series.times("joint_states"), series.column("joint_states", lambda msg: msg.position)
+    wanted = asked(series, t) if series.has("reference") else None
+    for i, axes in enumerate(stacked(plot, len(first.name))):
+        line(axes, t, theta[:, i], label="measured")
+        if wanted is not None and i < wanted.shape[1]:
+            line(axes, t, wanted[:, i], label="reference", linestyle="--")
+        axes.set_ylabel(f"{first.name[i]}\n[{'m' if _is_linear(first.name[i]) else 'rad'}]")
+        if i == 0:
+            axes.legend(fontsize=8, ncols=2)
+
+
+def draw_torques(plot: Plot, series: BagSeries) -> None:
+    """Draw what the guard let through to every motor, what the controller asked for, and the limits."""
+    first = series.messages("applied_effort")[0]
+    t, tau = series.times("applied_effort"), series.column("applied_effort", lambda msg: msg.effort)
+    limits = [axis.effort for axis in series.config.actuated.values()] if series.config else []
+    for i, axes in enumerate(stacked(plot, len(first.name))):
+        if series.has("joint_commands"):
+            wanted = series.column("joint_commands", lambda msg: msg.effort)
+            line(axes, series.times("joint_commands"), wanted[:, i], label="commanded", linestyle="--")
+        line(axes, t, tau[:, i], label="applied")
+        for bound in (-limits[i], limits[i]) if i < len(limits) else ():
+            axes.axhline(bound, **LIMIT)
+        axes.set_ylabel(f"{first.name[i]}\n[{'N' if _is_linear(first.name[i]) else 'N m'}]")
+        if i == 0:
+            axes.legend(fontsize=8, ncols=2)
+
+
+def draw_goals(plot: Plot, series: BagSeries) -> None:
+    """Draw what became of the goals of the tip, and how far it was from them."""
+    messages, t = series.messages("motion_status"), series.times("motion_status")
+    names = constant_names(messages[0])
+    top, bottom = plot.subplots(2, 1, sharex=True, height_ratios=(1, 3))
+    colours: dict[str, str] = {}
+    strip(top, 0, t, [names.get(msg.state, "?") for msg in messages], colours)
+    name_rows(top, ["goal"], colours)
+    distance = 1e3 * series.column("motion_status", lambda msg: msg.distance)
+    bottom.plot(t, distance, marker=".", linestyle="none")
+    bottom.axhline(BALL, **QUIET)
+    bottom.set_yscale("symlog", linthresh=BALL)
+    bottom.set(xlabel="time [s]", ylabel="tip from its goal [mm]", ylim=(0.0, None))
+
+
+_RATES = ("velocities", "accelerations")
+
+
+def _or_zero(values: Any, point: Any) -> Array:
+    return np.asarray(values if len(values) else np.zeros(len(point.positions)), float)
+
+
+def _position(msg: Any) -> list[float]:
+    p = msg.pose.pose.position
+    return [p.x, p.y, p.z]
+
+
+def _is_linear(axis: str) -> bool:
+    return axis.rpartition(".")[2].startswith("t")

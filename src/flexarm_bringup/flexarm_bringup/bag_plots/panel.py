@@ -1,0 +1,84 @@
+"""A panel: the question it answers, the topics it needs, and how it is drawn."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexarm_bringup.bag_plots.series import BagSeries, spells, thin
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure as Plot
+
+Array = NDArray[np.float64]
+LIMIT: dict[str, Any] = {"color": "#c0392b", "linewidth": 1.0, "linestyle": "--"}
+QUIET: dict[str, Any] = {"color": "#888888", "linewidth": 0.8, "linestyle": ":"}
+PALETTE = ("#2f9e77", "#3b82c4", "#d9772b", "#b0568f", "#8a7d2f", "#7d6bd0", "#c0392b", "#888888")
+KNOWN = {
+    **dict.fromkeys(("ok", "armed", "mpc", "nmpc", "succeeded"), "#2f9e77"),
+    **dict.fromkeys(("lqr", "pd", "executing", "degraded"), "#3b82c4"),
+    **dict.fromkeys(("shifted plan", "accepted", "stale"), "#8a7d2f"),
+    **dict.fromkeys(("damping", "canceled", "starting"), "#d9772b"),
+    **dict.fromkeys(("braking", "aborted", "rejected", "faulty", "lost", "binds"), "#c0392b"),
+    **dict.fromkeys(("hold", "off", "stopped", "inactive"), "#888888"),
+    "free": "none",
+}
+TIME = "time [s]"
+
+
+@dataclass(frozen=True)
+class Panel:
+    """One figure of the page.
+
+    Attributes:
+        name: Short, also of its file.
+        title: What is asked, also the caption.
+        topics: Relative topics without which there is no answer.
+        uses: Topics that are drawn, too, where they are there.
+        draw: Draws into an empty figure.
+        height: Of the figure [inch].
+    """
+
+    name: str
+    title: str
+    topics: tuple[str, ...]
+    draw: Callable[[Plot, BagSeries], None]
+    uses: tuple[str, ...] = ()
+    height: float = 3.6
+
+    def missing(self, series: BagSeries) -> list[str]:
+        """Return the topics that it needs and the bag lacks."""
+        return [topic for topic in self.topics if not series.has(topic)]
+
+
+def line(axes: Any, t: Array, y: Array, **style: Any) -> None:
+    """Draw a line, thinned."""
+    axes.plot(*thin(t, y), **style)
+
+
+def strip(axes: Any, row: int, t: Array, names: Sequence[str], colours: dict[str, str]) -> None:
+    """Draw a strip that has a colour for every name; new names get the next colour of the palette."""
+    for start, length, name in spells(t, names):
+        colour = colours.setdefault(name, KNOWN.get(name, PALETTE[len(colours) % len(PALETTE)]))
+        axes.broken_barh([(start, length)], (row - 0.4, 0.8), facecolors=colour, linewidth=0)
+
+
+def name_rows(axes: Any, rows: Sequence[str], colours: dict[str, str]) -> None:
+    """Label the rows of strips and say what the colours mean."""
+    axes.set(yticks=range(len(rows)), yticklabels=rows, ylim=(len(rows) - 0.5, -0.5))
+    axes.grid(False)
+    from matplotlib.patches import Patch
+
+    shown = [Patch(color=colour, label=name) for name, colour in colours.items() if colour != "none"]
+    axes.legend(handles=shown, fontsize=8, ncols=6, loc="lower left", bbox_to_anchor=(0.0, 1.0))
+
+
+def stacked(plot: Plot, count: int) -> Any:
+    """Return axes one above the other with one axis of time, (count,)."""
+    panels = plot.subplots(count, 1, sharex=True, squeeze=False)[:, 0]
+    panels[-1].set_xlabel(TIME)
+    return panels
