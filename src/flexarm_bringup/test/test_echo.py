@@ -59,10 +59,10 @@ def test_a_latched_message_is_printed_once_and_an_unknown_topic_lists_what_there
         [sys.executable, "-c", PUBLISHER], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
     ) as talker:
         assert talker.stdout is not None and talker.stdout.readline() == "ready\n"
-        found = echo("said", "--once")
+        found = echo("said", "--once", "--wait", "20")
         assert found.returncode == 0, found.stderr
         value = yaml.safe_load(found.stdout.removesuffix("---\n"))
         assert value["reason"] == "hello: world" and value["tracking_error"] == [0.5, -1.0]
-        unknown = echo("sayd", "--wait", "2")
+        unknown = echo("sayd", "--wait", "4")
         assert unknown.returncode == 2 and "/flexarm/said" in unknown.stderr
         talker.communicate("")
