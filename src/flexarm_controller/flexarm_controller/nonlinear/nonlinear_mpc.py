@@ -112,7 +112,7 @@ class NonlinearMpc:
         """Return what is known when the first chosen torque acts; None when it cannot be said."""
         if not state.is_finite:
             return None
-        s = self.served.into @ state.x + self.served.s_0
+        s = self.served.into @ state.vibration + self.served.s_0
         d = np.ascontiguousarray(state.d, dtype=np.float64)
         for share, torque in zip(self._shares, sent, strict=False):
             if not (self._advance(s, torque + d, share) or self._advance(s, torque + d, share)):
