@@ -1,0 +1,1 @@
+"""What keeps a rig from running well, found and told with what to do."""

@@ -1,0 +1,63 @@
+"""Look at everything that keeps a rig from running well, and say what to do.
+
+  flexarm doctor             machine, installation, running graph
+  flexarm doctor --offline   without listening to the graph
+  flexarm doctor --json -    the same for programs
+
+Exit codes: 0 all is well or there are only hints, 1 something does not work.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+from collections.abc import Iterable, Iterator
+from dataclasses import asdict
+from pathlib import Path
+
+from flexarm_bringup.doctor.finding import Finding
+from flexarm_bringup.doctor.installation import look_at_installation
+from flexarm_bringup.doctor.machine import look_at_machine
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the options."""
+    parser.add_argument("--offline", action="store_true", help="do not listen to the graph")
+    parser.add_argument("--folder", type=Path, default=Path(), help="where logs and bags go; here")
+    parser.add_argument("--json", metavar="FILE", help="write the findings there; - for stdout, alone")
+
+
+def run(args: argparse.Namespace) -> int:
+    """Print findings as they are made; return 1 when one is a fault."""
+    is_quiet = args.json == "-"
+    found = list(_told(_look(args), is_quiet))
+    if args.json:
+        text = json.dumps([asdict(item) for item in found], indent=1) + "\n"
+        if is_quiet:
+            sys.stdout.write(text)
+        else:
+            Path(args.json).write_text(text, encoding="utf-8")
+    faults = sum(item.verdict == "FAULT" for item in found)
+    if not is_quiet:
+        hints = sum(item.verdict == "hint" for item in found)
+        print(f"\n{len(found)} things looked at, {faults} fault(s), {hints} hint(s)")
+    return 1 if faults else 0
+
+
+def _look(args: argparse.Namespace) -> Iterator[Finding]:
+    yield from look_at_machine(args.folder)
+    yield from look_at_installation()
+    if not args.offline:
+        from flexarm_bringup.doctor.graph_node import look_at_graph
+
+        yield from look_at_graph()
+
+
+def _told(findings: Iterable[Finding], is_quiet: bool) -> Iterator[Finding]:
+    for item in findings:
+        if not is_quiet:
+            print(f"{item.verdict:5}  {item.subject:16} {item.text}", flush=True)
+            if item.cure:
+                print(f"{'':24}-> {item.cure}")
+        yield item

@@ -1,0 +1,126 @@
+"""The running graph: nodes, doubles, qualities of service that do not fit, models that differ."""
+
+from __future__ import annotations
+
+import time
+from collections import Counter
+from collections.abc import Iterator
+from typing import Any
+
+import rclpy
+from flexarm_interfaces.msg import ControllerStatus, GuardStatus, ModalState, ReducedModel
+from rclpy.node import Node
+from rclpy.qos import DurabilityPolicy, ReliabilityPolicy
+from rclpy.signals import SignalHandlerOptions
+
+from flexarm_bringup.doctor.finding import Finding
+from flexarm_bringup.graph import rig_graph
+from flexarm_bringup.topics import NAMESPACE
+from flexarm_model.node import LATEST_QOS, MODELS_QOS, events_executor
+
+LISTEN = 3.0  # s
+OWN = "doctor"
+
+
+def look_at_graph() -> Iterator[Finding]:
+    """Listen for a while and yield what runs; nothing runs is no fault."""
+    rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
+    node = Node(OWN, namespace="flexarm", start_parameter_services=False)
+    try:
+        heard = _listen(node)
+        yield from _nodes(node)
+        yield from _qualities(node)
+        yield from _models(heard)
+        yield from _guard(heard)
+    finally:
+        node.destroy_node()
+        rclpy.try_shutdown()
+
+
+def _listen(node: Node) -> dict[str, Any]:
+    """Return the newest message of every topic that tells a model or the guard's mind."""
+    heard: dict[str, Any] = {}
+    kinds = {
+        "model": (ReducedModel, MODELS_QOS), "modal_state": (ModalState, LATEST_QOS),
+        "controller_status": (ControllerStatus, LATEST_QOS), "guard_status": (GuardStatus, LATEST_QOS),
+    }  # fmt: skip
+    for topic, (kind, quality) in kinds.items():
+        node.create_subscription(kind, topic, lambda msg, topic=topic: heard.__setitem__(topic, msg), quality)
+    executor = events_executor()
+    executor.add_node(node)
+    end = time.monotonic() + LISTEN
+    while time.monotonic() < end:
+        executor.spin_once(timeout_sec=0.1)
+    executor.shutdown()
+    return heard
+
+
+def _nodes(node: Node) -> Iterator[Finding]:
+    found = Counter(
+        name for name, space in node.get_node_names_and_namespaces() if space == NAMESPACE and name != OWN
+    )
+    if not found:
+        yield Finding("ok", "graph", f"no node runs in {NAMESPACE}")
+        return
+    for name, count in sorted(found.items()):
+        if count > 1:
+            text = f"{count} nodes are called {NAMESPACE}/{name}"
+            yield Finding("FAULT", "graph", text, "stop all but one: their messages mix")
+    missing = [row.name for row in rig_graph() if row.essential and row.name not in found]
+    if missing:
+        running = f"running: {', '.join(sorted(found))}"
+        yield Finding("hint", "graph", running, f"not running: {', '.join(missing)}")
+    else:
+        yield Finding("ok", "graph", f"running: {', '.join(sorted(found))}")
+
+
+def _qualities(node: Node) -> Iterator[Finding]:
+    """Yield every pair of publisher and subscriber that DDS will not connect."""
+    faults = 0
+    for topic, _ in node.get_topic_names_and_types():
+        for offer in node.get_publishers_info_by_topic(topic):
+            for wish in node.get_subscriptions_info_by_topic(topic):
+                reason = _mismatch(offer.qos_profile, wish.qos_profile)
+                if reason and OWN not in (offer.node_name, wish.node_name):
+                    faults += 1
+                    yield Finding(
+                        "FAULT", "quality", f"{topic}: {wish.node_name} gets nothing from {offer.node_name}",
+                        f"the publisher {reason}",
+                    )  # fmt: skip
+    if not faults:
+        yield Finding("ok", "quality", "every subscriber can hear every publisher of its topics")
+
+
+def _mismatch(offer: Any, wish: Any) -> str:
+    if wish.reliability == ReliabilityPolicy.RELIABLE and offer.reliability == ReliabilityPolicy.BEST_EFFORT:
+        return "is best effort, the subscriber wants reliable"
+    if wish.durability == DurabilityPolicy.TRANSIENT_LOCAL and offer.durability == DurabilityPolicy.VOLATILE:
+        return "is volatile, the subscriber wants transient local"
+    return ""
+
+
+def _models(heard: dict[str, Any]) -> Iterator[Finding]:
+    """Yield whether estimator and controller use the model that is served."""
+    topics = ("model", "modal_state", "controller_status")
+    ids = {topic: heard[topic].model_id for topic in topics if topic in heard}
+    used = {topic: value for topic, value in ids.items() if value}
+    if len(used) < 2:
+        return
+    if len(set(used.values())) == 1:
+        yield Finding("ok", "model", f"{next(iter(used.values()))} everywhere")
+        return
+    text = ", ".join(f"{topic}: {value}" for topic, value in used.items())
+    cure = "normal while a model is being exchanged; else start all with one file and preset"
+    yield Finding("hint", "model", text, cure)
+
+
+def _guard(heard: dict[str, Any]) -> Iterator[Finding]:
+    status = heard.get("guard_status")
+    if status is None:
+        return
+    if status.mode == GuardStatus.ARMED:
+        missed = f"{status.ticks_without_command} of {status.ticks} periods without a fresh command"
+        yield Finding("ok", "guard", f"armed; {missed}")
+    else:
+        cure = "ros2 service call /flexarm/rig/arm std_srvs/srv/Trigger"
+        yield Finding("hint", "guard", f"not armed: {status.reason or 'stopped'}", cure)

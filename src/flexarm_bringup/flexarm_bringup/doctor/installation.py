@@ -1,0 +1,61 @@
+"""What is installed and how it is told where to find each other: packages, domain, discovery, security."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator, Mapping
+
+from flexarm_bringup.doctor.finding import Finding
+from flexarm_bringup.graph import rig_graph
+from flexarm_bringup.installed import find_executable
+
+DOMAINS = range(0, 102)  # those whose ports leave the ephemeral ones of Linux alone
+
+
+def look_at_installation(environment: Mapping[str, str] = os.environ) -> Iterator[Finding]:
+    """Yield whether the nodes can be started and will find each other."""
+    for process in rig_graph(bag="bag"):
+        yield _executable(process.package, process.executable, environment)
+    yield _domain(environment)
+    yield _range(environment)
+    yield _security(environment)
+
+
+def _executable(package: str, executable: str, environment: Mapping[str, str]) -> Finding:
+    try:
+        path = find_executable(package, executable, environment)
+    except FileNotFoundError as error:
+        return Finding("FAULT", executable, str(error), "./flexarm build, or source install/setup.bash")
+    return Finding("ok", executable, str(path))
+
+
+def _domain(environment: Mapping[str, str]) -> Finding:
+    value = environment.get("ROS_DOMAIN_ID", "0") or "0"
+    if value.isdigit() and int(value) in DOMAINS:
+        return Finding("ok", "domain", f"ROS_DOMAIN_ID {value}")
+    return Finding(
+        "FAULT", "domain", f"ROS_DOMAIN_ID '{value}'", f"take {DOMAINS.start} to {DOMAINS.stop - 1}"
+    )
+
+
+def _range(environment: Mapping[str, str]) -> Finding:
+    value = environment.get("ROS_AUTOMATIC_DISCOVERY_RANGE", "SUBNET") or "SUBNET"
+    if value == "LOCALHOST":
+        return Finding("ok", "discovery", "this machine only")
+    return Finding(
+        "hint", "discovery", f"{value}: anybody on the net may see and command this rig",
+        "export ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST, unless nodes run on several machines",
+    )  # fmt: skip
+
+
+def _security(environment: Mapping[str, str]) -> Finding:
+    if environment.get("ROS_SECURITY_ENABLE", "").lower() != "true":
+        return Finding("ok", "security", "not asked for")
+    folder = environment.get("ROS_SECURITY_KEYSTORE", "")
+    if folder and os.path.isdir(folder) and environment.get("ROS_SECURITY_STRATEGY") == "Enforce":
+        return Finding("ok", "security", f"keys in {folder}, enforced")
+    return Finding(
+        "FAULT", "security", f"asked for with keys in '{folder}' and strategy "
+        f"'{environment.get('ROS_SECURITY_STRATEGY', '')}'",
+        "set ROS_SECURITY_KEYSTORE to a folder and ROS_SECURITY_STRATEGY=Enforce",
+    )  # fmt: skip

@@ -1,0 +1,96 @@
+"""``flexarm doctor``: every fault it knows is named with a cure; a sound machine has none."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from flexarm_bringup.doctor import machine
+from flexarm_bringup.doctor.finding import Finding
+from flexarm_bringup.doctor.installation import look_at_installation
+from flexarm_bringup.doctor.machine import look_at_machine
+
+
+def of(subject: str, findings: Any) -> Finding:
+    return next(item for item in findings if item.subject == subject)
+
+
+def installation(**changes: str) -> list[Finding]:
+    return list(look_at_installation({**os.environ, "ROS_DOMAIN_ID": "7", **changes}))
+
+
+def test_everything_that_is_not_ok_says_what_to_do() -> None:
+    findings = [*look_at_machine(Path()), *installation(AMENT_PREFIX_PATH="", ROS_DOMAIN_ID="900")]
+    assert all(bool(item.cure) == (item.verdict != "ok") for item in findings)
+
+
+def test_nodes_that_are_not_installed_are_a_fault() -> None:
+    assert of("rig_node", installation(AMENT_PREFIX_PATH="")).verdict == "FAULT"
+
+
+@pytest.mark.parametrize("domain", ["-1", "102", "many"])
+def test_a_domain_that_clashes_with_other_ports_is_a_fault(domain: str) -> None:
+    assert of("domain", installation(ROS_DOMAIN_ID=domain)).verdict == "FAULT"
+
+
+@pytest.mark.parametrize(("value", "verdict"), [("LOCALHOST", "ok"), ("SUBNET", "hint"), ("", "hint")])
+def test_a_rig_that_the_net_can_command_is_told(value: str, verdict: str) -> None:
+    assert of("discovery", installation(ROS_AUTOMATIC_DISCOVERY_RANGE=value)).verdict == verdict
+
+
+def test_security_without_keys_or_not_enforced_is_a_fault(tmp_path: Path) -> None:
+    on = {"ROS_SECURITY_ENABLE": "true"}
+    keys = {"ROS_SECURITY_KEYSTORE": str(tmp_path)}
+    assert of("security", installation(**on)).verdict == "FAULT"
+    assert of("security", installation(**on, **keys, ROS_SECURITY_STRATEGY="Permissive")).verdict == "FAULT"
+    assert of("security", installation(**on, **keys, ROS_SECURITY_STRATEGY="Enforce")).verdict == "ok"
+
+
+def test_threads_compiler_and_room_are_looked_at(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("OMP_NUM_THREADS", "8")
+    monkeypatch.setattr(machine, "find_compiler", lambda: None)
+    monkeypatch.setattr(machine, "MEMORY", 1e18)
+    found = list(look_at_machine(Path()))
+    assert [of(name, found).verdict for name in ("threads", "compiler", "memory")] == ["hint"] * 3
+
+
+def test_the_command_writes_json_alone_when_asked() -> None:
+    command = [sys.executable, "-m", "flexarm_bringup.cli", "doctor", "--offline", "--json", "-"]
+    environment = {**os.environ, "ROS_DOMAIN_ID": "many"}
+    found = subprocess.run(command, capture_output=True, text=True, check=False, env=environment)
+    assert found.returncode == 1
+    assert {"verdict", "subject", "text", "cure"} == set(json.loads(found.stdout)[0])
+
+
+TALKERS = """
+import rclpy, sys
+from rclpy.node import Node
+from std_msgs.msg import String
+from rclpy.qos import QoSProfile, ReliabilityPolicy
+rclpy.init()
+one, two = Node("rig", namespace="flexarm"), Node("rig", namespace="flexarm")
+one.create_publisher(String, "spoken", QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT))
+two.create_subscription(String, "spoken", print, 1)
+print("ready", flush=True)
+sys.stdin.read()
+"""
+
+
+@pytest.mark.ros
+def test_twin_nodes_and_qualities_that_do_not_fit_are_named() -> None:
+    with subprocess.Popen(
+        [sys.executable, "-c", TALKERS], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
+    ) as talkers:
+        assert talkers.stdout is not None and talkers.stdout.readline() == "ready\n"
+        command = [sys.executable, "-m", "flexarm_bringup.cli", "doctor"]
+        found = subprocess.run(command, capture_output=True, text=True, check=False, timeout=60)
+        talkers.communicate("")
+    assert found.returncode == 1
+    assert "2 nodes are called /flexarm/rig" in found.stdout
+    assert "best effort, the subscriber wants reliable" in found.stdout
