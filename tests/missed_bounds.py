@@ -1,6 +1,6 @@
 """Rows of the fault matrix that miss a bound today, and why; each must fail, or it has to leave this list.
 
-``./flexarm faults --estimator`` prints measured against bound and ends 1 because of them. No bound was bent.
+``./flexarm faults`` prints measured against bound and ends 1 because of them. No bound was bent.
 """
 
 from __future__ import annotations
@@ -13,6 +13,10 @@ _CAUTION = (
 )
 _CAMERA = "0.5 mm at 30 Hz are left of 13 um at the tip, and torque noise that a heavier arm needs"
 _ONE_SAMPLE = "every accelerometer sample counts where the force on the modes is taken as that uncertain"
+_WAY = (
+    "v^2 / 2 a + 5 % is missed by a factor of five at a quarter of the top speed: the guard ramps its torque "
+    "in 20 ms, brakes softly near rest, and the link goes on pushing; of its own (v + b)^2 / 2 a it is {}"
+)
 
 MISSED = {
     ("single_link", 1): _CAUTION,
@@ -31,6 +35,8 @@ MISSED = {
     ("planar_3rrr", 1): _CAUTION,
     ("planar_3rrr", 7): _CAUTION,
     ("planar_3rrr", 15): _CAUTION,
+    ("single_link", 53): _WAY.format("1.06"),
+    ("planar_3rrr", 53): _WAY.format("0.68"),
 }
 
 

@@ -11,14 +11,22 @@ import pytest
 from missed_bounds import marks_of
 
 from flexarm_bringup.cli import main
-from flexarm_bringup.fault_drill.drill import ESTIMATOR_ROWS, MACHINES, play_row, stand_of
+from flexarm_bringup.fault_drill.drill import (
+    CONTROLLER_ROWS,
+    ESTIMATOR_ROWS,
+    MACHINES,
+    ROWS,
+    bench_of,
+    play_row,
+    stand_of,
+)
 from flexarm_bringup.fault_drill.findings import Finding
 from flexarm_bringup.fault_drill.payload import take_over
 from flexarm_bringup.faults import chosen_rows
 from flexarm_bringup.sim.plant import Plant
 from flexarm_model.sensors import output_names
 
-FAST = (22, 25, 26, 27)  # of the single link; the others wait for --all
+FAST = (22, 25, 26, 27, 39, 40, 42)  # of the single link; the others wait for --all
 
 
 def rows_and_machines() -> list[object]:
@@ -33,24 +41,29 @@ def rows_and_machines() -> list[object]:
             ),
         )
         for machine in MACHINES
-        for number in ESTIMATOR_ROWS
+        for number in ROWS
     ]
 
 
 @pytest.mark.parametrize(("number", "machine"), rows_and_machines())
 def test_every_bound_of_the_row_is_kept(number: int, machine: str) -> None:
-    result = play_row(stand_of(machine), number)
+    result = play_row(bench_of(machine, number), number)
     if result.skipped:
         pytest.skip(result.skipped)
     missed = [
         f"{f.what}: {f.measured:.4g} {f.unit}, wanted {f.bound}" for f in result.findings if not f.passed
     ]
     assert result.findings
-    assert not missed, f"{ESTIMATOR_ROWS[number].fault}:\n" + "\n".join(missed)
+    assert not missed, f"{ROWS[number].fault}:\n" + "\n".join(missed)
 
 
 def test_the_matrix_has_rows_1_to_33() -> None:
     assert list(ESTIMATOR_ROWS) == list(range(1, 34))
+
+
+def test_the_matrix_of_the_controller_has_its_rows() -> None:
+    assert list(CONTROLLER_ROWS) == [*range(34, 43), 45, 53, 54]
+    assert chosen_rows("30-36", CONTROLLER_ROWS) == (34, 35, 36)
 
 
 @pytest.mark.parametrize(
@@ -82,6 +95,16 @@ def test_the_command_prints_and_writes_the_table(tmp_path: Path, capsys: pytest.
     page = json.loads((tmp_path / "t.json").read_text(encoding="utf-8"))
     assert page["passed"] and {row[0] for row in page["tables"][0]["rows"]} == {26, 27}
     assert "older than the history" in (tmp_path / "t.html").read_text(encoding="utf-8")
+
+
+@pytest.mark.slow
+def test_the_command_drills_the_controller(tmp_path: Path) -> None:
+    assert (
+        main(["faults", "--controller", "single_link", "--rows", "40", "--json", str(tmp_path / "t.json")])
+        == 0
+    )
+    page = json.loads((tmp_path / "t.json").read_text(encoding="utf-8"))
+    assert page["passed"] and "controller" in page["title"]
 
 
 @pytest.mark.slow

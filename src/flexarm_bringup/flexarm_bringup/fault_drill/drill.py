@@ -6,7 +6,19 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cache
 
-from flexarm_bringup.fault_drill import frame_rows, loop_rows, message_rows, sample_rows, time_rows
+from flexarm_bringup.fault_drill import (
+    command_rows,
+    frame_rows,
+    loop_rows,
+    message_rows,
+    model_rows,
+    restart_rows,
+    sample_rows,
+    solver_rows,
+    stop_rows,
+    time_rows,
+)
+from flexarm_bringup.fault_drill.controller_stand import ControllerStand
 from flexarm_bringup.fault_drill.findings import Finding
 from flexarm_bringup.fault_drill.row import Row
 from flexarm_bringup.fault_drill.stand import Skipped, Stand
@@ -20,6 +32,14 @@ ESTIMATOR_ROWS: dict[int, Row] = {
         key=lambda row: row.number,
     )
 }
+CONTROLLER_ROWS: dict[int, Row] = {
+    row.number: row
+    for row in sorted(
+        (*model_rows.ROWS, *command_rows.ROWS, *solver_rows.ROWS, *restart_rows.ROWS, *stop_rows.ROWS),
+        key=lambda row: row.number,
+    )
+}
+ROWS = ESTIMATOR_ROWS | CONTROLLER_ROWS
 TROUBLE = (
     ArithmeticError,
     AttributeError,
@@ -66,10 +86,21 @@ def stand_of(machine: str) -> Stand:
     return Stand(machine)
 
 
-def play_row(stand: Stand, number: int) -> RowResult:
+@cache
+def controller_stand_of(machine: str) -> ControllerStand:
+    """Return the controller's stand of a machine; a process builds it once."""
+    return ControllerStand(machine)
+
+
+def bench_of(machine: str, number: int) -> Stand | ControllerStand:
+    """Return the stand on which a row is played."""
+    return stand_of(machine) if number in ESTIMATOR_ROWS else controller_stand_of(machine)
+
+
+def play_row(stand: Stand | ControllerStand, number: int) -> RowResult:
     """Play one row; an error that gets out is a finding."""
     try:
-        return RowResult(stand.name, number, tuple(ESTIMATOR_ROWS[number].play(stand)))
+        return RowResult(stand.name, number, tuple(ROWS[number].play(stand)))
     except Skipped as reason:
         return RowResult(stand.name, number, (), str(reason))
     except TROUBLE as error:
@@ -79,7 +110,7 @@ def play_row(stand: Stand, number: int) -> RowResult:
 
 def play_job(job: DrillJob) -> list[RowResult]:
     """Play the rows of a job."""
-    return [play_row(stand_of(job.machine), number) for number in job.rows]
+    return [play_row(bench_of(job.machine, number), number) for number in job.rows]
 
 
 def drill_jobs(machines: Sequence[str], rows: Sequence[int]) -> list[DrillJob]:

@@ -26,7 +26,7 @@ ROUNDED = 1.0 + 1e-9
 
 @dataclass(frozen=True)
 class Run:
-    """A run, period by period: tip error [m] (k,), torque (k, n_theta), rung and reason (k,), guard's verdict."""
+    """A run: tip error [m] (k,), torque (k, n_theta), rungs and reasons (k,), why the guard stopped it."""
 
     error: Array
     tau: Array
@@ -51,7 +51,9 @@ def restarts(stand: ControllerStand) -> list[Finding]:
         untrusted = [k for k, reason in enumerate(run.reasons) if "3 sigma" in reason and k >= k0]
         used = sum(run.modes[k] == "mpc" for k in untrusted)
         findings += [
-            Finding(f"{what}: cycles under the law before 3 sigma were small, {len(untrusted)} cycles", used, 0),
+            Finding(
+                f"{what}: cycles under the law before 3 sigma were small, {len(untrusted)} cycles", used, 0
+            ),
             Finding(f"{what}: torque step / limit, guard's output", float(steps.max()), ROUNDED),
             Finding(f"{what}: tip RMS within {BACK:g} e0 again after", back, 1.0, "s"),
             Finding(f"{what}: stopped by the guard", float(bool(run.guard)), 0),
@@ -83,4 +85,6 @@ def _run(stand: ControllerStand, restarted: str, k0: int) -> Run:
     return Run(np.array(error), np.array(tau), modes, reasons, hardware.guard.reason)
 
 
-ROWS = (Row(45, "estimator or controller restarts in a move", "takes over when sure, without a jump", restarts),)
+ROWS = (
+    Row(45, "estimator or controller restarts in a move", "takes over when sure, without a jump", restarts),
+)
