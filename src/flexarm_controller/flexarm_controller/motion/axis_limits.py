@@ -55,7 +55,7 @@ def axis_limits(
         limits: Of the arm.
         poses: Axes between which the motion stays [rad or m], (n_theta,) each.
         config: Shares of the limits, and the ramp.
-        scale: Widens acceleration and jerk [1].
+        scale: Widens acceleration, and jerk as far as torque rates limit it [1].
 
     Raises:
         MotionError: Holding still at one of the poses takes the torque that there is.
@@ -73,11 +73,12 @@ def axis_limits(
     v = config.motion_velocity * np.minimum(limits.velocity, FASTEST)
     v = v * min(1.0, float(np.min(VISCOUS * spare / np.maximum(D @ v, 1e-300))))
     alike = limits.effort / np.diag(J)  # accelerations that ask the same share of every motor
-    a = alike * float(np.min((spare - D @ v) / (J @ alike))) * scale
+    box = alike * float(np.min((spare - D @ v) / (J @ alike)))
+    a = scale * box
     rate = config.motion_effort * limits.effort_rate - K @ v - D @ a
     j = alike * max(float(np.min(rate / (J @ alike))), 0.0) * scale
     if config.motion_ramp > 0.0 and model.n_eta:
-        j = np.minimum(j, a / (config.motion_ramp * 2 * np.pi / model.omega[0]))
+        j = np.minimum(j, box / (config.motion_ramp * 2 * np.pi / model.omega[0]))
     if not (j > 0.0).all():
         raise MotionError("the torque rates leave nothing for a change of acceleration")
     return AxisLimits(v, a, j)

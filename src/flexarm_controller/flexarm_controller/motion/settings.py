@@ -18,7 +18,7 @@ class MotionConfig:
         1.0, "Share of the velocity limits that a planned motion may reach.", "1", minimum=0.01, maximum=1.0
     )
     motion_ramp: float = parameter(
-        0.5, "Least time from zero to full acceleration, in periods of the slowest mode.", "1", 0.0, 10.0
+        0.25, "Least time from zero to full acceleration, in periods of the slowest mode.", "1", 0.0, 10.0
     )
     motion_lead: float = parameter(
         0.05, "Time between taking a goal of the tip and leaving what was followed before.", "s", 0.0, 10.0
