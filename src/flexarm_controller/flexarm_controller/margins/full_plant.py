@@ -6,8 +6,8 @@ From ``M xi'' + D xi' + K xi = B tau`` with every elastic mode, frequencies of t
     xi = Phi r      r'' + Phi' D Phi r' + Omega^2 r = f      f = Phi' B tau      y = C [r; r'] + E f
 
 ``f_j`` is the force on mode j: one number for all torques together. The slowest ``n_theta`` coordinates are
-the motions of the axes, the others are numbered "mode_1", "mode_2", ... as the served ones are: locking the
-axes slows each mode down and lets none pass another [Southwell1921].
+the motions of the axes, the others are numbered "mode_1", "mode_2", ... as the served ones are: no locked
+mode is faster than the free one of its number (Rayleigh's theorem on constraints).
 """
 
 from __future__ import annotations

@@ -21,7 +21,7 @@ from flexarm_model.reduced_model import ReducedModel
 
 Array = NDArray[np.float64]
 SHARE = 1e-5  # of the torque limit that a deviation asks for
-FIRST, LARGEST = 1e-7, 1.0  # deviations, SI
+FIRST, LARGEST = 1e-10, 1.0  # deviations, SI
 
 
 @dataclass(frozen=True)
