@@ -44,7 +44,9 @@ class Gate:
         """
         self._arm, self._config = arm, config
         whole, share = split_delay(inputs.mpc, inputs.config.period)
-        mpc = replace(inputs.mpc, delay_periods=whole + (share > 0.0), latency=0.0)
+        delay = whole + (share > 0.0)
+        # at rest no other model is to come, and no answer may depend on the clock
+        mpc = replace(inputs.mpc, delay_periods=delay, latency=0.0, foresight=False, time_limit=0.0)
         self._inputs = replace(inputs, mpc=mpc)
 
     def cases(self, model: ReducedModel, filter_: SteadyFilter) -> list[Case]:
