@@ -14,6 +14,7 @@
 #define CAPPED 0
 #define INFEASIBLE -1
 #define NOT_FINITE -2
+#define FLAT 1e-10 /* share of a direction's largest slope that is rounding */
 #define DEPENDENT 1e-12 /* share of a new row that is not spanned by the active ones, squared */
 
 /* Limits are numbered: unknowns (n), rates (n_v), outputs above (n_y), outputs below (n_y), n_y = n_b n_o. */
@@ -24,7 +25,7 @@ struct program {
     const double *l, *u;   /* of all limits */
     double price, tolerance;
     int64_t *active;       /* limits that bind, (n + 1), and their sides, (n + 1): kept from solve to solve */
-    double *work;          /* 3 (n + 1) (n + 1) + 2 n + 2 n_y */
+    double *work;          /* 3 (n + 1) (n + 1) + 5 (n + 1) + 2 n_y */
 };
 
 /* What the iteration works with: k active limits with rows M = side L^-1 a, distances d, products M M'. */
@@ -119,7 +120,7 @@ static void evaluate_outputs(const struct program *p, const struct state *s, con
    first row that depends on those before it, or k. */
 static int64_t factorise(const struct state *s, int64_t first)
 {
-    int64_t n = s->n;
+    int64_t n = s->n + 1; /* products of one row more than there are unknowns */
     for (int64_t i = first; i < s->k; i++) {
         double *row = s->F + i * n, pivot = s->G[i * n + i];
         for (int64_t j = 0; j < i; j++) { /* row holds F diag until its end */
@@ -149,7 +150,7 @@ static int64_t activate(const struct program *p, struct state *s, int64_t limit,
         for (int64_t i = 0; i < n; i++)
             m[i] = -m[i];
     for (int64_t j = 0; j <= k; j++)
-        s->G[k * n + j] = dot(n, m, s->M + j * n);
+        s->G[k * (n + 1) + j] = dot(n, m, s->M + j * n);
     s->d[k] = side * (bound - value(p, s, limit, s->x_free, s->y_free));
     s->active[k] = limit, s->side[k] = side, s->lambda[k] = 0.0;
     return factorise(s, k);
@@ -157,7 +158,7 @@ static int64_t activate(const struct program *p, struct state *s, int64_t limit,
 
 static int64_t release(struct state *s, int64_t at)
 {
-    int64_t n = s->n, behind = s->k - at - 1;
+    int64_t n = s->n, wide = n + 1, behind = s->k - at - 1;
     s->k--;
     memmove(s->M + at * n, s->M + (at + 1) * n, behind * n * sizeof *s->M);
     memmove(s->d + at, s->d + at + 1, behind * sizeof *s->d);
@@ -165,8 +166,8 @@ static int64_t release(struct state *s, int64_t at)
     memmove(s->active + at, s->active + at + 1, behind * sizeof *s->active);
     memmove(s->side + at, s->side + at + 1, behind * sizeof *s->side);
     for (int64_t i = at; i < s->k; i++) {
-        memmove(s->G + i * n, s->G + (i + 1) * n, at * sizeof *s->G);
-        memmove(s->G + i * n + at, s->G + (i + 1) * n + at + 1, (i + 1 - at) * sizeof *s->G);
+        memmove(s->G + i * wide, s->G + (i + 1) * wide, at * sizeof *s->G);
+        memmove(s->G + i * wide + at, s->G + (i + 1) * wide + at + 1, (i + 1 - at) * sizeof *s->G);
     }
     return factorise(s, at);
 }
@@ -174,7 +175,7 @@ static int64_t release(struct state *s, int64_t at)
 /* z = G^-1 z for the first k rows */
 static void solve_products(const struct state *s, int64_t k, double *z)
 {
-    int64_t n = s->n;
+    int64_t n = s->n + 1;
     for (int64_t i = 0; i < k; i++)
         z[i] -= dot(i, s->F + i * n, z);
     for (int64_t i = 0; i < k; i++)
@@ -188,10 +189,12 @@ static void solve_products(const struct state *s, int64_t k, double *z)
 static int64_t block(struct state *s, int is_direction)
 {
     int64_t at = -1;
-    double step = INFINITY;
+    double step = INFINITY, flat = 0.0;
+    for (int64_t i = 0; is_direction && i < s->k; i++)
+        flat = fabs(s->wanted[i]) * FLAT > flat ? fabs(s->wanted[i]) * FLAT : flat;
     for (int64_t i = 0; i < s->k; i++) {
         double slope = is_direction ? s->wanted[i] : s->wanted[i] - s->lambda[i];
-        if ((is_direction || s->wanted[i] < 0.0) && slope < 0.0 && -s->lambda[i] / slope < step)
+        if ((is_direction || s->wanted[i] < 0.0) && slope < -flat && -s->lambda[i] / slope < step)
             step = -s->lambda[i] / slope, at = i;
     }
     for (int64_t i = 0; at >= 0 && i < s->k; i++)
@@ -220,7 +223,7 @@ static void place(const struct program *p, struct state *s)
     int64_t n_v = s->n_v = p->n_u * p->n_b, n = s->n = n_v + p->n_o, n_y = s->n_y = p->n_b * p->n_o;
     double *w = p->work;
     s->active = p->active, s->side = p->active + n + 1;
-    s->M = w, w += (n + 1) * n, s->G = w, w += (n + 1) * n, s->F = w, w += (n + 1) * n;
+    s->M = w, w += (n + 1) * n, s->G = w, w += (n + 1) * (n + 1), s->F = w, w += (n + 1) * (n + 1);
     s->d = w, w += n + 1, s->lambda = w, w += n + 1, s->wanted = w, w += n + 1;
     s->x_free = w, w += n, s->x = w, w += n, s->y = w, w += n_y, s->y_free = w;
 }
@@ -265,6 +268,8 @@ int64_t flexarm_solve_program(
         *count = s.k;
         for (int64_t i = 0; i < s.n; i++)
             sum += s.x[i];
+        for (int64_t i = 0; i < s.n_y; i++)
+            sum += s.y[i];
         if (!isfinite(sum))
             return NOT_FINITE;
         if (most <= p->tolerance) {
@@ -276,7 +281,7 @@ int64_t flexarm_solve_program(
         if (activate(p, &s, limit, side) == s.k)
             continue;
         for (int64_t i = 0; i + 1 < s.k; i++) /* the new row depends on the others: M' wanted = 0 */
-            s.wanted[i] = -s.G[(s.k - 1) * s.n + i];
+            s.wanted[i] = -s.G[(s.k - 1) * (s.n + 1) + i];
         solve_products(&s, s.k - 1, s.wanted);
         s.wanted[s.k - 1] = 1.0;
         at = block(&s, 1);

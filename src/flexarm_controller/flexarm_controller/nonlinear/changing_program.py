@@ -15,6 +15,7 @@ takes as long as everything else in the step.) What it does not vouch for DAQP t
 from __future__ import annotations
 
 import ctypes
+import math
 from pathlib import Path
 
 import daqp
@@ -32,8 +33,13 @@ SOURCE = Path(__file__).with_name("active_set.c")
 FEASIBILITY = 1e-9  # excess of a limit that is none [1]
 USABLE = 1e-6  # largest excess of a limit that is left [1]
 SLACK_CURVATURE = 1.0  # keeps the program strictly convex in the slacks, as in ``program.problem``
-SOLVED = 1
-WORDS = {SOLVED: "solved", 0: "too many changes of the active set", -1: "infeasible", -2: "data not finite"}
+SOLVED, NOT_FINITE = 1, -2
+WORDS = {
+    SOLVED: "solved",
+    0: "too many changes of the active set",
+    -1: "infeasible",
+    NOT_FINITE: "data not finite",
+}
 
 
 class _Layout(ctypes.Structure):
@@ -78,7 +84,7 @@ class ChangingProgram:
         self._u = np.concatenate([np.ones(n_v), np.full(n_o, np.inf), rates, open_, open_])
         self._L, self._rows, self._x = np.zeros((n_v, n_v)), np.zeros((self._n_y, n_v)), np.zeros(n)
         self._active = np.zeros((2, n + 1), dtype=np.int64)
-        self._work = np.zeros(3 * (n + 1) ** 2 + 2 * n + 2 * self._n_y)
+        self._work = np.zeros((3 * (n + 1) + 5) * (n + 1) + 2 * self._n_y)
         self._count, self._iterations = ctypes.c_int64(), ctypes.c_int64()
         arrays = (self._L, self._rows, self._l, self._u)
         self._layout = _Layout(
@@ -98,7 +104,7 @@ class ChangingProgram:
         """Take Hessian (n_v, n_v) and rows of the outputs (n_b n_o, n_v); returns whether H is sound."""
         factor, fault = dpotrf(H, lower=0)  # its memory is that of the lower factor by rows
         self._L[...], self._rows[...] = factor.T, rows
-        return bool(fault == 0)
+        return bool(fault == 0) and math.isfinite(self._L.trace())
 
     def solve(self, q: Array, outputs: Array, before: Array) -> QpResult:
         """Solve.
@@ -108,6 +114,9 @@ class ChangingProgram:
             outputs: Limited outputs without torques, (n_b n_o,).
             before: Torque before, in units of its limit, (n_u,).
         """
+        if not math.isfinite(q.sum() + outputs.sum() + before.sum()):
+            self._forget()
+            return QpResult(np.zeros_like(self._x), WORDS[NOT_FINITE], 0, np.inf, False)
         rates, above = self._x.size, self._x.size + self._n_v
         first, below = slice(rates, rates + self._n_u), above + self._n_y
         self._l[first], self._u[first] = before - self._step, before + self._step
@@ -123,8 +132,7 @@ class ChangingProgram:
             return QpResult(self._x.copy(), WORDS[word], iterations, 0.0, True)
         self._forget()
         result = QpResult(np.zeros_like(self._x), WORDS[word], iterations, np.inf, False)
-        is_sound = word != -2 and np.isfinite(q).all() and np.isfinite(outputs).all()
-        return self._try_daqp(q, result) if is_sound else result
+        return result if word == NOT_FINITE else self._try_daqp(q, result)
 
     def _forget(self) -> None:
         """Begin the next solve with all slacks at zero."""
