@@ -1,5 +1,7 @@
 """Motions within limits: exact ends, nothing exceeded on a fine grid, no longer than an independent bound."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -137,7 +139,9 @@ def test_the_box_of_one_axis_is_the_torque_over_the_inertia():
 
 @pytest.mark.parametrize("seed", range(6))
 def test_planned_motions_keep_their_share_of_the_torques_and_nearly_use_it(seed):
-    model, limits, config = two_axes(), two_axis_limits(effort=(30.0, 20.0)), MotionConfig(motion_ramp=0.0)
+    model, config = two_axes(), MotionConfig(motion_ramp=0.0)
+    far = np.full(2, 20.0)  # from the ends, which would slow it down
+    limits = replace(two_axis_limits(effort=(30.0, 20.0)), position_low=-far, position_high=far)
     goal = np.random.default_rng(seed).uniform(-1.8, 1.8, 2)
     motion = MotionPlanner(model, limits, config).move(at_rest(0.3, -0.2), goal)
     dt, theta, theta_dot, theta_ddot = sampled(motion)
@@ -185,3 +189,23 @@ def test_a_resting_reference_spliced_with_a_motion_rests_until_it_begins():
     joined = splice(hold(np.array([0.2]), 0.0), motion, 0.5)
     assert joined.t[0] == 0.5 and not joined.sample([0.9])[1].any()
     assert joined.position(0.9)[0] == pytest.approx(0.2)
+
+
+def test_a_motion_towards_the_end_of_an_axis_can_be_braked_before_it():
+    """Braking as the guard does, simulated: it begins late and never exceeds its share of the torque."""
+    model, limits, config = single_link(), limits_of_hub(), MotionConfig(motion_effort=1.0)
+    motion = MotionPlanner(model, limits, config).move(at_rest(0.0), np.array([2.9]), 0.0)
+    inertia, dt = model.M[0, 0], 1e-3
+    most = min(0.5 * limits.effort[0] / inertia, 6.0 / (0.02 + 1.5 / 100 + 1 / 15))
+    for t in np.linspace(0.0, motion.t[-1], 60):
+        state = state_at(motion, t)
+        q, v = state.theta[0], state.theta_dot[0]
+        q += v * (0.02 + 1.5 / 100)  # nothing brakes yet
+        while v > 1e-3:
+            v -= min(most, 15.0 * v) * dt
+            q += v * dt
+        assert q < limits.position_high[0]
+    free = move(at_rest(0.0), np.array([2.9]), axis_limits(model, limits, [np.zeros(1)], config))
+    assert free.t[-1] < motion.t[-1] < 2.5 * free.t[-1]
+    with pytest.raises(MotionError, match=r"goal 2.999 is within .* of the end of its range"):
+        MotionPlanner(model, limits, config).move(at_rest(0.0), np.array([2.999]), 0.0)

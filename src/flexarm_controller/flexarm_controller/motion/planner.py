@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexarm_controller.limits import Limits
+from flexarm_controller.motion.approach import Approach
 from flexarm_controller.motion.axis_limits import AxisLimits, axis_limits
 from flexarm_controller.motion.excess import find_excess
 from flexarm_controller.motion.point_to_point import MotionState, move, stop
@@ -20,6 +21,7 @@ from flexarm_model.reduced_model import ReducedModel
 
 Array = NDArray[np.float64]
 TRIES = 5  # boxes; each comes nearer to the torque that may be used
+SLOWER, MOST_SLOWER = 30, 1.3  # tries to slow down near the end of an axis, and the factor of one at most
 ENOUGH = 1.005  # a wider box than this times the one before is worth a try
 
 
@@ -30,6 +32,7 @@ class MotionPlanner:
         """Keep within the shares of ``limits`` that ``config`` allows."""
         self._model, self._limits, self._config = model, limits, config
         self._equilibrium = build_equilibrium(model)
+        self._approach = Approach(model, limits, config)
 
     def move(self, start: MotionState, goal: Array, t: float = 0.0, duration: float = 0.0) -> Reference:
         """Return the motion to rest at ``goal`` (n_theta,), beginning at ``t`` [s].
@@ -44,7 +47,8 @@ class MotionPlanner:
             MotionError: The goal is outside, the duration too short, or the torque does not do.
         """
         self._check_goal(goal)
-        motion, box = self._fastest(start, goal, t)
+        self._approach.check_goal(goal)
+        motion, box = self._gentle(start, goal, t)
         if duration > 0.0:
             motion = move(start, goal, box, t, duration)
         return self._checked(motion)
@@ -71,6 +75,18 @@ class MotionPlanner:
         if excess is not None:
             raise MotionError(str(excess))
         return motion
+
+    def _gentle(self, start: MotionState, goal: Array, t: float) -> tuple[Reference, AxisLimits]:
+        """Return the shortest motion found that approaches no end of an axis too fast, and its box."""
+        motion, box = self._fastest(start, goal, t)
+        for _ in range(SLOWER):
+            factor = min(self._approach.slow_down(motion), MOST_SLOWER)
+            if factor <= 1.0:
+                break
+            factor *= ENOUGH
+            box = AxisLimits(box.velocity / factor, box.acceleration / factor**2, box.jerk / factor**3)
+            motion = move(start, goal, box, t)
+        return motion, box
 
     def _fastest(self, start: MotionState, goal: Array, t: float) -> tuple[Reference, AxisLimits]:
         """Return the shortest motion found, and its box."""
