@@ -6,7 +6,7 @@ import copy
 import hashlib
 import json
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -35,12 +35,15 @@ FORMAT = "flexarm/1"
 FROM_FILES = (ImportedBody, SuperelementBody)  # their content is part of the identity
 
 
-def load_config(path: str | Path, preset: str = "") -> ManipulatorConfig:
+def load_config(
+    path: str | Path, preset: str = "", changes: Mapping[str, Any] | None = None
+) -> ManipulatorConfig:
     """Load and check a manipulator.
 
     Args:
         path: YAML file.
         preset: Name of one of the file's presets; "" applies none.
+        changes: More values of the file, by dotted path, on top of the preset's.
 
     Raises:
         ConfigError: Anything is wrong with the file; names file, key, value and what is allowed.
@@ -48,6 +51,7 @@ def load_config(path: str | Path, preset: str = "") -> ManipulatorConfig:
     path = Path(path)
     content = read_yaml(path)
     content = _apply_preset(content, preset, str(path))
+    content = _change(content, Section(dict(changes), str(path))) if changes else content
     top = Section(content, str(path))
     top.choice("format", (FORMAT,))
     bodies = read_bodies(top)

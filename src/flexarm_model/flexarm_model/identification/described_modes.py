@@ -1,0 +1,61 @@
+"""Frequencies and damping of a description with changed values, without compiling its dynamics."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexarm_model.config import load_config
+from flexarm_model.identification.model_update import Serve, Unknown
+from flexarm_model.linear_assembly import assemble
+from flexarm_model.modal.modes import normal_modes
+from flexarm_model.strict_yaml import ConfigError, read_yaml
+
+Array = NDArray[np.float64]
+RIGID_HZ = 1e-3  # below it a mode is the free motion of a motor
+
+
+def described_modes(path: Path, preset: str, motors_locked: bool) -> Serve:
+    """Return what serves the modes of a description for given changes and pose.
+
+    Args:
+        path: The description.
+        preset: Its preset.
+        motors_locked: Modes with the actuated axes held, as under a brake, instead of free.
+    """
+
+    def serve(changes: Mapping[str, str | float], pose: Array) -> tuple[Array, Array]:
+        config = load_config(path, preset, changes)
+        built = assemble(config, dict(zip(config.actuated, map(float, pose), strict=True)))
+        modes = normal_modes(*(built.locked() if motors_locked else (built.M, built.D, built.K)))
+        elastic = modes.f_hz > RIGID_HZ
+        return modes.f_hz[elastic], modes.zeta[elastic]
+
+    return serve
+
+
+def read_unknown(path: Path, preset: str, dotted: str, spread: float) -> Unknown:
+    """Return a parameter as the description has it.
+
+    Raises:
+        ConfigError: There is no such value, or it is no number.
+    """
+    content: Any = read_yaml(path)
+    overlay = content.get("presets", {}).get(preset, {}) if preset else {}
+    value: Any = overlay.get(dotted)
+    if value is None:
+        value = content
+        for part in dotted.split("."):
+            try:
+                value = value[int(part) if isinstance(value, list) else part]
+            except (KeyError, IndexError, ValueError, TypeError):
+                raise ConfigError(f"{path}: '{dotted}': no such value; '{part}' is not there") from None
+    number, _, unit = str(value).strip().partition(" ")
+    try:
+        return Unknown(dotted, float(number), unit.strip(), spread)
+    except ValueError:
+        raise ConfigError(f"{path}: '{dotted}': {value!r} is not a number with a unit") from None

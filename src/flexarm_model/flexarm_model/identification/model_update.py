@@ -1,0 +1,196 @@
+"""Parameters of a description fitted to identified modes: damped least squares with priors [Friswell1995].
+
+Every unknown parameter is ``p = p_0 exp(x)``, so that it keeps its sign; prior ``x ~ N(0, spread)``::
+
+    min over x   sum (ln f(x) / f)^2 / s_f^2 + sum (ln zeta(x) / zeta)^2 / s_zeta^2 + sum (x / spread)^2
+
+``s`` holds the uncertainty of the measurement and a floor for what the model leaves out. What the data do not
+tell stays where the prior has it: a parameter counts as identified when its sigma has at least halved.
+Parameters that only act together show as a direction of the posterior that is as wide as the prior.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import least_squares
+
+from flexarm_model.modal.read_only import lock_arrays
+
+Array = NDArray[np.float64]
+IDENTIFIED = 0.5  # posterior over prior sigma up to which the data have told a parameter
+MODEL_F, MODEL_ZETA = 5e-4, 0.02  # relative errors of frequency and damping that a model may have anyway
+STEP = 1e-4  # of ln p, for the derivative
+
+
+@dataclass(frozen=True)
+class Unknown:
+    """A parameter to fit.
+
+    Attributes:
+        path: Dotted path in the description.
+        number: Its value there, in its own unit.
+        unit: That unit; empty for a plain number.
+        spread: One sigma of its relative error before the measurement [1].
+    """
+
+    path: str
+    number: float
+    unit: str
+    spread: float
+
+    def text(self, x: float) -> str | float:
+        """Return the value at ``p_0 exp(x)`` as the description writes it."""
+        value = float(f"{self.number * np.exp(x):.9g}")
+        return f"{value:.9g} {self.unit}" if self.unit else value
+
+
+@dataclass(frozen=True)
+class ModeTable:
+    """Modes measured at one pose; nan where a number is not known.
+
+    Attributes:
+        pose: Actuated axes [rad] or [m], (n_theta,).
+        f_hz: Natural frequencies, matched to the model's modes in this order [Hz], (r,).
+        f_std_hz: One sigma of them [Hz], (r,).
+        zeta: Damping ratios [1], (r,).
+        zeta_std: One sigma of them [1], (r,).
+    """
+
+    pose: Array
+    f_hz: Array
+    f_std_hz: Array
+    zeta: Array
+    zeta_std: Array
+
+    def __post_init__(self) -> None:
+        """Make the arrays read-only."""
+        lock_arrays(self)
+
+
+@dataclass(frozen=True)
+class Update:
+    """What the measurement says of the parameters.
+
+    Attributes:
+        unknowns: The parameters.
+        x: ln of new over old value, (n,).
+        sigma: One sigma of x afterwards, (n,).
+        correlation: Of the errors of x, (n, n).
+        sensitivity: d ln f / d ln p of every frequency used, (m, n).
+        before, after: Relative frequency errors, model over measurement minus one, (m,) each.
+        changes: Values for ``load_config``, of the identified parameters only.
+    """
+
+    unknowns: tuple[Unknown, ...]
+    x: Array
+    sigma: Array
+    correlation: Array
+    sensitivity: Array
+    before: Array
+    after: Array
+    changes: Mapping[str, str | float]
+
+    @property
+    def identified(self) -> NDArray[np.bool_]:
+        """Which parameters the data have told, (n,)."""
+        spread = np.array([unknown.spread for unknown in self.unknowns])
+        return np.asarray(self.sigma <= IDENTIFIED * spread)
+
+
+Serve = Callable[[Mapping[str, str | float], Array], tuple[Array, Array]]
+"""Frequencies [Hz] and damping ratios [1] of the changed description at a pose, slowest first."""
+
+
+def update_model(serve: Serve, unknowns: Sequence[Unknown], tables: Sequence[ModeTable]) -> Update:
+    """Fit the unknowns; those that the data do not tell are left alone and the rest fitted again.
+
+    Raises:
+        ValueError: There is nothing to fit, or the model has fewer modes than a table.
+    """
+    free = tuple(unknowns)
+    if not free or not tables:
+        raise ValueError("name at least one parameter and one measured mode")
+    while True:
+        update = _fit(serve, free, tables, tuple(unknowns))
+        told = np.array([unknown in free for unknown in unknowns]) & update.identified
+        still = tuple(unknown for unknown, is_told in zip(unknowns, told, strict=True) if is_told)
+        if len(still) == len(free) or not still:
+            changes = {unknown.path: unknown.text(x) for unknown, x, is_told
+                       in zip(unknowns, update.x, told, strict=True) if is_told}  # fmt: skip
+            return Update(
+                tuple(unknowns), update.x, update.sigma, update.correlation, update.sensitivity,
+                update.before, update.after, changes,
+            )  # fmt: skip
+        free = still
+
+
+def _fit(
+    serve: Serve, free: tuple[Unknown, ...], tables: Sequence[ModeTable], unknowns: tuple[Unknown, ...]
+) -> Update:
+    """Fit some of the unknowns; sigma and correlation are those of all of them at the answer."""
+    where = [unknowns.index(unknown) for unknown in free]
+    spread = np.array([unknown.spread for unknown in unknowns])
+
+    def full(x: Array) -> Array:
+        whole = np.zeros(len(unknowns))
+        whole[where] = x
+        return whole
+
+    def residual(x: Array) -> Array:
+        return np.concatenate([_misfit(serve, unknowns, tables, full(x))[0], x / spread[where]])
+
+    found = least_squares(residual, np.zeros(len(free)), diff_step=STEP, x_scale=spread[where], xtol=1e-8)
+    x = full(found.x)
+    weighted, log_f = _misfit(serve, unknowns, tables, x)
+    J, S = np.empty((weighted.size, len(unknowns))), np.empty((log_f.size, len(unknowns)))
+    for i in range(len(unknowns)):
+        moved = x.copy()
+        moved[i] += STEP
+        w, f = _misfit(serve, unknowns, tables, moved)
+        J[:, i], S[:, i] = (w - weighted) / STEP, (f - log_f) / STEP
+    covariance = np.linalg.inv(J.T @ J + np.diag(spread**-2.0))
+    sigma = np.sqrt(np.diag(covariance))
+    before = np.expm1(_misfit(serve, unknowns, tables, np.zeros(len(unknowns)))[1])
+    correlation = covariance / np.outer(sigma, sigma)
+    return Update(unknowns, x, sigma, correlation, S, before, np.expm1(log_f), {})
+
+
+def _misfit(
+    serve: Serve, unknowns: Sequence[Unknown], tables: Sequence[ModeTable], x: Array
+) -> tuple[Array, Array]:
+    """Return the weighted errors of all that is known, and ln of model over measured frequency."""
+    changes = {unknown.path: unknown.text(value) for unknown, value in zip(unknowns, x, strict=True)}
+    weighted, logs = [], []
+    for table in tables:
+        f_hz, zeta = serve(changes, table.pose)
+        if f_hz.size < table.f_hz.size:
+            raise ValueError(f"{table.f_hz.size} modes were measured, the model has {f_hz.size}")
+        f_hz, zeta = f_hz[: table.f_hz.size], zeta[: table.f_hz.size]
+        log_f, log_zeta = np.log(f_hz / table.f_hz), np.log(np.maximum(zeta, 1e-12) / table.zeta)
+        s_f = np.hypot(np.nan_to_num(table.f_std_hz) / table.f_hz, MODEL_F)
+        s_zeta = np.hypot(np.nan_to_num(table.zeta_std) / np.nan_to_num(table.zeta, nan=1.0), MODEL_ZETA)
+        weighted += [log_f[np.isfinite(log_f)] / s_f[np.isfinite(log_f)]]
+        weighted += [log_zeta[np.isfinite(log_zeta)] / s_zeta[np.isfinite(log_zeta)]]
+        logs.append(log_f[np.isfinite(log_f)])
+    return np.concatenate(weighted), np.concatenate(logs)
+
+
+def loose_directions(update: Update) -> list[str]:
+    """Return, in words, combinations of parameters that the data do not tell."""
+    spread = np.array([unknown.spread for unknown in update.unknowns])
+    covariance = update.correlation * np.outer(update.sigma / spread, update.sigma / spread)
+    values, vectors = np.linalg.eigh(covariance)
+    lines = []
+    for value, vector in zip(values, vectors.T, strict=True):
+        parts = [
+            f"{weight:+.2f} {unknown.path}"
+            for weight, unknown in zip(vector, update.unknowns, strict=True)
+            if abs(weight) > 0.1
+        ]
+        if value > IDENTIFIED**2 and len(parts) > 1:
+            lines.append(f"only their combination is known, not {' '.join(parts)}")
+    return lines

@@ -1,0 +1,106 @@
+"""Model update: parameters that were put in come back; what the data do not tell is left alone and named."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from arms import SINGLE_LINK
+
+from flexarm_model.config import load_config
+from flexarm_model.identification.described_modes import described_modes, read_unknown
+from flexarm_model.identification.model_update import (
+    ModeTable,
+    Unknown,
+    Update,
+    loose_directions,
+    update_model,
+)
+from flexarm_model.linearize import linearize
+from flexarm_model.reduced_tree import ReducedTree
+from flexarm_model.strict_yaml import ConfigError
+
+STIFFNESS = "bodies.strip.pieces.0.youngs_modulus"
+TIP_MASS = "bodies.strip.point_masses.0.mass"
+DAMPING = "bodies.strip.damping_ratio"
+ROTOR = "joints.base.axes.rz.rotor_inertia"
+TRUTH = {STIFFNESS: "156.375 GPa", TIP_MASS: "70.2 g", DAMPING: 0.028}  # -25 %, +30 %, unknown
+HOME = np.zeros(1)
+
+
+def unknown(path: str, spread: float = 0.3) -> Unknown:
+    return read_unknown(SINGLE_LINK, "geared", path, spread)
+
+
+def measured(
+    count: int = 3, locked: bool = False, noise: float = 2e-4, seed: int = 0, damped: bool = False
+) -> ModeTable:
+    f_hz, zeta = described_modes(SINGLE_LINK, "geared", locked)(TRUTH, HOME)
+    rng = np.random.default_rng(seed)
+    f = f_hz[:count] * (1 + noise * rng.standard_normal(count))
+    damping = (
+        zeta[:count] * (1 + 10 * noise * rng.standard_normal(count)) if damped else np.full(count, np.nan)
+    )
+    return ModeTable(HOME, f, noise * f, damping, 10 * noise * damping)
+
+
+def fit(paths: list[str], table: ModeTable, locked: bool = False) -> Update:
+    serve = described_modes(SINGLE_LINK, "geared", locked)
+    return update_model(serve, [unknown(path) for path in paths], [table])
+
+
+def test_its_modes_are_those_that_are_served() -> None:
+    f_hz, zeta = described_modes(SINGLE_LINK, "geared", False)(TRUTH, HOME)
+    config = load_config(SINGLE_LINK, "geared", TRUTH)
+    model = linearize(ReducedTree(config, use_compiler=False))
+    free = np.sqrt(np.linalg.eigvals(np.linalg.solve(model.M, model.K)).real.clip(0.0))
+    assert f_hz[:3] == pytest.approx(np.sort(free)[1:] / (2 * np.pi), rel=1e-6)
+    assert zeta[0] == pytest.approx(0.028, rel=0.3)  # of the free arm more than of the strip alone
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_softer_strip_heavier_tip_and_damping_are_recovered_within_three_percent(seed: int) -> None:
+    update = fit([STIFFNESS, TIP_MASS, DAMPING], measured(seed=seed, damped=True))
+    assert update.identified.all()
+    found = [float(str(update.changes[path]).split()[0]) for path in TRUTH]
+    assert found == pytest.approx([156.375, 70.2, 0.028], rel=0.03)
+    assert abs(update.before).max() > 0.05 and abs(update.after).max() < 1e-3
+
+
+def test_sensitivity_to_stiffness_is_one_half_in_all() -> None:
+    table = measured()
+    serve = described_modes(SINGLE_LINK, "geared", True)
+    update = update_model(serve, [unknown(STIFFNESS)], [table])
+    assert update.sensitivity[:, 0] == pytest.approx(np.full(3, 0.5), rel=1e-3)
+
+
+def test_what_the_data_do_not_tell_is_left_alone() -> None:
+    update = fit([STIFFNESS, TIP_MASS, ROTOR], measured(locked=True), locked=True)
+    assert update.identified.tolist() == [True, True, False]
+    assert ROTOR not in update.changes and update.x[2] == 0.0
+
+
+def test_one_frequency_tells_a_combination_only_and_says_so() -> None:
+    update = fit([STIFFNESS, TIP_MASS], measured(count=1))
+    assert not update.identified.all()
+    assert any(STIFFNESS in line and TIP_MASS in line for line in loose_directions(update))
+
+
+@pytest.mark.slow
+def test_sigma_is_the_scatter_of_repeated_fits() -> None:
+    updates = [fit([STIFFNESS, TIP_MASS], measured(noise=2e-3, seed=seed)) for seed in range(8)]
+    scatter = np.std([update.x for update in updates], axis=0)
+    assert updates[0].sigma == pytest.approx(scatter, rel=0.6)  # 8 fits know a scatter to 27 %
+
+
+def test_a_frequency_nobody_measured_is_left_out() -> None:
+    whole = measured()
+    f = whole.f_hz.copy()
+    f[1] = np.nan
+    table = ModeTable(HOME, f, whole.f_std_hz, whole.zeta, whole.zeta_std)
+    assert fit([STIFFNESS], table).after.size == 2
+
+
+@pytest.mark.parametrize("path", ["bodies.stripe.damping_ratio", "name", "bodies.strip.pieces.4.density"])
+def test_a_parameter_that_is_none_is_refused(path: str) -> None:
+    with pytest.raises(ConfigError, match=path.split(".")[-1]):
+        unknown(path)
