@@ -13,6 +13,7 @@ from flexarm_controller.program.cost import build_cost, complete
 from flexarm_controller.program.delay import Delay
 from flexarm_controller.program.equilibrium import build_equilibrium
 from flexarm_controller.program.prediction import plant
+from flexarm_controller.program.target import rest_shift
 from flexarm_controller.reference import Reference
 from flexarm_controller.settings import MpcConfig
 from flexarm_controller.state import ArmState
@@ -27,8 +28,10 @@ class Lqr:
     def __init__(self, model: ReducedModel, config: MpcConfig, dt: float) -> None:
         """Solve the Riccati equation of ``model`` for control period ``dt`` [s]."""
         self._system = plant(model, dt)
-        self._gain = complete(self._system.A, self._system.B, build_cost(model, config, dt)).gain
+        cost = build_cost(model, config, dt)
+        self._gain = complete(self._system.A, self._system.B, cost).gain
         self._equilibrium = build_equilibrium(model)
+        self._shift = rest_shift(cost, self._equilibrium)
         self._delay = Delay(model, self._system, config, dt)
 
     def step(self, state: ArmState, reference: Reference, sent: Array) -> Array:
@@ -39,9 +42,10 @@ class Lqr:
             reference: Reference of the axes.
             sent: Torques that act from the state's instant on, oldest first, (``delay.torques_kept``, n_u).
         """
-        x = self._delay.advance(state.x, state.d, sent)
+        x = self._delay.advance(state.vibration, state.d, sent)
         parts = reference.sample(np.array([state.t + self._delay.lead]))
         r = np.concatenate([part[0] for part in parts])
+        r[: state.theta.size] += self._shift[:, : state.sag.size] @ state.sag
         equilibrium = self._equilibrium
         torque_r = equilibrium.U @ r + equilibrium.u_0 - state.d
         error = x - equilibrium.X @ r - equilibrium.x_0

@@ -99,11 +99,13 @@ class Mpc:
         """Do nothing: the program of the next state differs in its vectors alone; see ``Planner``."""
 
     def known_now(self, state: ArmState, sent: Array) -> Array:
-        """Return what is known but the reference, (n_x + 2 n_u,); the same array in every step."""
+        """Return what is known but the reference, (n_now,); the same array in every step."""
         known, p = self._known, self._p_now
-        p[known.x] = self._delay.advance(state.x, state.d, sent)
+        p[known.x] = self._delay.advance(state.vibration, state.d, sent)
         p[known.d] = state.d
         p[known.u_before] = sent[-1]
+        p[known.s] = 0.0
+        p[known.s.start : known.s.start + state.sag.size] = state.sag
         return p
 
     def _binding(self, y: Array, l: Array, u: Array) -> tuple[str, ...]:  # noqa: E741

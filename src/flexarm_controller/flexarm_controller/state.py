@@ -27,6 +27,7 @@ class ArmState:
         usable: Whether the estimator vouches for it.
         reason: Why it is not usable or degraded; empty otherwise.
         sigma: Standard deviations of ``x``, (2 n,), or (0,) where nobody tells them.
+        sag: Static deflection of the slowest modes that the model leaves out [kg^0.5 m], (at most n_eta,).
     """
 
     t: float
@@ -39,13 +40,25 @@ class ArmState:
     usable: bool = True
     reason: str = ""
     sigma: Array = field(default_factory=lambda: np.zeros(0))
+    sag: Array = field(default_factory=lambda: np.zeros(0))
 
     @cached_property
     def x(self) -> Array:
         """Return ``[theta; eta; theta'; eta']``, (2 n,)."""
         return np.concatenate([self.theta, self.eta, self.theta_dot, self.eta_dot])
 
+    @cached_property
+    def vibration(self) -> Array:
+        """Return x counted from where the arm rests, with the modes less their sag, (2 n,)."""
+        if not self.sag.size:
+            return self.x
+        x, first = self.x.copy(), self.theta.size
+        x[first : first + self.sag.size] -= self.sag
+        return x
+
     @property
     def is_finite(self) -> bool:
         """Whether every number is finite, and not so large that a product with it is not."""
-        return all(part.dot(part) < HUGE**2 for part in (self.x, self.d))  # false also when it is NaN
+        return all(
+            part.dot(part) < HUGE**2 for part in (self.x, self.d, self.sag)
+        )  # false also when it is NaN

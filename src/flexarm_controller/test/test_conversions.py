@@ -50,6 +50,16 @@ def test_a_state_arrives_with_its_numbers_and_its_time():
     assert state.t == pytest.approx(1.25, abs=1e-12) and state.usable and state.model_id == MODEL.model_id
     np.testing.assert_array_equal(state.x, [0.1, 1, 2, 3, 0.2, 4, 5, 6])
     np.testing.assert_array_equal(state.d, [0.3])
+    assert state.vibration is state.x  # nobody told where the modes rest
+
+
+def test_vibration_is_counted_from_where_the_modes_are_told_to_rest():
+    state = state_from_msg(modal_state(sag=[0.25, -0.5]), MODEL, EPOCH)
+    np.testing.assert_array_equal(state.sag, [0.25, -0.5])
+    np.testing.assert_array_equal(state.vibration, [0.1, 0.75, 2.5, 3, 0.2, 4, 5, 6])
+    np.testing.assert_array_equal(state.x, [0.1, 1, 2, 3, 0.2, 4, 5, 6])
+    assert not state_from_msg(modal_state(sag=[np.nan]), MODEL, EPOCH).is_finite
+    assert not state_from_msg(modal_state(sag=[0.0] * 4), MODEL, EPOCH).usable  # more than there are modes
 
 
 @pytest.mark.parametrize(

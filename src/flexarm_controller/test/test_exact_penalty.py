@@ -37,7 +37,7 @@ def program(kind, config=CONFIG):
     reference = hold(np.array([goal]))
     arguments = (state_of(x, LINK), reference, np.zeros((1, 1)))
     s = mpc.problem.system
-    p_now = np.concatenate([s.A @ x + s.c, np.zeros(2)])
+    p_now = np.concatenate([s.A @ x + s.c, np.zeros(5)])
     samples = np.hstack(reference.sample(DT * np.arange(1.0, config.horizon + 2))).ravel()
     return mpc, mpc.problem.vectors(p_now, mpc.problem.q_r @ samples), arguments
 

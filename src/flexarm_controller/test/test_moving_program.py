@@ -67,61 +67,79 @@ def simulate(starts, x, d, torques):
     return states
 
 
-def spent(starts, x, d, before, samples, torques):
+def sag_at(starts, k, sag):
+    """Return the static deflection in the modes that hold at instant k, as a state."""
+    for model, new, start in zip(MODELS, MODELS[1:], starts[1:], strict=False):
+        sag = new.Phi[:, 2:].T @ model.Phi[:, 2:] @ sag if start <= k else sag
+    return np.concatenate([np.zeros(2), sag, np.zeros(5)])
+
+
+def rest_target(stage, r, sag):
+    """Return the reference at which the tip rests as well as its weight and that of the axes say."""
+    cost = stage.cost
+    W, J = np.sqrt(cost.tip_weight)[:, None], cost.tip @ stage.rest.X_rest[:, :2]
+    rows, wanted = np.vstack([np.sqrt(cost.Q[:2, :2]), W * J]), np.append(np.zeros(2), -W * (cost.tip @ sag))
+    return r + np.append(np.linalg.lstsq(rows, wanted)[0], np.zeros(4))
+
+
+def spent(starts, x, p, samples, torques):
     """Return the cost of a plan, summed over the simulated states."""
+    d, before, sag = p
     total, states = 0.0, simulate(starts, x, d, torques)
     for k, state in enumerate(states):
         stage = build_stage(holds(starts, k)[0], LIMITS, CONFIG, DT)
-        rest, cost, r = stage.rest, stage.cost, samples[k]
+        bent = sag_at(starts, k, sag)
+        rest, cost, r = stage.rest, stage.cost, rest_target(stage, samples[k], bent)
         z, u_r = state - rest.X @ r - rest.x_0, rest.U @ r + rest.u_0 - d
         if k == CONFIG.horizon:
             a = np.concatenate([z, torques[-1] - u_r])
             return total + a @ stage.completion.P @ a
         w, step = torques[k] - u_r, torques[k] - before
         total += w @ cost.R @ w + step @ cost.S @ step
-        tip = cost.tip @ (state - rest.X_rest @ r - rest.x_0)
+        tip = cost.tip @ (state + bent - rest.X_rest @ samples[k] - rest.x_0)
         total += (z @ cost.Q @ z + tip @ (cost.tip_weight * tip)) if k else 0.0
         before = torques[k]
     raise AssertionError
 
 
 def known(rng):
-    x, d = 0.1 * rng.standard_normal(10), rng.standard_normal(2)
-    return x, d, rng.standard_normal(2), rng.standard_normal((CONFIG.horizon + 1, 6))
+    """Return a state, [torque nobody models, torque before, static deflection] and a reference."""
+    x, parts = 0.1 * rng.standard_normal(10), np.split(rng.standard_normal(7), [2, 4])
+    return x, parts, rng.standard_normal((CONFIG.horizon + 1, 6))
 
 
 @pytest.mark.parametrize("name", STARTS)
 def test_the_program_costs_what_a_simulation_of_the_changing_arm_spends(name):
     starts, rng = STARTS[name], np.random.default_rng(1)
-    x, d, before, samples = known(rng)
+    x, p, samples = known(rng)
     problem = build_problem(MODELS[0], LIMITS, CONFIG, DT)
     program = MovingProgram(problem, CONFIG)
     condensed = program.condense(windows(starts))
-    q, _, _ = program.vectors(condensed, np.concatenate([x, d, before]), samples)
+    q, _, _ = program.vectors(condensed, np.concatenate([x, *p]), samples)
     values, costs = [], []
     for _ in range(4):
         z = np.append(0.3 * rng.standard_normal(problem.n_v), np.zeros(len(q) - problem.n_v))
         torques = (problem.T @ z).reshape(CONFIG.horizon, 2)
         values.append(z @ condensed.P @ z / 2 + q @ z)
-        costs.append(problem.weight * spent(starts, x, d, before, samples, torques) / 2)
+        costs.append(problem.weight * spent(starts, x, p, samples, torques) / 2)
     np.testing.assert_allclose(np.diff(values), np.diff(costs), rtol=1e-8)
 
 
 @pytest.mark.parametrize("name", STARTS)
 def test_its_rows_are_the_limited_outputs_of_the_changing_arm(name):
     starts, rng = STARTS[name], np.random.default_rng(2)
-    x, d, before, samples = known(rng)
+    x, p, samples = known(rng)
     problem = build_problem(MODELS[0], LIMITS, CONFIG, DT)
     program = MovingProgram(problem, CONFIG)
     condensed = program.condense(windows(starts))
-    _, l, u = program.vectors(condensed, np.concatenate([x, d, before]), samples)  # noqa: E741
+    _, l, u = program.vectors(condensed, np.concatenate([x, *p]), samples)  # noqa: E741
     z = np.append(0.3 * rng.standard_normal(problem.n_v), np.zeros(len(problem.P) - problem.n_v))
-    states = simulate(starts, x, d, (problem.T @ z).reshape(CONFIG.horizon, 2))
+    states = simulate(starts, x, p[0], (problem.T @ z).reshape(CONFIG.horizon, 2))
     y, n_s = condensed.A @ z, len(problem.stage.soft.names)
     room_above, room_below = [], []
     for k in np.cumsum(CONFIG.blocks):
         soft = build_stage(holds(starts, k)[0], LIMITS, CONFIG, DT).soft
-        output = soft.C @ states[k] + soft.y_0
+        output = soft.C @ (states[k] + sag_at(starts, k, p[2])) + soft.y_0
         room_above.append(soft.high - output)
         room_below.append(output - soft.low)
     first, count = 2 * problem.n_v, 5 * n_s
@@ -131,9 +149,9 @@ def test_its_rows_are_the_limited_outputs_of_the_changing_arm(name):
 
 def test_with_one_model_it_is_the_ordinary_program():
     rng = np.random.default_rng(3)
-    x, d, before, samples = known(rng)
+    x, p, samples = known(rng)
     problem = build_problem(MODELS[0], LIMITS, CONFIG, DT)
-    program, p_now = MovingProgram(problem, CONFIG), np.concatenate([x, d, before])
+    program, p_now = MovingProgram(problem, CONFIG), np.concatenate([x, *p])
     condensed = program.condense(windows((0,)))
     np.testing.assert_allclose(condensed.P, problem.P, rtol=1e-9, atol=1e-12)
     np.testing.assert_allclose(condensed.A, problem.rows.A, atol=1e-12)

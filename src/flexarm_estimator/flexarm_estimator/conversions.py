@@ -75,6 +75,7 @@ def state_to_msg(estimate: Estimate, model: ReducedModel, stamp_ns: int) -> Moda
     msg.joint_names, msg.names = list(model.theta_names), list(model.eta_names)
     msg.theta, msg.theta_dot = floats(estimate.theta), floats(estimate.theta_dot)
     msg.eta, msg.eta_dot, msg.disturbance = floats(estimate.eta), floats(estimate.eta_dot), floats(estimate.d)
+    msg.sag = floats(estimate.x[estimate.layout.s])
     msg.bias_names, msg.bias = list(estimate.layout.biases), floats(estimate.b)
     told = estimate.layout.told
     msg.covariance = floats(estimate.P[told, told])

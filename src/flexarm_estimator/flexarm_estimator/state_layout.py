@@ -2,8 +2,8 @@
 
 ``theta`` are the actuated axes, ``eta`` the elastic modes, ``d`` unmodelled torques on the axes, ``b`` the
 biases of sensors (a gauge drifts with temperature, an accelerometer has an offset), in SI of their channel,
-``s`` static deflections of the modes that the model leaves out (``sag``), ``p`` what is learned of the model
-itself (``stiffness``); both are nobody else's business.
+``s`` static deflections of the modes that the model leaves out (``sag``), which the controller is told, ``p``
+what is learned of the model itself (``stiffness``), which is nobody else's business.
 """
 
 from __future__ import annotations
@@ -77,5 +77,5 @@ class StateLayout:
 
     @property
     def told(self) -> slice:
-        """What messages carry: all but the static deflections and the learned parameters."""
+        """What messages carry with its covariance: all but static deflections and learned parameters."""
         return slice(0, self.b.stop)

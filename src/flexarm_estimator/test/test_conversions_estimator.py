@@ -1,8 +1,12 @@
 """What is converted to a message and back is the same."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from planar_strip import StripKinematics, run, simulate, strip_model
+
+from flexarm_estimator.state_layout import StateLayout
 
 pytestmark = pytest.mark.ros
 conversions = pytest.importorskip("flexarm_estimator.conversions", reason="needs ROS and flexarm_interfaces")
@@ -23,6 +27,14 @@ def test_the_state_survives_a_message_bit_for_bit():
     for before, after in zip(ESTIMATE.sensors, sensors, strict=True):
         np.testing.assert_array_equal(before.innovation, after.innovation)
         assert before._replace(innovation=None) == after._replace(innovation=None)
+
+
+def test_the_controller_is_told_where_the_modes_rest():
+    layout = StateLayout(4, 1, n_s=2)
+    x = np.append(ESTIMATE.x[:9], [0.01, -0.02])
+    sagging = replace(ESTIMATE, x=x, P=np.eye(11), layout=layout)
+    assert list(conversions.state_to_msg(sagging, strip_model(), STAMP_NS).sag) == [0.01, -0.02]
+    assert not conversions.state_to_msg(ESTIMATE, strip_model(), STAMP_NS).sag
 
 
 def test_a_state_whose_lengths_do_not_fit_is_refused():

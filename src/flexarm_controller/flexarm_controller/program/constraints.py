@@ -29,7 +29,7 @@ class Constraints:
     Attributes:
         A: Per unknown, (m, n_v + n_s).
         b_now: Shift of both bounds per known quantity but the reference, which does not matter here,
-            (m, n_x + 2 n_u).
+            (m, n_now).
         l: Lower bound at p = 0, (m,).
         u: Upper bound at p = 0, (m,).
         names: "torque:axis", "rate:axis", "strain:gauge", "position:axis", "velocity:axis";
@@ -86,6 +86,7 @@ def _soft(prediction: Prediction, soft: SoftOutputs, limits: Limits, known: Know
     relax = np.tile(np.eye(n_s), (n_b, 1))
     b_now = np.zeros((n_b * n_s, known.now.stop))
     b_now[:, known.x], b_now[:, known.d] = -output(prediction.F), -output(prediction.H)
+    b_now[:, known.s] = -np.tile(soft.C[:, known.n_u : known.n_x // 2], (n_b, 1))
     bias = output(prediction.h)[:, 0] + np.tile(soft.y_0, n_b)
     open_ = np.full(n_b * n_s, np.inf)
     return Constraints(

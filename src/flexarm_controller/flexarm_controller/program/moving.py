@@ -92,18 +92,19 @@ class MovingProgram:
 
         Args:
             condensed: Of the segments.
-            p_now: What is known but the reference, (n_x + 2 n_u,); the state in the first one's modes.
+            p_now: What is known but the reference, (n_now,); the state in the first one's modes.
             samples: Reference [theta_r; theta_r'; theta_r''] at instants 0 ... N, (N + 1, 3 n_u).
         """
         problem, spans = self._problem, condensed.spans
         free = self._drift(spans, p_now[problem.known.x], p_now[problem.known.d])
-        e_0 = self._errors(spans, free, p_now, samples)
+        sags = self._sags(spans, p_now[problem.known.s])
+        e_0 = self._errors(spans, free, p_now, samples, sags)
         q = np.append(problem.weight * (e_0 @ condensed.L), np.full(self._n_s, self._price))
         rows, upper, lower = problem.rows, *self._soft_rows()
         shift = rows.b_now @ p_now
         l, u = rows.l + shift, rows.u + shift  # noqa: E741
         soft = self._soft(spans)
-        y = np.concatenate([s.C @ free[k] + s.y_0 for s, k in soft])
+        y = np.concatenate([s.C @ (free[k] + sags[k]) + s.y_0 for s, k in soft])
         u[upper] = np.concatenate([s.high for s, _ in soft]) - y
         l[lower] = np.concatenate([s.low for s, _ in soft]) - y
         return q, l, u
@@ -155,6 +156,16 @@ class MovingProgram:
             free[start + 1 : end + 1] = drift.reshape(count, x.size)
         return free
 
+    def _sags(self, spans: Spans, sag: Array) -> Array:
+        """Return the static deflection as a state at every instant, in the modes that hold, (N + 1, n_x)."""
+        n_x, n_u = spans[0][0].stage.system.B.shape
+        x, sags = np.zeros(n_x), np.zeros((self._N + 1, n_x))
+        x[n_u : n_x // 2] = sag
+        for segment, start, _ in spans:
+            x = segment.change @ x
+            sags[start:] = x
+        return sags
+
     def _penalised(self, spans: Spans, G: Array) -> Array:
         """Return the roots of the weights times what is penalised, per unknown, (n_e, n_v)."""
         parts = []
@@ -167,24 +178,25 @@ class MovingProgram:
         parts.append(spans[-1][0].stage.terminal_root @ np.vstack([G[-1], self._T[-1]]))
         return np.vstack([part.reshape(-1, G.shape[2]) for part in parts])
 
-    def _errors(self, spans: Spans, free: Array, p_now: Array, samples: Array) -> Array:
+    def _errors(self, spans: Spans, free: Array, p_now: Array, samples: Array, sags: Array) -> Array:
         """Return the same at no torque, (n_e,), in the same order."""
         d, before = p_now[self._problem.known.d], p_now[self._problem.known.u_before]
         first = np.zeros((self._N, d.size))
         first[0] = -before
         parts = []
         for segment, start, end in spans:
-            cost, rest = segment.stage.cost, segment.stage.rest
+            cost, rest, target = segment.stage.cost, segment.stage.rest, samples[start : end + 1].copy()
+            target[:, : d.size] += segment.stage.shift @ sags[start, d.size : sags.shape[1] // 2]
             k, inner = slice(start, end), slice(max(start, 1), end)
-            states = free[inner] - rest.x_0
-            parts += [np.sqrt(np.diag(cost.Q)) * (states - samples[inner] @ rest.X.T)]
-            parts += [np.sqrt(cost.tip_weight) * ((states - samples[inner] @ rest.X_rest.T) @ cost.tip.T)]
-            parts += [np.sqrt(np.diag(cost.R)) * (d - rest.u_0 - samples[k] @ rest.U.T)]
+            r, states = target[inner.start - start : end - start], free[inner] - rest.x_0
+            bent = states + sags[inner] - samples[inner] @ rest.X_rest.T
+            parts += [np.sqrt(np.diag(cost.Q)) * (states - r @ rest.X.T)]
+            parts += [np.sqrt(cost.tip_weight) * (bent @ cost.tip.T)]
+            parts += [np.sqrt(np.diag(cost.R)) * (d - rest.u_0 - target[: end - start] @ rest.U.T)]
             parts += [np.sqrt(np.diag(cost.S)) * first[k]]
-        last = spans[-1][0].stage
-        z = free[-1] - last.rest.X @ samples[-1] - last.rest.x_0
-        w = d - last.rest.U @ samples[-1] - last.rest.u_0
-        parts.append(last.terminal_root @ np.concatenate([z, w]))
+        z = free[-1] - rest.X @ target[-1] - rest.x_0
+        w = d - rest.U @ target[-1] - rest.u_0
+        parts.append(spans[-1][0].stage.terminal_root @ np.concatenate([z, w]))
         return np.concatenate([part.ravel() for part in parts])
 
     def _soft(self, spans: Spans) -> list[tuple[SoftOutputs, int]]:

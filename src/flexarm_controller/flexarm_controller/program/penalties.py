@@ -1,8 +1,9 @@
 """Everything the controller penalises, as an affine map of what is chosen and what is known.
 
-Known at a step are ``p = [x_0; d; u_before; r_0; ...; r_N]``: state when the first torque acts,
-unmodelled torque, torque sent before, reference ``r = [theta_r; theta_r'; theta_r'']``. About the
-equilibrium of the reference, ``z = x - x_r`` and ``w = u - u_r``, the penalised quantities are::
+Known at a step are ``p = [x_0; d; u_before; s; r_0; ...; r_N]``: state when the first torque acts,
+unmodelled torque, torque sent before, static deflection that the model leaves out (``x`` is counted from
+there, see ``target``), reference ``r = [theta_r; theta_r'; theta_r'']``. About the equilibrium of the
+reference, ``z = x - x_r`` and ``w = u - u_r``, the penalised quantities are::
 
     e = [z_1 ... z_{N-1}; a_N; w_0 ... w_{N-1}; u_0 - u_before ... u_{N-1} - u_{N-2}] = L v + L_p p + l
 
@@ -20,6 +21,7 @@ from numpy.typing import NDArray
 from flexarm_controller.program.cost import Completion, Cost
 from flexarm_controller.program.equilibrium import Equilibrium
 from flexarm_controller.program.prediction import Prediction
+from flexarm_controller.program.target import rest_shift
 
 Array = NDArray[np.float64]
 REFERENCE_PARTS = 3  # position, velocity, acceleration
@@ -42,8 +44,9 @@ class Known:
         self.x = slice(0, self.n_x)
         self.d = slice(self.n_x, self.n_x + n_u)
         self.u_before = slice(self.d.stop, self.d.stop + n_u)
-        self.now = slice(0, self.u_before.stop)
-        self.reference = slice(self.u_before.stop, self.u_before.stop + REFERENCE_PARTS * n_u * (horizon + 1))
+        self.s = slice(self.u_before.stop, self.u_before.stop + n - n_u)
+        self.now = slice(0, self.s.stop)
+        self.reference = slice(self.s.stop, self.s.stop + REFERENCE_PARTS * n_u * (horizon + 1))
         self.size = self.reference.stop
 
     def r(self, k: int) -> slice:
@@ -59,7 +62,7 @@ class Penalties:
 
     Attributes:
         L: Per torque of the blocks, (n_e, n_v).
-        L_now: Per known quantity but the reference, (n_e, n_x + 2 n_u).
+        L_now: Per known quantity but the reference, (n_e, n_now).
         rest: What the reference asks for; each of its samples acts on its own instant.
         l: Constant, (n_e,).
         cost: Weights of states, torques, increments and tip; diagonal.
@@ -121,8 +124,12 @@ def penalise(
     L_now[states, known.x], L_now[states, known.d] = prediction.F, prediction.H
     L_now[torques, known.d] = np.tile(np.eye(n_u), (N + 1, 1))
     L_now[torques.stop : torques.stop + n_u, known.u_before] = -np.eye(n_u)
+    shift = rest_shift(cost, rest)
+    L_now[states, known.s] = -np.tile(rest.X[:, :n_u] @ shift, (N, 1))
+    L_now[torques, known.s] = -np.tile(rest.U[:, :n_u] @ shift, (N + 1, 1))
     tips, off_rest = slice(torques.stop + N * n_u, None), prediction.h - np.tile(rest.x_0, N)
     L_now[tips, known.x], L_now[tips, known.d] = tip(prediction.F), tip(prediction.H)
+    L_now[tips, known.s] = np.tile(cost.tip[:, n_u : n_x // 2], (N - 1, 1))
     off_tip = tip(off_rest[:, None])[:, 0]
     return Penalties(
         np.vstack([prediction.G, T[-n_u:], T, T[:n_u], T[n_u:] - T[:-n_u], tip(prediction.G)]),

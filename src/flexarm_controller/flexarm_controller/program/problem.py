@@ -33,7 +33,7 @@ class Problem:
     Attributes:
         stage: What it takes from the model.
         P: Hessian, (n_z, n_z).
-        q_now: Gradient per p_now, (n_z, n_x + 2 n_u).
+        q_now: Gradient per p_now, (n_z, n_now).
         q_r: Gradient per sample of the reference, (n_z, 3 n_u (N + 1)).
         q_0: Gradient at p = 0, (n_z,).
         rows: Constraints.
@@ -62,7 +62,7 @@ class Problem:
         return self.stage.system
 
     def vectors(self, p_now: Array, of_reference: Array) -> tuple[Array, Array, Array]:
-        """Return ``(q, l, u)`` for what is known now, (n_x + 2 n_u,), and ``q_r r``, (n_z,)."""
+        """Return ``(q, l, u)`` for what is known now, (n_now,), and ``q_r r``, (n_z,)."""
         shift = self.rows.b_now.dot(p_now)
         return self.q_now.dot(p_now) + of_reference + self.q_0, self.rows.l + shift, self.rows.u + shift
 

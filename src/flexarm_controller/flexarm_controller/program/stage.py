@@ -13,6 +13,7 @@ from flexarm_controller.program.cost import Completion, Cost, build_cost, comple
 from flexarm_controller.program.equilibrium import Equilibrium, build_equilibrium
 from flexarm_controller.program.prediction import Prediction, plant, predict
 from flexarm_controller.program.soft_outputs import SoftOutputs, build_soft_outputs
+from flexarm_controller.program.target import rest_shift
 from flexarm_controller.settings import MpcConfig
 from flexarm_model.reduced_model import ReducedModel
 from flexarm_model.state_space import StateSpace
@@ -39,6 +40,11 @@ class Stage:
     completion: Completion
     rest: Equilibrium
     soft: SoftOutputs
+
+    @cached_property
+    def shift(self) -> Array:
+        """What the axes are to move by per static deflection, (n_theta, n_eta); see ``target``."""
+        return rest_shift(self.cost, self.rest)
 
     @cached_property
     def terminal_root(self) -> Array:
