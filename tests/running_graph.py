@@ -90,6 +90,7 @@ def running(
     topics: tuple[str, ...],
     folder: Path,
     extra: Mapping[str, str] | None = None,
+    command: Callable[[Process], list[str]] | None = None,
 ) -> Iterator[tuple[Supervisor, Ear]]:
     """Run processes in a ROS domain of their own; gives the supervisor and an ear in the same domain."""
     with domain_id() as domain:
@@ -98,7 +99,8 @@ def running(
         os.environ.update(own)
         rclpy.init()
         try:
-            with Supervisor(processes, folder / "log", {**os.environ, **(extra or {})}) as supervisor:
+            environment = {**os.environ, **(extra or {})}
+            with Supervisor(processes, folder / "log", environment, command) as supervisor:
                 yield supervisor, Ear(topics)
         finally:
             rclpy.try_shutdown()
