@@ -15,7 +15,11 @@ from scipy.io import savemat
 from flexarm_bringup import cli
 from flexarm_bringup.identify.measurement import Responses, SourceError, merge
 from flexarm_bringup.identify.sources import Averaging, read_sources
-from flexarm_model.modal.frf import Frf, Ports, modal_frf
+from flexarm_model.config import load_config
+from flexarm_model.description import Beam
+from flexarm_model.linear_assembly import assemble
+from flexarm_model.manipulator_file import find_manipulator
+from flexarm_model.modal.frf import Frf, Ports, exact_frf, modal_frf
 from flexarm_model.modal.modes import Modes
 
 F_HZ, ZETA = np.array([12.0, 31.0]), np.array([0.02, 0.015])
@@ -161,3 +165,41 @@ def test_a_file_that_cannot_be_used_is_refused_with_its_name_and_the_reason(
 def test_a_missing_file_is_named(capsys):
     assert cli.main(["identify", "nowhere.csv"]) == 2
     assert "nowhere.csv: no such file" in capsys.readouterr().err
+
+
+STIFFNESS, TIP_MASS = "bodies.strip.pieces.0.youngs_modulus", "bodies.strip.point_masses.0.mass"
+
+
+def softer_strip(path: Path) -> Path:
+    """Write the responses of a strip with 25 % less stiffness and 30 % more mass at its tip."""
+    changes = {STIFFNESS: "156.375 GPa", TIP_MASS: "70.2 g"}
+    built = assemble(load_config(find_manipulator("single_link"), "geared", changes))
+    ports = Ports(built.B, np.vstack([built.B.T, built.node_rows("strip.sensor")[1:2]]))
+    lines = np.arange(0.0, 150.0, 0.05)
+    clean = exact_frf(lines[1:], (built.M, built.D, built.K), ports, "accelerance").H[:, :, 0]
+    rng = np.random.default_rng(2)
+    noise = rng.standard_normal(clean.shape) + 1j * rng.standard_normal(clean.shape)
+    noisy = clean + 0.003 * np.median(abs(clean), axis=0) * noise
+    names = {f"{name}/torque": np.append(0.0, column) for name, column in zip("ab", noisy.T, strict=True)}
+    np.savez(path, f_hz=lines, **names)
+    return path
+
+
+def test_one_command_brings_the_description_in_line_and_writes_it(tmp_path, capsys):
+    path, new = softer_strip(tmp_path / "rig.npz"), tmp_path / "mine.yaml"
+    fit = ["--manipulator", "single_link", "--preset", "geared", "--fit", STIFFNESS, "--fit", TIP_MASS,
+           "--fit", "bodies.strip.damping_ratio=1"]  # fmt: skip
+    assert cli.main(["identify", str(path), *fit, "--update", str(new)]) == 0, capsys.readouterr().err
+    found = load_config(new, "geared")
+    strip = found.bodies["strip"]
+    assert isinstance(strip, Beam)
+    assert pytest.approx(156.375e9, rel=0.03) == strip.pieces[0].E
+    assert strip.point_masses[0].mass == pytest.approx(0.0702, rel=0.03)
+    assert any(STIFFNESS in line and "sha256" in line for line in found.fitted)
+    assert f"config {found.config_id}" in capsys.readouterr().out
+
+
+def test_an_update_without_parameters_is_refused(tmp_path, capsys):
+    path = write_npz(tmp_path / "test.npz")
+    assert cli.main(["identify", str(path), "--update", str(tmp_path / "x.yaml")]) == 2
+    assert "--fit PATH" in capsys.readouterr().err

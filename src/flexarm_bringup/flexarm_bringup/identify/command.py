@@ -4,6 +4,8 @@
   flexarm identify hammer.uff --band 5 500       only modes in that band [Hz]
   flexarm identify run.csv --resolution 0.5      records in time, lines 0.5 Hz apart, H1, coherence, bootstrap
   flexarm identify run.csv --manipulator single_link   beside the frequencies of the model
+  flexarm identify run.csv --manipulator single_link --fit bodies.strip.pieces.0.youngs_modulus
+      --fit bodies.strip.damping_ratio=1 --update my_arm.yaml     (same line) fit the description, write a new one
   flexarm identify FILE --html report.html       responses, mode indicator, stabilisation chart, shapes
 
 Files: universal files (.uff, .unv), .csv, MATLAB .mat, .npz. A table of responses has the columns f_hz and
@@ -18,9 +20,10 @@ from pathlib import Path
 
 from flexarm_bringup.identify.measurement import SourceError
 from flexarm_bringup.identify.page import build_page
-from flexarm_bringup.identify.run import Request, identify
+from flexarm_bringup.identify.run import Request, Result, identify
 from flexarm_bringup.identify.sources import Averaging, read_sources
-from flexarm_bringup.report import add_report_arguments, publish
+from flexarm_bringup.identify.updating import Fitting, add_to, fit_description, write_description
+from flexarm_bringup.report import Page, add_report_arguments, publish
 from flexarm_model.identification.spectra import ESTIMATORS
 from flexarm_model.modal.frf import KINDS
 
@@ -42,6 +45,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--manipulator", metavar="NAME", help="print its served frequencies beside")
     parser.add_argument("--preset", default="", help="preset of that manipulator")
+    parser.add_argument(
+        "--fit", action="append", default=[], metavar="PATH[=SPREAD]",
+        help="parameter of the manipulator to fit; its relative sigma before, 0.3",
+    )  # fmt: skip
+    parser.add_argument("--pose", nargs="+", type=float, default=[], help="of the test, rad or m; home")
+    parser.add_argument("--motors", default="free", choices=("free", "locked"), help="in the test; free")
+    parser.add_argument("--update", type=Path, metavar="YAML", help="write the fitted description there")
     add_report_arguments(parser)
 
 
@@ -52,9 +62,30 @@ def run(args: argparse.Namespace) -> int:
         tuple(args.band) if args.band else None, args.coherence, args.manipulator or "", args.preset
     )
     try:
+        _check(args)
         source = read_sources(args.files, args.kind, averaging)
         result = identify(source, request, args.estimator)
+        page = _with_update(build_page(args.files, result), result, args)
     except (SourceError, ValueError) as error:
         print(f"flexarm identify: {error}", file=sys.stderr)
         return UNUSABLE
-    return publish(build_page(args.files, result), args)
+    return publish(page, args)
+
+
+def _check(args: argparse.Namespace) -> None:
+    if args.update and not args.fit:
+        raise ValueError("--update needs --fit PATH: what may change?")
+    if args.fit and not args.manipulator:
+        raise ValueError("--fit needs --manipulator NAME")
+
+
+def _with_update(page: Page, result: Result, args: argparse.Namespace) -> Page:
+    if not args.fit:
+        return page
+    if result.found.fit is None:
+        raise ValueError("no mode was identified: there is nothing to fit to")
+    fitting = Fitting(
+        args.manipulator, args.preset, tuple(args.fit), tuple(args.pose), args.motors == "locked", args.update
+    )
+    update = fit_description(fitting, result.found.fit)
+    return add_to(page, update, write_description(fitting, update, args.files))

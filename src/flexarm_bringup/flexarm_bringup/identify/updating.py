@@ -1,0 +1,162 @@
+"""The description brought in line with identified modes, and written as a new file with its provenance."""
+
+from __future__ import annotations
+
+import datetime
+import hashlib
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import linear_sum_assignment
+
+from flexarm_bringup.report import Cells, Column, Page, Table
+from flexarm_model.config import load_config
+from flexarm_model.identification.described_modes import described_modes, read_unknown
+from flexarm_model.identification.model_update import (
+    ModeTable,
+    Update,
+    loose_directions,
+    update_model,
+)
+from flexarm_model.identification.yaml_edit import add_items, edit_values
+from flexarm_model.manipulator_file import find_manipulator
+from flexarm_model.modal.fit import PoleFit
+
+Array = NDArray[np.float64]
+SPREAD = 0.3  # one sigma of a parameter's relative error when nobody says [1]
+FURTHEST = 0.5  # of ln f: a mode further off than that is another one
+PERCENT = 100.0
+NEEDED_LINES = 1.0  # per bandwidth, for a damping that counts
+
+
+@dataclass(frozen=True)
+class Fitting:
+    """What is fitted to what.
+
+    Attributes:
+        manipulator: Name or file.
+        preset: Its preset.
+        parameters: "PATH" or "PATH=SPREAD" each.
+        pose: Actuated axes at the measurement [rad or m]; empty for home.
+        motors_locked: They were held by brakes.
+        output: File to write; None for none.
+    """
+
+    manipulator: str
+    preset: str
+    parameters: tuple[str, ...]
+    pose: tuple[float, ...] = ()
+    motors_locked: bool = False
+    output: Path | None = None
+
+
+def fit_description(fitting: Fitting, fit: PoleFit) -> Update:
+    """Fit the parameters to the identified modes.
+
+    Raises:
+        ValueError: A parameter does not exist, or no mode of the description is near an identified one.
+    """
+    path = find_manipulator(fitting.manipulator)
+    pose = np.array(fitting.pose) if fitting.pose else load_config(path, fitting.preset).home
+    serve = described_modes(path, fitting.preset, fitting.motors_locked)
+    unknowns = [
+        read_unknown(path, fitting.preset, name, float(spread or SPREAD))
+        for name, _, spread in (item.partition("=") for item in fitting.parameters)
+    ]
+    return update_model(serve, unknowns, [match(serve({}, pose)[0], pose, fit)])
+
+
+def match(described_hz: Array, pose: Array, fit: PoleFit) -> ModeTable:
+    """Return the identified modes in the places of the described ones that they are nearest to.
+
+    Raises:
+        ValueError: None is near.
+    """
+    far = abs(np.log(described_hz[:, None] / fit.model.f_hz[None, :]))
+    rows, columns = linear_sum_assignment(far)
+    pairs = [(r, c) for r, c in zip(rows, columns, strict=True) if far[r, c] < FURTHEST]
+    if not pairs:
+        raise ValueError(
+            f"identified {np.round(fit.model.f_hz, 2)} Hz, described {np.round(described_hz[:6], 2)} Hz: "
+            "no two belong together"
+        )
+    f, f_std, zeta, zeta_std = np.full((4, max(r for r, _ in pairs) + 1), np.nan)
+    for r, c in pairs:
+        f[r], f_std[r] = fit.model.f_hz[c], fit.f_std_hz[c]
+        if fit.lines_per_bandwidth[c] >= NEEDED_LINES:
+            zeta[r], zeta_std[r] = fit.model.zeta[c], fit.zeta_std[c]
+    return ModeTable(pose, f, f_std, zeta, zeta_std)
+
+
+def update_table(update: Update) -> Table:
+    """Return the parameters before and after."""
+    heads = [
+        Column("parameter"), Column("before"), Column("after"), Column("change\n[%]", "+.2f"),
+        Column("± [%]", ".2f"), Column("± before\n[%]", ".0f"), Column("the data"),
+    ]  # fmt: skip
+    rows: list[Cells] = []
+    for i, unknown in enumerate(update.unknowns):
+        told = unknown.path in update.changes
+        rows.append([
+            unknown.path, str(unknown.text(0.0)), str(unknown.text(update.x[i])) if told else "as before",
+            PERCENT * float(np.expm1(update.x[i])), PERCENT * float(update.sigma[i]),
+            PERCENT * unknown.spread, "tell it" if told else "do not tell it",
+        ])  # fmt: skip
+    notes = loose_directions(update)
+    errors = "; ".join(
+        f"{PERCENT * before:+.2f} % -> {PERCENT * after:+.2f} %"
+        for before, after in zip(update.before, update.after, strict=True)
+    )
+    notes.append(f"frequencies, model over measured: {errors}")
+    return Table("Description fitted to the modes", heads, rows, notes)
+
+
+def sensitivity_table(update: Update) -> Table:
+    """Return by how many per cent every frequency moves with one per cent of a parameter."""
+    heads = [Column("frequency", "d"), *(Column(unknown.path, "+.3f") for unknown in update.unknowns)]
+    rows: list[Cells] = [[i + 1, *map(float, row)] for i, row in enumerate(update.sensitivity)]
+    return Table("Sensitivity: per cent of frequency per per cent of parameter", heads, rows)
+
+
+def write_description(fitting: Fitting, update: Update, sources: Sequence[Path]) -> str:
+    """Write the new description and return what was done, in a sentence.
+
+    Raises:
+        ValueError: The data told nothing, or the new file is not a valid description.
+    """
+    if fitting.output is None:
+        return ""
+    if not update.changes:
+        raise ValueError("the data tell none of the parameters: there is nothing to write")
+    path = find_manipulator(fitting.manipulator)
+    text = edit_values(path.read_text(encoding="utf-8"), update.changes, fitting.preset)
+    text = add_items(text, "fitted", [_provenance(update, name, sources) for name in update.changes])
+    fitting.output.write_text(text, encoding="utf-8")
+    new = load_config(fitting.output, fitting.preset)
+    return (
+        f"wrote {fitting.output}: config {new.config_id}, was {load_config(path, fitting.preset).config_id}"
+    )
+
+
+def _provenance(update: Update, name: str, sources: Sequence[Path]) -> str:
+    i = next(k for k, unknown in enumerate(update.unknowns) if unknown.path == name)
+    unknown = update.unknowns[i]
+    files = ", ".join(
+        f"{path.name} (sha256 {hashlib.sha256(path.read_bytes()).hexdigest()[:12]})" for path in sources
+    )
+    return (
+        f"{name} = {update.changes[name]} +- {PERCENT * update.sigma[i]:.2g} % (was {unknown.text(0.0)}), "
+        f"on modes identified from {files}, {datetime.date.today().isoformat()}"
+    )
+
+
+def add_to(page: Page, update: Update, said: str) -> Page:
+    """Return the page with the update."""
+    remarks = dict(page.remarks)
+    if said:
+        remarks["Written"] = [said]
+    items = [update_table(update), sensitivity_table(update), *page.items]
+    return Page(page.title, page.lead, items, page.checks, remarks, page.data)
