@@ -5,7 +5,7 @@
   flexarm identify run.csv --resolution 0.5      records in time, lines 0.5 Hz apart, H1, coherence, bootstrap
   flexarm identify run.csv --manipulator single_link   beside the frequencies of the model
   flexarm identify run.csv --manipulator single_link --fit bodies.strip.pieces.0.youngs_modulus
-      --fit bodies.strip.damping_ratio=1 --update my_arm.yaml     (same line) fit the description, write a new one
+      --fit bodies.strip.damping_ratio=1 --update my_arm.yaml     (one line) a fitted description
   flexarm identify FILE --html report.html       responses, mode indicator, stabilisation chart, shapes
 
 Files: universal files (.uff, .unv), .csv, MATLAB .mat, .npz. A table of responses has the columns f_hz and
