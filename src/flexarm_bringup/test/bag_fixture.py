@@ -40,6 +40,7 @@ def modal_state(stamp_ns: int, **changes: Any) -> bytes:
         names=["mode_1", "mode_2"],
         eta=np.asarray(changes.get("eta", [1e-3, 2e-3])),
         eta_dot=np.zeros(2),
+        sag=np.zeros(0),
         bias_names=[],
         bias=np.zeros(0),
         covariance=np.eye(7).ravel(),

@@ -2,7 +2,7 @@
 
 With the state at which the plan begins and its torques, the served model gives axes, modes and their rates in
 every period of the plan as one product of matrices, prepared once per model. The energy of a mode is that of
-its motion about where it rests with the axes held there::
+its motion about where it rests with the axes held there, less the sag that the model leaves out::
 
     E_i = (eta_i'^2 + omega_i^2 (eta_i - eta_rest,i(theta))^2) / 2          K_ee eta_rest = -K_et theta - f_e
 """
@@ -81,12 +81,14 @@ class Insight:
         if state.model_id != model.model_id or not state.is_finite:
             return Expectation(NO_TIP, np.zeros(0), np.full(model.n_eta, np.nan))
         ahead = self._ahead
-        now = vibration_energy(model, state.x[None])[0]
+        now = vibration_energy(model, state.vibration[None])[0]
         if not command.plan.size:
             return Expectation(NO_TIP, np.zeros(0), now)
         sent = np.zeros((torques_kept(self._config, self.period), command.tau.size))
         states = ahead.states(state, sent if self._sent is None else self._sent, command.plan)
-        tip = np.array([self._tip(q) for q in ahead.coordinates(states)])
+        sag = np.zeros(2 * model.n)
+        sag[model.n_theta : model.n_theta + state.sag.size] = state.sag
+        tip = np.array([self._tip(q) for q in ahead.coordinates(states + sag)])
         return Expectation(tip, vibration_energy(model, states).sum(axis=1), now)
 
 
@@ -100,8 +102,8 @@ class _Ahead:
         self._prediction = predict(self._system, (1,) * config.horizon)
 
     def states(self, state: ArmState, sent: Array, plan: Array) -> Array:
-        """Return the states from the plan's beginning on, (k + 1, n_x)."""
-        x = self._delay.advance(state.x, state.d, sent)
+        """Return the states from the plan's beginning on, less the sag that the model lacks, (k + 1, n_x)."""
+        x = self._delay.advance(state.vibration, state.d, sent)
         plan = plan[: self._prediction.T.shape[0] // plan.shape[1]]
         rows, columns = len(plan) * x.size, plan.size
         p = self._prediction

@@ -75,3 +75,14 @@ def test_without_a_plan_or_a_usable_state_nothing_is_expected():
     state = state_of(np.full(8, np.nan), model)
     nothing = insight.look(model, state, controller.step(state))
     assert nothing.tip.shape == (0, 3) and np.isnan(nothing.mode_energy).all()
+
+
+def test_sag_that_the_model_leaves_out_bends_the_tip_but_is_no_vibration():
+    model = single_link()
+    sag, zero = np.array([3e-3, 0.0, 0.0]), np.zeros(3)
+    state = ArmState(0.0, model.model_id, zero[:1], sag, zero[:1], zero, zero[:1], sag=sag[:1])
+    command = Controller(model, limits_of_hub(), ControllerConfig(), CONFIG).step(state)
+    expected = Insight(lambda q: q[:3], CONFIG, PERIOD).look(model, state, command)
+    np.testing.assert_allclose(expected.mode_energy, 0.0, atol=1e-20)
+    np.testing.assert_allclose(expected.energy, 0.0, atol=1e-12)
+    np.testing.assert_allclose(expected.tip[:, 1], sag[0], atol=1e-6)  # the second coordinate is mode 1

@@ -106,7 +106,9 @@ def estimated_energy(series: BagSeries) -> tuple[Array, Array]:
     for instant, msg in zip(series.times("modal_state"), series.messages("modal_state"), strict=True):
         model = models.get(msg.model_id)
         if model is not None and len(msg.eta) == model.n_eta:
-            x = np.concatenate([msg.theta, msg.eta, msg.theta_dot, msg.eta_dot])
+            eta = np.array(msg.eta)
+            eta[: len(msg.sag)] -= msg.sag
+            x = np.concatenate([msg.theta, eta, msg.theta_dot, msg.eta_dot])
             t.append(float(instant))
             rows.append(vibration_energy(model, x[None])[0])
     return np.array(t), np.array(rows).reshape(len(t), -1)
