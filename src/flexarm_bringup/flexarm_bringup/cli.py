@@ -74,9 +74,14 @@ COMMANDS = {
     "identify": Command(
         "flexarm_bringup.identify.command", "modes from measurements: frequency, damping, shape, uncertainty"
     ),
-    "doctor": Command("flexarm_bringup.doctor.command", "what keeps this rig from running well, and what to do"),
+    "doctor": Command(
+        "flexarm_bringup.doctor.command", "what keeps this rig from running well, and what to do"
+    ),
     "echo": Command("flexarm_bringup.echo_node", "print the messages of a topic, or list the topics"),
     "parameters": Command("flexarm_bringup.parameters_command", "every node's parameters, unit and range"),
+    "realtime": Command(
+        "flexarm_bringup.realtime.command", "does this machine keep real time? guard, controller, commands"
+    ),
     "bench": Command("flexarm_bringup.bench", "measure the time of every step, as ratios to a baseline"),
 }
 

@@ -109,7 +109,7 @@ class RigNode(Node):
         self._ahead: list[Sample] | None = None  # in real time: of the tick that comes, not yet told
         self._sent: dict[str, int] = {}
         self._said = ("", "")
-        self._is_running, self._margins = False, ""
+        self._is_running, self._margins, self._late_ticks = False, "", 0
         self._connect()
 
     def on_timer(self) -> None:
@@ -117,6 +117,7 @@ class RigNode(Node):
         elapsed_ns = self._steady.now().nanoseconds - self._started_ns
         passed = round(elapsed_ns / self._period_ns)  # nearest: a timer is never quite on time
         behind = passed - self.hardware.tick + (self._ahead is not None)
+        self._late_ticks += max(behind - 1, 0)
         if behind > MOST_CATCH_UP:
             self.get_logger().warning(f"stalled for {behind} periods; the simulated arm skips them")
             self._started_ns += (behind - 1) * self._period_ns
@@ -208,7 +209,9 @@ class RigNode(Node):
         if self._said != (guard.mode, guard.reason):
             self.get_logger().info(f"guard: {guard.mode}{': ' if guard.reason else ''}{guard.reason}")
         self._said = (guard.mode, guard.reason)
-        self._publish("guard_status", guard_status_msg(guard, self.stamp_of(self.hardware.tick)))
+        self._publish(
+            "guard_status", guard_status_msg(guard, self.stamp_of(self.hardware.tick), self._late_ticks)
+        )
 
     def _start_when_possible(self) -> None:
         """Send tick 0 in lockstep once everybody listens and the guard is armed."""

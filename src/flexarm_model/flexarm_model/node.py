@@ -70,7 +70,8 @@ Config = TypeVar("Config")
 def run_node(factory: Callable[[], Node]) -> int:
     """Run a node until SIGINT or SIGTERM and take it down in order.
 
-    A node may have a method ``stop``, called before anything is destroyed (safe state, open files).
+    A node may have a method ``stop``, called before anything is destroyed (safe state, open files), and
+    ``companions``, nodes that share its executor and its life.
 
     Args:
         factory: Makes the node; may raise ParameterError or ConfigError.
@@ -176,9 +177,10 @@ class ReadyFlag:
 
 
 def _spin(node: Node, stopping: list[int]) -> None:
-    executor = events_executor()
+    executor, companions = events_executor(), getattr(node, "companions", ())
     try:
-        executor.add_node(node)
+        for each in (node, *companions):
+            executor.add_node(each)
         gc.collect()
         gc.freeze()  # a later full collection would stop the node for 30-50 ms
         _raise_priority(node)
@@ -189,7 +191,8 @@ def _spin(node: Node, stopping: list[int]) -> None:
         if stop is not None:
             stop()
         executor.shutdown()
-        node.destroy_node()
+        for each in (node, *companions):
+            each.destroy_node()
         rclpy.try_shutdown()
 
 

@@ -100,8 +100,8 @@ def truth_msg(config: ManipulatorConfig, truth: Truth, stamp_ns: int) -> TruthMs
     return msg
 
 
-def guard_status_msg(guard: Guard, stamp_ns: int) -> GuardStatus:
-    """Return what the guard does, and why."""
+def guard_status_msg(guard: Guard, stamp_ns: int, late_ticks: int = 0) -> GuardStatus:
+    """Return what the guard does, and why, and how many periods began late."""
     msg = GuardStatus(mode=_GUARD_MODES[guard.mode], reason=guard.reason, session_token=guard.token)
     msg.passed, msg.limited, msg.refused = guard.passed, guard.limited, guard.refused
     msg.ticks, msg.ticks_without_command, msg.command_age = (
@@ -109,6 +109,7 @@ def guard_status_msg(guard: Guard, stamp_ns: int) -> GuardStatus:
         guard.ticks_without_command,
         guard.age,
     )
+    msg.late_ticks = late_ticks
     msg.header.stamp = ns_to_stamp(stamp_ns)
     return msg
 

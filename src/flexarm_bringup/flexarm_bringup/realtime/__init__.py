@@ -1,0 +1,1 @@
+"""How well the graph of nodes keeps time on this machine: ``flexarm realtime``."""

@@ -1,0 +1,132 @@
+"""Does this machine keep real time? Rig, estimator and controller by the clock over DDS, moving the arm.
+
+  flexarm realtime                                200 Hz for 20 s
+  flexarm realtime --minutes 5 --load             five minutes with one core kept busy
+  flexarm realtime --rate 500 --composed          estimator and controller in one process at 500 Hz
+
+It counts guard cycles that began late, overruns of the controller and ticks without a fresh command, and ends
+1 when a bound was missed. Run it while the machine has nothing else to do.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import subprocess
+import sys
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager, nullcontext
+from functools import partial
+from pathlib import Path
+
+import yaml
+
+from flexarm_bringup.motions import motions, out_and_back, reference_of
+from flexarm_bringup.progress import Progress
+from flexarm_bringup.realtime.driver_node import DriverError, drive
+from flexarm_bringup.realtime.figures import Figures
+from flexarm_bringup.realtime.processes import command_line, processes
+from flexarm_bringup.report import Column, Page, Table, add_report_arguments, publish
+from flexarm_bringup.sessions import free_domains
+from flexarm_bringup.supervisor import Supervisor
+from flexarm_controller.reference import Reference
+from flexarm_model.config import load_config
+from flexarm_model.manipulator_file import find_manipulator
+from flexarm_model.strict_yaml import ConfigError, read_yaml
+
+ANGLE = 0.5236  # rad, 30 degrees out and back
+ZETA = 0.015  # damping ratio that the shaper counts on
+GRID = 0.01  # s between points of the reference; cubics in between
+USAGE = 2
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add rate, length, load and how the nodes are composed."""
+    parser.add_argument("--preset", default="geared", help="preset of the single link (default: geared)")
+    parser.add_argument(
+        "--rate", type=float, default=0.0, metavar="HZ", help="control rate (default: its own)"
+    )
+    parser.add_argument("--minutes", type=float, default=1 / 3, metavar="M", help="how long (default: 20 s)")
+    parser.add_argument("--load", action="store_true", help="keep one core busy meanwhile")
+    parser.add_argument("--composed", action="store_true", help="estimator and controller in one process")
+    parser.add_argument("--law", default="mpc", help="law of the controller (default: mpc)")
+    add_report_arguments(parser)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Run and print the figures; returns the exit code."""
+    progress = Progress()
+    try:
+        with tempfile.TemporaryDirectory(prefix="flexarm_realtime_") as folder:
+            progress.say(f"real time for {60 * args.minutes:g} s")
+            figures = measure(args, Path(folder))
+    except (ConfigError, DriverError, ValueError) as error:
+        print(f"flexarm realtime: {error}", file=sys.stderr)
+        return USAGE if isinstance(error, ConfigError) else 1
+    finally:
+        progress.done()
+    return publish(build_page(args, figures), args)
+
+
+def measure(args: argparse.Namespace, folder: Path) -> Figures:
+    """Run the graph in a domain of its own.
+
+    Raises:
+        ConfigError: The rate is not possible.
+        DriverError: The run did not begin.
+    """
+    manipulator = write_manipulator(folder, args.rate)
+    config = load_config(manipulator, args.preset)
+    rows = processes(str(manipulator), args.preset, config.rate_hz, args.composed, args.law)
+    seconds = 60.0 * args.minutes
+    own = {"ROS_DOMAIN_ID": str(next(free_domains())), "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}
+    os.environ.update(own)
+    command = partial(command_line, folder=folder)
+    load = busy_core() if args.load else nullcontext()
+    with load, Supervisor(rows, folder / "log", os.environ, command) as supervisor:
+        return drive(config.actuated, to_and_fro(seconds), seconds, supervisor.failed)
+
+
+def write_manipulator(folder: Path, rate: float) -> Path:
+    """Return the description of the single link, with another control rate [Hz] unless that is 0."""
+    source = find_manipulator("single_link")
+    if not rate:
+        return source
+    content = read_yaml(source)
+    content["served"]["rate"] = f"{rate:g} Hz"
+    path = folder / source.name
+    path.write_text(yaml.safe_dump(content, sort_keys=False), encoding="utf8")
+    return path
+
+
+def to_and_fro(seconds: float) -> Reference:
+    """Return moves out and back for at least so long [s]."""
+    makers = motions(ZETA)
+    slot = out_and_back([ANGLE], "A", "ZVD", makers)[-1].slot_end
+    moves = out_and_back([ANGLE] * (int(seconds / slot) + 1), "A", "ZVD", makers)
+    return reference_of(moves, GRID)
+
+
+@contextmanager
+def busy_core() -> Iterator[None]:
+    """Keep the last core of this machine busy with ordinary priority."""
+    core = str(max(os.sched_getaffinity(0)))
+    code = f"import os\nos.sched_setaffinity(0, {{{core}}})\nwhile True: pass"
+    child = subprocess.Popen([sys.executable, "-c", code])
+    try:
+        yield
+    finally:
+        child.kill()
+        child.wait()
+
+
+def build_page(args: argparse.Namespace, figures: Figures) -> Page:
+    """Return the page of the figures."""
+    columns = [Column("figure"), Column("value", ".6g")]
+    how = "estimator and controller in one process" if args.composed else "every node a process"
+    rate = f"{args.rate:g} Hz" if args.rate else "its own rate"
+    load = "one core kept busy" if args.load else "no other load"
+    table = Table("counted", columns, [[name, value] for name, value in figures.rows()])
+    lead = f"Single link over DDS at {rate}: {how}, {load}, {len(os.sched_getaffinity(0))} cores."
+    return Page("flexarm: does this machine keep real time?", lead, [table], figures.checks())

@@ -1,0 +1,146 @@
+"""Moves the arm to and fro for a while by the clock, and watches guard and controller keep time.
+
+Publishes
+    reference (trajectory_msgs/JointTrajectory): once.
+Subscribes
+    guard_status, controller_status, ~/ready of the nodes.
+Calls
+    rig/arm (std_srvs/Trigger).
+"""
+
+from __future__ import annotations
+
+import time
+from collections import Counter
+from collections.abc import Callable, Iterable
+from typing import Any
+
+import rclpy
+from flexarm_interfaces.msg import ControllerStatus, GuardStatus
+from rclpy.node import Node
+from std_msgs.msg import Bool
+from std_srvs.srv import Trigger
+from trajectory_msgs.msg import JointTrajectory
+
+from flexarm_bringup.realtime.figures import Counts, Figures
+from flexarm_controller.conversions import reference_to_msg
+from flexarm_controller.reference import Reference
+from flexarm_model.conversions import NS_PER_S, stamp_to_ns
+from flexarm_model.node import LATCHED_QOS, LOCKSTEP_QOS, RELIABLE_QOS, events_executor
+
+PARTNERS = ("model", "estimator", "controller", "rig")
+PATIENCE = 60.0  # s until everything is ready, and for every answer
+PREPARATION = 4.0  # s between sending the reference and its start
+NAMES = ("INACTIVE", "MPC", "LQR", "SHIFTED_PLAN", "DAMPING", "HOLD", "PD", "NONLINEAR")
+MODES = {getattr(ControllerStatus, name): name.lower() for name in NAMES}
+
+
+class DriverError(RuntimeError):
+    """The run did not begin; the message says what it waited for."""
+
+
+class Driver(Node):
+    """Sends the reference, arms, watches."""
+
+    def __init__(self, names: tuple[str, ...]) -> None:
+        """Connect; ``names`` are those of the actuated axes."""
+        super().__init__("realtime_driver", namespace="flexarm")
+        self._names, self._ready = names, dict.fromkeys(PARTNERS, False)
+        self._guard, self._status = GuardStatus(), ControllerStatus()
+        self._answer, self._statuses = "", 0
+        self._modes: Counter[str] = Counter()
+        self._steps: list[float] = []
+        self._executor = events_executor()
+        self._executor.add_node(self)
+        self._publisher = self.create_publisher(JointTrajectory, "reference", RELIABLE_QOS)
+        self._client = self.create_client(Trigger, "rig/arm")
+        self.create_subscription(GuardStatus, "guard_status", self.on_guard, RELIABLE_QOS)
+        self.create_subscription(ControllerStatus, "controller_status", self.on_status, LOCKSTEP_QOS)
+        for name in PARTNERS:
+            self.create_subscription(
+                Bool,
+                f"{name}/ready",
+                lambda msg, name=name: self._ready.update({name: msg.data}),
+                LATCHED_QOS,
+            )
+
+    def on_guard(self, msg: GuardStatus) -> None:
+        """Keep the newest status of the guard."""
+        self._guard = msg
+
+    def on_status(self, msg: ControllerStatus) -> None:
+        """Count an answer of the controller, or keep what it says of the reference."""
+        if msg.reason.startswith("reference"):
+            self._answer = msg.reason
+            return
+        self._status = msg
+        self._statuses += 1
+        self._modes[MODES.get(msg.mode, str(msg.mode))] += 1
+        self._steps.append(msg.solve_time)
+
+    def run(self, reference: Reference, seconds: float, failed: Callable[[], str]) -> Figures:
+        """Follow the reference for a while and return the counts.
+
+        Args:
+            reference: Begins at time zero.
+            seconds: How long to watch [s].
+            failed: Says which process has ended; empty when all run.
+
+        Raises:
+            DriverError: It did not begin.
+        """
+        self._begin(reference, failed)
+        self._modes.clear()
+        self._steps.clear()
+        start, began = self._counts(), time.monotonic()
+        while time.monotonic() - began < seconds and self._guard.mode == GuardStatus.ARMED and not failed():
+            self._executor.spin_once(timeout_sec=0.05)
+        stop = failed() or ("" if self._guard.mode == GuardStatus.ARMED else self._guard.reason)
+        counts = self._counts().since(start)
+        return Figures(time.monotonic() - began, counts, dict(self._modes), tuple(self._steps), stop)
+
+    def _begin(self, reference: Reference, failed: Callable[[], str]) -> None:
+        def wait(what: str, holds: Callable[[], bool]) -> None:
+            deadline = time.monotonic() + PATIENCE
+            while not holds():
+                if failed() or time.monotonic() > deadline:
+                    raise DriverError(
+                        failed() or f"waited {PATIENCE:g} s for {what}: {self._answer or 'nothing'}"
+                    )
+                self._executor.spin_once(timeout_sec=0.05)
+
+        wait("the nodes to be ready", lambda: all(self._ready.values()))
+        wait("the guard", lambda: self._guard.ticks > 0 and self._publisher.get_subscription_count() > 1)
+        zero_ns = stamp_to_ns(self._guard.header.stamp) + round(PREPARATION * NS_PER_S)
+        self._publisher.publish(reference_to_msg(reference, self._names, zero_ns))
+        wait("the reference to be accepted", lambda: self._answer.startswith("reference accepted"))
+        wait("rig/arm", self._client.service_is_ready)
+        self._client.call_async(Trigger.Request())
+        wait("the guard to be armed", lambda: self._guard.mode == GuardStatus.ARMED)
+        wait("the start", lambda: stamp_to_ns(self._guard.header.stamp) >= zero_ns)
+
+    def _counts(self) -> Counts:
+        g, s = self._guard, self._status
+        return Counts(
+            g.ticks, g.late_ticks, g.ticks_without_command, self._statuses, s.overruns, s.missed_cycles
+        )
+
+    def close(self) -> None:
+        """Leave the graph."""
+        self._executor.shutdown()
+        self.destroy_node()
+
+
+def drive(names: Iterable[str], reference: Reference, seconds: float, failed: Callable[[], str]) -> Figures:
+    """Run in this process; see ``Driver.run``.
+
+    Raises:
+        DriverError: It did not begin.
+    """
+    rclpy.init()
+    driver: Any = Driver(tuple(names))
+    try:
+        return driver.run(reference, seconds, failed)
+    finally:
+        driver.close()
+        rclpy.try_shutdown()
