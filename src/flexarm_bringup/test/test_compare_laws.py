@@ -124,7 +124,7 @@ def test_bounds_are_judged_row_by_row_and_a_worse_mpc_misses_them() -> None:
         result(LQR, WORST, 0.3, is_scarce=True), result(MPC, WORST, 0.05, is_scarce=True),
     ]  # fmt: skip
     checks = all_checks(task, rows)
-    assert len(checks) == 7 and all(check.passed for check in checks)
+    assert len(checks) == 9 and all(check.passed for check in checks)
     worse = [replace(r, legs=(replace(r.legs[0], residual=0.2),)) if r.law == MPC else r for r in rows]
     assert not any(check.passed for check in all_checks(task, worse))
 
