@@ -18,10 +18,8 @@ from flexarm_controller.program.foresight import Foresight
 from flexarm_controller.program.moving import Condensed, MovingProgram, Segment
 from flexarm_controller.reference import Reference
 from flexarm_controller.settings import MpcConfig
-from flexarm_controller.solvers.backends import BACKENDS
-from flexarm_controller.solvers.interior_first import InteriorFirst
+from flexarm_controller.solvers.backends import build_solver_for_once
 from flexarm_controller.solvers.qp import QpSolver
-from flexarm_controller.solvers.when_needed import WhenNeeded
 from flexarm_controller.state import ArmState
 from flexarm_model.reduced_model import ReducedModel
 
@@ -82,6 +80,5 @@ class MovingMpc:
 
     def _prepare(self, segments: tuple[Segment, ...]) -> Ready:
         condensed = self._program.condense(segments)
-        P, A, backend = condensed.P, condensed.A, BACKENDS[self._config.backend]
-        solver = WhenNeeded(lambda: backend(P, A, self._config))
-        return Ready(segments, condensed, InteriorFirst(P, A, self._fixed.problem.n_v, solver))
+        solver = build_solver_for_once(condensed.P, condensed.A, self._fixed.problem.n_v, self._config)
+        return Ready(segments, condensed, solver)

@@ -3,6 +3,8 @@
 import numpy as np
 import pytest
 
+from flexarm_controller.settings import MpcConfig
+from flexarm_controller.solvers.backends import build_solver_for_once
 from flexarm_controller.solvers.daqp_solver import DaqpSolver
 from flexarm_controller.solvers.hpipm_solver import HpipmSolver
 from flexarm_controller.solvers.osqp_solver import OsqpSolver
@@ -85,5 +87,14 @@ def test_a_first_solver_at_its_cap_is_replaced_in_the_same_call(name):
     assert not hurried.solve(*vectors, None).solved
     exact = DaqpSolver(P, A, 1000).solve(*vectors, None)
     result = SecondAttempt(hurried, OsqpSolver(P, A, 1e-8, 5000)).solve(*vectors, None, 1.0)
+    assert result.solved
+    np.testing.assert_allclose(result.x, exact.x, atol=1e-6)
+
+
+@pytest.mark.parametrize("backend", ["daqp", "osqp", "hpipm"])
+def test_a_solver_for_once_answers_like_the_one_that_is_kept(backend):
+    P, A, vectors = program()
+    exact = DaqpSolver(P, A, 1000).solve(*vectors, None)
+    result = build_solver_for_once(P, A, N, MpcConfig(backend=backend, tolerance=1e-8)).solve(*vectors, None)
     assert result.solved
     np.testing.assert_allclose(result.x, exact.x, atol=1e-6)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +16,7 @@ from flexarm_controller.solvers.interior_first import InteriorFirst
 from flexarm_controller.solvers.osqp_solver import OsqpSolver
 from flexarm_controller.solvers.qp import QpSolver
 from flexarm_controller.solvers.second_attempt import SecondAttempt
+from flexarm_controller.solvers.when_needed import WhenNeeded
 
 Array = NDArray[np.float64]
 Constructor = Callable[[Array, Array, MpcConfig], QpSolver]
@@ -30,6 +32,13 @@ SECOND = {"daqp": "osqp", "osqp": "daqp", "hpipm": "daqp"}  # who tries when the
 def build_solver(problem: Problem, config: MpcConfig) -> QpSolver:
     """Return the solver that the settings ask for, behind the interior check and before a second one."""
     P, A = problem.P, problem.rows.A
-    names = (config.backend, SECOND[config.backend])
-    first, second = (BACKENDS[name](P, A, config) for name in names)
+    first, second = (BACKENDS[name](P, A, config) for name in (config.backend, SECOND[config.backend]))
     return InteriorFirst(P, A, problem.n_v, SecondAttempt(first, second))
+
+
+def build_solver_for_once(P: Array, A: Array, n_v: int, config: MpcConfig) -> QpSolver:
+    """Return the same for a program that is asked once or twice: nothing is set up that is not asked."""
+    first, second = (
+        WhenNeeded(partial(BACKENDS[name], P, A, config)) for name in (config.backend, SECOND[config.backend])
+    )
+    return InteriorFirst(P, A, n_v, SecondAttempt(first, second))
