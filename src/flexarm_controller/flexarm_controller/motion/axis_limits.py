@@ -8,7 +8,7 @@ between the poses looked at stays within the torques, because for every axis
 
     |K theta + u_0| + |D| v + |J| a <= share effort          |K| v + |D| a + |J| j <= share effort_rate
 
-A box for all axes at once is careful; ``scale`` widens it where a motion does not use its corners.
+A box for all axes at once is careful; ``scale`` widens its accelerations where a motion leaves its corners.
 """
 
 from __future__ import annotations
@@ -27,7 +27,8 @@ from flexarm_model.reduced_model import ReducedModel
 
 Array = NDArray[np.float64]
 FASTEST = 1e3  # rad/s or m/s, where the description gives no limit
-VISCOUS = 0.5  # of the spare torque may go into viscous friction; the rest accelerates
+VISCOUS = 0.5  # of a torque or its rate may go into friction and springs; the rest accelerates
+NOTHING = 1e-9  # of what is there: less friction is none
 
 
 @dataclass(frozen=True)
@@ -55,7 +56,7 @@ def axis_limits(
         limits: Of the arm.
         poses: Axes between which the motion stays [rad or m], (n_theta,) each.
         config: Shares of the limits, and the ramp.
-        scale: Widens acceleration, and jerk as far as torque rates limit it [1].
+        scale: Widens acceleration [1]; the jerk stays within the torque rates.
 
     Raises:
         MotionError: Holding still at one of the poses takes the torque that there is.
@@ -70,15 +71,20 @@ def axis_limits(
             f"axis {model.theta_names[i]}: holding still takes {holding[i]:.4g} of the "
             f"{config.motion_effort * limits.effort[i]:.4g} N m or N that motions may need"
         )
+    rate = config.motion_effort * limits.effort_rate
     v = config.motion_velocity * np.minimum(limits.velocity, FASTEST)
-    v = v * min(1.0, float(np.min(VISCOUS * spare / np.maximum(D @ v, 1e-300))))
+    v = v * min(1.0, _share(spare, D @ v), _share(rate, K @ v))
     alike = limits.effort / np.diag(J)  # accelerations that ask the same share of every motor
     box = alike * float(np.min((spare - D @ v) / (J @ alike)))
-    a = scale * box
-    rate = config.motion_effort * limits.effort_rate - K @ v - D @ a
-    j = alike * max(float(np.min(rate / (J @ alike))), 0.0) * scale
+    rate = rate - K @ v
+    box = box * min(1.0, _share(rate, D @ box))
+    a = box * min(scale, _share(rate, D @ box))
+    j = alike * float(np.min((rate - D @ a) / (J @ alike)))
     if config.motion_ramp > 0.0 and model.n_eta:
         j = np.minimum(j, box / (config.motion_ramp * 2 * np.pi / model.omega[0]))
-    if not (j > 0.0).all():
-        raise MotionError("the torque rates leave nothing for a change of acceleration")
     return AxisLimits(v, a, j)
+
+
+def _share(there: Array, wanted: Array) -> float:
+    """Return the factor that brings what friction and springs want down to their part of what is there."""
+    return VISCOUS * float(np.min(there / np.maximum(wanted, NOTHING * there)))
