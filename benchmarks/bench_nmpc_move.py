@@ -138,7 +138,7 @@ def main() -> dict[str, float]:
             rows = [f"{law}_{kind}" for law in ("mpc", "foreseeing") for kind in FILTERS]
             linear = min(results[f"{name}_{row}_{measure}"] for row in rows)
             ratio = results[f"{name}_nmpc_extended_{measure}"] / max(linear, 1e-9)
-            results[f"{name}_nmpc_to_mpc_{measure.rsplit('_', 1)[0]}_ratio"] = ratio
+            results[f"{name}_nmpc_to_mpc_{measure.split('_')[0]}_ratio"] = ratio
     return results
 
 

@@ -54,6 +54,7 @@ def test_on_a_linear_arm_one_iteration_is_the_linear_controller(change):
     sent = np.array([[0.4, -0.6], [0.5, -1.0], [0.2, -0.4]])[: max(config.delay_periods, 1)]
     for seed in range(4):
         state = state_of(disturbed(model, seed), model, seed * DT, d=[0.3, -0.2])
+        state = replace(state, sag=np.array([0.01, -0.02]))
         expected, found = (law.step(state, ramp(model), sent) for law in (linear, nonlinear))
         assert found.result.solved
         assert found.limits_active == expected.limits_active

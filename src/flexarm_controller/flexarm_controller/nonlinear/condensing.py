@@ -43,11 +43,19 @@ class _Layout(ctypes.Structure):
 
 @dataclass(frozen=True)
 class Known:
-    """What a step begins with: first state s_0 (n_x,), unmodelled torque d (n_u,), torque before (n_u,)."""
+    """What a step begins with.
+
+    Attributes:
+        s_0: First state, (n_x,).
+        d: Unmodelled torque, (n_u,).
+        before: Torque before, (n_u,).
+        shift: Of the goal's state and torque where the arm rests elsewhere than its model says, (n_x + n_u,).
+    """
 
     s_0: Array
     d: Array
     before: Array
+    shift: Array
 
 
 class Condensing:
@@ -93,6 +101,7 @@ class Condensing:
         self._made = places(self.H, self.rows)
         into = (self._pull_s, self._pull_u, self._free, self.outputs, self.q)
         self._asked, self._answered = places(*self._known, *into), places(self._v, *self._known[1::-1])
+        self._has_tip = bool(weights.tip.any())  # without it the goal is never shifted
         self._constant = self._of_torques(unit)
         for call in (code.flexarm_condense, code.flexarm_respond, code.flexarm_expand):
             call.restype = None
@@ -111,11 +120,12 @@ class Condensing:
     def respond(self, known: Known, goal: GoalWindow) -> None:
         """Make ``q`` and ``outputs`` for what is known now."""
         w, n_x, P = self._weights, self._n_x, self._weights.P
-        torque = goal.u - known.d
-        end = np.concatenate([goal.s[-1], torque[-1]])
+        off = known.shift[:n_x]
+        torque = goal.u + (known.shift[n_x:] - known.d)
+        end = np.concatenate([goal.s[-1] + off, torque[-1]])
         np.matmul(goal.s, w.track, out=self._pull_s)
-        if w.tip.any():
-            self._pull_s += goal.at_rest @ w.tip
+        if self._has_tip:
+            self._pull_s += goal.at_rest @ w.tip + off @ w.Q
         self._pull_s[-1] = P[:n_x] @ end
         np.matmul(torque[:-1], w.R, out=self._pull_u)
         self._pull_u[-1] += P[n_x:] @ end

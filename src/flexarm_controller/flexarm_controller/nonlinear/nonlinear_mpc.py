@@ -117,7 +117,8 @@ class NonlinearMpc:
         for share, torque in zip(self._shares, sent, strict=False):
             if not (self._advance(s, torque + d, share) or self._advance(s, torque + d, share)):
                 return None
-        return Known(s, d, np.ascontiguousarray(sent[-1], dtype=np.float64))
+        shift = self.weights.shift[:, : state.sag.size] @ state.sag
+        return Known(s, d, np.ascontiguousarray(sent[-1], dtype=np.float64), shift)
 
     def _advance(self, s: Array, u: Array, share: float) -> bool:
         """Advance a state; when that fails the next attempt starts from nothing."""

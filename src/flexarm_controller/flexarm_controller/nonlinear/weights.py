@@ -15,8 +15,10 @@ from scipy.linalg import block_diag
 from flexarm_controller.limits import Limits
 from flexarm_controller.nonlinear.served_map import ServedMap
 from flexarm_controller.program.cost import build_cost, complete
+from flexarm_controller.program.equilibrium import build_equilibrium
 from flexarm_controller.program.prediction import plant
 from flexarm_controller.program.soft_outputs import build_soft_outputs
+from flexarm_controller.program.target import rest_shift
 from flexarm_controller.settings import MpcConfig
 from flexarm_model.reduced_model import ReducedModel
 
@@ -38,6 +40,8 @@ class Weights:
         low: Their lower bounds, (n_o,).
         high: Their upper bounds, (n_o,).
         names: Their names, (n_o,).
+        shift: Of the goal's state and torque per sag of the served modes, (n_s + n_u, n_eta); see
+            ``program.target``.
     """
 
     track: Array
@@ -50,6 +54,7 @@ class Weights:
     low: Array
     high: Array
     names: tuple[str, ...]
+    shift: Array
 
     @property
     def Q(self) -> Array:
@@ -64,6 +69,8 @@ def weigh(model: ReducedModel, served: ServedMap, limits: Limits, config: MpcCon
         ValueError: A limited gauge has no row among the outputs of the model.
     """
     cost, system, back = build_cost(model, config, dt), plant(model, dt), served.back
+    rest, m = build_equilibrium(model), model.n_theta
+    per_axis = np.vstack([served.into @ rest.X[:, :m], rest.U[:, :m]])
     P = complete(system.A, system.B, cost).P
     ends = block_diag(back, np.eye(model.n_theta))
     soft = build_soft_outputs(model, limits, config)
@@ -71,4 +78,5 @@ def weigh(model: ReducedModel, served: ServedMap, limits: Limits, config: MpcCon
     return Weights(
         track, back.T @ cost.at_rest @ back - track, ends.T @ P @ ends, cost.R, cost.S,
         np.ascontiguousarray(soft.C @ back), soft.y_0 + soft.C @ served.x_0, soft.low, soft.high, soft.names,
+        per_axis @ rest_shift(cost, rest),
     )  # fmt: skip
