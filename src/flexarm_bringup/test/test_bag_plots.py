@@ -88,7 +88,10 @@ def test_the_page_has_the_panels_that_the_bag_allows_and_names_the_others(bag, t
     assert "tip            end_effector" in said and "energy         model" in said
 
 
-def test_pictures_and_a_choice_of_topics(bag, tmp_path, capsys):
+def test_pictures_and_a_choice_of_topics(bag, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)  # without a file's name the page comes into the current folder
+    assert plot(str(bag), "--topics", "motion_status", "--json", "page.json") == 0
+    assert (tmp_path / "bag.html").is_file() and "goals" in (tmp_path / "page.json").read_text()
     assert plot(str(bag), "--png", str(tmp_path / "pictures"), "--topics", "motion_status") == 0
     (picture,) = (tmp_path / "pictures").iterdir()
     assert picture.name == "goals.png" and picture.read_bytes()[1:4] == b"PNG"

@@ -102,6 +102,18 @@ def test_two_axes_from_rest_need_the_time_of_the_slower_one(boxes, goal):
     assert motion.t[-1] == pytest.approx(max(alone), rel=1e-6, abs=1e-6)
 
 
+def test_a_start_beyond_the_limits_is_brought_back_first():
+    box = box_of((1.0, 4.0, 40.0))
+    begin = MotionState(np.zeros(1), np.array([1.8]), np.array([6.0]))
+    motion = move(begin, np.array([2.0]), box)
+    _, theta, theta_dot, theta_ddot = sampled(motion)
+    slow = np.flatnonzero(theta_dot[:, 0] <= 1.0)[0]
+    assert (abs(theta_dot[slow:]) <= 1.0 + ROUNDING).all()
+    mild = np.flatnonzero(theta_ddot[:, 0] <= 4.0)[0]
+    assert (abs(theta_ddot[mild:]) <= 4.0 + ROUNDING).all()
+    assert theta[-1, 0] == pytest.approx(2.0, abs=ENDS) and motion.theta_dot[0, 0] == 1.8
+
+
 def test_a_wished_duration_is_kept_or_refused_with_both_numbers():
     box = box_of((1.0, 4.0, 40.0))
     motion = move(at_rest(0.0), np.array([1.0]), box, 0.0, 3.0)

@@ -1,8 +1,8 @@
 """Plot a bag: tip, axes, torques, modes, strain, sensors, the controller's rungs, times and energies.
 
-  flexarm plot BAG                        write BAG.html, one page with all panels that the bag has topics for
+  flexarm plot BAG                        one page with all panels that the bag has topics for, ./NAME.html
   flexarm plot BAG --html FILE            the same into FILE
-  flexarm plot BAG --png DIR              one picture per panel into a folder
+  flexarm plot BAG --png DIR              one picture per panel into a folder instead
   flexarm plot BAG --topics strain /imu   only what concerns these topics; any topic, also of other robots
 
 Topics are relative to /flexarm unless they begin with a slash. What the bag lacks is said. A bag of another
@@ -23,7 +23,7 @@ from flexarm_bringup.bag_plots.series import BagSeries
 from flexarm_bringup.bag_reader import check_bag
 from flexarm_bringup.bag_writer import BagError
 from flexarm_bringup.figures import Figure, drawing, to_figure
-from flexarm_bringup.report import Cells, Column, Page, Table
+from flexarm_bringup.report import Cells, Column, Page, Table, add_report_arguments, publish
 
 UNUSABLE = 2
 WIDTH = 9.0  # inch
@@ -37,9 +37,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--topics", nargs="+", default=[], metavar="TOPIC", help="only panels of these topics"
     )
-    where = parser.add_mutually_exclusive_group()
-    where.add_argument("--html", type=Path, metavar="FILE", help="page to write (BAG.html)")
-    where.add_argument("--png", type=Path, metavar="DIR", help="folder for one picture per panel instead")
+    parser.add_argument("--png", type=Path, metavar="DIR", help="folder for one picture per panel")
+    add_report_arguments(parser)
 
 
 def run(args: argparse.Namespace) -> int:
@@ -50,15 +49,11 @@ def run(args: argparse.Namespace) -> int:
     except ValueError as error:  # BagError
         print(f"flexarm plot: {error}", file=sys.stderr)
         return UNUSABLE
-    page = build_page(series, panels, () if args.png else panels)
-    print(page.to_text())
     if args.png:
-        written = write_pictures(series, panels, args.png)
-    else:
-        written = [args.html or args.bag.with_name(f"{args.bag.name}.html")]
-        written[0].write_text(page.to_html(), encoding="utf-8")
-    print("\n" + "\n".join(f"wrote {path}" for path in written))
-    return 0
+        write_pictures(series, panels, args.png)
+    elif not args.html:
+        args.html = Path(f"{args.bag.resolve().name}.html")
+    return publish(build_page(series, panels, panels if args.html else ()), args)
 
 
 def choose(series: BagSeries, topics: Sequence[str]) -> list[Panel]:
