@@ -14,6 +14,7 @@ import time
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+import daqp
 import numpy as np
 from numpy.typing import NDArray
 
@@ -57,12 +58,14 @@ class Case:
 
 @dataclass
 class Run:
-    """What was measured: times [s] of preparation and feedback, whether limits bind, answers."""
+    """What was measured: times [s] of preparation, feedback and solvers, whether limits bind, answers."""
 
     preparation: list[float]
     feedback: list[float]
     is_binding: list[bool]
     steps: list[tuple[float, Known, Array]]
+    solver: list[float]
+    daqp: list[float]
     unsolved: int = 0
 
 
@@ -89,9 +92,12 @@ def swing(home: Array, dt: float) -> Reference:
     return Reference(t, home + theta, theta_dot, theta_ddot)
 
 
-def run_steps(case: Case, steps: int) -> Run:
-    """Run the loop on the controller's own equations, shaken; the state is known exactly."""
-    rng, law, run = np.random.default_rng(0), case.law, Run([], [], [], [])
+def run_steps(case: Case, steps: int, is_comparing: bool = False) -> Run:
+    """Run the loop on the controller's own equations, shaken; the state is known exactly.
+
+    Comparing the solvers takes the caches from the steps, whose times then do not count.
+    """
+    rng, law, run = np.random.default_rng(0), case.law, Run([], [], [], [], [], [])
     n, m, dt = case.model.n, case.model.n_theta, case.arm.steps.h
     law.goal.move(hold(case.reference.theta[0]), 0.0)
     s, sent, a = law.goal.s[0].copy(), law.goal.u[:1].copy(), np.zeros(2 * n)
@@ -103,19 +109,34 @@ def run_steps(case: Case, steps: int) -> Run:
         times = [time.thread_time_ns()]
         plan = law.step(state, case.reference, sent)
         times.append(time.thread_time_ns())
+        run.feedback.append(1e-9 * (times[1] - times[0]))
+        run.is_binding.append(bool(plan.limits_active))
         known = law.embed(state, sent)
         assert known is not None
         run.steps.append((state.t + dt, known, plan.torques[:1] if not plan.is_empty else sent))
+        if is_comparing and run.is_binding[-1]:
+            compare_solvers(law, known, case.limits, run)
         times.append(time.thread_time_ns())
         law.work_ahead()
         times.append(time.thread_time_ns())
-        run.feedback.append(1e-9 * (times[1] - times[0]))
         run.preparation.append(1e-9 * (times[3] - times[2]))
-        run.is_binding.append(bool(plan.limits_active))
         run.unsolved += plan.is_empty
         case.arm.steps.advance(s, sent[0], a)
         sent = run.steps[-1][2]
     return run
+
+
+def compare_solvers(law: NonlinearMpc, known: Known, limits: Limits, run: Run) -> None:
+    """Solve the program of a step with DAQP from its matrices, and once more as the law does, but cold."""
+    q, outputs = law.condensing.q, law.condensing.outputs
+    H, gradient, A, low, high = law.program.as_matrices(q)
+    started = time.thread_time_ns()
+    daqp.solve(H, gradient, A, high, low)
+    run.daqp.append(1e-9 * (time.thread_time_ns() - started))
+    law.program.forget()
+    started = time.thread_time_ns()
+    law.program.solve(q, outputs, known.before / limits.effort)
+    run.solver.append(1e-9 * (time.thread_time_ns() - started))
 
 
 def run_ipopt(case: Case, run: Run, every: int) -> tuple[Array, Array, int]:
@@ -145,7 +166,10 @@ def main(steps: int = 1000, every: int = 20) -> dict[str, float]:
     result: dict[str, float] = {}
     parts = {"preparation": preparation, "feedback": feedback, "step": whole, "ipopt": ipopt}
     if binding.any():
-        parts["binding_step"] = whole[binding]
+        case.arm.guess.forget()
+        compared = run_steps(case, steps, is_comparing=True)
+        parts |= {"binding_step": whole[binding], "cold_solver": np.array(compared.solver)}
+        parts["cold_daqp"] = np.array(compared.daqp)
     for name, spent in parts.items():
         result[f"nmpc_{name}_median_us"] = 1e6 * float(np.median(spent))
         result[f"nmpc_{name}_p99_us"] = 1e6 * float(np.percentile(spent, 99))

@@ -93,7 +93,7 @@ class ChangingProgram:
         )  # fmt: skip
         self._call = code.flexarm_solve_program
         self._call.restype = ctypes.c_int64
-        self._forget()
+        self.forget()
 
     @property
     def active(self) -> NDArray[np.int64]:
@@ -115,7 +115,7 @@ class ChangingProgram:
             before: Torque before, in units of its limit, (n_u,).
         """
         if not math.isfinite(q.sum() + outputs.sum() + before.sum()):
-            self._forget()
+            self.forget()
             return QpResult(np.zeros_like(self._x), WORDS[NOT_FINITE], 0, np.inf, False)
         rates, above = self._x.size, self._x.size + self._n_v
         first, below = slice(rates, rates + self._n_u), above + self._n_y
@@ -130,27 +130,36 @@ class ChangingProgram:
         iterations = int(self._iterations.value)
         if word == SOLVED:
             return QpResult(self._x.copy(), WORDS[word], iterations, 0.0, True)
-        self._forget()
+        self.forget()
         result = QpResult(np.zeros_like(self._x), WORDS[word], iterations, np.inf, False)
         return result if word == NOT_FINITE else self._try_daqp(q, result)
 
-    def _forget(self) -> None:
-        """Begin the next solve with all slacks at zero."""
+    def as_matrices(self, q: Array) -> tuple[Array, Array, Array, Array, Array]:
+        """Return the program of the last solve for the gradient q (n_v,) as other solvers take it.
+
+        Returns:
+            Hessian (n, n), gradient (n,), rows of rates and outputs (m, n), and the lower and upper bounds of
+            unknowns and rows (n + m,) each.
+        """
+        n_v, n, n_y, n_o = self._n_v, self._x.size, self._n_y, self._n_o
+        H, A = np.eye(n) * SLACK_CURVATURE, np.zeros((n_v + 2 * n_y, n))
+        H[:n_v, :n_v], A[:n_v, :n_v] = self._L @ self._L.T, np.eye(n_v) - np.eye(n_v, k=-self._n_u)
+        relax = np.tile(np.eye(n_o), (n_y // max(n_o, 1), 1))
+        A[n_v : n_v + n_y], A[n_v + n_y :] = np.hstack([self._rows, -relax]), np.hstack([self._rows, relax])
+        return H, np.append(q, np.full(n_o, self._price)), A, self._l, self._u
+
+    def forget(self) -> None:
+        """Begin the next solve cold: with all slacks at zero and nothing else."""
         self._count.value = self._n_o
         self._active[0, : self._n_o] = self._n_v + np.arange(self._n_o)
         self._active[1, : self._n_o] = -1
 
     def _try_daqp(self, q: Array, first: QpResult) -> QpResult:
         """Solve the same program with the other solver, cold."""
-        n_v, n, n_y = self._n_v, self._x.size, self._n_y
-        H, A = np.eye(n) * SLACK_CURVATURE, np.zeros((n_v + 2 * n_y, n))
-        H[:n_v, :n_v], A[:n_v, :n_v] = self._L @ self._L.T, np.eye(n_v) - np.eye(n_v, k=-self._n_u)
-        relax = np.tile(np.eye(self._n_o), (n_y // max(self._n_o, 1), 1))
-        A[n_v : n_v + n_y], A[n_v + n_y :] = np.hstack([self._rows, -relax]), np.hstack([self._rows, relax])
-        gradient = np.append(q, np.full(self._n_o, self._price))
-        x, _, flag, info = daqp.solve(H, gradient, A, self._u, self._l)
+        H, gradient, A, l, u = self.as_matrices(q)  # noqa: E741
+        x, _, flag, info = daqp.solve(H, gradient, A, u, l)
         iterations = first.iterations + int(info["iterations"])
-        residual = max(0.0, excess(np.append(x, A @ x), self._l, self._u))
+        residual = max(0.0, excess(np.append(x, A @ x), l, u))
         status = f"exit flag {flag} after {first.status}"
         if flag != 1 or not residual <= USABLE:
             return QpResult(first.x, status, iterations, np.inf, False)

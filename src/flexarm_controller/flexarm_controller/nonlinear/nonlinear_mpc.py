@@ -52,6 +52,7 @@ class NonlinearMpc:
         served: From the state of the served model to its coordinates and back.
         weights: Of its programs.
         condensing: Makes its programs.
+        program: Solves them.
         goal: What the reference asks for over the horizon.
     """
 
@@ -75,7 +76,7 @@ class NonlinearMpc:
         self.condensing = Condensing(weights, config.blocks, limits.effort, self._periods)
         start = self.served.into @ np.concatenate([model.xi0, np.zeros(model.n)]) + self.served.s_0
         self.goal = GoalWindow(steps, N, start, bool(weights.tip.any()))
-        self._program = ChangingProgram(
+        self.program = ChangingProgram(
             np.minimum(limits.effort_rate * steps.h / limits.effort, 2.0), len(config.blocks),
             (weights.low - weights.y_0, weights.high - weights.y_0), config.slack_price,
             settings.qp_iterations,
@@ -133,15 +134,13 @@ class NonlinearMpc:
             if i:
                 self._linearize()
             self.condensing.respond(known, self.goal)
-            result = self._program.solve(
-                self.condensing.q, self.condensing.outputs, known.before / self._unit
-            )
+            result = self.program.solve(self.condensing.q, self.condensing.outputs, known.before / self._unit)
             if not (result.solved and self._is_ready):
                 return self._give_up(result.status, result)
             self.condensing.expand(result.x, known, self._guess.points, self._guess.end)
         self._is_ready = False
         v = result.x[: len(self._blocks) * self._unit.size].reshape(-1, self._unit.size)
-        active = tuple(sorted({self._names[i] for i in self._program.active} - {""}))
+        active = tuple(sorted({self._names[i] for i in self.program.active} - {""}))
         return Plan(np.repeat(v * self._unit, self._blocks, axis=0), result, active)
 
     def _linearize(self) -> None:
@@ -149,7 +148,7 @@ class NonlinearMpc:
         self._is_ready = self._steps.linearize(self._guess.points, self._periods)
         if self._is_ready:
             self.condensing.condense()
-            self._is_ready = self._program.prepare(self.condensing.H, self.condensing.rows)
+            self._is_ready = self.program.prepare(self.condensing.H, self.condensing.rows)
 
     def _give_up(self, why: str, result: QpResult | None = None) -> Plan:
         self._is_ready = False
