@@ -34,7 +34,7 @@ def without_jump(theta: Array, reference: Reference, t: float, velocity: Array, 
         path.append(path[-1] + np.minimum(np.maximum(distance, -step), step))
         if (abs(distance) <= step * (1.0 + CAUGHT_UP)).all():
             break
-    times = t + dt * np.arange(len(path))
+    times: Array = np.asarray(t + dt * np.arange(len(path)), dtype=np.float64)
     velocity_of = np.vstack([np.diff(path, axis=0) / dt, reference.sample(times[-1:])[1]])
     later = reference.t > times[-1] + CAUGHT_UP * dt
     rest = (reference.theta[later], reference.theta_dot[later], reference.theta_ddot[later])
