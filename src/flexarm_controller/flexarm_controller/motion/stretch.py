@@ -75,11 +75,10 @@ def _fastest(reference: Reference, limits: Limits, equilibrium: Equilibrium) -> 
     bounds = limits.effort * (1.0 - WITHIN)
     rows = [(side * a, side * b, side * c - bounds) for side in (1.0, -1.0)]  # a x^2 + b x + c <= 0
     forbidden = np.concatenate([_forbidden(*(part.ravel() for part in row)) for row in rows])
+    low, high = forbidden.T
     x = 1.0
-    for low, high in forbidden[np.argsort(-forbidden[:, 1])]:
-        if high < x:
-            break
-        x = min(x, float(low))
+    while (around := low[(low < x) & (high >= x)]).size:
+        x = float(around.min())
     if x <= 0.0:
         raise MotionError("slowing down does not help: holding still on the way takes too much torque")
     return x
