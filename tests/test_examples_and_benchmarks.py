@@ -18,6 +18,8 @@ SMALL: dict[str, dict[str, Any]] = {
     "bench_serve": {"repeats": 5, "use_compiler": False},
     "bench_mpc": {"cases": ["8_states"], "seconds": 1.0},
     "bench_solvers": {"machines": ["single_link"], "seconds": 1.0},
+    "bench_nmpc": {"steps": 200, "every": 60, "repeats": 2},
+    "bench_nmpc_move": {"arms": 1},
     "bench_import": {"refinement": 0.4, "modes": 40, "seconds": 0.2},
 }
 

@@ -34,6 +34,8 @@ BOUNDS = {  # name of a result: largest value allowed
     "26_states_mpc_median_us": 800.0,
     "26_states_mpc_p99_us": 2000.0,
     "default_worst_error": 1e-3,
+    "nmpc_step_median_us": 400.0,
+    "nmpc_step_p99_us": 700.0,
     "memory_largest_mb": 250.0,
     "serial_6r_new_median_us": 5000.0,
     **{
