@@ -122,7 +122,7 @@ def run_arm(arm: Arm, duration: float) -> dict[str, LegResult]:
 
 
 def main(arms: int = len(ARMS)) -> dict[str, float]:
-    """Compare the first ``arms`` of them; returns residuals, and the nonlinear law's over those of the better linear row."""
+    """Compare on the first ``arms``; returns residuals, and those of nmpc over the best of mpc."""
     results: dict[str, float] = {}
     for name, arm in list(ARMS.items())[:arms]:
         shortest = shortest_time(arm)
