@@ -17,7 +17,7 @@ from flexarm_model.reduced_model import ReducedModel
 from flexarm_model.reduced_tree import ReducedTree
 
 Array = NDArray[np.float64]
-SMALLEST_WAY = 1e-9  # rad or m; less is no way at all
+SMALLEST_WAY = 1e-5  # rad or m; less is no way but what is left of solving for the pose
 
 
 @dataclass(frozen=True)
