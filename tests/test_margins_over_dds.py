@@ -16,7 +16,7 @@ from flexarm_model.node import LATCHED_QOS
 pytestmark = pytest.mark.ros
 
 TOPICS = ("controller_status", "joint_commands", "guard_status")
-OPTIMISTIC = {"estimator": {"modal_force": 1e-3, "acceleration_noise": 0.03}}
+OPTIMISTIC = {"estimator": {"modal_force": 1e-3, "acceleration_noise": 0.03, "frequency_error": 0.1}}
 MODE_2 = "margins: mode 2 is unstable"
 
 

@@ -27,7 +27,7 @@ from flexarm_model.description import ManipulatorConfig
 from flexarm_model.manipulator_file import find_manipulator
 from flexarm_model.reduced_tree import ReducedTree
 
-TODAY = EstimatorConfig(acceleration_noise=0.03)  # as config/moves has it
+TODAY = EstimatorConfig(acceleration_noise=0.03)
 OPTIMISTIC = replace(TODAY, modal_force=1e-3)  # hardly any force on a mode that the axis does not excite
 SURE = replace(OPTIMISTIC, frequency_error=0.03)  # and three instead of ten per cent of frequency
 MODE_2 = 2  # free modes of the single link: axis, mode 1, mode 2
@@ -166,8 +166,14 @@ def test_the_page_has_poles_and_margins_as_figures_over_named_poses_and_moves(tm
 
 
 def test_the_command_fails_for_an_optimistic_filter(capsys: pytest.CaptureFixture[str]) -> None:
-    options = ["--preset", "light_hub", "--along", "0", "--set", "estimator.modal_force=1e-3"]
-    assert main(["margins", "single_link", *options]) == 1
+    noise = {
+        "modal_force": "1e-3",
+        "acceleration_noise": "0.03",
+        "frequency_error": "0.1",
+        "stiffness_modes": "0",
+    }
+    options = [f"--set=estimator.{name}={value}" for name, value in noise.items()]
+    assert main(["margins", "single_link", "--preset", "light_hub", "--along", "0", *options]) == 1
     assert "mode 2 is unstable" in capsys.readouterr().out
 
 

@@ -92,6 +92,6 @@ def with_settings(task: Task, changes: list[str]) -> Task:
 
 def _number(change: str, text: str) -> float:
     try:
-        return float(text)
+        return int(text) if text.lstrip("+-").isdigit() else float(text)
     except ValueError:
         raise ConfigError(f"--set {change}: '{text}' is not a number") from None
