@@ -8,7 +8,7 @@ from functools import cache
 
 import pytest
 
-from flexarm_bringup.closed_loop import run_loop
+from flexarm_bringup.closed_loop import LoopSettings, run_loop
 from flexarm_bringup.course import Course
 from flexarm_bringup.sim.hardware import Hardware
 from flexarm_bringup.sim.plant import Plant
@@ -17,6 +17,7 @@ from flexarm_bringup.sim.sensor_faults import SensorFault
 from flexarm_bringup.sim_study import CONDITIONS, NOMINAL, loop_settings, sim_jobs
 from flexarm_bringup.task import Task
 from flexarm_bringup.task_for import task_for
+from flexarm_controller.reference import hold
 from flexarm_model.config import load_config
 from flexarm_model.manipulator_file import find_manipulator
 from flexarm_model.reduced_tree import ReducedTree
@@ -51,6 +52,17 @@ class Arm:
         return named
 
 
+class Told:
+    """Observer that keeps the names of the sensors at fault by comparison."""
+
+    def __init__(self):
+        self.faulty = set()
+
+    def __call__(self, hardware, estimate):
+        self.faulty |= {r.name for r in estimate.sensors if "squared sigmas" in r.reason}
+        return {}
+
+
 @cache
 def arm(name):
     task = task_for(name)
@@ -76,6 +88,21 @@ def assert_named(found, sensors, words, by):
     for reason, t in found.values():
         assert words in reason
         assert t <= by
+
+
+@pytest.mark.slow
+def test_an_arm_at_rest_without_any_noise_accuses_nobody_and_raises_nothing():
+    config = load_config(find_manipulator("single_link"), "geared")
+    still = hold(config.home)
+    run_loop(
+        Hardware(config, RigSettings(noise=0.0)),
+        ReducedTree(config),
+        still,
+        1.5,
+        LoopSettings(),
+        told := Told(),
+    )
+    assert told.faulty == set()
 
 
 def test_a_flipped_gauge_is_named_and_nobody_else():

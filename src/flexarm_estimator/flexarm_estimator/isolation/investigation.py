@@ -103,6 +103,8 @@ def investigate(case: Case, entries: Sequence[Entry]) -> Investigation:
     ignored[:, list(case.convicted)] = True
     ignored[:, is_stuck(window.y)] = True
     heard = [i for i in range(len(case.channels.all)) if not ignored[:, i].all()]
+    if not heard:  # all stand still: frozen, or without noise; nobody can be accused by another
+        return None
     hypotheses = rearrangements(case.channels, heard)
     well = yield from _run(case, window, ignored, hypotheses, case.offsets)
     explanations = explain_by_rearranging(well, hypotheses)
