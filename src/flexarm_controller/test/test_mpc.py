@@ -83,7 +83,7 @@ def test_torque_and_rate_limits_are_kept_and_named(backend):
 
 @pytest.mark.parametrize("backend", ["osqp", "daqp"])
 def test_strain_stays_below_its_limit_and_the_arm_still_arrives(backend):
-    model, strain = single_link(), 3e-5
+    model, strain = single_link(), 2.8e-5
     free, _, _ = run(model, limits_of_hub(), MpcConfig(), step_to(0.5), 300)
     config = MpcConfig(backend=backend, time_limit=0.0)
     held, _, plans = run(model, limits_of_hub(strain=strain), config, step_to(0.5), 600)
