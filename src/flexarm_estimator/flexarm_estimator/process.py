@@ -145,7 +145,9 @@ def _modal_force(model: ReducedModel, config: EstimatorConfig) -> Array:
     """One sigma of the force on every mode [kg^0.5 m/s^2], (n_eta,)."""
     coupling = np.abs(model.M[model.n_theta :, : model.n_theta]).sum(axis=1)
     excited = 2.0 * config.frequency_error * coupling * config.motion_acceleration
-    return np.asarray(np.hypot(excited, config.modal_force))
+    force = np.asarray(np.hypot(excited, config.modal_force))
+    force[: config.stiffness_modes] *= config.stiffness_rest
+    return force
 
 
 def _initial_sigma(model: ReducedModel, config: EstimatorConfig, inertia: Array) -> Array:

@@ -62,10 +62,13 @@ class EstimatorConfig:
         0, "Slowest modes whose common error of stiffness is learned; 0 takes them as described", "1", 0, 100
     )
     stiffness_error: float = parameter(
-        0.2, "One sigma of that error at the start, relative; it is held within three", "1", 1e-3, 0.3
+        0.2, "One sigma of that error, relative; it is held within three", "1", 1e-3, 0.3
     )
-    stiffness_drift: float = parameter(
-        0.03, "Its drift, as when a payload is taken up", "1/sqrt(s)", 1e-6, 1.0
+    stiffness_time: float = parameter(
+        10.0, "Time after which what was learned of it counts 1/e", "s", 0.1, 1e4
+    )
+    stiffness_rest: float = parameter(
+        0.02, "Share of frequency_error and modal_force that is left for the modes it is of", "1", 1e-3, 1.0
     )
     gate: float = parameter(5.0, "Samples further from the prediction are refused", "sigma", 2.0, 100.0)
     reopen_after: int = parameter(5, "Refusals in a row after which the state is doubted", "1", 1, 1000)

@@ -3,12 +3,14 @@
 Young's modulus, the density of a beam or the pressure in a link are wrong for all modes at once. With the
 relative error p of ``omega^2``::
 
-    eta'' + 2 zeta omega eta' + (1 + p) omega^2 eta = ...        p' = w
+    eta'' + 2 zeta omega eta' + (1 + p) omega^2 eta = ...        p' = -p / T + w
 
-A body that is heavier by a factor moves its modes like one that is softer by it. What is not common to all
-modes stays ``frequency_error``, which may be small then: a filter that takes the arm as described would have
-to bear the whole error in every instant, and would know little of a deflection that no gauge tells it.
-Modes that turn far within a period of the filter are not worth it, their share in the tip is small.
+``w`` is white, so that p keeps its deviation; what was learned fades in the time ``T`` in which nothing is
+learned any more, and a payload is found out within a part of it. A body that is heavier by a factor moves its
+modes like one that is softer by it. What is not common to all of them is a share ``stiffness_rest`` of the
+force noise: a filter that takes the arm as described has to bear the whole error in every instant, and knows
+little of a deflection that no gauge tells it. Modes that turn far within a period of the filter are left out,
+the tangent of a step is wrong for them.
 """
 
 from __future__ import annotations
@@ -33,7 +35,7 @@ def with_stiffness(system: StateSpace, model: ReducedModel, config: EstimatorCon
     Args:
         system: Without it; x starts with xi, static deflections are its last states.
         model: Its served model.
-        config: ``stiffness_modes``, ``stiffness_drift`` and ``sag_modes``.
+        config: ``stiffness_modes``, ``stiffness_error``, ``stiffness_time`` and ``sag_modes``.
     """
     count = min(config.stiffness_modes, model.n_eta)
     if not count:
@@ -47,10 +49,10 @@ def with_stiffness(system: StateSpace, model: ReducedModel, config: EstimatorCon
     force[modes[:sagging], rest] = model.omega[:sagging] ** 2
     return replace(
         system,
-        A=block_diag(system.A, np.zeros((1, 1))),
+        A=block_diag(system.A, [[-1.0 / config.stiffness_time]]),
         B=np.vstack([system.B, np.zeros((1, system.n_u))]),
         c=np.append(system.c, 0.0),
-        Q=block_diag(system.Q, [[config.stiffness_drift**2]]),
+        Q=block_diag(system.Q, [[2.0 * config.stiffness_error**2 / config.stiffness_time]]),
         C=np.hstack([system.C, np.zeros((system.C.shape[0], 1))]),
         learned=(force,),
     )

@@ -29,7 +29,7 @@ from flexarm_estimator.stack import StackedSample, stack_rows
 from flexarm_estimator.step_runner import make_runner
 from flexarm_estimator.tip import Tip
 
-LEARNING = EstimatorConfig(stiffness_modes=3, frequency_error=0.02, modal_force=0.02)
+LEARNING = EstimatorConfig(stiffness_modes=3, stiffness_rest=1.0, frequency_error=0.02, modal_force=0.02)
 PLAIN = EstimatorConfig(frequency_error=0.02, modal_force=0.02)
 SOFTER = np.sqrt(0.7)
 
