@@ -23,7 +23,7 @@ def draw(study: Study, config: MarginConfig) -> list[Figure]:
 
 
 def _draw_poles(study: Study) -> Figure:
-    with drawing(6.6, 6.0) as plot:
+    with drawing(9.0, 4.9) as plot:
         axes = plot.subplots()
         circle = np.exp(1j * np.linspace(0.0, np.pi, 200))
         axes.plot(circle.real, circle.imag, color=GREY, linewidth=0.8)
@@ -58,23 +58,11 @@ def _draw_margins(study: Study, config: MarginConfig) -> Figure:
         for i, name in enumerate(names):
             worst = worst_of(study.cases, name)
             assert worst is not None  # the name is of a case that has it
-            for axes, case, value, wanted in (
-                (
-                    upper,
-                    worst[0],
-                    min(worst[0].margin(name).gain.decibels, HIGHEST_DB),
-                    wanted_gain_db(name, worst[0], config),
-                ),
-                (
-                    lower,
-                    worst[1],
-                    worst[1].margin(name).delay * MS,
-                    wanted_delay(worst[1], config, study.dt) * MS,
-                ),
-            ):
-                axes.bar(i, value, color=COLOURS[1] if value < wanted else COLOURS[0])
-                axes.plot([i - 0.4, i + 0.4], [wanted, wanted], color=GREY)
-                axes.annotate(f"{case.frequency_error * PERCENT:+.0f} %", (i, value), ha="center", fontsize=6)
+            gain, delay = worst
+            db = min(gain.margin(name).gain.decibels, HIGHEST_DB)
+            _bar(upper, i, db, wanted_gain_db(name, gain, config), gain)
+            wanted = wanted_delay(delay, config, study.dt)
+            _bar(lower, i, delay.margin(name).delay * MS, wanted * MS, delay)
         upper.set_ylabel("gain margin [dB]")
         lower.set_ylabel("delay margin [ms]")
         lower.set_xticks(range(len(names)), [spoken(name) for name in names], rotation=60, fontsize=7)
@@ -83,3 +71,9 @@ def _draw_margins(study: Study, config: MarginConfig) -> Figure:
             f"the line is what is wanted there. Gains are cut at {HIGHEST_DB:.0f} dB."
         )
         return to_figure(plot, caption)
+
+
+def _bar(axes: Any, i: int, value: float, wanted: float, case: Case) -> None:
+    axes.bar(i, value, color=COLOURS[1] if value < wanted else COLOURS[0])
+    axes.plot([i - 0.4, i + 0.4], [wanted, wanted], color=GREY)
+    axes.annotate(f"{case.frequency_error * PERCENT:+.0f} %", (i, value), ha="center", fontsize=6)
