@@ -19,6 +19,7 @@ from flexarm_controller.program.problem import Problem
 from flexarm_controller.settings import MpcConfig
 
 Array = NDArray[np.float64]
+PARAMETERS = ("x_r", "u_r", "d", "s")  # equilibrium, unmodelled torque, static deflection
 QUIET = {"ipopt.print_level": 0, "ipopt.sb": "yes", "print_time": 0}
 
 
@@ -50,7 +51,8 @@ class DoMpcController:
         known, rest = self._problem.known, self._problem.stage.rest
         r = reference.reshape(known.N + 1, -1)
         d = np.tile(p_now[known.d], (known.N + 1, 1))
-        self._window = np.hstack([r @ rest.X.T + rest.x_0, r @ rest.U.T + rest.u_0 - d, d])
+        s = np.tile(p_now[known.s], (known.N + 1, 1))
+        self._window = np.hstack([r @ rest.X.T + rest.x_0, r @ rest.U.T + rest.u_0 - d, d, s])
         x = np.concatenate([p_now[known.x], p_now[known.u_before]])
         if not self._is_started:
             self._mpc.x0 = x
@@ -66,7 +68,7 @@ class DoMpcController:
             model.set_variable("_x", name, (n, 1)) for name, n in (("x", known.n_x), ("w", known.n_u))
         )
         u = model.set_variable("_u", "u", (known.n_u, 1))
-        for name, n in (("x_r", known.n_x), ("u_r", known.n_u), ("d", known.n_u)):
+        for name, n in zip(PARAMETERS, self._sizes(), strict=True):
             model.set_variable("_tvp", name, (n, 1))
         model.set_rhs("x", s.A @ x + s.B @ (u + model.tvp["d"]) + s.c)
         model.set_rhs("w", u)
@@ -95,7 +97,9 @@ class DoMpcController:
         mpc.set_nl_cons("rise", step, ub=1.0)
         mpc.set_nl_cons("fall", -step, ub=1.0)
         soft = self._problem.stage.soft
-        y = soft.C @ model.x["x"] + soft.y_0
+        n_u = self._problem.known.n_u
+        bent = soft.C[:, n_u : n_u + self._sizes()[-1]] @ model.tvp["s"]
+        y = soft.C @ model.x["x"] + bent + soft.y_0
         for name, rows, sign in (
             ("over", np.isfinite(soft.high), 1.0),
             ("under", np.isfinite(soft.low), -1.0),
@@ -106,12 +110,14 @@ class DoMpcController:
                     name, picked, ub=1.0, soft_constraint=True, penalty_term_cons=config.slack_price
                 )
 
+    def _sizes(self) -> tuple[int, ...]:
+        known = self._problem.known
+        return known.n_x, known.n_u, known.n_u, known.s.stop - known.s.start
+
     def _parameters(self, _: float) -> Any:
-        n_x, n_u = self._problem.known.n_x, self._problem.known.n_u
-        for k, row in enumerate(
-            self._window if self._window.size else np.zeros((self._N + 1, n_x + 2 * n_u))
-        ):
-            parts = np.split(row, [n_x, n_x + n_u])
-            for name, part in zip(("x_r", "u_r", "d"), parts, strict=True):
+        sizes = self._sizes()
+        window = self._window if self._window.size else np.zeros((self._N + 1, sum(sizes)))
+        for k, row in enumerate(window):
+            for name, part in zip(PARAMETERS, np.split(row, np.cumsum(sizes)[:-1]), strict=True):
                 self._template["_tvp", k, name] = part
         return self._template

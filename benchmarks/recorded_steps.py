@@ -27,8 +27,6 @@ from flexarm_bringup.task_for import task_for
 from flexarm_controller.laws import LAWS, LawInputs
 from flexarm_controller.limits import Limits
 from flexarm_controller.mpc import Mpc, Plan
-from flexarm_controller.program.delay import Delay
-from flexarm_controller.program.prediction import plant
 from flexarm_controller.reference import Reference
 from flexarm_controller.settings import MpcConfig
 from flexarm_controller.state import ArmState
@@ -82,7 +80,7 @@ class Vectors:
     """What the program of a step depends on.
 
     Attributes:
-        p_now: What is known but the reference, (n_x + 2 n_u,).
+        p_now: What is known but the reference, (n_now,).
         reference: Its samples, (3 n_u (N + 1),).
     """
 
@@ -92,15 +90,15 @@ class Vectors:
 
 def vectors_of(recording: Recording) -> list[Vectors]:
     """Return what each step's program depends on."""
-    config, dt = recording.config, recording.dt
-    delays = [Delay(model, plant(model, dt), config, dt) for model in recording.models]
+    config, dt, limits = recording.config, recording.dt, recording.limits
+    assert limits is not None
+    laws = [Mpc(model, limits, config, dt) for model in recording.models]
     grid: Array = dt * np.arange(config.horizon + 1.0)
     found = []
     for asked in recording.asked:
-        state, delay = asked.state, delays[asked.model]
-        x = delay.advance(state.x, state.d, asked.sent)
-        samples = np.hstack(recording.reference.sample(state.t + delay.lead + grid))
-        found.append(Vectors(np.concatenate([x, state.d, asked.sent[-1]]), samples.ravel()))
+        law = laws[asked.model]
+        samples = np.hstack(recording.reference.sample(asked.state.t + law.lead + grid))
+        found.append(Vectors(law.known_now(asked.state, asked.sent).copy(), samples.ravel()))
     return found
 
 

@@ -70,7 +70,7 @@ class SparseProgram:
         outputs = slice(2 * n_v, 2 * n_v + 2 * n_b * n_s)
         self._l[outputs] = np.concatenate([-open_, np.tile(low, n_b)])
         self._u[outputs] = np.concatenate([np.tile(high, n_b), open_])
-        self._hard = slice(0, 2 * n_v)
+        self._hard, self._outputs = slice(0, 2 * n_v), outputs
 
     def _limits(self, problem: Problem, unit_x: Array) -> Array:
         """Return the rows of torque, rate, soft outputs and slacks, in the order of the condensed ones."""
@@ -88,7 +88,7 @@ class SparseProgram:
         """Return gradient, right-hand side of the dynamics and both bounds.
 
         Args:
-            p_now: What is known but the reference, (n_x + 2 n_u,).
+            p_now: What is known but the reference, (n_now,).
             reference: Its samples, (3 n_u (N + 1),).
         """
         known, s = self._known, self._system
@@ -97,8 +97,10 @@ class SparseProgram:
         b[: known.n_x] += s.A @ p_now[known.x]
         l, u = self._l.copy(), self._u.copy()  # noqa: E741
         shift = self._rows.b_now[self._hard] @ p_now
-        l[self._hard] += shift
-        u[self._hard] += shift
+        deflected = self._rows.b_now[self._outputs, known.s] @ p_now[known.s]
+        for bound in (l, u):
+            bound[self._hard] += shift
+            bound[self._outputs] += deflected
         return q, b / self._unit, l, u
 
 
