@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 
 pytest.importorskip("flexarm_interfaces", reason="needs ROS and flexarm_interfaces")
-from flexarm_interfaces.msg import ControllerStatus, GuardStatus, ModalState  # noqa: E402
+from flexarm_interfaces.msg import ControllerStatus, GuardStatus, JointCommand, ModalState  # noqa: E402
 from running_graph import Ear, running  # noqa: E402
 from trajectory_msgs.msg import JointTrajectory  # noqa: E402
 
@@ -105,6 +105,22 @@ def test_a_law_that_raises_is_replaced_in_the_same_cycle(tmp_path: Path) -> None
         assert ear.latest("guard_status").mode == GuardStatus.ARMED
     raised = [msg for msg in told if "law raised RuntimeError: on purpose" in msg.reason]
     assert len(raised) > 20 and all(msg.mode == ControllerStatus.SHIFTED_PLAN for msg in raised)
+
+
+@pytest.mark.parametrize("effort", [[float("nan")], [], [0.0, 0.0]], ids=["not finite", "empty", "too long"])
+def test_a_command_that_cannot_be_meant_latches_a_stop(effort: list[float], tmp_path: Path) -> None:
+    with armed(tmp_path) as (_, ear):
+        forger = ear.node.create_publisher(JointCommand, "joint_commands", 10)
+        ear.wait(lambda: forger.get_subscription_count() >= 1, 20.0, "the rig")
+        token = ear.latest("guard_status").session_token
+        msg = JointCommand(sequence=1_000_000, session_token=token, names=["base.rz"], effort=effort)
+        msg.header.stamp = ear.latest("truth").header.stamp
+        forger.publish(msg)
+        ear.wait(lambda: ear.latest("guard_status").mode != GuardStatus.ARMED, 5.0, "the guard to notice")
+        ear.listen(1.0)
+        last, efforts = ear.latest("guard_status"), [m.effort[0] for m in ear.heard["applied_effort"]]
+    assert last.mode == GuardStatus.STOPPED and last.reason.startswith("command ")
+    assert np.isfinite(efforts).all() and abs(np.diff(efforts)).max() <= RATE_LIMIT * (1 + 1e-9)
 
 
 def test_stops_at_random_instants_of_fast_moves_are_latched_and_brake(tmp_path: Path) -> None:

@@ -49,10 +49,11 @@ class Stop:
 def stops(stand: ControllerStand) -> list[Finding]:
     """Press stop at random instants of fast moves, every second time with a controller that hangs."""
     rng = np.random.default_rng(stand.seed)
-    hardware = Hardware(stand.loop.config, stand.hardware.rig.settings, plant=stand.hardware.rig.plant)
-    hardware.observe()
+    hardware, done = _at_start(stand), []
     controller = Controller(stand.model, stand.limits, replace(stand.config, law="pd"))
-    done = [_stop(stand, hardware, controller, rng, bool(k % 2), k + 1) for k in range(STOPS)]
+    for k in range(STOPS):
+        hardware = hardware if hardware.guard.mode == STOPPED else _at_start(stand)
+        done.append(_stop(stand, hardware, controller, rng, bool(k % 2), k + 1))
     ranges, velocity = hardware.guard.limits.ranges, stand.limits.velocity
     a, b = (np.array([getattr(r, name) for r in ranges]) for name in ("deceleration", "margin"))
     v = np.array([abs(stop.theta_dot[0]) for stop in done])
@@ -98,6 +99,13 @@ def ends_of_ranges(stand: ControllerStand) -> list[Finding]:
     ]
 
 
+def _at_start(stand: ControllerStand) -> Hardware:
+    """Return the hardware at rest where it starts."""
+    hardware = Hardware(stand.loop.config, stand.hardware.rig.settings, plant=stand.hardware.rig.plant)
+    hardware.observe()
+    return hardware
+
+
 def _stop(
     stand: ControllerStand,
     hardware: Hardware,
@@ -109,7 +117,7 @@ def _stop(
     """Start a move to somewhere, stop it at a random instant, wait for rest."""
     guard = hardware.guard
     controller.reset()
-    assert guard.arm(hardware.t, token)
+    guard.arm(hardware.t, token)
     controller.follow(hold(_goal(stand, rng)))
     periods = int(rng.integers(round(0.05 / stand.dt), round(0.5 / stand.dt)))
     silent = int(rng.integers(1, round(HANG / stand.dt))) if hangs else 0
@@ -171,8 +179,7 @@ def _braked_after(stop: Stop) -> int:
 
 def _approach(stand: ControllerStand, axis: int, speed: float) -> tuple[Array, Array, bool]:
     """Return position and torque of an axis driven at a share of its speed limit, and if it was stopped."""
-    hardware = Hardware(stand.loop.config, stand.hardware.rig.settings, plant=stand.hardware.rig.plant)
-    hardware.observe()
+    hardware = _at_start(stand)
     guard, limits = hardware.guard, stand.limits
     guard.arm(0.0, 1)
     wanted, inertia = np.zeros(stand.model.n_theta), np.diag(stand.model.M)[: stand.model.n_theta]

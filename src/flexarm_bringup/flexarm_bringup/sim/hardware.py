@@ -31,7 +31,9 @@ class HardwareSettings:
 
     max_age: float = parameter(0.05, "Silence of the controller that stops the arm.", "s", 0.005, 1.0)
     arming_time: float = parameter(2.0, "Time the controller has for its first command.", "s", 0.05, 60.0)
-    braking_rate: float = parameter(15.0, "Rate at which braking brings the axes to rest.", "1/s", 0.1, 100.0)
+    braking_gain: float = parameter(
+        0.075, "Share of an axis' velocity that braking takes away in a motor period.", "1", 1e-3, 0.5
+    )
     braking_share: float = parameter(0.5, "Share of the torque limit that brakes at most.", "1", 0.05, 1.0)
     rest_velocity: float = parameter(0.01, "Axis velocity that counts as rest.", "rad/s", 1e-6, 1.0)
 
@@ -111,8 +113,8 @@ def guard_limits(config: ManipulatorConfig, rig: Rig, settings: HardwareSettings
     return GuardLimits(
         effort=tuple(axis.effort for axis in axes),
         effort_rate=tuple(axis.effort_rate for axis in axes),
-        damping=tuple(float(settings.braking_rate * value) for value in inertia),
-        braking=tuple(float(r.deceleration * value) for r, value in zip(ranges, inertia, strict=True)),
+        damping=tuple(float(settings.braking_gain / rig.dt * value) for value in inertia),
+        braking=tuple(settings.braking_share * axis.effort for axis in axes),
         period=rig.dt,
         max_age=settings.max_age,
         arming_time=settings.arming_time,
@@ -124,16 +126,17 @@ def guard_limits(config: ManipulatorConfig, rig: Rig, settings: HardwareSettings
 def joint_range(axis: Axis, inertia: float, dt: float, settings: HardwareSettings) -> JointRange:
     """Return where an axis may be and how it brakes.
 
-    Braking at ``min(a, r |v|)`` after the time ``t_r`` stops within ``(v + b)^2 / 2 a`` from every speed v
-    when ``b = a (t_r + 1/r) / 2``. A larger ``a`` would stop a fast axis sooner, but leave it less range.
+    Braking at ``min(a, r |v|)``, ``r = braking_gain / dt``, after the time ``t_r`` stops within
+    ``(v + b)^2 / 2 a`` from every speed v when ``b = a (t_r + 1/r) / 2``. A larger ``a`` would stop a fast
+    axis sooner, but leave it less range.
 
     Args:
         axis: Its limits.
         inertia: That its motor feels [kg m^2] or [kg].
         dt: Motor period [s].
-        settings: Braking rate r and share of the torque.
+        settings: Gain of braking and share of the torque.
     """
     braking = settings.braking_share * axis.effort
-    reaction = NOTICING * dt + (axis.effort + braking) / axis.effort_rate + 1.0 / settings.braking_rate
+    reaction = NOTICING * dt + (axis.effort + braking) / axis.effort_rate + dt / settings.braking_gain
     deceleration = min(braking / inertia, axis.velocity / reaction)
     return JointRange(axis.lower, axis.upper, deceleration, deceleration * reaction / 2.0)
