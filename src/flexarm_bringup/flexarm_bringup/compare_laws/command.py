@@ -6,7 +6,7 @@ finds, shaped (ZV, MZV, ZVD, EI, two and three humps, for one or two modes), wit
 no mode ringing; as described and with all frequencies up to 20 % off. A linear program gives the time-optimal
 limit.
 
-About 3 minutes on 2 cores (serial_6r: 10); --quick: 1 minute (3).
+On 2 quiet cores 1 to 3 minutes (serial_6r: 7); with --quick half a minute (serial_6r: 2).
 """
 
 from __future__ import annotations
