@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from served_arms import limits_of_hub, single_link, state_of
+from served_arms import limits_of_hub, single_link, state_of, two_axes
 
 from flexarm_controller.controller import Controller
 from flexarm_controller.damping import JointDamping
@@ -172,6 +172,16 @@ def test_lqr_brings_the_arm_to_its_reference_without_offset():
 def test_joint_damping_brings_a_rigid_joint_to_rest_at_its_rate():
     damping = JointDamping(MODEL, 8.0)
     assert damping.step(np.array([2.0]))[0] == pytest.approx(-8.0 * MODEL.M[0, 0] * 2.0)
+
+
+def test_joint_damping_holds_the_load_of_an_arm_at_its_pose():
+    model = two_axes()
+    system, damping = plant(model, DT), JointDamping(model, 8.0)
+    rest = -np.linalg.solve(model.K[2:, 2:], model.f0[2:])  # deflection of the modes
+    x = np.concatenate([model.pose, rest, np.zeros(5)])
+    for _ in range(200):
+        x = system.A @ x + system.B @ damping.step(x[5:7]) + system.c
+    np.testing.assert_allclose(x, np.concatenate([model.pose, rest, np.zeros(5)]), atol=1e-9)
 
 
 def test_joint_damping_calms_the_flexible_arm_with_its_delay():
