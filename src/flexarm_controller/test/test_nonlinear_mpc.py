@@ -80,7 +80,7 @@ def test_a_thousand_alternations_of_good_and_bad_data_never_leave_it_stuck():
     sent, reference = np.zeros((1, 1)), hold(np.array([0.01]))
     good = disturbed(model, 1, 0.01)
     for k in range(1000):
-        bad = np.full(good.size, [np.nan, np.inf, 1e300][k % 3])
+        bad = np.full(good.size, [np.nan, np.inf, 1e120][k % 3])
         assert law.step(state_of(bad, model, 2 * k * DT), reference, sent).is_empty
         law.work_ahead()
         plan = law.step(state_of(good, model, (2 * k + 1) * DT), reference, sent)
