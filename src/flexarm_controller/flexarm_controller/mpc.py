@@ -67,6 +67,7 @@ class Mpc:
         self._unit = self.problem.T[np.arange(self._held.size), self._held]  # N m
         self._empty = np.zeros((0, model.n_theta))
         self._warm: Array | None = None
+        self._is_sag_told = False
 
     def step(self, state: ArmState, reference: Reference, sent: Array) -> Plan:
         """Plan the torques that follow those already ``sent``.
@@ -104,8 +105,10 @@ class Mpc:
         p[known.x] = self._delay.advance(state.vibration, state.d, sent)
         p[known.d] = state.d
         p[known.u_before] = sent[-1]
-        p[known.s] = 0.0
-        p[known.s.start : known.s.start + state.sag.size] = state.sag
+        if state.sag.size or self._is_sag_told:
+            self._is_sag_told = state.sag.size > 0
+            p[known.s] = 0.0
+            p[known.s.start : known.s.start + state.sag.size] = state.sag
         return p
 
     def _binding(self, y: Array, l: Array, u: Array) -> tuple[str, ...]:  # noqa: E741

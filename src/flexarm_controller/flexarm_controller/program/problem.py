@@ -9,6 +9,7 @@ in units of their output's limit, and the cost is divided by the mean curvature 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -63,8 +64,14 @@ class Problem:
 
     def vectors(self, p_now: Array, of_reference: Array) -> tuple[Array, Array, Array]:
         """Return ``(q, l, u)`` for what is known now, (n_now,), and ``q_r r``, (n_z,)."""
-        shift = self.rows.b_now.dot(p_now)
-        return self.q_now.dot(p_now) + of_reference + self.q_0, self.rows.l + shift, self.rows.u + shift
+        both, n_z = self._per_now.dot(p_now), self.q_0.size
+        shift = both[n_z:]
+        return both[:n_z] + of_reference + self.q_0, self.rows.l + shift, self.rows.u + shift
+
+    @cached_property
+    def _per_now(self) -> Array:
+        """Gradient and bounds per p_now, one below the other: one product instead of two."""
+        return np.vstack([self.q_now, self.rows.b_now])
 
 
 def build_problem(model: ReducedModel, limits: Limits, config: MpcConfig, dt: float) -> Problem:
