@@ -1,4 +1,5 @@
-/* Dual active-set method for the program of changing_program.py, which has the equations. Row-major. */
+/* Dual active-set method for the program of changing_program.py, which has the equations. Row-major. One file,
+ * however long: a library is built of one, and kept under the hash of it. */
 #include <math.h>
 #include <stdint.h>
 #include <string.h>
