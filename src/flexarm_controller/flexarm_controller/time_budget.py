@@ -45,12 +45,13 @@ class TimeBudget:
         """Allow ``budget`` of every ``period`` [s]; 0 for no limit."""
         self._budget, self._period = budget, period
         self._wall = wall if budget > 0.0 else None
-        self._resume, self._took = -math.inf, 0.0
+        self._asked = self._resume = -math.inf
+        self._took = 0.0
         self.overruns = 0
 
     def ask(self, t: float, law: Callable[[], Plan]) -> tuple[Plan, str]:
         """Return the plan for the state of ``t`` [s], and why it cannot be used; empty when it can."""
-        if t < self._resume - SAME_PERIOD * self._period:
+        if self._asked <= t < self._resume - SAME_PERIOD * self._period:  # not when stamps went back
             return NO_PLAN, f"the law rests: it took {1e3 * self._took:.3g} ms of {1e3 * self._budget:.3g} ms"
         if self._wall is None:
             return _attempt(law)
@@ -59,7 +60,7 @@ class TimeBudget:
         self._took = self._wall() - started
         periods = math.ceil(self._took / self._budget)
         self.overruns += periods > 1
-        self._resume = t + periods * self._period if periods > 1 else -math.inf
+        self._asked, self._resume = t, t + periods * self._period
         return answer
 
 

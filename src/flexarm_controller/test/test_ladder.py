@@ -181,6 +181,12 @@ def test_the_reason_of_a_resting_law_names_both_times():
     assert budget.ask(DT, lambda: plan)[1] == "the law rests: it took 12.3 ms of 4 ms"
 
 
+def test_a_resting_law_is_asked_again_when_stamps_go_back():
+    budget = TimeBudget(0.004, DT, clocks(0.0123, 0.001).wall)
+    plan = Plan(np.ones((1, 1)), QpResult(np.ones(1), "solved", 0, 0.0, True), ())
+    assert [budget.ask(t, lambda: plan)[1] for t in (100.0, 50.0)] == ["", ""]
+
+
 @pytest.mark.parametrize("share", [0.0, 0.8])
 def test_without_a_wall_clock_or_a_budget_nothing_rests(share):
     wall = None if share else clocks(*np.ones(20)).wall
