@@ -1,9 +1,8 @@
 """Computes one instant from the one before: predict, judge what is new, update.
 
 Ordinary instants take the joint step, one with a refused row or a doubted state goes through filterpy.
-Matrices are the filter's choice (``filters.step_source``), poses are linearised whenever their instant is
-computed. An instant that is computed again because of a late sample keeps its verdicts; ordinary ones in a
-row are computed again in one go.
+Matrices are the filter's choice (``filters.step_source``), tangents are taken whenever an instant is computed.
+Computed again because of a late sample it keeps its verdicts; ordinary ones in a row go in one go.
 """
 
 from __future__ import annotations
@@ -92,8 +91,7 @@ class Fusion:
         """Compute instants in a row again that have only rows and are prepared; return how many."""
         if not self._source.is_constant:
             return 0
-        steps: list[PreparedStep] = []
-        t = instants[first - 1].t
+        steps, t = list[PreparedStep](), instants[first - 1].t
         for i in range(first, len(instants)):
             instant = instants[i]
             step = instant.prepared
@@ -141,7 +139,7 @@ class Fusion:
     def _judge_one(self, before: Instant, instant: Instant, is_stepped: bool = False) -> list[Verdict]:
         """Compute one instant and judge what is new there."""
         verdicts: list[Verdict] | None = [] if is_stepped else None
-        if verdicts is None and not instant.is_reopened:
+        if not (is_stepped or instant.is_reopened):
             verdicts = self._step_jointly(before, instant)
         if verdicts is None:
             verdicts = self._step_in_turn(before, instant)
@@ -186,9 +184,9 @@ class Fusion:
             return JointStep(transition, stack)
         step = self._steps.get((transition.dt, names))
         if step is None:
-            step = JointStep(transition, self._source.rows(names, before, u) if names else None)
             if len(self._steps) >= _CACHE_SIZE:
                 self._steps.clear()
+            step = JointStep(transition, self._source.rows(names, before, u) if names else None)
             self._steps[transition.dt, names] = step
         return step
 
@@ -197,10 +195,9 @@ class Fusion:
         stack, pending = step.stack, instant.pending
         if stack is None:
             return []
-        nu, nis = step.nu.copy(), step.nis.tolist()
-        decide, t = self._gate.decide, instant.t
+        nu, nis, t = step.nu.copy(), step.nis.tolist(), instant.t
         return [
-            decide(name, t, nu[span], square)
+            self._gate.decide(name, t, nu[span], square)
             for name, span, square in zip(stack.names, stack.spans, nis, strict=True)
             if name in pending
         ]
@@ -215,24 +212,24 @@ class Fusion:
 
     def _step_in_turn(self, before: Instant, instant: Instant) -> list[Verdict]:
         """Predict and fuse with filterpy; leave out the rows that are refused."""
-        transition = self._source.transition(before.belief, instant.t - before.t, instant.u)
-        transition = transition.at(before.belief.x, instant.u)
-        prior = instant.belief = self._filter.predict(before.belief, transition, instant.u)
+        u, start = instant.u, before.belief
+        transition = self._source.transition(start, instant.t - before.t, u).at(start.x, u)
+        prior = instant.belief = self._filter.predict(start, transition, u)
         if instant.reopening is not None:
             prior = instant.belief = Belief(prior.x, prior.P + self.widen(instant.reopening))
         samples = instant.fused | instant.pending
         names = tuple([name for name in self._models.rows if name in samples])
         if not names:
             return []
-        sample = StackedSample(self._source.rows(names, prior, instant.u).at(prior.x, instant.u), samples)
+        sample = StackedSample(self._source.rows(names, prior, u).at(prior.x, u), samples)
         H, M = sample.stack.C, sample.stack.cross(transition)
         S = innovation_covariance(prior.P, H, sample.noise(), M)
-        verdicts = self._judge(sample.stack, sample.innovation(prior.x, instant.u), S, instant)
+        verdicts = self._judge(sample.stack, sample.innovation(prior.x, u), S, instant)
         refused = [verdict.sensor for verdict in verdicts if not verdict.is_accepted]
-        kept = tuple([name for name in names if name not in refused])
+        kept = tuple(name for name in names if name not in refused)
         if kept:
-            sample = StackedSample(self._source.rows(kept, prior, instant.u).at(prior.x, instant.u), samples)
-            nu, H, M = sample.innovation(prior.x, instant.u), sample.stack.C, sample.stack.cross(transition)
+            sample = StackedSample(self._source.rows(kept, prior, u).at(prior.x, u), samples)
+            nu, H, M = sample.innovation(prior.x, u), sample.stack.C, sample.stack.cross(transition)
             instant.belief = self._filter.update(prior, nu, H, sample.noise(), M)
         return verdicts
 

@@ -36,6 +36,7 @@ from flexarm_estimator.parts import Parts
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 _ENTRIES = 10  # of the ring that are read in one piece
+_AT_A_TIME = 30  # rows of data that are put together in one piece
 _WORK = 9000.0  # numbers that one piece may move, about
 _OVERHEAD = 600.0  # numbers that could be moved while a step is set up
 _UNREMARKABLE = 1.2  # mean squared normalised innovation of any row up to which nothing is looked for
@@ -99,6 +100,7 @@ def investigate(case: Case, entries: Sequence[Entry]) -> Investigation:
     window = yield from read_window(case.channels, entries)
     if window is None:
         return None
+    yield
     ignored = np.isnan(window.y)
     ignored[:, list(case.convicted)] = True
     ignored[:, is_stuck(window.y)] = True
@@ -106,7 +108,9 @@ def investigate(case: Case, entries: Sequence[Entry]) -> Investigation:
     if not heard:  # all stand still: frozen, or without noise; nobody can be accused by another
         return None
     hypotheses = rearrangements(case.channels, heard)
+    yield
     well = yield from _run(case, window, ignored, hypotheses, case.offsets)
+    yield
     explanations = explain_by_rearranging(well, hypotheses)
     if not well.is_sound or (
         well.marginal.max() < _UNREMARKABLE and max(float(e.gain.sum()) for e in explanations) < CLEAR / 2
@@ -149,7 +153,25 @@ def reconsider(case: Case, entries: Sequence[Entry], told: Explanation) -> Inves
 
 def read_window(channels: Channels, entries: Sequence[Entry]) -> Generator[None, None, Window | None]:
     """Return what the channels said, stamp by stamp; None when it is too little."""
-    rows: list[tuple[float, Array, Parts, dict[str, Measurement]]] = []
+    rows = yield from _gather(channels, entries)
+    if len(rows) < len(entries) // 2:
+        return None
+    y = []
+    for first in range(0, len(rows), _AT_A_TIME):
+        y += [channels.read(row[3]) for row in rows[first : first + _AT_A_TIME]]
+        yield
+    return Window(
+        np.array([row[0] for row in rows]), np.array([row[1] for row in rows]), np.array(y),
+        [row[2] for row in rows], entries[0].theta, entries[-1].learned,
+    )  # fmt: skip
+
+
+Row = tuple[float, Array, Parts, dict[str, Measurement]]
+
+
+def _gather(channels: Channels, entries: Sequence[Entry]) -> Generator[None, None, list[Row]]:
+    """Return stamp, inputs, model and samples of every instant."""
+    rows: list[Row] = []
     for i, entry in enumerate(entries):
         for sample in entry.samples:
             if sample.sensor not in channels.spans:
@@ -160,14 +182,7 @@ def read_window(channels: Channels, entries: Sequence[Entry]) -> Generator[None,
                 rows[-1][3][sample.sensor] = sample
         if i % _ENTRIES == 0:
             yield
-    if len(rows) < len(entries) // 2:
-        return None
-    y = np.array([channels.read(row[3]) for row in rows])
-    yield
-    return Window(
-        np.array([row[0] for row in rows]), np.array([row[1] for row in rows]), y,
-        [row[2] for row in rows], entries[0].theta, entries[-1].learned,
-    )  # fmt: skip
+    return rows
 
 
 def _run(

@@ -23,7 +23,7 @@ _LENGTH = 60  # ticks in the ring: 0.3 s at 200 Hz
 _SHORTEST = 36  # ticks of the shortest window that is investigated
 _RESOLUTION = 1e-5  # s; periods that differ by less are one
 _SELF_CHECK = 1.0  # s between investigations without suspicion
-_PAUSE = 0.05  # s between two investigations
+_PAUSE = 0.03  # s between two investigations
 _EVERY = 2  # ticks between two looks at the verdicts
 _MEMORY = 0.9  # of the mean squared innovation from one look to the next
 _SUSPICIOUS = 1.5  # mean squared normalised innovation of a sensor
@@ -44,6 +44,7 @@ class IsolationWatch(Watch):
         self._is_blind = parts.fusion.dependent is not None  # hypotheses are run on the served model alone
         self._channels = Channels(self._specs, parts.sensors.rows)
         self._theta, self._learned = parts.layout.theta, parts.layout.p
+        self._is_learning = parts.layout.n_p > 0
 
     def restart(self, t: float) -> None:
         """See Watch."""
@@ -62,7 +63,7 @@ class IsolationWatch(Watch):
         theta = view.belief.x[self._theta].copy()
         held = [verdict.sensor for verdict in view.verdicts if verdict.reason == HELD]  # most stand alone
         samples = [s for s in view.samples if s.sensor not in held] if held else view.samples
-        learned = tuple(view.belief.x[self._learned].tolist())
+        learned = tuple(view.belief.x[self._learned].tolist()) if self._is_learning else ()
         self._ring.append(Entry(view.t, view.u, theta, learned, samples, self._parts))
         self._ticks += 1
         if self._ticks % _EVERY == 0:

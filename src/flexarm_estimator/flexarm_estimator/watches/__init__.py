@@ -1,1 +1,1 @@
-"""What looks at the estimator from outside: frozen, shifted, late sensors, biases, and the table of them."""
+"""What looks at the estimator from outside: frozen, shifted, late, noisy sensors, biases; their table."""

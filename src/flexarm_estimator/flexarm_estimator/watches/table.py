@@ -9,6 +9,7 @@ from flexarm_estimator.settings import EstimatorConfig
 from flexarm_estimator.watches.bias_watch import BiasWatch
 from flexarm_estimator.watches.frozen_watch import FrozenWatch
 from flexarm_estimator.watches.latency_watch import LatencyWatch
+from flexarm_estimator.watches.noise_watch import NoiseWatch
 from flexarm_estimator.watches.shift_watch import ShiftWatch
 from flexarm_estimator.watches.stamp_delays import StampDelays
 from flexarm_estimator.watches.watch import Watch
@@ -30,6 +31,7 @@ def make_watches(
         ShiftWatch(),
         LatencyWatch(delays, config),
         BiasWatch(specs, config),
+        NoiseWatch(specs),
         IsolationWatch(specs),
     )
 
