@@ -60,7 +60,7 @@ class TimeBudget:
         self._took = self._wall() - started
         periods = math.ceil(self._took / self._budget)
         self.overruns += periods > 1
-        self._asked, self._resume = t, t + periods * self._period
+        self._asked, self._resume = t, t + periods * self._period if periods > 1 else -math.inf
         return answer
 
 
