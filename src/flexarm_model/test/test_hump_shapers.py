@@ -19,7 +19,7 @@ EXTRA = [ei, two_hump, three_hump]
 
 def vibration_left(shaper: Shaper, omega: float, zeta: float) -> float:
     """Vibration after the last impulse over that of one impulse, by stepping an oscillator."""
-    dt = 2.0 * math.pi / omega / 4000
+    dt = 2.0 * math.pi / omega / 2000
     force = np.zeros(round(shaper.duration / dt) + 2, complex)
     pole = (-zeta + 1j * math.sqrt(1.0 - zeta**2)) * omega
     for delay, amplitude in zip(shaper.delays, shaper.amplitudes, strict=True):
@@ -40,8 +40,8 @@ def test_amplitudes_are_positive_and_add_up_to_one(make: Callable[..., Shaper], 
 def test_vibration_left_at_the_designed_frequency_is_zero_or_the_tolerance(zeta: float) -> None:
     wanted = {zv: 0.0, mzv: 0.0, zvd: 0.0, ei: TOLERANCE, two_hump: 0.0, three_hump: TOLERANCE}
     for make, left in wanted.items():
-        # 1/4000 of a period is lost at the last impulse
-        assert vibration_left(make(OMEGA, zeta), OMEGA, zeta) == pytest.approx(left, abs=1e-4)
+        # 1/2000 of a period is lost at the last impulse
+        assert vibration_left(make(OMEGA, zeta), OMEGA, zeta) == pytest.approx(left, abs=2e-4)
 
 
 @pytest.mark.parametrize(
@@ -50,9 +50,9 @@ def test_vibration_left_at_the_designed_frequency_is_zero_or_the_tolerance(zeta:
 )
 def test_insensitivity_is_as_published(make: Callable[..., Shaper], width: float) -> None:
     shaper = make(OMEGA, 0.0)
-    near = np.arange(0.4, 1.6, 0.002)
+    near = np.arange(0.4, 1.6, 0.005)
     is_low = np.array([vibration_left(shaper, OMEGA * w, 0.0) < 1.01 * TOLERANCE for w in near])
-    assert is_low.sum() * 0.002 == pytest.approx(width, abs=0.015)  # printed widths differ by as much
+    assert is_low.sum() * 0.005 == pytest.approx(width, abs=0.015)  # printed widths differ by as much
     middle = is_low[np.argmax(is_low) : near.size - np.argmax(is_low[::-1])]
     assert middle.all()
 
@@ -64,7 +64,7 @@ def test_no_hump_is_higher_than_the_tolerance(make: Callable[..., Shaper], zeta:
     left = [vibration_left(shaper, OMEGA * w, zeta) for w in np.linspace(0.8, 1.2, 41)]
     assert max(left) < 0.1 + 2e-4
     humps = {ei: 1, two_hump: 2, three_hump: 3}[make]
-    wide = np.array([vibration_left(shaper, OMEGA * w, zeta) for w in np.linspace(0.45, 1.55, 401)])
+    wide = np.array([vibration_left(shaper, OMEGA * w, zeta) for w in np.linspace(0.45, 1.55, 201)])
     peaks = (wide[1:-1] > wide[:-2]) & (wide[1:-1] > wide[2:]) & (wide[1:-1] > 0.09)
     assert peaks.sum() == humps
 
@@ -102,8 +102,8 @@ def test_convolved_shapers_cancel_both_modes() -> None:
     assert len(both.amplitudes) == 6 and sum(both.amplitudes) == pytest.approx(1.0)
     assert list(both.delays) == sorted(both.delays)
     assert both.duration == pytest.approx(zv(OMEGA, 0.02).duration + zvd(2.7 * OMEGA, 0.05).duration)
-    assert vibration_left(both, OMEGA, 0.02) < 1e-4
-    assert vibration_left(both, 2.7 * OMEGA, 0.05) < 1e-4
+    assert vibration_left(both, OMEGA, 0.02) < 2e-4
+    assert vibration_left(both, 2.7 * OMEGA, 0.05) < 2e-4
 
 
 def test_shapers_that_do_not_exist_are_refused() -> None:
