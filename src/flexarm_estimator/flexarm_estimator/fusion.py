@@ -1,7 +1,7 @@
 """Computes one instant from the one before: predict, judge what is new, update.
 
 Ordinary instants take the joint step, one with a refused row or a doubted state goes through filterpy.
-Matrices are the filter's choice (``filters.step_source``), tangents are taken whenever an instant is computed.
+Matrices are the filter's choice (``filters.step_source``), tangents are taken when an instant is computed.
 Computed again because of a late sample it keeps its verdicts; ordinary ones in a row go in one go.
 """
 

@@ -73,7 +73,8 @@ class DrawnTruth:
                     transition, root = following, self._root(following)
             noise = np.zeros(root.shape[0]) if rng is None else root @ rng.standard_normal(root.shape[1])
             u = np.append(tau[i], 1.0)
-            x = transition.A @ x + transition.B @ u + noise[: x.size]
+            local = transition.at(x, u)  # exact at x, also where something of the model is learned
+            x = local.A @ x + local.B @ u + noise[: x.size]
             states.append(x)
             samples.append(
                 (*self._rows(x, u, noise[x.size :], float(now)), *self._frames(x, i, float(now), rng))
@@ -90,7 +91,8 @@ class DrawnTruth:
         return np.asarray(scale[:, None] * vectors * np.sqrt(np.maximum(values, 0.0)))
 
     def _rows(self, x: Array, u: Array, v: Array, t: float) -> list[Measurement]:
-        y = self._stack.C @ x + self._stack.D @ u + v
+        local = self._stack.at(x, u)
+        y = local.C @ x + local.D @ u + v
         pairs = zip(self._stack.names, self._stack.spans, strict=True)
         return [Measurement(name, t, y[span]) for name, span in pairs]
 

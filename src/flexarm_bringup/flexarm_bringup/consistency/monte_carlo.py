@@ -30,11 +30,12 @@ from flexarm_model.reduced_tree import ReducedTree
 Array = NDArray[np.float64]
 STATE = "state"
 START_BEFORE = 0.005  # s; so long before its first step an estimator starts
-SMALL = {  # so small that the camera's pose is linear in the state
+SMALL = {  # so small that the camera's pose, and a motion with learned parameters, is linear in the state
     "initial_position": 1e-3,
     "initial_velocity": 1e-2,
     "initial_disturbance": 1e-2,
     "motion_acceleration": 1.0,
+    "stiffness_error": 0.01,
     "gate": 100.0,  # a gate cuts the tails that chi-square has
     "lost_sigma": 10.0,
 }
