@@ -11,8 +11,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-URGENT = ("rig", "estimator", "controller")
-REALTIME_PRIORITY = 50  # SCHED_FIFO, of rig, estimator and controller by the clock
+PRIORITIES = {"rig": 60, "estimator": 50, "controller": 50}  # SCHED_FIFO by the clock: the guard comes first
+REALTIME_PRIORITY = max(PRIORITIES.values())  # that a user must be allowed
 
 
 @dataclass(frozen=True)
@@ -54,8 +54,8 @@ def rig_graph(
     """
     shared = {"manipulator": manipulator, "preset": preset, "lockstep": lockstep}
     more = {name: dict(values) for name, values in (settings or {}).items()}
-    for name in URGENT if not lockstep else ():
-        more[name] = {"realtime_priority": REALTIME_PRIORITY, **more.get(name, {})}
+    for name, priority in PRIORITIES.items() if not lockstep else ():
+        more[name] = {"realtime_priority": priority, **more.get(name, {})}
     rows = [
         Process("flexarm_model", "model_node", "model"),
         Process("flexarm_estimator", "estimator_node", "estimator"),
