@@ -14,9 +14,8 @@ Subscribes
 Services
     ~/arm, ~/stop (std_srvs/Trigger): let commands pass, unless the controller's margins are too small; stop.
 
-In real time a timer advances the arm by the time that has passed, 200 times a second. In lockstep the
-arm advances by one period for every command, as soon as estimator and controller are ready and the guard
-is armed.
+In real time a timer advances the arm by the time that has passed, once a period. In lockstep it advances
+by one period for every command, as soon as estimator and controller are ready and the guard is armed.
 """
 
 from __future__ import annotations
