@@ -29,7 +29,7 @@ def test_its_sigma_is_the_scatter_of_repeated_measurements() -> None:
     runs = [measurement(seed) for seed in range(20)]
     scatter = np.std([fit.model.f_hz[0] for _, fit in runs], ddof=1)
     stated = np.median([bootstrap(*run, "H1", BAND, draws=10).f_std_hz[0] for run in runs[:4]])
-    assert stated == pytest.approx(scatter, rel=0.5)  # 20 runs know a scatter to 16 %, 4 times 10 draws to 12 %
+    assert stated == pytest.approx(scatter, rel=0.5)  # 20 runs know a scatter to 16 %, 40 draws to 12 %
 
 
 def test_two_blocks_tell_nothing() -> None:

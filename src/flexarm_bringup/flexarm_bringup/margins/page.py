@@ -33,8 +33,8 @@ def build_page(study: Study, config: MarginConfig, figures: Sequence[Figure]) ->
     errors = ", ".join(f"{PERCENT * error:+.0f}" for error in frequency_errors(config))
     lead = (
         "The loop of settled filter, law and delay, closed on the arm with more modes than are served, at "
-        f"{len(study.poses)} pose(s) and with all frequencies off by {errors} %. Gain: how far the force on a "
-        "mode may be from what is modelled; delay: how late it may be."
+        f"{len(study.poses)} pose(s) and with all frequencies off by {errors} %. Gain: how far the force on "
+        "a mode may be from what is modelled; delay: how late it may be."
     )
     name = study.task.manipulator + (f", preset {study.preset}" if study.preset else "")
     return Page(
