@@ -21,7 +21,7 @@ from flexarm_bringup.replay_bag import OUTPUTS, replay  # noqa: E402
 
 # One second of 10 degrees on case A with MPC, recorded over DDS in lockstep (tests/make_golden.py).
 GOLDEN = Path(__file__).parent / "golden" / "single_link"
-SHA256 = "72142c4557eb44a3aa8d03d77e08db861871671bafcabe89e674e84c67bd6605"
+SHA256 = "37ccc908cf3e084acd7d4a0311fce66fb7954239374d2cfa72c98ea0b0b3476f"
 COUNTS = {
     "model": 1, "reference": 1, "joint_states": 200, "strain": 200, "imu/tip_accelerometer": 200,
     "camera/pose": 29, "applied_effort": 198, "truth": 200, "guard_status": 10, "tick": 200,

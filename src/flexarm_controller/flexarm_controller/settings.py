@@ -19,13 +19,13 @@ class MpcConfig:
         1, "Periods between a state and the torque computed from it.", minimum=0, maximum=10
     )
     position_error: float = parameter(0.0092, "Joint error that costs 1.", "rad", minimum=1e-9)
-    velocity_error: float = parameter(0.16, "Joint velocity error that costs 1.", "rad/s", minimum=1e-9)
+    velocity_error: float = parameter(0.088, "Joint velocity error that costs 1.", "rad/s", minimum=1e-9)
     modal_energy: float = parameter(1.2e-4, "Energy of the modes that costs 1.", "J", minimum=1e-12)
     modal_cutoff_hz: float = parameter(
         17.0, "Modes well above it are left to their own damping.", "Hz", minimum=1e-3
     )
     input_acceleration: float = parameter(
-        1.4, "Torque that costs 1, as acceleration of the joint's inertia.", "rad/s^2", minimum=1e-6
+        1.7, "Torque that costs 1, as acceleration of the joint's inertia.", "rad/s^2", minimum=1e-6
     )
     input_jerk: float = parameter(
         216.0, "Rate of torque that costs 1, as jerk of the joint's inertia.", "rad/s^3", minimum=1e-6
