@@ -122,7 +122,8 @@ def test_the_stiffness_is_learned_from_a_few_swings(scale):
         300, np.random.default_rng(5), model=strip_model(frequency_scale=scale), config=PLAIN, camera_every=7
     )
     last = run(record, config=LEARNING)[-1]
-    sigma = np.sqrt(last.P[-1, -1])  # which noise a seed means depends on the processor's signs of eigenvectors
+    sigma = np.sqrt(last.P[-1, -1])
+    # three of them: which noise a seed means depends on the signs of eigenvectors, and so on the processor
     assert abs(last.x[-1] - (scale**2 - 1.0)) < 3.0 * sigma and sigma < 0.05
 
 
