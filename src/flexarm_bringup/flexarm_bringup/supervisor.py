@@ -136,11 +136,16 @@ class Supervisor:
 
 
 def _die_with(parent: int) -> Callable[[], None]:
-    """Return what a child does before it becomes the program: ask for SIGTERM when the parent dies."""
+    """Return what a child does before it becomes the program.
+
+    It asks for SIGTERM when the parent dies, and hears SIGINT even if a shell that started us in the
+    background had it ignored.
+    """
     prctl = ctypes.CDLL(None, use_errno=True).prctl
 
     def ask() -> None:
         prctl(_PR_SET_PDEATHSIG, signal.SIGTERM, 0, 0, 0)
+        signal.signal(signal.SIGINT, signal.SIG_DFL)
         if os.getppid() != parent:  # it died before we asked
             os._exit(1)
 
