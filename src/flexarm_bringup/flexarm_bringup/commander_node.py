@@ -85,17 +85,15 @@ class Commander(Node):
     def __init__(self) -> None:
         """Prepare the series and connect."""
         super().__init__("commander", namespace="flexarm")
-        s: CommanderSettings
-        (s,) = declare_configs(self)
-        self.settings = s
+        self.settings: CommanderSettings
+        (self.settings,) = (s,) = declare_configs(self)
         config = load_config(find_manipulator(s.manipulator), s.preset)
         self._period_ns = round(1e9 / config.rate_hz)
         self._reference, end = _series(s, 1.0 / config.rate_hz)
         self._names = tuple(config.actuated)
         self._duration_ns = round(end * 1e9)
         self.outcome: str | None = None  # "" when done, else why not
-        self._zero_ns = 0
-        self._now_ns = -1
+        self._zero_ns, self._now_ns = 0, -1
         self._has_state = s.lockstep
         self._ready = dict.fromkeys(s.partners, False)
         self._steps = [

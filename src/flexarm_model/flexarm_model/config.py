@@ -49,9 +49,7 @@ def load_config(
         ConfigError: Anything is wrong with the file; names file, key, value and what is allowed.
     """
     path = Path(path)
-    content = read_yaml(path)
-    content = _apply_preset(content, preset, str(path))
-    content = _change(content, Section(dict(changes), str(path))) if changes else content
+    content = _read_content(path, preset, changes or {})
     top = Section(content, str(path))
     top.choice("format", (FORMAT,))
     bodies = read_bodies(top)
@@ -101,6 +99,11 @@ def _identify(content: dict[str, Any], bodies: dict[str, Body]) -> str:
     if files:
         described["files"] = files
     return hashlib.sha256(json.dumps(described, sort_keys=True, default=str).encode()).hexdigest()[:16]
+
+
+def _read_content(path: Path, preset: str, changes: Mapping[str, Any]) -> dict[str, Any]:
+    content = _apply_preset(read_yaml(path), preset, str(path))
+    return _change(content, Section(dict(changes), str(path)))
 
 
 def _apply_preset(content: dict[str, Any], preset: str, path: str) -> dict[str, Any]:
