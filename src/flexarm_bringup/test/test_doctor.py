@@ -83,14 +83,15 @@ sys.stdin.read()
 
 
 @pytest.mark.ros
-def test_twin_nodes_and_qualities_that_do_not_fit_are_named() -> None:
-    with subprocess.Popen(
-        [sys.executable, "-c", TALKERS], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
-    ) as talkers:
+def test_twin_nodes_and_qualities_that_do_not_fit_are_named(ros_environment: dict[str, str]) -> None:
+    talk, pipe = [sys.executable, "-c", TALKERS], subprocess.PIPE
+    with subprocess.Popen(talk, stdin=pipe, stdout=pipe, text=True, env=ros_environment) as talkers:
         assert talkers.stdout is not None and talkers.stdout.readline() == "ready\n"
-        command = [sys.executable, "-m", "flexarm_bringup.cli", "doctor"]
-        found = subprocess.run(command, capture_output=True, text=True, check=False, timeout=60)
+        doctor = [sys.executable, "-m", "flexarm_bringup.cli", "doctor"]
+        found = subprocess.run(
+            doctor, capture_output=True, text=True, check=False, timeout=60, env=ros_environment
+        )
         talkers.communicate("")
-    assert found.returncode == 1
+    assert found.returncode == 1, found.stdout
     assert "2 nodes are called /flexarm/rig" in found.stdout
     assert "best effort, the subscriber wants reliable" in found.stdout
