@@ -26,6 +26,8 @@ from flexarm_model.kinematics.telescopic_legs import TelescopicLeg, TelescopicLe
 from flexarm_model.linearize import find_equilibrium
 from flexarm_model.manipulator_file import find_manipulator
 
+pytestmark = pytest.mark.thorough
+
 POSES = 50
 OPEN, CLOSED = 1e-12, 1e-10  # m and 1
 

@@ -21,6 +21,8 @@ from flexarm_bringup.study import SERVO, Job, Outcome, run_job, tip_reach
 from flexarm_model.config import load_config
 from flexarm_model.manipulator_file import find_manipulator
 
+pytestmark = pytest.mark.thorough
+
 ZETA = 0.015
 
 

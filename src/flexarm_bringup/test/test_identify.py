@@ -22,6 +22,8 @@ from flexarm_model.manipulator_file import find_manipulator
 from flexarm_model.modal.frf import Frf, Ports, exact_frf, modal_frf
 from flexarm_model.modal.modes import Modes
 
+pytestmark = pytest.mark.thorough
+
 F_HZ, ZETA = np.array([12.0, 31.0]), np.array([0.02, 0.015])
 LINES = np.arange(0.0, 60.0, 0.25)
 OUTPUTS = ("1+z", "2+z", "3-x")

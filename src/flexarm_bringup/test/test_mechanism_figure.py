@@ -16,6 +16,8 @@ from flexarm_model.linearize import linearize
 from flexarm_model.manipulator_file import find_manipulator
 from flexarm_model.reduced_tree import ReducedTree
 
+pytestmark = pytest.mark.thorough
+
 ARMS = Path(__file__).parents[2] / "flexarm_model/test/arms"
 
 

@@ -24,6 +24,8 @@ from flexarm_model.modal.half_power import half_power
 from flexarm_model.modal.peaks import pick_peaks
 from flexarm_model.reduced_tree import ReducedTree
 
+pytestmark = pytest.mark.thorough
+
 Capture = pytest.CaptureFixture[str]
 FEW = 6  # runs of the studies: enough for bounds that have a third to spare
 

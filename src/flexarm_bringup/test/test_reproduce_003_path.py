@@ -43,6 +43,8 @@ from flexarm_model.kinematics.paths import rounded_square
 from flexarm_model.linear_assembly import assemble
 from flexarm_model.reduced_tree import ReducedTree
 
+pytestmark = pytest.mark.thorough
+
 Array = NDArray[np.float64]
 BARE = CASES["flexible, no friction"]
 

@@ -16,6 +16,8 @@ from flexarm_bringup.sim_report import gain_db, is_stable
 from flexarm_bringup.sim_study import LegResult, SimResult, Trace
 from flexarm_bringup.tip_vibration import Residual
 
+pytestmark = pytest.mark.thorough
+
 TASK = """
 format: flexarm-moves/1
 manipulator: single_link

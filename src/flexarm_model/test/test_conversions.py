@@ -5,6 +5,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from flexarm_model.diagnosis import Level, Verdict
 from flexarm_model.reduced_model import Outputs, ReducedModel
 from flexarm_model.steady_filter import SteadyFilter
 
@@ -112,3 +113,10 @@ def test_a_settled_filter_with_a_number_too_few_or_none_at_all_is_refused() -> N
 def test_a_settled_filter_whose_matrices_do_not_fit_cannot_be_made() -> None:
     with pytest.raises(ValueError, match="do not fit"):
         SteadyFilter("0123", 0.005, ("a.x",), (), np.eye(3), np.ones((3, 1)), np.ones((3, 2)))
+
+
+def test_a_verdict_travels_as_a_status_and_back() -> None:
+    verdict = Verdict("rig: loop", Level.ERROR, "jitter [ms] 9 above 5", {"jitter [ms]": "9", "late": "0"})
+    msg = conversions.verdict_to_msg(verdict, "rig")
+    assert (msg.level, msg.hardware_id) == (b"\x02", "rig")
+    assert conversions.verdict_from_msg(msg) == verdict

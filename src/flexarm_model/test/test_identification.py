@@ -15,6 +15,8 @@ from flexarm_model.identification.stabilisation import Track, lasting
 from flexarm_model.modal.frf import Frf, Ports, modal_frf
 from flexarm_model.modal.modes import Modes
 
+pytestmark = pytest.mark.thorough
+
 BEAM = Path(__file__).parent / "measured" / "free_free_beam.csv"
 COARSE = np.arange(75.0, 151.0)  # 1 Hz lines about 96 and 129 Hz
 

@@ -23,6 +23,8 @@ from flexarm_model.model_order import (
 )
 from flexarm_model.reduced_tree import ReducedTree
 
+pytestmark = pytest.mark.thorough
+
 OPEN, CLOSED = ["single_link", "planar", "spatial"], ["four_bar", "five_bar"]
 
 

@@ -19,6 +19,8 @@ from flexarm_model.linearize import linearize
 from flexarm_model.reduced_tree import ReducedTree
 from flexarm_model.strict_yaml import ConfigError
 
+pytestmark = pytest.mark.thorough
+
 STIFFNESS = "bodies.strip.pieces.0.youngs_modulus"
 TIP_MASS = "bodies.strip.point_masses.0.mass"
 DAMPING = "bodies.strip.damping_ratio"
