@@ -19,6 +19,9 @@ setup(
     description="Model predictive control of a flexible arm on its served model, with fallbacks and a guard.",
     license="Apache-2.0",
     entry_points={
-        "console_scripts": ["controller_node = flexarm_controller.controller_node:main"],
+        "console_scripts": [
+            "controller_node = flexarm_controller.controller_node:main",
+            "guard_node = flexarm_controller.guard_node:main",
+        ],
     },
 )

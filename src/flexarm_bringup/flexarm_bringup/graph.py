@@ -11,7 +11,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-PRIORITIES = {"rig": 60, "estimator": 50, "controller": 50}  # SCHED_FIFO by the clock: the guard comes first
+# SCHED_FIFO by the clock: the guard comes first
+PRIORITIES = {"guard": 70, "rig": 60, "estimator": 50, "controller": 50}
 REALTIME_PRIORITY = max(PRIORITIES.values())  # that a user must be allowed
 
 
@@ -60,6 +61,7 @@ def rig_graph(
         Process("flexarm_model", "model_node", "model"),
         Process("flexarm_estimator", "estimator_node", "estimator"),
         Process("flexarm_controller", "controller_node", "controller"),
+        Process("flexarm_controller", "guard_node", "guard"),
         Process("flexarm_bringup", "rig_node", "rig"),
     ]
     if bag:

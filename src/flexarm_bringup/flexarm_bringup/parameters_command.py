@@ -18,6 +18,7 @@ NODES = {
     "model": "flexarm_model.model_node:ModelNode",
     "estimator": "flexarm_estimator.estimator_node:EstimatorNode",
     "controller": "flexarm_controller.controller_node:ControllerNode",
+    "guard": "flexarm_controller.guard_node:GuardNode",
     "rig": "flexarm_bringup.rig_node:RigNode",
     "commander": "flexarm_bringup.commander_node:Commander",
     "recorder": "flexarm_bringup.recorder_node:RecorderNode",

@@ -56,6 +56,8 @@ STREAMS = (
            "motion asked for", is_optional=True),
     Stream("joint_states", "sensor_msgs/msg/JointState", "rig", "motor period",
            "motor side position, velocity and measured torque", depth=10, is_sensor=True),
+    Stream("drive_states", "sensor_msgs/msg/JointState", "rig", "motor period",
+           "position and velocity as the drives measure them for themselves; the guard's", is_optional=True),
     Stream("strain", "flexarm_interfaces/msg/StrainArray", "rig", "gauge rate",
            "surface strain with its standard deviation", depth=10, is_sensor=True),
     Stream("imu/*", "sensor_msgs/msg/Imu", "rig", "accelerometer rate",

@@ -15,7 +15,8 @@ LAUNCH_FILE = Path(__file__).parents[1] / "launch" / "rig.launch.py"
 
 def test_every_node_gets_the_same_manipulator_and_mode_of_time() -> None:
     graph = rig_graph("mine.yaml", "heavy", lockstep=True, bag="/data/run", settings={"rig": {"seed": 7}})
-    assert [process.name for process in graph] == ["recorder", "model", "estimator", "controller", "rig"]
+    names = ["recorder", "model", "estimator", "controller", "guard", "rig"]
+    assert [process.name for process in graph] == names
     for process in graph:
         shared = {key: process.parameters[key] for key in ("manipulator", "preset", "lockstep")}
         assert shared == {"manipulator": "mine.yaml", "preset": "heavy", "lockstep": True}
