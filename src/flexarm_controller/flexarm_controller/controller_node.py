@@ -8,6 +8,7 @@ Publishes
     controller_debug (flexarm_interfaces/ControllerDebug): one per joint_commands while somebody listens.
     motion_status, reference: see ``motion/tip_goals_node``.
     ~/models (std_msgs/String, latched): receipt of the models taken and prepared so far.
+    /diagnostics (diagnostic_msgs/DiagnosticArray): 1 Hz.
     ~/ready (std_msgs/Bool, latched): true once it has a model and its topics are connected.
 Subscribes
     modal_state (flexarm_interfaces/ModalState), model (flexarm_interfaces/ReducedModel, latched),
@@ -38,6 +39,8 @@ from rclpy.node import Node
 from std_msgs.msg import String
 from trajectory_msgs.msg import JointTrajectory
 
+from flexarm_controller.controller_health import ControllerHealth
+from flexarm_controller.conversions import mode_name
 from flexarm_controller.debug import Insight
 from flexarm_controller.exchange import ControllerExchange, Outgoing
 from flexarm_controller.laws import LawInputs
@@ -54,6 +57,8 @@ from flexarm_controller.time_budget import Clocks
 from flexarm_model.config import load_config
 from flexarm_model.conversions import stamp_to_ns
 from flexarm_model.description import ManipulatorConfig
+from flexarm_model.diagnosis import DiagnosticsConfig
+from flexarm_model.diagnostics_node import Diagnostics
 from flexarm_model.lockstep import Lockstep, Messages
 from flexarm_model.manipulator_file import find_manipulator
 from flexarm_model.node import (
@@ -88,13 +93,17 @@ class ControllerNodeSettings:
 class ControllerNode(Node):
     """Connects a ``ControllerExchange`` to topics."""
 
-    SETTINGS = (ControllerNodeSettings, ControllerConfig, MpcConfig, NmpcConfig, MotionConfig, MarginConfig)
+    SETTINGS = (
+        ControllerNodeSettings, ControllerConfig, MpcConfig, NmpcConfig, MotionConfig, MarginConfig,
+        DiagnosticsConfig,
+    )  # fmt: skip
 
     def __init__(self) -> None:
         """Load the manipulator and subscribe."""
         super().__init__("controller", namespace="flexarm")
         self.settings: ControllerNodeSettings
-        self.settings, laws, mpc, nmpc, motion, margins = declare_configs(self)
+        self.settings, laws, mpc, nmpc, motion, margins, diagnostics = declare_configs(self)
+        self._health = ControllerHealth(None if self.settings.lockstep else laws.period, diagnostics)
         config = load_config(find_manipulator(self.settings.manipulator), self.settings.preset)
         inputs = LawInputs(limits_of(config), laws, mpc, config, nmpc)
         self.exchange = self._exchange(config, inputs, motion)
@@ -174,10 +183,18 @@ class ControllerNode(Node):
         if self._waiting is not None:
             msg, self._waiting = self._waiting, None
             self._arming.look()
-            self._publish(self.exchange.on_modal_state(msg))
+            answer = self.exchange.on_modal_state(msg)
+            self._publish(answer)
+            self._note(answer)
             self._pacing.note()
             self.exchange.work_ahead()
             self._goals.update()
+
+    def _note(self, answer: Sequence[Outgoing]) -> None:
+        """Keep what /diagnostics will judge."""
+        for out in answer:
+            if out.topic == "controller_status":
+                self._health.note(time.perf_counter(), mode_name(out.msg.mode), out.msg)
 
     def _has_debug_listener(self) -> bool:
         return bool(self._outlets["controller_debug"].get_subscription_count())
@@ -216,6 +233,7 @@ class ControllerNode(Node):
             self.create_subscription(Tick, "tick", self.on_tick, quality)
             conditions["ticks"] = lambda: self.count_publishers(self.resolve_topic_name("tick")) > 0
         self._ready = ReadyFlag(self, conditions)
+        self._diagnostics = Diagnostics(self, self._health.verdicts)
 
 
 def main() -> int:

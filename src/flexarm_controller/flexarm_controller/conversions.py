@@ -39,6 +39,7 @@ _MODES = {
     "damping": ControllerStatus.DAMPING,
     "hold": ControllerStatus.HOLD,
 }
+_NAMES = {value: name for name, value in _MODES.items()}
 
 
 class ReferenceMessageError(ValueError):
@@ -87,6 +88,11 @@ def reference_to_msg(reference: Reference, names: tuple[str, ...], epoch_ns: int
         point.positions, point.velocities, point.accelerations = map(floats, (theta, theta_dot, theta_ddot))
         msg.points.append(point)
     return msg
+
+
+def mode_name(mode: int) -> str:
+    """Return a mode of ControllerStatus in words."""
+    return _NAMES.get(mode, f"mode {mode}")
 
 
 def command_to_msg(

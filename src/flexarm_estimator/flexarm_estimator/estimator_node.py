@@ -23,6 +23,7 @@ Services, all done at the next step or refused with the reason
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from functools import partial
@@ -42,6 +43,7 @@ from sensor_msgs.msg import Imu, JointState
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
+from flexarm_estimator.estimator_health import EstimatorHealth
 from flexarm_estimator.exchange import INTERVENTIONS_TOPIC, EstimatorExchange, Outgoing
 from flexarm_estimator.interventions.conversions import known_state_from_msg
 from flexarm_estimator.interventions.intervention import Intervention, InterventionError
@@ -51,7 +53,8 @@ from flexarm_estimator.interventions.toggle_sensor import ToggleSensor
 from flexarm_estimator.settings import EstimatorConfig
 from flexarm_estimator.settled_node import SettledFilter
 from flexarm_model.config import load_config
-from flexarm_model.conversions import stamp_to_ns
+from flexarm_model.conversions import stamp_to_ns, verdict_to_msg
+from flexarm_model.diagnosis import DiagnosticsConfig
 from flexarm_model.lockstep import Lockstep, Messages
 from flexarm_model.manipulator_file import find_manipulator
 from flexarm_model.node import (
@@ -95,14 +98,15 @@ class EstimatorNodeSettings:
 class EstimatorNode(Node):
     """Connects an ``EstimatorExchange`` to topics."""
 
-    SETTINGS = (EstimatorNodeSettings, EstimatorConfig)
+    SETTINGS = (EstimatorNodeSettings, EstimatorConfig, DiagnosticsConfig)
 
     def __init__(self) -> None:
         """Load the manipulator and subscribe to its sensors."""
         super().__init__("estimator", namespace="flexarm")
         self.settings: EstimatorNodeSettings
-        self.settings, estimator = declare_configs(self)
+        self.settings, estimator, diagnostics = declare_configs(self)
         config = load_config(find_manipulator(self.settings.manipulator), self.settings.preset)
+        self._health = EstimatorHealth(None if self.settings.lockstep else 1.0 / config.rate_hz, diagnostics)
         self.exchange = EstimatorExchange(config, estimator, 0 if self.settings.lockstep else None)
         self._lockstep = Lockstep(self.exchange.topics, self.on_tick_complete)
         self._said, self._settled = "", SettledFilter(self, 1.0 / config.rate_hz)
@@ -123,7 +127,7 @@ class EstimatorNode(Node):
             return
         self.exchange.on_sensor(topic, msg)
         if topic == "joint_states":
-            self._publish(self.exchange.step(stamp_to_ns(msg.header.stamp)))
+            self._step(stamp_to_ns(msg.header.stamp))
 
     def on_tick(self, msg: Tick) -> None:
         """Note what belongs to an instant."""
@@ -134,11 +138,13 @@ class EstimatorNode(Node):
         for topic, received in messages.items():
             for msg in received:
                 self.exchange.on_sensor(topic, msg)
-        self._publish(self.exchange.step(stamp_ns))
+        self._step(stamp_ns)
 
     def on_diagnostics(self) -> None:
-        """Tell the health of estimator and sensors."""
-        self._outlets["/diagnostics"].publish(self.exchange.diagnostics(self.get_clock().now().nanoseconds))
+        """Tell the health of estimator, sensors and loop."""
+        array = self.exchange.diagnostics(self.get_clock().now().nanoseconds)
+        array.status += [verdict_to_msg(verdict, self.get_name()) for verdict in self._health.verdicts()]
+        self._outlets["/diagnostics"].publish(array)
 
     def on_request(self, read: Callable[[Any], Intervention], request: Any, response: Any) -> Any:
         """Do what a service asks for; ``read`` makes an intervention of its request."""
@@ -151,6 +157,12 @@ class EstimatorNode(Node):
             response.success, response.message = True, intervention.describe()
             self.get_logger().info(response.message)
         return response
+
+    def _step(self, stamp_ns: int) -> None:
+        began, cpu = time.perf_counter(), time.thread_time()
+        self._publish(self.exchange.step(stamp_ns))
+        if (estimate := self.exchange.estimate) is not None:
+            self._health.note(began, time.thread_time() - cpu, estimate.sensors)
 
     def _publish(self, outgoing: Iterable[Outgoing]) -> None:
         for out in outgoing:

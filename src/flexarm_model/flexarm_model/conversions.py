@@ -1,4 +1,4 @@
-"""Stamps, trajectories, the reduced model and the settled filter, between the core's types and ROS messages.
+"""Stamps, trajectories, reduced models, settled filters and verdicts, between the core's types and messages.
 
 Matrices travel row major, frequencies in Hz for the reader. ``omega`` is read back from the modal
 stiffness ``omega^2``, because a square root undoes a square bit for bit and a factor 2 pi does
@@ -13,11 +13,13 @@ from collections.abc import Sequence
 
 import numpy as np
 from builtin_interfaces.msg import Duration, Time
+from diagnostic_msgs.msg import DiagnosticStatus, KeyValue
 from flexarm_interfaces.msg import ReducedModel as ReducedModelMsg
 from flexarm_interfaces.msg import SteadyFilter as SteadyFilterMsg
 from numpy.typing import NDArray
 from trajectory_msgs.msg import JointTrajectory
 
+from flexarm_model.diagnosis import Level, Verdict
 from flexarm_model.reduced_model import Outputs, ReducedModel
 from flexarm_model.steady_filter import SteadyFilter
 from flexarm_model.trajectory import Trajectory
@@ -153,6 +155,24 @@ def trajectory_from_msg(msg: JointTrajectory, names: Sequence[str], epoch_ns: in
         return Trajectory(np.array(times) * 1e-9, *columns)
     except ValueError as error:
         raise TrajectoryMessageError(str(error)) from None
+
+
+def verdict_to_msg(verdict: Verdict, node: str) -> DiagnosticStatus:
+    """Return a verdict of a node as a status of /diagnostics."""
+    pairs = [KeyValue(key=key, value=value) for key, value in verdict.values.items()]
+    return DiagnosticStatus(
+        name=verdict.subject,
+        hardware_id=node,
+        level=bytes([verdict.level]),
+        message=verdict.text,
+        values=pairs,
+    )
+
+
+def verdict_from_msg(msg: DiagnosticStatus) -> Verdict:
+    """Return the verdict of a status of /diagnostics, also of nodes that are not ours."""
+    values = {pair.key: pair.value for pair in msg.values}
+    return Verdict(msg.name, Level(min(msg.level[0], Level.STALE)), msg.message, values)
 
 
 def _array(msg: ReducedModelMsg | SteadyFilterMsg, name: str, *shape: int) -> Array:

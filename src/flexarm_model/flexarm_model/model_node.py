@@ -10,6 +10,7 @@ Publishes
         times per second.
     ~/models (std_msgs/String, latched): "stamp of the reference: receipt" once all its models are out, or
         "stamp: refused: reason".
+    /diagnostics (diagnostic_msgs/DiagnosticArray): 1 Hz.
     ~/ready (std_msgs/Bool, latched): true once the first model is out.
 Subscribes
     reference (trajectory_msgs/JointTrajectory): what the axes are about to do.
@@ -35,7 +36,6 @@ from std_msgs.msg import String
 from trajectory_msgs.msg import JointTrajectory
 
 from flexarm_model.closure_error import ClosureError
-from flexarm_model.config import load_config
 from flexarm_model.conversions import (
     NS_PER_S,
     TrajectoryMessageError,
@@ -44,8 +44,10 @@ from flexarm_model.conversions import (
     stamp_to_ns,
     trajectory_from_msg,
 )
+from flexarm_model.diagnosis import Level, Verdict
+from flexarm_model.diagnostics_node import Diagnostics
+from flexarm_model.declared_node import declare_configs, load_arm, told_by
 from flexarm_model.linearize import PoseError, linearize
-from flexarm_model.manipulator_file import find_manipulator
 from flexarm_model.model_cache import ModelCache
 from flexarm_model.model_schedule import ModelSchedule, ScheduleSettings, periods_between_looks
 from flexarm_model.node import (
@@ -55,7 +57,6 @@ from flexarm_model.node import (
     RELIABLE_QOS,
     SENSOR_QOS,
     ReadyFlag,
-    declare_configs,
     run_node,
 )
 from flexarm_model.parameters import parameter
@@ -93,14 +94,16 @@ class ModelNode(Node):
         self.settings: ModelSettings
         self._schedule: ScheduleSettings
         self.settings, self._schedule = declare_configs(self)
-        config = load_config(find_manipulator(self.settings.manipulator), self.settings.preset)
-        self.tree = ReducedTree(starting_at(config, self.settings.start))
+        config = load_arm(self, self.settings.manipulator, self.settings.preset)
+        with told_by(self, "start"):
+            self.tree = ReducedTree(starting_at(config, self.settings.start))
         self.cache = ModelCache(self.tree)
         self.model = self._in_use = self.cache.at()
         self._pending: PendingModels[ReducedModel] = PendingModels()
         self._period_ns = round(NS_PER_S / config.rate_hz) * periods_between_looks(1.0 / config.rate_hz)
         self._follows_pose = not self.settings.lockstep
         self._looked_at = self.model.pose
+        self._served, self._trouble = 0, ""
         self._published_ns = self._token = 0
         self._connect()
         f_hz = ", ".join(f"{value:.4g}" for value in self.model.omega / (2 * np.pi))
@@ -115,10 +118,11 @@ class ModelNode(Node):
         try:
             plan = self._plan(msg, start_ns)
         except (TrajectoryMessageError, PoseError, ClosureError) as error:
-            self.get_logger().error(f"no models for the reference: {error}")
+            self._trouble = f"no models for the reference: {error}"
+            self.get_logger().error(self._trouble)
             self._receipts.publish(String(data=f"{start_ns}: refused: {error}"))
             return
-        self._follows_pose = False
+        self._follows_pose, self._trouble = False, ""
         if self._pending.has_after(start_ns):  # of a reference that this one replaces
             self._serve(self._in_use, start_ns)
         for after_ns, model in plan:
@@ -147,8 +151,10 @@ class ModelNode(Node):
         try:
             model = linearize(self.tree, pose)  # a moving arm hardly comes back to the same bits
         except (PoseError, ClosureError) as error:
-            self.get_logger().warning(str(error), throttle_duration_sec=5.0)
+            self._trouble = str(error)
+            self.get_logger().warning(self._trouble, throttle_duration_sec=5.0)
             return
+        self._trouble = ""
         is_other = model_difference(model, self.model) > self.settings.tolerance
         if is_other or self._pending.has_after(now_ns + FOLLOWING_LEAD_NS):
             self._published_ns = now_ns
@@ -184,6 +190,12 @@ class ModelNode(Node):
         response.mass = floats(np.array(self.tree.functions["motion"](q, v)[0]))
         return response
 
+    def verdicts(self) -> list[Verdict]:
+        """Judge what became of the last reference and pose."""
+        values = {"model_id": self.model.model_id, "models served": str(self._served)}
+        level = Level.ERROR if self._trouble else Level.OK
+        return [Verdict("model: served", level, self._trouble or "ok", values)]
+
     def _plan(self, msg: JointTrajectory, start_ns: int) -> list[tuple[int, ReducedModel]]:
         motion = trajectory_from_msg(msg, self.model.theta_names, start_ns)
         schedule = ModelSchedule(self.tree, self.tree.config, motion, self._schedule)
@@ -195,6 +207,7 @@ class ModelNode(Node):
 
     def _serve(self, model: ReducedModel, stamp_ns: int) -> None:
         self.model = model
+        self._served += 1
         self._pending.add(stamp_ns, model)
         self._pending.note(stamp_ns, model.model_id)
         self._publisher.publish(model_to_msg(model, stamp_ns))
@@ -209,6 +222,7 @@ class ModelNode(Node):
         self.create_service(GetReducedModel, "get_reduced_model", self.on_get_reduced_model)
         self.create_service(GetDynamics, "get_dynamics", self.on_get_dynamics)
         self._ready = ReadyFlag(self, {"model": lambda: True})
+        self._diagnostics = Diagnostics(self, self.verdicts)
 
 
 def model_difference(a: ReducedModel, b: ReducedModel) -> float:

@@ -1,0 +1,51 @@
+"""Health of the estimator's loop: does it keep time, and do the sensors say what it predicts?
+
+Of every sensor the root of the mean NIS per channel over the last second is judged: 1 when noise and model
+are as described, above where either is worse.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+
+from flexarm_estimator.estimate import SensorReport
+from flexarm_model.diagnosis import DiagnosticsConfig, Figure, Verdict, judge
+from flexarm_model.loop_health import LoopHealth
+
+
+class EstimatorHealth:
+    """Watches the steps of one estimator."""
+
+    def __init__(self, period: float | None, config: DiagnosticsConfig) -> None:
+        """Watch a loop of a period [s]; None in lockstep."""
+        self._loop = LoopHealth("estimator: loop", period, config)
+        self._config = config
+        self._squares: dict[str, list[float]] = {}
+        self._counted: dict[str, int] = {}
+
+    def note(self, t: float, cpu: float, sensors: Iterable[SensorReport]) -> None:
+        """Note a step.
+
+        Args:
+            t: When [s].
+            cpu: What it has taken [s].
+            sensors: What it says of them; a sample that was told before is not counted again.
+        """
+        self._loop.beat(t)
+        self._loop.spend("step time", cpu)
+        for report in sensors:
+            seen = report.accepted + report.rejected
+            if seen != self._counted.get(report.name):
+                self._counted[report.name] = seen
+                self._squares.setdefault(report.name, []).append(report.normalised**2)
+
+    def verdicts(self) -> list[Verdict]:
+        """Judge what was noted since the last time."""
+        squares, self._squares = self._squares, {}
+        limit = self._config.innovation_limit
+        figures = [
+            Figure(name, math.sqrt(sum(values) / len(values)), limit, limit * self._config.error_factor)
+            for name, values in squares.items()
+        ]
+        return [self._loop.verdict(), judge("estimator: normalised innovation", figures)]

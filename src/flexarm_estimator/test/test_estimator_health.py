@@ -1,0 +1,52 @@
+"""What the estimator says of its loop: its time, and whose innovations are larger than their covariance."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from flexarm_estimator.estimate import SensorReport
+from flexarm_estimator.estimator_health import EstimatorHealth
+from flexarm_model.diagnosis import DiagnosticsConfig, Level
+
+PERIOD = 0.005
+
+
+def report(name: str, k: int, normalised: float) -> SensorReport:
+    return SensorReport(name, "ok", "", 0.0, k, 0, np.zeros(1), normalised)
+
+
+def watched(noise: float) -> EstimatorHealth:
+    health, rng = EstimatorHealth(PERIOD, DiagnosticsConfig()), np.random.default_rng(5)
+    for k in range(200):
+        sensors = [
+            report("encoder", k + 1, abs(rng.normal())),
+            report("gauge", k + 1, noise * abs(rng.normal())),
+        ]
+        health.note(k * PERIOD, 1e-4, sensors)
+    return health
+
+
+def test_innovations_as_described_are_one_and_well() -> None:
+    loop, innovation = watched(1.0).verdicts()
+    assert (loop.level, innovation.level) == (Level.OK, Level.OK)
+    assert float(innovation.values["gauge"]) == pytest.approx(1.0, abs=0.15)  # 3 sigma of 200 samples
+
+
+def test_a_sensor_three_times_noisier_than_described_is_named() -> None:
+    innovation = watched(3.0).verdicts()[1]
+    assert innovation.level == Level.WARN and innovation.text.startswith("gauge 2.")
+
+
+def test_a_camera_frame_is_counted_once_however_often_it_is_told() -> None:
+    health = EstimatorHealth(PERIOD, DiagnosticsConfig())
+    for k in range(60):
+        health.note(k * PERIOD, 1e-4, [report("camera", 1 + k // 30, 9.0 if k < 30 else 0.0)])
+    assert float(health.verdicts()[1].values["camera"]) == pytest.approx(9.0 / np.sqrt(2), rel=1e-5)
+
+
+def test_steps_that_take_longer_than_the_period_are_an_error() -> None:
+    health = EstimatorHealth(PERIOD, DiagnosticsConfig())
+    for k in range(100):
+        health.note(k * PERIOD, 3 * PERIOD, [])
+    assert health.verdicts()[0].level == Level.ERROR
