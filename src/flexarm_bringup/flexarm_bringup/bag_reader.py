@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TypeVar
 
-from rosbags.interfaces import Connection
+from rosbags.interfaces import Connection, Qos
 from rosbags.rosbag2 import Reader, ReaderError
 from rosbags.serde import SerdeError
 
@@ -49,6 +49,21 @@ class Record:
 
 
 @dataclass(frozen=True)
+class Topic:
+    """A topic of a bag.
+
+    Attributes:
+        name: Absolute topic.
+        type: Message type.
+        qos: What its publishers offered, one each; empty where the recorder did not say.
+    """
+
+    name: str
+    type: str
+    qos: tuple[Qos, ...]
+
+
+@dataclass(frozen=True)
 class Bag:
     """A bag that has been proved whole.
 
@@ -57,12 +72,14 @@ class Bag:
         records: All messages by log time, those of equal time in the order written.
         counts: Messages by absolute topic, (also 0).
         custom: What the recorder said about itself (git hash, configuration).
+        topics: All topics with the QoS of their publishers, also those without messages.
     """
 
     path: Path
     records: tuple[Record, ...]
     counts: Mapping[str, int]
     custom: Mapping[str, str]
+    topics: tuple[Topic, ...] = ()
 
 
 def decode(record: Record) -> Any:
@@ -95,17 +112,28 @@ def check_bag(path: Path, required: Sequence[str] = ()) -> Bag:
             counts[connection.topic] += connection.msgcount
             _check_type(path, connection)
         custom = dict(reader.storage.metadata.custom or {})
+        topics = _topics(reader.connections)
         records = _refuse(path, "data are cut short or changed", lambda: tuple(_records(reader)))
     finally:
         reader.close()
     _check_counts(path, counts, records, required)
     _check_messages(path, records)
-    return Bag(path, records, counts, custom)
+    return Bag(path, records, counts, custom, topics)
 
 
 def _records(reader: Reader) -> Iterator[Record]:
     for connection, log_time_ns, cdr in reader.messages():
         yield Record(connection.topic, connection.msgtype, log_time_ns, bytes(cdr))
+
+
+def _topics(connections: Sequence[Connection]) -> tuple[Topic, ...]:
+    """Return every topic once, with what all of its publishers offered."""
+    topics: dict[str, Topic] = {}
+    for connection in connections:
+        offered = tuple(connection.ext.offered_qos_profiles)
+        known = topics.get(connection.topic, Topic(connection.topic, connection.msgtype, ()))
+        topics[connection.topic] = Topic(known.name, known.type, (*known.qos, *offered))
+    return tuple(topics.values())
 
 
 def _refuse(path: Path, what: str, action: Callable[[], Result]) -> Result:

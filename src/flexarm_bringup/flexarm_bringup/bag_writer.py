@@ -10,7 +10,7 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from types import TracebackType
+from types import MappingProxyType, TracebackType
 
 from rosbags.interfaces import Qos, QosDurability, QosHistory, QosLiveliness, QosReliability, QosTime
 from rosbags.rosbag2 import StoragePlugin, Writer
@@ -32,13 +32,20 @@ class BagError(ValueError):
 class BagWriter:
     """A bag being written; close it in ``finally`` or use ``with``."""
 
-    def __init__(self, path: Path, streams: Sequence[Stream], custom: Mapping[str, str]) -> None:
+    def __init__(
+        self,
+        path: Path,
+        streams: Sequence[Stream],
+        custom: Mapping[str, str],
+        offered: Mapping[str, Sequence[Qos]] = MappingProxyType({}),
+    ) -> None:
         """Create the bag.
 
         Args:
             path: Folder to create.
             streams: Topics that may be written; each appears in the bag, even without messages.
             custom: Kept in the metadata: git hash, configuration.
+            offered: QoS of a topic's publishers where it is not that of its row in the table.
 
         Raises:
             BagError: ``path`` exists or cannot be created.
@@ -56,7 +63,10 @@ class BagWriter:
         types = bag_types()
         self._connections = {
             stream.name: self._writer.add_connection(
-                stream.name, stream.type, typestore=types, offered_qos_profiles=[_offered_qos(stream)]
+                stream.name,
+                stream.type,
+                typestore=types,
+                offered_qos_profiles=list(offered.get(stream.name, ())) or [_offered_qos(stream)],
             )
             for stream in streams
         }

@@ -59,6 +59,9 @@ COMMANDS = {
     "reproduce": Command("flexarm_bringup.reproduce", "compare published tables with this model"),
     "faults": Command("flexarm_bringup.faults", "inject faults on the simulated rig: measured against bound"),
     "replay": Command("flexarm_bringup.replay", "feed a bag through estimator and controller, byte for byte"),
+    "regress": Command(
+        "flexarm_bringup.regress.command", "play a folder of bags again: what comes of them, is it as it was?"
+    ),
     "margins": Command(
         "flexarm_bringup.margins.command", "is the loop stable on modes nobody serves? margins per mode"
     ),

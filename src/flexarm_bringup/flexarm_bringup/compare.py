@@ -42,6 +42,8 @@ class Tolerance:
 # The first pattern that fits holds. The numbers allow for another processor's order of summation,
 # amplified by a few hundred steps, and stay far below the sensors' noise.
 TOLERANCES = (
+    Tolerance("model.model_id", IGNORED, 0.0),  # hash of the last bits
+    Tolerance("model.*", 1e-9, 1e-6),
     Tolerance("controller_status.solve_time", IGNORED, 0.0),  # time of the processor, not of the arm
     Tolerance("controller_status.iterations", IGNORED, 0.0),  # near the tolerance one more is no news
     Tolerance("controller_status.residual", 1e-5, 0.0),  # below what the solver is asked for
@@ -108,7 +110,7 @@ def compare_bags(
         topics: Absolute topics to compare.
         tolerances: First fitting pattern holds; fields that none fits must be equal.
     """
-    ours, theirs = _grouped(expected, topics), _grouped(found, topics)
+    ours, theirs = grouped(expected, topics), grouped(found, topics)
     rank = {topic: i for i, topic in enumerate(topics)}
     divergences = []
     compared = dict.fromkeys(topics, 0)
@@ -123,8 +125,8 @@ def compare_bags(
     return Comparison(compared, tuple(divergences))
 
 
-def _grouped(bag: Bag, topics: Sequence[str]) -> defaultdict[tuple[str, int], list[Record]]:
-    """Messages by topic and stamp, in the order written."""
+def grouped(bag: Bag, topics: Sequence[str]) -> defaultdict[tuple[str, int], list[Record]]:
+    """Return messages by topic and stamp [ns], in the order written."""
     groups: defaultdict[tuple[str, int], list[Record]] = defaultdict(list)
     for record in bag.records:
         if record.name in topics:
@@ -145,7 +147,7 @@ def _surplus(ours: Sequence[Record], theirs: Sequence[Record]) -> Iterator[tuple
 def _differences(
     topic: str, ours: Sequence[Record], theirs: Sequence[Record], tolerances: Sequence[Tolerance]
 ) -> Iterator[tuple[str, str]]:
-    fit = _Fit(topic.removeprefix(f"{NAMESPACE}/"), tolerances)
+    fit = Fit(topic, tolerances)
     for a, b in zip(ours, theirs, strict=False):
         if a.cdr == b.cdr and a.type == b.type:
             continue
@@ -160,11 +162,12 @@ def _first(differences: Iterator[tuple[str, str]]) -> list[tuple[str, str]]:
     return [] if first is None else [first]
 
 
-class _Fit:
+class Fit:
     """Looks a field's tolerance up, once per field."""
 
     def __init__(self, topic: str, tolerances: Sequence[Tolerance]) -> None:
-        self._topic = topic
+        """Look up fields of an absolute topic."""
+        self._topic = topic.removeprefix(f"{NAMESPACE}/")
         self._tolerances = tolerances
         self._known: dict[str, Tolerance] = {}
 
@@ -177,7 +180,7 @@ class _Fit:
         return self._known[path]
 
 
-def _walk(a: Any, b: Any, path: str, fit: _Fit) -> Iterator[tuple[str, str]]:
+def _walk(a: Any, b: Any, path: str, fit: Fit) -> Iterator[tuple[str, str]]:
     if is_dataclass(a):
         for item in fields(a):
             inner = f"{path}.{item.name}" if path else item.name

@@ -1,0 +1,204 @@
+"""A case of the regression: a folder with a recorded bag, what must come of it, and how near is equal.
+
+    CASE/expect.yaml    what is expected, see below
+    CASE/bag/           what was recorded: rosbag2, MCAP or sqlite3
+    CASE/golden/        what estimator, controller and model made of it when it was last reviewed
+
+``expect.yaml`` holds SHA-256 and number of messages of both bags, so that neither changes unseen, and all
+tolerances, so that a change of defaults loosens nothing.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from flexarm_bringup.bag_reader import Bag, check_bag
+from flexarm_bringup.bag_writer import CHECKSUM_FILE, BagError
+from flexarm_bringup.compare import IGNORED, Tolerance
+from flexarm_model.strict_yaml import ConfigError, Section, read_yaml
+
+EXPECT_FILE = "expect.yaml"
+FORMAT = "flexarm-regress/1"
+BAG, GOLDEN = "bag", "golden"
+_HEAD = """\
+# What must come of the bag beside it: `flexarm regress` compares, `--update` renews golden/ and this file.
+# A number may differ by atol + rtol |number|, atol in its SI unit; the first pattern that fits a field holds,
+# and what none fits must be equal.
+"""
+
+
+@dataclass(frozen=True)
+class Pinned:
+    """A bag that may not change.
+
+    Attributes:
+        path: Its folder.
+        sha256: Of every file in it but the checksum file, by name.
+        counts: Messages by absolute topic [1].
+    """
+
+    path: Path
+    sha256: Mapping[str, str]
+    counts: Mapping[str, int]
+
+
+@dataclass(frozen=True)
+class Case:
+    """One case.
+
+    Attributes:
+        folder: Where it lies.
+        about: What it is, for the reader.
+        bag: What was recorded.
+        golden: What came of it.
+        tolerances: The first that fits a field holds.
+        manipulator: Name or file; empty: the description kept in the bag.
+        preset: Of that manipulator.
+        settings: Parameters of the nodes that are not defaults, as JSON; empty: those kept in the bag.
+        markers: Marks that pytest gives the case.
+    """
+
+    folder: Path
+    about: str
+    bag: Pinned
+    golden: Pinned
+    tolerances: tuple[Tolerance, ...]
+    manipulator: str = ""
+    preset: str = ""
+    settings: str = ""
+    markers: tuple[str, ...] = ()
+
+
+def find_cases(folder: Path) -> list[Path]:
+    """Return the folders of all cases in a folder, by name; the folder itself may be one.
+
+    Raises:
+        ConfigError: There is none.
+    """
+    found = sorted(path.parent for path in folder.rglob(EXPECT_FILE))
+    if not found:
+        raise ConfigError(f"{folder}: no case here: no folder with an {EXPECT_FILE}")
+    return found
+
+
+def read_case(folder: Path) -> Case:
+    """Read the expectations of a case.
+
+    Raises:
+        ConfigError: They are not understood; the message names file, key, value and what is allowed.
+    """
+    path = folder / EXPECT_FILE
+    section = Section(read_yaml(path), str(path))
+    section.choice("format", [FORMAT])
+    settings = section.take("settings", None)
+    case = Case(
+        folder,
+        section.text("about", ""),
+        _read_pinned(section.section(BAG), folder),
+        _read_pinned(section.section(GOLDEN), folder),
+        tuple(_read_tolerance(item) for item in section.items("tolerances")),
+        section.text("manipulator", ""),
+        section.text("preset", ""),
+        "" if settings is None else json.dumps(settings),
+        section.texts("markers", ()),
+    )
+    section.done()
+    return case
+
+
+def write_case(case: Case) -> None:
+    """Write the expectations of a case into its folder."""
+    content: dict[str, Any] = {"format": FORMAT, "about": case.about}
+    content |= {key: getattr(case, key) for key in ("manipulator", "preset") if getattr(case, key)}
+    if case.settings:
+        content["settings"] = json.loads(case.settings)
+    if case.markers:
+        content["markers"] = list(case.markers)
+    content |= {
+        BAG: _pinned_content(case.bag, case.folder),
+        GOLDEN: _pinned_content(case.golden, case.folder),
+    }
+    content["tolerances"] = [_tolerance_content(item) for item in case.tolerances]
+    text = yaml.safe_dump(content, sort_keys=False, width=100, allow_unicode=True)
+    (case.folder / EXPECT_FILE).write_text(_HEAD + text, encoding="utf8")
+
+
+def pin(bag: Bag) -> Pinned:
+    """Return what a bag is now."""
+    return Pinned(bag.path, _digests(bag.path), {name: count for name, count in bag.counts.items() if count})
+
+
+def open_pinned(pinned: Pinned, required: Sequence[str] = ()) -> Bag:
+    """Read a bag and prove that it is whole and the one that was pinned.
+
+    Args:
+        pinned: What it must be.
+        required: Absolute topics that it must have messages of, whatever was pinned.
+
+    Raises:
+        BagError: It is not; the text is one line with the reason.
+    """
+    bag = check_bag(pinned.path, required)
+    for name, count in pinned.counts.items():
+        found = bag.counts.get(name, 0)
+        if found != count:
+            raise BagError(f"{pinned.path}: {name} has {found} messages, {EXPECT_FILE} says {count}")
+    unknown = [name for name, count in bag.counts.items() if count and name not in pinned.counts]
+    if unknown:
+        raise BagError(f"{pinned.path}: has messages on {unknown[0]}, {EXPECT_FILE} knows of none")
+    found_files = _digests(pinned.path)
+    for name in sorted({*pinned.sha256, *found_files}):
+        if pinned.sha256.get(name) != found_files.get(name):
+            raise BagError(
+                f"{pinned.path}: {name} is not the file that {EXPECT_FILE} means (SHA-256 differs)"
+            )
+    return bag
+
+
+def _read_pinned(section: Section, folder: Path) -> Pinned:
+    sums, counts = section.section("sha256"), section.section("counts")
+    pinned = Pinned(
+        folder / section.text("path"),
+        {name: sums.text(name) for name in sums.names(dots=True)},
+        {name: counts.count(name) for name in counts.names(dots=True)},
+    )
+    if not pinned.sha256 or not pinned.counts:
+        raise section.error(
+            "", section.text("path"), "needs at least one SHA-256 and one topic with its count"
+        )
+    section.done()
+    return pinned
+
+
+def _read_tolerance(section: Section) -> Tolerance:
+    pattern = section.text("field")
+    if section.flag("ignored"):
+        tolerance = Tolerance(pattern, IGNORED, 0.0)
+    else:
+        atol, rtol = (section.quantity(key, "ratio", 0.0, at_least=0.0) for key in ("atol", "rtol"))
+        tolerance = Tolerance(pattern, atol, rtol)
+    section.done()
+    return tolerance
+
+
+def _pinned_content(pinned: Pinned, folder: Path) -> dict[str, Any]:
+    path = pinned.path.relative_to(folder) if pinned.path.is_relative_to(folder) else pinned.path
+    return {"path": str(path), "sha256": dict(pinned.sha256), "counts": dict(pinned.counts)}
+
+
+def _tolerance_content(tolerance: Tolerance) -> dict[str, Any]:
+    if tolerance.atol == IGNORED:
+        return {"field": tolerance.pattern, "ignored": True}
+    return {"field": tolerance.pattern, "atol": tolerance.atol, "rtol": tolerance.rtol}
+
+
+def _digests(folder: Path) -> dict[str, str]:
+    files = [path for path in sorted(folder.iterdir()) if path.is_file() and path.name != CHECKSUM_FILE]
+    return {path.name: hashlib.sha256(path.read_bytes()).hexdigest() for path in files}

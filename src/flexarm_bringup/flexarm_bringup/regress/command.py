@@ -1,0 +1,117 @@
+"""Play recorded bags again and name the first stamp and field where what comes of them has changed.
+
+  flexarm regress DIR                       all cases in a folder: pass, or the first divergence
+  flexarm regress DIR --html FILE           the same as a page with the divergence drawn (--png DIR: pictures)
+  flexarm regress DIR --update              what comes of the bags now is right: renew golden/, say what moved
+  flexarm regress --new DIR/NAME --from BAG make a case of any bag that can be replayed
+  flexarm regress --new DIR/NAME --from BAG --manipulator planar_3rrr --settings '{"controller": {"law": "pd"}}'
+                                            of one that `ros2 bag record` wrote, which does not say how
+
+A case is a folder with bag/, golden/ and expect.yaml, which holds tolerances, counts and SHA-256. pytest
+collects such folders, too. Everything goes by the stamps in the bag; the speed of the machine has no say.
+
+The exit code is 0 when all cases pass, 1 when one diverged, 2 when one cannot be judged.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import math
+import sys
+from pathlib import Path
+
+from flexarm_bringup.progress import Progress
+from flexarm_bringup.regress.case import find_cases
+from flexarm_bringup.regress.judge import DIVERGED, UNUSABLE, Verdict, judge
+from flexarm_bringup.regress.making import Source, make_case, update_case
+from flexarm_bringup.regress.page import build_page, moved_table
+from flexarm_bringup.regress.picture import write_picture
+from flexarm_bringup.report import Page, Table, add_report_arguments, publish
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the folder, what makes a case, and the report files."""
+    parser.add_argument("folder", nargs="?", type=Path, metavar="DIR", help="a case, or a folder of cases")
+    parser.add_argument("--update", action="store_true", help="renew what the cases expect; say what moved")
+    parser.add_argument("--png", type=Path, metavar="DIR", help="folder for a picture of every divergence")
+    making = parser.add_argument_group("make a case")
+    making.add_argument("--new", type=Path, metavar="CASE", help="folder to create")
+    making.add_argument("--from", dest="source", type=Path, metavar="BAG", help="bag that it is made of")
+    making.add_argument("--about", default="", metavar="TEXT", help="what it is, for the reader")
+    making.add_argument(
+        "--until", type=float, default=math.inf, metavar="S", help="keep so much of the bag [s]"
+    )
+    making.add_argument("--manipulator", default="", help="name or file, where the bag does not say")
+    making.add_argument("--preset", default="", help="preset of that manipulator")
+    making.add_argument("--settings", default="", metavar="JSON", help="parameters of the nodes, by node")
+    making.add_argument("--mark", action="append", default=[], help="mark that pytest gives the case")
+    add_report_arguments(parser)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Judge, renew or make cases; return the exit code."""
+    try:
+        _check_arguments(args)
+        if args.new:
+            return publish(_new(args), args)
+        folders = find_cases(args.folder)
+        if args.update:
+            return publish(_update(args.folder, folders), args)
+    except (ValueError, OSError) as error:  # BagError, ConfigError, ParameterError
+        print(f"flexarm regress: {' '.join(str(error).split())}", file=sys.stderr)
+        return UNUSABLE
+    verdicts = _judge_all(folders)
+    if args.png:
+        diverged = [verdict for verdict in verdicts if verdict.code == DIVERGED]
+        for verdict in diverged:
+            print(f"drew {write_picture(verdict, args.png)}")
+    publish(build_page(args.folder, verdicts, bool(args.html)), args)
+    return max(verdict.code for verdict in verdicts)
+
+
+def _check_arguments(args: argparse.Namespace) -> None:
+    if bool(args.new) != bool(args.source) or bool(args.new) == bool(args.folder):
+        raise ValueError("give a folder of cases, or --new CASE and --from BAG; see --help")
+    if args.settings:
+        try:
+            settings = json.loads(args.settings)
+        except ValueError as error:
+            raise ValueError(f"--settings: is not JSON: {error}") from None
+        if not isinstance(settings, dict):
+            raise ValueError(f"--settings: {args.settings}: expected parameters by node")
+    if not args.until > 0.0:
+        raise ValueError(f"--until: {args.until:g} s: must be above 0")
+
+
+def _judge_all(folders: list[Path]) -> list[Verdict]:
+    progress, verdicts = Progress(), []
+    for k, folder in enumerate(folders):
+        progress.say(f"playing: case {k + 1} of {len(folders)}, {folder.name}")
+        verdicts.append(judge(folder))
+    progress.done()
+    for verdict in verdicts:
+        if verdict.code == UNUSABLE:
+            print(f"flexarm regress: {verdict.reason}", file=sys.stderr)
+    return verdicts
+
+
+def _update(folder: Path, folders: list[Path]) -> Page:
+    """Renew every case."""
+    items: list[Table] = []
+    for path in folders:
+        moved = update_case(path)
+        items += [moved_table(path.name, moved)] if moved else []
+    still = len(folders) - len(items)
+    lead = f"{len(folders)} cases renewed; in {still} of them nothing moved."
+    return Page(f"Regression of {folder}, renewed", lead, items)
+
+
+def _new(args: argparse.Namespace) -> Page:
+    source = Source(
+        args.source, args.about, args.manipulator, args.preset, args.settings, args.until, tuple(args.mark)
+    )
+    case = make_case(args.new, source)
+    recorded, expected = (sum(pinned.counts.values()) for pinned in (case.bag, case.golden))
+    lead = f"{recorded} messages recorded, {expected} expected of them. Read and commit {case.folder}."
+    return Page(f"New case {case.folder.name}", lead)

@@ -1,0 +1,123 @@
+"""Cases made and renewed: a bag is copied, played, and what came of it becomes what is expected."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from flexarm_bringup.bag_copy import copy_bag
+from flexarm_bringup.bag_reader import Bag, check_bag
+from flexarm_bringup.bag_writer import BagError, BagWriter
+from flexarm_bringup.compare import TOLERANCES
+from flexarm_bringup.regress.case import BAG, GOLDEN, Case, Pinned, pin, write_case
+from flexarm_bringup.regress.drift import Moved, find_moved
+from flexarm_bringup.regress.judge import compare, open_case, play_case
+from flexarm_bringup.regress.playing import MODEL, configured, play
+from flexarm_bringup.replay_bag import NEEDED, configuration
+from flexarm_bringup.topics import find_stream
+
+NS_PER_S = 1_000_000_000
+WALL_CLOCK = ("/diagnostics",)  # its messages hold times of day and of the processor
+
+
+@dataclass(frozen=True)
+class Source:
+    """What a case is made of.
+
+    Attributes:
+        bag: Folder of any bag that can be replayed.
+        about: What it is, for the reader.
+        manipulator, preset, settings: See ``Case``; empty: what the bag says.
+        until: Only messages logged before this time after the first are kept [s]; infinite: all.
+        markers: Marks that pytest gives the case.
+    """
+
+    bag: Path
+    about: str = ""
+    manipulator: str = ""
+    preset: str = ""
+    settings: str = ""
+    until: float = float("inf")
+    markers: tuple[str, ...] = ()
+
+
+def make_case(folder: Path, source: Source) -> Case:
+    """Make a case of a bag.
+
+    Args:
+        folder: To create.
+        source: The bag, and what it does not say itself.
+
+    Raises:
+        BagError, ConfigError, ParameterError: The bag cannot be replayed, or ``folder`` exists.
+    """
+    if folder.exists():
+        raise BagError(f"{folder} exists already; `--update` renews what a case expects")
+    try:
+        bag = _bring(check_bag(source.bag, NEEDED), folder / BAG, source.until)
+        unset = Pinned(folder / GOLDEN, {}, {})
+        draft = Case(
+            folder, source.about, pin(bag), unset, TOLERANCES,
+            source.manipulator, source.preset, source.settings, source.markers,
+        )  # fmt: skip
+        bag = configured(bag, draft)
+        configuration(bag)
+        golden = write_golden(play(bag, folder / "scratch"), folder / GOLDEN)
+        shutil.rmtree(folder / "scratch")
+    except BaseException:
+        shutil.rmtree(folder, ignore_errors=True)
+        raise
+    case = replace(draft, golden=pin(golden))
+    write_case(case)
+    return case
+
+
+def update_case(folder: Path) -> list[Moved]:
+    """Let today's messages be what is expected of a case from now on; return what moved.
+
+    The recorded bag stays as it is: it must still be the one that the case was made with. Where nothing
+    moved nothing is written.
+
+    Raises:
+        BagError, ConfigError, ParameterError: The case cannot be judged.
+    """
+    opened = open_case(folder)
+    played = play_case(opened)
+    golden, case = opened.golden, opened.case
+    moved = find_moved(golden, played, topics_of(golden, played), case.tolerances)
+    if moved or not compare(opened, played).is_equal:
+        fresh = case.golden.path.with_name(f"{case.golden.path.name}.new")
+        write_golden(played, fresh)
+        shutil.rmtree(case.golden.path)
+        fresh.rename(case.golden.path)
+        write_case(replace(case, golden=pin(check_bag(case.golden.path))))
+    return moved
+
+
+def write_golden(played: Bag, folder: Path) -> Bag:
+    """Write what was played into a bag."""
+    streams = [stream for name in topics_of(played) if (stream := find_stream(name))]
+    with BagWriter(folder, streams, played.custom) as writer:
+        for record in played.records:
+            writer.write(record.name, record.log_time_ns, record.cdr)
+    return check_bag(folder)
+
+
+def topics_of(*bags: Bag) -> Sequence[str]:
+    """Return the topics that bags have messages of, the models first."""
+    names = {name for bag in bags for name, count in bag.counts.items() if count}
+    return sorted(names, key=lambda name: (name != MODEL, name))
+
+
+def _bring(bag: Bag, folder: Path, until: float) -> Bag:
+    """Copy a bag as it is, or write its beginning anew without what depends on the wall clock."""
+    if until == float("inf"):
+        shutil.copytree(bag.path, folder)
+        return check_bag(folder)
+    end_ns = min(record.log_time_ns for record in bag.records) + round(until * NS_PER_S)
+    kept = [r for r in bag.records if r.log_time_ns < end_ns and r.name not in WALL_CLOCK]
+    found = {record.name for record in kept}
+    topics = tuple(topic for topic in bag.topics if topic.name in found)
+    return copy_bag(replace(bag, topics=topics), folder, kept)

@@ -1,0 +1,93 @@
+"""What a regression has to say, as a page: every case, where it diverged first, what moved most."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from pathlib import Path
+
+from flexarm_bringup.compare import Comparison
+from flexarm_bringup.figures import Figure
+from flexarm_bringup.regress.drift import Moved, find_moved
+from flexarm_bringup.regress.judge import DIVERGED, PASSED, UNUSABLE, Verdict
+from flexarm_bringup.regress.making import topics_of
+from flexarm_bringup.regress.picture import figure
+from flexarm_bringup.report import Cell, Check, Column, Page, Table
+
+SHOWN = 8  # divergences, and fields that moved, of a case
+NS_PER_S = 1e9
+
+
+def build_page(folder: Path, verdicts: Sequence[Verdict], with_figures: bool) -> Page:
+    """Return what became of all cases of a folder."""
+    items: list[Table | Figure] = []
+    for verdict in verdicts:
+        if verdict.code == DIVERGED and verdict.comparison:
+            items.append(_divergences(verdict.folder.name, verdict.comparison))
+            if verdict.played and verdict.golden and verdict.case:
+                topics = topics_of(verdict.golden, verdict.played)
+                moved = find_moved(verdict.golden, verdict.played, topics, verdict.case.tolerances)
+                items.append(moved_table(verdict.folder.name, moved))
+            if with_figures:
+                items.append(figure(verdict))
+    checks = [Check(v.folder.name, "as expected", _found(v), v.code == PASSED) for v in verdicts]
+    passed = sum(verdict.code == PASSED for verdict in verdicts)
+    lead = f"{passed} of {len(verdicts)} cases pass. Played by stamp; no clock has a say."
+    return Page(f"Regression of {folder}", lead, items, checks, data={"cases": [_data(v) for v in verdicts]})
+
+
+def moved_table(name: str, moved: Sequence[Moved]) -> Table:
+    """Return the fields that moved, the furthest beyond its tolerance first."""
+    rows: list[list[Cell]] = [
+        [
+            item.topic,
+            item.field,
+            None if math.isnan(item.change) else item.change,
+            None if math.isnan(item.size) else item.size,
+            item.ratio,
+            f"{item.stamp_ns / NS_PER_S:.9f}",
+            item.messages,
+        ]
+        for item in moved[:SHOWN]
+    ]
+    rest = len(moved) - len(rows)
+    notes = [f"{rest} more fields moved"] if rest else []
+    columns = [
+        Column("topic"),
+        Column("field"),
+        Column("largest change", ".3g"),
+        Column("largest value", ".3g"),
+        Column("change / tolerance", ".3g"),
+        Column("at [s]"),
+        Column("messages", "d"),
+    ]
+    return Table(f"{name}: what moved", columns, rows, notes)
+
+
+def _found(verdict: Verdict) -> str:
+    if verdict.code == UNUSABLE:
+        return f"cannot be judged: {verdict.reason}"
+    compared = verdict.comparison.compared if verdict.comparison else {}
+    return verdict.reason or f"{sum(compared.values())} messages of {len(compared)} topics agree"
+
+
+def _divergences(name: str, comparison: Comparison) -> Table:
+    shown = comparison.divergences[:SHOWN]
+    rows: list[list[Cell]] = [
+        [f"{item.stamp_ns / NS_PER_S:.9f}", item.topic, item.field, item.text] for item in shown
+    ]
+    rest = len(comparison.divergences) - len(shown)
+    notes = [f"{rest} more messages differ"] if rest else []
+    columns = [Column(title) for title in ("stamp [s]", "topic", "field", "found")]
+    return Table(f"{name}: divergences, first field of each message", columns, rows, notes)
+
+
+def _data(verdict: Verdict) -> dict[str, object]:
+    divergences = verdict.comparison.divergences if verdict.comparison else ()
+    return {
+        "case": str(verdict.folder),
+        "code": verdict.code,
+        "reason": verdict.reason,
+        "divergent_messages": len(divergences),
+        "first": vars(divergences[0]) if divergences else None,
+    }

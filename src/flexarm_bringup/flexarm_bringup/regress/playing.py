@@ -1,0 +1,76 @@
+"""What today's code makes of a recorded bag: the estimator's and controller's messages, and the models anew.
+
+The nodes play with the models that were recorded. Beside them every recorded model is computed again about
+its pose: a wrong sign in a Jacobian then shows where it is made, not only in what follows from it.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from flexarm_bringup.bag_reader import Bag, Record
+from flexarm_bringup.conversions import deserialise, serialise
+from flexarm_bringup.regress.case import Case
+from flexarm_bringup.replay_bag import configuration, replay
+from flexarm_bringup.topics import NAMESPACE
+from flexarm_model.conversions import model_to_msg, stamp_to_ns
+from flexarm_model.linearize import linearize
+from flexarm_model.manipulator_file import find_manipulator
+from flexarm_model.reduced_tree import ReducedTree
+from flexarm_model.start_pose import starting_at
+
+MODEL = f"{NAMESPACE}/model"
+
+
+def configured(bag: Bag, case: Case) -> Bag:
+    """Return the bag with the manipulator and the settings that the case says instead of those kept in it.
+
+    Raises:
+        ConfigError: There is no such manipulator.
+    """
+    said: dict[str, str] = {}
+    if case.manipulator:
+        beside = case.folder / case.manipulator
+        path = beside if beside.is_file() else find_manipulator(case.manipulator)
+        said |= {"manipulator": path.stem, "description": path.read_text(encoding="utf8")}
+        said |= {"preset": case.preset, "settings": bag.custom.get("settings", "{}")}
+    if case.settings:
+        said["settings"] = case.settings
+    return replace(bag, custom={**bag.custom, **said})
+
+
+def play(bag: Bag, folder: Path) -> Bag:
+    """Play a bag and compute its models anew.
+
+    Args:
+        bag: What was recorded, with its configuration.
+        folder: To create, for what is on its way.
+
+    Returns:
+        All messages by log time, models first; its files lack the models.
+
+    Raises:
+        BagError, ConfigError, ParameterError: See ``replay``.
+        PoseError, ClosureError: There is no model about the pose of a recorded one.
+    """
+    replayed = replay(bag, folder)
+    records = sorted((*models(bag), *replayed.records), key=lambda record: record.log_time_ns)
+    counts = {**Counter(record.name for record in records)}
+    return replace(replayed, records=tuple(records), counts=counts)
+
+
+def models(bag: Bag) -> Iterator[Record]:
+    """Yield every model of a bag, computed again about its pose."""
+    config, settings = configuration(bag)
+    tree = ReducedTree(starting_at(config, settings.get("model", {}).get("start", ())))
+    for record in bag.records:
+        if record.name == MODEL:
+            msg = deserialise(record.cdr, record.type)
+            model = linearize(tree, np.array(msg.pose))
+            again = model_to_msg(model, stamp_to_ns(msg.header.stamp), msg.header.frame_id)
+            yield replace(record, cdr=serialise(again, record.type))
