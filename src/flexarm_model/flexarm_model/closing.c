@@ -2,18 +2,7 @@
  *
  * Matrices are column-major. Functions of the model are code that CasADi generated.
  */
-#include <math.h>
-#include <stdint.h>
-#include <string.h>
-
-/* A generated function and the room it works in; results lie where res points. */
-struct function {
-    int (*evaluate)(const double **arg, double **res, long long *iw, double *w, int mem);
-    const double **arg;
-    double **res;
-    long long *iw;
-    double *w;
-};
+#include "machine_code.h"
 
 struct loops {
     int64_t n, m, iterations;
@@ -22,52 +11,6 @@ struct loops {
     struct function *rows;    /* q -> c (m), G (m, n) */
     double *work;             /* m (m + rows of J) */
 };
-
-/* Solve A X = B by elimination with row pivoting: A (m, m) and B (m, k) row-major, B becomes X. Zeros are
-   left out: columns of G belong to a few loops each. Returns 0 when A is singular. */
-int64_t flexarm_eliminate(int64_t m, int64_t k, double *restrict A, double *restrict B)
-{
-    for (int64_t p = 0; p < m; p++) {
-        int64_t best = p;
-        for (int64_t i = p + 1; i < m; i++)
-            if (fabs(A[i * m + p]) > fabs(A[best * m + p]))
-                best = i;
-        if (!(fabs(A[best * m + p]) > 0.0)) /* also when it is NaN */
-            return 0;
-        if (best != p) {
-            for (int64_t j = p; j < m; j++) {
-                double a = A[p * m + j];
-                A[p * m + j] = A[best * m + j], A[best * m + j] = a;
-            }
-            for (int64_t j = 0; j < k; j++) {
-                double b = B[p * k + j];
-                B[p * k + j] = B[best * k + j], B[best * k + j] = b;
-            }
-        }
-        for (int64_t i = p + 1; i < m; i++) {
-            double factor = A[i * m + p] / A[p * m + p];
-            if (factor == 0.0)
-                continue;
-            for (int64_t j = p + 1; j < m; j++)
-                A[i * m + j] -= factor * A[p * m + j];
-            for (int64_t j = 0; j < k; j++)
-                B[i * k + j] -= factor * B[p * k + j];
-        }
-    }
-    for (int64_t p = m - 1; p >= 0; p--) {
-        for (int64_t i = p + 1; i < m; i++) {
-            double factor = A[p * m + i];
-            if (factor == 0.0)
-                continue;
-            for (int64_t j = 0; j < k; j++)
-                B[p * k + j] -= factor * B[i * k + j];
-        }
-        double scale = 1.0 / A[p * m + p];
-        for (int64_t j = 0; j < k; j++)
-            B[p * k + j] *= scale;
-    }
-    return 1;
-}
 
 static void gather(const struct loops *s, const double *G, double *A)
 {
@@ -92,7 +35,7 @@ int64_t flexarm_close(const struct loops *s, double *q, double *v)
             break;
         gather(s, G, A);
         memcpy(b, c, s->m * sizeof *b);
-        if (k == s->iterations || !flexarm_eliminate(s->m, 1, A, b))
+        if (k == s->iterations || !eliminate(s->m, 1, A, b))
             return 0;
         for (int64_t i = 0; i < s->m; i++)
             far = fmax(far, fabs(b[i]));
@@ -107,7 +50,7 @@ int64_t flexarm_close(const struct loops *s, double *q, double *v)
         for (int64_t i = 0; i < s->m; i++)
             b[i] += G[i + j * s->m] * v[j];
     gather(s, G, A);
-    if (!flexarm_eliminate(s->m, 1, A, b))
+    if (!eliminate(s->m, 1, A, b))
         return 0;
     for (int64_t i = 0; i < s->m; i++)
         v[s->dependent[i]] -= b[i];
@@ -127,7 +70,7 @@ int64_t flexarm_follow(const struct loops *s, const double *q, int64_t k, double
             A[i * s->m + j] = G[j + s->dependent[i] * s->m];
         memcpy(B + i * k, J + s->dependent[i] * k, k * sizeof *B);
     }
-    if (!flexarm_eliminate(s->m, k, A, B))
+    if (!eliminate(s->m, k, A, B))
         return 0;
     for (int64_t j = 0; j < s->n; j++)
         for (int64_t i = 0; i < s->m; i++) {

@@ -83,7 +83,7 @@ class MachineClosing(Closing):
 
     Attributes:
         address: Where the layout for C is.
-        code: The library; ``flexarm_close(layout, q, v)`` and ``flexarm_eliminate`` serve other C code, too.
+        code: The library; ``flexarm_close(layout, q, v)`` serves other C code, too.
     """
 
     def __init__(self, rows: FastFunction, loops: Loops, name: str, code: ctypes.PyDLL) -> None:

@@ -24,6 +24,7 @@ Array = NDArray[np.float64]
 
 FLAGS = ("-O1", "-fPIC", "-shared", "-ffp-contract=off")  # -O3 takes minutes and gains little
 GENERATED = ("-Og", *FLAGS[1:])  # the same speed for straight code, compiled in two thirds of the time
+HEADER = Path(__file__).with_name("machine_code.h")  # what C files written by hand share
 LONG_SOURCE = 1_000_000  # bytes of C; from here on compiling takes seconds, and is announced
 LOG = logging.getLogger("flexarm")
 
@@ -145,14 +146,15 @@ def cache_folder() -> Path:
 
 def build_library(source: Path, compiler: str, flags: tuple[str, ...] = FLAGS) -> Path | None:
     """Return the shared library of a C file, from the cache or new; None when the compiler fails."""
-    digest = hashlib.sha256(source.read_bytes() + " ".join((compiler, *flags)).encode()).hexdigest()[:24]
+    made_of = source.read_bytes() + HEADER.read_bytes() + " ".join((compiler, *flags)).encode()
+    digest = hashlib.sha256(made_of).hexdigest()[:24]
     target = cache_folder() / f"{digest}.so"
     if not target.exists():
         if source.stat().st_size > LONG_SOURCE:
             LOG.info("compiling %.1f MB of C; once, then it is kept", source.stat().st_size / 1e6)
         target.parent.mkdir(parents=True, exist_ok=True)
         built = target.with_suffix(f".{os.getpid()}.tmp")
-        command = [compiler, "-x", "c", str(source), *flags, "-o", str(built), "-lm"]
+        command = [compiler, "-x", "c", str(source), f"-I{HEADER.parent}", *flags, "-o", str(built), "-lm"]
         if subprocess.run(command, check=False, capture_output=True).returncode:
             return None
         built.replace(target)  # atomic: another process may build the same

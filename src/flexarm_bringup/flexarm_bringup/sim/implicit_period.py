@@ -110,7 +110,7 @@ class _Layout(ctypes.Structure):
         *((name, ctypes.c_int64) for name in ("n", "m", "free", "axes", "substeps")),
         *((name, ctypes.c_double) for name in ("h", "friction", "slope")),
         *((name, ctypes.c_void_p) for name in ("axis", "order", "constant", "mass", "bias", "rows")),
-        *((name, ctypes.c_void_p) for name in ("loops", "close", "eliminate", "dsyr2k", "dposv", "work")),
+        *((name, ctypes.c_void_p) for name in ("loops", "close", "dsyr2k", "dposv", "work")),
     ]
 
 
@@ -125,14 +125,14 @@ class MachinePeriod(Period):
         self._axis, self._order = (np.array(part, dtype=np.int64) for part in (t, [*free, *d]))
         self._constant = np.asfortranarray(stepping.h**2 / 4 * tree.K + stepping.h / 2 * tree.D)
         self._mass, self._bias = (MachineCode(tree.functions[name]) for name in ("mass_matrix", "bias"))
-        loops, rows, calls = self._loops(tree)
+        loops, rows, close = self._loops(tree)
         k = free.size
         self._work = np.zeros(2 * n + k * k + k + k * m + m * (k + 1) + m * m)
         blas = (routine(cython_blas, "dsyr2k"), routine(cython_lapack, "dposv"))
         arrays = (self._axis, self._order, self._constant)
         self._layout = _Layout(
             n, m, k, len(t), stepping.substeps, stepping.h, stepping.friction, FRICTION_SLOPE,
-            *map(place, arrays), self._mass.address, self._bias.address, rows, loops, *calls, *blas,
+            *map(place, arrays), self._mass.address, self._bias.address, rows, loops, close, *blas,
             place(self._work),
         )  # fmt: skip
         self._q, self._v, self._dv, self._u = np.zeros(n), np.zeros(n), np.zeros(n), np.zeros(len(t))
@@ -151,16 +151,15 @@ class MachinePeriod(Period):
             return self._plain.advance(q, v, u)
         return self._q.copy(), self._v.copy(), self._dv / self._stepping.h
 
-    def _loops(self, tree: ReducedTree) -> tuple[int, int, tuple[int, int]]:
-        """Return where loops, rows, and what closes and eliminates are; nowhere without loops."""
+    def _loops(self, tree: ReducedTree) -> tuple[int, int, int]:
+        """Return where loops, rows, and what closes them are; nowhere without loops."""
         if not tree.n_c:
-            return 0, 0, (0, 0)
+            return 0, 0, 0
         closing = tree.closing
         assert isinstance(closing, MachineClosing)
         self._closing, self._rows = closing, MachineCode(tree.functions["constraints"])
-        calls = (closing.code.flexarm_close, closing.code.flexarm_eliminate)
-        close, eliminate = (int(ctypes.cast(call, ctypes.c_void_p).value or 0) for call in calls)
-        return closing.address, self._rows.address, (close, eliminate)
+        close = ctypes.cast(closing.code.flexarm_close, ctypes.c_void_p).value or 0
+        return closing.address, self._rows.address, close
 
 
 def make_period(tree: ReducedTree, stepping: Stepping) -> Period:

@@ -3,18 +3,7 @@
  * Where loops close, the dependent coordinates are eliminated: with G_d d = -G_i w - g they are X w + y, and
  * what is left is positive definite. Matrices are column-major; of symmetric ones the lower triangle counts.
  */
-#include <math.h>
-#include <stdint.h>
-#include <string.h>
-
-/* A generated function and the room it works in; results lie where res points. */
-struct function {
-    int (*evaluate)(const double **arg, double **res, long long *iw, double *w, int mem);
-    const double **arg;
-    double **res;
-    long long *iw;
-    double *w;
-};
+#include "machine_code.h"
 
 struct period {
     int64_t n, m, free, axes, substeps; /* m rows close loops; free coordinates are solved for, dependent left out */
@@ -24,7 +13,6 @@ struct period {
     struct function *mass, *bias, *rows; /* q -> M; (q, v) -> h; q -> c, G, where there are loops */
     const void *loops;                  /* of the closing */
     int64_t (*close)(const void *, double *, double *);
-    int64_t (*eliminate)(int64_t, int64_t, double *, double *);
     void (*dsyr2k)(char *, char *, int *, int *, double *, double *, int *, double *, int *, double *, double *, int *);
     void (*dposv)(char *, int *, int *, double *, int *, double *, int *, int *);
     double *work;
@@ -56,7 +44,7 @@ static int64_t depend(const struct period *s, const double *v, const double *pre
         for (int64_t i = 0; i < m; i++)
             XY[i * k + n_i] -= G[i + j * m] * rate;
     }
-    return s->eliminate(m, k, A, XY);
+    return eliminate(m, k, A, XY);
 }
 
 /* Add what the dependent coordinates bear to S and r: S += X'W + W'X with W = A_di + A_dd X / 2, and so on. */

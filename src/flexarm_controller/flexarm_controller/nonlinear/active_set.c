@@ -1,15 +1,6 @@
 /* Dual active-set method for the program of changing_program.py, which has the equations. Row-major. One file,
  * however long: a library is built of one, and kept under the hash of it. */
-#include <math.h>
-#include <stdint.h>
-#include <string.h>
-
-/* Wider vectors where the processor has them, found out when the library is loaded: the same bits, sooner. */
-#if defined(__x86_64__) && defined(__GLIBC__) && defined(__GNUC__) && !defined(__clang__)
-#define WIDE __attribute__((target_clones("avx2", "default")))
-#else
-#define WIDE
-#endif
+#include "machine_code.h"
 
 #define SOLVED 1
 #define CAPPED 0

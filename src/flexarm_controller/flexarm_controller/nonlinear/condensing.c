@@ -1,14 +1,5 @@
 /* The program of a horizon in its torques alone; condensing.py has the equations. Matrices are row-major. */
-#include <math.h>
-#include <stdint.h>
-#include <string.h>
-
-/* Wider vectors where the processor has them, found out when the library is loaded: the same bits, sooner. */
-#if defined(__x86_64__) && defined(__GLIBC__) && defined(__GNUC__) && !defined(__clang__)
-#define WIDE __attribute__((target_clones("avx2", "default")))
-#else
-#define WIDE
-#endif
+#include "machine_code.h"
 
 struct horizon {
     int64_t n_x, n_u, N, n_v, n_s;

@@ -3,16 +3,7 @@
  *
  * Matrices are row-major but those of the generated function, which are column-major.
  */
-#include <math.h>
-#include <stdint.h>
-#include <string.h>
-
-/* Wider vectors where the processor has them, found out when the library is loaded: the same bits, sooner. */
-#if defined(__x86_64__) && defined(__GLIBC__) && defined(__GNUC__) && !defined(__clang__)
-#define WIDE __attribute__((target_clones("avx2", "default")))
-#else
-#define WIDE
-#endif
+#include "machine_code.h"
 
 #define STAGES 2
 #define ROOT3 1.7320508075688772
@@ -22,65 +13,12 @@ static const double PLACE[STAGES][STAGES] = /* RATE squared */
     {{0.0625 + 0.0625 - 3.0 / 36, 0.125 - ROOT3 / 12}, {0.125 + ROOT3 / 12, 0.0625 + 0.0625 - 3.0 / 36}};
 static const double LAST[STAGES] = {0.25 + ROOT3 / 12, 0.25 - ROOT3 / 12}; /* (1/2, 1/2) RATE */
 
-/* A generated function and the room it works in; results lie where res points. */
-struct function {
-    int (*evaluate)(const double **arg, double **res, long long *iw, double *w, int mem);
-    const double **arg;
-    double **res;
-    long long *iw;
-    double *w;
-};
-
 struct arm {
     int64_t n, n_u;
     double h;
     struct function *forces; /* y, y', y'' -> force (n), its derivatives (n, n) by the three */
     double *work;            /* 2 n (2 n + 1) + 3 n */
 };
-
-/* Solve J X = R by elimination with row pivoting: J (m, m), R (m, k) becomes X. Returns 0 when J is singular. */
-WIDE static int eliminate(int64_t m, int64_t k, double *restrict J, double *restrict R)
-{
-    for (int64_t p = 0; p < m; p++) {
-        int64_t best = p;
-        for (int64_t i = p + 1; i < m; i++)
-            if (fabs(J[i * m + p]) > fabs(J[best * m + p]))
-                best = i;
-        if (!(fabs(J[best * m + p]) > 0.0)) /* also when it is NaN */
-            return 0;
-        if (best != p) {
-            for (int64_t j = p; j < m; j++) {
-                double x = J[p * m + j];
-                J[p * m + j] = J[best * m + j], J[best * m + j] = x;
-            }
-            for (int64_t j = 0; j < k; j++) {
-                double x = R[p * k + j];
-                R[p * k + j] = R[best * k + j], R[best * k + j] = x;
-            }
-        }
-        double scale = 1.0 / J[p * m + p];
-        for (int64_t i = p + 1; i < m; i++) {
-            double factor = J[i * m + p] * scale;
-            if (factor == 0.0)
-                continue;
-            for (int64_t j = p + 1; j < m; j++)
-                J[i * m + j] -= factor * J[p * m + j];
-            for (int64_t j = 0; j < k; j++)
-                R[i * k + j] -= factor * R[p * k + j];
-        }
-    }
-    for (int64_t p = m - 1; p >= 0; p--) {
-        double scale = 1.0 / J[p * m + p];
-        for (int64_t j = 0; j < k; j++)
-            R[p * k + j] *= scale;
-        for (int64_t i = 0; i < p; i++) {
-            double factor = J[i * m + p];
-            for (int64_t j = 0; j < k; j++)
-                R[i * k + j] -= factor * R[p * k + j];
-        }
-    }
-    return 1;
-}
 
 static void evaluate(const struct arm *g, const double *y, const double *w, const double *a)
 {
