@@ -22,11 +22,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import rclpy
 from flexarm_interfaces.msg import ControllerStatus, GuardStatus, ModalState
 from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
-from rclpy.signals import SignalHandlerOptions
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Bool, String
 from std_srvs.srv import Trigger
@@ -36,19 +34,16 @@ from flexarm_bringup.motions import motions, out_and_back, reference_of
 from flexarm_bringup.reference_file import load_reference
 from flexarm_controller.conversions import reference_to_msg
 from flexarm_controller.reference import Reference
-from flexarm_model.config import load_config
 from flexarm_model.conversions import stamp_to_ns
-from flexarm_model.manipulator_file import find_manipulator
+from flexarm_model.declared_node import declare_configs, load_arm
 from flexarm_model.node import (
     LATCHED_QOS,
     LOCKSTEP_QOS,
     RELIABLE_QOS,
     SENSOR_QOS,
-    declare_configs,
-    events_executor,
+    run_node,
 )
-from flexarm_model.parameters import ParameterError, parameter
-from flexarm_model.strict_yaml import ConfigError
+from flexarm_model.parameters import parameter
 
 LOOK_PERIOD = 0.02  # s of wall time between two looks at the state of affairs
 LISTENERS = ("model", "controller", "recorder")  # partners that must hear the reference
@@ -87,7 +82,7 @@ class Commander(Node):
         super().__init__("commander", namespace="flexarm")
         self.settings: CommanderSettings
         (self.settings,) = (s,) = declare_configs(self)
-        config = load_config(find_manipulator(s.manipulator), s.preset)
+        config = load_arm(self, s.manipulator, s.preset)
         self._period_ns = round(1e9 / config.rate_hz)
         self._reference, end = _series(s, 1.0 / config.rate_hz)
         self._names = tuple(config.actuated)
@@ -112,6 +107,18 @@ class Commander(Node):
         self._guard = GuardStatus()
         self._moved = time.monotonic()
         self._connect()
+
+    @property
+    def is_finished(self) -> bool:
+        """Whether the series is over, or cannot be."""
+        return self.outcome is not None
+
+    def stop(self) -> None:
+        """Say why the series did not come to its end, and keep it as the exit code."""
+        outcome = "interrupted" if self.outcome is None else self.outcome
+        self.exit_code = 1 if outcome else 0
+        if outcome:
+            print(f"commander: {outcome}", file=sys.stderr)
 
     def on_look(self) -> None:
         """Take the next step if it can be taken."""
@@ -228,23 +235,4 @@ def _series(settings: CommanderSettings, dt: float) -> tuple[Reference, float]:
 
 def main() -> int:
     """Run the node until its series is over; unlike the others it ends by itself."""
-    rclpy.init(args=sys.argv, signal_handler_options=SignalHandlerOptions.NO)
-    try:
-        node = Commander()
-    except (ParameterError, ConfigError) as error:
-        print(f"commander: {error}", file=sys.stderr)
-        rclpy.try_shutdown()
-        return 2
-    executor = events_executor()
-    executor.add_node(node)
-    try:
-        while node.outcome is None:
-            executor.spin_once(timeout_sec=0.1)
-    except KeyboardInterrupt:
-        node.outcome = "interrupted"
-    if node.outcome:
-        print(f"commander: {node.outcome}", file=sys.stderr)
-    executor.shutdown()
-    node.destroy_node()
-    rclpy.try_shutdown()
-    return 1 if node.outcome else 0
+    return run_node(Commander)

@@ -37,9 +37,9 @@ from flexarm_bringup.conversions import deserialise, message_class
 from flexarm_bringup.log_order import ArrivalLog, LockstepLog
 from flexarm_bringup.provenance import provenance
 from flexarm_bringup.topics import Stream, streams
-from flexarm_model.config import load_config
+from flexarm_model.declared_node import declare_configs, load_arm
 from flexarm_model.manipulator_file import find_manipulator
-from flexarm_model.node import LATCHED_QOS, RELIABLE_QOS, ReadyFlag, declare_configs, run_node
+from flexarm_model.node import LATCHED_QOS, RELIABLE_QOS, ReadyFlag, run_node
 from flexarm_model.parameters import ParameterError, parameter
 
 DEPTH = 5000  # messages that may wait for the disk: a second of everything in lockstep
@@ -74,13 +74,13 @@ class RecorderNode(Node):  # type: ignore[misc]
         super().__init__("recorder", namespace="flexarm")
         settings: RecorderSettings
         (settings,) = declare_configs(self)
-        path = find_manipulator(settings.manipulator)
-        config = load_config(path, settings.preset)
+        config = load_arm(self, settings.manipulator, settings.preset)
         accelerometers = [spec.name for spec in config.sensors if spec.kind == "accelerometer"]
         wanted = {"tick": settings.lockstep, "controller_debug": settings.debug}
         self._streams = [s for s in streams(accelerometers) if wanted.get(s.topic, True)]
         self.failure = ""
         try:
+            path = find_manipulator(settings.manipulator)
             about = provenance(settings.manipulator, path, settings.preset, settings.settings)
             self._bag = BagWriter(Path(settings.bag), self._streams, about)
         except BagError as error:

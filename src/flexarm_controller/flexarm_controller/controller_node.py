@@ -54,13 +54,12 @@ from flexarm_controller.nonlinear.settings import NmpcConfig
 from flexarm_controller.pacing import Pacing
 from flexarm_controller.settings import ControllerConfig, MarginConfig, MpcConfig
 from flexarm_controller.time_budget import Clocks
-from flexarm_model.config import load_config
 from flexarm_model.conversions import stamp_to_ns
+from flexarm_model.declared_node import declare_configs, load_arm
 from flexarm_model.description import ManipulatorConfig
 from flexarm_model.diagnosis import DiagnosticsConfig
 from flexarm_model.diagnostics_node import Diagnostics
 from flexarm_model.lockstep import Lockstep, Messages
-from flexarm_model.manipulator_file import find_manipulator
 from flexarm_model.node import (
     LATCHED_QOS,
     LATEST_QOS,
@@ -68,7 +67,6 @@ from flexarm_model.node import (
     MODELS_QOS,
     RELIABLE_QOS,
     ReadyFlag,
-    declare_configs,
     run_node,
 )
 from flexarm_model.parameters import parameter
@@ -104,7 +102,7 @@ class ControllerNode(Node):
         self.settings: ControllerNodeSettings
         self.settings, laws, mpc, nmpc, motion, margins, diagnostics = declare_configs(self)
         self._health = ControllerHealth(None if self.settings.lockstep else laws.period, diagnostics)
-        config = load_config(find_manipulator(self.settings.manipulator), self.settings.preset)
+        config = load_arm(self, self.settings.manipulator, self.settings.preset)
         inputs = LawInputs(limits_of(config), laws, mpc, config, nmpc)
         self.exchange = self._exchange(config, inputs, motion)
         self._arming = ArmingCheck(self, config, inputs, margins, self.exchange)

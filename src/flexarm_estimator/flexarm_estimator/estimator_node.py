@@ -52,11 +52,10 @@ from flexarm_estimator.interventions.set_noise import SetNoise
 from flexarm_estimator.interventions.toggle_sensor import ToggleSensor
 from flexarm_estimator.settings import EstimatorConfig
 from flexarm_estimator.settled_node import SettledFilter
-from flexarm_model.config import load_config
 from flexarm_model.conversions import stamp_to_ns, verdict_to_msg
+from flexarm_model.declared_node import declare_configs, load_arm
 from flexarm_model.diagnosis import DiagnosticsConfig
 from flexarm_model.lockstep import Lockstep, Messages
-from flexarm_model.manipulator_file import find_manipulator
 from flexarm_model.node import (
     LATCHED_QOS,
     LOCKSTEP_QOS,
@@ -64,7 +63,6 @@ from flexarm_model.node import (
     RELIABLE_QOS,
     SENSOR_QOS,
     ReadyFlag,
-    declare_configs,
     run_node,
 )
 from flexarm_model.parameters import parameter
@@ -105,7 +103,7 @@ class EstimatorNode(Node):
         super().__init__("estimator", namespace="flexarm")
         self.settings: EstimatorNodeSettings
         self.settings, estimator, diagnostics = declare_configs(self)
-        config = load_config(find_manipulator(self.settings.manipulator), self.settings.preset)
+        config = load_arm(self, self.settings.manipulator, self.settings.preset)
         self._health = EstimatorHealth(None if self.settings.lockstep else 1.0 / config.rate_hz, diagnostics)
         self.exchange = EstimatorExchange(config, estimator, 0 if self.settings.lockstep else None)
         self._lockstep = Lockstep(self.exchange.topics, self.on_tick_complete)

@@ -44,9 +44,9 @@ from flexarm_model.conversions import (
     stamp_to_ns,
     trajectory_from_msg,
 )
+from flexarm_model.declared_node import declare_configs, load_arm, told_by
 from flexarm_model.diagnosis import Level, Verdict
 from flexarm_model.diagnostics_node import Diagnostics
-from flexarm_model.declared_node import declare_configs, load_arm, told_by
 from flexarm_model.linearize import PoseError, linearize
 from flexarm_model.model_cache import ModelCache
 from flexarm_model.model_schedule import ModelSchedule, ScheduleSettings, periods_between_looks

@@ -9,29 +9,28 @@ events executor where rclpy has it (65-80 us per callback however many entities 
 from __future__ import annotations
 
 import gc
-import math
 import os
 import signal
 import sys
 from collections.abc import Callable, Mapping
-from dataclasses import fields
-from typing import Any, TypeVar, get_args, get_origin, get_type_hints
+from typing import Any
 
 import rclpy
-from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor
 from rclpy.clock import Clock, ClockType
 from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.node import Node
-from rclpy.parameter import Parameter
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.signals import SignalHandlerOptions
 from std_msgs.msg import Bool
 
 from flexarm_model.announce import announce_on_stderr
-from flexarm_model.overrides import apply_overrides
+from flexarm_model.declared_node import declare_config, declare_configs
+from flexarm_model.parameter_file import parameter_sources
 from flexarm_model.parameters import ParameterError
 from flexarm_model.single_instance import NameTakenError, claim_name
 from flexarm_model.strict_yaml import ConfigError
+
+__all__ = ["ReadyFlag", "declare_config", "declare_configs", "events_executor", "run_node"]
 
 SENSOR_QOS = QoSProfile(depth=50, reliability=ReliabilityPolicy.BEST_EFFORT)
 RELIABLE_QOS = QoSProfile(depth=10)
@@ -51,40 +50,28 @@ _CONFIGURATION_ERRORS = (
     rclpy_implementation.RCLError,  # parameter file or security settings that rcl refuses
     rclpy_implementation.UnknownROSArgsError,
 )
-_TYPES = {
-    bool: Parameter.Type.BOOL,
-    int: Parameter.Type.INTEGER,
-    float: Parameter.Type.DOUBLE,
-    str: Parameter.Type.STRING,
-    (bool,): Parameter.Type.BOOL_ARRAY,
-    (int,): Parameter.Type.INTEGER_ARRAY,
-    (float,): Parameter.Type.DOUBLE_ARRAY,
-    (str,): Parameter.Type.STRING_ARRAY,
-}
-_CREATED_BY_RCLPY = ("use_sim_time", "start_type_description_service", "qos_overrides.")
-_INT64_MAX = 2**63 - 1
-
-Config = TypeVar("Config")
 
 
 def run_node(factory: Callable[[], Node]) -> int:
     """Run a node until SIGINT or SIGTERM and take it down in order.
 
-    A node may have a method ``stop``, called before anything is destroyed (safe state, open files), and
-    ``companions``, nodes that share its executor and its life.
+    A node may have a method ``stop``, called before anything is destroyed (safe state, open files);
+    ``companions``, nodes that share its executor and its life; ``is_finished``, true when it ends by itself;
+    and ``exit_code``.
 
     Args:
         factory: Makes the node; may raise ParameterError or ConfigError.
 
     Returns:
-        Exit code: 0; with one line on stderr 2 when the configuration is wrong, and 3 when a node of the same
-        name is running.
+        Exit code: 0, or the node's own; with one line on stderr 2 when the configuration is wrong, and 3
+        when a node of the same name is running.
     """
     announce_on_stderr()
     stopping: list[int] = []
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, lambda received, _frame: stopping.append(received))
     try:
+        parameter_sources(sys.argv)  # files are told wrong by us, before rcl does or does not
         rclpy.init(args=sys.argv, signal_handler_options=SignalHandlerOptions.NO)
         node = factory()
         held = claim_name(node.get_fully_qualified_name(), str(node.context.get_domain_id()))
@@ -95,52 +82,7 @@ def run_node(factory: Callable[[], Node]) -> int:
         return EXIT_NAME_TAKEN if isinstance(error, NameTakenError) else EXIT_CONFIGURATION
     with held:
         _spin(node, stopping)
-    return 0
-
-
-def declare_config(node: Node, config_class: type[Config], complete: bool = True) -> Config:
-    """Declare one read-only ROS parameter per field and return the settings as given.
-
-    Args:
-        node: Node whose overrides (parameter file, command line) are used.
-        config_class: Frozen dataclass whose fields were made with ``parameters.parameter``.
-        complete: Refuse overrides that nobody declared; False when more settings follow.
-
-    Raises:
-        ParameterError: A value is of the wrong type or outside its range, or a key is unknown.
-    """
-    given = {name: item.value for name, item in node._parameter_overrides.items() if item.value is not None}
-    config = apply_overrides(config_class, given)
-    hints = get_type_hints(config_class)
-    for item in fields(config_class):  # type: ignore[arg-type]
-        _declare(node, item.name, getattr(config, item.name), hints[item.name], item.metadata)
-    if complete:
-        refuse_unknown_parameters(node)
-    return config
-
-
-def declare_configs(node: Node) -> tuple[Any, ...]:
-    """Declare the parameters of every settings class in ``node.SETTINGS`` and return the settings as given.
-
-    Raises:
-        ParameterError: See ``declare_config``.
-    """
-    settings = tuple(declare_config(node, kind, complete=False) for kind in node.SETTINGS)
-    refuse_unknown_parameters(node)
-    return settings
-
-
-def refuse_unknown_parameters(node: Node) -> None:
-    """Check that every parameter given to the node has been declared.
-
-    Raises:
-        ParameterError: One has not; the message lists those that exist.
-    """
-    known = sorted(name for name in node._parameters if not name.startswith(_CREATED_BY_RCLPY))
-    for name in sorted(node._parameter_overrides):
-        if name not in node._parameters and not name.startswith(_CREATED_BY_RCLPY):
-            allowed = ", ".join(known)
-            raise ParameterError(f"{name}: unknown parameter of {node.get_name()}; allowed: {allowed}")
+    return int(getattr(node, "exit_code", 0))
 
 
 class ReadyFlag:
@@ -184,7 +126,7 @@ def _spin(node: Node, stopping: list[int]) -> None:
         gc.collect()
         gc.freeze()  # a later full collection would stop the node for 30-50 ms
         _raise_priority(node)
-        while not stopping and rclpy.ok():
+        while not (stopping or getattr(node, "is_finished", False)) and rclpy.ok():
             executor.spin_once(timeout_sec=SPIN_TIMEOUT)
     finally:
         stop = getattr(node, "stop", None)
@@ -219,28 +161,3 @@ def events_executor() -> Any:
 
         return SingleThreadedExecutor()
     return EventsExecutor()
-
-
-def _declare(node: Node, name: str, value: Any, hint: Any, about: Mapping[str, Any]) -> None:
-    kind = (get_args(hint)[0],) if get_origin(hint) is tuple else hint
-    is_empty = isinstance(value, tuple) and not value  # rclpy cannot tell the type of an empty list
-    descriptor = _descriptor(name, kind, about)
-    descriptor.dynamic_typing = is_empty
-    default = list(value) if isinstance(value, tuple) else value
-    node._parameter_overrides[name] = Parameter(name, None if is_empty else _TYPES[kind], default)
-    node.declare_parameter(name, default if is_empty else _TYPES[kind], descriptor)
-
-
-def _descriptor(name: str, kind: Any, about: Mapping[str, Any]) -> ParameterDescriptor:
-    low, high = about["minimum"], about["maximum"]
-    allowed = f"; one of {', '.join(about['choices'])}" if about["choices"] else ""
-    text = f"{about['text']} [{about['unit']}]{allowed}"
-    descriptor = ParameterDescriptor(name=name, description=text, type=_TYPES[kind].value, read_only=True)
-    if math.isinf(low) and math.isinf(high):
-        return descriptor
-    if kind is float:
-        descriptor.floating_point_range = [FloatingPointRange(from_value=float(low), to_value=float(high))]
-    if kind is int:
-        low, high = (int(max(-_INT64_MAX, min(bound, _INT64_MAX))) for bound in (low, high))
-        descriptor.integer_range = [IntegerRange(from_value=low, to_value=high)]
-    return descriptor
