@@ -1,0 +1,86 @@
+"""Parameter files are for somebody, give something, give it once, and tell which parameters came from them."""
+
+from pathlib import Path
+
+import pytest
+
+from flexarm_model.parameter_file import COMMAND_LINE, parameter_sources, read_parameter_file, refuse_strangers
+from flexarm_model.strict_yaml import ConfigError
+
+NODE = "/flexarm/controller"
+
+
+def written(folder: Path, text: str) -> Path:
+    path = folder / "given.yaml"
+    path.write_text(text, encoding="utf8")
+    return path
+
+
+@pytest.mark.parametrize(
+    ("name", "gets_it"),  # each line as rcl of Jazzy answers it
+    [
+        ("/flexarm/controller", True),
+        ("flexarm/controller", True),
+        ("controller", False),
+        ("/controller", False),
+        ("/**", True),
+        ("/flexarm/*", True),
+        ("/*", False),
+        ("/**/controller", True),
+        ("/flexarm/controller_2", False),
+    ],
+)
+def test_a_section_is_for_the_nodes_that_rcl_gives_it_to(name: str, gets_it: bool, tmp_path: Path) -> None:
+    source = read_parameter_file(written(tmp_path, f"{name}:\n  ros__parameters: {{law: mpc}}\n"))
+    assert source.keys_for(NODE) == (("law",) if gets_it else ())
+
+
+def test_nested_namespaces_and_nested_keys_are_joined(tmp_path: Path) -> None:
+    text = "flexarm:\n  controller:\n    ros__parameters: {a: {b: 1, c: [2]}, d: x}\n"
+    assert read_parameter_file(written(tmp_path, text)).keys == {NODE: ("a.b", "a.c", "d")}
+
+
+@pytest.mark.parametrize(
+    ("text", "reason"),
+    [
+        ("", "must hold keys and values"),
+        ("- 1\n", "must hold keys and values"),
+        (f"{NODE}: {{law: mpc}}\n", "expected 'node: ros__parameters: key: value'"),
+        (f"{NODE}: {{ros__parameters: {{}}}}\n", "with at least one key"),
+        (f"{NODE}: {{ros__parameters: }}\n", "with at least one key"),
+        (f"{NODE}: {{ros_parameters: {{law: mpc}}}}\n", "law: 'mpc': expected 'node: ros__parameters"),
+        (f"{NODE}: {{ros__parameters: {{law: }}}}\n", "law: has no value"),
+        (f"{NODE}: {{ros__parameters: {{law: a, law: b}}}}\n", "key 'law' is given twice"),
+        (f"{NODE}: [not\n", "is not YAML"),
+    ],
+)
+def test_what_is_no_parameter_file_is_refused_with_its_name(text: str, reason: str, tmp_path: Path) -> None:
+    with pytest.raises(ConfigError) as refused:
+        read_parameter_file(written(tmp_path, text))
+    assert reason in str(refused.value) and "given.yaml" in str(refused.value)
+
+
+def test_files_for_others_of_the_graph_are_shared_but_nobody_is_misspelt(tmp_path: Path) -> None:
+    shared = f"{NODE}: {{ros__parameters: {{a: 1}}}}\n/flexarm/estimator: {{ros__parameters: {{b: 1}}}}\n"
+    refuse_strangers(read_parameter_file(written(tmp_path, shared)), NODE)
+    refuse_strangers(read_parameter_file(written(tmp_path, "/mine: {ros__parameters: {a: 1}}\n")), "/mine")
+    misspelt = shared.replace("estimator", "estimatr")
+    with pytest.raises(ConfigError, match=r"given.yaml: /flexarm/estimatr: no such node; allowed: /\*\*, /flex"):
+        refuse_strangers(read_parameter_file(written(tmp_path, misspelt)), NODE)
+    with pytest.raises(ConfigError, match="/flexarm/controller, /flexarm/estimator: holds nothing for /flexarm/ri"):
+        refuse_strangers(read_parameter_file(written(tmp_path, shared)), "/flexarm/rig")
+
+
+def test_the_ros_part_of_a_command_line_tells_its_files_and_keys(tmp_path: Path) -> None:
+    path = written(tmp_path, f"{NODE}: {{ros__parameters: {{law: mpc}}}}\n")
+    words = ["node", "-p", "not:=ours", "--ros-args", "--params-file", str(path), "-p", "rate:=a:b:=c"]
+    words += ["--param", "controller:law:=lqr", "--", "-p", "nor:=this"]
+    file, typed = parameter_sources(words)
+    assert (file.name, file.keys_for(NODE)) == (str(path), ("law",))
+    assert (typed.name, typed.keys_for(NODE)) == (COMMAND_LINE, ("rate",))
+    with pytest.raises(ConfigError, match="command line: /controller: no such node"):
+        refuse_strangers(typed, NODE)
+
+
+def test_without_ros_arguments_nothing_is_given() -> None:
+    assert parameter_sources(["node"]) == ()
