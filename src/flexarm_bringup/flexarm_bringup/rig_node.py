@@ -39,12 +39,13 @@ from flexarm_bringup.sim.conversions import (
     samples_to_msgs,
     truth_msg,
 )
-from flexarm_bringup.sim.hardware import Hardware, HardwareSettings
+from flexarm_bringup.sim.hardware import Hardware
 from flexarm_bringup.sim.rig import RigSettings
 from flexarm_bringup.sim.sensor_fault_text import faults_text, parse_faults
 from flexarm_bringup.sim.sensor_simulator import Sample
 from flexarm_bringup.topics import streams
 from flexarm_controller.guard import GuardCommand
+from flexarm_controller.guard_settings import GuardSettings
 from flexarm_model.config import load_config
 from flexarm_model.conversions import ns_to_stamp, stamp_to_ns
 from flexarm_model.manipulator_file import find_manipulator
@@ -89,7 +90,7 @@ class RigNodeSettings:
 class RigNode(Node):
     """Hardware and guard, driven by a timer or by the commands."""
 
-    SETTINGS = (RigNodeSettings, RigSettings, HardwareSettings)
+    SETTINGS = (RigNodeSettings, RigSettings, GuardSettings)
 
     def __init__(self) -> None:
         """Build the hardware at rest, with the guard stopped."""

@@ -2,7 +2,7 @@
 
 Publishes
     applied_effort (sensor_msgs/JointState): torque [N m] or force [N] of every axis from the stamp on, once a
-        motor period; ``header.frame_id`` is the seal without which the drives do not obey (``seal``).
+        motor period; ``header.frame_id`` is the seal without which the drives do not obey (``drives.seal``).
     guard_status (flexarm_interfaces/GuardStatus): 10 Hz and on change.
     ~/ready (std_msgs/Bool, latched): true once the drives obey this guard.
 Subscribes

@@ -71,6 +71,7 @@ class Rig:
 
     Attributes:
         faults: What is wrong with its sensors, by name.
+        own_encoders: What faulty encoders would deliver at this tick without their faults: the drives' own.
     """
 
     def __init__(
@@ -113,6 +114,18 @@ class Rig:
             SensorSimulator(spec, rows[spec.name], self.dt, s.seed, s.noise, self.faults.get(spec.name))
             for spec in config.sensors
         ]
+        encoders = [spec for spec in config.sensors if spec.kind == "encoder"]
+        self.own_encoders: list[Sample] = []
+        self._own = [
+            SensorSimulator(spec, rows[spec.name], self.dt, s.seed, s.noise)
+            for spec in encoders
+            if any(other.name in self.faults for other in encoders)
+        ]
+
+    @property
+    def hides_encoders(self) -> bool:
+        """Whether encoders tell something else than the drives measure."""
+        return bool(self._own)
 
     def time_of(self, tick: int) -> float:
         """Return the instant of a tick [s], rounded as a stamp is."""
@@ -121,6 +134,9 @@ class Rig:
     def observe(self) -> list[Sample]:
         """Return what the sensors deliver at the present tick."""
         outputs = self.plant.outputs()
+        self.own_encoders = [
+            sample for sensor in self._own for sample in sensor.sample(self.tick, self.plant, outputs)
+        ]
         return [
             sample for sensor in self._sensors for sample in sensor.sample(self.tick, self.plant, outputs)
         ]

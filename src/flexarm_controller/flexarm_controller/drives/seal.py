@@ -1,11 +1,11 @@
 """The seal on what the guard sends to the drives: they obey the one guard that holds their secret.
 
-The drives give a new secret to the guard that attaches. A mark of it stands in ``header.frame_id`` of
-``applied_effort``: ``"driving 3 9f0c..."``: whether the brakes are to be open, how many ``guard_status`` the
-guard has sent so far (in lockstep nobody goes on before they have arrived), and a keyed hash of these, of the
-stamp and of the torques. Who has only heard earlier messages cannot make one, and an earlier one is refused
-by its stamp. It keeps mistakes out, a second guard or a script that publishes on the topic; against somebody who
-may listen to the answers of services there is DDS Security.
+The drives give a new secret to the guard that attaches. A mark made with it stands in ``header.frame_id`` of
+``applied_effort``, as ``"driving 3 9f0c..."``: whether the brakes are to be open, how many ``guard_status``
+the guard has sent so far (in lockstep nobody goes on before they have arrived), and a keyed hash of both, of
+the stamp and of the torques. Who has only heard earlier messages cannot make one, and an earlier one is
+refused by its stamp. It keeps mistakes out, a second guard or a script that publishes on the topic; against
+somebody who listens to the answers of services there is DDS Security.
 """
 
 from __future__ import annotations

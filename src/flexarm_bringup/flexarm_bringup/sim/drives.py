@@ -1,0 +1,102 @@
+"""The drives of the simulated rig: what sits on the motors' side of the guard.
+
+In one motor period the arm moves under the torque chosen before, and the sensors speak; then somebody chooses
+the torque that acts from now on. A drive knows its axis from an encoder of its own. A fault of the sensor
+``encoder`` is one on the way to the estimator: it spoils what ``joint_states`` tells, not what the drive does
+with its motor. On a real rig a drive whose own encoder fails cannot commutate: it switches itself off, and
+``drive_states`` ends.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from flexarm_bringup.sim.motor_side import MotorSide
+from flexarm_bringup.sim.plant import Plant
+from flexarm_bringup.sim.rig import Rig, RigSettings
+from flexarm_bringup.sim.sensor_faults import SensorFault
+from flexarm_bringup.sim.sensor_simulator import Sample
+from flexarm_controller.drives.watchdog import DriveLimits
+from flexarm_controller.guard import GuardState
+from flexarm_model.description import ManipulatorConfig
+
+DAMPING_GAIN = 0.075  # share of an axis' velocity that joint damping takes away in a motor period
+BRAKING_SHARE = 0.5  # of the torque limit that it takes at most
+
+
+class Drives:
+    """Rig and drives.
+
+    Attributes:
+        rig: The arm and its sensors.
+        names: Actuated axes.
+        motors: What the encoders tell, with their faults.
+        own: What the drives measure for themselves.
+        tau: Torque that acts from now on, one per axis [N m] or [N].
+        acted: Torque that acted until now.
+        is_released: The brakes are open.
+    """
+
+    def __init__(
+        self,
+        config: ManipulatorConfig,
+        simulation: RigSettings | None = None,
+        plant: Plant | None = None,
+        faults: Mapping[str, SensorFault] | None = None,
+    ) -> None:
+        """Build them at rest with closed brakes; see ``Hardware``."""
+        self.rig = Rig(config, simulation, plant, faults)
+        self.motors = MotorSide(config, self.rig.dt)
+        self.own = MotorSide(config, self.rig.dt) if self.rig.hides_encoders else self.motors
+        self.names = self.motors.names
+        self.tau: list[float] = [0.0] * len(self.names)
+        self.acted = list(self.tau)
+        self.is_released = False
+
+    @property
+    def t(self) -> float:
+        """Time since the start [s]."""
+        return self.rig.time_of(self.rig.tick)
+
+    def observe(self) -> list[Sample]:
+        """Return what the sensors deliver before anything has moved; call it once, at the start."""
+        return self._measure(self.rig.observe())
+
+    def advance(self) -> list[Sample]:
+        """Move by one period under the torque chosen before; return what the sensors deliver."""
+        self.acted = list(self.tau)
+        return self._measure(self.rig.step(np.array(self.acted)) if self.is_released else self.rig.rest())
+
+    def state(self) -> GuardState:
+        """Return what the drives measure now."""
+        velocity, position = (tuple(map(float, part)) for part in (self.own.theta_dot, self.own.theta))
+        return GuardState(velocity, position)
+
+    def _measure(self, samples: list[Sample]) -> list[Sample]:
+        self.motors.update(samples)
+        if self.own is not self.motors:
+            self.own.update(self.rig.own_encoders)
+        return samples
+
+
+def drive_limits(config: ManipulatorConfig, rig: Rig, silence: float) -> DriveLimits:
+    """Return the drives' limits: the axes' own, and damping that fits their inertia at home.
+
+    Args:
+        config: The manipulator.
+        rig: The simulated arm.
+        silence: Of the guard, after which the drives let go [s].
+    """
+    tree = rig.plant.tree
+    inertia = np.diag(tree.mass_matrix(rig.plant.q))[tree.actuated]
+    axes = config.actuated.values()
+    return DriveLimits(
+        effort=tuple(axis.effort for axis in axes),
+        effort_rate=tuple(axis.effort_rate for axis in axes),
+        damping=tuple(float(DAMPING_GAIN / rig.dt * value) for value in inertia),
+        braking=tuple(BRAKING_SHARE * axis.effort for axis in axes),
+        period=rig.dt,
+        silence=silence,
+    )
