@@ -4,8 +4,10 @@
   flexarm identify hammer.uff --band 5 500       only modes in that band [Hz]
   flexarm identify run.csv --resolution 0.5      records in time, lines 0.5 Hz apart, H1, coherence, bootstrap
   flexarm identify run.csv --manipulator single_link   beside the frequencies of the model
+  flexarm identify run.csv --manipulator single_link --update my_arm.yaml --retune my_moves.yaml
+      a fitted description, and settings of estimator and controller for it, tried on the simulated rig
   flexarm identify run.csv --manipulator single_link --fit bodies.strip.pieces.0.youngs_modulus
-      --fit bodies.strip.damping_ratio=1 --update my_arm.yaml     (one line) a fitted description
+      --fit bodies.strip.damping_ratio=1 --update my_arm.yaml     (one line) only these parameters
   flexarm identify FILE --html report.html       responses, mode indicator, stabilisation chart, shapes
 
 Files: universal files (.uff, .unv), .csv, MATLAB .mat, .npz. A table of responses has the columns f_hz and
@@ -16,17 +18,28 @@ from __future__ import annotations
 
 import argparse
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 
+import numpy as np
+from numpy.typing import NDArray
+
+from flexarm_bringup.identify.fittable import fittable
 from flexarm_bringup.identify.measurement import SourceError
+from flexarm_bringup.identify.other_poses import read_pose
 from flexarm_bringup.identify.page import build_page
+from flexarm_bringup.identify.retuning import moves_beside, retune
 from flexarm_bringup.identify.run import Request, Result, identify
 from flexarm_bringup.identify.sources import Averaging, read_sources
 from flexarm_bringup.identify.updating import Fitting, add_to, fit_description, write_description
+from flexarm_bringup.progress import Progress
 from flexarm_bringup.report import Page, add_report_arguments, publish
 from flexarm_model.identification.spectra import ESTIMATORS
+from flexarm_model.manipulator_file import find_manipulator
+from flexarm_model.modal.fit import PoleFit
 from flexarm_model.modal.frf import KINDS
 
+Array = NDArray[np.float64]
 UNUSABLE = 2
 
 
@@ -49,9 +62,20 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--fit", action="append", default=[], metavar="PATH[=SPREAD]",
         help="parameter of the manipulator to fit; its relative sigma before, 0.3",
     )  # fmt: skip
+    parser.add_argument(
+        "--also", action="append", default=[], metavar="POSE=FILE",
+        help="the same at another pose, axes with commas between; the last third of the poses tests the fit",
+    )  # fmt: skip
     parser.add_argument("--pose", nargs="+", type=float, default=[], help="of the test, rad or m; home")
     parser.add_argument("--motors", default="free", choices=("free", "locked"), help="in the test; free")
-    parser.add_argument("--update", type=Path, metavar="YAML", help="write the fitted description there")
+    parser.add_argument(
+        "--update", type=Path, nargs="?", const=Path(), metavar="YAML",
+        help="write the fitted description there, or as NAME_fitted.yaml; without --fit fits all it can",
+    )  # fmt: skip
+    parser.add_argument(
+        "--retune", type=Path, nargs="?", const=Path(), metavar="YAML",
+        help="write moves with settings for the new description, after a trial on the simulated rig",
+    )  # fmt: skip
     add_report_arguments(parser)
 
 
@@ -65,7 +89,8 @@ def run(args: argparse.Namespace) -> int:
         _check(args)
         source = read_sources(args.files, args.kind, averaging)
         result = identify(source, request, args.estimator)
-        page = _with_update(build_page(args.files, result), result, args)
+        others = [read_pose(text, args.kind, averaging, request) for text in args.also]
+        page = _with_update(build_page(args.files, result), result, args, others)
     except (SourceError, ValueError) as error:
         print(f"flexarm identify: {error}", file=sys.stderr)
         return UNUSABLE
@@ -73,13 +98,26 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _check(args: argparse.Namespace) -> None:
-    if args.update and not args.fit:
-        raise ValueError("--update needs --fit PATH: what may change?")
-    if args.fit and not args.manipulator:
-        raise ValueError("--fit needs --manipulator NAME")
+    wants_fit = bool(args.fit or args.update is not None or args.also)
+    if wants_fit and not args.manipulator:
+        raise ValueError("--fit, --update and --also need --manipulator NAME: what is to be fitted?")
+    if args.retune is not None and args.update is None:
+        raise ValueError("--retune needs --update: settings are chosen for the new description")
+    if wants_fit and not args.fit:
+        args.fit = list(fittable(find_manipulator(args.manipulator)))
+        if not args.fit:
+            raise ValueError(
+                "--update: name what to fit with --fit PATH; nothing in the file suggests itself"
+            )
+    if args.update == Path():
+        args.update = Path(f"{Path(args.manipulator).stem}_fitted.yaml")
+    if args.retune == Path():
+        args.retune = moves_beside(args.update)
 
 
-def _with_update(page: Page, result: Result, args: argparse.Namespace) -> Page:
+def _with_update(
+    page: Page, result: Result, args: argparse.Namespace, others: Sequence[tuple[Array, PoleFit]]
+) -> Page:
     if not args.fit:
         return page
     if result.found.fit is None:
@@ -87,5 +125,11 @@ def _with_update(page: Page, result: Result, args: argparse.Namespace) -> Page:
     fitting = Fitting(
         args.manipulator, args.preset, tuple(args.fit), tuple(args.pose), args.motors == "locked", args.update
     )
-    update = fit_description(fitting, result.found.fit)
-    return add_to(page, update, write_description(fitting, update, args.files))
+    update, test = fit_description(fitting, result.found.fit, others)
+    page = add_to(page, update, write_description(fitting, update, args.files), test)
+    if args.retune is None:
+        return page
+    progress = Progress()
+    retuned = retune(args.manipulator, args.preset, args.update, update, args.retune, progress.say)
+    progress.done()
+    return retuned(page)

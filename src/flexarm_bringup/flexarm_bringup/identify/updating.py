@@ -21,9 +21,12 @@ from flexarm_model.identification.model_update import (
     loose_directions,
     update_model,
 )
+from flexarm_model.identification.pose_split import PoseTest, check_poses, split_poses
 from flexarm_model.identification.yaml_edit import add_items, edit_values
+from flexarm_model.linearize import linearize
 from flexarm_model.manipulator_file import find_manipulator
 from flexarm_model.modal.fit import PoleFit
+from flexarm_model.reduced_tree import ReducedTree
 
 Array = NDArray[np.float64]
 SPREAD = 0.3  # one sigma of a parameter's relative error when nobody says [1]
@@ -53,8 +56,15 @@ class Fitting:
     output: Path | None = None
 
 
-def fit_description(fitting: Fitting, fit: PoleFit) -> Update:
-    """Fit the parameters to the identified modes.
+def fit_description(
+    fitting: Fitting, fit: PoleFit, others: Sequence[tuple[Array, PoleFit]] = ()
+) -> tuple[Update, PoseTest | None]:
+    """Fit the parameters to the identified modes, and test them where there are poses to test them at.
+
+    Args:
+        fitting: What is fitted.
+        fit: Modes at the fitting's pose.
+        others: Other poses [rad or m], (n_theta,) each, and the modes there.
 
     Raises:
         ValueError: A parameter does not exist, or no mode of the description is near an identified one.
@@ -66,7 +76,10 @@ def fit_description(fitting: Fitting, fit: PoleFit) -> Update:
         read_unknown(path, fitting.preset, name, float(spread or SPREAD))
         for name, _, spread in (item.partition("=") for item in fitting.parameters)
     ]
-    return update_model(serve, unknowns, [match(serve({}, pose)[0], pose, fit)])
+    every = [(pose, fit), *others]
+    told, kept_back = split_poses([match(serve({}, at)[0], at, modes) for at, modes in every])
+    update = update_model(serve, unknowns, told)
+    return update, check_poses(serve, update.changes, kept_back)
 
 
 def match(described_hz: Array, pose: Array, fit: PoleFit) -> ModeTable:
@@ -135,10 +148,9 @@ def write_description(fitting: Fitting, update: Update, sources: Sequence[Path])
     text = edit_values(path.read_text(encoding="utf-8"), update.changes, fitting.preset)
     text = add_items(text, "fitted", [_provenance(update, name, sources) for name in update.changes])
     fitting.output.write_text(text, encoding="utf-8")
-    new = load_config(fitting.output, fitting.preset)
-    return (
-        f"wrote {fitting.output}: config {new.config_id}, was {load_config(path, fitting.preset).config_id}"
-    )
+    old, new = load_config(path, fitting.preset), load_config(fitting.output, fitting.preset)
+    ids = [linearize(ReducedTree(config, use_compiler=False)).model_id for config in (new, old)]
+    return f"wrote {fitting.output}: model {ids[0]} at home, was {ids[1]}; config {new.config_id}"
 
 
 def _provenance(update: Update, name: str, sources: Sequence[Path]) -> str:
@@ -153,10 +165,16 @@ def _provenance(update: Update, name: str, sources: Sequence[Path]) -> str:
     )
 
 
-def add_to(page: Page, update: Update, said: str) -> Page:
-    """Return the page with the update."""
+def add_to(page: Page, update: Update, said: str, test: PoseTest | None = None) -> Page:
+    """Return the page with the update, and what it is worth at poses kept back."""
     remarks = dict(page.remarks)
     if said:
         remarks["Written"] = [said]
+    if test is not None:
+        remarks["At poses kept back"] = [
+            f"{test.poses} pose(s): frequencies {PERCENT * test.before:.2f} % off (RMS) as described, "
+            f"{PERCENT * test.after:.2f} % as fitted"
+            + ("" if test.holds else ": the fit does not hold there")
+        ]
     items = [update_table(update), sensitivity_table(update), *page.items]
     return Page(page.title, page.lead, items, page.checks, remarks, page.data)

@@ -1,0 +1,45 @@
+"""What of a description a modal test can be asked about: the parameters fitted when nobody names any.
+
+Young's modulus of every beam, point masses, damping ratios, and springs of axes, as far as they are plain
+numbers. Which of them the data tell comes out of the fit.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+from flexarm_model.strict_yaml import read_yaml
+
+DAMPING_SPREAD = 1.0  # one sigma of ln zeta: damping is a guess until somebody measures it
+
+
+def fittable(path: Path) -> tuple[str, ...]:
+    """Return "PATH" or "PATH=SPREAD" of every such parameter of a description."""
+    content: Any = read_yaml(path)
+    found = [*_bodies(content.get("bodies", {})), *_springs(content.get("joints", {}))]
+    return tuple(name for name, value in found if _is_positive(value))
+
+
+def _bodies(bodies: dict[str, Any]) -> Iterator[tuple[str, Any]]:
+    for name, body in bodies.items():
+        for i, piece in enumerate(body.get("pieces", ())):
+            yield f"bodies.{name}.pieces.{i}.youngs_modulus", piece.get("youngs_modulus")
+        for i, point in enumerate(body.get("point_masses", ())):
+            yield f"bodies.{name}.point_masses.{i}.mass", point.get("mass")
+        yield f"bodies.{name}.damping_ratio={DAMPING_SPREAD}", body.get("damping_ratio")
+
+
+def _springs(joints: dict[str, Any]) -> Iterator[tuple[str, Any]]:
+    for name, joint in joints.items():
+        for axis, content in (joint.get("axes") or {}).items():
+            if content:
+                yield f"joints.{name}.axes.{axis}.stiffness", content.get("stiffness")
+
+
+def _is_positive(value: Any) -> bool:
+    try:
+        return float(str(value).split()[0]) > 0.0
+    except (ValueError, IndexError):
+        return False

@@ -1,0 +1,74 @@
+"""``flexarm identify --update --retune``: settings for the updated description, written and tried."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+from flexarm_bringup.report import Page
+from flexarm_bringup.retune.moves_text import starting_text, with_settings
+from flexarm_bringup.retune.noise import frequency_doubt
+from flexarm_bringup.retune.page import retune_tables
+from flexarm_bringup.retune.proposal import propose
+from flexarm_bringup.retune.trial import run_trial
+from flexarm_bringup.share import share_path
+from flexarm_bringup.task import FOLDER, load_task
+from flexarm_bringup.task_for import task_for
+from flexarm_model.config import load_config
+from flexarm_model.identification.model_update import Update
+from flexarm_model.manipulator_file import find_manipulator
+
+
+def moves_beside(description: Path) -> Path:
+    """Return where the retuned moves go when nobody says: beside the description."""
+    return description.with_name(f"{description.stem}_moves.yaml")
+
+
+def retune(
+    manipulator: str, preset: str, description: Path, update: Update, output: Path, say: Callable[[str], None]
+) -> Callable[[Page], Page]:
+    """Retune for a description that was just written, try it, write the moves file.
+
+    Args:
+        manipulator: Name or file of the description before.
+        preset: Of both.
+        description: The new one.
+        update: How it came about.
+        output: Moves file to write.
+        say: Is told what is done.
+
+    Returns:
+        What adds the tables to a page.
+
+    Raises:
+        ValueError: There are no moves, or the arm cannot do them.
+    """
+    task = task_for(manipulator)
+    old, new = load_config(find_manipulator(manipulator), preset), load_config(description, preset)
+    proposal = propose(old, new, task, frequency_doubt(update), say)
+    say("moves before")
+    before = run_trial(old, proposal.old, task, new)
+    say("moves after")
+    after = run_trial(new, proposal.new, task, new)
+    text = with_settings(_moves_text(manipulator), proposal.changes, str(description.resolve()))
+    output.write_text(text, encoding="utf-8")
+    if "moves:" in text:
+        load_task(output)
+    tables = retune_tables(proposal, before, after)
+
+    def add(page: Page) -> Page:
+        remarks = dict(page.remarks)
+        remarks["Written"] = [*remarks.get("Written", []), f"wrote {output}: moves with the new settings"]
+        return Page(page.title, page.lead, [*tables, *page.items], page.checks, remarks, page.data)
+
+    return add
+
+
+def _moves_text(manipulator: str) -> str:
+    """Return the moves file that comes along, or the beginning of one."""
+    if not manipulator.endswith((".yaml", ".yml")):
+        try:
+            return share_path(f"{FOLDER}/{manipulator}.yaml").read_text(encoding="utf-8")
+        except FileNotFoundError:
+            pass
+    return starting_text(manipulator)

@@ -1,0 +1,46 @@
+"""What the rules of retuning ask of an arm: its served modes as the tip feels them.
+
+The stiffness of a mode at the tip is the force that holds the tip out by a metre in that mode's shape alone,
+``k = omega^2 / |phi_tip|^2`` (modes have unit mass), so ``k a^2 / 2`` is the energy of an amplitude a there.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexarm_model.modal.read_only import lock_arrays
+from flexarm_model.reduced_model import ReducedModel
+
+Array = NDArray[np.float64]
+UNMOVED = 1e-6  # of the largest tip displacement; such a mode does not move the tip
+
+
+@dataclass(frozen=True)
+class ArmFacts:
+    """Served modes with the axes held, slowest first.
+
+    Attributes:
+        f_hz: Frequencies [Hz], (n_eta,).
+        zeta: Damping ratios [1], (n_eta,).
+        tip_stiffness: At the tip; infinite for a mode that does not move it [N/m], (n_eta,).
+    """
+
+    f_hz: Array
+    zeta: Array
+    tip_stiffness: Array
+
+    def __post_init__(self) -> None:
+        """Make the arrays read-only."""
+        lock_arrays(self)
+
+
+def read_facts(model: ReducedModel) -> ArmFacts:
+    """Return the facts of a served model."""
+    rows = model.outputs.rows("tip")[:3]
+    moved = np.linalg.norm(model.outputs.C_pos[rows, model.n_theta :], axis=0)  # (n_eta,) [m / (kg^0.5 m)]
+    felt = moved > UNMOVED * moved.max(initial=np.finfo(float).tiny)
+    stiffness = np.where(felt, model.omega**2 / np.where(felt, moved, 1.0) ** 2, np.inf)
+    return ArmFacts(model.omega / (2 * np.pi), model.zeta.copy(), stiffness)

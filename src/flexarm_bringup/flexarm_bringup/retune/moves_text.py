@@ -1,0 +1,96 @@
+"""A moves file with other settings: everything else, comments too, stays as people wrote it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import yaml
+
+from flexarm_bringup.task import FORMAT
+from flexarm_model.strict_yaml import ConfigError
+
+Values = Mapping[str, Mapping[str, Any]]
+EXACT = 6  # digits of a number
+STEP = 2  # spaces
+
+
+def with_settings(text: str, sections: Values, manipulator: str) -> str:
+    """Return the text of a moves file with settings by section, and for another description.
+
+    Args:
+        text: The file.
+        sections: Values by section of ``settings`` and name; what is there is replaced.
+        manipulator: Name or path of the description.
+
+    Raises:
+        ConfigError: The file's sections are not written as mappings.
+    """
+    text = _put(text, (), {"manipulator": manipulator})
+    for section, values in sections.items():
+        if values:
+            text = _put(text, ("settings", section), values)
+    return text
+
+
+def starting_text(manipulator: str) -> str:
+    """Return a moves file without moves, for settings of an arm that has no file of its own."""
+    return f"format: {FORMAT}\nmanipulator: {manipulator}\n"
+
+
+def write_number(value: Any) -> str:
+    """Return a setting as YAML 1.1 reads it back."""
+    if isinstance(value, float):
+        text = f"{value:.{EXACT}g}"
+        mantissa, mark, power = text.partition("e")
+        return mantissa + ("" if "." in mantissa or not mark else ".0") + mark + power
+    if isinstance(value, tuple | list):
+        return "[" + ", ".join(map(write_number, value)) + "]"
+    return str(value)
+
+
+def _put(text: str, path: tuple[str, ...], values: Mapping[str, Any]) -> str:
+    for name, value in values.items():
+        text = _put_one(text, path, name, write_number(value))
+    return text
+
+
+def _put_one(text: str, path: tuple[str, ...], name: str, value: str) -> str:
+    node, missing = yaml.compose(text, Loader=yaml.SafeLoader), list(path)
+    while missing and (inner := _child(node, missing[0])) is not None:
+        node = inner
+        missing.pop(0)
+    if not isinstance(node, yaml.MappingNode):
+        raise ConfigError(f"'{'.'.join(path)}': is not a mapping that values can be put into")
+    old = None if missing else _child(node, name)
+    if old is not None:
+        return text[: old.start_mark.index] + value + text[old.end_mark.index :]
+    if node.flow_style:
+        opened = "".join(f"{part}: {{" for part in missing)
+        comma = ", " if node.value else ""
+        end = node.end_mark.index - 1
+        return text[:end] + comma + opened + f"{name}: {value}" + "}" * len(missing) + text[end:]
+    return _insert_lines(text, node, [*missing, f"{name}: {value}"])
+
+
+def _insert_lines(text: str, node: yaml.MappingNode, parts: list[str]) -> str:
+    """Put a line, below headings that are missing, behind the first entry of a block mapping."""
+    first_key, first_value = node.value[0]
+    column = first_key.start_mark.column
+    lines = "".join(
+        " " * (column + STEP * i) + part + ("" if i == len(parts) - 1 else ":") + "\n"
+        for i, part in enumerate(parts)
+    )
+    at = text.rfind("\n", 0, node.value[1][0].start_mark.index) + 1 if len(node.value) > 1 else 0
+    if not at:
+        end = text.find("\n", max(first_value.end_mark.index - 1, 0))
+        if end < 0:
+            return text + "\n" + lines
+        at = end + 1
+    return text[:at] + lines + text[at:]
+
+
+def _child(node: Any, key: str) -> Any:
+    if not isinstance(node, yaml.MappingNode):
+        return None
+    return next((value for name, value in node.value if name.value == key), None)

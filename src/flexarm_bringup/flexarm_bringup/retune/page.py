@@ -1,0 +1,101 @@
+"""What retuning says: settings with their rules, before and after on the simulated rig, margins per path."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from flexarm_bringup.report import Cell, Cells, Column, Table
+from flexarm_bringup.residual import decibels
+from flexarm_bringup.retune.moves_text import write_number
+from flexarm_bringup.retune.proposal import RULES, Proposal
+from flexarm_bringup.retune.trial import Trial
+
+MM, MS, PERCENT = 1e3, 1e3, 100.0
+
+
+def retune_tables(proposal: Proposal, before: Trial, after: Trial) -> list[Table]:
+    """Return the tables of a proposal and of its trial."""
+    return [_settings(proposal), _shaper(proposal), _worth(before, after), _margins(before, after)]
+
+
+def _settings(proposal: Proposal) -> Table:
+    heads = [Column("setting"), Column("before"), Column("after"), Column("rule")]
+    rows: list[Cells] = []
+    for (section, values), old in zip(proposal.changes.items(), proposal.old, strict=True):
+        for name, value in values.items():
+            text = _short(write_number(getattr(old, name)))
+            rows.append([f"{section}.{name}", text, _short(write_number(value)), RULES[name]])
+    kept = proposal.kept
+    notes = [f"one sigma of the updated frequencies: {PERCENT * proposal.doubt:.2g} %"]
+    notes.append(
+        f"margins: {kept.trouble or 'kept'}" + (f", after {kept.tries} steps back" if kept.tries else "")
+    )
+    return Table("Settings retuned", heads, rows, notes)
+
+
+def _short(text: str, most: int = 44) -> str:
+    return text if len(text) <= most else text[: most - 4] + " ..."
+
+
+def _shaper(proposal: Proposal) -> Table:
+    choice = proposal.shaper
+    impulses = zip(choice.shaper.delays, choice.shaper.amplitudes, strict=True)
+    rows: list[Cells] = [[i + 1, MS * delay, share] for i, (delay, share) in enumerate(impulses)]
+    heads = [Column("impulse", "d"), Column("at [ms]", ".1f"), Column("share [1]", ".4f")]
+    note = (
+        f"for {choice.f_hz:.3f} Hz, damping {PERCENT * choice.zeta:.2f} %: at most "
+        f"{PERCENT * choice.left:.1f} % of the vibration is left within +-{PERCENT * choice.band:.2g} %"
+    )
+    return Table(f"Shaper: {choice.shaper.name}", heads, rows, [note])
+
+
+def _worth(before: Trial, after: Trial) -> Table:
+    heads = [
+        Column("on the simulated rig"),
+        Column("before", ".4g"),
+        Column("after", ".4g"),
+        Column("gain\n[dB]", "+.1f"),
+    ]
+    pairs = (
+        ("residual acceleration of the tip [m/s^2 RMS]", [t.residual.acceleration for t in (before, after)]),
+        ("residual distance of the tip [mm RMS]", [MM * t.residual.distance for t in (before, after)]),
+        ("largest error of the tip under way [mm]", [MM * t.tracking for t in (before, after)]),
+    )
+    rows: list[Cells] = [[name, old, new, -decibels(new, old)] for name, (old, new) in pairs]
+    rows.append(["longest settling [s]", before.residual.settling, after.residual.settling, None])
+    notes = [
+        f"{when}: the guard stopped the arm: {trial.guard}"
+        for when, trial in _both(before, after)
+        if trial.guard
+    ]
+    return Table(
+        "What it is worth", heads, rows, ["the rig is the updated description with more modes", *notes]
+    )
+
+
+def _both(before: Trial, after: Trial) -> Sequence[tuple[str, Trial]]:
+    return (("before", before), ("after", after))
+
+
+def _margins(before: Trial, after: Trial) -> Table:
+    heads = [Column("path"), Column("gain [dB]\nbefore", ".1f"), Column("\nafter", ".1f")]
+    heads += [Column("delay [ms]\nbefore", ".2f"), Column("\nafter", ".2f")]
+    rows: list[Cells] = []
+    for name in dict.fromkeys([*before.margins, *after.margins]):
+        old, new = (trial.margins.get(name) for trial in (before, after))
+        cells: list[Cell] = [name.replace("_", " ")]
+        for i, factor in ((0, 1.0), (1, MS)):
+            cells += [None if pair is None else factor * pair[i] for pair in (old, new)]
+        rows.append(cells)
+    notes = ["each with its own description, over all frequency errors that the gate looks at"]
+    notes += [f"{when}: {trial.trouble}" for when, trial in _both(before, after) if trial.trouble]
+    return Table("Margins", heads, rows, notes)
+
+
+def gain_db(before: Trial, after: Trial) -> float:
+    """Return by how much the residual acceleration has become smaller [dB]."""
+    return float(
+        -decibels(after.residual.acceleration, max(before.residual.acceleration, np.finfo(float).tiny))
+    )
