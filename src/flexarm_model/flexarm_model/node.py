@@ -27,6 +27,7 @@ from flexarm_model.announce import announce_on_stderr
 from flexarm_model.declared_node import declare_config, declare_configs
 from flexarm_model.parameter_file import parameter_sources
 from flexarm_model.parameters import ParameterError
+from flexarm_model.process_title import set_process_title
 from flexarm_model.single_instance import NameTakenError, claim_name
 from flexarm_model.strict_yaml import ConfigError
 
@@ -41,6 +42,7 @@ MODELS_QOS = QoSProfile(depth=MODELS_DEPTH, durability=DurabilityPolicy.TRANSIEN
 LOCKSTEP_QOS = QoSProfile(depth=1000)  # both ends in lockstep: no message is lost while a reader is slow
 
 EXIT_CONFIGURATION, EXIT_NAME_TAKEN = 2, 3
+STOPPING = (signal.SIGINT, signal.SIGTERM)
 SPIN_TIMEOUT = 0.1  # s; longest delay of a stop by signal
 READY_PERIOD = 0.05  # s
 
@@ -67,9 +69,8 @@ def run_node(factory: Callable[[], Node]) -> int:
         when a node of the same name is running.
     """
     announce_on_stderr()
-    stopping: list[int] = []
-    for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, lambda received, _frame: stopping.append(received))
+    for number in STOPPING:
+        signal.signal(number, signal.SIG_DFL)  # before anything moves a signal ends the process at once
     try:
         parameter_sources(sys.argv)  # files are told wrong by us, before rcl does or does not
         rclpy.init(args=sys.argv, signal_handler_options=SignalHandlerOptions.NO)
@@ -80,6 +81,10 @@ def run_node(factory: Callable[[], Node]) -> int:
         print(f"{factory.__name__}: {reason}", file=sys.stderr)
         rclpy.try_shutdown()
         return EXIT_NAME_TAKEN if isinstance(error, NameTakenError) else EXIT_CONFIGURATION
+    set_process_title(f"flexarm:{node.get_name()}")
+    stopping: list[int] = []
+    for number in STOPPING:
+        signal.signal(number, lambda received, _frame: stopping.append(received))
     with held:
         _spin(node, stopping)
     return int(getattr(node, "exit_code", 0))
