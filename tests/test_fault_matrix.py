@@ -15,8 +15,6 @@ from flexarm_bringup.fault_drill.drill import (
     CONTROLLER_ROWS,
     ESTIMATOR_ROWS,
     MACHINES,
-    ROWS,
-    bench_of,
     play_row,
     stand_of,
 )
@@ -32,6 +30,7 @@ FAST = (22, 25, 26, 27, 39, 40, 42)  # of the single link; the others wait for -
 def rows_and_machines() -> list[object]:
     return [
         pytest.param(
+            family,
             number,
             machine,
             id=f"row {number} {machine}",
@@ -41,20 +40,21 @@ def rows_and_machines() -> list[object]:
             ),
         )
         for machine in MACHINES
-        for number in ROWS
+        for family, rows in (("estimator", ESTIMATOR_ROWS), ("controller", CONTROLLER_ROWS))
+        for number in rows
     ]
 
 
-@pytest.mark.parametrize(("number", "machine"), rows_and_machines())
-def test_every_bound_of_the_row_is_kept(number: int, machine: str) -> None:
-    result = play_row(bench_of(machine, number), number)
+@pytest.mark.parametrize(("family", "number", "machine"), rows_and_machines())
+def test_every_bound_of_the_row_is_kept(family: str, number: int, machine: str) -> None:
+    result = play_row(machine, family, number)
     if result.skipped:
         pytest.skip(result.skipped)
     missed = [
         f"{f.what}: {f.measured:.4g} {f.unit}, wanted {f.bound}" for f in result.findings if not f.passed
     ]
     assert result.findings
-    assert not missed, f"{ROWS[number].fault}:\n" + "\n".join(missed)
+    assert not missed, f"{result.row.fault}:\n" + "\n".join(missed)
 
 
 def test_the_matrix_has_rows_1_to_33() -> None:
@@ -63,14 +63,15 @@ def test_the_matrix_has_rows_1_to_33() -> None:
 
 def test_the_matrix_of_the_controller_has_its_rows() -> None:
     assert list(CONTROLLER_ROWS) == [*range(34, 43), 45, 53, 54]
-    assert chosen_rows("30-36", CONTROLLER_ROWS) == (34, 35, 36)
+    assert chosen_rows("30-36", ["controller"]) == {"controller": (34, 35, 36)}
+    assert chosen_rows("33-34") == {"estimator": (33,), "controller": (34,)}
 
 
 @pytest.mark.parametrize(
     ("text", "rows"), [("1-3", (1, 2, 3)), ("20, 5", (5, 20)), (None, tuple(range(1, 34)))]
 )
 def test_rows_are_chosen_by_numbers_and_ranges(text: str | None, rows: tuple[int, ...]) -> None:
-    assert chosen_rows(text) == rows
+    assert chosen_rows(text, ["estimator"]) == {"estimator": rows}
 
 
 @pytest.mark.parametrize(

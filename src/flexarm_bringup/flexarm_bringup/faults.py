@@ -12,33 +12,25 @@ from __future__ import annotations
 import argparse
 from collections.abc import Mapping, Sequence
 
-from flexarm_bringup.fault_drill.drill import (
-    CONTROLLER_ROWS,
-    ESTIMATOR_ROWS,
-    MACHINES,
-    ROWS,
-    RowResult,
-    run_drill,
-)
-from flexarm_bringup.fault_drill.row import Row
+from flexarm_bringup.fault_drill.drill import FAMILIES, MACHINES, RowResult, run_drill
 from flexarm_bringup.progress import Progress
 from flexarm_bringup.report import Cell, Check, Column, Page, Table, add_report_arguments, publish
 from flexarm_bringup.task_for import task_for
 from flexarm_model.strict_yaml import ConfigError
 
 REFUSED = 2
-DRILLS: Mapping[str, Mapping[int, Row]] = {"estimator": ESTIMATOR_ROWS, "controller": CONTROLLER_ROWS}
 EPILOG = """\
 examples:
-  flexarm faults --estimator                          all rows on both machines
-  flexarm faults --estimator single_link --rows 1-5   the sensors fall silent, one kind after the other
-  flexarm faults --estimator --rows 12,19 --json t.json
-  flexarm faults --controller                         rows 34-42, 45, 53, 54 on both machines
+  flexarm faults single_link                          all rows on one machine
+  flexarm faults single_link --rows 1-5               the sensors fall silent, one kind after the other
+  flexarm faults --estimator --html t.html            rows 1-33 in one process, on both machines
+  flexarm faults --controller --rows 36,38 --json -   faults of the quadratic program
 
 Any manipulator (name or .yaml) can be drilled. Exit code 1 when a bound was missed.
 """
 COLUMNS = (
     Column("row", "d"),
+    Column("kind"),
     Column("fault"),
     Column("measure"),
     Column("measured", ".4g"),
@@ -49,14 +41,12 @@ COLUMNS = (
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of the drill."""
-    what = parser.add_mutually_exclusive_group(required=True)
-    for name in DRILLS:
-        what.add_argument(
-            f"--{name}",
-            nargs="*",
-            metavar="NAME",
-            help=f"drill the {name} of these machines; none named: {' and '.join(MACHINES)}",
-        )
+    parser.add_argument(
+        "names", nargs="*", metavar="NAME", help=f"machines; none named: {' and '.join(MACHINES)}"
+    )
+    for name, family in FAMILIES.items():
+        numbers = f"{min(family.rows)} to {max(family.rows)}"
+        parser.add_argument(f"--{name}", action="store_true", help=f"only the {name}'s rows ({numbers})")
     parser.add_argument("--rows", metavar="LIST", help="only these rows of the matrix, such as 1-5,20")
     add_report_arguments(parser)
     parser.epilog = EPILOG
@@ -65,10 +55,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     """Run the drill; returns the exit code."""
     progress = Progress()
-    what = next(name for name in DRILLS if getattr(args, name) is not None)
-    machines = tuple(getattr(args, what)) or MACHINES
+    families = [name for name in FAMILIES if getattr(args, name)] or list(FAMILIES)
+    machines = tuple(args.names) or MACHINES
     try:
-        rows = chosen_rows(args.rows, DRILLS[what])
+        rows = chosen_rows(args.rows, families)
         for machine in machines:
             task_for(machine)
         progress.say("recording the moves")
@@ -80,53 +70,52 @@ def run(args: argparse.Namespace) -> int:
         print(error)
         return REFUSED
     progress.done()
-    return publish(build_page(what, machines, results), args)
+    return publish(build_page(tuple(rows), machines, results), args)
 
 
-def chosen_rows(text: str | None, there: Mapping[int, Row] = ESTIMATOR_ROWS) -> tuple[int, ...]:
-    """Return the rows of a list such as "1-5,20", of those that there are; all for None.
+def chosen_rows(text: str | None, families: Sequence[str] = tuple(FAMILIES)) -> dict[str, tuple[int, ...]]:
+    """Return the rows of a list such as "1-5,20" by family, of those that there are; all for None.
 
     Raises:
         ValueError: It is not such a list, or there is no such row.
     """
+    there = {family: tuple(FAMILIES[family].rows) for family in families}
     if text is None:
-        return tuple(there)
+        return there
     wanted: set[int] = set()
     for part in text.split(","):
         first, dash, last = part.strip().partition("-")
         if not first.isdigit() or (dash and not last.isdigit()):
             raise ValueError(f"--rows '{text}': '{part}' is neither a number nor a range such as 1-5")
         wanted |= set(range(int(first), int(last or first) + 1))
-    rows = tuple(number for number in there if number in wanted)
-    if not rows:
-        known = ", ".join(map(str, there))
+    rows = {family: tuple(n for n in numbers if n in wanted) for family, numbers in there.items()}
+    if not any(rows.values()):
+        known = ", ".join(str(n) for n in sorted({n for numbers in there.values() for n in numbers}))
         raise ValueError(f"--rows '{text}': no such row; there are {known}")
-    return rows
+    return {family: numbers for family, numbers in rows.items() if numbers}
 
 
-def build_page(what: str, machines: Sequence[str], results: Sequence[RowResult]) -> Page:
-    """Return everything the drill of the estimator or the controller has to say."""
+def build_page(families: Sequence[str], machines: Sequence[str], results: Sequence[RowResult]) -> Page:
+    """Return everything the drill has to say."""
     return Page(
-        title=f"flexarm faults: the {what} under faults, measured against bound",
+        title=f"flexarm faults: {' and '.join(families)} under faults, measured against bound",
         lead=f"{_count(results)} on {' and '.join(machines)}; e0 is the RMS tip error of the same run "
         "without the fault.",
         items=[_table(machine, [r for r in results if r.machine == machine]) for machine in machines],
         checks=[_check(result) for result in results if not result.skipped],
-        remarks={"read it so": _REMARKS[what]},
+        remarks={"read it so": (_SIMULATED, *(line for family in families for line in _REMARKS[family]))},
     )
 
 
 _SIMULATED = (
     "rig, faults and noise are simulated, with more modes than the estimator knows; no hardware was involved"
 )
-_REMARKS = {
+_REMARKS: Mapping[str, tuple[str, ...]] = {
     "estimator": (
-        _SIMULATED,
         "off: the whole amplifier or driver is silent; frozen, biased, in a wrong unit: one of its kind",
         "closed loop: the moves of 'flexarm sim' under MPC; uncontrolled is joint PD on the same arm",
     ),
     "controller": (
-        _SIMULATED,
         "T: control period; a, b: deceleration and margin of the guard's braking; way: moved after a stop",
         "rows 36-40 run on the served model with the state known, so that all is the controller's doing",
     ),
@@ -136,19 +125,21 @@ _REMARKS = {
 def _table(machine: str, results: Sequence[RowResult]) -> Table:
     rows: list[list[Cell]] = []
     notes = []
-    for result in results:
-        fault = ROWS[result.number].fault
+    for result in sorted(results, key=lambda result: result.number):
+        fault, kind = result.row.fault, result.row.kind
         if result.skipped:
             notes.append(f"row {result.number} skipped: {result.skipped}")
         for finding in result.findings:
             verdict = "ok" if finding.passed else "MISSED"
-            rows.append([result.number, fault, finding.what, float(finding.measured), finding.bound, verdict])
+            rows.append(
+                [result.number, kind, fault, finding.what, float(finding.measured), finding.bound, verdict]
+            )
             fault = ""
     return Table(machine, COLUMNS, rows, notes)
 
 
 def _check(result: RowResult) -> Check:
-    row, kept = ROWS[result.number], sum(finding.passed for finding in result.findings)
+    row, kept = result.row, sum(finding.passed for finding in result.findings)
     found = f"{kept} of {len(result.findings)} bounds kept"
     return Check(f"{result.machine}, row {row.number}: {row.fault}", row.expected, found, result.passed)
 

@@ -1,10 +1,12 @@
-"""All rows of the drill, and how they are played: one machine and a few rows per job, on all cores."""
+"""All rows of the drill, by family; a machine and a few rows of one family are a job for one core."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
+from itertools import product
+from typing import Any
 
 from flexarm_bringup.fault_drill import (
     command_rows,
@@ -25,21 +27,18 @@ from flexarm_bringup.fault_drill.stand import Skipped, Stand
 from flexarm_bringup.parallel import run_parallel
 
 MACHINES = ("single_link", "planar_3rrr")
-ESTIMATOR_ROWS: dict[int, Row] = {
-    row.number: row
-    for row in sorted(
-        (*sample_rows.ROWS, *time_rows.ROWS, *frame_rows.ROWS, *message_rows.ROWS, *loop_rows.ROWS),
-        key=lambda row: row.number,
-    )
-}
-CONTROLLER_ROWS: dict[int, Row] = {
-    row.number: row
-    for row in sorted(
-        (*model_rows.ROWS, *command_rows.ROWS, *solver_rows.ROWS, *restart_rows.ROWS, *stop_rows.ROWS),
-        key=lambda row: row.number,
-    )
-}
-ROWS = ESTIMATOR_ROWS | CONTROLLER_ROWS
+
+
+def _in_order(*rows: Row) -> dict[int, Row]:
+    return {row.number: row for row in sorted(rows, key=lambda row: row.number)}
+
+
+ESTIMATOR_ROWS = _in_order(
+    *sample_rows.ROWS, *time_rows.ROWS, *frame_rows.ROWS, *message_rows.ROWS, *loop_rows.ROWS
+)
+CONTROLLER_ROWS = _in_order(
+    *model_rows.ROWS, *command_rows.ROWS, *solver_rows.ROWS, *restart_rows.ROWS, *stop_rows.ROWS
+)
 TROUBLE = (
     ArithmeticError,
     AttributeError,
@@ -56,15 +55,22 @@ class RowResult:
 
     Attributes:
         machine: Name of the manipulator.
+        family: Of the row, a key of ``FAMILIES``.
         number: Of the row.
         findings: Measured against bound; empty when it was skipped.
         skipped: Why it was; empty when it was not.
     """
 
     machine: str
+    family: str
     number: int
     findings: tuple[Finding, ...]
     skipped: str = ""
+
+    @property
+    def row(self) -> Row:
+        """The row itself."""
+        return FAMILIES[self.family].rows[self.number]
 
     @property
     def passed(self) -> bool:
@@ -73,54 +79,83 @@ class RowResult:
 
 
 @dataclass(frozen=True)
+class Family:
+    """Rows that are played on the same stand.
+
+    Attributes:
+        rows: By number.
+        make_stand: Builds the stand of a machine.
+        is_alone: Its rows measure time: nothing else may run meanwhile.
+    """
+
+    rows: Mapping[int, Row]
+    make_stand: Callable[[str], Any]
+    is_alone: bool = False
+
+
+FAMILIES: Mapping[str, Family] = {
+    "estimator": Family(ESTIMATOR_ROWS, Stand),
+    "controller": Family(CONTROLLER_ROWS, ControllerStand),
+}
+
+
+@dataclass(frozen=True)
 class DrillJob:
-    """What one worker does: some rows on one machine."""
+    """What one worker does: some rows of a family on one machine."""
 
     machine: str
+    family: str
     rows: tuple[int, ...]
 
 
 @cache
-def stand_of(machine: str) -> Stand:
-    """Return the stand of a machine; a process builds it once."""
-    return Stand(machine)
+def stand_of(machine: str, family: str = "estimator") -> Any:
+    """Return the stand of a machine for a family; a process builds it once."""
+    return FAMILIES[family].make_stand(machine)
 
 
-@cache
-def controller_stand_of(machine: str) -> ControllerStand:
-    """Return the controller's stand of a machine; a process builds it once."""
-    return ControllerStand(machine)
-
-
-def bench_of(machine: str, number: int) -> Stand | ControllerStand:
-    """Return the stand on which a row is played."""
-    return stand_of(machine) if number in ESTIMATOR_ROWS else controller_stand_of(machine)
-
-
-def play_row(stand: Stand | ControllerStand, number: int) -> RowResult:
+def play_row(machine: str, family: str, number: int) -> RowResult:
     """Play one row; an error that gets out is a finding."""
     try:
-        return RowResult(stand.name, number, tuple(ROWS[number].play(stand)))
+        found = tuple(FAMILIES[family].rows[number].play(stand_of(machine, family)))
     except Skipped as reason:
-        return RowResult(stand.name, number, (), str(reason))
+        return RowResult(machine, family, number, (), str(reason))
     except TROUBLE as error:
         text = f"raised {type(error).__name__}: {' '.join(str(error).split())[:60]}"
-        return RowResult(stand.name, number, (Finding(text, 1, 0),))
+        return RowResult(machine, family, number, (Finding(text, 1, 0),))
+    return RowResult(machine, family, number, found)
 
 
 def play_job(job: DrillJob) -> list[RowResult]:
     """Play the rows of a job."""
-    return [play_row(bench_of(job.machine, number), number) for number in job.rows]
+    return [play_row(job.machine, job.family, number) for number in job.rows]
 
 
-def drill_jobs(machines: Sequence[str], rows: Sequence[int]) -> list[DrillJob]:
-    """Return everything there is to do."""
-    parts = [tuple(rows[i : i + ROWS_PER_JOB]) for i in range(0, len(rows), ROWS_PER_JOB)]
-    return [DrillJob(machine, part) for machine in machines for part in parts]
+def drill_jobs(machines: Sequence[str], rows: Mapping[str, Sequence[int]]) -> list[DrillJob]:
+    """Return everything there is to do; ``rows`` by family."""
+    jobs = []
+    for machine, (family, numbers) in product(machines, rows.items()):
+        size = 1 if FAMILIES[family].is_alone else ROWS_PER_JOB
+        parts = [tuple(numbers[i : i + size]) for i in range(0, len(numbers), size)]
+        jobs += [DrillJob(machine, family, part) for part in parts]
+    return jobs
 
 
 def run_drill(
-    machines: Sequence[str], rows: Sequence[int], done: Callable[[int, int], None]
+    machines: Sequence[str], rows: Mapping[str, Sequence[int]], done: Callable[[int, int], None]
 ) -> list[RowResult]:
-    """Play rows on machines in parallel processes; ``done`` is told after each job how many are done."""
-    return run_parallel(play_job, drill_jobs(machines, rows), done)
+    """Play rows on machines: what may run beside others on all cores, then the others one by one.
+
+    Args:
+        machines: Names of manipulators.
+        rows: Numbers by family.
+        done: Told after each job how many of how many are done.
+    """
+    jobs = drill_jobs(machines, rows)
+    alone = [job for job in jobs if FAMILIES[job.family].is_alone]
+    beside = [job for job in jobs if job not in alone]
+    results = run_parallel(play_job, beside, lambda n, _: done(n, len(jobs))) if beside else []
+    for n, job in enumerate(alone):
+        results += play_job(job)
+        done(len(beside) + n + 1, len(jobs))
+    return results

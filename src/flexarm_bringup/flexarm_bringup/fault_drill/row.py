@@ -23,12 +23,14 @@ class Row:
         fault: What is injected.
         expected: What must happen.
         play: Injects it and measures; raises ``Skipped`` where that is not possible.
+        kind: "L" in one process, "N" with nodes, "R" with nodes and as root.
     """
 
     number: int
     fault: str
     expected: str
     play: Play
+    kind: str = "L"
 
 
 @dataclass(frozen=True)
