@@ -81,6 +81,7 @@ COMMANDS = {
         "flexarm_bringup.doctor.command", "what keeps this rig from running well, and what to do"
     ),
     "echo": Command("flexarm_bringup.echo_node", "print the messages of a topic, or list the topics"),
+    "monitor": Command("flexarm_bringup.monitor.command", "watch a running rig in the terminal, live"),
     "parameters": Command("flexarm_bringup.parameters_command", "every node's parameters, unit and range"),
     "realtime": Command(
         "flexarm_bringup.realtime.command", "does this machine keep real time? guard, controller, commands"

@@ -1,0 +1,1 @@
+"""``flexarm monitor``: what a running rig does, in a terminal."""

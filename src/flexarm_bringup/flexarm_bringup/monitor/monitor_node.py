@@ -1,0 +1,160 @@
+"""Monitor node: listens to everything a rig says, as bytes, and makes a picture of it when asked.
+
+Subscribes
+    every topic of the table (``topics``) that somebody publishes, best effort, so that no publisher ever
+    waits for it; not ``controller_debug``, because listening to it would make the controller work more.
+    /diagnostics of all nodes.
+
+Messages are kept as bytes; only the newest of each topic are read, once per picture. Listening to a rig at
+200 Hz takes a few percent of a core.
+"""
+
+from __future__ import annotations
+
+import time
+from functools import partial
+from typing import Any
+
+from diagnostic_msgs.msg import DiagnosticArray
+from flexarm_interfaces.msg import ReducedModel as ReducedModelMsg
+from rclpy.node import Node
+from rclpy.serialization import deserialize_message
+
+from flexarm_bringup.conversions import deserialise, message_class
+from flexarm_bringup.described import described
+from flexarm_bringup.monitor.arrivals import Arrivals, newest_common
+from flexarm_bringup.monitor.conversions import (
+    axes_of,
+    controller_from_msg,
+    estimate_from_msg,
+    guard_from_msg,
+    modes_of,
+    sensors_from_msg,
+    tip_of,
+)
+from flexarm_bringup.monitor.model_book import ModelBook
+from flexarm_bringup.monitor.picture import UNKNOWN, Picture, TipRow
+from flexarm_bringup.topics import NAMESPACE, find_stream
+from flexarm_model.conversions import model_from_msg, verdict_from_msg
+from flexarm_model.description import ManipulatorConfig
+from flexarm_model.diagnosis import Verdict
+from flexarm_model.node import MODELS_QOS, RELIABLE_QOS, SENSOR_QOS, events_executor
+from flexarm_model.reduced_model import ReducedModel
+
+LOOK_PERIOD = 1.0  # s between two looks for new topics
+FORGET = 5.0  # s after which what a node said of its health is dropped
+UNWATCHED = frozenset({"controller_debug", "model", "/diagnostics", "robot_description", "tick"})
+
+
+class MonitorNode(Node):
+    """Listens to one rig."""
+
+    def __init__(self, manipulator: str = "") -> None:
+        """Listen; ``manipulator`` is the file of the description where it does not come along."""
+        super().__init__("monitor", namespace="flexarm", start_parameter_services=False)
+        self._manipulator = manipulator
+        self._arrivals: dict[str, Arrivals] = {}
+        self._models = ModelBook(lambda raw: model_from_msg(deserialize_message(raw, ReducedModelMsg)))
+        self._config: tuple[str, ManipulatorConfig | None] = ("", None)
+        self._verdicts: dict[str, tuple[float, Verdict]] = {}
+        self._largest: dict[str, float] = {}
+        self._looked = -LOOK_PERIOD
+        self._executor = events_executor()
+        self._executor.add_node(self)
+        self.create_subscription(ReducedModelMsg, "model", self._models.add, MODELS_QOS, raw=True)
+        self.create_subscription(DiagnosticArray, "/diagnostics", self.on_diagnostics, RELIABLE_QOS)
+
+    def listen(self, seconds: float) -> None:
+        """Listen for a while [s]."""
+        end = time.monotonic() + seconds
+        while (now := time.monotonic()) < end:
+            if now - self._looked >= LOOK_PERIOD:
+                self._looked = now
+                self._look()
+            self._executor.spin_once(timeout_sec=min(end - now, LOOK_PERIOD))
+
+    def on_diagnostics(self, msg: DiagnosticArray) -> None:
+        """Keep the newest verdict of every subject."""
+        now = time.monotonic()
+        self._verdicts |= {status.name: (now, verdict_from_msg(status)) for status in msg.status}
+
+    def picture(self) -> Picture:
+        """Return what is known now."""
+        now = time.monotonic()
+        state, status, guard = (
+            self._newest(name) for name in ("modal_state", "controller_status", "guard_status")
+        )
+        model = self._models.find(state.model_id if state is not None else "")
+        known: dict[str, Any] = {"domain": str(self.context.get_domain_id())}
+        if model is not None:
+            config = self._description(model)
+            known["model_id"] = model.model_id
+            known["title"] = f"{model.manipulator} {config.preset if config else ''}".strip()
+            known["modes"] = modes_of(model, state, self._largest)
+            self._note_largest(known["modes"])
+            errors = status.tracking_error if status is not None else ()
+            known["axes"] = axes_of(model, state, self._newest("applied_effort"), config, errors)
+        if state is not None:
+            known |= {"estimate": estimate_from_msg(state), "sensors": sensors_from_msg(state)}
+        if guard is not None:
+            known["guard"] = guard_from_msg(guard, self._arrivals["guard_status"].row(now).age)
+        if status is not None:
+            known["controller"] = controller_from_msg(status)
+        verdicts = tuple(verdict for t, verdict in self._verdicts.values() if now - t < FORGET)
+        topics = tuple(self._arrivals[name].row(now) for name in sorted(self._arrivals))
+        return Picture(tip=self._tip(), topics=topics, verdicts=verdicts, **known)
+
+    def close(self) -> None:
+        """Leave the graph."""
+        self._executor.shutdown()
+        self.destroy_node()
+
+    def _look(self) -> None:
+        """Subscribe to what has appeared."""
+        for name, _ in self.get_topic_names_and_types():
+            stream = find_stream(name)
+            if stream is None or stream.topic in UNWATCHED or stream.topic in self._arrivals:
+                continue
+            if self.count_publishers(name):
+                arrivals = self._arrivals[stream.topic] = Arrivals(stream.topic, stream.is_stamped)
+                self.create_subscription(
+                    message_class(stream.type), name, partial(_note, arrivals), SENSOR_QOS, raw=True
+                )
+
+    def _newest(self, topic: str) -> Any | None:
+        arrivals = self._arrivals.get(topic)
+        return None if arrivals is None or arrivals.newest is None else _read(topic, arrivals.newest)
+
+    def _tip(self) -> TipRow | None:
+        told = self._newest("end_effector")
+        if told is None:
+            return None
+        goal = self._newest("motion_status")
+        estimates, truths = self._arrivals["end_effector"], self._arrivals.get("truth")
+        stamp = newest_common(estimates, truths) if truths is not None else None
+        pair = None
+        if truths is not None and stamp is not None:
+            raws = estimates.at(stamp), truths.at(stamp)
+            pair = _read("end_effector", raws[0] or b""), _read("truth", raws[1] or b"")
+        return tip_of(told, pair, goal.distance if goal is not None else UNKNOWN)
+
+    def _description(self, model: ReducedModel) -> ManipulatorConfig | None:
+        if self._config[0] != model.config_id:
+            name = self._manipulator or model.manipulator
+            self._config = model.config_id, described(name, model.config_id)
+        return self._config[1]
+
+    def _note_largest(self, modes: Any) -> None:
+        for row in modes:
+            if abs(row.at_tip) > self._largest.get(row.name, 0.0):
+                self._largest[row.name] = abs(row.at_tip)
+
+
+def _note(arrivals: Arrivals, raw: bytes) -> None:
+    arrivals.add(time.monotonic(), raw)
+
+
+def _read(topic: str, raw: bytes) -> Any:
+    stream = find_stream(f"{NAMESPACE}/{topic}")
+    assert stream is not None
+    return deserialise(raw, stream.type)
