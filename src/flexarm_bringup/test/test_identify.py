@@ -201,7 +201,13 @@ def test_one_command_brings_the_description_in_line_and_writes_it(tmp_path, caps
     assert f"config {found.config_id}" in capsys.readouterr().out
 
 
-def test_an_update_without_parameters_is_refused(tmp_path, capsys):
+def test_an_update_without_a_manipulator_is_refused(tmp_path, capsys):
     path = write_npz(tmp_path / "test.npz")
     assert cli.main(["identify", str(path), "--update", str(tmp_path / "x.yaml")]) == 2
-    assert "--fit PATH" in capsys.readouterr().err
+    assert "need --manipulator NAME" in capsys.readouterr().err
+
+
+def test_retuning_without_an_update_is_refused(tmp_path, capsys):
+    path = write_npz(tmp_path / "test.npz")
+    assert cli.main(["identify", str(path), "--manipulator", "single_link", "--retune"]) == 2
+    assert "--retune needs --update" in capsys.readouterr().err
