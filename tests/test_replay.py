@@ -17,16 +17,12 @@ pytest.importorskip("rclpy", reason="needs ROS")
 
 from flexarm_bringup import cli  # noqa: E402
 from flexarm_bringup.conversions import deserialise, serialise  # noqa: E402
+from flexarm_bringup.regress.case import open_pinned, read_case  # noqa: E402
 from flexarm_bringup.replay_bag import OUTPUTS, replay  # noqa: E402
 
 # One second of 10 degrees on case A with MPC, recorded over DDS in lockstep (tests/make_golden.py).
-GOLDEN = Path(__file__).parent / "golden" / "single_link"
-SHA256 = "37ccc908cf3e084acd7d4a0311fce66fb7954239374d2cfa72c98ea0b0b3476f"
-COUNTS = {
-    "model": 1, "reference": 1, "joint_states": 200, "strain": 200, "imu/tip_accelerometer": 200,
-    "camera/pose": 29, "applied_effort": 198, "truth": 200, "guard_status": 10, "tick": 200,
-    "modal_state": 200, "end_effector": 200, "joint_commands": 200, "controller_status": 201,
-}  # fmt: skip
+CASE = Path(__file__).parent / "golden" / "single_link"
+GOLDEN = CASE / "bag"
 COMMANDS = f"{NAMESPACE}/joint_commands"
 
 
@@ -40,10 +36,13 @@ def rewrite(bag: Bag, folder: Path, records: list[Record], **custom: str) -> Pat
     return folder
 
 
-def test_the_golden_bag_is_the_one_that_was_reviewed() -> None:
-    bag = check_bag(GOLDEN)
-    assert (GOLDEN / CHECKSUM_FILE).read_text().split()[0] == SHA256
-    assert {name.removeprefix(f"{NAMESPACE}/"): count for name, count in bag.counts.items()} == COUNTS
+def test_the_golden_case_is_the_one_that_was_reviewed() -> None:
+    case = read_case(CASE)
+    for pinned in (case.bag, case.golden):
+        bag = open_pinned(pinned)
+        assert {name: count for name, count in bag.counts.items() if count} == dict(pinned.counts)
+        written = (pinned.path / CHECKSUM_FILE).read_text().split()[0]
+        assert written == pinned.sha256[DATA_FILE]
 
 
 def test_a_replay_says_what_the_nodes_said_over_dds(capsys: pytest.CaptureFixture[str]) -> None:

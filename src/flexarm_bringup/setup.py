@@ -17,6 +17,7 @@ setup(
     name=NAME,
     version="0.1.0",
     packages=find_packages(include=[NAME, f"{NAME}.*"]),
+    py_modules=["flexarm_pytest"],
     package_data={NAME: ["**/*.html", "**/*.css", "**/*.js", "**/*.json", "**/*.csv", "**/*.yaml", "**/*.c"]},
     data_files=[
         ("share/ament_index/resource_index/packages", [f"resource/{NAME}"]),
@@ -39,5 +40,6 @@ setup(
             "rig_node = flexarm_bringup.rig_node:main",
             "flexarm = flexarm_bringup.cli:main",
         ],
+        "pytest11": ["flexarm_regress = flexarm_pytest"],
     },
 )

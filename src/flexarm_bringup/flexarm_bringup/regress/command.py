@@ -4,7 +4,7 @@
   flexarm regress DIR --html FILE           the same as a page with the divergence drawn (--png DIR: pictures)
   flexarm regress DIR --update              what comes of the bags now is right: renew golden/, say what moved
   flexarm regress --new DIR/NAME --from BAG make a case of any bag that can be replayed
-  flexarm regress --new DIR/NAME --from BAG --manipulator planar_3rrr --settings '{"controller": {"law": "pd"}}'
+  flexarm regress --new DIR/NAME --from BAG --manipulator NAME --settings '{"controller": {"law": "pd"}}'
                                             of one that `ros2 bag record` wrote, which does not say how
 
 A case is a folder with bag/, golden/ and expect.yaml, which holds tolerances, counts and SHA-256. pytest

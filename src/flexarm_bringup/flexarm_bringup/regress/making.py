@@ -13,9 +13,10 @@ from flexarm_bringup.bag_writer import BagError, BagWriter
 from flexarm_bringup.compare import TOLERANCES
 from flexarm_bringup.regress.case import BAG, GOLDEN, Case, Pinned, pin, write_case
 from flexarm_bringup.regress.drift import Moved, find_moved
-from flexarm_bringup.regress.judge import compare, open_case, play_case
-from flexarm_bringup.regress.playing import MODEL, configured, play
+from flexarm_bringup.regress.judge import compare, open_case
+from flexarm_bringup.regress.playing import MODEL, Played, configured, play
 from flexarm_bringup.replay_bag import NEEDED, configuration
+from flexarm_bringup.tick_check import check_ticks
 from flexarm_bringup.topics import find_stream
 
 NS_PER_S = 1_000_000_000
@@ -64,8 +65,8 @@ def make_case(folder: Path, source: Source) -> Case:
         )  # fmt: skip
         bag = configured(bag, draft)
         configuration(bag)
-        golden = write_golden(play(bag, folder / "scratch"), folder / GOLDEN)
-        shutil.rmtree(folder / "scratch")
+        check_ticks(bag)
+        golden = write_golden(_faultless(play(bag)), folder / GOLDEN)
     except BaseException:
         shutil.rmtree(folder, ignore_errors=True)
         raise
@@ -84,10 +85,10 @@ def update_case(folder: Path) -> list[Moved]:
         BagError, ConfigError, ParameterError: The case cannot be judged.
     """
     opened = open_case(folder)
-    played = play_case(opened)
+    played = _faultless(outcome := play(opened.bag))
     golden, case = opened.golden, opened.case
     moved = find_moved(golden, played, topics_of(golden, played), case.tolerances)
-    if moved or not compare(opened, played).is_equal:
+    if moved or not compare(opened, outcome).is_equal:
         fresh = case.golden.path.with_name(f"{case.golden.path.name}.new")
         write_golden(played, fresh)
         shutil.rmtree(case.golden.path)
@@ -109,6 +110,12 @@ def topics_of(*bags: Bag) -> Sequence[str]:
     """Return the topics that bags have messages of, the models first."""
     names = {name for bag in bags for name, count in bag.counts.items() if count}
     return sorted(names, key=lambda name: (name != MODEL, name))
+
+
+def _faultless(played: Played) -> Bag:
+    for topic, text in played.faults.items():
+        raise BagError(f"{played.bag.path}: gives no {topic}: {text}")
+    return played.bag
 
 
 def _bring(bag: Bag, folder: Path, until: float) -> Bag:

@@ -6,17 +6,20 @@ its pose: a wrong sign in a Jacobian then shows where it is made, not only in wh
 
 from __future__ import annotations
 
+import tempfile
 from collections import Counter
-from collections.abc import Iterator
-from dataclasses import replace
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
 from flexarm_bringup.bag_reader import Bag, Record
+from flexarm_bringup.bag_writer import BagError
 from flexarm_bringup.conversions import deserialise, serialise
+from flexarm_bringup.provenance import git_hash
 from flexarm_bringup.regress.case import Case
-from flexarm_bringup.replay_bag import configuration, replay
+from flexarm_bringup.replay_bag import OUTPUTS, configuration, replay
 from flexarm_bringup.topics import NAMESPACE
 from flexarm_model.conversions import model_to_msg, stamp_to_ns
 from flexarm_model.linearize import linearize
@@ -25,6 +28,8 @@ from flexarm_model.reduced_tree import ReducedTree
 from flexarm_model.start_pose import starting_at
 
 MODEL = f"{NAMESPACE}/model"
+# what code with a fault may raise where no step of it should
+FAULTS = (ArithmeticError, AttributeError, LookupError, TypeError, ValueError)
 
 
 def configured(bag: Bag, case: Case) -> Bag:
@@ -44,28 +49,44 @@ def configured(bag: Bag, case: Case) -> Bag:
     return replace(bag, custom={**bag.custom, **said})
 
 
-def play(bag: Bag, folder: Path) -> Bag:
-    """Play a bag and compute its models anew.
+@dataclass(frozen=True)
+class Played:
+    """What came of a bag.
+
+    Attributes:
+        bag: All messages by log time, models first; in memory only.
+        faults: What was raised, by the topic that nothing came of then.
+    """
+
+    bag: Bag
+    faults: Mapping[str, str]
+
+
+def play(bag: Bag) -> Played:
+    """Play a bag and compute its models anew; whatever that raises is a fault of today's code.
 
     Args:
-        bag: What was recorded, with its configuration.
-        folder: To create, for what is on its way.
-
-    Returns:
-        All messages by log time, models first; its files lack the models.
-
-    Raises:
-        BagError, ConfigError, ParameterError: See ``replay``.
-        PoseError, ClosureError: There is no model about the pose of a recorded one.
+        bag: What was recorded, with its configuration, both proved.
     """
-    replayed = replay(bag, folder)
-    records = sorted((*models(bag), *replayed.records), key=lambda record: record.log_time_ns)
+    faults: dict[str, str] = {}
+    records: list[Record] = []
+    for topic, attempt in ((MODEL, models), (OUTPUTS[0], _messages)):
+        try:
+            records += attempt(bag)
+        except FAULTS as error:
+            text = " ".join(str(error).split())
+            faults[topic] = text if isinstance(error, BagError) else f"{type(error).__name__}: {text}"
+    records.sort(key=lambda record: record.log_time_ns)
     counts = {**Counter(record.name for record in records)}
-    return replace(replayed, records=tuple(records), counts=counts)
+    return Played(Bag(bag.path, tuple(records), counts, {**bag.custom, "git": git_hash()}), faults)
 
 
 def models(bag: Bag) -> Iterator[Record]:
-    """Yield every model of a bag, computed again about its pose."""
+    """Yield every model of a bag, computed again about its pose.
+
+    Raises:
+        PoseError, ClosureError: There is none any more.
+    """
     config, settings = configuration(bag)
     tree = ReducedTree(starting_at(config, settings.get("model", {}).get("start", ())))
     for record in bag.records:
@@ -74,3 +95,8 @@ def models(bag: Bag) -> Iterator[Record]:
             model = linearize(tree, np.array(msg.pose))
             again = model_to_msg(model, stamp_to_ns(msg.header.stamp), msg.header.frame_id)
             yield replace(record, cdr=serialise(again, record.type))
+
+
+def _messages(bag: Bag) -> Sequence[Record]:
+    with tempfile.TemporaryDirectory() as scratch:
+        return replay(bag, Path(scratch) / "played").records

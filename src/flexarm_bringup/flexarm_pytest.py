@@ -1,0 +1,96 @@
+"""pytest plugin of flexarm: folders with an ``expect.yaml`` of a bag regression are collected as tests.
+
+It is loaded into every pytest of the environment, also those of other projects. It lies outside of the
+package and imports nothing of it before a case runs: that would limit their BLAS to one thread.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+EXPECT_FILE = "expect.yaml"
+FORMAT = "flexarm-regress/"
+_HEAD = 4096  # bytes in which the format of such a file is named
+MARK = "flexarm_regress"
+
+
+class Diverged(Exception):
+    """The case does not pass; the text is what a reader of the report needs."""
+
+
+class CaseFile(pytest.File):
+    """A folder of a case."""
+
+    def collect(self) -> Iterator[pytest.Item]:
+        """Yield the one test of the case."""
+        yield CaseItem.from_parent(self, name=self.path.parent.name)
+
+
+class CaseItem(pytest.Item):
+    """Plays the bag of a case and compares."""
+
+    def __init__(self, **kwargs: Any) -> None:
+        """Take the marks that the case asks for."""
+        super().__init__(**kwargs)
+        self.add_marker(MARK)
+        for name in _marks(self.path):
+            self.add_marker(name)
+
+    def runtest(self) -> None:
+        """Judge the case.
+
+        Raises:
+            Diverged: It does not pass.
+        """
+        from flexarm_bringup.regress.judge import PASSED, judge
+        from flexarm_bringup.regress.page import build_page
+
+        verdict = judge(self.path.parent)
+        if verdict.code != PASSED:
+            raise Diverged(build_page(self.path.parent, [verdict], with_figures=False).to_text())
+
+    def repr_failure(self, excinfo: pytest.ExceptionInfo[BaseException], style: Any = None) -> Any:
+        """Return the report of the case instead of a traceback."""
+        if isinstance(excinfo.value, Diverged):
+            return str(excinfo.value)
+        return super().repr_failure(excinfo, style)
+
+    def reportinfo(self) -> tuple[Path, int, str]:
+        """Return where the case lies and what it is called."""
+        return self.path, 0, f"flexarm regress: {self.name}"
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Make the mark of all cases known."""
+    config.addinivalue_line("markers", f"{MARK}: a recorded bag played again and compared (flexarm)")
+
+
+def pytest_collect_file(file_path: Path, parent: pytest.Collector) -> pytest.Collector | None:
+    """Collect an ``expect.yaml`` of flexarm; leave those of others alone."""
+    if file_path.name != EXPECT_FILE or FORMAT not in _head(file_path):
+        return None
+    return CaseFile.from_parent(parent, path=file_path)
+
+
+def _head(path: Path) -> str:
+    try:
+        with path.open(encoding="utf8", errors="replace") as file:
+            return file.read(_HEAD)
+    except OSError:
+        return ""
+
+
+def _marks(path: Path) -> list[str]:
+    """Return the marks of a case; a file that is not understood has none, and fails when it runs."""
+    import yaml
+
+    try:
+        content = yaml.safe_load(path.read_text(encoding="utf8"))
+    except (OSError, UnicodeDecodeError, yaml.YAMLError):
+        return []
+    marks = content.get("markers", []) if isinstance(content, dict) else []
+    return [mark for mark in marks if isinstance(mark, str)] if isinstance(marks, list) else []

@@ -1,0 +1,77 @@
+"""The pytest plugin collects cases, tells where they diverged, and leaves other projects alone."""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from bag_fixture import write_bag
+
+pytest_plugins = ["pytester"]
+
+PLUGIN = ("-p", "flexarm_pytest", "-p", "no:cacheprovider")
+EXPECT = """\
+format: flexarm-regress/1
+markers: [bags]
+bag: {path: bag, sha256: {data.mcap: ''}, counts: {/flexarm/joint_states: 2}}
+golden: {path: golden, sha256: {data.mcap: ''}, counts: {/flexarm/modal_state: 2}}
+tolerances: []
+"""
+
+
+@pytest.fixture
+def folder(pytester: pytest.Pytester, monkeypatch: pytest.MonkeyPatch) -> pytest.Pytester:
+    """Run pytest with this plugin alone, whatever is installed."""
+    monkeypatch.setenv("PYTEST_DISABLE_PLUGIN_AUTOLOAD", "1")
+    pytester.makeini("[pytest]\nmarkers = bags: needs a bag\naddopts = --strict-markers\n")
+    return pytester
+
+
+def add_case(pytester: pytest.Pytester, text: str = EXPECT) -> None:
+    case = pytester.mkdir("case")
+    (case / "expect.yaml").write_text(text)
+    write_bag(case / "bag")
+
+
+def test_a_case_is_collected_under_its_folder_with_its_marks(folder: pytest.Pytester) -> None:
+    add_case(folder)
+    found = folder.runpytest_inprocess(*PLUGIN, "--collect-only", "-q", "-m", "bags")
+    found.stdout.fnmatch_lines(["case/expect.yaml::case"])
+    assert folder.runpytest_inprocess(*PLUGIN, "-m", "not bags").ret == pytest.ExitCode.NO_TESTS_COLLECTED
+
+
+def test_an_expect_file_of_another_project_is_left_alone(folder: pytest.Pytester) -> None:
+    add_case(folder, "format: theirs\n")
+    assert folder.runpytest_inprocess(*PLUGIN).ret == pytest.ExitCode.NO_TESTS_COLLECTED
+
+
+def test_the_plugin_brings_neither_the_package_nor_numpy_nor_ros() -> None:
+    code = (
+        "import os, sys; before = dict(os.environ); import flexarm_pytest; assert dict(os.environ) == before;"
+        "print(sorted({name.split('.')[0] for name in sys.modules} & {'numpy', 'rclpy', 'flexarm_model', "
+        "'flexarm_bringup', 'rosbags', 'yaml', 'matplotlib'}))"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "[]"
+
+
+def test_setup_names_the_plugin_so_that_pytest_finds_it() -> None:
+    setup = (Path(__file__).parents[1] / "setup.py").read_text(encoding="utf8")
+    assert '"pytest11": ["flexarm_regress = flexarm_pytest"]' in setup
+    assert 'py_modules=["flexarm_pytest"]' in setup
+
+
+@pytest.mark.ros
+def test_a_case_passes_or_fails_with_its_reason_and_no_traceback(folder: pytest.Pytester) -> None:
+    pytest.importorskip("rclpy", reason="needs ROS")
+    add_case(folder)
+    golden = Path(__file__).parents[3] / "tests" / "golden"
+    shutil.copytree(golden, folder.path / "golden")
+    folder.makeini("[pytest]\n")
+    result = folder.runpytest_subprocess(*PLUGIN)  # NumPy cannot be loaded twice in one process
+    result.assert_outcomes(passed=1, failed=1)
+    result.stdout.fnmatch_lines(["*cannot be judged: *no message on /flexarm/model*"])
+    result.stdout.no_fnmatch_line("*Traceback*")
