@@ -8,6 +8,9 @@ when it must answer. A command computed from the state of tick k acts from tick 
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
 
 from flexarm_bringup.sim.drives import Drives
 from flexarm_bringup.sim.motor_side import MotorSide
@@ -15,8 +18,10 @@ from flexarm_bringup.sim.plant import Plant
 from flexarm_bringup.sim.rig import Rig, RigSettings
 from flexarm_bringup.sim.sensor_faults import SensorFault
 from flexarm_bringup.sim.sensor_simulator import Sample
-from flexarm_controller.guard import STOPPED, Guard, GuardCommand
+from flexarm_controller.guard import STOPPED, Guard, GuardCommand, GuardState
 from flexarm_controller.guard_settings import GuardSettings, guard_limits
+from flexarm_controller.guarding.pose_loads import PoseLoads
+from flexarm_controller.guarding.strain_gauges import StrainGauges
 from flexarm_model.description import ManipulatorConfig
 
 
@@ -41,7 +46,9 @@ class Hardware:
             faults: What is wrong with the sensors, by name.
         """
         self.drives = Drives(config, simulation, plant, faults)
-        self.guard = Guard(guard_limits(config, self.rig.plant.tree, settings or GuardSettings()))
+        tree = self.rig.plant.tree
+        self.guard = Guard(guard_limits(config, tree, settings or GuardSettings()))
+        self._loads, self._gauges = PoseLoads(tree), StrainGauges(config)
         self._seen = self.drives.state()  # by the guard
 
     @property
@@ -87,16 +94,26 @@ class Hardware:
     def observe(self) -> list[Sample]:
         """Return what the sensors deliver before anything has moved; call it once, at the start."""
         samples = self.drives.observe()
-        self._seen = self.drives.state()
+        self._gauges.update({sample.sensor: sample.y for sample in samples})
+        self._seen = self._measured()
         return samples
 
     def advance(self) -> list[Sample]:
         """Move by one period under the torque chosen before; return what the sensors deliver."""
         self.drives.is_released |= self.guard.mode != STOPPED
-        self._seen = self.drives.state()
-        return self.drives.advance()
+        self._seen = self._measured()
+        samples = self.drives.advance()
+        self._gauges.update({sample.sensor: sample.y for sample in samples})
+        return samples
 
     def choose_torque(self, command: GuardCommand | None) -> list[float]:
         """Let the guard choose the torque of the period that starts now [N m], (n_theta,)."""
+        loads = self._loads.look(np.array(self._seen.position))
+        if loads is not None:
+            self.guard.carry(loads)
         self.drives.tau = self.guard.step(command, self._seen, self.t)
         return self.drives.tau
+
+    def _measured(self) -> GuardState:
+        """Return what drives and gauges measure now."""
+        return replace(self.drives.state(), strain=self._gauges.read())

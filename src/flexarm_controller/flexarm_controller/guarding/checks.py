@@ -1,0 +1,51 @@
+"""What must not happen while the guard lets commands pass; every check returns why, or nothing."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+from flexarm_controller.guarding.limits import GuardLimits
+from flexarm_controller.guarding.messages import GuardState
+
+
+def unusable(effort: Sequence[float], axes: int) -> str:
+    """Return why a command cannot be meant; empty when it can."""
+    if len(effort) != axes:
+        return f"command has {len(effort)} efforts, the arm has {axes} axes"
+    if not all(math.isfinite(value) for value in effort):
+        return "command is not finite"
+    return ""
+
+
+def too_fast(state: GuardState, limits: GuardLimits) -> str:
+    """Return which axis is too fast for the end of its range; empty when none is."""
+    if not limits.ranges:
+        return ""
+    if len({len(state.velocity), len(state.position), len(limits.ranges)}) > 1:
+        return "drives do not tell position and velocity of every axis"
+    axes = enumerate(zip(state.position, state.velocity, limits.ranges, strict=True))
+    found = (known.judge(axis, q, v, limits.rest_velocity) for axis, (q, v, known) in axes)
+    return next(filter(None, found), "")
+
+
+def overstrained(strain: Sequence[float], limits: Sequence[float]) -> str:
+    """Return which gauge is strained beyond its limit; a silent gauge (NaN) is none, nor are no gauges."""
+    if not strain:
+        return ""
+    if len(strain) != len(limits):
+        return f"{len(strain)} strains, the arm has {len(limits)} gauges with a limit"
+    for gauge, (value, most) in enumerate(zip(strain, limits, strict=True)):
+        if abs(value) > most:
+            return f"gauge {gauge + 1} is strained beyond its limit: {value:.3g} of {most:.3g}"
+    return ""
+
+
+def too_much_energy(energy: float, limits: GuardLimits) -> str:
+    """Return that the motors have put too much energy into the arm [J]; empty when they have not."""
+    if energy <= limits.energy:
+        return ""
+    window = 1e3 * limits.energy_window
+    return (
+        f"motors have put {energy:.3g} J into the arm within {window:.0f} ms, {limits.energy:.3g} J allowed"
+    )

@@ -1,0 +1,140 @@
+"""The guard's limits from the description of an arm.
+
+The deceleration ``a`` of an axis is what a share ``s`` of its torque limit ``tau_max`` gives its inertia, at
+home and with every axis at either end of its range, wherever the weight leaves that much and half as much
+again; less where twice the strain that a steady ``a`` causes would be beyond a gauge's limit::
+
+    a = min(s tau_max, (tau_max - |h|) / 1.5) / M_ii       a <= eps_max / 2 |d eps / d theta''|
+    b = a t / 2     t = 7 T + (1 + s) tau_max / (d tau / d t)     a <= v_max / t
+    E = k (v' |M| v / 2 + (|h| v + v' D v) 250 ms)       v: velocity limits
+
+``b`` covers the time until braking acts and its taper. ``E``: an arm within its velocity limits takes no more than it needs
+to reach them all from rest, to rise as fast as it can and to overcome its friction; ``k`` allows for a payload.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexarm_controller.guarding.hold_rate import largest_hold_rate
+from flexarm_controller.guarding.joint_range import JointRange
+from flexarm_controller.guarding.limits import Braking, GuardLimits
+from flexarm_controller.guarding.pose_loads import loads_of
+from flexarm_controller.limits import Limits, limits_of
+from flexarm_controller.program.equilibrium import build_equilibrium
+from flexarm_model.closure_error import ClosureError
+from flexarm_model.description import ManipulatorConfig
+from flexarm_model.linearize import PoseError, linearize
+from flexarm_model.parameters import parameter
+from flexarm_model.reduced_model import ReducedModel
+from flexarm_model.reduced_tree import ReducedTree
+
+Array = NDArray[np.float64]
+NOTICING = 3.0  # periods until a speed that is too high has been measured and judged
+LEAD = 2.0  # periods from a measurement to the middle of the period with the torque that answers it
+TAPER = 4.0  # periods in which braking takes away the rest of a velocity
+HEADROOM = 1.5  # torque left by the weight over torque of the deceleration
+OVERSHOOT = 2.0  # largest strain over steady strain when a deceleration begins at once
+
+
+@dataclass(frozen=True)
+class GuardSettings:
+    """Settings of the guard."""
+
+    max_age: float = parameter(0.05, "Silence of the controller that stops the arm.", "s", 0.005, 1.0)
+    arming_time: float = parameter(2.0, "Time the controller has for its first command.", "s", 0.05, 60.0)
+    braking_gain: float = parameter(
+        0.4, "Gain of holding over the one with which the arm would ring up.", "1", 0.01, 0.9
+    )
+    braking_share: float = parameter(0.5, "Share of the torque limit that a stop needs.", "1", 0.05, 1.0)
+    braking_reserve: float = parameter(
+        2.0, "Largest deceleration of a stop over the one it is planned with.", "1", 1.0, 10.0
+    )
+    rest_velocity: float = parameter(0.01, "Axis velocity that counts as rest.", "rad/s", 1e-6, 1.0)
+    energy_margin: float = parameter(
+        2.0, "Energy that the motors may put in within 250 ms over what the arm can take.", "1", 1.0, 100.0
+    )
+    strain_margin: float = parameter(
+        1.0, "Strain that stops the arm over the limit of the description.", "1", 0.1, 10.0
+    )
+    changeover: float = parameter(
+        1.0, "Time for which commands of the model served before still pass.", "s", 0.0, 60.0
+    )
+
+
+def guard_limits(config: ManipulatorConfig, tree: ReducedTree, settings: GuardSettings) -> GuardLimits:
+    """Return what the guard enforces on an arm.
+
+    Args:
+        config: The description; its limits and its rate are those of the motors.
+        tree: Its dynamics.
+        settings: Of the guard.
+    """
+    dt = round(1e9 / config.rate_hz) * 1e-9
+    home, limits = linearize(tree), limits_of(config)
+    ramp = (1.0 + settings.braking_share) * limits.effort / limits.effort_rate
+    reaction = (NOTICING + TAPER) * dt + ramp
+    a = np.minimum(_deceleration(tree, home, limits, settings.braking_share), limits.velocity / reaction)
+    ends = zip(limits.position_low, limits.position_high, a, a * reaction / 2.0, strict=True)
+    return GuardLimits(
+        effort=_row(limits.effort),
+        effort_rate=_row(limits.effort_rate),
+        braking=Braking(
+            deceleration=_row(a),
+            peak=_row(settings.braking_reserve * a),
+            taper=1.0 / (TAPER * dt),
+            rate=settings.braking_gain * largest_hold_rate(home, dt),
+            lead=LEAD * dt,
+        ),
+        loads=loads_of(home),
+        period=dt,
+        max_age=settings.max_age,
+        arming_time=settings.arming_time,
+        rest_velocity=settings.rest_velocity,
+        ranges=tuple(JointRange(*map(float, end)) for end in ends),
+        strain=_row(settings.strain_margin * limits.strain),
+        energy=settings.energy_margin * _energy(home, limits),
+        changeover=settings.changeover,
+    )
+
+
+def _deceleration(tree: ReducedTree, home: ReducedModel, limits: Limits, share: float) -> Array:
+    """Return what braking gives the axes wherever they are [rad/s^2] or [m/s^2], (n_theta,)."""
+    m = home.n_theta
+    gauges = [home.outputs.names.index(name) for name in limits.gauges]
+    bending = home.outputs.C_pos[gauges, m:] @ build_equilibrium(home).X[m : home.n, 2 * m :]
+    with np.errstate(divide="ignore"):
+        found = [*limits.strain[:, None] / (OVERSHOOT * abs(bending))]  # (n_theta,) each
+    for model in _models(tree, home, limits):
+        loads = loads_of(model)
+        left = np.minimum(share * limits.effort, (limits.effort - abs(np.array(loads.holding))) / HEADROOM)
+        found.append(left / np.diag(loads.inertia))
+    return np.asarray(np.min(found, axis=0))
+
+
+def _models(tree: ReducedTree, home: ReducedModel, limits: Limits) -> list[ReducedModel]:
+    """Return the arm at home and with one axis at an end of its range, as far as that can be."""
+    models = [home]
+    for axis in range(home.n_theta):
+        for end in (limits.position_low[axis], limits.position_high[axis]):
+            pose = home.pose.copy()
+            pose[axis] = end
+            try:
+                models.append(linearize(tree, pose))
+            except (PoseError, ClosureError):  # another axis ends the motion before
+                continue
+    return models
+
+
+def _energy(model: ReducedModel, limits: Limits) -> float:
+    """Return the energy that an arm within its velocity limits takes in 250 ms at most [J]."""
+    m, v = model.n_theta, limits.velocity
+    lost = abs(np.array(loads_of(model).holding)) @ v + v @ np.diag(np.diag(model.D)[:m]) @ v
+    return float(v @ abs(model.M[:m, :m]) @ v / 2.0 + GuardLimits.energy_window * lost)
+
+
+def _row(values: Array) -> tuple[float, ...]:
+    return tuple(map(float, values))

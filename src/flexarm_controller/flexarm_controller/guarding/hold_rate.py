@@ -1,0 +1,69 @@
+"""How stiffly an elastic arm may be held through its motors: the stability of the sampled loop.
+
+The guard holds with ``tau = -M_tt (r w + r^2 / 4 theta)`` once a period, w the velocity as the drives tell it,
+
+    w_k = (1 - s) w_k-1 + s (theta_k - theta_k-1) / T
+
+and what it knows is a period old when its torque begins to act. On a rigid arm r could be about 1 / T. A motor in front of an elastic arm feels less inertia at once than in
+the end, and beyond some r the loop of both rings up by itself. The poles of the whole loop,
+``x_k+1 = exp(A T) x_k + ..``, tell where.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import expm
+
+from flexarm_model.reduced_model import ReducedModel
+
+Array = NDArray[np.float64]
+SMOOTHING = 0.4  # s of the module, as the drives of the rig smooth
+FINENESS = 0.95  # of the search, downwards from 1 / T
+LOWEST = 1e-3  # of 1 / T
+
+
+def largest_hold_rate(model: ReducedModel, dt: float) -> float:
+    """Return the largest r [1/s] with which the loop is stable.
+
+    Args:
+        model: The arm.
+        dt: Motor period [s].
+    """
+    step, push = _sampled(model, dt)
+    rate = 1.0 / dt
+    while rate > LOWEST / dt and spectral_radius(model, step, push, rate * dt) >= 1.0:
+        rate *= FINENESS
+    return rate
+
+
+def spectral_radius(model: ReducedModel, step: Array, push: Array, gain: float) -> float:
+    """Return the largest magnitude of a pole of the held arm.
+
+    Args:
+        model: The arm.
+        step: Of its state [theta; eta; theta'; eta'] over a period, (n_x, n_x).
+        push: What a torque held over a period adds, (n_x, n_theta).
+        gain: r T [1].
+    """
+    m, n_x = model.n_theta, len(step)
+    now = np.eye(m, n_x)
+    velocity = np.hstack([SMOOTHING * now, -SMOOTHING * np.eye(m), (1.0 - SMOOTHING) * np.eye(m)])  # w T
+    pull = gain * velocity
+    pull[:, :m] += gain**2 / 4.0 * np.eye(m)
+    loop = np.zeros((n_x + 3 * m, n_x + 3 * m))
+    loop[:n_x, :n_x], loop[:n_x, n_x + 2 * m :] = step, -push @ model.M[:m, :m]
+    loop[n_x : n_x + m, :n_x] = now
+    loop[n_x + m : n_x + 2 * m, : n_x + 2 * m] = velocity
+    loop[n_x + 2 * m :, : n_x + 2 * m] = pull
+    return float(abs(np.linalg.eigvals(loop)).max())
+
+
+def _sampled(model: ReducedModel, dt: float) -> tuple[Array, Array]:
+    """Return step and push of ``spectral_radius``; the push for torques in units of 1 / T^2."""
+    n, m = model.n, model.n_theta
+    block = np.zeros((2 * n + m, 2 * n + m))
+    block[:n, n : 2 * n] = np.eye(n)
+    block[n : 2 * n] = np.linalg.solve(model.M, np.hstack([-model.K, -model.D, model.B]))
+    sampled = expm(block * dt)
+    return sampled[: 2 * n, : 2 * n], sampled[: 2 * n, 2 * n :] / dt**2

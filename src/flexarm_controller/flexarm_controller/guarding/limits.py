@@ -1,0 +1,63 @@
+"""What the guard enforces."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from flexarm_controller.guarding.joint_range import JointRange
+from flexarm_controller.guarding.loads import Loads
+
+
+@dataclass(frozen=True)
+class Braking:
+    """How an arm is brought to rest and held; one value per axis, or one for all.
+
+    Attributes:
+        deceleration: Of a stop: it ends within ``v^2 / 2 a`` [rad/s^2] or [m/s^2].
+        peak: Largest deceleration, where reaction or load have cost way [rad/s^2] or [m/s^2].
+        taper: Share of the velocity that braking takes away at most, which matters near rest [1/s].
+        rate: Of holding: damping over inertia; its spring is critically damped [1/s].
+        lead: Time from measuring a velocity to the torque that answers it [s].
+    """
+
+    deceleration: tuple[float, ...]
+    peak: tuple[float, ...]
+    taper: float
+    rate: float
+    lead: float
+
+
+@dataclass(frozen=True)
+class GuardLimits:
+    """What the guard enforces; one value per axis or gauge.
+
+    Attributes:
+        effort: Largest torque [N m] or force [N].
+        effort_rate: Its largest rate [N m/s] or [N/s].
+        braking: How the arm is brought to rest.
+        loads: What the arm asks of its motors, until the guard is told better.
+        period: Motor period [s].
+        max_age: Silence that stops the arm [s].
+        arming_time: Time the controller has for its first command [s].
+        rest_velocity: Below this an axis is at rest [rad/s] or [m/s].
+        ranges: Where the axes may be; empty for anywhere.
+        strain: Largest strain of every gauge; empty for any [1].
+        energy: Largest energy that the motors put in over ``energy_window`` [J].
+        energy_window: Time over which it is summed [s].
+        changeover: Time for which commands of the model served before still pass [s].
+    """
+
+    effort: tuple[float, ...]
+    effort_rate: tuple[float, ...]
+    braking: Braking
+    loads: Loads
+    period: float
+    max_age: float = 0.05
+    arming_time: float = 2.0
+    rest_velocity: float = 0.01
+    ranges: tuple[JointRange, ...] = ()
+    strain: tuple[float, ...] = ()
+    energy: float = math.inf
+    energy_window: float = 0.25
+    changeover: float = 1.0

@@ -1,0 +1,60 @@
+"""The loads of the arm where it is, from its compiled dynamics; made outside the guard's loop."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexarm_controller.guarding.loads import Loads
+from flexarm_controller.program.equilibrium import build_equilibrium
+from flexarm_model.closure_error import ClosureError
+from flexarm_model.linearize import PoseError, linearize
+from flexarm_model.reduced_model import ReducedModel
+from flexarm_model.reduced_tree import ReducedTree
+
+Array = NDArray[np.float64]
+NEAR = {"t": 0.01, "r": 0.09}  # m or rad from the pose up to which loads are good
+
+
+def loads_of(model: ReducedModel) -> Loads:
+    """Return the loads of a served model, modes at rest."""
+    m, rest = model.n_theta, build_equilibrium(model)
+    stiffness = rest.U[:, :m]
+    holding = rest.u_0 + stiffness @ model.pose
+    return Loads(_row(model.pose), _row(holding), _rows(stiffness), _rows(model.M[:m, :m]))
+
+
+class PoseLoads:
+    """Follows the arm and makes new loads when it has moved far enough."""
+
+    def __init__(self, tree: ReducedTree) -> None:
+        """Begin at home."""
+        config = tree.config
+        self._tree, self._pose = tree, np.array(config.home)
+        self._near = np.array([NEAR[axis.name[0]] for axis in config.actuated.values()])
+        self._low, self._high = (
+            np.array([getattr(axis, side) for axis in config.actuated.values()])
+            for side in ("lower", "upper")
+        )
+
+    def look(self, theta: Array) -> Loads | None:
+        """Return new loads if the axes ``theta``, (n_theta,), are far from those of the last ones.
+
+        None where they are near, where they cannot be true, and where the arm cannot stand.
+        """
+        pose = np.clip(theta, self._low, self._high)
+        if not (abs(pose - self._pose) > self._near).any():
+            return None
+        self._pose = pose
+        try:
+            return loads_of(linearize(self._tree, pose))
+        except (PoseError, ClosureError):
+            return None
+
+
+def _row(values: Array) -> tuple[float, ...]:
+    return tuple(map(float, values))
+
+
+def _rows(values: Array) -> tuple[tuple[float, ...], ...]:
+    return tuple(map(_row, values))

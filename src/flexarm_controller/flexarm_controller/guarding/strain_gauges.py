@@ -1,0 +1,28 @@
+"""What the gauges said last, in the order of the guard's limits."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+
+from flexarm_model.description import ManipulatorConfig
+
+
+class StrainGauges:
+    """Puts the strains of a period in order."""
+
+    def __init__(self, config: ManipulatorConfig) -> None:
+        """Know the gauges of a manipulator."""
+        gauges = [spec for spec in config.sensors if spec.kind == "strain_gauge"]
+        self._channels = [(spec.name, i) for spec in gauges for i in range(len(spec.channels))]
+        self._strain = (math.nan,) * len(self._channels)
+
+    def update(self, strains: Mapping[str, Sequence[float]]) -> None:
+        """Take what was said in a period, by sensor [1]; those that are not named were silent."""
+        silent: Sequence[float] = ()
+        said = [(strains.get(name, silent), i) for name, i in self._channels]
+        self._strain = tuple(float(y[i]) if i < len(y) else math.nan for y, i in said)
+
+    def read(self) -> tuple[float, ...]:
+        """Return the strain of every channel, NaN where it was silent [1]."""
+        return self._strain
