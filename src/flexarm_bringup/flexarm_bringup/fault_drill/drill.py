@@ -14,6 +14,7 @@ from flexarm_bringup.fault_drill import (
     loop_rows,
     message_rows,
     model_rows,
+    nodes_rows,
     restart_rows,
     sample_rows,
     solver_rows,
@@ -24,6 +25,7 @@ from flexarm_bringup.fault_drill.controller_stand import ControllerStand
 from flexarm_bringup.fault_drill.findings import Finding
 from flexarm_bringup.fault_drill.row import Row
 from flexarm_bringup.fault_drill.stand import Skipped, Stand
+from flexarm_bringup.fault_drill.system_stand import SystemStand
 from flexarm_bringup.parallel import run_parallel
 
 MACHINES = ("single_link", "planar_3rrr")
@@ -39,10 +41,13 @@ ESTIMATOR_ROWS = _in_order(
 CONTROLLER_ROWS = _in_order(
     *model_rows.ROWS, *command_rows.ROWS, *solver_rows.ROWS, *restart_rows.ROWS, *stop_rows.ROWS
 )
+NODES_ROWS = _in_order(*nodes_rows.ROWS)
 TROUBLE = (
     ArithmeticError,
     AttributeError,
     LookupError,
+    OSError,
+    RuntimeError,
     TypeError,
     ValueError,
 )  # must never get out of a step
@@ -93,9 +98,14 @@ class Family:
     is_alone: bool = False
 
 
+def _system_stand(machine: str) -> SystemStand:
+    return SystemStand(stand_of(machine))
+
+
 FAMILIES: Mapping[str, Family] = {
     "estimator": Family(ESTIMATOR_ROWS, Stand),
     "controller": Family(CONTROLLER_ROWS, ControllerStand),
+    "nodes": Family(NODES_ROWS, _system_stand, is_alone=True),
 }
 
 

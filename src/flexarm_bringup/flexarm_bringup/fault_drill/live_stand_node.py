@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import Any
 
 from flexarm_interfaces.msg import ReducedModel
-from running_graph import Ear, running
 from std_msgs.msg import String
 
 from flexarm_bringup.conversions import message_class
@@ -17,6 +16,7 @@ from flexarm_bringup.fault_drill.message_stand import MessageStand
 from flexarm_bringup.fault_drill.stand import FAULT_START, Stand, Trace, trace_of
 from flexarm_bringup.fault_drill.told_estimate import told_estimate
 from flexarm_bringup.graph import Process
+from flexarm_bringup.running_graph_node import Ear, running
 from flexarm_bringup.topics import find_stream
 from flexarm_estimator.estimate import Estimate
 from flexarm_model.conversions import stamp_to_ns
@@ -32,7 +32,7 @@ class NodeLink:
 
     def __init__(self, ear: Ear) -> None:
         """Speak and hear through ``ear``."""
-        self._ear, self._publishers = ear, {}
+        self._ear, self._publishers = ear, dict[str, Any]()
         self._receipts: list[str] = []
         self._models = ear.node.create_publisher(ReducedModel, "model", MODELS_QOS)
         ear.node.create_subscription(
@@ -73,7 +73,8 @@ class NodeLink:
     def _publisher(self, topic: str) -> Any:
         if topic not in self._publishers:
             stream = find_stream(f"/flexarm/{topic}")
-            assert stream is not None, topic
+            if stream is None:
+                raise KeyError(topic)
             made = self._ear.node.create_publisher(message_class(stream.type), topic, RELIABLE_QOS)
             self._ear.wait(lambda: made.get_subscription_count() > 0, PATIENCE, f"a listener on {topic}")
             self._publishers[topic] = made
@@ -95,13 +96,16 @@ class LiveStand:
         )
 
     def __enter__(self) -> LiveStand:
+        """Return the stand itself."""
         return self
 
     def __exit__(self, *error: object) -> None:
+        """Stop the node."""
         self._stack.close()
 
     @property
     def messages(self) -> MessageStand:
+        """What sends messages, here to the node."""
         return MessageStand(self._stand, self._start)
 
     def play(self, clock: Callable[[float], float]) -> Trace:

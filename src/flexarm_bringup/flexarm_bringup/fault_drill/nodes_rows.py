@@ -1,0 +1,42 @@
+"""Rows of the estimator once more, with nodes: the same faults and bounds, at the other end of DDS."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from flexarm_bringup.fault_drill import message_rows, sample_rows, time_rows
+from flexarm_bringup.fault_drill.findings import Finding
+from flexarm_bringup.fault_drill.frame_rows import LATE
+from flexarm_bringup.fault_drill.row import Row, cases
+from flexarm_bringup.fault_drill.system_stand import SystemStand
+
+INJECTED_BY_THE_RIG = (1, 2, 3, 4, 5, 12)
+SENT_AS_MESSAGES = (18, 19, 21, 22, 23)
+
+
+def on_nodes(row: Row) -> Row:
+    """Return a row whose faults the rig node injects."""
+
+    def play(stand: SystemStand) -> Sequence[Finding]:
+        return row.play(stand.nodes)
+
+    return replace(row, play=play, kind="N")
+
+
+def on_live_estimator(row: Row) -> Row:
+    """Return a row whose messages go to an estimator node."""
+
+    def play(stand: SystemStand) -> Sequence[Finding]:
+        with stand.live() as live:
+            return row.play(live)
+
+    return replace(row, play=play, kind="N")
+
+
+_KNOWN = {row.number: row for row in (*sample_rows.ROWS, *message_rows.ROWS, *time_rows.ROWS)}
+ROWS = (
+    *(on_nodes(_KNOWN[number]) for number in INJECTED_BY_THE_RIG),
+    *(on_live_estimator(_KNOWN[number]) for number in SENT_AS_MESSAGES),
+    on_nodes(Row(28, "camera frames of 30, 60 and 100 ms age", "fused at their own time", cases(*LATE))),
+)

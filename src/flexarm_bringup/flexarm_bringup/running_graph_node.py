@@ -1,0 +1,119 @@
+"""A running graph of nodes with an ear on its topics: what drills and tests over DDS stand on."""
+
+from __future__ import annotations
+
+import os
+import time
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import rclpy
+from domain_coordinator import domain_id
+from rclpy.qos import QoSProfile
+from std_msgs.msg import Bool
+from std_srvs.srv import Trigger
+
+from flexarm_bringup.conversions import message_class
+from flexarm_bringup.graph import Process
+from flexarm_bringup.supervisor import Supervisor
+from flexarm_bringup.topics import NAMESPACE, find_stream
+from flexarm_model.node import LATCHED_QOS, events_executor
+
+DEEP_QOS = QoSProfile(depth=5000)  # who listens late must not miss what was said
+START_UP = 40.0  # s that nodes may take to be ready
+ANSWER = 10.0  # s for a service
+
+
+class Ear:
+    """Hears topics of the graph, and can speak on them.
+
+    Attributes:
+        heard: Messages by relative topic, in order of arrival.
+    """
+
+    def __init__(self, topics: tuple[str, ...]) -> None:
+        """Subscribe to relative or absolute topics.
+
+        Raises:
+            KeyError: One of them is not a topic of flexarm.
+        """
+        self.node = rclpy.create_node("ear", namespace=NAMESPACE)
+        self._executor = events_executor()
+        self._executor.add_node(self.node)
+        self.heard: dict[str, list[Any]] = {topic: [] for topic in topics}
+        self.ready: dict[str, bool] = {}
+        for topic in topics:
+            stream = find_stream(topic if topic.startswith("/") else f"{NAMESPACE}/{topic}")
+            if stream is None:
+                raise KeyError(topic)
+            self.node.create_subscription(
+                message_class(stream.type), topic, self.heard[topic].append, DEEP_QOS
+            )
+
+    def wait(self, condition: Callable[[], bool], seconds: float, what: str) -> None:
+        """Listen until ``condition`` holds.
+
+        Raises:
+            TimeoutError: It does not within ``seconds``; ``what`` says what was awaited.
+        """
+        deadline = time.monotonic() + seconds
+        while not condition():
+            if time.monotonic() >= deadline:
+                raise TimeoutError(f"waited {seconds:g} s for {what}")
+            self._executor.spin_once(timeout_sec=0.02)
+
+    def listen(self, seconds: float) -> None:
+        """Listen for a while."""
+        deadline = time.monotonic() + seconds
+        while time.monotonic() < deadline:
+            self._executor.spin_once(timeout_sec=0.02)
+
+    def wait_ready(self, *names: str) -> None:
+        """Wait until these nodes are ready."""
+        for name in names:
+            self.ready[name] = False
+            self.node.create_subscription(
+                Bool,
+                f"{name}/ready",
+                lambda msg, name=name: self.ready.__setitem__(name, msg.data),
+                LATCHED_QOS,
+            )
+        self.wait(lambda: all(self.ready.values()), START_UP, f"{', '.join(names)} to be ready")
+
+    def call(self, service: str) -> Any:
+        """Call a trigger and return its response."""
+        client = self.node.create_client(Trigger, service)
+        self.wait(client.service_is_ready, ANSWER, service)
+        future = client.call_async(Trigger.Request())
+        self.wait(future.done, ANSWER, f"the answer of {service}")
+        return future.result()
+
+    def latest(self, topic: str) -> Any:
+        """Return the newest message of a topic, or None."""
+        return self.heard[topic][-1] if self.heard[topic] else None
+
+
+@contextmanager
+def running(
+    processes: tuple[Process, ...],
+    topics: tuple[str, ...],
+    folder: Path,
+    extra: Mapping[str, str] | None = None,
+    command: Callable[[Process], list[str]] | None = None,
+) -> Iterator[tuple[Supervisor, Ear]]:
+    """Run processes in a ROS domain of their own; gives the supervisor and an ear in the same domain."""
+    with domain_id() as domain:
+        own = {"ROS_DOMAIN_ID": str(domain), "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}
+        before = {key: os.environ.get(key) for key in own}
+        os.environ.update(own)
+        rclpy.init()
+        try:
+            environment = {**os.environ, **(extra or {})}
+            with Supervisor(processes, folder / "log", environment, command) as supervisor:
+                yield supervisor, Ear(topics)
+        finally:
+            rclpy.try_shutdown()
+            for key, value in before.items():
+                os.environ.pop(key) if value is None else os.environ.__setitem__(key, value)
