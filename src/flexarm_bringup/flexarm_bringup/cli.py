@@ -53,6 +53,9 @@ COMMANDS = {
     ),
     "model": Command("flexarm_bringup.model_command", "frequencies, shapes and reach of the modes at a pose"),
     "sim": Command("flexarm_bringup.simulate", "run any manipulator in lockstep: MPC against joint PD"),
+    "rig": Command(
+        "flexarm_bringup.rig_run.command", "start the simulated rig with its nodes, watch it until Ctrl-C"
+    ),
     "compare": Command(
         "flexarm_bringup.compare_laws.command", "every law beside every open-loop motion, in the same time"
     ),

@@ -26,7 +26,8 @@ class Process:
         name: Node name, also of its log file.
         parameters: ROS parameters: booleans, numbers, strings, or lists of one of these.
         remaps: Topics to rename, from -> to.
-        essential: The run is over when this process ends.
+        essential: Motion stops when this process ends.
+        respawn: By the clock it is started again; in lockstep the run is over.
     """
 
     package: str
@@ -35,6 +36,7 @@ class Process:
     parameters: Mapping[str, Any] = field(default_factory=dict)
     remaps: Mapping[str, str] = field(default_factory=dict)
     essential: bool = True
+    respawn: bool = True
 
 
 def rig_graph(
@@ -70,7 +72,9 @@ def rig_graph(
             "settings": json.dumps(more, sort_keys=True),
             **more.get("recorder", {}),
         }
-        rows.insert(0, Process("flexarm_bringup", "recorder_node", "recorder", essential=False))
+        rows.insert(
+            0, Process("flexarm_bringup", "recorder_node", "recorder", essential=False, respawn=False)
+        )
     unknown = set(more) - {row.name for row in rows}
     if unknown:
         names = ", ".join(row.name for row in rows)

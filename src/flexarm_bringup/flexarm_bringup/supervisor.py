@@ -3,7 +3,7 @@
 Every child has its own process group, so that Ctrl-C in the terminal reaches only the supervisor,
 which then stops the children in order: SIGINT, SIGTERM, SIGKILL, each after a grace period. The
 kernel sends them SIGTERM should the supervisor itself be killed. Whether a node is ready is told
-by its ``~/ready`` topic, not by the supervisor.
+by its ``~/ready`` topic, not by the supervisor. Who asks it to ``tend`` gets crashed processes back.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ import signal
 import subprocess
 import time
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
 
@@ -22,8 +23,33 @@ from flexarm_bringup.installed import find_executable
 
 GRACE = ((signal.SIGINT, 5.0), (signal.SIGTERM, 2.0), (signal.SIGKILL, 2.0))  # s for all children together
 POLL_PERIOD = 0.01  # s
+RESPAWNS, WITHIN = 3, 30.0  # a process that crashes more often within so many seconds stays away
+ON_PURPOSE = (0, 2, 3)  # exit codes: asked to end, wrong configuration, name taken: it would end again
+DEFAULTS = {"ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST", "OMP_NUM_THREADS": "1"}  # of the children
 _PR_SET_PDEATHSIG = 1  # linux/prctl.h
 _REEXECUTED = ("_ROS_WHEELS_BOOTSTRAP_COMPLETE",)  # marks of the parent's interpreter, not of the child's
+
+
+@dataclass(frozen=True)
+class Ending:
+    """A process that has ended.
+
+    Attributes:
+        process: Its row of the graph.
+        code: Exit code; minus the signal that ended it.
+        last_words: Last line of its log.
+        returns: It has been started again.
+    """
+
+    process: Process
+    code: int
+    last_words: str
+    returns: bool
+
+    def __str__(self) -> str:
+        """Return one line about it."""
+        again = ", started again" if self.returns else ""
+        return f"{self.process.name} ended with {self.code}{again}: {self.last_words}"
 
 
 class Supervisor:
@@ -41,21 +67,24 @@ class Supervisor:
         Args:
             processes: What to start, in this order.
             log_folder: Gets ``<name>.log`` with stdout and stderr of each.
-            environment: Of the children.
+            environment: Of the children; they find each other on this machine only unless it says else.
             command: Makes the command line of a process; None: the installed executable.
 
         Raises:
             FileNotFoundError: An executable is not installed; nothing keeps running.
         """
-        self.environment = {key: value for key, value in environment.items() if key not in _REEXECUTED}
+        kept = {key: value for key, value in environment.items() if key not in _REEXECUTED}
+        self.environment = {**DEFAULTS, **kept}
         self._processes = {process.name: process for process in processes}
         self._children: dict[str, subprocess.Popen[bytes]] = {}
         self._log_folder = log_folder
         log_folder.mkdir(parents=True, exist_ok=True)
-        command = command or self._installed
+        self._command = command or self._installed
+        self._crashes: dict[str, list[float]] = {process.name: [] for process in processes}
+        self._told: set[str] = set()
         try:
             for process in processes:
-                self._children[process.name] = self._start(process, command(process))
+                self._children[process.name] = self._start(process, "wb")
         except BaseException:
             self.stop()
             raise
@@ -80,6 +109,19 @@ class Supervisor:
             if self._processes[name].essential:
                 return f"{name} ended with {code}: {self._last_line(name)}"
         return ""
+
+    def tend(self) -> list[Ending]:
+        """Start crashed processes again, those that shall be; return what has ended since the last call."""
+        endings = []
+        for name, code in self.exit_codes().items():
+            if name not in self._told:
+                process = self._processes[name]
+                endings.append(Ending(process, code, self._last_line(name), self._may_return(process, code)))
+                if endings[-1].returns:
+                    self._children[name] = self._start(process, "ab")
+                else:
+                    self._told.add(name)
+        return endings
 
     def wait(self, seconds: float) -> bool:
         """Wait until every process has ended, at most ``seconds``; return whether all have."""
@@ -118,10 +160,18 @@ class Supervisor:
         path = find_executable(process.package, process.executable, self.environment)
         return [str(path), *ros_arguments(process)]
 
-    def _start(self, process: Process, command: list[str]) -> subprocess.Popen[bytes]:
-        with self.log(process.name).open("wb") as log:
+    def _may_return(self, process: Process, code: int) -> bool:
+        if not process.respawn or code in ON_PURPOSE:
+            return False
+        now = time.monotonic()
+        crashes = [at for at in self._crashes[process.name] if now - at < WITHIN]
+        self._crashes[process.name] = [*crashes, now]
+        return len(crashes) < RESPAWNS
+
+    def _start(self, process: Process, mode: str) -> subprocess.Popen[bytes]:
+        with self.log(process.name).open(mode) as log:
             return subprocess.Popen(
-                command,
+                self._command(process),
                 env=self.environment,
                 stdin=subprocess.DEVNULL,
                 stdout=log,

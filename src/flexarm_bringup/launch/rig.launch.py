@@ -1,13 +1,20 @@
 """Model, estimator, controller and simulated rig: the graph of flexarm_bringup.graph as a launch file.
 
 ros2 launch flexarm_bringup rig.launch.py manipulator:=single_link preset:=light_hub bag:=/data/run1
+
+By the clock a crash of an essential node stops the motion, and the node comes back; nothing moves before the
+guard is armed again. In lockstep, and with respawn:=false, it ends the run.
 """
 
 from launch.actions import DeclareLaunchArgument, OpaqueFunction, SetEnvironmentVariable, Shutdown
 from launch.substitutions import EnvironmentVariable, LaunchConfiguration
 from launch_ros.actions import Node
+from launch_ros.ros_adapters import get_ros_node
+from std_msgs.msg import Empty
 
 from flexarm_bringup.graph import rig_graph
+from flexarm_bringup.supervisor import DEFAULTS, RESPAWNS
+from flexarm_bringup.topics import NAMESPACE
 from launch import LaunchDescription
 
 ARGUMENTS = {
@@ -15,8 +22,8 @@ ARGUMENTS = {
     "preset": ("geared", "preset of that file"),
     "lockstep": ("false", "true: nodes wait for each other; false: real time"),
     "bag": ("", "folder to record into; empty: do not record"),
+    "respawn": ("true", "by the clock, start crashed nodes again"),
 }
-DEFAULTS = {"OMP_NUM_THREADS": "1", "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}
 
 
 def generate_launch_description():
@@ -34,15 +41,27 @@ def generate_launch_description():
 def nodes(context):
     given = {name: LaunchConfiguration(name).perform(context) for name in ARGUMENTS}
     given["lockstep"] = given["lockstep"].lower() == "true"
-    return [
-        Node(
-            package=process.package,
-            executable=process.executable,
-            name=process.name,
-            parameters=[dict(process.parameters)],
-            remappings=list(process.remaps.items()),
-            output="screen",
-            on_exit=Shutdown(reason=f"{process.name} ended") if process.essential else None,
-        )
-        for process in rig_graph(**given)
-    ]
+    may_return = given.pop("respawn").lower() == "true" and not given["lockstep"]
+    stop = get_ros_node(context).create_publisher(Empty, f"{NAMESPACE}/stop", 1)
+    return [node(process, may_return, stop) for process in rig_graph(**given)]
+
+
+def node(process, may_return, stop):
+    returns = process.respawn and may_return
+    return Node(
+        package=process.package,
+        executable=process.executable,
+        name=process.name,
+        parameters=[dict(process.parameters)],
+        remappings=list(process.remaps.items()),
+        output="screen",
+        respawn=returns,
+        respawn_max_retries=RESPAWNS,
+        on_exit=on_exit(process, returns, stop) if process.essential else None,
+    )
+
+
+def on_exit(process, returns, stop):
+    if not returns:
+        return Shutdown(reason=f"{process.name} ended")
+    return OpaqueFunction(function=lambda context: context.is_shutdown or stop.publish(Empty()))

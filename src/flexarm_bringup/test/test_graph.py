@@ -62,25 +62,63 @@ def fake_launch(monkeypatch: pytest.MonkeyPatch) -> None:
         "launch.substitutions": ["EnvironmentVariable", "LaunchConfiguration"],
         "launch_ros": [],
         "launch_ros.actions": ["Node"],
+        "launch_ros.ros_adapters": [],
+        "std_msgs": [],
+        "std_msgs.msg": ["Empty"],
     }
     for module, classes in names.items():
         fake = ModuleType(module)
         for name in classes:
             setattr(fake, name, type(name, (Recorded,), {}))
         monkeypatch.setitem(sys.modules, module, fake)
+    sys.modules["launch_ros.ros_adapters"].get_ros_node = lambda context: Stopped()  # type: ignore[attr-defined]
 
 
-def test_the_launch_file_starts_the_same_graph(monkeypatch: pytest.MonkeyPatch) -> None:
+class Stopped:
+    """Stands for the node of ``launch``: counts what it says on the stop topic."""
+
+    count = 0
+
+    def create_publisher(self, kind: type, topic: str, depth: int) -> "Stopped":
+        assert (kind.__name__, topic) == ("Empty", "/flexarm/stop")
+        return self
+
+    def publish(self, msg: object) -> None:
+        Stopped.count += 1
+
+
+def launched(monkeypatch: pytest.MonkeyPatch, **given: str) -> list[Any]:
     fake_launch(monkeypatch)
     scope: dict[str, Any] = {}
     exec(compile(LAUNCH_FILE.read_text(), LAUNCH_FILE, "exec"), scope)
     actions = scope["generate_launch_description"]().arguments[0]
     declared = {item.arguments[0]: item.default_value for item in actions if hasattr(item, "default_value")}
-    nodes = actions[-1].function({**declared, "bag": "/data/run", "lockstep": "true"})
+    assert declared == {
+        "manipulator": "single_link", "preset": "geared", "lockstep": "false", "bag": "", "respawn": "true"
+    }  # fmt: skip
+    return list(actions[-1].function({**declared, **given}))
+
+
+def test_the_launch_file_starts_the_same_graph(monkeypatch: pytest.MonkeyPatch) -> None:
+    nodes = launched(monkeypatch, bag="/data/run", lockstep="true")
     graph = rig_graph(bag="/data/run", lockstep=True)
-    assert declared == {"manipulator": "single_link", "preset": "geared", "lockstep": "false", "bag": ""}
     assert [(node.package, node.executable, node.name) for node in nodes] == [
         (process.package, process.executable, process.name) for process in graph
     ]
     assert [node.parameters[0] for node in nodes] == [process.parameters for process in graph]
     assert [node.on_exit is None for node in nodes] == [not process.essential for process in graph]
+    assert not any(node.respawn for node in nodes)
+    assert all(type(node.on_exit).__name__ == "Shutdown" for node in nodes if node.on_exit)
+
+
+def test_launched_by_the_clock_a_node_comes_back_and_the_motion_is_stopped(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    nodes = launched(monkeypatch, bag="/data/run")
+    assert [node.name for node in nodes if not node.respawn] == ["recorder"]
+    before = Stopped.count
+    nodes[1].on_exit.function(SimpleNamespace(is_shutdown=False))
+    nodes[1].on_exit.function(SimpleNamespace(is_shutdown=True))
+    assert Stopped.count == before + 1
+    nodes = launched(monkeypatch, respawn="false")
+    assert all(type(node.on_exit).__name__ == "Shutdown" and not node.respawn for node in nodes)

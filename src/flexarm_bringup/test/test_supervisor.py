@@ -13,7 +13,7 @@ import pytest
 
 from flexarm_bringup.graph import Process
 from flexarm_bringup.installed import INDEX
-from flexarm_bringup.supervisor import Supervisor
+from flexarm_bringup.supervisor import RESPAWNS, Ending, Supervisor
 
 SLEEP = "import time; print('up', flush=True); time.sleep(60)"
 DEAF = "import signal; [signal.signal(n, signal.SIG_IGN) for n in (signal.SIGINT, signal.SIGTERM)];" + SLEEP
@@ -77,6 +77,32 @@ def test_the_end_of_another_child_is_no_failure(tmp_path: Path) -> None:
         assert supervisor.wait(20.0)
         assert supervisor.exit_codes() == {"minor": 1}
         assert supervisor.failed() == ""
+
+
+def test_a_crashed_child_comes_back_until_it_has_crashed_too_often(tmp_path: Path) -> None:
+    with start(tmp_path, python("print('trouble'); raise SystemExit(5)")) as supervisor:
+        endings: list[Ending] = []
+        while len(endings) <= RESPAWNS:
+            until(lambda: bool(supervisor.exit_codes()))
+            endings += supervisor.tend()
+        assert supervisor.tend() == []
+    assert [ending.returns for ending in endings] == [True] * RESPAWNS + [False]
+    assert str(endings[0]).endswith("ended with 5, started again: trouble")
+    assert supervisor.log(endings[0].process.name).read_text() == "trouble\n" * (RESPAWNS + 1)
+
+
+@pytest.mark.parametrize("code", [0, 2, 3])
+def test_a_child_that_would_end_again_stays_away(code: int, tmp_path: Path) -> None:
+    with start(tmp_path, python(f"raise SystemExit({code})")) as supervisor:
+        until(lambda: bool(supervisor.exit_codes()))
+        (ending,) = supervisor.tend()
+        assert (ending.code, ending.returns, ending.last_words) == (code, False, "it said nothing")
+
+
+def test_children_see_this_machine_only_unless_told_otherwise(tmp_path: Path) -> None:
+    name = "ROS_AUTOMATIC_DISCOVERY_RANGE"
+    assert Supervisor((), tmp_path, {}).environment[name] == "LOCALHOST"
+    assert Supervisor((), tmp_path, {name: "SUBNET"}).environment[name] == "SUBNET"
 
 
 def test_no_child_outlives_a_supervisor_that_is_killed(tmp_path: Path) -> None:

@@ -11,7 +11,8 @@ PROGRAM = textwrap.dedent("""
     before = dict(os.environ)
     assert set_process_title(sys.argv[1])
     assert os.environ == before and len(sys.argv) == 2
-    print(Path("/proc/self/cmdline").read_bytes().rstrip(b"\\0").decode(), Path("/proc/self/comm").read_text())
+    shown = Path("/proc/self/cmdline").read_bytes().rstrip(b"\\0").decode()
+    print(shown, Path("/proc/self/comm").read_text())
 """)
 
 

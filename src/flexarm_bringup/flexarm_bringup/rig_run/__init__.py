@@ -1,0 +1,1 @@
+"""The graph of processes on this machine, watched, until somebody ends it."""

@@ -1,0 +1,112 @@
+"""Start the simulated rig with its nodes on this machine and watch it until Ctrl-C.
+
+The same table of processes as rig.launch.py, without ros2 launch. It prints who has become ready, what the
+guard does, and who has ended. When model, estimator, controller, guard or rig crashes, the motion is stopped
+and the process started again; nothing moves before the guard is armed again. The nodes see this machine only
+unless ROS_AUTOMATIC_DISCOVERY_RANGE says else.
+
+Exit codes of this command: 0 ended by Ctrl-C, 1 an essential process ended for good, 2 wrong configuration.
+Exit codes of a node: 0 asked to end, 2 wrong configuration, 3 its name is taken, minus N: signal N ended it.
+"""
+
+from __future__ import annotations
+
+import argparse
+import math
+import os
+import signal
+import time
+from collections.abc import Callable
+from dataclasses import replace
+from datetime import datetime
+from pathlib import Path
+
+from flexarm_bringup.graph import Process, rig_graph
+from flexarm_bringup.supervisor import Supervisor
+from flexarm_bringup.task_for import task_for
+from flexarm_model.config import load_config
+from flexarm_model.manipulator_file import find_manipulator
+from flexarm_model.strict_yaml import ConfigError
+
+EPILOG = """\
+examples:
+  flexarm rig                                     the single link, ready to be armed
+  flexarm rig planar_3rrr --bag run1              another arm, recorded
+  flexarm rig --no-respawn --seconds 60           a crash ends it, and so do 60 s
+"""
+OK, ENDED, REFUSED = 0, 1, 2
+REFUSALS = (2, 3)  # of a node: wrong configuration, name taken
+LOOK_PERIOD = 0.01  # s between two looks at the processes
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the options."""
+    parser.add_argument(
+        "manipulator", nargs="?", default="single_link", help="name or .yaml of the arm; single_link"
+    )
+    parser.add_argument("--preset", help="preset of that file; its first one")
+    parser.add_argument("--bag", type=Path, help="folder to record into")
+    parser.add_argument("--log", type=Path, help="folder of the log files; one of its own in ~/.ros/log")
+    parser.add_argument("--no-respawn", action="store_true", help="end when an essential process crashes")
+    parser.add_argument("--seconds", type=float, help="end after so long instead of at Ctrl-C")
+    parser.epilog = EPILOG
+
+
+def run(args: argparse.Namespace) -> int:
+    """Start, watch, end; returns the exit code."""
+    started = time.monotonic()
+
+    def say(text: str) -> None:
+        print(f"[{time.monotonic() - started:6.2f} s] {text}", flush=True)
+
+    try:
+        graph = _graph(args)
+        for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+            signal.signal(number, signal.default_int_handler)
+        supervisor = Supervisor(graph, args.log or _log_folder())
+    except (ConfigError, FileNotFoundError) as error:
+        print(error)
+        return REFUSED
+    with supervisor:
+        say(f"{', '.join(supervisor.pids)} started; logs: {supervisor.log('*')}")
+        code = _watch(supervisor, say, args.seconds)
+    say("ended: " + ", ".join(f"{name} {ended}" for name, ended in supervisor.exit_codes().items()))
+    return code
+
+
+def _graph(args: argparse.Namespace) -> tuple[Process, ...]:
+    """Return the processes.
+
+    Raises:
+        ConfigError: There is no such arm or preset.
+    """
+    task = task_for(args.manipulator)
+    preset = task.presets[0] if args.preset is None else args.preset
+    load_config(find_manipulator(task.manipulator), preset)
+    bag = str(args.bag.resolve()) if args.bag else ""
+    graph = rig_graph(task.manipulator, preset, bag=bag)
+    return tuple(replace(row, respawn=row.respawn and not args.no_respawn) for row in graph)
+
+
+def _log_folder() -> Path:
+    root = Path(os.environ.get("ROS_LOG_DIR") or Path.home() / ".ros" / "log")
+    return root / f"flexarm-{datetime.now():%Y%m%d-%H%M%S}-{os.getpid()}"
+
+
+def _watch(supervisor: Supervisor, say: Callable[[str], None], seconds: float | None) -> int:
+    """Tell what happens until somebody ends it, or an essential process has ended for good."""
+    from flexarm_bringup.rig_run.watch_node import watching
+
+    end = time.monotonic() + (math.inf if seconds is None else seconds)
+    try:
+        with watching(tuple(supervisor.pids), say) as watch:
+            while time.monotonic() < end:
+                watch.spin(LOOK_PERIOD)
+                for ending in supervisor.tend():
+                    say(str(ending))
+                    watch.on_ending(ending.process.name, ending.process.essential)
+                    if ending.process.essential and not ending.returns:
+                        return REFUSED if ending.code in REFUSALS else ENDED
+    except KeyboardInterrupt:
+        pass
+    return OK

@@ -1,0 +1,93 @@
+"""Watch node: who of the graph is ready, what the guard does, and a stop when an essential process ends.
+
+Publishes
+    stop (std_msgs/Empty): the guard latches a stop.
+Subscribes
+    <name>/ready (std_msgs/Bool, latched) of every process, guard_status (flexarm_interfaces/GuardStatus).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+
+import rclpy
+from flexarm_interfaces.msg import GuardStatus
+from rclpy.node import Node
+from rclpy.signals import SignalHandlerOptions
+from std_msgs.msg import Bool, Empty
+
+from flexarm_model.node import LATCHED_QOS, LATEST_QOS, RELIABLE_QOS, events_executor
+
+ARM = "ros2 service call /flexarm/guard/arm std_srvs/srv/Trigger"
+_MODES = {GuardStatus.STOPPED: "stopped", GuardStatus.ARMED: "armed", GuardStatus.BRAKING: "braking"}
+
+
+@contextmanager
+def watching(names: Sequence[str], say: Callable[[str], None]) -> Iterator[WatchNode]:
+    """Watch nodes from inside a program; signals are left to it."""
+    rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
+    node = WatchNode(names, say)
+    try:
+        yield node
+    finally:
+        node.end()
+        rclpy.try_shutdown()
+
+
+class WatchNode(Node):  # type: ignore[misc]
+    """Hears the graph.
+
+    Attributes:
+        ready: Whether each process is ready, by name.
+    """
+
+    def __init__(self, names: Sequence[str], say: Callable[[str], None]) -> None:
+        """Subscribe.
+
+        Args:
+            names: Nodes of the graph.
+            say: Told every change in one line.
+        """
+        super().__init__("watch", namespace="flexarm", start_parameter_services=False)
+        self.ready = dict.fromkeys(names, False)
+        self._say, self._guard = say, ""
+        self._stop = self.create_publisher(Empty, "stop", RELIABLE_QOS)
+        for name in names:
+            self.create_subscription(
+                Bool, f"{name}/ready", lambda msg, name=name: self.on_ready(name, msg.data), LATCHED_QOS
+            )
+        self.create_subscription(GuardStatus, "guard_status", self.on_guard_status, LATEST_QOS)
+        self._executor = events_executor()
+        self._executor.add_node(self)
+
+    def spin(self, seconds: float) -> None:
+        """Hear what comes within a short time."""
+        self._executor.spin_once(timeout_sec=seconds)
+
+    def end(self) -> None:
+        """Leave the graph."""
+        self._executor.shutdown()
+        self.destroy_node()
+
+    def on_ready(self, name: str, is_ready: bool) -> None:
+        """Tell a change."""
+        if is_ready == self.ready[name]:
+            return
+        self.ready[name] = is_ready
+        self._say(f"{name} {'ready' if is_ready else 'not ready any more'}")
+        if is_ready and all(self.ready.values()):
+            self._say(f"all ready; to let commands pass: {ARM}")
+
+    def on_guard_status(self, msg: GuardStatus) -> None:
+        """Tell a change."""
+        told = f"guard: {_MODES[msg.mode]}{': ' if msg.reason else ''}{msg.reason}"
+        if told != self._guard:
+            self._guard = told
+            self._say(told)
+
+    def on_ending(self, name: str, is_essential: bool) -> None:
+        """Stop the motion when an essential process has ended; forget that it was ready."""
+        if is_essential:
+            self._stop.publish(Empty())
+        self.ready[name] = False

@@ -1,0 +1,71 @@
+"""``flexarm rig``: the graph starts, tells who is ready, and is gone soon after Ctrl-C."""
+
+import os
+import re
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from flexarm_bringup.cli import main
+
+COMMAND = [sys.executable, "-m", "flexarm_bringup.cli", "rig"]
+
+
+def test_an_arm_that_is_not_there_is_refused_by_name(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["rig", "single_lnk"]) == 2
+    said = capsys.readouterr().out
+    assert "manipulator: 'single_lnk'" in said and "planar_3rrr" in said
+
+
+@pytest.mark.ros
+def test_the_graph_becomes_ready_comes_back_after_a_crash_and_ends_with_its_command(
+    tmp_path: Path, ros_environment: dict[str, str]
+) -> None:
+    command = [*COMMAND, "--log", str(tmp_path / "log")]
+    process = subprocess.Popen(
+        command, env=ros_environment, stdout=subprocess.PIPE, text=True, start_new_session=True
+    )
+    try:
+        wait_for(process, "all ready")
+        os.kill(child(process.pid, "flexarm:model"), signal.SIGKILL)
+        wait_for(process, "model ended with -9, started again")
+        wait_for(process, "all ready")
+        nodes = children(process.pid)
+        assert {name for _, name in nodes} == {
+            f"flexarm:{name}" for name in ("model", "estimator", "controller", "guard", "rig")
+        }
+        started = time.monotonic()
+        process.send_signal(signal.SIGINT)
+        out, _ = process.communicate(timeout=30.0)
+        took = time.monotonic() - started
+    finally:
+        process.kill()
+    assert process.returncode == 0
+    assert out.splitlines()[-1].endswith("ended: model 0, estimator 0, controller 0, guard 0, rig 0")
+    assert not any(Path(f"/proc/{pid}").exists() for pid, _ in nodes)
+    assert took <= 1.0 * max(1.0, os.getloadavg()[0])  # 1 s on an idle machine; here others are at work
+
+
+def wait_for(process: "subprocess.Popen[str]", words: str) -> None:
+    assert process.stdout is not None
+    for line in process.stdout:
+        if words in line:
+            return
+    raise AssertionError(f"ended before it said '{words}'")
+
+
+def children(parent: int) -> list[tuple[int, str]]:
+    """Return number and title of the nodes that a process has started."""
+    listed = subprocess.run(
+        ["ps", "-o", "pid,args", "--ppid", str(parent)], capture_output=True, text=True, check=False
+    )
+    found = re.findall(r"^ *(\d+) (flexarm:\w+)$", listed.stdout, re.MULTILINE)
+    return [(int(pid), name) for pid, name in found]
+
+
+def child(parent: int, name: str) -> int:
+    return next(pid for pid, title in children(parent) if title == name)
