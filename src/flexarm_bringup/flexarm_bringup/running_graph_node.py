@@ -103,15 +103,22 @@ def running(
     extra: Mapping[str, str] | None = None,
     command: Callable[[Process], list[str]] | None = None,
 ) -> Iterator[tuple[Supervisor, Ear]]:
-    """Run processes in a ROS domain of their own; gives the supervisor and an ear in the same domain."""
+    """Run processes in a ROS domain of their own; gives the supervisor and an ear in the same domain.
+
+    Args:
+        processes: What to run.
+        topics: What the ear hears, relative or absolute.
+        folder: Gets the logs.
+        extra: More of the environment, of the processes and of the ear.
+        command: See ``Supervisor``.
+    """
     with domain_id() as domain:
-        own = {"ROS_DOMAIN_ID": str(domain), "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}
+        own = {"ROS_DOMAIN_ID": str(domain), "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST", **(extra or {})}
         before = {key: os.environ.get(key) for key in own}
         os.environ.update(own)
         rclpy.init()
         try:
-            environment = {**os.environ, **(extra or {})}
-            with Supervisor(processes, folder / "log", environment, command) as supervisor:
+            with Supervisor(processes, folder / "log", dict(os.environ), command) as supervisor:
                 yield supervisor, Ear(topics)
         finally:
             rclpy.try_shutdown()

@@ -15,6 +15,7 @@ from flexarm_bringup.fault_drill import (
     message_rows,
     model_rows,
     nodes_rows,
+    partition_rows,
     restart_rows,
     sample_rows,
     solver_rows,
@@ -41,7 +42,7 @@ ESTIMATOR_ROWS = _in_order(
 CONTROLLER_ROWS = _in_order(
     *model_rows.ROWS, *command_rows.ROWS, *solver_rows.ROWS, *restart_rows.ROWS, *stop_rows.ROWS
 )
-NODES_ROWS = _in_order(*nodes_rows.ROWS)
+NODES_ROWS = _in_order(*nodes_rows.ROWS, *partition_rows.ROWS)
 TROUBLE = (
     ArithmeticError,
     AttributeError,

@@ -2,18 +2,23 @@
 
 from __future__ import annotations
 
-import os
 from functools import cached_property
 from itertools import count
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
-from flexarm_bringup.fault_drill.stand import Skipped, Stand
+from flexarm_bringup.fault_drill.stand import Stand
+from flexarm_bringup.graph import Process, rig_graph
+from flexarm_bringup.sim_study import SimJob
+from flexarm_bringup.task_session import task_settings
 
 if TYPE_CHECKING:
     from flexarm_bringup.fault_drill.live_stand_node import LiveStand
     from flexarm_bringup.fault_drill.nodes_stand import NodesStand
+    from flexarm_bringup.running_graph_node import Ear
+
+PATIENCE = 30.0  # s for something that takes a second
 
 
 class SystemStand:
@@ -30,6 +35,11 @@ class SystemStand:
     def name(self) -> str:
         """Name of the manipulator."""
         return self.stand.name
+
+    @property
+    def dt(self) -> float:
+        """Control period [s]."""
+        return self.stand.dt
 
     def folder(self) -> Path:
         """Return a new empty folder."""
@@ -51,7 +61,27 @@ class SystemStand:
 
         return LiveStand(self.stand, self.folder())
 
-    def need_root(self) -> None:
-        """Raise Skipped where the user is not root."""
-        if os.geteuid() != 0:
-            raise Skipped("needs root")
+    def graph(self) -> tuple[Process, ...]:
+        """Return the processes of the machine by the clock, without a recorder."""
+        job = SimJob(self.stand.arm.task, self.stand.arm.task.presets[0], "", self.stand.arm.course)
+        return rig_graph(job.task.manipulator, job.preset, settings=task_settings(job, "mpc"))
+
+    def arm(self, ear: Ear) -> None:
+        """Arm the guard and wait until commands pass.
+
+        Raises:
+            TimeoutError: It does not come to that.
+        """
+        ear.wait(lambda: bool(ear.call("guard/arm").success), PATIENCE, "the guard to be armed")
+        ear.heard["guard_status"].clear()
+        ear.wait(lambda: any(map(passes, ear.heard["guard_status"])), PATIENCE, "commands to pass")
+
+
+def passes(status: Any) -> bool:
+    """Return whether a guard_status tells that commands pass."""
+    return bool(status.mode == status.ARMED and status.command_age >= 0.0)
+
+
+def stamp(msg: Any) -> float:
+    """Return the stamp of a message [s]."""
+    return float(msg.header.stamp.sec + 1e-9 * msg.header.stamp.nanosec)
