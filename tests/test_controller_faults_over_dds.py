@@ -56,7 +56,7 @@ def armed(folder: Path, **faulty: str) -> Iterator[tuple[Supervisor, Ear]]:
 def arm(ear: Ear) -> None:
     """Arm the guard and wait until the law speaks."""
     ear.heard["controller_status"].clear()
-    assert ear.call("rig/arm").success
+    assert ear.call("guard/arm").success
     ear.wait(lambda: any(is_law(msg) for msg in ear.heard["controller_status"]), 20.0, "the law to take over")
 
 
@@ -133,7 +133,7 @@ def test_stops_at_random_instants_of_fast_moves_are_latched_and_brake(tmp_path: 
         for k in range(STOPS):
             send_to(ear, 0.8 * (-1) ** k)
             ear.listen(rng.uniform(0.1, 0.5))
-            assert ear.call("rig/stop").success
+            assert ear.call("guard/stop").success
             ear.wait(lambda: ear.latest("guard_status").mode != GuardStatus.ARMED, 5.0, "the stop")
             ear.wait(lambda: ear.latest("guard_status").mode == GuardStatus.STOPPED, 15.0, "rest")
             assert ear.latest("guard_status").reason == "stopped by ~/stop"

@@ -38,7 +38,7 @@ def test_killing_the_controller_mid_move_puts_the_rig_into_damping_until_it_is_a
             ear.wait(lambda: ear.latest("guard_status").mode != GuardStatus.ARMED, 5.0, "the guard to notice")
             ear.listen(1.5)
             _assert_braked(ear)
-            assert ear.call("rig/arm").success
+            assert ear.call("guard/arm").success
             return
     pytest.fail(f"the arm never got into its move in {TRIES} tries")
 

@@ -44,13 +44,13 @@ def test_an_optimistic_estimator_keeps_the_arm_from_being_armed_until_it_is_tune
         ear.wait_ready("model", "estimator", "controller", "rig")
         ear.wait(lambda: bool(heard), 10.0, "the verdict")
         assert heard[-1].startswith(MODE_2)
-        answer = ear.call("rig/arm")
+        answer = ear.call("guard/arm")
         assert not answer.success and answer.message.startswith(MODE_2)
         ear.wait(lambda: _says(ear, MODE_2), 10.0, "the controller to say why it sends nothing")
         assert not ear.heard["joint_commands"]
         assert set_modal_force(ear, 0.13).success
         ear.wait(lambda: heard[-1] == "", 20.0, "another verdict")
-        ear.wait(lambda: ear.call("rig/arm").success, 20.0, "arming")
+        ear.wait(lambda: ear.call("guard/arm").success, 20.0, "arming")
         ear.wait(lambda: bool(ear.heard["joint_commands"]), 10.0, "a command")
 
 

@@ -60,7 +60,7 @@ def test_a_goal_of_the_tip_is_reached_the_next_cancelled_and_one_out_of_reach_re
         ear.wait_ready("model", "estimator", "controller", "recorder", "rig")
         early = move(ear, 0.3)
         assert not early.accepted and early.reason in ("no state yet", "guard is not armed")
-        assert ear.call("rig/arm").success
+        assert ear.call("guard/arm").success
         ear.wait(lambda: len(ear.heard["modal_state"]) > 20, 20.0, "states")
 
         first = move(ear, 0.3)

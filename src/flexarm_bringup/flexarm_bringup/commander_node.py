@@ -10,7 +10,7 @@ Subscribes
     controller_status, guard_status, modal_state, joint_states, ~/ready of the partners, and ~/models of
     those who make and use models.
 Calls
-    rig/arm (std_srvs/Trigger).
+    guard/arm (std_srvs/Trigger).
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ from flexarm_model.parameters import parameter
 
 LOOK_PERIOD = 0.02  # s of wall time between two looks at the state of affairs
 LISTENERS = ("model", "controller", "recorder")  # partners that must hear the reference
-HOLDERS = ("estimator", "controller")  # partners that must hold the models of the motion
+HOLDERS = ("estimator", "controller", "guard")  # partners that must hold the models of the motion
 MOTIONS = ("A", "B", "ZVD")
 
 
@@ -68,7 +68,9 @@ class CommanderSettings:
     preparation: float = parameter(
         1.0, "In real time the series starts so much after it was sent.", "s", 0.05, 600.0
     )
-    partners: tuple[str, ...] = parameter(("model", "estimator", "controller", "rig"), "Nodes to wait for.")
+    partners: tuple[str, ...] = parameter(
+        ("model", "estimator", "controller", "guard", "rig"), "Nodes to wait for."
+    )
     patience: float = parameter(60.0, "Longest wait without any progress.", "s", 1.0, 3600.0)
 
 
@@ -176,7 +178,7 @@ class Commander(Node):
         if self._guard.mode == GuardStatus.ARMED:
             return True
         if self._arming.done() and not self._arming.result().success:
-            self.outcome = f"rig refused to arm: {self._arming.result().message}"
+            self.outcome = f"guard refused to arm: {self._arming.result().message}"
         return False
 
     def _wait_for_end(self) -> bool:
@@ -220,7 +222,7 @@ class Commander(Node):
                 lambda msg, name=name: self._receipts.__setitem__(name, msg.data),
                 LATCHED_QOS,
             )
-        self._client = self.create_client(Trigger, "rig/arm")
+        self._client = self.create_client(Trigger, "guard/arm")
         self.create_timer(LOOK_PERIOD, self.on_look, clock=Clock(clock_type=ClockType.STEADY_TIME))
 
 

@@ -16,6 +16,7 @@ from flexarm_model.lockstep import Lockstep, Messages
 
 Write = Callable[[str, int, bytes], None]  # absolute topic, log time [ns], CDR
 NODES = ("rig", "estimator", "controller")
+ANNOUNCED = ("rig", "guard")  # a tick counts what they have sent
 USER = "user"
 HORIZON_NS = 1_000_000_000  # a message may be this much later than the newest tick
 
@@ -52,7 +53,7 @@ class LockstepLog:
         self._write = write
         self._rank = {stream.topic: i for i, stream in enumerate(streams)}
         self._names = {stream.topic: stream.name for stream in streams}
-        self._ticked = {s.topic for s in streams if s.publisher == "rig" and s.topic != "tick"}
+        self._ticked = {s.topic for s in streams if s.publisher in ANNOUNCED and s.topic != "tick"}
         self._lockstep = Lockstep(self._ticked, self._on_complete)
         self._waiting: list[tuple[int, int, int, str, bytes]] = []  # log time, rank, arrival, topic, CDR
         self._arrivals = 0
@@ -61,9 +62,9 @@ class LockstepLog:
     def add(self, stream: Stream, cdr: bytes, stamp_ns: int | None, received_ns: int) -> None:
         """Take a message; see ``ArrivalLog.add``.
 
-        What the rig sends waits for its tick; what the nodes say bears the tick's stamp, also on a topic of
-        the user's where ``frame_id`` names the node; the rest, and what comes from outside, is logged at the
-        newest tick.
+        What rig and guard send waits for its tick; what the nodes say bears the tick's stamp, also on a topic
+        of the user's where ``frame_id`` names the node; the rest, and what comes from outside, is logged at
+        the newest tick.
         """
         if stream.topic in self._ticked:
             self._lockstep.add(stream.topic, cdr)

@@ -56,7 +56,7 @@ class RecorderSettings:
     preset: str = parameter("geared", "Preset of that file; empty for none.")
     lockstep: bool = parameter(False, "Log at the stamps of the ticks instead of the times of arrival.")
     partners: tuple[str, ...] = parameter(
-        ("model", "rig", "estimator", "controller"), "Nodes whose first message must not be missed."
+        ("model", "rig", "guard", "estimator", "controller"), "Nodes whose first message must not be missed."
     )
     debug: bool = parameter(False, "Record controller_debug, too; the controller sends it to who listens.")
     settings: str = parameter(

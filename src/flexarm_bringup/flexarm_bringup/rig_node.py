@@ -1,53 +1,46 @@
-"""Rig node: the simulated hardware, with the guard in front of its motors.
+"""Rig node: the simulated hardware, drives and sensors. What it obeys is the guard alone.
 
 Publishes
+    drive_states (sensor_msgs/JointState): what the drives measure for themselves, once a motor period.
     joint_states (sensor_msgs/JointState), strain (flexarm_interfaces/StrainArray), imu/<name>
         (sensor_msgs/Imu), camera/pose (geometry_msgs/PoseWithCovarianceStamped): the sensors.
-    applied_effort (sensor_msgs/JointState): torque that acts from the stamp on.
-    guard_status (flexarm_interfaces/GuardStatus): 10 Hz and on change.
     truth (flexarm_interfaces/Truth): what really happens; for reports only.
     tick (flexarm_interfaces/Tick): lockstep only, what was sent at this instant.
     /diagnostics (diagnostic_msgs/DiagnosticArray): 1 Hz while sensors have faults on request: which.
+    ~/attached (std_msgs/String, latched): see ``drive_side_node``.
     ~/ready (std_msgs/Bool, latched).
 Subscribes
-    joint_commands (flexarm_interfaces/JointCommand), controller/margins (std_msgs/String, latched).
+    applied_effort (sensor_msgs/JointState): torque from the stamp on, sealed by the guard.
 Services
-    ~/arm, ~/stop (std_srvs/Trigger): let commands pass, unless the controller's margins are too small; stop.
+    ~/attach (std_srvs/Trigger): see ``drive_side_node``.
 
-In real time a timer advances the arm by the time that has passed, once a period. In lockstep it advances
-by one period for every command, as soon as estimator and controller are ready and the guard is armed.
+In real time a timer advances the arm by the time that has passed, once a period; the newest torque acts for
+a period, and without one the drives' watchdog brakes. In lockstep the arm advances by one period for every
+torque, from the first one on and as soon as everybody is ready.
 """
 
 from __future__ import annotations
 
-import secrets
 from dataclasses import dataclass
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
-from flexarm_interfaces.msg import JointCommand, Tick
+from flexarm_interfaces.msg import Tick
 from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
-from std_msgs.msg import Bool, String
-from std_srvs.srv import Trigger
+from sensor_msgs.msg import JointState
+from std_msgs.msg import Bool
 
 from flexarm_bringup.conversions import message_class
-from flexarm_bringup.sim.conversions import (
-    applied_effort_msg,
-    command_from_msg,
-    guard_status_msg,
-    joint_state_msg,
-    samples_to_msgs,
-    truth_msg,
-)
-from flexarm_bringup.sim.hardware import Hardware
+from flexarm_bringup.drive_side_node import DriveSide
+from flexarm_bringup.sim.conversions import joint_state_msg, samples_to_msgs, truth_msg
+from flexarm_bringup.sim.drives import Drives, drive_limits
 from flexarm_bringup.sim.rig import RigSettings
 from flexarm_bringup.sim.sensor_fault_text import faults_text, parse_faults
 from flexarm_bringup.sim.sensor_simulator import Sample
 from flexarm_bringup.topics import streams
-from flexarm_controller.guard import GuardCommand
-from flexarm_controller.guard_settings import GuardSettings
+from flexarm_controller.drives.conversions import drive_state_msg
 from flexarm_model.config import load_config
-from flexarm_model.conversions import ns_to_stamp, stamp_to_ns
+from flexarm_model.conversions import NS_PER_S, ns_to_stamp, stamp_to_ns
 from flexarm_model.manipulator_file import find_manipulator
 from flexarm_model.node import (
     LATCHED_QOS,
@@ -61,7 +54,6 @@ from flexarm_model.parameters import parameter
 from flexarm_model.start_pose import starting_at
 
 DIAGNOSTICS_PERIOD = 1.0  # s
-STATUS_PERIODS = 20  # motor periods between two guard_status messages
 MOST_CATCH_UP = 20  # periods; after a longer stall the simulated arm skips time rather than race
 
 
@@ -82,42 +74,47 @@ class RigNodeSettings:
         maximum=90,
     )
     partners: tuple[str, ...] = parameter(
-        ("estimator", "controller"), "Nodes that must be ready before the first tick in lockstep."
+        ("estimator", "controller", "guard"), "Nodes that must be ready before the first tick in lockstep."
     )
+    silence: float = parameter(0.05, "Silence of the guard after which the drives let go.", "s", 0.01, 1.0)
     faults: str = parameter("", "Faults of sensors: 'root_strain: off 1 3; camera: delayed 60 ms'.")
 
 
 class RigNode(Node):
-    """Hardware and guard, driven by a timer or by the commands."""
+    """Hardware, driven by a timer or by the guard."""
 
-    SETTINGS = (RigNodeSettings, RigSettings, GuardSettings)
+    SETTINGS = (RigNodeSettings, RigSettings)
 
     def __init__(self) -> None:
-        """Build the hardware at rest, with the guard stopped."""
+        """Build the hardware at rest."""
         super().__init__("rig", namespace="flexarm")
         self.settings: RigNodeSettings
-        self.settings, simulation, hardware = declare_configs(self)
+        self.settings, simulation = declare_configs(self)
         config = load_config(find_manipulator(self.settings.manipulator), self.settings.preset)
         self.config = starting_at(config, self.settings.start)
         faults = parse_faults(self.settings.faults, config.sensors)
-        self.hardware = Hardware(self.config, simulation, hardware, faults=faults)
+        self.drives = Drives(self.config, simulation, faults=faults)
+        limits = drive_limits(self.config, self.drives.rig, self.settings.silence)
+        self._side = DriveSide(self, limits, self.settings.lockstep)
         self._steady = Clock(clock_type=ClockType.STEADY_TIME)
-        self._period_ns = self.hardware.rig.period_ns
+        self._period_ns = self.drives.rig.period_ns
         self._epoch_ns = 0 if self.settings.lockstep else self.get_clock().now().nanoseconds
         self._started_ns = self._steady.now().nanoseconds
-        self._command: GuardCommand | None = None
         self._ahead: list[Sample] | None = None  # in real time: of the tick that comes, not yet told
         self._sent: dict[str, int] = {}
-        self._said = ("", "")
-        self._is_running, self._margins, self._late_ticks = False, "", 0
+        self._statuses = 0  # of the guard, announced so far
         self._connect()
+
+    @property
+    def tick(self) -> int:
+        """Periods since the start."""
+        return self.drives.rig.tick
 
     def on_timer(self) -> None:
         """Advance by the periods that have passed."""
         elapsed_ns = self._steady.now().nanoseconds - self._started_ns
         passed = round(elapsed_ns / self._period_ns)  # nearest: a timer is never quite on time
-        behind = passed - self.hardware.tick + (self._ahead is not None)
-        self._late_ticks += max(behind - 1, 0)
+        behind = passed - self.tick + (self._ahead is not None)
         if behind > MOST_CATCH_UP:
             self.get_logger().warning(f"stalled for {behind} periods; the simulated arm skips them")
             self._started_ns += (behind - 1) * self._period_ns
@@ -125,46 +122,33 @@ class RigNode(Node):
             behind = 1
         for _ in range(behind):
             self.advance()
-            self._ahead = self.hardware.advance()  # while estimator and controller are at work
+            self._ahead = self.drives.advance()  # while estimator and controller are at work
 
-    def on_command(self, msg: JointCommand) -> None:
-        """Keep the newest command; in lockstep the one of this tick moves time on."""
-        command = command_from_msg(msg, self._epoch_ns)
+    def on_effort(self, msg: JointState) -> None:
+        """Take torques of the guard; in lockstep those of the tick that comes move time on."""
+        stamp_ns = stamp_to_ns(msg.header.stamp)
+        oldest_ns = self.stamp_of(self.tick) - round(self.settings.silence * NS_PER_S)
+        mark = self._side.take(msg, oldest_ns)
+        if mark is None:
+            return
+        self.drives.is_released |= mark.is_driving
         if not self.settings.lockstep:
-            self._command = command
-        elif self._is_running and stamp_to_ns(msg.header.stamp) == self.stamp_of(self.hardware.tick):
-            self._command = command
+            return
+        self._note_sent("applied_effort")
+        self._note_sent("guard_status", mark.statuses - self._statuses)
+        self._statuses = mark.statuses
+        if self._side.is_running and stamp_ns == self.stamp_of(self.tick + 1):
             self.advance()
-
-    def on_margins(self, msg: String) -> None:
-        """Note why the controller's loop must not be closed; empty when it may."""
-        self._margins = msg.data
+        self._start_when_possible()
 
     def on_ready(self, partner: str, msg: Bool) -> None:
         """Note that a partner is ready."""
         self._partners[partner] = msg.data
         self._start_when_possible()
 
-    def on_arm(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
-        """Arm the guard with a new session token."""
-        if self._margins:
-            response.success, response.message = False, self._margins
-            return response
-        response.success = self.hardware.guard.arm(self.hardware.t, 1 + secrets.randbits(62))
-        response.message = "armed" if response.success else f"still braking: {self.hardware.guard.reason}"
-        self._say_guard()
-        self._start_when_possible()
-        return response
-
-    def on_stop(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
-        """Latch a stop."""
-        self.hardware.guard.stop("stopped by ~/stop")
-        response.success, response.message = True, self.hardware.guard.reason or "was not armed"
-        return response
-
     def on_diagnostics(self) -> None:
         """Tell which faults were asked for."""
-        text = faults_text(self.hardware.rig.faults, self.config.sensors)
+        text = faults_text(self.drives.rig.faults, self.config.sensors)
         status = DiagnosticStatus(name="rig: faults", level=DiagnosticStatus.WARN, message=text)
         array = DiagnosticArray(status=[status])
         array.header.stamp = self.get_clock().now().to_msg()
@@ -172,53 +156,45 @@ class RigNode(Node):
 
     def advance(self) -> None:
         """Move the arm by one period and tell what its sensors say; then choose the next torque."""
-        samples = self.hardware.advance() if self._ahead is None else self._ahead
+        samples = self.drives.advance() if self._ahead is None else self._ahead
         self._ahead = None
         self._publish_tick(samples)
-        command, self._command = self._command, None
-        tau = self.hardware.choose_torque(command)
-        self._publish(
-            "applied_effort", applied_effort_msg(self.hardware.names, tau, self.stamp_of(self.hardware.tick))
-        )
-        guard = self.hardware.guard
-        if self.hardware.tick % STATUS_PERIODS == 0 or self._said != (guard.mode, guard.reason):
-            self._say_guard()
+        self.drives.tau = self._side.choose(self.drives.state().velocity)
 
     def stamp_of(self, tick: int) -> int:
         """Return the stamp of a tick [ns]."""
         return self._epoch_ns + tick * self._period_ns
 
     def _publish_tick(self, samples: list[Sample]) -> None:
-        now_ns = self.stamp_of(self.hardware.tick)
+        now_ns, drives = self.stamp_of(self.tick), self.drives
+        state = drive_state_msg(drives.names, drives.state(), drives.acted, now_ns)
+        self._publish("drive_states", state)
         for out in samples_to_msgs(self.config, samples, self.stamp_of):
             self._publish(out.topic, out.msg)
-        self._publish("joint_states", joint_state_msg(self.hardware, now_ns))
-        self._publish("truth", truth_msg(self.config, self.hardware.rig.truth(), now_ns))
+        self._publish("joint_states", joint_state_msg(drives, now_ns))
+        self._publish("truth", truth_msg(self.config, drives.rig.truth(), now_ns))
         if self.settings.lockstep:
-            msg = Tick(sequence=self.hardware.tick, topics=list(self._sent), counts=list(self._sent.values()))
+            msg = Tick(sequence=self.tick, topics=list(self._sent), counts=list(self._sent.values()))
             msg.header.stamp = ns_to_stamp(now_ns)
             self._outlets["tick"].publish(msg)
             self._sent.clear()
 
     def _publish(self, topic: str, msg: object) -> None:
         self._outlets[topic].publish(msg)
-        self._sent[topic] = self._sent.get(topic, 0) + 1
+        self._note_sent(topic)
 
-    def _say_guard(self) -> None:
-        guard = self.hardware.guard
-        if self._said != (guard.mode, guard.reason):
-            self.get_logger().info(f"guard: {guard.mode}{': ' if guard.reason else ''}{guard.reason}")
-        self._said = (guard.mode, guard.reason)
-        self._publish(
-            "guard_status", guard_status_msg(guard, self.stamp_of(self.hardware.tick), self._late_ticks)
-        )
+    def _note_sent(self, topic: str, count: int = 1) -> None:
+        """Note what the next tick announces."""
+        if count:
+            self._sent[topic] = self._sent.get(topic, 0) + count
 
     def _start_when_possible(self) -> None:
-        """Send tick 0 in lockstep once everybody listens and the guard is armed."""
-        can_start = self.settings.lockstep and self.hardware.guard.token and all(self._partners.values())
-        if can_start and not self._is_running:
-            self._is_running = True
-            self._publish_tick(self.hardware.observe())
+        """Send tick 0 in lockstep once everybody listens and the guard has spoken."""
+        is_wanted = self.settings.lockstep and self.drives.is_released
+        if is_wanted and all(self._partners.values()) and not self._side.is_running:
+            self._side.is_running = True
+            self._publish_tick(self.drives.observe())
+            self.drives.tau = self._side.choose(self.drives.state().velocity)
 
     def _connect(self) -> None:
         accelerometers = [spec.name for spec in self.config.sensors if spec.kind == "accelerometer"]
@@ -228,22 +204,19 @@ class RigNode(Node):
             for stream in streams(accelerometers)
             if stream.publisher == "rig"
         }
-        self.create_subscription(JointCommand, "joint_commands", self.on_command, RELIABLE_QOS)
-        self.create_subscription(String, "controller/margins", self.on_margins, LATCHED_QOS)
-        self.create_service(Trigger, "~/arm", self.on_arm)
-        self.create_service(Trigger, "~/stop", self.on_stop)
+        self.create_subscription(JointState, "applied_effort", self.on_effort, quality)
         self._partners = dict.fromkeys(self.settings.partners if self.settings.lockstep else (), False)
         for name in self._partners:
             self.create_subscription(
                 Bool, f"{name}/ready", lambda msg, name=name: self.on_ready(name, msg), LATCHED_QOS
             )
         self._ready = ReadyFlag(self, {"hardware": lambda: True})
-        if self.hardware.rig.faults:
+        if self.drives.rig.faults:
             self._diagnostics = self.create_publisher(DiagnosticArray, "/diagnostics", RELIABLE_QOS)
             self.create_timer(DIAGNOSTICS_PERIOD, self.on_diagnostics, clock=self._steady)
             self.on_diagnostics()
         if not self.settings.lockstep:
-            self.create_timer(self.hardware.dt, self.on_timer, clock=self._steady)
+            self.create_timer(self.drives.rig.dt, self.on_timer, clock=self._steady)
 
 
 def main() -> int:

@@ -91,7 +91,7 @@ def _processes(session: Session) -> tuple[Process, ...]:
         session.manipulator, session.preset, session.lockstep, str(session.bag), session.settings
     )
     if session.lockstep:
-        waits = {"partners": ("estimator", "controller", "recorder")}
+        waits = {"partners": ("estimator", "controller", "guard", "recorder")}
         graph = tuple(
             replace(row, parameters={**row.parameters, **waits}) if row.name == "rig" else row
             for row in graph

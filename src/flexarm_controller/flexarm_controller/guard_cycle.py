@@ -29,7 +29,7 @@ class GuardCycle:
             patience: Share of it to wait for a command [1].
         """
         self._period, self._patience = period, patience
-        self._due = self._arrived = -math.inf
+        self._due = self._arrived = self._looked = -math.inf
         self.late, self.is_open = 0, False
 
     def begin(self, now: float, periods: int = 1) -> None:
@@ -45,10 +45,19 @@ class GuardCycle:
         self.late += now - self._due > self._period
         self.is_open = False
 
+    def look(self, now: float) -> float:
+        """Return how long nobody has looked [s]; called at least once a period."""
+        stood = now - self._looked if math.isfinite(self._looked) else 0.0
+        self._looked = now
+        return stood
+
     def wait(self, now: float) -> float:
-        """Return how long a command may still take [s]; with the state answered, how long the next may."""
-        last = self._due + self._patience * self._period
-        return max(last + (0.0 if self.is_open else self._period) - now, 0.0)
+        """Return how long a command may still take [s]; with the state answered, how long the next may.
+
+        A period while the drives say nothing.
+        """
+        last = self._due + self._patience * self._period + (0.0 if self.is_open else self._period)
+        return max(last - now, 0.0) if last > now or self.is_open else self._period
 
     def silence(self, now: float) -> float:
         """Return for how long the drives have said nothing [s]; inf before their first word."""

@@ -1,59 +1,67 @@
 """Guard node: stands between the controller and the drives; nothing else reaches the motors.
 
 Publishes
-    applied_effort (sensor_msgs/JointState): torque [N m] or force [N] of every axis from the stamp on, once a
-        motor period; ``header.frame_id`` is the seal without which the drives do not obey (``drives.seal``).
-    guard_status (flexarm_interfaces/GuardStatus): 10 Hz and on change.
+    applied_effort (sensor_msgs/JointState), guard_status (flexarm_interfaces/GuardStatus): see
+        ``guard_voice_node``.
+    ~/models (std_msgs/String, latched): receipt of the models taken so far.
     ~/ready (std_msgs/Bool, latched): true once the drives obey this guard.
 Subscribes
     drive_states (sensor_msgs/JointState): position and velocity as the drives measure them for themselves.
     strain (flexarm_interfaces/StrainArray), model (flexarm_interfaces/ReducedModel, latched).
     joint_commands (flexarm_interfaces/JointCommand), controller/margins (std_msgs/String, latched).
     stop (std_msgs/Empty): latches a stop.
-    rig/attached (std_msgs/String, latched): fingerprint of the guard that the drives obey; empty for none.
+    rig/attached (std_msgs/String, latched): see ``drives.attachment_node``.
     tick (flexarm_interfaces/Tick, lockstep only).
 Services
     ~/arm, ~/stop (std_srvs/Trigger): let commands pass, unless the controller's margins are too small; stop.
 Calls
-    rig/attach (std_srvs/Trigger): the answer is the secret of the seal; one guard at a time has it.
+    rig/attach (std_srvs/Trigger): see ``drives.attachment_node``.
 
 It starts stopped, whatever was before. In real time it answers the drives once a period: as soon as the
-command for their newest state is there, else when ``patience`` of the period has passed, and also when the
-drives say nothing. In lockstep it answers every command, and while the arm comes to rest every tick.
+command for their newest state is there, else when ``patience`` of the period has passed. In lockstep it
+answers every command, and while the arm is braked every tick; once it stands, time stands until it is armed.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import secrets
+from collections.abc import Callable
+from functools import partial
 
+from flexarm_interfaces.msg import JointCommand, ReducedModel, StrainArray, Tick
+from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
+from sensor_msgs.msg import JointState
+from std_msgs.msg import Empty, String
+from std_srvs.srv import Trigger
 
-from flexarm_controller.guard_settings import GuardSettings
-from flexarm_model.node import ReadyFlag, declare_configs, run_node
-from flexarm_model.parameters import parameter
+from flexarm_controller.drives.attachment_node import AttachedGuard
+from flexarm_controller.guard import BRAKING, NOT_ARMED_YET
+from flexarm_controller.guard_cycle import GuardCycle
+from flexarm_controller.guard_exchange import GuardExchange
+from flexarm_controller.guard_settings import GuardNodeSettings, GuardSettings
+from flexarm_controller.guard_voice_node import GuardVoice
+from flexarm_model.config import load_config
+from flexarm_model.conversions import stamp_to_ns
+from flexarm_model.lockstep import Lockstep, Messages
+from flexarm_model.manipulator_file import find_manipulator
+from flexarm_model.node import (
+    LATCHED_QOS,
+    LATEST_QOS,
+    LOCKSTEP_QOS,
+    MODELS_QOS,
+    RELIABLE_QOS,
+    ReadyFlag,
+    declare_configs,
+    run_node,
+)
+from flexarm_model.start_pose import starting_at
+
+SENSORS = ("drive_states", "strain")
 
 
-@dataclass(frozen=True)
-class GuardNodeSettings:
-    """Settings of the guard node beside those of the guard."""
-
-    manipulator: str = parameter("single_link", "Name of a manipulator that comes along, or a YAML file.")
-    preset: str = parameter("geared", "Preset of that file; empty for none.")
-    start: tuple[float, ...] = parameter((), "Axes at the start; empty: home.", "rad or m")
-    lockstep: bool = parameter(False, "Wait for the ticks of the simulated rig.")
-    patience: float = parameter(
-        0.7, "Share of a period after which a state is answered without a command for it.", "1", 0.1, 0.9
-    )
-    realtime_priority: int = parameter(
-        0,
-        "SCHED_FIFO priority while running, where the user may; 0 leaves it ordinary.",
-        minimum=0,
-        maximum=90,
-    )
-
-
-class GuardNode(Node):
-    """Connects a ``Guard`` to topics."""
+class GuardNode(Node):  # type: ignore[misc]
+    """Connects a ``GuardExchange`` to topics and decides when it answers."""
 
     SETTINGS = (GuardNodeSettings, GuardSettings)
 
@@ -61,8 +69,167 @@ class GuardNode(Node):
         """Start stopped."""
         super().__init__("guard", namespace="flexarm")
         self.settings: GuardNodeSettings
-        self.settings, _ = declare_configs(self)
-        self._ready = ReadyFlag(self, {"guard": lambda: True})
+        self.settings, limits = declare_configs(self)
+        config = load_config(find_manipulator(self.settings.manipulator), self.settings.preset)
+        config = starting_at(config, self.settings.start)
+        self.exchange = GuardExchange(config, limits, 0 if self.settings.lockstep else None)
+        self.guard = self.exchange.guard
+        self._silence = limits.max_age
+        self._steady = Clock(clock_type=ClockType.STEADY_TIME)
+        self._cycle = GuardCycle(self.exchange.period_ns * 1e-9, self.settings.patience)
+        self._lockstep = Lockstep(SENSORS, self.on_tick_complete)
+        self._margins = ""
+        self._connect()
+
+    def on_sensor(self, topic: str, msg: JointState | StrainArray) -> None:
+        """Take what drives or gauges measure; the drives begin a period."""
+        if self.settings.lockstep:
+            self._lockstep.add(topic, msg)
+        elif topic == "strain":
+            self.exchange.on_strain(msg)
+        else:
+            now = self._look_at_clock()
+            self._cycle.begin(now, self.exchange.on_drive_states(msg))
+            self._wait(now)
+            self._answer_when_due()
+
+    def on_command(self, msg: JointCommand) -> None:
+        """Take a command, and answer the drives if it is for their newest state."""
+        self.exchange.on_command(msg)
+        self._answer_when_due()
+
+    def on_tick(self, msg: Tick) -> None:
+        """Note what belongs to an instant."""
+        self._lockstep.announce(msg.sequence, stamp_to_ns(msg.header.stamp), msg.topics, msg.counts)
+
+    def on_tick_complete(self, stamp_ns: int, messages: Messages) -> None:
+        """Take what came with an instant, then answer if that can be done now."""
+        for msg in messages.get("strain", ()):
+            self.exchange.on_strain(msg)
+        for msg in messages.get("drive_states", ()):
+            self.exchange.on_drive_states(msg)
+            self._cycle.begin(self._now())
+        self._answer_when_due()
+
+    def on_timer(self) -> None:
+        """Answer without a command when there is no more time for one; notice that the drives are silent."""
+        now = self._look_at_clock()
+        if self._cycle.is_open:
+            self._answer()
+            return
+        if self._cycle.silence(now) > self._silence:
+            self.guard.stop(f"drives silent for {1e3 * self._silence:.0f} ms")
+        self._voice.say_when_due()
+        self._wait(now)
+
+    def on_model(self, msg: ReducedModel) -> None:
+        """Take a model, to be served from its stamp on, or say why not."""
+        self.exchange.on_model(msg)
+        self._receipts.publish(String(data=self.exchange.receipt))
+        if self.exchange.model_fault:
+            self.get_logger().error(self.exchange.model_fault)
+
+    def on_margins(self, msg: String) -> None:
+        """Note why the controller's loop must not be closed; empty when it may."""
+        self._margins = msg.data
+
+    def on_arm(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        """Arm the guard with a new session token."""
+        refusal = self._margins or self._drives.refusal
+        if not refusal and not self.guard.arm(self.exchange.t, 1 + secrets.randbits(62)):
+            refusal = f"still braking: {self.guard.reason}"
+        response.success, response.message = not refusal, refusal or "armed"
+        if not refusal:
+            self._voice.say()
+            self._resume()
+        return response
+
+    def on_stop(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        """Latch a stop."""
+        self._stop("stopped by ~/stop")
+        response.success, response.message = True, self.guard.reason or "was not armed"
+        return response
+
+    def on_release(self, reason: str) -> None:
+        """Learn from the drives that they obey this guard no more, or why they let go of the one before."""
+        self.guard.stop(reason)
+        if self.guard.reason == NOT_ARMED_YET:
+            self.guard.reason = f"{NOT_ARMED_YET}; before: {reason}"
+
+    def _stop(self, reason: str) -> None:
+        self.guard.stop(reason)
+        self._answer_when_due()
+
+    def _answer_when_due(self) -> None:
+        """Answer the newest state once its command is here; in lockstep a braked arm needs none."""
+        is_due = self.exchange.is_commanded or (self.settings.lockstep and self.guard.mode == BRAKING)
+        if self._cycle.is_open and is_due:
+            self._answer()
+
+    def _answer(self) -> None:
+        """Tell the drives the torque of the next period, once."""
+        self._voice.send(self.exchange.answer(), self._drives.seal)
+        now = self._now()
+        self._cycle.end(now)
+        self.exchange.look_ahead()
+        if not self.settings.lockstep:
+            self._wait(now)
+
+    def _resume(self) -> None:
+        """In lockstep let time begin, or go on after a stop."""
+        if self.settings.lockstep and self._cycle.is_open:
+            self._answer()
+        elif self.settings.lockstep and self.exchange.stamp_ns < 0:
+            self._voice.send([0.0] * len(self.exchange.names), self._drives.seal)
+
+    def _now(self) -> float:
+        return 0.0 if self.settings.lockstep else self._steady.now().nanoseconds * 1e-9
+
+    def _look_at_clock(self) -> float:
+        """Return the time [s]; a guard that has not run for too long knows nothing of what happened."""
+        now = self._now()
+        stood = self._cycle.look(now)
+        if stood > self._silence:
+            self.guard.stop(f"guard did not run for {1e3 * stood:.0f} ms")
+        return now
+
+    def _wait(self, now: float) -> None:
+        """Set the timer to the moment in which an answer has to go out, or the next one."""
+        self._timer.timer_period_ns = max(round(1e9 * self._cycle.wait(now)), 1)
+        self._timer.reset()
+
+    def _connect(self) -> None:
+        self._voice = GuardVoice(self, self.exchange, self.settings.lockstep, lambda: self._cycle.late)
+        self._receipts = self.create_publisher(String, "~/models", LATCHED_QOS)
+        newest = LOCKSTEP_QOS if self.settings.lockstep else LATEST_QOS
+        for topic, kind in zip(SENSORS, (JointState, StrainArray), strict=True):
+            self.create_subscription(kind, topic, partial(self.on_sensor, topic), newest)
+        self.create_subscription(ReducedModel, "model", self.on_model, MODELS_QOS)
+        self.create_subscription(JointCommand, "joint_commands", self.on_command, LOCKSTEP_QOS)
+        self.create_subscription(String, "controller/margins", self.on_margins, LATCHED_QOS)
+        self.create_subscription(Empty, "stop", lambda msg: self._stop("stopped by topic stop"), RELIABLE_QOS)
+        self.create_service(Trigger, "~/arm", self.on_arm)
+        self.create_service(Trigger, "~/stop", self.on_stop)
+        self._drives = AttachedGuard(self, self.on_release)
+        if self.settings.lockstep:
+            self.create_subscription(Tick, "tick", self.on_tick, LOCKSTEP_QOS)
+        else:
+            period = self.exchange.period_ns * 1e-9
+            self._timer = self.create_timer(period, self.on_timer, clock=self._steady)
+        self._ready = ReadyFlag(self, self._conditions())
+
+    def _conditions(self) -> dict[str, Callable[[], bool]]:
+        """Return what must hold before the node is ready; in lockstep no message may be lost."""
+        conditions: dict[str, Callable[[], bool]] = {"the drives": lambda: not self._drives.refusal}
+        if self.settings.lockstep:
+            for topic in (*SENSORS, "tick", "joint_commands"):
+                conditions[topic] = partial(self._has_publisher, topic)
+            conditions["drives and estimator"] = lambda: self._voice.listeners()[0] > 1
+            conditions["the controller"] = lambda: self._voice.listeners()[1] > 0
+        return conditions
+
+    def _has_publisher(self, topic: str) -> bool:
+        return bool(self.count_publishers(self.resolve_topic_name(topic)))
 
 
 def main() -> int:

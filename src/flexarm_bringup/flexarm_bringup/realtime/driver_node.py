@@ -5,7 +5,7 @@ Publishes
 Subscribes
     guard_status, controller_status, ~/ready of the nodes.
 Calls
-    rig/arm (std_srvs/Trigger).
+    guard/arm (std_srvs/Trigger).
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ from flexarm_controller.reference import Reference
 from flexarm_model.conversions import NS_PER_S, stamp_to_ns
 from flexarm_model.node import LATCHED_QOS, LOCKSTEP_QOS, RELIABLE_QOS, events_executor
 
-PARTNERS = ("model", "estimator", "controller", "rig")
+PARTNERS = ("model", "estimator", "controller", "guard", "rig")
 PATIENCE = 60.0  # s until everything is ready, and for every answer
 PREPARATION = 4.0  # s between sending the reference and its start
 NAMES = ("INACTIVE", "MPC", "LQR", "SHIFTED_PLAN", "DAMPING", "HOLD", "PD", "NONLINEAR")
@@ -53,7 +53,7 @@ class Driver(Node):
         self._executor = events_executor()
         self._executor.add_node(self)
         self._publisher = self.create_publisher(JointTrajectory, "reference", RELIABLE_QOS)
-        self._client = self.create_client(Trigger, "rig/arm")
+        self._client = self.create_client(Trigger, "guard/arm")
         self.create_subscription(GuardStatus, "guard_status", self.on_guard, RELIABLE_QOS)
         self.create_subscription(ControllerStatus, "controller_status", self.on_status, LOCKSTEP_QOS)
         for name in PARTNERS:
@@ -114,7 +114,7 @@ class Driver(Node):
         zero_ns = stamp_to_ns(self._guard.header.stamp) + round(PREPARATION * NS_PER_S)
         self._publisher.publish(reference_to_msg(reference, self._names, zero_ns))
         wait("the reference to be accepted", lambda: self._answer.startswith("reference accepted"))
-        wait("rig/arm", self._client.service_is_ready)
+        wait("guard/arm", self._client.service_is_ready)
         self._client.call_async(Trigger.Request())
         wait("the guard to be armed", lambda: self._guard.mode == GuardStatus.ARMED)
         wait("the start", lambda: stamp_to_ns(self._guard.header.stamp) >= zero_ns)

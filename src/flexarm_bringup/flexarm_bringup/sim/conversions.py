@@ -7,18 +7,17 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from flexarm_interfaces.msg import GuardStatus, JointCommand, StrainArray
+from flexarm_interfaces.msg import StrainArray
 from flexarm_interfaces.msg import Truth as TruthMsg
 from geometry_msgs.msg import PoseWithCovarianceStamped
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 from sensor_msgs.msg import Imu, JointState
 
-from flexarm_bringup.sim.hardware import Hardware
+from flexarm_bringup.sim.drives import Drives
 from flexarm_bringup.sim.rig import Truth
 from flexarm_bringup.sim.sensor_simulator import Sample
-from flexarm_controller.guard import ARMED, BRAKING, STOPPED, Guard, GuardCommand
-from flexarm_model.conversions import floats, ns_to_stamp, stamp_to_ns
+from flexarm_model.conversions import floats, ns_to_stamp
 from flexarm_model.description import ManipulatorConfig, SensorSpec
 
 Array = NDArray[np.float64]
@@ -57,15 +56,15 @@ def samples_to_msgs(
     ]
 
 
-def joint_state_msg(hardware: Hardware, stamp_ns: int) -> JointState:
-    """Return what the drives know: position, velocity and the torque that acted until the stamp.
+def joint_state_msg(drives: Drives, stamp_ns: int) -> JointState:
+    """Return what the encoders tell: position, velocity; and the torque that acted until the stamp.
 
     An axis whose encoder was silent at this tick is left out.
     """
-    motors = hardware.motors
-    read = [i for i, name in enumerate(hardware.names) if name in motors.read]
-    names = [hardware.names[i] for i in read]
-    msg = JointState(name=names, effort=floats([hardware.acted[i] for i in read]))
+    motors = drives.motors
+    read = [i for i, name in enumerate(drives.names) if name in motors.read]
+    names = [drives.names[i] for i in read]
+    msg = JointState(name=names, effort=floats([drives.acted[i] for i in read]))
     msg.position = floats([motors.read[name] for name in names])
     msg.velocity = floats(motors.theta_dot[read])
     msg.header.stamp = ns_to_stamp(stamp_ns)
@@ -98,26 +97,6 @@ def truth_msg(config: ManipulatorConfig, truth: Truth, stamp_ns: int) -> TruthMs
     )
     msg.header.stamp = ns_to_stamp(stamp_ns)
     return msg
-
-
-def guard_status_msg(guard: Guard, stamp_ns: int, late_ticks: int = 0) -> GuardStatus:
-    """Return what the guard does, and why, and how many periods began late."""
-    msg = GuardStatus(mode=_GUARD_MODES[guard.mode], reason=guard.reason, session_token=guard.token)
-    msg.passed, msg.limited, msg.refused = guard.passed, guard.limited, guard.refused
-    msg.ticks, msg.ticks_without_command, msg.command_age = (
-        guard.ticks,
-        guard.ticks_without_command,
-        guard.age,
-    )
-    msg.late_ticks = late_ticks
-    msg.header.stamp = ns_to_stamp(stamp_ns)
-    return msg
-
-
-def command_from_msg(msg: JointCommand, epoch_ns: int) -> GuardCommand:
-    """Return a command as the guard takes it; it judges the content itself."""
-    t = (stamp_to_ns(msg.header.stamp) - epoch_ns) * 1e-9
-    return GuardCommand(t, msg.sequence, msg.session_token, tuple(msg.effort))
 
 
 def _strain(specs: Mapping[str, SensorSpec], samples: Sequence[Sample], stamp_ns: int) -> Outgoing:
@@ -155,7 +134,6 @@ def _camera(spec: SensorSpec, sample: Sample, stamp_ns: int) -> Outgoing:
     return Outgoing("camera/pose", msg)
 
 
-_GUARD_MODES = {STOPPED: GuardStatus.STOPPED, ARMED: GuardStatus.ARMED, BRAKING: GuardStatus.BRAKING}
 _CONVERT: dict[str, Callable[[SensorSpec, Sample, int], Outgoing]] = {
     "accelerometer": _imu,
     "camera": _camera,

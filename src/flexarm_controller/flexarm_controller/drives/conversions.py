@@ -18,7 +18,7 @@ _MODES = {STOPPED: GuardStatus.STOPPED, ARMED: GuardStatus.ARMED, BRAKING: Guard
 def command_from_msg(msg: JointCommand, epoch_ns: int) -> GuardCommand:
     """Return a command as the guard takes it; it judges the content itself."""
     t = (stamp_to_ns(msg.header.stamp) - epoch_ns) * 1e-9
-    return GuardCommand(t, msg.sequence, msg.session_token, tuple(msg.effort))
+    return GuardCommand(t, msg.sequence, msg.session_token, tuple(msg.effort), msg.model_id)
 
 
 def drive_state_msg(

@@ -1,0 +1,80 @@
+"""The guard's end of its attachment to the drives.
+
+Calls
+    rig/attach (std_srvs/Trigger): the answer is the secret of the seal, and why the last guard was let go.
+Subscribes
+    rig/attached (std_msgs/String, latched): fingerprint of the guard that the drives obey; empty for none.
+
+A service instead of the identity that DDS gives a publisher: rclpy does not tell a subscriber who sent a
+message, and the drives of another maker can keep a secret, but need not know DDS.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from rclpy.clock import Clock, ClockType
+from rclpy.node import Node
+from std_msgs.msg import String
+from std_srvs.srv import Trigger
+
+from flexarm_controller.drives.seal import Seal
+from flexarm_model.node import LATCHED_QOS
+
+RETRY_PERIOD = 0.1  # s
+ASK_AGAIN = 20  # of these without an answer: the drives have been started anew
+
+
+class AttachedGuard:
+    """Asks the drives for a secret until they give one, and again when they have let go.
+
+    Attributes:
+        seal: With which to seal torques; None while the drives do not obey this guard.
+        refusal: Why they do not; empty when they do.
+    """
+
+    def __init__(self, node: Node, on_release: Callable[[str], None]) -> None:
+        """Begin to ask.
+
+        Args:
+            node: The guard node.
+            on_release: Told why the drives let go of this guard, or of the one before.
+        """
+        self._node, self._on_release = node, on_release
+        self.seal: Seal | None = None
+        self.refusal = "the drives do not answer"
+        self._asked: Any = None
+        self._waited = 0
+        self._client = node.create_client(Trigger, "rig/attach")
+        node.create_subscription(String, "rig/attached", self.on_attached, LATCHED_QOS)
+        steady = Clock(clock_type=ClockType.STEADY_TIME)
+        self._timer = node.create_timer(RETRY_PERIOD, self.on_timer, clock=steady)
+
+    def on_timer(self) -> None:
+        """Ask if there is somebody to ask."""
+        if self._asked is not None and self._waited < ASK_AGAIN:
+            self._waited += 1
+        elif self.seal is None and self._client.service_is_ready():
+            self._waited, self._asked = 0, self._client.call_async(Trigger.Request())
+            self._asked.add_done_callback(self.on_answer)
+
+    def on_answer(self, future: Any) -> None:
+        """Take the secret, or why there is none."""
+        if future is not self._asked:
+            return
+        answer, self._asked = future.result(), None
+        if not answer.success:
+            self.refusal = answer.message
+            return
+        secret, _, before = answer.message.partition(" ")
+        self.seal, self.refusal = Seal(secret), ""
+        self._node.get_logger().info(f"the drives obey guard {self.seal.fingerprint}")
+        if before:
+            self._on_release(before)
+
+    def on_attached(self, msg: String) -> None:
+        """Notice that the drives obey nobody, or another guard."""
+        if self.seal is not None and msg.data != self.seal.fingerprint:
+            self.seal, self.refusal = None, "the drives have let go of this guard"
+            self._on_release(self.refusal)

@@ -1,0 +1,142 @@
+"""The guard between messages: what comes in, what goes out, no topics and no clock.
+
+The node connects it to DDS and says when to answer.
+"""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from typing import Any
+
+import numpy as np
+
+from flexarm_controller.drives.conversions import command_from_msg, drive_state_from_msg
+from flexarm_controller.guard import Guard, GuardCommand, GuardState
+from flexarm_controller.guard_settings import GuardSettings, guard_limits
+from flexarm_controller.guarding.pose_loads import PoseLoads
+from flexarm_controller.guarding.strain_gauges import StrainGauges
+from flexarm_model.conversions import NS_PER_S, stamp_to_ns
+from flexarm_model.description import ManipulatorConfig
+from flexarm_model.pending_models import PendingModels
+from flexarm_model.reduced_tree import ReducedTree
+
+
+class GuardExchange:
+    """Owns the guard and translates.
+
+    Attributes:
+        guard: The guard, stopped at first.
+        names: Actuated axes.
+        period_ns: Motor period [ns].
+        stamp_ns: Of the drives' newest state [ns]; -1 before the first.
+        model_fault: Why the last model was refused; empty when it was taken.
+    """
+
+    def __init__(self, config: ManipulatorConfig, settings: GuardSettings, epoch_ns: int | None) -> None:
+        """Start stopped.
+
+        Args:
+            config: The manipulator; its rate is that of the motors.
+            settings: Of the guard.
+            epoch_ns: Stamp that is time zero [ns]; None takes the first state's.
+        """
+        tree = ReducedTree(config)
+        self._config, self._epoch_ns, self._max_age = config, epoch_ns, settings.max_age
+        self.names, self.period_ns = tuple(config.actuated), round(NS_PER_S / config.rate_hz)
+        self.guard = Guard(guard_limits(config, tree, settings))
+        self._loads, self._gauges = PoseLoads(tree), StrainGauges(config)
+        self._strains: defaultdict[str, list[float]] = defaultdict(list)  # since the last answer
+        self._models: PendingModels[str] = PendingModels()
+        self.stamp_ns, self.model_fault = -1, ""
+        self._state = GuardState(())
+        self._command: GuardCommand | None = None
+        self._command_ns = -1
+
+    @property
+    def receipt(self) -> str:
+        """What models have been taken, in short; equal at all who took the same."""
+        return self._models.receipt
+
+    @property
+    def answer_ns(self) -> int:
+        """Stamp of the period that an answer is for [ns]."""
+        return self.stamp_ns + self.period_ns if self.stamp_ns >= 0 else 0
+
+    @property
+    def t(self) -> float:
+        """Begin of the period that an answer is for [s]."""
+        return self._seconds(self.answer_ns)
+
+    @property
+    def is_commanded(self) -> bool:
+        """Whether there is a command for the drives' newest state."""
+        return self._command is not None and self._command_ns == self.stamp_ns
+
+    def on_model(self, msg: Any) -> None:
+        """Take a model of the same description, to be served from its stamp on; refuse another by name."""
+        if msg.config_id != self._config.config_id:
+            self.model_fault = (
+                f"model refused: model of '{msg.manipulator}' has config {msg.config_id}, the guard loaded "
+                f"{self._config.config_id} (preset '{self._config.preset}'): "
+                "start both with the same file and preset"
+            )
+            return
+        self.model_fault, stamp_ns = "", stamp_to_ns(msg.header.stamp)
+        self._models.add(stamp_ns, msg.model_id)
+        self._models.note(stamp_ns, msg.model_id)
+
+    def on_strain(self, msg: Any) -> None:
+        """Keep what gauges say."""
+        for name in msg.names:
+            self._strains[name].clear()
+        for name, strain in zip(msg.names, msg.strain, strict=False):
+            self._strains[name].append(strain)
+
+    def on_drive_states(self, msg: Any) -> int:
+        """Take what the drives measure; return how many periods after the last time.
+
+        A clock that was set back, or a gap that is longer than any silence may be, stops the arm.
+        """
+        stamp_ns = stamp_to_ns(msg.header.stamp)
+        if self._epoch_ns is None:
+            self._epoch_ns = stamp_ns
+        passed = round((stamp_ns - self.stamp_ns) / self.period_ns) if self.stamp_ns >= 0 else 1
+        if not 0 < passed * self.period_ns <= self._max_age * NS_PER_S:
+            self.guard.stop(f"clock of the drives jumped by {1e-9 * (stamp_ns - self.stamp_ns):.3g} s")
+        self._state, self.stamp_ns = drive_state_from_msg(msg, self.names), stamp_ns
+        return max(passed, 1)
+
+    def on_command(self, msg: Any) -> None:
+        """Keep the newest command of the session; others must not take its place, and are only counted."""
+        command, kept = command_from_msg(msg, self._epoch_ns or 0), self._command
+        if command.token != self.guard.token:
+            self._refuse("command of another session")
+        elif kept is not None and command.sequence <= kept.sequence:
+            self._refuse(f"command {command.sequence} is not newer than {kept.sequence}")
+        else:
+            self._command, self._command_ns = command, stamp_to_ns(msg.header.stamp)
+
+    def answer(self) -> list[float]:
+        """Return the torque of the next period [N m] or [N], one per axis."""
+        model_id = self._models.due(self.stamp_ns)
+        if model_id is not None:
+            self.guard.serve(model_id, self.t)
+        command, self._command = self._command, None
+        self._gauges.update(self._strains)
+        self._strains.clear()
+        state = GuardState(self._state.velocity, self._state.position, self._gauges.read())
+        return self.guard.step(command, state, self.t)
+
+    def look_ahead(self) -> None:
+        """Find out what loads the arm where it is now; to be called when the answer is out."""
+        known = len(self._state.position) == len(self.names)
+        loads = self._loads.look(np.array(self._state.position)) if known else None
+        if loads is not None:
+            self.guard.carry(loads)
+
+    def _refuse(self, reason: str) -> None:
+        self.guard.refused += 1
+        self.guard.refusal = reason
+
+    def _seconds(self, stamp_ns: int) -> float:
+        return (stamp_ns - (self._epoch_ns or 0)) * 1e-9

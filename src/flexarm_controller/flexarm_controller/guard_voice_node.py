@@ -1,0 +1,76 @@
+"""What the guard node says.
+
+Publishes
+    applied_effort (sensor_msgs/JointState): torque [N m] or force [N] of every axis from the stamp on, once a
+        motor period; ``header.frame_id`` is the seal without which the drives do not obey (``drives.seal``).
+    guard_status (flexarm_interfaces/GuardStatus): 10 Hz and on change; in lockstep with an answer.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+from flexarm_interfaces.msg import GuardStatus
+from rclpy.node import Node
+from sensor_msgs.msg import JointState
+
+from flexarm_controller.drives.conversions import effort_msg, guard_status_msg
+from flexarm_controller.drives.seal import Mark, Seal
+from flexarm_controller.guard import STOPPED
+from flexarm_controller.guard_exchange import GuardExchange
+from flexarm_model.node import LOCKSTEP_QOS, RELIABLE_QOS
+
+STATUS_PERIODS = 20  # motor periods between two guard_status messages
+
+
+class GuardVoice:
+    """Publishes torques and status; a torque says how many status messages went before it."""
+
+    def __init__(
+        self, node: Node, exchange: GuardExchange, is_lockstep: bool, late: Callable[[], int]
+    ) -> None:
+        """Prepare to speak.
+
+        Args:
+            node: The guard node.
+            exchange: What there is to tell.
+            is_lockstep: No message may be lost.
+            late: Periods answered late so far [1].
+        """
+        told = LOCKSTEP_QOS if is_lockstep else RELIABLE_QOS
+        self._node, self._exchange, self._late = node, exchange, late
+        self._effort = node.create_publisher(JointState, "applied_effort", told)
+        self._status = node.create_publisher(GuardStatus, "guard_status", told)
+        self._said, self._unsaid, self._count = ("", ""), 0, 0
+
+    def listeners(self) -> tuple[int, int]:
+        """Return how many subscribe to torques and to the status [1]."""
+        return self._effort.get_subscription_count(), self._status.get_subscription_count()
+
+    def send(self, effort: Sequence[float], seal: Seal | None) -> None:
+        """Publish torques, if there is a seal for them, and the status if it is time."""
+        exchange, is_status_due = self._exchange, self._is_due()
+        if seal is not None:
+            mark = Mark(exchange.guard.mode != STOPPED, self._count + is_status_due)
+            self._effort.publish(effort_msg(exchange.names, effort, exchange.answer_ns, seal, mark))
+        if is_status_due:
+            self.say()
+
+    def say_when_due(self) -> None:
+        """Publish the status if it is time; to be called once a period in which nothing is sent."""
+        if self._is_due():
+            self.say()
+
+    def say(self) -> None:
+        """Publish the status."""
+        guard = self._exchange.guard
+        if self._said != (guard.mode, guard.reason):
+            self._node.get_logger().info(f"{guard.mode}{': ' if guard.reason else ''}{guard.reason}")
+        self._said, self._unsaid = (guard.mode, guard.reason), 0
+        self._count += 1
+        self._status.publish(guard_status_msg(guard, self._exchange.answer_ns, self._late()))
+
+    def _is_due(self) -> bool:
+        self._unsaid += 1
+        guard = self._exchange.guard
+        return self._unsaid >= STATUS_PERIODS or self._said != (guard.mode, guard.reason)
