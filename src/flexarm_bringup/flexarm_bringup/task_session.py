@@ -105,6 +105,7 @@ def task_settings(job: SimJob, law: str) -> dict[str, dict[str, Any]]:
         "model": {**parts["schedule"], "start": start},
         "estimator": parts["estimator"],
         "controller": {**parts["mpc"], **parts["controller"], "law": law, "period": period},
+        "guard": {"start": start},
         "rig": {"start": start},
     }
 
