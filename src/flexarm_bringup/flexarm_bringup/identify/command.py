@@ -8,6 +8,8 @@
       a fitted description, and settings of estimator and controller for it, tried on the simulated rig
   flexarm identify run.csv --manipulator single_link --fit bodies.strip.pieces.0.youngs_modulus
       --fit bodies.strip.damping_ratio=1 --update my_arm.yaml     (one line) only these parameters
+  flexarm identify rig --manipulator single_link   check the sensors of the simulated rig, excite it through
+      its guard, identify; --perturb frequency_scale=0.87 --perturb mass_scale=1.3 makes it another arm
   flexarm identify FILE --html report.html       responses, mode indicator, stabilisation chart, shapes
 
 Files: universal files (.uff, .unv), .csv, MATLAB .mat, .npz. A table of responses has the columns f_hz and
@@ -24,17 +26,20 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from flexarm_bringup.excite.measure import SensorCheckError
+from flexarm_bringup.excite.page import check_table, plan_table
+from flexarm_bringup.excite.rig_source import RIG, add_rig_arguments, rig_test, run_rig_test, save_records
 from flexarm_bringup.identify.fittable import fittable
 from flexarm_bringup.identify.measurement import SourceError
 from flexarm_bringup.identify.other_poses import read_pose
 from flexarm_bringup.identify.page import build_page
 from flexarm_bringup.identify.retuning import moves_beside, retune
-from flexarm_bringup.identify.run import Request, Result, identify
-from flexarm_bringup.identify.sources import Averaging, read_sources
+from flexarm_bringup.identify.run import Request, Result, identify, known_outputs
+from flexarm_bringup.identify.sources import Averaging, Source, of_records, read_sources
 from flexarm_bringup.identify.updating import Fitting, add_to, fit_description, write_description
 from flexarm_bringup.progress import Progress
-from flexarm_bringup.report import Page, add_report_arguments, publish
-from flexarm_model.identification.spectra import ESTIMATORS
+from flexarm_bringup.report import Page, Table, add_report_arguments, publish
+from flexarm_model.identification.spectra import BY_INSTRUMENT, ESTIMATORS
 from flexarm_model.manipulator_file import find_manipulator
 from flexarm_model.modal.fit import PoleFit
 from flexarm_model.modal.frf import KINDS
@@ -45,14 +50,22 @@ UNUSABLE = 2
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the options."""
-    parser.add_argument("files", nargs="+", type=Path, metavar="FILE", help="measurements")
+    parser.add_argument(
+        "files", nargs="+", type=Path, metavar="FILE", help="measurements, or rig: excite the simulated one"
+    )
     parser.add_argument("--band", nargs=2, type=float, metavar=("LOW", "HIGH"), help="only these [Hz]")
     parser.add_argument(
         "--kind", default="accelerance", choices=sorted(KINDS), help="of outputs of a table; accelerance"
     )
     parser.add_argument("--resolution", type=float, metavar="HZ", help="distance of the lines, for records")
     parser.add_argument("--window", default="hann", help="for records; boxcar for impacts that have died out")
-    parser.add_argument("--estimator", default="H1", choices=ESTIMATORS, help="for records")
+    parser.add_argument(
+        "--estimator", default="", choices=(*ESTIMATORS, BY_INSTRUMENT),
+        help="for records; Hc where it is known what was asked of the inputs, else H1",
+    )  # fmt: skip
+    parser.add_argument(
+        "--ignore-channel", action="append", default=[], metavar="NAME", help="leave this output out"
+    )
     parser.add_argument(
         "--coherence", type=float, default=0.6, metavar="LEAST", help="lines below it do not count; 0.6"
     )
@@ -76,25 +89,46 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--retune", type=Path, nargs="?", const=Path(), metavar="YAML",
         help="write moves with settings for the new description, after a trial on the simulated rig",
     )  # fmt: skip
+    add_rig_arguments(parser)
     add_report_arguments(parser)
 
 
 def run(args: argparse.Namespace) -> int:
     """Read, identify, report; return the exit code."""
     averaging = Averaging(args.resolution, args.window, args.estimator)
-    request = Request(
-        tuple(args.band) if args.band else None, args.coherence, args.manipulator or "", args.preset
-    )
     try:
         _check(args)
-        source = read_sources(args.files, args.kind, averaging)
-        result = identify(source, request, args.estimator)
+        source, items = _source(args, averaging)
+        request = Request(
+            tuple(args.band) if args.band else None, args.coherence, args.manipulator or "", args.preset,
+            args.motors == "locked", known_outputs(source, args.ignore_channel),
+        )  # fmt: skip
+        result = identify(source, request)
         others = [read_pose(text, args.kind, averaging, request) for text in args.also]
-        page = _with_update(build_page(args.files, result), result, args, others)
+        page = _with_update(build_page(args.files, result, items), result, args, others)
+    except SensorCheckError as error:
+        print(check_table(error.findings, error.axes).to_text())
+        print(f"flexarm identify: {error}", file=sys.stderr)
+        return UNUSABLE
     except (SourceError, ValueError) as error:
         print(f"flexarm identify: {error}", file=sys.stderr)
         return UNUSABLE
     return publish(page, args)
+
+
+def _source(args: argparse.Namespace, averaging: Averaging) -> tuple[Source, list[Table]]:
+    """Return what is identified, and what is to be told of how it was measured."""
+    if args.files != [Path(RIG)]:
+        return read_sources(args.files, args.kind, averaging), []
+    progress = Progress()
+    tested = run_rig_test(rig_test(args), progress.say)
+    progress.done()
+    if args.save is None and args.update is not None:
+        args.save = Path(f"{args.update.stem}_rig.npz")
+    if args.save is not None:
+        args.files = list(save_records(tested.records, args.save))
+    tables = [plan_table(tested.plan, tested.axes), check_table(tested.findings, tested.axes)]
+    return of_records(tested.records, averaging), tables
 
 
 def _check(args: argparse.Namespace) -> None:

@@ -7,7 +7,7 @@ puts every response where it belongs and says which are missing.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,12 +33,16 @@ class Responses:
         cells: Response per (output, input), (k,) each.
         coherence: Per cell where it is known, (k,).
         kind: What an output is of a displacement.
+        kinds: The same of single outputs that differ; such a matrix is of "receptance" in name only.
+        band_hz: Where the inputs had power [Hz]; None when nobody knows.
     """
 
     f_hz: Array
     cells: Mapping[Cell, Complex]
     coherence: Mapping[Cell, Array]
     kind: str
+    kinds: Mapping[str, str] = field(default_factory=dict)
+    band_hz: tuple[float, float] | None = None
 
     @property
     def outputs(self) -> tuple[str, ...]:
@@ -68,11 +72,24 @@ class Responses:
         return Frf(self.f_hz, np.asarray(np.array(rows).transpose(2, 0, 1)), self.kind)
 
     def weight(self, least: float) -> Array:
-        """Return 1 for lines at which every known coherence is at least ``least``, else 0, (k,)."""
-        weight = np.ones(self.f_hz.size)
-        for coherence in self.coherence.values():
-            weight[~(coherence >= least)] = 0.0
+        """Return 1 where every known coherence of an output is at least ``least``, else 0, (k, n_out)."""
+        outputs = self.outputs
+        weight = np.ones((self.f_hz.size, len(outputs)))
+        for (output, _), coherence in self.coherence.items():
+            weight[~(coherence >= least), outputs.index(output)] = 0.0
         return weight
+
+    def without(self, outputs: Sequence[str]) -> Responses:
+        """Return the responses of the other outputs.
+
+        Raises:
+            SourceError: None would be left.
+        """
+        cells = {cell: value for cell, value in self.cells.items() if cell[0] not in outputs}
+        if not cells:
+            raise SourceError(f"no output is left without {', '.join(outputs)}")
+        coherence = {cell: value for cell, value in self.coherence.items() if cell[0] not in outputs}
+        return replace(self, cells=cells, coherence=coherence)
 
 
 @dataclass(frozen=True)
@@ -84,12 +101,22 @@ class Records:
         inputs: By name, (samples,).
         outputs: By name, (samples,).
         kind: What an output is of a displacement.
+        kinds: The same of single outputs that differ.
+        instruments: What was asked of every input before feedback changed it, by its name, (samples,).
+        repeats: Samples after which the excitation repeats; 0 when it does not.
+        is_held: An input stays until the next sample, as a drive's torque does.
+        band_hz: Where the inputs have power [Hz]; None when nobody knows.
     """
 
     rate_hz: float
     inputs: Mapping[str, Array]
     outputs: Mapping[str, Array]
     kind: str
+    kinds: Mapping[str, str] = field(default_factory=dict)
+    instruments: Mapping[str, Array] = field(default_factory=dict)
+    repeats: int = 0
+    is_held: bool = False
+    band_hz: tuple[float, float] | None = None
 
 
 def merge(parts: Sequence[Responses]) -> Responses:

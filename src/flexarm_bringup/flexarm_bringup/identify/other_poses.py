@@ -34,7 +34,7 @@ def read_pose(text: str, kind: str, averaging: Averaging, request: Request) -> t
         equals = ""
     if not equals:
         raise SourceError(f"--also '{text}': expected POSE=FILE, such as 0.1,-0.2=run.csv")
-    fit = identify(read_sources([Path(name)], kind, averaging), request, averaging.estimator).found.fit
+    fit = identify(read_sources([Path(name)], kind, averaging), request).found.fit
     if fit is None:
         raise SourceError(f"--also {name}: no mode was identified")
     return pose, fit

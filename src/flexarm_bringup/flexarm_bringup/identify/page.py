@@ -19,18 +19,25 @@ WINDOWED_LINES = 6.0  # the same where a window has widened the resonance: below
 SHAPES = 12  # modes drawn at most
 
 
-def build_page(files: Sequence[Path], result: Result) -> Page:
-    """Return tables and figures of a result."""
+def build_page(files: Sequence[Path], result: Result, measured: Sequence[Table] = ()) -> Page:
+    """Return tables and figures of a result.
+
+    Args:
+        files: Where it comes from.
+        result: What was identified.
+        measured: How it was measured.
+    """
     named = ", ".join(path.name for path in files)
     responses, fit = result.responses, result.found.fit
     lead = (
         f"{named}: {len(responses.outputs)} output(s), {len(responses.inputs)} input(s), "
         f"{result.frf.f_hz.size} lines from {result.frf.f_hz[0]:g} to {result.frf.f_hz[-1]:g} Hz, "
-        f"{int(result.weight.sum())} of them used."
+        f"{PERCENT * result.weight.mean():.0f} % of them used."
     )
     items: list[Table | Figure] = [_responses(result), _chart(result)]
     if fit:
         items = [_modes(result, fit), _beside(result, fit), *items, _shapes(result, fit)]
+    items += measured
     remarks = {"What the data do not hold": _doubts(result)}
     return Page("Modes", lead, items, remarks={k: v for k, v in remarks.items() if v})
 
@@ -100,9 +107,14 @@ def _doubts(result: Result) -> list[str]:
     lines = [
         f"{f:.3f} Hz came back at many orders, but the fit does not hold it" for f in result.found.dropped_hz
     ]
-    unused = result.weight.size - int(result.weight.sum())
-    if unused:
-        lines.append(f"{unused} lines were left out for low coherence")
+    lines += list(result.source.remarks)
+    lines += [
+        f"{output} is left out: {PERCENT * share:.0f} % of its lines are incoherent"
+        for output, share in result.deaf.items()
+    ]
+    masked = result.weight.size - int(result.weight.sum())
+    if masked:
+        lines.append(f"{masked} of {result.weight.size} lines of all outputs were left out for low coherence")
     if result.found.fit is None:
         lines.append("no mode stands out of the noise in this band")
     return lines

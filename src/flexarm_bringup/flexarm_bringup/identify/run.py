@@ -1,11 +1,18 @@
-"""A measurement identified: modes, their uncertainty both ways, simpler methods and the model beside."""
+"""A measurement identified: modes, their uncertainty, simpler methods and the model beside.
+
+Outputs may differ in kind and in unit. Every output is then fitted in its own kind, which a modal model
+allows with more remainders, ``s^2 R / (s - p) = R p^2 / (s - p) + R (s + p)``, and counts by its noise, which
+the coherence tells.
+"""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg import eigh
 
 from flexarm_bringup.identify.measurement import Responses
 from flexarm_bringup.identify.sources import Source
@@ -13,16 +20,25 @@ from flexarm_model.config import load_config
 from flexarm_model.identification.automatic import Identified, identify_modes, orders_for
 from flexarm_model.identification.bootstrap import Scatter, bootstrap
 from flexarm_model.identification.lscf import poles_of_orders
+from flexarm_model.identification.method_scatter import method_scatter
 from flexarm_model.identification.stabilisation import lasting
 from flexarm_model.linearize import linearize
 from flexarm_model.manipulator_file import find_manipulator
-from flexarm_model.modal.frf import Frf
+from flexarm_model.modal.fit import FitOptions
+from flexarm_model.modal.frf import KINDS, Frf
 from flexarm_model.modal.half_power import HalfPower, half_power
+from flexarm_model.modal.partial_fractions import REMAINDERS
 from flexarm_model.reduced_tree import ReducedTree
 
 Array = NDArray[np.float64]
+Complex = NDArray[np.complex128]
 DRAWS = 20  # of the bootstrap
+SEED = 0  # of the bootstrap
 MOST_INPUTS = 6  # on the smaller side of the matrix; each more multiplies the poles
+MIXED = (*REMAINDERS, 1, 2)  # remainders where the kinds differ
+QUIETEST = 1e-4  # noise of an output over its size below which it counts no more
+DEAF = 0.8  # share of the lines on which an output may be incoherent; one that is more often is left out
+RIGID_HZ = 1e-3  # below it a mode is the free motion of a motor
 
 
 @dataclass(frozen=True)
@@ -30,16 +46,20 @@ class Request:
     """What was asked.
 
     Attributes:
-        band_hz: Band of the modes [Hz]; None takes all lines but 0 Hz.
+        band_hz: Band of the modes [Hz]; None takes the band that was excited, or all lines but 0 Hz.
         coherence: Lines below it do not count [1].
         manipulator: Name or file of a manipulator to compare with; empty for none.
         preset: Its preset.
+        motors_locked: The motors stood still in the test, instead of driving it.
+        ignore: Outputs to leave out.
     """
 
     band_hz: tuple[float, float] | None
     coherence: float
     manipulator: str = ""
     preset: str = ""
+    motors_locked: bool = False
+    ignore: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -47,75 +67,173 @@ class Result:
     """Everything that the page shows.
 
     Attributes:
-        responses: What was measured.
-        frf: The matrix in the band, outputs by inputs.
+        source: What was measured.
+        responses: The part of it that was fitted.
+        frf: Its matrix in the band, outputs by inputs, every output in its own kind.
         is_reciprocal: The fit took outputs for inputs, since there are fewer of them.
-        weight: 1 for lines that count, (k,).
+        weight: 1 for lines that count, of every output, (k, n_out); of all alike where outputs are inputs.
         found: The modes.
         scatter: By bootstrap over blocks; None without records.
+        methods: Over methods; None without modes.
         half_power: Per mode by half-power on the largest response; None where it fails.
         single_hz: Frequencies that one input alone gives through the chart, without refinement [Hz].
         model_hz: Frequencies of the manipulator's served model [Hz]; empty without one.
-        is_windowed: The responses come from records, behind a window.
+        deaf: Outputs left out, since they are incoherent on most lines, with the share of those [1].
+        band_hz: The band [Hz].
     """
 
+    source: Source
     responses: Responses
     frf: Frf
     is_reciprocal: bool
     weight: Array
     found: Identified
     scatter: Scatter | None
+    methods: Scatter | None
     half_power: tuple[HalfPower | None, ...]
     single_hz: tuple[float, ...]
     model_hz: tuple[float, ...]
-    is_windowed: bool
+    deaf: dict[str, float]
+    band_hz: tuple[float, float]
+
+    @property
+    def is_windowed(self) -> bool:
+        """Whether the responses come from records behind a window."""
+        return self.source.is_leaky
 
 
-def identify(source: Source, request: Request, estimator: str) -> Result:
+@dataclass(frozen=True)
+class _Recipe:
+    """How responses become what is fitted; the same for every draw of the bootstrap."""
+
+    outputs_left_out: tuple[str, ...]
+    band_hz: tuple[float, float]
+    size: Array  # of every output, (n_out,)
+
+    def frf(self, responses: Responses) -> Frf:
+        """Return the matrix in the band, its smaller side the inputs, outputs in units of their size."""
+        matrix = responses.without(self.outputs_left_out).matrix().band(*self.band_hz)
+        scaled = Frf(matrix.f_hz, matrix.H / self.size[:, None], matrix.kind)
+        return scaled.transposed() if matrix.H.shape[1] < matrix.H.shape[2] else scaled
+
+
+def identify(source: Source, request: Request) -> Result:
     """Return the modes of a source.
 
     Raises:
         ValueError: Responses are missing, the band holds too few lines, or the manipulator is unknown.
     """
-    whole = source.responses.matrix()
-    low, high = request.band_hz or (float(whole.f_hz[1]), float(whole.f_hz[-1]))
-    inside = (whole.f_hz >= low) & (whole.f_hz <= high)
-    frf, weight = whole.band(low, high), source.responses.weight(request.coherence)[inside]
+    heard = source.responses.without(request.ignore)
+    deaf = deaf_outputs(heard, request.band_hz, request.coherence)
+    responses = heard.without(tuple(deaf))
+    low, high = band_of(responses, request.band_hz)
+    frf = responses.matrix().band(low, high)
+    inside = (responses.f_hz >= low) & (responses.f_hz <= high)
+    weight = responses.weight(request.coherence)[inside]
     is_reciprocal = frf.H.shape[1] < frf.H.shape[2]
-    fitted = frf.transposed() if is_reciprocal else frf
+    if is_reciprocal:
+        weight = np.repeat(weight.min(axis=1)[:, None], frf.H.shape[2], axis=1)
+    recipe = _Recipe((*request.ignore, *deaf), (low, high), _sizes(responses, frf, inside))
+    fitted = recipe.frf(source.responses)
     if fitted.H.shape[2] > MOST_INPUTS:
         raise ValueError(f"{fitted.H.shape[2]} references; at most {MOST_INPUTS} can be fitted at once")
-    found = identify_modes(fitted, weight)
-    blocks, fit = source.blocks, found.fit
-    scatter = None
-    if blocks is not None and fit is not None and not is_reciprocal:
-        scatter = bootstrap(blocks, fit, estimator, (low, high), DRAWS)
+    options = FitOptions(weight=weight, remainders=MIXED if responses.kinds else REMAINDERS)
+    found = identify_modes(fitted, weight, remainders=options.remainders)
+    scatter, draw, fit = None, source.draw, found.fit
+    if draw is not None and fit is not None:
+        scatter = bootstrap(
+            lambda rng: recipe.frf(draw(rng)), fit, options, np.random.default_rng(SEED), DRAWS
+        )
     frequencies = tuple(map(float, fit.model.f_hz)) if fit else ()
     return Result(
-        source.responses, frf, is_reciprocal, weight, found, scatter,
-        tuple(_half_power(frf, f_hz) for f_hz in frequencies),
-        _single(fitted), _model(request), blocks is not None,
+        source, responses, frf, is_reciprocal, weight, _in_units(found, recipe.size, is_reciprocal),
+        scatter, method_scatter(fitted, found, options),
+        tuple(_half_power(responses, frf, f_hz) for f_hz in frequencies),
+        _single(fitted, weight), _model(request), deaf, (low, high),
     )  # fmt: skip
 
 
-def _half_power(frf: Frf, f_hz: float) -> HalfPower | None:
+def known_outputs(source: Source, names: Sequence[str]) -> tuple[str, ...]:
+    """Return the outputs that names stand for: of a channel, or of a sensor with all its channels."""
+    outputs = source.responses.outputs
+    return tuple(o for o in outputs if o in names or o.partition(".")[0] in names)
+
+
+def band_of(responses: Responses, wanted: tuple[float, float] | None) -> tuple[float, float]:
+    """Return the band that was wanted, else the one that was excited, else all lines above 0 Hz [Hz]."""
+    f_hz = responses.f_hz
+    return wanted or responses.band_hz or (float(f_hz[0] or f_hz[1]), float(f_hz[-1]))
+
+
+def deaf_outputs(responses: Responses, band_hz: tuple[float, float] | None, least: float) -> dict[str, float]:
+    """Return outputs that are incoherent on most lines, with the share of those; not all of them."""
+    low, high = band_of(responses, band_hz)
+    inside = (responses.f_hz >= low) & (responses.f_hz <= high)
+    shares = {
+        output: max(
+            float(np.mean(~(coherence[inside] >= least)))
+            for cell, coherence in responses.coherence.items()
+            if cell[0] == output
+        )
+        for output in dict.fromkeys(cell[0] for cell in responses.coherence)
+    }
+    deaf = {output: share for output, share in shares.items() if share > DEAF}
+    return deaf if len(deaf) < len(responses.outputs) else {}
+
+
+def _sizes(responses: Responses, frf: Frf, inside: NDArray[np.bool_]) -> Array:
+    """Return what every output is counted in: its noise where the coherence tells it, (n_out,).
+
+    ``var H = |H|^2 (1 - g) / g`` over the number of averages, which is the same for all.
+    """
+    rms = np.sqrt(np.mean(abs(frf.H) ** 2, axis=(0, 2)))
+    if not responses.coherence:
+        return rms if responses.kinds else np.ones_like(rms)
+    noise = np.full(rms.size, np.nan)
+    for o, output in enumerate(responses.outputs):
+        known = [responses.coherence.get((output, i)) for i in responses.inputs]
+        if all(values is not None for values in known):
+            g = np.clip(np.array(known)[:, inside].T, 1e-9, 1.0)  # (k, n_in)
+            with np.errstate(invalid="ignore"):
+                noise[o] = np.sqrt(np.nanmedian(abs(frf.H[:, o]) ** 2 * (1 - g) / g))
+    known_noise = np.where(np.isfinite(noise), noise, rms)
+    return np.asarray(np.maximum(np.maximum(known_noise, QUIETEST * rms), np.finfo(float).tiny))
+
+
+def _in_units(found: Identified, size: Array, is_reciprocal: bool) -> Identified:
+    """Return the modes with residues in the outputs' own units."""
+    if found.fit is None:
+        return found
+    model = found.fit.model
+    factor = size[None, :] if is_reciprocal else size[:, None]
+    scaled = replace(model, residues=model.residues * factor, remainders=model.remainders * factor)
+    return replace(found, fit=replace(found.fit, model=scaled))
+
+
+def _half_power(responses: Responses, frf: Frf, f_hz: float) -> HalfPower | None:
+    """Return what half power reads from the response that stands out most at a frequency."""
     line = int(abs(frf.f_hz - f_hz).argmin())
-    o, i = np.unravel_index(abs(frf.H[line]).argmax(), frf.H.shape[1:])
-    receptance = abs(frf.H[:, o, i]) / abs(frf.s) ** frf.power
+    usual = np.median(abs(frf.H), axis=0)
+    o, i = np.unravel_index((abs(frf.H[line]) / np.maximum(usual, 1e-300)).argmax(), frf.H.shape[1:])
+    power = KINDS[responses.kinds.get(responses.outputs[int(o)], responses.kind)]
+    receptance = abs(frf.H[:, o, i]) / abs(frf.s) ** power
     try:
         return half_power(frf.f_hz, receptance, f_hz)
     except ValueError:
         return None
 
 
-def _single(frf: Frf) -> tuple[float, ...]:
+def _single(frf: Frf, weight: Array) -> tuple[float, ...]:
     one = Frf(frf.f_hz, frf.H[:, :, :1], frf.kind)
-    chart = poles_of_orders(one, orders_for(one))
+    chart = poles_of_orders(one, orders_for(one), weight)
     return tuple(float(abs(track.pole)) / (2 * np.pi) for track in lasting(chart))
 
 
 def _model(request: Request) -> tuple[float, ...]:
+    """Return what the served model says: of free motors unless they were locked."""
     if not request.manipulator:
         return ()
-    config = load_config(find_manipulator(request.manipulator), request.preset)
-    return tuple(float(value) for value in linearize(ReducedTree(config)).omega / (2 * np.pi))
+    model = linearize(ReducedTree(load_config(find_manipulator(request.manipulator), request.preset)))
+    free = np.sqrt(np.maximum(eigh(model.K, model.M, eigvals_only=True), 0.0))
+    omega = model.omega if request.motors_locked else free
+    return tuple(float(value) for value in omega / (2 * np.pi) if value > 2 * np.pi * RIGID_HZ)

@@ -7,13 +7,22 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from flexarm_bringup.identify.measurement import Records, Responses, SourceError, merge
 from flexarm_bringup.identify.table_source import READERS, read_table
 from flexarm_bringup.identify.uff_source import read_uff
-from flexarm_model.identification.spectra import BlockSpectra, SpectrumSettings, block_spectra
+from flexarm_model.identification.bootstrap import FEWEST_BLOCKS
+from flexarm_model.identification.spectra import (
+    BY_INSTRUMENT,
+    MeasuredFrf,
+    SpectrumSettings,
+    block_spectra,
+)
 from flexarm_model.modal.frf import KINDS
 
+Array = NDArray[np.float64]
+Complex = NDArray[np.complex128]
 LINES_PER_RECORD = 1 / 16  # length of a block over that of a record when nobody asks for a resolution
 USABLE_BAND = 1 / 2.56  # of the rate; what lies above is spoilt by the anti-aliasing filter
 
@@ -27,12 +36,12 @@ class Averaging:
     Attributes:
         resolution_hz: Distance of the lines [Hz]; None chooses by the length of the record.
         window: Window of scipy.signal.
-        estimator: "H1", "H2" or "Hv".
+        estimator: One of ``ESTIMATORS`` or "Hc"; empty takes Hc where there are instruments, else H1.
     """
 
     resolution_hz: float | None = None
     window: str = "hann"
-    estimator: str = "H1"
+    estimator: str = ""
 
 
 @dataclass(frozen=True)
@@ -41,11 +50,17 @@ class Source:
 
     Attributes:
         responses: All cells.
-        blocks: Spectra of single blocks; None when the file had responses already.
+        draw: Makes responses from blocks drawn with repetition; None when there are no blocks to draw from.
+        estimator: Which made the responses from records; empty when the file had responses already.
+        is_leaky: The blocks were cut from something that does not repeat, behind a window.
+        remarks: What the reader should know of it.
     """
 
     responses: Responses
-    blocks: BlockSpectra | None = None
+    draw: Callable[[np.random.Generator], Responses] | None = None
+    estimator: str = ""
+    is_leaky: bool = False
+    remarks: tuple[str, ...] = ()
 
 
 def read_sources(paths: Sequence[Path], kind: str, averaging: Averaging) -> Source:
@@ -66,7 +81,7 @@ def read_sources(paths: Sequence[Path], kind: str, averaging: Averaging) -> Sour
     if len(records) not in (0, len(parts)):
         raise SourceError("some files hold responses and some records in time: identify them separately")
     if records:
-        return _of_records(records, averaging)
+        return of_records(records, averaging)
     return Source(merge([part for part in parts if isinstance(part, Responses)]))
 
 
@@ -82,8 +97,12 @@ def _read(path: Path, kind: str) -> Responses | Records:
     return table[path.suffix.lower()](path)
 
 
-def _of_records(records: Sequence[Records], averaging: Averaging) -> Source:
-    """Return the responses of runs with the same channels."""
+def of_records(records: Sequence[Records], averaging: Averaging) -> Source:
+    """Return the responses of runs with the same channels.
+
+    Raises:
+        SourceError: They differ, have no input, or are too short.
+    """
     first = records[0]
     names = (tuple(first.outputs), tuple(first.inputs))
     if any(
@@ -91,24 +110,60 @@ def _of_records(records: Sequence[Records], averaging: Averaging) -> Source:
     ):
         raise SourceError("runs differ in channels or rate: give one set-up at a time")
     if not first.inputs:
-        raise SourceError("no input was recorded: name it 'in:NAME' (force, torque)")
-    shortest = min(values.size for run in records for values in run.outputs.values())
-    wanted = averaging.resolution_hz
-    block = round(first.rate_hz / wanted) if wanted else max(64, int(shortest * LINES_PER_RECORD))
-    settings = SpectrumSettings(block, window=averaging.window, estimator=averaging.estimator)
+        raise SourceError("no input was recorded: name it 'in:NAME' (force, torque), or try --output-only")
+    settings, estimator = _settings(records, averaging)
     try:
         blocks = block_spectra(
             [np.column_stack(list(run.inputs.values())) for run in records],
             [np.column_stack(list(run.outputs.values())) for run in records],
             first.rate_hz,
             settings,
+            _instruments(records),
         )
-        measured = blocks.frf(averaging.estimator, first.kind)
+        responses = _responses(blocks.frf(estimator, first.kind), first)
     except ValueError as error:
         raise SourceError(str(error)) from error
-    usable = measured.frf.f_hz <= USABLE_BAND * first.rate_hz
-    cells = {
-        (o, i): measured.frf.H[usable, k, m] for k, o in enumerate(names[0]) for m, i in enumerate(names[1])
+    count = len(blocks.spectra)
+
+    def draw(rng: np.random.Generator) -> Responses:
+        return _responses(blocks.frf(estimator, first.kind, rng.integers(count, size=count)), first)
+
+    few = () if count >= FEWEST_BLOCKS else (f"{count} block(s): too few to draw again, so no bootstrap",)
+    return Source(responses, None if few else draw, estimator, settings.window != "boxcar", few)
+
+
+def _responses(measured: MeasuredFrf, like: Records) -> Responses:
+    """Return the usable lines by name; what holding the inputs does to them is taken out."""
+    usable = measured.frf.f_hz <= USABLE_BAND * like.rate_hz
+    f_hz, H = measured.frf.f_hz[usable], measured.frf.H[usable]
+    if like.is_held:
+        H = H / hold_response(f_hz, like.rate_hz)[:, None, None]
+    cells = {(o, i): H[:, k, m] for k, o in enumerate(like.outputs) for m, i in enumerate(like.inputs)}
+    coherence = {
+        (o, i): measured.coherence[usable, k] for k, o in enumerate(like.outputs) for i in like.inputs
     }
-    coherence = {(o, i): measured.coherence[usable, k] for k, o in enumerate(names[0]) for i in names[1]}
-    return Source(Responses(measured.frf.f_hz[usable], cells, coherence, first.kind), blocks)
+    return Responses(f_hz, cells, coherence, like.kind, like.kinds, like.band_hz)
+
+
+def hold_response(f_hz: Array, rate_hz: float) -> Complex:
+    """Return what holding samples does to a spectrum, ``(1 - exp(-s dt)) / (s dt)``, (k,)."""
+    turned = f_hz / rate_hz
+    return np.asarray(np.sinc(turned) * np.exp(-1j * np.pi * turned))
+
+
+def _settings(records: Sequence[Records], averaging: Averaging) -> tuple[SpectrumSettings, str]:
+    """Return how to cut, and the estimator: whole periods where the excitation repeats."""
+    first = records[0]
+    estimator = averaging.estimator or (BY_INSTRUMENT if first.instruments else "H1")
+    if first.repeats:
+        return SpectrumSettings(first.repeats, 0.0, "boxcar", estimator), estimator
+    shortest = min(values.size for run in records for values in run.outputs.values())
+    wanted = averaging.resolution_hz
+    block = round(first.rate_hz / wanted) if wanted else max(64, int(shortest * LINES_PER_RECORD))
+    return SpectrumSettings(block, window=averaging.window, estimator=estimator), estimator
+
+
+def _instruments(records: Sequence[Records]) -> list[Array]:
+    if not all(tuple(run.instruments) == tuple(run.inputs) for run in records):
+        return []
+    return [np.column_stack(list(run.instruments.values())) for run in records]

@@ -60,7 +60,7 @@ def _read_mat(path: Path) -> dict[str, Any]:
 
 
 def _from_matlab(name: str) -> str:
-    for prefix in ("in_", "out_"):
+    for prefix in ("in_", "out_", "ref_", "kind_"):
         if name.startswith(prefix):
             return f"{prefix[:-1]}:{name.removeprefix(prefix)}"
     return name.replace("__", "/").replace("_coherence", ".coherence")
@@ -102,11 +102,17 @@ def _records(path: Path, columns: Mapping[str, Any], kind: str) -> Records:
     steps = np.diff(t)
     if t.size < 2 or not (abs(steps - steps.mean()) <= EVEN * abs(steps.mean())).all() or steps.mean() <= 0:
         raise SourceError(f"{path}: column 't' is not evenly spaced and ascending")
-    sides: dict[str, dict[str, Array]] = {"in": {}, "out": {}}
+    sides: dict[str, dict[str, Array]] = {"in": {}, "out": {}, "ref": {}}
     for name, values in columns.items():
         side, colon, channel = name.partition(":")
         if side in sides and colon:
             sides[side][channel] = np.real(np.asarray(values))
     if not sides["out"]:
         raise SourceError(f"{path}: no output: name columns 'out:NAME' and 'in:NAME'")
-    return Records(1.0 / float(steps.mean()), sides["in"], sides["out"], kind)
+    kinds = {name[5:]: str(value) for name, value in columns.items() if name.startswith("kind:")}
+    band = np.real(columns["band_hz"]) if "band_hz" in columns else None
+    return Records(
+        1.0 / float(steps.mean()), sides["in"], sides["out"], kind, kinds, sides["ref"],
+        int(np.real(columns.get("repeats", 0))), bool(columns.get("is_held", False)),
+        None if band is None else (float(band[0]), float(band[1])),
+    )  # fmt: skip

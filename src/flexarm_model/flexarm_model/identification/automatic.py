@@ -17,6 +17,7 @@ from flexarm_model.identification.lscf import OrderPoles, poles_of_orders
 from flexarm_model.identification.stabilisation import Stability, Track, lasting, likeness
 from flexarm_model.modal.fit import FitOptions, PoleFit, fit_poles
 from flexarm_model.modal.frf import Frf
+from flexarm_model.modal.partial_fractions import REMAINDERS
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -24,7 +25,7 @@ LINES_PER_ORDER = 3  # lines for every order of the chart, so that noise cannot 
 MOST_POLES = 80  # of the highest order, all inputs together; its eigenvalues take most of the time
 STANDS_OUT = 4.0  # standard deviations of a mode's frequency per bandwidth, and of its size
 ALIKE = 0.9  # assurance criterion from which two participations are the same [1]
-LARGEST_DAMPING = 0.3  # beyond it a pole is a slope, not a resonance [1]
+LARGEST_DAMPING = 0.15  # beyond it a pole is a slope, not a resonance [1]
 
 
 @dataclass(frozen=True)
@@ -45,15 +46,20 @@ class Identified:
 
 
 def identify_modes(
-    frf: Frf, weight: Array | None = None, orders: range | None = None, stability: Stability | None = None
+    frf: Frf,
+    weight: Array | None = None,
+    orders: range | None = None,
+    stability: Stability | None = None,
+    remainders: tuple[int, ...] = REMAINDERS,
 ) -> Identified:
     """Return the modes in the band of ``frf``.
 
     Args:
         frf: Responses, evenly spaced lines; the smaller side should be the inputs (``transposed``).
-        weight: Of every line, (k,); 0 masks a line, None weighs all alike.
+        weight: Of every line, (k,), or of every line and output, (k, n_out); 0 masks, None weighs all alike.
         orders: Orders of the chart; None takes as many as the lines allow.
         stability: What counts as unchanged; None is the default.
+        remainders: Powers of j w for the modes out of band.
 
     Raises:
         ValueError: The lines are not evenly spaced or too few.
@@ -66,14 +72,14 @@ def identify_modes(
     participation = np.array([track.participation for track in chosen]).reshape(len(chosen), frf.H.shape[2])
     dropped: list[float] = []
     while poles.size:
-        fit = fit_poles(frf, poles, participation, FitOptions(weight=weight))
-        doubt = _doubt(fit, frf)
+        fit = fit_poles(frf, poles, participation, FitOptions(weight=weight, remainders=remainders))
+        doubt = _doubt(fit, frf, weight)
         if doubt.max() < 1.0:
             return Identified(fit, chart, chosen, tuple(dropped))
         worst = int(doubt.argmax())
         dropped.append(float(fit.model.f_hz[worst]))
         poles = np.delete(fit.model.poles, worst)
-        participation = np.delete(_driven(fit), worst, axis=0)
+        participation = np.delete(driven(fit), worst, axis=0)
     return Identified(None, chart, chosen, tuple(dropped))
 
 
@@ -83,11 +89,16 @@ def orders_for(frf: Frf) -> range:
     return range(2, max(most, 2) + 1)
 
 
-def _doubt(fit: PoleFit, frf: Frf) -> Array:
+def driven(fit: PoleFit) -> Complex:
+    """Return the participations of the inputs, (r, n_in)."""
+    return np.asarray(np.linalg.svd(fit.model.residues)[2][:, 0, :])
+
+
+def _doubt(fit: PoleFit, frf: Frf, weight: Array | None) -> Array:
     """Return how doubtful every mode is, (r,); from 1 on it is none."""
     bandwidth = 2 * fit.model.zeta * fit.model.f_hz
     unknown = STANDS_OUT * np.nan_to_num(fit.f_std_hz, nan=0.0) / bandwidth
-    faint = STANDS_OUT / np.maximum(_prominence(fit, frf), 1e-12)
+    faint = STANDS_OUT / np.maximum(_prominence(fit, frf, weight), 1e-12)
     overdamped = fit.model.zeta / LARGEST_DAMPING
     return np.where(
         fit.at_bound | _doubles(fit, frf), np.inf, np.maximum(np.maximum(unknown, faint), overdamped)
@@ -100,25 +111,21 @@ def _doubles(fit: PoleFit, frf: Frf) -> NDArray[np.bool_]:
     The lines cannot part such poles; a second input can, where it drives them differently.
     """
     model, half = fit.model, (frf.f_hz[1] - frf.f_hz[0]) / 2
-    driven = _driven(fit)
+    inputs = driven(fit)
     size = [float(np.linalg.norm(residue)) for residue in model.residues]
     weaker = np.zeros(model.poles.size, bool)
     for i in range(model.poles.size):
         for j in range(model.poles.size):
             is_near = i != j and abs(model.f_hz[i] - model.f_hz[j]) < half
-            weaker[i] |= is_near and size[i] <= size[j] and likeness(driven[i], driven[j]) > ALIKE
+            weaker[i] |= is_near and size[i] <= size[j] and likeness(inputs[i], inputs[j]) > ALIKE
     return weaker
 
 
-def _driven(fit: PoleFit) -> Complex:
-    """Return the participations of the inputs, (r, n_in)."""
-    return np.asarray(np.linalg.svd(fit.model.residues)[2][:, 0, :])
-
-
-def _prominence(fit: PoleFit, frf: Frf) -> Array:
+def _prominence(fit: PoleFit, frf: Frf, weight: Array | None) -> Array:
     """Return the size of every mode over what the noise alone would give it, (r,)."""
-    left = frf.H - fit.model.frf(frf.f_hz).H
-    noise = np.sqrt(np.mean(abs(left) ** 2, axis=0))  # (n_out, n_in)
+    counts = np.ones((frf.f_hz.size, 1)) if weight is None else weight.reshape(frf.f_hz.size, -1)
+    left = abs(frf.H - fit.model.frf(frf.f_hz).H) ** 2 * counts[:, :, None]
+    noise = np.sqrt(left.sum(axis=0) / np.maximum(counts.sum(axis=0), 1.0)[:, None])  # (n_out, n_in)
     shape = abs(frf.s) ** frf.power
     values = []
     for pole, residue in zip(fit.model.poles, fit.model.residues, strict=True):

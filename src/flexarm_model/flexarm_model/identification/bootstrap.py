@@ -6,16 +6,21 @@ the uncertainty of the answer, whatever the noise looks like [Efron1979].
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from flexarm_model.identification.spectra import BlockSpectra
+from flexarm_model.identification.automatic import driven
 from flexarm_model.modal.fit import FitOptions, PoleFit, fit_poles
+from flexarm_model.modal.frf import Frf
 from flexarm_model.modal.read_only import lock_arrays
+from flexarm_model.modal.residues import UnderdeterminedError
 
 Array = NDArray[np.float64]
+FEWEST_BLOCKS = 3
+FEWEST_FITS = 3
 
 
 @dataclass(frozen=True)
@@ -38,36 +43,33 @@ class Scatter:
 
 
 def bootstrap(
-    blocks: BlockSpectra,
+    draw: Callable[[np.random.Generator], Frf],
     fit: PoleFit,
-    estimator: str,
-    band_hz: tuple[float, float],
+    options: FitOptions,
+    rng: np.random.Generator,
     draws: int = 30,
-    seed: int = 0,
 ) -> Scatter:
     """Return the scatter of the modes of ``fit`` over blocks drawn again.
 
     Args:
-        blocks: The spectra that the fit's responses were averaged from.
+        draw: Returns responses in the band of the fit from blocks drawn with repetition.
         fit: Modes found.
-        estimator: "H1", "H2" or "Hv".
-        band_hz: Band of the fit [Hz].
-        draws: Number of draws.
-        seed: Of the draws.
+        options: With which they were found; lines that are masked there stay masked.
+        rng: Draws.
+        draws: Number of them.
 
     Raises:
-        ValueError: There are fewer than three blocks, or no draw could be fitted.
+        ValueError: Hardly a draw could be fitted.
     """
-    count, rng = len(blocks.spectra), np.random.default_rng(seed)
-    if count < 3:
-        raise ValueError(f"{count} block(s) tell nothing about scatter; 3 are needed")
-    model, values = fit.model, []
+    model, participation, values = fit.model, driven(fit), []
     for _ in range(draws):
-        measured = blocks.frf(estimator, model.kind, rng.integers(count, size=count))
-        again = fit_poles(measured.frf.band(*band_hz), model.poles, options=FitOptions(rank_one=False))
+        try:
+            again = fit_poles(draw(rng), model.poles, participation, options)
+        except UnderdeterminedError:
+            continue
         if again.converged and not again.at_bound.any():
             values.append(np.concatenate([again.model.f_hz, again.model.zeta]))
-    if len(values) < 3:
+    if len(values) < FEWEST_FITS:
         raise ValueError(f"only {len(values)} of {draws} draws could be fitted")
     spread, n = np.std(values, axis=0, ddof=1), model.f_hz.size
     return Scatter(np.array(spread[:n]), np.array(spread[n:]), len(values))

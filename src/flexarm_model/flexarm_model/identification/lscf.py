@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexarm_model.modal.frf import Frf
+from flexarm_model.modal.line_weights import shared_weights
 from flexarm_model.modal.read_only import lock_arrays
 
 Array = NDArray[np.float64]
@@ -50,7 +51,7 @@ def poles_of_orders(frf: Frf, orders: range, weight: Array | None = None) -> tup
     Args:
         frf: Responses in the band, evenly spaced lines; the smaller side should be the inputs.
         orders: Orders of the denominator.
-        weight: Of every line, (k,); 0 masks a line, None weighs all alike.
+        weight: Of every line, (k,), or of every line and output, (k, n_out); 0 masks, None weighs all alike.
 
     Raises:
         ValueError: The lines are not evenly spaced, or fewer than the largest order needs.
@@ -70,16 +71,18 @@ def _normal_matrix(frf: Frf, n: int, period: float, weight: Array | None) -> Com
     """Return what is left for the denominator, ``sum_o T_o - S_o^H R^-1 S_o``, ((n+1) n_in,) * 2."""
     k, n_out, n_in = frf.H.shape
     z = np.exp(2j * np.pi * (frf.f_hz - frf.f_hz[0]) * period)
-    w = np.ones(k) if weight is None else np.asarray(weight, float)
-    powers = w[:, None] * z[:, None] ** np.arange(n + 1)  # (k, n + 1)
-    basis, _ = np.linalg.qr(powers)
+    turns = z[:, None] ** np.arange(n + 1)  # (k, n + 1)
     size = np.sqrt(np.mean(abs(frf.H) ** 2, axis=(0, 2)))  # every output counts alike
     normal = np.zeros(((n + 1) * n_in,) * 2, dtype=complex)
-    for o in range(n_out):
-        row = frf.H[:, o, :] / (size[o] or 1.0)
-        Y = (powers[:, :, None] * row[:, None, :]).reshape(k, -1)
-        Y = Y - basis @ (basis.conj().T @ Y)
-        normal += Y.conj().T @ Y
+    for shared in shared_weights(weight, n_out):
+        w = np.ones(k) if shared.weight is None else np.asarray(shared.weight, float)
+        powers = w[:, None] * turns
+        basis, _ = np.linalg.qr(powers)
+        for o in shared.outputs:
+            row = frf.H[:, o, :] / (size[o] or 1.0)
+            Y = (powers[:, :, None] * row[:, None, :]).reshape(k, -1)
+            Y = Y - basis @ (basis.conj().T @ Y)
+            normal += Y.conj().T @ Y
     return normal
 
 

@@ -17,10 +17,11 @@ from numpy.typing import NDArray
 from scipy.optimize import OptimizeResult, least_squares
 
 from flexarm_model.modal.frf import Frf
+from flexarm_model.modal.line_weights import shared_weights
 from flexarm_model.modal.partial_fractions import REMAINDERS, Basis
 from flexarm_model.modal.read_only import lock_arrays
 from flexarm_model.modal.residues import ModalFit, as_one_input, check_determined, fit_residues
-from flexarm_model.modal.variable_projection import Projection
+from flexarm_model.modal.variable_projection import JointProjection, Projection
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -36,7 +37,7 @@ class FitOptions:
     Attributes:
         rank_one: Residues of a mode are ``psi L'``, which parts close and double modes when there are
             several inputs; false leaves every residue free.
-        weight: Of every line, (k,); 0 masks a line, None weighs all alike.
+        weight: Of every line, (k,), or of every line and output, (k, n_out); 0 masks, None weighs all alike.
         remainders: Powers of j w for the modes out of band.
     """
 
@@ -95,10 +96,7 @@ def fit_poles(
     poles = np.asarray(poles, dtype=complex)
     split = frf if options.rank_one else as_one_input(frf)
     L = _start_participation(split, poles, participation if options.rank_one else None, options)
-    basis = Basis.of(split, options.weight, options.remainders)
-    Y = basis.data(split.H)
-    problem = Projection(basis, Y / max(np.linalg.norm(Y), np.finfo(float).tiny), L)  # for the tolerances
-    check_determined(basis, poles.size, split.H.shape[1], problem.n_parameters)
+    problem = _problem(frf, split, poles, L, options)
     start, bounds = problem.pack(poles, L), problem.bounds()
     if ((start <= bounds[0]) | (start >= bounds[1])).any():
         raise ValueError(f"start poles {poles} lie outside the band {frf.f_hz[0]}..{frf.f_hz[-1]} Hz")
@@ -114,6 +112,19 @@ def fit_poles(
         remainders=model.remainders.reshape(-1, *frf.H.shape[1:]),
     )
     return _result(problem, found, model)
+
+
+def _problem(frf: Frf, split: Frf, poles: Complex, L: Complex, options: FitOptions) -> JointProjection:
+    """Return the problem, outputs that count on the same lines together."""
+    n_out = frf.H.shape[1]
+    parts = []
+    for shared in shared_weights(options.weight, n_out, split.H.shape[1] // n_out):
+        basis = Basis.of(split, shared.weight, options.remainders)
+        part = Projection(basis, basis.data(split.H[:, shared.outputs]), L)
+        check_determined(basis, poles.size, shared.outputs.size, part.n_parameters)
+        parts.append(part)
+    size = max(np.sqrt(sum(np.sum(part.Y**2) for part in parts)), np.finfo(float).tiny)
+    return JointProjection([Projection(part.basis, part.Y / size, L) for part in parts])  # for the tolerances
 
 
 def _start_participation(
@@ -132,9 +143,9 @@ def _start_participation(
     return np.asarray(L / np.take_along_axis(L, abs(L).argmax(axis=1)[:, None], axis=1))
 
 
-def _result(problem: Projection, found: OptimizeResult, model: ModalFit) -> PoleFit:
+def _result(problem: JointProjection, found: OptimizeResult, model: ModalFit) -> PoleFit:
     """Return the fit with uncertainty, modes in the order of the model."""
-    r, basis = problem.n_modes, problem.basis
+    r, basis = problem.n_modes, problem.parts[0].basis
     order = np.argsort(abs(problem.unpack(found.x)[0]), kind="stable")
     decay, omega = found.x[:r][order], found.x[r : 2 * r][order]
     covariance = _covariance(problem, found)
@@ -158,12 +169,9 @@ def _result(problem: Projection, found: OptimizeResult, model: ModalFit) -> Pole
     )
 
 
-def _covariance(problem: Projection, found: OptimizeResult) -> Array:
+def _covariance(problem: JointProjection, found: OptimizeResult) -> Array:
     """Return the covariance of p for white noise of the size of what is left, (n_p, n_p); nan without any."""
-    lines = np.count_nonzero(problem.basis.weight)
-    n_in, n_out = problem.basis.n_in, problem.Y.shape[1]
-    spare = 2 * lines * n_in * n_out - problem.basis.n_linear(problem.n_modes) * n_out - problem.n_parameters
-    variance = 2 * found.cost / spare if spare else np.nan
+    variance = 2 * found.cost / problem.n_spare if problem.n_spare else np.nan
     scale = problem.scale(problem.unpack(found.x)[0])
     triangle = np.linalg.qr(found.jac * scale, mode="r")
     inverse = np.linalg.pinv(triangle) * scale[:, None]

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexarm_model.modal.frf import Frf
+from flexarm_model.modal.line_weights import shared_weights
 from flexarm_model.modal.modes import frequency_and_damping
 from flexarm_model.modal.partial_fractions import REMAINDERS, Basis
 from flexarm_model.modal.read_only import lock_arrays
@@ -111,7 +112,7 @@ def fit_residues(
         frf: Measured responses.
         poles: In the upper half plane [rad/s], (r,).
         participation: Of the inputs in the modes, (r, n_in); None leaves every residue free.
-        weight: Of every line, (k,); 0 masks a line.
+        weight: Of every line, (k,), or of every line and output, (k, n_out); 0 masks.
         remainders: Powers of j w for the modes out of band; () for none.
 
     Raises:
@@ -123,22 +124,27 @@ def fit_residues(
     shape = frf.H.shape
     split = frf if participation is not None else as_one_input(frf)
     L = np.ones((poles.size, 1), dtype=complex) if participation is None else participation
-    basis = Basis.of(split, weight, remainders)
-    check_determined(basis, poles.size, split.H.shape[1], 0)
-    Y = basis.data(split.H)
-    X, Q = solve(basis.matrix(poles, L), Y)
+    n_in, columns = split.H.shape[2], split.H.shape[1]
+    X = np.zeros((2 * poles.size + 2 * len(remainders) * n_in, columns))
+    left, whole = 0.0, 0.0
+    for shared in shared_weights(weight, shape[1], columns // shape[1]):
+        basis = Basis.of(split, shared.weight, remainders)
+        check_determined(basis, poles.size, shared.outputs.size, 0)
+        Y = basis.data(split.H[:, shared.outputs])
+        X[:, shared.outputs], Q = solve(basis.matrix(poles, L), Y)
+        left += float(np.sum((Y - Q @ (Q.T @ Y)) ** 2))
+        whole += float(np.sum(Y**2))
     psi = X[: 2 * poles.size : 2] + 1j * X[1 : 2 * poles.size : 2]  # (r, n_out)
-    rest = X[2 * poles.size :].reshape(len(remainders), 2, basis.n_in, split.H.shape[1])
+    rest = X[2 * poles.size :].reshape(len(remainders), 2, n_in, columns)
     order = np.argsort(abs(poles), kind="stable")
     residues = np.einsum("ro,ri->roi", psi, L)[order]
-    left = np.linalg.norm(Y - Q @ (Q.T @ Y)) / max(np.linalg.norm(Y), np.finfo(float).tiny)
     return ModalFit(
         poles[order],
         residues.reshape(poles.size, *shape[1:]),
         remainders,
         (rest[:, 0] + 1j * rest[:, 1]).transpose(0, 2, 1).reshape(len(remainders), *shape[1:]),
         frf.kind,
-        float(left),
+        float(np.sqrt(left / max(whole, np.finfo(float).tiny))),
     )
 
 

@@ -9,6 +9,8 @@ matrix is the information on p with everything else unknown.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -104,3 +106,35 @@ class Projection:
         pairs = np.hstack(columns).reshape(self.Y.shape[0], -1, 2)  # (rows, n_p, 2)
         weights = X[: 2 * self.n_modes].reshape(self.n_modes, 2, -1)[np.concatenate(modes)]  # (n_p, 2, n_out)
         return np.asarray(np.einsum("apc,pco->pao", pairs, weights))
+
+
+class JointProjection:
+    """Several projections of one p: outputs that count on different lines have bases of their own."""
+
+    def __init__(self, parts: Sequence[Projection]) -> None:
+        """Take the parts; what they agree on is asked of the first.
+
+        Args:
+            parts: With the same participations at the start.
+        """
+        self.parts, first = tuple(parts), parts[0]
+        self.n_modes, self.n_parameters = first.n_modes, first.n_parameters
+        self.pack, self.unpack = first.pack, first.unpack
+        self.bounds, self.scale = first.bounds, first.scale
+
+    def residual(self, p: Array) -> Array:
+        """Return what is left of the data of all parts, one after the other."""
+        return np.concatenate([part.residual(p) for part in self.parts])
+
+    def jacobian(self, p: Array) -> Array:
+        """Return its derivative."""
+        return np.vstack([part.jacobian(p) for part in self.parts])
+
+    @property
+    def n_spare(self) -> int:
+        """Number of equations beyond the unknowns, p and the linear ones."""
+        spare = -self.n_parameters
+        for part in self.parts:
+            equations = 2 * np.count_nonzero(part.basis.weight) * part.basis.n_in
+            spare += (equations - part.basis.n_linear(self.n_modes)) * part.Y.shape[1]
+        return int(spare)

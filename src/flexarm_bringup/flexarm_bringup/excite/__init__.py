@@ -1,0 +1,1 @@
+"""Excitation of a rig through its guard: plan, sensor check, records."""

@@ -1,0 +1,99 @@
+"""The described arm held at its home pose by joint PD, and how it answers a torque added to that.
+
+With ``x`` counted from rest at the pose, ``G`` the gains on the axes and ``r`` the torque added::
+
+    x+ = (A - B G) x + B r        y = C x + D u        u = r - G x
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexarm_controller.guard_settings import GuardSettings, guard_limits
+from flexarm_controller.joint_pd import JointPd
+from flexarm_controller.program.prediction import plant
+from flexarm_controller.reference import hold
+from flexarm_controller.settings import ControllerConfig
+from flexarm_controller.state import ArmState
+from flexarm_model.description import ManipulatorConfig
+from flexarm_model.linearize import linearize
+from flexarm_model.reduced_tree import ReducedTree
+
+Array = NDArray[np.float64]
+LONGEST_SETTLING = 10.0  # s; an arm held more weakly than that hardly moves by itself
+DELAY = 3  # periods from an encoder to the torque: one for the command, two for the smoothed velocity
+
+
+@dataclass(frozen=True)
+class Answer:
+    """Predicted deviations from rest.
+
+    Attributes:
+        tau: Torque of the drives [N m or N], (n, n_theta).
+        theta: Actuated axes [rad or m], (n, n_theta).
+        theta_dot: Their velocity, (n, n_theta).
+        y: Output rows of the model, SI, (n, n_y).
+    """
+
+    tau: Array
+    theta: Array
+    theta_dot: Array
+    y: Array
+
+
+class HeldArm:
+    """Holds an arm at home, and predicts what it does.
+
+    Attributes:
+        config: The description.
+        model: The served model at home.
+        dt: Motor period [s].
+        tau_rest: Torque that holds the pose [N m or N], (n_theta,).
+        ranges: How fast the guard lets every axis approach the ends of its range.
+    """
+
+    def __init__(self, config: ManipulatorConfig) -> None:
+        """Tune the joint loops to the served model.
+
+        Raises:
+            PoseError: There is no model at the home pose.
+        """
+        tree = ReducedTree(config)
+        self.config, self.model = config, linearize(tree)
+        self.ranges = guard_limits(config, tree, GuardSettings()).ranges
+        self.dt = round(1e9 / config.rate_hz) * 1e-9
+        self._law = JointPd(self.model, ControllerConfig(period=self.dt), DELAY)
+        self._goal = hold(config.home)
+        self.tau_rest = self.torque(config.home, np.zeros(self.model.n_theta))
+
+    def torque(self, theta: Array, theta_dot: Array) -> Array:
+        """Return the torque that holds the pose, from what the drives measure, (n_theta,)."""
+        eta = np.zeros(self.model.n_eta)
+        none = np.zeros(self.model.n_theta)
+        state = ArmState(0.0, self.model.model_id, theta, eta, theta_dot, eta, none)
+        return self._law.step(state, self._goal, np.zeros((0, none.size)))
+
+    @property
+    def settling_time(self) -> float:
+        """Time in which the joint loops come to rest [s]."""
+        decay = ControllerConfig().pd_damping * self._law.frequency
+        return float(min(6.0 / decay, LONGEST_SETTLING))
+
+    def respond(self, added: Array) -> Answer:
+        """Return the answer to a torque added from rest on, (n, n_theta) [N m or N]."""
+        system, m = plant(self.model, self.dt), self.model.n_theta
+        gain = np.zeros((m, system.n_x))
+        gain[:, :m] = np.diag(self._law.K_p)
+        gain[:, system.n_xi : system.n_xi + m] = np.diag(self._law.K_d)
+        A, driven = system.A - system.B @ gain, added @ system.B.T  # (n, n_x)
+        x = np.zeros((len(added) + 1, system.n_x))
+        for k, push in enumerate(driven):
+            x[k + 1] = A @ x[k] + push
+        x = x[:-1]
+        tau = added - x @ gain.T
+        before = np.vstack([np.zeros(m), tau[:-1]])  # a sample feels the torque that acted until then
+        y = x @ system.C.T + before @ system.D.T
+        return Answer(tau, x[:, :m], x[:, system.n_xi : system.n_xi + m], y)

@@ -1,0 +1,164 @@
+"""A modal test of a rig: check its sensors, excite it within its limits, return the records."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexarm_bringup.excite.drive import Channel, Drive, Driven
+from flexarm_bringup.excite.held_arm import HeldArm
+from flexarm_bringup.excite.plan import Plan
+from flexarm_bringup.identify.measurement import Records, SourceError
+from flexarm_model.identification.sensor_check import CheckedChannel, Finding, Pushes, check_channels
+
+Array = NDArray[np.float64]
+COMMON = "receptance"  # kind of outputs that do not say another one
+QUIET = 1.0  # s
+CYCLES_SEEN = 1.5  # of the slowest mode after a push: a softer arm is still in step with the model
+MOST_GAPS = 0.05  # share of missing samples that is bridged
+
+
+class SensorCheckError(SourceError):
+    """Channels cannot be used; the message names them.
+
+    Attributes:
+        findings: Of all channels.
+        axes: Whose pushes they answered to.
+    """
+
+    def __init__(self, text: str, findings: tuple[Finding, ...], axes: tuple[str, ...]) -> None:
+        """Keep what was found."""
+        super().__init__(text)
+        self.findings, self.axes = findings, axes
+
+
+@dataclass(frozen=True)
+class Tested:
+    """A modal test.
+
+    Attributes:
+        axes: Names of the motors.
+        plan: What was done.
+        findings: Of the sensor check, one per channel.
+        records: One per run, with channels that may be used.
+    """
+
+    axes: tuple[str, ...]
+    plan: Plan
+    findings: tuple[Finding, ...]
+    records: tuple[Records, ...]
+
+
+def measure(drive: Drive, plan: Plan, ignore: Sequence[str], say: Callable[[str], None]) -> Tested:
+    """Check the sensors, excite the arm, return the records.
+
+    Args:
+        drive: The rig under the holding law.
+        plan: What to do.
+        ignore: Channels that may be wrong: they are left out.
+        say: Is told what is being done.
+
+    Raises:
+        SensorCheckError: A channel is dead, flipped, swapped, silent or clipped, and is not to be ignored.
+        DriveError: The arm was stopped.
+    """
+    known = {name for channel in drive.channels for name in (channel.name, channel.spec.name)}
+    unknown = sorted(set(ignore) - known)
+    if unknown:
+        names = ", ".join(channel.name for channel in drive.channels)
+        raise SourceError(f"--ignore-channel {', '.join(unknown)}: not one of {names}")
+    say("sensor check")
+    findings = check_sensors(drive, plan)
+    used = [c for c in drive.channels if not {c.name, c.spec.name} & set(ignore)]
+    axes = drive.arm.model.theta_names
+    refuse(findings, {c.name for c in used}, axes)
+    records = []
+    for run in range(len(plan.signs)):
+        say(f"run: {run + 1} of {len(plan.signs)}, {plan.seconds / len(plan.signs):.0f} s each")
+        driven = drive.run(plan.added(run))
+        records.append(_record(drive, driven, plan, used))
+    return Tested(axes, plan, findings, tuple(records))
+
+
+def check_sensors(drive: Drive, plan: Plan) -> tuple[Finding, ...]:
+    """Return what is to be said of every channel, from a quiet stretch and a push of every motor."""
+    arm, dt, m = drive.arm, drive.arm.dt, drive.arm.model.n_theta
+    drive.run(np.zeros((round(arm.settling_time / dt), m)))
+    quiet = drive.run(np.zeros((max(round(QUIET / dt), 50), m))).y
+    push = push_of(arm)
+    measured, predicted = [], []
+    for axis in range(m):
+        added = np.outer(push, np.eye(m)[axis]) * plan.amplitude[axis]
+        start = drive.run(np.zeros((10, m))).y
+        answer = drive.run(added).y
+        with np.errstate(invalid="ignore"):
+            measured.append(answer - np.nan_to_num(np.nanmean(np.vstack([start, answer[:1]]), axis=0)))
+        predicted.append(arm.respond(added).y[:, [c.row for c in drive.channels]])
+        drive.run(np.zeros((round(arm.settling_time / dt), m)))
+    return check_channels(
+        [_checked(c) for c in drive.channels], Pushes(quiet, np.array(measured), np.array(predicted))
+    )
+
+
+def push_of(arm: HeldArm) -> Array:
+    """Return one cycle of a sine near the slowest mode and the time after it, with peak 1, (n,)."""
+    f_hz = float(arm.model.omega[0]) / (2 * np.pi)
+    n = round((1.0 + CYCLES_SEEN) / f_hz / arm.dt)
+    t = np.arange(n) * arm.dt
+    return np.asarray(np.where(t * f_hz < 1.0, np.sin(2 * np.pi * f_hz * t), 0.0))
+
+
+def refuse(findings: tuple[Finding, ...], used: Collection[str], axes: tuple[str, ...]) -> None:
+    """Refuse to go on with channels that cannot be used.
+
+    Raises:
+        SensorCheckError: Names them, and what is wrong with them.
+    """
+    bad = [finding for finding in findings if finding.is_refused and finding.name in used]
+    if bad:
+        named = "; ".join(f"{finding.name} is {finding.verdict}: {finding.words}" for finding in bad)
+        allow = " ".join(f"--ignore-channel {finding.name}" for finding in bad)
+        raise SensorCheckError(f"{named}. Repair it, or leave it out with {allow}", findings, axes)
+
+
+def _checked(channel: Channel) -> CheckedChannel:
+    spec = channel.spec
+    return CheckedChannel(channel.name, channel.unit, channel.sigma, spec.low, spec.high)
+
+
+def _record(drive: Drive, driven: Driven, plan: Plan, used: Sequence[Channel]) -> Records:
+    """Return the periods after the start as a record."""
+    repeats, axes = plan.excitation.signal.size, drive.arm.model.theta_names
+    begin = plan.skipped * repeats
+    outputs = {
+        channel.name: bridged(driven.y[begin:, drive.channels.index(channel)], channel.name)
+        for channel in used
+    }
+    return Records(
+        1.0 / drive.arm.dt,
+        dict(zip(axes, driven.tau[begin:].T, strict=True)),
+        outputs,
+        COMMON,
+        {channel.name: channel.kind for channel in used if channel.kind != COMMON},
+        dict(zip(axes, driven.added[begin:].T, strict=True)),
+        repeats,
+        True,
+        plan.excitation.band_hz,
+    )
+
+
+def bridged(y: Array, name: str) -> Array:
+    """Return a channel with its gaps filled by straight lines, less its mean, (n,).
+
+    Raises:
+        SourceError: Too much is missing.
+    """
+    known = np.isfinite(y)
+    if np.mean(~known) > MOST_GAPS:
+        raise SourceError(f"{name}: {100 * np.mean(~known):.0f} % of its samples are missing")
+    index = np.arange(y.size)
+    filled = np.interp(index, index[known], y[known])
+    return np.asarray(filled - filled.mean())

@@ -1,0 +1,141 @@
+"""What to excite an arm with: band, resolution and amplitude from the served model and the arm's limits.
+
+The band reaches from half the slowest mode to a quarter above the fastest served one, as far as the rate
+allows; a period has two lines per bandwidth of the narrowest. Every axis gets as much torque as alone would
+use the share of the first limit that binds; then all together are scaled until no run exceeds it. With
+several axes the runs carry the signs of a Hadamard matrix, so that all axes push in every run and yet can
+be told apart.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import hadamard
+
+from flexarm_bringup.excite.held_arm import Answer, HeldArm
+from flexarm_model.identification.excitation import Excitation, excitation
+from flexarm_model.modal.modes import damped_poles
+
+Array = NDArray[np.float64]
+BELOW, ABOVE = 0.5, 1.25  # ends of the band over the slowest locked and the fastest free mode
+USABLE = 1 / 2.56  # of the rate
+LINES_PER_BANDWIDTH = 2.0
+SHORTEST, LONGEST = 4.0, 40.0  # of a period [s]
+RATE_COUNTS = 1 / 3  # a torque's rate harms nothing; beyond its limit the guard would change the signal
+DIED_OUT = 6.0  # time constants of the slowest decay after which nothing is left of the start
+
+
+@dataclass(frozen=True)
+class Wish:
+    """What was asked; None leaves the choice to the model.
+
+    Attributes:
+        signal: A key of ``SIGNALS``.
+        band_hz: Band [Hz].
+        resolution_hz: Distance of the lines [Hz]; its inverse is the period.
+        periods: Periods recorded per run [1].
+        share: Of every limit that may be used [1].
+    """
+
+    signal: str = "multisine"
+    band_hz: tuple[float, float] | None = None
+    resolution_hz: float | None = None
+    periods: int = 4
+    share: float = 0.3
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What will be done.
+
+    Attributes:
+        excitation: One period with peak 1.
+        signs: Of every axis in every run, (runs, n_theta).
+        amplitude: Peak torque added per axis [N m or N], (n_theta,).
+        binding: The limit that binds, in words.
+        used: Share of it that the model predicts [1].
+        skipped: Periods before the record begins [1].
+        periods: Periods recorded [1].
+    """
+
+    excitation: Excitation
+    signs: Array
+    amplitude: Array
+    binding: str
+    used: float
+    skipped: int
+    periods: int
+
+    def added(self, run: int) -> Array:
+        """Return the torque added in a run, the periods before the record too, (n, n_theta)."""
+        one = self.excitation.signal[:, None] * (self.signs[run] * self.amplitude)
+        return np.asarray(np.tile(one, (self.skipped + self.periods, 1)))
+
+    @property
+    def seconds(self) -> float:
+        """Time that all runs take [s]."""
+        return len(self.signs) * (self.skipped + self.periods) * self.excitation.period
+
+
+def plan_excitation(arm: HeldArm, wish: Wish) -> Plan:
+    """Return the plan for an arm.
+
+    Raises:
+        ValueError: The wish does not fit the arm; says why.
+    """
+    poles = damped_poles(arm.model.M, arm.model.D, arm.model.K)
+    elastic = poles[np.argsort(abs(poles))][-arm.model.n_eta :]
+    band = wish.band_hz or _band(arm, elastic)
+    bandwidth = 2 * float((-elastic.real).min()) / (2 * np.pi)
+    period = float(np.clip(LINES_PER_BANDWIDTH / bandwidth, SHORTEST, LONGEST))
+    period = 1.0 / wish.resolution_hz if wish.resolution_hz else period
+    signal = excitation(wish.signal, band, 1.0 / arm.dt, period)
+    skipped = max(1, int(np.ceil(DIED_OUT / (np.pi * bandwidth * signal.period))))
+    m = arm.model.n_theta
+    signs = np.asarray(hadamard(1 << (m - 1).bit_length())[:, :m], float)
+    each = [_worst(arm, np.outer(signal.signal, row)) for row in np.eye(m)]
+    alone = np.array([wish.share / worst for worst, _ in each])
+    worst, binding = max(_worst(arm, np.outer(signal.signal, row * alone)) for row in signs)
+    amplitude = alone * min(1.0, wish.share / worst)
+    return Plan(signal, signs, amplitude, binding, min(worst, wish.share), skipped, wish.periods)
+
+
+def _band(arm: HeldArm, elastic: NDArray[np.complex128]) -> tuple[float, float]:
+    slowest, fastest = float(arm.model.omega[0]), float(abs(elastic).max())
+    return BELOW * slowest / (2 * np.pi), min(ABOVE * fastest / (2 * np.pi), USABLE / arm.dt)
+
+
+def _worst(arm: HeldArm, added: Array) -> tuple[float, str]:
+    """Return the largest share of a limit that two periods from rest use, and the limit's name."""
+    uses = _uses(arm, arm.respond(np.vstack([added, added])))
+    return max((share, name) for name, share in uses.items())
+
+
+def _uses(arm: HeldArm, answer: Answer) -> dict[str, float]:
+    """Return the share of what every limit leaves at rest, by name."""
+    uses: dict[str, float] = {}
+    for i, (name, axis) in enumerate(arm.config.actuated.items()):
+        theta, rest = abs(answer.theta[:, i]).max(), arm.config.home[i]
+        distance = min(axis.upper - rest, rest - axis.lower)
+        speed = min(axis.velocity, arm.ranges[i].allowed(distance))
+        jump = abs(np.diff(answer.tau[:, i], prepend=0.0)).max() / arm.dt
+        uses |= {
+            f"torque of {name}": _share(abs(answer.tau[:, i]).max(), axis.effort - abs(arm.tau_rest[i])),
+            f"torque rate of {name}": RATE_COUNTS * _share(jump, axis.effort_rate),
+            f"velocity of {name}": _share(abs(answer.theta_dot[:, i]).max(), speed),
+            f"range of {name}": _share(theta, distance),
+        }
+    rows = arm.model.outputs
+    for spec in arm.config.sensors:
+        for row in rows.rows(spec.name):
+            y0 = rows.y0[row]
+            room = min(spec.limit - abs(y0), spec.high - y0, y0 - spec.low)
+            uses[f"range of {rows.names[row]}"] = _share(abs(answer.y[:, row]).max(), room)
+    return uses
+
+
+def _share(value: float, room: float) -> float:
+    return float(value / max(room, 1e-9 * max(value, 1.0)))

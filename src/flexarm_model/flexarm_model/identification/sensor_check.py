@@ -1,0 +1,208 @@
+"""Is every channel what the description says? A verdict in words, before anybody identifies with it.
+
+A quiet stretch tells the noise: half the mean square of differences is blind to slow motion, so second
+differences are taken, ``sigma^2 = <(y_k-1 - 2 y_k + y_k+1)^2> / 6``. Then every motor pushes once. What a
+channel says to that, ``m``, is held against what the model says, ``p``::
+
+    likeness  m'p / |m| |p|        gain  m'p / p'p        both over the pushes of all motors
+
+A channel that resembles another one's prediction better than its own is swapped; one that resembles its own
+turned about is flipped.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexarm_model.modal.read_only import lock_arrays
+
+Array = NDArray[np.float64]
+HEARD = 3.0  # sigmas of noise that the prediction must have to be judged at all
+DEAD = 0.1  # share of the predicted answer below which a channel is dead
+ALIKE = 0.5  # likeness from which a channel does what the model says
+BETTER = 0.2  # by which another channel's prediction must be more alike to call it swapped
+UNIT = 3.0  # factor from which the size is wrong
+NOISY = 3.0  # factor on the described noise
+MISSING = 0.2  # share of the samples
+AT_THE_STOP = 5  # samples at the same extreme value from which it is a stop
+
+GOOD = "good"
+REFUSED = ("silent", "dead", "flipped", "swapped", "clipped")
+
+
+@dataclass(frozen=True)
+class CheckedChannel:
+    """What a channel is known by.
+
+    Attributes:
+        name: Its name.
+        unit: SI.
+        sigma: Described noise.
+        low, high: Smallest and largest value that it can tell.
+    """
+
+    name: str
+    unit: str
+    sigma: float
+    low: float = -np.inf
+    high: float = np.inf
+
+
+@dataclass(frozen=True)
+class Pushes:
+    """What was measured and predicted, deviations from rest.
+
+    Attributes:
+        quiet: Without any push, (n, c); nan where no sample came.
+        measured: With the pushes of one motor after another, (motors, n, c).
+        predicted: The same from the model, (motors, n, c).
+    """
+
+    quiet: Array
+    measured: Array
+    predicted: Array
+
+    def __post_init__(self) -> None:
+        """Make the arrays read-only."""
+        lock_arrays(self)
+
+
+@dataclass(frozen=True)
+class Finding:
+    """What was found of one channel.
+
+    Attributes:
+        name: Its name.
+        unit: SI.
+        noise: Standard deviation at rest.
+        described: The same as described.
+        answers: Root mean square of its answer to the push of every motor, (motors,).
+        likeness: To the model's prediction, from -1 to 1; nan when too little is predicted.
+        gain: Its size over the predicted one [1].
+        verdict: One word of ``REFUSED``, "good", or another doubt.
+        words: A sentence.
+    """
+
+    name: str
+    unit: str
+    noise: float
+    described: float
+    answers: Array
+    likeness: float
+    gain: float
+    verdict: str
+    words: str
+
+    def __post_init__(self) -> None:
+        """Make the arrays read-only."""
+        lock_arrays(self)
+
+    @property
+    def is_refused(self) -> bool:
+        """Whether nothing may be identified with it."""
+        return self.verdict in REFUSED
+
+
+def check_channels(channels: Sequence[CheckedChannel], pushes: Pushes) -> tuple[Finding, ...]:
+    """Return a finding per channel, in their order."""
+    present = np.isfinite(pushes.measured)
+    measured = np.where(present, pushes.measured, 0.0)
+    likeness = _likeness(measured, pushes.predicted)
+    found = []
+    for c, channel in enumerate(channels):
+        rivals = [j for j, other in enumerate(channels) if other.unit == channel.unit and j != c]
+        noise = noise_floor(pushes.quiet[:, c])
+        m, p = measured[:, :, c], pushes.predicted[:, :, c]
+        size = float(np.sqrt(np.mean(p**2)))
+        gain = float(np.sum(m * p) / np.sum(p**2)) if size else np.nan
+        doubts = _Doubts(channel, noise, float(np.sqrt(np.mean(m**2))), size, gain, likeness[c])
+        verdict, words = _verdict(doubts, c, rivals, channels, pushes)
+        is_judged = size > HEARD * channel.sigma
+        found.append(
+            Finding(
+                channel.name, channel.unit, noise, channel.sigma, np.sqrt(np.mean(m**2, axis=1)),
+                float(likeness[c, c]) if is_judged else np.nan, gain if is_judged else np.nan, verdict, words,
+            )
+        )  # fmt: skip
+    return tuple(found)
+
+
+def noise_floor(y: Array) -> float:
+    """Return the standard deviation of the white part of a record, whatever slow motion it has."""
+    known = y[np.isfinite(y)]
+    second = np.diff(known, 2)
+    return float(np.sqrt(np.mean(second**2) / 6)) if second.size else np.nan
+
+
+@dataclass(frozen=True)
+class _Doubts:
+    """Numbers of one channel: see ``Finding``; ``size`` is the prediction's, ``answer`` the channel's."""
+
+    channel: CheckedChannel
+    noise: float
+    answer: float
+    size: float
+    gain: float
+    likeness: Array  # to every prediction, (c,)
+
+
+def _verdict(
+    at: _Doubts, c: int, rivals: Sequence[int], channels: Sequence[CheckedChannel], pushes: Pushes
+) -> tuple[str, str]:
+    record = np.concatenate([pushes.quiet[:, c], pushes.measured[:, :, c].ravel()])
+    missing = float(np.mean(~np.isfinite(record)))
+    if missing > MISSING:
+        return "silent", f"{100 * missing:.0f} % of its samples did not come"
+    if not at.noise > 0.0 and at.answer == 0.0:
+        return "dead", "says the same number all the time"
+    if _is_clipped(record, at.channel):
+        return "clipped", f"stays at {np.nanmax(abs(record)):.3g} {at.channel.unit} as if at a stop"
+    if at.size > HEARD * at.channel.sigma:
+        return _against_model(at, c, rivals, channels)
+    if at.noise > NOISY * at.channel.sigma:
+        return "noisy", f"{at.noise / at.channel.sigma:.1f} times the described noise"
+    return "not moved", "no push moves it beyond its noise: sign and place are not known"
+
+
+def _against_model(
+    at: _Doubts, c: int, rivals: Sequence[int], channels: Sequence[CheckedChannel]
+) -> tuple[str, str]:
+    """Return the verdict on a channel that the pushes should move: the first doubt of the list that holds."""
+    own = float(at.likeness[c])
+    best = max(rivals, key=lambda j: abs(at.likeness[j]), default=c)
+    other = float(at.likeness[best])
+    sign = " turned about" if other < 0 else ""
+    quiet = f"answers with {100 * at.answer / at.size:.1f} % of what the model says"
+    as_other = f"speaks as {channels[best].name}{sign} should ({other:+.2f}, own {own:+.2f})"
+    loud = at.noise / at.channel.sigma
+    doubts = [
+        (at.answer < max(DEAD * at.size, NOISY * at.noise), "dead", quiet),
+        (abs(other) > max(abs(own) + BETTER, ALIKE), "swapped", as_other),
+        (own < -ALIKE, "flipped", f"its sign is the opposite of the model's (likeness {own:+.2f})"),
+        (own < ALIKE, "unlike", f"moves, but not as the model says (likeness {own:+.2f})"),
+        (not 1 / UNIT < at.gain < UNIT, "wrong size", f"{at.gain:.3g} times the model's answer: unit?"),
+        (loud > NOISY, "noisy", f"{loud:.1f} times the described noise"),
+    ]
+    good = f"sign, size and place as the model says (likeness {own:+.2f})"
+    return next(((verdict, words) for holds, verdict, words in doubts if holds), (GOOD, good))
+
+
+def _likeness(measured: Array, predicted: Array) -> Array:
+    """Return the cosine of every measured channel to every predicted one, (c, c)."""
+    count = measured.shape[2]
+    m, p = measured.reshape(-1, count), predicted.reshape(-1, count)
+    sizes = np.outer(np.linalg.norm(m, axis=0), np.linalg.norm(p, axis=0))
+    return np.asarray(m.T @ p / np.maximum(sizes, np.finfo(float).tiny))
+
+
+def _is_clipped(record: Array, channel: CheckedChannel) -> bool:
+    known = record[np.isfinite(record)]
+    if known.size == 0 or np.ptp(known) == 0.0:
+        return False
+    outside = ((known <= channel.low) | (known >= channel.high)).any()
+    stuck = max(np.count_nonzero(known == known.max()), np.count_nonzero(known == known.min()))
+    return bool(outside or stuck >= AT_THE_STOP)
