@@ -20,8 +20,8 @@ def plan_table(plan: Plan, axes: Sequence[str]) -> Table:
         f"{signal.name} from {low:.4g} to {high:.4g} Hz, {PERCENT * signal.share_in_band:.0f} % of its power "
         f"in the band, crest factor {signal.crest_factor:.2f} (a sine has 1.41)",
         f"lines {1 / signal.period:.4g} Hz apart: {len(plan.signs)} run(s) of {plan.skipped} + "
-        f"{plan.periods} periods of {signal.period:.4g} s, {plan.seconds:.0f} s in all; the first {plan.skipped} let what "
-        "begins die out, whole periods leak nothing",
+        f"{plan.periods} periods of {signal.period:.4g} s, {plan.seconds:.0f} s in all; the first let "
+        "what begins die out, whole periods leak nothing",
         f"{plan.binding} binds: the model predicts {PERCENT * plan.used:.0f} % of what it leaves",
     ]
     if len(plan.signs) > 1:

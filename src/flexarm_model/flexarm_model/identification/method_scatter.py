@@ -48,7 +48,7 @@ def _answers(frf: Frf, found: Identified, fit: PoleFit, options: FitOptions) -> 
     """Yield frequencies and dampings by every method, (2, r); nan for a mode it has not."""
     chart = np.array([track.pole for track in found.chosen])
     if chart.size:
-        yield _nearest(fit, abs(chart) / (2 * np.pi), -chart.real / abs(chart))
+        yield _nearest(fit, *frequency_and_damping(chart))
     weight = (
         np.ones((frf.f_hz.size, 1)) if options.weight is None else options.weight.reshape(len(frf.f_hz), -1)
     )
