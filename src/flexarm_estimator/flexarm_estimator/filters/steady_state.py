@@ -50,9 +50,7 @@ def steady_filter(
     Raises:
         ValueError: No sensor speaks in every period.
     """
-    prompt = tuple(spec.name for spec in specs if spec.name in models.rows and _is_prompt(spec, dt))
-    if not prompt:
-        raise ValueError("no sensor speaks in every control period")
+    prompt = prompt_sensors(specs, models, dt)
     step = JointStep(process.step(dt), stack_rows([models.rows[name] for name in prompt], process.force_cov))
     m, last, n_u = step.m, step.last, process.system.n_u
     H, A = step.T[:m], step.T[m:last]
@@ -63,6 +61,18 @@ def steady_filter(
     )
     left_out = tuple(spec.name for spec in specs if spec.name not in prompt)
     return SteadyFilter(model.model_id, dt, rows, left_out, A - K @ H, B - K @ V, K)
+
+
+def prompt_sensors(specs: tuple[SensorSpec, ...], models: SensorModels, dt: float) -> tuple[str, ...]:
+    """Return the sensors that speak in every control period ``dt`` [s].
+
+    Raises:
+        ValueError: None does.
+    """
+    prompt = tuple(spec.name for spec in specs if spec.name in models.rows and _is_prompt(spec, dt))
+    if not prompt:
+        raise ValueError("no sensor speaks in every control period")
+    return prompt
 
 
 def covariance_after(step: JointStep, P0: Array, periods: int) -> Array:

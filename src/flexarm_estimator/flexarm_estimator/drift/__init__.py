@@ -1,0 +1,1 @@
+"""Watch for modes that drift: running frequency and damping with confidence, beside the estimator."""

@@ -1,0 +1,153 @@
+"""The drift watch of one arm: samples and torques in, running frequencies and alarms out.
+
+It has a filter of its own beside the estimator's, with the same settings but without anything that learns the
+stiffness away, so that it costs the estimator nothing. Time is an integer count of periods.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexarm_estimator.adoption import map_parts
+from flexarm_estimator.drift.judgement import Alarms, ModeNow, modes_now, proposal
+from flexarm_estimator.drift.mode_drift import ModeDrift
+from flexarm_estimator.drift.sensitivity import watched_filter
+from flexarm_estimator.drift.settings import DriftConfig
+from flexarm_estimator.gate import Gate
+from flexarm_estimator.parts import Parts, PartsMaker
+from flexarm_estimator.settings import EstimatorConfig
+from flexarm_estimator.tip import Kinematics
+from flexarm_model.description import SensorSpec
+from flexarm_model.reduced_model import ReducedModel
+
+Array = NDArray[np.float64]
+SETTLING = 1.0  # s after a start in which nothing is learned
+LONGEST_GAP = 0.1  # s; after a longer one the filter starts anew
+LOOK = 0.1  # s between two judgements
+
+
+class DriftWatch:
+    """See the module.
+
+    Attributes:
+        modes: The watched modes as they ran at the last look; empty before.
+        model: In use.
+    """
+
+    def __init__(
+        self,
+        model: ReducedModel,
+        kinematics: Kinematics,
+        sensors: tuple[SensorSpec, ...],
+        settings: tuple[EstimatorConfig, DriftConfig],
+        dt: float,
+    ) -> None:
+        """Start at the operating point of a model.
+
+        Args:
+            model: Served model.
+            kinematics: Of the tip.
+            sensors: Of the description.
+            settings: Of the estimator and of the watch.
+            dt: Control period [s].
+
+        Raises:
+            ValueError: No sensor speaks in every period, or no mode is slow and lightly damped.
+        """
+        estimator, self._config = settings
+        estimator = replace(estimator, filter="linear", stiffness_modes=0)
+        gate = Gate({spec.name: spec.sigma.tolist() for spec in sensors}, estimator)
+        self._maker = PartsMaker(kinematics, sensors, estimator, gate)
+        self._specs, self._dt = sensors, dt
+        self._watched_modes = self._choose(model)
+        self._use(self._maker.make(model, use_compiler=False))
+        self._drift = ModeDrift(self._filter, self._at_rest(), dt, self._config.memory)
+        self._alarms = Alarms(self._config)
+        self._last: int | None = None  # period of the last sample
+        self._started = 0
+        self.modes: tuple[ModeNow, ...] = ()
+
+    @property
+    def model(self) -> ReducedModel:
+        """Served model in use."""
+        return self._parts.model
+
+    @property
+    def alarms(self) -> Mapping[str, str]:
+        """What is said of modes that have drifted, by name."""
+        return self._alarms.told
+
+    @property
+    def proposal(self) -> str:
+        """What to do about it; empty when no mode has drifted."""
+        return proposal(self.modes) if self._alarms.told else ""
+
+    def adopt(self, model: ReducedModel) -> None:
+        """Go on with another model of the same arm; what is known of its modes stays.
+
+        Raises:
+            ValueError: It is of another arm.
+        """
+        old = self._parts
+        self._use(self._maker.make(model, use_compiler=False))
+        T = map_parts(old, self._parts).T
+        self._drift.adopt(self._filter, T, T @ self._drift.x)
+
+    def step(self, period: int, samples: Mapping[str, Array], tau: Array) -> None:
+        """Take what was sampled at the end of a period.
+
+        Args:
+            period: Its count, growing.
+            samples: By sensor.
+            tau: Torque held over it [N m or N], (n_theta,).
+        """
+        missed = self._missed(period)
+        if missed is None:
+            return
+        u = np.append(tau, 1.0)
+        for _ in range(missed):
+            self._drift.step(None, u)
+        rows = [samples.get(name) for name, _ in self._filter.sensors]
+        is_whole = all(
+            row is not None and row.size == size and bool(np.isfinite(row).all())
+            for row, (_, size) in zip(rows, self._filter.sensors, strict=True)
+        )
+        y = np.concatenate([row for row in rows if row is not None]) if is_whole else None
+        elapsed = (period - self._started) * self._dt
+        self._drift.step(y, u, counts=elapsed > SETTLING)
+        if period % max(1, round(LOOK / self._dt)) == 0 and elapsed > SETTLING:
+            self.modes = modes_now(self.model, self._filter.modes, self._drift.deltas())
+            self._alarms.look(self.modes, period * self._dt)
+
+    def _missed(self, period: int) -> int | None:
+        """Return how many periods passed unseen; None when the sample is old. Starts anew after a gap."""
+        last, self._last = self._last, period
+        if last is not None and period <= last:
+            self._last = last
+            return None
+        if last is None or (period - last) * self._dt > LONGEST_GAP:
+            self._started = period
+            self._drift.restart(self._at_rest())
+            return 0
+        return period - last - 1
+
+    def _use(self, parts: Parts) -> None:
+        self._parts = parts
+        self._filter = watched_filter(parts, self._specs, self._dt, self._watched_modes)
+
+    def _at_rest(self) -> Array:
+        x = np.zeros(self._parts.layout.n_x)
+        x[: self.model.n] = self.model.xi0
+        return x
+
+    def _choose(self, model: ReducedModel) -> tuple[int, ...]:
+        turned = model.omega * self._dt / (2 * np.pi)
+        rings = (turned < self._config.fastest) & (model.zeta < self._config.largest_damping)
+        chosen = tuple(int(i) for i in np.flatnonzero(rings))
+        if not chosen:
+            raise ValueError("no served mode is slow enough and lightly damped: there is nothing to watch")
+        return chosen

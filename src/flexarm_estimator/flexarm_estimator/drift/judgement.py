@@ -1,0 +1,122 @@
+"""What is said of a mode: its running frequency and damping, and whether it has drifted.
+
+A change is told when it is as large as the settings say, known to so many sigma, and has lasted; it is taken
+back when it has become smaller than two thirds of that. All modes stiffer or softer by the same is the arm:
+modulus, temperature, or mass of a part. Modes that changed apart point to one place: a payload, a loose bolt.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from flexarm_estimator.drift.mode_drift import DAMPING_PRIOR, STIFFNESS_PRIOR, Deltas
+from flexarm_estimator.drift.settings import DriftConfig
+from flexarm_model.reduced_model import ReducedModel
+
+BACK = 2.0 / 3.0  # of a change that is told, below which it is taken back
+KNOWN = 0.5  # of the sigma before the measurement, from which a value counts as known
+ALIKE = 3.0  # sigmas within which changes of modes are the same
+LEAST_STIFFNESS = 0.01  # of the described: what is left of omega^2 at least
+HZ = 2.0 * np.pi
+
+
+@dataclass(frozen=True)
+class ModeNow:
+    """A mode as it runs.
+
+    Attributes:
+        name: "mode_1" on.
+        described_hz: Frequency in the model, axes locked [Hz].
+        f_hz: Running frequency, and one sigma [Hz].
+        f_sigma_hz: The same.
+        described_zeta: Damping ratio in the model [1].
+        zeta: Running damping ratio, and one sigma [1].
+        zeta_sigma: The same.
+        is_known: The motion has told the frequency.
+        is_damping_known: The motion has told the damping.
+        change: Relative change of frequency, and one sigma [1].
+        change_sigma: The same.
+    """
+
+    name: str
+    described_hz: float
+    f_hz: float
+    f_sigma_hz: float
+    described_zeta: float
+    zeta: float
+    zeta_sigma: float
+    is_known: bool
+    is_damping_known: bool
+    change: float
+    change_sigma: float
+
+
+def modes_now(model: ReducedModel, modes: Sequence[int], deltas: Deltas) -> tuple[ModeNow, ...]:
+    """Return the watched modes of a served model as they run."""
+    found = []
+    for k, mode in enumerate(modes):
+        ratio = float(np.sqrt(max(1.0 + deltas.stiffness[k], LEAST_STIFFNESS)))
+        change_sigma = float(deltas.stiffness_sigma[k]) / (2.0 * ratio)
+        f, zeta = float(model.omega[mode]) / HZ, float(model.zeta[mode])
+        found.append(ModeNow(
+            f"mode_{mode + 1}", f, f * ratio, f * change_sigma,
+            zeta, zeta * float(1.0 + deltas.damping[k]) / ratio,
+            zeta * float(deltas.damping_sigma[k]) / ratio,
+            bool(deltas.stiffness_sigma[k] < KNOWN * STIFFNESS_PRIOR),
+            bool(deltas.damping_sigma[k] < KNOWN * DAMPING_PRIOR), ratio - 1.0, change_sigma,
+        ))  # fmt: skip
+    return tuple(found)
+
+
+class Alarms:
+    """Which modes are said to have drifted, and since when."""
+
+    def __init__(self, config: DriftConfig) -> None:
+        """Begin without any."""
+        self._config = config
+        self._since: dict[str, float] = {}
+        self.told: dict[str, str] = {}
+
+    def look(self, modes: Sequence[ModeNow], t: float) -> None:
+        """Look at the modes at a time [s]; ``told`` then has a sentence for every one that has drifted."""
+        for mode in modes:
+            if self._has_drifted(mode):
+                since = self._since.setdefault(mode.name, t)
+                if t - since >= self._config.patience or mode.name in self.told:
+                    self.told[mode.name] = sentence(mode)
+            else:
+                self._since.pop(mode.name, None)
+                if abs(mode.change) < BACK * self._config.frequency_change and mode.is_known:
+                    self.told.pop(mode.name, None)
+
+    def _has_drifted(self, mode: ModeNow) -> bool:
+        c = self._config
+        damping = abs(mode.zeta - mode.described_zeta)
+        by_frequency = abs(mode.change) >= max(c.frequency_change, c.sigmas * mode.change_sigma)
+        by_damping = damping >= max(c.damping_change * mode.described_zeta, c.sigmas * mode.zeta_sigma)
+        return (by_frequency and mode.is_known) or (by_damping and mode.is_damping_known)
+
+
+def sentence(mode: ModeNow) -> str:
+    """Return what is said of a mode that has drifted."""
+    return (
+        f"{mode.name.replace('_', ' ')} runs at {mode.f_hz:.3g} Hz +- {mode.f_sigma_hz:.1g}, described are "
+        f"{mode.described_hz:.3g} Hz ({100 * mode.change:+.1f} %)"
+    )
+
+
+def proposal(modes: Sequence[ModeNow]) -> str:
+    """Return what to do about modes of which at least one has drifted."""
+    known = [mode for mode in modes if mode.is_known]
+    weights = np.array([mode.change_sigma**-2 for mode in known])
+    changes = np.array([mode.change for mode in known])
+    mean = float(weights @ changes / weights.sum())
+    apart = abs(changes - mean) * np.sqrt(weights)
+    refresh = "refresh the description: flexarm identify BAG --manipulator NAME --update --retune"
+    if len(known) > 1 and apart.max() > ALIKE:
+        return f"modes changed apart: look for a payload or a loose joint, or {refresh}"
+    factor = (1.0 + mean) ** 2
+    return f"as if all stiffness were {factor:.3f} times (or all mass {1 / factor:.3f} times) that; {refresh}"

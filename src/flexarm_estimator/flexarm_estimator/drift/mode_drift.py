@@ -1,0 +1,124 @@
+"""Running changes of stiffness and damping of every mode: innovations regressed on their slopes.
+
+While the true parameters are off by ``delta`` the innovations are ``nu = white - psi delta``, so that with
+the covariance ``S`` of the innovations and forgetting of what is older than the memory::
+
+    delta = -(sum psi' S^-1 psi + 1 / prior^2)^-1 sum psi' S^-1 nu
+
+What the model leaves out makes innovations larger than the filter believes: their mean square is measured,
+and the uncertainty grows with it. A time in which a mode does not ring says nothing of it: its sigma goes
+back to that of the prior.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexarm_estimator.drift.sensitivity import WatchedFilter
+
+Array = NDArray[np.float64]
+STIFFNESS_PRIOR, DAMPING_PRIOR = 0.3, 1.0  # one sigma of the relative changes before the measurement
+FAR = 25.0  # an innovation of so many mean squares is a knock or a spike: it counts less
+
+
+@dataclass(frozen=True)
+class Deltas:
+    """Relative changes against the model, (modes,) each.
+
+    Attributes:
+        stiffness: Of ``omega^2``.
+        stiffness_sigma: One sigma of it.
+        damping: Of ``2 zeta omega``.
+        damping_sigma: One sigma of it.
+    """
+
+    stiffness: Array
+    stiffness_sigma: Array
+    damping: Array
+    damping_sigma: Array
+
+
+class ModeDrift:
+    """Filter, slopes and sums; a step is one control period."""
+
+    def __init__(self, watched: WatchedFilter, x: Array, dt: float, memory: float) -> None:
+        """Start at a state.
+
+        Args:
+            watched: Filter of the served model.
+            x: State, (n_x,).
+            dt: Control period [s].
+            memory: Time after which a sample counts 1/e [s].
+        """
+        count = len(watched.modes)
+        prior = np.concatenate([np.full(count, STIFFNESS_PRIOR), np.full(count, DAMPING_PRIOR)])
+        self._prior = np.diag(prior**-2)
+        self._keep = math.exp(-dt / memory)
+        self._size, self._weight = 0.0, 0.0
+        self._information = np.zeros_like(self._prior)
+        self._told = np.zeros(prior.size)
+        self._use(watched)
+        self.restart(x)
+
+    def restart(self, x: Array) -> None:
+        """Go on from a state; what was learned of the modes stays."""
+        self.x, self._s = x.copy(), np.zeros((x.size, self._watched.n_p))
+
+    def adopt(self, watched: WatchedFilter, T: Array, x: Array) -> None:
+        """Go on with the filter of another model of the same arm.
+
+        Args:
+            watched: Of as many modes.
+            T: Map of the state, (n_x_new, n_x_old).
+            x: State in the new model, (n_x_new,).
+        """
+        self._use(watched)
+        self.x, self._s = x.copy(), T @ self._s
+
+    def step(self, y: Array | None, u: Array, counts: bool = True) -> None:
+        """Go on by one period.
+
+        Args:
+            y: Samples at its end in the order of the filter's sensors, (m,); None when one is missing.
+            u: [tau; 1] held over it, (n_u + 1,).
+            counts: False while the filter settles: nothing is learned.
+        """
+        watched, m = self._watched, len(self._watched.S)
+        pushed = self._slopes.dot(np.concatenate([self.x, u])).reshape(watched.n_p, -1).T  # (m + n_x, n_p)
+        x, s = watched.A.dot(self.x) + watched.B.dot(u), watched.A.dot(self._s) + pushed[m:]
+        if y is not None:
+            nu = y - watched.H.dot(self.x) - watched.V.dot(u)
+            psi = -(watched.H.dot(self._s) + pushed[:m])
+            x += watched.K.dot(nu)
+            s += watched.K.dot(psi)
+            if counts:
+                self._learn(nu, psi)
+        self.x, self._s = x, s
+
+    def deltas(self) -> Deltas:
+        """Return the changes as known now."""
+        P = np.linalg.inv(self._information + self._prior)
+        delta, n = -P @ self._told, len(self._watched.modes)
+        larger = max(1.0, self._size / self._weight) if self._weight else 1.0
+        prior = 1.0 / np.diag(self._prior)
+        sigma = np.sqrt(np.minimum(np.diag(P) * larger, prior))
+        return Deltas(delta[:n], sigma[:n], delta[n:], sigma[n:])
+
+    def _use(self, watched: WatchedFilter) -> None:
+        self._watched, self._W = watched, np.linalg.inv(watched.S)
+        self._slopes = watched.slopes.reshape(-1, watched.slopes.shape[2])
+
+    def _learn(self, nu: Array, psi: Array) -> None:
+        weighted = self._W.dot(nu)
+        size = float(nu.dot(weighted)) / nu.size
+        usual = max(1.0, self._size / self._weight) if self._weight else 1.0
+        share = min(1.0, FAR * usual / size) if size > 0.0 else 1.0
+        keep = self._keep
+        self._size = keep * self._size + share * size
+        self._weight = keep * self._weight + 1.0
+        self._information = keep * self._information + share * psi.T.dot(self._W).dot(psi)
+        self._told = keep * self._told + share * psi.T.dot(weighted)

@@ -1,0 +1,188 @@
+"""The drift watch: slopes against differences, known changes found with their sigma, nothing without cause."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from planar_strip import DT, SENSORS, Record, StripKinematics, simulate, strip_model
+
+from flexarm_estimator.drift.drift_watch import LONGEST_GAP, SETTLING, DriftWatch
+from flexarm_estimator.drift.judgement import Alarms, ModeNow, proposal
+from flexarm_estimator.drift.mode_drift import STIFFNESS_PRIOR, ModeDrift
+from flexarm_estimator.drift.sensitivity import WatchedFilter, watched_filter
+from flexarm_estimator.drift.settings import DriftConfig
+from flexarm_estimator.estimator import Estimator
+from flexarm_estimator.settings import EstimatorConfig
+from flexarm_model.reduced_model import ReducedModel
+
+QUIET = EstimatorConfig(frequency_error=0.005, modal_force=0.01)
+MODES = (0, 1)
+
+
+def filter_of(model: ReducedModel) -> WatchedFilter:
+    estimator = Estimator(model, StripKinematics(), SENSORS, QUIET, use_compiler=False)
+    return watched_filter(estimator.past[0], SENSORS, DT, MODES)
+
+
+def watch(config: DriftConfig | None = None) -> DriftWatch:
+    return DriftWatch(strip_model(), StripKinematics(), SENSORS, (QUIET, config or DriftConfig()), DT)
+
+
+def feed(watch: DriftWatch, record: Record, first: int = 0) -> DriftWatch:
+    for k, samples in enumerate(record.samples):
+        watch.step(first + k, {sample.sensor: sample.y for sample in samples}, record.tau[k])
+    return watch
+
+
+def changed(mode: int, damping: bool, h: float) -> ReducedModel:
+    """Return the strip with one mode stiffer, or more damped, by the share h."""
+    model = strip_model()
+    matrix = (model.D if damping else model.K).copy()
+    matrix[1 + mode, 1 + mode] *= 1.0 + h
+    return replace(model, D=matrix) if damping else replace(model, K=matrix)
+
+
+@pytest.mark.parametrize("parameter", range(4))
+def test_slopes_of_innovations_are_differences_of_filters_of_other_models(parameter: int) -> None:
+    """Central difference over a relative change of 1e-3; the third derivative leaves 1e-4."""
+    h, mode, damping = 1e-3, parameter % 2, parameter >= 2
+    record, plain = simulate(60, np.random.default_rng(0)), filter_of(strip_model())
+    filters = [replace(filter_of(changed(mode, damping, step)), K=plain.K) for step in (h, -h)]
+    x, s = np.zeros(len(plain.A)), np.zeros(len(plain.A))
+    states, m = [x.copy(), x.copy()], len(plain.S)
+    for k, samples in enumerate(record.samples):
+        y, u = np.concatenate([sample.y for sample in samples]), np.append(record.tau[k], 1.0)
+        pushed = plain.slopes[parameter] @ np.append(x, u)
+        psi = -(plain.H @ s + pushed[:m])
+        s, x = plain.A @ s + pushed[m:] + plain.K @ psi, _next(plain, x, y, u)
+        nus = [y - each.H @ state - each.V @ u for each, state in zip(filters, states, strict=True)]
+        states = [_next(each, state, y, u) for each, state in zip(filters, states, strict=True)]
+        difference = (nus[0] - nus[1]) / (2 * h)
+        if k > 5:
+            assert psi == pytest.approx(difference, rel=1e-3, abs=1e-4 * abs(psi).max())
+
+
+def _next(each: WatchedFilter, x: np.ndarray, y: np.ndarray, u: np.ndarray) -> np.ndarray:
+    return each.A @ x + each.B @ u + each.K @ (y - each.H @ x - each.V @ u)
+
+
+@pytest.mark.parametrize("scale", [0.95, 1.0, 1.05])
+def test_a_change_of_five_per_cent_is_found_in_every_mode(scale: float) -> None:
+    """First order in the change: 5 % come out to half a per cent."""
+    record = simulate(1000, np.random.default_rng(1), model=strip_model(frequency_scale=scale), config=QUIET)
+    modes = feed(watch(), record).modes
+    assert [mode.name for mode in modes] == ["mode_1", "mode_2"]  # the third turns by half a turn in a period
+    for mode in modes:
+        assert mode.f_hz / mode.described_hz == pytest.approx(scale, abs=0.005 + 4 * mode.change_sigma)
+    assert modes[0].change_sigma < 0.005 and modes[0].is_known
+
+
+@pytest.mark.slow
+def test_sigma_is_the_scatter_over_runs() -> None:
+    """Twelve runs know a scatter to 20 %; within three of these."""
+    found = [
+        feed(watch(), simulate(500, np.random.default_rng(seed), config=QUIET)).modes[0] for seed in range(12)
+    ]
+    scatter = np.std([mode.change for mode in found])
+    assert scatter == pytest.approx(found[0].change_sigma, rel=0.6)
+
+
+def test_more_damping_is_found_and_told() -> None:
+    record = simulate(1400, np.random.default_rng(3), model=strip_model(zeta=0.06), config=QUIET)
+    seen = feed(watch(DriftConfig(memory=5.0)), record)
+    mode = seen.modes[0]
+    assert mode.zeta == pytest.approx(0.06, abs=4 * mode.zeta_sigma + 0.005)
+    assert "mode_1" in seen.alarms
+
+
+def test_a_drift_is_told_with_numbers_and_taken_back_when_it_is_over() -> None:
+    softer = simulate(1000, np.random.default_rng(4), model=strip_model(frequency_scale=0.95), config=QUIET)
+    seen = feed(watch(), softer)
+    assert "mode 1 runs at 4.9" in seen.alarms["mode_1"] and "5.23 Hz (-5" in seen.alarms["mode_1"]
+    assert "stiffness were 0." in seen.proposal and "flexarm identify" in seen.proposal
+    healthy = simulate(2200, np.random.default_rng(5), config=QUIET)
+    feed(seen, healthy, first=1001)
+    assert not seen.alarms and not seen.proposal
+
+
+def test_an_arm_that_rests_tells_nothing_and_no_alarm_comes_of_it() -> None:
+    record = simulate(900, np.random.default_rng(6), model=strip_model(frequency_scale=0.9), config=QUIET)
+    resting = Record(record.t, 0 * record.tau, record.x, [
+        [replace(sample, y=0 * sample.y) for sample in samples] for samples in record.samples
+    ])  # fmt: skip
+    seen = feed(watch(), resting)
+    assert not seen.alarms and not seen.modes[0].is_known
+    assert seen.modes[0].change_sigma == pytest.approx(STIFFNESS_PRIOR / 2, rel=0.1)
+
+
+def test_a_missing_sensor_stops_the_learning_and_not_the_watch() -> None:
+    record = simulate(900, np.random.default_rng(7), config=QUIET)
+    seen = watch()
+    for k, samples in enumerate(record.samples):
+        heard = {s.sensor: s.y for s in samples if s.sensor != "root_strain" or k % 50 > 5}
+        seen.step(k, heard, record.tau[k])
+    assert abs(seen.modes[0].change) < 4 * seen.modes[0].change_sigma + 0.005
+    assert seen.modes[0].is_known
+
+
+def test_a_gap_in_time_starts_the_filter_anew_and_old_samples_are_nothing() -> None:
+    record = simulate(600, np.random.default_rng(8), config=QUIET)
+    seen = feed(watch(), record)
+    before = seen.modes
+    seen.step(300, {}, np.zeros(1))  # long past
+    feed(seen, record, first=600 + 10 * round(LONGEST_GAP / DT))
+    assert abs(seen.modes[0].change) < 0.01 and before
+    assert round(SETTLING / DT) < 600
+
+
+def test_a_spike_does_not_move_a_frequency() -> None:
+    record = simulate(800, np.random.default_rng(9), config=QUIET)
+    plain, hit = watch(), watch()
+    for k, samples in enumerate(record.samples):
+        heard = {s.sensor: s.y for s in samples}
+        plain.step(k, heard, record.tau[k])
+        if k == 700:
+            heard["tip_accelerometer"] = heard["tip_accelerometer"] + 200.0
+        hit.step(k, heard, record.tau[k])
+    assert abs(hit.modes[0].change - plain.modes[0].change) < 0.02
+
+
+def test_another_model_of_the_same_arm_goes_on_with_what_is_known() -> None:
+    record = simulate(800, np.random.default_rng(10), model=strip_model(frequency_scale=0.95), config=QUIET)
+    seen, other = watch(), feed(watch(), record)
+    for k, samples in enumerate(record.samples):
+        if k == 400:
+            seen.adopt(strip_model())
+        seen.step(k, {s.sensor: s.y for s in samples}, record.tau[k])
+    assert seen.modes[0].change == pytest.approx(other.modes[0].change, abs=1e-9)
+
+
+def now(name: str, change: float, sigma: float) -> ModeNow:
+    return ModeNow(name, 5.0, 5.0 * (1 + change), 5 * sigma, 0.01, 0.01, 0.001, True, True, change, sigma)
+
+
+def test_modes_that_change_apart_point_to_one_place() -> None:
+    together, apart = ([now("mode_1", -0.05, 0.002), now("mode_2", c, 0.002)] for c in (-0.051, 0.0))
+    assert "0.902 times" in proposal(together) and "payload or a loose joint" in proposal(apart)
+
+
+def test_an_alarm_needs_size_certainty_and_time() -> None:
+    config = DriftConfig(frequency_change=0.03, sigmas=5.0, patience=1.0)
+    for change, sigma, told in ((0.04, 0.002, True), (0.02, 0.001, False), (0.04, 0.02, False)):
+        alarms = Alarms(config)
+        alarms.look([now("mode_1", change, sigma)], 10.0)
+        assert not alarms.told
+        alarms.look([now("mode_1", change, sigma)], 11.1)
+        assert bool(alarms.told) is told
+
+
+def test_an_arm_without_slow_modes_is_refused() -> None:
+    with pytest.raises(ValueError, match="nothing to watch"):
+        watch(DriftConfig(fastest=0.01))
+
+
+def test_the_state_of_a_filter_that_starts_is_the_one_given() -> None:
+    x = np.arange(len(filter_of(strip_model()).A), dtype=float)
+    assert (ModeDrift(filter_of(strip_model()), x, DT, 5.0).x == x).all()
