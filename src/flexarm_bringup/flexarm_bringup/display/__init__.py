@@ -1,0 +1,1 @@
+"""The arm for a viewer: URDF with segment joints, markers of the bent links."""

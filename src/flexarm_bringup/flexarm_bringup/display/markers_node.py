@@ -1,0 +1,130 @@
+"""Markers node: the arm as it bends, for RViz and Foxglove. It only listens and is never in the loop.
+
+Publishes
+    markers (visualization_msgs/MarkerArray): links, joints, tip with its 3-sigma ellipsoid, in "base".
+    robot_description (std_msgs/String, latched): URDF with segment joints along every body that bends.
+    segment_states (sensor_msgs/JointState): position of all its joints [rad or m], for robot_state_publisher.
+    ~/ready (std_msgs/Bool, latched): true once the description is out.
+Subscribes
+    modal_state (flexarm_interfaces/ModalState), model (flexarm_interfaces/ReducedModel, latched),
+    end_effector (nav_msgs/Odometry: covariance of the tip), all best effort.
+
+Coordinates of the tree are those of the served model (``shape``); elastic modes too small to be seen are
+shown ``magnification`` times as large. Everything goes out ``rate`` times a second, whatever comes in.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from flexarm_interfaces.msg import ModalState
+from flexarm_interfaces.msg import ReducedModel as ReducedModelMsg
+from nav_msgs.msg import Odometry
+from numpy.typing import NDArray
+from rclpy.clock import Clock, ClockType
+from rclpy.node import Node
+from rclpy.serialization import deserialize_message
+from sensor_msgs.msg import JointState
+from std_msgs.msg import String
+from visualization_msgs.msg import MarkerArray
+
+from flexarm_bringup.display.conversions import markers_msg, segments_msg
+from flexarm_bringup.display.segment_graph import SegmentGraph
+from flexarm_bringup.display.shape import coordinates
+from flexarm_bringup.display.urdf import urdf
+from flexarm_bringup.mechanism_lines import MechanismLines
+from flexarm_bringup.monitor.model_book import ModelBook
+from flexarm_model.config import load_config
+from flexarm_model.conversions import model_from_msg
+from flexarm_model.manipulator_file import find_manipulator
+from flexarm_model.node import (
+    LATCHED_QOS,
+    MODELS_QOS,
+    RELIABLE_QOS,
+    SENSOR_QOS,
+    ReadyFlag,
+    declare_configs,
+    run_node,
+)
+from flexarm_model.parameters import parameter
+from flexarm_model.reduced_tree import ReducedTree
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class MarkersSettings:
+    """Settings of the markers node."""
+
+    manipulator: str = parameter("single_link", "Name of a manipulator that comes along, or a YAML file.")
+    preset: str = parameter("geared", "Preset of that file; empty for none.")
+    lockstep: bool = parameter(False, "As the other nodes; it shows the newest state either way.")
+    rate: float = parameter(15.0, "Pictures per second of wall time.", "Hz", 0.1, 60.0)
+    magnification: float = parameter(1.0, "Elastic modes are shown so many times as large.", "1", 0.0, 1e4)
+    stations: int = parameter(10, "Segments of every beam in the URDF.", "1", 1, 100)
+
+
+class MarkersNode(Node):
+    """Shows the newest estimate."""
+
+    SETTINGS = (MarkersSettings,)
+
+    def __init__(self) -> None:
+        """Lay out the arm and publish its description."""
+        super().__init__("markers", namespace="flexarm")
+        self.settings: MarkersSettings
+        (self.settings,) = declare_configs(self)
+        config = load_config(find_manipulator(self.settings.manipulator), self.settings.preset)
+        tree = ReducedTree(config, use_compiler=False)
+        self._lines, self._graph = MechanismLines(tree), SegmentGraph(tree, self.settings.stations)
+        self._elastic = frozenset(name for name in tree.bodies if tree.elastic_coordinates(name))
+        self._models = ModelBook(lambda raw: model_from_msg(deserialize_message(raw, ReducedModelMsg)))
+        self._newest: dict[str, bytes] = {}
+        self._shown = b""
+        self._connect(urdf(config, self._graph))
+
+    def on_timer(self) -> None:
+        """Show the newest state, once."""
+        raw = self._newest.get("modal_state", b"")
+        state = deserialize_message(raw, ModalState) if raw and raw != self._shown else None
+        model = self._models.find(state.model_id) if state is not None else None
+        if model is None or state is None or len(state.eta) != model.n_eta:
+            return
+        self._shown = raw
+        q = coordinates(model, np.array(state.theta), np.array(state.eta), self.settings.magnification)
+        lines, joints, tip = self._lines.lines(q), self._lines.joints(q), self._lines.tip(q)[:3, 3]
+        self._markers.publish(markers_msg(lines, self._elastic, joints, tip, self._three_sigma()))
+        self._segments.publish(segments_msg(self._graph.values(q), state.header.stamp))
+
+    def _three_sigma(self) -> Array:
+        raw = self._newest.get("end_effector")
+        if raw is None:
+            return np.zeros(3)
+        covariance = np.array(deserialize_message(raw, Odometry).pose.covariance).reshape(6, 6)
+        return np.asarray(3.0 * np.sqrt(np.maximum(covariance.diagonal()[:3], 0.0)))
+
+    def _connect(self, description: str) -> None:
+        self._markers = self.create_publisher(MarkerArray, "markers", RELIABLE_QOS)
+        self._segments = self.create_publisher(JointState, "segment_states", RELIABLE_QOS)
+        self._description = self.create_publisher(String, "robot_description", LATCHED_QOS)
+        self._description.publish(String(data=description))
+        self.create_subscription(ReducedModelMsg, "model", self._models.add, MODELS_QOS, raw=True)
+        for topic, kind in (("modal_state", ModalState), ("end_effector", Odometry)):
+            self.create_subscription(kind, topic, self._keeper(topic), SENSOR_QOS, raw=True)
+        self.create_timer(
+            1.0 / self.settings.rate, self.on_timer, clock=Clock(clock_type=ClockType.STEADY_TIME)
+        )
+        self._ready = ReadyFlag(self, {"description": lambda: True})
+
+    def _keeper(self, topic: str) -> Any:
+        def keep(raw: bytes) -> None:
+            self._newest[topic] = raw
+
+        return keep
+
+
+def main() -> int:
+    """Run the node."""
+    return run_node(MarkersNode)

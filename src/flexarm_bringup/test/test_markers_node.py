@@ -1,0 +1,86 @@
+"""The markers node shows a bent arm where the estimate has it, and a URDF that moves with it."""
+
+from __future__ import annotations
+
+import subprocess
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+rclpy = pytest.importorskip("rclpy", reason="needs ROS")
+pytestmark = pytest.mark.ros
+
+from flexarm_interfaces.msg import ModalState, ReducedModel  # noqa: E402
+from sensor_msgs.msg import JointState  # noqa: E402
+from std_msgs.msg import String  # noqa: E402
+from visualization_msgs.msg import Marker, MarkerArray  # noqa: E402
+
+from flexarm_bringup.display.conversions import FRAME  # noqa: E402
+from flexarm_bringup.installed import find_executable  # noqa: E402
+from flexarm_model.config import load_config  # noqa: E402
+from flexarm_model.conversions import model_to_msg  # noqa: E402
+from flexarm_model.linearize import linearize  # noqa: E402
+from flexarm_model.manipulator_file import find_manipulator  # noqa: E402
+from flexarm_model.node import LATCHED_QOS, MODELS_QOS, RELIABLE_QOS, events_executor  # noqa: E402
+from flexarm_model.reduced_tree import ReducedTree  # noqa: E402
+
+THETA, ETA = 0.3, [2e-3, 0.0, 0.0]
+
+
+@pytest.fixture
+def viewer(ros_environment: dict[str, str], monkeypatch: pytest.MonkeyPatch) -> Iterator[Any]:
+    for key, value in ros_environment.items():
+        monkeypatch.setenv(key, value)
+    rclpy.init()
+    try:
+        yield rclpy.create_node("viewer", namespace="flexarm")
+    finally:
+        rclpy.try_shutdown()
+
+
+def shown(viewer: Any, model: Any, log: Path) -> dict[str, Any]:
+    """Return what the node says of an estimate, by topic."""
+    heard: dict[str, Any] = {}
+    for topic, kind, quality in (
+        ("markers", MarkerArray, RELIABLE_QOS),
+        ("segment_states", JointState, RELIABLE_QOS),
+        ("robot_description", String, LATCHED_QOS),
+    ):
+        viewer.create_subscription(kind, topic, lambda msg, topic=topic: heard.update({topic: msg}), quality)
+    models = viewer.create_publisher(ReducedModel, "model", MODELS_QOS)
+    states = viewer.create_publisher(ModalState, "modal_state", RELIABLE_QOS)
+    models.publish(model_to_msg(model))
+    state = ModalState(model_id=model.model_id, joint_names=["base.rz"], theta=[THETA], eta=ETA)
+    executor = events_executor()
+    executor.add_node(viewer)
+    node = str(find_executable("flexarm_bringup", "markers_node"))
+    with log.open("wb") as out, subprocess.Popen([node], stdout=out, stderr=out) as process:
+        deadline = time.monotonic() + 30.0
+        while len(heard) < 3 and time.monotonic() < deadline:
+            state.header.stamp.nanosec = (state.header.stamp.nanosec + 1) % 1000
+            states.publish(state)
+            executor.spin_once(timeout_sec=0.02)
+        process.terminate()
+        assert process.wait(20) == 0, log.read_text()
+    assert len(heard) == 3, log.read_text()
+    return heard
+
+
+def test_the_tip_is_shown_where_the_model_has_it(viewer: Any, tmp_path: Path) -> None:
+    tree = ReducedTree(load_config(find_manipulator("single_link"), "geared"), use_compiler=False)
+    model = linearize(tree)
+    heard = shown(viewer, model, tmp_path / "log")
+    expected = tree.tip_pose(model.q0 + model.Phi @ np.array([THETA, *ETA]))[:3, 3].tolist()
+    tip = next(m for m in heard["markers"].markers if m.ns == "tip")
+    strip = next(m for m in heard["markers"].markers if m.ns == "link strip")
+    assert (tip.header.frame_id, tip.type) == (FRAME, Marker.SPHERE)
+    for at in (tip.pose.position, strip.points[-1]):
+        assert [at.x, at.y, at.z] == pytest.approx(expected, abs=1e-9)
+    moved = dict(zip(heard["segment_states"].name, heard["segment_states"].position, strict=True))
+    assert moved["base.rz"] == pytest.approx(THETA)
+    assert sum(value for name, value in moved.items() if name.endswith(".rz")) > THETA  # it bends on
+    assert heard["robot_description"].data.startswith("<robot")
