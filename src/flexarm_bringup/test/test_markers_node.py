@@ -59,13 +59,13 @@ def shown(viewer: Any, model: Any, log: Path) -> dict[str, Any]:
     executor.add_node(viewer)
     node = str(find_executable("flexarm_bringup", "markers_node"))
     with log.open("wb") as out, subprocess.Popen([node], stdout=out, stderr=out) as process:
-        deadline = time.monotonic() + 30.0
+        deadline = time.monotonic() + 60.0
         while len(heard) < 3 and time.monotonic() < deadline:
             state.header.stamp.nanosec = (state.header.stamp.nanosec + 1) % 1000
             states.publish(state)
             executor.spin_once(timeout_sec=0.02)
         process.terminate()
-        assert process.wait(20) == 0, log.read_text()
+        assert process.wait(40) == 0, log.read_text()
     assert len(heard) == 3, log.read_text()
     return heard
 
