@@ -26,6 +26,10 @@ START_UP = 40.0  # s that nodes may take to be ready
 ANSWER = 10.0  # s for a service
 
 
+class WaitedTooLong(RuntimeError):  # not an OSError such as TimeoutError: domain_id would swallow it
+    """Something that was awaited did not happen."""
+
+
 class Ear:
     """Hears topics of the graph, and can speak on them.
 
@@ -56,12 +60,12 @@ class Ear:
         """Listen until ``condition`` holds.
 
         Raises:
-            TimeoutError: It does not within ``seconds``; ``what`` says what was awaited.
+            WaitedTooLong: It does not within ``seconds``; ``what`` says what was awaited.
         """
         deadline = time.monotonic() + seconds
         while not condition():
             if time.monotonic() >= deadline:
-                raise TimeoutError(f"waited {seconds:g} s for {what}")
+                raise WaitedTooLong(f"waited {seconds:g} s for {what}")
             self._executor.spin_once(timeout_sec=0.02)
 
     def listen(self, seconds: float) -> None:

@@ -10,6 +10,7 @@ from typing import Any
 
 from flexarm_bringup.fault_drill import (
     command_rows,
+    forgery_rows,
     frame_rows,
     loop_rows,
     message_rows,
@@ -42,7 +43,7 @@ ESTIMATOR_ROWS = _in_order(
 CONTROLLER_ROWS = _in_order(
     *model_rows.ROWS, *command_rows.ROWS, *solver_rows.ROWS, *restart_rows.ROWS, *stop_rows.ROWS
 )
-NODES_ROWS = _in_order(*nodes_rows.ROWS, *partition_rows.ROWS)
+NODES_ROWS = _in_order(*nodes_rows.ROWS, *partition_rows.ROWS, *forgery_rows.ROWS)
 TROUBLE = (
     ArithmeticError,
     AttributeError,

@@ -70,7 +70,7 @@ class SystemStand:
         """Arm the guard and wait until commands pass.
 
         Raises:
-            TimeoutError: It does not come to that.
+            WaitedTooLong: It does not come to that.
         """
         ear.wait(lambda: bool(ear.call("guard/arm").success), PATIENCE, "the guard to be armed")
         ear.heard["guard_status"].clear()
