@@ -1,44 +1,54 @@
-"""What the rig does when the controller dies, over DDS in real time."""
+"""What stands between the controller and the motors, over DDS in real time."""
 
 from __future__ import annotations
 
 import os
+import random
 import signal
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 from flexarm_interfaces.msg import GuardStatus
 from running_graph import Ear, running
+from sensor_msgs.msg import JointState
+from std_msgs.msg import Empty, String
 
 from flexarm_bringup.graph import Process, rig_graph
+from flexarm_bringup.supervisor import Supervisor
+from flexarm_controller.drives.seal import Mark, Seal
 from flexarm_model.conversions import stamp_to_ns
+from flexarm_model.node import LATCHED_QOS
 
 pytestmark = pytest.mark.ros
 
 MOVE_DEG = 60.0
 PERIOD_NS = 5_000_000
 SILENCE_NS = 50_000_000
+RATE_LIMIT = 2800.0 * 5e-3  # N m per period
+FAST = 0.2  # rad/s; slower than this the arm may be held where it stands
 TRIES = 5  # a loaded machine may fall silent by itself before the test does it
-TOPICS = ("joint_states", "joint_commands", "applied_effort", "guard_status", "controller_status", "truth")
+TOPICS = (
+    "joint_states", "drive_states", "joint_commands", "applied_effort", "guard_status", "truth",
+    "controller_status",
+)  # fmt: skip
 
 
-def test_killing_the_controller_mid_move_puts_the_rig_into_damping_until_it_is_armed_again(
-    tmp_path: Path,
-) -> None:
+@contextmanager
+def in_a_move(folder: Path) -> Iterator[tuple[Supervisor, Ear]]:
+    """Run the graph and give it in the middle of a fast move."""
     for attempt in range(TRIES):
         commander = Process(
             "flexarm_bringup", "commander_node", "commander", {"angles": (MOVE_DEG,)}, essential=False
         )
-        with running((*rig_graph(), commander), TOPICS, tmp_path / str(attempt)) as (supervisor, ear):
+        with running((*rig_graph(), commander), TOPICS, folder / str(attempt)) as (supervisor, ear):
             ear.wait(lambda: _is_mid_move(ear) or "commander" in supervisor.exit_codes(), 60.0, "the move")
             if "commander" in supervisor.exit_codes():
                 continue
-            os.kill(supervisor.pids["controller"], signal.SIGKILL)
-            ear.wait(lambda: ear.latest("guard_status").mode != GuardStatus.ARMED, 5.0, "the guard to notice")
-            ear.listen(1.5)
-            _assert_braked(ear)
-            assert ear.call("guard/arm").success
+            yield supervisor, ear
             return
     pytest.fail(f"the arm never got into its move in {TRIES} tries")
 
@@ -54,26 +64,139 @@ def _is_mid_move(ear: Ear) -> bool:
     )
 
 
-def _assert_braked(ear: Ear) -> None:
-    last_command = max(stamp_to_ns(msg.header.stamp) for msg in ear.heard["joint_commands"])
-    braking = next(msg for msg in ear.heard["guard_status"] if msg.mode == GuardStatus.BRAKING)
-    assert braking.reason == "no command for 50 ms"
-    noticed = stamp_to_ns(braking.header.stamp)
-    assert last_command < noticed <= last_command + SILENCE_NS + PERIOD_NS
-    assert all(
-        msg.session_token == 0
-        for msg in ear.heard["guard_status"]
-        if stamp_to_ns(msg.header.stamp) >= noticed
-    )
-    after = [msg for msg in ear.heard["applied_effort"] if stamp_to_ns(msg.header.stamp) >= noticed]
-    velocity = {stamp_to_ns(msg.header.stamp): msg.velocity[0] for msg in ear.heard["joint_states"]}
-    pairs = [
-        (msg.effort[0], velocity[stamp_to_ns(msg.header.stamp)])
-        for msg in after
-        if stamp_to_ns(msg.header.stamp) in velocity
-    ]
+def is_armed(ear: Ear) -> bool:
+    return bool(ear.latest("guard_status").mode == GuardStatus.ARMED)
+
+
+def arm(ear: Ear) -> None:
+    """Arm and wait until commands pass."""
+    ear.wait(lambda: bool(ear.call("guard/arm").success), 20.0, "arming")
+    before = max((msg.passed for msg in ear.heard["guard_status"]), default=0)
+    ear.wait(lambda: ear.latest("guard_status").passed > before, 20.0, "commands to pass")
+
+
+def test_killing_the_controller_mid_move_stops_the_arm_until_it_is_armed_again(tmp_path: Path) -> None:
+    with in_a_move(tmp_path) as (supervisor, ear):
+        os.kill(supervisor.pids["controller"], signal.SIGKILL)
+        ear.wait(lambda: not is_armed(ear), 5.0, "the guard to notice")
+        ear.listen(1.5)
+        last_command = max(stamp_to_ns(msg.header.stamp) for msg in ear.heard["joint_commands"])
+        braking = next(msg for msg in ear.heard["guard_status"] if msg.mode == GuardStatus.BRAKING)
+        assert braking.reason.startswith("no command for 50 ms")
+        noticed = stamp_to_ns(braking.header.stamp)
+        assert last_command < noticed <= last_command + SILENCE_NS + PERIOD_NS
+        after = [msg for msg in ear.heard["guard_status"] if stamp_to_ns(msg.header.stamp) >= noticed]
+        assert all(msg.session_token == 0 for msg in after)
+        assert_braked(ear, noticed)
+        assert ear.call("guard/arm").success
+
+
+def assert_braked(ear: Ear, since_ns: int) -> None:
+    """Check that no motor drove a fast axis on from an instant, and that the arm came to rest."""
+    told = [msg for msg in ear.heard["joint_states"] if stamp_to_ns(msg.header.stamp) > since_ns]
+    pairs = [(msg.effort[0], msg.velocity[0]) for msg in told]
     assert len(pairs) > 100
-    assert all(effort * rate <= 0.0 for effort, rate in pairs[3:])  # only ever against the motion
+    assert all(effort * rate <= 0.0 for effort, rate in pairs[3:] if abs(rate) > FAST)
     truth = ear.heard["truth"]
     assert abs(truth[-1].theta_dot[0]) < 0.05
     assert abs(truth[-1].theta[0] - truth[-20].theta[0]) < 1e-2
+
+
+@pytest.mark.slow
+def test_killing_the_guard_mid_move_makes_the_drives_brake_and_a_new_guard_begins_stopped(
+    tmp_path: Path,
+) -> None:
+    with in_a_move(tmp_path) as (supervisor, ear):
+        attached: list[str] = []
+        ear.node.create_subscription(
+            String, "rig/attached", lambda msg: attached.append(msg.data), LATCHED_QOS
+        )
+        ear.wait(lambda: bool(attached), 5.0, "whom the drives obey")
+        os.kill(supervisor.pids["guard"], signal.SIGKILL)
+        ear.wait(lambda: attached[-1] == "", 5.0, "the drives to let go")
+        ear.listen(1.5)
+        last = max(stamp_to_ns(msg.header.stamp) for msg in ear.heard["applied_effort"])
+        assert_braked(ear, last + SILENCE_NS)  # what acts from there on is told a period later
+        torques = np.array([msg.effort[0] for msg in ear.heard["joint_states"]])
+        assert abs(np.diff(torques)).max() <= RATE_LIMIT * (1 + 1e-9)
+        ear.heard["guard_status"].clear()
+        guard = tuple(process for process in rig_graph() if process.name == "guard")
+        with Supervisor(guard, tmp_path / "again"):
+            ear.wait(lambda: bool(attached[-1]), 20.0, "the new guard to attach")
+            ear.wait(lambda: ear.latest("guard_status") is not None, 5.0, "its status")
+            ear.listen(0.5)
+            status = ear.latest("guard_status")
+            assert (status.mode, status.session_token) == (GuardStatus.STOPPED, 0)
+            assert "drives let go, guard silent for 50 ms" in status.reason
+            arm(ear)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["controller", "guard"])
+def test_a_node_that_stood_still_for_a_second_moves_nothing_with_what_is_old(
+    name: str, tmp_path: Path
+) -> None:
+    with in_a_move(tmp_path) as (supervisor, ear):
+        os.kill(supervisor.pids[name], signal.SIGSTOP)
+        try:
+            ear.listen(1.0)
+        finally:
+            os.kill(supervisor.pids[name], signal.SIGCONT)
+        ear.wait(lambda: not is_armed(ear), 5.0, "the guard to tell its stop")
+        stopped = next(msg for msg in ear.heard["guard_status"] if msg.mode != GuardStatus.ARMED)
+        ear.listen(1.5)
+        last = ear.latest("guard_status")
+        assert last.passed == stopped.passed and last.session_token == 0
+        standing = np.array([msg.theta[0] for msg in ear.heard["truth"][-100:]])
+        assert np.ptp(standing) < 1e-2
+        arm(ear)
+
+
+def test_the_drives_obey_one_guard_and_a_topic_stops_it(tmp_path: Path) -> None:
+    with running(rig_graph(), TOPICS, tmp_path) as (_, ear):
+        ear.wait_ready("rig", "guard", "estimator", "controller")
+        arm(ear)
+        answer = ear.call("rig/attach")
+        assert not answer.success and answer.message.startswith("the drives obey guard")
+        send_forged_torques(ear, 1000)
+        efforts = np.array([msg.effort[0] for msg in ear.heard["joint_states"]])
+        assert abs(efforts).max() < 0.1  # of the 14 N m of the forger; the arm is held
+        assert is_armed(ear)
+        old = ear.latest("joint_commands")
+        stop = ear.node.create_publisher(Empty, "stop", 10)
+        ear.wait(lambda: stop.get_subscription_count() > 0, 10.0, "the guard")
+        stop.publish(Empty())
+        ear.wait(lambda: not is_armed(ear), 5.0, "the stop")
+        assert ear.latest("guard_status").reason == "stopped by topic stop"
+        ear.wait(lambda: ear.latest("guard_status").mode == GuardStatus.STOPPED, 10.0, "rest")
+        arm(ear)
+        assert_refused(ear, old)
+
+
+def send_forged_torques(ear: Ear, count: int) -> None:
+    """Send the drives torques that the guard has not sealed, and some that it has sealed before."""
+    rng = random.Random(1)
+    forger = ear.node.create_publisher(JointState, "applied_effort", 100)
+    ear.wait(lambda: forger.get_subscription_count() >= 3, 20.0, "the drives")  # estimator and ear, too
+    for k in range(count):
+        real = ear.latest("applied_effort")
+        forged = JointState(name=real.name, effort=[14.0], header=real.header)
+        seal = Seal(f"{rng.getrandbits(128):032x}")
+        if k % 3 == 0:
+            forged.header.frame_id = seal.write(Mark(True, k), stamp_to_ns(real.header.stamp), [14.0])
+        forger.publish(forged if k % 2 else ear.heard["applied_effort"][rng.randrange(-100, -1)])
+        ear.listen(0.001)
+
+
+def assert_refused(ear: Ear, old: Any) -> None:
+    """Check that a command of the session before is refused, whatever its stamp."""
+    before = ear.latest("guard_status")
+    forger = ear.node.create_publisher(type(old), "joint_commands", 10)
+    ear.wait(lambda: forger.get_subscription_count() > 1, 10.0, "the guard")
+    for _ in range(10):
+        old.header.stamp, old.effort = ear.latest("truth").header.stamp, [14.0]
+        forger.publish(old)
+        ear.listen(0.02)
+    ear.listen(0.2)
+    assert ear.latest("guard_status").refused >= before.refused + 10
+    assert max(abs(msg.effort[0]) for msg in ear.heard["applied_effort"][-40:]) < 1.0

@@ -51,6 +51,7 @@ class GuardExchange:
         self._state = GuardState(())
         self._command: GuardCommand | None = None
         self._command_ns = -1
+        self._newest = 0, 0  # session and sequence
 
     @property
     def receipt(self) -> str:
@@ -108,12 +109,13 @@ class GuardExchange:
 
     def on_command(self, msg: Any) -> None:
         """Keep the newest command of the session; others must not take its place, and are only counted."""
-        command, kept = command_from_msg(msg, self._epoch_ns or 0), self._command
+        command = command_from_msg(msg, self._epoch_ns or 0)
         if command.token != self.guard.token:
             self._refuse("command of another session")
-        elif kept is not None and command.sequence <= kept.sequence:
-            self._refuse(f"command {command.sequence} is not newer than {kept.sequence}")
+        elif self._newest[0] == command.token and command.sequence <= self._newest[1]:
+            self._refuse(f"command {command.sequence} is not newer than {self._newest[1]}")
         else:
+            self._newest = command.token, command.sequence
             self._command, self._command_ns = command, stamp_to_ns(msg.header.stamp)
 
     def answer(self) -> list[float]:
