@@ -1,0 +1,172 @@
+"""The guard between messages."""
+
+import math
+from functools import cache
+
+import pytest
+
+pytest.importorskip("flexarm_interfaces", reason="needs ROS and flexarm_interfaces")
+from flexarm_interfaces.msg import JointCommand, ReducedModel, StrainArray  # noqa: E402
+from sensor_msgs.msg import JointState  # noqa: E402
+
+from flexarm_controller.guard import ARMED, BRAKING, STOPPED  # noqa: E402
+from flexarm_controller.guard_exchange import GuardExchange  # noqa: E402
+from flexarm_controller.guard_settings import GuardSettings, guard_limits  # noqa: E402
+from flexarm_model.config import load_config  # noqa: E402
+from flexarm_model.conversions import ns_to_stamp  # noqa: E402
+from flexarm_model.manipulator_file import find_manipulator  # noqa: E402
+from flexarm_model.reduced_tree import ReducedTree  # noqa: E402
+
+T_NS = 5_000_000
+EPOCH_NS = 1_700_000_000_000_000_000
+TOKEN = 7
+
+
+@cache
+def arm():
+    return load_config(find_manipulator("single_link"), "geared")
+
+
+@cache
+def tree():
+    return ReducedTree(arm())
+
+
+@cache
+def limits():
+    return guard_limits(arm(), tree(), GuardSettings())
+
+
+@pytest.fixture(autouse=True)
+def arm_built_once(monkeypatch):
+    monkeypatch.setattr("flexarm_controller.guard_exchange.ReducedTree", lambda config: tree())
+    monkeypatch.setattr("flexarm_controller.guard_exchange.guard_limits", lambda *arguments: limits())
+
+
+def state(k, q=0.0, v=0.0, names=("base.rz",)):
+    msg = JointState(name=list(names), position=[q] * len(names), velocity=[v] * len(names))
+    msg.header.stamp = ns_to_stamp(EPOCH_NS + k * T_NS)
+    return msg
+
+
+def command(k, effort=(1.0,), token=TOKEN, sequence=None, model_id=""):
+    msg = JointCommand(sequence=k if sequence is None else sequence, session_token=token, model_id=model_id)
+    msg.effort = list(effort)
+    msg.header.stamp = ns_to_stamp(EPOCH_NS + k * T_NS)
+    return msg
+
+
+def armed():
+    exchange = GuardExchange(arm(), GuardSettings(), None)
+    exchange.on_drive_states(state(0))
+    exchange.answer()
+    assert exchange.guard.arm(exchange.t, TOKEN)
+    return exchange
+
+
+def play(exchange, k, *commands):
+    exchange.on_drive_states(state(k))
+    for msg in commands:
+        exchange.on_command(msg)
+    return exchange.answer()
+
+
+def test_a_command_for_the_newest_state_acts_in_the_next_period():
+    exchange = armed()
+    exchange.on_drive_states(state(1))
+    assert not exchange.is_commanded
+    exchange.on_command(command(1))
+    assert exchange.is_commanded and exchange.answer_ns == EPOCH_NS + 2 * T_NS
+    assert exchange.answer() == [1.0]
+    assert exchange.guard.age == pytest.approx(0.005)
+    assert not exchange.is_commanded
+
+
+def test_a_command_for_an_older_state_is_used_but_not_waited_for():
+    exchange = armed()
+    exchange.on_drive_states(state(2))
+    exchange.on_command(command(1))
+    assert not exchange.is_commanded
+    assert exchange.answer() == [1.0]
+
+
+def test_forged_and_outdated_commands_neither_act_nor_take_the_place_of_a_real_one():
+    exchange = armed()
+    play(exchange, 1, command(1, sequence=100))
+    forged, outdated = command(2, (9.0,), token=8), command(2, (9.0,), sequence=100)
+    assert play(exchange, 2, forged, command(2, (2.0,), sequence=101), forged, outdated) == [2.0]
+    assert (exchange.guard.passed, exchange.guard.refused) == (2, 3)
+    assert exchange.guard.mode == ARMED
+
+
+def test_a_new_session_begins_its_own_sequence():
+    exchange = armed()
+    play(exchange, 1, command(1, sequence=100))
+    exchange.guard.stop("button")
+    for k in range(2, 50):
+        play(exchange, k)
+    assert exchange.guard.mode == STOPPED
+    exchange.guard.arm(exchange.t, 8)
+    play(exchange, 50, command(50, (0.5,), token=8, sequence=1))
+    assert exchange.guard.passed == 2
+
+
+@pytest.mark.parametrize("jump", [-10_000, -1, 0, 11, 20_000])
+def test_a_clock_of_the_drives_that_jumps_stops_the_arm(jump):
+    exchange = armed()
+    play(exchange, 1, command(1))
+    exchange.on_drive_states(state(1 + jump))
+    assert exchange.guard.mode == BRAKING
+    assert exchange.guard.reason.startswith("clock of the drives jumped by")
+    exchange.on_drive_states(state(2 + jump))
+    assert all(map(math.isfinite, exchange.answer()))
+
+
+def test_states_that_were_overwritten_are_counted():
+    exchange = armed()
+    assert exchange.on_drive_states(state(1)) == 1
+    assert exchange.on_drive_states(state(4)) == 3
+    assert exchange.guard.mode == ARMED
+
+
+def test_drives_that_leave_out_an_axis_stop_the_arm():
+    exchange = armed()
+    play(exchange, 1, command(1))
+    exchange.on_drive_states(state(2, names=()))
+    exchange.on_command(command(2))
+    exchange.answer()
+    exchange.look_ahead()
+    assert exchange.guard.reason == "drives do not tell position and velocity of every axis"
+
+
+def test_a_gauge_beyond_its_limit_stops_the_arm():
+    exchange = armed()
+    gauges = [spec.name for spec in arm().sensors if spec.kind == "strain_gauge"]
+    exchange.on_strain(StrainArray(names=gauges, strain=[1.0] * len(gauges)))
+    play(exchange, 1, command(1))
+    assert "strained beyond its limit" in exchange.guard.reason
+
+
+def test_a_model_is_served_from_its_stamp_on_and_one_of_another_arm_is_refused():
+    exchange = armed()
+    for k, name in enumerate(("first", "second")):
+        msg = ReducedModel(config_id=arm().config_id, model_id=name)
+        msg.header.stamp = ns_to_stamp(EPOCH_NS + 10 * k * T_NS)
+        exchange.on_model(msg)
+    assert exchange.receipt.startswith("2 models") and not exchange.model_fault
+    play(exchange, 1, command(1, model_id="first"))
+    assert (exchange.guard.model_id, exchange.guard.passed) == ("first", 1)
+    play(exchange, 2, command(2, model_id="another"))
+    assert exchange.guard.refused == 1
+    for k in range(3, 11):
+        play(exchange, k, command(k, model_id="first"))
+    assert exchange.guard.model_id == "second"
+    exchange.on_model(ReducedModel(config_id="x", manipulator="that", model_id="third"))
+    assert exchange.model_fault.startswith("model refused: model of 'that' has config x")
+
+
+def test_commands_before_the_first_state_do_not_matter():
+    exchange = GuardExchange(arm(), GuardSettings(), None)
+    exchange.on_command(command(1))
+    assert exchange.answer_ns == 0 and not exchange.is_commanded
+    assert exchange.guard.refused == 1
