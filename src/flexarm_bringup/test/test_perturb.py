@@ -70,3 +70,10 @@ def test_nothing_changes_without_being_asked(config: ManipulatorConfig) -> None:
     same = perturb(config, PlantSettings(extra_modes=0))
     assert same.joints[1].axes == config.joints[1].axes
     assert same.bodies["strip"] == config.bodies["strip"]
+
+
+def test_damping_of_all_modes_scales_and_frequencies_stay(config: ManipulatorConfig) -> None:
+    real = perturb(config, PlantSettings(damping_scale=1.8, extra_modes=0))
+    before, after = (linearize(ReducedTree(each, use_compiler=False)) for each in (config, real))
+    assert after.zeta == pytest.approx(1.8 * before.zeta, rel=1e-9)
+    assert after.omega == pytest.approx(before.omega, rel=1e-12)

@@ -1,7 +1,8 @@
 """How the real arm differs from its description: a pure function of the description.
 
-Stiffness scales wherever it is elastic: beams, imported bodies, springs of axes. Masses scale in all bodies
-that are described by their material; rotors and bodies that were reduced elsewhere are as described.
+Stiffness scales wherever it is elastic: beams, imported bodies, springs of axes; damping that is described
+as a share of it likewise. Masses scale in all bodies that are described by their material; rotors and bodies
+that were reduced elsewhere are as described.
 """
 
 from __future__ import annotations
@@ -26,6 +27,7 @@ class PlantSettings:
         extra_modes: Elastic coordinates per flexible body beyond those described.
         friction: Coulomb friction of the actuated axes [N m or N], (n_theta,) or one for all.
         body_mass_scale: Real over described masses of rigid bodies and beams, their point masses too [1].
+        damping_scale: Real over described damping of beams and of springs of axes [1].
     """
 
     frequency_scale: float = 1.0
@@ -33,6 +35,7 @@ class PlantSettings:
     extra_modes: int = 3
     friction: float = 0.0
     body_mass_scale: float = 1.0
+    damping_scale: float = 1.0
 
 
 def perturb(config: ManipulatorConfig, settings: PlantSettings) -> ManipulatorConfig:
@@ -48,8 +51,12 @@ def perturb(config: ManipulatorConfig, settings: PlantSettings) -> ManipulatorCo
 
 
 def _change_joint(joint: Joint, settings: PlantSettings) -> Joint:
-    scale = settings.frequency_scale**2
-    return replace(joint, axes=tuple(replace(axis, stiffness=axis.stiffness * scale) for axis in joint.axes))
+    stiffness, damping = settings.frequency_scale**2, settings.damping_scale
+    axes = tuple(
+        replace(axis, stiffness=axis.stiffness * stiffness, damping_ratio=axis.damping_ratio * damping)
+        for axis in joint.axes
+    )
+    return replace(joint, axes=axes)
 
 
 def _change_rigid(body: RigidBody, settings: PlantSettings) -> RigidBody:
@@ -74,7 +81,14 @@ def _change_beam(beam: Beam, settings: PlantSettings) -> Beam:
         replace(point, mass=point.mass * mass_scale, inertia=point.inertia * mass_scale)
         for point in beam.point_masses
     )
-    return replace(beam, pieces=pieces, point_masses=masses, reduction=_more_modes(beam.reduction, settings))
+    return replace(
+        beam,
+        pieces=pieces,
+        point_masses=masses,
+        damping_ratio=beam.damping_ratio * settings.damping_scale,
+        damping_time=beam.damping_time * settings.damping_scale,
+        reduction=_more_modes(beam.reduction, settings),
+    )
 
 
 def _change_imported(body: ImportedBody, settings: PlantSettings) -> ImportedBody:

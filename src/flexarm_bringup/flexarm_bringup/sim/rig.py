@@ -7,7 +7,7 @@ acted until then.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -42,6 +42,9 @@ class RigSettings:
     friction: float = parameter(0.0, "Coulomb friction of the actuated axes.", "N m", 0.0, 100.0)
     body_mass_scale: float = parameter(
         1.0, "Real over described masses of rigid bodies and beams.", minimum=0.1, maximum=10.0
+    )
+    damping_scale: float = parameter(
+        1.0, "Real over described damping of beams and springs.", minimum=0.0, maximum=100.0
     )
 
 
@@ -98,7 +101,9 @@ class Rig:
         self.plant = plant or Plant(
             config,
             self.dt,
-            PlantSettings(s.frequency_scale, s.mass_scale, s.extra_modes, s.friction, s.body_mass_scale),
+            PlantSettings(
+                s.frequency_scale, s.mass_scale, s.extra_modes, s.friction, s.body_mass_scale, s.damping_scale
+            ),
         )
         self.plant.reset()
         names = output_names(config)
@@ -114,18 +119,29 @@ class Rig:
             SensorSimulator(spec, rows[spec.name], self.dt, s.seed, s.noise, self.faults.get(spec.name))
             for spec in config.sensors
         ]
-        encoders = [spec for spec in config.sensors if spec.kind == "encoder"]
         self.own_encoders: list[Sample] = []
-        self._own = [
-            SensorSimulator(spec, rows[spec.name], self.dt, s.seed, s.noise)
-            for spec in encoders
-            if any(other.name in self.faults for other in encoders)
-        ]
+        self._encoders = [(spec, rows[spec.name]) for spec in config.sensors if spec.kind == "encoder"]
+        self._own: list[SensorSimulator] = []
+        self._give_drives_their_own()
 
     @property
     def hides_encoders(self) -> bool:
         """Whether encoders tell something else than the drives measure."""
         return bool(self._own)
+
+    def set_faults(self, faults: Mapping[str, SensorFault]) -> None:
+        """Change what is wrong with the sensors; times of the faults count from now.
+
+        Args:
+            faults: By sensor; nothing with the others.
+        """
+        t = self.time_of(self.tick)
+        self.faults = {
+            name: replace(fault, start=fault.start + t, end=fault.end + t) for name, fault in faults.items()
+        }
+        for sensor in self._sensors:
+            sensor.set_fault(self.faults.get(sensor.spec.name))
+        self._give_drives_their_own()
 
     def time_of(self, tick: int) -> float:
         """Return the instant of a tick [s], rounded as a stamp is."""
@@ -170,6 +186,14 @@ class Rig:
             acceleration=outputs[self._rows_of["accelerometer"]],
             rigid_acceleration=self._rigid_outputs()[self._rows_of["accelerometer"]],
         )
+
+    def _give_drives_their_own(self) -> None:
+        """Let the drives measure for themselves from when an encoder has a fault on."""
+        if not self._own and any(spec.name in self.faults for spec, _ in self._encoders):
+            s = self.settings
+            self._own = [
+                SensorSimulator(spec, rows, self.dt, s.seed, s.noise) for spec, rows in self._encoders
+            ]
 
     def _rigid_outputs(self) -> Array:
         plant = self.plant
