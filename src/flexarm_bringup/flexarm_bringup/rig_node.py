@@ -6,11 +6,12 @@ Publishes
         (sensor_msgs/Imu), camera/pose (geometry_msgs/PoseWithCovarianceStamped): the sensors.
     truth (flexarm_interfaces/Truth): what really happens; for reports only.
     tick (flexarm_interfaces/Tick): lockstep only, what was sent at this instant.
-    /diagnostics (diagnostic_msgs/DiagnosticArray): 1 Hz while sensors have faults on request: which.
+    /diagnostics (diagnostic_msgs/DiagnosticArray): see ``rig_health_node``.
     ~/attached (std_msgs/String, latched): see ``drive_side_node``.
     ~/ready (std_msgs/Bool, latched).
 Subscribes
     applied_effort (sensor_msgs/JointState): torque from the stamp on, sealed by the guard.
+    ~/faults (std_msgs/String): see ``rig_health_node``.
 Services
     ~/attach (std_srvs/Trigger): see ``drive_side_node``.
 
@@ -23,7 +24,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from flexarm_interfaces.msg import Tick
 from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
@@ -32,15 +32,17 @@ from std_msgs.msg import Bool
 
 from flexarm_bringup.conversions import message_class
 from flexarm_bringup.drive_side_node import DriveSide
+from flexarm_bringup.rig_health_node import RigHealth
 from flexarm_bringup.sim.conversions import joint_state_msg, samples_to_msgs, truth_msg
 from flexarm_bringup.sim.drives import Drives, drive_limits
 from flexarm_bringup.sim.rig import RigSettings
-from flexarm_bringup.sim.sensor_fault_text import faults_text, parse_faults
+from flexarm_bringup.sim.sensor_fault_text import parse_faults
 from flexarm_bringup.sim.sensor_simulator import Sample
 from flexarm_bringup.topics import streams
 from flexarm_controller.drives.conversions import drive_state_msg
 from flexarm_model.config import load_config
 from flexarm_model.conversions import NS_PER_S, ns_to_stamp, stamp_to_ns
+from flexarm_model.diagnosis import DiagnosticsConfig
 from flexarm_model.manipulator_file import find_manipulator
 from flexarm_model.node import (
     LATCHED_QOS,
@@ -53,8 +55,7 @@ from flexarm_model.node import (
 from flexarm_model.parameters import parameter
 from flexarm_model.start_pose import starting_at
 
-DIAGNOSTICS_PERIOD = 1.0  # s
-MOST_CATCH_UP = 20  # periods; after a longer stall the simulated arm skips time rather than race
+MOST_CATCH_UP = 8  # periods, less than the silence that drives bear; after a longer stall the arm skips time
 
 
 @dataclass(frozen=True)
@@ -83,19 +84,21 @@ class RigNodeSettings:
 class RigNode(Node):
     """Hardware, driven by a timer or by the guard."""
 
-    SETTINGS = (RigNodeSettings, RigSettings)
+    SETTINGS = (RigNodeSettings, RigSettings, DiagnosticsConfig)
 
     def __init__(self) -> None:
         """Build the hardware at rest."""
         super().__init__("rig", namespace="flexarm")
         self.settings: RigNodeSettings
-        self.settings, simulation = declare_configs(self)
+        self.settings, simulation, diagnostics = declare_configs(self)
         config = load_config(find_manipulator(self.settings.manipulator), self.settings.preset)
         self.config = starting_at(config, self.settings.start)
         faults = parse_faults(self.settings.faults, config.sensors)
         self.drives = Drives(self.config, simulation, faults=faults)
         limits = drive_limits(self.config, self.drives.rig, self.settings.silence)
         self._side = DriveSide(self, limits, self.settings.lockstep)
+        period = None if self.settings.lockstep else self.drives.rig.dt
+        self._health = RigHealth(self, self.drives, self.config, period, diagnostics)
         self._steady = Clock(clock_type=ClockType.STEADY_TIME)
         self._period_ns = self.drives.rig.period_ns
         self._epoch_ns = 0 if self.settings.lockstep else self.get_clock().now().nanoseconds
@@ -115,6 +118,7 @@ class RigNode(Node):
         elapsed_ns = self._steady.now().nanoseconds - self._started_ns
         passed = round(elapsed_ns / self._period_ns)  # nearest: a timer is never quite on time
         behind = passed - self.tick + (self._ahead is not None)
+        self._health.beat(behind)
         if behind > MOST_CATCH_UP:
             self.get_logger().warning(f"stalled for {behind} periods; the simulated arm skips them")
             self._started_ns += (behind - 1) * self._period_ns
@@ -138,6 +142,7 @@ class RigNode(Node):
         self._note_sent("guard_status", mark.statuses - self._statuses)
         self._statuses = mark.statuses
         if self._side.is_running and stamp_ns == self.stamp_of(self.tick + 1):
+            self._health.beat(1)
             self.advance()
         self._start_when_possible()
 
@@ -145,14 +150,6 @@ class RigNode(Node):
         """Note that a partner is ready."""
         self._partners[partner] = msg.data
         self._start_when_possible()
-
-    def on_diagnostics(self) -> None:
-        """Tell which faults were asked for."""
-        text = faults_text(self.drives.rig.faults, self.config.sensors)
-        status = DiagnosticStatus(name="rig: faults", level=DiagnosticStatus.WARN, message=text)
-        array = DiagnosticArray(status=[status])
-        array.header.stamp = self.get_clock().now().to_msg()
-        self._diagnostics.publish(array)
 
     def advance(self) -> None:
         """Move the arm by one period and tell what its sensors say; then choose the next torque."""
@@ -211,10 +208,6 @@ class RigNode(Node):
                 Bool, f"{name}/ready", lambda msg, name=name: self.on_ready(name, msg), LATCHED_QOS
             )
         self._ready = ReadyFlag(self, {"hardware": lambda: True})
-        if self.drives.rig.faults:
-            self._diagnostics = self.create_publisher(DiagnosticArray, "/diagnostics", RELIABLE_QOS)
-            self.create_timer(DIAGNOSTICS_PERIOD, self.on_diagnostics, clock=self._steady)
-            self.on_diagnostics()
         if not self.settings.lockstep:
             self.create_timer(self.drives.rig.dt, self.on_timer, clock=self._steady)
 

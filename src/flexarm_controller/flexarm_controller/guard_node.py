@@ -43,6 +43,7 @@ from flexarm_controller.guard_settings import GuardNodeSettings, GuardSettings
 from flexarm_controller.guard_voice_node import GuardVoice
 from flexarm_model.config import load_config
 from flexarm_model.conversions import stamp_to_ns
+from flexarm_model.diagnosis import DiagnosticsConfig
 from flexarm_model.lockstep import Lockstep, Messages
 from flexarm_model.manipulator_file import find_manipulator
 from flexarm_model.node import (
@@ -63,13 +64,13 @@ SENSORS = ("drive_states", "strain")
 class GuardNode(Node):  # type: ignore[misc]
     """Connects a ``GuardExchange`` to topics and decides when it answers."""
 
-    SETTINGS = (GuardNodeSettings, GuardSettings)
+    SETTINGS = (GuardNodeSettings, GuardSettings, DiagnosticsConfig)
 
     def __init__(self) -> None:
         """Start stopped."""
         super().__init__("guard", namespace="flexarm")
         self.settings: GuardNodeSettings
-        self.settings, limits = declare_configs(self)
+        self.settings, limits, self._thresholds = declare_configs(self)
         config = load_config(find_manipulator(self.settings.manipulator), self.settings.preset)
         config = starting_at(config, self.settings.start)
         self.exchange = GuardExchange(config, limits, 0 if self.settings.lockstep else None)
@@ -199,7 +200,9 @@ class GuardNode(Node):  # type: ignore[misc]
         self._timer.reset()
 
     def _connect(self) -> None:
-        self._voice = GuardVoice(self, self.exchange, self.settings.lockstep, lambda: self._cycle.late)
+        self._voice = GuardVoice(
+            self, self.exchange, self.settings.lockstep, lambda: self._cycle.late, self._thresholds
+        )
         self._receipts = self.create_publisher(String, "~/models", LATCHED_QOS)
         newest = LOCKSTEP_QOS if self.settings.lockstep else LATEST_QOS
         for topic, kind in zip(SENSORS, (JointState, StrainArray), strict=True):

@@ -4,10 +4,12 @@ Publishes
     applied_effort (sensor_msgs/JointState): torque [N m] or force [N] of every axis from the stamp on, once a
         motor period; ``header.frame_id`` is the seal without which the drives do not obey (``drives.seal``).
     guard_status (flexarm_interfaces/GuardStatus): 10 Hz and on change; in lockstep with an answer.
+    /diagnostics (diagnostic_msgs/DiagnosticArray): 1 Hz.
 """
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Sequence
 
 from flexarm_interfaces.msg import GuardStatus
@@ -18,6 +20,9 @@ from flexarm_controller.drives.conversions import effort_msg, guard_status_msg
 from flexarm_controller.drives.seal import Mark, Seal
 from flexarm_controller.guard import STOPPED
 from flexarm_controller.guard_exchange import GuardExchange
+from flexarm_controller.guard_health import GuardHealth
+from flexarm_model.diagnosis import DiagnosticsConfig
+from flexarm_model.diagnostics_node import Diagnostics
 from flexarm_model.node import LOCKSTEP_QOS, RELIABLE_QOS
 
 STATUS_PERIODS = 20  # motor periods between two guard_status messages
@@ -27,7 +32,12 @@ class GuardVoice:
     """Publishes torques and status; a torque says how many status messages went before it."""
 
     def __init__(
-        self, node: Node, exchange: GuardExchange, is_lockstep: bool, late: Callable[[], int]
+        self,
+        node: Node,
+        exchange: GuardExchange,
+        is_lockstep: bool,
+        late: Callable[[], int],
+        thresholds: DiagnosticsConfig,
     ) -> None:
         """Prepare to speak.
 
@@ -36,12 +46,16 @@ class GuardVoice:
             exchange: What there is to tell.
             is_lockstep: No message may be lost.
             late: Periods answered late so far [1].
+            thresholds: Of the diagnostics.
         """
         told = LOCKSTEP_QOS if is_lockstep else RELIABLE_QOS
         self._node, self._exchange, self._late = node, exchange, late
         self._effort = node.create_publisher(JointState, "applied_effort", told)
         self._status = node.create_publisher(GuardStatus, "guard_status", told)
         self._said, self._unsaid, self._count = ("", ""), 0, 0
+        period = None if is_lockstep else exchange.period_ns * 1e-9
+        self._health = GuardHealth(exchange.guard, period, thresholds)
+        self._diagnostics = Diagnostics(node, self._health.verdicts)
 
     def listeners(self) -> tuple[int, int]:
         """Return how many subscribe to torques and to the status [1]."""
@@ -50,6 +64,7 @@ class GuardVoice:
     def send(self, effort: Sequence[float], seal: Seal | None) -> None:
         """Publish torques, if there is a seal for them, and the status if it is time."""
         exchange, is_status_due = self._exchange, self._is_due()
+        self._health.note(time.perf_counter(), self._late())
         if seal is not None:
             mark = Mark(exchange.guard.mode != STOPPED, self._count + is_status_due)
             self._effort.publish(effort_msg(exchange.names, effort, exchange.answer_ns, seal, mark))

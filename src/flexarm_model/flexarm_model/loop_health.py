@@ -58,7 +58,8 @@ class LoopHealth:
         gaps = sorted(b - a for a, b in zip(self._beats[:-1], self._beats[1:], strict=True))
         if not gaps:
             self._forget()
-            return Verdict(self._subject, max(level, Level.STALE), "silent: no cycle in the last second")
+            silent = Level.OK if self._period is None else Level.STALE  # in lockstep time may stand
+            return Verdict(self._subject, max(level, silent), "no cycle in the last second")
         figures = [*self._of_rhythm(gaps), *self._of_counts(len(gaps)), *self._of_times()]
         self._forget()
         return judge(self._subject, figures, level, text)

@@ -9,6 +9,7 @@ with its motor. On a real rig a drive whose own encoder fails cannot commutate: 
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Mapping
 
 import numpy as np
@@ -73,6 +74,12 @@ class Drives:
         """Return what the drives measure now."""
         velocity, position = (tuple(map(float, part)) for part in (self.own.theta_dot, self.own.theta))
         return GuardState(velocity, position)
+
+    def set_faults(self, faults: Mapping[str, SensorFault]) -> None:
+        """Change what is wrong with the sensors; times of the faults count from now."""
+        self.rig.set_faults(faults)
+        if self.rig.hides_encoders and self.own is self.motors:
+            self.own = copy.deepcopy(self.motors)
 
     def _measure(self, samples: list[Sample]) -> list[Sample]:
         self.motors.update(samples)

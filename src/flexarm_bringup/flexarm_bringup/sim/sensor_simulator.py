@@ -57,11 +57,16 @@ class SensorSimulator:
         self._rows = slice(rows[0], rows[-1] + 1) if rows else slice(0)  # they stand in a row
         rng = np.random.default_rng([seed, zlib.crc32(spec.name.encode())])
         self._noise = _draws(rng, spec.sigma * noise)
-        self._line = FaultLine(fault or SensorFault(), spec, dt, seed)
+        self._seed = seed
         self._waiting: list[Arrival] = []
         self._exposures = 0
         self._delay = round(spec.latency / dt)  # ticks
         self._late = round(spec.stamp_delay / dt)  # ticks; so much later than the sample is its stamp
+        self.set_fault(fault)
+
+    def set_fault(self, fault: SensorFault | None) -> None:
+        """Change what is wrong with it from now on; None for nothing. Samples on their way still arrive."""
+        self._line = FaultLine(fault or SensorFault(), self.spec, self._dt, self._seed)
         self._is_prompt = fault is None and not (self._delay or self._late)
 
     def sample(self, tick: int, plant: Plant, outputs: Array) -> list[Sample]:
@@ -69,7 +74,7 @@ class SensorSimulator:
         if self._is_due(tick):
             y = self._read(plant, outputs[self._rows], next(self._noise))
             sample = Sample(self.spec.name, self.spec.kind, tick, y)
-            if self._is_prompt:
+            if self._is_prompt and not self._waiting:
                 return [sample]
             self._waiting += self._line.carry(Arrival(tick + self._delay, sample))
         arrived = [arrival.sample for arrival in self._waiting if arrival.tick <= tick]

@@ -1,0 +1,73 @@
+"""Faults of the simulated sensors on request, and what the rig says of itself.
+
+Publishes
+    /diagnostics (diagnostic_msgs/DiagnosticArray): 1 Hz: does it keep time, and which faults were asked for.
+Subscribes
+    ~/faults (std_msgs/String): faults from now on, as the parameter ``faults`` has them, times counted from
+        now ("camera: off 0 2; root_strain: stuck"); empty ends all. What is not understood changes nothing.
+"""
+
+from __future__ import annotations
+
+import time
+
+from rclpy.node import Node
+from std_msgs.msg import String
+
+from flexarm_bringup.sim.drives import Drives
+from flexarm_bringup.sim.sensor_fault_text import faults_text, parse_faults
+from flexarm_model.description import ManipulatorConfig
+from flexarm_model.diagnosis import DiagnosticsConfig, Level, Verdict
+from flexarm_model.diagnostics_node import Diagnostics
+from flexarm_model.loop_health import LoopHealth
+from flexarm_model.node import RELIABLE_QOS
+from flexarm_model.strict_yaml import ConfigError
+
+
+class RigHealth:
+    """Watches one rig."""
+
+    def __init__(
+        self,
+        node: Node,
+        drives: Drives,
+        config: ManipulatorConfig,
+        period: float | None,
+        told: DiagnosticsConfig,
+    ) -> None:
+        """Watch.
+
+        Args:
+            node: The rig node.
+            drives: Rig whose sensors can be given faults.
+            config: The manipulator.
+            period: Of its timer [s]; None in lockstep.
+            told: Thresholds.
+        """
+        self._node, self._drives, self._config = node, drives, config
+        self._loop = LoopHealth("rig: loop", period, told)
+        self._skipped = 0
+        node.create_subscription(String, "~/faults", self.on_faults, RELIABLE_QOS)
+        self._diagnostics = Diagnostics(node, self.verdicts)
+
+    def beat(self, behind: int) -> None:
+        """Note that the timer fired ``behind`` periods after the last advance; 1 is on time."""
+        self._loop.beat(time.perf_counter())
+        self._skipped += max(behind - 1, 0)
+        self._loop.count("periods late", self._skipped)
+
+    def on_faults(self, msg: String) -> None:
+        """Give the sensors other faults from now on."""
+        try:
+            faults = parse_faults(msg.data, self._config.sensors)
+        except ConfigError as error:
+            self._node.get_logger().error(str(error))
+            return
+        self._drives.set_faults(faults)
+        self._node.get_logger().info(f"faults: {msg.data or 'none'}")
+
+    def verdicts(self) -> list[Verdict]:
+        """Judge the last second."""
+        text = faults_text(self._drives.rig.faults, self._config.sensors)
+        faults = Verdict("rig: faults", Level.WARN if text else Level.OK, text or "none")
+        return [faults, self._loop.verdict()]
