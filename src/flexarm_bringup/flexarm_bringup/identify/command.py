@@ -30,6 +30,7 @@ from flexarm_bringup.excite.measure import SensorCheckError
 from flexarm_bringup.excite.page import check_table, plan_table
 from flexarm_bringup.excite.rig_source import RIG, add_rig_arguments, rig_test, run_rig_test, save_records
 from flexarm_bringup.identify.fittable import fittable
+from flexarm_bringup.identify.halves import Halves, judge_halves, with_halves
 from flexarm_bringup.identify.measurement import SourceError
 from flexarm_bringup.identify.other_poses import read_pose
 from flexarm_bringup.identify.page import build_page
@@ -105,7 +106,9 @@ def run(args: argparse.Namespace) -> int:
         )  # fmt: skip
         result = identify(source, request)
         others = [read_pose(text, args.kind, averaging, request) for text in args.also]
-        page = _with_update(build_page(args.files, result, items), result, args, others)
+        halves = judge_halves(source, request, averaging)
+        page = with_halves(build_page(args.files, result, items), halves)
+        page = _with_update(page, result, args, others, halves)
     except SensorCheckError as error:
         print(check_table(error.findings, error.axes).to_text())
         print(f"flexarm identify: {error}", file=sys.stderr)
@@ -150,12 +153,18 @@ def _check(args: argparse.Namespace) -> None:
 
 
 def _with_update(
-    page: Page, result: Result, args: argparse.Namespace, others: Sequence[tuple[Array, PoleFit]]
+    page: Page,
+    result: Result,
+    args: argparse.Namespace,
+    others: Sequence[tuple[Array, PoleFit]],
+    halves: Halves | None,
 ) -> Page:
     if not args.fit:
         return page
     if result.found.fit is None:
         raise ValueError("no mode was identified: there is nothing to fit to")
+    if halves is not None and halves.fit.refusal:
+        raise ValueError(f"the identified model is refused, nothing is fitted to it: {halves.fit.refusal}")
     fitting = Fitting(
         args.manipulator, args.preset, tuple(args.fit), tuple(args.pose), args.motors == "locked", args.update
     )

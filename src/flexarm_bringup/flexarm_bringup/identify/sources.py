@@ -54,6 +54,7 @@ class Source:
         estimator: Which made the responses from records; empty when the file had responses already.
         is_leaky: The blocks were cut from something that does not repeat, behind a window.
         remarks: What the reader should know of it.
+        records: What the responses were made of, where there were records.
     """
 
     responses: Responses
@@ -61,6 +62,7 @@ class Source:
     estimator: str = ""
     is_leaky: bool = False
     remarks: tuple[str, ...] = ()
+    records: tuple[Records, ...] = ()
 
 
 def read_sources(paths: Sequence[Path], kind: str, averaging: Averaging) -> Source:
@@ -129,7 +131,8 @@ def of_records(records: Sequence[Records], averaging: Averaging) -> Source:
         return _responses(blocks.frf(estimator, first.kind, rng.integers(count, size=count)), first)
 
     few = () if count >= FEWEST_BLOCKS else (f"{count} block(s): too few to draw again, so no bootstrap",)
-    return Source(responses, None if few else draw, estimator, settings.window != "boxcar", few)
+    is_leaky = settings.window != "boxcar"
+    return Source(responses, None if few else draw, estimator, is_leaky, few, tuple(records))
 
 
 def _responses(measured: MeasuredFrf, like: Records) -> Responses:
