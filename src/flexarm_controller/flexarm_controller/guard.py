@@ -44,6 +44,7 @@ class Guard:
         ticks_without_command: Periods while armed, after the first command, without a fresh one [1].
         age: Age of the command in use [s]; -1 when there is none.
         energy: That the motors have put in over the last ``limits.energy_window`` [J].
+        holding: Torque that holds the arm where it is [N m] or [N].
     """
 
     def __init__(self, limits: GuardLimits) -> None:
@@ -58,10 +59,9 @@ class Guard:
         self._deadline, self._silent = 0.0, 0
         self._before, self._until = "", -math.inf  # model served before, and when it ends to be valid
         self._loads, self._window = limits.loads, EnergyWindow(limits.energy_window, limits.period)
-        self._tau = [0.0] * len(limits.effort)
+        self._tau, self.holding = [0.0] * len(limits.effort), list(limits.loads.holding)
         self._low, self._high = [-e for e in limits.effort], list(limits.effort)
-        axes = range(len(limits.effort))
-        self._brakes = [StopBrake(limits.braking, axis, limits.rest_velocity) for axis in axes]
+        self._brakes = [StopBrake(limits, axis) for axis in range(len(limits.effort))]
         self._is_braking = False
 
     def arm(self, t: float, token: int) -> bool:
@@ -105,16 +105,14 @@ class Guard:
         """
         self.ticks += 1
         self.energy = self._window.add(self._tau, state.velocity)
-        holding = self._loads.holding_at(state.position)
-        self._set_bounds(state, holding)
-        wanted = self._follow(command, state, t, holding) or self._brake(state, holding)
+        self.holding = self._loads.holding_at(state.position)
+        self._set_bounds(state)
+        wanted = self._follow(command, state, t) or self._brake(state)
         self._tau = [self._limit(axis, value) for axis, value in enumerate(wanted)]
         self.age = t - self._used if self.mode == ARMED and math.isfinite(self._used) else -1.0
         return list(self._tau)
 
-    def _follow(
-        self, command: GuardCommand | None, state: GuardState, t: float, holding: Sequence[float]
-    ) -> Sequence[float]:
+    def _follow(self, command: GuardCommand | None, state: GuardState, t: float) -> Sequence[float]:
         """Return the torque to follow; nothing unless armed and commanded, or after a stop."""
         if self.mode == ARMED:
             self._stop_for(self._fault(command, state))
@@ -123,7 +121,7 @@ class Guard:
             self.refused += bool(self.refusal)
             if not self.refusal:
                 return self._pass(command)
-        return self._bridge(t, holding) if self.mode == ARMED else ()
+        return self._bridge(t) if self.mode == ARMED else ()
 
     def _stop_for(self, fault: str) -> None:
         """Latch a stop if there is a fault."""
@@ -165,7 +163,7 @@ class Guard:
         self.limited += any(self._limit(i, value) != value for i, value in enumerate(command.effort))
         return command.effort
 
-    def _bridge(self, t: float, holding: Sequence[float]) -> Sequence[float]:
+    def _bridge(self, t: float) -> Sequence[float]:
         """Return the torque of a period without a command; nothing before the first one and after a stop."""
         self.ticks_without_command += math.isfinite(self._used)
         if not t <= self._deadline:  # also when t is not a number
@@ -177,29 +175,29 @@ class Guard:
         self._silent += 1
         left = self._deadline - t
         fading = left / (left + self.limits.period) if self._silent > BRIDGED else 1.0
-        return [h + fading * (tau - h) for tau, h in zip(self._tau, holding, strict=True)]
+        return [h + fading * (tau - h) for tau, h in zip(self._tau, self.holding, strict=True)]
 
-    def _brake(self, state: GuardState, holding: Sequence[float]) -> list[float]:
+    def _brake(self, state: GuardState) -> list[float]:
         """Return the torque that brings the arm to rest and holds it there."""
-        axes = len(self._brakes)
-        velocity = state.velocity if len(state.velocity) == axes else (math.nan,) * axes
-        position = state.position if len(state.position) == axes else (math.nan,) * axes
-        ranges = self.limits.ranges or (JointRange(-math.inf, math.inf, 1.0, 1.0),) * axes
+        unknown = (math.nan,) * len(self._brakes)
+        velocity = state.velocity if len(state.velocity) == len(unknown) else unknown
+        position = state.position if len(state.position) == len(unknown) else unknown
+        axes = list(zip(self._brakes, position, velocity, strict=True))
         if not self._is_braking:
-            for brake, q, v, known in zip(self._brakes, position, velocity, ranges, strict=True):
-                brake.begin(q, v, known.low, known.high)
+            for brake, q, v in axes:
+                brake.begin(q, v)
             self._is_braking = True
         if self.mode == BRAKING and all(abs(v) <= self.limits.rest_velocity for v in velocity):
             self.mode = STOPPED
-        a = [b.acceleration(q, v) for b, q, v in zip(self._brakes, position, velocity, strict=True)]
-        return [h + tau for h, tau in zip(holding, self._loads.accelerating(a), strict=True)]
+        turning = self._loads.accelerating([brake.acceleration(q, v) for brake, q, v in axes])
+        return [h + tau for h, tau in zip(self.holding, turning, strict=True)]
 
-    def _set_bounds(self, state: GuardState, holding: Sequence[float]) -> None:
+    def _set_bounds(self, state: GuardState) -> None:
         """Bound the torque; what pushes an axis out of its range fades where it may not move on."""
         for i, (q, known) in enumerate(zip(state.position, self.limits.ranges, strict=False)):
-            most = self.limits.effort[i]
-            self._low[i] = holding[i] - known.share(q - known.low) * (holding[i] + most)
-            self._high[i] = holding[i] + known.share(known.high - q) * (most - holding[i])
+            most, held = self.limits.effort[i], self.holding[i]
+            self._low[i] = held - known.share(q - known.low) * (held + most)
+            self._high[i] = held + known.share(known.high - q) * (most - held)
 
     def _limit(self, axis: int, value: float) -> float:
         """Return ``value`` within the torque limit and within reach of the last torque."""

@@ -34,7 +34,7 @@ class Stop:
     """One stop, from the last period before it on.
 
     Attributes:
-        theta, theta_dot, tau: Of every period, (k, n_theta).
+        theta, theta_dot, tau: Of every period, (k, n_theta); torque beyond what holds the arm.
         kept: The guard passed nothing and armed itself never.
         rested: It came to rest.
     """
@@ -54,8 +54,8 @@ def stops(stand: ControllerStand) -> list[Finding]:
     for k in range(STOPS):
         hardware = hardware if hardware.guard.mode == STOPPED else _at_start(stand)
         done.append(_stop(stand, hardware, controller, rng, bool(k % 2), k + 1))
-    ranges, velocity = hardware.guard.limits.ranges, stand.limits.velocity
-    a, b = (np.array([getattr(r, name) for r in ranges]) for name in ("deceleration", "margin"))
+    velocity = stand.limits.velocity
+    a = np.array(hardware.guard.limits.braking.deceleration)
     v = np.array([abs(stop.theta_dot[0]) for stop in done])
     way = np.array([_way(stop) for stop in done])
     braked = np.array([_braked_after(stop) for stop in done]) * stand.dt
@@ -66,7 +66,6 @@ def stops(stand: ControllerStand) -> list[Finding]:
         Finding("stops that did not come to rest", sum(not stop.rested for stop in done), 0),
         Finding("no drive after, 99th percentile", float(np.percentile(braked, 99)), stand.dt + 0.01, "s"),
         Finding("no drive after, at most", float(braked.max()), 0.05, "s"),
-        Finding(f"way / ((v + b)^2 / 2 a), {which}", _largest(way * 2 * a / (v + b) ** 2, fast), 1.05),
         Finding(f"way / (v^2 / 2 a), {which}", _largest(way * 2 * a / v**2, fast), 1.05),
     ]  # fmt: skip
 
@@ -125,13 +124,17 @@ def _stop(
         hardware.choose_torque(
             None if k >= periods - silent else _command(hardware, controller, stand, k, token)
         )
+        if guard.mode != ARMED:  # it was quicker than the button: a strain, say
+            break
         hardware.advance()
-    hardware.choose_torque(None if hangs else _command(hardware, controller, stand, periods, token))
+    else:
+        hardware.choose_torque(None if hangs else _command(hardware, controller, stand, periods, token))
     passed, rows = guard.passed, []
     guard.stop("button")
     kept = True
     for k in range(round(WATCH / stand.dt)):
-        rows.append((hardware.motors.theta.copy(), hardware.motors.theta_dot.copy(), np.array(hardware.tau)))
+        driving = np.array(hardware.tau) - guard.holding
+        rows.append((hardware.motors.theta.copy(), hardware.motors.theta_dot.copy(), driving))
         hardware.advance()
         hardware.choose_torque(
             None if hangs else _command(hardware, controller, stand, periods + k + 1, token)
@@ -171,14 +174,17 @@ def _way(stop: Stop) -> Array:
 
 
 def _braked_after(stop: Stop) -> int:
-    """Return after how many periods no axis is driven any more."""
-    power = stop.tau * stop.theta_dot
-    driven = (power > DRIVING * abs(power).max()).any(axis=1)
+    """Return after how many periods the motors do not drive the arm any more."""
+    power = (stop.tau * stop.theta_dot).sum(axis=1)
+    driven = power > DRIVING * abs(power).max()
     return int(np.argmin(driven)) if not driven.all() else len(driven)
 
 
 def _approach(stand: ControllerStand, axis: int, speed: float) -> tuple[Array, Array, bool]:
-    """Return position and torque of an axis driven at a share of its speed limit, and if it was stopped."""
+    """Return position and torque of an axis driven at a share of its speed limit, and if it was stopped.
+
+    The torque is that beyond what holds the arm.
+    """
     hardware = _at_start(stand)
     guard, limits = hardware.guard, stand.limits
     guard.arm(0.0, 1)
@@ -189,7 +195,7 @@ def _approach(stand: ControllerStand, axis: int, speed: float) -> tuple[Array, A
     for k in range(round(APPROACH * span / abs(wanted[axis]) / stand.dt)):
         push = STIFF * inertia * (wanted - hardware.motors.theta_dot)
         hardware.choose_torque(GuardCommand(hardware.t, k, 1, tuple(map(float, push))))
-        rows.append((hardware.rig.plant.theta[axis], hardware.tau[axis]))
+        rows.append((hardware.rig.plant.theta[axis], hardware.tau[axis] - guard.holding[axis]))
         stopped |= guard.mode != ARMED
         hardware.advance()
     theta, tau = (np.array(part) for part in zip(*rows, strict=True))

@@ -1,4 +1,4 @@
-"""What the guard decides with: limits, ranges, loads, checks, energy, braking; plain Python but for the last two.
+"""What the guard decides with: limits, ranges, loads, checks, energy, braking; all plain Python.
 
-``derive`` and ``pose_loads`` make limits and loads from the model of the arm, outside the guard's loop.
+``derive``, ``hold_rate`` and ``pose_loads`` make limits and loads from the arm's model, outside its loop.
 """

@@ -1,15 +1,19 @@
 """The guard's limits from the description of an arm.
 
-The deceleration ``a`` of an axis is what a share ``s`` of its torque limit ``tau_max`` gives its inertia, at
-home and with every axis at either end of its range, wherever the weight leaves that much and half as much
-again; less where twice the strain that a steady ``a`` causes would be beyond a gauge's limit::
+The largest deceleration that is planned with at an end of a range, ``a``, is what a share ``s`` of the torque
+limit ``tau_max`` gives the inertia at home; less where the weight leaves less, at home or with an axis at an
+end of its range, than that and a quarter, and where twice the strain of a steady ``a`` would be beyond
+the limit of a gauge. A stop elsewhere is planned with ``a_s``, such that reaction costs half its way at a
+quarter of the velocity limit::
 
-    a = min(s tau_max, (tau_max - |h|) / 1.5) / M_ii       a <= eps_max / 2 |d eps / d theta''|
+    a = min(s tau_max / M_ii, (tau_max - |h|) / 1.25 M_ii)      a <= eps_max / 2 |d eps / d theta''|
     b = a t / 2     t = 7 T + (1 + s) tau_max / (d tau / d t)     a <= v_max / t
+    a_s = min(a, v_max / 16 t_s)     t_s = 4 T + (1 + s) tau_max / 2 (d tau / d t)
     E = k (v' |M| v / 2 + (|h| v + v' D v) 250 ms)       v: velocity limits
 
-``b`` covers the time until braking acts and its taper. ``E``: an arm within its velocity limits takes no more than it needs
-to reach them all from rest, to rise as fast as it can and to overcome its friction; ``k`` allows for a payload.
+``b`` covers the time until braking acts, and its taper. ``E``: an arm within its velocity limits takes no
+more than it needs to reach them all from rest, to rise as fast as it can and to overcome its friction; ``k``
+allows for a payload and for what the links store.
 """
 
 from __future__ import annotations
@@ -36,7 +40,9 @@ Array = NDArray[np.float64]
 NOTICING = 3.0  # periods until a speed that is too high has been measured and judged
 LEAD = 2.0  # periods from a measurement to the middle of the period with the torque that answers it
 TAPER = 4.0  # periods in which braking takes away the rest of a velocity
-HEADROOM = 1.5  # torque left by the weight over torque of the deceleration
+HEADROOM = 1.25  # torque left by the weight over torque of the deceleration
+NOTICED = 2.0  # periods by which the drives' velocity is late
+FAST = 0.25  # of the velocity limit: from there on a stop keeps its way
 OVERSHOOT = 2.0  # largest strain over steady strain when a deceleration begins at once
 
 
@@ -78,12 +84,14 @@ def guard_limits(config: ManipulatorConfig, tree: ReducedTree, settings: GuardSe
     ramp = (1.0 + settings.braking_share) * limits.effort / limits.effort_rate
     reaction = (NOTICING + TAPER) * dt + ramp
     a = np.minimum(_deceleration(tree, home, limits, settings.braking_share), limits.velocity / reaction)
+    noticed = LEAD * dt + NOTICED * dt + ramp / 2.0
+    stopping = np.minimum(a, FAST * limits.velocity / (4.0 * noticed))
     ends = zip(limits.position_low, limits.position_high, a, a * reaction / 2.0, strict=True)
     return GuardLimits(
         effort=_row(limits.effort),
         effort_rate=_row(limits.effort_rate),
         braking=Braking(
-            deceleration=_row(a),
+            deceleration=_row(stopping),
             peak=_row(settings.braking_reserve * a),
             taper=1.0 / (TAPER * dt),
             rate=settings.braking_gain * largest_hold_rate(home, dt),
@@ -107,10 +115,11 @@ def _deceleration(tree: ReducedTree, home: ReducedModel, limits: Limits, share: 
     gauges = [home.outputs.names.index(name) for name in limits.gauges]
     bending = home.outputs.C_pos[gauges, m:] @ build_equilibrium(home).X[m : home.n, 2 * m :]
     with np.errstate(divide="ignore"):
-        found = [*limits.strain[:, None] / (OVERSHOOT * abs(bending))]  # (n_theta,) each
+        unstrained = limits.strain[:, None] / (OVERSHOOT * abs(bending))  # (n_gauges, n_theta)
+    found = [share * limits.effort / np.diag(home.M)[:m], *unstrained]
     for model in _models(tree, home, limits):
         loads = loads_of(model)
-        left = np.minimum(share * limits.effort, (limits.effort - abs(np.array(loads.holding))) / HEADROOM)
+        left = (limits.effort - abs(np.array(loads.holding))) / HEADROOM
         found.append(left / np.diag(loads.inertia))
     return np.asarray(np.min(found, axis=0))
 

@@ -1,12 +1,13 @@
 """How stiffly an elastic arm may be held through its motors: the stability of the sampled loop.
 
-The guard holds with ``tau = -M_tt (r w + r^2 / 4 theta)`` once a period, w the velocity as the drives tell it,
+The guard holds with ``tau = h + S theta - M_tt (r w + r^2 / 4 theta)`` once a period, where ``h + S theta``
+is what the weight asks, theta counts from where it holds, and w is the velocity as the drives tell it,
 
     w_k = (1 - s) w_k-1 + s (theta_k - theta_k-1) / T
 
-and what it knows is a period old when its torque begins to act. On a rigid arm r could be about 1 / T. A motor in front of an elastic arm feels less inertia at once than in
-the end, and beyond some r the loop of both rings up by itself. The poles of the whole loop,
-``x_k+1 = exp(A T) x_k + ..``, tell where.
+What it knows is a period old when its torque begins to act. On a rigid arm r could be about 1 / 4 T. A motor
+in front of an elastic arm feels less inertia at once than in the end, and beyond some r the loop of both
+rings up by itself. The poles of the whole loop, ``x_k+1 = exp(A T) x_k + ..``, tell where.
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import expm
 
+from flexarm_controller.program.equilibrium import build_equilibrium
 from flexarm_model.reduced_model import ReducedModel
 
 Array = NDArray[np.float64]
@@ -30,29 +32,23 @@ def largest_hold_rate(model: ReducedModel, dt: float) -> float:
         model: The arm.
         dt: Motor period [s].
     """
-    step, push = _sampled(model, dt)
     rate = 1.0 / dt
-    while rate > LOWEST / dt and spectral_radius(model, step, push, rate * dt) >= 1.0:
+    while rate > LOWEST / dt and spectral_radius(model, dt, rate) >= 1.0:
         rate *= FINENESS
     return rate
 
 
-def spectral_radius(model: ReducedModel, step: Array, push: Array, gain: float) -> float:
-    """Return the largest magnitude of a pole of the held arm.
-
-    Args:
-        model: The arm.
-        step: Of its state [theta; eta; theta'; eta'] over a period, (n_x, n_x).
-        push: What a torque held over a period adds, (n_x, n_theta).
-        gain: r T [1].
-    """
-    m, n_x = model.n_theta, len(step)
+def spectral_radius(model: ReducedModel, dt: float, rate: float) -> float:
+    """Return the largest magnitude of a pole of the arm held with r = ``rate`` [1/s]."""
+    m, (step, push) = model.n_theta, _sampled(model, dt)
+    n_x = len(step)
     now = np.eye(m, n_x)
-    velocity = np.hstack([SMOOTHING * now, -SMOOTHING * np.eye(m), (1.0 - SMOOTHING) * np.eye(m)])  # w T
-    pull = gain * velocity
-    pull[:, :m] += gain**2 / 4.0 * np.eye(m)
-    loop = np.zeros((n_x + 3 * m, n_x + 3 * m))
-    loop[:n_x, :n_x], loop[:n_x, n_x + 2 * m :] = step, -push @ model.M[:m, :m]
+    velocity = np.hstack([SMOOTHING * now, -SMOOTHING * np.eye(m), (1.0 - SMOOTHING) * np.eye(m)]) / dt
+    velocity[:, n_x + m :] *= dt  # of what is remembered
+    pull = rate * model.M[:m, :m] @ velocity
+    pull[:, :m] += rate**2 / 4.0 * model.M[:m, :m] - build_equilibrium(model).U[:, :m]
+    loop = np.zeros((n_x + 3 * m, n_x + 3 * m))  # of x, theta before, w, and -tau of the next period
+    loop[:n_x, :n_x], loop[:n_x, n_x + 2 * m :] = step, -push
     loop[n_x : n_x + m, :n_x] = now
     loop[n_x + m : n_x + 2 * m, : n_x + 2 * m] = velocity
     loop[n_x + 2 * m :, : n_x + 2 * m] = pull
@@ -60,10 +56,10 @@ def spectral_radius(model: ReducedModel, step: Array, push: Array, gain: float) 
 
 
 def _sampled(model: ReducedModel, dt: float) -> tuple[Array, Array]:
-    """Return step and push of ``spectral_radius``; the push for torques in units of 1 / T^2."""
+    """Return how the state goes on over a period, (n_x, n_x), and by torque, (n_x, n_theta)."""
     n, m = model.n, model.n_theta
     block = np.zeros((2 * n + m, 2 * n + m))
     block[:n, n : 2 * n] = np.eye(n)
     block[n : 2 * n] = np.linalg.solve(model.M, np.hstack([-model.K, -model.D, model.B]))
     sampled = expm(block * dt)
-    return sampled[: 2 * n, : 2 * n], sampled[: 2 * n, 2 * n :] / dt**2
+    return sampled[: 2 * n, : 2 * n], sampled[: 2 * n, 2 * n :]

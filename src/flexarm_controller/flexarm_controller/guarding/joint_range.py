@@ -39,7 +39,7 @@ class JointRange:
         return min(1.0, max(0.0, distance / band))
 
     def judge(self, axis: int, q: float, v: float, rest: float) -> str:
-        """Return why an axis at ``q`` must not move with ``v``; empty when it may, slower than ``rest`` always."""
+        """Return why an axis must not move so; empty when it may, as it may below ``rest``."""
         allowed = self.allowed(self.high - q if v > 0.0 else q - self.low)
         if abs(v) <= allowed + rest:
             return ""

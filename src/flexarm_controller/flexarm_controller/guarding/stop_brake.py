@@ -1,20 +1,23 @@
 """Braking of one axis: to rest within ``v^2 / 2 a``, then held where it came to rest.
 
-A stop at ``q`` with ``v`` sets the point ``q + v |v| / 2 a`` that must not be passed, nor an end of the range.
-On the way there the axis is decelerated as it has to be from here on,
+A stop at ``q`` with ``v`` sets the point ``q + v |v| / 2 a`` that must not be passed, nor an end of the
+range. On the way there the axis is decelerated by at least ``a``, more where reaction, load or elasticity
+have cost way, so that it is faster than planned at the distance d from that point,
 
-    c = v^2 / 2 (d - lead |v| - a / 2 s^2)     at most the peak, and at most s |v|
+    max(a, v^2 / 2 d) + r max(|v| - sqrt(2 a d), 0)     d less lead |v| + a / 2 s^2
 
-with the distance d, so that what reaction, load or elasticity cost is made up for. ``s |v|`` tapers it to
-damping near rest, which takes ``a / 2 s^2`` more way. It never pushes on. At rest, or where the velocity has
-turned, the axis is held there by ``-r v - r^2 / 4 (q - there)``.
+but at most by the peak and by ``s |v|``, which tapers braking to damping near rest and takes ``a / 2 s^2``
+more way. It never pushes on. At rest, or where the velocity has turned, the axis is held there by
+``-r v - r^2 / 4 (q - there)``.
 """
 
 from __future__ import annotations
 
 import math
 
-from flexarm_controller.guarding.limits import Braking
+from flexarm_controller.guarding.limits import GuardLimits
+
+ANYWHERE = (-math.inf, math.inf)
 
 
 class StopBrake:
@@ -25,17 +28,21 @@ class StopBrake:
         is_held: It has come to rest.
     """
 
-    def __init__(self, braking: Braking, axis: int, rest: float) -> None:
-        """Brake an axis as told; ``rest`` is the velocity that counts as rest [rad/s] or [m/s]."""
+    def __init__(self, limits: GuardLimits, axis: int) -> None:
+        """Brake an axis as the limits say."""
+        braking = limits.braking
         self._deceleration, self._peak = braking.deceleration[axis], braking.peak[axis]
-        self._taper, self._rate, self._lead, self._rest = braking.taper, braking.rate, braking.lead, rest
+        self._taper, self._rate, self._lead = braking.taper, braking.rate, braking.lead
+        self._rest = limits.rest_velocity
+        ends = (limits.ranges[axis].low, limits.ranges[axis].high) if limits.ranges else ANYWHERE
+        self._low, self._high = ends
         self.end, self.is_held, self._way = math.nan, False, 0.0
 
-    def begin(self, q: float, v: float, low: float = -math.inf, high: float = math.inf) -> None:
+    def begin(self, q: float, v: float) -> None:
         """Set the end of a stop from here, in the range where that can be."""
         self._way, self.is_held = math.copysign(1.0, v), False
         end = q + v * abs(v) / (2.0 * self._deceleration)
-        self.end = max(q, min(end, high)) if v > 0.0 else min(q, max(end, low))
+        self.end = max(q, min(end, self._high)) if v > 0.0 else min(q, max(end, self._low))
 
     def acceleration(self, q: float, v: float) -> float:
         """Return the acceleration to brake or hold with [rad/s^2] or [m/s^2]; 0 where nothing is known."""
@@ -47,9 +54,11 @@ class StopBrake:
             return self._within(self._rate**2 / 4.0 * (self.end - q) - self._rate * v, self._peak)
         distance = (self.end - q) * self._way - self._lead * abs(v)
         distance -= self._deceleration / (2.0 * self._taper**2)
-        peak = min(self._peak, self._taper * abs(v))
-        needed = peak if v * v >= 2.0 * peak * distance else v * v / (2.0 * distance)
-        return -self._way * needed
+        most = min(self._peak, self._taper * abs(v))
+        needed = v * v / (2.0 * distance) if v * v < 2.0 * most * distance else most
+        planned = math.sqrt(2.0 * self._deceleration * max(distance, 0.0))
+        excess = self._rate * max(abs(v) - planned, 0.0)
+        return -self._way * min(most, max(self._deceleration, needed) + excess)
 
     def _within(self, wanted: float, most: float) -> float:
         """Return what is wanted within a bound; 0 where it is not a number."""

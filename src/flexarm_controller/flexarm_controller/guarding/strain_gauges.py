@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
+from typing import Any
 
 from flexarm_model.description import ManipulatorConfig
 
@@ -17,10 +18,9 @@ class StrainGauges:
         self._channels = [(spec.name, i) for spec in gauges for i in range(len(spec.channels))]
         self._strain = (math.nan,) * len(self._channels)
 
-    def update(self, strains: Mapping[str, Sequence[float]]) -> None:
-        """Take what was said in a period, by sensor [1]; those that are not named were silent."""
-        silent: Sequence[float] = ()
-        said = [(strains.get(name, silent), i) for name, i in self._channels]
+    def update(self, strains: Mapping[str, Any]) -> None:
+        """Take what was said in a period, an array of strains [1] by sensor; the others were silent."""
+        said = [(strains.get(name, ()), i) for name, i in self._channels]
         self._strain = tuple(float(y[i]) if i < len(y) else math.nan for y, i in said)
 
     def read(self) -> tuple[float, ...]:
