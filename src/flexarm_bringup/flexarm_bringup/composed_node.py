@@ -51,17 +51,22 @@ class ComposedController(ControllerNode):
     """
 
     def __init__(self) -> None:
-        """Make both nodes; states come from the estimator beside alone."""
+        """Make both nodes."""
         super().__init__()
+        self.companions = (EstimatorBeside(self),)
+
+    def activate(self) -> None:
+        """Subscribe to all but states: they come from the estimator beside alone."""
+        super().activate()
         topic = self.resolve_topic_name(HANDED_OVER)
         for subscription in list(self.subscriptions):
             if subscription.topic_name == topic:
                 self.destroy_subscription(subscription)
-        self.companions = (EstimatorBeside(self),)
 
     def take(self, msg: ModalState) -> None:
-        """Answer a state that was not sent but handed over."""
-        self.on_modal_state(msg)
+        """Answer a state that was not sent but handed over, unless the controller is not active."""
+        if self.is_active:
+            self.on_modal_state(msg)
 
 
 def main() -> int:

@@ -27,7 +27,6 @@ from pathlib import Path
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from rclpy.clock import Clock, ClockType
-from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from std_msgs.msg import Bool
 
@@ -37,9 +36,10 @@ from flexarm_bringup.conversions import deserialise, message_class
 from flexarm_bringup.log_order import ArrivalLog, LockstepLog
 from flexarm_bringup.provenance import provenance
 from flexarm_bringup.topics import Stream, streams
-from flexarm_model.declared_node import declare_configs, load_arm
+from flexarm_model.declared_node import declare_configs, load_arm, told_by
+from flexarm_model.managed_node import LifeSettings, ManagedNode
 from flexarm_model.manipulator_file import find_manipulator
-from flexarm_model.node import LATCHED_QOS, RELIABLE_QOS, ReadyFlag, run_node
+from flexarm_model.node import LATCHED_QOS, RELIABLE_QOS, run_node
 from flexarm_model.parameters import ParameterError, parameter
 
 DEPTH = 5000  # messages that may wait for the disk: a second of everything in lockstep
@@ -64,38 +64,50 @@ class RecorderSettings:
     )
 
 
-class RecorderNode(Node):  # type: ignore[misc]
+class RecorderNode(ManagedNode):
     """Receives serialised messages and hands them to the log."""
 
-    SETTINGS = (RecorderSettings,)
+    SETTINGS = (RecorderSettings, LifeSettings)
 
     def __init__(self) -> None:
-        """Create the bag and subscribe to everything."""
-        super().__init__("recorder", namespace="flexarm")
+        """Read what the machine has to say."""
+        super().__init__("recorder")
         settings: RecorderSettings
-        (settings,) = declare_configs(self)
+        settings, life = declare_configs(self)
         config = load_arm(self, settings.manipulator, settings.preset)
         accelerometers = [spec.name for spec in config.sensors if spec.kind == "accelerometer"]
         wanted = {"tick": settings.lockstep, "controller_debug": settings.debug}
         self._streams = [s for s in streams(accelerometers) if wanted.get(s.topic, True)]
-        self.failure = ""
+        self._settings, self.failure, self._lost = settings, "", 0
+        self.start(life)
+
+    def configure(self) -> None:
+        """Create the bag."""
+        settings = self._settings
+        path = find_manipulator(settings.manipulator)
+        about = provenance(settings.manipulator, path, settings.preset, settings.settings)
         try:
-            path = find_manipulator(settings.manipulator)
-            about = provenance(settings.manipulator, path, settings.preset, settings.settings)
             self._bag = BagWriter(Path(settings.bag), self._streams, about)
         except BagError as error:
-            raise ParameterError(f"bag: {error}") from error
-        self._log = LOGS[settings.lockstep](self._streams, self._write)
-        self._connect(settings.partners)
+            with told_by(self, "bag"):
+                raise ParameterError(f"bag: {error}") from error
 
-    def stop(self) -> None:
-        """Write what waits, close the bag, say what became of it."""
-        lost = self._log.close()
+    def activate(self) -> None:
+        """Subscribe to everything."""
+        self._log = LOGS[self._settings.lockstep](self._streams, self._write)
+        self._connect(self._settings.partners)
+
+    def deactivate(self) -> None:
+        """Write what waits."""
+        self._lost += self._log.close()
+
+    def release(self) -> None:
+        """Close the bag, say what became of it."""
         try:
             self._bag.close()
         except OSError as error:
             self._fail(error)
-        counts = self._bag.counts
+        counts, lost = self._bag.counts, self._lost
         level = self.get_logger().error if lost or self.failure else self.get_logger().info
         level(f"{sum(counts.values())} messages in {self._bag.path}, {lost} lost {self.failure}".rstrip())
 
@@ -129,7 +141,7 @@ class RecorderNode(Node):  # type: ignore[misc]
         self._heard: set[str] = set()
         for name in partners:  # last, see the module
             self.create_subscription(Bool, f"{name}/ready", self._hearer(name), LATCHED_QOS)
-        self._ready = ReadyFlag(self, {name: partial(self._heard.__contains__, name) for name in partners})
+        self.tell_ready({name: partial(self._heard.__contains__, name) for name in partners})
 
     def _receiver(self, stream: Stream) -> Callable[[bytes], None]:
         def on_raw(cdr: bytes) -> None:  # a callable with two arguments would be given more than the message

@@ -129,4 +129,6 @@ def test_an_existing_bag_is_refused_with_one_line(ros_environment: dict[str, str
         command, env=ros_environment, capture_output=True, text=True, timeout=30.0, check=False
     )
     assert done.returncode == 2
-    assert done.stderr.splitlines() == [f"RecorderNode: bag: {tmp_path / 'bag'} exists already"]
+    assert done.stderr.splitlines() == [
+        f"RecorderNode: command line: /flexarm/recorder: bag: {tmp_path / 'bag'} exists already"
+    ]

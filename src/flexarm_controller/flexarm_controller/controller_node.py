@@ -35,7 +35,6 @@ from flexarm_interfaces.msg import (
     Tick,
 )
 from rclpy.clock import Clock, ClockType
-from rclpy.node import Node
 from std_msgs.msg import String
 from trajectory_msgs.msg import JointTrajectory
 
@@ -60,13 +59,13 @@ from flexarm_model.description import ManipulatorConfig
 from flexarm_model.diagnosis import DiagnosticsConfig
 from flexarm_model.diagnostics_node import Diagnostics
 from flexarm_model.lockstep import Lockstep, Messages
+from flexarm_model.managed_node import LifeSettings, ManagedNode
 from flexarm_model.node import (
     LATCHED_QOS,
     LATEST_QOS,
     LOCKSTEP_QOS,
     MODELS_QOS,
     RELIABLE_QOS,
-    ReadyFlag,
     run_node,
 )
 from flexarm_model.parameters import parameter
@@ -88,32 +87,44 @@ class ControllerNodeSettings:
     )
 
 
-class ControllerNode(Node):
+class ControllerNode(ManagedNode):
     """Connects a ``ControllerExchange`` to topics."""
 
     SETTINGS = (
         ControllerNodeSettings, ControllerConfig, MpcConfig, NmpcConfig, MotionConfig, MarginConfig,
-        DiagnosticsConfig,
+        DiagnosticsConfig, LifeSettings,
     )  # fmt: skip
 
     def __init__(self) -> None:
-        """Load the manipulator and subscribe."""
-        super().__init__("controller", namespace="flexarm")
+        """Load the manipulator."""
+        super().__init__("controller")
         self.settings: ControllerNodeSettings
-        self.settings, laws, mpc, nmpc, motion, margins, diagnostics = declare_configs(self)
-        self._health = ControllerHealth(None if self.settings.lockstep else laws.period, diagnostics)
-        config = load_arm(self, self.settings.manipulator, self.settings.preset)
-        inputs = LawInputs(limits_of(config), laws, mpc, config, nmpc)
+        self._motion: MotionConfig
+        self.settings, laws, mpc, nmpc, self._motion, self._margins, self._thresholds, life = declare_configs(
+            self
+        )
+        self._config = load_arm(self, self.settings.manipulator, self.settings.preset)
+        self._inputs = LawInputs(limits_of(self._config), laws, mpc, self._config, nmpc)
+        self.start(life)
+
+    def configure(self) -> None:
+        """Build the kinematics of the tip."""
+        self._tip = TipKinematics(ReducedTree(self._config))
+
+    def activate(self) -> None:
+        """Begin without model, state and session; subscribe."""
+        config, inputs, motion = self._config, self._inputs, self._motion
+        period = inputs.config.period
+        self._health = ControllerHealth(None if self.settings.lockstep else period, self._thresholds)
         self.exchange = self._exchange(config, inputs, motion)
-        self._arming = ArmingCheck(self, config, inputs, margins, self.exchange)
-        tip = TipKinematics(ReducedTree(config))
-        goals = MotionExchange(config, tip, motion, laws.period, self.exchange)
+        self._arming = ArmingCheck(self, config, inputs, self._margins, self.exchange)
+        goals = MotionExchange(config, self._tip, motion, period, self.exchange)
         self._goals = TipGoals(self, goals, self._publish)
-        self.exchange.tell_debug(Insight(tip.at, mpc, laws.period), self._has_debug_listener)
+        self.exchange.tell_debug(Insight(self._tip.at, inputs.mpc, period), self._has_debug_listener)
         self._lockstep = Lockstep(("guard_status",), self.on_tick_complete)
         self._ticked_ns = -1
         self._waiting: ModalState | None = None
-        self._pacing = Pacing(laws.period, time.perf_counter)
+        self._pacing = Pacing(period, time.perf_counter)
         self._connect()
 
     def _exchange(
@@ -230,7 +241,7 @@ class ControllerNode(Node):
         if self.settings.lockstep:
             self.create_subscription(Tick, "tick", self.on_tick, quality)
             conditions["ticks"] = lambda: self.count_publishers(self.resolve_topic_name("tick")) > 0
-        self._ready = ReadyFlag(self, conditions)
+        self.tell_ready(conditions)
         self._diagnostics = Diagnostics(self, self._health.verdicts)
 
 

@@ -38,7 +38,6 @@ from flexarm_interfaces.srv import ToggleSensor as ToggleSensorService
 from geometry_msgs.msg import PoseWithCovarianceStamped
 from nav_msgs.msg import Odometry
 from rclpy.clock import Clock, ClockType
-from rclpy.node import Node
 from sensor_msgs.msg import Imu, JointState
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
@@ -56,13 +55,13 @@ from flexarm_model.conversions import stamp_to_ns, verdict_to_msg
 from flexarm_model.declared_node import declare_configs, load_arm
 from flexarm_model.diagnosis import DiagnosticsConfig
 from flexarm_model.lockstep import Lockstep, Messages
+from flexarm_model.managed_node import LifeSettings, ManagedNode
 from flexarm_model.node import (
     LATCHED_QOS,
     LOCKSTEP_QOS,
     MODELS_QOS,
     RELIABLE_QOS,
     SENSOR_QOS,
-    ReadyFlag,
     run_node,
 )
 from flexarm_model.parameters import parameter
@@ -93,19 +92,25 @@ class EstimatorNodeSettings:
     )
 
 
-class EstimatorNode(Node):
+class EstimatorNode(ManagedNode):
     """Connects an ``EstimatorExchange`` to topics."""
 
-    SETTINGS = (EstimatorNodeSettings, EstimatorConfig, DiagnosticsConfig)
+    SETTINGS = (EstimatorNodeSettings, EstimatorConfig, DiagnosticsConfig, LifeSettings)
 
     def __init__(self) -> None:
-        """Load the manipulator and subscribe to its sensors."""
-        super().__init__("estimator", namespace="flexarm")
+        """Load the manipulator."""
+        super().__init__("estimator")
         self.settings: EstimatorNodeSettings
-        self.settings, estimator, diagnostics = declare_configs(self)
-        config = load_arm(self, self.settings.manipulator, self.settings.preset)
-        self._health = EstimatorHealth(None if self.settings.lockstep else 1.0 / config.rate_hz, diagnostics)
-        self.exchange = EstimatorExchange(config, estimator, 0 if self.settings.lockstep else None)
+        self._filter: EstimatorConfig
+        self.settings, self._filter, self._thresholds, life = declare_configs(self)
+        self._config = load_arm(self, self.settings.manipulator, self.settings.preset)
+        self.start(life)
+
+    def activate(self) -> None:
+        """Begin without a state; subscribe to the sensors."""
+        config, lockstep = self._config, self.settings.lockstep
+        self._health = EstimatorHealth(None if lockstep else 1.0 / config.rate_hz, self._thresholds)
+        self.exchange = EstimatorExchange(config, self._filter, 0 if lockstep else None)
         self._lockstep = Lockstep(self.exchange.topics, self.on_tick_complete)
         self._said, self._settled = "", SettledFilter(self, 1.0 / config.rate_hz)
         self._connect()
@@ -191,7 +196,7 @@ class EstimatorNode(Node):
         self.create_timer(
             DIAGNOSTICS_PERIOD, self.on_diagnostics, clock=Clock(clock_type=ClockType.STEADY_TIME)
         )
-        self._ready = ReadyFlag(self, self._conditions())
+        self.tell_ready(self._conditions())
 
     def _conditions(self) -> dict[str, Callable[[], bool]]:
         """Return what must hold before the node is ready; in lockstep no message may be lost."""

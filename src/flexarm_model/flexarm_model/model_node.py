@@ -30,7 +30,6 @@ import numpy as np
 from flexarm_interfaces.msg import GuardStatus
 from flexarm_interfaces.msg import ReducedModel as ReducedModelMsg
 from flexarm_interfaces.srv import GetDynamics, GetReducedModel
-from rclpy.node import Node
 from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 from trajectory_msgs.msg import JointTrajectory
@@ -48,6 +47,7 @@ from flexarm_model.declared_node import declare_configs, load_arm, told_by
 from flexarm_model.diagnosis import Level, Verdict
 from flexarm_model.diagnostics_node import Diagnostics
 from flexarm_model.linearize import PoseError, linearize
+from flexarm_model.managed_node import LifeSettings, ManagedNode
 from flexarm_model.model_cache import ModelCache
 from flexarm_model.model_schedule import ModelSchedule, ScheduleSettings, periods_between_looks
 from flexarm_model.node import (
@@ -56,7 +56,6 @@ from flexarm_model.node import (
     MODELS_QOS,
     RELIABLE_QOS,
     SENSOR_QOS,
-    ReadyFlag,
     run_node,
 )
 from flexarm_model.parameters import parameter
@@ -83,30 +82,39 @@ class ModelSettings:
     )
 
 
-class ModelNode(Node):
+class ModelNode(ManagedNode):
     """Serves ``linearize(tree, pose)``."""
 
-    SETTINGS = (ModelSettings, ScheduleSettings)
+    SETTINGS = (ModelSettings, ScheduleSettings, LifeSettings)
 
     def __init__(self) -> None:
-        """Build the tree, compile it, publish the model at home."""
-        super().__init__("model", namespace="flexarm")
+        """Read the description."""
+        super().__init__("model")
         self.settings: ModelSettings
         self._schedule: ScheduleSettings
-        self.settings, self._schedule = declare_configs(self)
+        self.settings, self._schedule, life = declare_configs(self)
         config = load_arm(self, self.settings.manipulator, self.settings.preset)
         with told_by(self, "start"):
-            self.tree = ReducedTree(starting_at(config, self.settings.start))
+            self._config = starting_at(config, self.settings.start)
+        self._period_ns = round(NS_PER_S / config.rate_hz) * periods_between_looks(1.0 / config.rate_hz)
+        self.start(life)
+
+    def configure(self) -> None:
+        """Build the tree and compile it."""
+        self.tree = ReducedTree(self._config)
         self.cache = ModelCache(self.tree)
+
+    def activate(self) -> None:
+        """Publish the model at home."""
         self.model = self._in_use = self.cache.at()
         self._pending: PendingModels[ReducedModel] = PendingModels()
-        self._period_ns = round(NS_PER_S / config.rate_hz) * periods_between_looks(1.0 / config.rate_hz)
         self._follows_pose = not self.settings.lockstep
         self._looked_at = self.model.pose
         self._served, self._trouble = 0, ""
         self._published_ns = self._token = 0
         self._connect()
         f_hz = ", ".join(f"{value:.4g}" for value in self.model.omega / (2 * np.pi))
+        config = self._config
         self.get_logger().info(
             f"{config.name} ({config.preset or 'no preset'}): modes at {f_hz} Hz, model {self.model.model_id}"
         )
@@ -221,7 +229,7 @@ class ModelNode(Node):
         self.create_subscription(GuardStatus, "guard_status", self.on_guard_status, RELIABLE_QOS)
         self.create_service(GetReducedModel, "get_reduced_model", self.on_get_reduced_model)
         self.create_service(GetDynamics, "get_dynamics", self.on_get_dynamics)
-        self._ready = ReadyFlag(self, {"model": lambda: True})
+        self.tell_ready({"model": lambda: True})
         self._diagnostics = Diagnostics(self, self.verdicts)
 
 

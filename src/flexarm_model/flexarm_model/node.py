@@ -93,16 +93,19 @@ def run_node(factory: Callable[[], Node]) -> int:
 class ReadyFlag:
     """Latched ``~/ready`` (std_msgs/Bool): false at first, true once all conditions hold."""
 
-    def __init__(self, node: Node, conditions: Mapping[str, Callable[[], bool]]) -> None:
+    def __init__(
+        self, node: Node, conditions: Mapping[str, Callable[[], bool]], publisher: Any = None
+    ) -> None:
         """Start checking at 20 Hz of wall time.
 
         Args:
             node: The node that becomes ready.
             conditions: Each by the name that is logged while it keeps the node waiting.
+            publisher: Of ~/ready; None makes one.
         """
         self._node = node
         self._conditions = dict(conditions)
-        self._publisher = node.create_publisher(Bool, "~/ready", LATCHED_QOS)
+        self._publisher = publisher or node.create_publisher(Bool, "~/ready", LATCHED_QOS)
         self._publisher.publish(Bool(data=False))
         wall = Clock(clock_type=ClockType.STEADY_TIME)
         self._timer = node.create_timer(READY_PERIOD, self._check, clock=wall)
@@ -111,6 +114,12 @@ class ReadyFlag:
     def waiting_for(self) -> list[str]:
         """Return the names of the conditions that do not hold now."""
         return [name for name, holds in self._conditions.items() if not holds()]
+
+    def withdraw(self) -> None:
+        """Tell that the node is not ready any more, for good."""
+        self._timer.cancel()
+        self.is_ready = False
+        self._publisher.publish(Bool(data=False))
 
     def _check(self) -> None:
         waiting = self.waiting_for()
@@ -134,9 +143,8 @@ def _spin(node: Node, stopping: list[int]) -> None:
         while not (stopping or getattr(node, "is_finished", False)) and rclpy.ok():
             executor.spin_once(timeout_sec=SPIN_TIMEOUT)
     finally:
-        stop = getattr(node, "stop", None)
-        if stop is not None:
-            stop()
+        for each in (node, *companions):
+            getattr(each, "stop", lambda: None)()
         executor.shutdown()
         for each in (node, *companions):
             each.destroy_node()
