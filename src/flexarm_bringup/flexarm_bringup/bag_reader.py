@@ -73,6 +73,7 @@ class Bag:
         counts: Messages by absolute topic, (also 0).
         custom: What the recorder said about itself (git hash, configuration).
         topics: All topics with the QoS of their publishers, also those without messages.
+        left_out: Topics that were not read: not ours, and of types that nobody here knows.
     """
 
     path: Path
@@ -80,6 +81,7 @@ class Bag:
     counts: Mapping[str, int]
     custom: Mapping[str, str]
     topics: tuple[Topic, ...] = ()
+    left_out: tuple[str, ...] = ()
 
 
 def decode(record: Record) -> Any:
@@ -108,22 +110,46 @@ def check_bag(path: Path, required: Sequence[str] = ()) -> Bag:
     _refuse(path, "cannot be opened", reader.open)
     try:
         counts: Counter[str] = Counter()
-        for connection in reader.connections:
+        known = [connection for connection in reader.connections if not _is_foreign(connection)]
+        for connection in known:
             counts[connection.topic] += connection.msgcount
             _check_type(path, connection)
         custom = dict(reader.storage.metadata.custom or {})
-        topics = _topics(reader.connections)
-        records = _refuse(path, "data are cut short or changed", lambda: tuple(_records(reader)))
+        topics, left_out = _topics(known), {c.topic for c in reader.connections} - set(counts)
+        records = _refuse(path, "data are cut short or changed", lambda: tuple(_records(reader, known)))
     finally:
         reader.close()
+    if left_out and not records:
+        raise BagError(f"{path}: holds no messages of a known type; left out: {', '.join(sorted(left_out))}")
     _check_counts(path, counts, records, required)
     _check_messages(path, records)
-    return Bag(path, records, counts, custom, topics)
+    return Bag(path, records, counts, custom, topics, tuple(sorted(left_out)))
 
 
-def _records(reader: Reader) -> Iterator[Record]:
-    for connection, log_time_ns, cdr in reader.messages():
+def _records(reader: Reader, known: Sequence[Connection]) -> Iterator[Record]:
+    if not known:
+        return  # none would stand for all
+    _agree_on_qos(reader)
+    for connection, log_time_ns, cdr in reader.messages(known):
         yield Record(connection.topic, connection.msgtype, log_time_ns, bytes(cdr))
+
+
+def _agree_on_qos(reader: Reader) -> None:
+    """Let the data files say the same of QoS as the metadata, or rosbags would pass over their messages.
+
+    They differ where rosbag2 wrote "no limit" in two ways, or a bag was reindexed.
+    """
+    said = {(connection.topic, connection.msgtype): connection.ext for connection in reader.connections}
+    for storage in reader.storage.storages:
+        for i, connection in enumerate(storage.connections):
+            ext = said.get((connection.topic, connection.msgtype), connection.ext)
+            storage.connections[i] = connection._replace(ext=ext)
+
+
+def _is_foreign(connection: Connection) -> bool:
+    """Return whether a topic is not of the table and its type of a package that nobody here knows."""
+    packages = {kind.split("/")[0] for kind in bag_types().types}
+    return find_stream(connection.topic) is None and connection.msgtype.split("/")[0] not in packages
 
 
 def _topics(connections: Sequence[Connection]) -> tuple[Topic, ...]:

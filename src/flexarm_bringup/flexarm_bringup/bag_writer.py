@@ -8,11 +8,20 @@ notice a flipped byte, which MCAP without checksums does not (``sha256sum -c sha
 from __future__ import annotations
 
 import hashlib
+import json
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from types import MappingProxyType, TracebackType
 
-from rosbags.interfaces import Qos, QosDurability, QosHistory, QosLiveliness, QosReliability, QosTime
+from rosbags.interfaces import (
+    Connection,
+    Qos,
+    QosDurability,
+    QosHistory,
+    QosLiveliness,
+    QosReliability,
+    QosTime,
+)
 from rosbags.rosbag2 import StoragePlugin, Writer
 from rosbags.rosbag2.enums import CompressionMode
 from rosbags.rosbag2.storage_mcap import McapWriter
@@ -21,6 +30,8 @@ from flexarm_bringup.bag_types import bag_types
 from flexarm_bringup.topics import Stream
 
 DATA_FILE = "data.mcap"
+ORIGIN_FILE = "custom.json"  # custom data, while the metadata are not written yet
+CHUNK = 2**17  # bytes that wait in memory for the disk: a fraction of a second of a rig
 CHECKSUM_FILE = "sha256"
 _FOREVER = QosTime(2147483647, 4294967295)  # rosbag2's way to write "no limit"
 
@@ -58,6 +69,7 @@ class BagWriter:
             self._writer.set_custom_data(key, value)
         try:
             self._writer.open()
+            (path / ORIGIN_FILE).write_text(json.dumps(dict(custom)), encoding="utf8")
         except OSError as error:
             raise BagError(f"{path} cannot be created: {error}") from error
         types = bag_types()
@@ -89,6 +101,14 @@ class BagWriter:
         """
         self._writer.write(self._connections[name], log_time_ns, cdr)
 
+    def flush(self) -> None:
+        """Hand what waits to the disk.
+
+        Raises:
+            OSError: The disk is full.
+        """
+        self._writer.storage.flush()
+
     def close(self) -> None:
         """Write index, metadata and checksum.
 
@@ -101,6 +121,7 @@ class BagWriter:
             self._writer.close()
             digest = hashlib.sha256((self.path / DATA_FILE).read_bytes()).hexdigest()
             (self.path / CHECKSUM_FILE).write_text(f"{digest}  {DATA_FILE}\n", encoding="utf8")
+            (self.path / ORIGIN_FILE).unlink()
         finally:
             self._writer.abort()  # closes the file where close() could not; else does nothing
 
@@ -116,11 +137,23 @@ class BagWriter:
 
 
 class _DataFile(McapWriter):  # type: ignore[misc]
-    """Gives the data file a name that does not depend on the folder's."""
+    """Gives the data file a name that does not depend on the folder's, and keeps little in memory."""
 
     def __init__(self, path: Path, compression: CompressionMode) -> None:
         super().__init__(path, compression)
         self.path: Path = (path / f"{path.name}.mcap").rename(path / DATA_FILE)
+
+    def write(self, connection: Connection, timestamp: int, data: bytes | memoryview) -> None:
+        """Append a message; hand full chunks to the disk."""
+        super().write(connection, timestamp, data)
+        if self.chunk.bio.tell() > CHUNK:
+            self.flush()
+
+    def flush(self) -> None:
+        """Hand what waits to the disk; it can be read even if nothing follows."""
+        if self.chunk.bio.tell():
+            self.close_chunk()
+        self.bio.flush()
 
 
 class _Writer(Writer):  # type: ignore[misc]

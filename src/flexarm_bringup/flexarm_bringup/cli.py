@@ -65,6 +65,7 @@ COMMANDS = {
     "regress": Command(
         "flexarm_bringup.regress.command", "play a folder of bags again: what comes of them, is it as it was?"
     ),
+    "recover": Command("flexarm_bringup.recover", "save what a killed recorder or a full disk left of a bag"),
     "margins": Command(
         "flexarm_bringup.margins.command", "is the loop stable on modes nobody serves? margins per mode"
     ),

@@ -1,0 +1,153 @@
+"""What a recorder left that was killed or ran out of disk: a data file without an index, read as a stream.
+
+Records of an MCAP file follow one another, ``opcode (1), length (8), content``, and chunks hold more of them.
+They are read until the file ends in the middle of one; every message before that is whole.
+"""
+
+from __future__ import annotations
+
+import json
+import struct
+from collections import Counter
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from rosbags.rosbag2 import ReaderError
+from rosbags.rosbag2.metadata import parse_qos
+
+from flexarm_bringup.bag_copy import copy_bag
+from flexarm_bringup.bag_reader import Bag, Record, Topic
+from flexarm_bringup.bag_types import bag_types
+from flexarm_bringup.bag_writer import ORIGIN_FILE, BagError
+
+MAGIC = b"\x89MCAP0\r\n"
+SCHEMA, CHANNEL, MESSAGE, CHUNK = 0x03, 0x04, 0x05, 0x06
+QOS = "offered_qos_profiles"
+_RECORD, _SHORT, _LENGTH = struct.Struct("<BQ"), struct.Struct("<H"), struct.Struct("<I")
+_MESSAGE = struct.Struct("<HIQQ")  # channel, sequence, log time, publish time
+_CHUNK = struct.Struct("<QQQI")  # first and last time, size, checksum
+_SIZE = struct.Struct("<Q")
+
+
+def recover_bag(path: Path, folder: Path) -> Bag:
+    """Write everything whole of a broken bag into a new one.
+
+    Args:
+        path: Folder of the broken bag, with one MCAP file in it.
+        folder: To create.
+
+    Returns:
+        The new bag, read back; its custom data are those that the recorder began with.
+
+    Raises:
+        BagError: There is no such file, nothing in it is whole, or ``folder`` exists.
+    """
+    files = sorted(path.glob("*.mcap")) if path.is_dir() else []
+    if len(files) != 1:
+        raise BagError(f"{path}: has {len(files)} MCAP files, one expected")
+    found = _Stream(files[0])
+    found.read(files[0].read_bytes())
+    if not found.records:
+        raise BagError(f"{files[0]}: holds no whole message of a known type")
+    records = tuple(sorted(found.records, key=lambda record: record.log_time_ns))
+    counts = Counter(record.name for record in records)
+    topics = tuple(found.topics.values())
+    return copy_bag(Bag(path, records, counts, _origin(path), topics), folder, records)
+
+
+@dataclass
+class _Stream:
+    """What has been read so far."""
+
+    path: Path
+    types: dict[int, str] = field(default_factory=dict)
+    channels: dict[int, Topic] = field(default_factory=dict)
+    topics: dict[str, Topic] = field(default_factory=dict)
+    records: list[Record] = field(default_factory=list)
+
+    def read(self, data: bytes) -> None:
+        """Read a file.
+
+        Raises:
+            BagError: It is not MCAP.
+        """
+        if not data.startswith(MAGIC):
+            raise BagError(f"{self.path}: is not an MCAP file")
+        self._read_records(memoryview(data)[len(MAGIC) :])
+
+    def _read_records(self, data: memoryview) -> None:
+        take = {SCHEMA: self._on_schema, CHANNEL: self._on_channel, MESSAGE: self._on_message}
+        for opcode, content in _records(data):
+            if opcode == CHUNK:
+                self._on_chunk(content)
+            elif opcode in take:
+                try:
+                    take[opcode](content)
+                except (struct.error, UnicodeDecodeError, LookupError, ReaderError):
+                    return  # the end of what is whole
+
+    def _on_schema(self, content: memoryview) -> None:
+        (number,) = _SHORT.unpack_from(content)
+        self.types[number], _ = _text(content, 2)
+
+    def _on_channel(self, content: memoryview) -> None:
+        number, schema = _SHORT.unpack_from(content)[0], _SHORT.unpack_from(content, 2)[0]
+        name, at = _text(content, 4)
+        _, at = _text(content, at)
+        kind, about = self.types[schema], dict(_texts(content, at))
+        if kind in bag_types().types:
+            self.channels[number] = Topic(name, kind, tuple(parse_qos(about.get(QOS, ""))))
+            self.topics.setdefault(name, self.channels[number])
+
+    def _on_message(self, content: memoryview) -> None:
+        number, _, log_time_ns, _ = _MESSAGE.unpack_from(content)
+        topic = self.channels.get(number)
+        if topic is not None:
+            cdr = bytes(content[_MESSAGE.size :])
+            self.records.append(Record(topic.name, topic.type, log_time_ns, cdr))
+
+    def _on_chunk(self, content: memoryview) -> None:
+        compression, at = _text(content, _CHUNK.size)
+        if compression:
+            raise BagError(
+                f"{self.path}: chunks are compressed with {compression}; only others are recovered"
+            )
+        self._read_records(content[at + _SIZE.size :])
+
+
+def _records(data: memoryview) -> Iterator[tuple[int, memoryview]]:
+    """Yield opcode and content of every record; of a chunk that is cut short what there is."""
+    at = 0
+    while at + _RECORD.size <= len(data):
+        opcode, length = _RECORD.unpack_from(data, at)
+        at += _RECORD.size
+        if at + length > len(data) and opcode != CHUNK:
+            return
+        yield opcode, data[at : at + length]
+        at += length
+
+
+def _text(content: memoryview, at: int) -> tuple[str, int]:
+    (length,) = _LENGTH.unpack_from(content, at)
+    start = at + _LENGTH.size
+    return str(bytes(content[start : start + length]), "utf8"), start + length
+
+
+def _texts(content: memoryview, at: int) -> Iterator[tuple[str, str]]:
+    (length,) = _LENGTH.unpack_from(content, at)
+    at += _LENGTH.size
+    end = at + length
+    while at < end:
+        key, at = _text(content, at)
+        value, at = _text(content, at)
+        yield key, value
+
+
+def _origin(path: Path) -> dict[str, str]:
+    """Return the custom data that the recorder began with; none where it was another program."""
+    try:
+        content = json.loads((path / ORIGIN_FILE).read_text(encoding="utf8"))
+    except (OSError, ValueError):
+        return {}
+    return {str(key): str(value) for key, value in content.items()} if isinstance(content, dict) else {}
