@@ -70,7 +70,7 @@ class EstimatorExchange:
         self._tree.tip_pose(self._tree.loops.home)  # compiles now, not in the first step
         self._reader = SensorReader(config)
         self._waiting: deque[tuple[str, Any]] = deque(maxlen=_MOST_WAITING)
-        self._torque = AppliedTorque(len(config.actuated))
+        self._torque = AppliedTorque([axis.effort for axis in config.actuated.values()])
         self._interventions: list[tuple[int, Intervention]] = []
         self._tuning = 0  # grows when parts that wait have become old
         self._pending: PendingModels[tuple[int, Parts]] = PendingModels()

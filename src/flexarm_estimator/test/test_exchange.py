@@ -69,6 +69,40 @@ def test_without_a_guard_the_drives_own_torque_is_used():
     assert steps == [(0.0, 0.0), (1.0, 0.5), (2.0, 1.0)]
 
 
+def test_drives_that_measured_another_torque_than_was_told_are_right():
+    made = exchange()
+    steps = seen_torques(made)
+    for k in range(5):
+        acted = float(k) if k != 3 else -2.0  # the drives braked by themselves in the third period
+        made.on_sensor("joint_states", joints(k * PERIOD_NS, effort=[acted]))
+        made.step(k * PERIOD_NS)
+        made.on_sensor("applied_effort", torque(k * PERIOD_NS, float(k + 1)))
+    assert steps == [(0.0, 0.0), (1.0, 1.0), (2.0, 2.0), (3.0, -2.0), (4.0, 4.0)]
+
+
+@pytest.mark.parametrize("is_first", [True, False])
+def test_a_forged_torque_beside_the_real_one_does_not_act(is_first):
+    made = exchange()
+    steps = seen_torques(made)
+    for k in range(4):
+        made.on_sensor("joint_states", joints(k * PERIOD_NS, effort=[float(k)]))
+        made.step(k * PERIOD_NS)
+        told = [torque(k * PERIOD_NS, float(k + 1)), torque(k * PERIOD_NS, 14.0)]
+        for msg in reversed(told) if is_first else told:
+            made.on_sensor("applied_effort", msg)
+    assert steps == [(0.0, 0.0), (1.0, 1.0), (2.0, 2.0), (3.0, 3.0)]
+
+
+def test_noise_of_the_measured_torque_does_not_matter_where_a_guard_tells_it():
+    made = exchange()
+    steps = seen_torques(made)
+    for k in range(4):
+        made.on_sensor("joint_states", joints(k * PERIOD_NS, effort=[k + 0.3]))
+        made.step(k * PERIOD_NS)
+        made.on_sensor("applied_effort", torque(k * PERIOD_NS, float(k + 1)))
+    assert steps[1:] == [(1.0, 1.0), (2.0, 2.0), (3.0, 3.0)]
+
+
 def test_a_state_carries_the_stamp_it_was_asked_for():
     for epoch_ns, start_ns in ((0, 0), (None, EPOCH_NS + 123)):
         made = exchange(epoch_ns)
