@@ -20,9 +20,11 @@ from flexarm_controller.settings import ControllerConfig
 from flexarm_controller.state import ArmState
 from flexarm_model.description import ManipulatorConfig
 from flexarm_model.linearize import linearize
+from flexarm_model.modal.modes import damped_poles
 from flexarm_model.reduced_tree import ReducedTree
 
 Array = NDArray[np.float64]
+Complex = NDArray[np.complex128]
 LONGEST_SETTLING = 10.0  # s; an arm held more weakly than that hardly moves by itself
 DELAY = 3  # periods from an encoder to the torque: one for the command, two for the smoothed velocity
 
@@ -75,6 +77,12 @@ class HeldArm:
         none = np.zeros(self.model.n_theta)
         state = ArmState(0.0, self.model.model_id, theta, eta, theta_dot, eta, none)
         return self._law.step(state, self._goal, np.zeros((0, none.size)))
+
+    @property
+    def elastic_poles(self) -> Complex:
+        """Poles of the served modes with the motors free, slowest first [rad/s], (n_eta,)."""
+        poles = damped_poles(self.model.M, self.model.D, self.model.K)
+        return np.asarray(poles[np.argsort(abs(poles))][-self.model.n_eta :])
 
     @property
     def settling_time(self) -> float:

@@ -17,7 +17,7 @@ from flexarm_model.identification.sensor_check import CheckedChannel, Finding, P
 Array = NDArray[np.float64]
 COMMON = "receptance"  # kind of outputs that do not say another one
 QUIET = 1.0  # s
-CYCLES_SEEN = 1.5  # of the slowest mode after a push: a softer arm is still in step with the model
+CYCLES_SEEN = 1.0  # of the slowest mode after a push: a softer arm is still in step with the model
 MOST_GAPS = 0.05  # share of missing samples that is bridged
 
 
@@ -105,7 +105,7 @@ def check_sensors(drive: Drive, plan: Plan) -> tuple[Finding, ...]:
 
 def push_of(arm: HeldArm) -> Array:
     """Return one cycle of a sine near the slowest mode and the time after it, with peak 1, (n,)."""
-    f_hz = float(arm.model.omega[0]) / (2 * np.pi)
+    f_hz = float(abs(arm.elastic_poles[0])) / (2 * np.pi)
     n = round((1.0 + CYCLES_SEEN) / f_hz / arm.dt)
     t = np.arange(n) * arm.dt
     return np.asarray(np.where(t * f_hz < 1.0, np.sin(2 * np.pi * f_hz * t), 0.0))

@@ -1,7 +1,7 @@
 """What to excite an arm with: band, resolution and amplitude from the served model and the arm's limits.
 
-The band reaches from half the slowest mode to a quarter above the fastest served one, as far as the rate
-allows; a period has two lines per bandwidth of the narrowest. Every axis gets as much torque as alone would
+The band reaches from half the slowest mode of free motors to a quarter above the fastest served one, as far
+as the rate allows; a period has two lines per bandwidth of the narrowest. Every axis gets as much torque as alone would
 use the share of the first limit that binds; then all together are scaled until no run exceeds it. With
 several axes the runs carry the signs of a Hadamard matrix, so that all axes push in every run and yet can
 be told apart.
@@ -17,10 +17,9 @@ from scipy.linalg import hadamard
 
 from flexarm_bringup.excite.held_arm import Answer, HeldArm
 from flexarm_model.identification.excitation import Excitation, excitation
-from flexarm_model.modal.modes import damped_poles
 
 Array = NDArray[np.float64]
-BELOW, ABOVE = 0.5, 1.25  # ends of the band over the slowest locked and the fastest free mode
+BELOW, ABOVE = 0.5, 1.25  # ends of the band over the slowest and the fastest mode
 USABLE = 1 / 2.56  # of the rate
 LINES_PER_BANDWIDTH = 2.0
 SHORTEST, LONGEST = 4.0, 40.0  # of a period [s]
@@ -86,9 +85,8 @@ def plan_excitation(arm: HeldArm, wish: Wish) -> Plan:
     Raises:
         ValueError: The wish does not fit the arm; says why.
     """
-    poles = damped_poles(arm.model.M, arm.model.D, arm.model.K)
-    elastic = poles[np.argsort(abs(poles))][-arm.model.n_eta :]
-    band = wish.band_hz or _band(arm, elastic)
+    elastic = arm.elastic_poles
+    band = wish.band_hz or _band(arm)
     bandwidth = 2 * float((-elastic.real).min()) / (2 * np.pi)
     period = float(np.clip(LINES_PER_BANDWIDTH / bandwidth, SHORTEST, LONGEST))
     period = 1.0 / wish.resolution_hz if wish.resolution_hz else period
@@ -103,9 +101,9 @@ def plan_excitation(arm: HeldArm, wish: Wish) -> Plan:
     return Plan(signal, signs, amplitude, binding, min(worst, wish.share), skipped, wish.periods)
 
 
-def _band(arm: HeldArm, elastic: NDArray[np.complex128]) -> tuple[float, float]:
-    slowest, fastest = float(arm.model.omega[0]), float(abs(elastic).max())
-    return BELOW * slowest / (2 * np.pi), min(ABOVE * fastest / (2 * np.pi), USABLE / arm.dt)
+def _band(arm: HeldArm) -> tuple[float, float]:
+    f_hz = abs(arm.elastic_poles) / (2 * np.pi)
+    return BELOW * float(f_hz.min()), min(ABOVE * float(f_hz.max()), USABLE / arm.dt)
 
 
 def _worst(arm: HeldArm, added: Array) -> tuple[float, str]:

@@ -32,7 +32,8 @@ from flexarm_model.reduced_tree import ReducedTree
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
-DRAWS = 20  # of the bootstrap
+DRAWS, FEWEST_DRAWS = 20, 8  # of the bootstrap
+EVERY_DRAW = 60_000  # lines of all responses that all draws together may fit
 SEED = 0  # of the bootstrap
 MOST_INPUTS = 6  # on the smaller side of the matrix; each more multiplies the poles
 MIXED = (*REMAINDERS, 1, 2)  # remainders where the kinds differ
@@ -142,7 +143,7 @@ def identify(source: Source, request: Request) -> Result:
     scatter, draw, fit = None, source.draw, found.fit
     if draw is not None and fit is not None:
         scatter = bootstrap(
-            lambda rng: recipe.frf(draw(rng)), fit, options, np.random.default_rng(SEED), DRAWS
+            lambda rng: recipe.frf(draw(rng)), fit, options, np.random.default_rng(SEED), draws_for(fitted)
         )
     frequencies = tuple(map(float, fit.model.f_hz)) if fit else ()
     return Result(
@@ -151,6 +152,11 @@ def identify(source: Source, request: Request) -> Result:
         tuple(_half_power(responses, frf, f_hz) for f_hz in frequencies),
         _single(fitted, weight), _model(request), deaf, (low, high),
     )  # fmt: skip
+
+
+def draws_for(frf: Frf) -> int:
+    """Return the number of draws of the bootstrap: fewer where every one takes long."""
+    return int(np.clip(EVERY_DRAW // frf.H.size, FEWEST_DRAWS, DRAWS))
 
 
 def known_outputs(source: Source, names: Sequence[str]) -> tuple[str, ...]:

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from scipy.optimize import OptimizeResult, least_squares
 
 from flexarm_model.modal.frf import Frf
-from flexarm_model.modal.line_weights import shared_weights
+from flexarm_model.modal.line_weights import repeated_weights, shared_weights
 from flexarm_model.modal.partial_fractions import REMAINDERS, Basis
 from flexarm_model.modal.read_only import lock_arrays
 from flexarm_model.modal.residues import ModalFit, as_one_input, check_determined, fit_residues
@@ -95,8 +95,10 @@ def fit_poles(
     options = options or FitOptions()
     poles = np.asarray(poles, dtype=complex)
     split = frf if options.rank_one else as_one_input(frf)
+    copies = split.H.shape[1] // frf.H.shape[1]
+    options = replace(options, weight=repeated_weights(options.weight, copies))
     L = _start_participation(split, poles, participation if options.rank_one else None, options)
-    problem = _problem(frf, split, poles, L, options)
+    problem = _problem(split, poles, L, options)
     start, bounds = problem.pack(poles, L), problem.bounds()
     if ((start <= bounds[0]) | (start >= bounds[1])).any():
         raise ValueError(f"start poles {poles} lie outside the band {frf.f_hz[0]}..{frf.f_hz[-1]} Hz")
@@ -114,11 +116,10 @@ def fit_poles(
     return _result(problem, found, model)
 
 
-def _problem(frf: Frf, split: Frf, poles: Complex, L: Complex, options: FitOptions) -> JointProjection:
+def _problem(split: Frf, poles: Complex, L: Complex, options: FitOptions) -> JointProjection:
     """Return the problem, outputs that count on the same lines together."""
-    n_out = frf.H.shape[1]
     parts = []
-    for shared in shared_weights(options.weight, n_out, split.H.shape[1] // n_out):
+    for shared in shared_weights(options.weight, split.H.shape[1]):
         basis = Basis.of(split, shared.weight, options.remainders)
         part = Projection(basis, basis.data(split.H[:, shared.outputs]), L)
         check_determined(basis, poles.size, shared.outputs.size, part.n_parameters)

@@ -23,21 +23,24 @@ class Shared:
     outputs: NDArray[np.intp]
 
 
-def shared_weights(weight: Array | None, n_out: int, copies: int = 1) -> tuple[Shared, ...]:
+def repeated_weights(weight: Array | None, copies: int) -> Array | None:
+    """Return the weights of outputs that have become several columns each."""
+    return weight if weight is None or weight.ndim == 1 else np.repeat(weight, copies, axis=1)
+
+
+def shared_weights(weight: Array | None, n_out: int) -> tuple[Shared, ...]:
     """Return the outputs in groups of equal weights.
 
     Args:
         weight: Of every line, (k,), or of every line and output, (k, n_out); None weighs all alike.
         n_out: Number of outputs.
-        copies: Columns that every output has become.
 
     Raises:
         ValueError: There are weights of another number of outputs.
     """
     if weight is None or weight.ndim == 1:
-        return (Shared(weight, np.arange(n_out * copies)),)
+        return (Shared(weight, np.arange(n_out)),)
     if weight.shape[1] != n_out:
         raise ValueError(f"weights of {weight.shape[1]} outputs for {n_out}")
     different, group = np.unique(weight, axis=1, return_inverse=True)
-    group = np.repeat(group.ravel(), copies)
-    return tuple(Shared(column, np.flatnonzero(group == g)) for g, column in enumerate(different.T))
+    return tuple(Shared(column, np.flatnonzero(group.ravel() == g)) for g, column in enumerate(different.T))

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexarm_model.modal.frf import Frf
-from flexarm_model.modal.line_weights import shared_weights
+from flexarm_model.modal.line_weights import repeated_weights, shared_weights
 from flexarm_model.modal.modes import frequency_and_damping
 from flexarm_model.modal.partial_fractions import REMAINDERS, Basis
 from flexarm_model.modal.read_only import lock_arrays
@@ -127,7 +127,7 @@ def fit_residues(
     n_in, columns = split.H.shape[2], split.H.shape[1]
     X = np.zeros((2 * poles.size + 2 * len(remainders) * n_in, columns))
     left, whole = 0.0, 0.0
-    for shared in shared_weights(weight, shape[1], columns // shape[1]):
+    for shared in shared_weights(repeated_weights(weight, columns // shape[1]), columns):
         basis = Basis.of(split, shared.weight, remainders)
         check_determined(basis, poles.size, shared.outputs.size, 0)
         Y = basis.data(split.H[:, shared.outputs])

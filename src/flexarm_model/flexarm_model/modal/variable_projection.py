@@ -79,7 +79,7 @@ class Projection:
         """Return its derivative, (2 k n_in n_out, n_p)."""
         X, Q, _ = self._evaluate(p)
         changes = self._changes(p, X)  # (n_p, rows, n_out)
-        changes -= np.einsum("ab,pbo->pao", Q, np.einsum("ab,pao->pbo", Q, changes))
+        changes -= Q @ (Q.T @ changes)
         return -changes.reshape(len(changes), -1).T
 
     def _evaluate(self, p: Array) -> tuple[Array, Array, Array]:
