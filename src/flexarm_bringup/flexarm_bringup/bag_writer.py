@@ -102,12 +102,13 @@ class BagWriter:
         self._writer.write(self._connections[name], log_time_ns, cdr)
 
     def flush(self) -> None:
-        """Hand what waits to the disk.
+        """Hand what waits to the disk, unless the bag is closed.
 
         Raises:
             OSError: The disk is full.
         """
-        self._writer.storage.flush()
+        if self._writer.storage is not None:
+            self._writer.storage.flush()
 
     def close(self) -> None:
         """Write index, metadata and checksum.

@@ -44,6 +44,7 @@ from flexarm_model.parameters import ParameterError, parameter
 
 DEPTH = 5000  # messages that may wait for the disk: a second of everything in lockstep
 DIAGNOSTICS_PERIOD = 1.0  # s
+FLUSH_PERIOD = 0.5  # s; so old may be at most what a full disk costs
 LOGS: dict[bool, type[ArrivalLog] | type[LockstepLog]] = {False: ArrivalLog, True: LockstepLog}
 
 
@@ -119,6 +120,15 @@ class RecorderNode(ManagedNode):
             tick = deserialise(cdr, stream.type)
             self._log.announce(tick.sequence, header_stamp_ns(cdr), tick.topics, tick.counts)
 
+    def on_flush(self) -> None:
+        """Hand what waits to the disk, so that a full one shows; in lockstep no clock has a say in the file."""
+        if self._settings.lockstep or self.failure:
+            return
+        try:
+            self._bag.flush()
+        except OSError as error:
+            self._fail(error)
+
     def on_diagnostics(self) -> None:
         """Say how much was written, or why nothing more is."""
         status = DiagnosticStatus(name="flexarm/recorder", hardware_id=str(self._bag.path))
@@ -138,6 +148,7 @@ class RecorderNode(ManagedNode):
         self._diagnostics = self.create_publisher(DiagnosticArray, "/diagnostics", RELIABLE_QOS)
         steady = Clock(clock_type=ClockType.STEADY_TIME)
         self.create_timer(DIAGNOSTICS_PERIOD, self.on_diagnostics, clock=steady)
+        self.create_timer(FLUSH_PERIOD, self.on_flush, clock=steady)
         self._heard: set[str] = set()
         for name in partners:  # last, see the module
             self.create_subscription(Bool, f"{name}/ready", self._hearer(name), LATCHED_QOS)
