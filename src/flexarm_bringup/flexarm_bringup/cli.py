@@ -90,6 +90,10 @@ COMMANDS = {
     "realtime": Command(
         "flexarm_bringup.realtime.command", "does this machine keep real time? guard, controller, commands"
     ),
+    "soak": Command(
+        "flexarm_bringup.soak.command",
+        "moves, faults and restarts for half an hour: leaks, late cycles, stops",
+    ),
     "bench": Command("flexarm_bringup.bench", "measure the time of every step, as ratios to a baseline"),
 }
 

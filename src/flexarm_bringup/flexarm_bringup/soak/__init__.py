@@ -1,0 +1,1 @@
+"""``flexarm soak``: hours of moves, faults and restarts, and what they leave behind."""

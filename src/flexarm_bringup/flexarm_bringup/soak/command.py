@@ -1,0 +1,89 @@
+"""Soak the rig: random moves, faults of sensors and killed processes for as long as you like.
+
+  flexarm soak --minutes 30                       the single link
+  flexarm soak planar_3rrr --minutes 10 --html soak.html
+  flexarm soak --minutes 5 --kill-every 0         without restarts: where does memory go?
+
+Nodes run by the clock over DDS, as on a rig; a killed estimator, controller or model is started again, the
+guard stops the arm meanwhile and is armed again. At the end: memory of every process, late guard cycles,
+stops, moves, errors of the tip. Ends 1 when a process has grown by more than 10 MB after its warm-up or a
+guard cycle was late. Run it while the machine has nothing else to do.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+import tempfile
+from dataclasses import replace
+from pathlib import Path
+
+from flexarm_bringup.graph import Process, rig_graph
+from flexarm_bringup.progress import Progress
+from flexarm_bringup.report import add_report_arguments, publish
+from flexarm_bringup.task_for import task_for
+from flexarm_model.config import load_config
+from flexarm_model.description import ManipulatorConfig
+from flexarm_model.manipulator_file import find_manipulator
+from flexarm_model.strict_yaml import ConfigError
+
+USAGE = 2
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the options."""
+    add = parser.add_argument
+    add("manipulator", nargs="?", default="single_link", help="name or .yaml of the arm; single_link")
+    add("--preset", help="preset of that file; its first one")
+    add("--minutes", type=float, default=30.0, metavar="M", help="how long (30)")
+    add("--warm-up", type=float, default=60.0, metavar="S", help="of a process, before memory counts (60 s)")
+    add("--fault-every", type=float, default=10.0, metavar="S", help="mean between faults; 0: never (10 s)")
+    add("--kill-every", type=float, default=150.0, metavar="S", help="mean between kills; 0: never (150 s)")
+    add("--seed", type=int, default=1, help="of moves, faults and kills (1)")
+    add("--log", type=Path, help="keep the nodes' log files in this folder")
+    add_report_arguments(parser)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Soak and print the tables; returns the exit code."""
+    from flexarm_bringup.sessions import free_domains
+    from flexarm_bringup.soak.run_node import SoakJob, soak
+
+    progress = Progress()
+    try:
+        graph, config = graph_of(args.manipulator, args.preset)
+        if not args.minutes > 0.0 or args.warm_up < 0.0:
+            raise ConfigError(f"--minutes {args.minutes:g}, --warm-up {args.warm_up:g}: need > 0 and >= 0")
+        domains = free_domains()
+        os.environ.update(ROS_DOMAIN_ID=str(next(domains)), ROS_AUTOMATIC_DISCOVERY_RANGE="LOCALHOST")
+        times = (60.0 * args.minutes, args.warm_up, args.seed, args.fault_every, args.kill_every)
+        with tempfile.TemporaryDirectory(prefix="flexarm_soak_") as folder:
+            outcome = soak(SoakJob(graph, config, *times), args.log or Path(folder) / "log", progress.say)
+    except ConfigError as error:
+        print(f"flexarm soak: {error}", file=sys.stderr)
+        return USAGE
+    finally:
+        progress.done()
+    return publish(outcome.page(), args)
+
+
+def graph_of(manipulator: str, preset: str | None) -> tuple[tuple[Process, ...], ManipulatorConfig]:
+    """Return the processes and the description, with the settings that the arm's moves come with.
+
+    Raises:
+        ConfigError: There is no such arm or preset.
+    """
+    task = task_for(manipulator)
+    preset = task.presets[0] if preset is None else preset
+    config = load_config(find_manipulator(task.manipulator), preset)
+    part = {
+        name: dict(task.settings.get(name, {})) for name in ("controller", "mpc", "estimator", "schedule")
+    }
+    settings = {
+        "model": part["schedule"],
+        "estimator": part["estimator"],
+        "controller": {**part["mpc"], **part["controller"], "period": round(1e9 / config.rate_hz) * 1e-9},
+    }
+    graph = rig_graph(task.manipulator, preset, settings=settings)
+    return tuple(replace(row, respawn=True) for row in graph), config

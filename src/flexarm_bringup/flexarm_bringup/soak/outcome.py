@@ -1,0 +1,135 @@
+"""What a soak has shown: counts, bounds on them, and the page that tells it."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from flexarm_bringup.figures import Figure, drawing, to_figure
+from flexarm_bringup.report import Cells, Check, Column, Page, Table
+from flexarm_bringup.soak.memory import Life
+
+GROWTH = 10.0  # MB; more is a leak
+MM = 1e3
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """A finished soak.
+
+    Attributes:
+        name: Manipulator and preset.
+        seconds: How long it lasted [s].
+        warm_up: After the start of a process its memory is not judged so long [s].
+        lives: Memory of every process.
+        cycles: Periods of the guard.
+        late: Of these, answered late or never.
+        counts: What was done, by name.
+        stops: Why the guard stopped the arm, and how often.
+        tip_errors: Estimate from truth, by what went on; samples [m].
+        errors: Subjects of /diagnostics that became an error, and how often.
+        failure: Why it ended early; empty when it did not.
+    """
+
+    name: str
+    seconds: float
+    warm_up: float
+    lives: Sequence[Life]
+    cycles: int
+    late: int
+    counts: Mapping[str, int]
+    stops: Mapping[str, int]
+    tip_errors: Mapping[str, Sequence[float]]
+    errors: Mapping[str, int]
+    failure: str = ""
+
+    def checks(self) -> list[Check]:
+        """Return the bounds, and whether they were kept."""
+        grown: dict[str, list[float]] = {life.name: [] for life in self.lives}
+        for life in self.lives:
+            growth = life.growth(self.warm_up)
+            grown[life.name] += [] if growth is None else [growth]
+        checks = [
+            Check(
+                f"memory of {name} grows",
+                f"at most {GROWTH:g} MB",
+                _most(values),
+                bool(values) and max(values) <= GROWTH,
+            )
+            for name, values in grown.items()
+        ]
+        moves = self.counts.get("moves done", 0)
+        return [
+            *checks,
+            Check(
+                "guard cycles late or missed",
+                "none",
+                f"{self.late} of {self.cycles}",
+                self.cycles > 0 and not self.late,
+            ),
+            Check("moves done", "at least one", str(moves), moves > 0),
+            Check("it came to its end", "yes", self.failure or "yes", not self.failure),
+        ]
+
+    def page(self) -> Page:
+        """Return everything there is to tell."""
+        lead = (
+            f"{self.name}, by the clock over DDS, {self.seconds / 60:.1f} minutes of random moves, faults of "
+            "sensors on the simulated rig, and processes killed and started again."
+        )
+        items = [
+            self._memory(),
+            _counted("done", self.counts),
+            _counted("stops of the guard, by reason", self.stops),
+        ]
+        items += [self._tip(), _counted("subjects of /diagnostics that became an error", self.errors)]
+        data = {"lives": [vars(life) for life in self.lives]}
+        return Page("flexarm soak", lead, [*items, self._curves()], self.checks(), data=data)
+
+    def _memory(self) -> Table:
+        columns = [Column("process"), Column("life", "d"), Column("seconds", ".0f")]
+        columns += [Column("RSS at the end, MB", ".1f"), Column("grown, MB", ".2f"), Column("MB/min", ".3f")]
+        rows: list[Cells] = []
+        seen: Counter[str] = Counter()
+        for life in self.lives:
+            seen[life.name] += 1
+            figures = life.growth(self.warm_up), life.slope(self.warm_up)
+            rows.append([life.name, seen[life.name], life.t[-1] - life.t[0], life.rss[-1], *figures])
+        note = (
+            f"grown since {self.warm_up:.0f} s after the start of the process; – for a life too short to tell"
+        )
+        return Table("memory", columns, rows, [note])
+
+    def _tip(self) -> Table:
+        columns = [Column("while"), Column("samples", "d"), Column("RMS, mm", ".3f")]
+        columns.append(Column("largest, mm", ".3f"))
+        rows: list[Cells] = []
+        for what, values in self.tip_errors.items():
+            error = MM * np.array(values or [np.nan])
+            rows.append([what, len(values), float(np.sqrt((error**2).mean())), float(error.max())])
+        return Table("tip: estimate from truth", columns, rows)
+
+    def _curves(self) -> Figure:
+        with drawing() as plot:
+            axes = plot.subplots()
+            names = list(dict.fromkeys(life.name for life in self.lives))
+            for i, life in enumerate(self.lives):
+                is_first = life.name not in {other.name for other in self.lives[:i]}
+                label, colour = life.name if is_first else None, f"C{names.index(life.name)}"
+                axes.plot(np.array(life.t) / 60, life.rss, label=label, color=colour)
+            axes.set(xlabel="minutes", ylabel="resident set, MB")
+            axes.set_ylim(bottom=0.0)
+            axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0))
+            return to_figure(plot, "Memory of every process; a gap is a kill.")
+
+
+def _most(values: Sequence[float]) -> str:
+    return f"{max(values):.2f} MB" if values else "no life long enough to tell"
+
+
+def _counted(title: str, counts: Mapping[str, int]) -> Table:
+    rows: list[Cells] = [[name, count] for name, count in counts.items()]
+    return Table(title, [Column("what"), Column("count", "d")], rows)

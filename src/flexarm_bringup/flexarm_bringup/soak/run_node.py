@@ -1,0 +1,203 @@
+"""One soak: a graph of processes, a script of what happens to it, and its outcome."""
+
+from __future__ import annotations
+
+import os
+import signal
+import time
+from collections import Counter
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import rclpy
+from rclpy.signals import SignalHandlerOptions
+
+from flexarm_bringup.graph import Process
+from flexarm_bringup.soak.memory import MemoryLog
+from flexarm_bringup.soak.outcome import Outcome
+from flexarm_bringup.soak.script import Script, move, random_fault, random_goal
+from flexarm_bringup.soak.soak_node import SoakNode, start_of
+from flexarm_bringup.supervisor import Supervisor
+from flexarm_model.description import ManipulatorConfig
+
+PATIENCE = 120.0  # s until everything is ready for the first time, and after every kill
+STEP = 0.02  # s between two looks
+MEMORY_PERIOD = 1.0  # s
+ARM_PERIOD = 0.5  # s between two attempts
+LEAD, REST = 2.0, 0.8  # s before a move, for the models on its way, and after it
+DOING = ("moving", "standing", "stopped")
+
+
+@dataclass(frozen=True)
+class SoakJob:
+    """What is to be done.
+
+    Attributes:
+        graph: Processes.
+        config: The manipulator.
+        seconds: How long [s].
+        warm_up: After the start of a process its memory is not judged so long [s].
+        seed: Of everything that is drawn.
+        fault_every, kill_every: Means between events [s]; 0 for never.
+    """
+
+    graph: tuple[Process, ...]
+    config: ManipulatorConfig
+    seconds: float
+    warm_up: float
+    seed: int
+    fault_every: float
+    kill_every: float
+
+
+def soak(job: SoakJob, log: Path, say: Callable[[str], None]) -> Outcome:
+    """Run in the domain of this process's environment.
+
+    Args:
+        job: What to do.
+        log: Folder of the log files.
+        say: Told how far it is.
+    """
+    rclpy.init(signal_handler_options=SignalHandlerOptions.NO)  # Ctrl-C raises here
+    node = SoakNode([row.name for row in job.graph])
+    try:
+        with Supervisor(job.graph, log, os.environ) as supervisor:
+            return _Run(job, node, supervisor, say).outcome()
+    finally:
+        node.close()
+        rclpy.try_shutdown()
+
+
+class _Run:
+    """A soak on its way."""
+
+    def __init__(
+        self, job: SoakJob, node: SoakNode, supervisor: Supervisor, say: Callable[[str], None]
+    ) -> None:
+        self._job, self._node, self._supervisor, self._say = job, node, supervisor, say
+        self._script = Script(job.seed, job.fault_every, job.kill_every)
+        self._memory, self._counts = MemoryLog(), Counter[str]()
+        self._tip_errors: dict[str, list[float]] = {name: [] for name in DOING}
+        self._end_ns = -1  # of the move, and of the rest after it
+        self._goal: np.ndarray | None = None
+        self._began = self._looked = self._asked = self._ready_at = time.monotonic()
+        self._failure = ""
+
+    def outcome(self) -> Outcome:
+        """Do everything and return what it has shown."""
+        if self._wait_until_ready():
+            self._node.begin_counting()
+            self._began = time.monotonic()
+            while self._t < self._job.seconds and not self._failure:
+                self._node.spin(STEP)
+                self._look()
+                self._act()
+        cycles, late = self._node.cycles
+        return Outcome(
+            f"{self._job.config.name} {self._job.config.preset}".strip(),
+            self._t,
+            self._job.warm_up,
+            self._memory.lives,
+            cycles,
+            late,
+            dict(self._counts),
+            dict(self._node.stops),
+            self._tip_errors,
+            dict(self._node.errors),
+            self._failure,
+        )
+
+    @property
+    def _t(self) -> float:
+        return time.monotonic() - self._began
+
+    @property
+    def _waiting(self) -> str:
+        return ", ".join(name for name, is_ready in self._node.ready.items() if not is_ready)
+
+    def _wait_until_ready(self) -> bool:
+        while not all(self._node.ready.values()):
+            self._node.spin(STEP)
+            self._say(f"waiting for {self._waiting}")
+            self._tend()
+            if self._t > PATIENCE:
+                self._failure = f"waited {PATIENCE:g} s for {self._waiting}"
+            if self._failure:
+                return False
+        return True
+
+    def _look(self) -> None:
+        """Keep memory and tip error; see to processes that have ended."""
+        self._tend()
+        error = self._node.tip_error()
+        if error is not None and np.isfinite(error):
+            is_moving = self._node.now_ns < self._end_ns
+            what = "stopped" if not self._node.is_armed else "moving" if is_moving else "standing"
+            self._tip_errors[what].append(error)
+        now = time.monotonic()
+        if now - self._looked >= MEMORY_PERIOD:
+            self._looked = now
+            self._memory.look(self._t, self._supervisor.pids)
+            self._tell()
+
+    def _act(self) -> None:
+        """Let happen what is due; arm and move when that is possible."""
+        is_ready, now = all(self._node.ready.values()), time.monotonic()
+        for event in self._script.due(self._t):
+            self._break(event, is_ready)
+        if is_ready:
+            self._ready_at = now
+        elif now - self._ready_at > PATIENCE:
+            self._failure = f"{self._waiting} did not come back in {PATIENCE:g} s"
+        if self._node.is_armed and self._node.now_ns >= self._end_ns:
+            self._move_on()
+        elif not self._node.is_armed:
+            self._goal, self._end_ns = None, -1
+            if is_ready and now - self._asked > ARM_PERIOD:
+                self._asked = now
+                self._node.try_to_arm()
+
+    def _break(self, event: str, is_ready: bool) -> None:
+        """Break a sensor, or kill a process while all are there."""
+        if event == "fault":
+            self._node.break_sensor(random_fault(self._script.rng, self._job.config.sensors))
+            self._counts["faults of sensors"] += 1
+        elif is_ready:
+            victim = self._script.victim()
+            os.kill(self._supervisor.pids[victim], signal.SIGKILL)
+            self._counts[f"{victim} killed"] += 1
+
+    def _move_on(self) -> None:
+        """Count the move that has ended and send the next."""
+        node, rng, config = self._node, self._script.rng, self._job.config
+        if self._end_ns > 0:
+            done = "moves refused" if node.answer.startswith("reference refused") else "moves done"
+            self._counts[done] += 1
+        start = node.pose() if self._goal is None else self._goal
+        if start is None:
+            return
+        reference = move(rng, start, random_goal(rng, config), config)
+        zero_ns = start_of(node, LEAD)
+        node.send(reference, tuple(config.actuated), zero_ns)
+        self._goal = reference.theta[-1]
+        self._end_ns = zero_ns + round(1e9 * (float(reference.t[-1]) + REST))
+
+    def _tend(self) -> None:
+        for ending in self._supervisor.tend():
+            self._node.on_ending(ending.process.name)
+            if not ending.returns:
+                self._failure = str(ending)
+
+    def _tell(self) -> None:
+        counts, (_, late) = self._counts, self._node.cycles
+        killed = sum(count for name, count in counts.items() if name.endswith("killed"))
+        grown = {life.name: life.growth(self._job.warm_up) for life in self._memory.lives}
+        known = {name: value for name, value in grown.items() if value is not None}
+        most = max(known, key=lambda name: known[name], default="")
+        memory = f", {most} {known[most]:+.1f} MB" if most else ""
+        self._say(
+            f"soaking: {self._t:.0f} of {self._job.seconds:.0f} s, {counts['moves done']} moves, "
+            f"{sum(self._node.stops.values())} stops, {killed} killed, {late} late{memory}"
+        )

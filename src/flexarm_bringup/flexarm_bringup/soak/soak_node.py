@@ -1,0 +1,181 @@
+"""The soak's own node: arms, moves, breaks sensors, and listens; it kills nobody itself.
+
+Publishes
+    reference (trajectory_msgs/JointTrajectory), rig/faults (std_msgs/String), stop (std_msgs/Empty).
+Subscribes
+    guard_status, controller_status, modal_state, end_effector, truth, /diagnostics, ~/ready of the nodes.
+Calls
+    guard/arm (std_srvs/Trigger).
+"""
+
+from __future__ import annotations
+
+import time
+from collections import Counter
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from diagnostic_msgs.msg import DiagnosticArray
+from flexarm_interfaces.msg import ControllerStatus, GuardStatus, ModalState, Truth
+from nav_msgs.msg import Odometry
+from numpy.typing import NDArray
+from rclpy.node import Node
+from rclpy.serialization import deserialize_message
+from std_msgs.msg import Bool, Empty, String
+from std_srvs.srv import Trigger
+from trajectory_msgs.msg import JointTrajectory
+
+from flexarm_bringup.monitor.arrivals import Arrivals, newest_common
+from flexarm_bringup.monitor.conversions import tip_of
+from flexarm_controller.conversions import reference_to_msg
+from flexarm_controller.reference import Reference
+from flexarm_model.conversions import NS_PER_S, verdict_from_msg
+from flexarm_model.diagnosis import Level
+from flexarm_model.node import LATCHED_QOS, LOCKSTEP_QOS, RELIABLE_QOS, SENSOR_QOS, events_executor
+
+Array = NDArray[np.float64]
+
+STREAMS = {"modal_state": ModalState, "end_effector": Odometry, "truth": Truth}
+
+
+class SoakNode(Node):
+    """Speaks to a rig and keeps what is to be told of it.
+
+    Attributes:
+        ready: Whether each node is ready, by name.
+        guard: Newest status.
+        late, cycles: Of the guard, since it was first heard.
+        stops: Why it stopped, and how often.
+        errors: Subjects of /diagnostics that became an error.
+        answer: Newest word of the controller about a reference.
+    """
+
+    def __init__(self, names: Sequence[str]) -> None:
+        """Connect; ``names`` are those of the nodes."""
+        super().__init__("soak", namespace="flexarm", start_parameter_services=False)
+        self.ready = dict.fromkeys(names, False)
+        self.guard = GuardStatus()
+        self.stops: Counter[str] = Counter()
+        self.errors: Counter[str] = Counter()
+        self.answer = ""
+        self._first: GuardStatus | None = None
+        self._bad: set[str] = set()
+        self._arrivals = {topic: Arrivals(topic, True) for topic in STREAMS}
+        self._executor = events_executor()
+        self._executor.add_node(self)
+        self._references = self.create_publisher(JointTrajectory, "reference", RELIABLE_QOS)
+        self._faults = self.create_publisher(String, "rig/faults", RELIABLE_QOS)
+        self._stop = self.create_publisher(Empty, "stop", RELIABLE_QOS)
+        self._client = self.create_client(Trigger, "guard/arm")
+        self._arming: Any = None
+        self._listen()
+
+    @property
+    def is_armed(self) -> bool:
+        """Whether commands pass."""
+        return bool(self.guard.mode == GuardStatus.ARMED)
+
+    @property
+    def cycles(self) -> tuple[int, int]:
+        """Periods of the guard since it was first heard, and how many of them were late."""
+        first = self._first or self.guard
+        return self.guard.ticks - first.ticks, self.guard.late_ticks - first.late_ticks
+
+    @property
+    def now_ns(self) -> int:
+        """Newest stamp of the estimate [ns]; -1 before the first."""
+        return max(self._arrivals["modal_state"].stamps(), default=-1)
+
+    def spin(self, seconds: float) -> None:
+        """Hear what comes within a while [s]."""
+        end = time.monotonic() + seconds
+        while (left := end - time.monotonic()) > 0.0:
+            self._executor.spin_once(timeout_sec=left)
+
+    def begin_counting(self) -> None:
+        """Count guard cycles from now on: who starts is late."""
+        self._first = self.guard
+
+    def pose(self) -> Array | None:
+        """Return the actuated axes of a usable estimate, (n_theta,); None without one."""
+        raw = self._arrivals["modal_state"].newest
+        state = None if raw is None else deserialize_message(raw, ModalState)
+        usable = state is not None and state.status in (ModalState.OK, ModalState.DEGRADED)
+        return np.array(state.theta) if usable and state is not None else None
+
+    def tip_error(self) -> float | None:
+        """Return how far the newest estimate of the tip is from the truth [m]."""
+        estimates, truths = self._arrivals["end_effector"], self._arrivals["truth"]
+        stamp = newest_common(estimates, truths)
+        if stamp is None:
+            return None
+        pair = (
+            deserialize_message(estimates.at(stamp) or b"", Odometry),
+            deserialize_message(truths.at(stamp) or b"", Truth),
+        )
+        return tip_of(pair[0], pair, np.nan).error
+
+    def try_to_arm(self) -> None:
+        """Ask the guard, unless an answer is still to come."""
+        is_waiting = self._arming is not None and not self._arming.done()
+        if not is_waiting and self._client.service_is_ready():
+            self._arming = self._client.call_async(Trigger.Request())
+
+    def send(self, reference: Reference, names: Sequence[str], zero_ns: int) -> None:
+        """Send a move whose time zero is a stamp [ns]."""
+        self.answer = ""
+        self._references.publish(reference_to_msg(reference, tuple(names), zero_ns))
+
+    def break_sensor(self, text: str) -> None:
+        """Give the rig's sensors a fault."""
+        self._faults.publish(String(data=text))
+
+    def on_ending(self, name: str) -> None:
+        """Stop the motion, as every supervisor must when an essential process has ended."""
+        self._stop.publish(Empty())
+        self.ready[name] = False
+
+    def close(self) -> None:
+        """Leave the graph."""
+        self._executor.shutdown()
+        self.destroy_node()
+
+    def _on_guard(self, msg: GuardStatus) -> None:
+        if self.is_armed and msg.mode != GuardStatus.ARMED:
+            self.stops[msg.reason.split(":")[0]] += 1
+        self.guard = msg
+
+    def _on_status(self, msg: ControllerStatus) -> None:
+        if msg.reason.startswith("reference"):
+            self.answer = msg.reason
+
+    def _on_diagnostics(self, msg: DiagnosticArray) -> None:
+        for verdict in map(verdict_from_msg, msg.status):
+            if verdict.level != Level.ERROR:
+                self._bad.discard(verdict.subject)
+            elif verdict.subject not in self._bad:
+                self._bad.add(verdict.subject)
+                self.errors[verdict.subject] += 1
+
+    def _on_ready(self, name: str, msg: Bool) -> None:
+        self.ready[name] = msg.data
+
+    def _listen(self) -> None:
+        self.create_subscription(GuardStatus, "guard_status", self._on_guard, RELIABLE_QOS)
+        self.create_subscription(ControllerStatus, "controller_status", self._on_status, LOCKSTEP_QOS)
+        self.create_subscription(DiagnosticArray, "/diagnostics", self._on_diagnostics, RELIABLE_QOS)
+        for topic, kind in STREAMS.items():
+            keep = self._arrivals[topic].add
+            self.create_subscription(
+                kind, topic, lambda raw, keep=keep: keep(time.monotonic(), raw), SENSOR_QOS, raw=True
+            )
+        for name in self.ready:
+            self.create_subscription(
+                Bool, f"{name}/ready", lambda msg, name=name: self._on_ready(name, msg), LATCHED_QOS
+            )
+
+
+def start_of(node: SoakNode, lead: float) -> int:
+    """Return the stamp that is so long after the newest one [ns]."""
+    return node.now_ns + round(lead * NS_PER_S)

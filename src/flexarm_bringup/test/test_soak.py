@@ -1,0 +1,131 @@
+"""The soak's chance, its arithmetic of memory, and its verdict."""
+
+from __future__ import annotations
+
+import os
+from collections import Counter
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from flexarm_bringup.sim.sensor_fault_text import parse_faults
+from flexarm_bringup.soak.memory import Life, MemoryLog, resident_mb
+from flexarm_bringup.soak.outcome import Outcome
+from flexarm_bringup.soak.script import VICTIMS, Script, move, random_fault, random_goal
+from flexarm_model.config import load_config
+from flexarm_model.manipulator_file import find_manipulator
+
+SINGLE, LEGS = (load_config(find_manipulator(name)) for name in ("single_link", "planar_3rrr"))
+WARM_UP = 60.0
+
+
+def life(per_minute: float, seconds: float = 600.0, name: str = "rig") -> Life:
+    """Return a process that takes 40 MB while it starts and then grows steadily."""
+    t = np.arange(0.0, seconds)
+    rss = 100.0 + 40.0 * np.minimum(t / 30.0, 1.0) + per_minute * t / 60.0
+    return Life(name, 1, t.tolist(), rss.tolist())
+
+
+def outcome(**changes: object) -> Outcome:
+    good = Outcome(
+        "arm", 600.0, WARM_UP, [life(0.0)], 120_000, 0, {"moves done": 3}, {}, {"moving": [1e-3]}, {}
+    )
+    return replace(good, **changes)  # type: ignore[arg-type]
+
+
+def missed(found: Outcome) -> list[str]:
+    return [check.name for check in found.checks() if not check.passed]
+
+
+def test_growth_is_that_after_the_warm_up_and_the_slope_is_exact() -> None:
+    leak = life(2.0)
+    assert leak.slope(WARM_UP) == pytest.approx(2.0, rel=1e-6)
+    assert leak.growth(WARM_UP) == pytest.approx(2.0 * (600.0 - WARM_UP - 10.0) / 60.0, rel=1e-2)
+    assert life(0.0).growth(WARM_UP) == pytest.approx(0.0, abs=1e-9)
+
+
+def test_a_life_too_short_to_tell_is_not_judged() -> None:
+    assert life(9.0, 70.0).growth(WARM_UP) is None and life(9.0, 70.0).slope(WARM_UP) is None
+    assert missed(outcome(lives=[life(0.0), life(99.0, 70.0)])) == []
+    assert missed(outcome(lives=[life(0.0, 70.0)])) == ["memory of rig grows"]  # nobody knows
+
+
+def test_eleven_megabytes_are_a_leak_and_nine_are_none() -> None:
+    per_minute = 60.0 / (600.0 - WARM_UP - 10.0)
+    assert missed(outcome(lives=[life(9.0 * per_minute)])) == []
+    assert missed(outcome(lives=[life(11.0 * per_minute)])) == ["memory of rig grows"]
+
+
+def test_one_late_guard_cycle_no_move_and_an_early_end_are_missed_bounds() -> None:
+    assert missed(outcome(late=1)) == missed(outcome(cycles=0)) == ["guard cycles late or missed"]
+    assert missed(outcome(counts={})) == ["moves done"]
+    assert missed(outcome(failure="rig ended with -9")) == ["it came to its end"]
+
+
+@pytest.mark.thorough  # draws
+def test_the_page_tells_every_life_and_draws_it() -> None:
+    page = outcome(lives=[life(0.0), life(0.0, 90.0)]).page()
+    assert page.passed and len(page.data["lives"]) == 2
+    assert "<svg" in page.to_html() and "too short to tell" in page.to_text()
+
+
+def test_the_memory_of_a_process_that_is_there_is_known_and_of_no_other() -> None:
+    held = bytearray(30_000_000)
+    log = MemoryLog()
+    log.look(0.0, {"we": os.getpid(), "nobody": 2**22 + 1})
+    assert [entry.name for entry in log.lives] == ["we"]
+    assert 30.0 < log.lives[0].rss[0] < 4000.0 and len(held)
+    assert resident_mb(2**22 + 1) is None
+
+
+def test_a_process_started_again_begins_a_new_life() -> None:
+    log = MemoryLog()
+    log.look(0.0, {"we": os.getpid()})
+    log.look(1.0, {"we": os.getppid()})
+    assert [len(entry.t) for entry in log.lives] == [1, 1]
+
+
+@pytest.mark.parametrize("config", [SINGLE, LEGS], ids=lambda config: config.name)
+def test_goals_lie_where_the_arm_may_go_and_moves_begin_and_end_at_rest(config: object) -> None:
+    rng = np.random.default_rng(4)
+    at = np.array(config.home)
+    axes = list(config.actuated.values())
+    for _ in range(20):
+        goal = random_goal(rng, config)
+        reference = move(rng, at, goal, config)
+        assert all(axis.lower <= value <= axis.upper for axis, value in zip(axes, goal, strict=True))
+        assert reference.theta[0] == pytest.approx(at) and reference.theta[-1] == pytest.approx(goal)
+        assert abs(reference.theta_dot[[0, -1]]).max() < 1e-9
+        assert (
+            abs(reference.theta_dot).max(axis=0) <= [0.5 * axis.velocity * (1 + 1e-9) for axis in axes]
+        ).all()
+        at = goal
+
+
+def test_every_fault_that_is_drawn_is_one_that_the_rig_understands() -> None:
+    rng, kinds = np.random.default_rng(7), Counter()
+    for _ in range(300):
+        faults = parse_faults(random_fault(rng, SINGLE.sensors), SINGLE.sensors)
+        assert len(faults) == 1
+        kinds.update(fault.kind for fault in faults.values())
+    assert len(kinds) == 9 and min(kinds.values()) > 10  # of 300 in 9 kinds
+
+
+def test_events_come_at_their_mean_and_never_when_they_are_switched_off() -> None:
+    script, times = Script(1, 10.0, 0.0), []
+    for t in np.arange(0.0, 10_000.0, 0.25):
+        times += [t for event in script.due(t) if event == "fault"]
+    gaps = np.diff(times)
+    assert gaps.mean() == pytest.approx(10.0, rel=0.1)  # three sigma of a thousand draws with sigma 5
+    assert gaps.min() >= 5.0 - 0.3
+    assert {script.victim() for _ in range(50)} == set(VICTIMS)
+    assert "kill" not in script.due(1e9)
+
+
+def test_the_same_seed_does_the_same() -> None:
+    a, b = (Script(3, 5.0, 20.0) for _ in range(2))
+    assert [a.due(t) for t in range(200)] == [b.due(t) for t in range(200)]
+    assert a.victim() == b.victim() and random_fault(a.rng, SINGLE.sensors) == random_fault(
+        b.rng, SINGLE.sensors
+    )
