@@ -26,7 +26,6 @@ from dataclasses import dataclass
 
 from flexarm_interfaces.msg import Tick
 from rclpy.clock import Clock, ClockType
-from rclpy.node import Node
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Bool
 
@@ -40,16 +39,14 @@ from flexarm_bringup.sim.sensor_fault_text import parse_faults
 from flexarm_bringup.sim.sensor_simulator import Sample
 from flexarm_bringup.topics import streams
 from flexarm_controller.drives.conversions import drive_state_msg
-from flexarm_model.config import load_config
 from flexarm_model.conversions import NS_PER_S, ns_to_stamp, stamp_to_ns
+from flexarm_model.declared_node import declare_configs, load_arm, told_by
 from flexarm_model.diagnosis import DiagnosticsConfig
-from flexarm_model.manipulator_file import find_manipulator
+from flexarm_model.managed_node import LifeSettings, ManagedNode
 from flexarm_model.node import (
     LATCHED_QOS,
     LOCKSTEP_QOS,
     RELIABLE_QOS,
-    ReadyFlag,
-    declare_configs,
     run_node,
 )
 from flexarm_model.parameters import parameter
@@ -81,24 +78,30 @@ class RigNodeSettings:
     faults: str = parameter("", "Faults of sensors: 'root_strain: off 1 3; camera: delayed 60 ms'.")
 
 
-class RigNode(Node):
+class RigNode(ManagedNode):
     """Hardware, driven by a timer or by the guard."""
 
-    SETTINGS = (RigNodeSettings, RigSettings, DiagnosticsConfig)
+    SETTINGS = (RigNodeSettings, RigSettings, DiagnosticsConfig, LifeSettings)
 
     def __init__(self) -> None:
-        """Build the hardware at rest."""
-        super().__init__("rig", namespace="flexarm")
+        """Read the description and the faults that are wanted."""
+        super().__init__("rig")
         self.settings: RigNodeSettings
-        self.settings, simulation, diagnostics = declare_configs(self)
-        config = load_config(find_manipulator(self.settings.manipulator), self.settings.preset)
-        self.config = starting_at(config, self.settings.start)
-        faults = parse_faults(self.settings.faults, config.sensors)
-        self.drives = Drives(self.config, simulation, faults=faults)
+        self._simulation: RigSettings
+        self.settings, self._simulation, self._thresholds, life = declare_configs(self)
+        config = load_arm(self, self.settings.manipulator, self.settings.preset)
+        with told_by(self, "start", "faults"):
+            self.config = starting_at(config, self.settings.start)
+            self._faults = parse_faults(self.settings.faults, config.sensors)
+        self.start(life)
+
+    def activate(self) -> None:
+        """Build the hardware at rest; its time begins."""
+        self.drives = Drives(self.config, self._simulation, faults=self._faults)
         limits = drive_limits(self.config, self.drives.rig, self.settings.silence)
         self._side = DriveSide(self, limits, self.settings.lockstep)
         period = None if self.settings.lockstep else self.drives.rig.dt
-        self._health = RigHealth(self, self.drives, self.config, period, diagnostics)
+        self._health = RigHealth(self, self.drives, self.config, period, self._thresholds)
         self._steady = Clock(clock_type=ClockType.STEADY_TIME)
         self._period_ns = self.drives.rig.period_ns
         self._epoch_ns = 0 if self.settings.lockstep else self.get_clock().now().nanoseconds
@@ -207,7 +210,7 @@ class RigNode(Node):
             self.create_subscription(
                 Bool, f"{name}/ready", lambda msg, name=name: self.on_ready(name, msg), LATCHED_QOS
             )
-        self._ready = ReadyFlag(self, {"hardware": lambda: True})
+        self.tell_ready({"hardware": lambda: True})
         if not self.settings.lockstep:
             self.create_timer(self.drives.rig.dt, self.on_timer, clock=self._steady)
 

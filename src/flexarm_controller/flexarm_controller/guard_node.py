@@ -30,7 +30,6 @@ from functools import partial
 
 from flexarm_interfaces.msg import JointCommand, ReducedModel, StrainArray, Tick
 from rclpy.clock import Clock, ClockType
-from rclpy.node import Node
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Empty, String
 from std_srvs.srv import Trigger
@@ -41,19 +40,17 @@ from flexarm_controller.guard_cycle import GuardCycle
 from flexarm_controller.guard_exchange import GuardExchange
 from flexarm_controller.guard_settings import GuardNodeSettings, GuardSettings
 from flexarm_controller.guard_voice_node import GuardVoice
-from flexarm_model.config import load_config
 from flexarm_model.conversions import stamp_to_ns
+from flexarm_model.declared_node import declare_configs, load_arm, told_by
 from flexarm_model.diagnosis import DiagnosticsConfig
 from flexarm_model.lockstep import Lockstep, Messages
-from flexarm_model.manipulator_file import find_manipulator
+from flexarm_model.managed_node import LifeSettings, ManagedNode
 from flexarm_model.node import (
     LATCHED_QOS,
     LATEST_QOS,
     LOCKSTEP_QOS,
     MODELS_QOS,
     RELIABLE_QOS,
-    ReadyFlag,
-    declare_configs,
     run_node,
 )
 from flexarm_model.start_pose import starting_at
@@ -61,19 +58,26 @@ from flexarm_model.start_pose import starting_at
 SENSORS = ("drive_states", "strain")
 
 
-class GuardNode(Node):  # type: ignore[misc]
+class GuardNode(ManagedNode):
     """Connects a ``GuardExchange`` to topics and decides when it answers."""
 
-    SETTINGS = (GuardNodeSettings, GuardSettings, DiagnosticsConfig)
+    SETTINGS = (GuardNodeSettings, GuardSettings, DiagnosticsConfig, LifeSettings)
 
     def __init__(self) -> None:
-        """Start stopped."""
-        super().__init__("guard", namespace="flexarm")
+        """Read the description."""
+        super().__init__("guard")
         self.settings: GuardNodeSettings
-        self.settings, limits, self._thresholds = declare_configs(self)
-        config = load_config(find_manipulator(self.settings.manipulator), self.settings.preset)
-        config = starting_at(config, self.settings.start)
-        self.exchange = GuardExchange(config, limits, 0 if self.settings.lockstep else None)
+        self._limits: GuardSettings
+        self.settings, self._limits, self._thresholds, life = declare_configs(self)
+        config = load_arm(self, self.settings.manipulator, self.settings.preset)
+        with told_by(self, "start"):
+            self._config = starting_at(config, self.settings.start)
+        self.start(life)
+
+    def activate(self) -> None:
+        """Start stopped."""
+        limits = self._limits
+        self.exchange = GuardExchange(self._config, limits, 0 if self.settings.lockstep else None)
         self.guard = self.exchange.guard
         self._silence = limits.max_age
         self._steady = Clock(clock_type=ClockType.STEADY_TIME)
@@ -81,6 +85,10 @@ class GuardNode(Node):  # type: ignore[misc]
         self._lockstep = Lockstep(SENSORS, self.on_tick_complete)
         self._margins = ""
         self._connect()
+
+    def deactivate(self) -> None:
+        """Latch a stop; the drives, which hear nothing any more, brake by themselves."""
+        self._stop("guard deactivated")
 
     def on_sensor(self, topic: str, msg: JointState | StrainArray) -> None:
         """Take what drives or gauges measure; the drives begin a period."""
@@ -219,7 +227,7 @@ class GuardNode(Node):  # type: ignore[misc]
         else:
             period = self.exchange.period_ns * 1e-9
             self._timer = self.create_timer(period, self.on_timer, clock=self._steady)
-        self._ready = ReadyFlag(self, self._conditions())
+        self.tell_ready(self._conditions())
 
     def _conditions(self) -> dict[str, Callable[[], bool]]:
         """Return what must hold before the node is ready; in lockstep no message may be lost."""
