@@ -130,9 +130,9 @@ class Guard:
 
     def _fault(self, command: GuardCommand | None, state: GuardState) -> str:
         """Return why the arm has to be stopped; empty when it has not."""
-        meant = command is not None and command.token == self.token
+        meant = command if command is not None and command.token == self.token else None
         return (
-            (unusable(command.effort, len(self.limits.effort)) if command is not None and meant else "")
+            (unusable(meant.effort, len(self.limits.effort)) if meant else "")
             or too_fast(state, self.limits)
             or overstrained(state.strain, self.limits.strain)
             or too_much_energy(self.energy, self.limits)
@@ -164,13 +164,13 @@ class Guard:
         return command.effort
 
     def _bridge(self, t: float) -> Sequence[float]:
-        """Return the torque of a period without a command; nothing before the first one and after a stop."""
+        """Return the torque of a period without a command; nothing before the first one, or after a stop."""
         self.ticks_without_command += math.isfinite(self._used)
         if not t <= self._deadline:  # also when t is not a number
             why = f"; refused: {self.refusal}" if self.refusal else ""
             self.stop(f"no command for {1e3 * self.limits.max_age:.0f} ms{why}")
             return ()
-        if self._is_braking or not math.isfinite(self._used):
+        if not math.isfinite(self._used):
             return ()
         self._silent += 1
         left = self._deadline - t

@@ -4,25 +4,17 @@ import math
 from dataclasses import replace
 
 import pytest
+from guarded_arm import WEIGHTLESS, armed, command
 
-from flexarm_controller.guard import ARMED, BRAKING, Guard, GuardCommand, GuardLimits, GuardState, JointRange
+from flexarm_controller.guard import ARMED, BRAKING, GuardState, JointRange
 
-TOKEN = 7
 RANGE = JointRange(-1.0, 2.0, 10.0, 0.5)
-LIMITS = GuardLimits(
-    effort=(2.0, 5.0), effort_rate=(100.0, 400.0), damping=(0.5, 2.0), braking=(1.5, 4.0), period=0.005
-)
-RANGED = replace(LIMITS, ranges=(RANGE, JointRange(-math.inf, math.inf, 10.0, 0.5)))
+ANYWHERE = JointRange(-math.inf, math.inf, 10.0, 0.5)
+UNTOLD = "drives do not tell position and velocity of every axis"
 
 
-def ranged():
-    guard = Guard(RANGED)
-    assert guard.arm(0.0, TOKEN)
-    return guard
-
-
-def command(t, sequence=1, effort=(0.3, 0.1)):
-    return GuardCommand(t, sequence, TOKEN, effort)
+def ranged(first=RANGE, second=ANYWHERE, **changes):
+    return armed(ranges=(first, second), **changes)
 
 
 @pytest.mark.parametrize("v", [0.3, 1.0, 4.0, 20.0])
@@ -36,48 +28,89 @@ def test_the_envelope_leaves_the_way_that_reacting_and_braking_take(v):
 @pytest.mark.parametrize(("q", "v"), [(1.0, 3.9), (1.0, -5.0), (2.5, -5.0), (2.5, 0.0), (-1.5, 0.009)])
 def test_an_axis_that_can_stop_in_its_range_or_goes_back_into_it_may_go_on(q, v):
     guard = ranged()
-    guard.step(command(0.0), GuardState((v, 1e6), (q, 1e6)), 0.0)
+    guard.step(command(0.0), GuardState((v, 1e3), (q, 1e6)), 0.0)
     assert guard.mode == ARMED and guard.passed == 1
 
 
 @pytest.mark.parametrize(
-    ("q", "v", "end"),
-    [(1.0, 4.1, 2.0), (0.0, -4.1, -1.0), (2.0, 0.02, 2.0), (math.nan, 0.02, 2.0), (0.0, math.nan, 2.0)],
+    ("q", "v", "allowed"),
+    [
+        (1.0, 4.1, "3.97"),
+        (0.0, -4.1, "3.97"),
+        (2.0, 0.02, "0"),
+        (math.nan, 0.02, "0"),
+        (0.0, math.nan, "3.97"),
+    ],
 )
-def test_an_axis_too_fast_for_the_end_of_its_range_is_braked_and_says_so(q, v, end):
+def test_an_axis_too_fast_for_the_end_of_its_range_is_braked_and_says_so(q, v, allowed):
     guard = ranged()
     guard.step(command(0.0), GuardState((v, 0.0), (q, 0.0)), 0.0)
     assert guard.mode == BRAKING and guard.refused == 1
-    assert guard.reason.startswith("axis 1 at") and "too fast" in guard.reason
+    assert guard.reason == f"axis 1 at {q:.4g} is too fast for the end of its range: {v:.3g} of {allowed}"
+
+
+def test_the_second_axis_is_judged_like_the_first():
+    guard = ranged(ANYWHERE, RANGE)
+    guard.step(command(0.0), GuardState((99.0, 4.1), (0.0, 1.0)), 0.0)
+    assert guard.reason.startswith("axis 2 at 1 ")
+
+
+def test_up_to_the_rest_velocity_an_axis_may_always_move():
+    for v, mode in ((0.01, ARMED), (0.0101, BRAKING)):
+        guard = ranged()
+        guard.step(command(0.0), GuardState((v, 0.0), (2.0, 0.0)), 0.0)
+        assert guard.mode == mode
 
 
 @pytest.mark.parametrize("position", [(), (0.0,), (0.0, 0.0, 0.0)])
 def test_drives_that_do_not_tell_every_position_stop_an_arm_that_has_ranges(position):
     guard = ranged()
     guard.step(None, GuardState((1.0, 0.0), position), 0.0)
-    assert guard.mode == BRAKING and "position" in guard.reason
+    assert guard.mode == BRAKING and guard.reason == UNTOLD
+
+
+def test_drives_that_do_not_tell_every_velocity_stop_an_arm_that_has_ranges():
+    guard = ranged()
+    guard.step(None, GuardState((1.0,), (0.0, 0.0)), 0.0)
+    assert guard.reason == UNTOLD
+    free = armed()
+    free.step(command(0.0), GuardState((), ()), 0.0)
+    assert free.mode == ARMED
+
+
+def held_at(guard, q, effort, first=0):
+    for k in range(first, first + 20):
+        state = GuardState((0.0, 0.0), (q, 0.0))
+        torque = guard.step(command(k * 0.005, k + 1, (effort, 9.0)), state, k * 0.005)
+    return torque
 
 
 @pytest.mark.parametrize(("q", "effort"), [(2.0, 9.0), (2.1, 9.0), (-1.0, -9.0), (-3.0, -9.0)])
 def test_no_torque_pushes_an_axis_beyond_its_range(q, effort):
     guard = ranged()
-    for k in range(20):
-        torque = guard.step(
-            command(k * 0.005, k + 1, (effort, 0.0)), GuardState((0.0, 0.0), (q, 0.0)), k * 0.005
-        )
-    assert torque[0] == 0.0 and guard.limited == 20
-    for k in range(20, 40):
-        torque = guard.step(
-            command(k * 0.005, k + 1, (-effort, 0.0)), GuardState((0.0, 0.0), (q, 0.0)), k * 0.005
-        )
-    assert torque[0] == math.copysign(2.0, -effort)
+    assert held_at(guard, q, effort)[0] == 0.0 and guard.limited == 20
+    assert held_at(guard, q, -effort, 20) == [math.copysign(2.0, -effort), 5.0]
+
+
+@pytest.mark.parametrize(("q", "effort"), [(2.0, 9.0), (2.1, 9.0), (-1.0, -9.0), (-3.0, -9.0)])
+@pytest.mark.parametrize("weight", [0.7, -0.7])
+def test_beyond_the_range_of_an_arm_with_weight_the_torque_that_holds_it_is_the_bound(q, effort, weight):
+    loads = replace(WEIGHTLESS, holding=(weight, 0.0))
+    guard = ranged(loads=loads)
+    assert held_at(guard, q, effort)[0] == pytest.approx(weight, abs=1e-12)
+    assert held_at(guard, q, -effort, 20)[0] == math.copysign(2.0, -effort)
 
 
 def test_torque_towards_an_end_fades_where_the_axis_may_not_move_on():
-    half = 2.0 - 0.5**2 / 20.0 / 2.0
-    guard = ranged()
-    for k in range(20):
-        torque = guard.step(
-            command(k * 0.005, k + 1, (9.0, 9.0)), GuardState((0.0, 0.0), (half, 0.0)), k * 0.005
-        )
-    assert torque == pytest.approx([1.0, 5.0])
+    band = 0.5**2 / 20.0
+    for share in (0.25, 0.5, 1.0, 3.0):
+        assert RANGE.share(share * band) == pytest.approx(min(share, 1.0))
+    assert held_at(ranged(), 2.0 - band / 2.0, 9.0) == pytest.approx([1.0, 5.0])
+    assert held_at(ranged(), -1.0 + band / 4.0, -9.0) == pytest.approx([-0.5, 5.0])
+
+
+def test_with_weight_the_torque_fades_from_its_limit_to_what_holds_the_arm():
+    middle = 0.5**2 / 40.0
+    loads = replace(WEIGHTLESS, holding=(1.0, 0.0))
+    assert held_at(ranged(loads=loads), 2.0 - middle, 9.0)[0] == pytest.approx(1.5)  # of 1 and 2
+    assert held_at(ranged(loads=loads), -1.0 + middle, -9.0)[0] == pytest.approx(-0.5)  # of 1 and -2

@@ -46,6 +46,4 @@ def too_much_energy(energy: float, limits: GuardLimits) -> str:
     if energy <= limits.energy:
         return ""
     window = 1e3 * limits.energy_window
-    return (
-        f"motors have put {energy:.3g} J into the arm within {window:.0f} ms, {limits.energy:.3g} J allowed"
-    )
+    return f"motors have put {energy:.3g} of {limits.energy:.3g} J into the arm within {window:.0f} ms"

@@ -46,6 +46,8 @@ class StopBrake:
 
     def acceleration(self, q: float, v: float) -> float:
         """Return the acceleration to brake or hold with [rad/s^2] or [m/s^2]; 0 where nothing is known."""
+        if not math.isfinite(v):
+            return 0.0
         if not self.is_held and v * self._way <= self._rest:
             self.end, self.is_held = q, True
         if not math.isfinite(q + self.end):

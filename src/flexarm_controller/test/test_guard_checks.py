@@ -1,0 +1,137 @@
+"""Strain, energy and model: what else stops an arm or keeps a command from it."""
+
+import math
+
+import pytest
+from guarded_arm import LIMITS, REST, armed, command
+
+from flexarm_controller.guard import ARMED, BRAKING, GuardState
+from flexarm_controller.guarding.energy import EnergyWindow
+
+STRAINS = (1e-3, 5e-4)
+
+
+def strained(*strain):
+    guard = armed(strain=STRAINS)
+    guard.step(command(0.0), GuardState((1.0, 0.0), (0.0, 0.0), strain), 0.0)
+    return guard
+
+
+@pytest.mark.parametrize(
+    ("strain", "why"),
+    [
+        ((1.1e-3, 0.0), "gauge 1 is strained beyond its limit: 0.0011 of 0.001"),
+        ((0.0, -6e-4), "gauge 2 is strained beyond its limit: -0.0006 of 0.0005"),
+        ((math.nan, math.inf), "gauge 2 is strained beyond its limit: inf of 0.0005"),
+        ((0.0,), "1 strains, the arm has 2 gauges with a limit"),
+        ((0.0, 0.0, 0.0), "3 strains, the arm has 2 gauges with a limit"),
+    ],
+)
+def test_a_strain_beyond_its_limit_latches_a_stop_and_names_the_gauge(strain, why):
+    guard = strained(*strain)
+    assert (guard.mode, guard.reason, guard.refused) == (BRAKING, why, 1)
+
+
+@pytest.mark.parametrize("strain", [(), (1e-3, -5e-4), (math.nan, math.nan), (math.nan, 1e-4)])
+def test_strain_up_to_its_limit_and_silent_gauges_are_no_reason_to_stop(strain):
+    assert strained(*strain).mode == ARMED
+
+
+@pytest.mark.parametrize("energy", [-3.0, 0.0, 2.0])
+def test_the_energy_of_the_window_is_the_sum_of_torque_times_velocity(energy):
+    """E = tau v t at constant power, and nothing more once it has lasted for the window."""
+    window = EnergyWindow(0.25, 0.005)
+    for k in range(1, 101):
+        told = window.add((2.0, 1.0), (energy / 4.0, energy / 2.0))
+        assert told == window.energy == pytest.approx(energy * min(k, 50) * 0.005, abs=1e-12)
+    for _ in range(50):
+        window.add((2.0, 1.0), (0.0, 0.0))
+    assert window.energy == 0.0
+
+
+def test_a_velocity_that_cannot_be_true_adds_no_energy():
+    window = EnergyWindow(0.25, 0.005)
+    assert window.add((1.0, 2.0), (math.nan, 1.0)) == pytest.approx(0.01)
+    assert window.add((1.0, 2.0), (math.inf, 1.0)) == pytest.approx(0.02)
+    assert window.add((1.0, 2.0), ()) == pytest.approx(0.02)
+
+
+def test_a_window_shorter_than_a_period_is_one_period():
+    window = EnergyWindow(1e-4, 0.005)
+    window.add((1.0,), (1.0,))
+    assert window.add((2.0,), (1.0,)) == pytest.approx(0.01)
+
+
+def driven(energy, periods, sign=1.0):
+    """Return a guard whose motors put 0.3 * 10 + 0.1 * 20 = 5 W into an arm, and what it said."""
+    guard = armed(energy=energy)
+    for k in range(periods):
+        guard.step(command(k * 0.005, k), GuardState((sign * 10.0, sign * 20.0), (0.0, 0.0)), k * 0.005)
+    return guard
+
+
+def test_motors_that_put_in_more_energy_than_the_arm_can_take_latch_a_stop():
+    guard = driven(1.0, 41)  # the first period has no torque yet
+    assert guard.mode == ARMED and guard.energy == pytest.approx(1.0)
+    guard = driven(1.0, 42)
+    assert guard.mode == BRAKING and guard.energy == pytest.approx(1.025)
+    assert guard.reason == "motors have put 1.03 of 1 J into the arm within 250 ms"
+
+
+def test_energy_that_is_taken_out_or_older_than_the_window_is_no_reason_to_stop():
+    assert driven(1.0, 100, -1.0).mode == ARMED
+    guard = driven(1.3, 300)
+    assert guard.mode == ARMED and guard.energy == pytest.approx(1.25)
+
+
+def test_energy_that_is_not_a_number_latches_a_stop():
+    guard = armed(energy=1.0)
+    for k, v in enumerate((0.0, 1.7e308, -1.7e308)):
+        guard.step(command(k * 0.005, k, (9.0, 9.0)), GuardState((v, v), (0.0, 0.0)), k * 0.005)
+    assert guard.mode == BRAKING
+
+
+def test_without_a_limit_any_energy_may_be_put_in():
+    assert LIMITS.energy == math.inf and driven(LIMITS.energy, 60).mode == ARMED
+
+
+def test_a_command_computed_with_another_model_is_refused_by_name():
+    guard = armed()
+    guard.serve("new", 0.0)
+    assert guard.model_id == "new"
+    guard.step(command(0.0, 1, model_id="other"), REST, 0.0)
+    assert guard.refusal == "command computed with model 'other', served is 'new'"
+    guard.step(command(0.0, 1), REST, 2.0)
+    assert (guard.passed, guard.refused, guard.mode) == (0, 2, ARMED)
+    guard.step(command(0.001, 2, model_id="new"), REST, 0.001)
+    assert guard.passed == 1
+
+
+def test_commands_of_the_model_before_pass_for_the_changeover_and_no_longer():
+    guard = armed()
+    guard.serve("old", 0.0)
+    guard.serve("new", 1.0)
+    for t, passed in ((1.5, 1), (2.0, 2), (2.01, 2)):
+        guard.step(command(t, round(100 * t), model_id="old"), REST, t)
+        assert (guard.passed, guard.mode) == (passed, ARMED)
+    guard.step(command(2.02, 203, model_id="new"), REST, 2.02)
+    assert guard.passed == 3
+
+
+def test_to_serve_the_same_model_again_does_not_lengthen_the_changeover():
+    guard = armed()
+    guard.serve("old", 0.0)
+    guard.serve("new", 0.0)
+    guard.serve("new", 1.5)
+    guard.step(command(1.6, model_id="old"), REST, 1.6)
+    assert guard.passed == 0
+
+
+def test_before_a_model_is_served_commands_of_any_model_pass():
+    guard = armed()
+    guard.step(command(0.0, 1, model_id="any"), REST, 0.0)
+    guard.step(command(0.005, 2), REST, 0.005)
+    assert guard.passed == 2
+    guard.serve("first", 0.01)
+    guard.step(command(0.01, 3), REST, 0.01)  # of the time before, in the changeover
+    assert guard.passed == 3

@@ -1,0 +1,165 @@
+"""The guard's limits follow from the description, for every arm by the same code."""
+
+import math
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+from served_arms import single_link
+
+from flexarm_controller.guard_settings import GuardSettings, guard_limits
+from flexarm_controller.guarding import pose_loads
+from flexarm_controller.guarding.hold_rate import FINENESS, largest_hold_rate, spectral_radius
+from flexarm_controller.guarding.pose_loads import PoseLoads, loads_of
+from flexarm_controller.guarding.strain_gauges import StrainGauges
+from flexarm_controller.limits import limits_of
+from flexarm_controller.motion.approach import KEPT, Approach
+from flexarm_controller.motion.settings import MotionConfig
+from flexarm_model.config import load_config
+from flexarm_model.linearize import PoseError, linearize
+from flexarm_model.manipulator_file import find_manipulator
+from flexarm_model.reduced_tree import ReducedTree
+
+MACHINES = ("single_link", "variable_stiffness", "planar_3rrr", "spatial_3tpt", "serial_6r")
+SLOW = [pytest.param(name, marks=pytest.mark.slow) for name in MACHINES[2:]]
+SETTINGS = GuardSettings()
+
+
+@cache
+def tree_of(name):
+    return ReducedTree(load_config(find_manipulator(name)))
+
+
+@cache
+def guarded(name):
+    tree = tree_of(name)
+    return guard_limits(tree.config, tree, SETTINGS)
+
+
+@pytest.mark.parametrize("name", [*MACHINES[:2], *SLOW])
+def test_every_arm_gets_limits_that_its_motors_can_keep(name):
+    """A stop at the planned deceleration takes no more torque than its share, wherever the arm is."""
+    limits, described = guarded(name), limits_of(tree_of(name).config)
+    np.testing.assert_array_equal(limits.effort, described.effort)
+    np.testing.assert_array_equal(limits.effort_rate, described.effort_rate)
+    np.testing.assert_array_equal(limits.strain, described.strain)
+    inertia = np.diag(limits.loads.inertia)
+    braking = limits.braking
+    for known, a, peak in zip(limits.ranges, braking.deceleration, braking.peak, strict=True):
+        assert 0.0 < a <= known.deceleration < peak == 2.0 * known.deceleration and known.margin > 0.0
+    torque = inertia * [known.deceleration for known in limits.ranges]
+    assert (torque <= 0.5 * (1.0 + 1e-9) * described.effort).all()  # rounding
+    assert limits.loads.fits(len(described.effort)) and 0.0 < limits.energy < math.inf
+
+
+@pytest.mark.parametrize("name", [*MACHINES[:2], *SLOW])
+def test_the_guard_lets_an_arm_approach_the_ends_as_fast_as_motions_are_planned(name):
+    tree = tree_of(name)
+    limits, known = limits_of(tree.config), guarded(name).ranges
+    plan = Approach(linearize(tree), limits, MotionConfig())
+    for axis, ends in enumerate(known):
+        for share in (0.02, 0.05, 0.1, 0.2, 0.5, 1.0):
+            d = share * (ends.high - ends.low)
+            planned = KEPT * (math.sqrt(2.0 * plan._a[axis] * d) - plan._b[axis])
+            assert min(planned, limits.velocity[axis]) <= ends.allowed(d) * 1.02
+
+
+def test_the_numbers_of_a_single_link_are_those_by_hand():
+    """0.3 + strip 0.0648 kg m^2 (formula of a rod and a point mass), 28 N m at 2800 N m/s, 6 rad/s, 200 Hz."""
+    limits = guarded("single_link")
+    strip = 0.63 * 0.0032 * 0.02 * 7750.0
+    inertia = 0.3 + strip * (0.63**2 / 12.0 + 0.325**2) + 0.054 * 0.63**2
+    (known,) = limits.ranges
+    assert known.deceleration == pytest.approx(14.0 / inertia, rel=1e-3)
+    assert known.margin == pytest.approx(known.deceleration * (7 * 0.005 + 42.0 / 2800.0) / 2.0)
+    assert limits.braking.deceleration[0] == pytest.approx(6.0 / 16.0 / (0.02 + 21.0 / 2800.0))
+    assert limits.energy == pytest.approx(2.0 * inertia * 36.0 / 2.0, rel=1e-3)
+    assert limits.braking.taper == pytest.approx(50.0) and limits.braking.lead == pytest.approx(0.01)
+
+
+def test_a_gauge_that_bears_little_makes_braking_gentler():
+    """Static strain of a strip whose root is accelerated, E I kappa = sum m x a, at 5 mm from the clamp."""
+    tree = tree_of("single_link")
+    sensors = tuple(replace(spec, limit=min(spec.limit, 1e-4)) for spec in tree.config.sensors)
+    limits = guard_limits(replace(tree.config, sensors=sensors), tree, SETTINGS)
+    mu, length, from_axis, at = 0.0032 * 0.02 * 7750.0, 0.63, 0.01, 0.005
+    x = np.linspace(at, length, 20001)
+    moment = np.trapezoid(mu * (x - at) * (x + from_axis), x) + 0.054 * (0.62 - at) * (0.62 + from_axis)
+    strain = 0.0016 * moment / (208.5e9 * 0.02 * 0.0032**3 / 12.0)
+    assert limits.ranges[0].deceleration == pytest.approx(1e-4 / 2.0 / strain, rel=0.02)
+    assert limits.strain == (1e-4,)
+
+
+def test_the_loads_of_an_arm_with_weight_are_those_of_its_gravity():
+    """Lever arms by hand: links 2 and 3 stretched out level, springs rigid enough to neglect their sag."""
+    tree = tree_of("variable_stiffness")
+    loads = loads_of(linearize(tree, np.array([0.0, 0.0, 0.0])))
+    elbow = 0.14752 * 9.81 * (0.24 - 0.115)
+    shoulder = elbow + 9.81 * (0.14752 * 0.29 + 0.215 * (0.29 - 0.133))
+    np.testing.assert_allclose(loads.holding, [0.0, shoulder, elbow], rtol=0.01, atol=1e-9)
+    upright = loads_of(linearize(tree))
+    np.testing.assert_allclose(upright.holding, 0.0, atol=1e-9)
+    assert upright.stiffness[1][1] == pytest.approx(-shoulder, rel=0.05)  # falls over
+
+
+def test_new_loads_come_only_when_the_arm_has_moved_far_enough():
+    follow = PoseLoads(tree_of("variable_stiffness"))
+    home = np.array(tree_of("variable_stiffness").config.home)
+    assert follow.look(home + 0.08) is None
+    loads = follow.look(home + [0.0, -0.5, 0.0])
+    assert loads is not None and loads.pose == pytest.approx(home + [0.0, -0.5, 0.0])
+    assert follow.look(home + [0.0, -0.45, 0.0]) is None
+    assert follow.look(home * math.nan) is None
+    beyond = follow.look(home + [0.0, 99.0, 0.0])
+    assert beyond is not None and beyond.pose[1] == pytest.approx(math.pi)  # the end of its range
+
+
+def test_where_the_arm_cannot_stand_there_are_no_new_loads(monkeypatch):
+    def falls(tree, pose):
+        raise PoseError("no stable equilibrium")
+
+    follow = PoseLoads(tree_of("variable_stiffness"))
+    monkeypatch.setattr(pose_loads, "linearize", falls)
+    assert follow.look(np.array([1.0, 1.0, 1.0])) is None
+
+
+def test_the_hold_rate_is_the_edge_of_stability():
+    model = single_link()
+    rate = largest_hold_rate(model, 0.005)
+    assert spectral_radius(model, 0.005, rate) < 1.0 <= spectral_radius(model, 0.005, rate / FINENESS)
+
+
+def test_a_rigid_axis_is_held_up_to_the_rate_that_its_poles_allow():
+    """z^2 (z - 1)^2 (z - 1 + s) with damping r w and spring r^2 / 4 on a double integrator, by its polynomial."""
+    model = single_link()
+    rigid = replace(
+        model,
+        M=np.array([[2.0]]),
+        D=np.zeros((1, 1)),
+        K=np.zeros((1, 1)),
+        B=np.eye(1),
+        f0=np.zeros(1),
+        omega=np.zeros(0),
+        zeta=np.zeros(0),
+        outputs=model.outputs,
+        Phi=model.Phi[:, :1],
+    )
+    g, s = 0.2, 0.4  # r T
+    z = np.poly1d([1.0, 0.0])
+    velocity = s * z * (z - 1.0)  # over z (z - 1 + s), of theta / T
+    plant = 0.5 * (z + 1.0)  # over (z - 1)^2, of u T^2
+    spring = g**2 / 4.0 * z * (z - 1.0 + s)
+    whole = z * (z - 1.0) ** 2 * z * (z - 1.0 + s) + plant * (g * velocity + spring)
+    assert spectral_radius(rigid, 0.005, g / 0.005) == pytest.approx(abs(whole.roots).max(), rel=1e-9)
+
+
+def test_strains_are_put_in_order_and_a_silent_gauge_is_not_a_number():
+    gauges = StrainGauges(tree_of("single_link").config)
+    assert np.isnan(gauges.read()).all()
+    gauges.update({"root_strain": np.array([1e-4]), "encoder": np.array([1.0])})
+    assert gauges.read() == (1e-4,)
+    gauges.update({"root_strain": np.zeros(0)})
+    assert np.isnan(gauges.read()).all()
+    gauges.update({})
+    assert np.isnan(gauges.read()).all() and len(gauges.read()) == 1
