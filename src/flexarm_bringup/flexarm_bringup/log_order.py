@@ -82,7 +82,8 @@ class LockstepLog:
         lost = sum(self._lockstep.missing().values())
         for topic, received in self._lockstep.take_rest().items():
             for cdr in received:
-                self._keep(max(self._now_ns, header_stamp_ns(cdr)), topic, cdr)
+                # after the newest tick, whose step it took no part in: a camera frame is stamped long before
+                self._keep(max(self._now_ns + 1, header_stamp_ns(cdr)), topic, cdr)
         while self._waiting:
             self._write_next()
         return lost

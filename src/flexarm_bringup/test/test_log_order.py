@@ -118,6 +118,18 @@ def test_what_follows_the_last_tick_is_kept() -> None:
     ]
 
 
+def test_a_frame_whose_tick_was_not_sent_any_more_comes_after_the_newest_tick() -> None:
+    log, written = lockstep_log()
+    for k in range(3):
+        send(log, "joint_states", k)
+        send(log, "tick", k)
+        log.announce(k, k * PERIOD_NS, ["joint_states"], [1])
+    send(log, "camera/pose", 3, delay=2)  # exposed before tick 2, sent after it
+    assert log.close() == 0
+    assert [name for name, _, _ in written[-2:]] == ["/flexarm/tick", "/flexarm/camera/pose"]
+    assert written[-1][1] > written[-2][1]
+
+
 @pytest.mark.parametrize("topic", ["joint_states", "modal_state", "reference"])
 def test_in_real_time_the_log_time_is_that_of_arrival(topic: str) -> None:
     written: Written = []
