@@ -95,7 +95,7 @@ def test_without_ranges_a_stop_ends_at_its_way():
 
 @pytest.mark.parametrize("way", [1.0, -1.0])
 def test_deceleration_is_as_planned_and_more_where_way_is_lost(way):
-    """With the distance d less 0.01 v + 5 / 2 50^2 = 0.001: max(5, v^2 / 2 d) + 10 (v - sqrt(10 d)), at most 15."""
+    """max(5, v^2 / 2 d) + 10 (v - sqrt(10 d)), at most 15, with d less 0.01 v + 5 / 2 50^2 = 0.001."""
     one = brake()
     one.begin(0.0, 2.0 * way)  # ends at 0.4
     for q, v, wanted in (

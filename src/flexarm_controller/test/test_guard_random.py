@@ -21,6 +21,7 @@ RANGED = replace(
 )
 HEAVY = replace(RANGED, loads=replace(WEIGHTLESS, holding=(0.7, -2.0), stiffness=((0.5, 0.1), (0.1, 0.0))))
 ARMS = (LIMITS, RANGED, HEAVY)
+pytestmark = pytest.mark.thorough
 
 
 def check(guard, last, torque, position):
