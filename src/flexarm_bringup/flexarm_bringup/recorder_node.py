@@ -121,7 +121,7 @@ class RecorderNode(ManagedNode):
             self._log.announce(tick.sequence, header_stamp_ns(cdr), tick.topics, tick.counts)
 
     def on_flush(self) -> None:
-        """Hand what waits to the disk, so that a full one shows; in lockstep no clock has a say in the file."""
+        """Hand what waits to the disk, so that a full one shows; in lockstep no clock has a say in files."""
         if self._settings.lockstep or self.failure:
             return
         try:

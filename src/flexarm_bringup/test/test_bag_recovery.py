@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import resource
 from pathlib import Path
 
 import pytest
@@ -98,3 +99,22 @@ def test_the_command_says_what_it_recovered(tmp_path: Path, capsys: pytest.Captu
     path = broken_bag(tmp_path / "bag", 5)
     assert cli.main(["recover", str(path), "--output", str(tmp_path / "new")]) == 0
     assert "5 messages recovered" in capsys.readouterr().out
+
+
+def test_of_a_disk_of_1_mb_nine_tenths_are_recovered_and_closing_does_no_harm(tmp_path: Path) -> None:
+    path, taken = tmp_path / "bag", 0
+    writer = BagWriter(path, WRITTEN, {})
+    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (2**20, hard))
+    try:
+        with pytest.raises(OSError, match="too large"):
+            for k in range(100_000):
+                writer.write(JOINTS, k, joint_state(k, 0.0))
+                taken = k + 1
+        with pytest.raises(OSError, match="too large"):
+            writer.close()
+        writer.close()  # again, as at the end of a node
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
+    assert taken > 5000
+    assert len(recover_bag(path, tmp_path / "new").records) >= 0.9 * taken
