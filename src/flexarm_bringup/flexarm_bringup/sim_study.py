@@ -126,7 +126,7 @@ def run_sim_job(job: SimJob) -> list[SimResult]:
     tree, plant = ReducedTree(config), None
     results = []
     for law in job.laws:
-        settings = loop_settings(job.task, law, CONDITIONS[job.condition])
+        settings = loop_settings(job.task.under(job.preset), law, CONDITIONS[job.condition])
         hardware = Hardware(config, settings.rig, plant=plant)
         plant = hardware.rig.plant
         ticks, effort = run_loop(hardware, tree, job.course.reference, job.course.end, settings, observe_tip)

@@ -9,7 +9,7 @@ controller differ from the defaults.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -45,6 +45,7 @@ class Task:
         assumed: What is not published about the moves.
         settings: What differs from the defaults of estimator, controller and schedule, by section.
         compare: How "flexarm compare" compares laws on it.
+        preset_settings: What differs from ``settings`` under a preset, by preset and section.
     """
 
     manipulator: str
@@ -59,10 +60,17 @@ class Task:
     assumed: tuple[str, ...] = ()
     settings: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
     compare: Comparison = field(default_factory=Comparison)
+    preset_settings: Mapping[str, Mapping[str, Mapping[str, Any]]] = field(default_factory=dict)
 
     def make(self, section: str, config_class: type[Settings]) -> Settings:
         """Return settings: defaults with the task's values."""
         return apply_overrides(config_class, self.settings.get(section, {}))
+
+    def under(self, preset: str) -> Task:
+        """Return the task with the settings that it has under a preset of the description."""
+        own = self.preset_settings.get(preset, {})
+        merged = {name: {**self.settings.get(name, {}), **own.get(name, {})} for name in SECTIONS}
+        return replace(self, settings=merged, preset_settings={})
 
 
 SECTIONS: dict[str, type] = {
@@ -115,11 +123,15 @@ def load_task(path: Path) -> Task:
         assumed=top.texts("assumed", ()),
         settings=_read_settings(top.section("settings", {})),
         compare=read_comparison(top.section("compare", {})),
+        preset_settings={
+            preset: _read_settings(section) for preset, section in top.sections("preset_settings", {})
+        },
     )
     watch.done()
     top.done()
-    for name, config_class in SECTIONS.items():
-        task.make(name, config_class)
+    for variant in (task, *map(task.under, task.preset_settings)):
+        for name, config_class in SECTIONS.items():
+            variant.make(name, config_class)
     return task
 
 

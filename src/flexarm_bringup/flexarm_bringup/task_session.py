@@ -94,7 +94,7 @@ def run_task_session(
 
 def task_settings(job: SimJob, law: str) -> dict[str, dict[str, Any]]:
     """Return the parameters of the nodes that are not defaults, by node."""
-    task = job.task
+    task = job.task.under(job.preset)
     config = load_config(find_manipulator(task.manipulator), job.preset)
     parts = {
         name: dict(task.settings.get(name, {})) for name in ("controller", "mpc", "estimator", "schedule")

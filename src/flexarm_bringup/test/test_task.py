@@ -129,3 +129,18 @@ def test_what_the_arm_cannot_do_is_refused_by_the_moves_name(
 def test_the_tasks_that_come_along_can_be_read() -> None:
     folder = find_task("single_link").parent
     assert all(load_task(path).moves for path in sorted(folder.glob("*.yaml")))
+
+
+def test_preset_changes_the_settings_that_it_names_and_no_others(tmp_path: Path) -> None:
+    own = "preset_settings:\n  light: {mpc: {input_jerk: 50.0}, schedule: {angle: 0.2}}\n"
+    task = load_task(write(tmp_path, TASK + own))
+    light, plain = task.under("light"), task.under("")
+    assert (light.make("mpc", MpcConfig).input_jerk, light.make("mpc", MpcConfig).horizon) == (50.0, 20)
+    assert light.settings["schedule"]["angle"] == 0.2
+    assert plain.make("mpc", MpcConfig) == task.make("mpc", MpcConfig)
+    assert plain.settings["schedule"]["angle"] == 0.1
+
+
+def test_wrong_setting_of_a_preset_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(ConfigError, match="weight"):
+        load_task(write(tmp_path, TASK + "preset_settings:\n  light: {mpc: {weight: 1.0}}\n"))

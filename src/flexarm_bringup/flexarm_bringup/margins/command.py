@@ -12,7 +12,9 @@ off by up to 10 %. The same check keeps the controller node from sending anythin
 from __future__ import annotations
 
 import argparse
+from collections.abc import Mapping
 from dataclasses import fields, replace
+from typing import Any
 
 from flexarm_bringup.margins.page import build_page
 from flexarm_bringup.margins.study import run_study
@@ -24,6 +26,7 @@ from flexarm_controller.settings import MarginConfig
 from flexarm_model.parameters import ParameterError
 from flexarm_model.strict_yaml import ConfigError
 
+Settings = Mapping[str, Mapping[str, Any]]
 REFUSED = 2
 ALONG = 5  # poses along the moves
 
@@ -74,7 +77,7 @@ def with_settings(task: Task, changes: list[str]) -> Task:
         ConfigError: A change cannot be understood; says what is allowed.
         ParameterError: A value is outside its range.
     """
-    settings = {name: dict(values) for name, values in task.settings.items()}
+    found: dict[str, dict[str, Any]] = {}
     for change in changes:
         where, _, value = change.partition("=")
         section, _, key = where.partition(".")
@@ -83,11 +86,18 @@ def with_settings(task: Task, changes: list[str]) -> Task:
             raise ConfigError(
                 f"--set {change}: expected SECTION.KEY=VALUE, SECTION one of {', '.join(SECTIONS)}"
             )
-        settings.setdefault(section, {})[key] = _number(change, value)
-    changed = replace(task, settings=settings)
+        found.setdefault(section, {})[key] = _number(change, value)
+    settings = _merged(task.settings, found)
+    presets = {preset: _merged(own, found) for preset, own in task.preset_settings.items()}
+    changed = replace(task, settings=settings, preset_settings=presets)
     for section, kind in SECTIONS.items():
         changed.make(section, kind)
     return changed
+
+
+def _merged(settings: Settings, changes: Settings) -> Settings:
+    """Return settings by section with some of them changed."""
+    return {name: {**settings.get(name, {}), **changes.get(name, {})} for name in {**settings, **changes}}
 
 
 def _number(change: str, text: str) -> float:

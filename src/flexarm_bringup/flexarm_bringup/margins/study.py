@@ -130,7 +130,7 @@ def run_study(
         ConfigError: Preset or description are wrong.
         ValueError: The arm cannot do its moves, or a pose has no model.
     """
-    config = load_config(find_manipulator(task.manipulator), preset)
+    config, task = load_config(find_manipulator(task.manipulator), preset), task.under(preset)
     laws = task.make("controller", ControllerConfig), task.make("mpc", MpcConfig)
     loop = Loop(config, task.make("estimator", EstimatorConfig), laws, margins)
     found = []

@@ -76,6 +76,7 @@ def graph_of(manipulator: str, preset: str | None) -> tuple[tuple[Process, ...],
     """
     task = task_for(manipulator)
     preset = task.presets[0] if preset is None else preset
+    task = task.under(preset)
     config = load_config(find_manipulator(task.manipulator), preset)
     part = {
         name: dict(task.settings.get(name, {})) for name in ("controller", "mpc", "estimator", "schedule")
