@@ -7,6 +7,7 @@ import pytest
 
 from flexarm_bringup import cli
 from flexarm_bringup.parameters_command import NODES, page, parameters_of
+from flexarm_model.parameter_file import FLEXARM_NODES
 
 PAGE = Path(__file__).parents[3] / "docs" / "parameters.md"
 
@@ -33,3 +34,7 @@ def test_one_nodes_parameters_fit_a_terminal_line_each(capsys):
     lines = capsys.readouterr().out.splitlines()
     assert len(lines) == len(list(parameters_of("estimator")))
     assert any(line.startswith("gate ") and "[" in line for line in lines)
+
+
+def test_a_parameter_file_may_name_every_node_that_there_is() -> None:
+    assert set(FLEXARM_NODES) == set(NODES)

@@ -24,14 +24,11 @@ from rclpy.signals import SignalHandlerOptions
 from std_msgs.msg import Bool
 
 from flexarm_model.announce import announce_on_stderr
-from flexarm_model.declared_node import declare_config, declare_configs
 from flexarm_model.parameter_file import parameter_sources
 from flexarm_model.parameters import ParameterError
 from flexarm_model.process_title import set_process_title
 from flexarm_model.single_instance import NameTakenError, claim_name
 from flexarm_model.strict_yaml import ConfigError
-
-__all__ = ["ReadyFlag", "declare_config", "declare_configs", "events_executor", "run_node"]
 
 SENSOR_QOS = QoSProfile(depth=50, reliability=ReliabilityPolicy.BEST_EFFORT)
 RELIABLE_QOS = QoSProfile(depth=10)

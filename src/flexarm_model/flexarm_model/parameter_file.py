@@ -15,7 +15,7 @@ from typing import Any
 
 from flexarm_model.strict_yaml import ConfigError, read_yaml
 
-FLEXARM_NODES = ("model", "estimator", "controller", "guard", "rig", "recorder", "commander")
+FLEXARM_NODES = ("model", "estimator", "controller", "guard", "rig", "recorder", "commander", "markers")
 HELD = "ros__parameters"
 COMMAND_LINE = "command line"
 _FILE_OPTION, _VALUE_OPTIONS = "--params-file", ("-p", "--param")

@@ -15,7 +15,8 @@ pytest.importorskip("rclpy")
 PROGRAM = textwrap.dedent("""
     import sys
     from dataclasses import dataclass
-    from flexarm_model.node import ReadyFlag, declare_config, run_node
+    from flexarm_model.declared_node import declare_config
+    from flexarm_model.node import ReadyFlag, run_node
     from flexarm_model.parameters import parameter
     from rclpy.node import Node
 

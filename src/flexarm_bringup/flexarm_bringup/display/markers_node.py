@@ -36,16 +36,14 @@ from flexarm_bringup.display.shape import coordinates
 from flexarm_bringup.display.urdf import urdf
 from flexarm_bringup.mechanism_lines import MechanismLines
 from flexarm_bringup.monitor.model_book import ModelBook
-from flexarm_model.config import load_config
 from flexarm_model.conversions import model_from_msg
-from flexarm_model.manipulator_file import find_manipulator
+from flexarm_model.declared_node import declare_configs, load_arm
 from flexarm_model.node import (
     LATCHED_QOS,
     MODELS_QOS,
     RELIABLE_QOS,
     SENSOR_QOS,
     ReadyFlag,
-    declare_configs,
     run_node,
 )
 from flexarm_model.parameters import parameter
@@ -76,7 +74,7 @@ class MarkersNode(Node):
         super().__init__("markers", namespace="flexarm")
         self.settings: MarkersSettings
         (self.settings,) = declare_configs(self)
-        config = load_config(find_manipulator(self.settings.manipulator), self.settings.preset)
+        config = load_arm(self, self.settings.manipulator, self.settings.preset)
         tree = ReducedTree(config, use_compiler=False)
         self._lines, self._graph = MechanismLines(tree), SegmentGraph(tree, self.settings.stations)
         self._elastic = frozenset(name for name in tree.bodies if tree.elastic_coordinates(name))
