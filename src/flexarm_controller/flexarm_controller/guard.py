@@ -105,7 +105,8 @@ class Guard:
         """
         self.ticks += 1
         self.energy = self._window.add(self._tau, state.velocity)
-        self.holding = self._loads.holding_at(state.position)
+        holding = zip(self._loads.holding_at(state.position), self.limits.effort, strict=True)
+        self.holding = [max(-most, min(most, held)) for held, most in holding]
         self._set_bounds(state)
         wanted = self._follow(command, state, t) or self._brake(state)
         self._tau = [self._limit(axis, value) for axis, value in enumerate(wanted)]

@@ -10,6 +10,7 @@ WEIGHTLESS = Loads(
     holding=(0.0, 0.0),
     stiffness=((0.0, 0.0), (0.0, 0.0)),
     inertia=((0.1, 0.0), (0.0, 0.5)),
+    reach=(0.4, 0.4),
 )
 LIMITS = GuardLimits(
     effort=(2.0, 5.0),

@@ -6,7 +6,7 @@ from dataclasses import replace
 import pytest
 from guarded_arm import LIMITS, TOKEN, WEIGHTLESS, armed, command
 
-from flexarm_controller.guard import ARMED, BRAKING, STOPPED, Braking, Guard, GuardState, JointRange, Loads
+from flexarm_controller.guard import ARMED, BRAKING, STOPPED, Braking, Guard, GuardState, JointRange
 from flexarm_controller.guarding.stop_brake import StopBrake
 
 PERIOD = LIMITS.period
@@ -150,7 +150,7 @@ def test_an_axis_of_unknown_velocity_is_left_alone():
     assert one.acceleration(1e308, -1e308) == 0.0  # inf - inf
 
 
-FALLING = Loads((0.0, 0.0), (1.5, 0.0), ((0.0, 0.0), (0.0, 2.0)), ((0.1, 0.0), (0.0, 0.5)))
+FALLING = replace(WEIGHTLESS, holding=(1.5, 0.0), stiffness=((0.0, 0.0), (0.0, 2.0)))
 
 
 def test_an_arm_with_weight_is_held_where_it_stopped():
@@ -170,8 +170,22 @@ def test_the_holding_torque_follows_the_position_and_its_arm():
     assert guard.holding == pytest.approx([1.5, -0.8])
     guard.step(None, GuardState((0.0, 0.0)), 0.01)
     assert guard.holding == [1.5, 0.0]
-    guard.step(None, GuardState((0.0, 0.0), (0.0, math.inf)), 0.01)
-    assert guard.holding == [1.5, 0.0]
+
+
+@pytest.mark.parametrize(
+    ("q", "held"), [(0.5, 0.8), (1e308, 0.8), (math.inf, 0.8), (-9.0, -0.8), (math.nan, 0.0), (0.3, 0.6)]
+)
+def test_a_position_that_cannot_be_true_asks_for_no_more_than_the_edge_of_what_is_known(q, held):
+    guard = Guard(replace(LIMITS, loads=FALLING))
+    guard.step(None, GuardState((0.0, 0.0), (0.0, q)), 0.0)
+    assert guard.holding == pytest.approx([1.5, held])
+
+
+@pytest.mark.parametrize("weight", [9.0, -9.0])
+def test_an_arm_too_heavy_for_its_motors_is_held_with_all_there_is(weight):
+    guard = Guard(replace(LIMITS, loads=replace(WEIGHTLESS, holding=(weight, weight))))
+    guard.step(None, GuardState((0.0, 0.0), (0.0, 0.0)), 0.0)
+    assert guard.holding == [math.copysign(2.0, weight), math.copysign(5.0, weight)]
 
 
 @pytest.mark.parametrize(
@@ -183,6 +197,7 @@ def test_the_holding_torque_follows_the_position_and_its_arm():
         {"stiffness": ((0.0, 0.0), (0.0,))},
         {"inertia": ((0.1, 0.0), (0.0, math.inf))},
         {"inertia": ((0.1, 0.0),) * 3},
+        {"reach": (0.4,)},
     ],
 )
 def test_loads_of_another_arm_are_not_taken(wrong):

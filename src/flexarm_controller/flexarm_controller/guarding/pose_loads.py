@@ -13,7 +13,8 @@ from flexarm_model.reduced_model import ReducedModel
 from flexarm_model.reduced_tree import ReducedTree
 
 Array = NDArray[np.float64]
-NEAR = {"t": 0.01, "r": 0.09}  # m or rad from the pose up to which loads are good
+NEAR = {"t": 0.01, "r": 0.09}  # m or rad from the pose up to which no new loads are made
+REACH = 2.0  # times as far the last ones are good meanwhile
 
 
 def loads_of(model: ReducedModel) -> Loads:
@@ -21,7 +22,8 @@ def loads_of(model: ReducedModel) -> Loads:
     m, rest = model.n_theta, build_equilibrium(model)
     stiffness = rest.U[:, :m]
     holding = rest.u_0 + stiffness @ model.pose
-    return Loads(_row(model.pose), _row(holding), _rows(stiffness), _rows(model.M[:m, :m]))
+    reach = REACH * _near(model.theta_names)
+    return Loads(_row(model.pose), _row(holding), _rows(stiffness), _rows(model.M[:m, :m]), _row(reach))
 
 
 class PoseLoads:
@@ -31,7 +33,7 @@ class PoseLoads:
         """Begin at home."""
         config = tree.config
         self._tree, self._pose = tree, np.array(config.home)
-        self._near = np.array([NEAR[axis.name[0]] for axis in config.actuated.values()])
+        self._near = _near(tuple(config.actuated))
         self._low, self._high = (
             np.array([getattr(axis, side) for axis in config.actuated.values()])
             for side in ("lower", "upper")
@@ -50,6 +52,11 @@ class PoseLoads:
             return loads_of(linearize(self._tree, pose))
         except (PoseError, ClosureError):
             return None
+
+
+def _near(axes: tuple[str, ...]) -> Array:
+    """Return the distance of every axis, "joint.axis", (n_theta,)."""
+    return np.array([NEAR[name.rsplit(".", 1)[1][0]] for name in axes])
 
 
 def _row(values: Array) -> tuple[float, ...]:
