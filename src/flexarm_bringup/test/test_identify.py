@@ -82,7 +82,7 @@ def found_hz(capsys: pytest.CaptureFixture[str], tmp_path: Path, *arguments: str
     report = tmp_path / "report.json"
     assert cli.main(["identify", *arguments, "--json", str(report)]) == 0, capsys.readouterr().err
     rows = json.loads(report.read_text())["tables"][0]["rows"]
-    return np.array([[row[1], row[4]] for row in rows])
+    return np.array([[row[1], row[3]] for row in rows])
 
 
 @pytest.mark.parametrize(

@@ -1,10 +1,10 @@
 """What to excite an arm with: band, resolution and amplitude from the served model and the arm's limits.
 
 The band reaches from half the slowest mode of free motors to a quarter above the fastest served one, as far
-as the rate allows; a period has two lines per bandwidth of the narrowest. Every axis gets as much torque as alone would
-use the share of the first limit that binds; then all together are scaled until no run exceeds it. With
-several axes the runs carry the signs of a Hadamard matrix, so that all axes push in every run and yet can
-be told apart.
+as the rate allows; a period has two lines per bandwidth of the narrowest. Every axis gets as much torque as
+alone would use the share of the first limit that binds; then all together are scaled until no run exceeds it.
+With several axes the runs carry the signs of a Hadamard matrix, so that all axes push in every run and yet
+can be told apart.
 """
 
 from __future__ import annotations

@@ -10,10 +10,13 @@
       --fit bodies.strip.damping_ratio=1 --update my_arm.yaml     (one line) only these parameters
   flexarm identify rig --manipulator single_link   check the sensors of the simulated rig, excite it through
       its guard, identify; --perturb frequency_scale=0.87 --perturb mass_scale=1.3 makes it another arm
+  flexarm identify BAG                           a recorded bag: torque as input, its sensors as outputs
+  flexarm identify BAG --output-only             the same without any input: what the arm does by itself
   flexarm identify FILE --html report.html       responses, mode indicator, stabilisation chart, shapes
 
-Files: universal files (.uff, .unv), .csv, MATLAB .mat, .npz. A table of responses has the columns f_hz and
-OUTPUT/INPUT.re, OUTPUT/INPUT.im; records have t, in:NAME and out:NAME. Lines of low coherence do not count.
+Files: universal files (.uff, .unv), .csv, MATLAB .mat, .npz, folders of bags. A table of responses has the
+columns f_hz and OUTPUT/INPUT.re, OUTPUT/INPUT.im; records have t, in:NAME and out:NAME. Lines of low
+coherence do not count.
 """
 
 from __future__ import annotations
@@ -31,12 +34,13 @@ from flexarm_bringup.excite.page import check_table, plan_table
 from flexarm_bringup.excite.rig_source import RIG, add_rig_arguments, rig_test, run_rig_test, save_records
 from flexarm_bringup.identify.fittable import fittable
 from flexarm_bringup.identify.halves import Halves, judge_halves, with_halves
-from flexarm_bringup.identify.measurement import SourceError
+from flexarm_bringup.identify.measurement import Records, SourceError
 from flexarm_bringup.identify.other_poses import read_pose
+from flexarm_bringup.identify.output_only import output_only_page
 from flexarm_bringup.identify.page import build_page
 from flexarm_bringup.identify.retuning import moves_beside, retune
 from flexarm_bringup.identify.run import Request, Result, identify, known_outputs
-from flexarm_bringup.identify.sources import Averaging, Source, of_records, read_sources
+from flexarm_bringup.identify.sources import Averaging, of_records, read_records, read_sources
 from flexarm_bringup.identify.updating import Fitting, add_to, fit_description, write_description
 from flexarm_bringup.progress import Progress
 from flexarm_bringup.report import Page, Table, add_report_arguments, publish
@@ -64,6 +68,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--estimator", default="", choices=(*ESTIMATORS, BY_INSTRUMENT),
         help="for records; Hc where it is known what was asked of the inputs, else H1",
     )  # fmt: skip
+    parser.add_argument(
+        "--output-only", action="store_true", help="of records: modes without any input, by subspaces"
+    )
     parser.add_argument(
         "--ignore-channel", action="append", default=[], metavar="NAME", help="leave this output out"
     )
@@ -99,7 +106,12 @@ def run(args: argparse.Namespace) -> int:
     averaging = Averaging(args.resolution, args.window, args.estimator)
     try:
         _check(args)
-        source, items = _source(args, averaging)
+        tested, items = _tested(args)
+        if args.output_only:
+            records = tested or read_records(args.files, args.kind)
+            band = tuple(args.band) if args.band else None
+            return publish(output_only_page(args.files, records, band, args.ignore_channel, items), args)
+        source = of_records(tested, averaging) if tested else read_sources(args.files, args.kind, averaging)
         request = Request(
             tuple(args.band) if args.band else None, args.coherence, args.manipulator or "", args.preset,
             args.motors == "locked", known_outputs(source, args.ignore_channel),
@@ -119,10 +131,10 @@ def run(args: argparse.Namespace) -> int:
     return publish(page, args)
 
 
-def _source(args: argparse.Namespace, averaging: Averaging) -> tuple[Source, list[Table]]:
-    """Return what is identified, and what is to be told of how it was measured."""
+def _tested(args: argparse.Namespace) -> tuple[tuple[Records, ...], list[Table]]:
+    """Return the records of a test of the rig where one is asked for, and how they were measured."""
     if args.files != [Path(RIG)]:
-        return read_sources(args.files, args.kind, averaging), []
+        return (), []
     progress = Progress()
     tested = run_rig_test(rig_test(args), progress.say)
     progress.done()
@@ -130,8 +142,7 @@ def _source(args: argparse.Namespace, averaging: Averaging) -> tuple[Source, lis
         args.save = Path(f"{args.update.stem}_rig.npz")
     if args.save is not None:
         args.files = list(save_records(tested.records, args.save))
-    tables = [plan_table(tested.plan, tested.axes), check_table(tested.findings, tested.axes)]
-    return of_records(tested.records, averaging), tables
+    return tested.records, [plan_table(tested.plan, tested.axes), check_table(tested.findings, tested.axes)]
 
 
 def _check(args: argparse.Namespace) -> None:

@@ -144,4 +144,5 @@ def merge(parts: Sequence[Responses]) -> Responses:
         cell: np.asarray(np.min([part.coherence[cell] for part in parts if cell in part.coherence], axis=0))
         for cell in known
     }
-    return Responses(first.f_hz, cells, coherence, first.kind)
+    kinds = {output: kind for part in parts for output, kind in part.kinds.items()}
+    return Responses(first.f_hz, cells, coherence, first.kind, kinds, first.band_hz)

@@ -7,16 +7,19 @@ from pathlib import Path
 
 import numpy as np
 
-from flexarm_bringup.figures import Figure, drawing, to_figure
+from flexarm_bringup.figures import Figure
+from flexarm_bringup.identify.chart_figure import chart_figure
+from flexarm_bringup.identify.likeness_figure import likeness_figure
+from flexarm_bringup.identify.response_figures import indicator_figure, responses_figure
 from flexarm_bringup.identify.run import Result
+from flexarm_bringup.identify.shapes_figure import shapes_figure
 from flexarm_bringup.report import Cells, Column, Page, Table
-from flexarm_model.modal.cmif import cmif
 from flexarm_model.modal.fit import PoleFit
+from flexarm_model.modal.frf import KINDS
 
 PERCENT = 100.0
 NEEDED_LINES = 1.0  # per bandwidth, for a damping that the data hold
 WINDOWED_LINES = 6.0  # the same where a window has widened the resonance: below, it reads too high
-SHAPES = 12  # modes drawn at most
 
 
 def build_page(files: Sequence[Path], result: Result, measured: Sequence[Table] = ()) -> Page:
@@ -34,9 +37,16 @@ def build_page(files: Sequence[Path], result: Result, measured: Sequence[Table] 
         f"{result.frf.f_hz.size} lines from {result.frf.f_hz[0]:g} to {result.frf.f_hz[-1]:g} Hz, "
         f"{PERCENT * result.weight.mean():.0f} % of them used."
     )
-    items: list[Table | Figure] = [_responses(result), _chart(result)]
+    figures = [responses_figure(result), indicator_figure(result, result.least_coherence)]
+    chosen = fit.model.f_hz if fit else np.zeros(0)
+    items: list[Table | Figure] = [*figures, chart_figure(result.found.chart, chosen)]
     if fit:
-        items = [_modes(result, fit), _beside(result, fit), *items, _shapes(result, fit)]
+        shapes = np.array([_shape(result, i) for i in range(chosen.size)])
+        moving = shapes_figure(chosen, fit.model.zeta, shapes, *_sensors(result))
+        items = [
+            _modes(result, fit), _beside(result, fit), moving, *items, likeness_figure(chosen, shapes),
+            _sources(result, fit),
+        ]  # fmt: skip
     items += measured
     remarks = {"What the data do not hold": _doubts(result)}
     return Page("Modes", lead, items, remarks={k: v for k, v in remarks.items() if v})
@@ -44,28 +54,58 @@ def build_page(files: Sequence[Path], result: Result, measured: Sequence[Table] 
 
 def _modes(result: Result, fit: PoleFit) -> Table:
     heads = [
-        Column("mode", "d"), Column("frequency\n[Hz]", ".4f"), Column("± [Hz]\nfit", ".4f"),
-        Column("± [Hz]\nbootstrap", ".4f"), Column("damping\n[%]", ".3f"), Column("± [%]\nfit", ".3f"),
-        Column("± [%]\nbootstrap", ".3f"), Column("lines per\nbandwidth", ".2f"), Column("damping is"),
-        Column("real\nshape [%]", ".1f"),
+        Column("mode", "d"), Column("frequency\n[Hz]", ".4f"), Column("±\n[Hz]", ".4f"),
+        Column("damping\n[%]", ".3f"), Column("±\n[%]", ".3f"), Column("lines per\nbandwidth", ".2f"),
+        Column("damping is"), Column("real\nshape [%]", ".1f"),
     ]  # fmt: skip
     rows: list[Cells] = []
+    f_std, zeta_std = (_together(result, fit, name) for name in ("f_std_hz", "zeta_std"))
     for i, (f, zeta) in enumerate(zip(fit.model.f_hz, fit.model.zeta, strict=True)):
-        scatter = result.scatter
         known = fit.lines_per_bandwidth[i] >= (WINDOWED_LINES if result.is_windowed else NEEDED_LINES)
         rows.append([
-            i + 1, float(f), float(fit.f_std_hz[i]), float(scatter.f_std_hz[i]) if scatter else None,
-            PERCENT * float(zeta), PERCENT * float(fit.zeta_std[i]),
-            PERCENT * float(scatter.zeta_std[i]) if scatter else None, float(fit.lines_per_bandwidth[i]),
-            "known" if known else "not identifiable", PERCENT * _collinearity(_shape(fit, i)),
+            i + 1, float(f), float(f_std[i]), PERCENT * float(zeta), PERCENT * float(zeta_std[i]),
+            float(fit.lines_per_bandwidth[i]), "known" if known else "not identifiable",
+            PERCENT * _collinearity(_shape(result, i)),
         ])  # fmt: skip
     notes = [
-        f"common poles, fit error {PERCENT * fit.model.error:.2f} % of the responses; ± is one sigma, from "
-        "the fit's curvature and, for records, from drawing the blocks again",
+        f"common poles, fit error {PERCENT * fit.model.error:.2f} % of the responses"
+        + (f"; responses by {result.source.estimator}" if result.source.estimator else ""),
+        "± is one sigma: the larger of fit and bootstrap, and the scatter over methods",
         f"with less than a line per bandwidth ({WINDOWED_LINES:g} behind a window) damping rests on the "
         "leakage, and ± tells noise only",
     ]
     return Table("Modes", heads, rows, notes)
+
+
+def _together(result: Result, fit: PoleFit, name: str) -> np.ndarray:
+    """Return one sigma from all there is, (r,)."""
+    noise = [np.nan_to_num(getattr(fit, name))]
+    noise += [getattr(result.scatter, name)] if result.scatter else []
+    methods = getattr(result.methods, name) if result.methods else 0.0
+    return np.asarray(np.hypot(np.max(noise, axis=0), np.nan_to_num(methods)))
+
+
+def _sources(result: Result, fit: PoleFit) -> Table:
+    """Return where the uncertainty comes from."""
+    heads = [Column("mode", "d")] + [
+        Column(f"{what} ± {unit}\n{by}", spec)
+        for what, unit, spec in (("frequency", "[Hz]", ".5f"), ("damping", "[%]", ".4f"))
+        for by in ("fit", "bootstrap", "methods")
+    ]
+    by = (fit, result.scatter, result.methods)
+    rows: list[Cells] = [
+        [
+            i + 1,
+            *(float(part.f_std_hz[i]) if part else None for part in by),
+            *(PERCENT * float(part.zeta_std[i]) if part else None for part in by),
+        ]
+        for i in range(fit.model.f_hz.size)
+    ]
+    notes = [
+        "fit: from its curvature, for white noise; bootstrap: averages drawn again; methods: poles of the "
+        "chart, free residues, more remainders, either end of the band cut"
+    ]
+    return Table("Where ± comes from", heads, rows, notes)
 
 
 def _beside(result: Result, fit: PoleFit) -> Table:
@@ -90,10 +130,27 @@ def _nearest(values: Sequence[float], f_hz: float, within: float = 0.5) -> float
     return near if near is not None and abs(near - f_hz) <= within * f_hz else None
 
 
-def _shape(fit: PoleFit, i: int) -> np.ndarray:
-    """Return the shape at the outputs of the fit, largest entry 1, (n_out,)."""
-    shape = np.linalg.svd(fit.model.residues[i])[0][:, 0]
+def _shape(result: Result, i: int) -> np.ndarray:
+    """Return the shape at the sensors as displacements, largest entry 1, (n_out,)."""
+    assert result.found.fit is not None
+    model = result.found.fit.model
+    shape = np.linalg.svd(model.residues[i])[0][:, 0]
+    if not result.is_reciprocal:
+        kinds = result.responses.kinds
+        powers = [KINDS[kinds.get(name, model.kind)] - KINDS[model.kind] for name in result.responses.outputs]
+        shape = shape / model.poles[i] ** np.array(powers)
     return np.asarray(shape / shape[abs(shape).argmax()])
+
+
+def _sensors(result: Result) -> tuple[list[str], list[str]]:
+    """Return names and units of what a shape is told at; sensors in different units share no scale."""
+    responses = result.responses
+    if result.is_reciprocal:
+        return list(responses.inputs), [""] * len(responses.inputs)
+    names = list(responses.outputs)
+    if not responses.kinds:
+        return names, [""] * len(names)
+    return names, [name.rpartition(".")[2] + responses.kinds.get(name, "") for name in names]
 
 
 def _collinearity(shape: np.ndarray) -> float:
@@ -118,51 +175,3 @@ def _doubts(result: Result) -> list[str]:
     if result.found.fit is None:
         lines.append("no mode stands out of the noise in this band")
     return lines
-
-
-def _responses(result: Result) -> Figure:
-    frf, fit = result.frf, result.found.fit
-    with drawing(9.0, 5.2) as plot:
-        above, below = plot.subplots(2, 1, sharex=True)
-        above.semilogy(frf.f_hz, abs(frf.H).reshape(len(frf.f_hz), -1), linewidth=0.9, alpha=0.6)
-        if fit:
-            model = fit.model.frf(frf.f_hz).H
-            above.semilogy(frf.f_hz, abs(model).reshape(len(frf.f_hz), -1), "k--", linewidth=0.7)
-        above.set_ylabel(f"|{frf.kind}|")
-        curves = cmif(frf)
-        below.semilogy(curves.f_hz, curves.values)
-        below.set(ylabel="singular values", xlabel="frequency [Hz]")
-        for f in fit.model.f_hz if fit else ():
-            below.axvline(f, color="#8a7d2f", linewidth=0.8)
-        return to_figure(
-            plot, "Above: every response and its fit (dashed). Below: complex mode indicator, modes found."
-        )
-
-
-def _chart(result: Result) -> Figure:
-    with drawing(9.0, 3.4) as plot:
-        axes = plot.subplots()
-        for at_order in result.found.chart:
-            f_hz = abs(at_order.poles) / (2 * np.pi)
-            axes.plot(f_hz, np.full(f_hz.size, at_order.order), ".", color="#5b6675", markersize=3)
-        for track in result.found.chosen:
-            axes.plot(
-                abs(np.array(track.poles)) / (2 * np.pi), track.orders, ".", color="#d9772b", markersize=5
-            )
-        axes.set(xlabel="frequency [Hz]", ylabel="order")
-        return to_figure(plot, "Stabilisation chart: stable poles of every order; coloured: what lasts.")
-
-
-def _shapes(result: Result, fit: PoleFit) -> Figure:
-    count = min(SHAPES, fit.model.f_hz.size)
-    names = result.responses.inputs if result.is_reciprocal else result.responses.outputs
-    with drawing(9.0, 1.7 * (-(-count // 4)) + 0.4) as plot:
-        grid = plot.subplots(-(-count // 4), 4, squeeze=False, sharey=True)
-        for i, axes in enumerate(grid.flat):
-            if i >= count:
-                axes.set_axis_off()
-                continue
-            axes.bar(range(len(names)), _shape(fit, i).real)
-            axes.set_title(f"{fit.model.f_hz[i]:.3f} Hz")
-            axes.set_xticks(range(len(names)), names, rotation=90, fontsize=6)
-        return to_figure(plot, "Shapes at the sensors, largest entry one, real part.")

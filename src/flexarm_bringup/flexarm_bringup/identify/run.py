@@ -81,6 +81,7 @@ class Result:
         model_hz: Frequencies of the manipulator's served model [Hz]; empty without one.
         deaf: Outputs left out, since they are incoherent on most lines, with the share of those [1].
         band_hz: The band [Hz].
+        least_coherence: Lines below it did not count [1].
     """
 
     source: Source
@@ -96,6 +97,7 @@ class Result:
     model_hz: tuple[float, ...]
     deaf: dict[str, float]
     band_hz: tuple[float, float]
+    least_coherence: float = 0.0
 
     @property
     def is_windowed(self) -> bool:
@@ -150,7 +152,7 @@ def identify(source: Source, request: Request) -> Result:
         source, responses, frf, is_reciprocal, weight, _in_units(found, recipe.size, is_reciprocal),
         scatter, method_scatter(fitted, found, options),
         tuple(_half_power(responses, frf, f_hz) for f_hz in frequencies),
-        _single(fitted, weight), _model(request), deaf, (low, high),
+        _single(fitted, weight), _model(request), deaf, (low, high), request.coherence,
     )  # fmt: skip
 
 

@@ -9,7 +9,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from flexarm_bringup.identify.bag_source import read_bag
 from flexarm_bringup.identify.measurement import Records, Responses, SourceError, merge
+from flexarm_bringup.identify.set_ups import check_scale
 from flexarm_bringup.identify.table_source import READERS, read_table
 from flexarm_bringup.identify.uff_source import read_uff
 from flexarm_model.identification.bootstrap import FEWEST_BLOCKS
@@ -26,6 +28,10 @@ Complex = NDArray[np.complex128]
 LINES_PER_RECORD = 1 / 16  # length of a block over that of a record when nobody asks for a resolution
 USABLE_BAND = 1 / 2.56  # of the rate; what lies above is spoilt by the anti-aliasing filter
 
+UNDER_FEEDBACK = (
+    "the torque answers to the sensors: without an instrument H1 mixes arm and controller where the arm was "
+    "hardly excited; excite it, or compare with --output-only"
+)
 UNIVERSAL = (".uff", ".unv")
 
 
@@ -84,33 +90,67 @@ def read_sources(paths: Sequence[Path], kind: str, averaging: Averaging) -> Sour
         raise SourceError("some files hold responses and some records in time: identify them separately")
     if records:
         return of_records(records, averaging)
-    return Source(merge([part for part in parts if isinstance(part, Responses)]))
+    responses = [part for part in parts if isinstance(part, Responses)]
+    return Source(merge(responses), remarks=check_scale(responses))
+
+
+def read_records(paths: Sequence[Path], kind: str) -> list[Records]:
+    """Return the records of files, whatever their channels.
+
+    Raises:
+        SourceError: A file cannot be used, or holds responses.
+    """
+    parts = [_read(path, kind) for path in paths]
+    wrong = [path for path, part in zip(paths, parts, strict=True) if not isinstance(part, Records)]
+    if wrong:
+        raise SourceError(f"{wrong[0]}: holds responses; needed are records in time")
+    return [part for part in parts if isinstance(part, Records)]
 
 
 def _read(path: Path, kind: str) -> Responses | Records:
     if not path.exists():
         raise SourceError(f"{path}: no such file")
+    if path.is_dir():
+        return read_bag(path)
     table: dict[str, Callable[[Path], Responses | Records]] = {
         **dict.fromkeys(UNIVERSAL, read_uff),
         **dict.fromkeys(READERS, lambda path: read_table(path, kind)),
     }
     if path.suffix.lower() not in table:
-        raise SourceError(f"{path}: '{path.suffix}' is not one of {', '.join(table)}")
+        raise SourceError(
+            f"{path}: '{path.suffix}' is not one of {', '.join(table)}, nor the folder of a bag"
+        )
     return table[path.suffix.lower()](path)
 
 
 def of_records(records: Sequence[Records], averaging: Averaging) -> Source:
-    """Return the responses of runs with the same channels.
+    """Return the responses of runs; runs with other channels are other set-ups of the same test.
 
     Raises:
-        SourceError: They differ, have no input, or are too short.
+        SourceError: They do not fit together, have no input, or are too short.
     """
+    groups: dict[tuple[tuple[str, ...], tuple[str, ...]], list[Records]] = {}
+    for run in records:
+        groups.setdefault((tuple(run.outputs), tuple(run.inputs)), []).append(run)
+    sources = [_of_set_up(group, averaging) for group in groups.values()]
+    if len(sources) == 1:
+        return sources[0]
+    parts, draws = [source.responses for source in sources], [source.draw for source in sources]
+
+    def draw(rng: np.random.Generator) -> Responses:
+        return merge([again(rng) for again in draws if again is not None])
+
+    told = (*check_scale(parts), *(remark for source in sources for remark in source.remarks))
+    return Source(
+        merge(parts), None if None in draws else draw, sources[0].estimator, sources[0].is_leaky, told
+    )
+
+
+def _of_set_up(records: Sequence[Records], averaging: Averaging) -> Source:
+    """Return the responses of runs with the same channels."""
     first = records[0]
-    names = (tuple(first.outputs), tuple(first.inputs))
-    if any(
-        (tuple(run.outputs), tuple(run.inputs)) != names or run.rate_hz != first.rate_hz for run in records
-    ):
-        raise SourceError("runs differ in channels or rate: give one set-up at a time")
+    if any(run.rate_hz != first.rate_hz for run in records):
+        raise SourceError("runs of one set-up differ in rate: give them one at a time")
     if not first.inputs:
         raise SourceError("no input was recorded: name it 'in:NAME' (force, torque), or try --output-only")
     settings, estimator = _settings(records, averaging)
@@ -131,8 +171,9 @@ def of_records(records: Sequence[Records], averaging: Averaging) -> Source:
         return _responses(blocks.frf(estimator, first.kind, rng.integers(count, size=count)), first)
 
     few = () if count >= FEWEST_BLOCKS else (f"{count} block(s): too few to draw again, so no bootstrap",)
+    fed_back = (UNDER_FEEDBACK,) if first.is_held and estimator != BY_INSTRUMENT else ()
     is_leaky = settings.window != "boxcar"
-    return Source(responses, None if few else draw, estimator, is_leaky, few, tuple(records))
+    return Source(responses, None if few else draw, estimator, is_leaky, (*few, *fed_back), tuple(records))
 
 
 def _responses(measured: MeasuredFrf, like: Records) -> Responses:

@@ -1,0 +1,137 @@
+"""A bag as a source: torque that the guard let through as input; gauges, accelerometers, encoders as outputs.
+
+Everything is brought to even instants by its stamps: samples by straight lines, torques as they were held. A
+bag of a controlled arm is a record under feedback: where its reference moves every axis, the accelerations
+asked for are the instruments of Hc; else H1 tells plant and controller mixed, and a remark says so.
+"""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexarm_bringup.bag_reader import Bag, check_bag, decode
+from flexarm_bringup.bag_writer import BagError
+from flexarm_bringup.identify.measurement import Records, SourceError
+from flexarm_bringup.replay_bag import configuration
+from flexarm_bringup.topics import NAMESPACE
+from flexarm_estimator.exchange import TORQUE_TOPIC
+from flexarm_estimator.sensor_messages import SensorReader
+from flexarm_model.conversions import stamp_to_ns
+from flexarm_model.description import ManipulatorConfig
+from flexarm_model.sensors import output_names, output_units
+
+Array = NDArray[np.float64]
+NS = 1e-9
+REFERENCE = "reference"
+COMMON = "receptance"
+KIND_OF_UNIT = {"m/s^2": "accelerance"}  # of displacements as any other output is
+LONGEST_GAP = 0.1  # s; a channel with a longer one is left out
+
+
+def read_bag(path: Path, described: ManipulatorConfig | None = None) -> Records:
+    """Return what a bag holds.
+
+    Args:
+        path: Its folder.
+        described: The manipulator; None takes the description in the bag.
+
+    Raises:
+        SourceError: It cannot be used; says why.
+    """
+    try:
+        bag = check_bag(path, (f"{NAMESPACE}/joint_states",))
+        config = described or configuration(bag)[0]
+    except BagError as error:
+        raise SourceError(str(error)) from error
+    heard = _listen(bag, config)
+    outputs = {name: value for name, value in heard.items() if len(value[0]) > 1}
+    axes = tuple(config.actuated)
+    t = _instants(path, outputs, 1.0 / config.rate_hz)
+    units = dict(zip(output_names(config), output_units(config), strict=True))
+    sampled = {
+        name: np.interp(t, *values)
+        for name, values in outputs.items()
+        if name in units and np.diff(values[0]).max() <= LONGEST_GAP
+    }
+    if not sampled:
+        raise SourceError(f"{path}: no gauge, accelerometer or encoder without gaps over {LONGEST_GAP:g} s")
+    known = all(axis in heard for axis in axes)
+    inputs = {axis: _held(t, *heard[axis]) for axis in axes} if known else {}
+    asked = {
+        axis: np.interp(t, *heard[f"{REFERENCE}.{axis}"]) for axis in axes if f"{REFERENCE}.{axis}" in heard
+    }
+    moves = len(asked) == len(axes) and all(np.ptp(values) > 0.0 for values in asked.values())
+    kinds = {name: KIND_OF_UNIT[units[name]] for name in sampled if units[name] in KIND_OF_UNIT}
+    return Records(
+        config.rate_hz, inputs, {name: values - values.mean() for name, values in sampled.items()}, COMMON,
+        kinds, asked if moves else {}, is_held=True,
+    )  # fmt: skip
+
+
+def _listen(bag: Bag, config: ManipulatorConfig) -> dict[str, tuple[Array, Array]]:
+    """Return times [s] and values of every channel, torque and asked acceleration by name, by stamp."""
+    reader = SensorReader(config)
+    topics = {f"{NAMESPACE}/{topic}": topic for topic in (*reader.topics, TORQUE_TOPIC, REFERENCE)}
+    found: dict[str, dict[float, float]] = defaultdict(dict)
+    for record in bag.records:
+        topic = topics.get(record.name)
+        if topic is not None:
+            msg: Any = decode(record)
+            t = stamp_to_ns(msg.header.stamp) * NS
+            hear = {TORQUE_TOPIC: _hear_torque, REFERENCE: _hear_reference}.get(topic, _hear_samples)
+            for name, at, value in hear(reader, config, topic, msg, t):
+                found[name][at] = value
+    return {name: _sorted(values) for name, values in found.items()}
+
+
+Said = Iterator[tuple[str, float, float]]  # channel, time [s], value
+
+
+def _hear_torque(reader: SensorReader, config: ManipulatorConfig, topic: str, msg: Any, t: float) -> Said:
+    tau, _ = reader.read_torque(topic, msg)
+    for axis, value in zip(config.actuated, [] if tau is None else tau, strict=False):
+        yield axis, t, float(value)
+
+
+def _hear_samples(reader: SensorReader, config: ManipulatorConfig, topic: str, msg: Any, t: float) -> Said:
+    prompt = {spec.name: spec.channels for spec in config.sensors if not spec.rate_hz}
+    for sample in reader.read(topic, msg, t).samples:
+        if sample.sensor in prompt and np.isfinite(sample.y).all():
+            for channel, value in zip(prompt[sample.sensor], sample.y, strict=True):
+                yield f"{sample.sensor}.{channel}", sample.t, float(value)
+
+
+def _hear_reference(reader: SensorReader, config: ManipulatorConfig, topic: str, msg: Any, t: float) -> Said:
+    for point in msg.points:
+        later = t + point.time_from_start.sec + point.time_from_start.nanosec * NS
+        for axis, value in zip(msg.joint_names, point.accelerations, strict=False):
+            yield f"{REFERENCE}.{axis}", later, float(value)
+
+
+def _sorted(values: dict[float, float]) -> tuple[Array, Array]:
+    times = np.array(sorted(values))
+    return times, np.array([values[t] for t in times])
+
+
+def _instants(path: Path, outputs: dict[str, tuple[Array, Array]], dt: float) -> Array:
+    """Return even instants at which every output was sampled [s]."""
+    if not outputs:
+        raise SourceError(f"{path}: no sensor of this manipulator speaks in it")
+    start = max(times[0] for times, _ in outputs.values())
+    end = min(times[-1] for times, _ in outputs.values())
+    n = int((end - start) / dt + 0.5)
+    if n < 2:
+        raise SourceError(f"{path}: its sensors hardly overlap in time: {start:.3f} to {end:.3f} s")
+    return np.asarray(start + np.arange(n) * dt)
+
+
+def _held(t: Array, times: Array, values: Array) -> Array:
+    """Return what was held from every instant on, (n,); zero before the first."""
+    at = np.searchsorted(times, t + 1e-6, side="right") - 1
+    return np.where(at >= 0, values[np.maximum(at, 0)], 0.0)

@@ -1,0 +1,105 @@
+"""``flexarm identify FILE --output-only``: modes of a record without inputs, and their page."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.signal import welch
+
+from flexarm_bringup.figures import Figure, drawing, to_figure
+from flexarm_bringup.identify.chart_figure import chart_figure
+from flexarm_bringup.identify.measurement import Records, SourceError
+from flexarm_bringup.identify.shapes_figure import shapes_figure
+from flexarm_bringup.report import Cells, Column, Page, Table
+from flexarm_model.identification.ssi import OutputModes, output_modes, output_poles
+
+Array = NDArray[np.float64]
+PERCENT = 100.0
+LOWEST = 1 / 200  # of the rate: lower end of the band when nobody says
+USABLE = 1 / 2.56  # of the rate
+PARTS = 4  # of the record, each by itself
+STILL = 1e-12  # standard deviation over the largest value of a channel that does not move
+
+
+def output_only_page(
+    files: Sequence[Path], records: Sequence[Records], band_hz: tuple[float, float] | None,
+    ignore: Sequence[str] = (), measured: Sequence[Table] = (),
+) -> Page:  # fmt: skip
+    """Identify and return the page.
+
+    Args:
+        files: Where it comes from.
+        records: One record.
+        band_hz: Of the modes [Hz]; None takes what was excited, or what the rate allows.
+        ignore: Outputs to leave out.
+        measured: How it was measured.
+
+    Raises:
+        SourceError: There are several records, or this one is too short.
+    """
+    record = records[0]
+    if len(records) > 1:
+        raise SourceError(f"--output-only takes one record, not {len(records)}")
+    names = [name for name in record.outputs if name not in ignore and name.partition(".")[0] not in ignore]
+    names = [name for name in names if np.std(record.outputs[name]) > STILL * abs(record.outputs[name]).max()]
+    if not names:
+        raise SourceError("no output moves")
+    y = np.column_stack([record.outputs[name] for name in names])
+    band = band_hz or record.band_hz or (LOWEST * record.rate_hz, USABLE * record.rate_hz)
+    try:
+        modes = output_modes(y, record.rate_hz, band, PARTS)
+        chart = output_poles(y, record.rate_hz, band)
+    except ValueError as error:
+        raise SourceError(str(error)) from error
+    lead = (
+        f"{', '.join(path.name for path in files)}: {len(names)} output(s), {len(y) / record.rate_hz:.4g} s "
+        f"at {record.rate_hz:g} Hz, from {band[0]:.4g} to {band[1]:.4g} Hz; what excited them is not known."
+    )
+    items: list[Table | Figure] = [
+        _modes(modes), _spectra(y, record.rate_hz, band, modes), chart_figure(chart, modes.f_hz),
+        *([shapes_figure(modes.f_hz, modes.zeta, modes.shapes, names)] if modes.f_hz.size else []),
+        *measured,
+    ]  # fmt: skip
+    return Page("Modes from outputs alone", lead, items, remarks={"What this cannot tell": _limits(modes)})
+
+
+def _modes(modes: OutputModes) -> Table:
+    heads = [
+        Column("mode", "d"), Column("frequency\n[Hz]", ".4f"), Column("±\n[Hz]", ".4f"),
+        Column("damping\n[%]", ".3f"), Column("±\n[%]", ".3f"),
+    ]  # fmt: skip
+    rows: list[Cells] = [
+        [i + 1, float(f), float(f_std), PERCENT * float(zeta), PERCENT * float(zeta_std)]
+        for i, (f, f_std, zeta, zeta_std) in enumerate(
+            zip(modes.f_hz, modes.f_std_hz, modes.zeta, modes.zeta_std, strict=True)
+        )
+    ]
+    notes = [
+        f"covariance-driven subspaces; a mode shows in the whole record and in most of {PARTS} parts of it; "
+        "± is the scatter over the parts over the root of their number"
+    ]
+    return Table("Modes", heads, rows, notes)
+
+
+def _limits(modes: OutputModes) -> list[str]:
+    lines = [
+        "a hum at a frequency of its own looks like a mode of hardly any damping",
+        "under feedback these are the poles of arm and controller together",
+        "without the input there is no modal mass: shapes have no scale",
+    ]
+    return lines if modes.f_hz.size else ["no mode shows in most parts of the record", *lines]
+
+
+def _spectra(y: Array, rate_hz: float, band: tuple[float, float], modes: OutputModes) -> Figure:
+    f_hz, power = welch(y, rate_hz, nperseg=min(len(y), int(8 * rate_hz / band[0])), axis=0)
+    inside = (f_hz >= band[0]) & (f_hz <= band[1])
+    with drawing(9.0, 3.4) as plot:
+        axes = plot.subplots()
+        axes.semilogy(f_hz[inside], power[inside] / power[inside].max(axis=0), linewidth=0.9)
+        for f in modes.f_hz:
+            axes.axvline(f, color="#8a7d2f", linewidth=0.8)
+        axes.set(xlabel="frequency [Hz]", ylabel="power density,\nlargest 1")
+        return to_figure(plot, "Power of every output, each by its largest; lines: modes found.")
