@@ -5,19 +5,12 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
+from flexarm_bringup.compare_laws.against_shapers import REALISABLE, ROBUST_ERRORS, is_shaped, rivalries
 from flexarm_bringup.compare_laws.judged import CompareResult
-from flexarm_bringup.compare_laws.open_loop_motions import SHAPERS
-from flexarm_bringup.compare_laws.schemes import LAW_NAMES, LQR, MPC, PD, SERVO, WORST
+from flexarm_bringup.compare_laws.schemes import LQR, MPC, SERVO, WORST
 from flexarm_bringup.report import Check
 from flexarm_bringup.residual import decibels
 from flexarm_bringup.task import Task
-
-ROBUST_ERRORS = (-0.10, 0.10)
-
-
-def is_shaped(motion: str) -> bool:
-    """Tell whether a motion of that name is a shaped one."""
-    return motion.split(",")[0] in SHAPERS
 
 
 def base_of(results: Sequence[CompareResult]) -> float:
@@ -54,33 +47,9 @@ def _gains(task: Task, rows: Sequence[CompareResult], base: float) -> list[Check
 
 
 def _against_shapers(rows: Sequence[CompareResult]) -> list[Check]:
-    """Return whether MPC leaves no more than the best shaper at frequency errors.
-
-    Once for each sign, with the best of all rows for that sign; once for the rows that are best at the worse
-    of both signs, for nobody knows the sign when a shaper is chosen.
-    """
-    checks = []
-    for law in (SERVO, PD):
-        for errors in (*((error,) for error in ROBUST_ERRORS), ROBUST_ERRORS):
-            mpc = _worst_of(rows, MPC, errors)
-            shapers = {m: left for m, left in _worst_of(rows, law, errors).items() if is_shaped(m)}
-            if mpc and shapers:
-                rival = min(shapers, key=lambda motion: shapers[motion])
-                found = decibels(min(mpc.values()), shapers[rival])
-                text = f"{found:+.1f} dB ({rival}: {shapers[rival]:.4f} m/s²)"
-                signs = " and ".join(f"{100 * error:+.0f}" for error in errors)
-                name = f"f {signs} %: better MPC row over the best shaper, {LAW_NAMES[law]}"
-                checks.append(Check(name, "at most 0 dB", text, found <= 0.0))
-    return checks
-
-
-def _worst_of(rows: Sequence[CompareResult], law: str, errors: Sequence[float]) -> dict[str, float]:
-    """Return the worst residual at these errors by motion, where there is one at each [m/s^2]."""
-    found: dict[str, list[float]] = {}
-    for row in rows:
-        if row.law == law and row.legs and row.frequency_error in errors:
-            found.setdefault(row.motion, []).append(row.residual)
-    return {motion: max(left) for motion, left in found.items() if len(left) == len(errors)}
+    """Return whether MPC leaves no more than the best shaper that is realisable; see ``against_shapers``."""
+    judged = [rivalry for rivalry in rivalries(rows) if rivalry.law == REALISABLE]
+    return [Check(r.name, "at most 0 dB", r.text, r.gap <= 0.0) for r in judged]
 
 
 def _scarce(task: Task, rows: Sequence[CompareResult]) -> list[Check]:

@@ -17,6 +17,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from flexarm_bringup.compare_laws.at_rest import floors_at_rest
 from flexarm_bringup.compare_laws.curves import draw
 from flexarm_bringup.compare_laws.legs import compared_legs
 from flexarm_bringup.compare_laws.page import Swept, build_page
@@ -79,7 +80,10 @@ def run(args: argparse.Namespace) -> int:
     swept: Swept | None = (points, results[rows:]) if args.sweep else None
     case = next(iter(cases.values()))
     config = load_config(find_manipulator(task.manipulator), task.presets[0])
-    page = build_page(case, config, results[:rows], swept, draw(case, results[:rows]) if args.html else ())
+    errors = tuple(sorted(QUICK_ERRORS))
+    at_rest = {preset: floors_at_rest(task, preset, c.legs[-1].goal, errors) for preset, c in cases.items()}
+    figures = draw(case, results[:rows]) if args.html else ()
+    page = build_page(case, config, results[:rows], swept, figures, at_rest)
     progress.done()
     return publish(page, args)
 

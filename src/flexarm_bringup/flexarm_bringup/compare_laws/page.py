@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from types import MappingProxyType
 
+from flexarm_bringup.compare_laws.against_shapers import rivalries
+from flexarm_bringup.compare_laws.at_rest import AtRest
 from flexarm_bringup.compare_laws.checks import all_checks, at_most, base_of
 from flexarm_bringup.compare_laws.judged import CompareResult
 from flexarm_bringup.compare_laws.schemes import LAW_NAMES, MPC, SCARCE, Case
@@ -31,17 +34,28 @@ Swept = tuple[Sequence[SweepPoint], Sequence[CompareResult]]
 
 def build_page(
     case: Case, config: ManipulatorConfig, results: Sequence[CompareResult], swept: Swept | None,
-    figures: Sequence[Figure] = (),
+    figures: Sequence[Figure] = (), at_rest: Mapping[str, Sequence[AtRest]] = MappingProxyType({}),
 ) -> Page:  # fmt: skip
-    """Return everything a comparison has to say; ``swept`` are points and results of the sweep."""
+    """Return everything a comparison has to say.
+
+    Args:
+        case: What was planned.
+        config: Of the first preset.
+        results: All rows.
+        swept: Points and results of the sweep.
+        figures: Shown at the end.
+        at_rest: What noise leaves under every law, by preset.
+    """
     task, base = case.task, base_of(results)
     presets = list(dict.fromkeys(r.preset for r in results))
     tables = []
     for preset in presets:
         rows = [r for r in results if r.preset == preset and not r.is_scarce]
         tables += [_nominal(task, preset, rows, base), _robust(preset, rows, base), _settling(preset, rows)]
+        tables += [_at_rest(preset, at_rest[preset], base)] if preset in at_rest else []
     scarce = [r for r in results if r.is_scarce]
     tables += [_scarce(scarce, base)] if scarce else []
+    tables.append(_shapers([r for r in results if r.preset == presets[0] and not r.is_scarce]))
     sweep_tables, sweep_checks = _sweep(case, swept) if swept else ([], [])
     return Page(
         title=f"flexarm compare {config.name}: laws and open-loop motions in the same time",
@@ -131,6 +145,42 @@ def _by_scheme(rows: Sequence[CompareResult]) -> dict[tuple[str, str], dict[floa
     for row in rows:
         found.setdefault((LAW_NAMES[row.law], row.motion), {})[row.frequency_error] = row
     return found
+
+
+def _at_rest(preset: str, laws: Sequence[AtRest], base: float) -> Table:
+    errors = sorted({error for law in laws for error in law.floors})
+    columns = [
+        COLUMNS[0],
+        *(Column(f"f {100 * error:+.0f} %\n[m/s²]", ".4f") for error in errors),
+        Column("as described\n[dB]", ".1f"),
+    ]
+    cells: list[list[Cell]] = [
+        [LAW_NAMES[law.law], *(law.floors.get(error) for error in errors),
+         decibels(law.floors[0.0], base) if 0.0 in law.floors else None]
+        for law in laws
+    ]  # fmt: skip
+    notes = ["the sensors' noise alone, sent through filter and law (Lyapunov equation, nothing simulated)"]
+    return Table(_title("What noise leaves at rest", preset), columns, cells, notes)
+
+
+def _shapers(rows: Sequence[CompareResult]) -> Table:
+    cells: list[list[Cell]] = [
+        [
+            LAW_NAMES[r.law],
+            " and ".join(f"{100 * e:+.0f} %" for e in r.errors),
+            r.mpc,
+            r.shaper,
+            r.left,
+            r.gap,
+        ]
+        for r in rivalries(rows)
+    ]
+    columns = [
+        Column("who follows\nthe shaper"), Column("frequencies"), Column("better MPC row\n[m/s²]", ".4f"),
+        Column("best shaper"), Column("leaves\n[m/s²]", ".4f"), Column("MPC over\nshaper [dB]", "+.1f"),
+    ]  # fmt: skip
+    notes = ["judged: joint PD, which has MPC's motors, sensors and delay; an ideal servo has no noise"]
+    return Table("MPC against the best shaper", columns, cells, notes)
 
 
 def _scarce(rows: Sequence[CompareResult], base: float) -> Table:
