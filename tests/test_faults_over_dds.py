@@ -19,16 +19,16 @@ pytestmark = [pytest.mark.ros, pytest.mark.slow]
 @pytest.mark.parametrize("machine", MACHINES)
 def test_nodes_estimate_as_well_as_the_library(machine: str) -> None:
     """The motion differs a little: the drives follow the estimate instead of their own encoders."""
-    nodes = stand_of(machine, "nodes").nodes
+    nodes = stand_of(machine, "system").nodes
     assert 0.5 < nodes.nominal.rms() / nodes.library.rms() < 2.0
 
 
 @pytest.mark.parametrize("machine", MACHINES)
-@pytest.mark.parametrize("number", FAMILIES["nodes"].rows)
+@pytest.mark.parametrize("number", FAMILIES["system"].rows)
 def test_rows_with_nodes_keep_their_bounds(machine: str, number: int, request: pytest.FixtureRequest) -> None:
     for mark in marks_of(machine, number):
         request.applymarker(mark)
-    result = play_row(machine, "nodes", number)
+    result = play_row(machine, "system", number)
     if result.skipped:
         pytest.skip(result.skipped)
     missed = [

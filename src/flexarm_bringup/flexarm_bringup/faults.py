@@ -5,7 +5,7 @@ with one fault after the other in its samples, stamps, clocks and messages, and 
 is not as described. e0 is the RMS tip error of the same run without the fault. --controller: each machine
 does its task with faults in the quadratic program, solver, model, reference and command, is restarted in a
 move, stopped at random instants and driven to the ends of its ranges. The same seed gives the same table.
---nodes: the machine runs as nodes; faults come over DDS, processes are killed and held, commands are forged.
+--system: the machine runs as nodes; faults come over DDS, processes are killed, files spoilt.
 """
 
 from __future__ import annotations
@@ -116,7 +116,7 @@ _REMARKS: Mapping[str, tuple[str, ...]] = {
         "off: the whole amplifier or driver is silent; frozen, biased, in a wrong unit: one of its kind",
         "closed loop: the moves of 'flexarm sim' under MPC; uncontrolled is joint PD on the same arm",
     ),
-    "nodes": (
+    "system": (
         "kind: L in one process, N with nodes, R with nodes and as root; nodes share the machine's cores",
     ),
     "controller": (

@@ -9,6 +9,7 @@ from itertools import product
 from typing import Any
 
 from flexarm_bringup.fault_drill import (
+    bag_rows,
     command_rows,
     forgery_rows,
     frame_rows,
@@ -16,6 +17,7 @@ from flexarm_bringup.fault_drill import (
     message_rows,
     model_rows,
     nodes_rows,
+    parameter_rows,
     partition_rows,
     restart_rows,
     sample_rows,
@@ -43,7 +45,9 @@ ESTIMATOR_ROWS = _in_order(
 CONTROLLER_ROWS = _in_order(
     *model_rows.ROWS, *command_rows.ROWS, *solver_rows.ROWS, *restart_rows.ROWS, *stop_rows.ROWS
 )
-NODES_ROWS = _in_order(*nodes_rows.ROWS, *partition_rows.ROWS, *forgery_rows.ROWS)
+SYSTEM_ROWS = _in_order(
+    *nodes_rows.ROWS, *partition_rows.ROWS, *parameter_rows.ROWS, *bag_rows.ROWS, *forgery_rows.ROWS
+)
 TROUBLE = (
     ArithmeticError,
     AttributeError,
@@ -107,7 +111,7 @@ def _system_stand(machine: str) -> SystemStand:
 FAMILIES: Mapping[str, Family] = {
     "estimator": Family(ESTIMATOR_ROWS, Stand),
     "controller": Family(CONTROLLER_ROWS, ControllerStand),
-    "nodes": Family(NODES_ROWS, _system_stand, is_alone=True),
+    "system": Family(SYSTEM_ROWS, _system_stand, is_alone=True),
 }
 
 
