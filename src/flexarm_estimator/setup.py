@@ -19,6 +19,9 @@ setup(
     description="State of a flexible arm from encoders, strain gauges, accelerometers and a camera.",
     license="Apache-2.0",
     entry_points={
-        "console_scripts": ["estimator_node = flexarm_estimator.estimator_node:main"],
+        "console_scripts": [
+            "estimator_node = flexarm_estimator.estimator_node:main",
+            "drift_node = flexarm_estimator.drift_node:main",
+        ],
     },
 )

@@ -81,6 +81,9 @@ COMMANDS = {
     "identify": Command(
         "flexarm_bringup.identify.command", "modes from measurements: frequency, damping, shape, uncertainty"
     ),
+    "drift": Command(
+        "flexarm_bringup.drift_run.command", "do the modes still run where the description has them?"
+    ),
     "doctor": Command(
         "flexarm_bringup.doctor.command", "what keeps this rig from running well, and what to do"
     ),

@@ -17,6 +17,7 @@ from typing import Any
 NODES = {
     "model": "flexarm_model.model_node:ModelNode",
     "estimator": "flexarm_estimator.estimator_node:EstimatorNode",
+    "drift": "flexarm_estimator.drift_node:DriftNode",
     "controller": "flexarm_controller.controller_node:ControllerNode",
     "guard": "flexarm_controller.guard_node:GuardNode",
     "rig": "flexarm_bringup.rig_node:RigNode",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from flexarm_bringup.bag_plots.control_panels import draw_energy, draw_limits, draw_rungs, draw_times
+from flexarm_bringup.bag_plots.drift_panel import draw_drift
 from flexarm_bringup.bag_plots.estimate_panels import (
     draw_accelerations,
     draw_modes,
@@ -23,6 +24,8 @@ PANELS = (
     Panel("torques", "Torques let through to the motors against their limits (dashed red).",
           ("applied_effort",), draw_torques, ("joint_commands",), 4.6),
     Panel("modes", "Modal amplitudes with three sigma.", ("modal_state",), draw_modes, (), 5.2),
+    Panel("drift", "Running frequencies of the modes with three sigma; dashed: what the drift watch tells.",
+          ("model", "joint_states", "applied_effort"), draw_drift, ("strain", "imu/*"), 4.0),
     Panel("energy", "Energy of the vibration, mode by mode, about where the modes rest.",
           ("modal_state", "model"), draw_energy, ("controller_debug",)),
     Panel("strain", "Strain at the gauges against its limit (dashed red).", ("strain",), draw_strain,

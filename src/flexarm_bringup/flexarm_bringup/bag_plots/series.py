@@ -30,13 +30,15 @@ class BagSeries:
     """The topics of one bag.
 
     Attributes:
+        bag: The bag.
         path: Folder of the bag, as given.
         counts: Messages by absolute topic.
     """
 
     def __init__(self, bag: Bag) -> None:
         """Look at a bag that is whole."""
-        self._bag, self._decoded = bag, dict[str, list[Any]]()
+        self.bag = self._bag = bag
+        self._decoded = dict[str, list[Any]]()
         self.path, self.counts = bag.path, bag.counts
 
     def has(self, topic: str) -> bool:

@@ -1,0 +1,80 @@
+"""The drift watch on a bag: every sensor message goes to the watch in the order of the bag."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Any
+
+import numpy as np
+
+from flexarm_bringup.bag_reader import Bag, decode
+from flexarm_bringup.bag_writer import BagError
+from flexarm_bringup.drift_run.simulation import EVERY, Watched
+from flexarm_bringup.replay_bag import configuration
+from flexarm_bringup.topics import NAMESPACE
+from flexarm_estimator.drift.exchange import DriftExchange
+from flexarm_estimator.drift.judgement import ModeNow
+from flexarm_estimator.drift.settings import DriftConfig
+from flexarm_estimator.settings import EstimatorConfig
+from flexarm_model.conversions import stamp_to_ns
+from flexarm_model.description import ManipulatorConfig
+from flexarm_model.overrides import apply_overrides
+
+TIME = "joint_states"
+
+
+def watch_bag(bag: Bag) -> Watched:
+    """Return what the watch says of a bag.
+
+    Raises:
+        BagError: It has no configuration, or no model that can be watched.
+    """
+    config, settings = configuration(bag)
+    estimator = apply_overrides(EstimatorConfig, settings.get("estimator", {}))
+    wanted = {f"{NAMESPACE}/{topic}" for topic in ("model", *DriftExchange(config, estimator).topics)}
+    messages = ((record.name, decode(record)) for record in bag.records if record.name in wanted)
+    try:
+        return watch_messages(messages, config, estimator)
+    except ValueError as error:
+        raise BagError(f"{bag.path}: {error}") from error
+
+
+def watch_messages(
+    messages: Iterable[tuple[str, Any]],
+    config: ManipulatorConfig,
+    estimator: EstimatorConfig,
+    settings: DriftConfig | None = None,
+) -> Watched:
+    """Return what the watch says of messages.
+
+    Args:
+        messages: Absolute topic and message each, in the order in which they came.
+        config: The manipulator.
+        estimator: Settings of its filter.
+        settings: Of the watch.
+
+    Raises:
+        ValueError: No model is among them that can be watched.
+    """
+    exchange = DriftExchange(config, estimator, settings)
+    t, modes, alarms, told = list[float](), list[tuple[ModeNow, ...]](), list[tuple[float, str]](), set[str]()
+    start_ns: int | None = None
+    for name, msg in messages:
+        topic = name.removeprefix(f"{NAMESPACE}/")
+        if topic == "model":
+            exchange.on_model(msg)
+        elif topic in exchange.topics:
+            exchange.on_sensor(topic, msg)
+        if topic != TIME or exchange.watch is None:
+            continue
+        stamp_ns = stamp_to_ns(msg.header.stamp)
+        start_ns = stamp_ns if start_ns is None else start_ns
+        now = (stamp_ns - start_ns) * 1e-9
+        alarms += [(now, text) for mode, text in exchange.watch.alarms.items() if mode not in told]
+        told = set(exchange.watch.alarms)
+        if exchange.watch.modes and (not t or now - t[-1] >= EVERY):
+            t.append(now)
+            modes.append(exchange.watch.modes)
+    if exchange.watch is None:
+        raise ValueError(exchange.fault)
+    return Watched(np.array(t), tuple(modes), tuple(alarms), "", exchange.watch.proposal)

@@ -1,0 +1,121 @@
+"""Do the modes still run where the description has them? Running frequencies from a bag, or a drill.
+
+  flexarm drift BAG                          running frequency and damping of every mode, with alarms
+  flexarm drift --simulate single_link       40 s of normal moves; frequencies fall by 5 % half-way: how soon?
+  flexarm drift --simulate single_link --minutes 60 --change 0     false alarms in an hour (takes a while)
+
+Live: ros2 run flexarm_estimator drift_node, then ros2 topic echo /diagnostics.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from flexarm_bringup.bag_reader import check_bag
+from flexarm_bringup.bag_writer import BagError
+from flexarm_bringup.drift_run.bag import watch_bag
+from flexarm_bringup.drift_run.figure import draw_watched
+from flexarm_bringup.drift_run.simulation import Drill, Watched, run_drill
+from flexarm_bringup.figures import drawing, to_figure
+from flexarm_bringup.progress import Progress
+from flexarm_bringup.report import Cells, Check, Column, Page, Table, add_report_arguments, publish
+from flexarm_bringup.task_for import task_for
+from flexarm_estimator.drift.settings import DriftConfig
+from flexarm_model.config import load_config
+from flexarm_model.manipulator_file import find_manipulator
+
+UNUSABLE = 2
+SOON, PER_HOUR = 10.0, 1.0  # s until a change is told at most; false alarms per hour at most
+PERCENT = 100.0
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the options."""
+    parser.add_argument("bag", nargs="?", type=Path, help="folder of a recorded bag")
+    parser.add_argument("--simulate", metavar="NAME", help="a manipulator to drill the watch on instead")
+    parser.add_argument("--preset", help="of that manipulator; the first of its moves file")
+    parser.add_argument("--minutes", type=float, default=2 / 3, help="of moves; 2/3")
+    parser.add_argument(
+        "--change", type=float, default=-5.0, metavar="PERCENT",
+        help="of all frequencies, half-way; 0 counts false alarms; -5",
+    )  # fmt: skip
+    parser.add_argument("--seed", type=int, default=1, help="of noise and pace; 1")
+    add_report_arguments(parser)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Watch and report; return the exit code."""
+    progress = Progress()
+    try:
+        if bool(args.bag) == bool(args.simulate):
+            raise ValueError("give a BAG, or --simulate NAME")
+        page = _simulate(args, progress) if args.simulate else _of_bag(args.bag)
+    except (BagError, ValueError) as error:
+        progress.done()
+        print(f"flexarm drift: {error}", file=sys.stderr)
+        return UNUSABLE
+    progress.done()
+    return publish(page, args)
+
+
+def _of_bag(path: Path) -> Page:
+    return build_page(f"Drift in {path.name}", watch_bag(check_bag(path)), [])
+
+
+def _simulate(args: argparse.Namespace, progress: Progress) -> Page:
+    task = task_for(args.simulate)
+    preset = task.presets[0] if args.preset is None else args.preset
+    config = load_config(find_manipulator(task.manipulator), preset)
+    duration = 60.0 * args.minutes
+    drill = Drill(duration, 1.0 + args.change / PERCENT, duration / 2, args.seed)
+    watched = run_drill(config, task, drill, say=progress.say)
+    title = f"Drill of the drift watch: {task.manipulator}" + (f", preset {preset}" if preset else "")
+    return build_page(title, watched, _checks(watched, drill))
+
+
+def _checks(watched: Watched, drill: Drill) -> list[Check]:
+    if watched.guard:
+        return [Check("the arm moved on", "no stop", watched.guard, False)]
+    if drill.scale == 1.0:
+        count, hours = len(watched.alarms), drill.duration / 3600
+        return [Check("false alarms", f"under {PER_HOUR:g} per hour", f"{count} in {hours:.2f} h",
+                      count < max(PER_HOUR * hours, 1.0))]  # fmt: skip
+    after = [when - drill.at for when, _ in watched.alarms if when >= drill.at]
+    early = len(watched.alarms) - len(after)
+    found = f"{after[0]:.1f} s" if after else "never"
+    return [
+        Check("told after the change", f"within {SOON:g} s", found, bool(after) and after[0] <= SOON),
+        Check("told before it", "never", f"{early} times", not early),
+    ]
+
+
+def build_page(title: str, watched: Watched, checks: list[Check]) -> Page:
+    """Return the page: modes at the end, alarms, figure."""
+    heads = [
+        Column("mode"), Column("described\n[Hz]", ".3f"), Column("running\n[Hz]", ".3f"),
+        Column("± [Hz]", ".3f"), Column("change\n[%]", "+.2f"), Column("damping\ndescribed [%]", ".2f"),
+        Column("\nrunning [%]", ".2f"), Column("± [%]", ".2f"), Column("frequency is"),
+    ]  # fmt: skip
+    rows: list[Cells] = [
+        [
+            mode.name.replace("_", " "), mode.described_hz, mode.f_hz, mode.f_sigma_hz, PERCENT * mode.change,
+            PERCENT * mode.described_zeta, PERCENT * mode.zeta if mode.is_damping_known else None,
+            PERCENT * mode.zeta_sigma if mode.is_damping_known else None,
+            "known" if mode.is_known else "not excited",
+        ]
+        for mode in (watched.modes[-1] if watched.modes else ())
+    ]  # fmt: skip
+    alarms = [f"{when:.1f} s: {text}" for when, text in watched.alarms] or ["none"]
+    with drawing(9.0, 4.0) as plot:
+        draw_watched(plot, watched, DriftConfig().frequency_change)
+        figure = to_figure(plot, "Running frequencies with three sigma; dashed: what is told, lines: alarms")
+    remarks: dict[str, Sequence[str]] = {"Alarms": alarms}
+    if watched.proposal:
+        remarks["Proposal"] = [watched.proposal]
+    lead = f"{float(np.ptp(watched.t)) if watched.t.size else 0.0:.0f} s watched."
+    return Page(title, lead, [Table("Modes at the end", heads, rows), figure], checks, remarks)

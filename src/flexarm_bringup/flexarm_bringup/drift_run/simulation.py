@@ -1,0 +1,170 @@
+"""The watch beside the whole chain on the simulated rig, whose frequencies may change on the way.
+
+Frequencies change by the stiffness of everything elastic: the plant is replaced by a softer one that goes on
+from the same shape with the same velocity.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexarm_bringup.closed_loop import run_loop
+from flexarm_bringup.drift_run.normal_moves import normal_moves
+from flexarm_bringup.sim.hardware import Hardware
+from flexarm_bringup.sim.plant import Plant
+from flexarm_bringup.sim.rig import Rig, RigSettings
+from flexarm_bringup.sim.sensor_simulator import Sample
+from flexarm_bringup.sim_study import loop_settings
+from flexarm_bringup.static_arm import StaticArm
+from flexarm_bringup.task import Task
+from flexarm_estimator.drift.drift_watch import DriftWatch
+from flexarm_estimator.drift.judgement import ModeNow
+from flexarm_estimator.drift.settings import DriftConfig
+from flexarm_estimator.estimate import Estimate
+from flexarm_estimator.settings import EstimatorConfig
+from flexarm_model.description import ManipulatorConfig
+from flexarm_model.linearize import linearize
+from flexarm_model.model_schedule import ModelSchedule, ScheduleSettings, periods_between_looks
+from flexarm_model.reduced_tree import ReducedTree
+
+Array = NDArray[np.float64]
+EVERY = 0.5  # s between two rows of the record
+
+
+@dataclass(frozen=True)
+class Drill:
+    """What happens to the arm.
+
+    Attributes:
+        duration: Of the moves [s].
+        scale: Real over described frequencies from ``at`` on [1].
+        at: When they change [s].
+        seed: Of noise and pace.
+    """
+
+    duration: float
+    scale: float = 1.0
+    at: float = 0.0
+    seed: int = 1
+
+
+@dataclass(frozen=True)
+class Watched:
+    """What the watch said.
+
+    Attributes:
+        t: Times of the rows [s], (k,).
+        modes: The modes then.
+        alarms: When a mode was told to have drifted [s], with the sentence; one entry per beginning.
+        guard: Why the guard stopped the arm; empty when it did not.
+        proposal: At the end.
+    """
+
+    t: Array
+    modes: tuple[tuple[ModeNow, ...], ...]
+    alarms: tuple[tuple[float, str], ...]
+    guard: str
+    proposal: str
+
+
+class _Listening(Hardware):
+    """Hardware that keeps what its sensors said last."""
+
+    heard: list[Sample] = []
+
+    def advance(self) -> list[Sample]:
+        self.heard = super().advance()
+        return self.heard
+
+
+def run_drill(
+    config: ManipulatorConfig,
+    task: Task,
+    drill: Drill,
+    settings: DriftConfig | None = None,
+    say: Callable[[str], None] = lambda text: None,
+) -> Watched:
+    """Let the arm move under estimator and controller with the watch beside them.
+
+    Args:
+        config: The manipulator as described.
+        task: Its moves and settings.
+        drill: What happens.
+        settings: Of the watch.
+        say: Is told how far it is.
+
+    Raises:
+        ValueError: The arm cannot do the moves, or has no mode to watch.
+    """
+    tree, dt = ReducedTree(config), 1.0 / config.rate_hz
+    home, reference = normal_moves(StaticArm(tree), task, dt, drill.duration, drill.seed)
+    config = replace(config, home=home)
+    tree = ReducedTree(config)
+    loop = loop_settings(task, "mpc", RigSettings(seed=drill.seed))
+    estimator, served = task.make("estimator", EstimatorConfig), task.make("schedule", ScheduleSettings)
+    watch = DriftWatch(linearize(tree), tree, config.sensors, (estimator, settings or DriftConfig()), dt)
+    hardware = _Listening(config, loop.rig)
+    changed = Rig(config, RigSettings(seed=drill.seed, frequency_scale=drill.scale)).plant
+    looker = _Looker(watch, ModelSchedule(tree, config, reference, served), drill, changed, say)
+    _, effort = run_loop(hardware, tree, reference, float(reference.t[-1]), loop, looker.look)
+    return looker.said(effort.guard)
+
+
+class _Looker:
+    """Feeds the watch from the loop's rows, and changes the plant when it is time."""
+
+    def __init__(
+        self,
+        watch: DriftWatch,
+        schedule: ModelSchedule,
+        drill: Drill,
+        changed: Plant,
+        say: Callable[[str], None],
+    ) -> None:
+        self._watch, self._schedule, self._drill, self._changed, self._say = (
+            watch,
+            schedule,
+            drill,
+            changed,
+            say,
+        )
+        self._t: list[float] = []
+        self._modes: list[tuple[ModeNow, ...]] = []
+        self._alarms: list[tuple[float, str]] = []
+        self._told: set[str] = set()
+
+    def look(self, hardware: Hardware, estimate: Estimate) -> Mapping[str, Array]:
+        assert isinstance(hardware, _Listening)
+        self._change(hardware)
+        dt = hardware.dt
+        if not hardware.tick % periods_between_looks(dt):
+            model = self._schedule.next(self._watch.model, hardware.t)
+            if model is not None:
+                self._watch.adopt(model)
+        now = {s.sensor: s.y for s in hardware.heard if s.tick == hardware.tick}
+        self._watch.step(hardware.tick, now, np.array(hardware.acted))
+        for name, text in self._watch.alarms.items():
+            if name not in self._told:
+                self._alarms.append((hardware.t, text))
+        self._told = set(self._watch.alarms)
+        if not hardware.tick % round(EVERY / dt):
+            self._t.append(hardware.t)
+            self._modes.append(self._watch.modes)
+            self._say(f"moving: {hardware.t:.0f} of {self._drill.duration:.0f} s")
+        return {}
+
+    def said(self, guard: str) -> Watched:
+        return Watched(
+            np.array(self._t), tuple(self._modes), tuple(self._alarms), guard, self._watch.proposal
+        )
+
+    def _change(self, hardware: _Listening) -> None:
+        rig, changed = hardware.rig, self._changed
+        if self._drill.scale == 1.0 or rig.plant is changed or hardware.t < self._drill.at:
+            return
+        changed.q, changed.v, changed.a = rig.plant.q, rig.plant.v, rig.plant.a
+        rig.plant = changed

@@ -1,0 +1,66 @@
+"""The drift watch beside the whole chain: told within ten seconds, quiet while nothing changes."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from flexarm_bringup import cli
+from flexarm_bringup.drift_run.normal_moves import WAIT, normal_moves
+from flexarm_bringup.drift_run.simulation import Drill, run_drill
+from flexarm_bringup.static_arm import StaticArm
+from flexarm_bringup.task import find_task, load_task
+from flexarm_model.config import load_config
+from flexarm_model.manipulator_file import find_manipulator
+from flexarm_model.reduced_tree import ReducedTree
+
+
+def test_normal_moves_go_there_and_back_without_jumps() -> None:
+    """Positions are the integral of velocities, to the trapezoidal rule of the sampling."""
+    tree = ReducedTree(load_config(find_manipulator("single_link"), "geared"), use_compiler=False)
+    task = load_task(find_task("single_link"))
+    home, reference = normal_moves(StaticArm(tree), task, 0.005, 12.0, seed=3)
+    t = np.arange(0.0, float(reference.t[-1]), 0.002)
+    theta, theta_dot, _ = reference.sample(t)
+    travelled = (
+        theta[0]
+        + np.cumsum(np.vstack([0 * theta_dot[:1], (theta_dot[1:] + theta_dot[:-1]) / 2]), axis=0) * 0.002
+    )
+    assert travelled == pytest.approx(theta, abs=1e-3)
+    assert theta[0] == pytest.approx(home) and theta.max() == pytest.approx(np.radians(30.0), abs=1e-3)
+    still = np.flatnonzero(abs(theta_dot[:, 0]) < 1e-9)
+    assert still.size * 0.002 > 3 * WAIT
+    assert sum(np.diff(np.sign(theta[:, 0] - np.radians(15.0))) != 0) >= 3  # there, back, there
+
+
+def test_the_command_wants_a_bag_or_a_manipulator(capsys: pytest.CaptureFixture[str]) -> None:
+    assert cli.main(["drift"]) == 2
+    assert "give a BAG, or --simulate NAME" in capsys.readouterr().err
+
+
+def test_a_folder_that_is_no_bag_is_named(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    assert cli.main(["drift", str(tmp_path)]) == 2
+    assert str(tmp_path) in capsys.readouterr().err
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("scale", [0.95, 1.05])
+def test_five_per_cent_are_told_within_ten_seconds_and_not_before(scale: float) -> None:
+    config, task = load_config(find_manipulator("single_link"), "geared"), load_task(find_task("single_link"))
+    watched = run_drill(config, task, Drill(36.0, scale, 18.0))
+    assert not watched.guard
+    assert 18.0 < watched.alarms[0][0] < 28.0
+    last = watched.modes[-1][0]
+    assert last.f_hz / last.described_hz == pytest.approx(scale, abs=0.005)
+
+
+@pytest.mark.slow
+def test_nothing_is_told_while_nothing_changes() -> None:
+    """Two minutes here; an hour with ``flexarm drift --simulate single_link --minutes 60 --change 0``."""
+    config, task = load_config(find_manipulator("single_link"), "geared"), load_task(find_task("single_link"))
+    watched = run_drill(config, task, Drill(120.0))
+    assert not watched.alarms and not watched.guard
+    changes = np.array([[mode.change for mode in modes] for modes in watched.modes if modes])
+    assert abs(changes[:, 0]).max() < 0.01

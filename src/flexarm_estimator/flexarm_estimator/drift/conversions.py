@@ -1,0 +1,82 @@
+"""What the drift watch says, as diagnostics and back."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+
+from flexarm_estimator.drift.drift_watch import DriftWatch
+from flexarm_estimator.drift.judgement import ModeNow
+from flexarm_model.conversions import ns_to_stamp
+
+PREFIX = "drift: "
+_KEYS = (
+    "described [Hz]", "frequency [Hz]", "one sigma of it [Hz]", "described damping [1]", "damping [1]",
+    "one sigma of the damping [1]",
+)  # fmt: skip
+_PROPOSAL = "proposal"
+
+
+@dataclass(frozen=True)
+class ToldMode:
+    """A mode as a message tells it; the numbers are those of ``ModeNow``.
+
+    Attributes:
+        name: Of the mode.
+        has_drifted: An alarm is on.
+        text: What is said.
+        numbers: In the order of the keys, (6,).
+    """
+
+    name: str
+    has_drifted: bool
+    text: str
+    numbers: tuple[float, ...]
+
+
+def drift_to_msg(watch: DriftWatch | None, fault: str, stamp_ns: int) -> DiagnosticArray:
+    """Return the diagnostics of every watched mode.
+
+    Args:
+        watch: None before the first model.
+        fault: What is wrong with the watch itself.
+        stamp_ns: Now [ns].
+    """
+    msg = DiagnosticArray()
+    msg.header.stamp = ns_to_stamp(stamp_ns)
+    if fault or watch is None:
+        msg.status.append(_status("watch", DiagnosticStatus.WARN, fault or "no model yet", {}))
+    for mode in () if watch is None else watch.modes:
+        said = watch.alarms.get(mode.name, "") if watch else ""
+        level = DiagnosticStatus.WARN if said else DiagnosticStatus.OK
+        values = dict(zip(_KEYS, (f"{value:.6g}" for value in _numbers(mode)), strict=True))
+        if said and watch is not None:
+            values[_PROPOSAL] = watch.proposal
+        msg.status.append(_status(mode.name, level, said or _quiet(mode), values))
+    return msg
+
+
+def drift_from_msg(msg: DiagnosticArray) -> tuple[ToldMode, ...]:
+    """Return the modes of diagnostics; statuses of others are left out."""
+    found = []
+    for status in msg.status:
+        values = {pair.key: pair.value for pair in status.values}
+        if status.name.startswith(PREFIX) and set(_KEYS) <= set(values):
+            numbers = tuple(float(values[key]) for key in _KEYS)
+            name = status.name.removeprefix(PREFIX)
+            found.append(ToldMode(name, status.level != DiagnosticStatus.OK, status.message, numbers))
+    return tuple(found)
+
+
+def _numbers(mode: ModeNow) -> tuple[float, ...]:
+    return mode.described_hz, mode.f_hz, mode.f_sigma_hz, mode.described_zeta, mode.zeta, mode.zeta_sigma
+
+
+def _quiet(mode: ModeNow) -> str:
+    return "as described" if mode.is_known else "has not moved enough to tell"
+
+
+def _status(name: str, level: bytes, text: str, values: dict[str, str]) -> DiagnosticStatus:
+    pairs = [KeyValue(key=key, value=value) for key, value in values.items()]
+    return DiagnosticStatus(name=f"{PREFIX}{name}", hardware_id=name, level=level, message=text, values=pairs)

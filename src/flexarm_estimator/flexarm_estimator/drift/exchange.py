@@ -1,0 +1,113 @@
+"""The drift watch between messages: sensors, torques and models in, diagnostics out; no topics and no clock.
+
+Messages of an instant arrive on several topics in any order; an instant is taken when ``_PATIENCE`` has
+passed since. Stamps are counted in control periods.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexarm_estimator.drift.drift_watch import DriftWatch
+from flexarm_estimator.drift.settings import DriftConfig
+from flexarm_estimator.sensor_messages import SensorReader
+from flexarm_estimator.settings import EstimatorConfig
+from flexarm_model.conversions import NS_PER_S, ModelMessageError, model_from_msg, stamp_to_ns
+from flexarm_model.description import ManipulatorConfig
+from flexarm_model.pending_models import PendingModels
+from flexarm_model.reduced_model import ReducedModel
+from flexarm_model.reduced_tree import ReducedTree
+
+Array = NDArray[np.float64]
+TORQUE_TOPIC = "applied_effort"
+_PATIENCE = 0.05  # s
+_MOST_WAITING = 1000  # instants, torques
+
+
+class DriftExchange:
+    """Owns the watch and translates.
+
+    Attributes:
+        watch: None until a model has been accepted.
+        fault: Why there is none, or why the last model was refused; empty when all is well.
+    """
+
+    def __init__(
+        self, config: ManipulatorConfig, estimator: EstimatorConfig, settings: DriftConfig | None = None
+    ) -> None:
+        """Start without a model."""
+        self._config, self._settings = config, (estimator, settings or DriftConfig())
+        self._period_ns = round(NS_PER_S / config.rate_hz)
+        self._reader, self._tree = SensorReader(config), ReducedTree(config)
+        self._instants: dict[int, dict[str, Array]] = {}
+        self._torques: deque[tuple[int, Array]] = deque(maxlen=_MOST_WAITING)
+        self._tau = np.zeros(len(config.actuated))
+        self._pending: PendingModels[ReducedModel] = PendingModels()
+        self.watch: DriftWatch | None = None
+        self.fault = "no model yet"
+
+    @property
+    def topics(self) -> tuple[str, ...]:
+        """Relative topics that ``on_sensor`` wants."""
+        return (*(name for name in self._reader.topics if name != "camera/pose"), TORQUE_TOPIC)
+
+    def on_model(self, msg: Any) -> None:
+        """Take a model of the same description, to be used from its stamp on; the first one at once."""
+        try:
+            model = model_from_msg(msg)
+        except ModelMessageError as error:
+            self.fault = f"model refused: {error}"
+            return
+        if model.config_id != self._config.config_id:
+            self.fault = f"model refused: of config {model.config_id}, loaded is {self._config.config_id}"
+            return
+        self.fault = ""
+        if self.watch is not None:
+            self._pending.add(stamp_to_ns(msg.header.stamp), model)
+            return
+        dt = 1.0 / self._config.rate_hz
+        try:
+            self.watch = DriftWatch(model, self._tree, self._config.sensors, self._settings, dt)
+        except (KeyError, ValueError) as error:
+            self.fault = f"model refused: {error}"
+
+    def on_sensor(self, topic: str, msg: Any) -> None:
+        """Take a message of a sensor, or the torque that was applied; joint states move time on."""
+        if self.watch is None:
+            return
+        stamp_ns = stamp_to_ns(msg.header.stamp)
+        if topic == TORQUE_TOPIC:
+            tau, _ = self._reader.read_torque(topic, msg)
+            if tau is not None:
+                self._torques.append((stamp_ns, tau))
+            return
+        instant = self._instants.setdefault(round(stamp_ns / self._period_ns), {})
+        for sample in self._reader.read(topic, msg, 0.0).samples:
+            instant[sample.sensor] = sample.y
+        if topic == "joint_states":
+            self._go_on(stamp_ns)
+
+    def _go_on(self, now_ns: int) -> None:
+        """Take the instants that are old enough; a clock that was set back begins anew."""
+        newest, patience = round(now_ns / self._period_ns), round(_PATIENCE * NS_PER_S / self._period_ns)
+        if len(self._instants) > _MOST_WAITING or max(self._instants) > newest + _MOST_WAITING:
+            self._instants.clear()
+        for period in sorted(period for period in self._instants if period <= newest - patience):
+            self._take(period, self._instants.pop(period))
+
+    def _take(self, period: int, samples: dict[str, Array]) -> None:
+        assert self.watch is not None
+        model = self._pending.due(period * self._period_ns)
+        if model is not None:
+            try:
+                self.watch.adopt(model)
+            except (KeyError, ValueError) as error:
+                self.fault = f"model refused: {error}"
+        middle_ns = round((period - 0.5) * self._period_ns)
+        while self._torques and self._torques[0][0] <= middle_ns:
+            self._tau = self._torques.popleft()[1]
+        self.watch.step(period, samples, self._tau)
