@@ -94,6 +94,11 @@ class Ear:
         self.wait(future.done, ANSWER, f"the answer of {service}")
         return future.result()
 
+    def close(self) -> None:
+        """Leave the graph."""
+        self._executor.shutdown()
+        self.node.destroy_node()
+
     def latest(self, topic: str) -> Any:
         """Return the newest message of a topic, or None."""
         return self.heard[topic][-1] if self.heard[topic] else None
@@ -122,8 +127,12 @@ def running(
         os.environ.update(own)
         rclpy.init()
         try:
-            with Supervisor(processes, folder / "log", dict(os.environ), command) as supervisor:
-                yield supervisor, Ear(topics)
+            ear = Ear(topics)
+            try:
+                with Supervisor(processes, folder / "log", dict(os.environ), command) as supervisor:
+                    yield supervisor, ear
+            finally:
+                ear.close()  # while its context lives: two of one domain in one process may block each other
         finally:
             rclpy.try_shutdown()
             for key, value in before.items():
