@@ -106,7 +106,7 @@ class Commander(Node):
         self._answer, self._sent_ns = "", -1
         self._receipts = dict.fromkeys(("model", *HOLDERS), "")
         self._arming: Any = None
-        self._guard = GuardStatus()
+        self._guard, self._was_armed = GuardStatus(), False  # it may be stopped again at once
         self._moved = time.monotonic()
         self._connect()
 
@@ -175,7 +175,7 @@ class Commander(Node):
         return self._arming is not None
 
     def _wait_for_arming(self) -> bool:
-        if self._guard.mode == GuardStatus.ARMED:
+        if self._was_armed:
             return True
         if self._arming.done() and not self._arming.result().success:
             self.outcome = f"guard refused to arm: {self._arming.result().message}"
@@ -201,6 +201,7 @@ class Commander(Node):
 
     def _on_guard(self, msg: GuardStatus) -> None:
         self._guard = msg
+        self._was_armed |= self._arming is not None and msg.mode == GuardStatus.ARMED
 
     def _connect(self) -> None:
         self._publisher = self.create_publisher(JointTrajectory, "reference", RELIABLE_QOS)
