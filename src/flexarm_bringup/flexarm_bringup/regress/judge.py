@@ -57,9 +57,9 @@ def judge(folder: Path) -> Verdict:
     """Play a case and compare; whatever is wrong is in the verdict."""
     try:
         opened = open_case(folder)
+        played = play(opened.bag)
     except (ValueError, OSError) as error:  # BagError, ConfigError, ParameterError
         return Verdict(folder, UNUSABLE, _line(error))
-    played = play(opened.bag)
     comparison = compare(opened, played)
     code = PASSED if comparison.is_equal else DIVERGED
     reason = "" if comparison.is_equal else str(comparison.divergences[0])

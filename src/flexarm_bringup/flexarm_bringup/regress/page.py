@@ -27,7 +27,7 @@ def build_page(folder: Path, verdicts: Sequence[Verdict], with_figures: bool) ->
             if verdict.played and verdict.golden and verdict.case:
                 topics = topics_of(verdict.golden, verdict.played)
                 moved = find_moved(verdict.golden, verdict.played, topics, verdict.case.tolerances)
-                items.append(moved_table(verdict.folder.name, moved))
+                items += [moved_table(verdict.folder.name, moved)] if moved else []
             if with_figures:
                 items.append(figure(verdict))
     checks = [Check(v.folder.name, "as expected", _found(v), v.code == PASSED) for v in verdicts]

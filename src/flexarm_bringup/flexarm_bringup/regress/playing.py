@@ -24,8 +24,10 @@ from flexarm_bringup.topics import NAMESPACE
 from flexarm_model.conversions import model_to_msg, stamp_to_ns
 from flexarm_model.linearize import linearize
 from flexarm_model.manipulator_file import find_manipulator
+from flexarm_model.parameters import ParameterError
 from flexarm_model.reduced_tree import ReducedTree
 from flexarm_model.start_pose import starting_at
+from flexarm_model.strict_yaml import ConfigError
 
 MODEL = f"{NAMESPACE}/model"
 # what code with a fault may raise where no step of it should
@@ -67,12 +69,17 @@ def play(bag: Bag) -> Played:
 
     Args:
         bag: What was recorded, with its configuration, both proved.
+
+    Raises:
+        ConfigError, ParameterError: The settings are not understood.
     """
     faults: dict[str, str] = {}
     records: list[Record] = []
     for topic, attempt in ((MODEL, models), (OUTPUTS[0], _messages)):
         try:
             records += attempt(bag)
+        except (ConfigError, ParameterError):
+            raise  # what is asked for is not understood
         except FAULTS as error:
             text = " ".join(str(error).split())
             faults[topic] = text if isinstance(error, BagError) else f"{type(error).__name__}: {text}"
