@@ -108,10 +108,10 @@ class Hardware:
 
     def choose_torque(self, command: GuardCommand | None) -> list[float]:
         """Let the guard choose the torque of the period that starts now [N m], (n_theta,)."""
-        loads = self._loads.look(np.array(self._seen.position))
+        self.drives.tau = self.guard.step(command, self._seen, self.t)
+        loads = self._loads.look(np.array(self._seen.position))  # when the answer is out, as the node does
         if loads is not None:
             self.guard.carry(loads)
-        self.drives.tau = self.guard.step(command, self._seen, self.t)
         return self.drives.tau
 
     def _measured(self) -> GuardState:
