@@ -11,6 +11,7 @@ from typing import Any
 from flexarm_bringup.fault_drill import (
     bag_rows,
     command_rows,
+    flood_rows,
     forgery_rows,
     frame_rows,
     loop_rows,
@@ -46,7 +47,12 @@ CONTROLLER_ROWS = _in_order(
     *model_rows.ROWS, *command_rows.ROWS, *solver_rows.ROWS, *restart_rows.ROWS, *stop_rows.ROWS
 )
 SYSTEM_ROWS = _in_order(
-    *nodes_rows.ROWS, *partition_rows.ROWS, *parameter_rows.ROWS, *bag_rows.ROWS, *forgery_rows.ROWS
+    *nodes_rows.ROWS,
+    *partition_rows.ROWS,
+    *parameter_rows.ROWS,
+    *bag_rows.ROWS,
+    *forgery_rows.ROWS,
+    *flood_rows.ROWS,
 )
 TROUBLE = (
     ArithmeticError,
