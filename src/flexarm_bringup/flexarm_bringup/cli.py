@@ -87,6 +87,9 @@ COMMANDS = {
     "doctor": Command(
         "flexarm_bringup.doctor.command", "what keeps this rig from running well, and what to do"
     ),
+    "security": Command(
+        "flexarm_bringup.security.command", "policies for DDS-Security: what each node may say and hear"
+    ),
     "echo": Command("flexarm_bringup.echo_node", "print the messages of a topic, or list the topics"),
     "monitor": Command("flexarm_bringup.monitor.command", "watch a running rig in the terminal, live"),
     "parameters": Command("flexarm_bringup.parameters_command", "every node's parameters, unit and range"),

@@ -7,9 +7,12 @@ which name with which parameters. Everything else a node needs it learns from th
 from __future__ import annotations
 
 import json
+import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
+
+from flexarm_bringup.topics import NAMESPACE
 
 # SCHED_FIFO by the clock: the guard comes first
 PRIORITIES = {"guard": 70, "rig": 60, "estimator": 50, "controller": 50}
@@ -82,9 +85,20 @@ def rig_graph(
     return tuple(replace(row, parameters={**shared, **more.get(row.name, {})}) for row in rows)
 
 
-def ros_arguments(process: Process) -> list[str]:
+def enclave_of(node: str) -> str:
+    """Return the enclave of DDS-Security in which a node runs; the folder of its keys in the keystore."""
+    return f"{NAMESPACE}/{node}"
+
+
+def enclave_arguments(node: str, environment: Mapping[str, str] = os.environ) -> list[str]:
+    """Return the ROS arguments that put a node into its enclave; none where security is not asked for."""
+    is_wanted = environment.get("ROS_SECURITY_ENABLE", "").lower() == "true"
+    return ["--enclave", enclave_of(node)] if is_wanted else []
+
+
+def ros_arguments(process: Process, environment: Mapping[str, str] = os.environ) -> list[str]:
     """Return what comes after the executable on its command line."""
-    arguments = ["--ros-args", "-r", f"__node:={process.name}"]
+    arguments = ["--ros-args", "-r", f"__node:={process.name}", *enclave_arguments(process.name, environment)]
     for old, new in process.remaps.items():
         arguments += ["-r", f"{old}:={new}"]
     for key, value in process.parameters.items():

@@ -12,7 +12,7 @@ from launch_ros.actions import Node
 from launch_ros.ros_adapters import get_ros_node
 from std_msgs.msg import Empty
 
-from flexarm_bringup.graph import rig_graph
+from flexarm_bringup.graph import enclave_arguments, rig_graph
 from flexarm_bringup.supervisor import DEFAULTS, RESPAWNS
 from flexarm_bringup.topics import NAMESPACE
 from launch import LaunchDescription
@@ -54,6 +54,7 @@ def node(process, may_return, stop):
         name=process.name,
         parameters=[dict(process.parameters)],
         remappings=list(process.remaps.items()),
+        ros_arguments=enclave_arguments(process.name),
         output="screen",
         respawn=returns,
         respawn_max_retries=RESPAWNS,

@@ -23,6 +23,7 @@ from std_msgs.msg import Bool
 
 from flexarm_model.node import LATCHED_QOS, ReadyFlag
 from flexarm_model.parameters import parameter
+from flexarm_model.single_instance import claim_name
 
 SUCCESS = TransitionCallbackReturn.SUCCESS
 _ENTITIES = {
@@ -47,13 +48,19 @@ class ManagedNode(LifecycleNode):  # type: ignore[misc]
     """Base of flexarm's nodes; a node class calls ``start`` at the end of its constructor.
 
     Attributes:
+        name_held: What holds its name on this machine.
         is_active: Between activation and deactivation.
         is_finished: It was shut down by a transition; the process ends.
     """
 
     def __init__(self, name: str) -> None:
-        """Be there, unconfigured, in the namespace of flexarm."""
+        """Be there, unconfigured, in the namespace of flexarm.
+
+        Raises:
+            NameTakenError: A node of this name is running; this one has said nothing yet.
+        """
         super().__init__(name, namespace="flexarm")
+        self.name_held = claim_name(self.get_fully_qualified_name(), str(self.context.get_domain_id()))
         self.is_active = self.is_finished = False
         self._ready_told = self.create_publisher(Bool, "~/ready", LATCHED_QOS)
         self._ready_told.publish(Bool(data=False))

@@ -72,7 +72,9 @@ def run_node(factory: Callable[[], Node]) -> int:
         parameter_sources(sys.argv)  # files are told wrong by us, before rcl does or does not
         rclpy.init(args=sys.argv, signal_handler_options=SignalHandlerOptions.NO)
         node = factory()
-        held = claim_name(node.get_fully_qualified_name(), str(node.context.get_domain_id()))
+        held = getattr(node, "name_held", None) or claim_name(
+            node.get_fully_qualified_name(), str(node.context.get_domain_id())
+        )
     except (*_CONFIGURATION_ERRORS, NameTakenError) as error:
         reason = " ".join(str(error).split())
         print(f"{factory.__name__}: {reason}", file=sys.stderr)

@@ -1,0 +1,150 @@
+"""The graph by the clock, watched as ``flexarm rig`` watches it, with the time at which each message came.
+
+It hears ``TOPICS`` and sends references; see ``watch_node`` for what stops the arm when a process ends.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from std_srvs.srv import Trigger
+from trajectory_msgs.msg import JointTrajectory
+
+from flexarm_bringup.conversions import message_class
+from flexarm_bringup.fault_drill.system_stand import SystemStand
+from flexarm_bringup.rig_run.watch_node import WatchNode
+from flexarm_bringup.running_graph_node import DEEP_QOS, Ear, running
+from flexarm_bringup.supervisor import Supervisor
+from flexarm_bringup.topics import NAMESPACE, find_stream
+from flexarm_controller.conversions import reference_to_msg
+from flexarm_controller.reference import hold
+
+Array = NDArray[np.float64]
+Arrival = tuple[float, Any]  # time.time() [s], message
+TOPICS = (
+    "model", "joint_states", "drive_states", "modal_state", "end_effector", "controller_status",
+    "joint_commands", "applied_effort", "guard_status", "truth",
+)  # fmt: skip
+LOOK_PERIOD = 0.005  # s
+ASK_PERIOD = 1.0  # s
+PATIENCE = 120.0  # s for what takes a few seconds on a machine that nobody else uses
+
+
+class LiveRig:
+    """A running graph whose processes may be hit.
+
+    Attributes:
+        stand: The machine.
+        ear: Hears and calls.
+        came: Arrivals by topic, in order.
+        respawned: When each node was started again, the last time, by ``time.time``.
+    """
+
+    def __init__(self, stand: SystemStand, supervisor: Supervisor, ear: Ear) -> None:
+        """Begin to hear."""
+        self.stand, self.ear, self._supervisor = stand, ear, supervisor
+        self._watch = WatchNode(tuple(supervisor.pids), lambda text: None)
+        self.came: dict[str, list[Arrival]] = {topic: [] for topic in TOPICS}
+        for topic in TOPICS:
+            stream = find_stream(f"{NAMESPACE}/{topic}")
+            if stream is None:
+                raise KeyError(topic)
+            kind, qos = message_class(stream.type), DEEP_QOS
+            ear.node.create_subscription(kind, topic, self._noting(topic), qos)
+        self.respawned: dict[str, float] = {}
+        self._references = ear.node.create_publisher(JointTrajectory, "reference", 10)
+        self._goals = swings(stand)
+        self._arm = ear.node.create_client(Trigger, "guard/arm")
+        self._asked: Any = None
+        self._ask_at = 0.0
+
+    def pid(self, name: str) -> int:
+        """Return the process number of a node."""
+        return self._supervisor.pids[name]
+
+    def listen(self, seconds: float) -> None:
+        """Hear, and tend the processes, for a while."""
+        end = time.monotonic() + seconds
+        while time.monotonic() < end:
+            self._look()
+
+    def wait(self, condition: Callable[[], bool], what: str) -> None:
+        """Hear, and tend the processes, until something holds."""
+
+        def holds() -> bool:
+            self._look()
+            return condition()
+
+        self.ear.wait(holds, PATIENCE, what)
+
+    def arm(self) -> None:
+        """Wait until all are ready, arm the guard, wait until commands pass."""
+        self.wait(lambda: all(self._watch.ready.values()), "all to be ready")
+        self.wait(self._armed, "the guard to be armed")
+        self.wait(lambda: self.after("joint_commands", time.time() - 0.1) != [], "commands")
+
+    def swing(self) -> None:
+        """Send the arm to its other place; it is led there at its velocity limit."""
+        stamp = self.came["joint_states"][-1][1].header.stamp
+        names = tuple(self.stand.stand.arm.config.actuated)
+        msg = reference_to_msg(hold(next(self._goals)), names, stamp.sec * 10**9 + stamp.nanosec)
+        self._references.publish(msg)
+
+    def after(self, topic: str, since: float) -> list[Arrival]:
+        """Return what came on a topic after a time."""
+        return [arrival for arrival in self.came[topic] if arrival[0] > since]
+
+    def forget(self) -> None:
+        """Drop what has come so far."""
+        for arrivals in self.came.values():
+            arrivals.clear()
+
+    def end(self) -> None:
+        """Leave the graph."""
+        self._watch.end()
+
+    def _look(self) -> None:
+        self.ear.listen(LOOK_PERIOD)
+        self._watch.spin(0.0)
+        for ending in self._supervisor.tend():
+            self.respawned[ending.process.name] = time.time()
+            self._watch.on_ending(ending.process.name, ending.process.essential)
+
+    def _armed(self) -> bool:
+        """Ask the guard, again when it does not answer: it may be a new one that has not found us yet."""
+        now = time.monotonic()
+        if self._asked is not None and self._asked.done() and self._asked.result().success:
+            self._asked = None
+            return True
+        if self._arm.service_is_ready() and now >= self._ask_at:
+            self._asked, self._ask_at = self._arm.call_async(Trigger.Request()), now + ASK_PERIOD
+        return False
+
+    def _noting(self, topic: str) -> Callable[[Any], None]:
+        arrivals = self.came[topic]
+        return lambda msg: arrivals.append((time.time(), msg))
+
+
+@contextmanager
+def live_rig(stand: SystemStand) -> Iterator[LiveRig]:
+    """Run the graph of a machine in a domain of its own, all of it ready."""
+    with running(stand.graph(), (), stand.folder()) as (supervisor, ear):
+        rig = LiveRig(stand, supervisor, ear)
+        try:
+            yield rig
+        finally:
+            rig.end()
+
+
+def swings(stand: SystemStand) -> Iterator[Array]:
+    """Yield in turn the place of the machine's tour that is farthest from its start, and the start."""
+    theta = stand.stand.arm.course.reference.theta
+    far = theta[np.argmax(np.linalg.norm(theta - theta[0], axis=1))]
+    while True:
+        yield far
+        yield theta[0]

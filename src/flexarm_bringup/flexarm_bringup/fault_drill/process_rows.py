@@ -1,0 +1,225 @@
+"""Rows about processes: killed, frozen, started again in a motion.
+
+The graph runs by the clock and is watched as ``flexarm rig`` watches it. Times of torques and of the guard
+are their stamps, which follow the clock; without the rig there are none, and times of arrival count. Evidence
+that a fault was noticed is the first torque that the dead node has not asked for, or the guard's stop.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+import signal
+import time
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from flexarm_bringup.fault_drill.findings import Finding
+from flexarm_bringup.fault_drill.row import Row
+from flexarm_bringup.fault_drill.system_stand import SystemStand, passes, stamp
+from flexarm_controller.limits import limits_of
+
+if TYPE_CHECKING:
+    from flexarm_bringup.fault_drill.live_rig_node import Arrival, LiveRig
+
+# what tells that a node is back; the torque that it decides or leads to, and who acts on it
+STREAMS = {"model": "model", "estimator": "modal_state", "controller": "controller_status"}
+STREAMS |= {"guard": "guard_status", "rig": "joint_states"}
+DECIDES = {"guard": ("applied_effort", "drive_states")}
+OF_A_COMMAND = ("joint_commands", "applied_effort")
+NOTICED, SILENCE, BACK = 0.040, 0.050, 2.0  # s
+UNDER_WAY = 0.3  # s of a swing until a process is hit
+IN_FLIGHT = 0.2  # s in which messages of the dead node may still come, and in which no node starts
+WATCHED = 1.0  # s after the hit, and again after everybody is back
+FROZEN = 1.0  # s
+RECOVERY, WINDOW, E0S = 1.0, 0.1, 2.0  # s, s, multiples of e0
+ROUNDED = 1.0 + 1e-9
+
+
+def kills(stand: SystemStand) -> list[Finding]:
+    """Kill every node in a motion, one after the other; all come back by themselves."""
+    from flexarm_bringup.fault_drill.live_rig_node import live_rig
+
+    with live_rig(stand) as rig:
+        return [finding for name in STREAMS for finding in _killed(rig, name)]
+
+
+def freezes(stand: SystemStand) -> list[Finding]:
+    """Freeze every node in a motion for a second."""
+    from flexarm_bringup.fault_drill.live_rig_node import live_rig
+
+    with live_rig(stand) as rig:
+        return [finding for name in STREAMS for finding in _frozen(rig, name)]
+
+
+def restarts(stand: SystemStand) -> list[Finding]:
+    """Kill estimator and controller in a motion, arm again when they are back, move on."""
+    from flexarm_bringup.fault_drill.live_rig_node import live_rig
+
+    with live_rig(stand) as rig:
+        return [finding for name in ("estimator", "controller") for finding in _restarted(rig, name)]
+
+
+def _killed(rig: LiveRig, name: str) -> list[Finding]:
+    hit = _hit(rig, name, signal.SIGKILL)
+    stream = STREAMS[name]
+    rig.wait(lambda: name in rig.respawned, f"{name} to be started again")
+    began = rig.respawned.pop(name) + IN_FLIGHT
+    rig.wait(lambda: bool(rig.after(stream, began)), f"{name} to be back")
+    back = rig.after(stream, began)[0][0] - hit
+    rig.listen(WATCHED)
+    return [
+        *_stopped(rig, name, hit, "killed"),
+        Finding(f"{name} killed: first message after", back, BACK, "s"),
+        Finding(f"{name} killed: told that commands pass, not armed again", _passed(rig, name, hit), 0),
+    ]
+
+
+def _frozen(rig: LiveRig, name: str) -> list[Finding]:
+    hit = _hit(rig, name, signal.SIGSTOP)
+    rig.listen(FROZEN)
+    findings = _stopped(rig, name, hit, "frozen")
+    woken = time.time()
+    os.kill(rig.pid(name), signal.SIGCONT)
+    rig.listen(WATCHED)
+    told = [msg.passed for _, msg in rig.after("guard_status", woken)]
+    applied = told[-1] - told[0] if told else math.inf
+    if name == "model":  # nothing is due from it in a motion, and commands go on
+        return [
+            Finding("model frozen: the motion was stopped", float(_first_stop(rig, name, hit) < math.inf), 0)
+        ]
+    return [*findings, Finding(f"{name} frozen: old commands applied when it woke", applied, 0)]
+
+
+def _hit(rig: LiveRig, name: str, number: int) -> float:
+    """Arm, move, send a signal to a node; return when."""
+    rig.arm()
+    rig.swing()
+    rig.listen(UNDER_WAY)
+    rig.forget()
+    rig.listen(SILENCE)
+    os.kill(rig.pid(name), number)
+    hit = time.time()
+    rig.listen(SILENCE + 4 * NOTICED)
+    return hit
+
+
+def _stopped(rig: LiveRig, name: str, hit: float, what: str) -> list[Finding]:
+    """Return how soon it was noticed and how soon the arm was being stopped."""
+    let_go = (_silent_drives(rig, hit) if name == "guard" else _first_stop(rig, name, hit)) - hit
+    noticed = min(_own_torque(rig, name, hit) - hit, let_go)
+    return [
+        Finding(f"{name} {what}: noticed after", noticed, NOTICED, "s"),
+        Finding(f"{name} {what}: stopping after", let_go, SILENCE + rig.stand.dt, "s"),
+    ]
+
+
+def _when(name: str, arrival: Arrival) -> float:
+    """Return when something happened; see the module."""
+    return arrival[0] if name == "rig" else stamp(arrival[1])
+
+
+def _first_stop(rig: LiveRig, name: str, hit: float) -> float:
+    """Return when the guard was first not armed after the hit; infinity if it always was."""
+    stops = [_when(name, a) for a in rig.after("guard_status", hit) if a[1].mode != a[1].ARMED]
+    return min(stops, default=math.inf)
+
+
+def _own_torque(rig: LiveRig, name: str, hit: float) -> float:
+    """Return when a torque came that the dead node has not asked for; infinity if none did."""
+    ordered, acted = DECIDES.get(name, OF_A_COMMAND)
+    last = max((stamp(msg) for _, msg in rig.came[ordered]), default=hit)
+    since = max(hit, last + 1.5 * rig.stand.dt)
+    efforts = [(stamp(msg), tuple(msg.effort)) for _, msg in rig.came[acted] if stamp(msg) > since]
+    changed = (at for (_, before), (at, now) in zip(efforts, efforts[1:], strict=False) if now != before)
+    return next(changed, math.inf)
+
+
+def _silent_drives(rig: LiveRig, hit: float) -> float:
+    """Return when the drives braked by themselves: no torque drives its axis from then on."""
+    driving = [
+        stamp(msg)
+        for _, msg in rig.after("drive_states", hit)
+        if any(effort * velocity > 0.0 for effort, velocity in zip(msg.effort, msg.velocity, strict=True))
+        and stamp(msg) < hit + WATCHED
+    ]
+    return max(driving, default=hit)
+
+
+def _passed(rig: LiveRig, name: str, hit: float) -> int:
+    told = rig.after("guard_status", hit)
+    return sum(passes(a[1]) for a in told if _when(name, a) > hit + SILENCE + NOTICED)
+
+
+def _restarted(rig: LiveRig, name: str) -> list[Finding]:
+    rig.arm()
+    rig.swing()
+    rig.listen(2.0 * WATCHED)
+    e0 = _rms(_tip_errors(rig, -math.inf))
+    _hit(rig, name, signal.SIGKILL)
+    rig.listen(WATCHED)
+    rig.arm()
+    armed = max(at for at, msg in rig.came["guard_status"] if not passes(msg))
+    rig.swing()
+    rig.listen(RECOVERY + WATCHED)
+    torques = np.array([msg.effort for at, msg in rig.after("applied_effort", armed - WINDOW)])
+    rate = limits_of(rig.stand.stand.arm.config).effort_rate * rig.stand.dt
+    return [
+        Finding(
+            f"{name}: cycles under the law while the estimate was not to be trusted", _blind(rig, armed), 0
+        ),
+        Finding(f"{name}: torque step / limit", float((abs(np.diff(torques, axis=0)) / rate).max()), ROUNDED),
+        Finding(
+            f"{name}: tip RMS within {E0S:g} e0 of the estimate again after",
+            _back(rig, armed, e0),
+            RECOVERY,
+            "s",
+        ),
+    ]
+
+
+def _blind(rig: LiveRig, since: float) -> int:
+    """Return how many states were answered by the law though they said not to trust them."""
+    doubtful = {
+        stamp(msg) for _, msg in rig.after("modal_state", since) if msg.status in (msg.LOST, msg.STARTING)
+    }
+    return sum(
+        msg.mode == msg.MPC and stamp(msg) in doubtful for _, msg in rig.after("controller_status", since)
+    )
+
+
+def _back(rig: LiveRig, since: float, e0: float) -> float:
+    """Return from when on the error of the tip stays within ``E0S`` e0 [s]."""
+    errors = _tip_errors(rig, since)
+    bad = [at for at, _ in errors if _rms([e for e in errors if at - WINDOW < e[0] <= at]) > E0S * e0]
+    return max(bad, default=since) - since
+
+
+def _tip_errors(rig: LiveRig, since: float) -> list[tuple[float, float]]:
+    """Return arrival and distance of the estimated tip from the true one [m], by stamp."""
+    true = {stamp(msg): np.array(msg.tip[:3]) for _, msg in rig.came["truth"]}
+    return [
+        (at, float(np.linalg.norm(_position(msg) - true[stamp(msg)])))
+        for at, msg in rig.after("end_effector", since)
+        if stamp(msg) in true
+    ]
+
+
+def _position(msg: object) -> np.ndarray:
+    point = msg.pose.pose.position  # type: ignore[attr-defined]
+    return np.array([point.x, point.y, point.z])
+
+
+def _rms(errors: Sequence[tuple[float, float]]) -> float:
+    return math.sqrt(sum(error**2 for _, error in errors) / max(len(errors), 1))
+
+
+ROWS = (
+    Row(43, "a process is killed", "noticed, stopped, back; nothing moves before it is armed", kills, "N"),
+    Row(44, "a process freezes for 1 s", "noticed, stopped; no old command is applied", freezes, "N"),
+    Row(
+        45, "estimator or controller killed in a move", "takes over when sure, without a jump", restarts, "N"
+    ),
+)

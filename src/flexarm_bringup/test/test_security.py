@@ -1,0 +1,50 @@
+"""Policies give every node an enclave of its own with what it uses; only the guard reaches the drives."""
+
+from pathlib import Path
+from xml.etree import ElementTree
+
+import pytest
+
+from flexarm_bringup.cli import main
+from flexarm_bringup.security.policy import NodeAccess, policy
+
+NODES = ("recorder", "model", "estimator", "controller", "guard", "rig")
+
+
+def test_a_policy_has_one_enclave_per_node_with_its_rights_sorted_and_once() -> None:
+    node = NodeAccess("guard", ("/b", "/a", "/b"), ("/c",), (), ("/d",))
+    root = ElementTree.fromstring(policy((node,)))
+    assert root.attrib == {"version": "0.2.0"}
+    (enclave,) = root.findall("enclaves/enclave")
+    (profile,) = enclave.findall("profiles/profile")
+    assert enclave.get("path") == "/flexarm/guard"
+    assert profile.attrib == {"ns": "/flexarm", "node": "guard"}
+    assert [group.attrib for group in profile] == [
+        {"request": "ALLOW"}, {"publish": "ALLOW"}, {"subscribe": "ALLOW"}
+    ]  # fmt: skip
+    assert [topic.text for topic in profile.findall("topics[@publish='ALLOW']/topic")] == ["/a", "/b"]
+
+
+@pytest.mark.ros
+@pytest.mark.slow
+def test_the_nodes_themselves_say_what_they_use(tmp_path: Path) -> None:
+    assert main(["security", str(tmp_path)]) == 0
+    root = ElementTree.parse(tmp_path / "flexarm.policy.xml").getroot()
+    assert [item.get("node") for item in root.iter("profile")] == list(NODES)
+    assert allowed(root, "topics[@publish='ALLOW']/topic", "/flexarm/applied_effort") == ["guard"]
+    assert allowed(root, "services[@request='ALLOW']/service", "/flexarm/rig/attach") == ["guard"]
+    assert allowed(root, "topics[@publish='ALLOW']/topic", "/flexarm/joint_commands") == ["controller"]
+    assert allowed(root, "topics[@publish='ALLOW']/topic", "/flexarm/strain") == ["rig"]
+    assert allowed(root, "services[@reply='ALLOW']/service", "/flexarm/guard/arm") == ["guard"]
+    assert {path.name for path in tmp_path.iterdir()} == {
+        "flexarm.policy.xml", *(f"{name}.policy.xml" for name in NODES)
+    }  # fmt: skip
+
+
+def allowed(root: ElementTree.Element, right: str, name: str) -> list[str | None]:
+    """Return the nodes with a right."""
+    return [
+        profile.get("node")
+        for profile in root.iter("profile")
+        if name in (item.text for item in profile.findall(right))
+    ]
