@@ -16,8 +16,8 @@ _LINEAR = (
     "the extended filter with little noise comes to 1.53, but takes 1.7 ms a step"
 )
 _LARGE = (
-    "a message of 10 MB is in the guard 40 to 87 MB, in the estimator 21 to 30: DDS keeps its buffers for the "
-    "next one, Python copies before anybody can look at the length; cycle and stops keep their bounds"
+    "a message of 10 MB is in the guard 40 to 87 MB, in the estimator 21 to 30: DDS keeps its buffers for "
+    "the next one, Python copies before anybody can look at the length; cycle and stops keep their bounds"
 )
 
 MISSED = {
