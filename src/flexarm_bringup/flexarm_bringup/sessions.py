@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from typing import Any
 
@@ -15,6 +16,8 @@ from flexarm_bringup.session import Session
 from flexarm_bringup.study import Job, Outcome, damping_ratio, outcome_of, tip_reach
 from flexarm_model.config import load_config
 from flexarm_model.manipulator_file import find_manipulator
+
+_taken: list[AbstractContextManager[int]] = []  # a domain is free again when its entry goes
 
 
 @dataclass(frozen=True)
@@ -43,7 +46,10 @@ def outcomes_of(session: Session, record: RunRecord) -> tuple[Outcome, ...]:
 
 
 def free_domains() -> Iterator[int]:
-    """Yield ROS domains that no other test or demo on this machine has taken."""
+    """Yield ROS domains that no other test or demo on this machine has taken; they stay taken by this process.
+
+    They are not given back with the iterator: who took one may still run nodes in it.
+    """
     while True:
-        with domain_id() as domain:
-            yield int(domain)
+        _taken.append(domain_id())
+        yield int(_taken[-1].__enter__())

@@ -67,9 +67,8 @@ def access_of_graph(manipulator: str, preset: str) -> tuple[NodeAccess, ...]:
     from flexarm_bringup.sessions import free_domains
 
     progress, end = Progress(), time.monotonic() + PATIENCE
-    domains = free_domains()  # it holds the domain as long as it lives
     with ExitStack() as stack:
-        stack.enter_context(patch.dict(os.environ, ROS_DOMAIN_ID=str(next(domains)), **DEFAULTS))
+        stack.enter_context(patch.dict(os.environ, ROS_DOMAIN_ID=str(next(free_domains())), **DEFAULTS))
         folder = Path(stack.enter_context(TemporaryDirectory(prefix="flexarm_security_")))
         graph = rig_graph(manipulator, preset, bag=str(folder / "bag"))
         supervisor = stack.enter_context(Supervisor(graph, folder / "log"))
