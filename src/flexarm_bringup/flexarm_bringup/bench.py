@@ -37,6 +37,7 @@ BOUNDS = {  # name of a result: largest value allowed
     "nmpc_step_median_us": 400.0,
     "nmpc_step_p99_us": 700.0,
     "memory_largest_mb": 250.0,
+    "identify_60_s_of_8_channels_s": 10.0,
     "serial_6r_new_median_us": 5000.0,
     **{
         f"{name}_new_median_us": 2000.0

@@ -13,7 +13,9 @@ from flexarm_model.identification.automatic import identify_modes
 from flexarm_model.identification.lscf import poles_of_orders
 from flexarm_model.identification.stabilisation import Track, lasting
 from flexarm_model.modal.frf import Frf, Ports, modal_frf
+from flexarm_model.modal.half_power import half_power
 from flexarm_model.modal.modes import Modes
+from flexarm_model.modal.peaks import pick_peaks
 
 pytestmark = pytest.mark.thorough
 
@@ -41,12 +43,35 @@ def test_poles_that_only_mathematics_needs_come_out_unstable() -> None:
 
 
 @pytest.mark.parametrize("zeta", [0.01, 0.02])
-def test_close_triplets_at_coarse_lines_are_found_from_three_references(zeta: float) -> None:
+def test_six_modes_in_close_triplets_at_coarse_lines_are_found_from_three_references(zeta: float) -> None:
     for seed in range(3):
         _, clean = planar(seed, zeta)
-        f, damping = found_modes(with_noise(clean, 40.0, np.random.default_rng(seed)))
+        noisy = with_noise(clean, 40.0, np.random.default_rng(seed))
+        f, damping = found_modes(noisy)
+        print(
+            f"seed {seed}: {f.size} of 6, worst {abs(f - PLANAR_HZ[3:9]).max():.4f} Hz; null: {nulls(noisy)}"
+        )
         assert f == pytest.approx(PLANAR_HZ[3:9], abs=0.05)
         assert damping == pytest.approx(np.full(6, zeta), rel=0.05)
+
+
+def nulls(frf: Frf) -> str:
+    """Return what simpler methods read: half power on the largest cell, the chart of one reference."""
+    o, i = np.unravel_index(abs(frf.H).max(axis=0).argmax(), frf.H.shape[1:])
+    curve = abs(frf.H[:, o, i]) / abs(frf.s) ** frf.power
+    peaks = [half_power_hz(frf.f_hz, curve, near) for near in PLANAR_HZ[3:9]]
+    chart = poles_of_orders(Frf(frf.f_hz, frf.H[:, :, :1], frf.kind), range(2, 26))
+    single = np.array([abs(track.pole) / (2 * np.pi) for track in lasting(chart)])
+    read = np.unique(np.round([peak for peak in peaks if np.isfinite(peak)], 2)).size
+    near = sum(bool(single.size) and abs(single - f).min() < 0.05 for f in PLANAR_HZ[3:9])
+    return f"half power {read} peaks, one reference {near} of 6"
+
+
+def half_power_hz(f_hz: np.ndarray, curve: np.ndarray, near: float) -> float:
+    try:
+        return half_power(f_hz, curve, near).f_hz
+    except ValueError:
+        return np.nan
 
 
 def test_a_single_reference_does_not_part_the_triplets() -> None:
@@ -59,17 +84,43 @@ def test_a_single_reference_does_not_part_the_triplets() -> None:
 def test_two_modes_a_bandwidth_apart_are_both_found_at_30_db() -> None:
     modes, clean = pair(6.0)
     rng = np.random.default_rng(4)
-    found = [found_modes(with_noise(clean, 30.0, rng)) for _ in range(12)]
-    assert (rms_percent([f for f, _ in found], modes.f_hz[:2]) <= 0.1).all()
-    assert (rms_percent([zeta for _, zeta in found], np.full(2, ZETA)) <= 4.0).all()
+    found, null = [], []
+    for _ in range(12):
+        noisy = with_noise(clean, 30.0, rng)
+        found.append(found_modes(noisy))
+        peaks = pick_peaks(noisy.f_hz, np.linalg.norm(noisy.H[:, :, 0], axis=1), noisy.power, 3.0)
+        null.append(len(peaks))
+    f = rms_percent([f for f, _ in found], modes.f_hz[:2])
+    zeta = rms_percent([zeta for _, zeta in found], np.full(2, ZETA))
+    print(f"both in 12 of 12: f {f} %, zeta {zeta} %; half power sees {np.mean(null):.1f} peaks")
+    assert (f <= 0.1).all() and (zeta <= 4.0).all()
 
 
-def test_96_and_129_hz_are_found_at_40_db() -> None:
+def test_96_and_129_hz_are_found_at_40_db_with_damping_and_stiffness() -> None:
     machine, rng = tripod("sim"), np.random.default_rng(9)
-    clean = machine.drive_point(COARSE, machine.tool, machine.force(machine.tool, 10.0))
-    found = [found_modes(with_noise(clean, 40.0, rng)) for _ in range(12)]
-    assert (rms_percent([f for f, _ in found], machine.modes.f_hz[:2]) <= 0.03).all()
-    assert (rms_percent([zeta for _, zeta in found], machine.modes.zeta[:2]) <= 1.0).all()
+    force = machine.force(machine.tool, 10.0)
+    clean = machine.drive_point(COARSE, machine.tool, force)
+    truth, damping = machine.modes.f_hz[:2], machine.modes.zeta[:2]
+    stiff = machine.modes.omega[1] ** 2 / np.sum((machine.tool @ machine.modes.shapes[:, 1]) ** 2)
+    rows: dict[str, list[np.ndarray]] = {name: [] for name in ("f", "zeta", "k", "null f", "null zeta")}
+    for _ in range(12):
+        noisy = with_noise(clean, 40.0, rng)
+        fit = identify_modes(noisy).fit
+        assert fit is not None and fit.model.f_hz.size == 2
+        peaks = [half_power(COARSE, np.linalg.norm(noisy.H[:, :, 0], axis=1), near) for near in truth]
+        values = (
+            fit.model.f_hz, fit.model.zeta, fit.model.modal_stiffness(force)[1:],
+            np.array([peak.f_hz for peak in peaks]), np.array([peak.zeta for peak in peaks]),
+        )  # fmt: skip
+        for name, value in zip(rows, values, strict=True):
+            rows[name].append(value)
+    rms = {
+        name: rms_percent(values, {"f": truth, "a": damping, "k": np.array([stiff])}[name[-1]])
+        for name, values in rows.items()
+    }
+    print("rms [%]:", {name: np.round(value, 3).tolist() for name, value in rms.items()})
+    assert (rms["f"] <= 0.03).all() and (rms["zeta"] <= 1.0).all() and rms["k"][0] <= 1.0
+    assert (rms["null zeta"] > rms["zeta"]).all()
 
 
 def test_an_exact_pair_stays_two_modes() -> None:

@@ -20,7 +20,7 @@ Array = NDArray[np.float64]
 PERCENT = 100.0
 LOWEST = 1 / 200  # of the rate: lower end of the band when nobody says
 USABLE = 1 / 2.56  # of the rate
-PARTS = 4  # of the record, each by itself
+PARTS, CYCLES = 4, 42.0  # parts of the record at most; cycles of the slowest mode that one needs
 STILL = 1e-12  # standard deviation over the largest value of a channel that does not move
 
 
@@ -50,7 +50,7 @@ def output_only_page(
     y = np.column_stack([record.outputs[name] for name in names])
     band = band_hz or record.band_hz or (LOWEST * record.rate_hz, USABLE * record.rate_hz)
     try:
-        modes = output_modes(y, record.rate_hz, band, PARTS)
+        modes = output_modes(y, record.rate_hz, band, _parts(len(y) / record.rate_hz, band[0]))
         chart = output_poles(y, record.rate_hz, band)
     except ValueError as error:
         raise SourceError(str(error)) from error
@@ -66,6 +66,11 @@ def output_only_page(
     return Page("Modes from outputs alone", lead, items, remarks={"What this cannot tell": _limits(modes)})
 
 
+def _parts(seconds: float, low_hz: float) -> int:
+    """Return into how many parts a record can be cut, each long enough for itself."""
+    return int(np.clip(seconds * low_hz / CYCLES, 2, PARTS))
+
+
 def _modes(modes: OutputModes) -> Table:
     heads = [
         Column("mode", "d"), Column("frequency\n[Hz]", ".4f"), Column("±\n[Hz]", ".4f"),
@@ -78,7 +83,7 @@ def _modes(modes: OutputModes) -> Table:
         )
     ]
     notes = [
-        f"covariance-driven subspaces; a mode shows in the whole record and in most of {PARTS} parts of it; "
+        "covariance-driven subspaces; a mode shows in the whole record and in most of its parts; "
         "± is the scatter over the parts over the root of their number"
     ]
     return Table("Modes", heads, rows, notes)

@@ -18,6 +18,7 @@ from flexarm_model.modal.fit import PoleFit
 from flexarm_model.modal.frf import KINDS
 
 PERCENT = 100.0
+MOVES = {"accelerance": "acceleration", "mobility": "velocity"}
 NEEDED_LINES = 1.0  # per bandwidth, for a damping that the data hold
 WINDOWED_LINES = 6.0  # the same where a window has widened the resonance: below, it reads too high
 
@@ -150,7 +151,7 @@ def _sensors(result: Result) -> tuple[list[str], list[str]]:
     names = list(responses.outputs)
     if not responses.kinds:
         return names, [""] * len(names)
-    return names, [name.rpartition(".")[2] + responses.kinds.get(name, "") for name in names]
+    return names, [MOVES.get(responses.kinds.get(name, ""), name.rpartition(".")[2]) for name in names]
 
 
 def _collinearity(shape: np.ndarray) -> float:

@@ -2,7 +2,7 @@
 
 Every small figure is one mode: a bar per sensor, as tall as its part of the shape. In time each part swings
 as ``Re psi_o exp(j phi)``, so the parts of a real mode rise and fall together and those of a complex one
-follow each other. Sensors of different units cannot share an axis; each bar counts by the largest of its unit.
+follow each other. Sensors of different units cannot share an axis: a bar counts by the largest of its unit.
 """
 
 from __future__ import annotations
@@ -22,6 +22,7 @@ STEPS = 24  # frames of a swing
 SECONDS = 1.6  # of a swing
 BASE, REACH = 66.0, 38.0  # middle line and largest bar [px]
 LABEL = 12  # characters of a sensor's name that fit
+UNLABELLED = 18.0  # px that are not needed without labels
 LABELLED = 32.0  # px of a bar that has room for a label; the others tell their name when pointed at
 
 
@@ -39,17 +40,24 @@ def shapes_figure(
     """
     groups = list(units) or [""] * len(names)
     count = min(len(f_hz), MOST)
-    rows = -(-count // COLUMNS)
-    columns = min(COLUMNS, count)
+    rows, columns = -(-count // COLUMNS), min(COLUMNS, count)
+    height = HEIGHT if WIDTH / len(names) > LABELLED else HEIGHT - UNLABELLED
     small = "".join(
-        f'<g transform="translate({i % COLUMNS * (WIDTH + GAP):.1f} {i // COLUMNS * (HEIGHT + GAP):.1f})">'
+        f'<g transform="translate({i % COLUMNS * (WIDTH + GAP):.1f} {i // COLUMNS * (height + GAP):.1f})">'
         f"{_one(float(f_hz[i]), float(zeta[i]), scaled(shapes[i], groups), names, groups)}</g>"
         for i in range(count)
     )
-    box = f"0 0 {columns * (WIDTH + GAP):.0f} {rows * (HEIGHT + GAP):.0f}"
+    below = rows * (height + GAP)
+    legend = "".join(
+        f'<rect x="{130 * k}" y="{below:.0f}" width="9" height="9" fill="{COLOURS[k % len(COLOURS)]}"/>'
+        f'<text x="{130 * k + 14}" y="{below + 8:.0f}">{unit}</text>'
+        for k, unit in enumerate(dict.fromkeys(groups))
+        if unit
+    )
+    box = f"0 0 {max(columns * (WIDTH + GAP), 460):.0f} {below + 16:.0f}"
     svg = (
         f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="{box}" font-size="9" fill="currentColor" '
-        f'style="max-width:{columns * 240}px">{small}</svg>'
+        f'style="max-width:{max(columns * 240, 480)}px">{small}{legend}</svg>'
     )
     left = f" The first {MOST} of {len(f_hz)}." if len(f_hz) > MOST else ""
     return Figure(

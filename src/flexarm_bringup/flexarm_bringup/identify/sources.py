@@ -140,7 +140,7 @@ def of_records(records: Sequence[Records], averaging: Averaging) -> Source:
     def draw(rng: np.random.Generator) -> Responses:
         return merge([again(rng) for again in draws if again is not None])
 
-    told = (*check_scale(parts), *(remark for source in sources for remark in source.remarks))
+    told = (*check_scale(parts), *dict.fromkeys(remark for source in sources for remark in source.remarks))
     return Source(
         merge(parts), None if None in draws else draw, sources[0].estimator, sources[0].is_leaky, told
     )

@@ -20,6 +20,7 @@ from scipy.io.matlab import MatReadError
 from flexarm_bringup.identify.measurement import Cell, Records, Responses, SourceError
 
 Array = NDArray[np.float64]
+COMMON = "receptance"  # kind of the matrix where every output says its own
 EVEN = 1e-3  # relative scatter of the time steps that is still even
 
 
@@ -110,6 +111,9 @@ def _records(path: Path, columns: Mapping[str, Any], kind: str) -> Records:
     if not sides["out"]:
         raise SourceError(f"{path}: no output: name columns 'out:NAME' and 'in:NAME'")
     kinds = {name[5:]: str(value) for name, value in columns.items() if name.startswith("kind:")}
+    if set(kinds) >= set(sides["out"]):
+        kind = COMMON
+    kinds = {name: value for name, value in kinds.items() if value != kind}
     band = np.real(columns["band_hz"]) if "band_hz" in columns else None
     return Records(
         1.0 / float(steps.mean()), sides["in"], sides["out"], kind, kinds, sides["ref"],

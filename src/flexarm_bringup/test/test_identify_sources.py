@@ -1,0 +1,128 @@
+"""Set-ups, bags and records without inputs as sources of ``flexarm identify``."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from bag_fixture import PERIOD_NS, joint_state, stamped_header
+from scipy import signal
+
+from flexarm_bringup import cli
+from flexarm_bringup.bag_types import bag_types
+from flexarm_bringup.bag_writer import BagWriter
+from flexarm_bringup.identify.bag_source import read_bag
+from flexarm_bringup.identify.measurement import Records, Responses, SourceError
+from flexarm_bringup.identify.set_ups import check_scale
+from flexarm_bringup.identify.sources import Averaging, of_records
+from flexarm_bringup.topics import STREAMS
+from flexarm_model.config import load_config
+from flexarm_model.manipulator_file import find_manipulator
+
+F_HZ, ZETA, RATE = np.array([9.0, 23.0]), 0.01, 200.0
+
+
+def ringing(seed: int, seconds: float, names: tuple[str, ...], gains: np.ndarray) -> Records:
+    """Return noise on a torque and what sensors with these gains on two modes say."""
+    rng = np.random.default_rng(seed)
+    x = rng.standard_normal(round(seconds * RATE))
+    modal = []
+    for omega in 2 * np.pi * F_HZ:
+        b, a, _ = signal.cont2discrete(([omega], [1.0, 2 * ZETA * omega, omega**2]), 1 / RATE, method="zoh")
+        modal.append(signal.lfilter(b.ravel(), a, x))
+    y = np.array(modal).T @ gains
+    y += 0.01 * y.std(axis=0) * rng.standard_normal(y.shape)
+    return Records(RATE, {"torque": x}, dict(zip(names, y.T, strict=True)), "receptance", is_held=True)
+
+
+GAINS = np.array([[1.0, 0.8, -0.5], [0.6, -0.9, 0.7]])
+
+
+def test_roving_sensors_with_a_common_one_are_one_matrix_and_a_change_of_scale_is_told() -> None:
+    first = ringing(1, 60.0, ("a", "b"), GAINS[:, :2])
+    second = ringing(2, 60.0, ("a", "c"), GAINS[:, [0, 2]] * [1.1, 1.0])
+    source = of_records([first, second], Averaging(resolution_hz=0.25))
+    assert source.responses.outputs == ("a", "b", "c")
+    assert any("a/torque is 109" in remark for remark in source.remarks)
+    with pytest.raises(SourceError, match="not one test"):
+        of_records([first, ringing(2, 60.0, ("a", "c"), 2 * GAINS[:, [0, 2]])], Averaging(0.25))
+
+
+def test_set_ups_without_a_common_response_are_told() -> None:
+    ones = np.ones(4, complex)
+    parts = [Responses(np.arange(4.0), {(name, "f"): ones}, {}, "mobility") for name in "ab"]
+    assert "nothing shows" in check_scale(parts)[0]
+
+
+def write_ringing_bag(path: Path, record: Records) -> Path:
+    """Write torque, encoder and gauge of a record as a bag of the single link."""
+    types = bag_types()
+    streams = tuple(s for s in STREAMS if s.topic in ("joint_states", "strain", "applied_effort"))
+    custom = {
+        "description": find_manipulator("single_link").read_text(), "preset": "", "settings": "{}",
+        "manipulator": "single_link",
+    }  # fmt: skip
+    with BagWriter(path, streams, custom) as writer:
+        for k, tau in enumerate(record.inputs["torque"]):
+            stamp = k * PERIOD_NS
+            writer.write("/flexarm/joint_states", stamp, joint_state(stamp, float(record.outputs["a"][k])))
+            strain = types.types["flexarm_interfaces/msg/StrainArray"](
+                stamped_header(stamp), ["root_strain"], np.array([record.outputs["b"][k]]), np.zeros(1)
+            )
+            writer.write("/flexarm/strain", stamp, bytes(types.serialize_cdr(strain, strain.__msgtype__)))
+            effort = types.types["sensor_msgs/msg/JointState"](
+                stamped_header(stamp), ["base.rz"], np.zeros(0), np.zeros(0), np.array([tau])
+            )
+            writer.write(
+                "/flexarm/applied_effort", stamp, bytes(types.serialize_cdr(effort, effort.__msgtype__))
+            )
+    return path
+
+
+@pytest.fixture(scope="module")
+def ringing_bag(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    record = ringing(3, 30.0, ("a", "b"), GAINS[:, :2])
+    return write_ringing_bag(tmp_path_factory.mktemp("bags") / "bag", record)
+
+
+@pytest.mark.slow
+def test_a_bag_gives_its_torque_and_sensors_at_even_instants(ringing_bag: Path) -> None:
+    record = read_bag(ringing_bag)
+    assert set(record.outputs) == {"encoder.position", "root_strain.strain"}
+    assert set(record.inputs) == {"base.rz"} and record.is_held
+    assert record.outputs["encoder.position"].size == pytest.approx(30.0 * RATE, abs=2)
+
+
+def found(tmp_path: Path, *arguments: str) -> np.ndarray:
+    report = tmp_path / "report.json"
+    code = cli.main(["identify", *arguments, "--json", str(report), "--html", str(tmp_path / "p.html")])
+    assert code in (0, 1)
+    rows = json.loads(report.read_text())["tables"][0]["rows"]
+    return np.array([[row[1], row[3]] for row in rows])
+
+
+@pytest.mark.slow
+def test_a_bag_is_identified_by_its_torque_and_says_that_feedback_may_spoil_it(
+    ringing_bag: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    modes = found(tmp_path, str(ringing_bag), "--resolution", "0.1", "--band", "5", "30")
+    assert modes[:, 0] == pytest.approx(F_HZ, rel=0.003)
+    assert "without an instrument H1 mixes" in capsys.readouterr().out
+
+
+@pytest.mark.slow
+def test_a_record_without_inputs_gives_its_modes_by_subspaces(ringing_bag: Path, tmp_path: Path) -> None:
+    modes = found(tmp_path, str(ringing_bag), "--output-only", "--band", "5", "30")
+    assert modes[:, 0] == pytest.approx(F_HZ, rel=0.01)
+    assert modes[:, 1] == pytest.approx([1.0, 1.0], abs=0.6)
+    page = (tmp_path / "p.html").read_text()
+    assert "Stabilisation chart" in page and "<animate" in page and "http" not in page.split("</svg>")[-1]
+
+
+@pytest.mark.slow
+def test_a_bag_without_sensors_of_the_manipulator_is_refused(ringing_bag: Path, tmp_path: Path) -> None:
+    other = load_config(find_manipulator("planar_3rrr"), "")
+    with pytest.raises(SourceError, match="no sensor of this manipulator"):
+        read_bag(ringing_bag, other)

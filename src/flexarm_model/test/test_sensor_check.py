@@ -1,0 +1,89 @@
+"""The sensor check: every fault that can be planted gets its own verdict, a good channel keeps its own."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from flexarm_model.identification.sensor_check import (
+    CheckedChannel,
+    Finding,
+    Pushes,
+    check_channels,
+    noise_floor,
+)
+
+SIGMA = 0.01
+CHANNELS = tuple(CheckedChannel(name, "m/s^2", SIGMA, -50.0, 50.0) for name in ("a", "b", "c"))
+
+
+def pushes(seed: int = 0, frequency: float = 1.0) -> Pushes:
+    """Return three channels that answer differently to two motors; ``frequency`` is over the model's."""
+    rng, t = np.random.default_rng(seed), np.linspace(0.0, 1.5, 300)
+    shapes = np.array([[1.0, 0.3, 0.2], [0.1, -0.8, 0.9]])  # (motors, channels)
+    own = np.exp(-t) * np.sin(2 * np.pi * t)
+    real = np.exp(-t) * np.sin(2 * np.pi * frequency * t)
+    predicted = shapes[:, None, :] * own[:, None]
+    measured = shapes[:, None, :] * real[:, None] + SIGMA * rng.standard_normal((2, 300, 3))
+    return Pushes(SIGMA * rng.standard_normal((400, 3)), measured, predicted)
+
+
+def found(planted: Pushes) -> dict[str, Finding]:
+    return {finding.name: finding for finding in check_channels(CHANNELS, planted)}
+
+
+def changed(**channels: object) -> Pushes:
+    """Return pushes with channels changed by functions of (quiet, measured)."""
+    clean = pushes()
+    quiet, measured = clean.quiet.copy(), clean.measured.copy()
+    for name, change in channels.items():
+        c = "abc".index(name)
+        quiet[:, c], measured[:, :, c] = change(quiet[:, c]), change(measured[:, :, c])  # type: ignore[operator]
+    return replace(clean, quiet=quiet, measured=measured)
+
+
+def test_good_channels_are_good_on_an_arm_whose_frequency_is_15_percent_off() -> None:
+    assert {f.verdict for f in found(pushes(frequency=0.85)).values()} == {"good"}
+
+
+@pytest.mark.parametrize(
+    ("verdict", "change"),
+    [
+        ("flipped", lambda y: -y),
+        ("dead", lambda y: 0.0 * y),
+        ("dead", lambda y: 0.03 * y),
+        ("clipped", lambda y: np.clip(y, -0.3, 0.3)),
+        ("silent", lambda y: np.where(np.arange(y.shape[-1]) % 2, np.nan, y)),
+        ("wrong size", lambda y: 9.81 * y),
+    ],
+)
+def test_a_fault_is_told_by_name_and_the_other_channels_stay_good(verdict: str, change: object) -> None:
+    verdicts = {name: f.verdict for name, f in found(changed(a=change)).items()}
+    assert verdicts == {"a": verdict, "b": "good", "c": "good"}
+
+
+def test_swapped_channels_are_named_with_whom_they_speak_for() -> None:
+    clean = pushes()
+    order = [1, 0, 2]
+    swapped = replace(clean, quiet=clean.quiet[:, order], measured=clean.measured[:, :, order])
+    findings = found(swapped)
+    assert [findings[name].verdict for name in "abc"] == ["swapped", "swapped", "good"]
+    assert "speaks as b should" in findings["a"].words and findings["a"].is_refused
+
+
+def test_noise_above_the_described_one_is_told_and_a_channel_that_nothing_moves_is_not_judged() -> None:
+    clean = pushes()
+    noise = np.random.default_rng(2).standard_normal
+    loud = replace(clean, quiet=clean.quiet + 5 * SIGMA * noise(clean.quiet.shape) * [1, 0, 0])
+    assert found(loud)["a"].verdict == "noisy"
+    still = replace(clean, predicted=1e-3 * clean.predicted, measured=SIGMA * noise(clean.measured.shape))
+    assert {f.verdict for f in found(still).values()} == {"not moved"}
+    assert not any(f.is_refused for f in found(still).values())
+
+
+def test_the_noise_floor_does_not_see_slow_motion() -> None:
+    rng, t = np.random.default_rng(1), np.arange(4000) / 200.0
+    y = 0.02 * rng.standard_normal(t.size)
+    assert noise_floor(y + np.sin(2 * np.pi * 0.5 * t)) == pytest.approx(0.02, rel=0.05)  # known to 2 %
