@@ -2,7 +2,7 @@
 
   flexarm drift BAG                          running frequency and damping of every mode, with alarms
   flexarm drift --simulate single_link       40 s of normal moves; frequencies fall by 5 % half-way: how soon?
-  flexarm drift --simulate single_link --minutes 60 --change 0     false alarms in an hour (takes a while)
+  flexarm drift --simulate single_link --minutes 60 --change 0 --law alone    false alarms in an hour
 
 Live: ros2 run flexarm_estimator drift_node, then ros2 topic echo /diagnostics.
 """
@@ -20,10 +20,11 @@ from flexarm_bringup.bag_reader import check_bag
 from flexarm_bringup.bag_writer import BagError
 from flexarm_bringup.drift_run.bag import watch_bag
 from flexarm_bringup.drift_run.figure import draw_watched
-from flexarm_bringup.drift_run.simulation import Drill, Watched, run_drill
+from flexarm_bringup.drift_run.simulation import ALONE, Drill, Watched, run_drill
 from flexarm_bringup.figures import drawing, to_figure
 from flexarm_bringup.progress import Progress
 from flexarm_bringup.report import Cells, Check, Column, Page, Table, add_report_arguments, publish
+from flexarm_bringup.sim_study import LAWS
 from flexarm_bringup.task_for import task_for
 from flexarm_estimator.drift.settings import DriftConfig
 from flexarm_model.config import load_config
@@ -44,6 +45,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--change", type=float, default=-5.0, metavar="PERCENT",
         help="of all frequencies, half-way; 0 counts false alarms; -5",
     )  # fmt: skip
+    parser.add_argument(
+        "--law",
+        default="mpc",
+        choices=(*LAWS, ALONE),
+        help="that moves it; alone: the drives, much faster; mpc",
+    )
     parser.add_argument("--seed", type=int, default=1, help="of noise and pace; 1")
     add_report_arguments(parser)
 
@@ -72,7 +79,7 @@ def _simulate(args: argparse.Namespace, progress: Progress) -> Page:
     preset = task.presets[0] if args.preset is None else args.preset
     config = load_config(find_manipulator(task.manipulator), preset)
     duration = 60.0 * args.minutes
-    drill = Drill(duration, 1.0 + args.change / PERCENT, duration / 2, args.seed)
+    drill = Drill(duration, 1.0 + args.change / PERCENT, duration / 2, args.seed, args.law)
     watched = run_drill(config, task, drill, say=progress.say)
     title = f"Drill of the drift watch: {task.manipulator}" + (f", preset {preset}" if preset else "")
     return build_page(title, watched, _checks(watched, drill))

@@ -6,13 +6,14 @@ from the same shape with the same velocity.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from flexarm_bringup.closed_loop import run_loop
+from flexarm_bringup.drift_run.drives_alone import drive_alone
 from flexarm_bringup.drift_run.normal_moves import normal_moves
 from flexarm_bringup.sim.hardware import Hardware
 from flexarm_bringup.sim.plant import Plant
@@ -32,6 +33,7 @@ from flexarm_model.model_schedule import ModelSchedule, ScheduleSettings, period
 from flexarm_model.reduced_tree import ReducedTree
 
 Array = NDArray[np.float64]
+ALONE = "alone"
 EVERY = 0.5  # s between two rows of the record
 
 
@@ -44,12 +46,14 @@ class Drill:
         scale: Real over described frequencies from ``at`` on [1].
         at: When they change [s].
         seed: Of noise and pace.
+        law: That moves it; "alone" is joint PD on the drives, see ``drives_alone``.
     """
 
     duration: float
     scale: float = 1.0
     at: float = 0.0
     seed: int = 1
+    law: str = "mpc"
 
 
 @dataclass(frozen=True)
@@ -104,13 +108,16 @@ def run_drill(
     home, reference = normal_moves(StaticArm(tree), task, dt, drill.duration, drill.seed)
     config = replace(config, home=home)
     tree = ReducedTree(config)
-    loop = loop_settings(task, "mpc", RigSettings(seed=drill.seed))
     estimator, served = task.make("estimator", EstimatorConfig), task.make("schedule", ScheduleSettings)
     watch = DriftWatch(linearize(tree), tree, config.sensors, (estimator, settings or DriftConfig()), dt)
-    hardware = _Listening(config, loop.rig)
-    changed = Rig(config, RigSettings(seed=drill.seed, frequency_scale=drill.scale)).plant
+    rig, end = RigSettings(seed=drill.seed), float(reference.t[-1])
+    changed = Rig(config, replace(rig, frequency_scale=drill.scale)).plant
     looker = _Looker(watch, ModelSchedule(tree, config, reference, served), drill, changed, say)
-    _, effort = run_loop(hardware, tree, reference, float(reference.t[-1]), loop, looker.look)
+    if drill.law == ALONE:
+        drive_alone(Rig(config, rig), watch.model, reference, end, looker.hear)
+        return looker.said("")
+    loop = loop_settings(task, drill.law, rig)
+    _, effort = run_loop(_Listening(config, rig), tree, reference, end, loop, looker.look)
     return looker.said(effort.guard)
 
 
@@ -139,32 +146,33 @@ class _Looker:
 
     def look(self, hardware: Hardware, estimate: Estimate) -> Mapping[str, Array]:
         assert isinstance(hardware, _Listening)
-        self._change(hardware)
-        dt = hardware.dt
-        if not hardware.tick % periods_between_looks(dt):
-            model = self._schedule.next(self._watch.model, hardware.t)
+        self.hear(hardware.rig, hardware.heard, np.array(hardware.acted))
+        return {}
+
+    def hear(self, rig: Rig, samples: Sequence[Sample], tau: Array) -> None:
+        """Take what was sampled and what acted until the rig's tick."""
+        t = rig.time_of(rig.tick)
+        if self._drill.scale != 1.0 and rig.plant is not self._changed and t >= self._drill.at:
+            self._changed.q, self._changed.v, self._changed.a = rig.plant.q, rig.plant.v, rig.plant.a
+            rig.plant = self._changed
+        if not rig.tick % periods_between_looks(rig.dt):
+            model = self._schedule.next(self._watch.model, t)
             if model is not None:
                 self._watch.adopt(model)
-        now = {s.sensor: s.y for s in hardware.heard if s.tick == hardware.tick}
-        self._watch.step(hardware.tick, now, np.array(hardware.acted))
+        self._watch.step(rig.tick, {s.sensor: s.y for s in samples if s.tick == rig.tick}, tau)
+        self._note(t, rig.tick % round(EVERY / rig.dt) == 0)
+
+    def _note(self, t: float, is_row: bool) -> None:
         for name, text in self._watch.alarms.items():
             if name not in self._told:
-                self._alarms.append((hardware.t, text))
+                self._alarms.append((t, text))
         self._told = set(self._watch.alarms)
-        if not hardware.tick % round(EVERY / dt):
-            self._t.append(hardware.t)
+        if is_row:
+            self._t.append(t)
             self._modes.append(self._watch.modes)
-            self._say(f"moving: {hardware.t:.0f} of {self._drill.duration:.0f} s")
-        return {}
+            self._say(f"moving: {t:.0f} of {self._drill.duration:.0f} s")
 
     def said(self, guard: str) -> Watched:
         return Watched(
             np.array(self._t), tuple(self._modes), tuple(self._alarms), guard, self._watch.proposal
         )
-
-    def _change(self, hardware: _Listening) -> None:
-        rig, changed = hardware.rig, self._changed
-        if self._drill.scale == 1.0 or rig.plant is changed or hardware.t < self._drill.at:
-            return
-        changed.q, changed.v, changed.a = rig.plant.q, rig.plant.v, rig.plant.a
-        rig.plant = changed

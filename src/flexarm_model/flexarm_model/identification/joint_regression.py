@@ -1,0 +1,230 @@
+"""Friction, rotor inertia and gear stiffness of the joints from motion, by linear regression on the dynamics.
+
+Torque of a motor's axis, and balance at a sprung one whose deflection ``q`` is measured::
+
+    tau = sum_i s_i Y_i phi_i + I a + b v + c tanh(v / v_s) + o          0 = sum_i s_i Y_i phi_i + k q + d v
+
+with links as described times ``s_i``, rotor inertia I, viscous and Coulomb friction b, c, an offset o (of
+the torque, or what gravity is not told), stiffness k and damping d. Positions are differentiated after a
+low-pass; then regressors and torques go through one more, far below the modes of the arm, alike, so that it
+changes none of the parameters [Gautier1997]. Every parameter has a prior, so that what the motion does not
+tell stays where it was; how much it tells is its sigma over that before, and the condition number of the
+scaled regressor.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.signal import butter, sosfiltfilt
+
+from flexarm_model.description import ManipulatorConfig
+from flexarm_model.identification.rigid_limit import RigidLimit
+from flexarm_model.modal.read_only import lock_arrays
+
+Array = NDArray[np.float64]
+ORDER = 4
+SMOOTHER = 5.0  # cut-off of the positions over that of the regression
+EDGES = 1.0  # of the regression's cut-off: this many periods at both ends do not count
+SLOPE = 0.01  # velocity over which Coulomb friction turns its sign [rad/s or m/s]
+LINK_SPREAD = 0.02  # one sigma of a link's relative error
+IDENTIFIED = 0.5  # of the sigma before, up to which a parameter counts as told
+RELATIVE_PRIOR = 1.0  # of rotor inertia and stiffness
+NYQUIST_SHARE = 0.8
+
+
+@dataclass(frozen=True)
+class JointMotion:
+    """Measured motion of an arm.
+
+    Attributes:
+        axes: Axes "joint.axis" whose positions are measured.
+        q: Positions at the samples [rad or m], (n, n_axes).
+        tau: Torque that acts from each sample to the next, zero for axes without motor, (n, n_axes).
+        dt: Sample period [s].
+    """
+
+    axes: tuple[str, ...]
+    q: Array
+    tau: Array
+    dt: float
+
+    def __post_init__(self) -> None:
+        """Make the arrays read-only."""
+        lock_arrays(self)
+
+
+@dataclass(frozen=True)
+class JointParameter:
+    """A parameter and what the motion says of it.
+
+    Attributes:
+        axis: "joint.axis".
+        name: What it is.
+        unit: SI.
+        described: Value before.
+        value: Value found.
+        sigma: One sigma of it.
+        prior: One sigma before.
+    """
+
+    axis: str
+    name: str
+    unit: str
+    described: float
+    value: float
+    sigma: float
+    prior: float
+
+    @property
+    def is_told(self) -> bool:
+        """The motion has told it."""
+        return self.sigma <= IDENTIFIED * self.prior
+
+
+@dataclass(frozen=True)
+class JointResult:
+    """Parameters of all joints, and how well the motion was suited.
+
+    Attributes:
+        parameters: In the order of the axes.
+        condition: Condition number of the regressor, columns scaled to one [1].
+        fit: Share of the torque that is explained, by axis [%], (n_axes,).
+        moving: Share of the time in which an axis moves faster than friction turns [1], (n_axes,).
+        acceleration: RMS of the accelerations used [rad/s^2 or m/s^2], (n_axes,).
+        weakest: Combination that the motion tells least, in words.
+    """
+
+    parameters: tuple[JointParameter, ...]
+    condition: float
+    fit: Array
+    moving: Array
+    acceleration: Array
+    weakest: str
+
+
+@dataclass(frozen=True)
+class _Column:
+    """An unknown: axis, name, unit, value and sigma before."""
+
+    axis: str
+    name: str
+    unit: str
+    described: float
+    prior: float
+
+
+def identify_joints(config: ManipulatorConfig, motion: JointMotion, cutoff_hz: float) -> JointResult:
+    """Return the parameters of the joints.
+
+    Args:
+        config: The manipulator as described.
+        motion: What was measured.
+        cutoff_hz: Of the regression; well below the slowest mode [Hz].
+
+    Raises:
+        ValueError: The motion is too short, or the arm is not an open one.
+    """
+    rigid = RigidLimit(config, motion.axes)
+    q, v, a = _derivatives(motion, cutoff_hz)
+    acting = (motion.tau + np.vstack([motion.tau[:1], motion.tau[:-1]])) / 2  # at the samples
+    columns, X = _regressors(config, rigid, (q, v, a), acting)
+    step = max(1, int(0.5 / cutoff_hz / motion.dt))
+    edge = round(EDGES / cutoff_hz / motion.dt)
+    kept = slice(edge, len(q) - edge, step)
+    X, y = _lowpass(X, cutoff_hz, motion.dt)[kept], _lowpass(acting, cutoff_hz, motion.dt)[kept]
+    if y.size < 2 * len(columns):
+        raise ValueError(f"{len(q) * motion.dt:.1f} s of motion are too short for {len(columns)} parameters")
+    found = _solve(columns, X, y)
+    moving = np.mean(abs(v[kept]) > SLOPE, axis=0)
+    return JointResult(*found, moving, np.sqrt(np.mean(a[kept] ** 2, axis=0)), _weakest(columns, X, y))
+
+
+def _derivatives(motion: JointMotion, cutoff_hz: float) -> tuple[Array, Array, Array]:
+    q = _lowpass(motion.q, SMOOTHER * cutoff_hz, motion.dt)
+    v = np.gradient(q, motion.dt, axis=0)
+    a = np.zeros_like(q)
+    a[1:-1] = np.diff(q, n=2, axis=0) / motion.dt**2
+    return q, v, a
+
+
+def _regressors(
+    config: ManipulatorConfig, rigid: RigidLimit, motion: tuple[Array, Array, Array], tau: Array
+) -> tuple[list[_Column], Array]:
+    """Return the unknowns and their columns, (n, n_axes, n_columns)."""
+    q, v, a = motion
+    links = np.array([rigid.torques(*row) for row in zip(q, v, a, strict=True)])  # (n, n_axes, n_bodies)
+    columns = [_Column(name, "links beyond, over described", "1", 1.0, LINK_SPREAD) for name in rigid.bodies]
+    parts = [links]
+    for k, name in enumerate(rigid.axes):
+        axis, size = config.axes[name], float(np.sqrt(np.mean(tau[:, k] ** 2)))
+        speed = float(np.sqrt(np.mean(v[:, k] ** 2)))
+        if axis.actuated:
+            own = {
+                ("rotor inertia", "kg m^2"): (
+                    a,
+                    axis.rotor_inertia,
+                    RELATIVE_PRIOR * max(axis.rotor_inertia, 1e-6),
+                ),
+                ("viscous friction", "N m s/rad"): (v, axis.damping, size / max(speed, SLOPE)),
+                ("Coulomb friction", "N m"): (np.tanh(v / SLOPE), 0.0, max(size, 1e-9)),
+                ("offset", "N m"): (np.ones_like(v), 0.0, max(size, 1e-9)),
+            }
+        else:
+            own = {
+                ("stiffness", "N m/rad"): (q, axis.stiffness, RELATIVE_PRIOR * axis.stiffness),
+                ("damping", "N m s/rad"): (v, axis.damping, 10.0 * max(axis.damping, 1e-6)),
+            }
+        for (what, unit), (values, described, prior) in own.items():
+            column = np.zeros((len(q), len(rigid.axes), 1))
+            column[:, k, 0] = values[:, k]
+            parts.append(column)
+            columns.append(_Column(name, what, unit, described, prior))
+    return columns, np.concatenate(parts, axis=2)
+
+
+def _solve(columns: Sequence[_Column], X: Array, y: Array) -> tuple[tuple[JointParameter, ...], float, Array]:
+    """Return parameters, condition number and fit; every axis counts by its own residual."""
+    described, prior = (np.array([getattr(c, name) for c in columns]) for name in ("described", "prior"))
+    sigma = np.maximum(np.std(y - X @ described, axis=0), 1e-12)  # per axis, (n_axes,)
+    for _ in range(3):
+        rows = (X / sigma[:, None]).reshape(-1, len(columns))
+        information = rows.T @ rows + np.diag(prior**-2)
+        delta = np.linalg.solve(information, rows.T @ ((y - X @ described) / sigma).ravel())
+        left = y - X @ (described + delta)
+        sigma = np.maximum(np.std(left, axis=0), 1e-9 * np.std(y, axis=0) + 1e-15)
+    spread = np.sqrt(np.diag(np.linalg.inv(information)))
+    found = tuple(
+        JointParameter(c.axis, c.name, c.unit, c.described, float(c.described + d), float(s), c.prior)
+        for c, d, s in zip(columns, delta, spread, strict=True)
+    )
+    size = np.maximum(np.std(y, axis=0), 1e-12)
+    return (
+        found,
+        float(np.linalg.cond(_scaled(X, y))),
+        np.asarray(100.0 * (1.0 - np.std(left, axis=0) / size)),
+    )
+
+
+def _scaled(X: Array, y: Array) -> Array:
+    """Return the regressor with axes in units of their torque and columns of length one."""
+    rows = (X / np.maximum(np.std(y, axis=0), 1e-12)[:, None]).reshape(-1, X.shape[2])
+    size = np.linalg.norm(rows, axis=0)
+    return np.asarray(rows[:, size > 0.0] / size[size > 0.0])
+
+
+def _weakest(columns: Sequence[_Column], X: Array, y: Array) -> str:
+    """Return the combination of columns that is nearest to zero, in words."""
+    _, values, directions = np.linalg.svd(_scaled(X, y), full_matrices=False)
+    weights = directions[-1]
+    named = sorted(range(weights.size), key=lambda i: -abs(weights[i]))[:3]
+    parts = [f"{weights[i]:+.2f} {columns[i].axis} {columns[i].name}" for i in named]
+    return f"{' '.join(parts)} (1/{values[0] / max(values[-1], 1e-300):.3g} of the strongest)"
+
+
+def _lowpass(signal: Array, cutoff_hz: float, dt: float) -> Array:
+    cutoff = min(2 * cutoff_hz * dt, NYQUIST_SHARE)
+    return np.asarray(sosfiltfilt(butter(ORDER, cutoff, output="sos"), signal, axis=0))

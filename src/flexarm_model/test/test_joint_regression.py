@@ -1,0 +1,136 @@
+"""Joints from motion: closed forms of a pendulum and of two masses with a spring between them."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from arms import SINGLE_LINK
+from scipy.integrate import solve_ivp
+
+from flexarm_model.config import load_config
+from flexarm_model.description import ManipulatorConfig
+from flexarm_model.identification.joint_regression import (
+    JointMotion,
+    JointParameter,
+    JointResult,
+    identify_joints,
+)
+from flexarm_model.identification.rigid_limit import RigidLimit
+
+PENDULUM = """
+format: flexarm/1
+name: pendulum
+source: made up for the tests
+gravity: [0 m/s^2, 0 m/s^2, -9.81 m/s^2]
+bodies:
+  rotor: {type: rigid, mass: 0 kg}
+  lever:
+    type: rigid
+    mass: 2 kg
+    com: [0.5 m, 0 m, 0 m]
+    inertia: [0.01 kg m^2, 0.04 kg m^2, 0.04 kg m^2, 0 kg m^2, 0 kg m^2, 0 kg m^2]
+joints:
+  base: {parent: world, child: rotor.root, axes: {ry: {actuated: true, rotor_inertia: 0.1 kg m^2}}}
+  gear: {parent: rotor.root, child: lever.root, axes: {ry: {stiffness: 500 N m/rad, damping: 0.5 N m s/rad}}}
+tip: lever.root
+served: {modes: 1, home: [0 deg], rate: 500 Hz}
+"""
+DT, AT_LEVER = 0.002, 2.0 * 0.5**2 + 0.04  # s, kg m^2
+
+
+@pytest.fixture(scope="module")
+def pendulum(tmp_path_factory: pytest.TempPathFactory) -> ManipulatorConfig:
+    path = tmp_path_factory.mktemp("arm") / "pendulum.yaml"
+    path.write_text(PENDULUM, encoding="utf-8")
+    return load_config(path)
+
+
+def swing(t: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return two sines: position, velocity, acceleration in closed form."""
+    parts = [(0.6, 0.31, 0.2), (0.25, 0.83, 1.1)]
+    q = sum(A * np.sin(2 * np.pi * f * t + p) for A, f, p in parts)
+    v = sum(A * 2 * np.pi * f * np.cos(2 * np.pi * f * t + p) for A, f, p in parts)
+    a = sum(-A * (2 * np.pi * f) ** 2 * np.sin(2 * np.pi * f * t + p) for A, f, p in parts)
+    return np.asarray(q), np.asarray(v), np.asarray(a)
+
+
+def of(result: JointResult, axis: str, name: str) -> JointParameter:
+    return next(p for p in result.parameters if p.axis == axis and p.name.startswith(name))
+
+
+def test_the_rigid_limit_of_a_pendulum_is_its_closed_form(pendulum: ManipulatorConfig) -> None:
+    """About y the lever falls for positive q: tau = J a - m g l cos q."""
+    q, v, a = 0.3, 1.1, -2.0
+    found = RigidLimit(pendulum, ["base.ry"]).torques(*(np.array([x]) for x in (q, v, a))).sum()
+    assert found == pytest.approx(AT_LEVER * a - 2.0 * 9.81 * 0.5 * np.cos(q), rel=1e-9)
+
+
+def test_friction_and_rotor_of_a_rigid_pendulum_come_back(pendulum: ManipulatorConfig) -> None:
+    t = np.arange(0.0, 20.0, DT)
+    q, v, a = swing(t)
+    m_g_l, rotor, b, c = 2.0 * 9.81 * 0.5, 0.16, 0.7, 1.3
+    tau = (AT_LEVER + rotor) * a - m_g_l * np.cos(q) + b * v + c * np.tanh(v / 0.01)
+    held = np.interp(t + DT / 2, t, tau)  # a drive holds it from sample to sample
+    result = identify_joints(pendulum, JointMotion(("base.ry",), q[:, None], held[:, None], DT), 4.0)
+    for name, value in (("rotor", rotor), ("viscous", b), ("Coulomb", c)):
+        parameter = of(result, "base.ry", name)
+        assert parameter.is_told
+        assert parameter.value == pytest.approx(value, rel=0.03, abs=0.02), name
+    assert of(result, "base.ry", "offset").value == pytest.approx(0.0, abs=0.05)
+    assert result.fit[0] > 98.0 and result.condition < 1e4
+
+
+def test_a_spring_between_motor_and_link_comes_back(pendulum: ManipulatorConfig) -> None:
+    """Two inertias and a spring, integrated by scipy; the description is 20 % too soft."""
+    k, d, rotor = 600.0, 0.8, 0.1
+
+    def torque(t: float) -> float:
+        return 8.0 * np.sin(2 * np.pi * 0.9 * t) + 6.0 * np.sin(2 * np.pi * 2.3 * t + 1.0)
+
+    def rates(t: float, x: np.ndarray) -> list[float]:
+        theta, delta, w, u = x
+        weight = -2.0 * 9.81 * 0.5 * np.cos(theta + delta)
+        through = k * delta + d * u
+        motor = (torque(t) + through) / rotor
+        link = (-through - weight) / AT_LEVER
+        return [w, u, motor, link - motor]
+
+    t = np.arange(0.0, 8.0, DT)
+    x = solve_ivp(rates, (0.0, 8.0), [1.57, 0.0, 0.0, 0.0], t_eval=t, rtol=1e-8, atol=1e-10).y
+    tau = np.column_stack([[torque(s + DT / 2) for s in t], np.zeros(t.size)])
+    motion = JointMotion(("base.ry", "gear.ry"), x[:2].T.copy(), tau, DT)
+    result = identify_joints(pendulum, motion, 8.0)
+    stiffness = of(result, "gear.ry", "stiffness")
+    assert stiffness.is_told and stiffness.value == pytest.approx(k, rel=0.02)
+    assert of(result, "base.ry", "rotor").value == pytest.approx(rotor, rel=0.03)
+    assert of(result, "base.ry", "Coulomb").value == pytest.approx(0.0, abs=0.05)
+
+
+def test_an_axis_that_does_not_move_tells_nothing_and_says_so(pendulum: ManipulatorConfig) -> None:
+    rng = np.random.default_rng(0)
+    q, tau = 1e-6 * rng.standard_normal((3000, 1)), -9.81 + 1e-3 * rng.standard_normal((3000, 1))
+    result = identify_joints(pendulum, JointMotion(("base.ry",), q, tau, DT), 4.0)
+    assert not of(result, "base.ry", "rotor").is_told and not of(result, "base.ry", "viscous").is_told
+    assert result.moving[0] == 0.0
+
+
+def test_rotor_and_link_of_a_horizontal_arm_are_one_combination() -> None:
+    """Without gravity both are the same column: the condition number says so, and which they are."""
+    config = load_config(SINGLE_LINK, "geared")
+    t = np.arange(0.0, 10.0, 0.005)
+    q, _, a = swing(t)
+    motion = JointMotion(("base.rz",), q[:, None], 0.4 * a[:, None], 0.005)
+    result = identify_joints(config, motion, 2.0)
+    assert result.condition > 1e6
+    assert "rotor inertia" in result.weakest and "links" in result.weakest
+
+
+def test_loops_unknown_axes_and_short_motions_are_refused(pendulum: ManipulatorConfig) -> None:
+    loops = load_config(SINGLE_LINK.with_name("planar_3rrr.yaml"), "")
+    with pytest.raises(ValueError, match="closed loops"):
+        RigidLimit(loops, ["motor_1.rz"])
+    with pytest.raises(ValueError, match="no axis elbow.rz; pendulum has base.ry"):
+        RigidLimit(pendulum, ["elbow.rz"])
+    short = JointMotion(("base.ry",), np.zeros((300, 1)), np.zeros((300, 1)), DT)
+    with pytest.raises(ValueError, match="too short"):
+        identify_joints(pendulum, short, 4.0)
