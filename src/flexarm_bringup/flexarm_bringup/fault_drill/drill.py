@@ -20,6 +20,8 @@ from flexarm_bringup.fault_drill import (
     nodes_rows,
     parameter_rows,
     partition_rows,
+    process_rows,
+    recording_rows,
     restart_rows,
     sample_rows,
     solver_rows,
@@ -47,13 +49,9 @@ CONTROLLER_ROWS = _in_order(
     *model_rows.ROWS, *command_rows.ROWS, *solver_rows.ROWS, *restart_rows.ROWS, *stop_rows.ROWS
 )
 SYSTEM_ROWS = _in_order(
-    *nodes_rows.ROWS,
-    *partition_rows.ROWS,
-    *parameter_rows.ROWS,
-    *bag_rows.ROWS,
-    *forgery_rows.ROWS,
-    *flood_rows.ROWS,
-)
+    *nodes_rows.ROWS, *process_rows.ROWS, *partition_rows.ROWS, *parameter_rows.ROWS, *bag_rows.ROWS,
+    *forgery_rows.ROWS, *flood_rows.ROWS, *recording_rows.ROWS,
+)  # fmt: skip
 TROUBLE = (
     ArithmeticError,
     AttributeError,
