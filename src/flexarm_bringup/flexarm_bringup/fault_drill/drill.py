@@ -11,9 +11,11 @@ from typing import Any
 from flexarm_bringup.fault_drill import (
     bag_rows,
     command_rows,
+    double_rows,
     flood_rows,
     forgery_rows,
     frame_rows,
+    live_stop_rows,
     loop_rows,
     message_rows,
     model_rows,
@@ -50,7 +52,7 @@ CONTROLLER_ROWS = _in_order(
 )
 SYSTEM_ROWS = _in_order(
     *nodes_rows.ROWS, *process_rows.ROWS, *partition_rows.ROWS, *parameter_rows.ROWS, *bag_rows.ROWS,
-    *forgery_rows.ROWS, *flood_rows.ROWS, *recording_rows.ROWS,
+    *forgery_rows.ROWS, *flood_rows.ROWS, *recording_rows.ROWS, *live_stop_rows.ROWS, *double_rows.ROWS,
 )  # fmt: skip
 TROUBLE = (
     ArithmeticError,

@@ -1,0 +1,67 @@
+"""Row about stops, with nodes: pressed at random instants of motions."""
+
+from __future__ import annotations
+
+import random
+from typing import TYPE_CHECKING
+
+from flexarm_bringup.fault_drill.findings import Finding
+from flexarm_bringup.fault_drill.row import Row
+from flexarm_bringup.fault_drill.system_stand import SystemStand, passes, stamp
+
+if TYPE_CHECKING:
+    from flexarm_bringup.fault_drill.live_rig_node import LiveRig
+
+STOPS = 20
+PRESSED = (0.1, 0.6)  # s after a motion has begun, drawn evenly
+STAYS = 0.5  # s that a stopped arm is watched for
+AT_MOST = 0.05  # s until nothing drives any more
+DRIVING = 1e-6  # of the largest torque: below it nothing is driven
+
+
+def stops(stand: SystemStand) -> list[Finding]:
+    """Press stop again and again; count what passes before the guard is armed again."""
+    from flexarm_bringup.fault_drill.live_rig_node import live_rig
+
+    rng = random.Random(stand.stand.seed)
+    with live_rig(stand) as rig:
+        done = [_stop(rig, rng.uniform(*PRESSED)) for _ in range(STOPS)]
+    return [
+        Finding(f"commands that passed after a stop, of {STOPS} stops", sum(late for late, _ in done), 0),
+        Finding("no drive after, at most", max(driven for _, driven in done), AT_MOST, "s"),
+    ]
+
+
+def _stop(rig: LiveRig, after: float) -> tuple[int, float]:
+    """Move and stop; return how many commands passed afterwards, and for how long motors drove [s]."""
+    rig.arm()
+    rig.swing()
+    rig.listen(after)
+    rig.forget()
+    rig.ear.call("guard/stop")
+    told = rig.came["guard_status"]
+    rig.wait(lambda: any(msg.mode != msg.ARMED for _, msg in told), "the stop")
+    stopped = next(stamp(msg) for _, msg in told if msg.mode != msg.ARMED)
+    rig.wait(lambda: told[-1][1].mode == told[-1][1].STOPPED, "rest")
+    rig.listen(STAYS)
+    passed = sum(passes(msg) for _, msg in told if stamp(msg) > stopped)
+    return passed, max(_driven(rig, stopped), default=stopped) - stopped
+
+
+def _driven(rig: LiveRig, since: float) -> list[float]:
+    """Return when motors moved an axis on, from a stop until it was at rest [s]."""
+    most = [axis.effort for axis in rig.stand.stand.arm.config.actuated.values()]
+    rest = 0.02  # of the velocity limits: slower, what holds the arm may look like driving
+    slow = [rest * axis.velocity for axis in rig.stand.stand.arm.config.actuated.values()]
+    return [
+        stamp(msg)
+        for _, msg in rig.came["drive_states"]
+        if stamp(msg) >= since
+        and any(
+            effort * velocity > DRIVING * big * abs(velocity) and abs(velocity) > small
+            for effort, velocity, big, small in zip(msg.effort, msg.velocity, most, slow, strict=True)
+        )
+    ]
+
+
+ROWS = (Row(53, "stop at random instants", "latched; nothing drives after", stops, "N"),)
