@@ -85,6 +85,13 @@ def rig_graph(
     return tuple(replace(row, parameters={**shared, **more.get(row.name, {})}) for row in rows)
 
 
+def with_markers(graph: Sequence[Process]) -> tuple[Process, ...]:
+    """Return a graph with the node that shows its arm to RViz and Foxglove; it only listens."""
+    shared = {key: graph[-1].parameters[key] for key in ("manipulator", "preset", "lockstep")}
+    shown = Process("flexarm_bringup", "markers_node", "markers", shared, essential=False)
+    return (*graph, shown)
+
+
 def enclave_of(node: str) -> str:
     """Return the enclave of DDS-Security in which a node runs; the folder of its keys in the keystore."""
     return f"{NAMESPACE}/{node}"

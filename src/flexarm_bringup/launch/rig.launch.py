@@ -12,7 +12,7 @@ from launch_ros.actions import Node
 from launch_ros.ros_adapters import get_ros_node
 from std_msgs.msg import Empty
 
-from flexarm_bringup.graph import enclave_arguments, rig_graph
+from flexarm_bringup.graph import enclave_arguments, rig_graph, with_markers
 from flexarm_bringup.supervisor import DEFAULTS, RESPAWNS
 from flexarm_bringup.topics import NAMESPACE
 from launch import LaunchDescription
@@ -22,6 +22,7 @@ ARGUMENTS = {
     "preset": ("geared", "preset of that file"),
     "lockstep": ("false", "true: nodes wait for each other; false: real time"),
     "bag": ("", "folder to record into; empty: do not record"),
+    "markers": ("false", "true: also show the arm to RViz and Foxglove"),
     "respawn": ("true", "by the clock, start crashed nodes again"),
 }
 
@@ -42,8 +43,10 @@ def nodes(context):
     given = {name: LaunchConfiguration(name).perform(context) for name in ARGUMENTS}
     given["lockstep"] = given["lockstep"].lower() == "true"
     may_return = given.pop("respawn").lower() == "true" and not given["lockstep"]
+    is_shown = given.pop("markers").lower() == "true"
     stop = get_ros_node(context).create_publisher(Empty, f"{NAMESPACE}/stop", 1)
-    return [node(process, may_return, stop) for process in rig_graph(**given)]
+    graph = with_markers(rig_graph(**given)) if is_shown else rig_graph(**given)
+    return [node(process, may_return, stop) for process in graph]
 
 
 def node(process, may_return, stop):

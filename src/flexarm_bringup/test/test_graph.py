@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 import yaml
 
-from flexarm_bringup.graph import Process, rig_graph, ros_arguments
+from flexarm_bringup.graph import Process, rig_graph, ros_arguments, with_markers
 
 LAUNCH_FILE = Path(__file__).parents[1] / "launch" / "rig.launch.py"
 
@@ -26,6 +26,13 @@ def test_every_node_gets_the_same_manipulator_and_mode_of_time() -> None:
 
 def test_a_recorder_that_ends_does_not_end_the_run() -> None:
     assert [process.name for process in rig_graph(bag="/data/run") if not process.essential] == ["recorder"]
+
+
+def test_a_viewer_s_node_shows_the_same_arm_and_does_not_end_the_run() -> None:
+    *rest, shown = with_markers(rig_graph("planar_3rrr", "geared", bag="b"))
+    assert tuple(rest) == rig_graph("planar_3rrr", "geared", bag="b")
+    assert shown.name == "markers" and not shown.essential
+    assert shown.parameters == {"manipulator": "planar_3rrr", "preset": "geared", "lockstep": False}
 
 
 def test_settings_of_an_unknown_node_are_refused() -> None:
@@ -94,7 +101,8 @@ def launched(monkeypatch: pytest.MonkeyPatch, **given: str) -> list[Any]:
     actions = scope["generate_launch_description"]().arguments[0]
     declared = {item.arguments[0]: item.default_value for item in actions if hasattr(item, "default_value")}
     assert declared == {
-        "manipulator": "single_link", "preset": "geared", "lockstep": "false", "bag": "", "respawn": "true"
+        "manipulator": "single_link", "preset": "geared", "lockstep": "false", "bag": "", "markers": "false",
+        "respawn": "true",
     }  # fmt: skip
     return list(actions[-1].function({**declared, **given}))
 
@@ -109,6 +117,12 @@ def test_the_launch_file_starts_the_same_graph(monkeypatch: pytest.MonkeyPatch) 
     assert [node.on_exit is None for node in nodes] == [not process.essential for process in graph]
     assert not any(node.respawn for node in nodes)
     assert all(type(node.on_exit).__name__ == "Shutdown" for node in nodes if node.on_exit)
+
+
+def test_the_launch_file_shows_the_arm_when_asked(monkeypatch: pytest.MonkeyPatch) -> None:
+    nodes = launched(monkeypatch, markers="true")
+    assert [node.name for node in nodes] == [process.name for process in with_markers(rig_graph())]
+    assert nodes[-1].on_exit is None and nodes[-1].respawn
 
 
 def test_launched_by_the_clock_a_node_comes_back_and_the_motion_is_stopped(

@@ -21,7 +21,7 @@ from dataclasses import replace
 from datetime import datetime
 from pathlib import Path
 
-from flexarm_bringup.graph import Process, rig_graph
+from flexarm_bringup.graph import Process, rig_graph, with_markers
 from flexarm_bringup.supervisor import Supervisor
 from flexarm_bringup.task_for import task_for
 from flexarm_model.config import load_config
@@ -46,6 +46,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--preset", help="preset of that file; its first one")
     parser.add_argument("--bag", type=Path, help="folder to record into")
+    parser.add_argument("--markers", action="store_true", help="also show the arm to RViz and Foxglove")
     parser.add_argument("--log", type=Path, help="folder of the log files; one of its own in ~/.ros/log")
     parser.add_argument("--no-respawn", action="store_true", help="end when an essential process crashes")
     parser.add_argument("--seconds", type=float, help="end after so long instead of at Ctrl-C")
@@ -85,6 +86,7 @@ def _graph(args: argparse.Namespace) -> tuple[Process, ...]:
     load_config(find_manipulator(task.manipulator), preset)
     bag = str(args.bag.resolve()) if args.bag else ""
     graph = rig_graph(task.manipulator, preset, bag=bag)
+    graph = with_markers(graph) if args.markers else graph
     return tuple(replace(row, respawn=row.respawn and not args.no_respawn) for row in graph)
 
 
