@@ -46,9 +46,9 @@ def outcomes_of(session: Session, record: RunRecord) -> tuple[Outcome, ...]:
 
 
 def free_domains() -> Iterator[int]:
-    """Yield ROS domains that no other test or demo on this machine has taken; they stay taken by this process.
+    """Yield ROS domains that no other test or demo on this machine has taken.
 
-    They are not given back with the iterator: who took one may still run nodes in it.
+    They stay taken as long as this process lives: who took one may run nodes in it when the iterator is gone.
     """
     while True:
         _taken.append(domain_id())

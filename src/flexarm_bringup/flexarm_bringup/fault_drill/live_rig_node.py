@@ -31,7 +31,7 @@ TOPICS = (
     "joint_commands", "applied_effort", "guard_status", "truth",
 )  # fmt: skip
 LOOK_PERIOD = 0.005  # s
-ASK_PERIOD = 1.0  # s
+ASK_PERIOD, RECENT = 1.0, 0.1  # s
 PATIENCE = 120.0  # s for what takes a few seconds on a machine that nobody else uses
 
 
@@ -60,7 +60,6 @@ class LiveRig:
         self._references = ear.node.create_publisher(JointTrajectory, "reference", 10)
         self._goals = swings(stand)
         self._arm = ear.node.create_client(Trigger, "guard/arm")
-        self._asked: Any = None
         self._ask_at = 0.0
 
     def pid(self, name: str) -> int:
@@ -83,10 +82,9 @@ class LiveRig:
         self.ear.wait(holds, PATIENCE, what)
 
     def arm(self) -> None:
-        """Wait until all are ready, arm the guard, wait until commands pass."""
+        """Wait until all are ready, and ask the guard to be armed until commands pass."""
         self.wait(lambda: all(self._watch.ready.values()), "all to be ready")
-        self.wait(self._armed, "the guard to be armed")
-        self.wait(lambda: self.after("joint_commands", time.time() - 0.1) != [], "commands")
+        self.wait(self._is_under_control, "commands to pass")
 
     def swing(self) -> None:
         """Send the arm to its other place; it is led there at its velocity limit."""
@@ -115,15 +113,15 @@ class LiveRig:
             self.respawned[ending.process.name] = time.time()
             self._watch.on_ending(ending.process.name, ending.process.essential)
 
-    def _armed(self) -> bool:
-        """Ask the guard, again when it does not answer: it may be a new one that has not found us yet."""
+    def _is_under_control(self) -> bool:
+        """Tell whether commands come and the guard is armed; ask it if not: it may not have heard us."""
+        told = self.came["guard_status"]
+        is_armed = bool(told) and told[-1][1].mode == told[-1][1].ARMED
         now = time.monotonic()
-        if self._asked is not None and self._asked.done() and self._asked.result().success:
-            self._asked = None
-            return True
-        if self._arm.service_is_ready() and now >= self._ask_at:
-            self._asked, self._ask_at = self._arm.call_async(Trigger.Request()), now + ASK_PERIOD
-        return False
+        if not is_armed and self._arm.service_is_ready() and now >= self._ask_at:
+            self._arm.call_async(Trigger.Request())
+            self._ask_at = now + ASK_PERIOD
+        return is_armed and bool(self.after("joint_commands", time.time() - RECENT))
 
     def _noting(self, topic: str) -> Callable[[Any], None]:
         arrivals = self.came[topic]
