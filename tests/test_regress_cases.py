@@ -78,6 +78,7 @@ def test_a_bag_that_ros2_bag_record_wrote_is_a_case_once_the_arm_is_named(
     assert made.records == open_pinned(read_case(GOLDEN).golden).records
 
 
+@pytest.mark.slow
 def test_an_update_says_what_moved_and_then_the_case_passes(
     case: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

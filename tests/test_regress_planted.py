@@ -52,6 +52,7 @@ def test_a_planted_change_is_named(
     assert found["first"]["text"].endswith((" expected", " missing"))
 
 
+@pytest.mark.slow
 def test_looser_defaults_hide_nothing(case: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(compare, "TOLERANCES", (Tolerance("*", IGNORED, 0.0),))
     PLANTED["camera stamped 1 ms late"].plant(monkeypatch)
