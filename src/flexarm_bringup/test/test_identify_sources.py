@@ -116,7 +116,7 @@ def test_a_bag_is_identified_by_its_torque_and_says_that_feedback_may_spoil_it(
 def test_a_record_without_inputs_gives_its_modes_by_subspaces(ringing_bag: Path, tmp_path: Path) -> None:
     modes = found(tmp_path, str(ringing_bag), "--output-only", "--band", "5", "30")
     assert modes[:, 0] == pytest.approx(F_HZ, rel=0.01)
-    assert modes[:, 1] == pytest.approx([1.0, 1.0], abs=0.6)
+    assert modes[:, 1] == pytest.approx([1.0, 1.0], abs=1.0)  # three sigma: 30 s tell it to 0.35
     page = (tmp_path / "p.html").read_text()
     assert "Stabilisation chart" in page and "<animate" in page and "http" not in page.split("</svg>")[-1]
 

@@ -24,7 +24,7 @@ USABLE = 1 / 2.56  # of the rate
 LINES_PER_BANDWIDTH = 2.0
 SHORTEST, LONGEST = 4.0, 40.0  # of a period [s]
 RATE_COUNTS = 1 / 3  # a torque's rate harms nothing; beyond its limit the guard would change the signal
-DIED_OUT = 6.0  # time constants of the slowest decay after which nothing is left of the start
+DIED_OUT = 9.0  # time constants of the slowest decay until nothing is left of the start, in a softer arm too
 
 
 @dataclass(frozen=True)

@@ -57,21 +57,27 @@ def _answers(frf: Frf, found: Identified, fit: PoleFit, options: FitOptions) -> 
     low, high = weight.copy(), weight.copy()
     low[:cut], high[-cut:] = 0.0, 0.0
     more = tuple(sorted({*options.remainders, 1, 2}))
-    for other in (
-        FitOptions(False, weight, options.remainders),
-        FitOptions(options.rank_one, weight, more),
-        FitOptions(options.rank_one, low, options.remainders),
-        FitOptions(options.rank_one, high, options.remainders),
+    below, above = frf.f_hz[cut], frf.f_hz[-1 - cut]
+    for other, inside in (
+        (FitOptions(False, weight, options.remainders), (0.0, np.inf)),
+        (FitOptions(options.rank_one, weight, more), (0.0, np.inf)),
+        (FitOptions(options.rank_one, low, options.remainders), (below, np.inf)),
+        (FitOptions(options.rank_one, high, options.remainders), (0.0, above)),
     ):
-        yield _refit(frf, fit, other)
+        yield _refit(frf, fit, other, inside)
 
 
-def _refit(frf: Frf, fit: PoleFit, options: FitOptions) -> Array | None:
+def _refit(frf: Frf, fit: PoleFit, options: FitOptions, inside: tuple[float, float]) -> Array | None:
+    """Return what another fit says of the modes between two frequencies [Hz]; None when it fails."""
     try:
         again = fit_poles(frf, fit.model.poles, driven(fit), options)
     except UnderdeterminedError:
         return None
-    return _nearest(fit, again.model.f_hz, again.model.zeta) if again.converged else None
+    if not again.converged:
+        return None
+    values = _nearest(fit, again.model.f_hz, again.model.zeta)
+    values[:, (fit.model.f_hz < inside[0]) | (fit.model.f_hz > inside[1])] = np.nan
+    return values
 
 
 def _nearest(fit: PoleFit, f_hz: Array, zeta: Array) -> Array:
