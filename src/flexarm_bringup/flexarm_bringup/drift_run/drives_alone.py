@@ -1,7 +1,8 @@
 """Long drills: the rig under plain joint PD on its drives, without estimator, guard and predictive law.
 
-What the watch sees of an arm is the torque that acted and the samples, whoever chose the torque; an hour takes
-a few minutes this way. Gains follow the joint law's rule: a third of the slowest mode, damping ratio 0.7.
+What the watch sees of an arm is the torque that acted and the samples, whoever chose the torque; an hour
+takes a few minutes this way. Gains follow the joint law's rule: a third of the slowest mode, damping ratio
+0.7.
 """
 
 from __future__ import annotations
@@ -41,7 +42,8 @@ def drive_alone(rig: Rig, model: ReducedModel, reference: Reference, end: float,
     motors = MotorSide(rig.config, rig.dt)
     motors.update(rig.observe())
     for first in range(0, round(end / rig.dt), CHUNK):
-        wanted = reference.sample((first + np.arange(CHUNK)) * rig.dt)
+        times = np.asarray((first + np.arange(CHUNK)) * rig.dt, dtype=np.float64)
+        wanted = reference.sample(times)
         for theta, theta_dot, theta_ddot in zip(*wanted, strict=True):
             tau = stiffness * (theta - motors.theta) + damper * (theta_dot - motors.theta_dot)
             tau = np.clip(tau + inertia * theta_ddot, -limit, limit)

@@ -12,6 +12,7 @@
       its guard, identify; --perturb frequency_scale=0.87 --perturb mass_scale=1.3 makes it another arm
   flexarm identify BAG                           a recorded bag: torque as input, its sensors as outputs
   flexarm identify BAG --output-only             the same without any input: what the arm does by itself
+  flexarm identify BAG --joints --manipulator NAME     friction, rotor inertia, gear stiffness from motion
   flexarm identify FILE --html report.html       responses, mode indicator, stabilisation chart, shapes
 
 Files: universal files (.uff, .unv), .csv, MATLAB .mat, .npz, folders of bags. A table of responses has the
@@ -34,6 +35,7 @@ from flexarm_bringup.excite.page import check_table, plan_table
 from flexarm_bringup.excite.rig_source import RIG, add_rig_arguments, rig_test, run_rig_test, save_records
 from flexarm_bringup.identify.fittable import fittable
 from flexarm_bringup.identify.halves import Halves, judge_halves, with_halves
+from flexarm_bringup.identify.joints import joints_page
 from flexarm_bringup.identify.measurement import Records, SourceError
 from flexarm_bringup.identify.other_poses import read_pose
 from flexarm_bringup.identify.output_only import output_only_page
@@ -97,6 +99,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--retune", type=Path, nargs="?", const=Path(), metavar="YAML",
         help="write moves with settings for the new description, after a trial on the simulated rig",
     )  # fmt: skip
+    parser.add_argument(
+        "--joints", action="store_true",
+        help="friction, rotor inertia and gear stiffness from a bag, records or the rig that moves",
+    )  # fmt: skip
     add_rig_arguments(parser)
     add_report_arguments(parser)
 
@@ -105,6 +111,11 @@ def run(args: argparse.Namespace) -> int:
     """Read, identify, report; return the exit code."""
     averaging = Averaging(args.resolution, args.window, args.estimator)
     try:
+        if args.joints:
+            progress = Progress()
+            page = joints_page(args, progress.say)
+            progress.done()
+            return publish(page, args)
         _check(args)
         tested, items = _tested(args)
         if args.output_only:

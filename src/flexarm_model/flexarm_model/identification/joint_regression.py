@@ -27,7 +27,7 @@ from flexarm_model.modal.read_only import lock_arrays
 
 Array = NDArray[np.float64]
 ORDER = 4
-SMOOTHER = 5.0  # cut-off of the positions over that of the regression
+SMOOTHER = 25.0  # cut-off of the positions over that of the regression: friction rings the modes
 EDGES = 1.0  # of the regression's cut-off: this many periods at both ends do not count
 SLOPE = 0.01  # velocity over which Coulomb friction turns its sign [rad/s or m/s]
 LINK_SPREAD = 0.02  # one sigma of a link's relative error
