@@ -32,6 +32,7 @@ OF_A_COMMAND = ("joint_commands", "applied_effort")
 NOTICED, SILENCE, BACK = 0.040, 0.050, 2.0  # s
 UNDER_WAY = 0.3  # s of a swing until a process is hit
 IN_FLIGHT = 0.2  # s in which messages of the dead node may still come, and in which no node starts
+FADED = 0.05  # of the largest torque before
 WATCHED = 1.0  # s after the hit, and again after everybody is back
 FROZEN = 1.0  # s
 RECOVERY, WINDOW, E0S = 1.0, 0.1, 2.0  # s, s, multiples of e0
@@ -64,17 +65,23 @@ def restarts(stand: SystemStand) -> list[Finding]:
 
 def _killed(rig: LiveRig, name: str) -> list[Finding]:
     hit = _hit(rig, name, signal.SIGKILL)
-    stream = STREAMS[name]
     rig.wait(lambda: name in rig.respawned, f"{name} to be started again")
-    began = rig.respawned.pop(name) + IN_FLIGHT
-    rig.wait(lambda: bool(rig.after(stream, began)), f"{name} to be back")
-    back = rig.after(stream, began)[0][0] - hit
+    began = rig.respawned.pop(name)
+    rig.wait(lambda: bool(_news(rig, name, began)), f"{name} to be back")
+    back = _news(rig, name, began)[0][0] - hit
     rig.listen(WATCHED)
     return [
         *_stopped(rig, name, hit, "killed"),
         Finding(f"{name} killed: first message after", back, BACK, "s"),
         Finding(f"{name} killed: told that commands pass, not armed again", _passed(rig, name, hit), 0),
     ]
+
+
+def _news(rig: LiveRig, name: str, began: float) -> list[Arrival]:
+    """Return what a node has said since it was started again; what is still in flight has older stamps."""
+    since = began + IN_FLIGHT
+    told = rig.after(STREAMS[name], since)
+    return told if name == "model" else [arrival for arrival in told if stamp(arrival[1]) > since]
 
 
 def _frozen(rig: LiveRig, name: str) -> list[Finding]:
@@ -130,7 +137,8 @@ def _first_stop(rig: LiveRig, name: str, hit: float) -> float:
 def _own_torque(rig: LiveRig, name: str, hit: float) -> float:
     """Return when a torque came that the dead node has not asked for; infinity if none did."""
     ordered, acted = DECIDES.get(name, OF_A_COMMAND)
-    last = max((stamp(msg) for _, msg in rig.came[ordered]), default=hit)
+    asked = [stamp(msg) for _, msg in rig.came[ordered] if stamp(msg) <= hit + IN_FLIGHT]
+    last = max(asked, default=hit)
     since = max(hit, last + 1.5 * rig.stand.dt)
     efforts = [(stamp(msg), tuple(msg.effort)) for _, msg in rig.came[acted] if stamp(msg) > since]
     changed = (at for (_, before), (at, now) in zip(efforts, efforts[1:], strict=False) if now != before)
@@ -138,14 +146,18 @@ def _own_torque(rig: LiveRig, name: str, hit: float) -> float:
 
 
 def _silent_drives(rig: LiveRig, hit: float) -> float:
-    """Return when the drives braked by themselves: no torque drives its axis from then on."""
-    driving = [
-        stamp(msg)
-        for _, msg in rig.after("drive_states", hit)
-        if any(effort * velocity > 0.0 for effort, velocity in zip(msg.effort, msg.velocity, strict=True))
-        and stamp(msg) < hit + WATCHED
+    """Return when the torque of the drives, their own by then, is small or opposes the motion."""
+    since = _own_torque(rig, "guard", hit)
+    states = [
+        (stamp(msg), np.array(msg.effort), np.array(msg.velocity)) for _, msg in rig.came["drive_states"]
     ]
-    return max(driving, default=hit)
+    small = FADED * max((abs(effort).max() for at, effort, _ in states if at <= hit), default=0.0)
+    rest = (
+        at
+        for at, effort, velocity in states
+        if at >= since and ((effort * velocity <= 0.0) | (abs(effort) <= small)).all()
+    )
+    return next(rest, math.inf)
 
 
 def _passed(rig: LiveRig, name: str, hit: float) -> int:
