@@ -2,7 +2,7 @@
 
     multisine  sum of cosines on every line of the band with low crest factor: the phases of Schroeder
                ``phi_k = -pi k (k - 1) / K`` [Schroeder1970], then clipped and put back on its lines again
-               and again [Guillaume1991]
+               and again [VanDerOuderaa1988]
     chirp      ``sin 2 pi (f_low t + (f_high - f_low) t^2 / 2 T)``, a whole number of cycles
     prbs       pseudo-random steps of a shift register of greatest length, by nature of crest factor 1
     impulse    one half sine, whose spectrum falls to a fifth at the end of the band
