@@ -159,7 +159,7 @@ def build_page(
         for p in result.parameters
     ]  # fmt: skip
     notes = [
-        f"condition number {result.condition:.3g} of the scaled regressor; 1 is best, large: combinations only",
+        f"condition number {result.condition:.3g} of the scaled regressor; 1 is best",
         f"least told: {result.weakest}",
     ]
     quality = [

@@ -3,7 +3,7 @@
 Beams keep their mass and lose their springs; a sprung axis stays where somebody measures it. What an axis'
 torque is, is linear in the inertial parameters ``phi_i`` of the bodies (mass, first and second moments)::
 
-    tau = Y(q, v, a) phi          Y: ``pinocchio.computeJointTorqueRegressor`` [Garofalo2013]
+    tau = Y(q, v, a) phi          Y: ``pinocchio.computeJointTorqueRegressor`` [Atkeson1986]
 
 Rotors are left out of it: they are parameters of their own.
 """
