@@ -18,7 +18,7 @@ from flexarm_bringup.conversions import serialise  # noqa: E402
 from flexarm_bringup.provenance import provenance  # noqa: E402
 from flexarm_bringup.replay_bag import replay  # noqa: E402
 from flexarm_bringup.sim.conversions import joint_state_msg, samples_to_msgs  # noqa: E402
-from flexarm_bringup.sim.hardware import Hardware  # noqa: E402
+from flexarm_bringup.sim.drives import Drives  # noqa: E402
 from flexarm_estimator.exchange import EstimatorExchange  # noqa: E402
 from flexarm_estimator.interventions.intervention import Intervention  # noqa: E402
 from flexarm_estimator.interventions.set_noise import SetNoise  # noqa: E402
@@ -42,7 +42,7 @@ def record_run(folder: Path, done: dict[int, list[Intervention]], is_late: bool)
     """Record the node's part of a run in real time; a late recorder hears of interventions last."""
     path = find_manipulator("single_link")
     config = load_config(path, "geared")
-    hardware = Hardware(config)
+    drives = Drives(config)
     exchange = EstimatorExchange(config, EstimatorConfig(), None)
     written = streams(["tip_accelerometer"])
     types = {stream.topic: stream.type for stream in written}
@@ -54,14 +54,14 @@ def record_run(folder: Path, done: dict[int, list[Intervention]], is_late: bool)
     model = model_to_msg(linearize(ReducedTree(config)))
     exchange.on_model(model)
     keep("model", model, EPOCH_NS)
-    samples = hardware.observe()
+    samples = drives.observe()
     rng = np.random.default_rng(7)
     for k in range(TICKS):
-        now_ns = EPOCH_NS + k * hardware.rig.period_ns
-        told = samples_to_msgs(config, samples, lambda tick: EPOCH_NS + tick * hardware.rig.period_ns)
+        now_ns = EPOCH_NS + k * drives.rig.period_ns
+        told = samples_to_msgs(config, samples, lambda tick: EPOCH_NS + tick * drives.rig.period_ns)
         for topic, msg in [
             *((out.topic, out.msg) for out in told),
-            ("joint_states", joint_state_msg(hardware, now_ns)),
+            ("joint_states", joint_state_msg(drives, now_ns)),
         ]:
             keep(topic, msg, now_ns)
             exchange.on_sensor(topic, msg)
@@ -70,9 +70,9 @@ def record_run(folder: Path, done: dict[int, list[Intervention]], is_late: bool)
         for intervention in done.get(k, ()):
             for out in exchange.intervene(intervention):
                 keep(out.topic, out.msg, now_ns + is_late * 50_000_000)
-        hardware.tau = [5.0 * float(rng.normal())]
-        samples = hardware.rig.step(np.array(hardware.tau))
-        hardware.motors.update(samples)
+        drives.tau = [5.0 * float(rng.normal())]
+        samples = drives.rig.step(np.array(drives.tau))
+        drives.motors.update(samples)
     with BagWriter(folder, written, provenance("single_link", path, "geared", json.dumps({}))) as writer:
         for name, log_time_ns, cdr in sorted(kept, key=lambda item: item[1]):
             writer.write(name, log_time_ns, cdr)
