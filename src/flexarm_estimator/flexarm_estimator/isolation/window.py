@@ -13,7 +13,8 @@ from flexarm_estimator.parts import Parts
 from flexarm_estimator.stack import stack_rows
 
 Array = NDArray[np.float64]
-_CACHE_SIZE = 200  # joint steps
+_CACHE_SIZE = 200  # joint steps of a model
+_MODELS = 8  # whose steps are kept: more than a window has, for what is kept of a model takes 0.4 MB
 _LEARNED = 0.01  # parameters that differ by less are one
 
 
@@ -69,17 +70,22 @@ class StepMaker:
     def __init__(self, resolution: float) -> None:
         """Take periods as equal that differ by less than ``resolution`` [s]."""
         self._resolution = resolution
-        self._steps: dict[tuple[int, int, tuple[int, ...]], tuple[Parts, WindowStep]] = {}
+        self._steps: dict[int, tuple[Parts, dict[tuple[int, tuple[int, ...]], WindowStep]]] = {}
 
     def step(self, parts: Parts, dt: float, learned: tuple[float, ...] = ()) -> WindowStep:
         """Return the step of a model, with what has been learned of it, over ``dt`` [s]."""
         count = max(1, round(dt / self._resolution))
-        key = id(parts), count, tuple([round(p / _LEARNED) for p in learned])
-        if key not in self._steps:
-            if len(self._steps) >= _CACHE_SIZE:
-                self._steps.clear()
-            self._steps[key] = parts, _make(parts, count * self._resolution, learned)
-        return self._steps[key][1]
+        key = count, tuple([round(p / _LEARNED) for p in learned])
+        if id(parts) not in self._steps:
+            while len(self._steps) >= _MODELS:
+                del self._steps[next(iter(self._steps))]
+            self._steps[id(parts)] = parts, {}
+        steps = self._steps[id(parts)][1]
+        if key not in steps:
+            if len(steps) >= _CACHE_SIZE:
+                steps.clear()
+            steps[key] = _make(parts, count * self._resolution, learned)
+        return steps[key]
 
 
 def _make(parts: Parts, dt: float, learned: tuple[float, ...]) -> WindowStep:
