@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexarm_bringup.excite.held_arm import HeldArm
-from flexarm_bringup.identify.measurement import SourceError
+from flexarm_bringup.identify.measurement import COMMON, KIND_OF_UNIT, SourceError
 from flexarm_bringup.sim.hardware import Hardware
 from flexarm_bringup.sim.sensor_simulator import Sample
 from flexarm_controller.guard import ARMED, GuardCommand
@@ -24,7 +24,6 @@ from flexarm_model.sensors import output_units
 
 Array = NDArray[np.float64]
 TOKEN = 1
-KIND_OF_UNIT = {"m/s^2": "accelerance"}  # of displacements as any other output is
 
 
 class DriveError(SourceError):
@@ -52,7 +51,7 @@ class Channel:
     @property
     def kind(self) -> str:
         """What it is of a displacement."""
-        return KIND_OF_UNIT.get(self.unit, "receptance")
+        return KIND_OF_UNIT.get(self.unit, COMMON)
 
 
 @dataclass(frozen=True)

@@ -11,11 +11,10 @@ from numpy.typing import NDArray
 from flexarm_bringup.excite.drive import Channel, Drive, Driven
 from flexarm_bringup.excite.held_arm import HeldArm
 from flexarm_bringup.excite.plan import Plan
-from flexarm_bringup.identify.measurement import Records, SourceError
+from flexarm_bringup.identify.measurement import COMMON, Records, SourceError
 from flexarm_model.identification.sensor_check import CheckedChannel, Finding, Pushes, check_channels
 
 Array = NDArray[np.float64]
-COMMON = "receptance"  # kind of outputs that do not say another one
 QUIET = 1.0  # s
 CYCLES_SEEN = 1.0  # of the slowest mode after a push: a softer arm is still in step with the model
 MOST_GAPS = 0.05  # share of missing samples that is bridged

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from flexarm_bringup.bag_reader import Bag, check_bag, decode
 from flexarm_bringup.bag_writer import BagError
-from flexarm_bringup.identify.measurement import Records, SourceError
+from flexarm_bringup.identify.measurement import COMMON, KIND_OF_UNIT, Records, SourceError
 from flexarm_bringup.replay_bag import configuration
 from flexarm_bringup.topics import NAMESPACE
 from flexarm_estimator.exchange import TORQUE_TOPIC
@@ -29,8 +29,6 @@ from flexarm_model.sensors import output_names, output_units
 Array = NDArray[np.float64]
 NS = 1e-9
 REFERENCE = "reference"
-COMMON = "receptance"
-KIND_OF_UNIT = {"m/s^2": "accelerance"}  # of displacements as any other output is
 LONGEST_GAP = 0.1  # s; a channel with a longer one is left out
 
 

@@ -17,6 +17,8 @@ from flexarm_model.modal.frf import Frf
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 Cell = tuple[str, str]  # output, input
+COMMON = "receptance"  # kind of outputs that do not say another one
+KIND_OF_UNIT = {"m/s^2": "accelerance"}  # of displacements as any other output is
 SAME_LINE = 1e-6  # relative distance of lines that are the same
 
 

@@ -17,10 +17,9 @@ from numpy.typing import NDArray
 from scipy.io import loadmat
 from scipy.io.matlab import MatReadError
 
-from flexarm_bringup.identify.measurement import Cell, Records, Responses, SourceError
+from flexarm_bringup.identify.measurement import COMMON, Cell, Records, Responses, SourceError
 
 Array = NDArray[np.float64]
-COMMON = "receptance"  # kind of the matrix where every output says its own
 EVEN = 1e-3  # relative scatter of the time steps that is still even
 
 
