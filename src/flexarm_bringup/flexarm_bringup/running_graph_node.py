@@ -48,6 +48,7 @@ class Ear:
         self._executor.add_node(self.node)
         self.heard: dict[str, list[Any]] = {topic: [] for topic in topics}
         self.ready: dict[str, bool] = {}
+        self._clients: dict[str, Any] = {}
         for topic in topics:
             stream = find_stream(topic if topic.startswith("/") else f"{NAMESPACE}/{topic}")
             if stream is None:
@@ -88,7 +89,9 @@ class Ear:
 
     def call(self, service: str) -> Any:
         """Call a trigger and return its response."""
-        client = self.node.create_client(Trigger, service)
+        if service not in self._clients:  # one that is made anew may not hear its answer yet
+            self._clients[service] = self.node.create_client(Trigger, service)
+        client = self._clients[service]
         self.wait(client.service_is_ready, ANSWER, service)
         future = client.call_async(Trigger.Request())
         self.wait(future.done, ANSWER, f"the answer of {service}")
