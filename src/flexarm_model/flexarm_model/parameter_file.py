@@ -15,7 +15,17 @@ from typing import Any
 
 from flexarm_model.strict_yaml import ConfigError, read_yaml
 
-FLEXARM_NODES = ("model", "estimator", "controller", "guard", "rig", "recorder", "commander", "markers")
+FLEXARM_NODES = (
+    "model",
+    "estimator",
+    "controller",
+    "guard",
+    "rig",
+    "recorder",
+    "commander",
+    "markers",
+    "drift",
+)
 HELD = "ros__parameters"
 COMMAND_LINE = "command line"
 _FILE_OPTION, _VALUE_OPTIONS = "--params-file", ("-p", "--param")
