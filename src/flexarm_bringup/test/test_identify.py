@@ -130,6 +130,7 @@ def record(path: Path, seconds: float = 60.0, rate_hz: float = 200.0) -> Path:
     return path
 
 
+@pytest.mark.slow
 def test_records_give_modes_with_both_uncertainties_and_a_page(tmp_path, capsys):
     page = tmp_path / "page.html"
     path = record(tmp_path / "run.npz")
@@ -139,7 +140,8 @@ def test_records_give_modes_with_both_uncertainties_and_a_page(tmp_path, capsys)
     digital = np.arctan(np.pi * F_HZ / 200.0) * 200.0 / np.pi  # where the bilinear filter has its modes
     assert found[:, 0] == pytest.approx(digital, rel=0.003)
     text = page.read_text()
-    assert "Stabilisation chart" in text and "bootstrap" in text and text.count("<svg") == 3
+    assert "Stabilisation chart" in text and "bootstrap" in text and "<animate" in text
+    assert text.count("<svg") == 5  # responses, indicator, chart, shapes, likeness
 
 
 @pytest.mark.parametrize(
