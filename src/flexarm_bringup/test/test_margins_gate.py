@@ -173,7 +173,8 @@ def test_the_command_fails_for_an_optimistic_filter(capsys: pytest.CaptureFixtur
         "frequency_error": "0.1",
         "stiffness_modes": "0",
     }
-    options = [f"--set=estimator.{name}={value}" for name, value in noise.items()]
+    quick = "--set=mpc.input_jerk=216"  # with the slower torque of its moves file even this filter is borne
+    options = [quick, *(f"--set=estimator.{name}={value}" for name, value in noise.items())]
     assert main(["margins", "single_link", "--preset", "light_hub", "--along", "0", *options]) == 1
     assert "mode 2 is unstable" in capsys.readouterr().out
 
