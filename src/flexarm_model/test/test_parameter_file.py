@@ -1,10 +1,15 @@
-"""Parameter files are for somebody, give something, give it once, and tell which parameters came from them."""
+"""Parameter files are for somebody, give something, give it once; parameters from them are told."""
 
 from pathlib import Path
 
 import pytest
 
-from flexarm_model.parameter_file import COMMAND_LINE, parameter_sources, read_parameter_file, refuse_strangers
+from flexarm_model.parameter_file import (
+    COMMAND_LINE,
+    parameter_sources,
+    read_parameter_file,
+    refuse_strangers,
+)
 from flexarm_model.strict_yaml import ConfigError
 
 NODE = "/flexarm/controller"
@@ -65,9 +70,13 @@ def test_files_for_others_of_the_graph_are_shared_but_nobody_is_misspelt(tmp_pat
     refuse_strangers(read_parameter_file(written(tmp_path, shared)), NODE)
     refuse_strangers(read_parameter_file(written(tmp_path, "/mine: {ros__parameters: {a: 1}}\n")), "/mine")
     misspelt = shared.replace("estimator", "estimatr")
-    with pytest.raises(ConfigError, match=r"given.yaml: /flexarm/estimatr: no such node; allowed: /\*\*, /flex"):
+    with pytest.raises(
+        ConfigError, match=r"given.yaml: /flexarm/estimatr: no such node; allowed: /\*\*, /flex"
+    ):
         refuse_strangers(read_parameter_file(written(tmp_path, misspelt)), NODE)
-    with pytest.raises(ConfigError, match="/flexarm/controller, /flexarm/estimator: holds nothing for /flexarm/ri"):
+    with pytest.raises(
+        ConfigError, match="/flexarm/controller, /flexarm/estimator: holds nothing for /flexarm/ri"
+    ):
         refuse_strangers(read_parameter_file(written(tmp_path, shared)), "/flexarm/rig")
 
 

@@ -64,7 +64,7 @@ class MarkersSettings:
     stations: int = parameter(10, "Segments of every beam in the URDF.", "1", 1, 100)
 
 
-class MarkersNode(Node):
+class MarkersNode(Node):  # type: ignore[misc]
     """Shows the newest estimate."""
 
     SETTINGS = (MarkersSettings,)

@@ -46,7 +46,7 @@ FORGET = 5.0  # s after which what a node said of its health is dropped
 UNWATCHED = frozenset({"controller_debug", "model", "/diagnostics", "robot_description", "tick"})
 
 
-class MonitorNode(Node):
+class MonitorNode(Node):  # type: ignore[misc]
     """Listens to one rig."""
 
     def __init__(self, manipulator: str = "") -> None:

@@ -39,7 +39,7 @@ Array = NDArray[np.float64]
 STREAMS = {"modal_state": ModalState, "end_effector": Odometry, "truth": Truth}
 
 
-class SoakNode(Node):
+class SoakNode(Node):  # type: ignore[misc]
     """Speaks to a rig and keeps what is to be told of it.
 
     Attributes:
