@@ -94,11 +94,15 @@ def test_killing_the_controller_mid_move_stops_the_arm_until_it_is_armed_again(t
 
 
 def assert_braked(ear: Ear, since_ns: int) -> None:
-    """Check that no motor drove a fast axis on from an instant, and that the arm came to rest."""
+    """Check that no motor drove a fast axis on from an instant, and that the arm came to rest.
+
+    An axis that a bent link throws back may be driven for two periods: that old is what the guard knows.
+    """
     told = [msg for msg in ear.heard["joint_states"] if stamp_to_ns(msg.header.stamp) > since_ns]
     pairs = [(msg.effort[0], msg.velocity[0]) for msg in told]
     assert len(pairs) > 100
-    assert all(effort * rate <= 0.0 for effort, rate in pairs[3:] if abs(rate) > FAST)
+    driven = [effort * rate > 0.0 and abs(rate) > FAST for effort, rate in pairs[3:]]
+    assert not any(map(all, zip(driven, driven[1:], driven[2:], strict=False))), pairs
     truth = ear.heard["truth"]
     assert abs(truth[-1].theta_dot[0]) < 0.05
     assert abs(truth[-1].theta[0] - truth[-20].theta[0]) < 1e-2

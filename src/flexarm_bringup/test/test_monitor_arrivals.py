@@ -53,7 +53,7 @@ def reduced(n_eta: int = 2) -> Any:
 def state() -> ModalState:
     msg = ModalState(joint_names=["base.rz"], theta=[0.3], names=["mode_1", "mode_2"], eta=[1e-3, -2e-3])
     msg.eta_dot, msg.theta_dot, msg.disturbance = [0.0, 0.0], [0.0], [0.0]
-    msg.covariance = np.diag(np.array([1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0]) ** 2).ravel()
+    msg.covariance = np.diag(np.array([1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0]) ** 2).ravel().tolist()
     return msg
 
 
