@@ -20,8 +20,8 @@ import flexarm_estimator.exchange as estimator_exchange
 import flexarm_estimator.sensor_messages as sensor_messages
 import flexarm_model.beam as beam
 import flexarm_model.sensors as sensors
-from flexarm_bringup.bag_copy import copy_bag
-from flexarm_bringup.bag_reader import Bag, Record
+from flexarm_bringup.bags.bag_copy import copy_bag
+from flexarm_bringup.bags.bag_reader import Bag, Record
 from flexarm_bringup.conversions import deserialise, serialise
 from flexarm_bringup.regress.playing import models
 from flexarm_controller.settings import MpcConfig

@@ -7,7 +7,7 @@ import pytest
 import yaml
 from rosbags.rosbag2 import Reader
 
-from flexarm_bringup.bag_writer import BagWriter
+from flexarm_bringup.bags.bag_writer import BagWriter
 from flexarm_bringup.topics import find_stream
 
 pytestmark = [pytest.mark.ros, pytest.mark.slow]

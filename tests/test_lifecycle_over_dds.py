@@ -11,7 +11,7 @@ pytest.importorskip("flexarm_interfaces", reason="needs ROS and flexarm_interfac
 from flexarm_interfaces.msg import GuardStatus  # noqa: E402
 from lifecycle_msgs.srv import ChangeState, GetState  # noqa: E402
 
-from flexarm_bringup.bag_reader import check_bag  # noqa: E402
+from flexarm_bringup.bags.bag_reader import check_bag  # noqa: E402
 from flexarm_bringup.graph import Process, rig_graph  # noqa: E402
 from flexarm_bringup.running_graph_node import Ear, running  # noqa: E402
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from flexarm_bringup.bag_reader import check_bag
+from flexarm_bringup.bags.bag_reader import check_bag
 from flexarm_bringup.closed_loop import LoopSettings, run_closed_loop
 from flexarm_bringup.compare import compare_bags
 from flexarm_bringup.motions import motions, out_and_back

@@ -22,8 +22,8 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "src" / "flexarm_bringup" / "
 from rosbag2_layout import faults, write_version  # noqa: E402
 
 from flexarm_bringup import cli  # noqa: E402
-from flexarm_bringup.bag_copy import copy_bag  # noqa: E402
-from flexarm_bringup.bag_reader import check_bag, decode  # noqa: E402
+from flexarm_bringup.bags.bag_copy import copy_bag  # noqa: E402
+from flexarm_bringup.bags.bag_reader import check_bag, decode  # noqa: E402
 from flexarm_bringup.regress.case import (  # noqa: E402
     EXPECT_FILE,
     open_pinned,

@@ -8,8 +8,8 @@ from typing import Any
 
 import pytest
 
-from flexarm_bringup.bag_reader import Bag, Record, check_bag
-from flexarm_bringup.bag_writer import CHECKSUM_FILE, DATA_FILE, BagError, BagWriter
+from flexarm_bringup.bags.bag_reader import Bag, Record, check_bag
+from flexarm_bringup.bags.bag_writer import CHECKSUM_FILE, DATA_FILE, BagError, BagWriter
 from flexarm_bringup.topics import NAMESPACE, find_stream
 
 pytestmark = pytest.mark.ros

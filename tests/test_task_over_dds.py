@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from flexarm_bringup.bag_reader import check_bag, decode
+from flexarm_bringup.bags.bag_reader import check_bag, decode
 from flexarm_bringup.compare import compare_bags
 from flexarm_bringup.replay_bag import NEEDED, OUTPUTS, replay
 from flexarm_bringup.sessions import free_domains

@@ -17,7 +17,7 @@ from flexarm_bringup.record import RunRecord, stack
 from flexarm_bringup.sim.hardware import Hardware
 from flexarm_bringup.sim.plant import Plant
 from flexarm_bringup.sim.rig import RigSettings
-from flexarm_bringup.sim.sensor_simulator import Sample
+from flexarm_bringup.sim.sample import Sample
 from flexarm_controller.controller import Controller
 from flexarm_controller.guard import GuardCommand
 from flexarm_controller.laws import LawInputs

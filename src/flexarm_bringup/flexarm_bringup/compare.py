@@ -17,8 +17,8 @@ from typing import Any
 
 import numpy as np
 
-from flexarm_bringup.bag_reader import Bag, Record, decode
-from flexarm_bringup.cdr import header_stamp_ns
+from flexarm_bringup.bags.bag_reader import Bag, Record, decode
+from flexarm_bringup.bags.cdr import header_stamp_ns
 from flexarm_bringup.topics import NAMESPACE, find_stream
 
 IGNORED = float("inf")

@@ -12,8 +12,8 @@ from typing import Any
 
 from rclpy.serialization import deserialize_message, serialize_message
 
-from flexarm_bringup.bag_types import bag_types
-from flexarm_bringup.cdr import LITTLE_ENDIAN
+from flexarm_bringup.bags.bag_types import bag_types
+from flexarm_bringup.bags.cdr import LITTLE_ENDIAN
 
 
 @cache

@@ -15,7 +15,7 @@ from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
-from flexarm_bringup.bag_writer import BagError
+from flexarm_bringup.bags.bag_writer import BagError
 from flexarm_bringup.demo_figures import draw
 from flexarm_bringup.demo_report import build_page
 from flexarm_bringup.demo_task import run_task_demo

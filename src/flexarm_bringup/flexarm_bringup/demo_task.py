@@ -12,7 +12,7 @@ from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
 
-from flexarm_bringup.bag_writer import BagError
+from flexarm_bringup.bags.bag_writer import BagError
 from flexarm_bringup.demo_task_report import build_page
 from flexarm_bringup.progress import Progress
 from flexarm_bringup.report import publish

@@ -14,8 +14,8 @@ from collections import deque
 from collections.abc import Iterable, Iterator, Sequence
 from typing import Any, Protocol
 
-from flexarm_bringup.bag_reader import Record
-from flexarm_bringup.cdr import header_stamp_ns
+from flexarm_bringup.bags.bag_reader import Record
+from flexarm_bringup.bags.cdr import header_stamp_ns
 from flexarm_bringup.conversions import deserialise
 from flexarm_bringup.topics import find_stream
 from flexarm_model.conversions import stamp_to_ns

@@ -12,7 +12,7 @@ import argparse
 import sys
 from pathlib import Path
 
-from flexarm_bringup.bag_recovery import recover_bag
+from flexarm_bringup.bags.bag_recovery import recover_bag
 from flexarm_bringup.report import Cells, Column, Page, Table, add_report_arguments, publish
 
 UNUSABLE = 2

@@ -21,9 +21,9 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 
-from flexarm_bringup.bag_reader import Bag, check_bag
+from flexarm_bringup.bags.bag_reader import Bag, check_bag
+from flexarm_bringup.bags.foreign_bag import Fed, feed_bag, read_remaps
 from flexarm_bringup.compare import Comparison, compare_bags
-from flexarm_bringup.foreign_bag import Fed, feed_bag, read_remaps
 from flexarm_bringup.replay_bag import NEEDED, OUTPUTS, replay, written_for
 from flexarm_bringup.report import Cells, Check, Column, Page, Table, add_report_arguments, publish
 from flexarm_estimator.settings import EstimatorConfig

@@ -9,9 +9,9 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from flexarm_bringup.bag_reader import Bag, check_bag
-from flexarm_bringup.bag_writer import BagError, BagWriter
-from flexarm_bringup.cdr import header_stamp_ns
+from flexarm_bringup.bags.bag_reader import Bag, check_bag
+from flexarm_bringup.bags.bag_writer import BagError, BagWriter
+from flexarm_bringup.bags.cdr import header_stamp_ns
 from flexarm_bringup.conversions import serialise
 from flexarm_bringup.player import Player
 from flexarm_bringup.provenance import git_hash

@@ -35,8 +35,8 @@ from flexarm_bringup.rig_health_node import RigHealth
 from flexarm_bringup.sim.conversions import joint_state_msg, samples_to_msgs, truth_msg
 from flexarm_bringup.sim.drives import Drives, drive_limits
 from flexarm_bringup.sim.rig import RigSettings
+from flexarm_bringup.sim.sample import Sample
 from flexarm_bringup.sim.sensor_fault_text import parse_faults
-from flexarm_bringup.sim.sensor_simulator import Sample
 from flexarm_bringup.topics import streams
 from flexarm_controller.drives.conversions import drive_state_msg
 from flexarm_model.conversions import NS_PER_S, ns_to_stamp, stamp_to_ns

@@ -9,9 +9,9 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
+from flexarm_bringup.bags.run_bag import read_run
 from flexarm_bringup.graph import Process, rig_graph
 from flexarm_bringup.record import RunRecord
-from flexarm_bringup.run_bag import read_run
 from flexarm_bringup.supervisor import Supervisor
 
 POLL_PERIOD = 0.05  # s

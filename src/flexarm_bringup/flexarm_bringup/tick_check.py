@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections import Counter
 from itertools import pairwise
 
-from flexarm_bringup.bag_reader import Bag, decode
-from flexarm_bringup.bag_writer import BagError
+from flexarm_bringup.bags.bag_reader import Bag, decode
+from flexarm_bringup.bags.bag_writer import BagError
 from flexarm_bringup.topics import NAMESPACE, find_stream
 
 TICK = f"{NAMESPACE}/tick"

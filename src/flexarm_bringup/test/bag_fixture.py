@@ -5,8 +5,8 @@ from typing import Any
 
 import numpy as np
 
-from flexarm_bringup.bag_types import bag_types
-from flexarm_bringup.bag_writer import BagWriter
+from flexarm_bringup.bags.bag_types import bag_types
+from flexarm_bringup.bags.bag_writer import BagWriter
 from flexarm_bringup.topics import STREAMS
 
 PERIOD_NS = 5_000_000

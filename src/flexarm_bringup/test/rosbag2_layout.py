@@ -16,8 +16,8 @@ import yaml
 from rosbags.interfaces import Qos, QosDurability, QosHistory, QosLiveliness, QosReliability, QosTime
 from rosbags.rosbag2 import StoragePlugin, Writer
 
-from flexarm_bringup.bag_reader import Record
-from flexarm_bringup.bag_types import bag_types
+from flexarm_bringup.bags.bag_reader import Record
+from flexarm_bringup.bags.bag_types import bag_types
 
 ROOT = "rosbag2_bagfile_information"
 ALWAYS = {

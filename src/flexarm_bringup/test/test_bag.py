@@ -9,9 +9,9 @@ import pytest
 from bag_fixture import PERIOD_NS, WRITTEN, joint_state, write_bag
 from rosbags.rosbag2 import Reader
 
-from flexarm_bringup.bag_reader import check_bag, decode
-from flexarm_bringup.bag_types import bag_types
-from flexarm_bringup.bag_writer import CHECKSUM_FILE, DATA_FILE, BagError, BagWriter
+from flexarm_bringup.bags.bag_reader import check_bag, decode
+from flexarm_bringup.bags.bag_types import bag_types
+from flexarm_bringup.bags.bag_writer import CHECKSUM_FILE, DATA_FILE, BagError, BagWriter
 from flexarm_bringup.topics import STREAMS, Stream, find_stream, streams
 
 JOINTS, MODAL = "/flexarm/joint_states", "/flexarm/modal_state"

@@ -12,9 +12,9 @@ from flexarm_bringup.bag_plots.command import add_arguments, choose, run
 from flexarm_bringup.bag_plots.motion_panels import asked
 from flexarm_bringup.bag_plots.panels import PANELS
 from flexarm_bringup.bag_plots.series import STRETCHES, BagSeries, spells, thin
-from flexarm_bringup.bag_reader import check_bag
-from flexarm_bringup.bag_types import bag_types
-from flexarm_bringup.bag_writer import BagWriter
+from flexarm_bringup.bags.bag_reader import check_bag
+from flexarm_bringup.bags.bag_types import bag_types
+from flexarm_bringup.bags.bag_writer import BagWriter
 from flexarm_bringup.topics import STREAMS
 
 PERIOD_NS = 5_000_000

@@ -11,9 +11,9 @@ from bag_fixture import PERIOD_NS, WRITTEN, joint_state, write_bag
 from rosbag2_layout import qos, write_version
 
 from flexarm_bringup import cli
-from flexarm_bringup.bag_reader import Record, check_bag
-from flexarm_bringup.bag_recovery import recover_bag
-from flexarm_bringup.bag_writer import CHECKSUM_FILE, DATA_FILE, ORIGIN_FILE, BagError, BagWriter
+from flexarm_bringup.bags.bag_reader import Record, check_bag
+from flexarm_bringup.bags.bag_recovery import recover_bag
+from flexarm_bringup.bags.bag_writer import CHECKSUM_FILE, DATA_FILE, ORIGIN_FILE, BagError, BagWriter
 
 JOINTS = "/flexarm/joint_states"
 SIZE = len(joint_state(0, 0.0)) + 31  # of a message with the header of its record

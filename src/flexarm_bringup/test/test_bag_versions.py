@@ -12,10 +12,10 @@ from rosbag2_layout import NO_LIMIT, edit_metadata, faults, qos, write_version
 from rosbags.interfaces import QosTime
 from rosbags.rosbag2 import CompressionFormat, CompressionMode, Reader, StoragePlugin, Writer
 
-from flexarm_bringup.bag_copy import copy_bag
-from flexarm_bringup.bag_reader import Record, check_bag, decode
-from flexarm_bringup.bag_types import bag_types
-from flexarm_bringup.bag_writer import BagError
+from flexarm_bringup.bags.bag_copy import copy_bag
+from flexarm_bringup.bags.bag_reader import Record, check_bag, decode
+from flexarm_bringup.bags.bag_types import bag_types
+from flexarm_bringup.bags.bag_writer import BagError
 
 JOINTS, MODAL, MODEL, ODOM = "/flexarm/joint_states", "/flexarm/modal_state", "/flexarm/model", "/odom"
 TOPICS = {

@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 from bag_fixture import PERIOD_NS, write_bag
 
-from flexarm_bringup.bag_reader import Bag, check_bag
+from flexarm_bringup.bags.bag_reader import Bag, check_bag
 from flexarm_bringup.compare import IGNORED, Comparison, Tolerance, compare_bags
 
 JOINTS, MODAL = "/flexarm/joint_states", "/flexarm/modal_state"

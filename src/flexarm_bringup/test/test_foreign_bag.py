@@ -7,14 +7,14 @@ import numpy as np
 import pytest
 
 from flexarm_bringup import cli
-from flexarm_bringup.bag_reader import Bag, check_bag, decode
-from flexarm_bringup.bag_writer import BagError
+from flexarm_bringup.bags.bag_reader import Bag, check_bag, decode
+from flexarm_bringup.bags.bag_writer import BagError
 
 pytestmark = pytest.mark.ros
 pytest.importorskip("flexarm_bringup.conversions", reason="needs ROS and flexarm_interfaces")
 
+from flexarm_bringup.bags.foreign_bag import feed_bag, read_remaps  # noqa: E402
 from flexarm_bringup.conversions import deserialise  # noqa: E402
-from flexarm_bringup.foreign_bag import feed_bag, read_remaps  # noqa: E402
 from flexarm_estimator.exchange import EstimatorExchange  # noqa: E402
 from flexarm_estimator.settings import EstimatorConfig  # noqa: E402
 from flexarm_model.config import load_config  # noqa: E402

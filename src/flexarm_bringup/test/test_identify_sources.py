@@ -11,8 +11,8 @@ from bag_fixture import PERIOD_NS, joint_state, stamped_header
 from scipy import signal
 
 from flexarm_bringup import cli
-from flexarm_bringup.bag_types import bag_types
-from flexarm_bringup.bag_writer import BagWriter
+from flexarm_bringup.bags.bag_types import bag_types
+from flexarm_bringup.bags.bag_writer import BagWriter
 from flexarm_bringup.identify.bag_source import read_bag
 from flexarm_bringup.identify.measurement import Records, Responses, SourceError
 from flexarm_bringup.identify.set_ups import check_scale

@@ -5,8 +5,8 @@ import struct
 import numpy as np
 import pytest
 
-from flexarm_bringup.cdr import header_frame_id
-from flexarm_bringup.log_order import HORIZON_NS, ArrivalLog, LockstepLog
+from flexarm_bringup.bags.cdr import header_frame_id
+from flexarm_bringup.bags.log_order import HORIZON_NS, ArrivalLog, LockstepLog
 from flexarm_bringup.topics import streams
 
 STREAMS = {stream.topic: stream for stream in streams(["tip"])}

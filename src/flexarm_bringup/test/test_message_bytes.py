@@ -5,7 +5,7 @@ from typing import Any
 
 import pytest
 
-from flexarm_bringup.cdr import header_stamp_ns
+from flexarm_bringup.bags.cdr import header_stamp_ns
 from flexarm_bringup.topics import STREAMS
 
 pytestmark = pytest.mark.ros

@@ -5,7 +5,7 @@ from typing import Any
 
 import pytest
 
-from flexarm_bringup.bag_reader import Record
+from flexarm_bringup.bags.bag_reader import Record
 from flexarm_bringup.topics import find_stream
 
 pytestmark = pytest.mark.ros

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from flexarm_bringup.bag_reader import check_bag, decode
+from flexarm_bringup.bags.bag_reader import check_bag, decode
 
 pytestmark = pytest.mark.ros
 pytest.importorskip("rclpy", reason="needs ROS")

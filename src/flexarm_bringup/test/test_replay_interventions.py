@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from flexarm_bringup.bag_reader import Bag, Record, check_bag
-from flexarm_bringup.bag_writer import BagWriter
+from flexarm_bringup.bags.bag_reader import Bag, Record, check_bag
+from flexarm_bringup.bags.bag_writer import BagWriter
 from flexarm_bringup.topics import NAMESPACE, streams
 
 pytestmark = pytest.mark.ros

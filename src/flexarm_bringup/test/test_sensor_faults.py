@@ -11,9 +11,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from flexarm_bringup.sim.rig import Rig, RigSettings
+from flexarm_bringup.sim.sample import Sample
 from flexarm_bringup.sim.sensor_fault_text import faults_text, parse_faults
 from flexarm_bringup.sim.sensor_faults import KINDS, Arrival, FaultLine, SensorFault
-from flexarm_bringup.sim.sensor_simulator import Sample
 from flexarm_model.config import load_config
 from flexarm_model.description import SensorSpec
 from flexarm_model.manipulator_file import find_manipulator

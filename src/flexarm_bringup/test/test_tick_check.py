@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 from bag_fixture import PERIOD_NS, joint_state, stamped_header
 
-from flexarm_bringup.bag_reader import Bag, check_bag
-from flexarm_bringup.bag_types import bag_types
-from flexarm_bringup.bag_writer import BagError, BagWriter
+from flexarm_bringup.bags.bag_reader import Bag, check_bag
+from flexarm_bringup.bags.bag_types import bag_types
+from flexarm_bringup.bags.bag_writer import BagError, BagWriter
 from flexarm_bringup.tick_check import check_ticks
 from flexarm_bringup.topics import STREAMS
 

@@ -111,7 +111,7 @@ def test_a_mobile_robots_topics_do_not_stop_the_node_and_it_says_what_it_ignores
 def robot_messages():
     """Yield the messages of the recorded robot."""
     folder = Path(__file__).parents[3] / "tests" / "recorded" / "mobile_robot"
-    bag_reader = pytest.importorskip("flexarm_bringup.bag_reader")
+    bag_reader = pytest.importorskip("flexarm_bringup.bags.bag_reader")
     read = pytest.importorskip("flexarm_bringup.conversions").deserialise
     for record in bag_reader.check_bag(folder).records:
         yield read(record.cdr, record.type)

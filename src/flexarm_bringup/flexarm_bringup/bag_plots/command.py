@@ -20,8 +20,8 @@ from flexarm_bringup.bag_plots.fields_panel import fields_panel
 from flexarm_bringup.bag_plots.panel import Panel
 from flexarm_bringup.bag_plots.panels import PANELS
 from flexarm_bringup.bag_plots.series import BagSeries
-from flexarm_bringup.bag_reader import check_bag
-from flexarm_bringup.bag_writer import BagError
+from flexarm_bringup.bags.bag_reader import check_bag
+from flexarm_bringup.bags.bag_writer import BagError
 from flexarm_bringup.figures import Figure, drawing, to_figure
 from flexarm_bringup.report import Cells, Column, Page, Table, add_report_arguments, publish
 

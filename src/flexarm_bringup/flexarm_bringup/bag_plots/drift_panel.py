@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from flexarm_bringup.bag_plots.series import BagSeries
-from flexarm_bringup.bag_writer import BagError
+from flexarm_bringup.bags.bag_writer import BagError
 from flexarm_bringup.drift_run.bag import watch_bag
 from flexarm_bringup.drift_run.figure import draw_watched
 from flexarm_estimator.drift.settings import DriftConfig

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from flexarm_bringup.bag_reader import Record, decode
-from flexarm_bringup.bag_writer import BagError
+from flexarm_bringup.bags.bag_reader import Record, decode
+from flexarm_bringup.bags.bag_writer import BagError
 from flexarm_bringup.consistency.recording import Recording
 from flexarm_bringup.topics import NAMESPACE
 from flexarm_estimator.exchange import TORQUE_TOPIC

@@ -10,8 +10,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from flexarm_bringup.bag_reader import Bag, check_bag, decode
-from flexarm_bringup.bag_writer import BagError
+from flexarm_bringup.bags.bag_reader import Bag, check_bag, decode
+from flexarm_bringup.bags.bag_writer import BagError
 from flexarm_bringup.player import Outgoing, Player
 from flexarm_bringup.replay_bag import NEEDED, configuration
 from flexarm_bringup.tick_check import check_ticks

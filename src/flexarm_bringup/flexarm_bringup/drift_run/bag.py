@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from flexarm_bringup.bag_reader import Bag, decode
-from flexarm_bringup.bag_writer import BagError
+from flexarm_bringup.bags.bag_reader import Bag, decode
+from flexarm_bringup.bags.bag_writer import BagError
 from flexarm_bringup.drift_run.simulation import EVERY, Watched
 from flexarm_bringup.replay_bag import configuration
 from flexarm_bringup.topics import NAMESPACE

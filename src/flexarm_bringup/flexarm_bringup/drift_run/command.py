@@ -16,8 +16,8 @@ from pathlib import Path
 
 import numpy as np
 
-from flexarm_bringup.bag_reader import check_bag
-from flexarm_bringup.bag_writer import BagError
+from flexarm_bringup.bags.bag_reader import check_bag
+from flexarm_bringup.bags.bag_writer import BagError
 from flexarm_bringup.drift_run.bag import watch_bag
 from flexarm_bringup.drift_run.figure import draw_watched
 from flexarm_bringup.drift_run.simulation import ALONE, Drill, Watched, run_drill

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from flexarm_bringup.sim.motor_side import MotorSide
 from flexarm_bringup.sim.rig import Rig
-from flexarm_bringup.sim.sensor_simulator import Sample
+from flexarm_bringup.sim.sample import Sample
 from flexarm_controller.reference import Reference
 from flexarm_model.reduced_model import ReducedModel
 

@@ -18,7 +18,7 @@ from flexarm_bringup.drift_run.normal_moves import normal_moves
 from flexarm_bringup.sim.hardware import Hardware
 from flexarm_bringup.sim.plant import Plant
 from flexarm_bringup.sim.rig import Rig, RigSettings
-from flexarm_bringup.sim.sensor_simulator import Sample
+from flexarm_bringup.sim.sample import Sample
 from flexarm_bringup.sim_study import loop_settings
 from flexarm_bringup.static_arm import StaticArm
 from flexarm_bringup.task import Task

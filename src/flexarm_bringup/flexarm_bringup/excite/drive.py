@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from flexarm_bringup.excite.held_arm import HeldArm
 from flexarm_bringup.identify.measurement import COMMON, KIND_OF_UNIT, SourceError
 from flexarm_bringup.sim.hardware import Hardware
-from flexarm_bringup.sim.sensor_simulator import Sample
+from flexarm_bringup.sim.sample import Sample
 from flexarm_controller.guard import ARMED, GuardCommand
 from flexarm_model.description import SensorSpec
 from flexarm_model.modal.read_only import lock_arrays

@@ -14,8 +14,8 @@ import numpy as np
 import yaml
 
 from flexarm_bringup import cli
-from flexarm_bringup.bag_writer import CHECKSUM_FILE, DATA_FILE, BagWriter
-from flexarm_bringup.cdr import header_stamp_ns
+from flexarm_bringup.bags.bag_writer import CHECKSUM_FILE, DATA_FILE, BagWriter
+from flexarm_bringup.bags.cdr import header_stamp_ns
 from flexarm_bringup.conversions import message_class, serialise
 from flexarm_bringup.fault_drill.findings import Finding
 from flexarm_bringup.fault_drill.row import Row

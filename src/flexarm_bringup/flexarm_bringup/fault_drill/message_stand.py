@@ -8,7 +8,7 @@ from typing import Any, Protocol
 
 from flexarm_bringup.fault_drill.stand import Stand
 from flexarm_bringup.sim.conversions import Outgoing, applied_effort_msg, samples_to_msgs
-from flexarm_bringup.sim.sensor_simulator import Sample
+from flexarm_bringup.sim.sample import Sample
 from flexarm_estimator.estimate import Estimate
 from flexarm_estimator.exchange import EstimatorExchange
 from flexarm_model.conversions import floats, model_to_msg

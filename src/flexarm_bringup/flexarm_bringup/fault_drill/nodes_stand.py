@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from flexarm_bringup.bag_reader import check_bag, decode
+from flexarm_bringup.bags.bag_reader import check_bag, decode
 from flexarm_bringup.fault_drill.motion_record import DURATION
 from flexarm_bringup.fault_drill.stand import Faults, Stand, Trace, trace_of
 from flexarm_bringup.fault_drill.told_estimate import told_estimate

@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from flexarm_bringup.bag_recovery import recover_bag
-from flexarm_bringup.bag_writer import DATA_FILE
+from flexarm_bringup.bags.bag_recovery import recover_bag
+from flexarm_bringup.bags.bag_writer import DATA_FILE
 from flexarm_bringup.fault_drill.findings import Finding
 from flexarm_bringup.fault_drill.row import Row
 from flexarm_bringup.fault_drill.system_stand import PATIENCE, SystemStand

@@ -15,8 +15,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from flexarm_bringup.bag_reader import Bag, check_bag, decode
-from flexarm_bringup.bag_writer import BagError
+from flexarm_bringup.bags.bag_reader import Bag, check_bag, decode
+from flexarm_bringup.bags.bag_writer import BagError
 from flexarm_bringup.identify.measurement import COMMON, KIND_OF_UNIT, Records, SourceError
 from flexarm_bringup.replay_bag import configuration
 from flexarm_bringup.topics import NAMESPACE

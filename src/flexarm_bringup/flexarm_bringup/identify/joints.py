@@ -20,7 +20,7 @@ from flexarm_bringup.identify.measurement import Records, SourceError
 from flexarm_bringup.identify.table_source import read_table
 from flexarm_bringup.report import Cells, Column, Page, Table
 from flexarm_bringup.sim.rig import Rig, RigSettings
-from flexarm_bringup.sim.sensor_simulator import Sample
+from flexarm_bringup.sim.sample import Sample
 from flexarm_controller.reference import Reference
 from flexarm_model.config import load_config
 from flexarm_model.description import Axis, ManipulatorConfig

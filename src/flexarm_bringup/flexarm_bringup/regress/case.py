@@ -19,8 +19,8 @@ from typing import Any
 
 import yaml
 
-from flexarm_bringup.bag_reader import Bag, check_bag
-from flexarm_bringup.bag_writer import CHECKSUM_FILE, BagError
+from flexarm_bringup.bags.bag_reader import Bag, check_bag
+from flexarm_bringup.bags.bag_writer import CHECKSUM_FILE, BagError
 from flexarm_bringup.compare import IGNORED, Tolerance
 from flexarm_model.strict_yaml import ConfigError, Section, read_yaml
 

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from flexarm_bringup.bag_reader import Bag, decode
+from flexarm_bringup.bags.bag_reader import Bag, decode
 from flexarm_bringup.compare import Fit, Tolerance, grouped
 
 Array = NDArray[np.float64]

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
-from flexarm_bringup.bag_reader import Bag
+from flexarm_bringup.bags.bag_reader import Bag
 from flexarm_bringup.compare import Comparison, Divergence, compare_bags
 from flexarm_bringup.regress.case import Case, open_pinned, read_case
 from flexarm_bringup.regress.playing import MODEL, Played, configured, play

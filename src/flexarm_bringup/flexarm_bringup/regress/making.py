@@ -7,9 +7,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from flexarm_bringup.bag_copy import copy_bag
-from flexarm_bringup.bag_reader import Bag, check_bag
-from flexarm_bringup.bag_writer import BagError, BagWriter
+from flexarm_bringup.bags.bag_copy import copy_bag
+from flexarm_bringup.bags.bag_reader import Bag, check_bag
+from flexarm_bringup.bags.bag_writer import BagError, BagWriter
 from flexarm_bringup.compare import TOLERANCES
 from flexarm_bringup.regress.case import BAG, GOLDEN, Case, Pinned, pin, write_case
 from flexarm_bringup.regress.drift import Moved, find_moved

@@ -14,8 +14,8 @@ from pathlib import Path
 
 import numpy as np
 
-from flexarm_bringup.bag_reader import Bag, Record
-from flexarm_bringup.bag_writer import BagError
+from flexarm_bringup.bags.bag_reader import Bag, Record
+from flexarm_bringup.bags.bag_writer import BagError
 from flexarm_bringup.conversions import deserialise, serialise
 from flexarm_bringup.provenance import git_hash
 from flexarm_bringup.regress.case import Case

@@ -16,7 +16,7 @@ from sensor_msgs.msg import Imu, JointState
 
 from flexarm_bringup.sim.drives import Drives
 from flexarm_bringup.sim.rig import Truth
-from flexarm_bringup.sim.sensor_simulator import Sample
+from flexarm_bringup.sim.sample import Sample
 from flexarm_model.conversions import floats, ns_to_stamp
 from flexarm_model.description import ManipulatorConfig, SensorSpec
 

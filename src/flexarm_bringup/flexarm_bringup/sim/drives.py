@@ -17,8 +17,8 @@ import numpy as np
 from flexarm_bringup.sim.motor_side import MotorSide
 from flexarm_bringup.sim.plant import Plant
 from flexarm_bringup.sim.rig import Rig, RigSettings
+from flexarm_bringup.sim.sample import Sample
 from flexarm_bringup.sim.sensor_faults import SensorFault
-from flexarm_bringup.sim.sensor_simulator import Sample
 from flexarm_controller.drives.watchdog import DriveLimits
 from flexarm_controller.guard import GuardState
 from flexarm_model.description import ManipulatorConfig

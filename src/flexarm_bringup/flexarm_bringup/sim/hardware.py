@@ -16,8 +16,8 @@ from flexarm_bringup.sim.drives import Drives
 from flexarm_bringup.sim.motor_side import MotorSide
 from flexarm_bringup.sim.plant import Plant
 from flexarm_bringup.sim.rig import Rig, RigSettings
+from flexarm_bringup.sim.sample import Sample
 from flexarm_bringup.sim.sensor_faults import SensorFault
-from flexarm_bringup.sim.sensor_simulator import Sample
 from flexarm_controller.guard import STOPPED, Guard, GuardCommand, GuardState
 from flexarm_controller.guard_settings import GuardSettings, guard_limits
 from flexarm_controller.guarding.pose_loads import PoseLoads

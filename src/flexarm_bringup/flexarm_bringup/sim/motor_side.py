@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from flexarm_bringup.sim.sensor_simulator import Sample
+from flexarm_bringup.sim.sample import Sample
 from flexarm_model.description import ManipulatorConfig
 
 Array = NDArray[np.float64]

@@ -14,8 +14,9 @@ from numpy.typing import NDArray
 
 from flexarm_bringup.sim.perturb import PlantSettings
 from flexarm_bringup.sim.plant import Plant
+from flexarm_bringup.sim.sample import Sample
 from flexarm_bringup.sim.sensor_faults import SensorFault
-from flexarm_bringup.sim.sensor_simulator import Sample, SensorSimulator
+from flexarm_bringup.sim.sensor_simulator import SensorSimulator
 from flexarm_model.description import ManipulatorConfig
 from flexarm_model.parameters import parameter
 from flexarm_model.rotation import rotation_vector

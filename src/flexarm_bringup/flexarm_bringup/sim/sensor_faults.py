@@ -23,15 +23,13 @@ import math
 import zlib
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from flexarm_bringup.sim.sample import Sample
 from flexarm_model.description import SensorSpec
-
-if TYPE_CHECKING:
-    from flexarm_bringup.sim.sensor_simulator import Sample
 
 Array = NDArray[np.float64]
 _SLACK = 1e-9  # s; ticks are rounded

@@ -7,12 +7,12 @@ from __future__ import annotations
 
 import zlib
 from collections.abc import Iterator
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from flexarm_bringup.sim.plant import Plant
+from flexarm_bringup.sim.sample import Sample
 from flexarm_bringup.sim.sensor_faults import Arrival, FaultLine, SensorFault
 from flexarm_estimator.rotation_log import exp_rotation, log_rotation
 from flexarm_model.description import SensorSpec
@@ -20,15 +20,6 @@ from flexarm_model.description import SensorSpec
 Array = NDArray[np.float64]
 
 DRAWN_TOGETHER = 64  # samples
-
-
-class Sample(NamedTuple):  # not a dataclass: a dozen are made in every period
-    """What a sensor delivers: value ``y`` (m,), SI, stamped with the instant ``tick``."""
-
-    sensor: str
-    kind: str
-    tick: int
-    y: Array
 
 
 class SensorSimulator:

@@ -11,8 +11,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from flexarm_bringup.bag_reader import Bag
-from flexarm_bringup.bag_writer import BagError
+from flexarm_bringup.bags.bag_reader import Bag
+from flexarm_bringup.bags.bag_writer import BagError
 from flexarm_bringup.conversions import deserialise
 from flexarm_bringup.topics import NAMESPACE, find_stream
 from flexarm_estimator.estimate import SensorReport

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable
 from pathlib import Path
 
-from flexarm_bringup.bag_reader import Bag, Record, check_bag
-from flexarm_bringup.bag_writer import BagWriter
+from flexarm_bringup.bags.bag_reader import Bag, Record, check_bag
+from flexarm_bringup.bags.bag_writer import BagWriter
 from flexarm_bringup.topics import Stream, find_stream
 
 OTHER = "other"  # publisher of a topic that is not in the table

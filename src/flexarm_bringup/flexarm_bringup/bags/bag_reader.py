@@ -19,8 +19,8 @@ from rosbags.interfaces import Connection, Qos
 from rosbags.rosbag2 import Reader, ReaderError
 from rosbags.serde import SerdeError
 
-from flexarm_bringup.bag_types import bag_types
-from flexarm_bringup.bag_writer import CHECKSUM_FILE, DATA_FILE, BagError
+from flexarm_bringup.bags.bag_types import bag_types
+from flexarm_bringup.bags.bag_writer import CHECKSUM_FILE, DATA_FILE, BagError
 from flexarm_bringup.topics import find_stream
 
 # rosbags lets errors of its parsers through when a file is garbage

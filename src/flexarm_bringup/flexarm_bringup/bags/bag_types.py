@@ -33,7 +33,7 @@ def bag_types() -> Typestore:
 
 def _message_folder() -> Path:
     prefix = find_package(PACKAGE)
-    source = Path(__file__).parents[2] / PACKAGE / "msg"
+    source = Path(__file__).parents[3] / PACKAGE / "msg"
     folders = ([prefix / "share" / PACKAGE / "msg"] if prefix else []) + [source]
     for folder in folders:
         if folder.is_dir():

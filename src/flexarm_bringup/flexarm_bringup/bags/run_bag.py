@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from flexarm_bringup.bag_reader import Bag, check_bag, decode
-from flexarm_bringup.bag_writer import BagError
+from flexarm_bringup.bags.bag_reader import Bag, check_bag, decode
+from flexarm_bringup.bags.bag_writer import BagError
 from flexarm_bringup.record import RunRecord
 from flexarm_bringup.topics import NAMESPACE
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 import heapq
 from collections.abc import Callable, Sequence
 
-from flexarm_bringup.cdr import header_frame_id, header_stamp_ns
+from flexarm_bringup.bags.cdr import header_frame_id, header_stamp_ns
 from flexarm_bringup.topics import Stream
 from flexarm_model.lockstep import Lockstep, Messages
 

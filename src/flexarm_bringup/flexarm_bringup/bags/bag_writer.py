@@ -26,7 +26,7 @@ from rosbags.rosbag2 import StoragePlugin, Writer
 from rosbags.rosbag2.enums import CompressionMode
 from rosbags.rosbag2.storage_mcap import McapWriter
 
-from flexarm_bringup.bag_types import bag_types
+from flexarm_bringup.bags.bag_types import bag_types
 from flexarm_bringup.topics import Stream
 
 DATA_FILE = "data.mcap"

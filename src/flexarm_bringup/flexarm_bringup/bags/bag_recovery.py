@@ -16,10 +16,10 @@ from pathlib import Path
 from rosbags.rosbag2 import ReaderError
 from rosbags.rosbag2.metadata import parse_qos
 
-from flexarm_bringup.bag_copy import copy_bag
-from flexarm_bringup.bag_reader import Bag, Record, Topic
-from flexarm_bringup.bag_types import bag_types
-from flexarm_bringup.bag_writer import ORIGIN_FILE, BagError
+from flexarm_bringup.bags.bag_copy import copy_bag
+from flexarm_bringup.bags.bag_reader import Bag, Record, Topic
+from flexarm_bringup.bags.bag_types import bag_types
+from flexarm_bringup.bags.bag_writer import ORIGIN_FILE, BagError
 
 MAGIC = b"\x89MCAP0\r\n"
 SCHEMA, CHANNEL, MESSAGE, CHUNK = 0x03, 0x04, 0x05, 0x06
