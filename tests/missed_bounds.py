@@ -35,8 +35,11 @@ MISSED = {
     ("planar_3rrr", 1): _LINEAR,
     ("planar_3rrr", 7): _LINEAR,
     ("planar_3rrr", 15): _LINEAR,
-    ("single_link", 51): _LARGE,
-    ("planar_3rrr", 51): _LARGE,
+}
+WITH_NODES = {  # of every machine
+    44: "a frozen rig is noticed after 50 ms, 40 wanted: so long the guard bears drives that say nothing",
+    51: _LARGE,
+    54: "beside five running nodes a second one has imported, and ends, after 2.4 to 4.5 s; 3 wanted",
 }
 
 
@@ -44,3 +47,9 @@ def marks_of(machine: str, row: int) -> tuple[pytest.MarkDecorator, ...]:
     """Return the mark of a row that misses a bound; none for the others."""
     reason = MISSED.get((machine, row))
     return () if reason is None else (pytest.mark.xfail(reason=reason, strict=True),)
+
+
+def marks_with_nodes(machine: str, row: int) -> tuple[pytest.MarkDecorator, ...]:
+    """Return the mark of a row that misses a bound with nodes; how far depends on what else runs."""
+    reason = WITH_NODES.get(row)
+    return marks_of(machine, row) if reason is None else (pytest.mark.xfail(reason=reason, strict=False),)

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 pytest.importorskip("flexarm_interfaces", reason="needs ROS and flexarm_interfaces")
-from missed_bounds import marks_of  # noqa: E402
+from missed_bounds import marks_with_nodes  # noqa: E402
 
 from flexarm_bringup.fault_drill.drill import FAMILIES, MACHINES, play_row, stand_of  # noqa: E402
 from flexarm_bringup.graph import Process  # noqa: E402
@@ -26,7 +26,7 @@ def test_nodes_estimate_as_well_as_the_library(machine: str) -> None:
 @pytest.mark.parametrize("machine", MACHINES)
 @pytest.mark.parametrize("number", FAMILIES["system"].rows)
 def test_rows_with_nodes_keep_their_bounds(machine: str, number: int, request: pytest.FixtureRequest) -> None:
-    for mark in marks_of(machine, number):
+    for mark in marks_with_nodes(machine, number):
         request.applymarker(mark)
     result = play_row(machine, "system", number)
     if result.skipped:

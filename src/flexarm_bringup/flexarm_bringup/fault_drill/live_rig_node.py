@@ -23,6 +23,7 @@ from flexarm_bringup.supervisor import Supervisor
 from flexarm_bringup.topics import NAMESPACE, find_stream
 from flexarm_controller.conversions import reference_to_msg
 from flexarm_controller.reference import hold
+from flexarm_model.node import MODELS_QOS
 
 Array = NDArray[np.float64]
 Arrival = tuple[float, Any]  # time.time() [s], message
@@ -54,7 +55,7 @@ class LiveRig:
             stream = find_stream(f"{NAMESPACE}/{topic}")
             if stream is None:
                 raise KeyError(topic)
-            kind, qos = message_class(stream.type), DEEP_QOS
+            kind, qos = message_class(stream.type), MODELS_QOS if stream.is_latched else DEEP_QOS
             ear.node.create_subscription(kind, topic, self._noting(topic), qos)
         self.respawned: dict[str, float] = {}
         self._references = ear.node.create_publisher(JointTrajectory, "reference", 10)

@@ -5,6 +5,8 @@ from __future__ import annotations
 import random
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from flexarm_bringup.fault_drill.findings import Finding
 from flexarm_bringup.fault_drill.row import Row
 from flexarm_bringup.fault_drill.system_stand import SystemStand, passes, stamp
@@ -16,7 +18,7 @@ STOPS = 20
 PRESSED = (0.1, 0.6)  # s after a motion has begun, drawn evenly
 STAYS = 0.5  # s that a stopped arm is watched for
 AT_MOST = 0.05  # s until nothing drives any more
-DRIVING = 1e-6  # of the largest torque: below it nothing is driven
+DRIVING = 1e-9  # of the largest power: below it nothing is driven
 
 
 def stops(stand: SystemStand) -> list[Finding]:
@@ -45,23 +47,15 @@ def _stop(rig: LiveRig, after: float) -> tuple[int, float]:
     rig.wait(lambda: told[-1][1].mode == told[-1][1].STOPPED, "rest")
     rig.listen(STAYS)
     passed = sum(passes(msg) for _, msg in told if stamp(msg) > stopped)
-    return passed, max(_driven(rig, stopped), default=stopped) - stopped
+    return passed, _driven(rig, stopped)
 
 
-def _driven(rig: LiveRig, since: float) -> list[float]:
-    """Return when motors moved an axis on, from a stop until it was at rest [s]."""
-    most = [axis.effort for axis in rig.stand.stand.arm.config.actuated.values()]
-    rest = 0.02  # of the velocity limits: slower, what holds the arm may look like driving
-    slow = [rest * axis.velocity for axis in rig.stand.stand.arm.config.actuated.values()]
-    return [
-        stamp(msg)
-        for _, msg in rig.came["drive_states"]
-        if stamp(msg) >= since
-        and any(
-            effort * velocity > DRIVING * big * abs(velocity) and abs(velocity) > small
-            for effort, velocity, big, small in zip(msg.effort, msg.velocity, most, slow, strict=True)
-        )
-    ]
+def _driven(rig: LiveRig, since: float) -> float:
+    """Return for how long motors put power into the arm after a stop [s]; what holds its weight counts."""
+    told = [msg for _, msg in rig.came["drive_states"] if stamp(msg) >= since]
+    power = np.array([np.dot(msg.effort, msg.velocity) for msg in told])
+    still = np.flatnonzero(power <= DRIVING * abs(power).max(initial=0.0))
+    return stamp(told[still[0]]) - since if still.size else float("inf")
 
 
 ROWS = (Row(53, "stop at random instants", "latched; nothing drives after", stops, "N"),)
