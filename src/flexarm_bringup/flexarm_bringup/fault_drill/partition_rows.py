@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import os
 import time
+from multiprocessing import get_context
 from typing import TYPE_CHECKING
 
 from flexarm_bringup.fault_drill.findings import Finding
 from flexarm_bringup.fault_drill.partition import Partition, partition, why_not
 from flexarm_bringup.fault_drill.row import Row
-from flexarm_bringup.fault_drill.stand import Skipped
+from flexarm_bringup.fault_drill.stand import Skipped, Stand
 from flexarm_bringup.fault_drill.system_stand import PATIENCE, SystemStand, passes, stamp
 from flexarm_bringup.graph import Process, ros_arguments
 from flexarm_bringup.installed import find_executable
@@ -26,12 +27,21 @@ WATCHED = 1.0  # s in which the guard must not arm itself
 
 
 def cuts(stand: SystemStand) -> list[Finding]:
-    """Pull the cable for a short and a long time while the arm is under control."""
+    """Pull the cable for a short and a long time while the arm is under control.
+
+    In a process of its own: how far one discovers others stays as it was when it first spoke DDS.
+    """
     reason = why_not()
     if reason:
         raise Skipped(reason)
+    with get_context("spawn").Pool(1) as pool:
+        return pool.apply(_cuts, (stand.name,))
+
+
+def _cuts(machine: str) -> list[Finding]:
     from flexarm_bringup.running_graph_node import running
 
+    stand = SystemStand(Stand(machine))
     with partition(os.getpid() % 256) as net:
 
         def command(process: Process) -> list[str]:
@@ -52,7 +62,7 @@ def _cut(stand: SystemStand, net: Partition, ear: Ear, length: float) -> list[Fi
     ear.listen(length)
     stops = [stamp(msg) for msg in told if msg.mode != msg.ARMED]
     sent = [stamp(msg) for msg in commands if stops and stamp(msg) <= stops[0]]
-    silent = stops[0] - max(sent) if sent else float("inf")
+    silent = round(stops[0] - max(sent), 6) if sent else float("inf")  # stamps as floats: to 0.3 us
     ear.heard["modal_state"].clear()
     net.mend()
     mended = time.monotonic()
