@@ -17,11 +17,11 @@ import pytest
 
 pytest.importorskip("flexarm_interfaces", reason="needs ROS and flexarm_interfaces")
 from flexarm_interfaces.msg import ControllerStatus, GuardStatus, JointCommand, ModalState  # noqa: E402
-from running_graph import Ear, running  # noqa: E402
 from trajectory_msgs.msg import JointTrajectory  # noqa: E402
 
 from flexarm_bringup.graph import Process, rig_graph, ros_arguments  # noqa: E402
 from flexarm_bringup.installed import find_executable  # noqa: E402
+from flexarm_bringup.running_graph_node import Ear, running  # noqa: E402
 from flexarm_bringup.supervisor import Supervisor  # noqa: E402
 from flexarm_controller.conversions import reference_to_msg  # noqa: E402
 from flexarm_controller.reference import hold  # noqa: E402

@@ -13,11 +13,11 @@ from typing import Any
 import numpy as np
 import pytest
 from flexarm_interfaces.msg import GuardStatus
-from running_graph import Ear, running
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Empty, String
 
 from flexarm_bringup.graph import Process, rig_graph
+from flexarm_bringup.running_graph_node import Ear, running
 from flexarm_bringup.supervisor import Supervisor
 from flexarm_controller.drives.seal import Mark, Seal
 from flexarm_model.conversions import stamp_to_ns

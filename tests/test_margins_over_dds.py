@@ -7,10 +7,10 @@ from typing import Any
 
 import pytest
 from flexarm_interfaces.srv import SetNoise
-from running_graph import Ear, running
 from std_msgs.msg import String
 
 from flexarm_bringup.graph import rig_graph
+from flexarm_bringup.running_graph_node import Ear, running
 from flexarm_model.node import LATCHED_QOS
 
 pytestmark = pytest.mark.ros
