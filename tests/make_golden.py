@@ -25,7 +25,7 @@ def record(folder: Path) -> Path:
     """Run 10 degrees out and back with the installed nodes and return the bag."""
     import domain_coordinator
 
-    from flexarm_bringup.session import Session, run_session
+    from flexarm_bringup.processes.session import Session, run_session
 
     session = Session(folder, "geared", True, (10.0,), "A", "ZVD")
     with domain_coordinator.domain_id() as domain:

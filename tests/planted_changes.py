@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-import flexarm_bringup.replay_bag as replay_bag
+import flexarm_bringup.replaying.replay_bag as replay_bag
 import flexarm_controller.exchange as controller_exchange
 import flexarm_estimator.exchange as estimator_exchange
 import flexarm_estimator.sensor_messages as sensor_messages

@@ -19,10 +19,10 @@ pytest.importorskip("flexarm_interfaces", reason="needs ROS and flexarm_interfac
 from flexarm_interfaces.msg import ControllerStatus, GuardStatus, JointCommand, ModalState  # noqa: E402
 from trajectory_msgs.msg import JointTrajectory  # noqa: E402
 
-from flexarm_bringup.graph import Process, rig_graph, ros_arguments  # noqa: E402
 from flexarm_bringup.installed import find_executable  # noqa: E402
-from flexarm_bringup.running_graph_node import Ear, running  # noqa: E402
-from flexarm_bringup.supervisor import Supervisor  # noqa: E402
+from flexarm_bringup.processes.graph import Process, rig_graph, ros_arguments  # noqa: E402
+from flexarm_bringup.processes.running_graph_node import Ear, running  # noqa: E402
+from flexarm_bringup.processes.supervisor import Supervisor  # noqa: E402
 from flexarm_controller.conversions import reference_to_msg  # noqa: E402
 from flexarm_controller.reference import hold  # noqa: E402
 from flexarm_model.conversions import stamp_to_ns  # noqa: E402

@@ -35,9 +35,9 @@ from cyclonedds.sub import DataReader
 from cyclonedds.topic import Topic
 from cyclonedds.util import duration
 
-from flexarm_bringup.graph import Process, rig_graph
 from flexarm_bringup.installed import find_package
-from flexarm_bringup.supervisor import Supervisor
+from flexarm_bringup.processes.graph import Process, rig_graph
+from flexarm_bringup.processes.supervisor import Supervisor
 
 # This machine only, as ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST: participants greet each other one by one.
 LOOPBACK = """

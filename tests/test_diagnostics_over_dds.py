@@ -9,8 +9,8 @@ import pytest
 pytest.importorskip("flexarm_interfaces", reason="needs ROS and flexarm_interfaces")
 pytestmark = [pytest.mark.ros, pytest.mark.slow]
 
-from flexarm_bringup.graph import rig_graph  # noqa: E402
-from flexarm_bringup.running_graph_node import running  # noqa: E402
+from flexarm_bringup.processes.graph import rig_graph  # noqa: E402
+from flexarm_bringup.processes.running_graph_node import running  # noqa: E402
 from flexarm_model.conversions import verdict_from_msg  # noqa: E402
 from flexarm_model.diagnosis import Verdict  # noqa: E402
 

@@ -11,8 +11,8 @@ from flexarm_interfaces.msg import StrainArray
 from geometry_msgs.msg import PoseWithCovarianceStamped
 from sensor_msgs.msg import Imu, JointState
 
-from flexarm_bringup.graph import rig_graph
-from flexarm_bringup.running_graph_node import Ear, running
+from flexarm_bringup.processes.graph import rig_graph
+from flexarm_bringup.processes.running_graph_node import Ear, running
 from flexarm_model.conversions import ns_to_stamp, stamp_to_ns
 from flexarm_model.node import RELIABLE_QOS
 

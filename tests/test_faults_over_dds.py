@@ -10,8 +10,8 @@ pytest.importorskip("flexarm_interfaces", reason="needs ROS and flexarm_interfac
 from missed_bounds import marks_with_nodes  # noqa: E402
 
 from flexarm_bringup.fault_drill.drill import FAMILIES, MACHINES, play_row, stand_of  # noqa: E402
-from flexarm_bringup.graph import Process  # noqa: E402
-from flexarm_bringup.running_graph_node import running  # noqa: E402
+from flexarm_bringup.processes.graph import Process  # noqa: E402
+from flexarm_bringup.processes.running_graph_node import running  # noqa: E402
 
 pytestmark = [pytest.mark.ros, pytest.mark.slow]
 

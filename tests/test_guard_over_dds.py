@@ -16,9 +16,9 @@ from flexarm_interfaces.msg import GuardStatus
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Empty, String
 
-from flexarm_bringup.graph import Process, rig_graph
-from flexarm_bringup.running_graph_node import Ear, running
-from flexarm_bringup.supervisor import Supervisor
+from flexarm_bringup.processes.graph import Process, rig_graph
+from flexarm_bringup.processes.running_graph_node import Ear, running
+from flexarm_bringup.processes.supervisor import Supervisor
 from flexarm_controller.drives.seal import Mark, Seal
 from flexarm_model.conversions import stamp_to_ns
 from flexarm_model.node import LATCHED_QOS

@@ -12,8 +12,8 @@ from flexarm_interfaces.msg import GuardStatus  # noqa: E402
 from lifecycle_msgs.srv import ChangeState, GetState  # noqa: E402
 
 from flexarm_bringup.bags.bag_reader import check_bag  # noqa: E402
-from flexarm_bringup.graph import Process, rig_graph  # noqa: E402
-from flexarm_bringup.running_graph_node import Ear, running  # noqa: E402
+from flexarm_bringup.processes.graph import Process, rig_graph  # noqa: E402
+from flexarm_bringup.processes.running_graph_node import Ear, running  # noqa: E402
 
 pytestmark = [pytest.mark.ros, pytest.mark.slow]
 

@@ -10,11 +10,11 @@ import pytest
 
 from flexarm_bringup.bags.bag_reader import check_bag
 from flexarm_bringup.closed_loop import LoopSettings, run_closed_loop
-from flexarm_bringup.compare import compare_bags
-from flexarm_bringup.motions import motions, out_and_back
-from flexarm_bringup.replay_bag import NEEDED, OUTPUTS, replay
-from flexarm_bringup.session import Session, run_session
-from flexarm_bringup.sessions import free_domains
+from flexarm_bringup.demo_run.motions import motions, out_and_back
+from flexarm_bringup.demo_run.sessions import free_domains
+from flexarm_bringup.processes.session import Session, run_session
+from flexarm_bringup.replaying.compare import compare_bags
+from flexarm_bringup.replaying.replay_bag import NEEDED, OUTPUTS, replay
 from flexarm_model.config import load_config
 from flexarm_model.manipulator_file import find_manipulator
 

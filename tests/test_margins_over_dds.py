@@ -9,8 +9,8 @@ import pytest
 from flexarm_interfaces.srv import SetNoise
 from std_msgs.msg import String
 
-from flexarm_bringup.graph import rig_graph
-from flexarm_bringup.running_graph_node import Ear, running
+from flexarm_bringup.processes.graph import rig_graph
+from flexarm_bringup.processes.running_graph_node import Ear, running
 from flexarm_model.node import LATCHED_QOS
 
 pytestmark = pytest.mark.ros

@@ -12,10 +12,11 @@ pytest.importorskip("rclpy", reason="needs ROS")
 
 from planted_changes import PLANTED, with_bad_samples  # noqa: E402
 
-from flexarm_bringup import cli, compare  # noqa: E402
+from flexarm_bringup import cli  # noqa: E402
 from flexarm_bringup.bags.bag_reader import check_bag  # noqa: E402
-from flexarm_bringup.compare import IGNORED, Tolerance  # noqa: E402
 from flexarm_bringup.regress.making import Source, make_case  # noqa: E402
+from flexarm_bringup.replaying import compare  # noqa: E402
+from flexarm_bringup.replaying.compare import IGNORED, Tolerance  # noqa: E402
 from flexarm_bringup.topics import NAMESPACE  # noqa: E402
 
 GOLDEN = Path(__file__).parent / "golden" / "single_link" / "bag"

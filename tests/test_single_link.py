@@ -12,12 +12,12 @@ import numpy as np
 import pytest
 
 from flexarm_bringup.closed_loop import LoopSettings, run_closed_loop
-from flexarm_bringup.motions import LEAD, motions, out_and_back
+from flexarm_bringup.demo_run.motions import LEAD, motions, out_and_back
+from flexarm_bringup.demo_run.study import SERVO, Job, Outcome, run_job, tip_reach
 from flexarm_bringup.record import RunRecord, judge
 from flexarm_bringup.residual import decibels
 from flexarm_bringup.servo_run import run_servo
 from flexarm_bringup.sim.rig import Rig, RigSettings
-from flexarm_bringup.study import SERVO, Job, Outcome, run_job, tip_reach
 from flexarm_model.config import load_config
 from flexarm_model.manipulator_file import find_manipulator
 

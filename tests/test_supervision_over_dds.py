@@ -15,8 +15,8 @@ from flexarm_bringup.fault_drill import double_rows, process_rows  # noqa: E402
 from flexarm_bringup.fault_drill.drill import stand_of  # noqa: E402
 from flexarm_bringup.fault_drill.findings import Finding  # noqa: E402
 from flexarm_bringup.fault_drill.system_stand import SystemStand  # noqa: E402
-from flexarm_bringup.graph import rig_graph  # noqa: E402
 from flexarm_bringup.installed import find_executable  # noqa: E402
+from flexarm_bringup.processes.graph import rig_graph  # noqa: E402
 
 pytestmark = [pytest.mark.ros, pytest.mark.slow]
 KNOWN = ("rig frozen: noticed after",)  # 50 ms, the silence that the guard bears of its drives; wanted 40 ms

@@ -8,12 +8,12 @@ from pathlib import Path
 import pytest
 
 from flexarm_bringup.bags.bag_reader import check_bag, decode
-from flexarm_bringup.compare import compare_bags
-from flexarm_bringup.replay_bag import NEEDED, OUTPUTS, replay
-from flexarm_bringup.sessions import free_domains
-from flexarm_bringup.sim_study import NOMINAL, run_sim_job, sim_jobs
-from flexarm_bringup.task import find_task, load_task
-from flexarm_bringup.task_session import run_task_session, torque_difference
+from flexarm_bringup.demo_run.sessions import free_domains
+from flexarm_bringup.demo_run.task_session import run_task_session, torque_difference
+from flexarm_bringup.replaying.compare import compare_bags
+from flexarm_bringup.replaying.replay_bag import NEEDED, OUTPUTS, replay
+from flexarm_bringup.sim_run.study import NOMINAL, run_sim_job, sim_jobs
+from flexarm_bringup.tasks.task import find_task, load_task
 from flexarm_bringup.topics import NAMESPACE
 
 pytestmark = [pytest.mark.ros, pytest.mark.slow]

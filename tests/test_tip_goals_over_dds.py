@@ -12,10 +12,10 @@ from flexarm_interfaces.msg import MotionStatus
 from flexarm_interfaces.srv import CancelMotion, MoveTip
 
 from flexarm_bringup.bags.bag_reader import check_bag, decode
-from flexarm_bringup.compare import compare_bags
-from flexarm_bringup.graph import Process, rig_graph
-from flexarm_bringup.replay_bag import replay, written_for
-from flexarm_bringup.running_graph_node import Ear, running
+from flexarm_bringup.processes.graph import Process, rig_graph
+from flexarm_bringup.processes.running_graph_node import Ear, running
+from flexarm_bringup.replaying.compare import compare_bags
+from flexarm_bringup.replaying.replay_bag import replay, written_for
 
 pytestmark = pytest.mark.ros
 

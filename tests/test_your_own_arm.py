@@ -10,7 +10,7 @@ import pytest
 from flexarm_bringup.closed_loop import LoopSettings, observe_tick, run_loop
 from flexarm_bringup.sim.hardware import Hardware
 from flexarm_bringup.sim.rig import RigSettings
-from flexarm_bringup.task_for import task_for
+from flexarm_bringup.tasks.task_for import task_for
 from flexarm_controller.reference import Reference
 from flexarm_controller.settings import ControllerConfig
 from flexarm_model.config import load_config

@@ -19,10 +19,10 @@ from numpy.typing import NDArray
 
 from flexarm_bringup.consistency.ablation import NONE, Ablation, Without, judge_tracks, run_ablation
 from flexarm_bringup.consistency.recording import open_recording
-from flexarm_bringup.figures import Figure, drawing, to_figure
+from flexarm_bringup.page.figures import Figure, drawing, to_figure
+from flexarm_bringup.page.report import Cells, Column, Page, Table, add_report_arguments, publish
 from flexarm_bringup.parallel import run_parallel
 from flexarm_bringup.progress import Progress
-from flexarm_bringup.report import Cells, Column, Page, Table, add_report_arguments, publish
 
 Array = NDArray[np.float64]
 UNUSABLE = 2

@@ -16,8 +16,8 @@ import sys
 from pathlib import Path
 from types import ModuleType
 
+from flexarm_bringup.page.report import Cell, Check, Column, Page, Table, add_report_arguments, publish
 from flexarm_bringup.progress import Progress
-from flexarm_bringup.report import Cell, Check, Column, Page, Table, add_report_arguments, publish
 
 FOLDER = "benchmarks"
 PREFIX = "bench_"

@@ -49,10 +49,14 @@ class Command:
 
 COMMANDS = {
     "demo": Command(
-        "flexarm_bringup.demo", "move the simulated arm with and without control, compare, record"
+        "flexarm_bringup.demo_run.command", "move the simulated arm with and without control, compare, record"
     ),
-    "model": Command("flexarm_bringup.model_command", "frequencies, shapes and reach of the modes at a pose"),
-    "sim": Command("flexarm_bringup.simulate", "run any manipulator in lockstep: MPC against joint PD"),
+    "model": Command(
+        "flexarm_bringup.model_view.command", "frequencies, shapes and reach of the modes at a pose"
+    ),
+    "sim": Command(
+        "flexarm_bringup.sim_run.command", "run any manipulator in lockstep: MPC against joint PD"
+    ),
     "rig": Command(
         "flexarm_bringup.rig_run.command", "start the simulated rig with its nodes, watch it until Ctrl-C"
     ),
@@ -61,7 +65,9 @@ COMMANDS = {
     ),
     "reproduce": Command("flexarm_bringup.reproduce", "compare published tables with this model"),
     "faults": Command("flexarm_bringup.faults", "inject faults on the simulated rig: measured against bound"),
-    "replay": Command("flexarm_bringup.replay", "feed a bag through estimator and controller, byte for byte"),
+    "replay": Command(
+        "flexarm_bringup.replaying.replay", "feed a bag through estimator and controller, byte for byte"
+    ),
     "regress": Command(
         "flexarm_bringup.regress.command", "play a folder of bags again: what comes of them, is it as it was?"
     ),

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from flexarm_bringup.motions import Move, reference_of
+from flexarm_bringup.demo_run.motions import Move, reference_of
 from flexarm_bringup.record import RunRecord, stack
 from flexarm_bringup.sim.hardware import Hardware
 from flexarm_bringup.sim.plant import Plant

@@ -30,8 +30,8 @@ from std_msgs.msg import Bool, String
 from std_srvs.srv import Trigger
 from trajectory_msgs.msg import JointTrajectory
 
-from flexarm_bringup.motions import motions, out_and_back, reference_of
-from flexarm_bringup.reference_file import load_reference
+from flexarm_bringup.demo_run.motions import motions, out_and_back, reference_of
+from flexarm_bringup.tasks.reference_file import load_reference
 from flexarm_controller.conversions import reference_to_msg
 from flexarm_controller.reference import Reference
 from flexarm_model.conversions import stamp_to_ns

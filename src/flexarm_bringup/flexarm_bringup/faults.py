@@ -14,9 +14,9 @@ import argparse
 from collections.abc import Mapping, Sequence
 
 from flexarm_bringup.fault_drill.drill import FAMILIES, MACHINES, RowResult, run_drill
+from flexarm_bringup.page.report import Cell, Check, Column, Page, Table, add_report_arguments, publish
 from flexarm_bringup.progress import Progress
-from flexarm_bringup.report import Cell, Check, Column, Page, Table, add_report_arguments, publish
-from flexarm_bringup.task_for import task_for
+from flexarm_bringup.tasks.task_for import task_for
 from flexarm_model.strict_yaml import ConfigError
 
 REFUSED = 2

@@ -8,7 +8,7 @@ from dataclasses import dataclass, fields
 import numpy as np
 from numpy.typing import NDArray
 
-from flexarm_bringup.motions import Move
+from flexarm_bringup.demo_run.motions import Move
 from flexarm_bringup.residual import residual_rms, settling_time
 
 Array = NDArray[np.float64]

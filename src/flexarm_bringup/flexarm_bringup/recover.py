@@ -13,7 +13,7 @@ import sys
 from pathlib import Path
 
 from flexarm_bringup.bags.bag_recovery import recover_bag
-from flexarm_bringup.report import Cells, Column, Page, Table, add_report_arguments, publish
+from flexarm_bringup.page.report import Cells, Column, Page, Table, add_report_arguments, publish
 
 UNUSABLE = 2
 

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from flexarm_bringup.motions import Move, sample_moves
+from flexarm_bringup.demo_run.motions import Move, sample_moves
 from flexarm_bringup.record import RunRecord
 from flexarm_bringup.sim.rig import Rig, Truth
 

@@ -23,8 +23,8 @@ from flexarm_bringup.consistency.bag_epochs import read_epochs
 from flexarm_bringup.consistency.knobs import Noise, Parameter
 from flexarm_bringup.consistency.recording import Recording, open_recording, run_estimator
 from flexarm_bringup.consistency.tuning import Tuned, Tuner
+from flexarm_bringup.page.report import Cells, Column, Page, Table, add_report_arguments, publish
 from flexarm_bringup.progress import Progress
-from flexarm_bringup.report import Cells, Column, Page, Table, add_report_arguments, publish
 from flexarm_estimator.likelihood import Likelihood
 from flexarm_model.reduced_tree import ReducedTree
 

@@ -1,4 +1,4 @@
-"""Model, estimator, controller and simulated rig: the graph of flexarm_bringup.graph as a launch file.
+"""Model, estimator, controller and simulated rig: the graph of the supervisor as a launch file.
 
 ros2 launch flexarm_bringup rig.launch.py manipulator:=single_link preset:=light_hub bag:=/data/run1
 
@@ -12,8 +12,8 @@ from launch_ros.actions import Node
 from launch_ros.ros_adapters import get_ros_node
 from std_msgs.msg import Empty
 
-from flexarm_bringup.graph import enclave_arguments, rig_graph, with_markers
-from flexarm_bringup.supervisor import DEFAULTS, RESPAWNS
+from flexarm_bringup.processes.graph import enclave_arguments, rig_graph, with_markers
+from flexarm_bringup.processes.supervisor import DEFAULTS, RESPAWNS
 from flexarm_bringup.topics import NAMESPACE
 from launch import LaunchDescription
 

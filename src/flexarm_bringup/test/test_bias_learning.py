@@ -13,12 +13,12 @@ import numpy as np
 import pytest
 
 from flexarm_bringup.closed_loop import LoopSettings, run_loop
-from flexarm_bringup.course import plan_course
 from flexarm_bringup.sim.hardware import Hardware
 from flexarm_bringup.sim.rig import RigSettings
 from flexarm_bringup.static_arm import StaticArm
-from flexarm_bringup.task_for import task_for
-from flexarm_bringup.task_moves import ToPose
+from flexarm_bringup.tasks.course import plan_course
+from flexarm_bringup.tasks.task_for import task_for
+from flexarm_bringup.tasks.task_moves import ToPose
 from flexarm_estimator.estimator import Estimator
 from flexarm_estimator.measurement import Measurement
 from flexarm_estimator.settings import EstimatorConfig

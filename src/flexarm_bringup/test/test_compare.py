@@ -8,7 +8,7 @@ import pytest
 from bag_fixture import PERIOD_NS, write_bag
 
 from flexarm_bringup.bags.bag_reader import Bag, check_bag
-from flexarm_bringup.compare import IGNORED, Comparison, Tolerance, compare_bags
+from flexarm_bringup.replaying.compare import IGNORED, Comparison, Tolerance, compare_bags
 
 JOINTS, MODAL = "/flexarm/joint_states", "/flexarm/modal_state"
 

@@ -19,9 +19,9 @@ from flexarm_bringup.compare_laws.legs import compared_legs
 from flexarm_bringup.compare_laws.runs import with_effort
 from flexarm_bringup.compare_laws.schemes import LQR, MPC, PD, SERVO, WORST, Case, plan_case, sample_motion
 from flexarm_bringup.compare_laws.sweep import SweepPoint, shortest
-from flexarm_bringup.course import Leg
-from flexarm_bringup.task import Task, load_task
-from flexarm_bringup.task_for import task_for
+from flexarm_bringup.tasks.course import Leg
+from flexarm_bringup.tasks.task import Task, load_task
+from flexarm_bringup.tasks.task_for import task_for
 from flexarm_controller.limits import limits_of
 from flexarm_model.config import load_config
 from flexarm_model.manipulator_file import find_manipulator

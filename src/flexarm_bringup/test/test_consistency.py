@@ -21,7 +21,7 @@ from flexarm_bringup.consistency.nees import Square, band, mean_of, normalised_s
 from flexarm_bringup.consistency.observables import Observables, TrueArm
 from flexarm_bringup.consistency.page import build_page
 from flexarm_bringup.consistency.rig_run import NOMINAL, SOFT, RigJob, run_rig_job
-from flexarm_bringup.task_for import task_for
+from flexarm_bringup.tasks.task_for import task_for
 from flexarm_estimator.estimator import Estimator
 from flexarm_model.reduced_tree import ReducedTree
 

@@ -11,14 +11,14 @@ import pytest
 pytest.importorskip("domain_coordinator", reason="needs ROS")
 
 from flexarm_bringup.closed_loop import Effort
-from flexarm_bringup.course import Course, Leg
-from flexarm_bringup.demo_task_report import build_page
-from flexarm_bringup.reference_file import from_rest, load_reference, save_reference
-from flexarm_bringup.report import Table
-from flexarm_bringup.session import Session
-from flexarm_bringup.sim_study import NOMINAL, LegResult, SimJob, SimResult, Trace
-from flexarm_bringup.task import find_task, load_task
-from flexarm_bringup.task_session import TaskRun, task_settings, torque_difference
+from flexarm_bringup.demo_run.task_report import build_page
+from flexarm_bringup.demo_run.task_session import TaskRun, task_settings, torque_difference
+from flexarm_bringup.page.report import Table
+from flexarm_bringup.processes.session import Session
+from flexarm_bringup.sim_run.study import NOMINAL, LegResult, SimJob, SimResult, Trace
+from flexarm_bringup.tasks.course import Course, Leg
+from flexarm_bringup.tasks.reference_file import from_rest, load_reference, save_reference
+from flexarm_bringup.tasks.task import find_task, load_task
 from flexarm_bringup.tip_vibration import Residual
 from flexarm_controller.reference import Reference
 from flexarm_controller.settings import ControllerConfig

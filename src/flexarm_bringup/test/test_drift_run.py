@@ -11,7 +11,7 @@ from flexarm_bringup import cli
 from flexarm_bringup.drift_run.normal_moves import WAIT, normal_moves
 from flexarm_bringup.drift_run.simulation import Drill, run_drill
 from flexarm_bringup.static_arm import StaticArm
-from flexarm_bringup.task import find_task, load_task
+from flexarm_bringup.tasks.task import find_task, load_task
 from flexarm_model.config import load_config
 from flexarm_model.manipulator_file import find_manipulator
 from flexarm_model.reduced_tree import ReducedTree

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 import yaml
 
-from flexarm_bringup.graph import Process, rig_graph, ros_arguments, with_markers
+from flexarm_bringup.processes.graph import Process, rig_graph, ros_arguments, with_markers
 
 LAUNCH_FILE = Path(__file__).parents[1] / "launch" / "rig.launch.py"
 

@@ -9,14 +9,14 @@ from functools import cache
 import pytest
 
 from flexarm_bringup.closed_loop import LoopSettings, run_loop
-from flexarm_bringup.course import Course
 from flexarm_bringup.sim.hardware import Hardware
 from flexarm_bringup.sim.plant import Plant
 from flexarm_bringup.sim.rig import RigSettings
 from flexarm_bringup.sim.sensor_faults import SensorFault
-from flexarm_bringup.sim_study import CONDITIONS, NOMINAL, loop_settings, sim_jobs
-from flexarm_bringup.task import Task
-from flexarm_bringup.task_for import task_for
+from flexarm_bringup.sim_run.study import CONDITIONS, NOMINAL, loop_settings, sim_jobs
+from flexarm_bringup.tasks.course import Course
+from flexarm_bringup.tasks.task import Task
+from flexarm_bringup.tasks.task_for import task_for
 from flexarm_controller.reference import hold
 from flexarm_model.config import load_config
 from flexarm_model.manipulator_file import find_manipulator

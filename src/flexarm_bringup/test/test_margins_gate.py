@@ -17,7 +17,7 @@ from flexarm_bringup.margins.command import with_settings
 from flexarm_bringup.margins.study import Loop
 from flexarm_bringup.sim.hardware import Hardware
 from flexarm_bringup.sim.rig import RigSettings
-from flexarm_bringup.task_for import task_for
+from flexarm_bringup.tasks.task_for import task_for
 from flexarm_controller.margins.case import Case
 from flexarm_controller.reference import hold
 from flexarm_controller.settings import ControllerConfig, MarginConfig, MpcConfig

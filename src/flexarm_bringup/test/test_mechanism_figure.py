@@ -9,8 +9,14 @@ import numpy as np
 import pytest
 from scipy.linalg import expm
 
-from flexarm_bringup.mechanism_figure import SHARE, best_views, mode_figure, mode_shape, modes_figure
-from flexarm_bringup.mechanism_lines import MechanismLines, all_points, axis_transform
+from flexarm_bringup.model_view.mechanism_figure import (
+    SHARE,
+    best_views,
+    mode_figure,
+    mode_shape,
+    modes_figure,
+)
+from flexarm_bringup.model_view.mechanism_lines import MechanismLines, all_points, axis_transform
 from flexarm_model.config import load_config
 from flexarm_model.linearize import linearize
 from flexarm_model.manipulator_file import find_manipulator

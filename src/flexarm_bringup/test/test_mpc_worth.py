@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 from flexarm_bringup.closed_loop import LoopSettings, run_closed_loop
-from flexarm_bringup.motions import motions, out_and_back
+from flexarm_bringup.demo_run.motions import motions, out_and_back
+from flexarm_bringup.demo_run.study import damping_ratio, tip_reach
 from flexarm_bringup.record import judge
 from flexarm_bringup.sim.rig import RigSettings
-from flexarm_bringup.study import damping_ratio, tip_reach
 from flexarm_controller.settings import ControllerConfig
 from flexarm_model.config import load_config
 from flexarm_model.manipulator_file import find_manipulator

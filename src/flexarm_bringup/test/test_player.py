@@ -12,7 +12,7 @@ pytestmark = pytest.mark.ros
 pytest.importorskip("flexarm_bringup.conversions", reason="needs ROS and flexarm_interfaces")
 
 from flexarm_bringup.conversions import message_class, serialise  # noqa: E402
-from flexarm_bringup.player import Player  # noqa: E402
+from flexarm_bringup.replaying.player import Player  # noqa: E402
 from flexarm_model.conversions import ns_to_stamp, stamp_to_ns  # noqa: E402
 
 PERIOD_NS = 5_000_000

@@ -16,7 +16,7 @@ pytest.importorskip("flexarm_bringup.conversions", reason="needs ROS and flexarm
 
 from flexarm_bringup.conversions import serialise  # noqa: E402
 from flexarm_bringup.provenance import provenance  # noqa: E402
-from flexarm_bringup.replay_bag import replay  # noqa: E402
+from flexarm_bringup.replaying.replay_bag import replay  # noqa: E402
 from flexarm_bringup.sim.conversions import joint_state_msg, samples_to_msgs  # noqa: E402
 from flexarm_bringup.sim.drives import Drives  # noqa: E402
 from flexarm_estimator.exchange import EstimatorExchange  # noqa: E402

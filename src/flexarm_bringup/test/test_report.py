@@ -10,8 +10,8 @@ from pathlib import Path
 
 import pytest
 
-from flexarm_bringup.figures import drawing, to_figure
-from flexarm_bringup.report import Check, Column, Page, Table, add_report_arguments, publish
+from flexarm_bringup.page.figures import drawing, to_figure
+from flexarm_bringup.page.report import Check, Column, Page, Table, add_report_arguments, publish
 
 TABLE = Table(
     "Sizes & shapes",

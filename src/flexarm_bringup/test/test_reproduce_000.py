@@ -11,7 +11,7 @@ import pytest
 from scipy.linalg import eigh
 
 from flexarm_bringup import cli
-from flexarm_bringup.report import Page
+from flexarm_bringup.page.report import Page
 from flexarm_bringup.reproduce import seed_000, seed_000_frequencies
 from flexarm_bringup.reproduce.seed_000_data import (
     Published,

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from flexarm_bringup import cli
-from flexarm_bringup.report import Page
+from flexarm_bringup.page.report import Page
 from flexarm_bringup.reproduce import seed_001, seed_001_fits, seed_001_rig
 from flexarm_bringup.reproduce.seed_001_close import pair, study
 from flexarm_bringup.reproduce.seed_001_data import SEED

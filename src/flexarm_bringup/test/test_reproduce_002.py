@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from flexarm_bringup import cli
-from flexarm_bringup.report import Page
+from flexarm_bringup.page.report import Page
 from flexarm_bringup.reproduce import seed_002, seed_002_errors
 from flexarm_bringup.reproduce.reference import column, read_reference
 from flexarm_bringup.reproduce.seed_002_data import (

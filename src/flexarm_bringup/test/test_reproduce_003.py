@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from scipy.linalg import eigh
 
 from flexarm_bringup import cli
-from flexarm_bringup.report import Page
+from flexarm_bringup.page.report import Page
 from flexarm_bringup.reproduce import seed_003, seed_003_orders, seed_003_robots
 from flexarm_bringup.reproduce.seed_003_comparison import NOT_COMPARABLE, paper_table
 from flexarm_bringup.reproduce.seed_003_data import (

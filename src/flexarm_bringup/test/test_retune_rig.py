@@ -10,7 +10,7 @@ from flexarm_bringup import cli
 from flexarm_bringup.retune.page import gain_db
 from flexarm_bringup.retune.trial import run_trial
 from flexarm_bringup.sim.rig import RigSettings
-from flexarm_bringup.task import find_task, load_task
+from flexarm_bringup.tasks.task import find_task, load_task
 from flexarm_controller.settings import MpcConfig
 from flexarm_estimator.settings import EstimatorConfig
 from flexarm_model.config import load_config

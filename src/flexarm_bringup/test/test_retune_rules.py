@@ -14,7 +14,7 @@ from flexarm_bringup.retune.moves_text import starting_text, with_settings, writ
 from flexarm_bringup.retune.noise import LEAST, fit_noise, frequency_doubt
 from flexarm_bringup.retune.shaping import choose_shaper, vibration_left
 from flexarm_bringup.retune.weights import scale_weights
-from flexarm_bringup.task import find_task, load_task
+from flexarm_bringup.tasks.task import find_task, load_task
 from flexarm_controller.settings import MpcConfig
 from flexarm_estimator.settings import EstimatorConfig
 from flexarm_model.config import load_config

@@ -11,9 +11,9 @@ import pytest
 
 from flexarm_bringup.cli import main
 from flexarm_bringup.closed_loop import Effort
-from flexarm_bringup.course import Leg
-from flexarm_bringup.sim_report import gain_db, is_stable
-from flexarm_bringup.sim_study import LegResult, SimResult, Trace
+from flexarm_bringup.sim_run.report import gain_db, is_stable
+from flexarm_bringup.sim_run.study import LegResult, SimResult, Trace
+from flexarm_bringup.tasks.course import Leg
 from flexarm_bringup.tip_vibration import Residual
 
 pytestmark = pytest.mark.thorough

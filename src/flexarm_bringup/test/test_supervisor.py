@@ -11,9 +11,9 @@ from pathlib import Path
 
 import pytest
 
-from flexarm_bringup.graph import Process
 from flexarm_bringup.installed import INDEX
-from flexarm_bringup.supervisor import RESPAWNS, Ending, Supervisor
+from flexarm_bringup.processes.graph import Process
+from flexarm_bringup.processes.supervisor import RESPAWNS, Ending, Supervisor
 
 SLEEP = "import time; print('up', flush=True); time.sleep(60)"
 DEAF = "import signal; [signal.signal(n, signal.SIG_IGN) for n in (signal.SIGINT, signal.SIGTERM)];" + SLEEP
@@ -109,8 +109,8 @@ def test_no_child_outlives_a_supervisor_that_is_killed(tmp_path: Path) -> None:
     program = textwrap.dedent(f"""
         import sys, time
         from pathlib import Path
-        from flexarm_bringup.graph import Process
-        from flexarm_bringup.supervisor import Supervisor
+        from flexarm_bringup.processes.graph import Process
+        from flexarm_bringup.processes.supervisor import Supervisor
         command = [sys.executable, "-c", {SLEEP!r}]
         names = [Process("tests", "x", name) for name in ("a", "b")]
         supervisor = Supervisor(names, Path({str(tmp_path)!r}), command=lambda process: command)

@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from flexarm_bringup.course import plan_course
 from flexarm_bringup.static_arm import StaticArm
-from flexarm_bringup.task import find_task, load_task
+from flexarm_bringup.tasks.course import plan_course
+from flexarm_bringup.tasks.task import find_task, load_task
 from flexarm_controller.settings import MpcConfig
 from flexarm_model.config import load_config
 from flexarm_model.reduced_tree import ReducedTree

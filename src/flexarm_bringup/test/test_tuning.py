@@ -12,7 +12,7 @@ from flexarm_bringup.consistency.bag_epochs import Epochs, order_epochs
 from flexarm_bringup.consistency.knobs import Noise, Parameter, make_knobs, turn
 from flexarm_bringup.consistency.monte_carlo import START_BEFORE, Bench
 from flexarm_bringup.consistency.tuning import Tuned, Tuner, curvature, spreads, told_by
-from flexarm_bringup.task_for import task_for
+from flexarm_bringup.tasks.task_for import task_for
 from flexarm_bringup.tune import Judgement, build_page
 from flexarm_estimator.likelihood import Epoch, Likelihood
 from flexarm_estimator.measurement import Measurement

@@ -16,7 +16,7 @@ import pytest
 from flexarm_bringup.display.segment_graph import SegmentGraph
 from flexarm_bringup.display.shape import coordinates
 from flexarm_bringup.display.urdf import roll_pitch_yaw, urdf
-from flexarm_bringup.mechanism_lines import MechanismLines, node_transform
+from flexarm_bringup.model_view.mechanism_lines import MechanismLines, node_transform
 from flexarm_model.config import load_config
 from flexarm_model.linearize import linearize
 from flexarm_model.manipulator_file import find_manipulator

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from scipy.signal import butter, zpk2ss
 
 from flexarm_bringup.compare_laws.schemes import LQR, MPC, PD
-from flexarm_bringup.task import Task
+from flexarm_bringup.tasks.task import Task
 from flexarm_bringup.tip_vibration import NYQUIST_SHARE, ORDER
 from flexarm_controller.laws import LAWS, LawInputs
 from flexarm_controller.limits import limits_of

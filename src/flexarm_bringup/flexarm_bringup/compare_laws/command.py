@@ -24,11 +24,11 @@ from flexarm_bringup.compare_laws.page import Swept, build_page
 from flexarm_bringup.compare_laws.runs import CompareJob, run_compare_jobs
 from flexarm_bringup.compare_laws.schemes import Case, Scheme, plan_case
 from flexarm_bringup.compare_laws.sweep import SWEEP_ERRORS, sweep_points
+from flexarm_bringup.page.report import add_report_arguments, publish
 from flexarm_bringup.progress import Progress
-from flexarm_bringup.report import add_report_arguments, publish
 from flexarm_bringup.static_arm import StaticArm
-from flexarm_bringup.task import Task
-from flexarm_bringup.task_for import task_for
+from flexarm_bringup.tasks.task import Task
+from flexarm_bringup.tasks.task_for import task_for
 from flexarm_model.config import load_config
 from flexarm_model.manipulator_file import find_manipulator
 from flexarm_model.parameters import ParameterError

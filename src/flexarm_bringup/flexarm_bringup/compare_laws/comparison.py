@@ -19,7 +19,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
 from typing import Any
 
-from flexarm_bringup.task_moves import TaskMove, read_move
+from flexarm_bringup.tasks.task_moves import TaskMove, read_move
 from flexarm_controller.settings import MpcConfig
 from flexarm_model.overrides import apply_overrides
 from flexarm_model.strict_yaml import Section

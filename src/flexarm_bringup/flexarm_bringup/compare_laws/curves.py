@@ -9,7 +9,7 @@ import numpy as np
 from flexarm_bringup.compare_laws.checks import base_of
 from flexarm_bringup.compare_laws.judged import CompareResult
 from flexarm_bringup.compare_laws.schemes import LAW_NAMES, LQR, MPC, PD, SERVO, WORST, Case
-from flexarm_bringup.figures import Figure, drawing, to_figure
+from flexarm_bringup.page.figures import Figure, drawing, to_figure
 from flexarm_bringup.residual import decibels
 
 SHAPERS_SHOWN = ("ZV", "ZVD", "EI")

@@ -16,10 +16,10 @@ from numpy.typing import NDArray
 from scipy.signal import butter, sosfiltfilt
 
 from flexarm_bringup.compare_laws.schemes import SERVO
-from flexarm_bringup.course import Leg
 from flexarm_bringup.residual import rms, sample_rate, settling_time
 from flexarm_bringup.sim.rig import Truth
-from flexarm_bringup.task import Task
+from flexarm_bringup.tasks.course import Leg
+from flexarm_bringup.tasks.task import Task
 from flexarm_bringup.tip_vibration import LAST_PART, NYQUIST_SHARE, ORDER, tip_acceleration
 
 Array = NDArray[np.float64]

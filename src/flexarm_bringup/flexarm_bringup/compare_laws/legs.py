@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexarm_bringup.static_arm import StaticArm
-from flexarm_bringup.task import Task
+from flexarm_bringup.tasks.task import Task
 from flexarm_controller.limits import Limits, limits_of
 from flexarm_controller.open_loop.axis_motion import Motion, PacedMotion, Way
 from flexarm_controller.program.equilibrium import build_equilibrium

@@ -12,10 +12,10 @@ from flexarm_bringup.compare_laws.checks import all_checks, at_most, base_of
 from flexarm_bringup.compare_laws.judged import CompareResult
 from flexarm_bringup.compare_laws.schemes import LAW_NAMES, MPC, SCARCE, Case
 from flexarm_bringup.compare_laws.sweep import SWEEP_ERRORS, SweepPoint, by_error, shortest
-from flexarm_bringup.figures import Figure
-from flexarm_bringup.report import Cell, Check, Column, Page, Table
+from flexarm_bringup.page.figures import Figure
+from flexarm_bringup.page.report import Cell, Check, Column, Page, Table
 from flexarm_bringup.residual import decibels
-from flexarm_bringup.task import Task
+from flexarm_bringup.tasks.task import Task
 from flexarm_model.description import ManipulatorConfig
 
 COLUMNS = (

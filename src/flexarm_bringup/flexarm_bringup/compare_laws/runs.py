@@ -21,8 +21,8 @@ from flexarm_bringup.parallel import run_parallel
 from flexarm_bringup.servo_run import lead
 from flexarm_bringup.sim.hardware import Hardware
 from flexarm_bringup.sim.rig import Rig, RigSettings
-from flexarm_bringup.sim_study import loop_settings
-from flexarm_bringup.task import Task
+from flexarm_bringup.sim_run.study import loop_settings
+from flexarm_bringup.tasks.task import Task
 from flexarm_estimator.estimate import Estimate
 from flexarm_model.config import load_config
 from flexarm_model.description import Joint, ManipulatorConfig

@@ -17,9 +17,9 @@ from numpy.typing import NDArray
 
 from flexarm_bringup.compare_laws.legs import ComparedLeg
 from flexarm_bringup.compare_laws.open_loop_motions import LegMotions, plan_motions, robust_choice
-from flexarm_bringup.course import Leg, lay_out
-from flexarm_bringup.task import Task
-from flexarm_bringup.task_moves import AxisMotion
+from flexarm_bringup.tasks.course import Leg, lay_out
+from flexarm_bringup.tasks.task import Task
+from flexarm_bringup.tasks.task_moves import AxisMotion
 from flexarm_controller.open_loop.axis_motion import Motion
 from flexarm_controller.reference import Reference
 

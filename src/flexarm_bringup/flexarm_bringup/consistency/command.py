@@ -18,10 +18,10 @@ from collections.abc import Sequence
 from flexarm_bringup.consistency.monte_carlo import Drawing, DrawnResult, run_drawing
 from flexarm_bringup.consistency.page import build_page
 from flexarm_bringup.consistency.rig_run import CONDITIONS, RigJob, RigResult, run_rig_job
+from flexarm_bringup.page.report import add_report_arguments, publish
 from flexarm_bringup.parallel import run_parallel
 from flexarm_bringup.progress import Progress
-from flexarm_bringup.report import add_report_arguments, publish
-from flexarm_bringup.task_for import task_for
+from flexarm_bringup.tasks.task_for import task_for
 from flexarm_model.parameters import ParameterError
 from flexarm_model.strict_yaml import ConfigError
 

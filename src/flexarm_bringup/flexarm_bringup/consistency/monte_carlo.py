@@ -16,7 +16,7 @@ from scipy.linalg import solve_triangular
 
 from flexarm_bringup.consistency.drawn_truth import Drawn, DrawnTruth
 from flexarm_bringup.consistency.nees import Band, Square, band, mean_of
-from flexarm_bringup.task import Task
+from flexarm_bringup.tasks.task import Task
 from flexarm_estimator.estimator import Estimator
 from flexarm_estimator.settings import EstimatorConfig
 from flexarm_model.config import load_config

@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 
 from flexarm_bringup.bags.bag_reader import Bag, check_bag, decode
 from flexarm_bringup.bags.bag_writer import BagError
-from flexarm_bringup.player import Outgoing, Player
-from flexarm_bringup.replay_bag import NEEDED, configuration
+from flexarm_bringup.replaying.player import Outgoing, Player
+from flexarm_bringup.replaying.replay_bag import NEEDED, configuration
 from flexarm_bringup.tick_check import check_ticks
 from flexarm_bringup.topics import NAMESPACE
 from flexarm_estimator.estimate import Estimate

@@ -15,12 +15,12 @@ from numpy.typing import NDArray
 from flexarm_bringup.closed_loop import run_loop
 from flexarm_bringup.consistency.nees import Band, Square, band, mean_of
 from flexarm_bringup.consistency.observables import Deviation, Observables, TrueArm
-from flexarm_bringup.course import Course, plan_course
 from flexarm_bringup.sim.hardware import Hardware
 from flexarm_bringup.sim.rig import RigSettings
-from flexarm_bringup.sim_study import loop_settings
+from flexarm_bringup.sim_run.study import loop_settings
 from flexarm_bringup.static_arm import StaticArm
-from flexarm_bringup.task import Task
+from flexarm_bringup.tasks.course import Course, plan_course
+from flexarm_bringup.tasks.task import Task
 from flexarm_estimator.estimate import Estimate
 from flexarm_model.config import load_config
 from flexarm_model.description import ManipulatorConfig

@@ -12,7 +12,7 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import ColorRGBA
 from visualization_msgs.msg import Marker, MarkerArray
 
-from flexarm_bringup.mechanism_lines import Line
+from flexarm_bringup.model_view.mechanism_lines import Line
 
 Array = NDArray[np.float64]
 

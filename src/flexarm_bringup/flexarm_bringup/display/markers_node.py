@@ -34,7 +34,7 @@ from flexarm_bringup.display.conversions import markers_msg, segments_msg
 from flexarm_bringup.display.segment_graph import SegmentGraph
 from flexarm_bringup.display.shape import coordinates
 from flexarm_bringup.display.urdf import urdf
-from flexarm_bringup.mechanism_lines import MechanismLines
+from flexarm_bringup.model_view.mechanism_lines import MechanismLines
 from flexarm_bringup.monitor.model_book import ModelBook
 from flexarm_model.conversions import model_from_msg
 from flexarm_model.declared_node import declare_configs, load_arm

@@ -14,7 +14,7 @@ from rclpy.qos import DurabilityPolicy, ReliabilityPolicy
 from rclpy.signals import SignalHandlerOptions
 
 from flexarm_bringup.doctor.finding import Finding
-from flexarm_bringup.graph import rig_graph
+from flexarm_bringup.processes.graph import rig_graph
 from flexarm_bringup.topics import NAMESPACE
 from flexarm_model.node import LATEST_QOS, MODELS_QOS, events_executor
 

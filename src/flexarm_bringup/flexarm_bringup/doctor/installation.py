@@ -6,8 +6,8 @@ import os
 from collections.abc import Iterator, Mapping
 
 from flexarm_bringup.doctor.finding import Finding
-from flexarm_bringup.graph import rig_graph
 from flexarm_bringup.installed import find_executable
+from flexarm_bringup.processes.graph import rig_graph
 
 DOMAINS = range(0, 102)  # those whose ports leave the ephemeral ones of Linux alone
 

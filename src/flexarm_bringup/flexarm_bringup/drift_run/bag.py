@@ -10,7 +10,7 @@ import numpy as np
 from flexarm_bringup.bags.bag_reader import Bag, decode
 from flexarm_bringup.bags.bag_writer import BagError
 from flexarm_bringup.drift_run.simulation import EVERY, Watched
-from flexarm_bringup.replay_bag import configuration
+from flexarm_bringup.replaying.replay_bag import configuration
 from flexarm_bringup.topics import NAMESPACE
 from flexarm_estimator.drift.exchange import DriftExchange
 from flexarm_estimator.drift.judgement import ModeNow

@@ -21,11 +21,11 @@ from flexarm_bringup.bags.bag_writer import BagError
 from flexarm_bringup.drift_run.bag import watch_bag
 from flexarm_bringup.drift_run.figure import draw_watched
 from flexarm_bringup.drift_run.simulation import ALONE, Drill, Watched, run_drill
-from flexarm_bringup.figures import drawing, to_figure
+from flexarm_bringup.page.figures import drawing, to_figure
+from flexarm_bringup.page.report import Cells, Check, Column, Page, Table, add_report_arguments, publish
 from flexarm_bringup.progress import Progress
-from flexarm_bringup.report import Cells, Check, Column, Page, Table, add_report_arguments, publish
-from flexarm_bringup.sim_study import LAWS
-from flexarm_bringup.task_for import task_for
+from flexarm_bringup.sim_run.study import LAWS
+from flexarm_bringup.tasks.task_for import task_for
 from flexarm_estimator.drift.settings import DriftConfig
 from flexarm_model.config import load_config
 from flexarm_model.manipulator_file import find_manipulator

@@ -19,9 +19,9 @@ from flexarm_bringup.sim.hardware import Hardware
 from flexarm_bringup.sim.plant import Plant
 from flexarm_bringup.sim.rig import Rig, RigSettings
 from flexarm_bringup.sim.sample import Sample
-from flexarm_bringup.sim_study import loop_settings
+from flexarm_bringup.sim_run.study import loop_settings
 from flexarm_bringup.static_arm import StaticArm
-from flexarm_bringup.task import Task
+from flexarm_bringup.tasks.task import Task
 from flexarm_estimator.drift.drift_watch import DriftWatch
 from flexarm_estimator.drift.judgement import ModeNow
 from flexarm_estimator.drift.settings import DriftConfig

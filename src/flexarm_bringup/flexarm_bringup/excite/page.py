@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 
 from flexarm_bringup.excite.plan import Plan
-from flexarm_bringup.report import Cells, Column, Table
+from flexarm_bringup.page.report import Cells, Column, Table
 from flexarm_model.identification.sensor_check import Finding
 
 PERCENT = 100.0

@@ -23,7 +23,7 @@ from flexarm_bringup.provenance import provenance
 from flexarm_bringup.regress.case import EXPECT_FILE
 from flexarm_bringup.regress.judge import PASSED, UNUSABLE, judge
 from flexarm_bringup.regress.making import Source, make_case
-from flexarm_bringup.task_for import task_for
+from flexarm_bringup.tasks.task_for import task_for
 from flexarm_bringup.topics import NAMESPACE, find_stream
 from flexarm_model.config import load_config
 from flexarm_model.conversions import model_to_msg, ns_to_stamp

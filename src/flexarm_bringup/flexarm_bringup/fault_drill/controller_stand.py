@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from flexarm_bringup.fault_drill.loop_rows import LoopStand
 from flexarm_bringup.sim.hardware import Hardware
 from flexarm_bringup.sim.rig import RigSettings
-from flexarm_bringup.sim_study import loop_settings
+from flexarm_bringup.sim_run.study import loop_settings
 from flexarm_controller.command import ControlCommand
 from flexarm_controller.controller import Controller
 from flexarm_controller.guard import GuardLimits

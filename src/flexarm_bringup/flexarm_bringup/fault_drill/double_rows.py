@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 from flexarm_bringup.fault_drill.findings import Finding
 from flexarm_bringup.fault_drill.row import Row
 from flexarm_bringup.fault_drill.system_stand import SystemStand
-from flexarm_bringup.graph import Process
-from flexarm_bringup.supervisor import Supervisor
+from flexarm_bringup.processes.graph import Process
+from flexarm_bringup.processes.supervisor import Supervisor
 
 if TYPE_CHECKING:
     from flexarm_bringup.fault_drill.live_rig_node import LiveRig

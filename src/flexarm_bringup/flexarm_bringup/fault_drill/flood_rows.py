@@ -19,8 +19,8 @@ from flexarm_bringup.fault_drill.system_stand import PATIENCE, SystemStand
 from flexarm_bringup.soak.memory import resident_mb
 
 if TYPE_CHECKING:
-    from flexarm_bringup.running_graph_node import Ear
-    from flexarm_bringup.supervisor import Supervisor
+    from flexarm_bringup.processes.running_graph_node import Ear
+    from flexarm_bringup.processes.supervisor import Supervisor
 
 FLOODS = ("sensor", "command", "parameter", "large sensor", "large command")
 TOPICS = ("guard_status", "/diagnostics")
@@ -45,7 +45,7 @@ class Watched:
 
 def floods(stand: SystemStand) -> list[Finding]:
     """Flood one topic after the other while the arm is held."""
-    from flexarm_bringup.running_graph_node import running
+    from flexarm_bringup.processes.running_graph_node import running
 
     found: list[Finding] = []
     with running(stand.graph(), TOPICS, stand.folder()) as (supervisor, ear):

@@ -13,10 +13,10 @@ from flexarm_bringup.fault_drill.partition import partition, why_not
 from flexarm_bringup.fault_drill.row import Row
 from flexarm_bringup.fault_drill.stand import Skipped
 from flexarm_bringup.fault_drill.system_stand import PATIENCE, SystemStand
-from flexarm_bringup.supervisor import Supervisor
+from flexarm_bringup.processes.supervisor import Supervisor
 
 if TYPE_CHECKING:
-    from flexarm_bringup.running_graph_node import Ear
+    from flexarm_bringup.processes.running_graph_node import Ear
 
 TOPICS = ("guard_status", "joint_commands", "applied_effort")
 FORGED = 1000  # commands
@@ -32,7 +32,7 @@ SECURED = {"ROS_SECURITY_ENABLE": "true", "ROS_SECURITY_STRATEGY": "Enforce"}
 def forgeries(stand: SystemStand) -> list[Finding]:
     """Send commands with guessed tokens and used sequences, and real ones twice, while the arm is held."""
     from flexarm_bringup.fault_drill.forger_node import PACE, Forger
-    from flexarm_bringup.running_graph_node import running
+    from flexarm_bringup.processes.running_graph_node import running
 
     with running(stand.graph(), TOPICS, stand.folder()) as (_, ear):
         _hold(stand, ear)
@@ -59,7 +59,7 @@ def from_another_host(stand: SystemStand) -> list[Finding]:
     reason = why_not()
     if reason:
         raise Skipped(reason)
-    from flexarm_bringup.running_graph_node import running
+    from flexarm_bringup.processes.running_graph_node import running
 
     forger = [sys.executable, "-m", "flexarm_bringup.fault_drill.forger_node", str(FROM_OUTSIDE)]
     with partition(os.getpid() % 256) as net, running(stand.graph(), TOPICS, stand.folder()) as (_, ear):
@@ -79,7 +79,7 @@ def from_another_host(stand: SystemStand) -> list[Finding]:
 def replays(stand: SystemStand) -> list[Finding]:
     """Send the commands of a session again in the next one; ask for security that is not installed."""
     from flexarm_bringup.fault_drill.forger_node import PACE, Forger
-    from flexarm_bringup.running_graph_node import running
+    from flexarm_bringup.processes.running_graph_node import running
 
     with running(stand.graph(), TOPICS, stand.folder()) as (_, ear):
         _hold(stand, ear)

@@ -17,9 +17,9 @@ from trajectory_msgs.msg import JointTrajectory
 
 from flexarm_bringup.conversions import message_class
 from flexarm_bringup.fault_drill.system_stand import SystemStand
+from flexarm_bringup.processes.running_graph_node import DEEP_QOS, Ear, running
+from flexarm_bringup.processes.supervisor import Supervisor
 from flexarm_bringup.rig_run.watch_node import WatchNode
-from flexarm_bringup.running_graph_node import DEEP_QOS, Ear, running
-from flexarm_bringup.supervisor import Supervisor
 from flexarm_bringup.topics import NAMESPACE, find_stream
 from flexarm_controller.conversions import reference_to_msg
 from flexarm_controller.reference import hold

@@ -15,8 +15,8 @@ from flexarm_bringup.conversions import message_class
 from flexarm_bringup.fault_drill.message_stand import MessageStand
 from flexarm_bringup.fault_drill.stand import FAULT_START, Stand, Trace, trace_of
 from flexarm_bringup.fault_drill.told_estimate import told_estimate
-from flexarm_bringup.graph import Process
-from flexarm_bringup.running_graph_node import Ear, running
+from flexarm_bringup.processes.graph import Process
+from flexarm_bringup.processes.running_graph_node import Ear, running
 from flexarm_bringup.topics import find_stream
 from flexarm_estimator.estimate import Estimate
 from flexarm_model.conversions import stamp_to_ns

@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexarm_bringup.closed_loop import Observer, run_loop
-from flexarm_bringup.course import Course, plan_course
 from flexarm_bringup.fault_drill.findings import Finding
 from flexarm_bringup.fault_drill.payload import attaching
 from flexarm_bringup.fault_drill.row import Row
@@ -18,11 +17,12 @@ from flexarm_bringup.fault_drill.stand import Stand
 from flexarm_bringup.sim.hardware import Hardware
 from flexarm_bringup.sim.rig import RigSettings
 from flexarm_bringup.sim.sensor_faults import SensorFault
-from flexarm_bringup.sim_report import is_stable
-from flexarm_bringup.sim_study import SimJob, SimResult, Trace, judge_leg, loop_settings
+from flexarm_bringup.sim_run.report import is_stable
+from flexarm_bringup.sim_run.study import SimJob, SimResult, Trace, judge_leg, loop_settings
 from flexarm_bringup.static_arm import StaticArm
-from flexarm_bringup.task import Task
-from flexarm_bringup.task_for import task_for
+from flexarm_bringup.tasks.course import Course, plan_course
+from flexarm_bringup.tasks.task import Task
+from flexarm_bringup.tasks.task_for import task_for
 from flexarm_estimator.estimate import Estimate
 from flexarm_model.config import load_config
 from flexarm_model.description import ManipulatorConfig

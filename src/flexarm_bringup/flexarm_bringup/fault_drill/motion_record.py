@@ -12,14 +12,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from flexarm_bringup.course import Course, plan_course
 from flexarm_bringup.sim.motor_side import MotorSide
 from flexarm_bringup.sim.plant import Plant
 from flexarm_bringup.sim.rig import Rig, RigSettings
 from flexarm_bringup.sim.sensor_faults import Arrival
 from flexarm_bringup.static_arm import StaticArm
-from flexarm_bringup.task import Task
-from flexarm_bringup.task_for import task_for, tour
+from flexarm_bringup.tasks.course import Course, plan_course
+from flexarm_bringup.tasks.task import Task
+from flexarm_bringup.tasks.task_for import task_for, tour
 from flexarm_controller.controller import Controller
 from flexarm_controller.limits import limits_of
 from flexarm_controller.settings import ControllerConfig

@@ -14,14 +14,14 @@ from typing import Any
 import numpy as np
 
 from flexarm_bringup.bags.bag_reader import check_bag, decode
+from flexarm_bringup.demo_run.task_session import task_settings
 from flexarm_bringup.fault_drill.motion_record import DURATION
 from flexarm_bringup.fault_drill.stand import Faults, Stand, Trace, trace_of
 from flexarm_bringup.fault_drill.told_estimate import told_estimate
-from flexarm_bringup.reference_file import from_rest, save_reference
-from flexarm_bringup.session import Session, run_session
+from flexarm_bringup.processes.session import Session, run_session
 from flexarm_bringup.sim.sensor_fault_text import faults_text
-from flexarm_bringup.sim_study import SimJob
-from flexarm_bringup.task_session import task_settings
+from flexarm_bringup.sim_run.study import SimJob
+from flexarm_bringup.tasks.reference_file import from_rest, save_reference
 from flexarm_bringup.topics import NAMESPACE
 from flexarm_model.description import SensorSpec
 

@@ -12,11 +12,11 @@ from flexarm_bringup.fault_drill.partition import Partition, partition, why_not
 from flexarm_bringup.fault_drill.row import Row
 from flexarm_bringup.fault_drill.stand import Skipped, Stand
 from flexarm_bringup.fault_drill.system_stand import PATIENCE, SystemStand, passes, stamp
-from flexarm_bringup.graph import Process, ros_arguments
 from flexarm_bringup.installed import find_executable
+from flexarm_bringup.processes.graph import Process, ros_arguments
 
 if TYPE_CHECKING:
-    from flexarm_bringup.running_graph_node import Ear
+    from flexarm_bringup.processes.running_graph_node import Ear
 
 BESIDE_THE_MOTORS = ("guard", "rig")  # what stays together when the cable is pulled
 TOPICS = ("guard_status", "joint_commands", "modal_state")
@@ -39,7 +39,7 @@ def cuts(stand: SystemStand) -> list[Finding]:
 
 
 def _cuts(machine: str) -> list[Finding]:
-    from flexarm_bringup.running_graph_node import running
+    from flexarm_bringup.processes.running_graph_node import running
 
     stand = SystemStand(Stand(machine))
     with partition(os.getpid() % 256) as net:

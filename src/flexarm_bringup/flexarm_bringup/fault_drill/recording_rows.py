@@ -17,10 +17,10 @@ from flexarm_bringup.bags.bag_writer import DATA_FILE
 from flexarm_bringup.fault_drill.findings import Finding
 from flexarm_bringup.fault_drill.row import Row
 from flexarm_bringup.fault_drill.system_stand import PATIENCE, SystemStand
-from flexarm_bringup.graph import Process
+from flexarm_bringup.processes.graph import Process
 
 if TYPE_CHECKING:
-    from flexarm_bringup.running_graph_node import Ear
+    from flexarm_bringup.processes.running_graph_node import Ear
 
 RECORDER, STATUS = "recorder", "flexarm/recorder"
 TOPICS = ("guard_status", "/diagnostics")
@@ -31,7 +31,7 @@ NODES = ("rig", "guard", "estimator", "controller")
 
 def full_disk(stand: SystemStand) -> list[Finding]:
     """Let the recorder's disk fill while the arm is under control; then end it and recover its bag."""
-    from flexarm_bringup.running_graph_node import running
+    from flexarm_bringup.processes.running_graph_node import running
 
     folder = stand.folder()
     graph = stand.graph()
@@ -70,7 +70,7 @@ def _recorder(row: Process, bag: Path) -> Process:
 def _arrivals(ear: Ear) -> list[float]:
     """Return a list that gets the time [s] at which every command arrives."""
     from flexarm_bringup.conversions import message_class
-    from flexarm_bringup.running_graph_node import DEEP_QOS
+    from flexarm_bringup.processes.running_graph_node import DEEP_QOS
 
     arrivals: list[float] = []
     kind = message_class("flexarm_interfaces/msg/JointCommand")

@@ -13,7 +13,7 @@ from flexarm_bringup.fault_drill.findings import Finding
 from flexarm_bringup.fault_drill.row import Row
 from flexarm_bringup.sim.hardware import Hardware
 from flexarm_bringup.sim.rig import RigSettings
-from flexarm_bringup.sim_study import loop_settings
+from flexarm_bringup.sim_run.study import loop_settings
 from flexarm_controller.guard import GuardCommand
 from flexarm_estimator.estimator import Estimator
 

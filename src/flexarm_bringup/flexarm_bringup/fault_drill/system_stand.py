@@ -8,15 +8,15 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any
 
+from flexarm_bringup.demo_run.task_session import task_settings
 from flexarm_bringup.fault_drill.stand import Stand
-from flexarm_bringup.graph import Process, rig_graph
-from flexarm_bringup.sim_study import SimJob
-from flexarm_bringup.task_session import task_settings
+from flexarm_bringup.processes.graph import Process, rig_graph
+from flexarm_bringup.sim_run.study import SimJob
 
 if TYPE_CHECKING:
     from flexarm_bringup.fault_drill.live_stand_node import LiveStand
     from flexarm_bringup.fault_drill.nodes_stand import NodesStand
-    from flexarm_bringup.running_graph_node import Ear
+    from flexarm_bringup.processes.running_graph_node import Ear
 
 PATIENCE = 30.0  # s for something that takes a second
 
@@ -50,8 +50,8 @@ class SystemStand:
     @cached_property
     def nodes(self) -> NodesStand:
         """Rig, model, estimator, controller and guard as nodes in lockstep."""
+        from flexarm_bringup.demo_run.sessions import free_domains
         from flexarm_bringup.fault_drill.nodes_stand import NodesStand
-        from flexarm_bringup.sessions import free_domains
 
         return NodesStand(self.stand, self.folder(), free_domains())
 

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from flexarm_bringup.bags.bag_reader import Bag, check_bag, decode
 from flexarm_bringup.bags.bag_writer import BagError
 from flexarm_bringup.identify.measurement import COMMON, KIND_OF_UNIT, Records, SourceError
-from flexarm_bringup.replay_bag import configuration
+from flexarm_bringup.replaying.replay_bag import configuration
 from flexarm_bringup.topics import NAMESPACE
 from flexarm_estimator.exchange import TORQUE_TOPIC
 from flexarm_estimator.sensor_messages import SensorReader

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from flexarm_bringup.figures import Figure, drawing, to_figure
+from flexarm_bringup.page.figures import Figure, drawing, to_figure
 from flexarm_model.identification.lscf import OrderPoles
 from flexarm_model.identification.stabilisation import tracks
 

@@ -44,8 +44,8 @@ from flexarm_bringup.identify.retuning import moves_beside, retune
 from flexarm_bringup.identify.run import Request, Result, identify, known_outputs
 from flexarm_bringup.identify.sources import Averaging, of_records, read_records, read_sources
 from flexarm_bringup.identify.updating import Fitting, add_to, fit_description, write_description
+from flexarm_bringup.page.report import Page, Table, add_report_arguments, publish
 from flexarm_bringup.progress import Progress
-from flexarm_bringup.report import Page, Table, add_report_arguments, publish
 from flexarm_model.identification.spectra import BY_INSTRUMENT, ESTIMATORS
 from flexarm_model.manipulator_file import find_manipulator
 from flexarm_model.modal.fit import PoleFit

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from flexarm_bringup.figures import Figure, drawing, to_figure
+from flexarm_bringup.page.figures import Figure, drawing, to_figure
 from flexarm_model.modal.mac import auto_mac
 
 Array = NDArray[np.float64]

@@ -9,11 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import welch
 
-from flexarm_bringup.figures import Figure, drawing, to_figure
 from flexarm_bringup.identify.chart_figure import chart_figure
 from flexarm_bringup.identify.measurement import Records, SourceError
 from flexarm_bringup.identify.shapes_figure import shapes_figure
-from flexarm_bringup.report import Cells, Column, Page, Table
+from flexarm_bringup.page.figures import Figure, drawing, to_figure
+from flexarm_bringup.page.report import Cells, Column, Page, Table
 from flexarm_model.identification.ssi import OutputModes, output_modes, output_poles
 
 Array = NDArray[np.float64]

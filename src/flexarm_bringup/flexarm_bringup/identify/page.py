@@ -7,13 +7,13 @@ from pathlib import Path
 
 import numpy as np
 
-from flexarm_bringup.figures import Figure
 from flexarm_bringup.identify.chart_figure import chart_figure
 from flexarm_bringup.identify.likeness_figure import likeness_figure
 from flexarm_bringup.identify.response_figures import indicator_figure, responses_figure
 from flexarm_bringup.identify.run import Result
 from flexarm_bringup.identify.shapes_figure import shapes_figure
-from flexarm_bringup.report import Cells, Column, Page, Table
+from flexarm_bringup.page.figures import Figure
+from flexarm_bringup.page.report import Cells, Column, Page, Table
 from flexarm_model.modal.fit import PoleFit
 from flexarm_model.modal.frf import KINDS
 

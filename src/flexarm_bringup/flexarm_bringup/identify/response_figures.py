@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from flexarm_bringup.figures import Figure, drawing, to_figure
 from flexarm_bringup.identify.run import Result
+from flexarm_bringup.page.figures import Figure, drawing, to_figure
 from flexarm_model.modal.cmif import cmif, track_curves
 from flexarm_model.modal.frf import Frf
 

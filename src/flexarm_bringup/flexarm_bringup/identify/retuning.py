@@ -5,15 +5,15 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
-from flexarm_bringup.report import Page
+from flexarm_bringup.page.report import Page
 from flexarm_bringup.retune.moves_text import starting_text, with_settings
 from flexarm_bringup.retune.noise import frequency_doubt
 from flexarm_bringup.retune.page import retune_tables
 from flexarm_bringup.retune.proposal import propose
 from flexarm_bringup.retune.trial import run_trial
 from flexarm_bringup.share import share_path
-from flexarm_bringup.task import FOLDER, load_task
-from flexarm_bringup.task_for import task_for
+from flexarm_bringup.tasks.task import FOLDER, load_task
+from flexarm_bringup.tasks.task_for import task_for
 from flexarm_model.config import load_config
 from flexarm_model.identification.model_update import Update
 from flexarm_model.manipulator_file import find_manipulator

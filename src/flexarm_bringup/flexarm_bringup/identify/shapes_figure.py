@@ -12,7 +12,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from flexarm_bringup.figures import COLOURS, Figure
+from flexarm_bringup.page.figures import COLOURS, Figure
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]

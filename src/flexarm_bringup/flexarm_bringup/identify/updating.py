@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
-from flexarm_bringup.report import Cells, Column, Page, Table
+from flexarm_bringup.page.report import Cells, Column, Page, Table
 from flexarm_model.config import load_config
 from flexarm_model.identification.described_modes import described_modes, read_unknown
 from flexarm_model.identification.model_update import (

@@ -18,10 +18,10 @@ from typing import Any
 
 from flexarm_bringup.margins.page import build_page
 from flexarm_bringup.margins.study import run_study
+from flexarm_bringup.page.report import add_report_arguments, publish
 from flexarm_bringup.progress import Progress
-from flexarm_bringup.report import add_report_arguments, publish
-from flexarm_bringup.task import SECTIONS, Task
-from flexarm_bringup.task_for import task_for
+from flexarm_bringup.tasks.task import SECTIONS, Task
+from flexarm_bringup.tasks.task_for import task_for
 from flexarm_controller.settings import MarginConfig
 from flexarm_model.parameters import ParameterError
 from flexarm_model.strict_yaml import ConfigError

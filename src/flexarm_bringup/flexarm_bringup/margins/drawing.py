@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from flexarm_bringup.figures import COLOURS, Figure, drawing, to_figure
 from flexarm_bringup.margins.study import Study, worst_of
+from flexarm_bringup.page.figures import COLOURS, Figure, drawing, to_figure
 from flexarm_controller.margins.case import Case
 from flexarm_controller.margins.verdict import MS, PERCENT, spoken, wanted_delay, wanted_gain_db
 from flexarm_controller.settings import MarginConfig

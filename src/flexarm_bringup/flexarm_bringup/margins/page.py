@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from flexarm_bringup.figures import Figure
 from flexarm_bringup.margins.study import PoseResult, Study, worst_of
-from flexarm_bringup.report import Cells, Check, Column, Page, Table
+from flexarm_bringup.page.figures import Figure
+from flexarm_bringup.page.report import Cells, Check, Column, Page, Table
 from flexarm_controller.margins.case import ALL_TORQUES, Case
 from flexarm_controller.margins.delay_margin import MOST
 from flexarm_controller.margins.verdict import (

@@ -8,9 +8,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from flexarm_bringup.course import plan_course
 from flexarm_bringup.static_arm import StaticArm
-from flexarm_bringup.task import Task
+from flexarm_bringup.tasks.course import plan_course
+from flexarm_bringup.tasks.task import Task
 from flexarm_controller.laws import LawInputs
 from flexarm_controller.limits import limits_of
 from flexarm_controller.margins.case import Case

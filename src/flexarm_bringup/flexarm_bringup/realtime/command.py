@@ -22,14 +22,14 @@ from pathlib import Path
 
 import yaml
 
-from flexarm_bringup.motions import motions, out_and_back, reference_of
+from flexarm_bringup.demo_run.motions import motions, out_and_back, reference_of
+from flexarm_bringup.demo_run.sessions import free_domains
+from flexarm_bringup.page.report import Column, Page, Table, add_report_arguments, publish
+from flexarm_bringup.processes.supervisor import Supervisor
 from flexarm_bringup.progress import Progress
 from flexarm_bringup.realtime.driver_node import DriverError, drive
 from flexarm_bringup.realtime.figures import Figures
 from flexarm_bringup.realtime.processes import command_line, processes
-from flexarm_bringup.report import Column, Page, Table, add_report_arguments, publish
-from flexarm_bringup.sessions import free_domains
-from flexarm_bringup.supervisor import Supervisor
 from flexarm_controller.reference import Reference
 from flexarm_model.config import load_config
 from flexarm_model.manipulator_file import find_manipulator

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from flexarm_bringup.report import Check
+from flexarm_bringup.page.report import Check
 
 SHARE = 0.01  # of the cycles that may overrun, or may be without a fresh command
 

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import yaml
 
-from flexarm_bringup.graph import Process, rig_graph, ros_arguments
 from flexarm_bringup.installed import find_executable
+from flexarm_bringup.processes.graph import Process, rig_graph, ros_arguments
 from flexarm_bringup.topics import NAMESPACE
 
 COMPOSED = "composed_node"

@@ -21,13 +21,13 @@ import math
 import sys
 from pathlib import Path
 
+from flexarm_bringup.page.report import Page, Table, add_report_arguments, publish
 from flexarm_bringup.progress import Progress
 from flexarm_bringup.regress.case import find_cases
 from flexarm_bringup.regress.judge import DIVERGED, UNUSABLE, Verdict, judge
 from flexarm_bringup.regress.making import Source, make_case, update_case
 from flexarm_bringup.regress.page import build_page, moved_table
 from flexarm_bringup.regress.picture import write_picture
-from flexarm_bringup.report import Page, Table, add_report_arguments, publish
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexarm_bringup.bags.bag_reader import Bag, decode
-from flexarm_bringup.compare import Fit, Tolerance, grouped
+from flexarm_bringup.replaying.compare import Fit, Tolerance, grouped
 
 Array = NDArray[np.float64]
 

@@ -6,10 +6,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from flexarm_bringup.bags.bag_reader import Bag
-from flexarm_bringup.compare import Comparison, Divergence, compare_bags
 from flexarm_bringup.regress.case import Case, open_pinned, read_case
 from flexarm_bringup.regress.playing import MODEL, Played, configured, play
-from flexarm_bringup.replay_bag import NEEDED, OUTPUTS, configuration
+from flexarm_bringup.replaying.compare import Comparison, Divergence, compare_bags
+from flexarm_bringup.replaying.replay_bag import NEEDED, OUTPUTS, configuration
 from flexarm_bringup.tick_check import check_ticks
 
 PASSED, DIVERGED, UNUSABLE = 0, 1, 2  # exit codes

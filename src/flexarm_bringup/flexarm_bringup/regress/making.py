@@ -10,12 +10,12 @@ from pathlib import Path
 from flexarm_bringup.bags.bag_copy import copy_bag
 from flexarm_bringup.bags.bag_reader import Bag, check_bag
 from flexarm_bringup.bags.bag_writer import BagError, BagWriter
-from flexarm_bringup.compare import TOLERANCES
 from flexarm_bringup.regress.case import BAG, GOLDEN, Case, Pinned, pin, write_case
 from flexarm_bringup.regress.drift import Moved, find_moved
 from flexarm_bringup.regress.judge import compare, open_case
 from flexarm_bringup.regress.playing import MODEL, Played, configured, play
-from flexarm_bringup.replay_bag import NEEDED, configuration
+from flexarm_bringup.replaying.compare import TOLERANCES
+from flexarm_bringup.replaying.replay_bag import NEEDED, configuration
 from flexarm_bringup.tick_check import check_ticks
 from flexarm_bringup.topics import find_stream
 

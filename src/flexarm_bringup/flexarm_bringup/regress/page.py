@@ -6,13 +6,13 @@ import math
 from collections.abc import Sequence
 from pathlib import Path
 
-from flexarm_bringup.compare import Comparison
-from flexarm_bringup.figures import Figure
+from flexarm_bringup.page.figures import Figure
+from flexarm_bringup.page.report import Cell, Check, Column, Page, Table
 from flexarm_bringup.regress.drift import Moved, find_moved
 from flexarm_bringup.regress.judge import DIVERGED, PASSED, UNUSABLE, Verdict
 from flexarm_bringup.regress.making import topics_of
 from flexarm_bringup.regress.picture import figure
-from flexarm_bringup.report import Cell, Check, Column, Page, Table
+from flexarm_bringup.replaying.compare import Comparison
 
 SHOWN = 8  # divergences, and fields that moved, of a case
 NS_PER_S = 1e9

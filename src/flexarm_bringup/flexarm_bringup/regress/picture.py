@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 
 from flexarm_bringup.bag_plots.panel import line, stacked
 from flexarm_bringup.bags.bag_reader import Bag, decode
-from flexarm_bringup.compare import Divergence, grouped
-from flexarm_bringup.figures import Figure, drawing, to_figure
+from flexarm_bringup.page.figures import Figure, drawing, to_figure
 from flexarm_bringup.regress.judge import Verdict
+from flexarm_bringup.replaying.compare import Divergence, grouped
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure as Plot

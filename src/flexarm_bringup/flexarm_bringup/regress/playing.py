@@ -19,7 +19,7 @@ from flexarm_bringup.bags.bag_writer import BagError
 from flexarm_bringup.conversions import deserialise, serialise
 from flexarm_bringup.provenance import git_hash
 from flexarm_bringup.regress.case import Case
-from flexarm_bringup.replay_bag import OUTPUTS, configuration, replay
+from flexarm_bringup.replaying.replay_bag import OUTPUTS, configuration, replay
 from flexarm_bringup.topics import NAMESPACE
 from flexarm_model.conversions import model_to_msg, stamp_to_ns
 from flexarm_model.linearize import linearize

@@ -21,8 +21,8 @@ from concurrent.futures import ProcessPoolExecutor
 from multiprocessing import get_context
 from pathlib import Path
 
+from flexarm_bringup.page.report import Cell, Column, Page, Table, add_report_arguments, publish
 from flexarm_bringup.progress import Progress
-from flexarm_bringup.report import Cell, Column, Page, Table, add_report_arguments, publish
 
 SEEDS = {  # each offers main(figures) -> Page
     "000": "flexarm_bringup.reproduce.seed_000",

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from flexarm_bringup.figures import COLOURS, INK, Figure, drawing, to_figure
-from flexarm_bringup.mechanism_figure import mode_shape, modes_figure
-from flexarm_bringup.mechanism_lines import MechanismLines
+from flexarm_bringup.model_view.mechanism_figure import mode_shape, modes_figure
+from flexarm_bringup.model_view.mechanism_lines import MechanismLines
+from flexarm_bringup.page.figures import COLOURS, INK, Figure, drawing, to_figure
 from flexarm_bringup.reproduce.seed_000_data import MODES, Published, Served, off_percent
 from flexarm_bringup.reproduce.seed_000_modal_test import LINES_HZ, MIDDLES, OUTPUTS, RATIO, ModalTest, curves
 

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from flexarm_bringup.report import Cells, Check, Column, Table
+from flexarm_bringup.page.report import Cells, Check, Column, Table
 from flexarm_bringup.reproduce.seed_000_data import (
     GROUPS,
     MODES,

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from flexarm_bringup.figures import COLOURS, Figure, drawing, to_figure
-from flexarm_bringup.mechanism_figure import Shape, draw_shape, mode_shape
-from flexarm_bringup.mechanism_lines import Line, MechanismLines
+from flexarm_bringup.model_view.mechanism_figure import Shape, draw_shape, mode_shape
+from flexarm_bringup.model_view.mechanism_lines import Line, MechanismLines
+from flexarm_bringup.page.figures import COLOURS, Figure, drawing, to_figure
 from flexarm_bringup.reproduce.seed_001_close import DISTANCES_HZ, LEVELS_DB, Studies
 from flexarm_bringup.reproduce.seed_001_machine import FIRST, ROWS, SECOND, magnitude
 from flexarm_bringup.reproduce.seed_001_presets import Machines

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from flexarm_bringup.figures import COLOURS, Figure, drawing, to_figure
+from flexarm_bringup.page.figures import COLOURS, Figure, drawing, to_figure
 from flexarm_bringup.reproduce.seed_002_data import EXPERIMENT, ModalData, Published, Records, record
 from flexarm_bringup.reproduce.seed_002_shaping import measure, motions
 from flexarm_bringup.residual import decibels

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from flexarm_bringup.report import Cells, Check, Column, Table
+from flexarm_bringup.page.report import Cells, Check, Column, Table
 from flexarm_bringup.reproduce.reference import column
 from flexarm_bringup.reproduce.seed_002_data import Published
 from flexarm_model.profiles import Trapezoid

@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import eigh
 
-from flexarm_bringup.figures import COLOURS, Figure, drawing, to_figure
-from flexarm_bringup.mechanism_figure import Shape, modes_figure
-from flexarm_bringup.mechanism_lines import Line, all_points
+from flexarm_bringup.model_view.mechanism_figure import Shape, modes_figure
+from flexarm_bringup.model_view.mechanism_lines import Line, all_points
+from flexarm_bringup.page.figures import COLOURS, Figure, drawing, to_figure
 from flexarm_bringup.reproduce.seed_003_data import (
     HIGH_HZ,
     at_pose,

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from flexarm_bringup.report import Cells, Check, Column, Table
+from flexarm_bringup.page.report import Cells, Check, Column, Table
 from flexarm_bringup.reproduce.seed_003_data import robot
 from flexarm_bringup.reproduce.seed_003_golden import locked_hz
 from flexarm_model.description import WORLD, Beam, Joint, NodeRef

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from flexarm_bringup.figures import COLOURS, Figure, drawing, to_figure
+from flexarm_bringup.page.figures import COLOURS, Figure, drawing, to_figure
 from flexarm_bringup.reproduce.seed_003_lap import drive_lap, lap, outside
 from flexarm_bringup.reproduce.seed_003_path import CASES
 

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from flexarm_bringup.report import Cells, Check, Column, Table
+from flexarm_bringup.page.report import Cells, Check, Column, Table
 from flexarm_bringup.reproduce.seed_003_data import (
     HIGH_HZ,
     LOW_HZ,

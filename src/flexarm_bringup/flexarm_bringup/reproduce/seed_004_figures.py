@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from flexarm_bringup.figures import COLOURS, Figure, drawing, to_figure
+from flexarm_bringup.page.figures import COLOURS, Figure, drawing, to_figure
 from flexarm_bringup.reproduce.seed_004_data import Photographs
 from flexarm_bringup.reproduce.seed_004_film import CAMERA, ORDER, RIGID, SPRINGS, Filmed
 from flexarm_bringup.reproduce.seed_004_motion import Ramps, SpringArm, follow_exactly

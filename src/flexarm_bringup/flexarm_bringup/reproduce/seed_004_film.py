@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from flexarm_bringup.report import Cells, Check, Column, Table
+from flexarm_bringup.page.report import Cells, Check, Column, Table
 from flexarm_bringup.reproduce.seed_004_data import (
     ALONG,
     END_DEG,

@@ -12,7 +12,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from flexarm_bringup.report import Cells, Check, Column, Table
+from flexarm_bringup.page.report import Cells, Check, Column, Table
 from flexarm_bringup.reproduce.seed_004_data import arm_config, elbow_arm
 from flexarm_model.description import ManipulatorConfig
 from flexarm_model.linearize import linearize

@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from flexarm_bringup.report import Cells, Column, Table
+from flexarm_bringup.page.report import Cells, Column, Table
 from flexarm_bringup.reproduce.reference import read_records
 from flexarm_bringup.reproduce.seed_004_data import Photographs, arm_config, elbow_arm, place_tips
 from flexarm_bringup.reproduce.seed_004_matrices import RigidLinks

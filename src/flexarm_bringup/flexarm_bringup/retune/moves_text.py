@@ -7,7 +7,7 @@ from typing import Any
 
 import yaml
 
-from flexarm_bringup.task import FORMAT
+from flexarm_bringup.tasks.task import FORMAT
 from flexarm_model.strict_yaml import ConfigError
 
 Values = Mapping[str, Mapping[str, Any]]

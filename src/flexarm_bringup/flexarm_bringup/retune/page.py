@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from flexarm_bringup.report import Cell, Cells, Column, Table
+from flexarm_bringup.page.report import Cell, Cells, Column, Table
 from flexarm_bringup.residual import decibels
 from flexarm_bringup.retune.moves_text import write_number
 from flexarm_bringup.retune.proposal import RULES, Proposal

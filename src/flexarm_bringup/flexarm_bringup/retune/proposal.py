@@ -14,7 +14,7 @@ from flexarm_bringup.retune.noise import fit_noise
 from flexarm_bringup.retune.roll_off import Kept, keep_margins
 from flexarm_bringup.retune.shaping import ShaperChoice, choose_shaper
 from flexarm_bringup.retune.weights import scale_weights
-from flexarm_bringup.task import Task
+from flexarm_bringup.tasks.task import Task
 from flexarm_controller.settings import ControllerConfig, MpcConfig
 from flexarm_estimator.settings import EstimatorConfig
 from flexarm_model.description import ManipulatorConfig

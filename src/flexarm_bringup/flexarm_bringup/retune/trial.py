@@ -9,13 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexarm_bringup.closed_loop import LoopSettings, run_loop
-from flexarm_bringup.course import plan_course
 from flexarm_bringup.margins.study import Loop, worst_of
 from flexarm_bringup.sim.hardware import Hardware
 from flexarm_bringup.sim.rig import RigSettings
-from flexarm_bringup.sim_study import loop_settings, observe_tip
+from flexarm_bringup.sim_run.study import loop_settings, observe_tip
 from flexarm_bringup.static_arm import StaticArm
-from flexarm_bringup.task import Task
+from flexarm_bringup.tasks.course import plan_course
+from flexarm_bringup.tasks.task import Task
 from flexarm_bringup.tip_vibration import Residual, read_residual
 from flexarm_controller.settings import MpcConfig
 from flexarm_estimator.settings import EstimatorConfig

@@ -21,9 +21,9 @@ from dataclasses import replace
 from datetime import datetime
 from pathlib import Path
 
-from flexarm_bringup.graph import Process, rig_graph, with_markers
-from flexarm_bringup.supervisor import Supervisor
-from flexarm_bringup.task_for import task_for
+from flexarm_bringup.processes.graph import Process, rig_graph, with_markers
+from flexarm_bringup.processes.supervisor import Supervisor
+from flexarm_bringup.tasks.task_for import task_for
 from flexarm_model.config import load_config
 from flexarm_model.manipulator_file import find_manipulator
 from flexarm_model.strict_yaml import ConfigError

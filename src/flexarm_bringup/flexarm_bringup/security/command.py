@@ -16,10 +16,10 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from unittest.mock import patch
 
-from flexarm_bringup.graph import enclave_of, rig_graph
+from flexarm_bringup.processes.graph import enclave_of, rig_graph
+from flexarm_bringup.processes.supervisor import DEFAULTS, Supervisor
 from flexarm_bringup.progress import Progress
 from flexarm_bringup.security.policy import NodeAccess, policy
-from flexarm_bringup.supervisor import DEFAULTS, Supervisor
 from flexarm_model.strict_yaml import ConfigError
 
 EPILOG = """\
@@ -41,7 +41,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Ask, write, tell; returns the exit code."""
-    from flexarm_bringup.task_for import task_for
+    from flexarm_bringup.tasks.task_for import task_for
 
     try:
         preset = task_for(args.manipulator).presets[0]
@@ -63,8 +63,8 @@ def access_of_graph(manipulator: str, preset: str) -> tuple[NodeAccess, ...]:
     Raises:
         TimeoutError: Its nodes did not become ready.
     """
+    from flexarm_bringup.demo_run.sessions import free_domains
     from flexarm_bringup.security.access_node import access_of
-    from flexarm_bringup.sessions import free_domains
 
     progress, end = Progress(), time.monotonic() + PATIENCE
     with ExitStack() as stack:

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from xml.etree import ElementTree
 
-from flexarm_bringup.graph import enclave_of
+from flexarm_bringup.processes.graph import enclave_of
 from flexarm_bringup.topics import NAMESPACE
 
 VERSION = "0.2.0"

@@ -19,10 +19,10 @@ import tempfile
 from dataclasses import replace
 from pathlib import Path
 
-from flexarm_bringup.graph import Process, rig_graph
+from flexarm_bringup.page.report import add_report_arguments, publish
+from flexarm_bringup.processes.graph import Process, rig_graph
 from flexarm_bringup.progress import Progress
-from flexarm_bringup.report import add_report_arguments, publish
-from flexarm_bringup.task_for import task_for
+from flexarm_bringup.tasks.task_for import task_for
 from flexarm_model.config import load_config
 from flexarm_model.description import ManipulatorConfig
 from flexarm_model.manipulator_file import find_manipulator
@@ -47,7 +47,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Soak and print the tables; returns the exit code."""
-    from flexarm_bringup.sessions import free_domains
+    from flexarm_bringup.demo_run.sessions import free_domains
     from flexarm_bringup.soak.run_node import SoakJob, soak
 
     progress = Progress()

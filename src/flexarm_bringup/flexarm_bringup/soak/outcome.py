@@ -8,8 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from flexarm_bringup.figures import Figure, drawing, to_figure
-from flexarm_bringup.report import Cells, Check, Column, Page, Table
+from flexarm_bringup.page.figures import Figure, drawing, to_figure
+from flexarm_bringup.page.report import Cells, Check, Column, Page, Table
 from flexarm_bringup.soak.memory import Life
 
 GROWTH = 10.0  # MB; more is a leak

@@ -14,12 +14,12 @@ import numpy as np
 import rclpy
 from rclpy.signals import SignalHandlerOptions
 
-from flexarm_bringup.graph import Process
+from flexarm_bringup.processes.graph import Process
+from flexarm_bringup.processes.supervisor import Supervisor
 from flexarm_bringup.soak.memory import MemoryLog
 from flexarm_bringup.soak.outcome import Outcome
 from flexarm_bringup.soak.script import Script, move, random_fault, random_goal
 from flexarm_bringup.soak.soak_node import SoakNode, start_of
-from flexarm_bringup.supervisor import Supervisor
 from flexarm_model.description import ManipulatorConfig
 
 PATIENCE = 120.0  # s until everything is ready for the first time, and after every kill

@@ -17,10 +17,10 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from flexarm_bringup.figures import Figure
-from flexarm_bringup.model_page import HZ, Analysis, analyse, build_page
+from flexarm_bringup.model_view.page import HZ, Analysis, analyse, build_page
+from flexarm_bringup.page.figures import Figure
+from flexarm_bringup.page.report import add_report_arguments, publish
 from flexarm_bringup.progress import Progress
-from flexarm_bringup.report import add_report_arguments, publish
 from flexarm_model.config import load_config
 from flexarm_model.description import ManipulatorConfig
 from flexarm_model.linearize import PoseError, linearize
@@ -112,9 +112,9 @@ def parse_pose(config: ManipulatorConfig, text: str) -> Array:
 
 def draw(analysis: Analysis) -> list[Figure]:
     """Return a drawing of every mode."""
-    from flexarm_bringup.mechanism_figure import mode_figure, mode_shape
-    from flexarm_bringup.mechanism_lines import MechanismLines
-    from flexarm_bringup.mode_words import describe_mode
+    from flexarm_bringup.model_view.mechanism_figure import mode_figure, mode_shape
+    from flexarm_bringup.model_view.mechanism_lines import MechanismLines
+    from flexarm_bringup.model_view.mode_words import describe_mode
 
     model, lines = analysis.model, MechanismLines(analysis.tree)
     figures = []

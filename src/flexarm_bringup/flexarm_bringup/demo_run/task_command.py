@@ -13,17 +13,17 @@ from functools import partial
 from pathlib import Path
 
 from flexarm_bringup.bags.bag_writer import BagError
-from flexarm_bringup.demo_task_report import build_page
+from flexarm_bringup.demo_run.sessions import free_domains
+from flexarm_bringup.demo_run.task_report import build_page
+from flexarm_bringup.demo_run.task_session import TaskRun, run_task_session
+from flexarm_bringup.page.report import publish
+from flexarm_bringup.processes.session import SessionError
 from flexarm_bringup.progress import Progress
-from flexarm_bringup.report import publish
-from flexarm_bringup.session import SessionError
-from flexarm_bringup.sessions import free_domains
-from flexarm_bringup.sim_figures import draw
-from flexarm_bringup.sim_report import FASTEST_DDS
-from flexarm_bringup.sim_study import NOMINAL, SimJob, SimResult, run_sim_jobs, sim_jobs
-from flexarm_bringup.task import Task
-from flexarm_bringup.task_for import task_for
-from flexarm_bringup.task_session import TaskRun, run_task_session
+from flexarm_bringup.sim_run.figures import draw
+from flexarm_bringup.sim_run.report import FASTEST_DDS
+from flexarm_bringup.sim_run.study import NOMINAL, SimJob, SimResult, run_sim_jobs, sim_jobs
+from flexarm_bringup.tasks.task import Task
+from flexarm_bringup.tasks.task_for import task_for
 from flexarm_model.config import load_config
 from flexarm_model.manipulator_file import find_manipulator
 from flexarm_model.parameters import ParameterError

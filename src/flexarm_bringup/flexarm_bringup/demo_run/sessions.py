@@ -10,10 +10,10 @@ from typing import Any
 
 from domain_coordinator import domain_id  # picks a domain nobody on this machine uses
 
-from flexarm_bringup.motions import motions, out_and_back
+from flexarm_bringup.demo_run.motions import motions, out_and_back
+from flexarm_bringup.demo_run.study import Job, Outcome, damping_ratio, outcome_of, tip_reach
+from flexarm_bringup.processes.session import Session
 from flexarm_bringup.record import RunRecord
-from flexarm_bringup.session import Session
-from flexarm_bringup.study import Job, Outcome, damping_ratio, outcome_of, tip_reach
 from flexarm_model.config import load_config
 from flexarm_model.manipulator_file import find_manipulator
 

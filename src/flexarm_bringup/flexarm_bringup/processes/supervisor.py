@@ -18,8 +18,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
 
-from flexarm_bringup.graph import Process, ros_arguments
 from flexarm_bringup.installed import find_executable
+from flexarm_bringup.processes.graph import Process, ros_arguments
 
 GRACE = ((signal.SIGINT, 5.0), (signal.SIGTERM, 2.0), (signal.SIGKILL, 2.0))  # s for all children together
 POLL_PERIOD = 0.01  # s

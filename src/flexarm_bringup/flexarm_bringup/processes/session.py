@@ -10,9 +10,9 @@ from pathlib import Path
 from typing import Any
 
 from flexarm_bringup.bags.run_bag import read_run
-from flexarm_bringup.graph import Process, rig_graph
+from flexarm_bringup.processes.graph import Process, rig_graph
+from flexarm_bringup.processes.supervisor import Supervisor
 from flexarm_bringup.record import RunRecord
-from flexarm_bringup.supervisor import Supervisor
 
 POLL_PERIOD = 0.05  # s
 PATIENCE = 180.0  # s, longest session

@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from flexarm_bringup.figures import Figure
-from flexarm_bringup.mode_words import describe_mode
-from flexarm_bringup.report import Cell, Cells, Column, Page, Table
+from flexarm_bringup.model_view.mode_words import describe_mode
+from flexarm_bringup.page.figures import Figure
+from flexarm_bringup.page.report import Cell, Cells, Column, Page, Table
 from flexarm_model.description import ManipulatorConfig, SensorSpec
 from flexarm_model.modal.candidates import candidate_config, noise
 from flexarm_model.modal.energy_shares import EnergyShares, energy_shares

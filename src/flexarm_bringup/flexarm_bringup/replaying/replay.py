@@ -23,9 +23,9 @@ from pathlib import Path
 
 from flexarm_bringup.bags.bag_reader import Bag, check_bag
 from flexarm_bringup.bags.foreign_bag import Fed, feed_bag, read_remaps
-from flexarm_bringup.compare import Comparison, compare_bags
-from flexarm_bringup.replay_bag import NEEDED, OUTPUTS, replay, written_for
-from flexarm_bringup.report import Cells, Check, Column, Page, Table, add_report_arguments, publish
+from flexarm_bringup.page.report import Cells, Check, Column, Page, Table, add_report_arguments, publish
+from flexarm_bringup.replaying.compare import Comparison, compare_bags
+from flexarm_bringup.replaying.replay_bag import NEEDED, OUTPUTS, replay, written_for
 from flexarm_estimator.settings import EstimatorConfig
 from flexarm_model.config import load_config
 from flexarm_model.manipulator_file import find_manipulator

@@ -5,11 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Sequence
 
-from flexarm_bringup.figures import Figure
-from flexarm_bringup.report import Cell, Check, Column, Page, Table
+from flexarm_bringup.demo_run.sessions import SessionRun
+from flexarm_bringup.demo_run.study import SERVO, Outcome, Row
+from flexarm_bringup.page.figures import Figure
+from flexarm_bringup.page.report import Cell, Check, Column, Page, Table
 from flexarm_bringup.residual import decibels
-from flexarm_bringup.sessions import SessionRun
-from flexarm_bringup.study import SERVO, Outcome, Row
 from flexarm_model.config import load_config
 from flexarm_model.description import ManipulatorConfig
 from flexarm_model.manipulator_file import find_manipulator

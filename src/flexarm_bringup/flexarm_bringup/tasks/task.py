@@ -15,7 +15,7 @@ from typing import Any, TypeVar
 
 from flexarm_bringup.compare_laws.comparison import Comparison, read_comparison
 from flexarm_bringup.share import share_path
-from flexarm_bringup.task_moves import TaskMove, read_axes, read_move
+from flexarm_bringup.tasks.task_moves import TaskMove, read_axes, read_move
 from flexarm_bringup.tip_vibration import Watch
 from flexarm_controller.settings import ControllerConfig, MpcConfig
 from flexarm_estimator.settings import EstimatorConfig

@@ -16,8 +16,8 @@ from std_msgs.msg import Bool
 from std_srvs.srv import Trigger
 
 from flexarm_bringup.conversions import message_class
-from flexarm_bringup.graph import Process
-from flexarm_bringup.supervisor import Supervisor
+from flexarm_bringup.processes.graph import Process
+from flexarm_bringup.processes.supervisor import Supervisor
 from flexarm_bringup.topics import NAMESPACE, find_stream
 from flexarm_model.node import LATCHED_QOS, events_executor
 

@@ -13,8 +13,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from flexarm_bringup.figures import COLOURS, INK, Figure, drawing, to_figure
-from flexarm_bringup.mechanism_lines import Line, MechanismLines, all_points
+from flexarm_bringup.model_view.mechanism_lines import Line, MechanismLines, all_points
+from flexarm_bringup.page.figures import COLOURS, INK, Figure, drawing, to_figure
 from flexarm_model.description import WORLD
 
 Array = NDArray[np.float64]

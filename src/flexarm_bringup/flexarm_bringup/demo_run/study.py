@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from flexarm_bringup.closed_loop import LoopSettings, run_closed_loop
-from flexarm_bringup.motions import LEAD, Move, motions, out_and_back
+from flexarm_bringup.demo_run.motions import LEAD, Move, motions, out_and_back
 from flexarm_bringup.parallel import run_parallel
 from flexarm_bringup.record import Figures, RunRecord, judge
 from flexarm_bringup.servo_run import run_servo

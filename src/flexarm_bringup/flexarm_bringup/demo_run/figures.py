@@ -7,10 +7,10 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from flexarm_bringup.figures import Figure, drawing, to_figure
+from flexarm_bringup.demo_run.sessions import SessionRun
+from flexarm_bringup.demo_run.study import SERVO, Outcome
+from flexarm_bringup.page.figures import Figure, drawing, to_figure
 from flexarm_bringup.residual import decibels
-from flexarm_bringup.sessions import SessionRun
-from flexarm_bringup.study import SERVO, Outcome
 from flexarm_model.config import load_config
 from flexarm_model.manipulator_file import find_manipulator
 

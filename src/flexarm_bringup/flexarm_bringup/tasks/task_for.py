@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from flexarm_bringup.task import FOLDER, Task, find_task, load_task
-from flexarm_bringup.task_moves import ByAxes, TaskMove, ToPose
+from flexarm_bringup.tasks.task import FOLDER, Task, find_task, load_task
+from flexarm_bringup.tasks.task_moves import ByAxes, TaskMove, ToPose
 from flexarm_bringup.tip_vibration import Watch
 from flexarm_model.config import FORMAT, load_config
 from flexarm_model.description import ManipulatorConfig

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from flexarm_bringup.figures import Figure
-from flexarm_bringup.report import Cell, Check, Column, Page, Table
+from flexarm_bringup.page.figures import Figure
+from flexarm_bringup.page.report import Cell, Check, Column, Page, Table
 from flexarm_bringup.residual import decibels
-from flexarm_bringup.sim_study import NOMINAL, LegResult, SimResult
-from flexarm_bringup.task import Task
+from flexarm_bringup.sim_run.study import NOMINAL, LegResult, SimResult
+from flexarm_bringup.tasks.task import Task
 from flexarm_model.description import ManipulatorConfig
 
 FASTEST_DDS = 250.0  # Hz; 200 Hz is kept over DDS in real time on two shared cores, 500 Hz is not

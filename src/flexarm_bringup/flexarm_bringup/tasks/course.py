@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexarm_bringup.static_arm import StaticArm
-from flexarm_bringup.task import Task
-from flexarm_bringup.task_moves import AxisMotion
+from flexarm_bringup.tasks.task import Task
+from flexarm_bringup.tasks.task_moves import AxisMotion
 from flexarm_controller.reference import Reference
 
 Array = NDArray[np.float64]

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from flexarm_bringup.demo_report import REAL_TIME_DB, WITHOUT_COMMAND
-from flexarm_bringup.figures import Figure
-from flexarm_bringup.report import Cell, Check, Column, Page, Table
+from flexarm_bringup.demo_run.report import REAL_TIME_DB, WITHOUT_COMMAND
+from flexarm_bringup.demo_run.task_session import TaskRun, torque_difference
+from flexarm_bringup.page.figures import Figure
+from flexarm_bringup.page.report import Cell, Check, Column, Page, Table
 from flexarm_bringup.residual import decibels
-from flexarm_bringup.sim_report import BASELINE, FASTEST_DDS, LAW, real_time_note
-from flexarm_bringup.sim_study import SimResult
-from flexarm_bringup.task import Task
-from flexarm_bringup.task_session import TaskRun, torque_difference
+from flexarm_bringup.sim_run.report import BASELINE, FASTEST_DDS, LAW, real_time_note
+from flexarm_bringup.sim_run.study import SimResult
+from flexarm_bringup.tasks.task import Task
 from flexarm_model.description import ManipulatorConfig
 
 EQUAL = 1e-6  # of the limit of a torque; camera poses travel as quaternions, so the last digits differ

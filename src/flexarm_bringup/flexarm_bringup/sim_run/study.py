@@ -13,13 +13,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexarm_bringup.closed_loop import Effort, LoopSettings, run_loop
-from flexarm_bringup.course import Course, Leg, plan_course
 from flexarm_bringup.parallel import run_parallel
 from flexarm_bringup.sim.hardware import Hardware
 from flexarm_bringup.sim.plant import Plant
 from flexarm_bringup.sim.rig import RigSettings
 from flexarm_bringup.static_arm import StaticArm
-from flexarm_bringup.task import Task
+from flexarm_bringup.tasks.course import Course, Leg, plan_course
+from flexarm_bringup.tasks.task import Task
 from flexarm_bringup.tip_vibration import Residual, read_residual
 from flexarm_controller.settings import ControllerConfig, MpcConfig
 from flexarm_estimator.estimate import Estimate

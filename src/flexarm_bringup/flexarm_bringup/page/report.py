@@ -14,7 +14,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from flexarm_bringup.figures import Figure
+from flexarm_bringup.page.figures import Figure
 
 Cell = str | float | int | bool | None
 Cells = list[Cell]
@@ -95,7 +95,7 @@ class Table:
 
     def to_html(self) -> str:
         """Return the table as an HTML fragment."""
-        from flexarm_bringup.page_template import TABLE, render
+        from flexarm_bringup.page.page_template import TABLE, render
 
         return render(TABLE, table=self)
 
@@ -174,7 +174,7 @@ class Page:
 
     def to_html(self) -> str:
         """Return the page as one self-contained file."""
-        from flexarm_bringup.page_template import PAGE, render
+        from flexarm_bringup.page.page_template import PAGE, render
 
         return render(PAGE, page=self)
 

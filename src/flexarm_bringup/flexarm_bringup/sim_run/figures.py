@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from flexarm_bringup.figures import Figure, drawing, to_figure
-from flexarm_bringup.sim_report import by_condition
-from flexarm_bringup.sim_study import NOMINAL, SimResult
-from flexarm_bringup.task import Task
+from flexarm_bringup.page.figures import Figure, drawing, to_figure
+from flexarm_bringup.sim_run.report import by_condition
+from flexarm_bringup.sim_run.study import NOMINAL, SimResult
+from flexarm_bringup.tasks.task import Task
 from flexarm_bringup.tip_vibration import LAST_PART
 
 Array = NDArray[np.float64]

@@ -8,12 +8,12 @@ from __future__ import annotations
 
 import argparse
 
+from flexarm_bringup.page.report import add_report_arguments, publish
 from flexarm_bringup.progress import Progress
-from flexarm_bringup.report import add_report_arguments, publish
-from flexarm_bringup.sim_figures import draw
-from flexarm_bringup.sim_report import build_page
-from flexarm_bringup.sim_study import CONDITIONS, NOMINAL, run_sim_jobs, sim_jobs
-from flexarm_bringup.task_for import task_for
+from flexarm_bringup.sim_run.figures import draw
+from flexarm_bringup.sim_run.report import build_page
+from flexarm_bringup.sim_run.study import CONDITIONS, NOMINAL, run_sim_jobs, sim_jobs
+from flexarm_bringup.tasks.task_for import task_for
 from flexarm_model.config import load_config
 from flexarm_model.manipulator_file import find_manipulator
 from flexarm_model.parameters import ParameterError

@@ -13,8 +13,8 @@ from flexarm_bringup.bags.bag_reader import Bag, check_bag
 from flexarm_bringup.bags.bag_writer import BagError, BagWriter
 from flexarm_bringup.bags.cdr import header_stamp_ns
 from flexarm_bringup.conversions import serialise
-from flexarm_bringup.player import Player
 from flexarm_bringup.provenance import git_hash
+from flexarm_bringup.replaying.player import Player
 from flexarm_bringup.tick_check import check_ticks
 from flexarm_bringup.topics import NAMESPACE, STREAMS, Stream, find_stream
 from flexarm_controller.debug import Insight

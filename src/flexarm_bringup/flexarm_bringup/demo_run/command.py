@@ -16,15 +16,15 @@ from functools import partial
 from pathlib import Path
 
 from flexarm_bringup.bags.bag_writer import BagError
-from flexarm_bringup.demo_figures import draw
-from flexarm_bringup.demo_report import build_page
-from flexarm_bringup.demo_task import run_task_demo
-from flexarm_bringup.figures import standalone
+from flexarm_bringup.demo_run.figures import draw
+from flexarm_bringup.demo_run.report import build_page
+from flexarm_bringup.demo_run.sessions import SessionRun, free_domains, outcomes_of
+from flexarm_bringup.demo_run.study import ANGLES_DEG, jobs, run_jobs
+from flexarm_bringup.demo_run.task_command import run_task_demo
+from flexarm_bringup.page.figures import standalone
+from flexarm_bringup.page.report import publish
+from flexarm_bringup.processes.session import Session, SessionError, run_session
 from flexarm_bringup.progress import Progress
-from flexarm_bringup.report import publish
-from flexarm_bringup.session import Session, SessionError, run_session
-from flexarm_bringup.sessions import SessionRun, free_domains, outcomes_of
-from flexarm_bringup.study import ANGLES_DEG, jobs, run_jobs
 
 PRESETS = ("geared", "light_hub")
 REAL_TIME_TRIES = 2  # a computer that stands still for 50 ms once makes the guard stop the arm

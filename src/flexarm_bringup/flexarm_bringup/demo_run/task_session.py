@@ -10,10 +10,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from flexarm_bringup.processes.session import Session, SessionError, run_session
 from flexarm_bringup.record import RunRecord
-from flexarm_bringup.reference_file import from_rest, save_reference
-from flexarm_bringup.session import Session, SessionError, run_session
-from flexarm_bringup.sim_study import LegResult, SimJob, SimResult, Trace, judge_leg
+from flexarm_bringup.sim_run.study import LegResult, SimJob, SimResult, Trace, judge_leg
+from flexarm_bringup.tasks.reference_file import from_rest, save_reference
 from flexarm_model.config import load_config
 from flexarm_model.manipulator_file import find_manipulator
 

@@ -1,0 +1,1 @@
+"""What every command reports with: tables, figures and checks on one page."""

@@ -1,0 +1,1 @@
+"""The graph of processes: started, supervised, commanded and listened to."""

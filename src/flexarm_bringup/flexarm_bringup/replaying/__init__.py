@@ -1,0 +1,1 @@
+"""A bag through estimator and controller again, and where two bags differ."""

@@ -1,0 +1,1 @@
+"""What an arm does: moves as data, worked out into references for its axes."""
