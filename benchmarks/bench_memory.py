@@ -7,9 +7,9 @@ import tempfile
 import time
 from pathlib import Path
 
-from flexarm_bringup.graph import Process, rig_graph
-from flexarm_bringup.sessions import free_domains
-from flexarm_bringup.supervisor import Supervisor
+from flexarm_bringup.demo_run.sessions import free_domains
+from flexarm_bringup.processes.graph import Process, rig_graph
+from flexarm_bringup.processes.supervisor import Supervisor
 
 PAGE_KB_PER_MB = 1024.0
 

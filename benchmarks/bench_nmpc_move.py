@@ -22,10 +22,10 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from flexarm_bringup.sim_study import CONDITIONS, NOMINAL, LegResult, run_sim_job, sim_jobs
-from flexarm_bringup.task import Task
-from flexarm_bringup.task_for import task_for
-from flexarm_bringup.task_moves import ByAxes
+from flexarm_bringup.sim_run.study import CONDITIONS, NOMINAL, LegResult, run_sim_job, sim_jobs
+from flexarm_bringup.tasks.task import Task
+from flexarm_bringup.tasks.task_for import task_for
+from flexarm_bringup.tasks.task_moves import ByAxes
 from flexarm_bringup.tip_vibration import Watch
 from flexarm_controller.limits import limits_of
 from flexarm_controller.open_loop.rest_to_rest import RestToRest, fastest

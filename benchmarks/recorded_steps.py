@@ -17,13 +17,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexarm_bringup.closed_loop import LoopSettings, run_loop
-from flexarm_bringup.course import plan_course
 from flexarm_bringup.sim.hardware import Hardware
 from flexarm_bringup.sim.rig import RigSettings
-from flexarm_bringup.sim_study import loop_settings
+from flexarm_bringup.sim_run.study import loop_settings
 from flexarm_bringup.static_arm import StaticArm
-from flexarm_bringup.task import Task
-from flexarm_bringup.task_for import task_for
+from flexarm_bringup.tasks.course import plan_course
+from flexarm_bringup.tasks.task import Task
+from flexarm_bringup.tasks.task_for import task_for
 from flexarm_controller.laws import LAWS, LawInputs
 from flexarm_controller.limits import Limits
 from flexarm_controller.mpc import Mpc, Plan

@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 
 from flexarm_bringup.closed_loop import LoopSettings, run_closed_loop
-from flexarm_bringup.motions import motions, out_and_back
+from flexarm_bringup.demo_run.motions import motions, out_and_back
 from flexarm_bringup.record import judge
 from flexarm_model.config import load_config
 from flexarm_model.linearize import linearize
