@@ -9,6 +9,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from flexarm_bringup.realtime.late_cycles import LateCycles
 from flexarm_bringup.sim.sensor_fault_text import parse_faults
 from flexarm_bringup.soak.memory import Life, MemoryLog, resident_mb
 from flexarm_bringup.soak.outcome import Outcome
@@ -29,9 +30,26 @@ def life(per_minute: float, seconds: float = 600.0, name: str = "rig") -> Life:
 
 def outcome(**changes: object) -> Outcome:
     good = Outcome(
-        "arm", 600.0, WARM_UP, [life(0.0)], 120_000, 0, {"moves done": 3}, {}, {"moving": [1e-3]}, {}
+        "arm",
+        600.0,
+        WARM_UP,
+        [life(0.0)],
+        120_000,
+        LateCycles(),
+        {"moves done": 3},
+        {},
+        {"moving": [1e-3]},
+        {},
     )
     return replace(good, **changes)  # type: ignore[arg-type]
+
+
+def grown(late: int) -> LateCycles:
+    """Return a count that was told at 0 and at 1 s."""
+    cycles = LateCycles()
+    for now, count in ((0.0, 0), (1.0, late)):
+        cycles.note(now, count)
+    return cycles
 
 
 def missed(found: Outcome) -> list[str]:
@@ -58,7 +76,7 @@ def test_eleven_megabytes_are_a_leak_and_nine_are_none() -> None:
 
 
 def test_one_late_guard_cycle_no_move_and_an_early_end_are_missed_bounds() -> None:
-    assert missed(outcome(late=1)) == missed(outcome(cycles=0)) == ["guard cycles late or missed"]
+    assert missed(outcome(late=grown(1))) == missed(outcome(cycles=0)) == ["guard cycles that were late"]
     assert missed(outcome(counts={})) == ["moves done"]
     assert missed(outcome(failure="rig ended with -9")) == ["it came to its end"]
 

@@ -17,6 +17,7 @@ import sys
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager, nullcontext
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
@@ -30,6 +31,7 @@ from flexarm_bringup.progress import Progress
 from flexarm_bringup.realtime.driver_node import DriverError, drive
 from flexarm_bringup.realtime.figures import Figures
 from flexarm_bringup.realtime.processes import command_line, processes
+from flexarm_bringup.realtime.standstill import Witnesses
 from flexarm_controller.reference import Reference
 from flexarm_model.config import load_config
 from flexarm_model.manipulator_file import find_manipulator
@@ -84,8 +86,9 @@ def measure(args: argparse.Namespace, folder: Path) -> Figures:
     os.environ.update(own)
     command = partial(command_line, folder=folder)
     load = busy_core() if args.load else nullcontext()
-    with load, Supervisor(rows, folder / "log", os.environ, command) as supervisor:
-        return drive(config.actuated, to_and_fro(seconds), seconds, supervisor.failed)
+    with Witnesses() as witnesses, load, Supervisor(rows, folder / "log", os.environ, command) as supervisor:
+        figures = drive(config.actuated, to_and_fro(seconds), seconds, supervisor.failed)
+    return replace(figures, witnesses=witnesses)
 
 
 def write_manipulator(folder: Path, rate: float) -> Path:

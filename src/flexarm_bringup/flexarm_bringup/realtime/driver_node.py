@@ -23,6 +23,7 @@ from std_srvs.srv import Trigger
 from trajectory_msgs.msg import JointTrajectory
 
 from flexarm_bringup.realtime.figures import Counts, Figures
+from flexarm_bringup.realtime.late_cycles import LateCycles
 from flexarm_controller.conversions import reference_to_msg
 from flexarm_controller.reference import Reference
 from flexarm_model.conversions import NS_PER_S, stamp_to_ns
@@ -50,6 +51,7 @@ class Driver(Node):
         self._answer, self._statuses = "", 0
         self._modes: Counter[str] = Counter()
         self._steps: list[float] = []
+        self._late = LateCycles()
         self._executor = events_executor()
         self._executor.add_node(self)
         self._publisher = self.create_publisher(JointTrajectory, "reference", RELIABLE_QOS)
@@ -67,6 +69,7 @@ class Driver(Node):
     def on_guard(self, msg: GuardStatus) -> None:
         """Keep the newest status of the guard."""
         self._guard = msg
+        self._late.note(time.monotonic(), msg.late_ticks)
 
     def on_status(self, msg: ControllerStatus) -> None:
         """Count an answer of the controller, or keep what it says of the reference."""
@@ -92,12 +95,15 @@ class Driver(Node):
         self._begin(reference, failed)
         self._modes.clear()
         self._steps.clear()
+        self._late.begin()
         start, began = self._counts(), time.monotonic()
         while time.monotonic() - began < seconds and self._guard.mode == GuardStatus.ARMED and not failed():
             self._executor.spin_once(timeout_sec=0.05)
         stop = failed() or ("" if self._guard.mode == GuardStatus.ARMED else self._guard.reason)
         counts = self._counts().since(start)
-        return Figures(time.monotonic() - began, counts, dict(self._modes), tuple(self._steps), stop)
+        return Figures(
+            time.monotonic() - began, counts, dict(self._modes), tuple(self._steps), self._late, stop
+        )
 
     def _begin(self, reference: Reference, failed: Callable[[], str]) -> None:
         def wait(what: str, holds: Callable[[], bool]) -> None:
@@ -121,9 +127,7 @@ class Driver(Node):
 
     def _counts(self) -> Counts:
         g, s = self._guard, self._status
-        return Counts(
-            g.ticks, g.late_ticks, g.ticks_without_command, self._statuses, s.overruns, s.missed_cycles
-        )
+        return Counts(g.ticks, g.ticks_without_command, self._statuses, s.overruns, s.missed_cycles)
 
     def close(self) -> None:
         """Leave the graph."""

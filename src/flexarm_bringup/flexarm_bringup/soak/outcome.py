@@ -10,6 +10,8 @@ import numpy as np
 
 from flexarm_bringup.page.figures import Figure, drawing, to_figure
 from flexarm_bringup.page.report import Cells, Check, Column, Page, Table
+from flexarm_bringup.realtime.late_cycles import LateCycles, late_checks, standstill_rows
+from flexarm_bringup.realtime.standstill import Witnesses
 from flexarm_bringup.soak.memory import Life
 
 GROWTH = 10.0  # MB; more is a leak
@@ -26,12 +28,13 @@ class Outcome:
         warm_up: After the start of a process its memory is not judged so long [s].
         lives: Memory of every process.
         cycles: Periods of the guard.
-        late: Of these, answered late or never.
+        late: Those answered late or never.
         counts: What was done, by name.
         stops: Why the guard stopped the arm, and how often.
         tip_errors: Estimate from truth, by what went on; samples [m].
         errors: Subjects of /diagnostics that became an error, and how often.
         failure: Why it ended early; empty when it did not.
+        witnesses: Of standstills of the machine itself; None without.
     """
 
     name: str
@@ -39,12 +42,13 @@ class Outcome:
     warm_up: float
     lives: Sequence[Life]
     cycles: int
-    late: int
+    late: LateCycles
     counts: Mapping[str, int]
     stops: Mapping[str, int]
     tip_errors: Mapping[str, Sequence[float]]
     errors: Mapping[str, int]
     failure: str = ""
+    witnesses: Witnesses | None = None
 
     def checks(self) -> list[Check]:
         """Return the bounds, and whether they were kept."""
@@ -64,12 +68,7 @@ class Outcome:
         moves = self.counts.get("moves done", 0)
         return [
             *checks,
-            Check(
-                "guard cycles late or missed",
-                "none",
-                f"{self.late} of {self.cycles}",
-                self.cycles > 0 and not self.late,
-            ),
+            *late_checks(self.late, self.cycles, self.witnesses),
             Check("moves done", "at least one", str(moves), moves > 0),
             Check("it came to its end", "yes", self.failure or "yes", not self.failure),
         ]
@@ -84,6 +83,11 @@ class Outcome:
             self._memory(),
             _counted("done", self.counts),
             _counted("stops of the guard, by reason", self.stops),
+            Table(
+                "the machine itself",
+                [Column("what"), Column("value", ".1f")],
+                [[name, value] for name, value in standstill_rows(self.witnesses)],
+            ),
         ]
         items += [self._tip(), _counted("subjects of /diagnostics that became an error", self.errors)]
         data = {"lives": [vars(life) for life in self.lives]}

@@ -7,7 +7,7 @@ import signal
 import time
 from collections import Counter
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -16,6 +16,7 @@ from rclpy.signals import SignalHandlerOptions
 
 from flexarm_bringup.processes.graph import Process
 from flexarm_bringup.processes.supervisor import Supervisor
+from flexarm_bringup.realtime.standstill import Witnesses
 from flexarm_bringup.soak.memory import MemoryLog
 from flexarm_bringup.soak.outcome import Outcome
 from flexarm_bringup.soak.script import Script, move, random_fault, random_goal
@@ -63,8 +64,9 @@ def soak(job: SoakJob, log: Path, say: Callable[[str], None]) -> Outcome:
     rclpy.init(signal_handler_options=SignalHandlerOptions.NO)  # Ctrl-C raises here
     node = SoakNode([row.name for row in job.graph])
     try:
-        with Supervisor(job.graph, log, os.environ) as supervisor:
-            return _Run(job, node, supervisor, say).outcome()
+        with Witnesses() as witnesses, Supervisor(job.graph, log, os.environ) as supervisor:
+            outcome = _Run(job, node, supervisor, say).outcome()
+        return replace(outcome, witnesses=witnesses)
     finally:
         node.close()
         rclpy.try_shutdown()
@@ -94,14 +96,13 @@ class _Run:
                 self._node.spin(STEP)
                 self._look()
                 self._act()
-        cycles, late = self._node.cycles
         return Outcome(
             f"{self._job.config.name} {self._job.config.preset}".strip(),
             self._t,
             self._job.warm_up,
             self._memory.lives,
-            cycles,
-            late,
+            self._node.cycles,
+            self._node.late,
             dict(self._counts),
             dict(self._node.stops),
             self._tip_errors,
@@ -191,7 +192,7 @@ class _Run:
                 self._failure = str(ending)
 
     def _tell(self) -> None:
-        counts, (_, late) = self._counts, self._node.cycles
+        counts, late = self._counts, self._node.late.total
         killed = sum(count for name, count in counts.items() if name.endswith("killed"))
         grown = {life.name: life.growth(self._job.warm_up) for life in self._memory.lives}
         known = {name: value for name, value in grown.items() if value is not None}

@@ -28,6 +28,7 @@ from trajectory_msgs.msg import JointTrajectory
 
 from flexarm_bringup.monitor.arrivals import Arrivals, newest_common
 from flexarm_bringup.monitor.conversions import tip_of
+from flexarm_bringup.realtime.late_cycles import LateCycles
 from flexarm_controller.conversions import reference_to_msg
 from flexarm_controller.reference import Reference
 from flexarm_model.conversions import NS_PER_S, verdict_from_msg
@@ -45,7 +46,7 @@ class SoakNode(Node):  # type: ignore[misc]
     Attributes:
         ready: Whether each node is ready, by name.
         guard: Newest status.
-        late, cycles: Of the guard, since it was first heard.
+        late: Its late cycles.
         stops: Why it stopped, and how often.
         errors: Subjects of /diagnostics that became an error.
         answer: Newest word of the controller about a reference.
@@ -56,6 +57,7 @@ class SoakNode(Node):  # type: ignore[misc]
         super().__init__("soak", namespace="flexarm", start_parameter_services=False)
         self.ready = dict.fromkeys(names, False)
         self.guard = GuardStatus()
+        self.late = LateCycles()
         self.stops: Counter[str] = Counter()
         self.errors: Counter[str] = Counter()
         self.answer = ""
@@ -77,10 +79,9 @@ class SoakNode(Node):  # type: ignore[misc]
         return bool(self.guard.mode == GuardStatus.ARMED)
 
     @property
-    def cycles(self) -> tuple[int, int]:
-        """Periods of the guard since it was first heard, and how many of them were late."""
-        first = self._first or self.guard
-        return self.guard.ticks - first.ticks, self.guard.late_ticks - first.late_ticks
+    def cycles(self) -> int:
+        """Periods of the guard since it was first heard."""
+        return int(self.guard.ticks - (self._first or self.guard).ticks)
 
     @property
     def now_ns(self) -> int:
@@ -96,6 +97,7 @@ class SoakNode(Node):  # type: ignore[misc]
     def begin_counting(self) -> None:
         """Count guard cycles from now on: who starts is late."""
         self._first = self.guard
+        self.late.begin()
 
     def pose(self) -> Array | None:
         """Return the actuated axes of a usable estimate, (n_theta,); None without one."""
@@ -145,6 +147,7 @@ class SoakNode(Node):  # type: ignore[misc]
         if self.is_armed and msg.mode != GuardStatus.ARMED:
             self.stops[msg.reason.split(":")[0]] += 1
         self.guard = msg
+        self.late.note(time.monotonic(), msg.late_ticks)
 
     def _on_status(self, msg: ControllerStatus) -> None:
         if msg.reason.startswith("reference"):
