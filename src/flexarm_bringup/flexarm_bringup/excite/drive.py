@@ -18,9 +18,9 @@ from flexarm_bringup.identify.measurement import COMMON, KIND_OF_UNIT, SourceErr
 from flexarm_bringup.sim.hardware import Hardware
 from flexarm_bringup.sim.sample import Sample
 from flexarm_controller.guard import ARMED, GuardCommand
-from flexarm_model.description import SensorSpec
+from flexarm_model.description import ManipulatorConfig, SensorSpec
 from flexarm_model.modal.read_only import lock_arrays
-from flexarm_model.sensors import output_units
+from flexarm_model.sensors import output_names, output_units
 
 Array = NDArray[np.float64]
 TOKEN = 1
@@ -73,16 +73,15 @@ class Driven:
         lock_arrays(self)
 
 
-def channels(arm: HeldArm) -> tuple[Channel, ...]:
+def channels(config: ManipulatorConfig) -> tuple[Channel, ...]:
     """Return the channels that are sampled in every period, in the order of the description."""
-    units = output_units(arm.config)
+    units, rows = output_units(config), {name: row for row, name in enumerate(output_names(config))}
     return tuple(
-        Channel(f"{spec.name}.{channel}", row, units[row], spec, float(sigma))
-        for spec in arm.config.sensors
+        Channel(name, rows[name], units[rows[name]], spec, float(sigma))
+        for spec in config.sensors
         if not spec.rate_hz
-        for row, channel, sigma in zip(
-            arm.model.outputs.rows(spec.name), spec.channels, spec.sigma, strict=True
-        )
+        for channel, sigma in zip(spec.channels, spec.sigma, strict=True)
+        for name in (f"{spec.name}.{channel}",)
     )
 
 
@@ -91,7 +90,7 @@ class Drive:
 
     def __init__(self, hardware: Hardware, arm: HeldArm) -> None:
         """Arm the guard of a rig at tick 0."""
-        self.arm, self.hardware, self.channels = arm, hardware, channels(arm)
+        self.arm, self.hardware, self.channels = arm, hardware, channels(arm.config)
         self._first = {channel.spec.name: i for i, channel in reversed([*enumerate(self.channels)])}
         hardware.guard.arm(hardware.t, TOKEN)
         self._take(hardware.observe(), np.zeros((0, 0)), 0)

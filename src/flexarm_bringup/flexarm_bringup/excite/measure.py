@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Collection, Generator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from flexarm_bringup.excite.drive import Channel, Drive, Driven
+from flexarm_bringup.excite.drive import Channel, Drive, Driven, channels
 from flexarm_bringup.excite.held_arm import HeldArm
 from flexarm_bringup.excite.plan import Plan
 from flexarm_bringup.identify.measurement import COMMON, Records, SourceError
+from flexarm_model.description import ManipulatorConfig
 from flexarm_model.identification.sensor_check import CheckedChannel, Finding, Pushes, check_channels
 
 Array = NDArray[np.float64]
@@ -51,54 +52,78 @@ class Tested:
     records: tuple[Records, ...]
 
 
+Steps = Generator[Array, Driven, Tested]
+"""A modal test as stretches of time: yields torques to add, (n, n_theta), is sent what happened."""
+
+
 def measure(drive: Drive, plan: Plan, ignore: Sequence[str], say: Callable[[str], None]) -> Tested:
+    """Do a modal test at once; see ``modal_test``."""
+    steps = modal_test(drive.arm, plan, ignore, say)
+    added = next(steps)
+    while True:
+        try:
+            added = steps.send(drive.run(added))
+        except StopIteration as end:
+            tested: Tested = end.value
+            return tested
+
+
+def modal_test(arm: HeldArm, plan: Plan, ignore: Sequence[str], say: Callable[[str], None]) -> Steps:
     """Check the sensors, excite the arm, return the records.
 
     Args:
-        drive: The rig under the holding law.
+        arm: That is held and excited.
         plan: What to do.
         ignore: Channels that may be wrong: they are left out.
         say: Is told what is being done.
 
     Raises:
         SensorCheckError: A channel is dead, flipped, swapped, silent or clipped, and is not to be ignored.
-        DriveError: The arm was stopped.
     """
-    known = {name for channel in drive.channels for name in (channel.name, channel.spec.name)}
-    unknown = sorted(set(ignore) - known)
-    if unknown:
-        names = ", ".join(channel.name for channel in drive.channels)
-        raise SourceError(f"--ignore-channel {', '.join(unknown)}: not one of {names}")
+    used = channels_used(arm.config, ignore)
     say("sensor check")
-    findings = check_sensors(drive, plan)
-    used = [c for c in drive.channels if not {c.name, c.spec.name} & set(ignore)]
-    axes = drive.arm.model.theta_names
+    findings = yield from check_sensors(arm, plan)
+    axes = arm.model.theta_names
     refuse(findings, {c.name for c in used}, axes)
     records = []
     for run in range(len(plan.signs)):
         say(f"run: {run + 1} of {len(plan.signs)}, {plan.seconds / len(plan.signs):.0f} s each")
-        driven = drive.run(plan.added(run))
-        records.append(_record(drive, driven, plan, used))
+        driven = yield plan.added(run)
+        records.append(record_of(arm.config, driven, plan, used))
     return Tested(axes, plan, findings, tuple(records))
 
 
-def check_sensors(drive: Drive, plan: Plan) -> tuple[Finding, ...]:
+def channels_used(config: ManipulatorConfig, ignore: Sequence[str]) -> tuple[Channel, ...]:
+    """Return the channels that are not to be left out.
+
+    Raises:
+        SourceError: One that is to be left out does not exist.
+    """
+    every = channels(config)
+    unknown = sorted(set(ignore) - {name for channel in every for name in (channel.name, channel.spec.name)})
+    if unknown:
+        names = ", ".join(channel.name for channel in every)
+        raise SourceError(f"--ignore-channel {', '.join(unknown)}: not one of {names}")
+    return tuple(c for c in every if not {c.name, c.spec.name} & set(ignore))
+
+
+def check_sensors(arm: HeldArm, plan: Plan) -> Generator[Array, Driven, tuple[Finding, ...]]:
     """Return what is to be said of every channel, from a quiet stretch and a push of every motor."""
-    arm, dt, m = drive.arm, drive.arm.dt, drive.arm.model.n_theta
-    drive.run(np.zeros((round(arm.settling_time / dt), m)))
-    quiet = drive.run(np.zeros((max(round(QUIET / dt), 50), m))).y
-    push = push_of(arm)
-    measured, predicted = [], []
-    for axis in range(m):
-        added = np.outer(push, np.eye(m)[axis]) * plan.amplitude[axis]
-        start = drive.run(np.zeros((10, m))).y
-        answer = drive.run(added).y
+    every, dt, m = channels(arm.config), arm.dt, arm.model.n_theta
+    push, rest = push_of(arm), np.zeros((round(arm.settling_time / dt), m))
+    added = [np.outer(push, row) * plan.amplitude for row in np.eye(m)]
+    predicted = [arm.respond(each).y[:, [c.row for c in every]] for each in added]
+    yield rest
+    quiet = (yield np.zeros((max(round(QUIET / dt), 50), m))).y
+    measured = []
+    for each in added:
+        start = (yield np.zeros((10, m))).y
+        answer = (yield each).y
         with np.errstate(invalid="ignore"):
             measured.append(answer - np.nan_to_num(np.nanmean(np.vstack([start, answer[:1]]), axis=0)))
-        predicted.append(arm.respond(added).y[:, [c.row for c in drive.channels]])
-        drive.run(np.zeros((round(arm.settling_time / dt), m)))
+        yield rest
     return check_channels(
-        [_checked(c) for c in drive.channels], Pushes(quiet, np.array(measured), np.array(predicted))
+        [_checked(c) for c in every], Pushes(quiet, np.array(measured), np.array(predicted))
     )
 
 
@@ -128,16 +153,15 @@ def _checked(channel: Channel) -> CheckedChannel:
     return CheckedChannel(channel.name, channel.unit, channel.sigma, spec.low, spec.high)
 
 
-def _record(drive: Drive, driven: Driven, plan: Plan, used: Sequence[Channel]) -> Records:
+def record_of(config: ManipulatorConfig, driven: Driven, plan: Plan, used: Sequence[Channel]) -> Records:
     """Return the periods after the start as a record."""
-    repeats, axes = plan.excitation.signal.size, drive.arm.model.theta_names
+    repeats, axes, every = plan.excitation.signal.size, tuple(config.actuated), channels(config)
     begin = plan.skipped * repeats
     outputs = {
-        channel.name: bridged(driven.y[begin:, drive.channels.index(channel)], channel.name)
-        for channel in used
+        channel.name: bridged(driven.y[begin:, every.index(channel)], channel.name) for channel in used
     }
     return Records(
-        1.0 / drive.arm.dt,
+        plan.excitation.rate_hz,
         dict(zip(axes, driven.tau[begin:].T, strict=True)),
         outputs,
         COMMON,
