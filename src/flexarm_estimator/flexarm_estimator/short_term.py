@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexarm_estimator.measurement import Measurement
-from flexarm_estimator.watches.mean_test import MeanTest
+from flexarm_estimator.watches.mean_shift import MeanTest
 
 Array = NDArray[np.float64]
 _STEP = 4.0  # sigmas of the sensor; above sqrt(12)

@@ -7,7 +7,7 @@ import pytest
 
 from flexarm_estimator.measurement import Measurement
 from flexarm_estimator.short_term import FROZEN, HELD, SAME, SHIFT, ShortTerm
-from flexarm_estimator.watches.mean_test import MeanTest
+from flexarm_estimator.watches.mean_shift import MeanTest
 
 DT = 0.005
 SIGMA = 0.1

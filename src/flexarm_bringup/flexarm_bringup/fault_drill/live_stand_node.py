@@ -12,7 +12,7 @@ from flexarm_interfaces.msg import ReducedModel
 from std_msgs.msg import String
 
 from flexarm_bringup.conversions import message_class
-from flexarm_bringup.fault_drill.message_stand import MessageStand
+from flexarm_bringup.fault_drill.message_stand import MessageStand, Recorded
 from flexarm_bringup.fault_drill.stand import FAULT_START, Stand, Trace, trace_of
 from flexarm_bringup.fault_drill.told_estimate import told_estimate
 from flexarm_bringup.processes.graph import Process
@@ -113,7 +113,7 @@ class LiveStand:
         told = self.messages.play(lambda tick, messages: messages, FAULT_START, clock)
         return trace_of(self.record.t, self.record.tip, told.estimates, {})
 
-    def _start(self, stand: Stand) -> NodeLink:
+    def _start(self, stand: Recorded) -> NodeLink:
         self._stack.close()
         config = stand.arm.config
         parameters = {

@@ -6,16 +6,36 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Protocol
 
-from flexarm_bringup.fault_drill.stand import Stand
+from flexarm_bringup.fault_drill.motion_record import DrilledArm, MotionRecord
 from flexarm_bringup.sim.conversions import Outgoing, applied_effort_msg, samples_to_msgs
 from flexarm_bringup.sim.sample import Sample
 from flexarm_estimator.estimate import Estimate
 from flexarm_estimator.exchange import EstimatorExchange
+from flexarm_estimator.settings import EstimatorConfig
 from flexarm_model.conversions import floats, model_to_msg
 
 EPOCH_NS = 1_700_000_000_000_000_000
 Tamper = Callable[[int, list[Outgoing]], list[Outgoing]]
 Clock = Callable[[float], float]
+
+
+class Recorded(Protocol):
+    """A machine whose motion was recorded: a ``Stand``."""
+
+    @property
+    def arm(self) -> DrilledArm:
+        """The machine."""
+        ...
+
+    @property
+    def settings(self) -> EstimatorConfig:
+        """Of the estimator."""
+        ...
+
+    @property
+    def record(self) -> MotionRecord:
+        """What it did."""
+        ...
 
 
 class Link(Protocol):
@@ -41,7 +61,7 @@ class Link(Protocol):
 class ExchangeLink:
     """The estimator in this process."""
 
-    def __init__(self, stand: Stand) -> None:
+    def __init__(self, stand: Recorded) -> None:
         """Start without a model."""
         self._exchange = EstimatorExchange(stand.arm.config, stand.settings, None)
 
@@ -90,7 +110,7 @@ class MessageTrace:
 class MessageStand:
     """A stand whose samples travel as messages."""
 
-    def __init__(self, stand: Stand, make_link: Callable[[Stand], Link] = ExchangeLink) -> None:
+    def __init__(self, stand: Recorded, make_link: Callable[[Recorded], Link] = ExchangeLink) -> None:
         """Use the record of a stand; ``make_link`` starts an estimator for every run."""
         self._stand, self._make_link = stand, make_link
 
