@@ -36,6 +36,7 @@ setup(
         "console_scripts": [
             "commander_node = flexarm_bringup.commander_node:main",
             "composed_node = flexarm_bringup.processes.composed_node:main",
+            "excite_node = flexarm_bringup.excite.excite_node:main",
             "markers_node = flexarm_bringup.display.markers_node:main",
             "recorder_node = flexarm_bringup.recorder_node:main",
             "rig_node = flexarm_bringup.rig_node:main",

@@ -22,6 +22,7 @@ NODES = {
     "guard": "flexarm_controller.guard_node:GuardNode",
     "rig": "flexarm_bringup.rig_node:RigNode",
     "commander": "flexarm_bringup.commander_node:Commander",
+    "excite": "flexarm_bringup.excite.excite_node:ExciteNode",
     "markers": "flexarm_bringup.display.markers_node:MarkersNode",
     "recorder": "flexarm_bringup.recorder_node:RecorderNode",
 }

@@ -23,6 +23,7 @@ FLEXARM_NODES = (
     "rig",
     "recorder",
     "commander",
+    "excite",
     "markers",
     "drift",
 )
