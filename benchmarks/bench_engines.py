@@ -21,9 +21,10 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
+from flexarm_model.body_spec import Beam
 from flexarm_model.compiled import compile_functions
 from flexarm_model.config import load_config
-from flexarm_model.description import Beam, ManipulatorConfig
+from flexarm_model.description import ManipulatorConfig
 from flexarm_model.manipulator_file import find_manipulator
 from flexarm_model.reduced_tree import ReducedTree
 from flexarm_model.segments import cut_beam

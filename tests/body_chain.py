@@ -8,8 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from flexarm_model.body_spec import Beam
 from flexarm_model.config import load_config
-from flexarm_model.description import Beam, Joint, ManipulatorConfig, NodeRef
+from flexarm_model.description import Joint, ManipulatorConfig, NodeRef
 from flexarm_model.manipulator_file import find_manipulator
 from flexarm_model.reduced_tree import ReducedTree
 

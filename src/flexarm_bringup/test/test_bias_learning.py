@@ -23,11 +23,11 @@ from flexarm_estimator.estimator import Estimator
 from flexarm_estimator.measurement import Measurement
 from flexarm_estimator.settings import EstimatorConfig
 from flexarm_model.config import load_config
-from flexarm_model.description import BiasSpec
 from flexarm_model.linearize import linearize
 from flexarm_model.manipulator_file import find_manipulator
 from flexarm_model.profiles import Trapezoid
 from flexarm_model.reduced_tree import ReducedTree
+from flexarm_model.sensor_spec import BiasSpec
 
 pytestmark = pytest.mark.slow
 WARMS_UP = BiasSpec(20e-6, 0.03e-6, 200e-6, 0.3e-6)

@@ -15,8 +15,8 @@ from scipy.io import savemat
 from flexarm_bringup import cli
 from flexarm_bringup.identify.measurement import Responses, SourceError, merge
 from flexarm_bringup.identify.sources import Averaging, read_sources
+from flexarm_model.body_spec import Beam
 from flexarm_model.config import load_config
-from flexarm_model.description import Beam
 from flexarm_model.linear_assembly import assemble
 from flexarm_model.manipulator_file import find_manipulator
 from flexarm_model.modal.frf import Frf, Ports, exact_frf, modal_frf

@@ -18,7 +18,7 @@ from flexarm_bringup.reproduce.seed_001_data import SEED
 from flexarm_bringup.reproduce.seed_001_machine import PRESETS, Machine, load_machine, magnitude
 from flexarm_bringup.reproduce.seed_001_printed import milling_force, read_printed
 from flexarm_bringup.reproduce.seed_001_rig import Rig, Unknowns, assemble, fit_unknowns, legs
-from flexarm_model.description import Beam, RigidBody
+from flexarm_model.body_spec import Beam, RigidBody
 from flexarm_model.linearize import linearize
 from flexarm_model.modal.half_power import half_power
 from flexarm_model.modal.peaks import pick_peaks

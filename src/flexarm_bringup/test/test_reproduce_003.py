@@ -42,7 +42,8 @@ from flexarm_bringup.reproduce.seed_003_robots import (
     with_factors,
 )
 from flexarm_bringup.reproduce.seed_003_served import with_modes
-from flexarm_model.description import Beam, ManipulatorConfig
+from flexarm_model.body_spec import Beam
+from flexarm_model.description import ManipulatorConfig
 from flexarm_model.linearize import linearize
 from flexarm_model.modal.frf import Frf
 from flexarm_model.model_order import FULL, with_elements, with_modes_below

@@ -15,8 +15,8 @@ from flexarm_bringup.sim.sample import Sample
 from flexarm_bringup.sim.sensor_fault_text import faults_text, parse_faults
 from flexarm_bringup.sim.sensor_faults import KINDS, Arrival, FaultLine, SensorFault
 from flexarm_model.config import load_config
-from flexarm_model.description import SensorSpec
 from flexarm_model.manipulator_file import find_manipulator
+from flexarm_model.sensor_spec import SensorSpec
 from flexarm_model.strict_yaml import ConfigError
 
 DT = 0.005  # s

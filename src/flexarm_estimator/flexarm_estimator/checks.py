@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from flexarm_estimator.history import SAME_INSTANT
 from flexarm_estimator.measurement import Measurement
-from flexarm_model.description import SensorSpec
+from flexarm_model.sensor_spec import SensorSpec
 
 Array = NDArray[np.float64]
 _MOST = sys.float_info.max

@@ -29,9 +29,9 @@ from flexarm_estimator.watches.stamp_delays import StampDelays
 from flexarm_estimator.watches.table import gather_values, make_watches
 from flexarm_estimator.watches.watch import Finding, View
 from flexarm_model.closure_error import ClosureError
-from flexarm_model.description import SensorSpec
 from flexarm_model.parameters import validate
 from flexarm_model.reduced_model import ReducedModel
+from flexarm_model.sensor_spec import SensorSpec
 
 Array = NDArray[np.float64]
 _START = 0.005  # s; the fixed start lies this long before the first step, whose samples count
@@ -82,7 +82,7 @@ class Estimator:
         self._clock = Clock()
         self._restart(0.0, self._operating_point())
         self._tip = TipReporter()
-        self._tip.describe(self._parts.tip, self._history.now.belief, model.n)
+        self._tip.describe(self._parts.tip, self._history.now.belief)
 
     def step(self, measurements: Sequence[Measurement], tau: Array, t: float) -> Estimate:
         """Fuse what has arrived and return the state at ``t``.
@@ -233,7 +233,7 @@ class Estimator:
     def _estimate(self, trouble: str) -> Estimate:
         belief, t, layout = self._history.now.belief, self._t, self._parts.layout
         x, P = belief  # later frames overwrite them
-        tip, doubt = self._tip.describe(self._parts.tip, belief, layout.n)
+        tip, doubt = self._tip.describe(self._parts.tip, belief)
         if doubt:  # nothing can be compared with such a state any more
             self._restart(t, self._operating_point())
         reports = self.health.reports(t)

@@ -25,7 +25,7 @@ from flexarm_estimator.settings import EstimatorConfig
 from flexarm_estimator.short_term import HELD
 from flexarm_estimator.tally import Tally
 from flexarm_estimator.watches.watch import Finding
-from flexarm_model.description import SensorSpec
+from flexarm_model.sensor_spec import SensorSpec
 
 Array = NDArray[np.float64]
 _PERIODS = 3.0  # sample periods of silence that are normal

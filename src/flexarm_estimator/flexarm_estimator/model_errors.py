@@ -11,7 +11,7 @@ from dataclasses import replace
 import numpy as np
 
 from flexarm_estimator.settings import EstimatorConfig
-from flexarm_model.description import SensorSpec
+from flexarm_model.sensor_spec import SensorSpec
 
 
 def with_model_errors(specs: tuple[SensorSpec, ...], config: EstimatorConfig) -> tuple[SensorSpec, ...]:

@@ -12,14 +12,15 @@ from flexarm_estimator.biases.bias_states import bias_specs
 from flexarm_estimator.filters.choice import FilterMaker
 from flexarm_estimator.fusion import Fusion
 from flexarm_estimator.gate import Gate
+from flexarm_estimator.machine_tip import make_tip
 from flexarm_estimator.model_errors import with_model_errors
 from flexarm_estimator.process import ProcessModel
 from flexarm_estimator.sensors import SensorModels, build_sensor_models
 from flexarm_estimator.settings import EstimatorConfig
 from flexarm_estimator.state_layout import StateLayout
 from flexarm_estimator.tip import Kinematics, Tip
-from flexarm_model.description import SensorSpec
 from flexarm_model.reduced_model import ReducedModel
+from flexarm_model.sensor_spec import SensorSpec
 
 Array = NDArray[np.float64]
 
@@ -76,7 +77,7 @@ class PartsMaker:
         known = bias_specs(self._specs)
         kept = {name: known[name] for name in observable_biases(model, self._specs)}
         process = ProcessModel(model, self._config, kept)
-        tip = Tip(model, self._kinematics)
+        tip = make_tip(model, self._kinematics, process.system.n_x, use_compiler)
         sensors = build_sensor_models(self._specs, model, process.system, tip)
         steps = self._filters.make(model, process, sensors, use_compiler)
         fusion = Fusion(process, sensors, self._gate, use_compiler, steps)

@@ -31,8 +31,8 @@ from flexarm_estimator.settings import EstimatorConfig
 from flexarm_estimator.state_layout import StateLayout
 from flexarm_estimator.stiffness import FAR, stiffness_sigma, with_stiffness
 from flexarm_estimator.taylor import ExponentialIntegrals, IntegralSlopes
-from flexarm_model.description import BiasSpec
 from flexarm_model.reduced_model import ReducedModel
+from flexarm_model.sensor_spec import BiasSpec
 from flexarm_model.state_space import StateSpace, state_space
 
 Array = NDArray[np.float64]

@@ -11,7 +11,7 @@ from flexarm_estimator.health import Health
 from flexarm_estimator.history import SAME_INSTANT
 from flexarm_estimator.measurement import Measurement
 from flexarm_estimator.settings import EstimatorConfig
-from flexarm_model.description import SensorSpec
+from flexarm_model.sensor_spec import SensorSpec
 
 
 class Reception:

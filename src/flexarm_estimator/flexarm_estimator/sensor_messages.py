@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 
 from flexarm_estimator.measurement import Measurement
 from flexarm_estimator.readings import Reading, Refusal
-from flexarm_model.description import ManipulatorConfig, SensorSpec
+from flexarm_model.description import ManipulatorConfig
+from flexarm_model.sensor_spec import SensorSpec
 
 Array = NDArray[np.float64]
 BASE_FRAME = "base"

@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 
 from flexarm_estimator.rotation_log import relative_rotation
 from flexarm_estimator.tip import Tip
-from flexarm_model.description import SensorSpec
 from flexarm_model.reduced_model import ReducedModel
+from flexarm_model.sensor_spec import SensorSpec
 from flexarm_model.state_space import StateSpace
 
 Array = NDArray[np.float64]
@@ -110,7 +110,7 @@ class TipPose(MeasurementModel):
 
     def jacobian(self, x: Array) -> Array:
         """Return the tip's Jacobian in world axes, zero for velocities and disturbance, (6, n_x)."""
-        return self._pad(self._tip.jacobian(x))
+        return self._pad(self._tip.locate(x)[1])
 
     def linearise(self, y: Array, x: Array, u: Array) -> tuple[Array, Array]:
         """Return innovation (6,) and Jacobian (6, n_x)."""

@@ -20,9 +20,10 @@ from flexarm_estimator.measurement import Measurement
 from flexarm_estimator.process import ProcessModel
 from flexarm_estimator.settings import EstimatorConfig
 from flexarm_model.config import load_config
-from flexarm_model.description import ManipulatorConfig, SensorSpec
+from flexarm_model.description import ManipulatorConfig
 from flexarm_model.reduced_model import Outputs, ReducedModel
 from flexarm_model.rotation import rotation_vector
+from flexarm_model.sensor_spec import SensorSpec
 
 Array = NDArray[np.float64]
 F_HZ = np.array([5.230, 36.22, 106.3])

@@ -26,8 +26,8 @@ from flexarm_estimator.process import ProcessModel
 from flexarm_estimator.reopening import Reopening
 from flexarm_estimator.settings import EstimatorConfig
 from flexarm_estimator.state_layout import StateLayout
-from flexarm_model.description import BiasSpec, SensorSpec
 from flexarm_model.reduced_model import Outputs
+from flexarm_model.sensor_spec import BiasSpec, SensorSpec
 
 MODEL = strip_model()
 CONFIG = EstimatorConfig()

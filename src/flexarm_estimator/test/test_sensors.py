@@ -16,12 +16,12 @@ from flexarm_estimator.model_errors import with_model_errors
 from flexarm_estimator.process import ProcessModel
 from flexarm_estimator.sensors import LinearRows, build_sensor_models
 from flexarm_estimator.settings import EstimatorConfig
-from flexarm_estimator.tip import Tip
-from flexarm_model.description import SensorSpec
+from flexarm_estimator.tip import PlainTip
+from flexarm_model.sensor_spec import SensorSpec
 
 MODEL = strip_model()
 SYSTEM = ProcessModel(MODEL, EstimatorConfig()).system
-MODELS = build_sensor_models(SENSORS, MODEL, SYSTEM, Tip(MODEL, StripKinematics()))
+MODELS = build_sensor_models(SENSORS, MODEL, SYSTEM, PlainTip(MODEL, StripKinematics()))
 
 
 def random_state(rng):

@@ -19,7 +19,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from flexarm_model.description import Beam, BeamPiece
+from flexarm_model.body_spec import Beam, BeamPiece
 from flexarm_model.rigid_pieces import rigid_transformation
 
 Array = NDArray[np.float64]

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexarm_model.beam import BeamMesh, section_inertia
-from flexarm_model.description import Beam
+from flexarm_model.body_spec import Beam
 from flexarm_model.reduction import count_modes_below, craig_bampton, guyan, mode_basis
 from flexarm_model.superelement import NodeShape, Superelement
 

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from flexarm_model.beam_superelement import reduce_beam
-from flexarm_model.description import Beam, Body, RigidBody
+from flexarm_model.body_spec import Beam, Body, RigidBody
 from flexarm_model.fe_import.imported_superelement import reduce_imported
 from flexarm_model.imported_body import ImportedBody, SuperelementBody
 from flexarm_model.sid_file import read_sid

@@ -6,28 +6,21 @@ import copy
 import hashlib
 import json
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from flexarm_model.body_spec import Body
 from flexarm_model.config_bodies import read_bodies
-from flexarm_model.description import (
-    AXES,
-    WORLD,
-    Axis,
-    Body,
-    Joint,
-    ManipulatorConfig,
-    NodeRef,
-    SensorSpec,
-)
+from flexarm_model.description import AXES, WORLD, Axis, Joint, ManipulatorConfig, NodeRef
 from flexarm_model.imported_body import ImportedBody, SuperelementBody
 from flexarm_model.parameter_law import ParameterLaws, read_parameters
 from flexarm_model.rotation import rotation_from_rpy
 from flexarm_model.sensor_kinds import SENSOR_KINDS, read_stamp_delay
+from flexarm_model.sensor_spec import SensorSpec
 from flexarm_model.strict_yaml import ConfigError, Section, read_yaml
 from flexarm_model.units import axis_dimension
 
@@ -57,16 +50,6 @@ def load_config(
     laws = ParameterLaws(parameters)
     joints, closures = _sort_joints(top, _read_joints(top, bodies, laws), bodies)
     laws.refuse_unused(top)
-    tip = _read_node(top, "tip", bodies)
-    top.section("sensors", {}).names(taken=("tip",))  # the tool's own output rows are called so
-    sensors = tuple(
-        _read_sensor(name, section, (*joints, *closures), bodies, tip)
-        for name, section in top.sections("sensors", {})
-    )
-    served = top.section("served")
-    actuated = [axis for joint in (*joints, *closures) for axis in joint.axes if axis.actuated]
-    positions = [axis_dimension(axis.name, "position") for axis in actuated]
-    poses = served.section("poses", {})
     config = ManipulatorConfig(
         name=top.text("name"),
         source=top.text("source"),
@@ -75,22 +58,41 @@ def load_config(
         gravity=top.quantities("gravity", ["acceleration"] * 3),
         bodies=bodies,
         joints=joints,
-        sensors=sensors,
-        tip=tip,
-        modes=served.count("modes", at_least=0),
-        home=served.quantities("home", positions),
-        rate_hz=served.quantity("rate", "frequency", above=0.0),
+        closures=closures,
+        tip=(tip := _read_node(top, "tip", bodies)),
+        sensors=_read_sensors(top, (*joints, *closures), bodies, tip),
         assumed=top.texts("assumed", ()),
         fitted=top.texts("fitted", ()),
-        closures=closures,
-        poses={name: poses.quantities(name, positions) for name in poses.names(taken=("home",))},
         parameters={name: parameter.value for name, parameter in parameters.items()},
+        **_read_served(top.section("served"), (*joints, *closures)),
     )
-    served.done()
     for _, unused in top.sections("presets", {}):
         _change(content, unused)
     top.done()
     return config
+
+
+def _read_sensors(
+    top: Section, joints: Sequence[Joint], bodies: dict[str, Body], tip: NodeRef
+) -> tuple[SensorSpec, ...]:
+    top.section("sensors", {}).names(taken=("tip",))  # the tool's own output rows are called so
+    sections = top.sections("sensors", {})
+    return tuple(_read_sensor(name, section, joints, bodies, tip) for name, section in sections)
+
+
+def _read_served(served: Section, joints: Sequence[Joint]) -> dict[str, Any]:
+    """Return what is served: modes, rate, home and further poses."""
+    actuated = [axis for joint in joints for axis in joint.axes if axis.actuated]
+    positions = [axis_dimension(axis.name, "position") for axis in actuated]
+    poses = served.section("poses", {})
+    read = {
+        "modes": served.count("modes", at_least=0),
+        "home": served.quantities("home", positions),
+        "rate_hz": served.quantity("rate", "frequency", above=0.0),
+        "poses": {name: poses.quantities(name, positions) for name in poses.names(taken=("home",))},
+    }
+    served.done()
+    return read
 
 
 def _identify(content: dict[str, Any], bodies: dict[str, Body]) -> str:

@@ -7,17 +7,9 @@ from collections.abc import Callable
 
 import numpy as np
 
+from flexarm_model.body_spec import DEFORMATIONS, Beam, BeamPiece, Body, PointMass, Reduction, RigidBody
 from flexarm_model.config_imported import read_imported, read_superelement
-from flexarm_model.description import (
-    DEFORMATIONS,
-    WORLD,
-    Beam,
-    BeamPiece,
-    Body,
-    PointMass,
-    Reduction,
-    RigidBody,
-)
+from flexarm_model.description import WORLD
 from flexarm_model.strict_yaml import Section
 
 REDUCTIONS = ("craig_bampton", "guyan")

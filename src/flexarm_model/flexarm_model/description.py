@@ -1,8 +1,7 @@
 """The manipulator as a graph: bodies joined by sets of axes, and the sensors on them.
 
-A body is rigid, a beam of welded prismatic pieces, or imported. A joint is a set of axes out of
-``tx ty tz rx ry rz`` (in this order), each free, actuated and/or sprung; without axes it is a weld.
-A joint between two bodies that are placed already closes a loop.
+A joint is a set of axes out of ``tx ty tz rx ry rz`` (in this order), each free, actuated and/or sprung;
+without axes it is a weld. A joint between two bodies that are placed already closes a loop.
 All values are SI.
 """
 
@@ -10,17 +9,16 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
-from flexarm_model.imported_body import ImportedBody, SuperelementBody
+from flexarm_model.body_spec import Body
+from flexarm_model.sensor_spec import SensorSpec
 
 Array = NDArray[np.float64]
 
 AXES = ("tx", "ty", "tz", "rx", "ry", "rz")
-DEFORMATIONS = ("bend_y", "bend_z", "torsion", "stretch")
 WORLD = "world"
 
 
@@ -82,181 +80,6 @@ class Joint:
     child: NodeRef
     placement: Array
     axes: tuple[Axis, ...]
-
-
-@dataclass(frozen=True)
-class RigidBody:
-    """A rigid body.
-
-    Attributes:
-        name: Name of the body.
-        mass: Mass [kg].
-        com: Centre of mass in the body frame [m], (3,).
-        inertia: About the centre of mass, in body axes [kg m^2], (3, 3).
-        nodes: Position of every node in the body frame [m], (3,) each; "root" is the origin.
-    """
-
-    name: str
-    mass: float
-    com: Array
-    inertia: Array
-    nodes: dict[str, Array]
-
-
-@dataclass(frozen=True)
-class BeamPiece:
-    """A prismatic length of beam along x, made of one material.
-
-    Attributes:
-        length: Length [m].
-        area: Cross-section [m^2].
-        I_y, I_z: Second moments about y (bending along z) and z (bending along y) [m^4].
-        torsion_constant: Saint-Venant's J [m^4].
-        E, G: Young's and shear modulus [Pa].
-        density: Density [kg/m^3].
-        elements: Number of finite elements.
-        axial_rigidity: Force per stretch [N]; None is E times area.
-        rigid: The piece does not deform at all (the half-body of a hinge or hub).
-    """
-
-    length: float
-    area: float
-    I_y: float
-    I_z: float
-    torsion_constant: float
-    E: float
-    G: float
-    density: float
-    elements: int
-    axial_rigidity: float | None = None
-    rigid: bool = False
-
-
-@dataclass(frozen=True)
-class PointMass:
-    """A small mass on the beam's axis.
-
-    Attributes:
-        name: Name of the mass.
-        at: Distance from the root [m].
-        mass: Mass [kg].
-        inertia: Its own, about any axis through it [kg m^2].
-    """
-
-    name: str
-    at: float
-    mass: float
-    inertia: float = 0.0
-
-
-@dataclass(frozen=True)
-class Reduction:
-    """How a flexible body becomes a superelement.
-
-    Attributes:
-        method: "craig_bampton" (interfaces and fixed-interface modes) or "guyan" (interfaces only).
-        modes: Number of modes kept in the end; 0 keeps all static ones and what ``f_max`` says.
-        frame: "clamped" (tangent at the root) or "chord" (through root and far end).
-        retain: Further nodes kept as interfaces, beside those that joints use.
-        interface: What an interface node keeps: "welded" its position and rotation, "pinned" its position
-            only, so that the slope at a hinge is left to the modes.
-        f_max: Fixed-interface modes up to here are kept beside the static ones [Hz].
-    """
-
-    method: str
-    modes: int
-    frame: str
-    retain: tuple[str, ...] = ()
-    interface: str = "welded"
-    f_max: float = 0.0
-
-
-@dataclass(frozen=True)
-class Beam:
-    """A flexible body: welded pieces along x, straight when unloaded.
-
-    Attributes:
-        name: Name of the body.
-        pieces: From the root outwards.
-        point_masses: On the axis.
-        deformation: Subset of ``DEFORMATIONS``; the others are rigid.
-        damping_ratio: Of every mode that strains this body alone [1].
-        damping_time: Damping over stiffness [s], in addition.
-        rotary_inertia: Whether sections resist turning as they bend (Rayleigh) or not (Euler-Bernoulli).
-        nodes: Distance of every node from the root [m].
-        reduction: How it is reduced.
-    """
-
-    name: str
-    pieces: tuple[BeamPiece, ...]
-    point_masses: tuple[PointMass, ...]
-    deformation: tuple[str, ...]
-    damping_ratio: float
-    nodes: dict[str, float]
-    reduction: Reduction
-    damping_time: float = 0.0
-    rotary_inertia: bool = True
-
-    @property
-    def length(self) -> float:
-        """Total length [m]."""
-        return sum(piece.length for piece in self.pieces)
-
-
-Body: TypeAlias = RigidBody | Beam | ImportedBody | SuperelementBody
-
-
-@dataclass(frozen=True)
-class BiasSpec:
-    """What a sensor's channels may be off by, each by itself: a constant that drifts.
-
-    Attributes:
-        sigma: One sigma when nothing has been learned yet, SI.
-        drift: Random walk, growth of one sigma per square root of time, SI/sqrt(s).
-        limit: Largest that is believed; what lies beyond it is a fault, SI.
-        rate: One sigma of a steady drift, as warming up makes it; 0 for none, SI/s.
-        rate_time: How long such a drift lasts [s].
-    """
-
-    sigma: float
-    drift: float
-    limit: float
-    rate: float = 0.0
-    rate_time: float = 60.0
-
-
-@dataclass(frozen=True)
-class SensorSpec:
-    """A mounted sensor: what it is, where it sits, what it delivers.
-
-    Attributes:
-        name: Name of the sensor.
-        kind: A key of ``sensors.SENSOR_KINDS``.
-        site: Axis "joint.axis" of an encoder, node "body.node" of the others.
-        channels: Names of its outputs, (m,).
-        sigma: One-sigma noise of every channel, SI, (m,).
-        rate_hz: Samples per second [Hz]; 0 means one per control period.
-        latency: Age of a sample when it arrives [s].
-        low, high: Smallest and largest value that is physically possible, SI.
-        offset: Of a gauge from the beam's axis along y and z [m], (2,).
-        limit: Largest strain allowed at a gauge [1].
-        stamp_delay: Stamp minus instant of the sample: how late the driver stamps [s].
-        bias: What its channels may be off by; None for nothing.
-    """
-
-    name: str
-    kind: str
-    site: str
-    channels: tuple[str, ...]
-    sigma: Array
-    rate_hz: float = 0.0
-    latency: float = 0.0
-    low: float = -math.inf
-    high: float = math.inf
-    offset: tuple[float, float] = (0.0, 0.0)
-    limit: float = math.inf
-    stamp_delay: float = 0.0
-    bias: BiasSpec | None = None
 
 
 @dataclass(frozen=True)

@@ -22,7 +22,8 @@ from numpy.typing import NDArray
 from scipy.linalg import null_space
 
 from flexarm_model.body_reduction import reduce_to_first_order
-from flexarm_model.description import WORLD, Body, Joint, ManipulatorConfig, NodeRef
+from flexarm_model.body_spec import Body
+from flexarm_model.description import WORLD, Joint, ManipulatorConfig, NodeRef
 from flexarm_model.modal_damping import modal_damping
 from flexarm_model.rigid_places import Place, place_bodies, place_joint, place_node
 from flexarm_model.rotation import rotation_vector, skew

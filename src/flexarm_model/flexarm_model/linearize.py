@@ -48,21 +48,11 @@ def linearize(tree: ReducedTree, pose: Array | None = None, modes: int | None = 
     pose = check_pose(tree, config.home if pose is None else pose)
     q0, force, (M, D, K, f0) = _settle(tree, pose)
     K += constraint_stiffness(tree, q0, force)
-    n = len(tree.actuated)
-    N = tree.motions_within(q0)
-    N_t, Z = N[:, :n], N[:, n:]
-    n_eta = config.modes if modes is None else modes
-    if n_eta > Z.shape[1]:
-        raise PoseError(
-            f"{n_eta} modes asked for, {Z.shape[1]} exist; serve fewer or keep more in the bodies"
-        )
-    T, omega = N[:, : n + n_eta].copy(), np.zeros(0)
-    if Z.shape[1]:
-        Phi, omega = mode_basis((M + M.T) / 2, (K + K.T) / 2, Z, Z.shape[1])
-        if omega[0] <= FREE * omega[-1]:
-            raise PoseError(f"no stable equilibrium at pose {pose.tolist()}: a mode has no stiffness")
-        T[:, :n] = N_t - Z @ np.linalg.solve(Z.T @ K @ Z, Z.T @ K @ N_t)
-        T[:, n:], omega = Phi[:, :n_eta], omega[:n_eta]
+    n, n_eta = len(tree.actuated), config.modes if modes is None else modes
+    try:
+        T, omega = _shapes(tree.motions_within(q0), (M + M.T) / 2, K, n, n_eta)
+    except PoseError as error:
+        raise PoseError(f"pose {pose.tolist()}: {error}") from None
     M_r, D_r, K_r = (T.T @ matrix @ T for matrix in (M, D, K))
     M_r[n:, n:], K_r[n:, n:] = np.eye(n_eta), np.diag(omega**2)  # what they are but for round-off
     K_r[:n, n:] = K_r[n:, :n] = 0.0
@@ -85,6 +75,34 @@ def linearize(tree: ReducedTree, pose: Array | None = None, modes: int | None = 
         q0=q0,
         Phi=T,
     )
+
+
+def _shapes(N: Array, M: Array, K: Array, n: int, n_eta: int) -> tuple[Array, Array]:
+    """Return static deflections and modes as columns, and the modes' frequencies [rad/s].
+
+    Args:
+        N: Motions that the loops allow; the first ``n`` columns move the actuated axes, (n_q, n_z).
+        M: Mass, (n_q, n_q).
+        K: Stiffness, (n_q, n_q).
+        n: Number of actuated axes.
+        n_eta: Number of modes.
+
+    Raises:
+        PoseError: So many modes do not exist, or one has no stiffness.
+    """
+    N_t, Z = N[:, :n], N[:, n:]
+    if n_eta > Z.shape[1]:
+        raise PoseError(
+            f"{n_eta} modes asked for, {Z.shape[1]} exist; serve fewer or keep more in the bodies"
+        )
+    T, omega = N[:, : n + n_eta].copy(), np.zeros(0)
+    if Z.shape[1]:
+        Phi, omega = mode_basis(M, (K + K.T) / 2, Z, Z.shape[1])
+        if omega[0] <= FREE * omega[-1]:
+            raise PoseError("no stable equilibrium: a mode has no stiffness")
+        T[:, :n] = N_t - Z @ np.linalg.solve(Z.T @ K @ Z, Z.T @ K @ N_t)
+        T[:, n:], omega = Phi[:, :n_eta], omega[:n_eta]
+    return T, omega
 
 
 def check_pose(tree: ReducedTree, pose: Array) -> Array:

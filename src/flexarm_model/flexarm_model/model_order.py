@@ -11,7 +11,8 @@ from dataclasses import replace
 import numpy as np
 
 from flexarm_model.body_reduction import reduce_to_first_order
-from flexarm_model.description import Beam, Body, ManipulatorConfig, RigidBody
+from flexarm_model.body_spec import Beam, Body, RigidBody
+from flexarm_model.description import ManipulatorConfig
 from flexarm_model.imported_body import ImportedBody
 
 FULL = math.inf  # Hz

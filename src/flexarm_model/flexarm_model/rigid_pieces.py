@@ -14,7 +14,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from flexarm_model.description import Beam
+from flexarm_model.body_spec import Beam
 
 Array = NDArray[np.float64]
 

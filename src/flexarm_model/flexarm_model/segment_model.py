@@ -11,7 +11,8 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import NDArray
 
-from flexarm_model.description import WORLD, Beam, Joint, ManipulatorConfig, NodeRef, RigidBody
+from flexarm_model.body_spec import Beam, RigidBody
+from flexarm_model.description import WORLD, Joint, ManipulatorConfig, NodeRef
 from flexarm_model.segments import Segment, cut_beam
 
 Array = NDArray[np.float64]

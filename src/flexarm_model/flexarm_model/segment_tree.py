@@ -17,11 +17,13 @@ import pinocchio as pin
 from numpy.typing import NDArray
 from scipy.linalg import eigh
 
+from flexarm_model.body_spec import Beam
 from flexarm_model.closure_error import ClosureError
-from flexarm_model.description import Beam, ManipulatorConfig, NodeRef, SensorSpec
+from flexarm_model.description import ManipulatorConfig, NodeRef
 from flexarm_model.modal_damping import modal_damping
 from flexarm_model.segment_loops import RANK_TOLERANCE, STRIDE, SegmentLoops, null_space, row_space
 from flexarm_model.segment_model import SegmentModel
+from flexarm_model.sensor_spec import SensorSpec
 
 Array = NDArray[np.float64]
 

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexarm_model.beam import rigidities, section_inertia
-from flexarm_model.description import Beam, BeamPiece
+from flexarm_model.body_spec import Beam, BeamPiece
 from flexarm_model.rigid_pieces import stretches
 
 Array = NDArray[np.float64]

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from flexarm_model.description import BiasSpec, SensorSpec
+from flexarm_model.sensor_spec import BiasSpec, SensorSpec
 from flexarm_model.strict_yaml import Section
 from flexarm_model.units import axis_dimension, si_unit
 

@@ -14,9 +14,10 @@ from typing import Protocol
 import casadi as ca
 import numpy as np
 
-from flexarm_model.description import ManipulatorConfig, NodeRef, SensorSpec
+from flexarm_model.description import ManipulatorConfig, NodeRef
 from flexarm_model.frames import Motion, sparse
 from flexarm_model.sensor_kinds import POSE_CHANNELS, POSE_UNITS, SENSOR_KINDS
+from flexarm_model.sensor_spec import SensorSpec
 from flexarm_model.superelement import Superelement
 
 Motions = dict[int, Motion]

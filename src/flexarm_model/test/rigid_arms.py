@@ -7,7 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from flexarm_model.description import Beam, ManipulatorConfig, RigidBody
+from flexarm_model.body_spec import Beam, RigidBody
+from flexarm_model.description import ManipulatorConfig
 
 
 def rigid_version(config: ManipulatorConfig) -> ManipulatorConfig:

@@ -11,8 +11,8 @@ from arms import bar
 from beam_theory import cantilever
 
 from flexarm_model.body_reduction import reduce_body, reduce_to_first_order
+from flexarm_model.body_spec import Beam, PointMass, Reduction
 from flexarm_model.config import load_config
-from flexarm_model.description import Beam, PointMass, Reduction
 from flexarm_model.segments import cut_beam
 from flexarm_model.strict_yaml import ConfigError
 

@@ -17,8 +17,9 @@ from arms import FOLDER, SINGLE_LINK, arm
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from flexarm_model.body_spec import Beam
 from flexarm_model.config import load_config
-from flexarm_model.description import Beam, NodeRef
+from flexarm_model.description import NodeRef
 from flexarm_model.strict_yaml import ConfigError
 
 TEXT = SINGLE_LINK.read_text(encoding="utf-8")

@@ -16,8 +16,9 @@ from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
 from flexarm_model.body_reduction import reduce_body
+from flexarm_model.body_spec import RigidBody
 from flexarm_model.config import load_config
-from flexarm_model.description import ManipulatorConfig, RigidBody
+from flexarm_model.description import ManipulatorConfig
 from flexarm_model.linearize import linearize
 from flexarm_model.reduced_tree import ReducedTree
 from flexarm_model.segment_tree import SegmentTree

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from flexarm_model.beam import BeamMesh
 from flexarm_model.body_reduction import reduce_body
-from flexarm_model.description import Reduction
+from flexarm_model.body_spec import Reduction
 from flexarm_model.fe_import.fe_model import FeModel, load_model
 from flexarm_model.fe_import.hexahedra import Solid
 from flexarm_model.fe_import.volume_integrals import volume_integrals

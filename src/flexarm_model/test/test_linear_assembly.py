@@ -11,7 +11,8 @@ from beam_theory import cantilever
 from rigid_arms import rigid_version
 from scipy.linalg import eigh
 
-from flexarm_model.description import WORLD, Axis, Beam, Joint, ManipulatorConfig, NodeRef, Reduction
+from flexarm_model.body_spec import Beam, Reduction
+from flexarm_model.description import WORLD, Axis, Joint, ManipulatorConfig, NodeRef
 from flexarm_model.linear_assembly import LinearAssembly, assemble
 from flexarm_model.linearize import linearize
 from flexarm_model.model_order import (

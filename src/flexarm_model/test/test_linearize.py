@@ -11,16 +11,8 @@ from arms import Array, arm, bar, scales, tree
 from beam_theory import BeamModes, cantilever
 from finite_difference import assert_jacobian, finite_difference
 
-from flexarm_model.description import (
-    WORLD,
-    Axis,
-    Beam,
-    Joint,
-    ManipulatorConfig,
-    NodeRef,
-    Reduction,
-    RigidBody,
-)
+from flexarm_model.body_spec import Beam, Reduction, RigidBody
+from flexarm_model.description import WORLD, Axis, Joint, ManipulatorConfig, NodeRef
 from flexarm_model.linearize import PoseError, linearize
 from flexarm_model.reduced_model import ReducedModel
 from flexarm_model.reduced_tree import ReducedTree

@@ -9,7 +9,8 @@ import pytest
 from arms import arm
 from scipy.linalg import eigh
 
-from flexarm_model.description import Beam, ManipulatorConfig
+from flexarm_model.body_spec import Beam
+from flexarm_model.description import ManipulatorConfig
 from flexarm_model.linearize import linearize
 from flexarm_model.reduced_tree import ReducedTree
 from flexarm_model.segment_tree import SegmentTree

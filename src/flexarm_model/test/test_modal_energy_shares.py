@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 from arms import arm, bar, tip_mass, tree
 
-from flexarm_model.description import WORLD, Axis, Beam, Joint, ManipulatorConfig, NodeRef, RigidBody
+from flexarm_model.body_spec import Beam, RigidBody
+from flexarm_model.description import WORLD, Axis, Joint, ManipulatorConfig, NodeRef
 from flexarm_model.linearize import linearize
 from flexarm_model.modal.energy_shares import GRAVITY, energy_shares
 from flexarm_model.reduced_tree import ReducedTree

@@ -11,7 +11,7 @@ from beam_theory import cantilever
 from scipy.linalg import eigh
 
 from flexarm_model.body_reduction import reduce_body
-from flexarm_model.description import Beam, Reduction
+from flexarm_model.body_spec import Beam, Reduction
 from flexarm_model.reduction import craig_bampton, guyan, mode_basis
 
 Matrices = tuple[np.ndarray, np.ndarray]

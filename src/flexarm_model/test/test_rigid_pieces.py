@@ -18,19 +18,11 @@ from scipy.optimize import brentq
 
 from flexarm_model.beam import BeamMesh
 from flexarm_model.body_reduction import reduce_body
-from flexarm_model.description import (
-    WORLD,
-    Axis,
-    Beam,
-    BeamPiece,
-    Joint,
-    ManipulatorConfig,
-    NodeRef,
-    Reduction,
-    SensorSpec,
-)
+from flexarm_model.body_spec import Beam, BeamPiece, Reduction
+from flexarm_model.description import WORLD, Axis, Joint, ManipulatorConfig, NodeRef
 from flexarm_model.segment_tree import SegmentTree
 from flexarm_model.segments import cut_beam
+from flexarm_model.sensor_spec import SensorSpec
 from flexarm_model.superelement import Superelement
 
 L, ARM = 0.300, 0.018

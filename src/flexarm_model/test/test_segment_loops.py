@@ -14,8 +14,9 @@ from rigid_arms import rigid_version
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
+from flexarm_model.body_spec import RigidBody
 from flexarm_model.closure_error import ClosureError
-from flexarm_model.description import WORLD, Axis, Joint, ManipulatorConfig, NodeRef, RigidBody
+from flexarm_model.description import WORLD, Axis, Joint, ManipulatorConfig, NodeRef
 from flexarm_model.segment_loops import null_space
 from flexarm_model.segment_tree import SegmentTree
 

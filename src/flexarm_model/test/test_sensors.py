@@ -9,18 +9,11 @@ import pytest
 from arms import BAR, Array, arm, bar, random_states, tree
 from scipy.spatial.transform import Rotation
 
-from flexarm_model.description import (
-    WORLD,
-    Axis,
-    Joint,
-    ManipulatorConfig,
-    NodeRef,
-    Reduction,
-    RigidBody,
-    SensorSpec,
-)
+from flexarm_model.body_spec import Reduction, RigidBody
+from flexarm_model.description import WORLD, Axis, Joint, ManipulatorConfig, NodeRef
 from flexarm_model.reduced_tree import ReducedTree
 from flexarm_model.rotation import rotation_from_rpy
+from flexarm_model.sensor_spec import SensorSpec
 from flexarm_model.sensors import output_names, output_units
 
 RADIUS, G = 0.7, 9.81

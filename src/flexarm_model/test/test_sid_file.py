@@ -12,7 +12,7 @@ from fe_bodies import bracket, load_body
 from numpy.typing import NDArray
 
 from flexarm_model.body_reduction import reduce_body
-from flexarm_model.description import Reduction, RigidBody
+from flexarm_model.body_spec import Reduction, RigidBody
 from flexarm_model.sid_file import read_sid, write_sid
 from flexarm_model.sid_terms import sid_matrices
 from flexarm_model.strict_yaml import ConfigError

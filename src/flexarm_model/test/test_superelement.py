@@ -18,7 +18,7 @@ from scipy.integrate import cumulative_trapezoid
 from scipy.optimize import brentq
 
 from flexarm_model.body_reduction import reduce_body
-from flexarm_model.description import Reduction, RigidBody
+from flexarm_model.body_spec import Reduction, RigidBody
 from flexarm_model.superelement import Superelement, pairs
 
 L, RHO = BAR.length, BAR.density

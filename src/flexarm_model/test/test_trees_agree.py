@@ -13,7 +13,8 @@ from beam_theory import cantilever
 from finite_difference import finite_difference
 from scipy.linalg import eigh
 
-from flexarm_model.description import WORLD, Axis, Joint, ManipulatorConfig, NodeRef, Reduction
+from flexarm_model.body_spec import Reduction
+from flexarm_model.description import WORLD, Axis, Joint, ManipulatorConfig, NodeRef
 from flexarm_model.linearize import find_equilibrium
 from flexarm_model.reduced_tree import ReducedTree
 from flexarm_model.segment_tree import SegmentTree

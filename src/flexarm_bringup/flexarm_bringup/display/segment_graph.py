@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 
 from flexarm_bringup.display.segment_chain import SegmentChain
 from flexarm_model.body_reduction import reduce_body
-from flexarm_model.description import WORLD, Axis, Beam, Joint, NodeRef
+from flexarm_model.body_spec import Beam
+from flexarm_model.description import WORLD, Axis, Joint, NodeRef
 from flexarm_model.reduced_tree import ReducedTree
 from flexarm_model.superelement import Superelement
 

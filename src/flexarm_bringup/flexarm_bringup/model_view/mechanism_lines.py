@@ -14,7 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexarm_model.body_reduction import reduce_body
-from flexarm_model.description import WORLD, Beam, Joint, NodeRef
+from flexarm_model.body_spec import Beam
+from flexarm_model.description import WORLD, Joint, NodeRef
 from flexarm_model.reduced_tree import ReducedTree
 from flexarm_model.superelement import NodeShape, Superelement
 

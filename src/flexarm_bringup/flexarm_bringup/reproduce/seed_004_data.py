@@ -13,8 +13,9 @@ from numpy.typing import NDArray
 
 from flexarm_bringup.reproduce.reference import read_records
 from flexarm_bringup.share import share_path
+from flexarm_model.body_spec import RigidBody
 from flexarm_model.config import load_config
-from flexarm_model.description import ManipulatorConfig, RigidBody
+from flexarm_model.description import ManipulatorConfig
 from flexarm_model.kinematics.elbow_arm import ElbowArm
 
 Array = NDArray[np.float64]

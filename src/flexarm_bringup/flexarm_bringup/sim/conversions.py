@@ -18,7 +18,8 @@ from flexarm_bringup.sim.drives import Drives
 from flexarm_bringup.sim.rig import Truth
 from flexarm_bringup.sim.sample import Sample
 from flexarm_model.conversions import floats, ns_to_stamp
-from flexarm_model.description import ManipulatorConfig, SensorSpec
+from flexarm_model.description import ManipulatorConfig
+from flexarm_model.sensor_spec import SensorSpec
 
 Array = NDArray[np.float64]
 

@@ -11,7 +11,8 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any, TypeVar
 
-from flexarm_model.description import Beam, Body, Joint, ManipulatorConfig, Reduction, RigidBody
+from flexarm_model.body_spec import Beam, Body, Reduction, RigidBody
+from flexarm_model.description import Joint, ManipulatorConfig
 from flexarm_model.imported_body import ImportedBody, ImportedReduction
 
 AnyReduction = TypeVar("AnyReduction", Reduction, ImportedReduction)

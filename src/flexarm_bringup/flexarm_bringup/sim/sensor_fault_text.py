@@ -13,7 +13,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 from flexarm_bringup.sim.sensor_faults import KINDS, SensorFault
-from flexarm_model.description import SensorSpec
+from flexarm_model.sensor_spec import SensorSpec
 from flexarm_model.strict_yaml import ConfigError
 from flexarm_model.units import axis_dimension, parse_quantity, si_unit
 

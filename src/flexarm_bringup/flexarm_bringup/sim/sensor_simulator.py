@@ -15,7 +15,7 @@ from flexarm_bringup.sim.plant import Plant
 from flexarm_bringup.sim.sample import Sample
 from flexarm_bringup.sim.sensor_faults import Arrival, FaultLine, SensorFault
 from flexarm_estimator.rotation_log import exp_rotation, log_rotation
-from flexarm_model.description import SensorSpec
+from flexarm_model.sensor_spec import SensorSpec
 
 Array = NDArray[np.float64]
 

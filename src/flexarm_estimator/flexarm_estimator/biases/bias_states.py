@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import block_diag
 
-from flexarm_model.description import BiasSpec, SensorSpec
+from flexarm_model.sensor_spec import BiasSpec, SensorSpec
 from flexarm_model.state_space import StateSpace
 
 Array = NDArray[np.float64]

@@ -21,8 +21,8 @@ from flexarm_estimator.gate import Gate
 from flexarm_estimator.parts import Parts, PartsMaker
 from flexarm_estimator.settings import EstimatorConfig
 from flexarm_estimator.tip import Kinematics
-from flexarm_model.description import SensorSpec
 from flexarm_model.reduced_model import ReducedModel
+from flexarm_model.sensor_spec import SensorSpec
 
 Array = NDArray[np.float64]
 SETTLING = 1.0  # s after a start in which nothing is learned

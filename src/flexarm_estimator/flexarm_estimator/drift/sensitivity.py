@@ -20,7 +20,7 @@ from flexarm_estimator.joint_step import JointStep
 from flexarm_estimator.parts import Parts
 from flexarm_estimator.stack import stack_rows
 from flexarm_estimator.taylor import IntegralSlopes
-from flexarm_model.description import SensorSpec
+from flexarm_model.sensor_spec import SensorSpec
 
 Array = NDArray[np.float64]
 

@@ -22,8 +22,8 @@ from flexarm_estimator.joint_step import JointStep
 from flexarm_estimator.process import ProcessModel
 from flexarm_estimator.sensors import SensorModels
 from flexarm_estimator.stack import stack_rows
-from flexarm_model.description import SensorSpec
 from flexarm_model.reduced_model import ReducedModel
+from flexarm_model.sensor_spec import SensorSpec
 from flexarm_model.steady_filter import SteadyFilter
 
 Array = NDArray[np.float64]

@@ -15,8 +15,8 @@ from flexarm_estimator.interventions.intervention import (
     require_numbers,
 )
 from flexarm_estimator.settings import EstimatorConfig
-from flexarm_model.description import SensorSpec
 from flexarm_model.parameters import ParameterError, validate
+from flexarm_model.sensor_spec import SensorSpec
 
 SETTINGS = (
     "frequency_error",

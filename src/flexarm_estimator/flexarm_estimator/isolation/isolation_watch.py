@@ -17,7 +17,7 @@ from flexarm_estimator.isolation.window import StepMaker
 from flexarm_estimator.parts import Parts
 from flexarm_estimator.short_term import HELD
 from flexarm_estimator.watches.watch import Finding, View, Watch
-from flexarm_model.description import SensorSpec
+from flexarm_model.sensor_spec import SensorSpec
 
 _LENGTH = 60  # ticks in the ring: 0.3 s at 200 Hz
 _SHORTEST = 36  # ticks of the shortest window that is investigated

@@ -18,7 +18,7 @@ from scipy.stats import chi2
 
 from flexarm_estimator.gate import Verdict
 from flexarm_estimator.watches.watch import Finding, View, Watch
-from flexarm_model.description import SensorSpec
+from flexarm_model.sensor_spec import SensorSpec
 
 _WINDOW = 0.3  # s
 _ENOUGH = 10  # samples in it, at least

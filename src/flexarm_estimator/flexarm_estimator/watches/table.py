@@ -13,7 +13,7 @@ from flexarm_estimator.watches.noise_watch import NoiseWatch
 from flexarm_estimator.watches.shift_watch import ShiftWatch
 from flexarm_estimator.watches.stamp_delays import StampDelays
 from flexarm_estimator.watches.watch import Watch
-from flexarm_model.description import SensorSpec
+from flexarm_model.sensor_spec import SensorSpec
 
 
 def make_watches(
