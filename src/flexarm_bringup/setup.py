@@ -34,12 +34,12 @@ setup(
     license="Apache-2.0",
     entry_points={
         "console_scripts": [
-            "commander_node = flexarm_bringup.commander_node:main",
-            "composed_node = flexarm_bringup.processes.composed_node:main",
+            "commander_node = flexarm_bringup.executables:commander_node",
+            "composed_node = flexarm_bringup.executables:composed_node",
             "excite_node = flexarm_bringup.excite.excite_node:main",
-            "markers_node = flexarm_bringup.display.markers_node:main",
-            "recorder_node = flexarm_bringup.recorder_node:main",
-            "rig_node = flexarm_bringup.rig_node:main",
+            "markers_node = flexarm_bringup.executables:markers_node",
+            "recorder_node = flexarm_bringup.executables:recorder_node",
+            "rig_node = flexarm_bringup.executables:rig_node",
             "flexarm = flexarm_bringup.cli:main",
         ],
         "pytest11": ["flexarm_regress = flexarm_pytest"],

@@ -20,8 +20,8 @@ setup(
     license="Apache-2.0",
     entry_points={
         "console_scripts": [
-            "controller_node = flexarm_controller.controller_node:main",
-            "guard_node = flexarm_controller.guard_node:main",
+            "controller_node = flexarm_controller.executables:controller_node",
+            "guard_node = flexarm_controller.executables:guard_node",
         ],
     },
 )

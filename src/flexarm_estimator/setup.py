@@ -20,8 +20,8 @@ setup(
     license="Apache-2.0",
     entry_points={
         "console_scripts": [
-            "estimator_node = flexarm_estimator.estimator_node:main",
-            "drift_node = flexarm_estimator.drift_node:main",
+            "estimator_node = flexarm_estimator.executables:estimator_node",
+            "drift_node = flexarm_estimator.executables:drift_node",
         ],
     },
 )

@@ -21,6 +21,6 @@ setup(
     description="Dynamics of flexible multibody arms, full and reduced, and the node that serves them.",
     license="Apache-2.0",
     entry_points={
-        "console_scripts": ["model_node = flexarm_model.model_node:main"],
+        "console_scripts": ["model_node = flexarm_model.executables:model_node"],
     },
 )

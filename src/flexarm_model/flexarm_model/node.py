@@ -24,6 +24,7 @@ from rclpy.signals import SignalHandlerOptions
 from std_msgs.msg import Bool
 
 from flexarm_model.announce import announce_on_stderr
+from flexarm_model.executable import EXIT_CONFIGURATION, EXIT_NAME_TAKEN, STOPPING
 from flexarm_model.parameter_file import parameter_sources
 from flexarm_model.parameters import ParameterError
 from flexarm_model.process_title import set_process_title
@@ -38,8 +39,6 @@ MODELS_DEPTH = 500  # most models of one motion; they are sent in one go, ahead 
 MODELS_QOS = QoSProfile(depth=MODELS_DEPTH, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 LOCKSTEP_QOS = QoSProfile(depth=1000)  # both ends in lockstep: no message is lost while a reader is slow
 
-EXIT_CONFIGURATION, EXIT_NAME_TAKEN = 2, 3
-STOPPING = (signal.SIGINT, signal.SIGTERM)
 SPIN_TIMEOUT = 0.1  # s; longest delay of a stop by signal
 READY_PERIOD = 0.05  # s
 

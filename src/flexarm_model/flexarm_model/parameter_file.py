@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from flexarm_model.ros_arguments import values_of
 from flexarm_model.strict_yaml import ConfigError, read_yaml
 
 FLEXARM_NODES = (
@@ -61,9 +62,9 @@ def parameter_sources(arguments: Sequence[str]) -> tuple[ParameterSource, ...]:
     Raises:
         ConfigError: A file cannot be read, or is not a parameter file; see ``read_parameter_file``.
     """
-    files = [read_parameter_file(Path(path)) for path in _values_of(arguments, (_FILE_OPTION,))]
+    files = [read_parameter_file(Path(path)) for path in values_of(arguments, (_FILE_OPTION,))]
     typed: dict[str, tuple[str, ...]] = {}
-    for item in _values_of(arguments, _VALUE_OPTIONS):
+    for item in values_of(arguments, _VALUE_OPTIONS):
         match = _OF_A_NODE.match(item)
         node, key = match.group("node", "key") if match else ("**", item.partition(":=")[0])
         node = f"/{node}"
@@ -131,12 +132,3 @@ def _matches(pattern: str, node: str) -> bool:
     """Return whether rcl gives a node what stands under ``pattern``."""
     text = re.escape(pattern).replace(r"/\*\*", "(?:/.*)?").replace(r"\*", "[^/]+")
     return re.fullmatch(text, node) is not None
-
-
-def _values_of(arguments: Sequence[str], options: Sequence[str]) -> Iterator[str]:
-    """Yield what follows an option in the ROS part of a command line."""
-    inside = False
-    for option, value in zip(arguments, (*arguments[1:], ""), strict=True):
-        inside = option == "--ros-args" or (inside and option != "--")
-        if inside and option in options:
-            yield value

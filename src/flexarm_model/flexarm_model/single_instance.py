@@ -2,6 +2,8 @@
 
 The name is held by a lock on a file that the kernel gives back when the process ends, however it ends. The
 graph of ROS would not do: it shows a killed node for ten seconds more, and its successor could not start.
+
+A name belongs to a process: who claims it again within the same one gets what is held already.
 """
 
 from __future__ import annotations
@@ -11,6 +13,9 @@ import os
 import tempfile
 from pathlib import Path
 from typing import TextIO
+from weakref import WeakValueDictionary
+
+_HELD: WeakValueDictionary[Path, TextIO] = WeakValueDictionary()  # by this process, as the kernel sees it
 
 
 class NameTakenError(RuntimeError):
@@ -30,7 +35,11 @@ def claim_name(name: str, domain: str, folder: Path | None = None) -> TextIO:
     """
     folder = folder or Path(tempfile.gettempdir()) / f"flexarm-{os.getuid()}"
     folder.mkdir(mode=0o700, parents=True, exist_ok=True)
-    held = (folder / f"{domain}{name.replace('/', '.')}.lock").open("a+", encoding="utf-8")
+    place = folder / f"{domain}{name.replace('/', '.')}.lock"
+    before = _HELD.get(place)
+    if before is not None and not before.closed:
+        return before
+    held = place.open("a+", encoding="utf-8")
     try:
         fcntl.flock(held, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except OSError:
@@ -44,4 +53,5 @@ def claim_name(name: str, domain: str, folder: Path | None = None) -> TextIO:
     held.truncate(0)
     held.write(str(os.getpid()))
     held.flush()
+    _HELD[place] = held
     return held

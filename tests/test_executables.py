@@ -1,0 +1,47 @@
+"""Console scripts claim the name of their node before they load anything that takes long."""
+
+from __future__ import annotations
+
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from flexarm_model.single_instance import claim_name
+
+SOURCE = Path(__file__).resolve().parents[1] / "src"
+PACKAGES = ("flexarm_model", "flexarm_estimator", "flexarm_controller", "flexarm_bringup")
+ENTRY = re.compile(r'"(\w+) = (\w+)\.executables:(\w+)"')
+RUN = re.compile(r'def (\w+)\(\).*?run_executable\("([\w.]+)", \[(.*?)\]\)', re.DOTALL)
+DOMAIN = "231"
+SECOND = """
+import sys
+from flexarm_controller.executables import guard_node
+code = guard_node()
+print(code, sorted({"numpy", "rclpy", "scipy", "casadi", "yaml"} & set(sys.modules)))
+"""
+
+
+@pytest.mark.parametrize("package", PACKAGES)
+def test_every_node_of_a_package_is_started_by_its_executables(package: str) -> None:
+    entries = ENTRY.findall((SOURCE / package / "setup.py").read_text())
+    code = (SOURCE / package / package / "executables.py").read_text()
+    functions = {name: (module, nodes) for name, module, nodes in RUN.findall(code)}
+    assert entries and {function for _, _, function in entries} == set(functions)
+    for executable, own, function in entries:
+        module, nodes = functions[function]
+        path = SOURCE / own / f"{module.replace('.', '/')}.py"
+        assert (executable, own) == (function, package) and nodes
+        assert "\ndef main() -> int:" in path.read_text()
+
+
+def test_a_second_node_is_refused_before_its_libraries_are_loaded() -> None:
+    with claim_name("/flexarm/left", DOMAIN) as held:
+        command = [sys.executable, "-c", SECOND, "--ros-args", "-r", "__node:=left"]
+        environment = {**os.environ, "ROS_DOMAIN_ID": DOMAIN}
+        done = subprocess.run(command, env=environment, capture_output=True, text=True, check=True)
+        assert held.readable() and done.stdout == "3 []\n"
+        assert f"guard_node: node /flexarm/left runs already in ROS domain {DOMAIN}" in done.stderr
