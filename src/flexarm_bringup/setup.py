@@ -36,7 +36,7 @@ setup(
         "console_scripts": [
             "commander_node = flexarm_bringup.executables:commander_node",
             "composed_node = flexarm_bringup.executables:composed_node",
-            "excite_node = flexarm_bringup.excite.excite_node:main",
+            "excite_node = flexarm_bringup.executables:excite_node",
             "markers_node = flexarm_bringup.executables:markers_node",
             "recorder_node = flexarm_bringup.executables:recorder_node",
             "rig_node = flexarm_bringup.executables:rig_node",

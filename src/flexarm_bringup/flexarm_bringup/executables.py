@@ -15,6 +15,11 @@ def composed_node() -> int:
     return run_executable("flexarm_bringup.processes.composed_node", ["controller", "estimator"])
 
 
+def excite_node() -> int:
+    """Excite the arm for a modal test."""
+    return run_executable("flexarm_bringup.excite.excite_node", ["excite"])
+
+
 def markers_node() -> int:
     """Show the arm."""
     return run_executable("flexarm_bringup.display.markers_node", ["markers"])

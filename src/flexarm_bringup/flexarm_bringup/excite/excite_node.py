@@ -35,14 +35,14 @@ from std_msgs.msg import Bool, Empty, String
 from std_srvs.srv import Trigger
 
 from flexarm_bringup.excite.held_arm import HeldArm
-from flexarm_bringup.excite.live_test import LiveTest
+from flexarm_bringup.excite.live import LiveTest
 from flexarm_bringup.excite.plan import plan_excitation
 from flexarm_bringup.excite.settings import ExciteSettings, wish_of
-from flexarm_bringup.excite.told_test import to_text
+from flexarm_bringup.excite.told import to_text
 from flexarm_estimator.exchange import TORQUE_TOPIC
 from flexarm_model.conversions import floats, stamp_to_ns
 from flexarm_model.declared_node import declare_configs, load_arm, told_by
-from flexarm_model.node import LATCHED_QOS, LATEST_QOS, LOCKSTEP_QOS, MODELS_QOS, RELIABLE_QOS, run_node
+from flexarm_model.node import LATCHED_QOS, LOCKSTEP_QOS, MODELS_QOS, RELIABLE_QOS, run_node
 from flexarm_model.parameters import ParameterError
 from flexarm_model.pending_models import PendingModels
 from flexarm_model.start_pose import starting_at
@@ -224,8 +224,7 @@ class ExciteNode(Node):  # type: ignore[misc]
         self._halt = self.create_publisher(Empty, "stop", RELIABLE_QOS)
         self.create_subscription(ReducedModel, "model", self._on_model, MODELS_QOS)
         self.create_subscription(GuardStatus, "guard_status", self._on_guard, quality)
-        newest = LOCKSTEP_QOS if self.settings.lockstep else LATEST_QOS
-        self.create_subscription(JointState, "joint_states", self._on_joint_states, newest)
+        self.create_subscription(JointState, "joint_states", self._on_joint_states, LOCKSTEP_QOS)
         self.create_subscription(JointState, TORQUE_TOPIC, self._test.on_torque, LOCKSTEP_QOS)
         for topic in set(self._test.topics) - {"joint_states", "camera/pose"}:
             kind = StrainArray if topic == "strain" else Imu

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Callable, Sequence
-from dataclasses import asdict, dataclass, fields, replace
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +19,6 @@ from flexarm_bringup.sim.hardware import Hardware
 from flexarm_bringup.sim.rig import RigSettings
 from flexarm_bringup.sim.sensor_fault_text import parse_faults
 from flexarm_model.config import load_config
-from flexarm_model.identification.excitation import SIGNALS
 from flexarm_model.manipulator_file import find_manipulator
 from flexarm_model.overrides import apply_overrides
 
@@ -46,27 +45,6 @@ class RigTest:
     simulation: RigSettings = RigSettings()
     faults: str = ""
     ignore: tuple[str, ...] = ()
-
-
-def add_rig_arguments(parser: argparse.ArgumentParser) -> None:
-    """Declare the options of a modal test of the rig."""
-    group = parser.add_argument_group("the simulated rig as source (flexarm identify rig --manipulator NAME)")
-    group.add_argument("--excite", default="multisine", choices=sorted(SIGNALS), help="signal; multisine")
-    group.add_argument(
-        "--share", type=float, default=Wish.share, metavar="SHARE",
-        help="of torque, strain, speed and range limits that the model may predict; %(default)s",
-    )  # fmt: skip
-    group.add_argument("--periods", type=int, default=Wish.periods, help="recorded per run; %(default)s")
-    group.add_argument(
-        "--perturb", action="append", default=[], metavar="KEY=VALUE",
-        help=f"how the simulated arm differs: {', '.join(item.name for item in fields(RigSettings))}",
-    )  # fmt: skip
-    group.add_argument(
-        "--faults", default="", metavar="TEXT", help="of its sensors: 'root_strain: wrong factor -1'"
-    )
-    group.add_argument(
-        "--save", type=Path, metavar="NPZ", help="keep the records: FILE, or FILE_1 ... for runs"
-    )
 
 
 def rig_test(args: argparse.Namespace) -> RigTest:

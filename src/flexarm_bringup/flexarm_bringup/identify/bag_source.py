@@ -47,7 +47,7 @@ def read_bag(path: Path, described: ManipulatorConfig | None = None) -> Records:
         config = described or configuration(bag)[0]
     except BagError as error:
         raise SourceError(str(error)) from error
-    heard = _listen(bag, config)
+    heard = listen(bag, config)
     outputs = {name: value for name, value in heard.items() if len(value[0]) > 1}
     axes = tuple(config.actuated)
     t = _instants(path, outputs, 1.0 / config.rate_hz)
@@ -60,7 +60,7 @@ def read_bag(path: Path, described: ManipulatorConfig | None = None) -> Records:
     if not sampled:
         raise SourceError(f"{path}: no gauge, accelerometer or encoder without gaps over {LONGEST_GAP:g} s")
     known = all(axis in heard for axis in axes)
-    inputs = {axis: _held(t, *heard[axis]) for axis in axes} if known else {}
+    inputs = {axis: held(t, *heard[axis]) for axis in axes} if known else {}
     asked = {
         axis: np.interp(t, *heard[f"{REFERENCE}.{axis}"]) for axis in axes if f"{REFERENCE}.{axis}" in heard
     }
@@ -72,7 +72,7 @@ def read_bag(path: Path, described: ManipulatorConfig | None = None) -> Records:
     )  # fmt: skip
 
 
-def _listen(bag: Bag, config: ManipulatorConfig) -> dict[str, tuple[Array, Array]]:
+def listen(bag: Bag, config: ManipulatorConfig) -> dict[str, tuple[Array, Array]]:
     """Return times [s] and values of every channel, torque and asked acceleration by name, by stamp."""
     reader = SensorReader(config)
     topics = {f"{NAMESPACE}/{topic}": topic for topic in (*reader.topics, TORQUE_TOPIC, REFERENCE)}
@@ -129,7 +129,7 @@ def _instants(path: Path, outputs: dict[str, tuple[Array, Array]], dt: float) ->
     return np.asarray(start + np.arange(n) * dt)
 
 
-def _held(t: Array, times: Array, values: Array) -> Array:
+def held(t: Array, times: Array, values: Array) -> Array:
     """Return what was held from every instant on, (n,); zero before the first."""
     at = np.searchsorted(times, t + 1e-6, side="right") - 1
     return np.where(at >= 0, values[np.maximum(at, 0)], 0.0)

@@ -10,6 +10,7 @@
       --fit bodies.strip.damping_ratio=1 --update my_arm.yaml     (one line) only these parameters
   flexarm identify rig --manipulator single_link   check the sensors of the simulated rig, excite it through
       its guard, identify; --perturb frequency_scale=0.87 --perturb mass_scale=1.3 makes it another arm
+  flexarm identify rig --manipulator single_link --nodes     the same over DDS: nodes, recorded into a bag
   flexarm identify BAG                           a recorded bag: torque as input, its sensors as outputs
   flexarm identify BAG --output-only             the same without any input: what the arm does by itself
   flexarm identify BAG --joints --manipulator NAME     friction, rotor inertia, gear stiffness from motion
@@ -31,12 +32,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexarm_bringup.excite.measure import SensorCheckError
-from flexarm_bringup.excite.page import check_table, plan_table
-from flexarm_bringup.excite.rig_source import RIG, add_rig_arguments, rig_test, run_rig_test, save_records
+from flexarm_bringup.excite.page import check_table
 from flexarm_bringup.identify.fittable import fittable
 from flexarm_bringup.identify.halves import Halves, judge_halves, with_halves
 from flexarm_bringup.identify.joints import joints_page
-from flexarm_bringup.identify.measurement import Records, SourceError
+from flexarm_bringup.identify.measurement import SourceError
+from flexarm_bringup.identify.modal_tests import modal_tests
+from flexarm_bringup.identify.options import add_arguments
 from flexarm_bringup.identify.other_poses import read_pose
 from flexarm_bringup.identify.output_only import output_only_page
 from flexarm_bringup.identify.page import build_page
@@ -44,67 +46,15 @@ from flexarm_bringup.identify.retuning import moves_beside, retune
 from flexarm_bringup.identify.run import Request, Result, identify, known_outputs
 from flexarm_bringup.identify.sources import Averaging, of_records, read_records, read_sources
 from flexarm_bringup.identify.updating import Fitting, add_to, fit_description, write_description
-from flexarm_bringup.page.report import Page, Table, add_report_arguments, publish
+from flexarm_bringup.page.report import Page, publish
 from flexarm_bringup.progress import Progress
-from flexarm_model.identification.spectra import BY_INSTRUMENT, ESTIMATORS
 from flexarm_model.manipulator_file import find_manipulator
 from flexarm_model.modal.fit import PoleFit
-from flexarm_model.modal.frf import KINDS
+
+__all__ = ["add_arguments", "run"]
 
 Array = NDArray[np.float64]
 UNUSABLE = 2
-
-
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Declare the options."""
-    parser.add_argument(
-        "files", nargs="+", type=Path, metavar="FILE", help="measurements, or rig: excite the simulated one"
-    )
-    parser.add_argument("--band", nargs=2, type=float, metavar=("LOW", "HIGH"), help="only these [Hz]")
-    parser.add_argument(
-        "--kind", default="accelerance", choices=sorted(KINDS), help="of outputs of a table; accelerance"
-    )
-    parser.add_argument("--resolution", type=float, metavar="HZ", help="distance of the lines, for records")
-    parser.add_argument("--window", default="hann", help="for records; boxcar for impacts that have died out")
-    parser.add_argument(
-        "--estimator", default="", choices=(*ESTIMATORS, BY_INSTRUMENT),
-        help="for records; Hc where it is known what was asked of the inputs, else H1",
-    )  # fmt: skip
-    parser.add_argument(
-        "--output-only", action="store_true", help="of records: modes without any input, by subspaces"
-    )
-    parser.add_argument(
-        "--ignore-channel", action="append", default=[], metavar="NAME", help="leave this output out"
-    )
-    parser.add_argument(
-        "--coherence", type=float, default=0.6, metavar="LEAST", help="lines below it do not count; 0.6"
-    )
-    parser.add_argument("--manipulator", metavar="NAME", help="print its served frequencies beside")
-    parser.add_argument("--preset", default="", help="preset of that manipulator")
-    parser.add_argument(
-        "--fit", action="append", default=[], metavar="PATH[=SPREAD]",
-        help="parameter of the manipulator to fit; its relative sigma before, 0.3",
-    )  # fmt: skip
-    parser.add_argument(
-        "--also", action="append", default=[], metavar="POSE=FILE",
-        help="the same at another pose, axes with commas between; the last third of the poses tests the fit",
-    )  # fmt: skip
-    parser.add_argument("--pose", nargs="+", type=float, default=[], help="of the test, rad or m; home")
-    parser.add_argument("--motors", default="free", choices=("free", "locked"), help="in the test; free")
-    parser.add_argument(
-        "--update", type=Path, nargs="?", const=Path(), metavar="YAML",
-        help="write the fitted description there, or as NAME_fitted.yaml; without --fit fits all it can",
-    )  # fmt: skip
-    parser.add_argument(
-        "--retune", type=Path, nargs="?", const=Path(), metavar="YAML",
-        help="write moves with settings for the new description, after a trial on the simulated rig",
-    )  # fmt: skip
-    parser.add_argument(
-        "--joints", action="store_true",
-        help="friction, rotor inertia and gear stiffness from a bag, records or the rig that moves",
-    )  # fmt: skip
-    add_rig_arguments(parser)
-    add_report_arguments(parser)
 
 
 def run(args: argparse.Namespace) -> int:
@@ -117,7 +67,7 @@ def run(args: argparse.Namespace) -> int:
             progress.done()
             return publish(page, args)
         _check(args)
-        tested, items = _tested(args)
+        tested, items = modal_tests(args)
         if args.output_only:
             records = tested or read_records(args.files, args.kind)
             band = tuple(args.band) if args.band else None
@@ -140,20 +90,6 @@ def run(args: argparse.Namespace) -> int:
         print(f"flexarm identify: {error}", file=sys.stderr)
         return UNUSABLE
     return publish(page, args)
-
-
-def _tested(args: argparse.Namespace) -> tuple[tuple[Records, ...], list[Table]]:
-    """Return the records of a test of the rig where one is asked for, and how they were measured."""
-    if args.files != [Path(RIG)]:
-        return (), []
-    progress = Progress()
-    tested = run_rig_test(rig_test(args), progress.say)
-    progress.done()
-    if args.save is None and args.update is not None:
-        args.save = Path(f"{args.update.stem}_rig.npz")
-    if args.save is not None:
-        args.files = list(save_records(tested.records, args.save))
-    return tested.records, [plan_table(tested.plan, tested.axes), check_table(tested.findings, tested.axes)]
 
 
 def _check(args: argparse.Namespace) -> None:
