@@ -1,12 +1,20 @@
-"""The tool point as a function of the state."""
+"""The tool point as a function of the state.
+
+``cov(pose) = J P_xi J'``, ``cov(twist) = J P_xi' J'`` with the tip's Jacobian J [linear; angular] in
+world axes; the change of J with the state is of second order and left out.
+"""
 
 from __future__ import annotations
 
-from typing import Protocol
+import math
+from abc import ABC, abstractmethod
+from typing import NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
+from flexarm_estimator.filter import Belief
+from flexarm_model.closure_error import ClosureError
 from flexarm_model.reduced_model import ReducedModel
 
 Array = NDArray[np.float64]
@@ -28,8 +36,50 @@ class Kinematics(Protocol):
         ...
 
 
-class Tip:
-    """Tip pose and Jacobian at ``x``, with ``q = q0 + Phi (xi - xi0)``."""
+class TipReport(NamedTuple):  # not a dataclass: made in every step, at a quarter of the cost
+    """The tip at one instant.
+
+    Attributes:
+        T_world_tip: Pose, (4, 4).
+        twist: [linear; angular] in world axes, (6,).
+        cov_pose: Of position and rotation vector, world axes, (6, 6).
+        cov_twist: Of the twist, (6, 6).
+        sigma: One sigma of the position, all directions together [m]; NaN where anything else is.
+    """
+
+    T_world_tip: Array
+    twist: Array
+    cov_pose: Array
+    cov_twist: Array
+    sigma: float
+
+
+class Tip(ABC):
+    """Tip pose and Jacobian at ``x``, with ``q = q0 + Phi (xi - xi0)``; x starts with xi and xi', (n,) each."""
+
+    @abstractmethod
+    def pose(self, x: Array) -> Array:
+        """Return T_world_tip, (4, 4).
+
+        Raises:
+            ClosureError: The loops do not close at this state.
+        """
+
+    @abstractmethod
+    def locate(self, x: Array) -> tuple[Array, Array]:
+        """Return the pose and the Jacobian [linear; angular] in world axes by xi, (6, n).
+
+        Raises:
+            ClosureError: The loops do not close at this state.
+        """
+
+    @abstractmethod
+    def describe(self, belief: Belief) -> TipReport:
+        """Return the tip's pose, twist and covariances; NaN where the loops do not close at this state."""
+
+
+class PlainTip(Tip):
+    """With NumPy."""
 
     def __init__(self, model: ReducedModel, kinematics: Kinematics) -> None:
         """Bind the kinematics to a served model."""
@@ -39,19 +89,33 @@ class Tip:
         self._n = model.n
 
     def pose(self, x: Array) -> Array:
-        """Return T_world_tip, (4, 4)."""
+        """See Tip."""
         return self._kinematics.tip_pose(self._coordinates(x))
 
-    def jacobian(self, x: Array) -> Array:
-        """Return the Jacobian [linear; angular] in world axes by xi, (6, n)."""
-        J: Array = self._kinematics.tip_jacobian(self._coordinates(x)).dot(self._Phi)
-        return J
-
     def locate(self, x: Array) -> tuple[Array, Array]:
-        """Return both, pose and Jacobian."""
+        """See Tip."""
         q = self._coordinates(x)
         return self._kinematics.tip_pose(q), self._kinematics.tip_jacobian(q).dot(self._Phi)
+
+    def describe(self, belief: Belief) -> TipReport:
+        """See Tip."""
+        (x, P), n = belief, self._n
+        try:
+            T, J = self.locate(x)  # (4, 4), (6, n)
+        except ClosureError:
+            T, J = np.full((4, 4), np.nan), np.full((6, n), np.nan)
+        twist, cov_pose = J.dot(x[n : 2 * n]), J.dot(P[:n, :n]).dot(J.T)
+        cov_twist = J.dot(P[n : 2 * n, n : 2 * n]).dot(J.T)
+        parts = (T.ravel(), twist, cov_pose.diagonal(), cov_twist.diagonal())
+        is_finite = math.isfinite(sum([sum(part.tolist()) for part in parts]))
+        variance = float(cov_pose.diagonal()[:3].sum()) if is_finite else math.nan
+        return TipReport(T, twist, cov_pose, cov_twist, spread(variance))
 
     def _coordinates(self, x: Array) -> Array:
         q: Array = self._q_origin + self._Phi.dot(x[: self._n])
         return q
+
+
+def spread(variance: float) -> float:
+    """Return one sigma of a variance that rounding may have made negative; NaN stays."""
+    return math.sqrt(variance) if variance > 0.0 else 0.0 * variance

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from flexarm_estimator.adoption import state_map
-from flexarm_estimator.tip import Tip
+from flexarm_estimator.tip import PlainTip
 from flexarm_model.config import load_config
 from flexarm_model.linearize import linearize
 from flexarm_model.reduced_tree import ReducedTree
@@ -53,7 +53,7 @@ def jumps(name, distance, is_weighted=True):
     """Return the RMS jump of the vibration at the tip and at all sensors, over its size, and energies."""
     old, new, M = pair(name, distance)
     T = state_map(old, new, M if is_weighted else None).T
-    before, after = Tip(old, tree_of(name)), Tip(new, tree_of(name))
+    before, after = PlainTip(old, tree_of(name)), PlainTip(new, tree_of(name))
     rows = [
         i for i, row in enumerate(old.outputs.names) if not row.startswith(("tip.", "camera.", "tracker."))
     ]

@@ -8,7 +8,7 @@ from flexarm_estimator.process import ProcessModel
 from flexarm_estimator.sensors import build_sensor_models
 from flexarm_estimator.settings import EstimatorConfig
 from flexarm_estimator.stack import StackedSample, stack_rows
-from flexarm_estimator.tip import Tip
+from flexarm_estimator.tip import PlainTip
 
 RNG = np.random.default_rng(7)
 N, M_ROWS = 5, 3
@@ -60,7 +60,7 @@ def test_joint_step_equals_filterpy_over_a_long_run(hub_inertia, own_noise):
     """Relative to one sigma, 500 steps of both agree to 1e-9 in the mean and 1e-8 in the covariance."""
     model = strip_model(hub_inertia)
     process = ProcessModel(model, EstimatorConfig())
-    models = build_sensor_models(ROW_SENSORS, model, process.system, Tip(model, StripKinematics()))
+    models = build_sensor_models(ROW_SENSORS, model, process.system, PlainTip(model, StripKinematics()))
     stack = stack_rows(list(models.rows.values()), process.force_cov)
     transition, kalman = process.step(DT), GuardedFilter(9, 2)
     step = JointStep(transition, stack)

@@ -15,7 +15,7 @@ from flexarm_estimator.filters.slopes import Slopes
 from flexarm_estimator.process import ProcessModel
 from flexarm_estimator.sensors import build_sensor_models
 from flexarm_estimator.settings import EstimatorConfig
-from flexarm_estimator.tip import Tip
+from flexarm_estimator.tip import PlainTip
 from flexarm_model.linearize import linearize
 from flexarm_model.state_space import state_space
 
@@ -31,7 +31,7 @@ def parts(name):
     config, arm_tree = (arm(name), tree(name)) if small else (machine(name), machine_tree(name))
     model, specs = linearize(arm_tree), config.sensors
     process = ProcessModel(model, CONFIG)
-    models = build_sensor_models(specs, model, process.system, Tip(model, arm_tree))
+    models = build_sensor_models(specs, model, process.system, PlainTip(model, arm_tree))
     rows = [i for sensor in models.rows for i in model.outputs.rows(sensor)]
     moving = MovingArm(arm_tree, model, Slopes(arm_tree, rows, use_compiler=False))
     return arm_tree, model, moving, StateFlow(moving, model, process, models, CONFIG.force_averaging), process

@@ -16,7 +16,7 @@ from flexarm_estimator.sensors import build_sensor_models
 from flexarm_estimator.settings import EstimatorConfig
 from flexarm_estimator.stack import Stack, StackedSample, stack_rows
 from flexarm_estimator.step_runner import CompiledRunner, PlainRunner, make_runner
-from flexarm_estimator.tip import Tip
+from flexarm_estimator.tip import PlainTip
 from flexarm_model.compiled import find_compiler
 
 needs_compiler = pytest.mark.skipif(find_compiler() is None, reason="no C compiler")
@@ -27,7 +27,7 @@ def prepared_steps(steps, hub_inertia=0.30, own_noise=False):
     """Return the start and joint steps of a run whose sensors and periods change all the time."""
     model = strip_model(hub_inertia)
     process = ProcessModel(model, EstimatorConfig())
-    models = build_sensor_models(ROW_SENSORS, model, process.system, Tip(model, StripKinematics())).rows
+    models = build_sensor_models(ROW_SENSORS, model, process.system, PlainTip(model, StripKinematics())).rows
     names = list(models)
     record = simulate(steps, np.random.default_rng(2), model=model)
     joint, prepared = {}, []

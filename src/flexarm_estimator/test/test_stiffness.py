@@ -27,7 +27,7 @@ from flexarm_estimator.sensors import build_sensor_models
 from flexarm_estimator.settings import EstimatorConfig
 from flexarm_estimator.stack import StackedSample, stack_rows
 from flexarm_estimator.step_runner import make_runner
-from flexarm_estimator.tip import Tip
+from flexarm_estimator.tip import PlainTip
 
 LEARNING = EstimatorConfig(stiffness_modes=3, stiffness_rest=1.0, frequency_error=0.02, modal_force=0.02)
 PLAIN = EstimatorConfig(frequency_error=0.02, modal_force=0.02)
@@ -39,7 +39,7 @@ def process_of(config=LEARNING, scale=1.0):
 
 
 def rows_of(process, model):
-    models = build_sensor_models(ROW_SENSORS, model, process.system, Tip(model, StripKinematics()))
+    models = build_sensor_models(ROW_SENSORS, model, process.system, PlainTip(model, StripKinematics()))
     return stack_rows(list(models.rows.values()), process.force_cov)
 
 

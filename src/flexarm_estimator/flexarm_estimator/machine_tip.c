@@ -1,0 +1,99 @@
+/* The tip at one state: pose, Jacobian, twist and covariances; tip.py has the equations.
+ *
+ * Matrices of the model are column-major, as CasADi stores them; what goes out is row-major.
+ */
+#include "machine_code.h"
+
+enum { RATES = 6, POSE = 16, BLOCK = RATES * RATES };
+
+struct tip {
+    int64_t n_q, n, n_x;
+    const double *origin, *Phi;        /* q = origin + Phi xi, (n_q,), (n_q, n) */
+    struct function *pose, *jacobian;  /* q -> T (4, 4); q -> J (6, n_q) */
+    const void *loops;                 /* of the two functions below; null without loops */
+    int64_t (*close)(const void *, double *, double *);
+    int64_t (*follow)(const void *, const double *, int64_t, double *);
+    double *q, *J_q, *J, *moved;       /* (n_q,), (6, n_q), (6, n) row-major, (n,) */
+};
+
+static const double *evaluate(struct function *f, const double *at)
+{
+    f->arg[0] = at;
+    f->evaluate(f->arg, f->res, f->iw, f->w, 0);
+    return f->res[0];
+}
+
+/* Pose (4, 4) at the state x; 0 where the loops do not close. */
+int64_t flexarm_place_tip(const struct tip *s, const double *x, double *T)
+{
+    memcpy(s->q, s->origin, s->n_q * sizeof *s->q);
+    for (int64_t j = 0; j < s->n; j++)
+        for (int64_t i = 0; i < s->n_q; i++)
+            s->q[i] += s->Phi[i + j * s->n_q] * x[j];
+    if (s->loops && !s->close(s->loops, s->q, 0))
+        return 0;
+    const double *columns = evaluate(s->pose, s->q);
+    for (int64_t i = 0; i < POSE; i++)
+        T[i] = columns[i / 4 + i % 4 * 4];
+    return 1;
+}
+
+/* Pose, and the Jacobian by xi in s->J; 0 where the loops do not close. */
+int64_t flexarm_locate_tip(const struct tip *s, const double *x, double *T)
+{
+    if (!flexarm_place_tip(s, x, T))
+        return 0;
+    memcpy(s->J_q, evaluate(s->jacobian, s->q), RATES * s->n_q * sizeof *s->J_q);
+    if (s->loops && !s->follow(s->loops, s->q, RATES, s->J_q))
+        return 0;
+    for (int64_t j = 0; j < s->n; j++) {
+        double column[RATES] = {0.0};
+        for (int64_t i = 0; i < s->n_q; i++)
+            for (int64_t k = 0; k < RATES; k++)
+                column[k] += s->J_q[k + i * RATES] * s->Phi[i + j * s->n_q];
+        for (int64_t k = 0; k < RATES; k++)
+            s->J[k * s->n + j] = column[k];
+    }
+    return 1;
+}
+
+/* J P J' of a block of P on its diagonal, from ``at`` on; returns the sum of its diagonal. */
+static double spread(const struct tip *s, const double *P, int64_t at, double *cov)
+{
+    double sum = 0.0;
+    for (int64_t k = 0; k < RATES; k++) {
+        const double *row = s->J + k * s->n;
+        for (int64_t j = 0; j < s->n; j++)
+            s->moved[j] = 0.0;
+        for (int64_t i = 0; i < s->n; i++)
+            for (int64_t j = 0; j < s->n; j++)
+                s->moved[j] += row[i] * P[(at + i) * s->n_x + at + j];
+        for (int64_t l = 0; l <= k; l++) {
+            double value = 0.0;
+            for (int64_t j = 0; j < s->n; j++)
+                value += s->moved[j] * s->J[l * s->n + j];
+            cov[k * RATES + l] = cov[l * RATES + k] = value;
+        }
+        sum += cov[k * RATES + k];
+    }
+    return sum;
+}
+
+/* record = [T; twist; cov_pose; cov_twist; variance of the position]; 0 where it is not finite, or not known. */
+int64_t flexarm_describe_tip(const struct tip *s, const double *x, const double *P, double *record)
+{
+    double *twist = record + POSE, *cov_pose = twist + RATES, *cov_twist = cov_pose + BLOCK;
+    if (!flexarm_locate_tip(s, x, record))
+        return 0;
+    double sum = spread(s, P, 0, cov_pose) + spread(s, P, s->n, cov_twist);
+    for (int64_t k = 0; k < RATES; k++) {
+        twist[k] = 0.0;
+        for (int64_t j = 0; j < s->n; j++)
+            twist[k] += s->J[k * s->n + j] * x[s->n + j];
+        sum += twist[k];
+    }
+    for (int64_t i = 0; i < POSE; i++)
+        sum += record[i];
+    cov_twist[BLOCK] = cov_pose[0] + cov_pose[RATES + 1] + cov_pose[2 * RATES + 2];
+    return isfinite(sum) ? 1 : 0;
+}

@@ -1,0 +1,124 @@
+"""The tip in machine code: one call for what takes fifty with NumPy; both give the same to rounding."""
+
+from __future__ import annotations
+
+import ctypes
+import math
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexarm_estimator.filter import Belief
+from flexarm_estimator.tip import Kinematics, PlainTip, Tip, TipReport, spread
+from flexarm_model.closing import MachineClosing
+from flexarm_model.machine_code import MachineCode, load_code
+from flexarm_model.reduced_model import ReducedModel
+from flexarm_model.reduced_tree import ReducedTree
+
+Array = NDArray[np.float64]
+SOURCE = Path(__file__).with_name("machine_tip.c")
+_TWIST, _POSE_COV, _TWIST_COV, _VARIANCE = 16, 22, 58, 94  # where they stand in a record, behind the pose
+
+
+class _Layout(ctypes.Structure):
+    """``struct tip`` of the C file."""
+
+    _fields_ = [
+        *((name, ctypes.c_int64) for name in ("n_q", "n", "n_x")),
+        *((name, ctypes.c_void_p) for name in ("origin", "Phi", "pose", "jacobian")),
+        *((name, ctypes.c_void_p) for name in ("loops", "close", "follow")),
+        *((name, ctypes.c_void_p) for name in ("q", "J_q", "J", "moved")),
+    ]
+
+
+class MachineTip(Tip):
+    """In machine code, on fixed buffers; where that does not arrive NumPy says why."""
+
+    def __init__(self, model: ReducedModel, tree: ReducedTree, n_x: int, code: ctypes.PyDLL) -> None:
+        """Bind the compiled kinematics to a served model and a state of ``n_x`` numbers."""
+        self._plain, self._n = PlainTip(model, tree), model.n
+        functions = [MachineCode(tree.functions[name]) for name in ("tip_pose", "tip_jacobian")]
+        Phi = np.array(model.Phi, order="F")
+        origin = model.q0 - Phi @ model.xi0
+        self._x, self._P, self._record = np.zeros(n_x), np.zeros((n_x, n_x)), np.zeros(_VARIANCE + 1)
+        self._J = np.zeros((6, model.n))
+        work = np.zeros(tree.n_q), np.zeros(6 * tree.n_q), self._J, np.zeros(model.n)
+        self._layout = _Layout(
+            *(tree.n_q, model.n, n_x), *(array.ctypes.data for array in (origin, Phi)),
+            *(function.address for function in functions), *_loops(tree),
+            *(array.ctypes.data for array in work),
+        )  # fmt: skip
+        self._kept = tree, functions, Phi, origin, work  # the layout has only their addresses
+        at, x, P, record = (
+            ctypes.c_void_p(place)
+            for place in (
+                ctypes.addressof(self._layout),
+                *(array.ctypes.data for array in (self._x, self._P, self._record)),
+            )
+        )
+        self._at, self._with_covariance = (at, x, record), (at, x, P, record)
+        self._place, self._locate = code.flexarm_place_tip, code.flexarm_locate_tip
+        self._describe = code.flexarm_describe_tip
+        for function in (self._place, self._locate, self._describe):
+            function.restype = ctypes.c_int64
+
+    def pose(self, x: Array) -> Array:
+        """See Tip."""
+        self._x[:] = x
+        if not self._place(*self._at):
+            return self._plain.pose(x)
+        return self._record[:_TWIST].copy().reshape(4, 4)
+
+    def locate(self, x: Array) -> tuple[Array, Array]:
+        """See Tip."""
+        self._x[:] = x
+        if not self._locate(*self._at):
+            return self._plain.locate(x)
+        return self._record[:_TWIST].copy().reshape(4, 4), self._J.copy()
+
+    def describe(self, belief: Belief) -> TipReport:
+        """See Tip."""
+        self._x[:], self._P[:] = belief
+        is_finite = self._describe(*self._with_covariance)
+        record = self._record.copy()
+        sigma = spread(record.item(_VARIANCE)) if is_finite else math.nan
+        return TipReport(
+            record[:_TWIST].reshape(4, 4),
+            record[_TWIST:_POSE_COV],
+            record[_POSE_COV:_TWIST_COV].reshape(6, 6),
+            record[_TWIST_COV:_VARIANCE].reshape(6, 6),
+            sigma,
+        )
+
+
+def make_tip(model: ReducedModel, kinematics: Kinematics, n_x: int, use_compiler: bool = True) -> Tip:
+    """Return the fastest tip that arm and machine allow.
+
+    Args:
+        model: Served model.
+        kinematics: Of the arm.
+        n_x: Number of states.
+        use_compiler: False takes NumPy.
+    """
+    if not use_compiler or not isinstance(kinematics, ReducedTree) or not _is_compiled(kinematics):
+        return PlainTip(model, kinematics)
+    code = load_code(SOURCE)
+    return PlainTip(model, kinematics) if code is None else MachineTip(model, kinematics, n_x, code)
+
+
+def _is_compiled(tree: ReducedTree) -> bool:
+    closes = not tree.n_c or isinstance(tree.closing, MachineClosing)
+    return closes and tree.functions["tip_pose"].library is not None
+
+
+def _loops(tree: ReducedTree) -> tuple[int, int, int]:
+    """Return the addresses of the loops and of the code that closes and follows them; zeros without loops."""
+    if not tree.n_c or not isinstance(tree.closing, MachineClosing):
+        return 0, 0, 0
+    code = tree.closing.code
+    close, follow = (
+        ctypes.cast(function, ctypes.c_void_p).value or 0
+        for function in (code.flexarm_close, code.flexarm_follow)
+    )
+    return tree.closing.address, close, follow

@@ -1,0 +1,68 @@
+"""The tip in machine code: the same as with NumPy, and as honest where the loops do not close."""
+
+import numpy as np
+import pytest
+from machines import machine
+
+from flexarm_estimator.filter import Belief
+from flexarm_estimator.machine_tip import MachineTip, make_tip
+from flexarm_estimator.tip import PlainTip
+from flexarm_model.closure_error import ClosureError
+from flexarm_model.compiled import find_compiler
+from flexarm_model.linearize import linearize
+from flexarm_model.reduced_tree import ReducedTree
+
+pytestmark = pytest.mark.skipif(find_compiler() is None, reason="no C compiler")
+BEYOND = 3  # states that are not of the arm: disturbances, biases
+
+
+def both_ways(name):
+    """Return the tip of a machine's served model in machine code and with NumPy, and a state at rest."""
+    tree = ReducedTree(machine(name))
+    model = linearize(tree)
+    n_x = 2 * model.n + BEYOND
+    tip = make_tip(model, tree, n_x)
+    assert isinstance(tip, MachineTip)
+    return tip, PlainTip(model, tree), np.append(model.xi0, np.zeros(n_x - model.n)), model.n
+
+
+@pytest.mark.parametrize("name", ["single_link", "planar_3rrr"])
+def test_machine_code_and_numpy_say_the_same_of_the_tip(name):
+    """Poses agree to what closing leaves open, 1e-11; covariances to rounding."""
+    fast, plain, rest, _ = both_ways(name)
+    rng = np.random.default_rng(3)
+    for _ in range(4):
+        x, root = rest + 1e-3 * rng.normal(size=rest.size), rng.normal(size=(rest.size, rest.size))
+        (T, J), (T_plain, J_plain) = fast.locate(x), plain.locate(x)
+        np.testing.assert_allclose(T, T_plain, atol=1e-10)
+        np.testing.assert_allclose(J, J_plain, atol=1e-9 * abs(J_plain).max())
+        np.testing.assert_array_equal(fast.pose(x), T)
+        said, expected = (tip.describe(Belief(x, root @ root.T)) for tip in (fast, plain))
+        for part, wanted in zip(said, expected, strict=True):
+            np.testing.assert_allclose(part, wanted, rtol=1e-9, atol=1e-9 * np.max(np.abs(wanted)))
+
+
+def test_what_was_said_of_a_tip_does_not_change_when_the_next_is_described():
+    fast, _, rest, _ = both_ways("single_link")
+    report = fast.describe(Belief(rest, np.eye(rest.size)))
+    pose, covariance = report.T_world_tip.copy(), report.cov_pose.copy()
+    fast.describe(Belief(rest + 0.1, 2.0 * np.eye(rest.size)))
+    np.testing.assert_array_equal(report.T_world_tip, pose)
+    np.testing.assert_array_equal(report.cov_pose, covariance)
+
+
+def test_loops_that_do_not_close_leave_no_sigma_and_raise_as_with_numpy():
+    fast, plain, rest, n = both_ways("planar_3rrr")
+    wild = rest.copy()
+    wild[:n] += 40.0
+    for tip in (fast, plain):
+        with pytest.raises(ClosureError):
+            tip.locate(wild)
+        assert np.isnan(tip.describe(Belief(wild, np.eye(rest.size))).sigma)
+
+
+def test_a_state_or_covariance_that_is_not_finite_leaves_no_sigma():
+    for tip in both_ways("single_link")[:2]:
+        size = both_ways("single_link")[2].size
+        for x, P in ((np.full(size, np.nan), np.eye(size)), (np.zeros(size), np.full((size, size), np.inf))):
+            assert np.isnan(tip.describe(Belief(x, P)).sigma)
