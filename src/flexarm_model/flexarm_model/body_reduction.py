@@ -11,7 +11,6 @@ import numpy as np
 
 from flexarm_model.beam_superelement import reduce_beam
 from flexarm_model.body_spec import Beam, Body, RigidBody
-from flexarm_model.fe_import.imported_superelement import reduce_imported
 from flexarm_model.imported_body import ImportedBody, SuperelementBody
 from flexarm_model.sid_file import read_sid
 from flexarm_model.superelement import NodeShape, Superelement
@@ -45,6 +44,12 @@ def _reduce_rigid(body: RigidBody, interfaces: Collection[str]) -> Superelement:
     return Superelement(body.name, body.mass, s, second[None, None], np.zeros(0), empty, empty, nodes)
 
 
+def _reduce_imported(body: ImportedBody, interfaces: Collection[str]) -> Superelement:
+    from flexarm_model.fe_import.imported_superelement import reduce_imported  # loads SciPy
+
+    return reduce_imported(body, interfaces)
+
+
 def _read_superelement(body: SuperelementBody, interfaces: Collection[str]) -> Superelement:
     return replace(read_sid(body.path), name=body.name)
 
@@ -52,7 +57,7 @@ def _read_superelement(body: SuperelementBody, interfaces: Collection[str]) -> S
 _REDUCERS: dict[type, Reducer] = {
     RigidBody: _reduce_rigid,
     Beam: reduce_beam,
-    ImportedBody: reduce_imported,
+    ImportedBody: _reduce_imported,
     SuperelementBody: _read_superelement,
 }
 _FIRST_ORDER: dict[type, Reducer] = {**_REDUCERS, Beam: partial(reduce_beam, second_order=False)}

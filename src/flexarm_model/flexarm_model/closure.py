@@ -20,9 +20,9 @@ from dataclasses import dataclass
 import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import qr
 
 from flexarm_model.closure_error import ClosureError
+from flexarm_model.dense import pivots
 from flexarm_model.frame_graph import Closure
 from flexarm_model.frames import Motion
 
@@ -95,8 +95,7 @@ def find_loops(
             f"{name}: the home pose is singular: with the actuated axes held, {rank} of {generic} "
             "constraint rows act; choose another home"
         )
-    _, _, row_order = qr(G[:, movable].T, mode="economic", pivoting=True)
-    kept = np.sort(row_order[:rank]).astype(np.intp)
+    kept = np.sort(pivots(G[:, movable].T)[0][:rank])
     return Loops(kept, _choose_dependent(G[kept], loose, sprung), home)
 
 
@@ -112,13 +111,13 @@ def _close_home(
 
 def _choose_dependent(G: Array, loose: NDArray[np.intp], sprung: NDArray[np.intp]) -> NDArray[np.intp]:
     """Return as many axes as G has rows, loose ones first, with well conditioned columns."""
-    first = loose[qr(G[:, loose], mode="economic", pivoting=True)[2][: _rank(G[:, loose])]]
+    first = loose[pivots(G[:, loose])[0][: _rank(G[:, loose])]]
     missing = G.shape[0] - first.size
     if not missing:
         return np.sort(first)
     Q = np.linalg.qr(G[:, first])[0]
     left = G[:, sprung] - Q @ (Q.T @ G[:, sprung])
-    return np.sort(np.concatenate([first, sprung[qr(left, mode="economic", pivoting=True)[2][:missing]]]))
+    return np.sort(np.concatenate([first, sprung[pivots(left)[0][:missing]]]))
 
 
 def solve_positions(evaluate: Evaluate, start: Array, movable: NDArray[np.intp], what: str) -> Array:
@@ -189,5 +188,5 @@ def null_space(G: Array, actuated: list[int], what: str) -> Array:
 
 
 def _rank(G: Array) -> int:
-    pivots = abs(np.diag(qr(G, mode="r", pivoting=True)[0])) if G.size else np.zeros(0)
-    return int(np.sum(pivots > RANK_TOLERANCE * max(pivots.max(initial=0.0), 1e-300)))
+    lengths = pivots(G)[1]
+    return int(np.sum(lengths > RANK_TOLERANCE * max(lengths.max(initial=0.0), 1e-300)))

@@ -13,7 +13,8 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import eigh
+
+from flexarm_model.dense import eigh
 
 Array = NDArray[np.float64]
 

@@ -15,7 +15,8 @@ from collections.abc import Iterator
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import eigh
+
+from flexarm_model.dense import eigh
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.intp]

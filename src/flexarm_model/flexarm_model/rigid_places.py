@@ -12,9 +12,9 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial.transform import Rotation
 
 from flexarm_model.description import WORLD, Joint, ManipulatorConfig, NodeRef
+from flexarm_model.rotation import rotation_from_vector
 from flexarm_model.superelement import Superelement
 
 Array = NDArray[np.float64]
@@ -62,7 +62,7 @@ def place_joint(parent: Place, joint: Joint, positions: Mapping[str, float]) -> 
             at = at.moved(value * unit, np.eye(3))
         else:
             directions[3:, i] = at.R @ unit
-            at = at.moved(np.zeros(3), Rotation.from_rotvec(value * unit).as_matrix())
+            at = at.moved(np.zeros(3), rotation_from_vector(value * unit))
     return JointPlace(at, directions)
 
 

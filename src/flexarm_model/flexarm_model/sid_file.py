@@ -13,8 +13,8 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import eigh
 
+from flexarm_model.dense import eigh
 from flexarm_model.rotation import skew
 from flexarm_model.sid_terms import ORDERED, sid_integrals, sid_matrices
 from flexarm_model.sid_text import Block, Taylor, format_array, format_taylor, parse_blocks
@@ -58,7 +58,7 @@ def read_sid(path: Path) -> Superelement:
     s, P = sid_integrals(matrices)
     K, D = matrices["Ke"].m0, matrices["De"].m0
     if own is None:
-        omega = np.sqrt(np.maximum(eigh(K, matrices["Me"].m0, eigvals_only=True), 0.0)) if n else np.zeros(0)
+        omega = np.sqrt(np.maximum(eigh(K, matrices["Me"].m0)[0], 0.0)) if n else np.zeros(0)
         return Superelement(path.stem, refmod.number("mass"), s, P, omega, K, D, nodes)
     n_f = int(own.number("fields"))
     strain = own.array("strain", (len(nodes), 3, n))

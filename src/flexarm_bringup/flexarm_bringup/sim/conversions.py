@@ -11,7 +11,6 @@ from flexarm_interfaces.msg import StrainArray
 from flexarm_interfaces.msg import Truth as TruthMsg
 from geometry_msgs.msg import PoseWithCovarianceStamped
 from numpy.typing import NDArray
-from scipy.spatial.transform import Rotation
 from sensor_msgs.msg import Imu, JointState
 
 from flexarm_bringup.sim.drives import Drives
@@ -19,6 +18,7 @@ from flexarm_bringup.sim.rig import Truth
 from flexarm_bringup.sim.sample import Sample
 from flexarm_model.conversions import floats, ns_to_stamp
 from flexarm_model.description import ManipulatorConfig
+from flexarm_model.rotation import quaternion_from_vector
 from flexarm_model.sensor_spec import SensorSpec
 
 Array = NDArray[np.float64]
@@ -129,8 +129,8 @@ def _camera(spec: SensorSpec, sample: Sample, stamp_ns: int) -> Outgoing:
     msg.header.frame_id = "base"
     position, orientation = msg.pose.pose.position, msg.pose.pose.orientation
     position.x, position.y, position.z = map(float, sample.y[:3])
-    quaternion = Rotation.from_rotvec(sample.y[3:]).as_quat()
-    orientation.x, orientation.y, orientation.z, orientation.w = map(float, quaternion)
+    turned = quaternion_from_vector(sample.y[3:])
+    orientation.x, orientation.y, orientation.z, orientation.w = turned
     msg.pose.covariance = np.diag(spec.sigma**2).ravel()
     return Outgoing("camera/pose", msg)
 

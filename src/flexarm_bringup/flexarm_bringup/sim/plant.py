@@ -14,7 +14,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexarm_bringup.sim.explicit_steps import ExplicitSteps, substeps_needed
-from flexarm_bringup.sim.implicit_steps import ImplicitSteps
 from flexarm_bringup.sim.perturb import PlantSettings, perturb
 from flexarm_model.description import ManipulatorConfig
 from flexarm_model.linearize import find_equilibrium, linearize
@@ -101,5 +100,7 @@ def choose_steps(tree: ReducedTree, dt: float, friction: float) -> Steps:
         substeps = substeps_needed(tree, dt)
         if substeps <= MOST_EXPLICIT:
             return ExplicitSteps(tree, dt, substeps, friction)
+    from flexarm_bringup.sim.implicit_steps import ImplicitSteps  # loads SciPy
+
     omega = linearize(tree).omega
     return ImplicitSteps(tree, dt, max(1, int(np.ceil(omega[-1] * dt / RESOLUTION))), friction)

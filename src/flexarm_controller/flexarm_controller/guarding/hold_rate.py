@@ -14,9 +14,9 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import expm
 
 from flexarm_controller.program.equilibrium import build_equilibrium
+from flexarm_model.dense import expm
 from flexarm_model.reduced_model import ReducedModel
 
 Array = NDArray[np.float64]

@@ -7,7 +7,6 @@ from flexarm_interfaces.msg import MotionStatus
 from flexarm_interfaces.srv import CancelMotion, MoveTip
 from geometry_msgs.msg import Pose
 from numpy.typing import NDArray
-from scipy.spatial.transform import Rotation
 from trajectory_msgs.msg import JointTrajectory
 
 from flexarm_controller.conversions import reference_to_msg
@@ -17,6 +16,7 @@ from flexarm_controller.motion.refusals import MotionError
 from flexarm_controller.motion.tip_kinematics import TipGoal
 from flexarm_controller.reference import Reference
 from flexarm_model.conversions import NS_PER_S, ns_to_stamp
+from flexarm_model.rotation import quaternion, rotation_from_quaternion
 
 Array = NDArray[np.float64]
 OWN_FRAME = "controller"  # of references that the controller made itself; it need not take them again
@@ -59,7 +59,7 @@ def pose_from_msg(msg: Pose, with_orientation: bool = True) -> Array:
         q = np.array([msg.orientation.x, msg.orientation.y, msg.orientation.z, msg.orientation.w])
         if not abs(np.linalg.norm(q) - 1.0) < UNIT:
             raise MotionError(f"target: orientation {q} has not length 1")
-        pose[:3, :3] = Rotation.from_quat(q).as_matrix()
+        pose[:3, :3] = rotation_from_quaternion(q)
     if not np.isfinite(pose).all():
         raise MotionError(f"target: position {pose[:3, 3]} is not finite")
     return pose
@@ -69,7 +69,7 @@ def pose_to_msg(pose: Array) -> Pose:
     """Return the message of a homogeneous matrix, (4, 4)."""
     msg = Pose()
     msg.position.x, msg.position.y, msg.position.z = map(float, pose[:3, 3])
-    x, y, z, w = map(float, Rotation.from_matrix(pose[:3, :3]).as_quat())
+    x, y, z, w = quaternion(pose[:3, :3])
     msg.orientation.x, msg.orientation.y, msg.orientation.z, msg.orientation.w = x, y, z, w
     return msg
 
