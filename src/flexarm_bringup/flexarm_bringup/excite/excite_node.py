@@ -52,6 +52,7 @@ LOOKED_AROUND = 1.0  # s after which a controller on the network is known
 AT_POSE = 0.01  # rad or m; an arm that stands elsewhere would be pulled
 ACKNOWLEDGED = 2.0  # s for the recorder to take the last words
 COMMANDS = "joint_commands"
+NAMELESS = "_NODE_NAME_UNKNOWN_"  # rmw: a publisher whose node has not been heard of
 
 
 class ExciteNode(Node):  # type: ignore[misc]
@@ -140,7 +141,10 @@ class ExciteNode(Node):  # type: ignore[misc]
             self.outcome = (
                 f"the arm does not stand at its pose; if it is to be tested where it is: pose:=[{at}]"
             )
-        return time.monotonic() - self._moved > LOOKED_AROUND
+        is_over = time.monotonic() - self._moved > LOOKED_AROUND
+        if is_over and self.count_publishers(self.resolve_topic_name(COMMANDS)) > 1:
+            self.outcome = f"somebody without a name may publish {COMMANDS}"
+        return is_over
 
     def _arm(self) -> bool:
         return self._called("arm")
@@ -172,9 +176,9 @@ class ExciteNode(Node):  # type: ignore[misc]
         return True
 
     def _other_commanders(self) -> list[str]:
-        """Return the names of other nodes that publish commands."""
+        """Return the names of other nodes that publish commands; one that is just appearing has none yet."""
         found = self.get_publishers_info_by_topic(self.resolve_topic_name(COMMANDS))
-        return sorted({info.node_name for info in found} - {self.get_name()})
+        return sorted({info.node_name for info in found} - {self.get_name(), NAMELESS})
 
     def _on_joint_states(self, msg: JointState) -> None:
         """Note where the axes are; answer when the guard is armed."""
