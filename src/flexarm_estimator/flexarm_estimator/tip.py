@@ -55,7 +55,7 @@ class TipReport(NamedTuple):  # not a dataclass: made in every step, at a quarte
 
 
 class Tip(ABC):
-    """Tip pose and Jacobian at ``x``, with ``q = q0 + Phi (xi - xi0)``; x starts with xi and xi', (n,) each."""
+    """Pose and Jacobian at ``x``, with ``q = q0 + Phi (xi - xi0)``; x starts with xi and xi', (n,) each."""
 
     @abstractmethod
     def pose(self, x: Array) -> Array:
