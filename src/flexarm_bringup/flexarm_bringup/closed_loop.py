@@ -143,6 +143,7 @@ def run_loop(
         adopting += 0.0 if k % every else _serve(schedule, hardware.t, estimator, controller)
         estimate = estimator.step(measurements(samples, hardware), np.array(hardware.acted), hardware.t)
         command = controller.step(arm_state(estimate))
+        controller.work_ahead()
         without += command.mode != law.law
         ticks.append(observe(hardware, estimate))
         samples = hardware.advance()
@@ -208,5 +209,5 @@ def arm_state(estimate: Estimate) -> ArmState:
     usable, sigma = estimate.status in ("ok", "degraded"), np.sqrt(np.diag(estimate.P)[: 2 * estimate.n])
     return ArmState(
         estimate.t, estimate.model_id, estimate.theta, estimate.eta, estimate.theta_dot, estimate.eta_dot,
-        estimate.d, usable, estimate.reason, sigma, estimate.x[estimate.layout.s],
+        estimate.d, usable, estimate.reason, sigma, estimate.x[estimate.layout.s], estimate.stiffness,
     )  # fmt: skip

@@ -51,15 +51,17 @@ def state_from_msg(msg: ModalState, model: ReducedModel, epoch_ns: int) -> ArmSt
     t = (stamp_to_ns(msg.header.stamp) - epoch_ns) * 1e-9
     sizes = [len(msg.theta), len(msg.theta_dot), len(msg.disturbance), len(msg.eta), len(msg.eta_dot)]
     n, m = model.n_theta, model.n_eta
-    if sizes != [n, n, n, m, m] or len(msg.sag) > m:
+    if sizes != [n, n, n, m, m] or max(len(msg.sag), len(msg.stiffness)) > m:
         zero, none = np.zeros(n), np.zeros(m)
         return ArmState(t, msg.model_id, zero, none, zero, none, zero, False, f"state has sizes {sizes}")
-    theta, theta_dot, d, eta, eta_dot, sag = (
+    theta, theta_dot, d, eta, eta_dot, sag, stiffness = (
         np.array(part, dtype=float)
-        for part in (msg.theta, msg.theta_dot, msg.disturbance, msg.eta, msg.eta_dot, msg.sag)
+        for part in (msg.theta, msg.theta_dot, msg.disturbance, msg.eta, msg.eta_dot, msg.sag, msg.stiffness)
     )
     usable, sigma = msg.status in _USABLE, _sigma(msg.covariance, 2 * (n + m))
-    return ArmState(t, msg.model_id, theta, eta, theta_dot, eta_dot, d, usable, msg.reason, sigma, sag)
+    return ArmState(
+        t, msg.model_id, theta, eta, theta_dot, eta_dot, d, usable, msg.reason, sigma, sag, stiffness
+    )
 
 
 def reference_from_msg(msg: JointTrajectory, names: tuple[str, ...], epoch_ns: int) -> Reference:

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from flexarm_controller.damping import JointDamping
 from flexarm_controller.joint_pd import JointPd
+from flexarm_controller.learning_mpc import LearningMpc
 from flexarm_controller.limits import Limits
 from flexarm_controller.lqr import Lqr
 from flexarm_controller.moving_mpc import MovingMpc
@@ -111,9 +112,11 @@ class LawInputs:
 
 
 def build_mpc(model: ReducedModel, given: LawInputs) -> Planner:
-    """Build the predictive controller, along the pose where models to come are known."""
+    """Build the predictive controller, along the pose where models to come are known, or one that learns."""
     arguments = (model, given.limits, given.mpc, given.config.period)
-    return Mpc(*arguments) if given.foresight is None else MovingMpc(*arguments, given.foresight)
+    if given.foresight is not None:
+        return MovingMpc(*arguments, given.foresight)
+    return LearningMpc(*arguments) if given.mpc.stiffness_step or given.mpc.inertia_step else Mpc(*arguments)
 
 
 LAWS: Mapping[str, Callable[[ReducedModel, LawInputs], Planner]] = {

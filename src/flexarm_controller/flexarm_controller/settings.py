@@ -56,6 +56,15 @@ class MpcConfig:
     tip_angle_error: float = parameter(
         0.0, "Error of the tip's orientation that costs 1; 0 for none.", "rad", minimum=0.0
     )
+    stiffness_step: float = parameter(
+        0.0, "Step of the learned stiffness that changes the model; 0: as described.", "1", 0.0, 0.5
+    )
+    inertia_step: float = parameter(
+        0.0, "Step of an axis' learned inertia that changes the model; 0: as described.", "1", 0.0, 0.5
+    )
+    disturbance_lag: float = parameter(
+        0.12, "Lag of the estimated torque that the inertia is learned from.", "s", minimum=1e-3, maximum=5.0
+    )
 
     def __post_init__(self) -> None:
         """Check every field.

@@ -28,6 +28,7 @@ class ArmState:
         reason: Why it is not usable or degraded; empty otherwise.
         sigma: Standard deviations of ``x``, (2 n,), or (0,) where nobody tells them.
         sag: Static deflection of the slowest modes that the model leaves out [kg^0.5 m], (at most n_eta,).
+        stiffness: Learned relative error of the stiffness of the slowest modes [1], (at most n_eta,).
     """
 
     t: float
@@ -41,6 +42,7 @@ class ArmState:
     reason: str = ""
     sigma: Array = field(default_factory=lambda: np.zeros(0))
     sag: Array = field(default_factory=lambda: np.zeros(0))
+    stiffness: Array = field(default_factory=lambda: np.zeros(0))
 
     @cached_property
     def x(self) -> Array:

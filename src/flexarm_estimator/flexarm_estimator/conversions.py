@@ -6,7 +6,7 @@ tool, so it is turned there and back.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
 
@@ -15,12 +15,12 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from flexarm_interfaces.msg import ModalState, SensorHealth
 from nav_msgs.msg import Odometry
 from numpy.typing import NDArray
-from scipy.spatial.transform import Rotation
 
 from flexarm_estimator.estimate import Estimate, SensorReport
 from flexarm_estimator.sensor_messages import BASE_FRAME
 from flexarm_model.conversions import floats, ns_to_stamp
 from flexarm_model.reduced_model import ReducedModel
+from flexarm_model.rotation import quaternion, rotation_from_quaternion
 
 Array = NDArray[np.float64]
 TOOL_FRAME = "tool"
@@ -75,7 +75,7 @@ def state_to_msg(estimate: Estimate, model: ReducedModel, stamp_ns: int) -> Moda
     msg.joint_names, msg.names = list(model.theta_names), list(model.eta_names)
     msg.theta, msg.theta_dot = floats(estimate.theta), floats(estimate.theta_dot)
     msg.eta, msg.eta_dot, msg.disturbance = floats(estimate.eta), floats(estimate.eta_dot), floats(estimate.d)
-    msg.sag = floats(estimate.x[estimate.layout.s])
+    msg.sag, msg.stiffness = floats(estimate.x[estimate.layout.s]), floats(estimate.stiffness)
     msg.bias_names, msg.bias = list(estimate.layout.biases), floats(estimate.b)
     told = estimate.layout.told
     msg.covariance = floats(estimate.P[told, told])
@@ -106,7 +106,7 @@ def tip_to_msg(estimate: Estimate, stamp_ns: int) -> Odometry:
     into_tool = _turn(T[:3, :3].T)
     position, orientation = msg.pose.pose.position, msg.pose.pose.orientation
     position.x, position.y, position.z = T[:3, 3].tolist()
-    orientation.x, orientation.y, orientation.z, orientation.w = _quaternion(T[:3, :3])
+    orientation.x, orientation.y, orientation.z, orientation.w = quaternion(T[:3, :3])
     linear, angular = msg.twist.twist.linear, msg.twist.twist.angular
     twist = into_tool.dot(estimate.twist_tip).tolist()
     linear.x, linear.y, linear.z, angular.x, angular.y, angular.z = twist
@@ -119,7 +119,7 @@ def tip_from_msg(msg: Odometry) -> TipMotion:
     """Return the tip's motion in world axes."""
     position, q = msg.pose.pose.position, msg.pose.pose.orientation
     T = np.eye(4)
-    T[:3, :3] = Rotation.from_quat([q.x, q.y, q.z, q.w]).as_matrix()
+    T[:3, :3] = rotation_from_quaternion((q.x, q.y, q.z, q.w))
     T[:3, 3] = [position.x, position.y, position.z]
     linear, angular = msg.twist.twist.linear, msg.twist.twist.angular
     turn = _turn(T[:3, :3])
@@ -211,8 +211,3 @@ def _turn(R: Array) -> Array:
     both = np.zeros((6, 6))
     both[:3, :3] = both[3:, 3:] = R
     return both
-
-
-def _quaternion(R: Array) -> Iterable[float]:
-    """Return x, y, z, w of a rotation matrix."""
-    return Rotation.from_matrix(R).as_quat().tolist()  # type: ignore[no-any-return]

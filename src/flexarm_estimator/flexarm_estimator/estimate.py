@@ -120,3 +120,8 @@ class Estimate:
     def b(self) -> Array:
         """Biases of the sensors ``layout.biases``, SI of their channel, (n_b,)."""
         return self.x[self.layout.b]
+
+    @property
+    def stiffness(self) -> Array:
+        """Learned relative error of the stiffness of the slowest modes [1], (n_learned,)."""
+        return np.tile(self.x[self.layout.p], self.layout.n_learned)

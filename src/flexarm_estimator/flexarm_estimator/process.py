@@ -94,7 +94,8 @@ class ProcessModel:
         n, n_theta = model.n, model.n_theta
         self.biases = bias_states(biases or {})
         sigma_s, sigma_p = sag_sigma(model, config), stiffness_sigma(config, model)
-        self.layout = StateLayout(n, n_theta, tuple(self.biases), sigma_s.size, sigma_p.size)
+        learned = min(config.stiffness_modes, model.n_eta)
+        self.layout = StateLayout(n, n_theta, tuple(self.biases), sigma_s.size, sigma_p.size, learned)
         inertia = np.diag(model.M)[:n_theta]
         modal_force = _modal_force(model, config)
         torque_psd = (config.acceleration_noise * inertia) ** 2

@@ -3,7 +3,7 @@
 ``theta`` are the actuated axes, ``eta`` the elastic modes, ``d`` unmodelled torques on the axes, ``b`` the
 biases of sensors (a gauge drifts with temperature, an accelerometer has an offset), in SI of their channel,
 ``s`` static deflections of the modes that the model leaves out (``sag``), which the controller is told, ``p``
-what is learned of the model itself (``stiffness``), which is nobody else's business.
+what is learned of the model itself (``stiffness``), which the controller is told too.
 """
 
 from __future__ import annotations
@@ -22,6 +22,7 @@ class StateLayout:
             "sensor.channel rate" of those that drift steadily.
         n_s: Number of static deflections, of the slowest modes.
         n_p: Number of learned parameters of the model.
+        n_learned: Number of slowest modes whose common stiffness is learned.
     """
 
     n: int
@@ -29,6 +30,7 @@ class StateLayout:
     biases: tuple[str, ...] = ()
     n_s: int = 0
     n_p: int = 0
+    n_learned: int = 0
 
     @property
     def n_x(self) -> int:

@@ -1,0 +1,127 @@
+"""What is learned of the arm changes the law: stiffness told by the estimator, inertia from the torque."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.linalg import eigh
+from served_arms import limits_of_hub, single_link, state_of, two_axes
+
+from flexarm_controller.learned.axis_inertia import AxisInertia
+from flexarm_controller.learned.learned_model import with_learned
+from flexarm_controller.learned.steps import follow_steps
+from flexarm_controller.learning_mpc import KEPT, LearningMpc
+from flexarm_controller.mpc import Mpc
+from flexarm_controller.reference import Reference, hold
+from flexarm_controller.settings import MpcConfig
+
+DT, LAG = 0.005, 0.12
+LEARNS = MpcConfig(time_limit=0.0, stiffness_step=0.1, inertia_step=0.05, disturbance_lag=LAG)
+SENT = np.zeros((1, 1))
+
+
+def softly_moved(model, stiffness=0.0, t=0.0):
+    x = np.concatenate([[0.02, 0.003, 0.0, 0.0], [0.1, 0.05, 0.0, 0.0]])
+    told = np.full(2, stiffness) if stiffness else np.zeros(0)
+    return replace(state_of(x, model, t), stiffness=told)
+
+
+def test_locked_modes_of_the_learned_model_have_the_learned_stiffness():
+    model, n = two_axes(), 2
+    learned = with_learned(model, np.array([-0.3, 0.2]), np.zeros(2))
+    squares = eigh(learned.K[n:, n:], learned.M[n:, n:], eigvals_only=True)
+    expected = model.omega**2 * [0.7, 1.2, 1.0]
+    np.testing.assert_allclose(squares, expected, rtol=1e-12)
+    np.testing.assert_allclose(learned.omega**2, expected, rtol=1e-12)
+
+
+def test_a_heavier_axis_needs_that_much_more_torque_with_its_modes_locked():
+    model = two_axes()
+    learned = with_learned(model, np.zeros(0), np.array([0.5, -0.1]))
+    more = (learned.M - model.M)[:2, :2]
+    np.testing.assert_allclose(more, np.diag([0.5, -0.1] * np.diag(model.M)[:2]), rtol=1e-12)
+
+
+def test_no_axis_is_believed_to_be_lighter_than_its_modes():
+    light = with_learned(single_link("light_hub"), np.zeros(0), np.array([-0.6]))
+    assert np.linalg.eigvalsh(light.M).min() > 0.0
+
+
+def learned_share(share, friction=0.0, load=0.0, noise=0.0, moving=1.0):
+    """Return what is learned of an axis of 0.4 kg m^2 in a second of acceleration and one of braking."""
+    rng, inertia = np.random.default_rng(1), 0.4
+    axes, lagged = AxisInertia(np.array([inertia]), LAG, DT), 0.0
+    for k in range(600):
+        t = k * DT
+        a = moving * (1.2 if 1.0 <= t < 2.0 else -3.0 if 2.0 <= t < 2.4 else 0.0)
+        v = moving * (1.2 * np.clip(t - 1.0, 0.0, 1.0) - 3.0 * np.clip(t - 2.0, 0.0, 0.4))
+        true = -inertia * (load + friction * v + share * a)
+        lagged += (1.0 - np.exp(-DT / LAG)) * (true - lagged)
+        axes.learn(np.array([v]), np.array([a]), np.array([lagged + noise * rng.standard_normal()]))
+    return axes.share[0]
+
+
+@pytest.mark.parametrize("share", [-0.2, 0.1, 0.5])
+def test_inertia_is_found_beside_friction_and_load(share):
+    assert learned_share(share) == pytest.approx(share, rel=0.01)
+    assert learned_share(share, friction=0.3, load=0.5) == pytest.approx(share, abs=0.03)  # ridge
+    assert learned_share(share, noise=0.003) == pytest.approx(share, abs=0.02)  # estimator's own noise
+
+
+def test_an_axis_that_does_not_move_teaches_nothing():
+    assert learned_share(0.3, load=1.0, moving=0.0) == 0.0
+
+
+def test_steps_have_hysteresis_and_ignore_what_is_not_a_number():
+    at = follow_steps((), np.array([0.04, -0.31]), 0.1)
+    assert at == (0, -3)
+    assert follow_steps(at, np.array([0.07, -0.25]), 0.1) == (0, -3)
+    assert follow_steps(at, np.array([0.08, np.nan]), 0.1) == (1, -3)
+    assert follow_steps(at, np.array([9.0, -9.0]), 0.1) == (10, -6)
+
+
+def test_with_nothing_learned_the_plan_is_that_of_the_model():
+    model = single_link()
+    plans = [kind(model, limits_of_hub(), LEARNS, DT) for kind in (Mpc, LearningMpc)]
+    state = softly_moved(model)
+    expected, found = (mpc.step(state, hold(np.zeros(1)), SENT).torques for mpc in plans)
+    np.testing.assert_array_equal(found, expected)
+
+
+@pytest.mark.parametrize("ahead", [False, True])
+def test_the_step_after_stiffness_was_told_uses_the_softer_model(ahead):
+    model, reference = single_link(), hold(np.zeros(1))
+    learning = LearningMpc(model, limits_of_hub(), LEARNS, DT)
+    softer = Mpc(with_learned(model, np.full(2, -0.3), np.zeros(1)), limits_of_hub(), LEARNS, DT)
+    learning.step(softly_moved(model, -0.32), reference, SENT)
+    if ahead:
+        learning.work_ahead()
+    state = softly_moved(model, -0.30, DT)
+    found, expected = (mpc.step(state, reference, SENT).torques for mpc in (learning, softer))
+    np.testing.assert_allclose(found, expected, rtol=1e-9)
+
+
+def test_a_heavier_arm_is_braked_with_the_torque_it_needs():
+    model, heavier = single_link(), 0.1
+    t = np.linspace(0.0, 1.0, 201)
+    v = np.minimum(1.2 * t, 0.84)  # accelerates for 0.7 s
+    reference = Reference(t, np.cumsum(v)[:, None] * DT, v[:, None], np.gradient(v, t)[:, None])
+    learning, plain = (kind(model, limits_of_hub(), LEARNS, DT) for kind in (LearningMpc, Mpc))
+    lagged = 0.0
+    for k in range(130):
+        _, theta_dot, theta_ddot = reference.sample(np.array([k * DT]))
+        lagged += (1.0 - np.exp(-DT / LAG)) * (-heavier * model.M[0, 0] * theta_ddot[0, 0] - lagged)
+        x = np.concatenate([reference.position(k * DT), np.zeros(3), theta_dot[0], np.zeros(3)])
+        plans = [mpc.step(state_of(x, model, k * DT, [lagged]), reference, SENT) for mpc in (learning, plain)]
+    at = slice(20, 40)  # after 0.7 s, when it goes on at constant velocity: the estimated torque is over then
+    braked = np.mean(plans[0].torques[at] - plans[1].torques[at])
+    assert braked == pytest.approx(lagged, abs=0.3 * abs(lagged))
+
+
+def test_programs_do_not_pile_up():
+    model = single_link()
+    learning = LearningMpc(model, limits_of_hub(), replace(LEARNS, horizon=4, blocks=(1,) * 4), DT)
+    for k in range(KEPT + 5):
+        share = 0.02 * k - 0.3 if k % 2 else 0.9
+        learning.step(softly_moved(model, share, k * DT), hold(np.zeros(1)), SENT)
+    assert len(learning._programs) <= KEPT
