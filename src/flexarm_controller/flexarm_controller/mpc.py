@@ -9,13 +9,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexarm_controller.limits import Limits
-from flexarm_controller.program.delay import Delay
+from flexarm_controller.program.delay import Delay, torques_kept
+from flexarm_controller.program.interior import Interior
 from flexarm_controller.program.preview import Preview
 from flexarm_controller.program.problem import build_problem
 from flexarm_controller.reference import Reference
 from flexarm_controller.settings import MpcConfig
-from flexarm_controller.solvers.backends import build_solver
+from flexarm_controller.solvers.backends import solvers_of
 from flexarm_controller.solvers.qp import QpResult, QpSolver
+from flexarm_controller.solvers.second_attempt import SecondAttempt
 from flexarm_controller.state import ArmState
 from flexarm_model.reduced_model import ReducedModel
 
@@ -56,18 +58,21 @@ class Mpc:
     def __init__(self, model: ReducedModel, limits: Limits, config: MpcConfig, dt: float) -> None:
         """Build the program of ``model`` for control period ``dt`` [s]."""
         self.problem = build_problem(model, limits, config, dt)
-        self._known, self._system = self.problem.known, self.problem.system
-        self._solver = build_solver(self.problem, config)
+        self._known, kept = self.problem.known, torques_kept(config, dt)
+        self._solvers = solvers_of(self.problem.P, self.problem.rows.A, config)
+        self._solver = SecondAttempt(*self._solvers)
         self._budget = config.time_limit or np.inf
-        self._p_now = np.zeros(self._known.now.stop)
-        self._delay = Delay(model, self._system, config, dt)
-        self.lead = self._delay.lead
-        self._preview = Preview(self.problem.q_r, config.horizon, dt)
+        delay = Delay(model, self.problem.system, config, dt)
+        self.lead = delay.lead
+        self._E, self._e = delay.map(self._known, kept)
+        self._z, self._d = np.zeros(self._E.shape[1]), slice(2 * model.n, 2 * model.n + model.n_theta)
+        self._sent = slice(self._d.stop, self._d.stop + kept * model.n_theta)
+        self._interior = Interior(self.problem, self._E, self._e)
+        self._preview = Preview(self.problem.q_r, config.horizon, dt, self._interior.add)
         self._held = abs(self.problem.T).argmax(axis=1)  # the one unknown that a torque is made of
         self._unit = self.problem.T[np.arange(self._held.size), self._held]  # N m
         self._empty = np.zeros((0, model.n_theta))
         self._warm: Array | None = None
-        self._is_sag_told = False
 
     def step(self, state: ArmState, reference: Reference, sent: Array) -> Plan:
         """Plan the torques that follow those already ``sent``.
@@ -78,9 +83,19 @@ class Mpc:
             sent: Torques that act from the state's instant on, oldest first, and at least the one
                 before the first that is planned, (``delay.torques_kept``, n_u).
         """
-        p_now = self.known_now(state, sent)
-        of_reference = self._preview.gradient(reference, state.t + self.lead)
-        return self.solve(self._solver, self.problem.rows.A, self.problem.vectors(p_now, of_reference))
+        gradient, added = self._preview.look(reference, state.t + self.lead)
+        began = time.thread_time()
+        v, margin = self._interior.look(self._measured(state, sent), added)
+        if margin < 0.0:
+            return self.solve(self._solver, self.problem.rows.A, self._vectors(state, sent, gradient))
+        x = np.zeros(self.problem.q_0.size)
+        x[: v.size] = v
+        laps = began, time.thread_time()
+        result = QpResult(x, "solved without limits", 0, 0.0, True, margin)
+        active: tuple[str, ...] = ()
+        if margin <= BINDING:
+            active = self._binding(self.problem.rows.A @ x, *self._vectors(state, sent, gradient)[1:])
+        return self._plan(result, laps, active)
 
     def solve(self, solver: QpSolver, A: Array, vectors: tuple[Array, Array, Array]) -> Plan:
         """Return the plan that ``solver`` finds for a program with the rows ``A`` and these (q, l, u)."""
@@ -91,25 +106,35 @@ class Mpc:
         if not result.solved:
             self._warm = None
             return Plan(self._empty, result, (), laps)
-        self._warm = result.x
-        torques = (result.x[self._held] * self._unit).reshape(self._known.N, self._known.n_u)
         active = () if result.margin > BINDING else self._binding(A @ result.x, l, u)
-        return Plan(torques, result, active, laps)
+        return self._plan(result, laps, active)
 
     def work_ahead(self) -> None:
-        """Do nothing: the program of the next state differs in its vectors alone; see ``Planner``."""
+        """Set up a solver that no state needed so far: the next one may."""
+        waiting = [solver for solver in self._solvers if not solver.is_ready]
+        if waiting:
+            waiting[0].get_ready()
 
     def known_now(self, state: ArmState, sent: Array) -> Array:
-        """Return what is known but the reference, (n_now,); the same array in every step."""
-        known, p = self._known, self._p_now
-        p[known.x] = self._delay.advance(state.vibration, state.d, sent)
-        p[known.d] = state.d
-        p[known.u_before] = sent[-1]
-        if state.sag.size or self._is_sag_told:
-            self._is_sag_told = state.sag.size > 0
-            p[known.s] = 0.0
-            p[known.s.start : known.s.start + state.sag.size] = state.sag
-        return p
+        """Return what is known but the reference, (n_now,)."""
+        return np.asarray(self._E.dot(self._measured(state, sent)) + self._e)
+
+    def _measured(self, state: ArmState, sent: Array) -> Array:
+        """Return ``[x; d; sent; sag]`` as ``Delay.map`` takes it, (n_z,); the same array in every step."""
+        z, sag = self._z, state.sag
+        z[: self._d.start], z[self._d], z[self._sent] = state.x, state.d, sent.ravel()
+        z[self._sent.stop :] = 0.0
+        z[self._sent.stop : self._sent.stop + sag.size] = sag
+        return z
+
+    def _vectors(self, state: ArmState, sent: Array, gradient: Array) -> tuple[Array, Array, Array]:
+        return self.problem.vectors(self.known_now(state, sent), gradient)
+
+    def _plan(self, result: QpResult, laps: tuple[float, float], active: tuple[str, ...] = ()) -> Plan:
+        """Return the plan of an answer that may be used."""
+        self._warm = result.x
+        torques = (result.x[self._held] * self._unit).reshape(self._known.N, self._known.n_u)
+        return Plan(torques, result, active, laps)
 
     def _binding(self, y: Array, l: Array, u: Array) -> tuple[str, ...]:  # noqa: E741
         near = np.flatnonzero((u - y < BINDING) | (y - l < BINDING))

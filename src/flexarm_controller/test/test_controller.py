@@ -34,15 +34,26 @@ class Stub:
         return self.result
 
 
-def break_solver(broken, x=2.1e9):
-    broken._laws.planner._solver = Stub(x, False)
+class NeverOpen:
+    """A way around the solver that no state finds."""
+
+    def look(self, z, added):
+        return z[:0], -np.inf
+
+
+def swap_solver(ladder, solver=None, interior=None):
+    """Let a solver, which fails by default, answer every state; returns what stood there."""
+    planner = ladder._laws.planner
+    former = planner._solver, planner._interior
+    planner._solver, planner._interior = solver or Stub(2.1e9, False), interior or NeverOpen()
+    return former
 
 
 def test_the_rungs_follow_each_other_and_name_the_reason():
     ladder = controller()
     first = ladder.step(state_of(MOVING, MODEL))
     assert (first.mode, first.reason) == ("mpc", "")
-    break_solver(ladder)
+    swap_solver(ladder)
     commands = [ladder.step(state_of(MOVING, MODEL, k * DT)) for k in range(1, 8)]
     assert [c.mode for c in commands] == ["shifted_plan"] * 5 + ["lqr"] * 2
     assert all(c.reason == "solver: stubbed" for c in commands[:5])
@@ -60,18 +71,18 @@ def test_the_rungs_follow_each_other_and_name_the_reason():
 def test_after_a_failure_the_next_good_solve_is_used_at_once():
     ladder = controller()
     ladder.step(state_of(MOVING, MODEL))
-    good = ladder._laws.planner._solver
-    break_solver(ladder)
+    good = swap_solver(ladder)
     assert ladder.step(state_of(MOVING, MODEL, DT)).mode == "shifted_plan"
-    ladder._laws.planner._solver = good
+    swap_solver(ladder, *good)
     assert ladder.step(state_of(MOVING, MODEL, 2 * DT)).mode == "mpc"
 
 
 def test_a_thousand_failures_in_between_never_let_the_solvers_numbers_through():
     ladder = controller()
-    good, stub = ladder._laws.planner._solver, Stub(2.1e9, False)
+    bad = Stub(2.1e9, False), NeverOpen()
+    good = swap_solver(ladder)
     for k in range(1000):
-        ladder._laws.planner._solver = stub if k % 2 else good
+        swap_solver(ladder, *(bad if k % 2 else good))
         command = ladder.step(state_of(MOVING, MODEL, k * DT))
         assert command.mode == ("shifted_plan" if k % 2 else "mpc")
         assert abs(command.tau[0]) <= 28.0

@@ -12,6 +12,7 @@ from flexarm_controller.mpc import Mpc
 from flexarm_controller.nonlinear.arm_equations import NonlinearModelError
 from flexarm_controller.nonlinear.nonlinear_mpc import NonlinearMpc
 from flexarm_controller.nonlinear.settings import NmpcConfig
+from flexarm_controller.program.delay import torques_kept
 from flexarm_controller.reference import Reference, hold
 from flexarm_controller.settings import ControllerConfig, MpcConfig
 
@@ -51,7 +52,7 @@ def disturbed(model, seed=0, size=0.02):
 def test_on_a_linear_arm_one_iteration_is_the_linear_controller(change):
     model, limits, config = two_axes(), two_axis_limits(effort=(80.0, 60.0)), replace(CONFIG, **change)
     linear, nonlinear = laws(model, limits, config)
-    sent = np.array([[0.4, -0.6], [0.5, -1.0], [0.2, -0.4]])[: max(config.delay_periods, 1)]
+    sent = np.array([[0.4, -0.6], [0.5, -1.0], [0.2, -0.4]])[: torques_kept(config, DT)]
     for seed in range(4):
         state = state_of(disturbed(model, seed), model, seed * DT, d=[0.3, -0.2])
         state = replace(state, sag=np.array([0.01, -0.02]))

@@ -28,16 +28,18 @@ def gradient_of(Q_r, reference, t):
 
 def test_every_period_gets_the_gradient_of_its_own_window():
     Q_r = np.random.default_rng(1).normal(size=(4, 6 * (HORIZON + 1)))
-    preview, reference = Preview(Q_r, HORIZON, DT), moving()
+    preview, reference = Preview(Q_r, HORIZON, DT, lambda gradients: 2 * gradients), moving()
     for k in range(3 * WINDOWS):
         expected = gradient_of(Q_r, reference, k * DT)
-        np.testing.assert_allclose(preview.gradient(reference, k * DT), expected, rtol=1e-12, atol=1e-12)
+        gradient, twice = preview.look(reference, k * DT)
+        np.testing.assert_allclose(gradient, expected, rtol=1e-12, atol=1e-12)
+        np.testing.assert_array_equal(twice, 2 * gradient)
 
 
 @pytest.mark.parametrize("jump", [0.0, -0.07, 0.0043, 10.0])
 def test_a_jump_of_time_and_another_reference_are_seen(jump):
     Q_r = np.random.default_rng(2).normal(size=(3, 6 * (HORIZON + 1)))
-    preview = Preview(Q_r, HORIZON, DT)
+    preview = Preview(Q_r, HORIZON, DT, lambda gradients: 2 * gradients)
     for t, reference in ((0.1, moving()), (0.1 + jump, moving()), (0.1 + jump + DT, moving())):
         expected = gradient_of(Q_r, reference, t)
-        np.testing.assert_allclose(preview.gradient(reference, t), expected, rtol=1e-12, atol=1e-12)
+        np.testing.assert_allclose(preview.look(reference, t)[0], expected, rtol=1e-12, atol=1e-12)

@@ -7,7 +7,8 @@ the torque that acts now was sent one period before the whole ones, and goes on 
     x <- A(f dt) x + B(f dt) (u + d) + c(f dt)           the hold that is split, if f > 0
     x <- A(dt) x + B(dt) (u + d) + c(dt)                 for every other torque on its way
 
-which is exact for any delay. The program's grid begins where the first chosen torque does.
+which is exact for any delay. The program's grid begins where the first chosen torque does. All of it
+together is one affine map of what is measured.
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from flexarm_controller.program.penalties import Known
 from flexarm_controller.program.prediction import plant
 from flexarm_controller.settings import MpcConfig
 from flexarm_model.reduced_model import ReducedModel
@@ -70,3 +72,26 @@ class Delay:
         for s, torque in zip(self._holds, sent, strict=False):
             x = s.A.dot(x) + s.B.dot(torque + d) + s.c
         return x
+
+    def map(self, known: Known, kept: int) -> tuple[Array, Array]:
+        """Return (E, e) with ``p_now = E z + e`` for ``z = [x; d; sent torques; sag]``; see ``penalties``.
+
+        Args:
+            known: Where the parts of p_now are.
+            kept: Torques sent, oldest first, of which the last is the one before the first chosen.
+        """
+        n_x, n_u, n_eta = known.n_x, known.n_u, known.s.stop - known.s.start
+        sent = n_x + n_u
+        sag = sent + kept * n_u
+        E, e = np.zeros((known.now.stop, sag + n_eta)), np.zeros(known.now.stop)
+        x, c = E[known.x], e[known.x]  # views
+        x[:, :n_x] = np.eye(n_x)
+        x[n_u : n_x // 2, sag:] = -np.eye(n_eta)  # vibration is counted from where the arm rests
+        for i, s in enumerate(self._holds):
+            x[:], c[:] = s.A @ x, s.A @ c + s.c
+            x[:, n_x:sent] += s.B
+            x[:, sent + i * n_u : sent + (i + 1) * n_u] += s.B
+        E[known.d, n_x:sent] = np.eye(n_u)
+        E[known.u_before, sag - n_u : sag] = np.eye(n_u)
+        E[known.s, sag:] = np.eye(n_eta)
+        return E, e

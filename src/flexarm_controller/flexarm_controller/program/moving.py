@@ -83,7 +83,7 @@ class MovingProgram:
         P = np.diag(np.append(np.zeros(n_v), np.full(self._n_s, SLACK_CURVATURE)))
         P[:n_v, :n_v] = problem.weight * (L.T @ L)
         A, soft = problem.rows.A.copy(), np.vstack([s.C @ G[k] for s, k in self._soft(spans)])
-        for rows in self._soft_rows():
+        for rows in problem.rows.sides:
             A[rows, :n_v] = soft
         return Condensed(spans, P, A, L)
 
@@ -100,7 +100,8 @@ class MovingProgram:
         sags = self._sags(spans, p_now[problem.known.s])
         e_0 = self._errors(spans, free, p_now, samples, sags)
         q = np.append(problem.weight * (e_0 @ condensed.L), np.full(self._n_s, self._price))
-        rows, upper, lower = problem.rows, *self._soft_rows()
+        rows = problem.rows
+        upper, lower = rows.sides
         shift = rows.b_now @ p_now
         l, u = rows.l + shift, rows.u + shift  # noqa: E741
         soft = self._soft(spans)
@@ -203,8 +204,3 @@ class MovingProgram:
         """Return the limited outputs of every instant at which a block ends, with that instant."""
         holds = np.searchsorted([start for _, start, _ in spans], self._ends, side="right") - 1
         return [(spans[i][0].stage.soft, int(k)) for i, k in zip(holds, self._ends, strict=True)]
-
-    def _soft_rows(self) -> tuple[slice, slice]:
-        """Return where the rows with upper and with lower bounds of limited outputs are."""
-        first, count = 2 * self._problem.n_v, len(self._ends) * self._n_s
-        return slice(first, first + count), slice(first + count, first + 2 * count)

@@ -8,7 +8,6 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from flexarm_controller.program.problem import Problem
 from flexarm_controller.settings import MpcConfig
 from flexarm_controller.solvers.daqp_solver import DaqpSolver
 from flexarm_controller.solvers.hpipm_solver import HpipmSolver
@@ -29,16 +28,14 @@ BACKENDS: Mapping[str, Constructor] = {
 SECOND = {"daqp": "osqp", "osqp": "daqp", "hpipm": "daqp"}  # who tries when the first does not vouch
 
 
-def build_solver(problem: Problem, config: MpcConfig) -> QpSolver:
-    """Return the solver that the settings ask for, behind the interior check and before a second one."""
-    P, A = problem.P, problem.rows.A
-    first, second = (BACKENDS[name](P, A, config) for name in (config.backend, SECOND[config.backend]))
-    return InteriorFirst(P, A, problem.n_v, SecondAttempt(first, second))
-
-
-def build_solver_for_once(P: Array, A: Array, n_v: int, config: MpcConfig) -> QpSolver:
-    """Return the same for a program that is asked once or twice: nothing is set up that is not asked."""
+def solvers_of(P: Array, A: Array, config: MpcConfig) -> tuple[WhenNeeded, WhenNeeded]:
+    """Return the solver that the settings ask for, and the second one, each set up when it is needed."""
     first, second = (
         WhenNeeded(partial(BACKENDS[name], P, A, config)) for name in (config.backend, SECOND[config.backend])
     )
-    return InteriorFirst(P, A, n_v, SecondAttempt(first, second))
+    return first, second
+
+
+def build_solver_for_once(P: Array, A: Array, n_v: int, config: MpcConfig) -> QpSolver:
+    """Return both behind the interior check, for a program that is asked once or twice."""
+    return InteriorFirst(P, A, n_v, SecondAttempt(*solvers_of(P, A, config)))

@@ -20,8 +20,17 @@ class WhenNeeded:
         self._build = build
         self._solver: QpSolver | None = None
 
-    def solve(self, q: Array, l: Array, u: Array, warm: Array | None, budget: float = np.inf) -> QpResult:  # noqa: E741
-        """Solve for new vectors; see ``QpSolver``."""
+    @property
+    def is_ready(self) -> bool:
+        """Whether it is set up."""
+        return self._solver is not None
+
+    def get_ready(self) -> QpSolver:
+        """Set it up."""
         if self._solver is None:
             self._solver = self._build()
-        return self._solver.solve(q, l, u, warm, budget)
+        return self._solver
+
+    def solve(self, q: Array, l: Array, u: Array, warm: Array | None, budget: float = np.inf) -> QpResult:  # noqa: E741
+        """Solve for new vectors; see ``QpSolver``."""
+        return self.get_ready().solve(q, l, u, warm, budget)
