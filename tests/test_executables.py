@@ -45,3 +45,23 @@ def test_a_second_node_is_refused_before_its_libraries_are_loaded() -> None:
         done = subprocess.run(command, env=environment, capture_output=True, text=True, check=True)
         assert held.readable() and done.stdout == "3 []\n"
         assert f"guard_node: node /flexarm/left runs already in ROS domain {DOMAIN}" in done.stderr
+
+
+HEAVY = {"scipy", "scipy.spatial", "scipy.sparse", "scipy.optimize", "scipy.io", "scipy.stats", "filterpy"}
+HEAVY |= {"osqp", "pinocchio", "matplotlib", "rosbags"}
+LOADED = {
+    "flexarm_model.model_node": set(),
+    "flexarm_estimator.estimator_node": {"scipy"},
+    "flexarm_controller.controller_node": {"scipy", "scipy.sparse", "osqp"},
+    "flexarm_controller.guard_node": set(),
+    "flexarm_bringup.rig_node": set(),
+}
+
+
+@pytest.mark.ros
+@pytest.mark.parametrize("module", LOADED)
+def test_a_node_starts_without_libraries_that_it_needs_now_and_then(module: str) -> None:
+    pytest.importorskip("rclpy")
+    code = f"import sys, {module}; print(*({HEAVY!r} & set(sys.modules)))"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert set(done.stdout.split()) <= LOADED[module]

@@ -1,4 +1,4 @@
-"""Messages as bytes and back, and the classes that go with the names of types.
+"""Messages as bytes and back.
 
 ``serialise`` fills the gaps that alignment leaves with zeros. rclpy leaves there, and behind empty
 arrays at the end, what the memory held before: its bytes differ from run to run for equal messages.
@@ -6,25 +6,13 @@ arrays at the end, what the memory held before: its bytes differ from run to run
 
 from __future__ import annotations
 
-import importlib
-from functools import cache
 from typing import Any
 
 from rclpy.serialization import deserialize_message, serialize_message
 
 from flexarm_bringup.bags.bag_types import bag_types
 from flexarm_bringup.bags.cdr import LITTLE_ENDIAN
-
-
-@cache
-def message_class(kind: str) -> Any:
-    """Return the class of a type, "sensor_msgs/msg/JointState".
-
-    Raises:
-        ModuleNotFoundError: Its package is not installed.
-    """
-    package, folder, name = kind.split("/")
-    return getattr(importlib.import_module(f"{package}.{folder}"), name)
+from flexarm_bringup.message_class import message_class
 
 
 def serialise(msg: Any, kind: str) -> bytes:

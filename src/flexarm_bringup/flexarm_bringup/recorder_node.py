@@ -33,7 +33,8 @@ from std_msgs.msg import Bool
 from flexarm_bringup.bags.bag_writer import BagError, BagWriter
 from flexarm_bringup.bags.cdr import header_stamp_ns
 from flexarm_bringup.bags.log_order import ArrivalLog, LockstepLog
-from flexarm_bringup.conversions import deserialise, message_class
+from flexarm_bringup.conversions import deserialise
+from flexarm_bringup.message_class import message_class
 from flexarm_bringup.provenance import provenance
 from flexarm_bringup.topics import Stream, streams
 from flexarm_model.declared_node import declare_configs, load_arm, told_by

@@ -29,8 +29,8 @@ from rclpy.clock import Clock, ClockType
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Bool
 
-from flexarm_bringup.conversions import message_class
 from flexarm_bringup.drive_side_node import DriveSide
+from flexarm_bringup.message_class import message_class
 from flexarm_bringup.rig_health_node import RigHealth
 from flexarm_bringup.sim.conversions import joint_state_msg, samples_to_msgs, truth_msg
 from flexarm_bringup.sim.drives import Drives, drive_limits

@@ -15,7 +15,7 @@ import yaml
 pytest.importorskip("flexarm_interfaces", reason="needs ROS and flexarm_interfaces")
 pytestmark = pytest.mark.ros
 
-from flexarm_bringup.conversions import message_class  # noqa: E402
+from flexarm_bringup.message_class import message_class  # noqa: E402
 from flexarm_bringup.topics import STREAMS, find_stream  # noqa: E402
 from flexarm_model.config import load_config  # noqa: E402
 from flexarm_model.manipulator_file import find_manipulator  # noqa: E402

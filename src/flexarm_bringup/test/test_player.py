@@ -11,7 +11,8 @@ from flexarm_bringup.topics import find_stream
 pytestmark = pytest.mark.ros
 pytest.importorskip("flexarm_bringup.conversions", reason="needs ROS and flexarm_interfaces")
 
-from flexarm_bringup.conversions import message_class, serialise  # noqa: E402
+from flexarm_bringup.conversions import serialise  # noqa: E402
+from flexarm_bringup.message_class import message_class  # noqa: E402
 from flexarm_bringup.replaying.player import Player  # noqa: E402
 from flexarm_model.conversions import ns_to_stamp, stamp_to_ns  # noqa: E402
 

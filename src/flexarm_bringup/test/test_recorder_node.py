@@ -21,7 +21,7 @@ RIG = textwrap.dedent("""
     import rclpy
     from rclpy.executors import SingleThreadedExecutor
     from std_msgs.msg import Bool
-    from flexarm_bringup.conversions import message_class
+    from flexarm_bringup.message_class import message_class
     from flexarm_bringup.topics import streams
     from flexarm_model.conversions import ns_to_stamp
     from flexarm_model.node import LATCHED_QOS, RELIABLE_QOS

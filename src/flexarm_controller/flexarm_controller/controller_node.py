@@ -71,6 +71,8 @@ from flexarm_model.node import (
 from flexarm_model.parameters import parameter
 from flexarm_model.reduced_tree import ReducedTree
 
+LIBRARIES = ("scipy.optimize",)  # for goals of the tip at the end of an axis
+
 
 @dataclass(frozen=True)
 class ControllerNodeSettings:
@@ -241,7 +243,7 @@ class ControllerNode(ManagedNode):
         if self.settings.lockstep:
             self.create_subscription(Tick, "tick", self.on_tick, quality)
             conditions["ticks"] = lambda: self.count_publishers(self.resolve_topic_name("tick")) > 0
-        self.tell_ready(conditions)
+        self.tell_ready(conditions, LIBRARIES)
         self._diagnostics = Diagnostics(self, self._health.verdicts)
 
 

@@ -67,6 +67,7 @@ from flexarm_model.node import (
 from flexarm_model.parameters import parameter
 
 DIAGNOSTICS_PERIOD = 1.0  # s
+LIBRARIES = ("filterpy.kalman",)  # for steps with refused rows
 _TYPES = {"joint_states": JointState, "strain": StrainArray, "camera/pose": PoseWithCovarianceStamped}
 _TYPES["applied_effort"] = JointState
 _SERVICES: tuple[tuple[type, str, Callable[[Any], Intervention]], ...] = (
@@ -196,7 +197,7 @@ class EstimatorNode(ManagedNode):
         self.create_timer(
             DIAGNOSTICS_PERIOD, self.on_diagnostics, clock=Clock(clock_type=ClockType.STEADY_TIME)
         )
-        self.tell_ready(self._conditions())
+        self.tell_ready(self._conditions(), LIBRARIES)
 
     def _conditions(self) -> dict[str, Callable[[], bool]]:
         """Return what must hold before the node is ready; in lockstep no message may be lost."""

@@ -12,13 +12,16 @@ result that is not finite is dropped: the belief before it is returned.
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from functools import cached_property
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-from filterpy.kalman import KalmanFilter
 from numpy.typing import NDArray
 
 from flexarm_estimator.process import Transition
+
+if TYPE_CHECKING:
+    from filterpy.kalman import KalmanFilter
 
 Array = NDArray[np.float64]
 
@@ -47,7 +50,14 @@ class GuardedFilter:
 
     def __init__(self, n_x: int, n_u: int) -> None:
         """Make the filter for ``n_x`` states and ``n_u`` inputs."""
-        self._filter = KalmanFilter(dim_x=n_x, dim_z=1, dim_u=n_u)
+        self._n_x, self._n_u = n_x, n_u
+
+    @cached_property
+    def _filter(self) -> KalmanFilter:
+        """The filter of filterpy; it loads all of scipy.stats, and the joint step in C does without it."""
+        from filterpy.kalman import KalmanFilter
+
+        return KalmanFilter(dim_x=self._n_x, dim_z=1, dim_u=self._n_u)
 
     def predict(self, belief: Belief, transition: Transition, u: Array) -> Belief:
         """Return the belief one step later; ``u = [tau; 1]`` held over the step."""

@@ -18,7 +18,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg.lapack import dposv
-from scipy.stats import chi2, norm
+from scipy.special import chdtri, ndtr
 
 from flexarm_estimator.history import SAME_INSTANT
 from flexarm_estimator.measurement import Measurement
@@ -64,8 +64,8 @@ class Gate:
             sigmas: Noise of the channels of every sensor, SI.
             config: Settings.
         """
-        tail = 2.0 * norm.sf(config.gate)
-        self._threshold = {name: float(chi2.isf(tail, len(sigma))) for name, sigma in sigmas.items()}
+        tail = 2.0 * ndtr(-config.gate)
+        self._threshold = {name: float(chdtri(len(sigma), tail)) for name, sigma in sigmas.items()}
         self._sigmas, self._config = sigmas, config
         self.restart()
 

@@ -14,7 +14,7 @@ Services
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -93,9 +93,9 @@ class ManagedNode(LifecycleNode):  # type: ignore[misc]
     def release(self) -> None:
         """Give back what ``configure`` took: files, memory."""
 
-    def tell_ready(self, conditions: Mapping[str, Callable[[], bool]]) -> None:
-        """Tell on ~/ready when all conditions hold; call it in ``activate``."""
-        self._flag = ReadyFlag(self, conditions, self._ready_told)
+    def tell_ready(self, conditions: Mapping[str, Callable[[], bool]], libraries: Sequence[str] = ()) -> None:
+        """Tell on ~/ready when all conditions hold and libraries are loaded; call it in ``activate``."""
+        self._flag = ReadyFlag(self, conditions, self._ready_told, libraries)
 
     def on_configure(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Take the transition; see ``configure``."""

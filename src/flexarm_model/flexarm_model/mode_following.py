@@ -1,12 +1,7 @@
-"""Modes of one pose continued at the next, and the change of coordinates between them.
+"""Modes of one pose continued at the next.
 
-What the old model calls ``eta_old`` is in the new one, by orthogonality of its modes,
-
-    eta_new = (Phi_new' M_new Phi_old) eta_old
-
-with Phi the modes in the coordinates of the tree, both about the static shape at the same axes. Which mode
-is which is told by strain energy, since the stiffness over those coordinates does not change with the pose
-while a light body that carries a heavy one makes the kinetic energy do so:
+Which mode is which is told by strain energy, since the stiffness over the coordinates of the tree does not
+change with the pose while a light body that carries a heavy one makes the kinetic energy do so:
 
     W = K + SHARE omega_1^2 M          (the second term for what only gravity holds)
 """
@@ -22,6 +17,7 @@ from scipy.optimize import linear_sum_assignment
 from flexarm_model.modal.mac import mac
 from flexarm_model.modal.modes import Modes
 from flexarm_model.modal.tracking import MULTIPLE, track_modes
+from flexarm_model.mode_change import mass_at, mode_shapes
 from flexarm_model.reduced_model import ReducedModel
 from flexarm_model.reduced_tree import ReducedTree
 
@@ -30,17 +26,6 @@ Array = NDArray[np.float64]
 SHARE = 1e-3  # of the slowest mode's kinetic energy beside its strain energy
 SEMIDEFINITE = 1e-12  # of the largest entry; where a coordinate has neither
 ROUND_OFF = 1e-9  # of an orthogonal matrix' entries
-
-
-def mode_shapes(model: ReducedModel) -> Array:
-    """Return the modes in the coordinates of the tree, (n_q, n_eta)."""
-    return model.Phi[:, model.n_theta :]
-
-
-def mass_at(tree: ReducedTree, model: ReducedModel) -> Array:
-    """Return the mass matrix of the tree at the pose of a model, (n_q, n_q)."""
-    M = np.array(tree.linearisation(model.q0)[0])
-    return np.asarray((M + M.T) / 2)
 
 
 def alikeness(tree: ReducedTree, a: ReducedModel, b: ReducedModel) -> Array:
@@ -61,11 +46,6 @@ def strain_weight(tree: ReducedTree, model: ReducedModel) -> Array:
     W = tree.K + SHARE * model.omega.min() ** 2 * mass_at(tree, model)
     W = (W + W.T) / 2
     return np.asarray(W + SEMIDEFINITE * np.diag(W).max() * np.eye(tree.n_q))
-
-
-def mode_change(tree: ReducedTree, old: ReducedModel, new: ReducedModel) -> Array:
-    """Return ``Phi_new' M_new Phi_old``: what the modes of one model are in another's, (n_new, n_old)."""
-    return np.asarray(mode_shapes(new).T @ mass_at(tree, new) @ mode_shapes(old))
 
 
 def follow(

@@ -12,7 +12,7 @@ import gc
 import os
 import signal
 import sys
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import rclpy
@@ -25,6 +25,7 @@ from std_msgs.msg import Bool
 
 from flexarm_model.announce import announce_on_stderr
 from flexarm_model.executable import EXIT_CONFIGURATION, EXIT_NAME_TAKEN, STOPPING
+from flexarm_model.loading import Loading
 from flexarm_model.parameter_file import parameter_sources
 from flexarm_model.parameters import ParameterError
 from flexarm_model.process_title import set_process_title
@@ -92,7 +93,11 @@ class ReadyFlag:
     """Latched ``~/ready`` (std_msgs/Bool): false at first, true once all conditions hold."""
 
     def __init__(
-        self, node: Node, conditions: Mapping[str, Callable[[], bool]], publisher: Any = None
+        self,
+        node: Node,
+        conditions: Mapping[str, Callable[[], bool]],
+        publisher: Any = None,
+        libraries: Sequence[str] = (),
     ) -> None:
         """Start checking at 20 Hz of wall time.
 
@@ -100,9 +105,11 @@ class ReadyFlag:
             node: The node that becomes ready.
             conditions: Each by the name that is logged while it keeps the node waiting.
             publisher: Of ~/ready; None makes one.
+            libraries: Modules to load once all conditions hold, and before this is told.
         """
         self._node = node
-        self._conditions = dict(conditions)
+        self._conditions, self._libraries = dict(conditions), libraries
+        self._loading: Loading | None = None
         self._publisher = publisher or node.create_publisher(Bool, "~/ready", LATCHED_QOS)
         self._publisher.publish(Bool(data=False))
         wall = Clock(clock_type=ClockType.STEADY_TIME)
@@ -124,10 +131,18 @@ class ReadyFlag:
         if waiting:
             self._node.get_logger().info(f"waiting for {', '.join(waiting)}", throttle_duration_sec=5.0)
             return
+        if not self._is_loaded():
+            return
         self.is_ready = True
         self._timer.cancel()
         self._publisher.publish(Bool(data=True))
         self._node.get_logger().info("ready")
+
+    def _is_loaded(self) -> bool:
+        """Begin to load the libraries if that has not been done; return whether they are there."""
+        if self._loading is None and self._libraries:
+            self._loading = Loading(self._libraries)
+        return self._loading is None or self._loading.is_done
 
 
 def _spin(node: Node, stopping: list[int]) -> None:

@@ -20,7 +20,8 @@ from flexarm_model.closure_error import ClosureError
 from flexarm_model.linearize import PoseError, linearize
 from flexarm_model.modal.read_only import lock_arrays
 from flexarm_model.modal.tracking import UNCLEAR, group_modes
-from flexarm_model.mode_following import alikeness, clarity, follow, mode_change
+from flexarm_model.mode_change import mode_change
+from flexarm_model.mode_following import alikeness, clarity, follow
 from flexarm_model.reduced_model import ReducedModel
 from flexarm_model.reduced_tree import ReducedTree
 

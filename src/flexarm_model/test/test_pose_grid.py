@@ -12,7 +12,8 @@ from arms import FOLDER, SINGLE_LINK, Array, tree
 
 from flexarm_model.config import load_config
 from flexarm_model.linearize import PoseError, linearize
-from flexarm_model.mode_following import alikeness, follow, mode_change, mode_shapes, turn_modes
+from flexarm_model.mode_change import mode_change, mode_shapes
+from flexarm_model.mode_following import alikeness, follow, turn_modes
 from flexarm_model.model_file import ModelFileError
 from flexarm_model.pose_grid import PoseGrid, build_grid, grid_poses, listed_poses
 from flexarm_model.pose_grid_file import INDEX, load_grid, save_grid

@@ -16,9 +16,10 @@ import yaml
 from flexarm_bringup import cli
 from flexarm_bringup.bags.bag_writer import CHECKSUM_FILE, DATA_FILE, BagWriter
 from flexarm_bringup.bags.cdr import header_stamp_ns
-from flexarm_bringup.conversions import message_class, serialise
+from flexarm_bringup.conversions import serialise
 from flexarm_bringup.fault_drill.findings import Finding
 from flexarm_bringup.fault_drill.row import Row
+from flexarm_bringup.message_class import message_class
 from flexarm_bringup.provenance import provenance
 from flexarm_bringup.regress.case import EXPECT_FILE
 from flexarm_bringup.regress.judge import PASSED, UNUSABLE, judge

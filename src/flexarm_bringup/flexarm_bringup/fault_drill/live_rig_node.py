@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 from std_srvs.srv import Trigger
 from trajectory_msgs.msg import JointTrajectory
 
-from flexarm_bringup.conversions import message_class
 from flexarm_bringup.fault_drill.system_stand import SystemStand
+from flexarm_bringup.message_class import message_class
 from flexarm_bringup.processes.running_graph_node import DEEP_QOS, Ear, running
 from flexarm_bringup.processes.supervisor import Supervisor
 from flexarm_bringup.rig_run.watch_node import WatchNode

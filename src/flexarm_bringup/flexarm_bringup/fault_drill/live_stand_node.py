@@ -11,10 +11,10 @@ from typing import Any
 from flexarm_interfaces.msg import ReducedModel
 from std_msgs.msg import String
 
-from flexarm_bringup.conversions import message_class
 from flexarm_bringup.fault_drill.message_stand import MessageStand, Recorded
 from flexarm_bringup.fault_drill.stand import FAULT_START, Stand, Trace, trace_of
 from flexarm_bringup.fault_drill.told_estimate import told_estimate
+from flexarm_bringup.message_class import message_class
 from flexarm_bringup.processes.graph import Process
 from flexarm_bringup.processes.running_graph_node import Ear, running
 from flexarm_bringup.topics import find_stream

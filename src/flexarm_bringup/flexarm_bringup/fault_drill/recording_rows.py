@@ -69,7 +69,7 @@ def _recorder(row: Process, bag: Path) -> Process:
 
 def _arrivals(ear: Ear) -> list[float]:
     """Return a list that gets the time [s] at which every command arrives."""
-    from flexarm_bringup.conversions import message_class
+    from flexarm_bringup.message_class import message_class
     from flexarm_bringup.processes.running_graph_node import DEEP_QOS
 
     arrivals: list[float] = []

@@ -20,8 +20,9 @@ from flexarm_interfaces.msg import ReducedModel as ReducedModelMsg
 from rclpy.node import Node
 from rclpy.serialization import deserialize_message
 
-from flexarm_bringup.conversions import deserialise, message_class
+from flexarm_bringup.conversions import deserialise
 from flexarm_bringup.described import described
+from flexarm_bringup.message_class import message_class
 from flexarm_bringup.monitor.arrivals import Arrivals, newest_common
 from flexarm_bringup.monitor.conversions import (
     axes_of,

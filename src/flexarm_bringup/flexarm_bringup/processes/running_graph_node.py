@@ -15,7 +15,7 @@ from rclpy.qos import QoSProfile
 from std_msgs.msg import Bool
 from std_srvs.srv import Trigger
 
-from flexarm_bringup.conversions import message_class
+from flexarm_bringup.message_class import message_class
 from flexarm_bringup.processes.graph import Process
 from flexarm_bringup.processes.supervisor import Supervisor
 from flexarm_bringup.topics import NAMESPACE, find_stream

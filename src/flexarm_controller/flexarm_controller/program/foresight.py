@@ -16,7 +16,7 @@ from flexarm_controller.limits import Limits
 from flexarm_controller.program.moving import Segment
 from flexarm_controller.program.stage import Stage, build_stage
 from flexarm_controller.settings import MpcConfig
-from flexarm_model.mode_following import mode_change
+from flexarm_model.mode_change import mode_change
 from flexarm_model.reduced_model import ReducedModel
 from flexarm_model.reduced_tree import ReducedTree
 

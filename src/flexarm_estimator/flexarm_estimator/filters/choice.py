@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
 from flexarm_estimator.filters.dynamics import Dynamics
 from flexarm_estimator.filters.flow import StateFlow
 from flexarm_estimator.filters.moving_arm import MovingArm
 from flexarm_estimator.filters.served import ServedSteps
-from flexarm_estimator.filters.sigma import SigmaSteps
 from flexarm_estimator.filters.slopes import Slopes
 from flexarm_estimator.filters.step_source import StepSource
 from flexarm_estimator.filters.tangent import TangentSteps
@@ -16,7 +20,19 @@ from flexarm_estimator.settings import EstimatorConfig
 from flexarm_estimator.tip import Kinematics
 from flexarm_model.reduced_model import ReducedModel
 
-_MOVING = {"extended": TangentSteps, "unscented": SigmaSteps}
+Array = NDArray[np.float64]
+
+
+def _sigma_steps(flow: StateFlow, served: ServedSteps, force_cov: Array) -> StepSource:
+    from flexarm_estimator.filters.sigma import SigmaSteps  # loads filterpy
+
+    return SigmaSteps(flow, served, force_cov)
+
+
+_MOVING: dict[str, Callable[[StateFlow, ServedSteps, Array], StepSource]] = {
+    "extended": TangentSteps,
+    "unscented": _sigma_steps,
+}
 
 
 class FilterMaker:

@@ -14,7 +14,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from functools import cache
 
-from scipy.stats import chi2
+from scipy.special import chdtri
 
 from flexarm_estimator.gate import Verdict
 from flexarm_estimator.watches.watch import Finding, View, Watch
@@ -112,4 +112,4 @@ class NoiseWatch(Watch):
 @cache
 def _bound(degrees: int) -> float:
     """Return what the mean square of so many numbers exceeds by chance in a share ``_FALSE`` of cases."""
-    return float(chi2.isf(_FALSE, degrees)) / degrees
+    return float(chdtri(degrees, _FALSE)) / degrees

@@ -13,7 +13,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import lsq_linear
 
 from flexarm_model.kinematics.refusals import ConvergenceError
 from flexarm_model.rotation import rotation_vector
@@ -138,6 +137,8 @@ def _limited_step(mechanism: Mechanism, rows: Array, theta: Array, error: Array,
     low, high = mechanism.lower - theta, mechanism.upper - theta
     if ((step >= low) & (step <= high)).all():
         return np.asarray(step)
+    from scipy.optimize import lsq_linear  # the controller node loads it after its first word
+
     damped = np.vstack([rows, np.sqrt(mu) * np.eye(theta.size)])
     wanted = np.concatenate([error, np.zeros(theta.size)])
     return np.asarray(np.clip(lsq_linear(damped, wanted, (low, high), method="bvls").x, low, high))
