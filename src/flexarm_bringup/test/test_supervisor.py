@@ -91,6 +91,22 @@ def test_a_crashed_child_comes_back_until_it_has_crashed_too_often(tmp_path: Pat
     assert supervisor.log(endings[0].process.name).read_text() == "trouble\n" * (RESPAWNS + 1)
 
 
+def test_the_end_of_a_child_is_told_once_and_without_looking(tmp_path: Path) -> None:
+    told: list[str] = []
+    with start(tmp_path, python(SLEEP)) as supervisor:
+        (name,) = supervisor.pids
+        with supervisor.telling(lambda process: told.append(process.name)):
+            os.kill(supervisor.pids[name], signal.SIGKILL)
+            until(lambda: told == [name])
+            until(lambda: [ending.returns for ending in supervisor.tend()] == [True])
+            os.kill(supervisor.pids[name], signal.SIGKILL)  # also of the one that came back
+            until(lambda: told == [name, name])
+        supervisor.tend()
+        os.kill(supervisor.pids[name], signal.SIGKILL)
+        until(lambda: bool(supervisor.exit_codes()))
+    assert told == [name, name]
+
+
 @pytest.mark.parametrize("code", [0, 2, 3])
 def test_a_child_that_would_end_again_stays_away(code: int, tmp_path: Path) -> None:
     with start(tmp_path, python(f"raise SystemExit({code})")) as supervisor:

@@ -17,6 +17,7 @@ from trajectory_msgs.msg import JointTrajectory
 
 from flexarm_bringup.fault_drill.system_stand import SystemStand
 from flexarm_bringup.message_class import message_class
+from flexarm_bringup.processes.graph import Process
 from flexarm_bringup.processes.running_graph_node import DEEP_QOS, Ear, running
 from flexarm_bringup.processes.supervisor import Supervisor
 from flexarm_bringup.rig_run.watch_node import WatchNode
@@ -103,6 +104,10 @@ class LiveRig:
         for arrivals in self.came.values():
             arrivals.clear()
 
+    def stop_motion(self, process: Process) -> None:
+        """Stop the arm because a process has ended; may be called from any thread."""
+        self._watch.stop_motion(process)
+
     def end(self) -> None:
         """Leave the graph."""
         self._watch.end()
@@ -112,7 +117,7 @@ class LiveRig:
         self._watch.spin(0.0)
         for ending in self._supervisor.tend():
             self.respawned[ending.process.name] = time.time()
-            self._watch.on_ending(ending.process.name, ending.process.essential)
+            self._watch.on_ending(ending.process)
 
     def _is_under_control(self) -> bool:
         """Tell whether commands come and the guard is armed; ask it if not: it may not have heard us."""
@@ -135,7 +140,8 @@ def live_rig(stand: SystemStand) -> Iterator[LiveRig]:
     with running(stand.graph(), (), stand.folder()) as (supervisor, ear):
         rig = LiveRig(stand, supervisor, ear)
         try:
-            yield rig
+            with supervisor.telling(rig.stop_motion):
+                yield rig
         finally:
             rig.end()
 

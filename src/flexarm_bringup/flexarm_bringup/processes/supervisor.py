@@ -3,7 +3,8 @@
 Every child has its own process group, so that Ctrl-C in the terminal reaches only the supervisor,
 which then stops the children in order: SIGINT, SIGTERM, SIGKILL, each after a grace period. The
 kernel sends them SIGTERM should the supervisor itself be killed. Whether a node is ready is told
-by its ``~/ready`` topic, not by the supervisor. Who asks it to ``tend`` gets crashed processes back.
+by its ``~/ready`` topic, not by the supervisor. Who asks it to ``tend`` gets crashed processes back; who has
+to act when one ends is told at once (``telling``).
 """
 
 from __future__ import annotations
@@ -13,12 +14,14 @@ import os
 import signal
 import subprocess
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
 
 from flexarm_bringup.installed import find_executable
+from flexarm_bringup.processes.end_watch import EndWatch
 from flexarm_bringup.processes.graph import Process, ros_arguments
 
 GRACE = ((signal.SIGINT, 5.0), (signal.SIGTERM, 2.0), (signal.SIGKILL, 2.0))  # s for all children together
@@ -82,6 +85,7 @@ class Supervisor:
         self._command = command or self._installed
         self._crashes: dict[str, list[float]] = {process.name: [] for process in processes}
         self._told: set[str] = set()
+        self._ends: EndWatch | None = None
         try:
             for process in processes:
                 self._children[process.name] = self._start(process, "wb")
@@ -109,6 +113,18 @@ class Supervisor:
             if self._processes[name].essential:
                 return f"{name} ended with {code}: {self._last_line(name)}"
         return ""
+
+    @contextmanager
+    def telling(self, tell: Callable[[Process], None]) -> Iterator[None]:
+        """Tell at once of every process that ends meanwhile, in a thread of its own."""
+        self._ends = EndWatch(lambda name: tell(self._processes[name]))
+        for name, child in self._children.items():
+            self._ends.add(name, child.pid)
+        try:
+            yield
+        finally:
+            self._ends.close()
+            self._ends = None
 
     def tend(self) -> list[Ending]:
         """Start crashed processes again, those that shall be; return what has ended since the last call."""
@@ -170,7 +186,7 @@ class Supervisor:
 
     def _start(self, process: Process, mode: str) -> subprocess.Popen[bytes]:
         with self.log(process.name).open(mode) as log:
-            return subprocess.Popen(
+            child = subprocess.Popen(
                 self._command(process),
                 env=self.environment,
                 stdin=subprocess.DEVNULL,
@@ -179,6 +195,9 @@ class Supervisor:
                 start_new_session=True,
                 preexec_fn=_die_with(os.getpid()),
             )
+        if self._ends is not None:
+            self._ends.add(process.name, child.pid)
+        return child
 
     def _last_line(self, name: str) -> str:
         lines = self.log(name).read_text(encoding="utf8", errors="replace").split("\n")

@@ -101,12 +101,12 @@ def _watch(supervisor: Supervisor, say: Callable[[str], None], seconds: float | 
 
     end = time.monotonic() + (math.inf if seconds is None else seconds)
     try:
-        with watching(tuple(supervisor.pids), say) as watch:
+        with watching(tuple(supervisor.pids), say) as watch, supervisor.telling(watch.stop_motion):
             while time.monotonic() < end:
                 watch.spin(LOOK_PERIOD)
                 for ending in supervisor.tend():
                     say(str(ending))
-                    watch.on_ending(ending.process.name, ending.process.essential)
+                    watch.on_ending(ending.process)
                     if ending.process.essential and not ending.returns:
                         return REFUSED if ending.code in REFUSALS else ENDED
     except KeyboardInterrupt:

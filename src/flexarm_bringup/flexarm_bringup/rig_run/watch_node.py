@@ -17,6 +17,7 @@ from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 from std_msgs.msg import Bool, Empty
 
+from flexarm_bringup.processes.graph import Process
 from flexarm_model.node import LATCHED_QOS, LATEST_QOS, RELIABLE_QOS, events_executor
 
 ARM = "ros2 service call /flexarm/guard/arm std_srvs/srv/Trigger"
@@ -86,8 +87,12 @@ class WatchNode(Node):  # type: ignore[misc]
             self._guard = told
             self._say(told)
 
-    def on_ending(self, name: str, is_essential: bool) -> None:
-        """Stop the motion when an essential process has ended; forget that it was ready."""
-        if is_essential:
+    def stop_motion(self, process: Process) -> None:
+        """Stop the motion when an essential process has ended; may be called from any thread."""
+        if process.essential:
             self._stop.publish(Empty())
-        self.ready[name] = False
+
+    def on_ending(self, process: Process) -> None:
+        """Stop the motion when an essential process has ended; forget that it was ready."""
+        self.stop_motion(process)
+        self.ready[process.name] = False
