@@ -12,8 +12,9 @@ from launch_ros.actions import Node
 from launch_ros.ros_adapters import get_ros_node
 from std_msgs.msg import Empty
 
-from flexarm_bringup.processes.graph import enclave_arguments, rig_graph, with_markers
+from flexarm_bringup.processes.graph import enclave_arguments, rig_graph, with_drift, with_markers
 from flexarm_bringup.processes.supervisor import DEFAULTS, RESPAWNS
+from flexarm_bringup.tasks.task_for import task_for
 from flexarm_bringup.topics import NAMESPACE
 from launch import LaunchDescription
 
@@ -23,6 +24,7 @@ ARGUMENTS = {
     "lockstep": ("false", "true: nodes wait for each other; false: real time"),
     "bag": ("", "folder to record into; empty: do not record"),
     "markers": ("false", "true: also show the arm to RViz and Foxglove"),
+    "drift": ("false", "true: also watch whether the modes still run where they should"),
     "respawn": ("true", "by the clock, start crashed nodes again"),
 }
 
@@ -44,8 +46,11 @@ def nodes(context):
     given["lockstep"] = given["lockstep"].lower() == "true"
     may_return = given.pop("respawn").lower() == "true" and not given["lockstep"]
     is_shown = given.pop("markers").lower() == "true"
+    is_watched = given.pop("drift").lower() == "true"
     stop = get_ros_node(context).create_publisher(Empty, f"{NAMESPACE}/stop", 1)
-    graph = with_markers(rig_graph(**given)) if is_shown else rig_graph(**given)
+    graph = rig_graph(**given)
+    graph = with_markers(graph) if is_shown else graph
+    graph = with_drift(graph, task_for(given["manipulator"]).settings.get("drift")) if is_watched else graph
     return [node(process, may_return, stop) for process in graph]
 
 

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 import yaml
 
-from flexarm_bringup.processes.graph import Process, rig_graph, ros_arguments, with_markers
+from flexarm_bringup.processes.graph import Process, rig_graph, ros_arguments, with_drift, with_markers
 
 LAUNCH_FILE = Path(__file__).parents[1] / "launch" / "rig.launch.py"
 
@@ -33,6 +33,13 @@ def test_a_viewer_s_node_shows_the_same_arm_and_does_not_end_the_run() -> None:
     assert tuple(rest) == rig_graph("planar_3rrr", "geared", bag="b")
     assert shown.name == "markers" and not shown.essential
     assert shown.parameters == {"manipulator": "planar_3rrr", "preset": "geared", "lockstep": False}
+
+
+def test_a_watch_for_drift_only_listens() -> None:
+    *rest, watch = with_drift(rig_graph("planar_3rrr", "geared", lockstep=True), {"learning": 5.0})
+    assert tuple(rest) == rig_graph("planar_3rrr", "geared", lockstep=True)
+    assert watch.name == "drift" and not watch.essential
+    assert watch.parameters == {"manipulator": "planar_3rrr", "preset": "geared", "learning": 5.0}
 
 
 def test_settings_of_an_unknown_node_are_refused() -> None:
@@ -102,7 +109,7 @@ def launched(monkeypatch: pytest.MonkeyPatch, **given: str) -> list[Any]:
     declared = {item.arguments[0]: item.default_value for item in actions if hasattr(item, "default_value")}
     assert declared == {
         "manipulator": "single_link", "preset": "geared", "lockstep": "false", "bag": "", "markers": "false",
-        "respawn": "true",
+        "drift": "false", "respawn": "true",
     }  # fmt: skip
     return list(actions[-1].function({**declared, **given}))
 
@@ -123,6 +130,14 @@ def test_the_launch_file_shows_the_arm_when_asked(monkeypatch: pytest.MonkeyPatc
     nodes = launched(monkeypatch, markers="true")
     assert [node.name for node in nodes] == [process.name for process in with_markers(rig_graph())]
     assert nodes[-1].on_exit is None and nodes[-1].respawn
+
+
+def test_the_launch_file_watches_for_drift_when_asked_with_the_settings_of_the_arm(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    nodes = launched(monkeypatch, manipulator="spatial_3tpt", preset="sim", drift="true")
+    assert (nodes[-1].name, nodes[-1].executable, nodes[-1].on_exit) == ("drift", "drift_node", None)
+    assert nodes[-1].parameters == [{"manipulator": "spatial_3tpt", "preset": "sim", "learning": 8.0}]
 
 
 def test_launched_by_the_clock_a_node_comes_back_and_the_motion_is_stopped(

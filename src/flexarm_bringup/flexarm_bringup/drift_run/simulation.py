@@ -98,7 +98,7 @@ def run_drill(
         config: The manipulator as described.
         task: Its moves and settings.
         drill: What happens.
-        settings: Of the watch.
+        settings: Of the watch; None: the task's.
         say: Is told how far it is.
 
     Raises:
@@ -109,7 +109,8 @@ def run_drill(
     config = replace(config, home=home)
     tree = ReducedTree(config)
     estimator, served = task.make("estimator", EstimatorConfig), task.make("schedule", ScheduleSettings)
-    watch = DriftWatch(linearize(tree), tree, config.sensors, (estimator, settings or DriftConfig()), dt)
+    watched = settings or task.make("drift", DriftConfig)
+    watch = DriftWatch(linearize(tree), tree, config.sensors, (estimator, watched), dt)
     rig, end = RigSettings(seed=drill.seed), float(reference.t[-1])
     changed = Rig(config, replace(rig, frequency_scale=drill.scale)).plant
     looker = _Looker(watch, ModelSchedule(tree, config, reference, served), drill, changed, say)

@@ -87,9 +87,24 @@ def rig_graph(
 
 def with_markers(graph: Sequence[Process]) -> tuple[Process, ...]:
     """Return a graph with the node that shows its arm to RViz and Foxglove; it only listens."""
-    shared = {key: graph[-1].parameters[key] for key in ("manipulator", "preset", "lockstep")}
-    shown = Process("flexarm_bringup", "markers_node", "markers", shared, essential=False)
+    shown = Process("flexarm_bringup", "markers_node", "markers", _shared(graph), essential=False)
     return (*graph, shown)
+
+
+def with_drift(graph: Sequence[Process], settings: Mapping[str, Any] | None = None) -> tuple[Process, ...]:
+    """Return a graph with the node that watches for drifting modes; it only listens.
+
+    Args:
+        graph: The others.
+        settings: More parameters of the node.
+    """
+    own = {key: value for key, value in _shared(graph).items() if key != "lockstep"}
+    watch = Process("flexarm_estimator", "drift_node", "drift", {**own, **(settings or {})}, essential=False)
+    return (*graph, watch)
+
+
+def _shared(graph: Sequence[Process]) -> dict[str, Any]:
+    return {key: graph[-1].parameters[key] for key in ("manipulator", "preset", "lockstep")}
 
 
 def enclave_of(node: str) -> str:

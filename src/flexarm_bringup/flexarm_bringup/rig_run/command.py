@@ -21,7 +21,7 @@ from dataclasses import replace
 from datetime import datetime
 from pathlib import Path
 
-from flexarm_bringup.processes.graph import Process, rig_graph, with_markers
+from flexarm_bringup.processes.graph import Process, rig_graph, with_drift, with_markers
 from flexarm_bringup.processes.supervisor import Supervisor
 from flexarm_bringup.tasks.task_for import task_for
 from flexarm_model.config import load_config
@@ -47,6 +47,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--preset", help="preset of that file; its first one")
     parser.add_argument("--bag", type=Path, help="folder to record into")
     parser.add_argument("--markers", action="store_true", help="also show the arm to RViz and Foxglove")
+    parser.add_argument(
+        "--drift", action="store_true", help="also watch whether the modes run as they should"
+    )
     parser.add_argument("--log", type=Path, help="folder of the log files; one of its own in ~/.ros/log")
     parser.add_argument("--no-respawn", action="store_true", help="end when an essential process crashes")
     parser.add_argument("--seconds", type=float, help="end after so long instead of at Ctrl-C")
@@ -87,6 +90,7 @@ def _graph(args: argparse.Namespace) -> tuple[Process, ...]:
     bag = str(args.bag.resolve()) if args.bag else ""
     graph = rig_graph(task.manipulator, preset, bag=bag)
     graph = with_markers(graph) if args.markers else graph
+    graph = with_drift(graph, task.settings.get("drift")) if args.drift else graph
     return tuple(replace(row, respawn=row.respawn and not args.no_respawn) for row in graph)
 
 

@@ -18,6 +18,7 @@ from flexarm_bringup.share import share_path
 from flexarm_bringup.tasks.task_moves import TaskMove, read_axes, read_move
 from flexarm_bringup.tip_vibration import Watch
 from flexarm_controller.settings import ControllerConfig, MpcConfig
+from flexarm_estimator.drift.settings import DriftConfig
 from flexarm_estimator.settings import EstimatorConfig
 from flexarm_model.model_schedule import ScheduleSettings
 from flexarm_model.overrides import apply_overrides
@@ -78,6 +79,7 @@ SECTIONS: dict[str, type] = {
     "mpc": MpcConfig,
     "estimator": EstimatorConfig,
     "schedule": ScheduleSettings,
+    "drift": DriftConfig,
 }
 
 

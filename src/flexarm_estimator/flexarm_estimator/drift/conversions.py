@@ -74,7 +74,8 @@ def _numbers(mode: ModeNow) -> tuple[float, ...]:
 
 
 def _quiet(mode: ModeNow) -> str:
-    return "as described" if mode.is_known else "has not moved enough to tell"
+    healthy = "as described" if mode.healthy is None else "as at the start"
+    return healthy if mode.is_known else "has not moved enough to tell"
 
 
 def _status(name: str, level: bytes, text: str, values: dict[str, str]) -> DiagnosticStatus:

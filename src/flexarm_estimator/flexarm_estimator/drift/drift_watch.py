@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexarm_estimator.adoption import map_parts
+from flexarm_estimator.drift.healthy import HealthyModes
 from flexarm_estimator.drift.judgement import Alarms, ModeNow, modes_now, proposal
 from flexarm_estimator.drift.mode_drift import ModeDrift
 from flexarm_estimator.drift.sensitivity import watched_filter
@@ -66,7 +67,7 @@ class DriftWatch:
         self._watched_modes = self._choose(model)
         self._use(self._maker.make(model, use_compiler=False))
         self._drift = ModeDrift(self._filter, self._at_rest(), dt, self._config.memory)
-        self._alarms = Alarms(self._config)
+        self._alarms, self._healthy = Alarms(self._config), HealthyModes(self._config)
         self._last: int | None = None  # period of the last sample
         self._started = 0
         self.modes: tuple[ModeNow, ...] = ()
@@ -84,7 +85,7 @@ class DriftWatch:
     @property
     def proposal(self) -> str:
         """What to do about it; empty when no mode has drifted."""
-        return proposal(self.modes) if self._alarms.told else ""
+        return proposal(self._healthy.judged(self.modes)) if self._alarms.told else ""
 
     def adopt(self, model: ReducedModel) -> None:
         """Go on with another model of the same arm; what is known of its modes stays.
@@ -120,8 +121,9 @@ class DriftWatch:
         elapsed = (period - self._started) * self._dt
         self._drift.step(y, u, counts=elapsed > SETTLING)
         if period % max(1, round(LOOK / self._dt)) == 0 and elapsed > SETTLING:
-            self.modes = modes_now(self.model, self._filter.modes, self._drift.deltas())
-            self._alarms.look(self.modes, period * self._dt)
+            now = modes_now(self.model, self._filter.modes, self._drift.deltas())
+            self.modes = self._healthy.compare(now, elapsed - SETTLING)
+            self._alarms.look(self._healthy.judged(self.modes), period * self._dt)
 
     def _missed(self, period: int) -> int | None:
         """Return how many periods passed unseen; None when the sample is old. Starts anew after a gap."""

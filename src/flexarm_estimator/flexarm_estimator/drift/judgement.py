@@ -24,6 +24,23 @@ HZ = 2.0 * np.pi
 
 
 @dataclass(frozen=True)
+class Healthy:
+    """What a mode should read.
+
+    Attributes:
+        change: Of the frequency against the description, and one sigma [1].
+        change_sigma: The same.
+        zeta: Damping ratio, and one sigma [1].
+        zeta_sigma: The same.
+    """
+
+    change: float
+    change_sigma: float
+    zeta: float
+    zeta_sigma: float
+
+
+@dataclass(frozen=True)
 class ModeNow:
     """A mode as it runs.
 
@@ -37,8 +54,9 @@ class ModeNow:
         zeta_sigma: The same.
         is_known: The motion has told the frequency.
         is_damping_known: The motion has told the damping.
-        change: Relative change of frequency, and one sigma [1].
+        change: Relative change of frequency against the description, and one sigma [1].
         change_sigma: The same.
+        healthy: What it should read; None: as described.
     """
 
     name: str
@@ -52,6 +70,22 @@ class ModeNow:
     is_damping_known: bool
     change: float
     change_sigma: float
+    healthy: Healthy | None = None
+
+    @property
+    def expected(self) -> Healthy:
+        """What it should read."""
+        return self.healthy or Healthy(0.0, 0.0, self.described_zeta, 0.0)
+
+    @property
+    def drift(self) -> float:
+        """Relative change of frequency against what it should be [1]."""
+        return (1.0 + self.change) / (1.0 + self.expected.change) - 1.0
+
+    @property
+    def drift_sigma(self) -> float:
+        """One sigma of it [1]."""
+        return float(np.hypot(self.change_sigma, self.expected.change_sigma))
 
 
 def modes_now(model: ReducedModel, modes: Sequence[int], deltas: Deltas) -> tuple[ModeNow, ...]:
@@ -89,30 +123,34 @@ class Alarms:
                     self.told[mode.name] = sentence(mode)
             else:
                 self._since.pop(mode.name, None)
-                if abs(mode.change) < BACK * self._config.frequency_change and mode.is_known:
+                if abs(mode.drift) < BACK * self._config.frequency_change and mode.is_known:
                     self.told.pop(mode.name, None)
 
     def _has_drifted(self, mode: ModeNow) -> bool:
         c = self._config
-        damping = abs(mode.zeta - mode.described_zeta)
-        by_frequency = abs(mode.change) >= max(c.frequency_change, c.sigmas * mode.change_sigma)
-        by_damping = damping >= max(c.damping_change * mode.described_zeta, c.sigmas * mode.zeta_sigma)
+        expected = mode.expected
+        sigma = float(np.hypot(mode.zeta_sigma, expected.zeta_sigma))
+        large = c.damping_change * max(expected.zeta, mode.described_zeta)
+        by_frequency = abs(mode.drift) >= max(c.frequency_change, c.sigmas * mode.drift_sigma)
+        by_damping = abs(mode.zeta - expected.zeta) >= max(large, c.sigmas * sigma)
         return (by_frequency and mode.is_known) or (by_damping and mode.is_damping_known)
 
 
 def sentence(mode: ModeNow) -> str:
     """Return what is said of a mode that has drifted."""
+    before = "described are" if mode.healthy is None else "at the start it was"
+    expected_hz = mode.described_hz * (1.0 + mode.expected.change)
     return (
-        f"{mode.name.replace('_', ' ')} runs at {mode.f_hz:.3g} Hz +- {mode.f_sigma_hz:.1g}, described are "
-        f"{mode.described_hz:.3g} Hz ({100 * mode.change:+.1f} %)"
+        f"{mode.name.replace('_', ' ')} runs at {mode.f_hz:.3g} Hz +- {mode.f_sigma_hz:.1g}, {before} "
+        f"{expected_hz:.3g} Hz ({100 * mode.drift:+.1f} %)"
     )
 
 
 def proposal(modes: Sequence[ModeNow]) -> str:
     """Return what to do about modes of which at least one has drifted."""
     known = [mode for mode in modes if mode.is_known]
-    weights = np.array([mode.change_sigma**-2 for mode in known])
-    changes = np.array([mode.change for mode in known])
+    weights = np.array([mode.drift_sigma**-2 for mode in known])
+    changes = np.array([mode.drift for mode in known])
     mean = float(weights @ changes / weights.sum())
     apart = abs(changes - mean) * np.sqrt(weights)
     refresh = "refresh the description: flexarm identify BAG --manipulator NAME --update --retune"

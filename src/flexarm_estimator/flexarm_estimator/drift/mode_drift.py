@@ -5,9 +5,9 @@ the covariance ``S`` of the innovations and forgetting of what is older than the
 
     delta = -(sum psi' S^-1 psi + 1 / prior^2)^-1 sum psi' S^-1 nu
 
-What the model leaves out makes innovations larger than the filter believes: their mean square is measured,
-and the uncertainty grows with it. A time in which a mode does not ring says nothing of it: its sigma goes
-back to that of the prior.
+What the model leaves out makes innovations larger than the filter believes, and not white: their mean square
+is measured, and so is the scatter over blocks (``score_blocks``); the larger sigma counts. A time in which a
+mode does not ring says nothing of it: its sigma goes back to that of the prior.
 """
 
 from __future__ import annotations
@@ -18,10 +18,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from flexarm_estimator.drift.score_blocks import ScoreBlocks
 from flexarm_estimator.drift.sensitivity import WatchedFilter
 
 Array = NDArray[np.float64]
 STIFFNESS_PRIOR, DAMPING_PRIOR = 0.3, 1.0  # one sigma of the relative changes before the measurement
+BLOCK = 0.5  # s; innovations remember less
 FAR = 25.0  # an innovation of so many mean squares is a knock or a spike: it counts less
 
 
@@ -61,6 +63,7 @@ class ModeDrift:
         self._size, self._weight = 0.0, 0.0
         self._information = np.zeros_like(self._prior)
         self._told = np.zeros(prior.size)
+        self._blocks = ScoreBlocks(prior.size, max(1, round(BLOCK / dt)), self._keep)
         self._use(watched)
         self.restart(x)
 
@@ -105,7 +108,8 @@ class ModeDrift:
         delta, n = -P @ self._told, len(self._watched.modes)
         larger = max(1.0, self._size / self._weight) if self._weight else 1.0
         prior = 1.0 / np.diag(self._prior)
-        sigma = np.sqrt(np.minimum(np.diag(P) * larger, prior))
+        coloured = P @ (self._blocks.scatter(delta) + self._prior) @ P
+        sigma = np.sqrt(np.minimum(np.maximum(np.diag(P) * larger, np.diag(coloured)), prior))
         return Deltas(delta[:n], sigma[:n], delta[n:], sigma[n:])
 
     def _use(self, watched: WatchedFilter) -> None:
@@ -117,8 +121,10 @@ class ModeDrift:
         size = float(nu.dot(weighted)) / nu.size
         usual = max(1.0, self._size / self._weight) if self._weight else 1.0
         share = min(1.0, FAR * usual / size) if size > 0.0 else 1.0
+        information, told = share * psi.T.dot(self._W).dot(psi), share * psi.T.dot(weighted)
+        self._blocks.add(information, told)
         keep = self._keep
         self._size = keep * self._size + share * size
         self._weight = keep * self._weight + 1.0
-        self._information = keep * self._information + share * psi.T.dot(self._W).dot(psi)
-        self._told = keep * self._told + share * psi.T.dot(weighted)
+        self._information = keep * self._information + information
+        self._told = keep * self._told + told

@@ -23,6 +23,13 @@ class DriftConfig:
     sigmas: float = parameter(
         5.0, "A change that is told is at least so many of its sigma", "1", minimum=1.0, maximum=20.0
     )
+    learning: float = parameter(
+        0.0,
+        "Time at the start after which readings are kept as those of the healthy arm; 0: it is as described",
+        "s",
+        minimum=0.0,
+        maximum=3600.0,
+    )
     patience: float = parameter(1.0, "It is told when it has lasted so long", "s", minimum=0.0, maximum=60.0)
     fastest: float = parameter(
         0.35, "Modes up to this share of the control rate are watched", "1", minimum=0.01, maximum=0.5

@@ -1,0 +1,51 @@
+"""How certain a fit is whose residuals are not white: from the scatter of its score over blocks of time.
+
+With scores ``g_b = sum psi' S^-1 (nu + psi delta)`` of blocks longer than the residuals remember, older ones
+forgotten as the sums forget [White1980]::
+
+    cov delta = P (sum g_b g_b' + prior^-2) P          P = (sum psi' S^-1 psi + prior^-2)^-1
+
+For white residuals of the size that the filter believes this is P. What a model leaves out of a move comes
+again with every move, each time otherwise; it makes the blocks scatter.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+MEMORIES = 4  # blocks older than so many memories weigh nothing
+
+
+class ScoreBlocks:
+    """The sums of every block; the last one is open."""
+
+    def __init__(self, n_p: int, periods: int, keep: float) -> None:
+        """Begin without any.
+
+        Args:
+            n_p: Number of parameters.
+            periods: Of a block [1].
+            keep: What a sum keeps over a period [1].
+        """
+        self._periods, self._keep = periods, keep**periods
+        count = max(2, round(-MEMORIES / np.log(self._keep)))
+        self._information, self._told = np.zeros((count, n_p, n_p)), np.zeros((count, n_p))
+        self._open = 0
+
+    def add(self, information: Array, told: Array) -> None:
+        """Take the sums of a period, (n_p, n_p) and (n_p,)."""
+        if self._open == self._periods:
+            self._information, self._told = (
+                self._keep * np.roll(sums, 1, axis=0) for sums in (self._information, self._told)
+            )
+            self._information[0], self._told[0], self._open = 0.0, 0.0, 0
+        self._information[0] += information
+        self._told[0] += told
+        self._open += 1
+
+    def scatter(self, delta: Array) -> Array:
+        """Return ``sum g_b g_b'`` at parameters, (n_p, n_p)."""
+        scores = self._told + self._information @ delta  # (blocks, n_p)
+        return np.asarray(scores.T @ scores)
