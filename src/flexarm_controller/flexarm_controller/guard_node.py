@@ -79,7 +79,7 @@ class GuardNode(ManagedNode):
         limits = self._limits
         self.exchange = GuardExchange(self._config, limits, 0 if self.settings.lockstep else None)
         self.guard = self.exchange.guard
-        self._silence = limits.max_age
+        self._most_stood = limits.max_age
         self._steady = Clock(clock_type=ClockType.STEADY_TIME)
         self._cycle = GuardCycle(self.exchange.period_ns * 1e-9, self.settings.patience)
         self._lockstep = Lockstep(SENSORS, self.on_tick_complete)
@@ -126,8 +126,8 @@ class GuardNode(ManagedNode):
         if self._cycle.is_open:
             self._answer()
             return
-        if self._cycle.silence(now) > self._silence:
-            self.guard.stop(f"drives silent for {1e3 * self._silence:.0f} ms")
+        if self._cycle.silence(now) > self.settings.drive_silence:
+            self.guard.stop(f"drives silent for {1e3 * self.settings.drive_silence:.0f} ms")
         self._voice.say_when_due()
         self._wait(now)
 
@@ -198,13 +198,14 @@ class GuardNode(ManagedNode):
         """Return the time [s]; a guard that has not run for too long knows nothing of what happened."""
         now = self._now()
         stood = self._cycle.look(now)
-        if stood > self._silence:
+        if stood > self._most_stood:
             self.guard.stop(f"guard did not run for {1e3 * stood:.0f} ms")
         return now
 
     def _wait(self, now: float) -> None:
-        """Set the timer to the moment in which an answer has to go out, or the next one."""
-        self._timer.timer_period_ns = max(round(1e9 * self._cycle.wait(now)), 1)
+        """Set the timer to when an answer has to go out, or the next one, or the drives will be silent."""
+        wait, silent = self._cycle.wait(now), self.settings.drive_silence - self._cycle.silence(now)
+        self._timer.timer_period_ns = max(round(1e9 * (min(wait, silent) if silent > 0.0 else wait)), 1)
         self._timer.reset()
 
     def _connect(self) -> None:

@@ -19,6 +19,7 @@ class GuardNodeSettings:
     patience: float = parameter(
         0.8, "Share of a period after which a state is answered without a command for it.", "1", 0.1, 0.95
     )
+    drive_silence: float = parameter(0.035, "Silence of the drives that stops the arm.", "s", 0.005, 1.0)
     realtime_priority: int = parameter(
         0,
         "SCHED_FIFO priority while running, where the user may; 0 leaves it ordinary.",
