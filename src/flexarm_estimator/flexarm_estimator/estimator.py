@@ -71,7 +71,7 @@ class Estimator:
         """
         validate(config)
         self.specs, self.config, self._use_compiler = sensors, config, use_compiler
-        self._gate = Gate({spec.name: spec.sigma.tolist() for spec in sensors}, config)
+        self._gate = Gate({spec.name: spec.sigma.tolist() for spec in sensors}, config, use_compiler)
         self._maker = PartsMaker(kinematics, sensors, config, self._gate)
         self._delays = StampDelays(sensors)
         self._watches = make_watches(sensors, config, self._delays)

@@ -13,12 +13,13 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from flexarm_estimator.filter import Belief, GuardedFilter, innovation_covariance, predict
+from flexarm_estimator.filter import Belief, GuardedFilter, innovation_covariance
 from flexarm_estimator.filters.served import ServedSteps
 from flexarm_estimator.filters.step_source import StepSource
 from flexarm_estimator.gate import Gate, Verdict
 from flexarm_estimator.history import Instant
-from flexarm_estimator.joint_step import JointStep, PreparedStep
+from flexarm_estimator.joint_step import PreparedStep
+from flexarm_estimator.joint_step_cache import JointStepCache
 from flexarm_estimator.pose_update import PoseUpdate
 from flexarm_estimator.process import ProcessModel
 from flexarm_estimator.reopening import SIZES, Reopening
@@ -28,7 +29,6 @@ from flexarm_estimator.state_limits import StateLimits
 from flexarm_estimator.step_runner import make_runner
 
 Array = NDArray[np.float64]
-_CACHE_SIZE = 512  # joint steps
 _AGREED = 1.0  # sigma
 
 
@@ -59,7 +59,7 @@ class Fusion:
         self._runner = make_runner(n_x, widest, use_compiler)
         self._pose_updates = {name: PoseUpdate(name, sizes[name], n_x, self._runner) for name in models.poses}
         self._filter = GuardedFilter(n_x, process.system.n_u + 1)
-        self._steps: dict[tuple[float, tuple[str, ...]], JointStep] = {}
+        self._steps = JointStepCache(self._source)
 
     def compute(self, instants: Sequence[Instant], first: int) -> list[Verdict]:
         """Compute the beliefs of ``instants`` from index ``first`` >= 1 on.
@@ -83,7 +83,7 @@ class Fusion:
         """Return the joint step from ``before`` over ``dt`` [s] to an instant and all its rows."""
         samples = {**instant.fused, **instant.pending} if instant.fused else instant.pending
         names = tuple([name for name in self._models.rows if name in samples])
-        step = self._joint_step(before, dt, instant.u, names)
+        step = self._steps.step(before, dt, instant.u, names)
         sample = StackedSample(step.stack, samples) if step.stack else None
         return PreparedStep(dt, step, instant.u, sample)
 
@@ -119,7 +119,12 @@ class Fusion:
 
     def _compute_one(self, before: Instant, instant: Instant, is_stepped: bool = False) -> list[Verdict]:
         """Compute one instant; ``is_stepped`` leaves out the step to it, which has been done."""
-        verdicts = self._judge_one(before, instant, is_stepped)
+        step = None if is_stepped or instant.is_reopened else self._run_rows(before, instant)
+        if step is not None:
+            ordinary = self._take_ordinary(step, instant)
+            if ordinary is not None:
+                return ordinary
+        verdicts = self._judge_one(before, instant, is_stepped, step)
         if verdicts and not instant.is_reopened and self._gate.has_doubt(verdicts, instant.t):
             verdicts = self._reopen(before, instant, verdicts)
         if verdicts:
@@ -136,11 +141,23 @@ class Fusion:
                 break
         return verdicts
 
-    def _judge_one(self, before: Instant, instant: Instant, is_stepped: bool = False) -> list[Verdict]:
-        """Compute one instant and judge what is new there."""
+    def _take_ordinary(self, step: PreparedStep, instant: Instant) -> list[Verdict] | None:
+        """Settle an instant all of whose samples are new rows; None when one wants a closer look."""
+        pending = instant.pending
+        if step.stack is None or instant.fused or len(pending) != len(step.stack.names):
+            return None
+        verdicts = self._gate.take_ordinary(step, instant.t)
+        if verdicts is not None:
+            instant.belief, instant.fused, instant.pending = step.belief, pending, {}
+        return verdicts
+
+    def _judge_one(
+        self, before: Instant, instant: Instant, is_stepped: bool = False, step: PreparedStep | None = None
+    ) -> list[Verdict]:
+        """Judge what is new at an instant after the run ``step`` of its rows; None goes there in turn."""
         verdicts: list[Verdict] | None = [] if is_stepped else None
-        if not (is_stepped or instant.is_reopened):
-            verdicts = self._step_jointly(before, instant)
+        if step is not None:
+            verdicts = self._judge_run(step, instant)
         if verdicts is None:
             verdicts = self._step_in_turn(before, instant)
         for name in self._models.poses:
@@ -158,49 +175,27 @@ class Fusion:
                 instant.prepared = None
         instant.pending.clear()
 
-    def _step_jointly(self, before: Instant, instant: Instant) -> list[Verdict] | None:
-        """Predict and fuse all rows at once; None when a row is refused or rounding forbids it."""
+    def _run_rows(self, before: Instant, instant: Instant) -> PreparedStep | None:
+        """Predict and fuse all rows at once, nothing being refused; None when rounding forbids it."""
         dt = instant.t - before.t
         step = instant.prepared
         has_new_rows = not self._poses.issuperset(instant.pending)
         if step is None or step.dt != dt or has_new_rows or not self._source.is_constant:
             step = instant.prepared = self.prepare(before.belief, dt, instant)
-        if not self._runner.run(before.belief, (step,)):
+        return step if self._runner.run(before.belief, (step,)) else None
+
+    def _judge_run(self, step: PreparedStep, instant: Instant) -> list[Verdict] | None:
+        """Judge pending rows by what the run has left, and take its belief; None if one is refused."""
+        verdicts = []
+        if step.stack is not None:
+            nu, nis, t = step.nu.copy(), step.nis.tolist(), instant.t
+            for name, span, square in zip(step.stack.names, step.stack.spans, nis, strict=True):
+                if name in instant.pending:
+                    verdicts.append(self._gate.decide(name, t, nu[span], square))
+        if not all([verdict.is_accepted for verdict in verdicts]):
             return None
-        verdicts = self._judge_run(step, instant) if has_new_rows else []
-        for verdict in verdicts:
-            if not verdict.is_accepted:
-                return None
         instant.belief = step.belief
         return verdicts
-
-    def _joint_step(self, before: Belief, dt: float, u: Array, names: tuple[str, ...]) -> JointStep:
-        """Return the step and the rows at its end; made once if they are constant."""
-        transition = self._source.transition(before, dt, u)
-        if not self._source.is_constant:
-            transition = transition.at(before.x, u)  # the served model may stand in
-            prior = predict(before, transition, u)
-            stack = self._source.rows(names, prior, u).at(prior.x, u) if names else None
-            return JointStep(transition, stack)
-        step = self._steps.get((transition.dt, names))
-        if step is None:
-            if len(self._steps) >= _CACHE_SIZE:
-                self._steps.clear()
-            step = JointStep(transition, self._source.rows(names, before, u) if names else None)
-            self._steps[transition.dt, names] = step
-        return step
-
-    def _judge_run(self, step: PreparedStep, instant: Instant) -> list[Verdict]:
-        """Judge every pending row sensor by what the run of its instant's step has left."""
-        stack, pending = step.stack, instant.pending
-        if stack is None:
-            return []
-        nu, nis, t = step.nu.copy(), step.nis.tolist(), instant.t
-        return [
-            self._gate.decide(name, t, nu[span], square)
-            for name, span, square in zip(stack.names, stack.spans, nis, strict=True)
-            if name in pending
-        ]
 
     def _judge(self, stack: Stack, nu: Array, S: Array, instant: Instant) -> list[Verdict]:
         """Judge every pending row sensor by its own innovation, before any of them is fused."""

@@ -21,7 +21,9 @@ from scipy.linalg.lapack import dposv
 from scipy.special import chdtri, ndtr
 
 from flexarm_estimator.history import SAME_INSTANT
+from flexarm_estimator.joint_step import PreparedStep
 from flexarm_estimator.measurement import Measurement
+from flexarm_estimator.ordinary import Ordinary, load_ordinary
 from flexarm_estimator.settings import EstimatorConfig
 from flexarm_estimator.short_term import HELD, JUMP, NOTHING, SHIFT, Run, ShortTerm
 
@@ -57,13 +59,17 @@ class Verdict(NamedTuple):
 class Gate:
     """Judges samples and remembers what each sensor did lately."""
 
-    def __init__(self, sigmas: Mapping[str, Sequence[float]], config: EstimatorConfig) -> None:
+    def __init__(
+        self, sigmas: Mapping[str, Sequence[float]], config: EstimatorConfig, use_compiler: bool = True
+    ) -> None:
         """Compute the thresholds.
 
         Args:
             sigmas: Noise of the channels of every sensor, SI.
             config: Settings.
+            use_compiler: False judges without machine code: the same, slower.
         """
+        self._code = load_ordinary() if use_compiler else None
         tail = 2.0 * ndtr(-config.gate)
         self._threshold = {name: float(chdtri(len(sigma), tail)) for name, sigma in sigmas.items()}
         self._sigmas, self._config = sigmas, config
@@ -73,8 +79,11 @@ class Gate:
         """Forget what the sensors did."""
         self._refusals = dict.fromkeys(self._sigmas, 0)
         self._refused_since = dict.fromkeys(self._sigmas, 0.0)
-        self._past = {name: ShortTerm(sigma, self._config.gate) for name, sigma in self._sigmas.items()}
+        gate, threshold = self._config.gate, self._threshold
+        self._past = {name: ShortTerm(s, gate, threshold[name]) for name, s in self._sigmas.items()}
+        self._together: dict[tuple[str, ...], Ordinary] = {}
         self._met: dict[str, list[tuple[Measurement, Run]]] = {}
+        self._stamps: dict[str, float] = {}  # of sensors with one new sample
         self._released: list[Measurement] = []
         self._dropped: list[Verdict] = []
         self._reopened_at = -math.inf
@@ -84,15 +93,41 @@ class Gate:
 
     def meet(self, samples: Iterable[Measurement]) -> None:
         """Look at new samples before they are judged."""
-        past, found = self._past, self._met
+        past, found, stamps = self._past, self._met, self._stamps
         found.clear()
+        stamps.clear()
         for sample in samples:
             sensor = sample.sensor
             met = sample, past[sensor].meet(sample)
             if sensor in found:
                 found[sensor].append(met)
+                stamps[sensor] = math.nan
             else:
                 found[sensor] = [met]
+                stamps[sensor] = sample.t
+
+    def take_ordinary(self, step: PreparedStep, t: float) -> list[Verdict] | None:
+        """Judge and note what the run of a step has left at an instant ``t`` [s] whose rows are all new.
+
+        Returns the verdicts; None, with nothing changed, when one of the samples wants a closer look.
+        """
+        if self._code is None or step.stack is None or self._distrusted:
+            return None
+        names, stamps = step.stack.names, self._stamps
+        for name in names:
+            if stamps.get(name) != t:
+                return None
+        together = self._together.get(names)
+        if together is None:
+            together = self._together[names] = Ordinary([self._past[name] for name in names], self._code)
+        normalised = together.take(step, t)
+        if normalised is None:
+            return None
+        for name in names:
+            self._refusals[name] = 0
+            del self._met[name], stamps[name]
+        nu, said = step.nu.copy(), zip(names, step.stack.spans, normalised, strict=True)
+        return [Verdict(name, t, True, nu[span], z) for name, span, z in said]
 
     def judge(self, sensor: str, t: float, nu: Array, S: Array) -> Verdict:
         """Return the verdict on an innovation ``nu`` (m,) of covariance ``S`` (m, m); never raises."""

@@ -151,6 +151,16 @@ class PreparedStep:
             self.layout_address = ctypes.addressof(self._layout)
 
     @property
+    def addresses(self) -> tuple[int, int, int]:
+        """Where machine code finds nu, nis and y."""
+        step, start = self._step, self.record_address
+        return (
+            start + 8 * step.at_nu,
+            start + 8 * (step.at_nu + step.m),
+            start + 8 * (self._record.size - step.m),
+        )
+
+    @property
     def _u(self) -> Array:
         return self._record[self._step.at_u : self._record.size - self._step.m]
 

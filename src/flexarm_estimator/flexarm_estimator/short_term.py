@@ -13,6 +13,7 @@ sensor hides behind it. A sensor is therefore measured by its own past, too:
 
 from __future__ import annotations
 
+import ctypes
 import math
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -21,7 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexarm_estimator.measurement import Measurement
-from flexarm_estimator.watches.mean_shift import MeanTest
+from flexarm_estimator.watches.mean_shift import MeanRecord, MeanTest
 
 Array = NDArray[np.float64]
 _STEP = 4.0  # sigmas of the sensor; above sqrt(12)
@@ -29,13 +30,13 @@ _NOISE = 1.5  # sigmas of the sensor: enough if it never repeats otherwise
 _PATIENCE = 10  # equal samples
 _NOVICE = 20  # samples before a prediction is good; values that must differ before repeating is suspicious
 _JUMP = 1.0  # times the usual size, over the gate in sigmas
-_USUAL_MIN = 1e-3  # of z; rounding is no noise
-_MEMORY = 0.02  # weight of the newest sample in the usual size
+USUAL_MIN = 1e-3  # of z; rounding is no noise
+MEMORY = 0.02  # weight of the newest sample in the usual size
 _SUDDEN = 2.0  # times the one before; what grows is no jump
 _BIASED = 1.0  # score of the mean, over the gate in sigmas: a wider gate says that the model is worse
 _CAUTIOUS = 0.25  # mean of z^2 below which the filter's own gate is too wide to see much
 _LASTING = 0.5  # of a jump: the next sample shows the same
-_MOST = 0.6  # of a jump: more does not count for what is usual
+MOST = 0.6  # of a jump: more does not count for what is usual
 _HELD_MAX = 2  # samples; the third one as large decides
 _AGREEMENT = 0.45  # of their mean: so far innovations of a shift may lie from it
 FROZEN, SAME = "repeats its value, though the arm moves", "repeats its value"
@@ -79,24 +80,43 @@ class Run(NamedTuple):
     is_unheard_of: bool
 
 
-class ShortTerm:
-    """The recent past of one sensor."""
+class MemoryRecord(ctypes.Structure):
+    """What the next sample is judged by, where machine code finds it, too ("struct memory" of ordinary.c).
 
-    def __init__(self, sigma: Sequence[float], gate: float) -> None:
-        """Begin with the noise of every channel, SI, (m,), and the gate that the filter has [sigma]."""
-        self._sigma, self._biased = [float(s) for s in sigma], _BIASED * gate
+    ``reference``: innovation of the first of equal samples, (m,). ``repeats``: of the newest sample.
+    ``held``: samples that wait. ``threshold``: of nu' S^-1 nu. ``biased``: of the score of the mean.
+    ``limit``: of z, ``jump`` times what is usual. ``usual2``: mean of z^2. ``last``: z.
+    """
+
+    _fields_ = (
+        ("test", ctypes.POINTER(MeanRecord)),
+        ("reference", ctypes.POINTER(ctypes.c_double)),
+        *((name, ctypes.c_int64) for name in ("repeats", "held")),
+        *((name, ctypes.c_double) for name in ("threshold", "biased", "jump", "limit", "usual2", "last")),
+    )
+
+
+class ShortTerm:
+    """The recent past of one sensor.
+
+    Attributes:
+        mean: The test of the mean of its innovations.
+        record: What is remembered in numbers.
+    """
+
+    def __init__(self, sigma: Sequence[float], gate: float, threshold: float = math.inf) -> None:
+        """Begin with the noise of every channel, SI, (m,), and the filter's gate [sigma] and its chi^2."""
+        self._sigma = [float(s) for s in sigma]
         self._values: list[float] = []
         self._run = Run(0, -math.inf, False)
         self._count = self._changes = 0
         self._is_frozen = False  # has been found to be
         self._has_rested = False  # its values have repeated for good reason
-        self._reference = [0.0] * len(self._sigma)  # innovation of the first of equal samples
-        self._usual2 = 1.0  # mean of z^2
-        self._jump = _JUMP * gate
-        self._limit = self._jump  # of z
-        self._last = 0.0  # z
         self._held: list[Held] = []
-        self.mean = MeanTest(self._sigma)
+        self._reference = (ctypes.c_double * len(self._sigma))()
+        self.mean, jump = MeanTest(self._sigma), _JUMP * gate
+        of_mean, reference = ctypes.pointer(self.mean.record), self._reference
+        self.record = MemoryRecord(of_mean, reference, 0, 0, threshold, _BIASED * gate, jump, jump, 1.0, 0.0)
 
     def meet(self, sample: Measurement) -> Run:
         """Compare the values of a new sample with the one before."""
@@ -109,6 +129,7 @@ class ShortTerm:
         else:
             count, since, _ = self._run
             self._run = Run(count + 1, since, self._changes > _NOVICE and not self._has_rested)
+        self.record.repeats = self._run.repeats
         return self._run
 
     def doubt(self, run: Run, nu: Array, z: float) -> str:
@@ -119,7 +140,8 @@ class ShortTerm:
             nu: Innovation, (m,).
             z: Normalised.
         """
-        if z <= self._limit and not (run.repeats or self._held or self.mean.score > self._biased):
+        score, biased = self.mean.score, self.record.biased
+        if z <= self.record.limit and not (run.repeats or self._held or score > biased):
             return ""
         if run.repeats and self._count > _NOVICE:
             moved = self._moved(nu)
@@ -127,39 +149,49 @@ class ShortTerm:
                 return FROZEN
             if run.is_unheard_of and run.repeats <= _PATIENCE:
                 return SAME
-        if self.mean.score > self._biased and self._usual2 < _CAUTIOUS and self.mean.is_sudden(nu.tolist()):
+        if score > biased and self.record.usual2 < _CAUTIOUS and self.mean.is_sudden(nu.tolist()):
             return SHIFT
         return self._why_surprising(nu) if self._is_surprising(nu, z) else ""
 
     def note(self, run: Run, sample: Measurement, nu: Array, z: float, doubt: str, is_fused: bool) -> Outcome:
         """Remember the final verdict; return what has become of the samples that were held."""
         if doubt == HELD:
-            self._held.append(Held(sample, nu, z))
+            self._hold([*self._held, Held(sample, nu, z)])
             return NOTHING
         values: list[float] = nu.tolist()
         if run.repeats:
             self._has_rested |= run.repeats > _PATIENCE and not doubt
         else:
-            self._reference = values
+            for i, value in enumerate(values):
+                self._reference[i] = value
         if doubt and doubt in (FROZEN, SAME):
             self._is_frozen |= doubt == FROZEN
             return NOTHING
         waiting = self._held
         if doubt == SHIFT:
-            self._held, self._last = [], 0.0
+            self._hold([])
+            self.record.last = 0.0
             self.mean.clear()
             return Outcome([], [held.sample for held in waiting])
         if is_fused:
             self.mean.add(sample.t, values, sample.y)
-        most = _MOST * self._limit
-        self._usual2 += _MEMORY * ((z if z < most else most) ** 2 - self._usual2)
-        usual = math.sqrt(self._usual2)
-        self._limit = self._jump * (usual if usual > _USUAL_MIN else _USUAL_MIN)
-        self._last = z
+        self._get_used_to(z)
         if not waiting:
             return NOTHING
-        self._held, held = [], [held.sample for held in waiting]
+        self._hold([])
+        held = [held.sample for held in waiting]
         return Outcome(held, []) if z > _LASTING * waiting[0].normalised else Outcome([], held)
+
+    def _hold(self, waiting: list[Held]) -> None:
+        self._held, self.record.held = waiting, len(waiting)
+
+    def _get_used_to(self, z: float) -> None:
+        record, most = self.record, MOST * self.record.limit
+        counted = z if z < most else most
+        record.usual2 += MEMORY * (counted * counted - record.usual2)
+        usual = math.sqrt(record.usual2)
+        record.limit = record.jump * (usual if usual > USUAL_MIN else USUAL_MIN)
+        record.last = z
 
     def _why_surprising(self, nu: Array) -> str:
         if len(self._held) < _HELD_MAX:
@@ -170,8 +202,8 @@ class ShortTerm:
         """Return whether a sample is far from the usual all of a sudden, or goes on with that."""
         if self._held:
             return z > _LASTING * self._held[0].normalised
-        is_large = z > self._limit and z > _SUDDEN * self._last
-        return is_large and self._in_sigmas(nu) > self._jump
+        is_large = z > self.record.limit and z > _SUDDEN * self.record.last
+        return bool(is_large and self._in_sigmas(nu) > self.record.jump)
 
     @property
     def surprised_at(self) -> float:

@@ -1,0 +1,39 @@
+"""Joint steps of a filter: made once per period and set of sensors if they are constant, else every time."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexarm_estimator.filter import Belief, predict
+from flexarm_estimator.filters.step_source import StepSource
+from flexarm_estimator.joint_step import JointStep
+
+Array = NDArray[np.float64]
+_SIZE = 512  # steps
+
+
+class JointStepCache:
+    """Joint steps of one filter."""
+
+    def __init__(self, source: StepSource) -> None:
+        """Start empty; ``source`` is the filter."""
+        self._source = source
+        self._steps: dict[tuple[float, tuple[str, ...]], JointStep] = {}
+
+    def step(self, before: Belief, dt: float, u: Array, names: tuple[str, ...]) -> JointStep:
+        """Return the step from ``before`` over ``dt`` [s] under ``u = [tau; 1]``, and the rows at its end."""
+        source = self._source
+        transition = source.transition(before, dt, u)
+        if not source.is_constant:
+            transition = transition.at(before.x, u)  # the served model may stand in
+            prior = predict(before, transition, u)
+            stack = source.rows(names, prior, u).at(prior.x, u) if names else None
+            return JointStep(transition, stack)
+        step = self._steps.get((transition.dt, names))
+        if step is None:
+            if len(self._steps) >= _SIZE:
+                self._steps.clear()
+            step = JointStep(transition, source.rows(names, before, u) if names else None)
+            self._steps[transition.dt, names] = step
+        return step

@@ -1,0 +1,98 @@
+/* Innovations that nothing speaks against: judged and remembered, all sensors of an instant in one call.
+ *
+ * gate.py, short_term.py and watches/mean_shift.py have the reasons; the same operations in the same order, so
+ * that the bits are the same. What is out of the ordinary is left to them, untouched.
+ */
+#include <math.h>
+#include <stdint.h>
+
+struct rules {
+    int64_t early;
+    double fast, slow, factor, outlier2, quiet; /* of the test of the mean */
+    double memory, most, usual_min;             /* of what is usual */
+};
+
+struct mean_test {
+    int64_t m, count, since;
+    double score, onset;
+    double *least, *mean, *square, *low, *high;
+};
+
+struct memory {
+    struct mean_test *test;
+    double *reference;
+    int64_t repeats, held;
+    double threshold, biased, jump, limit, usual2, last;
+};
+
+/* The prediction lately: its lowest and highest value in every channel. */
+static void watch_swing(struct mean_test *test, const double *nu, const double *y)
+{
+    for (int64_t i = 0; i < test->m; i++) {
+        double predicted = y[i] - nu[i];
+        test->low[i] = !test->since || predicted < test->low[i] ? predicted : test->low[i];
+        test->high[i] = !test->since || predicted > test->high[i] ? predicted : test->high[i];
+    }
+    test->since++;
+}
+
+static void add(const struct rules *rules, struct mean_test *test, double t, const double *nu, const double *y)
+{
+    double worst = 0.0;
+    int is_early = test->count < rules->early;
+    double slow = is_early ? 1.0 / (double)(test->count + 1) : rules->slow;
+    for (int64_t i = 0; i < test->m; i++) {
+        double usual = test->square[i], value = nu[i], square = value * value;
+        if (square > rules->outlier2 * usual && !is_early) {
+            square = rules->outlier2 * usual;
+            value = copysign(sqrt(square), value);
+        }
+        double mean = test->mean[i] + rules->fast * (value - test->mean[i]);
+        test->mean[i] = mean;
+        if (mean * mean > worst * usual)
+            worst = mean * mean / usual;
+        usual += slow * (square - usual);
+        test->square[i] = usual > test->least[i] ? usual : test->least[i];
+    }
+    test->count += is_early;
+    test->score = is_early ? 0.0 : sqrt(rules->factor * worst);
+    if (test->score < rules->quiet)
+        test->onset = t, test->since = 0;
+    else
+        watch_swing(test, nu, y);
+}
+
+static void remember(
+    const struct rules *rules, struct memory *past, double t, const double *nu, const double *y, double z)
+{
+    for (int64_t i = 0; i < past->test->m; i++)
+        past->reference[i] = nu[i];
+    add(rules, past->test, t, nu, y);
+    double most = rules->most * past->limit, counted = z < most ? z : most;
+    past->usual2 += rules->memory * (counted * counted - past->usual2);
+    double usual = sqrt(past->usual2);
+    past->limit = past->jump * (usual > rules->usual_min ? usual : rules->usual_min);
+    past->last = z;
+}
+
+/* Judge the innovations of an instant ``t``, one sensor below the other, and remember them if all are
+   ordinary; z takes sqrt(nis / m) of every sensor. Returns 0, with nothing changed, if one is not. */
+int64_t flexarm_take_ordinary(
+    const struct rules *rules, int64_t sensors, struct memory *const *memories, const double *t,
+    const double *nu, const double *nis, const double *y, double *z)
+{
+    for (int64_t k = 0; k < sensors; k++) {
+        const struct memory *past = memories[k];
+        if (!(nis[k] >= 0.0 && nis[k] <= past->threshold)) /* also when it is NaN */
+            return 0;
+        z[k] = sqrt(nis[k] / (double)past->test->m);
+        if (past->repeats || past->held || past->test->score > past->biased || !(z[k] <= past->limit))
+            return 0;
+    }
+    for (int64_t k = 0; k < sensors; k++) {
+        remember(rules, memories[k], *t, nu, y, z[k]);
+        nu += memories[k]->test->m;
+        y += memories[k]->test->m;
+    }
+    return 1;
+}
