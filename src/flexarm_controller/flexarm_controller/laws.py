@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexarm_controller.damping import JointDamping
+from flexarm_controller.firm_mpc import FirmMpc, Soft
 from flexarm_controller.joint_pd import JointPd
 from flexarm_controller.learning_mpc import LearningMpc
 from flexarm_controller.limits import Limits
@@ -113,10 +114,13 @@ class LawInputs:
 
 def build_mpc(model: ReducedModel, given: LawInputs) -> Planner:
     """Build the predictive controller, along the pose where models to come are known, or one that learns."""
-    arguments = (model, given.limits, given.mpc, given.config.period)
+    arguments, mpc = (model, given.limits, given.mpc, given.config.period), given.mpc
+    soft: Soft
     if given.foresight is not None:
-        return MovingMpc(*arguments, given.foresight)
-    return LearningMpc(*arguments) if given.mpc.stiffness_step or given.mpc.inertia_step else Mpc(*arguments)
+        soft = MovingMpc(*arguments, given.foresight)
+    else:
+        soft = LearningMpc(*arguments) if mpc.stiffness_step or mpc.inertia_step else Mpc(*arguments)
+    return FirmMpc(soft, *arguments) if mpc.firm_time else soft
 
 
 LAWS: Mapping[str, Callable[[ReducedModel, LawInputs], Planner]] = {

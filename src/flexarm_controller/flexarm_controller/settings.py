@@ -65,6 +65,10 @@ class MpcConfig:
     disturbance_lag: float = parameter(
         0.12, "Lag of the estimated torque that the inertia is learned from.", "s", minimum=1e-3, maximum=5.0
     )
+    firm_time: float = parameter(
+        0.0, "Motions over within it that leave no mode ringing are followed exactly.", "s", 0.0, 60.0
+    )
+    firmness: float = parameter(30.0, "By how much the axes are held firmer then.", "1", 1.0, 1000.0)
 
     def __post_init__(self) -> None:
         """Check every field.

@@ -10,18 +10,14 @@
       scarce_gain_db: 10
       slowest: 1.2
       other_presets_db: {light_hub: -28}
-      tracking: {velocity_error: 1.8e-3, ...}   # MPC's weights where it follows a time-optimal motion
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, fields
-from typing import Any
+from dataclasses import dataclass, field
 
 from flexarm_bringup.tasks.task_moves import TaskMove, read_move
-from flexarm_controller.settings import MpcConfig
-from flexarm_model.overrides import apply_overrides
 from flexarm_model.strict_yaml import Section
 
 SIGNALS = ("tip", "accelerometer")
@@ -39,7 +35,6 @@ class Comparison:
         scarce_gain_db: What MPC gains on the clipped LQR at half the peak torque, at least [dB].
         slowest: Shortest time in which MPC arrives over the time-optimal bound, at most [1].
         other_presets_db: MPC at +-10 % frequency under other presets, at most [dB].
-        tracking: MPC's settings that differ when it follows a time-optimal motion; empty for no such row.
     """
 
     moves: Mapping[str, TaskMove] = field(default_factory=dict)
@@ -49,7 +44,6 @@ class Comparison:
     scarce_gain_db: float | None = None
     slowest: float | None = None
     other_presets_db: Mapping[str, float] = field(default_factory=dict)
-    tracking: Mapping[str, Any] = field(default_factory=dict)
 
 
 def read_comparison(section: Section) -> Comparison:
@@ -57,10 +51,8 @@ def read_comparison(section: Section) -> Comparison:
 
     Raises:
         ConfigError: Anything is wrong with it.
-        ParameterError: A setting is outside its range.
     """
-    others, tracking = section.section("other_presets_db", {}), section.section("tracking", {})
-    known = [item.name for item in fields(MpcConfig) if tracking.has(item.name)]
+    others = section.section("other_presets_db", {})
     comparison = Comparison(
         moves={name: read_move(move) for name, move in section.sections("moves", {})},
         signal=section.choice("signal", SIGNALS, "tip"),
@@ -69,10 +61,7 @@ def read_comparison(section: Section) -> Comparison:
         scarce_gain_db=_bound(section, "scarce_gain_db"),
         slowest=_bound(section, "slowest"),
         other_presets_db={name: others.quantity(name, "ratio") for name in others.names()},
-        tracking={name: tracking.take(name) for name in known},
     )
-    apply_overrides(MpcConfig, comparison.tracking)
-    tracking.done()
     section.done()
     return comparison
 

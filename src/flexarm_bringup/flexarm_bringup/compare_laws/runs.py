@@ -100,7 +100,6 @@ class _Arm:
         if key not in self._trees:
             self._trees[key] = ReducedTree(config)
         settings = loop_settings(self._job.task.under(self._job.preset), scheme.law, self._rig)
-        settings = replace(settings, mpc=replace(settings.mpc, **scheme.mpc))
         hardware = Hardware(config, self._rig, plant=self._plant)
         ticks, effort = run_loop(hardware, self._trees[key], scheme.reference, scheme.end, settings, _observe)
         return stack_rows(ticks, self._limits), effort.guard

@@ -8,9 +8,8 @@ delay.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -41,7 +40,6 @@ class Scheme:
         legs: The moves in time.
         end: When everything has been watched [s].
         effort: Torque limits instead of the described ones, (n_theta,); None for those.
-        mpc: Settings of MPC that differ from the task's.
     """
 
     motion: str
@@ -50,7 +48,6 @@ class Scheme:
     legs: tuple[Leg, ...]
     end: float
     effort: Array | None = None
-    mpc: Mapping[str, Any] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)

@@ -1,7 +1,7 @@
 """How fast can the arm be? The same move in less and less time, MPC on several kinds of motion.
 
-MPC follows the worst profile and the motion of least torque that leaves no mode ringing; the latter also with
-the weights of ``tracking``, which trust the motion more than they damp: it knows what the modes must do.
+MPC follows the worst profile and the motion of least torque that leaves no mode ringing, with the settings it
+always has.
 
 The time that is taken is the longest of three: the motion's own, from its start until the tip stays in the
 ball about its goal, and until then from when the tip left the ball about its start (a law with preview moves
@@ -10,9 +10,8 @@ before the motion starts). The physical limit is the linear program's time-optim
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
-from typing import Any
+from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -32,7 +31,7 @@ class SweepPoint:
     """One duration of one kind of motion.
 
     Attributes:
-        kind: Of the motion and the weights.
+        kind: Of the motion.
         scheme: What is run.
         duration: Of the motion [s].
     """
@@ -63,16 +62,11 @@ def sweep_points(case: Case) -> list[SweepPoint]:
     plans = [problem.solve(round(T / leg.dt)) for T in durations]
     least = [of_plan(leg, plan) for plan in plans if plan is not None]
     kinds += [(LEAST_TORQUE, motion, motion.duration) for motion in least]
-    points = [_point(case, *kind, {}) for kind in kinds]
-    if case.task.compare.tracking:
-        kind, weights = f"{LEAST_TORQUE}, tracking", case.task.compare.tracking
-        points += [_point(case, kind, motion, motion.duration, weights) for motion in least]
-    return points
+    return [_point(case, *kind) for kind in kinds]
 
 
-def _point(case: Case, kind: str, motion: Motion, T: float, weights: Mapping[str, Any]) -> SweepPoint:
-    scheme = case.scheme(MPC, f"{kind}, {T:.3f} s", {case.legs[0].name: motion})
-    return SweepPoint(kind, replace(scheme, mpc=weights), T)
+def _point(case: Case, kind: str, motion: Motion, T: float) -> SweepPoint:
+    return SweepPoint(kind, case.scheme(MPC, f"{kind}, {T:.3f} s", {case.legs[0].name: motion}), T)
 
 
 def by_error(points: Sequence[SweepPoint], results: Sequence[CompareResult]) -> list[list[CompareResult]]:

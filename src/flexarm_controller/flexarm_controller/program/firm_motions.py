@@ -1,0 +1,74 @@
+"""Motions that bring the modes to rest by themselves, and the weights that follow them exactly.
+
+With the axes locked onto a motion each mode is an oscillator that its acceleration pushes. With
+``p = -zeta omega + i omega_d`` its velocity amplitude after every period is::
+
+    a_{k+1} = e^{p dt} a_k + M_et (theta'_{k+1} - theta'_k)
+
+and what is left at the end, over the largest on the way, tells whether the motion was made for this arm. Soft
+axes would only blur such a motion: they set out early and arrive late. A motion that takes longer than a few
+periods of the arm gains nothing by it, and would pay with the sensors' noise.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexarm_controller.reference import Reference
+from flexarm_controller.settings import MpcConfig
+from flexarm_model.reduced_model import ReducedModel
+
+Array = NDArray[np.float64]
+RINGS = 0.02  # of the largest amplitude on the way; ten times what rounding to periods leaves
+MOVES = 1e-6  # rad/s or m/s; slower is rest
+
+
+def firm(config: MpcConfig) -> MpcConfig:
+    """Return the settings with axes held ``firmness`` times as firmly, modes and torque that much freer."""
+    f = config.firmness
+    return replace(
+        config,
+        position_error=config.position_error / f,
+        velocity_error=config.velocity_error / f,
+        modal_energy=config.modal_energy * f,
+        input_acceleration=config.input_acceleration * f**2,
+        input_jerk=config.input_jerk * f**2,
+    )
+
+
+def firm_motions(reference: Reference, model: ReducedModel, longest: float, dt: float) -> Array:
+    """Return begin and end [s] of the motions that are to be followed exactly, (k, 2).
+
+    Args:
+        reference: Of the axes; motions are what is between two rests.
+        model: Whose modes must not ring afterwards.
+        longest: Such a motion may take [s].
+        dt: Control period [s].
+    """
+    count = round((reference.t[-1] - reference.t[0]) / dt) + 2
+    times = reference.t[0] + dt * np.arange(-1.0, count)
+    _, velocity, _ = reference.sample(times)
+    moves = np.concatenate([[False], (abs(velocity) > MOVES).any(axis=1), [False]])
+    begins, ends = np.flatnonzero(np.diff(moves.astype(int)).reshape(-1)).reshape(-1, 2).T
+    found = [
+        (times[begin - 1], times[min(end, times.size - 1)])
+        for begin, end in zip(begins.tolist(), ends.tolist(), strict=True)
+        if (end - begin) * dt <= longest and _ringing(model, velocity[begin - 1 : end + 1], dt) <= RINGS
+    ]
+    return np.array(found).reshape(-1, 2)
+
+
+def _ringing(model: ReducedModel, velocity: Array, dt: float) -> float:
+    """Return the amplitude of all modes at the end over the largest on the way [1]."""
+    m = model.n_theta
+    damped = model.omega * np.sqrt(np.maximum(1.0 - model.zeta**2, 0.0))
+    turn = np.exp((-model.zeta * model.omega + 1j * damped) * dt)  # (n_eta,)
+    pushes = np.diff(velocity, axis=0) @ model.M[:m, m:]  # (k, n_eta)
+    amplitude, largest = np.zeros(model.n_eta, complex), np.finfo(float).tiny
+    for push in pushes:
+        amplitude = turn * amplitude + push
+        largest = max(largest, float(np.linalg.norm(amplitude)))
+    return float(np.linalg.norm(amplitude)) / largest

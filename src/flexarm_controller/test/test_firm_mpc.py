@@ -1,0 +1,100 @@
+"""Motions that bring the modes to rest by themselves are followed exactly, others softly."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+from served_arms import limits_of_hub, single_link, state_of
+
+from flexarm_controller.firm_mpc import FirmMpc
+from flexarm_controller.mpc import Mpc
+from flexarm_controller.open_loop.rest_to_rest import RestToRest
+from flexarm_controller.program.firm_motions import _ringing, firm, firm_motions
+from flexarm_controller.reference import Reference
+from flexarm_controller.settings import MpcConfig
+
+DT, START, REST = 0.005, 0.5, 1.0
+CONFIG = MpcConfig(time_limit=0.0, firm_time=0.4)
+
+
+def of_velocity(velocity, start=START):
+    """Return the reference of velocities every period [rad/s], (k,), with rest before and after."""
+    before, after = np.zeros(round(start / DT)), np.zeros(round(REST / DT))
+    v = np.concatenate([before, velocity, after])
+    t = DT * np.arange(v.size)
+    theta = np.concatenate([[0.0], np.cumsum((v[1:] + v[:-1]) / 2 * DT)])
+    return Reference(t, theta[:, None], v[:, None], np.gradient(v, DT)[:, None])
+
+
+@pytest.fixture(scope="module")
+def time_optimal():
+    """Velocities of the fastest way of 10 degrees that leaves no mode ringing."""
+    model = single_link()
+    problem = RestToRest(model, limits_of_hub(), np.zeros(1), np.array([np.radians(10.0)]), DT)
+    plan = problem.solve(40)
+    return plan.x[:, model.n]
+
+
+def ramps(periods=40):
+    return 1.7 * np.minimum(np.linspace(0.0, 2.0, periods), np.linspace(2.0, 0.0, periods))
+
+
+def test_ringing_is_what_integrating_every_mode_leaves(time_optimal):
+    model = single_link()
+    for velocity in (ramps(), time_optimal):
+        largest = left = 0.0
+        x = np.zeros(2 * model.n_eta)
+        for change in np.diff(velocity):
+
+            def equation(_, x, push=model.M[0, 1:] * change / DT):
+                eta, eta_dot = np.split(x, 2)
+                return np.append(
+                    eta_dot, -push - 2 * model.zeta * model.omega * eta_dot - model.omega**2 * eta
+                )
+
+            x = solve_ivp(equation, (0.0, DT), x, rtol=1e-9, atol=1e-12).y[:, -1]
+            left = np.sqrt(
+                x[model.n_eta :] @ x[model.n_eta :]
+                + (model.omega * x[: model.n_eta]) @ (model.omega * x[: model.n_eta])
+            )
+            largest = max(largest, left)
+        assert _ringing(model, velocity[:, None], DT) == pytest.approx(left / largest, abs=0.01)
+
+
+def test_only_a_short_motion_that_leaves_no_mode_ringing_is_followed_exactly(time_optimal):
+    model, reference = single_link(), of_velocity(time_optimal)
+    duration = DT * (time_optimal.size - 1)
+    np.testing.assert_allclose(
+        firm_motions(reference, model, 0.4, DT), [[START, START + duration]], atol=2 * DT
+    )
+    assert firm_motions(reference, model, duration / 2, DT).size == 0
+    assert firm_motions(of_velocity(ramps()), model, 0.4, DT).size == 0
+    assert firm_motions(reference, single_link(frequency_scale=0.9), 0.4, DT).size == 0
+
+
+def test_several_motions_are_judged_each_for_itself(time_optimal):
+    both = np.concatenate([time_optimal, np.zeros(100), ramps(), np.zeros(100), time_optimal])
+    assert firm_motions(of_velocity(both), single_link(), 0.4, DT).shape == (2, 2)
+
+
+def test_the_law_is_firm_from_when_the_motion_comes_into_sight_until_its_end(time_optimal):
+    model, limits = single_link(), limits_of_hub()
+    soft, firmly = Mpc(model, limits, CONFIG, DT), Mpc(model, limits, firm(CONFIG), DT)
+    law = FirmMpc(Mpc(model, limits, CONFIG, DT), model, limits, CONFIG, DT)
+    reference, sent, x = of_velocity(time_optimal), np.zeros((1, 1)), np.full(8, 1e-3)
+    end, ahead = START + DT * time_optimal.size, CONFIG.horizon * DT
+    for t, other in (
+        (START - ahead - 0.02, soft),
+        (START - ahead + 0.02, firmly),
+        (end - 0.02, firmly),
+        (end + 0.02, soft),
+    ):
+        state = state_of(x, model, t)
+        found, expected = (one.step(state, reference, sent).torques[0] for one in (law, other))
+        np.testing.assert_allclose(found, expected, rtol=1e-6)
+
+
+def test_firm_weights_are_the_soft_ones_for_firmness_one():
+    assert firm(replace(CONFIG, firmness=1.0)) == replace(CONFIG, firmness=1.0)
+    assert firm(CONFIG).position_error == CONFIG.position_error / CONFIG.firmness
