@@ -20,10 +20,11 @@ from numpy.typing import NDArray
 from flexarm_bringup.compare_laws.at_rest import floors_at_rest
 from flexarm_bringup.compare_laws.curves import draw
 from flexarm_bringup.compare_laws.legs import compared_legs
-from flexarm_bringup.compare_laws.page import Swept, build_page
+from flexarm_bringup.compare_laws.page import build_page
 from flexarm_bringup.compare_laws.runs import CompareJob, run_compare_jobs
 from flexarm_bringup.compare_laws.schemes import Case, Scheme, plan_case
 from flexarm_bringup.compare_laws.sweep import SWEEP_ERRORS, sweep_points
+from flexarm_bringup.compare_laws.sweep_page import Swept
 from flexarm_bringup.page.report import add_report_arguments, publish
 from flexarm_bringup.progress import Progress
 from flexarm_bringup.static_arm import StaticArm

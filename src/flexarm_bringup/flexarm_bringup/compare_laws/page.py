@@ -8,12 +8,12 @@ from types import MappingProxyType
 
 from flexarm_bringup.compare_laws.against_shapers import rivalries
 from flexarm_bringup.compare_laws.at_rest import AtRest
-from flexarm_bringup.compare_laws.checks import all_checks, at_most, base_of
+from flexarm_bringup.compare_laws.checks import all_checks, base_of
 from flexarm_bringup.compare_laws.judged import CompareResult
-from flexarm_bringup.compare_laws.schemes import LAW_NAMES, MPC, SCARCE, Case
-from flexarm_bringup.compare_laws.sweep import SWEEP_ERRORS, SweepPoint, by_error, shortest
+from flexarm_bringup.compare_laws.schemes import LAW_NAMES, SCARCE, Case
+from flexarm_bringup.compare_laws.sweep_page import Swept, sweep_tables
 from flexarm_bringup.page.figures import Figure
-from flexarm_bringup.page.report import Cell, Check, Column, Page, Table
+from flexarm_bringup.page.report import Cell, Column, Page, Table
 from flexarm_bringup.residual import decibels
 from flexarm_bringup.tasks.task import Task
 from flexarm_model.description import ManipulatorConfig
@@ -29,7 +29,6 @@ COLUMNS = (
     Column("torque\n[% of limit]", ".1f"),
     Column("strain\n[µm/m]", ".0f"),
 )
-Swept = tuple[Sequence[SweepPoint], Sequence[CompareResult]]
 
 
 def build_page(
@@ -56,11 +55,11 @@ def build_page(
     scarce = [r for r in results if r.is_scarce]
     tables += [_scarce(scarce, base)] if scarce else []
     tables.append(_shapers([r for r in results if r.preset == presets[0] and not r.is_scarce]))
-    sweep_tables, sweep_checks = _sweep(case, swept) if swept else ([], [])
+    swept_tables, sweep_checks = sweep_tables(case, swept) if swept else ([], [])
     return Page(
         title=f"flexarm compare {config.name}: laws and open-loop motions in the same time",
         lead=_lead(case),
-        items=[*tables, *sweep_tables, _bounds(case), *figures],
+        items=[*tables, *swept_tables, _bounds(case), *figures],
         checks=[*all_checks(task, results), *sweep_checks],
         remarks={
             "assumed": [*config.assumed, *task.assumed],
@@ -206,31 +205,6 @@ def _bounds(case: Case) -> Table:
         Column("ratio", ".2f"),
     ]
     return Table("Physical limit (linear program)", columns, rows, notes)
-
-
-def _sweep(case: Case, swept: Swept) -> tuple[list[Table], list[Check]]:
-    points, results = swept
-    optimum = case.planned[case.legs[0].name].optimum
-    if not points or optimum is None:
-        return [], []
-    nominal, *off = by_error(points, results)
-    rows: list[list[Cell]] = []
-    for i, point in enumerate(points):
-        arrival, result = point.arrival(nominal[i]), nominal[i]
-        others = [point.arrival(of_error[i]) for of_error in off]
-        rows.append([point.kind, point.duration, result.settling, result.moving, arrival,
-                     arrival / optimum.duration, *others])  # fmt: skip
-    columns = [
-        Column(f"{LAW_NAMES[MPC]} on"), Column("duration\n[s]", ".3f"), Column("settles\n[s]", ".3f"),
-        Column("moves for\n[s]", ".3f"), Column("takes\n[s]", ".3f"), Column("over the\nbound", ".2f"),
-        *(Column(f"takes, f\n{100 * error:+.0f} % [s]", ".3f") for error in SWEEP_ERRORS[1:]),
-    ]  # fmt: skip
-    best, arrival = shortest(points, nominal)
-    notes = [f"time-optimal bound {optimum.duration:.3f} s; shortest: {best.scheme.motion}"]
-    bound = case.task.compare.slowest
-    name = "shortest time to settle over the time-optimal bound"
-    checks = [] if bound is None else [at_most(name, arrival / optimum.duration, bound, "times")]
-    return [Table("How fast can it be?", columns, rows, notes)], checks
 
 
 def _title(title: str, preset: str) -> str:
