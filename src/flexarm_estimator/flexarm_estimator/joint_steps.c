@@ -3,15 +3,7 @@
  * Matrices are column-major; of symmetric ones only the lower triangle is read. The order of the
  * operations depends on nothing but the sizes: an instant that is computed again gives the same bits.
  */
-#include <math.h>
-#include <stdint.h>
-
-/* Wider vectors where the processor has them, found out when the library is loaded: the same bits, sooner. */
-#if defined(__x86_64__) && defined(__GLIBC__) && defined(__GNUC__) && !defined(__clang__)
-#define WIDE __attribute__((target_clones("avx2", "default")))
-#else
-#define WIDE
-#endif
+#include "joint_algebra.h"
 
 /* What instants with the same period and sensors share. */
 struct step {
@@ -26,59 +18,6 @@ struct step {
     const int64_t *edges;   /* first row of each sensor, and m, (sensors + 1) */
     const double *A_p, *B_p, *C_p; /* what one unit of every learned parameter adds, one behind the other */
 };
-
-/* a += sign * sum_k factors[k stride] b_k, with the columns b_k of a matrix; four at a time are fastest */
-WIDE static void accumulate(
-    int64_t count, int64_t terms, double sign, const double *restrict factors, int64_t stride,
-    const double *restrict b, int64_t lead, double *restrict a)
-{
-    int64_t k = 0;
-    for (; k + 3 < terms; k += 4, b += 4 * lead, factors += 4 * stride) {
-        const double *b1 = b + lead, *b2 = b1 + lead, *b3 = b2 + lead;
-        double f0 = sign * factors[0], f1 = sign * factors[stride];
-        double f2 = sign * factors[2 * stride], f3 = sign * factors[3 * stride];
-        for (int64_t i = 0; i < count; i++)
-            a[i] += f0 * b[i] + f1 * b1[i] + f2 * b2[i] + f3 * b3[i];
-    }
-    for (; k < terms; k++, b += lead, factors += stride) {
-        double f = sign * factors[0];
-        for (int64_t i = 0; i < count; i++)
-            a[i] += f * b[i];
-    }
-}
-
-/* Replace the lower triangle of J, (size, size), by its Cholesky factor; 0 when it has none. */
-static int factorise(int64_t size, int64_t lead, double *J)
-{
-    for (int64_t j = 0; j < size; j++) {
-        double *column = J + j * lead;
-        accumulate(size - j, j, -1.0, J + j, lead, J + j, lead, column + j);
-        if (!(column[j] > 0.0)) /* also when it is NaN */
-            return 0;
-        double scale = 1.0 / sqrt(column[j]);
-        for (int64_t i = j; i < size; i++)
-            column[i] *= scale;
-    }
-    return 1;
-}
-
-/* z = L^-1 z */
-static void solve_lower(int64_t size, int64_t lead, const double *L, double *z)
-{
-    for (int64_t j = 0; j < size; j++) {
-        z[j] /= L[j + j * lead];
-        for (int64_t i = j + 1; i < size; i++)
-            z[i] -= z[j] * L[i + j * lead];
-    }
-}
-
-static double dot(int64_t count, const double *a, const double *b)
-{
-    double sum = 0.0;
-    for (int64_t i = 0; i < count; i++)
-        sum += a[i] * b[i];
-    return sum;
-}
 
 /* nu' S^-1 nu of every sensor by itself; infinite when its S is not positive definite. */
 static void normalise(const struct step *s, const double *J, const double *nu, double *nis, double *work)

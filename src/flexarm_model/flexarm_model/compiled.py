@@ -9,6 +9,7 @@ from __future__ import annotations
 import hashlib
 import logging
 import os
+import re
 import shutil
 import subprocess
 import tempfile
@@ -146,7 +147,7 @@ def cache_folder() -> Path:
 
 def build_library(source: Path, compiler: str, flags: tuple[str, ...] = FLAGS) -> Path | None:
     """Return the shared library of a C file, from the cache or new; None when the compiler fails."""
-    made_of = source.read_bytes() + HEADER.read_bytes() + " ".join((compiler, *flags)).encode()
+    made_of = _text(source) + HEADER.read_bytes() + " ".join((compiler, *flags)).encode()
     digest = hashlib.sha256(made_of).hexdigest()[:24]
     target = cache_folder() / f"{digest}.so"
     if not target.exists():
@@ -159,6 +160,13 @@ def build_library(source: Path, compiler: str, flags: tuple[str, ...] = FLAGS) -
             return None
         built.replace(target)  # atomic: another process may build the same
     return target
+
+
+def _text(source: Path) -> bytes:
+    """Return a C file and the headers beside it that it names."""
+    text = source.read_bytes()
+    named = (source.parent / name.decode() for name in re.findall(rb'#include "([^"]+)"', text))
+    return text + b"".join(header.read_bytes() for header in named if header.exists())
 
 
 def _densify(name: str, function: ca.Function) -> ca.Function:

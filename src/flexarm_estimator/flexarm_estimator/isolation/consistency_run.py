@@ -22,7 +22,8 @@ from numpy.typing import NDArray
 from scipy.linalg.lapack import dpotrf, dtrtrs
 
 from flexarm_estimator.adoption import map_parts
-from flexarm_estimator.isolation.window import StepMaker, Window
+from flexarm_estimator.isolation.consistency_steps import RunArrays, bind_steps
+from flexarm_estimator.isolation.window import StepMaker, Window, WindowStep
 
 Array = NDArray[np.float64]
 _IGNORED = 1e8  # times the variance of the innovation
@@ -58,18 +59,20 @@ class ConsistencyRun:
             offsets: One sigma of a constant and of a ramp that every channel may be off by, to be looked for;
                 SI of the channel, (m, 2).
         """
-        self._window, self._maker, self._ignored = window, maker, ignored
+        self._window, self._maker, self._ignored = window, maker, np.ascontiguousarray(ignored)
         self._rows = [np.flatnonzero(row) for row in ignored]
         parts, k, m, self._n_h = window.parts[0], *Y.shape
-        self._Y = Y if offsets is None else np.concatenate([Y, _offset_columns(k, offsets)], axis=2)
+        Y = Y if offsets is None else np.concatenate([Y, _offset_columns(k, offsets)], axis=2)
+        self._Y = np.ascontiguousarray(Y)
         self._Z, self._diagonals = np.zeros(self._Y.shape), np.ones((k, m))
-        self._X, self._P = np.zeros((parts.layout.n_x, self._Y.shape[2])), parts.process.P0
+        self._X, self._P = np.zeros((parts.layout.n_x, self._Y.shape[2])), parts.process.P0.copy()
         self._X[parts.layout.theta, : self._n_h] = window.theta[:, None]
         self.predicted, self.variance = np.zeros((k, m)), np.ones((k, m))
         self.least = np.full(2, np.inf)
         self._running = np.zeros(self._n_h)  # misfit so far
         self._next = 1
         self.is_sound = True
+        self._bind()
 
     @property
     def is_done(self) -> bool:
@@ -129,7 +132,20 @@ class ConsistencyRun:
         if window.parts[k] is not window.parts[k - 1]:
             self._change_model(k)
         step = self._maker.step(window.parts[k], window.t[k] - window.t[k - 1], window.learned)
-        m, rows = step.m, self._rows[k]
+        if self._steps is None:
+            self._compute(k, step)
+        else:
+            self.is_sound = self._steps.compute(k, step)
+
+    def _bind(self) -> None:
+        """Let machine code work on the arrays of the run, where there is a compiler."""
+        results = self._Z, self._diagonals, self.predicted, self.variance, self._running
+        data = self._Y, np.ascontiguousarray(self._window.u), self._ignored
+        arrays = RunArrays(*data, self._X, self._P, *results)
+        self._steps = bind_steps(arrays, self._n_h, _IGNORED, _LARGEST)
+
+    def _compute(self, k: int, step: WindowStep) -> None:
+        m, rows, window = step.m, self._rows[k], self._window
         J = step.T.dot(self._P).dot(step.T_transposed)
         J += step.noise
         diagonal = J.ravel()[: m * (J.shape[1] + 1) : J.shape[1] + 1]
@@ -159,6 +175,7 @@ class ConsistencyRun:
         for part in (parts.layout.eta, parts.layout.eta_dot):
             largest = np.abs(self._X[part][:, [0, int(np.argmin(self._running))]]).max(axis=1)
             self._P[part, part] += np.diag((_MAPPING_ERROR * largest) ** 2)
+        self._bind()
 
 
 def _capped(z: Array) -> Array:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ctypes
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -44,6 +45,12 @@ class Window:
         return np.array([values[:middle].sum(axis=0), values[middle:].sum(axis=0)])
 
 
+class Matrices(ctypes.Structure):
+    """A step as machine code reads it ("struct matrices" of consistency_steps.c)."""
+
+    _fields_ = tuple((name, ctypes.c_void_p) for name in ("T", "V", "noise"))
+
+
 class WindowStep(NamedTuple):
     """The matrices of a joint step without what only one sample needs.
 
@@ -54,6 +61,7 @@ class WindowStep(NamedTuple):
         V: (m + n_x, n_u + 1).
         noise: (m + n_x, m + n_x).
         floor: Variance of every row with the force noise it feels, (m,).
+        layout: The same for machine code.
     """
 
     m: int
@@ -62,6 +70,7 @@ class WindowStep(NamedTuple):
     V: Array
     noise: Array
     floor: Array
+    layout: Matrices
 
 
 class StepMaker:
@@ -98,4 +107,5 @@ def _make(parts: Parts, dt: float, learned: tuple[float, ...]) -> WindowStep:
         np.ascontiguousarray(array)
         for array in (step.T[:-1], step.T[:-1].T, step.V[:-1], step.noise[:-1, :-1])
     )
-    return WindowStep(step.m, T, T_transposed, V, noise, stack.R_total.diagonal().copy())
+    layout = Matrices(*(array.ctypes.data for array in (T_transposed, V, noise)))
+    return WindowStep(step.m, T, T_transposed, V, noise, stack.R_total.diagonal().copy(), layout)

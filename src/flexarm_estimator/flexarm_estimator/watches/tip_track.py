@@ -16,7 +16,7 @@ class TipTrack:
     def __init__(self, length: float) -> None:
         """Start empty; ``length`` in [s]."""
         self._keep = round(length / _SPACING) + 1
-        self._t, self._p = np.zeros(2 * self._keep), np.zeros((2 * self._keep, 3))
+        self._t, self._p = np.zeros(2 * self._keep), np.zeros((3, 2 * self._keep))
         self._start = self._end = 0
 
     @property
@@ -37,9 +37,9 @@ class TipTrack:
         if t > self.newest + _GAP:
             self.clear()
         if self._end == self._t.size:
-            self._t[: self._keep], self._p[: self._keep] = self._t[self._keep :], self._p[self._keep :]
+            self._t[: self._keep], self._p[:, : self._keep] = self._t[self._keep :], self._p[:, self._keep :]
             self._start, self._end = max(0, self._start - self._keep), self._keep
-        self._t[self._end], self._p[self._end] = t, position
+        self._t[self._end], self._p[:, self._end] = t, position
         self._end += 1
 
     def covers(self, start: float, end: float) -> bool:
@@ -51,8 +51,7 @@ class TipTrack:
 
         ``times`` lie within what is covered.
         """
-        t, p = self._t[self._start : self._end], self._p[self._start : self._end]
-        after = np.clip(np.searchsorted(t, times), 1, t.size - 1)
-        share = (times - t[after - 1]) / (t[after] - t[after - 1])
-        before: Array = p[after - 1]
-        return before + share[:, None] * (p[after] - before)
+        t, positions = self._t[self._start : self._end], np.empty((times.size, 3))
+        for i, p in enumerate(self._p[:, self._start : self._end]):
+            positions[:, i] = np.interp(times, t, p)
+        return positions
