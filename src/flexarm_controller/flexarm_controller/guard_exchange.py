@@ -108,15 +108,16 @@ class GuardExchange:
         return max(passed, 1)
 
     def on_command(self, msg: Any) -> None:
-        """Keep the newest command of the session; others must not take its place, and are only counted."""
-        command = command_from_msg(msg, self._epoch_ns or 0)
-        if command.token != self.guard.token:
-            self._refuse("command of another session")
-        elif self._newest[0] == command.token and command.sequence <= self._newest[1]:
-            self._refuse(f"command {command.sequence} is not newer than {self._newest[1]}")
+        """Keep the newest command of the session; of others, which may be large, nothing more is read."""
+        token, sequence = msg.session_token, msg.sequence
+        if not token or token != self.guard.token:
+            self._refuse("command of another session" if self.guard.token else "guard is not armed")
+        elif self._newest[0] == token and sequence <= self._newest[1]:
+            self._refuse(f"command {sequence} is not newer than {self._newest[1]}")
         else:
-            self._newest = command.token, command.sequence
-            self._command, self._command_ns = command, stamp_to_ns(msg.header.stamp)
+            self._newest = token, sequence
+            self._command = command_from_msg(msg, self._epoch_ns or 0)
+            self._command_ns = stamp_to_ns(msg.header.stamp)
 
     def answer(self) -> list[float]:
         """Return the torque of the next period [N m] or [N], one per axis."""

@@ -25,6 +25,7 @@ from std_msgs.msg import Bool
 
 from flexarm_model.announce import announce_on_stderr
 from flexarm_model.executable import EXIT_CONFIGURATION, EXIT_NAME_TAKEN, STOPPING
+from flexarm_model.heap import give_back_large_buffers
 from flexarm_model.loading import Loading
 from flexarm_model.parameter_file import parameter_sources
 from flexarm_model.parameters import ParameterError
@@ -66,6 +67,7 @@ def run_node(factory: Callable[[], Node]) -> int:
         when a node of the same name is running.
     """
     announce_on_stderr()
+    give_back_large_buffers()
     for number in STOPPING:
         signal.signal(number, signal.SIG_DFL)  # before anything moves a signal ends the process at once
     try:
