@@ -9,7 +9,7 @@ import pytest
 
 from flexarm_bringup import cli
 from flexarm_bringup.drift_run.normal_moves import WAIT, normal_moves
-from flexarm_bringup.drift_run.simulation import Drill, run_drill
+from flexarm_bringup.drift_run.simulation import ALONE, Drill, run_drill
 from flexarm_bringup.static_arm import StaticArm
 from flexarm_bringup.tasks.task import find_task, load_task
 from flexarm_model.config import load_config
@@ -54,6 +54,28 @@ def test_five_per_cent_are_told_within_ten_seconds_and_not_before(scale: float) 
     assert 18.0 < watched.alarms[0][0] < 28.0
     last = watched.modes[-1][0]
     assert last.f_hz / last.described_hz == pytest.approx(scale, abs=0.005)
+
+
+@pytest.mark.slow
+def test_the_3tpt_whose_modes_are_not_those_described_tells_a_change_and_only_that() -> None:
+    """Ten modes at 1 kHz; under joint PD, since what the watch sees does not depend on the law."""
+    task = load_task(find_task("spatial_3tpt"))
+    config = load_config(find_manipulator("spatial_3tpt"), task.presets[0])
+    watched = run_drill(config, task, Drill(36.0, 0.95, 18.0, law=ALONE))
+    assert not watched.guard
+    assert 18.0 < watched.alarms[0][0] < 28.0
+    assert "at the start it was" in watched.alarms[0][1]
+    told = [mode.drift for mode in watched.modes[-1] if mode.healthy is not None]
+    assert len(told) >= 4 and told == pytest.approx([-0.05] * len(told), abs=0.01)
+
+
+@pytest.mark.slow
+def test_an_arm_whose_model_does_not_explain_its_moves_is_not_judged() -> None:
+    """The planar 3RRR: innovations three to eight times as large as believed; its modes are not told."""
+    task = load_task(find_task("planar_3rrr"))
+    config = load_config(find_manipulator("planar_3rrr"), task.presets[0])
+    watched = run_drill(config, task, Drill(40.0, 0.95, 20.0, law=ALONE))
+    assert not watched.alarms and not any(mode.healthy for mode in watched.modes[-1])
 
 
 @pytest.mark.slow

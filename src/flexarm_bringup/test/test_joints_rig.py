@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import json
+from pathlib import Path
+
 import pytest
 
 from flexarm_bringup import cli
@@ -42,6 +45,41 @@ def test_friction_of_six_joints_comes_back() -> None:
         if p.name == "rotor inertia":
             assert p.value == pytest.approx(p.described, rel=0.1), p.axis
     assert result.condition > 1e6 and "links" in result.weakest  # a rotor and the links behind the first axis
+
+
+@pytest.mark.slow
+def test_friction_rotors_and_springs_of_a_perturbed_arm_come_back(tmp_path: Path) -> None:
+    """Springs 19 % softer, rotors 20 % heavier, friction 0.1 N m; encoders on both sides of every spring.
+
+    The base turns about a vertical axis: its spring bends by a few noises of an encoder only, sigma is 6 %.
+    """
+    report = tmp_path / "joints.json"
+    perturbed = ["frequency_scale=0.9", "rotor_scale=1.2", "friction=0.1"]
+    given = [word for text in perturbed for word in ("--perturb", text)]
+    arm = ["--manipulator", str(_with_link_encoders(tmp_path)), "--json", str(report)]
+    assert cli.main(["identify", "rig", "--joints", *arm, *given]) == 0
+    rows = {(row[0], row[1]): row for row in json.loads(report.read_text())["tables"][0]["rows"]}
+    for joint, axis, error in (("base", "ry", 0.15), ("shoulder", "rz", 0.02), ("elbow", "rz", 0.03)):
+        motor, spring = f"{joint}.{axis}", f"{joint}_spring.{axis}"
+        assert rows[motor, "rotor inertia"][4] == pytest.approx(1.2 * 0.02, rel=0.02)
+        assert rows[motor, "Coulomb friction"][4] == pytest.approx(0.1, rel=0.02)
+        assert rows[motor, "viscous friction"][4] == pytest.approx(0.0, abs=0.01)
+        stiffness = rows[spring, "stiffness"]
+        assert stiffness[4] == pytest.approx(0.81 * stiffness[3], rel=error)
+
+
+def _with_link_encoders(folder: Path) -> Path:
+    """Write the inflated arm with an encoder at every spring."""
+    text = find_manipulator("variable_stiffness").read_text(encoding="utf8")
+    last = "  elbow_encoder: {kind: encoder, axis: elbow.rz, sigma: 0.3 mrad}\n"
+    assert last in text
+    more = "".join(
+        f"  {joint}_link_encoder: {{kind: encoder, axis: {joint}_spring.{axis}, sigma: 0.3 mrad}}\n"
+        for joint, axis in (("base", "ry"), ("shoulder", "rz"), ("elbow", "rz"))
+    )
+    path = folder / "encoded.yaml"
+    path.write_text(text.replace(last, last + more), encoding="utf8")
+    return path
 
 
 def test_joints_without_a_manipulator_are_refused(capsys: pytest.CaptureFixture[str]) -> None:

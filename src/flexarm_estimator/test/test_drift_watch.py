@@ -9,8 +9,10 @@ import pytest
 from planar_strip import DT, SENSORS, Record, StripKinematics, simulate, strip_model
 
 from flexarm_estimator.drift.drift_watch import LONGEST_GAP, SETTLING, DriftWatch
+from flexarm_estimator.drift.healthy import HealthyModes
 from flexarm_estimator.drift.judgement import Alarms, ModeNow, proposal
 from flexarm_estimator.drift.mode_drift import STIFFNESS_PRIOR, ModeDrift
+from flexarm_estimator.drift.score_blocks import ScoreBlocks
 from flexarm_estimator.drift.sensitivity import WatchedFilter, watched_filter
 from flexarm_estimator.drift.settings import DriftConfig
 from flexarm_estimator.estimator import Estimator
@@ -65,7 +67,7 @@ def test_slopes_of_innovations_are_differences_of_filters_of_other_models(parame
 
 
 def _next(each: WatchedFilter, x: np.ndarray, y: np.ndarray, u: np.ndarray) -> np.ndarray:
-    return each.A @ x + each.B @ u + each.K @ (y - each.H @ x - each.V @ u)
+    return np.asarray(each.A @ x + each.B @ u + each.K @ (y - each.H @ x - each.V @ u))
 
 
 @pytest.mark.parametrize("scale", [0.95, 1.0, 1.05])
@@ -161,6 +163,40 @@ def test_another_model_of_the_same_arm_goes_on_with_what_is_known() -> None:
 
 def now(name: str, change: float, sigma: float) -> ModeNow:
     return ModeNow(name, 5.0, 5.0 * (1 + change), 5 * sigma, 0.01, 0.01, 0.001, True, True, change, sigma)
+
+
+def test_a_healthy_arm_that_is_not_as_described_is_quiet_and_its_change_is_told() -> None:
+    """8 % below the description from the start, then 5 % less; the first is learned, the second told."""
+    config = DriftConfig(learning=2.0)
+    modes = HealthyModes(config)
+    assert not modes.judged(modes.compare([now("mode_1", -0.08, 0.002)], 1.0))  # it learns
+    (healthy,) = modes.compare([now("mode_1", -0.08, 0.002)], 2.0)
+    assert healthy.drift == pytest.approx(0.0) and healthy.drift_sigma == pytest.approx(0.002 * 2**0.5)
+    (changed,) = modes.judged(modes.compare([now("mode_1", 0.92 * 0.95 - 1.0, 0.002)], 9.0))
+    assert changed.drift == pytest.approx(-0.05)
+    alarms = Alarms(config)
+    alarms.look([changed], 10.0)
+    alarms.look([changed], 11.1)
+    assert "at the start it was 4.6 Hz (-5.0 %)" in alarms.told["mode_1"]
+
+
+def test_a_mode_that_is_not_sure_enough_is_not_judged() -> None:
+    modes = HealthyModes(DriftConfig(learning=2.0, sigmas=5.0, frequency_change=0.03))
+    assert not modes.judged(modes.compare([now("mode_1", 0.3, 0.01)], 9.0))  # 5 x 1 % are more than 3 %
+    assert modes.judged(modes.compare([now("mode_1", 0.3, 0.005)], 9.5))
+
+
+def test_blocks_of_white_residuals_scatter_as_the_information_says_and_coloured_ones_more() -> None:
+    """One parameter, psi = 1: the sum of squared scores is the number of samples, times the colour."""
+    rng, count, periods = np.random.default_rng(11), 40_000, 50
+    for colour in (0.0, 0.8):
+        blocks, nu = ScoreBlocks(1, periods, 1.0 - 1e-6), 0.0
+        for e in rng.standard_normal(count):
+            nu = colour * nu + e
+            blocks.add(np.eye(1), np.array([nu]))
+        found = float(blocks.scatter(np.zeros(1))[0, 0]) / count
+        # spectrum at zero of an autoregression, 1 / (1 - c)^2; blocks of 50 miss a part of it
+        assert found == pytest.approx((1.0 - colour) ** -2, rel=0.25)
 
 
 def test_modes_that_change_apart_point_to_one_place() -> None:

@@ -1,8 +1,8 @@
 """How the real arm differs from its description: a pure function of the description.
 
 Stiffness scales wherever it is elastic: beams, imported bodies, springs of axes; damping that is described
-as a share of it likewise. Masses scale in all bodies that are described by their material; rotors and bodies
-that were reduced elsewhere are as described.
+as a share of it likewise. Masses scale in all bodies that are described by their material; bodies that
+were reduced elsewhere are as described.
 """
 
 from __future__ import annotations
@@ -29,6 +29,7 @@ class PlantSettings:
         friction: Coulomb friction of the actuated axes [N m or N], (n_theta,) or one for all.
         body_mass_scale: Real over described masses of rigid bodies and beams, their point masses too [1].
         damping_scale: Real over described damping of beams and of springs of axes [1].
+        rotor_scale: Real over described rotor inertias [1].
     """
 
     frequency_scale: float = 1.0
@@ -37,6 +38,7 @@ class PlantSettings:
     friction: float = 0.0
     body_mass_scale: float = 1.0
     damping_scale: float = 1.0
+    rotor_scale: float = 1.0
 
 
 def perturb(config: ManipulatorConfig, settings: PlantSettings) -> ManipulatorConfig:
@@ -54,7 +56,12 @@ def perturb(config: ManipulatorConfig, settings: PlantSettings) -> ManipulatorCo
 def _change_joint(joint: Joint, settings: PlantSettings) -> Joint:
     stiffness, damping = settings.frequency_scale**2, settings.damping_scale
     axes = tuple(
-        replace(axis, stiffness=axis.stiffness * stiffness, damping_ratio=axis.damping_ratio * damping)
+        replace(
+            axis,
+            stiffness=axis.stiffness * stiffness,
+            damping_ratio=axis.damping_ratio * damping,
+            rotor_inertia=axis.rotor_inertia * settings.rotor_scale,
+        )
         for axis in joint.axes
     )
     return replace(joint, axes=axes)

@@ -8,10 +8,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from itertools import takewhile
 
 import numpy as np
 from numpy.typing import NDArray
 
+from flexarm_bringup.sim.direct_sensors import DirectSensors
 from flexarm_bringup.sim.perturb import PlantSettings
 from flexarm_bringup.sim.plant import Plant
 from flexarm_bringup.sim.sample import Sample
@@ -46,6 +48,9 @@ class RigSettings:
     )
     damping_scale: float = parameter(
         1.0, "Real over described damping of beams and springs.", minimum=0.0, maximum=100.0
+    )
+    rotor_scale: float = parameter(
+        1.0, "Real over described rotor inertias of the actuated axes.", minimum=0.1, maximum=10.0
     )
 
 
@@ -103,7 +108,13 @@ class Rig:
             config,
             self.dt,
             PlantSettings(
-                s.frequency_scale, s.mass_scale, s.extra_modes, s.friction, s.body_mass_scale, s.damping_scale
+                s.frequency_scale,
+                s.mass_scale,
+                s.extra_modes,
+                s.friction,
+                s.body_mass_scale,
+                s.damping_scale,
+                s.rotor_scale,
             ),
         )
         self.plant.reset()
@@ -120,6 +131,7 @@ class Rig:
             SensorSimulator(spec, rows[spec.name], self.dt, s.seed, s.noise, self.faults.get(spec.name))
             for spec in config.sensors
         ]
+        self._direct = DirectSensors(list(takewhile(lambda sensor: sensor.is_direct, self._sensors)))
         self.own_encoders: list[Sample] = []
         self._encoders = [(spec, rows[spec.name]) for spec in config.sensors if spec.kind == "encoder"]
         self._own: list[SensorSimulator] = []
@@ -140,6 +152,8 @@ class Rig:
         self.faults = {
             name: replace(fault, start=fault.start + t, end=fault.end + t) for name, fault in faults.items()
         }
+        self._direct.release()
+        self._direct = DirectSensors([])
         for sensor in self._sensors:
             sensor.set_fault(self.faults.get(sensor.spec.name))
         self._give_drives_their_own()
@@ -154,9 +168,10 @@ class Rig:
         self.own_encoders = [
             sample for sensor in self._own for sample in sensor.sample(self.tick, self.plant, outputs)
         ]
-        return [
-            sample for sensor in self._sensors for sample in sensor.sample(self.tick, self.plant, outputs)
-        ]
+        samples = self._direct.sample(self.tick, outputs)
+        for sensor in self._sensors[len(samples) :]:
+            samples += sensor.sample(self.tick, self.plant, outputs)
+        return samples
 
     def step(self, tau: Array) -> list[Sample]:
         """Advance one period under torques ``tau`` (n_theta,) and observe."""

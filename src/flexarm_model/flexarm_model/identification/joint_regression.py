@@ -22,12 +22,13 @@ from numpy.typing import NDArray
 from scipy.signal import butter, sosfiltfilt
 
 from flexarm_model.description import ManipulatorConfig
+from flexarm_model.identification.encoder_noise import ORDER, left_behind, smoothest, white_noise
+from flexarm_model.identification.regressor_quality import balance_sizes, condition, weakest
 from flexarm_model.identification.rigid_limit import RigidLimit
 from flexarm_model.modal.read_only import lock_arrays
 
 Array = NDArray[np.float64]
-ORDER = 4
-SMOOTHER = 25.0  # cut-off of the positions over that of the regression: friction rings the modes
+SMOOTHER, LEAST_SMOOTHER = 25.0, 5.0  # cut-off of positions over the regression's: friction rings the modes
 EDGES = 1.0  # of the regression's cut-off: this many periods at both ends do not count
 SLOPE = 0.01  # velocity over which Coulomb friction turns its sign [rad/s or m/s]
 LINK_SPREAD = 0.02  # one sigma of a link's relative error
@@ -108,13 +109,14 @@ class JointResult:
 
 @dataclass(frozen=True)
 class _Column:
-    """An unknown: axis, name, unit, value and sigma before."""
+    """An unknown: axis, name, unit, value and sigma before; variance of noise in its regressor."""
 
     axis: str
     name: str
     unit: str
     described: float
     prior: float
+    noise: float = 0.0
 
 
 def identify_joints(config: ManipulatorConfig, motion: JointMotion, cutoff_hz: float) -> JointResult:
@@ -129,22 +131,27 @@ def identify_joints(config: ManipulatorConfig, motion: JointMotion, cutoff_hz: f
         ValueError: The motion is too short, or the arm is not an open one.
     """
     rigid = RigidLimit(config, motion.axes)
-    q, v, a = _derivatives(motion, cutoff_hz)
+    sigma = white_noise(motion.q)
+    q, v, a = _derivatives(motion, cutoff_hz, smoothest(sigma, motion.dt, SLOPE))
     acting = (motion.tau + np.vstack([motion.tau[:1], motion.tau[:-1]])) / 2  # at the samples
-    columns, X = _regressors(config, rigid, (q, v, a), acting)
+    columns, X = _regressors(config, rigid, (q, v, a), acting, left_behind(sigma, cutoff_hz, motion.dt))
     step = max(1, int(0.5 / cutoff_hz / motion.dt))
     edge = round(EDGES / cutoff_hz / motion.dt)
     kept = slice(edge, len(q) - edge, step)
     X, y = _lowpass(X, cutoff_hz, motion.dt)[kept], _lowpass(acting, cutoff_hz, motion.dt)[kept]
     if y.size < 2 * len(columns):
         raise ValueError(f"{len(q) * motion.dt:.1f} s of motion are too short for {len(columns)} parameters")
-    found = _solve(columns, X, y)
-    moving = np.mean(abs(v[kept]) > SLOPE, axis=0)
-    return JointResult(*found, moving, np.sqrt(np.mean(a[kept] ** 2, axis=0)), _weakest(columns, X, y))
+    size = balance_sizes(np.array([column.described for column in columns]), X, y)
+    parameters, fit = _solve(columns, X, y, size)
+    moving, acceleration = np.mean(abs(v[kept]) > SLOPE, axis=0), np.sqrt(np.mean(a[kept] ** 2, axis=0))
+    least = weakest([f"{column.axis} {column.name}" for column in columns], X, size)
+    return JointResult(parameters, condition(X, size), fit, moving, acceleration, least)
 
 
-def _derivatives(motion: JointMotion, cutoff_hz: float) -> tuple[Array, Array, Array]:
-    q = _lowpass(motion.q, SMOOTHER * cutoff_hz, motion.dt)
+def _derivatives(motion: JointMotion, cutoff_hz: float, surest_hz: float) -> tuple[Array, Array, Array]:
+    """Return positions, velocities and accelerations behind the widest low-pass that noise allows."""
+    smoother = np.clip(surest_hz, LEAST_SMOOTHER * cutoff_hz, SMOOTHER * cutoff_hz)
+    q = _lowpass(motion.q, float(smoother), motion.dt)
     v = np.gradient(q, motion.dt, axis=0)
     a = np.zeros_like(q)
     a[1:-1] = np.diff(q, n=2, axis=0) / motion.dt**2
@@ -152,9 +159,17 @@ def _derivatives(motion: JointMotion, cutoff_hz: float) -> tuple[Array, Array, A
 
 
 def _regressors(
-    config: ManipulatorConfig, rigid: RigidLimit, motion: tuple[Array, Array, Array], tau: Array
+    config: ManipulatorConfig,
+    rigid: RigidLimit,
+    motion: tuple[Array, Array, Array],
+    tau: Array,
+    noise: tuple[Array, Array],
 ) -> tuple[list[_Column], Array]:
-    """Return the unknowns and their columns, (n, n_axes, n_columns)."""
+    """Return the unknowns and their columns, (n, n_axes, n_columns).
+
+    A motor's torque is what its regressors explain, a spring's balance has no torque: only there the noise
+    that is left of positions and velocities counts.
+    """
     q, v, a = motion
     links = np.array([rigid.torques(*row) for row in zip(q, v, a, strict=True)])  # (n, n_axes, n_bodies)
     columns = [_Column(name, "links beyond, over described", "1", 1.0, LINK_SPREAD) for name in rigid.bodies]
@@ -178,51 +193,44 @@ def _regressors(
                 ("stiffness", "N m/rad"): (q, axis.stiffness, RELATIVE_PRIOR * axis.stiffness),
                 ("damping", "N m s/rad"): (v, axis.damping, 10.0 * max(axis.damping, 1e-6)),
             }
+        blurs = {} if axis.actuated else {"stiffness": noise[0][k], "damping": noise[1][k]}
         for (what, unit), (values, described, prior) in own.items():
             column = np.zeros((len(q), len(rigid.axes), 1))
             column[:, k, 0] = values[:, k]
             parts.append(column)
-            columns.append(_Column(name, what, unit, described, prior))
+            columns.append(_Column(name, what, unit, described, prior, float(blurs.get(what, 0.0))))
     return columns, np.concatenate(parts, axis=2)
 
 
-def _solve(columns: Sequence[_Column], X: Array, y: Array) -> tuple[tuple[JointParameter, ...], float, Array]:
-    """Return parameters, condition number and fit; every axis counts by its own residual."""
+def _solve(
+    columns: Sequence[_Column], X: Array, y: Array, size: Array
+) -> tuple[tuple[JointParameter, ...], Array]:
+    """Return parameters and fit; every axis counts by its own residual."""
     described, prior = (np.array([getattr(c, name) for c in columns]) for name in ("described", "prior"))
     sigma = np.maximum(np.std(y - X @ described, axis=0), 1e-12)  # per axis, (n_axes,)
     for _ in range(3):
-        rows = (X / sigma[:, None]).reshape(-1, len(columns))
-        information = rows.T @ rows + np.diag(prior**-2)
-        delta = np.linalg.solve(information, rows.T @ ((y - X @ described) / sigma).ravel())
+        rows, blur = (X / sigma[:, None]).reshape(-1, len(columns)), _blur(columns, X, sigma)
+        information = rows.T @ rows - blur + np.diag(prior**-2)
+        told = rows.T @ ((y - X @ described) / sigma).ravel() + blur @ described
+        delta = np.linalg.solve(information, told)
         left = y - X @ (described + delta)
-        sigma = np.maximum(np.std(left, axis=0), 1e-9 * np.std(y, axis=0) + 1e-15)
+        sigma = np.maximum(np.std(left, axis=0), 1e-9 * size + 1e-15)
     spread = np.sqrt(np.diag(np.linalg.inv(information)))
     found = tuple(
         JointParameter(c.axis, c.name, c.unit, c.described, float(c.described + d), float(s), c.prior)
         for c, d, s in zip(columns, delta, spread, strict=True)
     )
-    size = np.maximum(np.std(y, axis=0), 1e-12)
-    return (
-        found,
-        float(np.linalg.cond(_scaled(X, y))),
-        np.asarray(100.0 * (1.0 - np.std(left, axis=0) / size)),
-    )
+    return found, np.asarray(100.0 * (1.0 - np.std(left, axis=0) / size))
 
 
-def _scaled(X: Array, y: Array) -> Array:
-    """Return the regressor with axes in units of their torque and columns of length one."""
-    rows = (X / np.maximum(np.std(y, axis=0), 1e-12)[:, None]).reshape(-1, X.shape[2])
-    size = np.linalg.norm(rows, axis=0)
-    return np.asarray(rows[:, size > 0.0] / size[size > 0.0])
-
-
-def _weakest(columns: Sequence[_Column], X: Array, y: Array) -> str:
-    """Return the combination of columns that is nearest to zero, in words."""
-    _, values, directions = np.linalg.svd(_scaled(X, y), full_matrices=False)
-    weights = directions[-1]
-    named = sorted(range(weights.size), key=lambda i: -abs(weights[i]))[:3]
-    parts = [f"{weights[i]:+.2f} {columns[i].axis} {columns[i].name}" for i in named]
-    return f"{' '.join(parts)} (1/{values[0] / max(values[-1], 1e-300):.3g} of the strongest)"
+def _blur(columns: Sequence[_Column], X: Array, sigma: Array) -> Array:
+    """Return what noise in the regressors adds to the information, at most half of it, (n_c, n_c)."""
+    added = np.zeros(len(columns))
+    for i, column in enumerate(columns):
+        k = int(np.argmax(np.sum(X[:, :, i] ** 2, axis=0)))  # the one axis of a column with noise
+        square = float(np.sum(X[:, k, i] ** 2))
+        added[i] = min(len(X) * column.noise, 0.5 * square) / sigma[k] ** 2
+    return np.diag(added)
 
 
 def _lowpass(signal: Array, cutoff_hz: float, dt: float) -> Array:
