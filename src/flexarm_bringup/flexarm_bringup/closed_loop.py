@@ -5,6 +5,7 @@ The nodes in lockstep do the same with the same objects; this is the fast way fo
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -39,6 +40,8 @@ from flexarm_model.reduced_tree import ReducedTree
 
 Array = NDArray[np.float64]
 TOKEN = 1
+NONE_TO_COME = (math.inf, np.zeros(0))  # time from which a model is used [ns], and its pose
+NOTHING_LEARNED: Array = np.zeros(0)
 WARM_UP = 0.1  # s; what is called for the first time is compiled then, and does not count
 
 
@@ -137,17 +140,19 @@ def run_loop(
     started, adopting, without = time.process_time(), 0.0, 0
     samples, ticks = hardware.observe(), []
     n, warm = round(end / hardware.dt), round(WARM_UP / hardware.dt)
-    every = periods_between_looks(hardware.dt)
+    coming = schedule.poses(model.pose, float(reference.t[-1]), _between_looks_ns(hardware.dt))
+    due = next(coming, NONE_TO_COME)
     for k in range(n):
         started = time.process_time() if k == warm else started
-        adopting += 0.0 if k % every else _serve(schedule, hardware.t, estimator, controller)
+        if k * hardware.rig.period_ns >= due[0]:
+            adopting += _serve(schedule.make, due[1], estimator, controller)
+            due = next(coming, NONE_TO_COME)
         estimate = estimator.step(measurements(samples, hardware), np.array(hardware.acted), hardware.t)
         command = controller.step(arm_state(estimate))
-        controller.work_ahead()
         without += command.mode != law.law
         ticks.append(observe(hardware, estimate))
         samples = hardware.advance()
-        hardware.choose_torque(GuardCommand(command.t, k + 1, TOKEN, tuple(map(float, command.tau))))
+        hardware.choose_torque(GuardCommand(command.t, k + 1, TOKEN, tuple(command.tau.tolist())))
     spent = time.process_time() - started
     speed = (n - warm) * hardware.dt / spent
     return ticks, Effort(spent, speed, schedule.served, adopting, without / n, hardware.guard.reason)
@@ -168,18 +173,22 @@ def _models_to_come(
 ) -> list[tuple[float, ReducedModel]]:
     """Return all models of a reference with the time from which each is used [s], as the model node does."""
     schedule = ModelSchedule(tree, tree.config, reference, settings.schedule)
-    look_ns = round(1e9 * dt) * periods_between_looks(dt)
-    plan = schedule.plan(model, float(reference.t[-1]), look_ns)
+    plan = schedule.plan(model, float(reference.t[-1]), _between_looks_ns(dt))
     return [(stamp_ns * 1e-9, coming) for stamp_ns, coming in plan]
 
 
-def _serve(schedule: ModelSchedule, t: float, estimator: Estimator, controller: Controller) -> float:
-    """Let estimator and controller go on with a new model if one is due; return the CPU time it took [s]."""
+def _between_looks_ns(dt: float) -> int:
+    return round(1e9 * dt) * periods_between_looks(dt)
+
+
+def _serve(
+    make: Callable[[Array], ReducedModel], pose: Array, estimator: Estimator, controller: Controller
+) -> float:
+    """Let estimator and controller go on with the model of a pose; return the CPU time it took [s]."""
     started = time.process_time()
-    model = schedule.next(controller.model, t)
-    if model is not None:
-        estimator.adopt(model)
-        controller.adopt(model)
+    model = make(pose)
+    estimator.adopt(model)
+    controller.adopt(model)
     return time.process_time() - started
 
 
@@ -201,13 +210,15 @@ def observe_tick(hardware: Hardware, estimate: Estimate) -> dict[str, Array]:
 
 def measurements(samples: Sequence[Sample], hardware: Hardware) -> list[Measurement]:
     """Return samples of the rig as the estimator takes them."""
-    return [Measurement(sample.sensor, hardware.rig.time_of(sample.tick), sample.y) for sample in samples]
+    time_of = hardware.rig.time_of
+    return [Measurement(sample.sensor, time_of(sample.tick), sample.y) for sample in samples]
 
 
 def arm_state(estimate: Estimate) -> ArmState:
     """Return an estimate as the controller takes it."""
-    usable, sigma = estimate.status in ("ok", "degraded"), np.sqrt(np.diag(estimate.P)[: 2 * estimate.n])
+    stiffness = estimate.stiffness if estimate.layout.n_learned else NOTHING_LEARNED
+    usable, sigma = estimate.status in ("ok", "degraded"), np.sqrt(estimate.P.diagonal()[: 2 * estimate.n])
     return ArmState(
         estimate.t, estimate.model_id, estimate.theta, estimate.eta, estimate.theta_dot, estimate.eta_dot,
-        estimate.d, usable, estimate.reason, sigma, estimate.x[estimate.layout.s], estimate.stiffness,
+        estimate.d, usable, estimate.reason, sigma, estimate.x[estimate.layout.s], stiffness,
     )  # fmt: skip

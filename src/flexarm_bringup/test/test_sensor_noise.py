@@ -8,6 +8,8 @@ from dataclasses import replace
 import numpy as np
 
 from flexarm_bringup.sim.plant import Plant
+from flexarm_bringup.sim.rig import Rig
+from flexarm_bringup.sim.sensor_faults import SensorFault
 from flexarm_bringup.sim.sensor_simulator import DRAWN_TOGETHER, SensorSimulator
 from flexarm_model.config import load_config
 from flexarm_model.manipulator_file import find_manipulator
@@ -29,3 +31,16 @@ def test_noise_drawn_together_is_the_noise_drawn_sample_by_sample() -> None:
         expected = outputs[rows] + 2.0 * spec.sigma * rng.standard_normal(spec.sigma.size)
         np.testing.assert_array_equal(sample.y, expected)
         assert (sample.sensor, sample.kind, sample.tick) == (spec.name, spec.kind, tick)
+
+
+def test_sensors_that_speak_together_say_what_each_would_say_alone() -> None:
+    config = load_config(find_manipulator("single_link"))
+    together, alone = Rig(config), Rig(config)
+    alone.set_faults({})  # from now on each speaks for itself
+    for tick in range(2 * DRAWN_TOGETHER + 3):
+        if tick == DRAWN_TOGETHER // 2:
+            for rig in (together, alone):
+                rig.set_faults({"encoder": SensorFault("bias", bias=0.1)})
+        for mine, expected in zip(together.rest(), alone.rest(), strict=True):
+            assert mine[:3] == expected[:3]
+            np.testing.assert_array_equal(mine.y, expected.y)

@@ -65,8 +65,7 @@ class ModelSchedule:
         ahead = self._reference.position(t + self._lead)
         if not self._is_left(model.pose, self._reference.position(t), ahead):
             return None
-        self.served += 1
-        return linearize(self._tree, ahead)
+        return self.make(ahead)
 
     def plan(self, model: ReducedModel, end: float, period_ns: int) -> Iterator[tuple[int, ReducedModel]]:
         """Return the models that ``next`` gives from time zero on, and the time from which each is used [ns].
@@ -79,16 +78,35 @@ class ModelSchedule:
         Raises:
             PoseError, ClosureError: The reference leads where no model can be made.
         """
+        for stamp_ns, pose in self.poses(model.pose, end, period_ns):
+            yield stamp_ns, self.make(pose)
+
+    def poses(self, pose: Array, end: float, period_ns: int) -> Iterator[tuple[int, Array]]:
+        """Return only the poses of these models, (n_theta,), and the times from which they are used [ns].
+
+        Args:
+            pose: Of the model in use until then, (n_theta,).
+            end: Of the motion [s].
+            period_ns: See ``plan``.
+        """
         ticks: NDArray[np.int64] = np.arange(int(np.ceil(end * 1e9 / period_ns)) + 2) * period_ns
         while ticks.size:
-            ahead, is_left = self._look(model.pose, np.asarray(ticks * 1e-9, dtype=np.float64))
+            ahead, is_left = self._look(pose, np.asarray(ticks * 1e-9, dtype=np.float64))
             k = int(is_left.argmax())
             if not is_left[k]:
                 return
-            model = linearize(self._tree, ahead[k])
-            self.served += 1
-            yield int(ticks[k]), model
+            pose = ahead[k]
+            yield int(ticks[k]), pose
             ticks = ticks[k + 1 :]
+
+    def make(self, pose: Array) -> ReducedModel:
+        """Return the model of a pose, (n_theta,).
+
+        Raises:
+            PoseError, ClosureError: No model can be made there.
+        """
+        self.served += 1
+        return linearize(self._tree, pose)
 
     def _look(self, pose: Array, t: Array) -> tuple[Array, NDArray[np.bool_]]:
         """Return where the reference will be, (k, n_theta), and if that is too far from ``pose``, (k,)."""

@@ -70,10 +70,9 @@ class Drives:
         self.acted = list(self.tau)
         return self._measure(self.rig.step(np.array(self.acted)) if self.is_released else self.rig.rest())
 
-    def state(self) -> GuardState:
-        """Return what the drives measure now."""
-        velocity, position = (tuple(map(float, part)) for part in (self.own.theta_dot, self.own.theta))
-        return GuardState(velocity, position)
+    def state(self, strain: tuple[float, ...] = ()) -> GuardState:
+        """Return what the drives measure now, beside what the gauges told."""
+        return GuardState(tuple(self.own.theta_dot.tolist()), tuple(self.own.theta.tolist()), strain)
 
     def set_faults(self, faults: Mapping[str, SensorFault]) -> None:
         """Change what is wrong with the sensors; times of the faults count from now."""

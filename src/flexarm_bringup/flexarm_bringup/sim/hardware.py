@@ -8,7 +8,6 @@ when it must answer. A command computed from the state of tick k acts from tick 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
 
 import numpy as np
 
@@ -93,8 +92,7 @@ class Hardware:
 
     def observe(self) -> list[Sample]:
         """Return what the sensors deliver before anything has moved; call it once, at the start."""
-        samples = self.drives.observe()
-        self._gauges.update({sample.sensor: sample.y for sample in samples})
+        samples = self._hear_gauges(self.drives.observe())
         self._seen = self._measured()
         return samples
 
@@ -102,9 +100,7 @@ class Hardware:
         """Move by one period under the torque chosen before; return what the sensors deliver."""
         self.drives.is_released |= self.guard.mode != STOPPED
         self._seen = self._measured()
-        samples = self.drives.advance()
-        self._gauges.update({sample.sensor: sample.y for sample in samples})
-        return samples
+        return self._hear_gauges(self.drives.advance())
 
     def choose_torque(self, command: GuardCommand | None) -> list[float]:
         """Let the guard choose the torque of the period that starts now [N m], (n_theta,)."""
@@ -116,4 +112,8 @@ class Hardware:
 
     def _measured(self) -> GuardState:
         """Return what drives and gauges measure now."""
-        return replace(self.drives.state(), strain=self._gauges.read())
+        return self.drives.state(self._gauges.read())
+
+    def _hear_gauges(self, samples: list[Sample]) -> list[Sample]:
+        self._gauges.update({sample.sensor: sample.y for sample in samples if sample.kind == "strain_gauge"})
+        return samples

@@ -33,7 +33,10 @@ class MotorSide:
             dt: Control period [s].
         """
         self.names = tuple(config.actuated)
-        self._axis_of = {spec.name: spec.site for spec in config.sensors if spec.kind == "encoder"}
+        encoders = {spec.name: spec.site for spec in config.sensors if spec.kind == "encoder"}
+        self._axis_of = {
+            sensor: (self.names.index(axis), axis) for sensor, axis in encoders.items() if axis in self.names
+        }
         self._dt = dt
         self._is_first = True
         self.read: dict[str, float] = {}
@@ -45,11 +48,11 @@ class MotorSide:
         previous = self.theta.copy()
         self.read.clear()
         for sample in samples:
-            axis = self._axis_of.get(sample.sensor)
-            if axis in self.names:
-                self.read[axis] = float(sample.y[0])
-                if math.isfinite(self.read[axis]):
-                    self.theta[self.names.index(axis)] = sample.y[0]
+            if sample.sensor in self._axis_of:
+                i, axis = self._axis_of[sample.sensor]
+                self.read[axis] = told = float(sample.y[0])
+                if math.isfinite(told):
+                    self.theta[i] = told
         if not self._is_first:
             self.theta_dot += SMOOTHING * ((self.theta - previous) / self._dt - self.theta_dot)
         self._is_first = False

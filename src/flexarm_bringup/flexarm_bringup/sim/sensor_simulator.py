@@ -23,7 +23,12 @@ DRAWN_TOGETHER = 64  # samples
 
 
 class SensorSimulator:
-    """One mounted sensor."""
+    """One mounted sensor.
+
+    Attributes:
+        spec: The sensor.
+        rows: Its rows in the plant's outputs.
+    """
 
     def __init__(
         self,
@@ -45,9 +50,10 @@ class SensorSimulator:
             fault: What is wrong with it; None for nothing.
         """
         self.spec, self._dt, self._read = spec, dt, _READ[spec.kind]
-        self._rows = slice(rows[0], rows[-1] + 1) if rows else slice(0)  # they stand in a row
-        rng = np.random.default_rng([seed, zlib.crc32(spec.name.encode())])
-        self._noise = _draws(rng, spec.sigma * noise)
+        self.rows = slice(rows[0], rows[-1] + 1) if rows else slice(0, 0)  # they stand in a row
+        self._rng = np.random.default_rng([seed, zlib.crc32(spec.name.encode())])
+        self._sigma = spec.sigma * noise
+        self._noise: Iterator[Array] = iter(())
         self._seed = seed
         self._waiting: list[Arrival] = []
         self._exposures = 0
@@ -60,10 +66,23 @@ class SensorSimulator:
         self._line = FaultLine(fault or SensorFault(), self.spec, self._dt, self._seed)
         self._is_prompt = fault is None and not (self._delay or self._late)
 
+    @property
+    def is_direct(self) -> bool:
+        """Whether it delivers its rows of the outputs and noise in every tick, and nothing else."""
+        return self._is_prompt and not self._waiting and not self.spec.rate_hz and self._read is _rows
+
+    def draw(self) -> Array:
+        """Return the noise of its coming samples, (DRAWN_TOGETHER, m); whoever draws it uses it up."""
+        return np.asarray(self._sigma * self._rng.standard_normal((DRAWN_TOGETHER, self._sigma.size)))
+
+    def give_back(self, noise: Array) -> None:
+        """Use noise that was drawn first, (k, m)."""
+        self._noise = iter(noise)
+
     def sample(self, tick: int, plant: Plant, outputs: Array) -> list[Sample]:
         """Expose if it is time and return what arrives at this tick."""
         if self._is_due(tick):
-            y = self._read(plant, outputs[self._rows], next(self._noise))
+            y = self._read(plant, outputs[self.rows], self._next_noise())
             sample = Sample(self.spec.name, self.spec.kind, tick, y)
             if self._is_prompt and not self._waiting:
                 return [sample]
@@ -72,18 +91,20 @@ class SensorSimulator:
         self._waiting = [arrival for arrival in self._waiting if arrival.tick > tick]
         return [sample._replace(tick=sample.tick + self._late) for sample in arrived]
 
+    def _next_noise(self) -> Array:
+        """Return the noise of one sample, (m,); drawn many at a time, which gives the same and takes less."""
+        noise = next(self._noise, None)
+        if noise is None:
+            self._noise = iter(self.draw())
+            noise = next(self._noise)
+        return noise
+
     def _is_due(self, tick: int) -> bool:
         if not self.spec.rate_hz:
             return True
         due = tick * self._dt * self.spec.rate_hz + 1e-9 >= self._exposures
         self._exposures += due
         return due
-
-
-def _draws(rng: np.random.Generator, sigma: Array) -> Iterator[Array]:
-    """Yield noise, sample by sample, (m,); drawn many at a time, which gives the same and takes less."""
-    while True:
-        yield from sigma * rng.standard_normal((DRAWN_TOGETHER, sigma.size))
 
 
 def _rows(plant: Plant, y: Array, noise: Array) -> Array:

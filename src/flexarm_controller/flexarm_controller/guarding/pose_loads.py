@@ -44,7 +44,7 @@ class PoseLoads:
 
         None where they are near, where they cannot be true, and where the arm cannot stand.
         """
-        pose = np.clip(theta, self._low, self._high)
+        pose = np.minimum(np.maximum(theta, self._low), self._high)
         if not (abs(pose - self._pose) > self._near).any():
             return None
         self._pose = pose
