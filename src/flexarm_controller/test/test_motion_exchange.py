@@ -147,15 +147,20 @@ def test_a_pose_survives_the_way_through_its_message():
     np.testing.assert_allclose(pose_from_msg(pose_to_msg(pose)), pose, atol=1e-15)
 
 
-def test_a_reference_beyond_the_torque_is_followed_and_told_by_default(config, model):
+def test_a_reference_beyond_the_torque_is_slowed_down_there_and_told_by_default(config, model):
     exchange, _ = arm_of(config, model)
     text = answer(exchange, swing(0.8, 0.3))
+    assert text.startswith("reference accepted: 3 points; slowed down where torque is short, ends 0.")
+    assert "axis base.rz: torque" in text and "is beyond the limit 2 N m at" in text
+    late = float(text.split(" ends ")[1].split(" s ")[0])
+    assert exchange.controller.reference.t[-1] == pytest.approx(0.305 + late, abs=1e-3) and late > 0.02
+
+
+def test_or_followed_or_refused_or_stretched_if_asked(config, model):
+    plain, _ = arm_of(config, model, excess="tell")
+    text = answer(plain, swing(0.8, 0.3))
     assert text.startswith("reference accepted: 3 points; the arm will lag: axis base.rz: torque")
-    assert "is beyond the limit 2 N m at" in text
-    assert exchange.controller.reference.t[-1] == pytest.approx(0.305)
-
-
-def test_or_refused_or_stretched_if_asked(config, model):
+    assert plain.controller.reference.t[-1] == pytest.approx(0.305)
     strict, _ = arm_of(config, model, excess="refuse")
     assert answer(strict, swing(0.8, 0.3)).startswith("reference refused: axis base.rz: torque")
     patient, _ = arm_of(config, model, excess="stretch")

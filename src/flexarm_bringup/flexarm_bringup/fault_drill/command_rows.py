@@ -131,9 +131,11 @@ def _arrival(stand: ControllerStand, limits: Limits) -> float:
     course, dt = stand.loop.course, stand.dt
     leg = course.legs[0]
     end = course.legs[1].start if len(course.legs) > 1 else course.end
-    commands = list(stand.follow(stand.controller(limits=limits), round((end - leg.start) / dt)))
-    goal = course.reference.position(leg.end)
-    theta = [course.reference.position(c.t) - c.tracking_error for c in commands]
+    controller = stand.controller(limits=limits)
+    commands = list(stand.follow(controller, round((end - leg.start) / dt)))
+    goal, followed = course.reference.position(leg.end), controller.reference
+    assert followed is not None  # it has followed one
+    theta = [followed.position(c.t) - c.tracking_error for c in commands]
     away = np.linalg.norm(np.array(theta) - goal, axis=1)
     size = float(np.linalg.norm(goal - course.reference.position(leg.start)))
     last = int(np.flatnonzero(away > NEAR * size)[-1])

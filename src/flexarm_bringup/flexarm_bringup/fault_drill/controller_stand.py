@@ -22,6 +22,8 @@ from flexarm_controller.controller import Controller
 from flexarm_controller.guard import GuardLimits
 from flexarm_controller.laws import Planner
 from flexarm_controller.limits import Limits, limits_of
+from flexarm_controller.motion.admission import admit
+from flexarm_controller.motion.settings import MotionConfig
 from flexarm_controller.mpc import Mpc, Plan
 from flexarm_controller.program.equilibrium import build_equilibrium
 from flexarm_controller.program.prediction import plant
@@ -115,11 +117,11 @@ class ControllerStand:
     def controller(
         self, mpc: MpcConfig | None = None, limits: Limits | None = None, clocks: Clocks | None = None
     ) -> Controller:
-        """Return a new controller that follows the task."""
-        controller = Controller(
-            self.model, limits or self.limits, self.config, mpc or self.mpc, clocks, self.loop.config
-        )
-        fault = controller.follow(self.loop.course.reference)
+        """Return a new controller that follows the task, as its node would take it."""
+        limits = limits or self.limits
+        controller = Controller(self.model, limits, self.config, mpc or self.mpc, clocks, self.loop.config)
+        reference, _ = admit(self.loop.course.reference, self.model, limits, MotionConfig())
+        fault = controller.follow(reference)
         if fault:
             raise ValueError(fault)
         return controller

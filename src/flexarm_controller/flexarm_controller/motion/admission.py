@@ -5,6 +5,7 @@ from __future__ import annotations
 from flexarm_controller.limits import Limits
 from flexarm_controller.motion.excess import find_excess
 from flexarm_controller.motion.refusals import MotionError
+from flexarm_controller.motion.retime import retime
 from flexarm_controller.motion.settings import MotionConfig
 from flexarm_controller.motion.stretch import stretch
 from flexarm_controller.program.equilibrium import build_equilibrium
@@ -35,6 +36,9 @@ def admit(
     if config.excess == "stretch":
         slowed, factor = stretch(reference, limits, names, equilibrium)
         return slowed, f"stretched in time by {factor:.4g}: {excess}"
+    if excess.quantity == "torque" and config.excess == "retime":
+        slowed, late = retime(reference, limits, names, equilibrium)
+        return slowed, f"slowed down where torque is short, ends {late:.3f} s later: {excess}"
     if excess.quantity == "torque" and config.excess == "tell":
         return reference, f"the arm will lag: {excess}"
     raise MotionError(str(excess))

@@ -33,10 +33,10 @@ class MotionConfig:
         0.05, "Time between taking a goal of the tip and leaving what was followed before.", "s", 0.0, 10.0
     )
     excess: str = parameter(
-        "tell",
-        "A reference that needs more torque than there is: follow it and tell, refuse it, or stretch it and "
-        "those beyond a velocity limit in time.",
-        choices=("tell", "refuse", "stretch"),
+        "retime",
+        "A reference that needs more torque than there is: slow it down there, follow it and tell, refuse "
+        "it, or stretch it and those beyond a velocity limit in time.",
+        choices=("retime", "tell", "refuse", "stretch"),
     )
     settle_distance: float = parameter(5e-4, "Tip counts as settled so near its goal.", "m", 1e-6, 1.0)
     settle_time: float = parameter(0.1, "It must stay there so long.", "s", 0.0, 10.0)

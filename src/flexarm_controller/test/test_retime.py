@@ -1,0 +1,87 @@
+"""References that need more torque than there is: slowed down where they need it, on the same path."""
+
+import numpy as np
+import pytest
+from scipy.integrate import quad
+from served_arms import limits_of_hub, single_link, two_axes, two_axis_limits
+from test_retiming import quintic, random_path, torque
+
+from flexarm_controller.motion.excess import find_excess
+from flexarm_controller.motion.refusals import MotionError
+from flexarm_controller.motion.retime import RESERVE, retime
+from flexarm_controller.program.equilibrium import build_equilibrium
+from flexarm_controller.reference import Reference
+from flexarm_model.profiles import Trapezoid
+
+ANGLE, DURATION, RAMPS = 0.5236, 1.0, (0.7132, 0.0956)
+
+
+def worst_profile(count=201):
+    t = np.linspace(0.0, DURATION, count)
+    theta, theta_dot, theta_ddot = Trapezoid(ANGLE, DURATION, *RAMPS).sample(t)
+    theta_ddot[-1] = 0.0
+    return Reference(t, theta[:, None], theta_dot[:, None], theta_ddot[:, None])
+
+
+@pytest.mark.parametrize("share", [0.2, 0.5, 0.9])
+def test_it_takes_as_long_as_the_speeds_that_accelerating_and_braking_allow(share):
+    model, asked = single_link(), worst_profile()
+    equilibrium = build_equilibrium(model)
+    inertia = equilibrium.U[0, 2]
+    top = ANGLE / (DURATION - sum(RAMPS) / 2)
+    effort = share * inertia * top / RAMPS[1]
+    most = RESERVE * effort / inertia
+
+    def slowness(angle):  # of a body on the path: asked for, from rest, to rest
+        speeds = [np.sqrt(2 * angle * min(most, top / RAMPS[0])), top]
+        return 1.0 / min(*speeds, np.sqrt(2 * (ANGLE - angle) * most))
+
+    expected, _ = quad(slowness, 0.0, ANGLE, limit=500)
+    slowed, late = retime(asked, limits_of_hub(effort=effort), model.theta_names, equilibrium)
+    assert slowed.t[-1] - slowed.t[0] == pytest.approx(expected, rel=0.02)  # grid of 0.6 ms
+    assert late == pytest.approx(slowed.t[-1] - asked.t[-1])
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_it_stays_on_the_path_behind_what_was_asked_and_within_the_torque(seed):
+    model = two_axes()
+    equilibrium, asked = build_equilibrium(model), random_path(seed, 2.0)
+    asked = Reference(asked.t, asked.theta + model.pose, asked.theta_dot, asked.theta_ddot)
+    needed = abs(torque(asked, equilibrium)).max(axis=0)
+    still = Reference(asked.t, asked.theta, 0 * asked.theta, 0 * asked.theta)
+    at_rest = abs(torque(still, equilibrium)).max(axis=0)
+    limits = two_axis_limits(effort=at_rest + 0.6 * (needed - at_rest), strain=(50.0, 50.0))
+    slowed, late = retime(asked, limits, model.theta_names, equilibrium)
+    assert find_excess(slowed, limits, model.theta_names, equilibrium) is None
+    assert late > 0.0
+    old = np.linspace(asked.t[0], asked.t[-1], slowed.t.size)
+    points, _, _ = asked.sample(np.linspace(asked.t[0], asked.t[-1], 4001))
+    far = [np.linalg.norm(points - theta, axis=1).min() for theta in slowed.theta[:: slowed.t.size // 40]]
+    assert max(far) < 1e-3
+    assert (slowed.t >= old - 1e-9).all()
+
+
+def test_velocities_are_those_of_the_positions():
+    model = single_link()
+    slowed, _ = retime(
+        worst_profile(), limits_of_hub(effort=0.5), model.theta_names, build_equilibrium(model)
+    )
+    np.testing.assert_allclose(
+        np.gradient(slowed.theta[:, 0], slowed.t)[5:-5], slowed.theta_dot[5:-5, 0], atol=0.01
+    )
+
+
+def test_holding_too_heavy_an_arm_is_not_cured_by_being_slow():
+    model = two_axes()
+    equilibrium = build_equilibrium(model)
+    limits = two_axis_limits(effort=0.5 * abs(equilibrium.u_0))
+    path = random_path(1, 0.8)
+    with pytest.raises(MotionError, match="does not help"):
+        retime(path, limits, model.theta_names, equilibrium)
+
+
+def test_a_motion_within_its_torque_is_left_alone_but_for_the_reserve():
+    model, asked = single_link(), quintic(0.3, 1.0)
+    slowed, late = retime(asked, limits_of_hub(), model.theta_names, build_equilibrium(model))
+    assert late == pytest.approx(0.0, abs=1e-9)
+    np.testing.assert_allclose(slowed.position(1.9), asked.position(1.9), atol=1e-6)
