@@ -24,16 +24,6 @@ MISSED = {
     ("single_link", 4): _CAMERA,
     ("single_link", 9): _CAMERA,
     ("single_link", 17): _CAMERA,
-    (
-        "single_link",
-        31,
-    ): "residual 4.7 times a nominal one that quiet weights halved",
-    ("single_link", 32): "residual 7 times the same nominal one; the tip error keeps its bound",
-    (
-        "single_link",
-        33,
-    ): "2.7 times a nominal error that was halved: the heavier axis is not learned",
-    ("single_link", 35): "2.01 times as long to arrive with a fifth of the torque, 2 wanted",
     ("planar_3rrr", 1): _LINEAR,
     ("planar_3rrr", 7): _LINEAR,
     ("planar_3rrr", 15): _LINEAR,
