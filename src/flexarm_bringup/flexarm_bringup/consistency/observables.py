@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from flexarm_bringup.consistency.nees import Square, normalised_square
 from flexarm_estimator.rotation_log import log_rotation
-from flexarm_estimator.tip import Kinematics, Tip
+from flexarm_estimator.tip import Kinematics, PlainTip
 from flexarm_model.reduced_model import ReducedModel
 
 Array = NDArray[np.float64]
@@ -94,7 +94,7 @@ class Observables:
             gauges: Output rows "sensor.channel" of the strain gauges, in the order of the truth's.
         """
         rows = [model.outputs.names.index(name) for name in gauges]
-        self._tip = Tip(model, kinematics)
+        self._tip = PlainTip(model, kinematics)
         self._n, self._n_theta, self._xi0 = model.n, model.n_theta, np.array(model.xi0)
         self._strain, self._strain0 = model.outputs.C_pos[rows], model.outputs.y0[rows]
         edges = np.cumsum([0, model.n_theta, 3, 3, len(rows)]).tolist()

@@ -80,10 +80,11 @@ def bind_steps(arrays: RunArrays, hypotheses: int, ignored: float, largest: floa
         ignored: Factor of the noise of a row that is left out.
         largest: Squared sigmas that a datum counts at most.
     """
-    code = _load()
+    code = load_steps()
     return None if code is None else MachineSteps(code, arrays, hypotheses, ignored, largest)
 
 
 @cache
-def _load() -> ctypes.PyDLL | None:
+def load_steps() -> ctypes.PyDLL | None:
+    """Return the machine code, None where there is no working compiler; the first time this compiles."""
     return load_code(SOURCE)

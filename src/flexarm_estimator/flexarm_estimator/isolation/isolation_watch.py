@@ -11,6 +11,7 @@ from collections import deque
 from collections.abc import Sequence
 
 from flexarm_estimator.isolation.channels import Channels
+from flexarm_estimator.isolation.consistency_steps import load_steps
 from flexarm_estimator.isolation.investigation import Case, Entry, Investigation, investigate, reconsider
 from flexarm_estimator.isolation.isolation import Explanation
 from flexarm_estimator.isolation.window import StepMaker
@@ -36,6 +37,7 @@ class IsolationWatch(Watch):
         """Take the sensors of the arm."""
         self._specs = tuple(specs)
         self._maker = StepMaker(_RESOLUTION)
+        load_steps()  # now, not in the middle of a motion
         self.restart(0.0)
 
     def use(self, parts: Parts) -> None:
