@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import pyuff
-from scipy import signal
+from identify_files import F_HZ, STIFFNESS, TIP_MASS, ZETA, record, softer_strip
 from scipy.io import savemat
 
 from flexarm_bringup import cli
@@ -17,14 +17,11 @@ from flexarm_bringup.identify.measurement import Responses, SourceError, merge
 from flexarm_bringup.identify.sources import Averaging, read_sources
 from flexarm_model.body_spec import Beam
 from flexarm_model.config import load_config
-from flexarm_model.linear_assembly import assemble
-from flexarm_model.manipulator_file import find_manipulator
-from flexarm_model.modal.frf import Frf, Ports, exact_frf, modal_frf
+from flexarm_model.modal.frf import Frf, Ports, modal_frf
 from flexarm_model.modal.modes import Modes
 
 pytestmark = pytest.mark.thorough
 
-F_HZ, ZETA = np.array([12.0, 31.0]), np.array([0.02, 0.015])
 LINES = np.arange(0.0, 60.0, 0.25)
 OUTPUTS = ("1+z", "2+z", "3-x")
 
@@ -115,21 +112,6 @@ def test_set_ups_that_rove_make_one_matrix_and_a_missing_cell_is_named():
     assert full.matrix().H[0].real.tolist() == [[2.0, 3.0], [2.0, 4.0]]
 
 
-def record(path: Path, seconds: float = 60.0, rate_hz: float = 200.0) -> Path:
-    rng, omega = np.random.default_rng(1), 2 * np.pi * F_HZ
-    t = np.arange(round(seconds * rate_hz)) / rate_hz
-    x = rng.standard_normal(t.size)
-    y = np.zeros((t.size, 2))
-    for k in range(2):
-        b, a, _ = signal.cont2discrete(
-            ([1.0, 0.0, 0.0], [1.0, 2 * ZETA[k] * omega[k], omega[k] ** 2]), 1 / rate_hz, method="bilinear"
-        )
-        y += np.outer(signal.lfilter(b.ravel(), a, x), [1.0, 0.7 - k])
-    y += 0.02 * y.std() * rng.standard_normal(y.shape)
-    np.savez(path, **{"t": t, "in:force": x, "out:a": y[:, 0], "out:b": y[:, 1]})
-    return path
-
-
 @pytest.mark.slow
 def test_records_give_modes_with_both_uncertainties_and_a_page(tmp_path, capsys):
     page = tmp_path / "page.html"
@@ -169,24 +151,6 @@ def test_a_file_that_cannot_be_used_is_refused_with_its_name_and_the_reason(
 def test_a_missing_file_is_named(capsys):
     assert cli.main(["identify", "nowhere.csv"]) == 2
     assert "nowhere.csv: no such file" in capsys.readouterr().err
-
-
-STIFFNESS, TIP_MASS = "bodies.strip.pieces.0.youngs_modulus", "bodies.strip.point_masses.0.mass"
-
-
-def softer_strip(path: Path) -> Path:
-    """Write the responses of a strip with 25 % less stiffness and 30 % more mass at its tip."""
-    changes = {STIFFNESS: "156.375 GPa", TIP_MASS: "70.2 g"}
-    built = assemble(load_config(find_manipulator("single_link"), "geared", changes))
-    ports = Ports(built.B, np.vstack([built.B.T, built.node_rows("strip.sensor")[1:2]]))
-    lines = np.arange(0.0, 150.0, 0.05)
-    clean = exact_frf(lines[1:], (built.M, built.D, built.K), ports, "accelerance").H[:, :, 0]
-    rng = np.random.default_rng(2)
-    noise = rng.standard_normal(clean.shape) + 1j * rng.standard_normal(clean.shape)
-    noisy = clean + 0.003 * np.median(abs(clean), axis=0) * noise
-    names = {f"{name}/torque": np.append(0.0, column) for name, column in zip("ab", noisy.T, strict=True)}
-    np.savez(path, f_hz=lines, **names)
-    return path
 
 
 def test_one_command_brings_the_description_in_line_and_writes_it(tmp_path, capsys):

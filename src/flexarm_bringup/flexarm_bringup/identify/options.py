@@ -65,7 +65,8 @@ def _add_results(parser: argparse.ArgumentParser) -> None:
     )  # fmt: skip
     group.add_argument(
         "--also", action="append", default=[], metavar="POSE=FILE",
-        help="the same at another pose, axes with commas between; the last third of the poses tests the fit",
+        help="the same at another pose, axes with commas between; --also=-0.5=FILE where it begins with a "
+        "minus; the last third of the poses tests the fit",
     )  # fmt: skip
     group.add_argument(
         "--update", type=Path, nargs="?", const=Path(), metavar="YAML",

@@ -1,0 +1,124 @@
+"""Every option of ``flexarm identify`` that no other test gives does what its help says."""
+
+from __future__ import annotations
+
+import argparse
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from identify_files import F_HZ, STIFFNESS, TIP_MASS, record, softer_strip
+
+from flexarm_bringup import cli
+from flexarm_bringup.identify.command import add_arguments
+from flexarm_model.modal.frf import Ports, modal_frf
+from flexarm_model.modal.modes import Modes
+
+pytestmark = pytest.mark.thorough
+
+TESTS = Path(__file__).parent
+
+
+def identified(tmp_path: Path, *given: str) -> dict[str, Any]:
+    report = tmp_path / "report.json"
+    cli.main(["identify", *given, "--json", str(report)])
+    found: dict[str, Any] = json.loads(report.read_text())
+    return found
+
+
+def frequencies(page: dict[str, Any]) -> list[float]:
+    return [row[1] for row in page["tables"][0]["rows"]]
+
+
+def receptances(path: Path) -> Path:
+    """Write one receptance of two modes."""
+    omega, lines = 2 * np.pi * F_HZ, np.arange(0.25, 60.0, 0.25)
+    modes = Modes(omega, 0.04 * omega, np.array([[1.0, 0.5]]))
+    H = modal_frf(lines, modes, Ports(np.eye(1), np.eye(1)), "receptance").H[:, 0, 0]
+    np.savez(path, **{"f_hz": lines, "a/force": H})
+    return path
+
+
+def test_every_option_is_given_by_a_test() -> None:
+    parser = argparse.ArgumentParser()
+    add_arguments(parser)
+    options = {text for action in parser._actions for text in action.option_strings if text.startswith("--")}
+    said = "".join(path.read_text(encoding="utf8") for path in TESTS.glob("test_*.py"))
+    missing = sorted(option for option in options - {"--help"} if f'"{option}"' not in said)
+    assert not missing
+
+
+def test_kind_says_what_an_output_is(tmp_path: Path) -> None:
+    """Taken for what it is, the fit leaves less than taken for accelerance."""
+    path = str(receptances(tmp_path / "a.npz"))
+    page = identified(tmp_path, path, "--kind", "receptance")
+    assert frequencies(page) == pytest.approx(F_HZ, rel=1e-4)
+
+
+def test_window_estimator_and_an_output_left_out(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = str(record(tmp_path / "run.npz", seconds=40.0))
+    common = ("--resolution", "0.25", "--band", "5", "45")
+    page = identified(
+        tmp_path, path, *common, "--window", "hamming", "--estimator", "H2", "--ignore-channel", "b"
+    )
+    digital = np.arctan(np.pi * F_HZ / 200.0) * 200.0 / np.pi  # where the bilinear filter has its modes
+    assert frequencies(page) == pytest.approx(digital, rel=0.005)
+    said = capsys.readouterr().out
+    assert "1 output(s)" in said and "responses by H2" in said
+
+
+def test_lines_below_the_least_coherence_do_not_count(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = str(record(tmp_path / "run.npz", seconds=40.0))
+    shares = []
+    for least in ("0.3", "0.99"):
+        identified(tmp_path, path, "--resolution", "0.25", "--band", "5", "45", "--coherence", least)
+        shares.append(float(capsys.readouterr().out.split(" % of them used")[0].split()[-1]))
+    assert shares[1] < shares[0]
+
+
+def test_motors_that_are_locked_have_other_modes_in_the_model(tmp_path: Path) -> None:
+    path = str(softer_strip(tmp_path / "rig.npz"))
+    pages = [
+        identified(tmp_path, path, "--manipulator", "single_link", "--preset", "geared", "--motors", motors)
+        for motors in ("free", "locked")
+    ]
+    free, locked = (page["tables"][1]["rows"][0][4] for page in pages)
+    assert locked < free  # a locked hub is a clamp, a free one a mass that moves against the strip
+
+
+def test_other_poses_are_fitted_or_kept_back_as_a_test(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The strip turns about a vertical axis: the same modes everywhere, so the last pose is predicted."""
+    path = str(softer_strip(tmp_path / "rig.npz"))
+    also = ["--also", f"0.3={path}", f"--also=-0.5={path}"]
+    arm = ["--manipulator", "single_link", "--preset", "geared", "--pose", "0.0"]
+    page = identified(tmp_path, path, *arm, "--fit", STIFFNESS, "--fit", TIP_MASS, *also)
+    softer, heavier = (row[3] for row in page["tables"][0]["rows"])
+    assert (softer, heavier) == pytest.approx((-25.0, 30.0), abs=1.0)
+    kept_back = capsys.readouterr().out.split("At poses kept back")[1]
+    assert "1 pose(s): frequencies 18.73 % off (RMS) as described, 0.00 % as fitted" in kept_back
+
+
+def test_another_pose_without_a_file_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = str(receptances(tmp_path / "a.npz"))
+    arm = ["--manipulator", "single_link", "--preset", "geared", "--fit", STIFFNESS]
+    assert cli.main(["identify", path, "--kind", "receptance", *arm, "--also", "0.3"]) == 2
+    assert "expected POSE=FILE, such as 0.1,-0.2=run.csv" in capsys.readouterr().err
+
+
+@pytest.mark.slow
+def test_share_and_periods_of_a_test_of_the_rig(tmp_path: Path) -> None:
+    arm = ("--manipulator", "single_link", "--preset", "geared")
+    pages = [
+        identified(tmp_path, "rig", *arm, "--resolution", "0.25", "--periods", "2", "--share", share)
+        for share in ("0.1", "0.2")
+    ]
+    tables = [{table["title"]: table for table in page["tables"]}["Excitation"] for page in pages]
+    small, large = (table["rows"][0][1] for table in tables)
+    assert large == pytest.approx(2 * small, rel=1e-6)
+    assert "+ 2 periods of 4 s" in json.dumps(tables[0])
