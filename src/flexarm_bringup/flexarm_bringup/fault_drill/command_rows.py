@@ -14,6 +14,8 @@ from flexarm_bringup.fault_drill.findings import Finding
 from flexarm_bringup.fault_drill.row import Row
 from flexarm_controller.guard import BRAKING, Guard, GuardCommand, GuardState
 from flexarm_controller.limits import Limits
+from flexarm_controller.motion.admission import admit
+from flexarm_controller.motion.settings import MotionConfig
 from flexarm_controller.mpc import Plan
 from flexarm_controller.reference import Reference, hold
 from flexarm_controller.solvers.qp import QpResult
@@ -127,14 +129,18 @@ def _settling(stand: ControllerStand) -> Finding:
 
 
 def _arrival(stand: ControllerStand, limits: Limits) -> float:
-    """Return when the axes have arrived for good after the first move began [s]; infinite if never."""
+    """Return when the axes have arrived for good after the first move began [s]; infinite if never.
+
+    The reference is taken as the controller's node takes it.
+    """
     course, dt = stand.loop.course, stand.dt
     leg = course.legs[0]
     end = course.legs[1].start if len(course.legs) > 1 else course.end
     controller = stand.controller(limits=limits)
+    followed, _ = admit(course.reference, stand.model, limits, MotionConfig())
+    controller.follow(followed)
     commands = list(stand.follow(controller, round((end - leg.start) / dt)))
-    goal, followed = course.reference.position(leg.end), controller.reference
-    assert followed is not None  # it has followed one
+    goal = course.reference.position(leg.end)
     theta = [followed.position(c.t) - c.tracking_error for c in commands]
     away = np.linalg.norm(np.array(theta) - goal, axis=1)
     size = float(np.linalg.norm(goal - course.reference.position(leg.start)))

@@ -22,11 +22,10 @@ from flexarm_controller.controller import Controller
 from flexarm_controller.guard import GuardLimits
 from flexarm_controller.laws import Planner
 from flexarm_controller.limits import Limits, limits_of
-from flexarm_controller.motion.admission import admit
-from flexarm_controller.motion.settings import MotionConfig
 from flexarm_controller.mpc import Mpc, Plan
 from flexarm_controller.program.equilibrium import build_equilibrium
 from flexarm_controller.program.prediction import plant
+from flexarm_controller.reference import Reference
 from flexarm_controller.settings import ControllerConfig, MpcConfig
 from flexarm_controller.solvers.qp import QpSolver
 from flexarm_controller.state import ArmState
@@ -117,11 +116,11 @@ class ControllerStand:
     def controller(
         self, mpc: MpcConfig | None = None, limits: Limits | None = None, clocks: Clocks | None = None
     ) -> Controller:
-        """Return a new controller that follows the task, as its node would take it."""
-        limits = limits or self.limits
-        controller = Controller(self.model, limits, self.config, mpc or self.mpc, clocks, self.loop.config)
-        reference, _ = admit(self.loop.course.reference, self.model, limits, MotionConfig())
-        fault = controller.follow(reference)
+        """Return a new controller that follows the task."""
+        controller = Controller(
+            self.model, limits or self.limits, self.config, mpc or self.mpc, clocks, self.loop.config
+        )
+        fault = controller.follow(self.loop.course.reference)
         if fault:
             raise ValueError(fault)
         return controller
@@ -163,6 +162,11 @@ class SpoiltMpc(Mpc):
         super().__init__(model, limits, config, dt)
         self.spoil: Spoil = lambda cycle, mpc, vectors: vectors
         self._cycle = -1
+
+    def step(self, state: ArmState, reference: Reference, sent: Array) -> Plan:
+        """Plan by the solver in every cycle: where no limit binds nobody would ask for the spoilt vectors."""
+        gradient, _ = self._preview.look(reference, state.t + self.lead)
+        return self.solve(self._solver, self.problem.rows.A, self._vectors(state, sent, gradient))
 
     def solve(self, solver: QpSolver, A: Array, vectors: Vectors) -> Plan:
         """Return the plan for the spoilt vectors."""
