@@ -62,6 +62,13 @@ def test_vibration_is_counted_from_where_the_modes_are_told_to_rest():
     assert not state_from_msg(modal_state(sag=[0.0] * 4), MODEL, EPOCH).usable  # more than there are modes
 
 
+def test_what_was_learned_of_the_stiffness_comes_with_the_state():
+    state = state_from_msg(modal_state(stiffness=[-0.3, -0.3]), MODEL, EPOCH)
+    np.testing.assert_array_equal(state.stiffness, [-0.3, -0.3])
+    assert not state_from_msg(modal_state(), MODEL, EPOCH).stiffness.size
+    assert not state_from_msg(modal_state(stiffness=[0.0] * 4), MODEL, EPOCH).usable
+
+
 @pytest.mark.parametrize(
     ("status", "usable"),
     [

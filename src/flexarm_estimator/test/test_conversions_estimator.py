@@ -37,6 +37,13 @@ def test_the_controller_is_told_where_the_modes_rest():
     assert not conversions.state_to_msg(ESTIMATE, strip_model(), STAMP_NS).sag
 
 
+def test_the_controller_is_told_what_was_learned_of_the_stiffness():
+    layout = StateLayout(4, 1, n_p=1, n_learned=2)
+    learning = replace(ESTIMATE, x=np.append(ESTIMATE.x[:9], -0.3), P=np.eye(10), layout=layout)
+    assert list(conversions.state_to_msg(learning, strip_model(), STAMP_NS).stiffness) == [-0.3, -0.3]
+    assert not conversions.state_to_msg(ESTIMATE, strip_model(), STAMP_NS).stiffness
+
+
 def test_a_state_whose_lengths_do_not_fit_is_refused():
     msg = conversions.state_to_msg(ESTIMATE, strip_model(), STAMP_NS)
     msg.eta_dot = []
