@@ -27,6 +27,7 @@ from flexarm_controller.nonlinear.nonlinear_arm import NonlinearArm
 from flexarm_controller.nonlinear.nonlinear_mpc import NonlinearMpc
 from flexarm_controller.nonlinear.settings import NmpcConfig
 from flexarm_controller.program.foresight import Foresight
+from flexarm_controller.program.stage import Stage, build_stage
 from flexarm_controller.reference import Reference
 from flexarm_controller.settings import ControllerConfig, MpcConfig
 from flexarm_controller.solvers.qp import QpResult
@@ -111,6 +112,21 @@ class LawInputs:
             return None
         return Foresight(ReducedTree(self.arm), self.limits, self.mpc, self.config.period)
 
+    def stage_of(self, model: ReducedModel) -> Stage:
+        """Return what the program takes from a model; that of the newest is kept for its other laws."""
+        if model.model_id not in self._stages:
+            self._stages.clear()
+            self._stages[model.model_id] = build_stage(model, self.limits, self.mpc, self.config.period)
+        return self._stages[model.model_id]
+
+    def stage_made_of(self, model: ReducedModel) -> Stage | None:
+        """Return the same if it has been worked out already."""
+        return self._stages.get(model.model_id)
+
+    @cached_property
+    def _stages(self) -> dict[str, Stage]:
+        return {}
+
 
 def build_mpc(model: ReducedModel, given: LawInputs) -> Planner:
     """Build the predictive controller, along the pose where models to come are known, or one that learns."""
@@ -156,7 +172,7 @@ def build_laws(model: ReducedModel, given: LawInputs) -> Laws:
     """Build the law that the settings ask for, and its fallbacks."""
     planner = LAWS[given.config.law](model, given)
     try:
-        lqr: Feedback | None = Lqr(model, given.mpc, given.config.period)
+        lqr: Feedback | None = Lqr(model, given.mpc, given.config.period, given.stage_made_of(model))
     except np.linalg.LinAlgError:
         lqr = None
     scale = deviation_scale(model, given.mpc, given.config.period)

@@ -13,6 +13,7 @@ from flexarm_controller.program.cost import build_cost, complete
 from flexarm_controller.program.delay import Delay
 from flexarm_controller.program.equilibrium import build_equilibrium
 from flexarm_controller.program.prediction import plant
+from flexarm_controller.program.stage import Stage
 from flexarm_controller.program.target import rest_shift
 from flexarm_controller.reference import Reference
 from flexarm_controller.settings import MpcConfig
@@ -25,14 +26,23 @@ Array = NDArray[np.float64]
 class Lqr:
     """State feedback that tracks a reference."""
 
-    def __init__(self, model: ReducedModel, config: MpcConfig, dt: float) -> None:
-        """Solve the Riccati equation of ``model`` for control period ``dt`` [s]."""
-        self._system = plant(model, dt)
-        cost = build_cost(model, config, dt)
-        self._gain = complete(self._system.A, self._system.B, cost).gain
-        self._equilibrium = build_equilibrium(model)
-        self._shift = rest_shift(cost, self._equilibrium)
-        self._delay = Delay(model, self._system, config, dt)
+    def __init__(self, model: ReducedModel, config: MpcConfig, dt: float, stage: Stage | None = None) -> None:
+        """Solve the Riccati equation of a model.
+
+        Args:
+            model: The served model.
+            config: Weights and delay.
+            dt: Control period [s].
+            stage: What the predictive controller takes from the model, where that is worked out already.
+        """
+        if stage is None:
+            system, cost, rest = plant(model, dt), build_cost(model, config, dt), build_equilibrium(model)
+            gain = complete(system.A, system.B, cost).gain
+        else:
+            system, cost, rest, gain = stage.system, stage.cost, stage.rest, stage.completion.gain
+        self._gain, self._equilibrium = gain, rest
+        self._shift = rest_shift(cost, rest)
+        self._delay = Delay(model, system, config, dt)
 
     def step(self, state: ArmState, reference: Reference, sent: Array) -> Array:
         """Return the torque that follows those already ``sent``, not yet limited, (n_u,).

@@ -13,6 +13,7 @@ from flexarm_controller.program.delay import Delay, torques_kept
 from flexarm_controller.program.interior import Interior
 from flexarm_controller.program.preview import Preview
 from flexarm_controller.program.problem import build_problem
+from flexarm_controller.program.stage import Stage
 from flexarm_controller.reference import Reference
 from flexarm_controller.settings import MpcConfig
 from flexarm_controller.solvers.backends import solvers_of
@@ -55,9 +56,11 @@ class Mpc:
         lead: From the instant of a state to that of the first torque that is planned [s].
     """
 
-    def __init__(self, model: ReducedModel, limits: Limits, config: MpcConfig, dt: float) -> None:
-        """Build the program of ``model`` for control period ``dt`` [s]."""
-        self.problem = build_problem(model, limits, config, dt)
+    def __init__(
+        self, model: ReducedModel, limits: Limits, config: MpcConfig, dt: float, stage: Stage | None = None
+    ) -> None:
+        """Build the program of ``model`` for control period ``dt`` [s]; see ``build_problem``."""
+        self.problem = build_problem(model, limits, config, dt, stage)
         self._known, kept = self.problem.known, torques_kept(config, dt)
         self._solvers = solvers_of(self.problem.P, self.problem.rows.A, config)
         self._solver = SecondAttempt(*self._solvers)

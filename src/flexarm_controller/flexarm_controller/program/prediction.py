@@ -49,22 +49,39 @@ def plant(model: ReducedModel, dt: float) -> StateSpace:
 def predict(system: StateSpace, blocks: tuple[int, ...]) -> Prediction:
     """Stack the discrete ``system`` over ``sum(blocks)`` periods."""
     n_x, n_u, N = system.n_x, system.n_u, sum(blocks)
-    F, H, h = np.zeros((N + 1, n_x, n_x)), np.zeros((N + 1, n_x, n_u)), np.zeros((N + 1, n_x))
-    F[0] = np.eye(n_x)
-    for k in range(N):
-        F[k + 1] = system.A @ F[k]
-        H[k + 1] = system.A @ H[k] + system.B
-        h[k + 1] = system.A @ h[k] + system.c
+    states = _states(system, N)
+    F, H, h = states[:, :, :n_x], states[:, :, n_x:-1], states[:, :, -1]
     hold = np.repeat(np.eye(len(blocks)), blocks, axis=0)  # (N, n_b)
     T = np.asarray(np.kron(hold, np.eye(n_u)), float)
     ends = np.cumsum(blocks)
-    since, until = (np.maximum(np.arange(1, N + 1)[:, None] - edge, 0) for edge in (ends - blocks, ends))
-    G = H[since] - H[until]  # a torque that is held is one that starts, less the same from its end on
+    G = np.zeros((N, n_x, len(blocks), n_u))
+    for b, (start, end) in enumerate(zip(ends - blocks, ends, strict=True)):
+        G[start:, :, b] = H[1 : N - start + 1]  # a torque that is held is one that starts, ...
+        G[end:, :, b] -= H[1 : N - end + 1]  # ... less the same from its end on
     return Prediction(
         F[1:].reshape(-1, n_x),
         H[1:].reshape(-1, n_u),
         h[1:].ravel(),
-        G.swapaxes(1, 2).reshape(N * n_x, -1),
+        G.reshape(N * n_x, -1),
         T,
         ends - 1,
     )
+
+
+def _states(system: StateSpace, N: int) -> Array:
+    """Return ``[F_k H_k h_k]`` for k = 0 ... N, (N + 1, n_x, n_x + n_u + 1).
+
+    They are the upper rows of powers of ``[A B c; 0 1 0; 0 0 1]``; what is known is doubled again and again.
+    """
+    n_x, width = system.n_x, system.n_x + system.n_u + 1
+    power = np.eye(width)  # of as many periods as are known
+    power[:n_x] = np.column_stack([system.A, system.B, system.c])
+    states = np.zeros((N + 1, n_x, width))
+    states[0, :, :n_x] = np.eye(n_x)
+    known = 1
+    while known <= N:
+        count = min(known, N + 1 - known)
+        states[known : known + count] = (states[:count].reshape(-1, width) @ power).reshape(-1, n_x, width)
+        known += count
+        power = power @ power
+    return states

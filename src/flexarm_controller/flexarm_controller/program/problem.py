@@ -74,24 +74,35 @@ class Problem:
         return np.vstack([self.q_now, self.rows.b_now])
 
 
-def build_problem(model: ReducedModel, limits: Limits, config: MpcConfig, dt: float) -> Problem:
+def build_problem(
+    model: ReducedModel, limits: Limits, config: MpcConfig, dt: float, stage: Stage | None = None
+) -> Problem:
     """Assemble the program of ``model`` for control period ``dt`` [s].
+
+    Args:
+        model: The served model.
+        limits: Of the arm.
+        config: Weights, horizon, solver.
+        dt: Control period [s].
+        stage: What it takes from the model, where that is worked out already.
 
     Raises:
         ValueError: A limited gauge has no row among the outputs of the model.
     """
-    stage = build_stage(model, limits, config, dt)
+    stage = stage or build_stage(model, limits, config, dt)
     known, prediction = Known(model.n, model.n_theta, config.horizon), stage.prediction
     e = penalise(prediction, stage.cost, stage.completion, stage.rest, known)
     rows = constrain(prediction, stage.soft, limits, model.theta_names, known, dt)
 
     n_v, n_s = e.L.shape[1], len(stage.soft.names)
     scale = np.tile(limits.effort, len(config.blocks))  # (n_v,)
-    WL = e.weigh(e.L * scale)
-    curvature = (e.L * scale).T @ WL
+    L = np.multiply(e.L, scale, out=e.L)  # in place: a megabyte of fresh memory takes longer than the product
+    WL = e.weigh(L)
+    curvature = L.T @ WL
     weight = float(n_v / np.trace(curvature))
     P = block_diag((curvature + curvature.T) * weight / 2, SLACK_CURVATURE * np.eye(n_s))
-    q_p = np.vstack([weight * e.per_known(WL).T, np.zeros((n_s, known.size))])
+    q_p = np.zeros((n_v + n_s, known.size))
+    np.multiply(e.per_known(WL).T, weight, out=q_p[:n_v])
     q_0 = np.append(weight * WL.T @ e.l, np.full(n_s, config.slack_price))
     T = np.hstack([prediction.T * scale, np.zeros((known.N * known.n_u, n_s))])
     q_now, q_r = (np.ascontiguousarray(part) for part in np.split(q_p, [known.now.stop], axis=1))
