@@ -13,7 +13,8 @@ from launch_ros.ros_adapters import get_ros_node
 from std_msgs.msg import Empty
 
 from flexarm_bringup.processes.graph import enclave_arguments, rig_graph, with_drift, with_markers
-from flexarm_bringup.processes.supervisor import DEFAULTS, RESPAWNS
+from flexarm_bringup.processes.supervisor import RESPAWNS
+from flexarm_bringup.processes.surroundings import defaults
 from flexarm_bringup.tasks.task_for import task_for
 from flexarm_bringup.topics import NAMESPACE
 from launch import LaunchDescription
@@ -36,7 +37,7 @@ def generate_launch_description():
     ]
     environment = [
         SetEnvironmentVariable(name, EnvironmentVariable(name, default_value=value))
-        for name, value in DEFAULTS.items()
+        for name, value in defaults().items()
     ]
     return LaunchDescription([*arguments, *environment, OpaqueFunction(function=nodes)])
 

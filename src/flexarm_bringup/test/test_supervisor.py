@@ -14,6 +14,7 @@ import pytest
 from flexarm_bringup.installed import INDEX
 from flexarm_bringup.processes.graph import Process
 from flexarm_bringup.processes.supervisor import RESPAWNS, Ending, Supervisor
+from flexarm_bringup.processes.surroundings import PROFILES
 
 SLEEP = "import time; print('up', flush=True); time.sleep(60)"
 DEAF = "import signal; [signal.signal(n, signal.SIG_IGN) for n in (signal.SIGINT, signal.SIGTERM)];" + SLEEP
@@ -119,6 +120,13 @@ def test_children_see_this_machine_only_unless_told_otherwise(tmp_path: Path) ->
     name = "ROS_AUTOMATIC_DISCOVERY_RANGE"
     assert Supervisor((), tmp_path, {}).environment[name] == "LOCALHOST"
     assert Supervisor((), tmp_path, {name: "SUBNET"}).environment[name] == "SUBNET"
+
+
+def test_children_keep_no_memory_of_messages_unless_the_user_has_profiles_of_his_own(tmp_path: Path) -> None:
+    chosen = Supervisor((), tmp_path, {}).environment
+    assert "DYNAMIC" in Path(chosen[PROFILES]).read_text() and chosen["RMW_FASTRTPS_USE_QOS_FROM_XML"] == "1"
+    own = Supervisor((), tmp_path, {PROFILES: "mine.xml"}).environment
+    assert own[PROFILES] == "mine.xml" and "RMW_FASTRTPS_USE_QOS_FROM_XML" not in own
 
 
 def test_no_child_outlives_a_supervisor_that_is_killed(tmp_path: Path) -> None:

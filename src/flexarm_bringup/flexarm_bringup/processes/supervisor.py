@@ -23,12 +23,12 @@ from types import TracebackType
 from flexarm_bringup.installed import find_executable
 from flexarm_bringup.processes.end_watch import EndWatch
 from flexarm_bringup.processes.graph import Process, ros_arguments
+from flexarm_bringup.processes.surroundings import defaults
 
 GRACE = ((signal.SIGINT, 5.0), (signal.SIGTERM, 2.0), (signal.SIGKILL, 2.0))  # s for all children together
 POLL_PERIOD = 0.01  # s
 RESPAWNS, WITHIN = 3, 30.0  # a process that crashes more often within so many seconds stays away
 ON_PURPOSE = (0, 2, 3)  # exit codes: asked to end, wrong configuration, name taken: it would end again
-DEFAULTS = {"ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST", "OMP_NUM_THREADS": "1"}  # of the children
 _PR_SET_PDEATHSIG = 1  # linux/prctl.h
 _REEXECUTED = ("_ROS_WHEELS_BOOTSTRAP_COMPLETE",)  # marks of the parent's interpreter, not of the child's
 
@@ -70,14 +70,14 @@ class Supervisor:
         Args:
             processes: What to start, in this order.
             log_folder: Gets ``<name>.log`` with stdout and stderr of each.
-            environment: Of the children; they find each other on this machine only unless it says else.
+            environment: Of the children; see ``surroundings`` for what holds where it says nothing.
             command: Makes the command line of a process; None: the installed executable.
 
         Raises:
             FileNotFoundError: An executable is not installed; nothing keeps running.
         """
         kept = {key: value for key, value in environment.items() if key not in _REEXECUTED}
-        self.environment = {**DEFAULTS, **kept}
+        self.environment = {**defaults(kept), **kept}
         self._processes = {process.name: process for process in processes}
         self._children: dict[str, subprocess.Popen[bytes]] = {}
         self._log_folder = log_folder

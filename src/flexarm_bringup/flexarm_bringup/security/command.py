@@ -17,7 +17,8 @@ from tempfile import TemporaryDirectory
 from unittest.mock import patch
 
 from flexarm_bringup.processes.graph import enclave_of, rig_graph
-from flexarm_bringup.processes.supervisor import DEFAULTS, Supervisor
+from flexarm_bringup.processes.supervisor import Supervisor
+from flexarm_bringup.processes.surroundings import defaults
 from flexarm_bringup.progress import Progress
 from flexarm_bringup.security.policy import NodeAccess, policy
 from flexarm_model.strict_yaml import ConfigError
@@ -68,7 +69,7 @@ def access_of_graph(manipulator: str, preset: str) -> tuple[NodeAccess, ...]:
 
     progress, end = Progress(), time.monotonic() + PATIENCE
     with ExitStack() as stack:
-        stack.enter_context(patch.dict(os.environ, ROS_DOMAIN_ID=str(next(free_domains())), **DEFAULTS))
+        stack.enter_context(patch.dict(os.environ, ROS_DOMAIN_ID=str(next(free_domains())), **defaults()))
         folder = Path(stack.enter_context(TemporaryDirectory(prefix="flexarm_security_")))
         graph = rig_graph(manipulator, preset, bag=str(folder / "bag"))
         supervisor = stack.enter_context(Supervisor(graph, folder / "log"))
