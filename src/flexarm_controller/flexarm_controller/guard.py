@@ -108,8 +108,10 @@ class Guard:
         holding = zip(self._loads.holding_at(state.position), self.limits.effort, strict=True)
         self.holding = [max(-most, min(most, held)) for held, most in holding]
         self._set_bounds(state)
+        passed = self.passed
         wanted = self._follow(command, state, t) or self._brake(state)
         self._tau = [self._limit(axis, value) for axis, value in enumerate(wanted)]
+        self.limited += self.passed > passed and self._tau != list(wanted)
         self.age = t - self._used if self.mode == ARMED and math.isfinite(self._used) else -1.0
         return list(self._tau)
 
@@ -161,7 +163,6 @@ class Guard:
         self._deadline, self._silent = command.t + self.limits.max_age, 0
         self._is_braking = False
         self.passed += 1
-        self.limited += any(self._limit(i, value) != value for i, value in enumerate(command.effort))
         return command.effort
 
     def _bridge(self, t: float) -> Sequence[float]:

@@ -25,7 +25,7 @@ class EnergyWindow:
 
         A velocity that cannot be true counts as rest.
         """
-        known = zip(torque, velocity, strict=False)
-        self._parts.append(self._period * sum(tau * v for tau, v in known if math.isfinite(tau * v)))
+        powers = [tau * v for tau, v in zip(torque, velocity, strict=False)]
+        self._parts.append(self._period * sum(filter(math.isfinite, powers)))
         self.energy = sum(self._parts)
         return self.energy

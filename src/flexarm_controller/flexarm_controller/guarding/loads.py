@@ -49,7 +49,7 @@ class Loads:
 
 def product(row: Sequence[float], column: Sequence[float]) -> float:
     """Return the scalar product."""
-    return sum(a * b for a, b in zip(row, column, strict=True))
+    return sum([a * b for a, b in zip(row, column, strict=True)])
 
 
 def _within(value: float, most: float) -> float:
