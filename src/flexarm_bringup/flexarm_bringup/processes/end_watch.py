@@ -1,7 +1,8 @@
 """Tells at once that a process has ended: a thread waits for what the kernel says of it (pidfd_open(2)).
 
 Who only looks now and then is late by his own work. Linux before 5.3 has no such descriptors: nothing is told
-there, and who looks finds it.
+there, and who looks finds it. Where the user may, the thread has a priority like those of the nodes, so that a
+busy machine does not keep it waiting.
 """
 
 from __future__ import annotations
@@ -9,7 +10,10 @@ from __future__ import annotations
 import os
 import selectors
 from collections.abc import Callable
+from contextlib import suppress
 from threading import Thread
+
+PRIORITY = 65  # SCHED_FIFO; below the guard, above what it watches
 
 
 class EndWatch:
@@ -43,6 +47,8 @@ class EndWatch:
         self._selector.close()
 
     def _wait(self) -> None:
+        with suppress(AttributeError, OSError):  # no Linux, or not permitted
+            os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(PRIORITY))  # of this thread alone
         while True:
             for key, _ in self._selector.select():
                 if not key.data:
