@@ -1,8 +1,8 @@
 """Tells at once that a process has ended: a thread waits for what the kernel says of it (pidfd_open(2)).
 
 Who only looks now and then is late by his own work. Linux before 5.3 has no such descriptors: nothing is told
-there, and who looks finds it. Where the user may, the thread has a priority like those of the nodes, so that a
-busy machine does not keep it waiting.
+there, and who looks finds it. Where the user may, the thread has a priority like those of the nodes, so that
+a busy machine does not keep it waiting.
 """
 
 from __future__ import annotations
