@@ -6,8 +6,9 @@ the covariance ``S`` of the innovations and forgetting of what is older than the
     delta = -(sum psi' S^-1 psi + 1 / prior^2)^-1 sum psi' S^-1 nu
 
 What the model leaves out makes innovations larger than the filter believes, and not white: their mean square
-is measured, and so is the scatter over blocks (``score_blocks``); the larger sigma counts. A time in which a
-mode does not ring says nothing of it: its sigma goes back to that of the prior.
+is measured, and so is the scatter over blocks (``score_blocks``), averaged for long, or a change of a mode
+would count as scatter; the larger sigma counts. A time in which a mode does not ring says nothing of it: its
+sigma goes back to that of the prior.
 """
 
 from __future__ import annotations
@@ -24,6 +25,7 @@ from flexarm_estimator.drift.sensitivity import WatchedFilter
 Array = NDArray[np.float64]
 STIFFNESS_PRIOR, DAMPING_PRIOR = 0.3, 1.0  # one sigma of the relative changes before the measurement
 BLOCK = 0.5  # s; innovations remember less
+LONG = 6.0  # memories over which the scatter is averaged
 FAR = 25.0  # an innovation of so many mean squares is a knock or a spike: it counts less
 
 
@@ -64,6 +66,7 @@ class ModeDrift:
         self._information = np.zeros_like(self._prior)
         self._told = np.zeros(prior.size)
         self._blocks = ScoreBlocks(prior.size, max(1, round(BLOCK / dt)), self._keep)
+        self._scatter, self._looks = np.zeros(prior.size), 0.0
         self._use(watched)
         self.restart(x)
 
@@ -104,13 +107,24 @@ class ModeDrift:
 
     def deltas(self) -> Deltas:
         """Return the changes as known now."""
-        P = np.linalg.inv(self._information + self._prior)
-        delta, n = -P @ self._told, len(self._watched.modes)
-        larger = max(1.0, self._size / self._weight) if self._weight else 1.0
-        prior = 1.0 / np.diag(self._prior)
-        coloured = P @ (self._blocks.scatter(delta) + self._prior) @ P
-        sigma = np.sqrt(np.minimum(np.maximum(np.diag(P) * larger, np.diag(coloured)), prior))
+        delta, P, larger = self._solve()
+        prior, n = 1.0 / np.diag(self._prior), len(self._watched.modes)
+        coloured = np.maximum(1.0, self._scatter / self._looks) if self._looks else np.ones(prior.size)
+        sigma = np.sqrt(np.minimum(np.diag(P) * larger * coloured, prior))
         return Deltas(delta[:n], sigma[:n], delta[n:], sigma[n:])
+
+    def _solve(self) -> tuple[Array, Array, float]:
+        """Return the changes, their covariance for innovations as believed, and how much larger these are."""
+        P = np.linalg.inv(self._information + self._prior)
+        return -P @ self._told, P, max(1.0, self._size / self._weight) if self._weight else 1.0
+
+    def _look_at_scatter(self) -> None:
+        """Average how much the blocks scatter beyond what white innovations would."""
+        delta, P, larger = self._solve()
+        coloured = np.diag(P @ (self._blocks.scatter(delta) + self._prior) @ P)
+        keep = self._keep ** (self._blocks.periods / LONG)
+        self._scatter = keep * self._scatter + coloured / (np.diag(P) * larger)
+        self._looks = keep * self._looks + 1.0
 
     def _use(self, watched: WatchedFilter) -> None:
         self._watched, self._W = watched, np.linalg.inv(watched.S)
@@ -122,9 +136,10 @@ class ModeDrift:
         usual = max(1.0, self._size / self._weight) if self._weight else 1.0
         share = min(1.0, FAR * usual / size) if size > 0.0 else 1.0
         information, told = share * psi.T.dot(self._W).dot(psi), share * psi.T.dot(weighted)
-        self._blocks.add(information, told)
         keep = self._keep
         self._size = keep * self._size + share * size
         self._weight = keep * self._weight + 1.0
         self._information = keep * self._information + information
         self._told = keep * self._told + told
+        if self._blocks.add(information, told):
+            self._look_at_scatter()

@@ -19,7 +19,11 @@ MEMORIES = 4  # blocks older than so many memories weigh nothing
 
 
 class ScoreBlocks:
-    """The sums of every block; the last one is open."""
+    """The sums of every block; the last one is open.
+
+    Attributes:
+        periods: Of a block [1].
+    """
 
     def __init__(self, n_p: int, periods: int, keep: float) -> None:
         """Begin without any.
@@ -29,14 +33,14 @@ class ScoreBlocks:
             periods: Of a block [1].
             keep: What a sum keeps over a period [1].
         """
-        self._periods, self._keep = periods, keep**periods
+        self.periods, self._keep = periods, keep**periods
         count = max(2, round(-MEMORIES / np.log(self._keep)))
         self._information, self._told = np.zeros((count, n_p, n_p)), np.zeros((count, n_p))
         self._open = 0
 
-    def add(self, information: Array, told: Array) -> None:
-        """Take the sums of a period, (n_p, n_p) and (n_p,)."""
-        if self._open == self._periods:
+    def add(self, information: Array, told: Array) -> bool:
+        """Take the sums of a period, (n_p, n_p) and (n_p,); return whether it ends a block."""
+        if self._open == self.periods:
             self._information, self._told = (
                 self._keep * np.roll(sums, 1, axis=0) for sums in (self._information, self._told)
             )
@@ -44,6 +48,7 @@ class ScoreBlocks:
         self._information[0] += information
         self._told[0] += told
         self._open += 1
+        return self._open == self.periods
 
     def scatter(self, delta: Array) -> Array:
         """Return ``sum g_b g_b'`` at parameters, (n_p, n_p)."""
