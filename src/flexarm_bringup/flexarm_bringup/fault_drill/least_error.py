@@ -8,7 +8,7 @@ samples say; it needs none of them, and is computed here by itself, from the mat
 The camera counts as if its frames came at once. The axis is known by its encoder until it falls silent; from
 then on a torque that nobody has told moves it unseen, and the frames are all there is.
 
-  python -m flexarm_bringup.fault_drill.least_error single_link
+  python -m flexarm_bringup.fault_drill.least_error single_link encoder
 """
 
 from __future__ import annotations
@@ -105,24 +105,37 @@ def update(P: Array, C: Array, R: Array, M: Array) -> Array:
     return np.asarray((updated + updated.T) / 2)
 
 
-def main(name: str = "single_link") -> dict[str, float]:
-    """Print the least error without encoders for ever less torque noise; returns it over that before."""
-    stand = Stand(name)
-    settings, found = stand.settings, {}
-    encoders = [spec.name for spec in stand.sensors if spec.kind == "encoder"]
-    print(f"{name}: encoders silent for {FAULT_END - FAULT_START:g} s, least RMS tip error of any filter")
+def main(name: str = "single_link", kind: str = "encoder") -> dict[str, float]:
+    """Print the least error without a kind of sensor for ever less torque that nobody has told.
+
+    Returns:
+        That error over the one before, by share of the noise of the settings.
+    """
+    stand, found = Stand(name), {}
+    silent = [spec.name for spec in stand.of_kind(kind)]
+    print(f"{name}: {kind} silent for {FAULT_END - FAULT_START:g} s, least RMS tip error of any filter")
     for share in SHARES:
-        noise, drift = share * settings.acceleration_noise, share * settings.disturbance_drift
-        quieter = replace(settings, acceleration_noise=noise, disturbance_drift=drift)
-        outage = LeastError(stand, quieter).outage(encoders)
+        settings = quieter(stand.settings, share)
+        outage = LeastError(stand, settings).outage(silent)
         found[f"{share:g}"] = outage.during / outage.before
         print(
-            f"  torque unknown by {drift:.2g} rad/s^2 after 1 s, noise {noise:.2g} rad/s^2/sqrt(Hz): "
-            f"{1e6 * outage.during:.0f} um instead of {1e6 * outage.before:.1f} um, "
-            f"{outage.during / outage.before:.1f} times"
+            f"  torque unknown by {settings.disturbance_drift:.2g} rad/s^2 after 1 s, forces on modes by "
+            f"{settings.modal_force:.2g} kg^0.5 m/s^2: {1e6 * outage.during:.0f} um instead of "
+            f"{1e6 * outage.before:.1f} um, {outage.during / outage.before:.1f} times"
         )
     return found
 
 
+def quieter(settings: EstimatorConfig, share: float) -> EstimatorConfig:
+    """Return settings with a share of the noise of all forces and torques."""
+    return replace(
+        settings,
+        acceleration_noise=share * settings.acceleration_noise,
+        disturbance_drift=share * settings.disturbance_drift,
+        frequency_error=share * settings.frequency_error,
+        modal_force=share * settings.modal_force,
+    )
+
+
 if __name__ == "__main__":
-    main(*sys.argv[1:2])
+    main(*sys.argv[1:3])
