@@ -69,6 +69,7 @@ class Controller:
         capped = self._capped(mpc or MpcConfig())
         self._inputs = LawInputs(limits, self.config, capped, arm, nmpc or NmpcConfig())
         self._trust = Trust(self.config.start_sigma)
+        self._reach = limits.effort_rate * period  # of a torque from one period to the next
         self._former = FormerPlan(limits.effort.size, period, self.config.shifted_periods)
         self.reference: Reference | None = None
         self._former_id = ""
@@ -201,10 +202,10 @@ class Controller:
 
     def _limited(self, wanted: Array) -> Array:
         """Return the torque within its limits and within reach of the last one, (n_u,)."""
-        last, reach = self._sent[-1], self._limits.effort_rate * self.config.period
+        last, reach, most = self._sent[-1], self._reach, self._limits.effort
         finite = np.where(np.isfinite(wanted), wanted, last)
         reachable = np.minimum(np.maximum(finite, last - reach), last + reach)
-        return np.asarray(np.minimum(np.maximum(reachable, -self._limits.effort), self._limits.effort))
+        return np.asarray(np.minimum(np.maximum(reachable, -most), most))
 
     def _active(self, plan: Plan, wanted: Array, tau: Array) -> tuple[str, ...]:
         if plan.limits_active:

@@ -134,8 +134,10 @@ def build_mpc(model: ReducedModel, given: LawInputs) -> Planner:
     soft: Soft
     if given.foresight is not None:
         soft = MovingMpc(*arguments, given.foresight)
+    elif mpc.stiffness_step or mpc.inertia_step:
+        soft = LearningMpc(*arguments)
     else:
-        soft = LearningMpc(*arguments) if mpc.stiffness_step or mpc.inertia_step else Mpc(*arguments)
+        soft = Mpc(*arguments, given.stage_of(model))
     return FirmMpc(soft, *arguments) if mpc.firm_time else soft
 
 

@@ -78,7 +78,7 @@ def cycle(**changes):
         state_of(MOVING, MODEL), hold(np.zeros(1)), np.zeros((1, 1)), laws, "", "mpc",
         Plan(np.ones((3, 1)), NO_PLAN.result, ()), "", np.full((2, 1), 0.5), 0.01,
     )  # fmt: skip
-    return replace(usual, **changes)
+    return usual._replace(**changes)
 
 
 NO_FORMER = {"refusal": "solver: x", "former": np.zeros((0, 1))}
@@ -105,7 +105,7 @@ def test_without_a_finite_answer_of_lqr_the_joints_are_damped(lqr):
             return np.array([np.nan])
 
     usual = cycle(**NO_FORMER)
-    choice = choose(replace(usual, laws=replace(usual.laws, lqr=Nonsense() if lqr else None)))
+    choice = choose(usual._replace(laws=replace(usual.laws, lqr=Nonsense() if lqr else None)))
     assert choice.mode == "damping" and choice.reason.endswith("; no torque from LQR")
 
 
