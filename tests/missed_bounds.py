@@ -19,10 +19,6 @@ _LINEAR = (
     "the served model is linear about a pose: without one gauge the deflection is off by 0.2 mm, the least "
     "error of any filter with this noise is 1.3 times that with all"
 )
-_LARGE = (
-    "a message of 10 MB is in the guard 40 to 87 MB, in the estimator 21 to 30: DDS keeps its buffers for "
-    "the next one, Python copies before anybody can look at the length; cycle and stops keep their bounds"
-)
 
 MISSED = {
     ("single_link", 4): _CAMERA,
@@ -33,11 +29,8 @@ MISSED = {
     ("planar_3rrr", 15): _LINEAR,
 }
 WITH_NODES = {  # of every machine
-    43: "a node that is started again imports for 3 to 4 s beside others, 2 wanted; the ends of model and "
-    "rig are noticed by who watches processes, after 42 to 46 ms, 40 wanted",
-    44: "a frozen rig is noticed after 50 ms, 40 wanted: so long the guard bears drives that say nothing",
-    51: _LARGE,
-    54: "beside five running nodes a second one has imported, and ends, after 2.4 to 4.5 s; 3 wanted",
+    43: "a node that is started again needs about 2 s until its first message beside others, 2 wanted, and "
+    "longer where somebody else uses the cores, too",
 }
 
 
