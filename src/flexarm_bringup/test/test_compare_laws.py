@@ -10,13 +10,14 @@ import numpy as np
 import pytest
 
 from flexarm_bringup.cli import main
+from flexarm_bringup.compare_laws import sweep
 from flexarm_bringup.compare_laws.against_shapers import rivalries
 from flexarm_bringup.compare_laws.at_rest import floors_at_rest
 from flexarm_bringup.compare_laws.checks import all_checks
 from flexarm_bringup.compare_laws.comparison import Comparison
 from flexarm_bringup.compare_laws.judged import CompareResult, LegFigures, TrueRecord, judge_leg
 from flexarm_bringup.compare_laws.legs import compared_legs
-from flexarm_bringup.compare_laws.runs import with_effort
+from flexarm_bringup.compare_laws.runs import CompareJob, run_compare_job, with_effort
 from flexarm_bringup.compare_laws.schemes import LQR, MPC, PD, SERVO, WORST, Case, plan_case, sample_motion
 from flexarm_bringup.compare_laws.sweep import SweepPoint, shortest
 from flexarm_bringup.tasks.course import Leg
@@ -157,6 +158,20 @@ def test_time_taken_is_never_less_than_that_of_the_motion(case: Case) -> None:
     points = [SweepPoint("a", scheme, 0.5), SweepPoint("b", scheme, 0.4)]
     assert [p.arrival(r) for p, r in zip(points, [early, late], strict=True)] == [0.5, 0.9]
     assert shortest(points, [early, late]) == (points[0], 0.5)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("error", [0.0, -0.1, 0.1])
+def test_the_time_optimal_motion_arrives_in_time_and_is_damped_where_frequencies_are_off(
+    case: Case, error: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(sweep, "FACTORS", (1.0,))
+    point = next(p for p in sweep.sweep_points(case) if p.kind == sweep.LEAST_TORQUE)
+    job = CompareJob(case.task, "geared", np.zeros(1), error, (point.scheme,))
+    arrival = point.arrival(run_compare_job(job)[0])
+    assert arrival <= (
+        1.2 * point.duration if error == 0.0 else 0.75
+    )  # s; never without the soft law after it
 
 
 def test_a_manipulator_that_does_not_exist_is_refused(capsys: pytest.CaptureFixture[str]) -> None:

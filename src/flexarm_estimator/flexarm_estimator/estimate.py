@@ -124,4 +124,4 @@ class Estimate:
     @property
     def stiffness(self) -> Array:
         """Learned relative error of the stiffness of the slowest modes [1], (n_learned,)."""
-        return np.tile(self.x[self.layout.p], self.layout.n_learned)
+        return self.x[self.layout.p].repeat(self.layout.n_learned)
