@@ -34,7 +34,11 @@ class Window(NamedTuple):  # not a dataclass: made in every step
 
 
 class SampleChecks:
-    """Refuses samples and says why; remembers stamps to drop duplicates."""
+    """Refuses samples and says why; remembers stamps to drop duplicates.
+
+    Attributes:
+        is_at_end: The sample that passed last is at the end of its sensor's range.
+    """
 
     def __init__(self, specs: tuple[SensorSpec, ...]) -> None:
         """Take ranges and lengths from the description."""
@@ -48,7 +52,7 @@ class SampleChecks:
             )
             for spec in specs
         }
-        self._is_at_end = False  # of its range, the newest sample
+        self.is_at_end = False
         self._variances = {spec.name: np.asarray(spec.sigma, dtype=np.float64) ** 2 for spec in specs}
         self._stamps: dict[str, list[float]] = {spec.name: [] for spec in specs}
 
@@ -61,17 +65,17 @@ class SampleChecks:
 
         A sample that passes is remembered: a second one with its stamp is a duplicate.
         """
-        reason = self._refuse_value(sample) or _refuse_stamp(sample.t, window)
-        if reason:
-            return reason
+        t, reason = sample.t, self._refuse_value(sample)
+        if reason or not window.oldest + SAME_INSTANT < t <= window.newest:
+            return reason or _refuse_stamp(t, window)
         stamps = self._stamps[sample.sensor]  # sorted
-        if not stamps or sample.t > stamps[-1] + SAME_INSTANT:  # most samples are the newest
-            stamps.append(sample.t)
+        if not stamps or t > stamps[-1] + SAME_INSTANT:  # most samples are the newest
+            stamps.append(t)
         else:
-            at = bisect_left(stamps, sample.t - SAME_INSTANT)
-            if stamps[min(at, len(stamps) - 1)] <= sample.t + SAME_INSTANT:
+            at = bisect_left(stamps, t - SAME_INSTANT)
+            if stamps[min(at, len(stamps) - 1)] <= t + SAME_INSTANT:
                 return "duplicate stamp"
-            stamps.insert(at, sample.t)
+            stamps.insert(at, t)
         while stamps[0] <= window.oldest:
             del stamps[0]
         return ""
@@ -82,7 +86,7 @@ class SampleChecks:
         At the end of its range a sensor clips: the truth lies somewhere beyond.
         """
         R = None if sample.R is None else self.own_covariance(sample)
-        if not self._is_at_end:
+        if not self.is_at_end:
             return R
         variances, spec = self._variances[sample.sensor], self._specs[sample.sensor]
         beyond = np.eye(variances.size) * (_BEYOND * _reach(spec)) ** 2
@@ -114,10 +118,10 @@ class SampleChecks:
         dtype, shape, low, high = possible
         if not isinstance(y, np.ndarray) or y.dtype != dtype or y.shape != shape:
             return f"needs {shape[0]} numbers"
-        self._is_at_end = False
+        self.is_at_end = False
         for value in y.tolist():  # on so few numbers much cheaper than array functions
             if not low <= value <= high:  # also when it is NaN
-                self._is_at_end = True
+                self.is_at_end = True
                 reason = self._describe(sample.sensor, value)
                 if reason:
                     return reason
@@ -136,8 +140,6 @@ def _reach(spec: SensorSpec) -> float:
 
 
 def _refuse_stamp(t: float, window: Window) -> str:
-    if window.oldest + SAME_INSTANT < t <= window.newest:
-        return ""
     if not math.isfinite(t):
         return "stamp is not finite"
     if t > window.newest:

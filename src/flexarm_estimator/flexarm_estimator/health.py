@@ -31,7 +31,7 @@ Array = NDArray[np.float64]
 _PERIODS = 3.0  # sample periods of silence that are normal
 
 
-@dataclass
+@dataclass(slots=True)
 class _Record:
     """What is known of one sensor."""
 

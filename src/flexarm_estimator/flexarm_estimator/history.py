@@ -22,7 +22,7 @@ Array = NDArray[np.float64]
 SAME_INSTANT = 1e-6  # s; stamps closer than this are one instant
 
 
-@dataclass
+@dataclass(slots=True)
 class Instant:
     """A point in time at which something was sampled or asked for.
 

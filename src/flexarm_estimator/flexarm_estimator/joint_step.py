@@ -132,6 +132,18 @@ class PreparedStep:
         layout_address, record_address: Where machine code finds the step, its samples and results.
     """
 
+    __slots__ = (
+        "_R",
+        "_layout",
+        "_record",
+        "_step",
+        "belief",
+        "dt",
+        "layout_address",
+        "record_address",
+        "stack",
+    )
+
     def __init__(self, dt: float, step: JointStep, u: Array, sample: StackedSample | None) -> None:
         """Compute what does not depend on the belief; ``u = [tau; 1]`` is held over the step."""
         self.dt, self.stack, self.layout_address = dt, step.stack, step.layout_address

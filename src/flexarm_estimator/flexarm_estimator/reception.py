@@ -41,13 +41,13 @@ class Reception:
             due = [sample for sample in self._early if sample.t <= now]
             self._early = [sample for sample in self._early if sample.t > now]
         window = Window(oldest, now + self._config.future_tolerance)
+        checks, health = self._checks, self._health
         for sample in measurements:
-            reason = self._checks.refuse(sample, window)
+            reason = checks.refuse(sample, window)
             if reason:
-                self._health.note_refusal(sample.sensor, reason)
-            elif not self._health.is_off(sample.sensor):
-                R = self._checks.noise(sample)
-                if R is not sample.R:
-                    sample = replace(sample, R=R)
+                health.note_refusal(sample.sensor, reason)
+            elif not health.is_off(sample.sensor):
+                if sample.R is not None or checks.is_at_end:
+                    sample = replace(sample, R=checks.noise(sample))
                 (due if sample.t <= now else self._early).append(sample)
         return sorted(due, key=attrgetter("t"))

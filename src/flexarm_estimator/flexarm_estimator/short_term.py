@@ -123,13 +123,15 @@ class ShortTerm:
         values = sample.y.tolist()
         self._count += 1
         if values != self._values:
-            self._has_rested |= self._run.repeats > 0 and not self._is_frozen
+            if self._run.repeats:
+                self._has_rested |= not self._is_frozen
+                self.record.repeats = 0
             self._values, self._run, self._is_frozen = values, Run(0, sample.t, False), False
             self._changes += 1
         else:
             count, since, _ = self._run
             self._run = Run(count + 1, since, self._changes > _NOVICE and not self._has_rested)
-        self.record.repeats = self._run.repeats
+            self.record.repeats = count + 1
         return self._run
 
     def doubt(self, run: Run, nu: Array, z: float) -> str:

@@ -61,6 +61,7 @@ def test_loops_that_do_not_close_leave_no_sigma_and_raise_as_with_numpy():
         assert np.isnan(tip.describe(Belief(wild, np.eye(rest.size))).sigma)
 
 
+@pytest.mark.filterwarnings("ignore:invalid value")  # of NumPy
 def test_a_state_or_covariance_that_is_not_finite_leaves_no_sigma():
     for tip in both_ways("single_link")[:2]:
         size = both_ways("single_link")[2].size
