@@ -90,6 +90,26 @@ def test_a_command_for_an_older_state_is_used_but_not_waited_for():
     assert exchange.answer() == [1.0]
 
 
+class Stranger:
+    """A command of which token and number may be read, and nothing else: the rest may be large."""
+
+    def __init__(self, token):
+        self.session_token, self.sequence = token, 1
+
+
+@pytest.mark.parametrize("token", [0, TOKEN, TOKEN + 1])
+def test_of_a_command_that_is_not_of_the_session_nothing_is_read(token):
+    exchange = GuardExchange(arm(), GuardSettings(), None)
+    exchange.on_drive_states(state(0))
+    exchange.on_command(Stranger(token))
+    assert (exchange.guard.refusal, exchange.guard.refused) == ("guard is not armed", 1)
+    assert not exchange.is_commanded
+    assert exchange.guard.arm(exchange.t, TOKEN)
+    if token != TOKEN:
+        exchange.on_command(Stranger(token))
+        assert exchange.guard.refusal == "command of another session"
+
+
 def test_forged_and_outdated_commands_neither_act_nor_take_the_place_of_a_real_one():
     exchange = armed()
     play(exchange, 1, command(1, sequence=100))
