@@ -41,6 +41,7 @@ def modal_state(stamp_ns: int, **changes: Any) -> bytes:
         eta=np.asarray(changes.get("eta", [1e-3, 2e-3])),
         eta_dot=np.zeros(2),
         sag=np.zeros(0),
+        stiffness=np.zeros(0),
         bias_names=[],
         bias=np.zeros(0),
         covariance=np.eye(7).ravel(),
