@@ -60,7 +60,6 @@ class ConsistencyRun:
                 SI of the channel, (m, 2).
         """
         self._window, self._maker, self._ignored = window, maker, np.ascontiguousarray(ignored)
-        self._rows = [np.flatnonzero(row) for row in ignored]
         parts, k, m, self._n_h = window.parts[0], *Y.shape
         Y = Y if offsets is None else np.concatenate([Y, _offset_columns(k, offsets)], axis=2)
         self._Y = np.ascontiguousarray(Y)
@@ -145,7 +144,7 @@ class ConsistencyRun:
         self._steps = bind_steps(arrays, self._n_h, _IGNORED, _LARGEST)
 
     def _compute(self, k: int, step: WindowStep) -> None:
-        m, rows, window = step.m, self._rows[k], self._window
+        m, rows, window = step.m, np.flatnonzero(self._ignored[k]), self._window
         J = step.T.dot(self._P).dot(step.T_transposed)
         J += step.noise
         diagonal = J.ravel()[: m * (J.shape[1] + 1) : J.shape[1] + 1]

@@ -45,7 +45,7 @@ _OFFSET = 5.0, 1.0  # sigmas of noise: offset, and half of its change over the w
 _OVERWHELMING = 3.0 * CLEAR  # squared sigmas gained that need no comparison with silent channels
 _MOST = 2  # silent channels that are left out in turn
 _RIVALS = 2  # others that are left out when something stays unexplained
-_AT_ONCE = 4  # offsets that are looked for in one piece
+_AT_ONCE = 2  # offsets that are looked for in one piece
 
 
 class Entry(NamedTuple):
@@ -116,6 +116,7 @@ def investigate(case: Case, entries: Sequence[Entry]) -> Investigation:
         well.marginal.max() < _UNREMARKABLE and max(float(e.gain.sum()) for e in explanations) < CLEAR / 2
     ):
         return None
+    yield
     for i, channel in enumerate(heard):
         explanations.append(explain_by_offset(channel, well))
         if i % _AT_ONCE == _AT_ONCE - 1:
