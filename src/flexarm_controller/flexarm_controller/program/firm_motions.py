@@ -67,7 +67,7 @@ def _ringing(model: ReducedModel, velocity: Array, dt: float) -> float:
     damped = model.omega * np.sqrt(np.maximum(1.0 - model.zeta**2, 0.0))
     turn = np.exp((-model.zeta * model.omega + 1j * damped) * dt)  # (n_eta,)
     pushes = np.diff(velocity, axis=0) @ model.M[:m, m:]  # (k, n_eta)
-    amplitude, largest = np.zeros(model.n_eta, complex), np.finfo(float).tiny
+    amplitude, largest = np.zeros(model.n_eta, complex), float(np.finfo(float).tiny)
     for push in pushes:
         amplitude = turn * amplitude + push
         largest = max(largest, float(np.linalg.norm(amplitude)))
