@@ -73,7 +73,7 @@ def load_config(
 
 
 def _read_sensors(
-    top: Section, joints: Sequence[Joint], bodies: dict[str, Body], tip: NodeRef
+    top: Section, joints: tuple[Joint, ...], bodies: dict[str, Body], tip: NodeRef
 ) -> tuple[SensorSpec, ...]:
     top.section("sensors", {}).names(taken=("tip",))  # the tool's own output rows are called so
     sections = top.sections("sensors", {})
