@@ -24,6 +24,8 @@ from flexarm_bringup.static_arm import StaticArm
 from flexarm_bringup.tasks.course import plan_course
 from flexarm_bringup.tasks.task import Task
 from flexarm_bringup.tasks.task_for import task_for
+from flexarm_controller.guard import Guard
+from flexarm_controller.guard_settings import GuardSettings, guard_limits
 from flexarm_controller.laws import LAWS, LawInputs
 from flexarm_controller.limits import Limits
 from flexarm_controller.mpc import Mpc, Plan
@@ -142,7 +144,7 @@ def record(
     usual = np.percentile(wanted, USUAL, axis=0)
     effort = usual + SHARE * (wanted.max(axis=0) - usual)
     scarce = with_efforts(config, dict(zip(config.actuated, effort, strict=True)))
-    return _run(scarce, task, seconds)[0]
+    return _run(scarce, task, seconds, config)[0]
 
 
 def with_efforts(config: ManipulatorConfig, efforts: Mapping[str, float]) -> ManipulatorConfig:
@@ -162,21 +164,25 @@ def with_efforts(config: ManipulatorConfig, efforts: Mapping[str, float]) -> Man
 
 def _torques(config: ManipulatorConfig, task: Task, seconds: float) -> Array:
     """Return the size of the torques when there is enough of them [N m] or [N], (k, n_theta)."""
-    return _run(config, task, seconds)[1]
+    return _run(config, task, seconds, config)[1]
 
 
-def _run(config: ManipulatorConfig, task: Task, seconds: float) -> tuple[Recording, Array]:
+def _run(
+    config: ManipulatorConfig, task: Task, seconds: float, guarded: ManipulatorConfig
+) -> tuple[Recording, Array]:
+    """Run an arm under the guard of another, which leaves it what it needs to stop against its weight."""
     tree = ReducedTree(config)
     course = plan_course(StaticArm(tree), task, 1 / config.rate_hz)
     config = replace(config, home=course.home)
     settings: LoopSettings = loop_settings(task, "mpc", RigSettings())
     recording = Recording(config.name, settings.mpc, 1 / config.rate_hz, course.reference)
+    hardware = Hardware(config, settings.rig)
+    hardware.guard = Guard(guard_limits(replace(guarded, home=course.home), tree, GuardSettings()))
     law = {"mpc": lambda model, given: RecordingLaw(recording, model, given)}
     with mock.patch.dict(LAWS, law):
         ticks, _ = run_loop(
-            Hardware(config, settings.rig), ReducedTree(config), course.reference,
-            min(course.end, seconds), settings, _observe,
-        )  # fmt: skip
+            hardware, ReducedTree(config), course.reference, min(course.end, seconds), settings, _observe
+        )
     return recording, abs(np.array([tick["tau"] for tick in ticks]))
 
 
