@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from arms import SINGLE_LINK
+from scipy.linalg import eigh
 
 from flexarm_model.config import load_config
 from flexarm_model.identification.described_modes import described_modes, read_unknown
+from flexarm_model.identification.described_shapes import described_shapes, in_size
 from flexarm_model.identification.model_update import (
     ModeTable,
     Unknown,
@@ -15,6 +19,7 @@ from flexarm_model.identification.model_update import (
     loose_directions,
     update_model,
 )
+from flexarm_model.linear_assembly import assemble
 from flexarm_model.linearize import linearize
 from flexarm_model.reduced_tree import ReducedTree
 from flexarm_model.strict_yaml import ConfigError
@@ -25,7 +30,11 @@ STIFFNESS = "bodies.strip.pieces.0.youngs_modulus"
 TIP_MASS = "bodies.strip.point_masses.0.mass"
 DAMPING = "bodies.strip.damping_ratio"
 ROTOR = "joints.base.axes.rz.rotor_inertia"
-TRUTH = {STIFFNESS: "156.375 GPa", TIP_MASS: "70.2 g", DAMPING: 0.028}  # -25 %, +30 %, unknown
+TRUTH: dict[str, str | float] = {
+    STIFFNESS: "156.375 GPa",
+    TIP_MASS: "70.2 g",
+    DAMPING: 0.028,
+}  # -25 %, +30 %, unknown
 HOME = np.zeros(1)
 
 
@@ -66,6 +75,35 @@ def test_softer_strip_heavier_tip_and_damping_are_recovered_within_three_percent
     found = [float(str(update.changes[path]).split()[0]) for path in TRUTH]
     assert found == pytest.approx([156.375, 70.2, 0.028], rel=0.03)
     assert abs(update.before).max() > 0.05 and abs(update.after).max() < 1e-3
+
+
+CHANNELS = ("encoder.position", "tip_accelerometer.y")
+
+
+def test_shapes_at_sensors_are_those_of_the_arm_put_together_without_casadi() -> None:
+    """Encoder and accelerometer of the first two modes, by the rows of motor and node."""
+    shapes = described_shapes(SINGLE_LINK, "geared", False, CHANNELS)(TRUTH, HOME)
+    built = assemble(load_config(SINGLE_LINK, "geared", TRUTH))
+    squares, phi = eigh(built.K, built.M)
+    rows = np.vstack([built.B.T, built.node_rows("strip.sensor")[1]])
+    expected = (rows @ phi).T[1:3] * np.column_stack([np.ones(2), -squares[1:3]])
+    ratio = shapes[:2, 1] / shapes[:2, 0]
+    assert ratio == pytest.approx(expected[:, 1] / expected[:, 0], rel=1e-3)
+
+
+def test_shapes_tell_more_than_a_single_frequency() -> None:
+    """One frequency alone does not part stiffness from tip mass; how far the hub moves along helps."""
+    modes_of = described_modes(SINGLE_LINK, "geared", False)
+    shapes_of = described_shapes(SINGLE_LINK, "geared", False, CHANNELS)
+    unknowns = [unknown(STIFFNESS), unknown(TIP_MASS)]
+    alone = update_model(modes_of, unknowns, [measured(count=1)])
+    assert not alone.identified.all()
+    size = abs(shapes_of({}, HOME)[:1]).max(axis=0)
+    table = replace(measured(count=1), shapes=in_size(shapes_of(TRUTH, HOME)[:1], size), size=size)
+    update = update_model(lambda c, at: (*modes_of(c, at), shapes_of(c, at)), unknowns, [table])
+    print(alone.x, alone.sigma, update.x, update.sigma)
+    assert (update.sigma < alone.sigma).all()
+    assert abs(update.after).max() < 1e-3
 
 
 def test_sensitivity_to_stiffness_is_one_half_in_all() -> None:

@@ -38,7 +38,9 @@ def read_test(path: Path) -> Tested | None:
         if not texts:
             return None
         told, config = from_text(texts[-1]), configuration(bag)[0]
-    except (BagError, ValueError) as error:
+    except BagError as error:
+        raise SourceError(str(error)) from error
+    except ValueError as error:
         raise SourceError(f"{path}: {error}") from error
     axes = tuple(config.actuated)
     if told.refusal:

@@ -124,8 +124,9 @@ def _with_update(
     if halves is not None and halves.fit.refusal:
         raise ValueError(f"the identified model is refused, nothing is fitted to it: {halves.fit.refusal}")
     fitting = Fitting(
-        args.manipulator, args.preset, tuple(args.fit), tuple(args.pose), args.motors == "locked", args.update
-    )
+        args.manipulator, args.preset, tuple(args.fit), tuple(args.pose), args.motors == "locked",
+        args.update, () if result.is_reciprocal else result.responses.outputs,
+    )  # fmt: skip
     update, test = fit_description(fitting, result.found.fit, others)
     page = add_to(page, update, write_description(fitting, update, args.files), test)
     if args.retune is None:

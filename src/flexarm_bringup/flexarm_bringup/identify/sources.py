@@ -25,6 +25,7 @@ from flexarm_model.modal.frf import KINDS
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
+DRAWS_TRIED = 20  # until all inputs can be told apart
 LINES_PER_RECORD = 1 / 16  # length of a block over that of a record when nobody asks for a resolution
 USABLE_BAND = 1 / 2.56  # of the rate; what lies above is spoilt by the anti-aliasing filter
 
@@ -168,7 +169,12 @@ def _of_set_up(records: Sequence[Records], averaging: Averaging) -> Source:
     count = len(blocks.spectra)
 
     def draw(rng: np.random.Generator) -> Responses:
-        return _responses(blocks.frf(estimator, first.kind, rng.integers(count, size=count)), first)
+        for _ in range(DRAWS_TRIED):  # few blocks drawn with repetition may hold too few inputs
+            try:
+                return _responses(blocks.frf(estimator, first.kind, rng.integers(count, size=count)), first)
+            except ValueError:
+                continue
+        return responses
 
     few = () if count >= FEWEST_BLOCKS else (f"{count} block(s): too few to draw again, so no bootstrap",)
     fed_back = (UNDER_FEEDBACK,) if first.is_held and estimator != BY_INSTRUMENT else ()

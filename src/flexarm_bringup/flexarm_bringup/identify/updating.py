@@ -12,11 +12,14 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
+from flexarm_bringup.identify.seen_shapes import SeenShapes, find_channels
 from flexarm_bringup.page.report import Cells, Column, Page, Table
 from flexarm_model.config import load_config
 from flexarm_model.identification.described_modes import described_modes, read_unknown
+from flexarm_model.identification.described_shapes import described_shapes
 from flexarm_model.identification.model_update import (
     ModeTable,
+    Serve,
     Update,
     loose_directions,
     update_model,
@@ -46,6 +49,7 @@ class Fitting:
         pose: Actuated axes at the measurement [rad or m]; empty for home.
         motors_locked: They were held by brakes.
         output: File to write; None for none.
+        outputs: Names of the measured outputs; those of the description's sensors tell shapes.
     """
 
     manipulator: str
@@ -54,6 +58,7 @@ class Fitting:
     pose: tuple[float, ...] = ()
     motors_locked: bool = False
     output: Path | None = None
+    outputs: tuple[str, ...] = ()
 
 
 def fit_description(
@@ -71,15 +76,28 @@ def fit_description(
     """
     path = find_manipulator(fitting.manipulator)
     pose = np.array(fitting.pose) if fitting.pose else load_config(path, fitting.preset).home
-    serve = described_modes(path, fitting.preset, fitting.motors_locked)
+    modes_of = described_modes(path, fitting.preset, fitting.motors_locked)
     unknowns = [
         read_unknown(path, fitting.preset, name, float(spread or SPREAD))
         for name, _, spread in (item.partition("=") for item in fitting.parameters)
     ]
-    every = [(pose, fit), *others]
-    told, kept_back = split_poses([match(serve({}, at)[0], at, modes) for at, modes in every])
+    tables = [match(modes_of({}, at)[0], at, modes) for at, modes in [(pose, fit), *others]]
+    at_sensors = seen_shapes(path, fitting, fit)
+    serve: Serve = modes_of
+    if at_sensors is not None:
+        tables[0] = at_sensors.told(tables[0], fit)
+        serve = at_sensors.served(modes_of)
+    told, kept_back = split_poses(tables)
     update = update_model(serve, unknowns, told)
-    return update, check_poses(serve, update.changes, kept_back)
+    return update, check_poses(modes_of, update.changes, kept_back)
+
+
+def seen_shapes(path: Path, fitting: Fitting, fit: PoleFit) -> SeenShapes | None:
+    """Return how shapes are to be compared; None where fewer than two outputs are the description's."""
+    columns, names = find_channels(load_config(path, fitting.preset), fitting.outputs)
+    if len(names) < 2 or fit.model.residues.shape[1] != len(fitting.outputs):
+        return None
+    return SeenShapes(described_shapes(path, fitting.preset, fitting.motors_locked, names), columns)
 
 
 def match(described_hz: Array, pose: Array, fit: PoleFit) -> ModeTable:

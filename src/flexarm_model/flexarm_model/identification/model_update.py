@@ -2,27 +2,30 @@
 
 Every unknown parameter is ``p = p_0 exp(x)``, so that it keeps its sign; prior ``x ~ N(0, spread)``::
 
-    min over x   sum (ln f(x) / f)^2 / s_f^2 + sum (ln zeta(x) / zeta)^2 / s_zeta^2 + sum (x / spread)^2
+    min over x   sum (ln f(x) / f)^2 / s_f^2 + sum (ln zeta(x) / zeta)^2 / s_zeta^2
+                 + sum |phi(x) - phi|^2 / s_phi^2 + sum (x / spread)^2
 
-``s`` holds the uncertainty of the measurement and a floor for what the model leaves out. What the data do not
-tell stays where the prior has it: a parameter counts as identified when its sigma has at least halved.
-Parameters that only act together show as a direction of the posterior that is as wide as the prior.
+with shapes phi at the sensors of length one, where they are known. ``s`` holds the uncertainty of the
+measurement and a floor for what the model leaves out. What the data do not tell stays where the prior has it:
+a parameter counts as identified when its sigma has at least halved. Parameters that only act together show as
+a direction of the posterior that is as wide as the prior.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
+from flexarm_model.identification.described_shapes import in_size
 from flexarm_model.modal.read_only import lock_arrays
 
 Array = NDArray[np.float64]
 IDENTIFIED = 0.5  # posterior over prior sigma up to which the data have told a parameter
-MODEL_F, MODEL_ZETA = 5e-4, 0.02  # relative errors of frequency and damping that a model may have anyway
+MODEL_F, MODEL_ZETA, MODEL_PHI = 5e-4, 0.02, 0.05  # relative errors that a model may have anyway
 STEP = 1e-4  # of ln p, for the derivative
 
 
@@ -58,6 +61,8 @@ class ModeTable:
         f_std_hz: One sigma of them [Hz], (r,).
         zeta: Damping ratios [1], (r,).
         zeta_std: One sigma of them [1], (r,).
+        shapes: At the sensors, in units of ``size``, of length one [1], (r, n_out).
+        size: Of every sensor's part in the modes, (n_out,).
     """
 
     pose: Array
@@ -65,6 +70,8 @@ class ModeTable:
     f_std_hz: Array
     zeta: Array
     zeta_std: Array
+    shapes: Array = field(default_factory=lambda: np.zeros((0, 0)))
+    size: Array = field(default_factory=lambda: np.zeros(0))
 
     def __post_init__(self) -> None:
         """Make the arrays read-only."""
@@ -101,8 +108,11 @@ class Update:
         return np.asarray(self.sigma <= IDENTIFIED * spread)
 
 
-Serve = Callable[[Mapping[str, str | float], Array], tuple[Array, Array]]
-"""Frequencies [Hz] and damping ratios [1] of the changed description at a pose, slowest first."""
+Serve = Callable[[Mapping[str, str | float], Array], tuple[Array, ...]]
+"""Frequencies [Hz], damping ratios [1], perhaps shapes of the changed description at a pose, slowest first.
+
+Shapes are (modes, n_out), of the slowest modes; where a table has none they are not looked at.
+"""
 
 
 def update_model(serve: Serve, unknowns: Sequence[Unknown], tables: Sequence[ModeTable]) -> Update:
@@ -166,7 +176,7 @@ def _misfit(
     changes = {unknown.path: unknown.text(value) for unknown, value in zip(unknowns, x, strict=True)}
     weighted, logs = [], []
     for table in tables:
-        f_hz, zeta = serve(changes, table.pose)
+        f_hz, zeta, *shapes = serve(changes, table.pose)
         if f_hz.size < table.f_hz.size:
             raise ValueError(f"{table.f_hz.size} modes were measured, the model has {f_hz.size}")
         f_hz, zeta = f_hz[: table.f_hz.size], zeta[: table.f_hz.size]
@@ -175,8 +185,19 @@ def _misfit(
         s_zeta = np.hypot(np.nan_to_num(table.zeta_std) / np.nan_to_num(table.zeta, nan=1.0), MODEL_ZETA)
         weighted += [log_f[np.isfinite(log_f)] / s_f[np.isfinite(log_f)]]
         weighted += [log_zeta[np.isfinite(log_zeta)] / s_zeta[np.isfinite(log_zeta)]]
+        weighted += [_shape_misfit(each, table) for each in shapes if table.shapes.size]
         logs.append(log_f[np.isfinite(log_f)])
     return np.concatenate(weighted), np.concatenate(logs)
+
+
+def _shape_misfit(shapes: Array, table: ModeTable) -> Array:
+    """Return the weighted errors of the shapes that are known, either sign allowed."""
+    count = min(len(shapes), len(table.shapes))
+    measured, seen = table.shapes[:count], in_size(shapes[:count], table.size)
+    known = np.isfinite(measured).all(axis=1)
+    measured, seen = measured[known], seen[known]
+    signs = np.where(np.sum(measured * seen, axis=1, keepdims=True) < 0.0, -1.0, 1.0)
+    return np.asarray((signs * seen - measured).ravel() / MODEL_PHI)
 
 
 def loose_directions(update: Update) -> list[str]:
