@@ -151,6 +151,15 @@ def test_mpc_shakes_the_single_link_less_at_rest_than_joint_pd() -> None:
     assert all(mpc[error] < pd[error] < 0.02 for error in (-0.1, 0.0, 0.1))  # m/s^2
 
 
+def test_the_shaped_motion_may_be_named_and_must_exist(case: Case) -> None:
+    def asked(name: str) -> Case:
+        return replace(case, task=replace(case.task, compare=replace(case.task.compare, shaped=name)))
+
+    assert asked("ZV").chosen == "ZV" != case.chosen
+    with pytest.raises(ValueError, match=r"'ZVZ' is none of worst profile, .*ZVD"):
+        _ = asked("ZVZ").chosen
+
+
 def test_time_taken_is_never_less_than_that_of_the_motion(case: Case) -> None:
     scheme = case.schemes()[0]
     early = replace(result(MPC, "a", 0.1), legs=(LegFigures(0.1, -0.2, 0.3, 0.0, 0.5, 0.0),))

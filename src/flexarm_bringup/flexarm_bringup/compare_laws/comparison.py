@@ -5,6 +5,7 @@
     compare:
       moves: {...}                # instead of those that "flexarm sim" does
       signal: accelerometer       # what is judged: the tip, or accelerometers less what a rigid arm feels
+      shaped: three-hump EI       # what MPC is given beside; else the most robust one by the served model
       worst_db: -31               # bounds; without one the row is printed and not judged
       shaped_db: -34
       scarce_gain_db: 10
@@ -30,6 +31,7 @@ class Comparison:
     Attributes:
         moves: What it does; empty for the moves of the task.
         signal: "tip": its acceleration; "accelerometer": theirs less a rigid arm's.
+        shaped: Motion that MPC is given beside the worst one; empty: the most robust by the served model.
         worst_db: MPC on the worst profile, at most [dB]; None for no bound.
         shaped_db: MPC on a shaped reference, at most [dB].
         scarce_gain_db: What MPC gains on the clipped LQR at half the peak torque, at least [dB].
@@ -39,6 +41,7 @@ class Comparison:
 
     moves: Mapping[str, TaskMove] = field(default_factory=dict)
     signal: str = "tip"
+    shaped: str = ""
     worst_db: float | None = None
     shaped_db: float | None = None
     scarce_gain_db: float | None = None
@@ -56,6 +59,7 @@ def read_comparison(section: Section) -> Comparison:
     comparison = Comparison(
         moves={name: read_move(move) for name, move in section.sections("moves", {})},
         signal=section.choice("signal", SIGNALS, "tip"),
+        shaped=section.text("shaped", ""),
         worst_db=_bound(section, "worst_db"),
         shaped_db=_bound(section, "shaped_db"),
         scarce_gain_db=_bound(section, "scarce_gain_db"),

@@ -87,8 +87,12 @@ def _lead(case: Case) -> str:
     return (
         f"Moves: {moves}. Residual: RMS acceleration ({signal}) below {watch.cutoff_hz:g} Hz from "
         f"{watch.begin:g} to {watch.end:g} s after a move; settled within {1e3 * watch.tolerance:g} mm. "
-        f"MPC's shaped reference: {case.chosen}, the most robust one by the served model."
+        f"MPC's shaped reference: {case.chosen}, {_why(case)}."
     )
+
+
+def _why(case: Case) -> str:
+    return "as its moves file says" if case.task.compare.shaped else "the most robust one by the served model"
 
 
 def _cells(result: CompareResult, base: float) -> list[Cell]:

@@ -76,8 +76,16 @@ class Case:
 
     @cached_property
     def chosen(self) -> str:
-        """Return the shaped motion that MPC is given: the most robust one of the first move."""
-        leg = self.legs[0]
+        """Return the shaped motion that MPC is given: the task's, or the most robust one of the first move.
+
+        Raises:
+            ValueError: The task's is not among the motions.
+        """
+        leg, wanted = self.legs[0], self.task.compare.shaped
+        if wanted and wanted not in self.motions:
+            raise ValueError(f"compare: shaped: '{wanted}' is none of {', '.join(self.motions)}")
+        if wanted:
+            return wanted
         by_name = {name: by_leg[leg.name] for name, by_leg in self.motions.items()}
         return robust_choice(leg, self.task.watch, by_name)
 
