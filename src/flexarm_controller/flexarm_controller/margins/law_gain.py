@@ -22,6 +22,7 @@ from flexarm_model.reduced_model import ReducedModel
 Array = NDArray[np.float64]
 SHARE = 1e-5  # of the torque limit that a deviation asks for
 FIRST, LARGEST = 1e-10, 1.0  # deviations, SI
+SMALLER = np.logspace(0, -3, 4)  # tried while a limit binds
 
 
 @dataclass(frozen=True)
@@ -80,4 +81,10 @@ def _slope(answer: Callable[[Array], Array], at: Array, k: int, effort: Array) -
         return (answer(at + step) - answer(at - step)) / (2 * h)
 
     share = float((abs(difference(FIRST)) / effort).max())
-    return difference(min(SHARE / share, LARGEST) if share > 0.0 else LARGEST)
+    wanted = min(SHARE / share, LARGEST) if share > 0.0 else LARGEST
+    for h in wanted * SMALLER:  # a mode that the law hardly sees may strain a gauge before it moves a motor
+        try:
+            return difference(float(h))
+        except ValueError:
+            continue
+    return difference(FIRST)
