@@ -1,6 +1,7 @@
 """Rule for the horizon: as much of the slowest mode's period as before, and never less than half of it.
 
 The blocks stay as many, so that a step takes as long as before; the later ones become longer or shorter.
+Short motions are those of as many periods as before.
 """
 
 from __future__ import annotations
@@ -14,13 +15,16 @@ from flexarm_controller.settings import MpcConfig
 LEAST = 0.5  # of the period of the slowest mode
 MOST = next(item.metadata["maximum"] for item in fields(MpcConfig) if item.name == "horizon")
 
+LONGEST_FIRM = next(item.metadata["maximum"] for item in fields(MpcConfig) if item.name == "firm_time")
+
 
 def fit_horizon(mpc: MpcConfig, before: ArmFacts, after: ArmFacts, dt: float) -> MpcConfig:
     """Return the settings with horizon and blocks for the arm as it is; ``dt`` is the control period [s]."""
     same_share = mpc.horizon * float(before.f_hz[0] / after.f_hz[0])
     half_period = LEAST / float(after.f_hz[0]) / dt
     horizon = min(max(math.ceil(same_share - 1e-9), math.ceil(half_period), 2), int(MOST))
-    return replace(mpc, horizon=horizon, blocks=spread_blocks(mpc.blocks, horizon))
+    firm = min(mpc.firm_time * float(before.f_hz[0] / after.f_hz[0]), LONGEST_FIRM)
+    return replace(mpc, horizon=horizon, blocks=spread_blocks(mpc.blocks, horizon), firm_time=firm)
 
 
 def spread_blocks(blocks: tuple[int, ...], horizon: int) -> tuple[int, ...]:

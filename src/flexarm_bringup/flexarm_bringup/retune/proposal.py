@@ -27,6 +27,7 @@ RULES = {
     "input_acceleration": "as before, less where margins want it",
     "horizon": "the same share of the slowest period, at least half of it",
     "blocks": "as many as before",
+    "firm_time": "as many periods of the slowest mode",
     "frequency_error": "three sigma of what is not known",
 }
 
