@@ -20,6 +20,7 @@ from flexarm_model.config import load_config
 from flexarm_model.linearize import PoseError, linearize
 from flexarm_model.manipulator_file import find_manipulator
 from flexarm_model.reduced_tree import ReducedTree
+from flexarm_model.strict_yaml import ConfigError
 
 MACHINES = ("single_link", "variable_stiffness", "planar_3rrr", "spatial_3tpt", "serial_6r")
 SLOW = [pytest.param(name, marks=pytest.mark.slow) for name in MACHINES[2:]]
@@ -164,3 +165,12 @@ def test_strains_are_put_in_order_and_a_silent_gauge_is_not_a_number():
     assert np.isnan(gauges.read()).all()
     gauges.update({})
     assert np.isnan(gauges.read()).all() and len(gauges.read()) == 1
+
+
+def test_a_motor_too_weak_for_the_weight_of_its_arm_is_refused_by_name():
+    """Level, the shoulder holds 0.61 N m."""
+    weak = load_config(
+        find_manipulator("variable_stiffness"), changes={"joints.shoulder.axes.rz.effort": "0.5 N m"}
+    )
+    with pytest.raises(ConfigError, match=r"shoulder\.rz: effort 0\.5: the motor cannot hold the weight"):
+        guard_limits(weak, ReducedTree(weak), SETTINGS)

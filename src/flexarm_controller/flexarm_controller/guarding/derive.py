@@ -35,6 +35,7 @@ from flexarm_model.linearize import PoseError, linearize
 from flexarm_model.parameters import parameter
 from flexarm_model.reduced_model import ReducedModel
 from flexarm_model.reduced_tree import ReducedTree
+from flexarm_model.strict_yaml import ConfigError
 
 Array = NDArray[np.float64]
 NOTICING = 3.0  # periods until a speed that is too high has been measured and judged
@@ -78,12 +79,16 @@ def guard_limits(config: ManipulatorConfig, tree: ReducedTree, settings: GuardSe
         config: The description; its limits and its rate are those of the motors.
         tree: Its dynamics.
         settings: Of the guard.
+
+    Raises:
+        ConfigError: A motor cannot hold the weight of the arm everywhere in its range: nothing can stop it.
     """
     dt = round(1e9 / config.rate_hz) * 1e-9
     home, limits = linearize(tree), limits_of(config)
     ramp = (1.0 + settings.braking_share) * limits.effort / limits.effort_rate
     reaction = (NOTICING + TAPER) * dt + ramp
     a = np.minimum(_deceleration(tree, home, limits, settings.braking_share), limits.velocity / reaction)
+    _refuse_weak(config, a)
     noticed = LEAD * dt + NOTICED * dt + ramp / 2.0
     stopping = np.minimum(a, FAST * limits.velocity / (4.0 * noticed))
     ends = zip(limits.position_low, limits.position_high, a, a * reaction / 2.0, strict=True)
@@ -107,6 +112,16 @@ def guard_limits(config: ManipulatorConfig, tree: ReducedTree, settings: GuardSe
         energy=settings.energy_margin * _energy(home, limits),
         changeover=settings.changeover,
     )
+
+
+def _refuse_weak(config: ManipulatorConfig, a: Array) -> None:
+    for (name, axis), left in zip(config.actuated.items(), a, strict=True):
+        if not left > 0.0:
+            raise ConfigError(
+                f"{config.name}: {name}: effort {axis.effort:g}: the motor cannot hold the weight of the arm "
+                "everywhere between the ends of the ranges, so nothing could stop it; a stronger motor or "
+                "nearer ends are needed"
+            )
 
 
 def _deceleration(tree: ReducedTree, home: ReducedModel, limits: Limits, share: float) -> Array:
