@@ -124,3 +124,19 @@ def test_two_nodes_in_one_process_keep_their_names_and_parameters(tmp_path):
         if row.name in ("estimator", "controller"):
             assert nodes[f"/flexarm/{row.name}"]["ros__parameters"] == dict(row.parameters)
     assert nodes["/flexarm/controller"]["ros__parameters"]["period"] == 0.002
+
+
+def test_a_witness_does_not_outlive_who_started_it():
+    code = (
+        "import os, subprocess, sys\n"
+        "command = [sys.executable, '-m', 'flexarm_bringup.realtime.standstill', '0', str(os.getpid())]\n"
+        "child = subprocess.Popen(command)\n"
+        "print(child.pid)"
+    )
+    told = subprocess.run(
+        [sys.executable, "-c", code], check=True, capture_output=True, text=True, timeout=20
+    )
+    witness, end = Path(f"/proc/{told.stdout.strip()}"), time.monotonic() + 5.0
+    while witness.exists() and time.monotonic() < end:
+        time.sleep(0.05)
+    assert not witness.exists()

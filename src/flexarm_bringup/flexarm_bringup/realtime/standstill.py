@@ -1,8 +1,9 @@
 """Does the machine itself stand still? One witness per core does nothing but sleep, before everybody else.
 
-Run as a program with the number of a core, it sleeps ``STEP`` at a time there with SCHED_FIFO ``PRIORITY``,
-above every node, and prints from when to when it was not woken although it should have been. No node can be
-punctual while its witness is not: the host took the processor away, or the kernel did not give it.
+Run as a program with the numbers of a core and of the process that asks, it sleeps ``STEP`` at a time there
+with SCHED_FIFO ``PRIORITY``, above every node, and prints from when to when it was not woken although it should
+have been. No node can be punctual while its witness is not: the host took the processor away, or the kernel
+did not give it.
 """
 
 from __future__ import annotations
@@ -54,7 +55,7 @@ class Witnesses:
         """Begin to watch."""
         for core in sorted(os.sched_getaffinity(0)):
             self._files.append(tempfile.TemporaryFile("w+"))  # noqa: SIM115 (closed in __exit__)
-            command = [sys.executable, "-m", __name__, str(core)]
+            command = [sys.executable, "-m", __name__, str(core), str(os.getpid())]
             self._children.append(subprocess.Popen(command, stdout=self._files[-1]))
         return self
 
@@ -72,16 +73,19 @@ class Witnesses:
         self.standstills = sorted(seen, key=lambda each: each.start)
 
 
-def watch(core: int, seconds: float) -> int:
-    """Sleep on a core for so long [s] and print every standstill; returns the exit code."""
+def watch(core: int, parent: int) -> int:
+    """Sleep on a core while the process that started this one lives, and print every standstill.
+
+    Returns:
+        Exit code.
+    """
     try:
         os.sched_setaffinity(0, {core})
         os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(PRIORITY))
     except PermissionError:
         return NOT_PERMITTED
     now = time.monotonic()
-    end = now + seconds
-    while now < end:
+    while os.getppid() == parent:
         due = now + STEP
         time.sleep(STEP)
         now = time.monotonic()
@@ -91,4 +95,4 @@ def watch(core: int, seconds: float) -> int:
 
 
 if __name__ == "__main__":
-    sys.exit(watch(int(sys.argv[1]), float(sys.argv[2]) if len(sys.argv) > 2 else float("inf")))
+    sys.exit(watch(*map(int, sys.argv[1:])))
