@@ -6,12 +6,13 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from flexarm_interfaces.msg import SteadyFilter
 from flexarm_interfaces.srv import SetNoise
-from std_msgs.msg import String
+from std_msgs.msg import Empty, String
 
 from flexarm_bringup.processes.graph import rig_graph
 from flexarm_bringup.processes.running_graph_node import Ear, running
-from flexarm_model.node import LATCHED_QOS
+from flexarm_model.node import LATCHED_QOS, RELIABLE_QOS
 
 pytestmark = pytest.mark.ros
 
@@ -52,6 +53,19 @@ def test_an_optimistic_estimator_keeps_the_arm_from_being_armed_until_it_is_tune
         ear.wait(lambda: heard[-1] == "", 20.0, "another verdict")
         ear.wait(lambda: ear.call("guard/arm").success, 20.0, "arming")
         ear.wait(lambda: bool(ear.heard["joint_commands"]), 10.0, "a command")
+
+
+def test_the_settled_filter_is_told_again_when_somebody_asks(tmp_path: Path) -> None:
+    nodes = tuple(row for row in rig_graph() if row.name in ("rig", "model", "estimator"))
+    with running(nodes, (), tmp_path) as (_, ear):
+        heard: list[SteadyFilter] = []
+        ear.node.create_subscription(SteadyFilter, "estimator/steady_filter", heard.append, LATCHED_QOS)
+        ear.wait(lambda: bool(heard), 40.0, "the settled filter")
+        ask = ear.node.create_publisher(Empty, "estimator/settle", RELIABLE_QOS)
+        ear.wait(lambda: ask.get_subscription_count() > 0, 10.0, "the estimator")
+        ask.publish(Empty())
+        ear.wait(lambda: len(heard) > 1, 10.0, "it again")
+        assert heard[1].model_id == heard[0].model_id and not heard[1].reason
 
 
 def _says(ear: Ear, reason: str) -> bool:

@@ -55,3 +55,17 @@ def test_without_a_gate_everything_may_be_sent():
     arming = Arming(None)
     arming.take(FILTER)
     assert arming.reason == "" and arming.is_known and not arming.look(MODEL, is_armed=False)
+
+
+def test_a_filter_of_an_earlier_model_is_a_reason_to_ask_for_one_of_the_model_in_use():
+    """As a controller finds it that is started again while the arm stands elsewhere."""
+    arming = Arming(FakeGate(""))
+    assert not arming.is_of_another(OTHER, is_armed=False)  # nothing has been told
+    arming.take(FILTER)
+    assert arming.is_of_another(OTHER, is_armed=False)
+    assert not arming.is_of_another(MODEL, is_armed=False) and not arming.is_of_another(None, is_armed=False)
+    assert not arming.is_of_another(OTHER, is_armed=True)  # settling takes a while
+    arming.take(SimpleNamespace(model_id="b"))
+    assert arming.look(OTHER, is_armed=False) and arming.is_known
+    assert not arming.is_of_another(MODEL, is_armed=False)  # judged; models of a motion ask for nothing
+    assert not Arming(None).is_of_another(MODEL, is_armed=False)

@@ -1,9 +1,9 @@
 """Does the machine itself stand still? One witness per core does nothing but sleep, before everybody else.
 
 Run as a program with the numbers of a core and of the process that asks, it sleeps ``STEP`` at a time there
-with SCHED_FIFO ``PRIORITY``, above every node, and prints from when to when it was not woken although it should
-have been. No node can be punctual while its witness is not: the host took the processor away, or the kernel
-did not give it.
+with SCHED_FIFO ``PRIORITY``, above every node, and prints from when to when it was not woken although it
+should have been. No node can be punctual while its witness is not: the host took the processor away, or the
+kernel did not give it.
 """
 
 from __future__ import annotations

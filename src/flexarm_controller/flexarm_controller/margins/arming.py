@@ -2,6 +2,8 @@
 
 The first model and the filter that the estimator has settled on for it are judged as soon as both are there,
 and again when the estimator is tuned otherwise; never while the guard is armed, for judging takes a while.
+A controller that is started while the arm stands elsewhere finds a filter of an earlier model: it asks for
+one of its own.
 """
 
 from __future__ import annotations
@@ -32,6 +34,12 @@ class Arming:
         self._filter = filter_
         if filter_ is None and self._gate is not None:
             self.reason, self.is_known = f"margins: {fault}", True
+
+    def is_of_another(self, model: ReducedModel | None, is_armed: bool) -> bool:
+        """Return whether a filter waits that is not of ``model``, and a new one may be asked for."""
+        if self._filter is None or model is None or is_armed or self._gate is None:
+            return False
+        return self._filter.model_id != model.model_id
 
     def look(self, model: ReducedModel | None, is_armed: bool) -> bool:
         """Judge what waits, if it can be judged now; return whether there is a new verdict."""

@@ -2,15 +2,20 @@
 
 Publishes
     ~/margins (std_msgs/String, latched): why nothing may be sent, with the mode by name; empty when it may.
+    estimator/settle (std_msgs/Empty): asks for the settled filter of the model in use, where the one that is
+        told is of another model.
 Subscribes
     estimator/steady_filter (flexarm_interfaces/SteadyFilter, latched).
 """
 
 from __future__ import annotations
 
+import math
+import time
+
 from flexarm_interfaces.msg import SteadyFilter
 from rclpy.node import Node
-from std_msgs.msg import String
+from std_msgs.msg import Empty, String
 
 from flexarm_controller.exchange import ControllerExchange
 from flexarm_controller.laws import LawInputs
@@ -19,7 +24,9 @@ from flexarm_controller.margins.gate import Gate
 from flexarm_controller.settings import MarginConfig
 from flexarm_model.conversions import ModelMessageError, filter_from_msg
 from flexarm_model.description import ManipulatorConfig
-from flexarm_model.node import LATCHED_QOS
+from flexarm_model.node import LATCHED_QOS, RELIABLE_QOS
+
+ASK_PERIOD = 1.0  # s
 
 
 class ArmingCheck:
@@ -45,6 +52,8 @@ class ArmingCheck:
         gate = Gate(arm, inputs, margins) if margins.margins_required else None
         self._node, self._exchange, self._arming = node, exchange, Arming(gate)
         self._n_u = len(arm.actuated)
+        self._asked = -math.inf
+        self._settle = node.create_publisher(Empty, "estimator/settle", RELIABLE_QOS)
         self._said = node.create_publisher(String, "~/margins", LATCHED_QOS)
         node.create_subscription(SteadyFilter, "estimator/steady_filter", self.on_filter, LATCHED_QOS)
         exchange.withheld = self._arming.reason
@@ -69,6 +78,14 @@ class ArmingCheck:
         model = None if controller is None else controller.model
         if self._arming.look(model, self._exchange.is_armed):
             self._tell()
+        elif self._arming.is_of_another(model, self._exchange.is_armed):
+            self._ask()
+
+    def _ask(self) -> None:
+        now = time.monotonic()
+        if now - self._asked > ASK_PERIOD:
+            self._asked = now
+            self._settle.publish(Empty())
 
     def _tell(self) -> None:
         reason = self._exchange.withheld = self._arming.reason
