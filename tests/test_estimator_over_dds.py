@@ -27,7 +27,7 @@ def test_bad_messages_are_counted_and_named_and_nothing_non_finite_is_published(
     with running(nodes, TOPICS, tmp_path) as (_, ear):
         ear.wait_ready("rig", "model")
         ear.wait(lambda: len(ear.heard["modal_state"]) > 50, 40.0, "estimates")
-        ear.wait(lambda: bool(ear.heard["joint_states"]), 10.0, "the rig")  # who is found later is heard later
+        ear.wait(lambda: bool(ear.heard["joint_states"]), 10.0, "the rig")  # it may be found later
         for _ in range(5):
             _send_bad_messages(ear)
             ear.listen(0.2)
