@@ -8,13 +8,15 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from typing import Any
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
+from rclpy.serialization import deserialize_message
 from std_srvs.srv import Trigger
 from trajectory_msgs.msg import JointTrajectory
 
+from flexarm_bringup.fault_drill.heard import Arrival, Heard
 from flexarm_bringup.fault_drill.system_stand import SystemStand
 from flexarm_bringup.message_class import message_class
 from flexarm_bringup.processes.graph import Process
@@ -27,7 +29,6 @@ from flexarm_controller.reference import hold
 from flexarm_model.node import MODELS_QOS
 
 Array = NDArray[np.float64]
-Arrival = tuple[float, Any]  # time.time() [s], message
 TOPICS = (
     "model", "joint_states", "drive_states", "modal_state", "end_effector", "controller_status",
     "joint_commands", "applied_effort", "guard_status", "truth",
@@ -51,13 +52,14 @@ class LiveRig:
         """Begin to hear."""
         self.stand, self.ear, self._supervisor = stand, ear, supervisor
         self._watch = WatchNode(tuple(supervisor.pids), lambda text: None)
-        self.came: dict[str, list[Arrival]] = {topic: [] for topic in TOPICS}
+        self.came: dict[str, Heard] = {}
         for topic in TOPICS:
             stream = find_stream(f"{NAMESPACE}/{topic}")
             if stream is None:
                 raise KeyError(topic)
             kind, qos = message_class(stream.type), MODELS_QOS if stream.is_latched else DEEP_QOS
-            ear.node.create_subscription(kind, topic, self._noting(topic), qos)
+            self.came[topic] = heard = Heard(partial(deserialize_message, message_type=kind))
+            ear.node.create_subscription(kind, topic, _noting(heard), qos, raw=True)
         self.respawned: dict[str, float] = {}
         self._references = ear.node.create_publisher(JointTrajectory, "reference", 10)
         self._goals = swings(stand)
@@ -97,7 +99,7 @@ class LiveRig:
 
     def after(self, topic: str, since: float) -> list[Arrival]:
         """Return what came on a topic after a time."""
-        return [arrival for arrival in self.came[topic] if arrival[0] > since]
+        return self.came[topic].after(since)
 
     def forget(self) -> None:
         """Drop what has come so far."""
@@ -127,11 +129,11 @@ class LiveRig:
         if not is_armed and self._arm.service_is_ready() and now >= self._ask_at:
             self._arm.call_async(Trigger.Request())
             self._ask_at = now + ASK_PERIOD
-        return is_armed and bool(self.after("joint_commands", time.time() - RECENT))
+        return is_armed and self.came["joint_commands"].came_after(time.time() - RECENT)
 
-    def _noting(self, topic: str) -> Callable[[Any], None]:
-        arrivals = self.came[topic]
-        return lambda msg: arrivals.append((time.time(), msg))
+
+def _noting(heard: Heard) -> Callable[[bytes], None]:
+    return lambda raw: heard.add(time.time(), raw)
 
 
 @contextmanager

@@ -22,7 +22,8 @@ from flexarm_bringup.fault_drill.system_stand import SystemStand, passes, stamp
 from flexarm_controller.limits import limits_of
 
 if TYPE_CHECKING:
-    from flexarm_bringup.fault_drill.live_rig_node import Arrival, LiveRig
+    from flexarm_bringup.fault_drill.heard import Arrival
+    from flexarm_bringup.fault_drill.live_rig_node import LiveRig
 
 # what tells that a node is back; the torque that it decides or leads to, and who acts on it
 STREAMS = {"model": "model", "estimator": "modal_state", "controller": "controller_status"}
