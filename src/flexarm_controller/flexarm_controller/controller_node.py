@@ -11,12 +11,11 @@ Publishes
     /diagnostics (diagnostic_msgs/DiagnosticArray): 1 Hz.
     ~/ready (std_msgs/Bool, latched): true once it has a model and its topics are connected.
 Subscribes
-    modal_state (flexarm_interfaces/ModalState), model (flexarm_interfaces/ReducedModel, latched),
-    reference (trajectory_msgs/JointTrajectory), guard_status (flexarm_interfaces/GuardStatus: session),
-    tick (flexarm_interfaces/Tick, lockstep only).
+    model (flexarm_interfaces/ReducedModel, latched), reference (trajectory_msgs/JointTrajectory).
+    modal_state, guard_status, tick: see ``states_node``.
 
-In real time only the newest state is answered when several wait, and commands are at least half a period
-apart (``pacing``): what was missed is skipped, and counted in ``missed_cycles``.
+In real time only the newest state is answered when several wait: what was missed is skipped, and counted in
+``missed_cycles``.
 """
 
 from __future__ import annotations
@@ -28,13 +27,10 @@ from dataclasses import dataclass, replace
 from flexarm_interfaces.msg import (
     ControllerDebug,
     ControllerStatus,
-    GuardStatus,
     JointCommand,
     ModalState,
     ReducedModel,
-    Tick,
 )
-from rclpy.clock import Clock, ClockType
 from std_msgs.msg import String
 from trajectory_msgs.msg import JointTrajectory
 
@@ -50,24 +46,15 @@ from flexarm_controller.motion.settings import MotionConfig
 from flexarm_controller.motion.tip_goals_node import TipGoals
 from flexarm_controller.motion.tip_kinematics import TipKinematics
 from flexarm_controller.nonlinear.settings import NmpcConfig
-from flexarm_controller.pacing import Pacing
 from flexarm_controller.settings import ControllerConfig, MarginConfig, MpcConfig
+from flexarm_controller.states_node import Duties, PacedStates, States, TickedStates
 from flexarm_controller.time_budget import Clocks
-from flexarm_model.conversions import stamp_to_ns
 from flexarm_model.declared_node import declare_configs, load_arm
 from flexarm_model.description import ManipulatorConfig
 from flexarm_model.diagnosis import DiagnosticsConfig
 from flexarm_model.diagnostics_node import Diagnostics
-from flexarm_model.lockstep import Lockstep, Messages
 from flexarm_model.managed_node import LifeSettings, ManagedNode
-from flexarm_model.node import (
-    LATCHED_QOS,
-    LATEST_QOS,
-    LOCKSTEP_QOS,
-    MODELS_QOS,
-    RELIABLE_QOS,
-    run_node,
-)
+from flexarm_model.node import LATCHED_QOS, LOCKSTEP_QOS, MODELS_QOS, RELIABLE_QOS, run_node
 from flexarm_model.parameters import parameter
 from flexarm_model.reduced_tree import ReducedTree
 
@@ -123,10 +110,6 @@ class ControllerNode(ManagedNode):
         goals = MotionExchange(config, self._tip, motion, period, self.exchange)
         self._goals = TipGoals(self, goals, self._publish)
         self.exchange.tell_debug(Insight(self._tip.at, inputs.mpc, period), self._has_debug_listener)
-        self._lockstep = Lockstep(("guard_status",), self.on_tick_complete)
-        self._ticked_ns = -1
-        self._waiting: ModalState | None = None
-        self._pacing = Pacing(period, time.perf_counter)
         self._connect()
 
     def _exchange(
@@ -155,51 +138,21 @@ class ControllerNode(ManagedNode):
         self.get_logger().info(answer[0].msg.reason)
         self._publish(answer)
 
-    def on_guard_status(self, msg: GuardStatus) -> None:
-        """Take the session token, in lockstep with the tick that announces it."""
-        if self.settings.lockstep:
-            self._lockstep.add("guard_status", msg)
-        else:
-            self.exchange.on_guard_status(msg)
-
-    def on_tick(self, msg: Tick) -> None:
-        """Note what belongs to an instant."""
-        self._lockstep.announce(msg.sequence, stamp_to_ns(msg.header.stamp), msg.topics, msg.counts)
-
-    def on_tick_complete(self, stamp_ns: int, messages: Messages) -> None:
-        """Take what came with an instant, then answer its state if that is here already."""
-        for msg in messages.get("guard_status", ()):
-            self.exchange.on_guard_status(msg)
-        self._ticked_ns = stamp_ns
-        self._answer_waiting()
-
     def on_modal_state(self, msg: ModalState) -> None:
-        """Answer a state: in lockstep once everything of its instant is here, else when it is time."""
-        self._waiting = msg
-        if self.settings.lockstep:
-            if stamp_to_ns(msg.header.stamp) <= self._ticked_ns:
-                self._answer_waiting()
-        elif (wait := self._pacing.wait()) > 0.0:
-            self._later.timer_period_ns = round(1e9 * wait)
-            self._later.reset()
-        else:
-            self._answer_waiting()
+        """Take a state that another node of this process hands over."""
+        self._states.on_modal_state(msg)
 
-    def on_later(self) -> None:
-        """Answer the newest state after a late answer."""
-        self._later.cancel()
-        self._answer_waiting()
+    def answer(self, msg: ModalState) -> None:
+        """Send the command for a state."""
+        self._arming.look()
+        answer = self.exchange.on_modal_state(msg)
+        self._publish(answer)
+        self._note(answer)
 
-    def _answer_waiting(self) -> None:
-        if self._waiting is not None:
-            msg, self._waiting = self._waiting, None
-            self._arming.look()
-            answer = self.exchange.on_modal_state(msg)
-            self._publish(answer)
-            self._note(answer)
-            self._pacing.note()
-            self.exchange.work_ahead()
-            self._goals.update()
+    def work_ahead(self) -> None:
+        """Do what has time until the next state."""
+        self.exchange.work_ahead()
+        self._goals.update()
 
     def _note(self, answer: Sequence[Outgoing]) -> None:
         """Keep what /diagnostics will judge."""
@@ -228,11 +181,7 @@ class ControllerNode(ManagedNode):
         self._receipts = self.create_publisher(String, "~/models", LATCHED_QOS)
         self.create_subscription(ReducedModel, "model", self.on_model, MODELS_QOS)
         self.create_subscription(JointTrajectory, "reference", self.on_reference, RELIABLE_QOS)
-        self.create_subscription(GuardStatus, "guard_status", self.on_guard_status, quality)
-        newest = LOCKSTEP_QOS if self.settings.lockstep else LATEST_QOS
-        self.create_subscription(ModalState, "modal_state", self.on_modal_state, newest)
-        self._later = self.create_timer(1.0, self.on_later, clock=Clock(clock_type=ClockType.STEADY_TIME))
-        self._later.cancel()
+        self._states = self._subscribed_states()
         conditions = {
             "a model": lambda: self.exchange.controller is not None,
             "margins": lambda: self._arming.is_known,
@@ -241,10 +190,15 @@ class ControllerNode(ManagedNode):
             "the guard": lambda: self.count_publishers(self.resolve_topic_name("guard_status")) > 0,
         }
         if self.settings.lockstep:
-            self.create_subscription(Tick, "tick", self.on_tick, quality)
             conditions["ticks"] = lambda: self.count_publishers(self.resolve_topic_name("tick")) > 0
         self.tell_ready(conditions, LIBRARIES)
         self._diagnostics = Diagnostics(self, self._health.verdicts)
+
+    def _subscribed_states(self) -> States:
+        duties = Duties(self.exchange.on_guard_status, self.answer, self.work_ahead)
+        if self.settings.lockstep:
+            return TickedStates(self, duties)
+        return PacedStates(self, duties, self._inputs.config.period)
 
 
 def main() -> int:

@@ -1,0 +1,124 @@
+"""When the controller node answers a state, and hears of the guard.
+
+Subscribes
+    modal_state (flexarm_interfaces/ModalState), guard_status (flexarm_interfaces/GuardStatus: session),
+    tick (flexarm_interfaces/Tick, lockstep only).
+
+In lockstep a state is answered once everything that was announced for its instant is here. In real time only
+the newest state is answered when several wait, and commands are at least half a period apart (``pacing``).
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Protocol
+
+from flexarm_interfaces.msg import GuardStatus, ModalState, Tick
+from rclpy.clock import Clock, ClockType
+from rclpy.node import Node
+
+from flexarm_controller.pacing import Pacing
+from flexarm_model.conversions import stamp_to_ns
+from flexarm_model.lockstep import Lockstep, Messages
+from flexarm_model.node import LATEST_QOS, LOCKSTEP_QOS, RELIABLE_QOS
+
+
+@dataclass(frozen=True)
+class Duties:
+    """What is done with the messages.
+
+    Attributes:
+        join: Takes the session of the guard.
+        answer: Sends a command for a state.
+        work_ahead: Does what has time until the next state; called when the answer to this one is out.
+    """
+
+    join: Callable[[GuardStatus], None]
+    answer: Callable[[ModalState], None]
+    work_ahead: Callable[[], None]
+
+
+class States(Protocol):
+    """Takes states and sees that they are answered in time."""
+
+    def on_modal_state(self, msg: ModalState) -> None:
+        """Take a state that was sent, or handed over."""
+        ...
+
+
+class TickedStates:
+    """States of the simulated rig in lockstep: none is skipped."""
+
+    def __init__(self, node: Node, duties: Duties) -> None:
+        """Subscribe."""
+        self._duties = duties
+        self._lockstep = Lockstep(("guard_status",), self._on_tick_complete)
+        self._ticked_ns = -1
+        self._waiting: ModalState | None = None
+        node.create_subscription(GuardStatus, "guard_status", self.on_guard_status, LOCKSTEP_QOS)
+        node.create_subscription(ModalState, "modal_state", self.on_modal_state, LOCKSTEP_QOS)
+        node.create_subscription(Tick, "tick", self.on_tick, LOCKSTEP_QOS)
+
+    def on_guard_status(self, msg: GuardStatus) -> None:
+        """Keep the session token for the tick that announces it."""
+        self._lockstep.add("guard_status", msg)
+
+    def on_tick(self, msg: Tick) -> None:
+        """Note what belongs to an instant."""
+        self._lockstep.announce(msg.sequence, stamp_to_ns(msg.header.stamp), msg.topics, msg.counts)
+
+    def on_modal_state(self, msg: ModalState) -> None:
+        """Answer a state once everything of its instant is here."""
+        self._waiting = msg
+        if stamp_to_ns(msg.header.stamp) <= self._ticked_ns:
+            self._answer()
+
+    def _on_tick_complete(self, stamp_ns: int, messages: Messages) -> None:
+        """Take what came with an instant, then answer its state if that is here already."""
+        for msg in messages.get("guard_status", ()):
+            self._duties.join(msg)
+        self._ticked_ns = stamp_ns
+        self._answer()
+
+    def _answer(self) -> None:
+        if self._waiting is not None:
+            msg, self._waiting = self._waiting, None
+            self._duties.answer(msg)
+            self._duties.work_ahead()
+
+
+class PacedStates:
+    """States in real time: the newest is answered, and what was missed is skipped."""
+
+    def __init__(self, node: Node, duties: Duties, period: float) -> None:
+        """Subscribe; commands leave one per ``period`` [s]."""
+        self._duties = duties
+        self._waiting: ModalState | None = None
+        self._pacing = Pacing(period, time.perf_counter)
+        self._later = node.create_timer(1.0, self.on_later, clock=Clock(clock_type=ClockType.STEADY_TIME))
+        self._later.cancel()
+        node.create_subscription(GuardStatus, "guard_status", duties.join, RELIABLE_QOS)
+        node.create_subscription(ModalState, "modal_state", self.on_modal_state, LATEST_QOS)
+
+    def on_modal_state(self, msg: ModalState) -> None:
+        """Answer a state, or keep it until the next command may leave."""
+        self._waiting = msg
+        if (wait := self._pacing.wait()) > 0.0:
+            self._later.timer_period_ns = round(1e9 * wait)
+            self._later.reset()
+        else:
+            self._answer()
+
+    def on_later(self) -> None:
+        """Answer the newest state after a late answer."""
+        self._later.cancel()
+        self._answer()
+
+    def _answer(self) -> None:
+        if self._waiting is not None:
+            msg, self._waiting = self._waiting, None
+            self._duties.answer(msg)
+            self._pacing.note()
+            self._duties.work_ahead()
