@@ -31,6 +31,7 @@ from std_srvs.srv import Trigger
 from trajectory_msgs.msg import JointTrajectory
 
 from flexarm_bringup.demo_run.motions import motions, out_and_back, reference_of
+from flexarm_bringup.series import Series, SeriesError
 from flexarm_bringup.tasks.reference_file import load_reference
 from flexarm_controller.conversions import reference_to_msg
 from flexarm_controller.reference import Reference
@@ -89,11 +90,10 @@ class Commander(Node):
         self._reference, end = _series(s, 1.0 / config.rate_hz)
         self._names = tuple(config.actuated)
         self._duration_ns = round(end * 1e9)
-        self.outcome: str | None = None  # "" when done, else why not
         self._zero_ns, self._now_ns = 0, -1
         self._has_state = s.lockstep
         self._ready = dict.fromkeys(s.partners, False)
-        self._steps = [
+        steps = (
             self._wait_for_partners,
             self._wait_for_state,
             self._send,
@@ -102,39 +102,29 @@ class Commander(Node):
             self._arm,
             self._wait_for_arming,
             self._wait_for_end,
-        ]
+        )
+        self._series = Series(steps, s.patience, time.monotonic())
         self._answer, self._sent_ns = "", -1
         self._receipts = dict.fromkeys(("model", *HOLDERS), "")
         self._arming: Any = None
         self._guard, self._was_armed = GuardStatus(), False  # it may be stopped again at once
-        self._moved = time.monotonic()
         self._connect()
 
     @property
     def is_finished(self) -> bool:
         """Whether the series is over, or cannot be."""
-        return self.outcome is not None
+        return self._series.is_over
 
     def stop(self) -> None:
         """Say why the series did not come to its end, and keep it as the exit code."""
-        outcome = "interrupted" if self.outcome is None else self.outcome
-        self.exit_code = 1 if outcome else 0
-        if outcome:
-            print(f"commander: {outcome}", file=sys.stderr)
+        self._series.end("interrupted")
+        self.exit_code = 1 if self._series.outcome else 0
+        if self._series.outcome:
+            print(f"commander: {self._series.outcome}", file=sys.stderr)
 
     def on_look(self) -> None:
         """Take the next step if it can be taken."""
-        if self.outcome is not None:
-            return
-        if self._steps[0]():
-            self._steps.pop(0)
-            self._moved = time.monotonic()
-        if not self._steps:
-            self.outcome = ""
-        elif time.monotonic() - self._moved > self.settings.patience:
-            self.outcome = (
-                f"no progress for {self.settings.patience:g} s in step '{self._steps[0].__name__.strip('_')}'"
-            )
+        self._series.look(time.monotonic())
 
     def _wait_for_partners(self) -> bool:
         listeners = sum(name in self._ready for name in LISTENERS)
@@ -153,7 +143,7 @@ class Commander(Node):
 
     def _wait_for_answer(self) -> bool:
         if self._answer.startswith("reference refused"):
-            self.outcome = self._answer
+            raise SeriesError(self._answer)
         return self._answer.startswith("reference accepted")
 
     def _wait_for_models(self) -> bool:
@@ -163,10 +153,10 @@ class Commander(Node):
         if stamp != str(self._sent_ns):
             return False
         if made.startswith("refused"):
-            self.outcome = f"models {made}"
+            raise SeriesError(f"models {made}")
         late = (self._now_ns - self._zero_ns) * 1e-9
         if late > 0 and not self.settings.lockstep:
-            self.outcome = f"models are not ready {late:.2f} s after the start; raise preparation"
+            raise SeriesError(f"models are not ready {late:.2f} s after the start; raise preparation")
         return all(self._receipts[name] == made for name in HOLDERS if name in self._ready)
 
     def _arm(self) -> bool:
@@ -178,18 +168,19 @@ class Commander(Node):
         if self._was_armed:
             return True
         if self._arming.done() and not self._arming.result().success:
-            self.outcome = f"guard refused to arm: {self._arming.result().message}"
+            raise SeriesError(f"guard refused to arm: {self._arming.result().message}")
         return False
 
     def _wait_for_end(self) -> bool:
-        if self._guard.mode != GuardStatus.ARMED:
-            self.outcome = f"guard stopped the arm: {self._guard.reason}"
-        return self._now_ns - self._zero_ns >= self._duration_ns
+        is_over = self._now_ns - self._zero_ns >= self._duration_ns
+        if not is_over and self._guard.mode != GuardStatus.ARMED:
+            raise SeriesError(f"guard stopped the arm: {self._guard.reason}")
+        return is_over
 
     def _on_joint_states(self, msg: JointState) -> None:
-        is_moving = len(self._steps) == 1  # what comes before must not take long, whatever the sensors say
-        if is_moving and stamp_to_ns(msg.header.stamp) > self._now_ns + self.settings.lockstep:
-            self._moved = time.monotonic()
+        # what comes before the last step must not take long, whatever the sensors say
+        if self._series.is_last and stamp_to_ns(msg.header.stamp) > self._now_ns + self.settings.lockstep:
+            self._series.note(time.monotonic())
         self._now_ns = stamp_to_ns(msg.header.stamp)
 
     def _on_status(self, msg: ControllerStatus) -> None:

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import json
 import time
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -93,31 +95,53 @@ def test_nobody_else_commands_in_the_graph_of_a_modal_test(tmp_path: Path) -> No
     assert [row.name for row in live_graph(test, "join", tmp_path)] == ["recorder", "excite"]
 
 
-@pytest.mark.ros
-def test_a_controller_that_is_active_keeps_the_test_from_beginning(
-    ros_environment: dict[str, str], monkeypatch: pytest.MonkeyPatch
-) -> None:
+@pytest.fixture
+def beside_a_controller(ros_environment: dict[str, str], monkeypatch: pytest.MonkeyPatch) -> Iterator[Any]:
+    """Excite node in a graph where a node "controller" publishes commands."""
     rclpy = pytest.importorskip("rclpy", reason="needs ROS")
     from flexarm_interfaces.msg import JointCommand
-    from rclpy.executors import SingleThreadedExecutor
 
     from flexarm_bringup.excite.excite_node import ExciteNode
 
     for key, value in ros_environment.items():
         monkeypatch.setenv(key, value)
     rclpy.init()
-    try:
-        node, other = ExciteNode(), rclpy.create_node("controller", namespace="flexarm")
-        other.create_publisher(JointCommand, "joint_commands", 1)
-        executor, end = SingleThreadedExecutor(), time.monotonic() + 20.0
-        executor.add_node(node)
-        while not node.is_finished and time.monotonic() < end:
-            executor.spin_once(timeout_sec=0.05)
-        assert "controller may publish joint_commands" in (node.outcome or "")
-        node.stop()
-        assert node.exit_code == 1
-    finally:
-        rclpy.try_shutdown()
+    node, other = ExciteNode(), rclpy.create_node("controller", namespace="flexarm")
+    other.create_publisher(JointCommand, "joint_commands", 1)
+    yield node
+    for each in (node, other):
+        each.destroy_node()
+    rclpy.try_shutdown()
+
+
+def spin_to_its_end(node: Any) -> None:
+    """Let a node work until it is finished, 20 s at most."""
+    from rclpy.executors import SingleThreadedExecutor
+
+    executor, end = SingleThreadedExecutor(), time.monotonic() + 20.0
+    executor.add_node(node)
+    while not node.is_finished and time.monotonic() < end:
+        executor.spin_once(timeout_sec=0.05)
+    node.stop()
+
+
+@pytest.mark.ros
+def test_a_controller_that_is_active_keeps_the_test_from_beginning(beside_a_controller: Any) -> None:
+    spin_to_its_end(beside_a_controller)
+    assert "controller may publish joint_commands" in beside_a_controller.outcome
+    assert beside_a_controller.exit_code == 1
+
+
+@pytest.mark.ros
+def test_a_commander_whose_name_nobody_heard_keeps_the_test_from_beginning(
+    beside_a_controller: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    node = beside_a_controller
+    monkeypatch.setattr(node, "_other_commanders", lambda: [])  # its name does not arrive
+    node._ready.clear()  # no partner to wait for
+    node._now_ns = 0  # the rig was heard
+    spin_to_its_end(node)
+    assert node.outcome == "somebody without a name may publish joint_commands"
 
 
 @pytest.mark.ros

@@ -39,6 +39,7 @@ from flexarm_bringup.excite.live import LiveTest
 from flexarm_bringup.excite.plan import plan_excitation
 from flexarm_bringup.excite.settings import ExciteSettings, wish_of
 from flexarm_bringup.excite.told import to_text
+from flexarm_bringup.series import Series, SeriesError
 from flexarm_estimator.exchange import TORQUE_TOPIC
 from flexarm_model.conversions import floats, stamp_to_ns
 from flexarm_model.declared_node import declare_configs, load_arm, told_by
@@ -77,13 +78,12 @@ class ExciteNode(Node):  # type: ignore[misc]
         self._guard = GuardStatus()
         self._waiting: JointState | None = None  # a state that nobody has answered
         self._call: Any = None
-        self.outcome: str | None = None  # "" when done, else why not
         self._ready = dict.fromkeys(s.partners, False)
-        self._steps = [
+        steps = (
             self._wait_for_partners, self._look_around, self._arm, self._wait_for_arming, self._wait_for_end,
             self._stop, self._wait_for_stop,
-        ]  # fmt: skip
-        self._moved = time.monotonic()
+        )  # fmt: skip
+        self._series = Series(steps, s.patience, time.monotonic())
         self._connect()
 
     def _planned(self, settings: ExciteSettings) -> LiveTest:
@@ -96,38 +96,35 @@ class ExciteNode(Node):  # type: ignore[misc]
             raise ParameterError(str(error)) from error
 
     @property
+    def outcome(self) -> str | None:
+        """None while the test goes on, "" when it is done, else why not."""
+        return self._series.outcome
+
+    @property
     def is_finished(self) -> bool:
         """Whether the test is over, or cannot be."""
-        return self.outcome is not None
+        return self._series.is_over
 
     def stop(self) -> None:
         """Stop the arm if it is still held; say why the test did not come to its end."""
-        outcome = "interrupted" if self.outcome is None else self.outcome
-        self.exit_code = 1 if outcome else 0
-        if outcome:
+        self._series.end("interrupted")
+        self.exit_code = 1 if self.outcome else 0
+        if self.outcome:
             self._halt.publish(Empty())
-            print(f"excite: {outcome}", file=sys.stderr)
+            print(f"excite: {self.outcome}", file=sys.stderr)
         self._test.close()
         for outlet in (self._halt, self._told):
             outlet.wait_for_all_acked(Duration(seconds=ACKNOWLEDGED))
 
     def on_look(self) -> None:
         """Take the next step if it can be taken."""
-        if self.outcome is not None:
-            return
         others = self._other_commanders()
         if others:
-            self.outcome = (
+            self._series.end(
                 f"{', '.join(others)} may publish {COMMANDS}: nothing is excited while a controller is "
                 "active; ros2 lifecycle set /flexarm/controller deactivate"
             )
-        elif self._steps[0]():
-            self._steps.pop(0)
-            self._moved = time.monotonic()
-            self.outcome = None if self._steps else self._test.failure
-        elif time.monotonic() - self._moved > self.settings.patience:
-            step = self._steps[0].__name__.strip("_").replace("_", " ")
-            self.outcome = f"no progress for {self.settings.patience:g} s: {step}"
+        self._series.look(time.monotonic())
 
     def _wait_for_partners(self) -> bool:
         return all(self._ready.values()) and (self.settings.lockstep or self._now_ns >= 0)
@@ -135,28 +132,29 @@ class ExciteNode(Node):  # type: ignore[misc]
     def _look_around(self) -> bool:
         """Refuse to pull an arm that stands elsewhere; a controller becomes known meanwhile."""
         if self._guard.session_token:
-            self.outcome = "the guard is armed: somebody else moves the arm; stop it with guard/stop"
+            raise SeriesError("the guard is armed: somebody else moves the arm; stop it with guard/stop")
         if abs(self._theta - self._config.home).max() > AT_POSE:
             at = ", ".join(f"{value:.4f}" for value in self._theta)
-            self.outcome = (
+            raise SeriesError(
                 f"the arm does not stand at its pose; if it is to be tested where it is: pose:=[{at}]"
             )
-        is_over = time.monotonic() - self._moved > LOOKED_AROUND
+        is_over = self._series.waited(time.monotonic()) > LOOKED_AROUND
         if is_over and self.count_publishers(self.resolve_topic_name(COMMANDS)) > 1:
-            self.outcome = f"somebody without a name may publish {COMMANDS}"
+            raise SeriesError(f"somebody without a name may publish {COMMANDS}")
         return is_over
 
     def _arm(self) -> bool:
         return self._called("arm")
 
     def _wait_for_arming(self) -> bool:
-        if self._call.done() and not self._call.result().success:
-            self.outcome = f"guard refused to arm: {self._call.result().message}"
-        return bool(self._guard.mode == GuardStatus.ARMED)
+        is_armed = bool(self._guard.mode == GuardStatus.ARMED)
+        if not is_armed and self._call.done() and not self._call.result().success:
+            raise SeriesError(f"guard refused to arm: {self._call.result().message}")
+        return is_armed
 
     def _wait_for_end(self) -> bool:
-        if self._guard.mode != GuardStatus.ARMED:
-            self.outcome = f"guard stopped the arm: {self._guard.reason}"
+        if not self._test.has_ended and self._guard.mode != GuardStatus.ARMED:
+            raise SeriesError(f"guard stopped the arm: {self._guard.reason}")
         return self._test.has_ended
 
     def _stop(self) -> bool:
@@ -165,7 +163,10 @@ class ExciteNode(Node):  # type: ignore[misc]
         return self._called("stop")
 
     def _wait_for_stop(self) -> bool:
-        return bool(self._guard.mode == GuardStatus.STOPPED)
+        is_stopped = bool(self._guard.mode == GuardStatus.STOPPED)
+        if is_stopped and self._test.failure:
+            raise SeriesError(self._test.failure)
+        return is_stopped
 
     def _called(self, name: str) -> bool:
         """Call a trigger of the guard; returns whether it is there."""
@@ -197,7 +198,7 @@ class ExciteNode(Node):  # type: ignore[misc]
 
     def _on_model(self, msg: ReducedModel) -> None:
         if msg.config_id != self._config.config_id:
-            self.outcome = (
+            self._series.end(
                 f"model of '{msg.manipulator}' has config {msg.config_id}, not {self._config.config_id} "
                 f"(preset '{self._config.preset}'): start all with the same file and preset"
             )
@@ -206,13 +207,13 @@ class ExciteNode(Node):  # type: ignore[misc]
     def _answer(self) -> None:
         """Answer the newest state, once, while the guard is armed and nobody has ended the test."""
         msg, token = self._waiting, self._guard.session_token
-        if msg is None or not token or self.outcome is not None or self._call is None:
+        if msg is None or not token or self._series.is_over or self._call is None:
             return
         self._waiting, stamp_ns = None, stamp_to_ns(msg.header.stamp)
         self._model_id = self._models.due(stamp_ns) or self._model_id
         tau, added = self._test.answer(stamp_ns, self._theta, self._theta_dot)
         self._sequence += 1
-        self._moved = time.monotonic()
+        self._series.note(time.monotonic())
         command = JointCommand(sequence=self._sequence, session_token=token, model_id=self._model_id)
         command.header.stamp, command.names, command.effort = msg.header.stamp, list(self._names), floats(tau)
         self._commands.publish(command)
