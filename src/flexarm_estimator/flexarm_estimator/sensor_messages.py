@@ -35,6 +35,9 @@ class SensorReader:
         self._encoders = by_kind["encoder"]
         self._gauges = by_kind["strain_gauge"]
         self._cameras = by_kind["camera"]
+        self._covariances = {
+            spec.name: _Covariances(spec) for spec in (*self._gauges.values(), *self._cameras.values())
+        }
         self._axes = tuple(config.actuated)
         efforts = np.array([axis.effort for axis in config.actuated.values()])
         self._most_torque = np.where(np.isfinite(efforts), _OVERLOAD * efforts, _MOST_TORQUE)
@@ -82,18 +85,18 @@ class SensorReader:
         return torque, []
 
     def _read_joints(self, msg: Any, t: float) -> Reading:
-        reading = Reading()
-        strangers = [name for name in msg.name if name not in self._known_axes]
+        reading, names = Reading(), list(msg.name)
+        strangers = [name for name in names if name not in self._known_axes]
         if strangers:
             reading.refusals.append(Refusal("joint_states", f"unknown joint '{strangers[0]}'"))
         for spec in self._encoders.values():
-            if len(msg.position) != len(msg.name):
-                reason = f"{len(msg.position)} positions for {len(msg.name)} names"
+            if len(msg.position) != len(names):
+                reason = f"{len(msg.position)} positions for {len(names)} names"
                 reading.refusals.append(Refusal(spec.name, reason))
-            elif spec.site not in msg.name:
+            elif spec.site not in names:
                 reading.refusals.append(Refusal(spec.name, f"no joint '{spec.site}' in joint_states"))
             else:
-                y = np.array([msg.position[list(msg.name).index(spec.site)]])
+                y = np.array([msg.position[names.index(spec.site)]])
                 reading.samples.append(Measurement(spec.name, t, y))
         return reading
 
@@ -110,7 +113,7 @@ class SensorReader:
                 reading.refusals.append(Refusal("strain", f"unknown gauge '{name}'"))
                 continue
             sigma = msg.standard_deviation[i] if len(msg.standard_deviation) else 0.0
-            R = _own_covariance(np.array([[float(sigma) * float(sigma)]]), spec)  # ** and square overflow
+            R = self._covariances[name].pick([float(sigma) * float(sigma)])  # ** and square overflow
             reading.samples.append(Measurement(name, t, np.array([msg.strain[i]]), R))
         return reading
 
@@ -125,31 +128,39 @@ class SensorReader:
         if not abs(norm - 1.0) <= _UNIT_TOLERANCE:  # also NaN
             return Reading([], [Refusal(spec.name, f"quaternion has norm {norm:.3g}")])
         y = np.array([position.x, position.y, position.z, *_rotation_vector(q.x, q.y, q.z, q.w)])
-        R = _own_covariance(np.array(msg.pose.covariance, dtype=np.float64).reshape(6, 6), spec)
+        told = np.asarray(msg.pose.covariance, dtype=np.float64).tolist()
+        R = self._covariances[spec.name].pick(told)
         return Reading([Measurement(spec.name, t, y, R)])
 
 
 def _imu_reader(spec: SensorSpec) -> Callable[[Any, float], Reading]:
-    rows = ["xyz".index(channel) for channel in spec.channels]
+    rows, covariances = ["xyz".index(channel) for channel in spec.channels], _Covariances(spec)
 
     def read(msg: Any, t: float) -> Reading:
         if msg.header.frame_id != spec.site:
             return Reading([], [Refusal(spec.name, f"frame '{msg.header.frame_id}' is not '{spec.site}'")])
-        covariance = np.array(msg.linear_acceleration_covariance, dtype=np.float64).reshape(3, 3)
-        if any(covariance[i, i] < 0.0 for i in rows):  # REP 145: not measured
+        told = np.asarray(msg.linear_acceleration_covariance, dtype=np.float64).tolist()
+        if any(told[4 * i] < 0.0 for i in rows):  # REP 145: not measured
             return Reading([], [Refusal(spec.name, "driver says that acceleration is not measured")])
         acceleration = msg.linear_acceleration
         y = np.array([getattr(acceleration, channel) for channel in spec.channels])
-        return Reading([Measurement(spec.name, t, y, _own_covariance(covariance[np.ix_(rows, rows)], spec))])
+        R = covariances.pick([told[3 * i + j] for i in rows for j in rows])
+        return Reading([Measurement(spec.name, t, y, R)])
 
     return read
 
 
-def _own_covariance(R: Array, spec: SensorSpec) -> Array | None:
-    """Return R unless it is the description's or says nothing (zeros)."""
-    if not R.any() or np.allclose(R, np.diag(np.square(spec.sigma)), rtol=_SAME, atol=0.0):
-        return None
-    return R
+class _Covariances:
+    """Tells covariances worth carrying from those that repeat the description of a sensor."""
+
+    def __init__(self, spec: SensorSpec) -> None:
+        self._known = np.diag(np.square(spec.sigma)).ravel().tolist()
+        self._shape = (len(spec.sigma), len(spec.sigma))
+
+    def pick(self, told: list[float]) -> Array | None:
+        """Return what a message told row by row, (m, m); None when that is known or says nothing (zeros)."""
+        is_known = all(abs(a - b) <= _SAME * b for a, b in zip(told, self._known, strict=True))
+        return None if is_known or not any(told) else np.array(told).reshape(self._shape)
 
 
 def _rotation_vector(x: float, y: float, z: float, w: float) -> tuple[float, float, float]:
