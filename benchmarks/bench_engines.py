@@ -15,12 +15,14 @@ import importlib.util
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import Any
 
 import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
+from flexarm_bringup.bench import load_module
 from flexarm_model.body_spec import Beam
 from flexarm_model.compiled import compile_functions
 from flexarm_model.config import load_config
@@ -35,6 +37,7 @@ DURATION, SAMPLE = 1.0, 0.01  # s
 TORQUE = 1.0  # N m
 TOLERANCE = 2e-5  # m
 SAMPLES = round(DURATION / SAMPLE)
+EXUDYN_ARM = load_module(Path(__file__).with_name("exudyn_arm.py"))
 
 
 @dataclass(frozen=True)
@@ -96,66 +99,11 @@ def run_ours(modes: int, step: float) -> Run:
 
 def run_exudyn(elements: int, step: float) -> Run:
     """Simulate with ANCF cable elements and the generalised-alpha method."""
-    exu, item = importlib.import_module("exudyn"), importlib.import_module("exudyn.itemInterface")
     _, strip, inertia, radius = the_arm()
-    piece, (mass,) = strip.pieces[0], strip.point_masses
-    system: Any = exu.SystemContainer().AddSystem()
-    ground = system.AddMarker(item.MarkerBodyRigid(bodyNumber=system.AddObject(item.ObjectGround())))
-    node = system.AddNode(item.NodeRigidBody2D(referenceCoordinates=[0, 0, 0]))
-    hub = system.AddObject(item.ObjectRigidBody2D(mass=1e-3, inertia=inertia, nodeNumber=node))
-    axis, clamp = (
-        system.AddMarker(item.MarkerBodyRigid(bodyNumber=hub, localPosition=[at, 0, 0]))
-        for at in (0.0, radius)
-    )
-    system.AddObject(item.ObjectJointRevolute2D(markerNumbers=[ground, axis]))
-    h = strip.length / elements
-    nodes = [
-        system.AddNode(item.NodePoint2DSlope1(referenceCoordinates=[radius + h * i, 0, 1, 0]))
-        for i in range(elements + 1)
-    ]
-    properties = {
-        "length": h,
-        "massPerLength": piece.density * piece.area,
-        "bendingStiffness": piece.E * piece.I_z,
-        "axialStiffness": piece.E * piece.area,
-    }
-    cables = [
-        system.AddObject(item.ObjectANCFCable2D(nodeNumbers=nodes[i : i + 2], **properties))
-        for i in range(elements)
-    ]
-    root = system.AddMarker(item.MarkerBodyRigid(bodyNumber=cables[0], localPosition=[0, 0, 0]))
-    system.AddObject(item.GenericJoint(markerNumbers=[clamp, root], constrainedAxes=[1, 1, 0, 0, 0, 1]))
-    point = system.AddNode(item.NodePoint2D(referenceCoordinates=[radius + mass.at, 0]))
-    system.AddObject(item.MassPoint2D(mass=mass.mass, nodeNumber=point))
-    k = min(int(mass.at / h), elements - 1)
-    carrier = item.MarkerBodyPosition(bodyNumber=cables[k], localPosition=[mass.at - k * h, 0, 0])
-    markers = [system.AddMarker(carrier), system.AddMarker(item.MarkerNodePosition(nodeNumber=point))]
-    system.AddObject(item.ObjectJointRevolute2D(markerNumbers=markers))
-    system.AddLoad(item.Torque(markerNumber=axis, loadVector=[0, 0, TORQUE]))
-    position = exu.OutputVariableType.Position
-    sensor = system.AddSensor(
-        item.SensorNode(
-            nodeNumber=nodes[-1], outputVariableType=position, storeInternal=True, writeToFile=False
-        )
-    )
-    system.Assemble()
-    start = time.process_time()
-    system.SolveDynamic(_exudyn_settings(exu, step))
-    seconds = time.process_time() - start
+    system, sensor = EXUDYN_ARM.build(strip, inertia, radius, elements, TORQUE)
+    seconds = EXUDYN_ARM.solve(system, step, DURATION, SAMPLE)
     tip = np.array(system.GetSensorStoredData(sensor))[-SAMPLES:, 1:3]
     return Run(f"{elements} ANCF elements, {1e3 * step:g} ms", tip, seconds)
-
-
-def _exudyn_settings(exu: Any, step: float) -> Any:
-    settings = exu.SimulationSettings()
-    settings.solution.file.write = False
-    settings.solution.sensors.writePeriod = SAMPLE
-    run = settings.timeIntegration
-    run.endTime, run.numberOfSteps, run.verboseMode = DURATION, round(DURATION / step), 0
-    run.generalizedAlpha.spectralRadius = 0.9
-    run.newton.useModifiedNewton = True
-    run.newton.relativeTolerance = 1e-5  # the default, 1e-8, is below its rounding here and never met
-    return settings
 
 
 def run_mujoco(segments: int, step: float) -> Run:

@@ -7,7 +7,7 @@ acted until then.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from itertools import takewhile
 
 import numpy as np
@@ -22,6 +22,7 @@ from flexarm_bringup.sim.sensor_simulator import SensorSimulator
 from flexarm_model.description import ManipulatorConfig
 from flexarm_model.parameters import parameter
 from flexarm_model.rotation import rotation_vector
+from flexarm_model.sensor_spec import SensorSpec
 from flexarm_model.sensors import output_names
 
 Array = NDArray[np.float64]
@@ -52,6 +53,11 @@ class RigSettings:
     rotor_scale: float = parameter(
         1.0, "Real over described rotor inertias of the actuated axes.", minimum=0.1, maximum=10.0
     )
+
+    @property
+    def plant(self) -> PlantSettings:
+        """What of it concerns the arm and not its sensors."""
+        return PlantSettings(**{field.name: getattr(self, field.name) for field in fields(PlantSettings)})
 
 
 @dataclass(frozen=True)
@@ -103,37 +109,17 @@ class Rig:
         self.config, self.tick = config, 0
         self.period_ns = round(1e9 / config.rate_hz)
         self.dt = self.period_ns * 1e-9
-        s = self.settings
-        self.plant = plant or Plant(
-            config,
-            self.dt,
-            PlantSettings(
-                s.frequency_scale,
-                s.mass_scale,
-                s.extra_modes,
-                s.friction,
-                s.body_mass_scale,
-                s.damping_scale,
-                s.rotor_scale,
-            ),
-        )
+        self.plant = plant or Plant(config, self.dt, self.settings.plant)
         self.plant.reset()
-        names = output_names(config)
-        rows = {
-            spec.name: [i for i, name in enumerate(names) if name.split(".")[0] == spec.name]
-            for spec in config.sensors
-        }
+        self._rows = _rows_by_sensor(config)
         self._rows_of = {
-            kind: [i for spec in config.sensors if spec.kind == kind for i in rows[spec.name]]
+            kind: [i for spec in config.sensors if spec.kind == kind for i in self._rows[spec.name]]
             for kind in ("strain_gauge", "accelerometer")
         }
-        self._sensors = [
-            SensorSimulator(spec, rows[spec.name], self.dt, s.seed, s.noise, self.faults.get(spec.name))
-            for spec in config.sensors
-        ]
+        self._sensors = [self._sensor(spec, self.faults.get(spec.name)) for spec in config.sensors]
         self._direct = DirectSensors(list(takewhile(lambda sensor: sensor.is_direct, self._sensors)))
         self.own_encoders: list[Sample] = []
-        self._encoders = [(spec, rows[spec.name]) for spec in config.sensors if spec.kind == "encoder"]
+        self._encoders = [spec for spec in config.sensors if spec.kind == "encoder"]
         self._own: list[SensorSimulator] = []
         self._give_drives_their_own()
 
@@ -205,11 +191,12 @@ class Rig:
 
     def _give_drives_their_own(self) -> None:
         """Let the drives measure for themselves from when an encoder has a fault on."""
-        if not self._own and any(spec.name in self.faults for spec, _ in self._encoders):
-            s = self.settings
-            self._own = [
-                SensorSimulator(spec, rows, self.dt, s.seed, s.noise) for spec, rows in self._encoders
-            ]
+        if not self._own and any(spec.name in self.faults for spec in self._encoders):
+            self._own = [self._sensor(spec) for spec in self._encoders]
+
+    def _sensor(self, spec: SensorSpec, fault: SensorFault | None = None) -> SensorSimulator:
+        settings = self.settings
+        return SensorSimulator(spec, self._rows[spec.name], self.dt, settings.seed, settings.noise, fault)
 
     def _rigid_outputs(self) -> Array:
         plant = self.plant
@@ -217,3 +204,12 @@ class Rig:
         for rigid, real in ((q, plant.q), (v, plant.v), (a, plant.a)):
             rigid[plant.tree.actuated] = real[plant.tree.actuated]
         return np.array(plant.tree.functions["outputs"](q, v, a, q))
+
+
+def _rows_by_sensor(config: ManipulatorConfig) -> dict[str, list[int]]:
+    """Return which rows of the outputs each sensor measures."""
+    names = output_names(config)
+    return {
+        spec.name: [i for i, name in enumerate(names) if name.split(".")[0] == spec.name]
+        for spec in config.sensors
+    }
