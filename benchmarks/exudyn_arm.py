@@ -1,4 +1,4 @@
-"""The single link in EXUDYN: a hub, a clamped strip of ANCF cable elements, its point mass, a constant torque.
+"""The single link in EXUDYN: hub, clamped strip of ANCF cable elements, point mass, constant torque.
 
 EXUDYN is imported when an arm is built: only those who compare need it.
 """
