@@ -28,7 +28,6 @@ from flexarm_interfaces.msg import (
     ControllerDebug,
     ControllerStatus,
     JointCommand,
-    ModalState,
     ReducedModel,
 )
 from std_msgs.msg import String
@@ -49,6 +48,7 @@ from flexarm_controller.nonlinear.settings import NmpcConfig
 from flexarm_controller.settings import ControllerConfig, MarginConfig, MpcConfig
 from flexarm_controller.states_node import Duties, PacedStates, States, TickedStates
 from flexarm_controller.time_budget import Clocks
+from flexarm_controller.told_state import ToldState
 from flexarm_model.declared_node import declare_configs, load_arm
 from flexarm_model.description import ManipulatorConfig
 from flexarm_model.diagnosis import DiagnosticsConfig
@@ -138,14 +138,14 @@ class ControllerNode(ManagedNode):
         self.get_logger().info(answer[0].msg.reason)
         self._publish(answer)
 
-    def on_modal_state(self, msg: ModalState) -> None:
+    def on_state(self, told: ToldState) -> None:
         """Take a state that another node of this process hands over."""
-        self._states.on_modal_state(msg)
+        self._states.on_state(told)
 
-    def answer(self, msg: ModalState) -> None:
+    def answer(self, told: ToldState) -> None:
         """Send the command for a state."""
         self._arming.look()
-        answer = self.exchange.on_modal_state(msg)
+        answer = self.exchange.on_state(told)
         self._publish(answer)
         self._note(answer)
 

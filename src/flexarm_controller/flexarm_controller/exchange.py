@@ -17,7 +17,6 @@ from flexarm_controller.conversions import (
     debug_to_msg,
     notice_msg,
     reference_from_msg,
-    state_from_msg,
     status_to_msg,
 )
 from flexarm_controller.debug import Insight
@@ -30,6 +29,7 @@ from flexarm_controller.nonlinear.settings import NmpcConfig
 from flexarm_controller.settings import ControllerConfig, MpcConfig
 from flexarm_controller.state import ArmState
 from flexarm_controller.time_budget import Clocks
+from flexarm_controller.told_state import SentState, ToldState
 from flexarm_model.conversions import NS_PER_S, ModelMessageError, model_from_msg, ns_to_stamp, stamp_to_ns
 from flexarm_model.description import ManipulatorConfig
 from flexarm_model.pending_models import PendingModels
@@ -156,8 +156,12 @@ class ControllerExchange:
         return [Outgoing("controller_status", notice_msg(answer, stamp_to_ns(msg.header.stamp)))]
 
     def on_modal_state(self, msg: Any) -> list[Outgoing]:
+        """Answer a state that was sent, as ``on_state`` does."""
+        return self.on_state(SentState(msg))
+
+    def on_state(self, told: ToldState) -> list[Outgoing]:
         """Answer a state with a command and a status; without a session only with a status."""
-        stamp_ns = stamp_to_ns(msg.header.stamp)
+        stamp_ns = told.stamp_ns
         if self._epoch_ns is None:
             self._epoch_ns = stamp_ns
             self._foresee()
@@ -167,18 +171,17 @@ class ControllerExchange:
         laws = self._pending.due(stamp_ns)
         if laws is not None and laws.model.model_id != self.controller.model.model_id:
             self.controller.adopt(laws)
-        self.state = state_from_msg(msg, self.controller.model, self._epoch_ns)
+        self.state = told.read(self.controller.model, self._epoch_ns)
         if self.withheld or not self._token:
             why = self.withheld or "guard is not armed"
             return [Outgoing("controller_status", notice_msg(why, stamp_ns))]
         command = self.controller.step(self.state)
         self._sequence += 1
         command_msg = command_to_msg(command, self._names, self._sequence, self._token, self._epoch_ns)
-        command_msg.header.stamp = msg.header.stamp
         status = status_to_msg(command, self._missed, self.controller.overruns, self._epoch_ns)
-        status.header.stamp = msg.header.stamp
-        told = self._look_ahead(command, self.state)
-        return [Outgoing("joint_commands", command_msg), Outgoing("controller_status", status), *told]
+        command_msg.header.stamp = status.header.stamp = ns_to_stamp(stamp_ns)
+        expected = self._look_ahead(command, self.state)
+        return [Outgoing("joint_commands", command_msg), Outgoing("controller_status", status), *expected]
 
     def tell_debug(self, insight: Insight, is_wanted: Callable[[], bool]) -> None:
         """Send what is expected of every plan from now on, while it is wanted."""

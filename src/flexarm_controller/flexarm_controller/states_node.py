@@ -20,6 +20,7 @@ from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 
 from flexarm_controller.pacing import Pacing
+from flexarm_controller.told_state import SentState, ToldState
 from flexarm_model.conversions import stamp_to_ns
 from flexarm_model.lockstep import Lockstep, Messages
 from flexarm_model.node import LATEST_QOS, LOCKSTEP_QOS, RELIABLE_QOS
@@ -36,14 +37,14 @@ class Duties:
     """
 
     join: Callable[[GuardStatus], None]
-    answer: Callable[[ModalState], None]
+    answer: Callable[[ToldState], None]
     work_ahead: Callable[[], None]
 
 
 class States(Protocol):
     """Takes states and sees that they are answered in time."""
 
-    def on_modal_state(self, msg: ModalState) -> None:
+    def on_state(self, told: ToldState) -> None:
         """Take a state that was sent, or handed over."""
         ...
 
@@ -56,9 +57,11 @@ class TickedStates:
         self._duties = duties
         self._lockstep = Lockstep(("guard_status",), self._on_tick_complete)
         self._ticked_ns = -1
-        self._waiting: ModalState | None = None
+        self._waiting: ToldState | None = None
         node.create_subscription(GuardStatus, "guard_status", self.on_guard_status, LOCKSTEP_QOS)
-        node.create_subscription(ModalState, "modal_state", self.on_modal_state, LOCKSTEP_QOS)
+        node.create_subscription(
+            ModalState, "modal_state", lambda msg: self.on_state(SentState(msg)), LOCKSTEP_QOS
+        )
         node.create_subscription(Tick, "tick", self.on_tick, LOCKSTEP_QOS)
 
     def on_guard_status(self, msg: GuardStatus) -> None:
@@ -69,10 +72,10 @@ class TickedStates:
         """Note what belongs to an instant."""
         self._lockstep.announce(msg.sequence, stamp_to_ns(msg.header.stamp), msg.topics, msg.counts)
 
-    def on_modal_state(self, msg: ModalState) -> None:
+    def on_state(self, told: ToldState) -> None:
         """Answer a state once everything of its instant is here."""
-        self._waiting = msg
-        if stamp_to_ns(msg.header.stamp) <= self._ticked_ns:
+        self._waiting = told
+        if told.stamp_ns <= self._ticked_ns:
             self._answer()
 
     def _on_tick_complete(self, stamp_ns: int, messages: Messages) -> None:
@@ -84,8 +87,8 @@ class TickedStates:
 
     def _answer(self) -> None:
         if self._waiting is not None:
-            msg, self._waiting = self._waiting, None
-            self._duties.answer(msg)
+            told, self._waiting = self._waiting, None
+            self._duties.answer(told)
             self._duties.work_ahead()
 
 
@@ -95,16 +98,18 @@ class PacedStates:
     def __init__(self, node: Node, duties: Duties, period: float) -> None:
         """Subscribe; commands leave one per ``period`` [s]."""
         self._duties = duties
-        self._waiting: ModalState | None = None
+        self._waiting: ToldState | None = None
         self._pacing = Pacing(period, time.perf_counter)
         self._later = node.create_timer(1.0, self.on_later, clock=Clock(clock_type=ClockType.STEADY_TIME))
         self._later.cancel()
         node.create_subscription(GuardStatus, "guard_status", duties.join, RELIABLE_QOS)
-        node.create_subscription(ModalState, "modal_state", self.on_modal_state, LATEST_QOS)
+        node.create_subscription(
+            ModalState, "modal_state", lambda msg: self.on_state(SentState(msg)), LATEST_QOS
+        )
 
-    def on_modal_state(self, msg: ModalState) -> None:
+    def on_state(self, told: ToldState) -> None:
         """Answer a state, or keep it until the next command may leave."""
-        self._waiting = msg
+        self._waiting = told
         if (wait := self._pacing.wait()) > 0.0:
             self._later.timer_period_ns = round(1e9 * wait)
             self._later.reset()
@@ -118,7 +123,7 @@ class PacedStates:
 
     def _answer(self) -> None:
         if self._waiting is not None:
-            msg, self._waiting = self._waiting, None
-            self._duties.answer(msg)
+            told, self._waiting = self._waiting, None
+            self._duties.answer(told)
             self._pacing.note()
             self._duties.work_ahead()

@@ -164,9 +164,17 @@ class EstimatorNode(ManagedNode):
 
     def _step(self, stamp_ns: int) -> None:
         began, cpu = time.perf_counter(), time.thread_time()
-        self._publish(self.exchange.step(stamp_ns))
+        if self.exchange.advance(stamp_ns):
+            self._tell()
         if (estimate := self.exchange.estimate) is not None:
             self._health.note(began, time.thread_time() - cpu, estimate.sensors)
+
+    def _tell(self) -> None:
+        """Send the newest state to those who listen."""
+        self._publish(self.exchange.tell(self._is_heard))
+
+    def _is_heard(self, topic: str) -> bool:
+        return self.settings.lockstep or self._outlets[topic].get_subscription_count() > 0
 
     def _publish(self, outgoing: Iterable[Outgoing]) -> None:
         for out in outgoing:

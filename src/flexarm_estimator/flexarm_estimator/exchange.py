@@ -5,24 +5,21 @@ The node connects it to DDS, the replay to a bag; both therefore do the same.
 
 from __future__ import annotations
 
-from collections import deque
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from flexarm_estimator.applied_torque import AppliedTorque, Torque
 from flexarm_estimator.conversions import diagnostics_msg, state_to_msg, tip_to_msg
 from flexarm_estimator.estimate import Estimate
 from flexarm_estimator.estimator import Estimator
+from flexarm_estimator.inbox import Inbox
 from flexarm_estimator.interventions.conversions import intervention_from_msg, intervention_to_msg
 from flexarm_estimator.interventions.intervention import Intervention, InterventionError
-from flexarm_estimator.measurement import Measurement
 from flexarm_estimator.parts import Parts
 from flexarm_estimator.readings import Refusal
-from flexarm_estimator.sensor_messages import SensorReader
 from flexarm_estimator.settings import EstimatorConfig
 from flexarm_estimator.tally import Tally
 from flexarm_model.conversions import NS_PER_S, ModelMessageError, model_from_msg, stamp_to_ns
@@ -32,10 +29,7 @@ from flexarm_model.reduced_model import ReducedModel
 from flexarm_model.reduced_tree import ReducedTree
 
 Array = NDArray[np.float64]
-TORQUE_TOPIC = "applied_effort"
 INTERVENTIONS_TOPIC = "estimator/interventions"
-_END_NS = 2**31 * NS_PER_S  # no stamp holds more
-_MOST_WAITING = 1000  # messages between two steps; a flood drops the oldest
 
 
 @dataclass(frozen=True)
@@ -65,12 +59,10 @@ class EstimatorExchange:
             epoch_ns: Stamp that is time zero [ns]; None takes the first step's, and refuses stamps of zero.
         """
         self._config, self._settings = config, settings
-        self._epoch_ns, self._is_live = epoch_ns, epoch_ns is None
+        self._epoch_ns = epoch_ns
         self._tree = ReducedTree(config)
         self._tree.tip_pose(self._tree.loops.home)  # compiles now, not in the first step
-        self._reader = SensorReader(config)
-        self._waiting: deque[tuple[str, Any]] = deque(maxlen=_MOST_WAITING)
-        self._torque = AppliedTorque([axis.effort for axis in config.actuated.values()])
+        self._inbox = Inbox(config, is_live=epoch_ns is None)
         self._interventions: list[tuple[int, Intervention]] = []
         self._tuning = 0  # grows when parts that wait have become old
         self._pending: PendingModels[tuple[int, Parts]] = PendingModels()
@@ -83,7 +75,7 @@ class EstimatorExchange:
     @property
     def topics(self) -> tuple[str, ...]:
         """Relative topics that ``on_sensor`` wants."""
-        return (*self._reader.topics, TORQUE_TOPIC)
+        return self._inbox.topics
 
     @property
     def receipt(self) -> str:
@@ -113,28 +105,49 @@ class EstimatorExchange:
 
     def on_sensor(self, topic: str, msg: Any) -> None:
         """Keep a message of a sensor, or the torque that was applied, for the next step."""
-        self._waiting.append((topic, msg))
+        self._inbox.add(topic, msg)
 
     def step(self, stamp_ns: int) -> list[Outgoing]:
         """Fuse what was taken and tell the state at a stamp [ns]; nothing without a model."""
+        return self.tell() if self.advance(stamp_ns) else []
+
+    def advance(self, stamp_ns: int) -> bool:
+        """Fuse what was taken up to a stamp [ns]; return whether there is a state to tell now."""
         if self.estimator is None:
-            self._waiting.clear()
-            return []
-        if not self._is_time("joint_states", stamp_ns):
-            return []
+            self._inbox.clear()
+            return False
+        if (refusal := self._inbox.refuse_stamp("joint_states", stamp_ns)) is not None:
+            self._refuse([refusal])
+            return False
         if self._epoch_ns is None:
             self._epoch_ns = stamp_ns
         self._intervene(stamp_ns)
         self._adopt_due(stamp_ns)
-        samples = self._read_waiting()
-        for torque in self._torque.changes_before(stamp_ns, self._last_ns):
-            self.estimator.step([], self._torque.tau, self._seconds(torque.stamp_ns))
-            self._torque.tau = torque.tau
-        self.estimate = self.estimator.step(samples, self._torque.tau, self._seconds(stamp_ns))
+        mail, acting = self._inbox.read(self._epoch_ns), self._inbox.torque
+        self._refuse(mail.refusals)
+        for torque in acting.changes_before(stamp_ns, self._last_ns):
+            self.estimator.step([], acting.tau, self._seconds(torque.stamp_ns))
+            acting.tau = torque.tau
+        self.estimate = self.estimator.step(mail.samples, acting.tau, self._seconds(stamp_ns))
         self._last_ns = stamp_ns
-        told_ns = round(self.estimate.t * NS_PER_S) + self._epoch_ns
-        state = state_to_msg(self.estimate, self.estimator.model, told_ns)
-        return [Outgoing("modal_state", state), Outgoing("end_effector", tip_to_msg(self.estimate, told_ns))]
+        return True
+
+    @property
+    def told_ns(self) -> int:
+        """Stamp of the newest state [ns]."""
+        assert self.estimate is not None
+        return round(self.estimate.t * NS_PER_S) + (self._epoch_ns or 0)
+
+    def tell(self, is_heard: Callable[[str], bool] = lambda topic: True) -> list[Outgoing]:
+        """Return the newest state and tip for those topics that somebody hears."""
+        assert self.estimator is not None and self.estimate is not None
+        told_ns, told = self.told_ns, []
+        if is_heard("modal_state"):
+            state = state_to_msg(self.estimate, self.estimator.model, told_ns)
+            told.append(Outgoing("modal_state", state))
+        if is_heard("end_effector"):
+            told.append(Outgoing("end_effector", tip_to_msg(self.estimate, told_ns)))
+        return told
 
     def intervene(self, intervention: Intervention) -> list[Outgoing]:
         """Do something to the estimator from the next step on; return what a bag needs to do it again.
@@ -205,42 +218,11 @@ class EstimatorExchange:
         except ValueError as error:  # axes of another arm under the same config_id
             self.model_fault = f"model refused: {error}"
 
-    def _read_waiting(self) -> list[Measurement]:
-        """Read all messages; count what cannot be used."""
-        samples: list[Measurement] = []
-        for topic, msg in self._waiting:
-            stamp_ns = stamp_to_ns(msg.header.stamp)
-            if not self._is_time(topic, stamp_ns):
-                continue
-            if topic == TORQUE_TOPIC:
-                self._take_torque(msg, stamp_ns)
-            else:
-                reading = self._reader.read(topic, msg, self._seconds(stamp_ns))
-                samples += reading.samples
-                self._refuse(reading.refusals)
-                if topic == "joint_states" and len(msg.effort):
-                    self._torque.measure(self._reader.read_torque(topic, msg)[0])
-        self._waiting.clear()
-        return samples
-
-    def _is_time(self, topic: str, stamp_ns: int) -> bool:
-        """Return whether a stamp can be one, and note it if not; a live zero was forgotten by a driver."""
-        is_time = self._is_live <= stamp_ns < _END_NS
-        if not is_time:
-            self.notes.note(f"{topic}_timestamp", f"stamp is {stamp_ns} ns")
-        return is_time
-
-    def _take_torque(self, msg: Any, stamp_ns: int) -> None:
-        tau, refusals = self._reader.read_torque(TORQUE_TOPIC, msg)
-        self._refuse(refusals)
-        if tau is not None:
-            self._torque.tell(Torque(stamp_ns, tau))
-
     def _seconds(self, stamp_ns: int) -> float:
         return (stamp_ns - (self._epoch_ns or 0)) * 1e-9
 
     def _refuse(self, refusals: Sequence[Refusal]) -> None:
-        names = {spec.name for spec in self._config.sensors}
+        names = {spec.name for spec in self._config.sensors} if refusals else ()
         for refusal in refusals:
             if refusal.source in names and self.estimator is not None:
                 self.estimator.refuse(refusal.source, refusal.reason)

@@ -16,7 +16,8 @@ from flexarm_bringup.bags.bag_writer import BagError
 from flexarm_bringup.conversions import deserialise
 from flexarm_bringup.topics import NAMESPACE, find_stream
 from flexarm_estimator.estimate import SensorReport
-from flexarm_estimator.exchange import TORQUE_TOPIC, EstimatorExchange
+from flexarm_estimator.exchange import EstimatorExchange
+from flexarm_estimator.inbox import TORQUE_TOPIC
 from flexarm_estimator.sensor_messages import SensorReader
 from flexarm_estimator.settings import EstimatorConfig
 from flexarm_model.conversions import model_to_msg, stamp_to_ns

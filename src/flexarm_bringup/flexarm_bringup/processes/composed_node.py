@@ -1,8 +1,9 @@
 """Estimator and controller in one process: the estimate goes from one to the other without DDS.
 
 Both are the nodes they are alone, with their names, topics, services and parameters, in one executor. A
-``modal_state`` is handed to the controller as the object it is, and answered at once; only then is it
-published, for recorders and people. What is spared is a message through DDS and the wait for another process.
+state is handed to the controller as the object it is, and answered at once; only then is it published as
+``modal_state``, if somebody listens. What is spared is to write and read a message, its way through DDS and
+the wait for another process.
 
 Parameters of one of the two stand under its name in a file (``--params-file``: ``/flexarm/controller:``);
 those given with ``-p`` go to both (``manipulator``, ``preset``, ``realtime_priority``).
@@ -12,13 +13,9 @@ Publishes, subscribes, services: those of ``estimator_node`` and ``controller_no
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-
-from flexarm_interfaces.msg import ModalState
-
+from flexarm_bringup.processes.handed_state import HandedState
 from flexarm_controller.controller_node import ControllerNode
 from flexarm_estimator.estimator_node import EstimatorNode
-from flexarm_estimator.exchange import Outgoing
 from flexarm_model.node import run_node
 
 HANDED_OVER = "modal_state"
@@ -32,15 +29,11 @@ class EstimatorBeside(EstimatorNode):
         self._controller = controller
         super().__init__()
 
-    def _publish(self, outgoing: Iterable[Outgoing]) -> None:
-        told = list(outgoing)
-        for out in told:
-            if out.topic == HANDED_OVER:
-                self._controller.take(out.msg)
-        super()._publish(out for out in told if self._is_heard(out.topic))
-
-    def _is_heard(self, topic: str) -> bool:
-        return self._outlets[topic].get_subscription_count() > 0
+    def _tell(self) -> None:
+        estimate = self.exchange.estimate
+        assert estimate is not None
+        self._controller.take(HandedState(estimate, self.exchange.told_ns))
+        super()._tell()
 
 
 class ComposedController(ControllerNode):
@@ -63,10 +56,10 @@ class ComposedController(ControllerNode):
             if subscription.topic_name == topic:
                 self.destroy_subscription(subscription)
 
-    def take(self, msg: ModalState) -> None:
+    def take(self, told: HandedState) -> None:
         """Answer a state that was not sent but handed over, unless the controller is not active."""
         if self.is_active:
-            self.on_modal_state(msg)
+            self.on_state(told)
 
 
 def main() -> int:
