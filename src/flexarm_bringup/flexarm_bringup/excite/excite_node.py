@@ -40,7 +40,7 @@ from flexarm_bringup.excite.plan import plan_excitation
 from flexarm_bringup.excite.settings import ExciteSettings, wish_of
 from flexarm_bringup.excite.told import to_text
 from flexarm_bringup.series import Series, SeriesError
-from flexarm_estimator.exchange import TORQUE_TOPIC
+from flexarm_estimator.inbox import TORQUE_TOPIC
 from flexarm_model.conversions import floats, stamp_to_ns
 from flexarm_model.declared_node import declare_configs, load_arm, told_by
 from flexarm_model.node import LATCHED_QOS, LOCKSTEP_QOS, MODELS_QOS, RELIABLE_QOS, run_node

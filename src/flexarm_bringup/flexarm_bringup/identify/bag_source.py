@@ -20,7 +20,7 @@ from flexarm_bringup.bags.bag_writer import BagError
 from flexarm_bringup.identify.measurement import COMMON, KIND_OF_UNIT, Records, SourceError
 from flexarm_bringup.replaying.replay_bag import configuration
 from flexarm_bringup.topics import NAMESPACE
-from flexarm_estimator.exchange import TORQUE_TOPIC
+from flexarm_estimator.inbox import TORQUE_TOPIC
 from flexarm_estimator.sensor_messages import SensorReader
 from flexarm_model.conversions import stamp_to_ns
 from flexarm_model.description import ManipulatorConfig
