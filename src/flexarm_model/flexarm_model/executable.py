@@ -3,6 +3,8 @@
 Libraries and messages take a node a second or more to load, beside others several. A console script therefore
 calls a function of its package's ``executables.py``, which imports nothing but this file. The node itself
 claims its name again, once rcl has told it; what the process holds already is given to it then.
+
+A process that was started as a reserve loads first and claims when it is called (``reserve``).
 """
 
 from __future__ import annotations
@@ -13,6 +15,7 @@ import sys
 from collections.abc import Sequence
 from importlib import import_module
 
+from flexarm_model.reserve import is_reserve, stand_by
 from flexarm_model.ros_arguments import domain, node_name
 from flexarm_model.single_instance import NameTakenError, claim_name
 
@@ -33,6 +36,8 @@ def run_executable(module: str, nodes: Sequence[str]) -> int:
     """
     for number in STOPPING:
         signal.signal(number, signal.SIG_DFL)  # as long as nothing moves a signal ends the process at once
+    if is_reserve() and not stand_by(module):
+        return 0
     held = []
     try:
         for node in nodes:

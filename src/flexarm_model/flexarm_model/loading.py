@@ -7,10 +7,11 @@ in a motion. What asks for one before waits in its own ``import`` statement, as 
 from __future__ import annotations
 
 import gc
+import os
 import sys
 from collections.abc import Sequence
 from importlib import import_module
-from threading import Thread
+from threading import Thread, get_native_id
 
 _SLICE = 5e-4  # s that the thread keeps the interpreter while a callback waits; usually it is 5 ms
 
@@ -18,9 +19,14 @@ _SLICE = 5e-4  # s that the thread keeps the interpreter while a callback waits;
 class Loading:
     """Loads modules, one after the other."""
 
-    def __init__(self, modules: Sequence[str]) -> None:
-        """Begin."""
-        self._thread = Thread(target=_load, args=(tuple(modules),), name="loading", daemon=True)
+    def __init__(self, modules: Sequence[str], nice: int = 0) -> None:
+        """Begin.
+
+        Args:
+            modules: By their full names.
+            nice: Of the thread, nice(2); Linux keeps it for each thread.
+        """
+        self._thread = Thread(target=_load, args=(tuple(modules), nice), name="loading", daemon=True)
         self._thread.start()
 
     @property
@@ -28,8 +34,14 @@ class Loading:
         """Whether all are there."""
         return not self._thread.is_alive()
 
+    def wait(self) -> None:
+        """Wait until all are there."""
+        self._thread.join()
 
-def _load(modules: Sequence[str]) -> None:
+
+def _load(modules: Sequence[str], nice: int) -> None:
+    if nice:
+        os.setpriority(os.PRIO_PROCESS, get_native_id(), nice)
     usual = sys.getswitchinterval()
     sys.setswitchinterval(_SLICE)
     try:

@@ -46,6 +46,7 @@ class LiveRig:
         ear: Hears and calls.
         came: Arrivals by topic, in order.
         respawned: When each node was started again, the last time, by ``time.time``.
+        has_reserves: All are ready, and so is a reserve of each.
     """
 
     def __init__(self, stand: SystemStand, supervisor: Supervisor, ear: Ear) -> None:
@@ -61,6 +62,7 @@ class LiveRig:
             self.came[topic] = heard = Heard(partial(deserialize_message, message_type=kind))
             ear.node.create_subscription(kind, topic, _noting(heard), qos, raw=True)
         self.respawned: dict[str, float] = {}
+        self.has_reserves = False
         self._references = ear.node.create_publisher(JointTrajectory, "reference", 10)
         self._goals = swings(stand)
         self._arm = ear.node.create_client(Trigger, "guard/arm")
@@ -87,7 +89,7 @@ class LiveRig:
 
     def arm(self) -> None:
         """Wait until all are ready, and ask the guard to be armed until commands pass."""
-        self.wait(lambda: all(self._watch.ready.values()), "all to be ready")
+        self.wait(lambda: self._watch.all_ready, "all to be ready")
         self.wait(self._is_under_control, "commands to pass")
 
     def swing(self) -> None:
@@ -117,6 +119,7 @@ class LiveRig:
     def _look(self) -> None:
         self.ear.listen(LOOK_PERIOD)
         self._watch.spin(0.0)
+        self.has_reserves = self._watch.all_ready and self._supervisor.provide()
         for ending in self._supervisor.tend():
             self.respawned[ending.process.name] = time.time()
             self._watch.on_ending(ending.process)

@@ -65,6 +65,7 @@ def restarts(stand: SystemStand) -> list[Finding]:
 
 
 def _killed(rig: LiveRig, name: str) -> list[Finding]:
+    rig.wait(lambda: rig.has_reserves, "reserves, as after some seconds of work")
     hit = _hit(rig, name, signal.SIGKILL)
     rig.wait(lambda: name in rig.respawned, f"{name} to be started again")
     began = rig.respawned.pop(name)

@@ -18,6 +18,7 @@ from std_srvs.srv import Trigger
 from flexarm_bringup.message_class import message_class
 from flexarm_bringup.processes.graph import Process
 from flexarm_bringup.processes.supervisor import Supervisor
+from flexarm_bringup.processes.surroundings import defaults
 from flexarm_bringup.topics import NAMESPACE, find_stream
 from flexarm_model.node import LATCHED_QOS, events_executor
 
@@ -125,7 +126,8 @@ def running(
         command: See ``Supervisor``.
     """
     with domain_id() as domain:
-        own = {"ROS_DOMAIN_ID": str(domain), "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST", **(extra or {})}
+        own = {**defaults(), "ROS_DOMAIN_ID": str(domain), "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}
+        own |= extra or {}
         before = {key: os.environ.get(key) for key in own}
         os.environ.update(own)
         rclpy.init()

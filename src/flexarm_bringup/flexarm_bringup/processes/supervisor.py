@@ -3,8 +3,8 @@
 Every child has its own process group, so that Ctrl-C in the terminal reaches only the supervisor,
 which then stops the children in order: SIGINT, SIGTERM, SIGKILL, each after a grace period. The
 kernel sends them SIGTERM should the supervisor itself be killed. Whether a node is ready is told
-by its ``~/ready`` topic, not by the supervisor. Who asks it to ``tend`` gets crashed processes back; who has
-to act when one ends is told at once (``telling``).
+by its ``~/ready`` topic, not by the supervisor. Who asks it to ``tend`` gets crashed processes back, sooner
+where he had it ``provide`` reserves; who has to act when one ends is told at once (``telling``).
 """
 
 from __future__ import annotations
@@ -12,6 +12,7 @@ from __future__ import annotations
 import ctypes
 import os
 import signal
+import socket
 import subprocess
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -23,7 +24,9 @@ from types import TracebackType
 from flexarm_bringup.installed import find_executable
 from flexarm_bringup.processes.end_watch import EndWatch
 from flexarm_bringup.processes.graph import Process, ros_arguments
+from flexarm_bringup.processes.reserves import Child, Reserves
 from flexarm_bringup.processes.surroundings import defaults
+from flexarm_model.reserve import MARK
 
 GRACE = ((signal.SIGINT, 5.0), (signal.SIGTERM, 2.0), (signal.SIGKILL, 2.0))  # s for all children together
 POLL_PERIOD = 0.01  # s
@@ -79,13 +82,14 @@ class Supervisor:
         kept = {key: value for key, value in environment.items() if key not in _REEXECUTED}
         self.environment = {**defaults(kept), **kept}
         self._processes = {process.name: process for process in processes}
-        self._children: dict[str, subprocess.Popen[bytes]] = {}
+        self._children: dict[str, Child] = {}
         self._log_folder = log_folder
         log_folder.mkdir(parents=True, exist_ok=True)
         self._command = command or self._installed
         self._crashes: dict[str, list[float]] = {process.name: [] for process in processes}
         self._told: set[str] = set()
         self._ends: EndWatch | None = None
+        self._reserves = Reserves(self._start_reserve)
         try:
             for process in processes:
                 self._children[process.name] = self._start(process, "wb")
@@ -118,8 +122,8 @@ class Supervisor:
     def telling(self, tell: Callable[[Process], None]) -> Iterator[None]:
         """Tell at once of every process that ends meanwhile, in a thread of its own."""
         self._ends = EndWatch(lambda name: tell(self._processes[name]))
-        for name, child in self._children.items():
-            self._ends.add(name, child.pid)
+        for name in self._children:
+            self._watch_end(name)
         try:
             yield
         finally:
@@ -134,10 +138,19 @@ class Supervisor:
                 process = self._processes[name]
                 endings.append(Ending(process, code, self._last_line(name), self._may_return(process, code)))
                 if endings[-1].returns:
-                    self._children[name] = self._start(process, "ab")
+                    self._children[name] = self._reserves.call(name) or self._start(process, "ab")
+                    self._watch_end(name)
                 else:
                     self._told.add(name)
         return endings
+
+    def provide(self) -> bool:
+        """Have reserves loaded, one after the other; return whether all are there. Call it while all is well.
+
+        Those get one without whom motion stops and who are started again.
+        """
+        missed = [row for row in self._processes.values() if row.essential and row.respawn]
+        return self._reserves.provide([row for row in missed if row.name not in self._told])
 
     def wait(self, seconds: float) -> bool:
         """Wait until every process has ended, at most ``seconds``; return whether all have."""
@@ -154,6 +167,7 @@ class Supervisor:
         Args:
             grace: Signals in order, each with the time to wait after it [s].
         """
+        self._reserves.end()
         for number, seconds in grace:
             for name, child in self._children.items():
                 if name not in self.exit_codes():
@@ -184,20 +198,27 @@ class Supervisor:
         self._crashes[process.name] = [*crashes, now]
         return len(crashes) < RESPAWNS
 
-    def _start(self, process: Process, mode: str) -> subprocess.Popen[bytes]:
+    def _start(self, process: Process, mode: str) -> Child:
+        return self._open(process, mode, self.environment, subprocess.DEVNULL)
+
+    def _start_reserve(self, process: Process, line: socket.socket) -> Child:
+        return self._open(process, "ab", {**self.environment, MARK: "1"}, line.fileno())
+
+    def _open(self, process: Process, mode: str, environment: Mapping[str, str], stdin: int) -> Child:
         with self.log(process.name).open(mode) as log:
-            child = subprocess.Popen(
+            return subprocess.Popen(
                 self._command(process),
-                env=self.environment,
-                stdin=subprocess.DEVNULL,
+                env=environment,
+                stdin=stdin,
                 stdout=log,
                 stderr=subprocess.STDOUT,
                 start_new_session=True,
                 preexec_fn=_die_with(os.getpid()),
             )
+
+    def _watch_end(self, name: str) -> None:
         if self._ends is not None:
-            self._ends.add(process.name, child.pid)
-        return child
+            self._ends.add(name, self._children[name].pid)
 
     def _last_line(self, name: str) -> str:
         lines = self.log(name).read_text(encoding="utf8", errors="replace").split("\n")

@@ -23,6 +23,7 @@ from pathlib import Path
 
 from flexarm_bringup.processes.graph import Process, rig_graph, with_drift, with_markers
 from flexarm_bringup.processes.supervisor import Supervisor
+from flexarm_bringup.processes.surroundings import defaults
 from flexarm_bringup.tasks.task_for import task_for
 from flexarm_model.config import load_config
 from flexarm_model.manipulator_file import find_manipulator
@@ -67,6 +68,8 @@ def run(args: argparse.Namespace) -> int:
         graph = _graph(args)
         for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
             signal.signal(number, signal.default_int_handler)
+        for key, value in defaults().items():
+            os.environ.setdefault(key, value)  # who watches is one of them
         supervisor = Supervisor(graph, args.log or _log_folder())
     except (ConfigError, FileNotFoundError) as error:
         print(error)
@@ -108,6 +111,8 @@ def _watch(supervisor: Supervisor, say: Callable[[str], None], seconds: float | 
         with watching(tuple(supervisor.pids), say) as watch, supervisor.telling(watch.stop_motion):
             while time.monotonic() < end:
                 watch.spin(LOOK_PERIOD)
+                if watch.all_ready:
+                    supervisor.provide()
                 for ending in supervisor.tend():
                     say(str(ending))
                     watch.on_ending(ending.process)

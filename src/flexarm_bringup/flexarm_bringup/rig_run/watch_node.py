@@ -62,6 +62,11 @@ class WatchNode(Node):  # type: ignore[misc]
         self._executor = events_executor()
         self._executor.add_node(self)
 
+    @property
+    def all_ready(self) -> bool:
+        """Whether every process is."""
+        return all(self.ready.values())
+
     def spin(self, seconds: float) -> None:
         """Hear what comes within a short time."""
         self._executor.spin_once(timeout_sec=seconds)
@@ -77,7 +82,7 @@ class WatchNode(Node):  # type: ignore[misc]
             return
         self.ready[name] = is_ready
         self._say(f"{name} {'ready' if is_ready else 'not ready any more'}")
-        if is_ready and all(self.ready.values()):
+        if is_ready and self.all_ready:
             self._say(f"all ready; to let commands pass: {ARM}")
 
     def on_guard_status(self, msg: GuardStatus) -> None:

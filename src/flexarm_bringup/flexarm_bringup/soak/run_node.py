@@ -186,6 +186,8 @@ class _Run:
         self._end_ns = zero_ns + round(1e9 * (float(reference.t[-1]) + REST))
 
     def _tend(self) -> None:
+        if not self._waiting:
+            self._supervisor.provide()
         for ending in self._supervisor.tend():
             self._node.on_ending(ending.process.name)
             if not ending.returns:

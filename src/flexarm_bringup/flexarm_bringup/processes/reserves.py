@@ -1,0 +1,104 @@
+"""Processes that wait to take the place of others: ``flexarm_model.reserve`` seen from who starts them.
+
+Loading its libraries is most of what a node does until its first word. A reserve has done it before; calling
+it takes no longer than writing a byte. There is one for every process, its own executable with its arguments.
+"""
+
+from __future__ import annotations
+
+import os
+import signal
+import socket
+import subprocess
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+from flexarm_bringup.processes.graph import Process
+from flexarm_model.reserve import COME, LOADED
+
+Child = subprocess.Popen[bytes]
+
+
+@dataclass
+class Reserve:
+    """One process in reserve.
+
+    Attributes:
+        child: The process.
+        line: Our end of its standard input.
+        is_loaded: It has told that it can be called.
+    """
+
+    child: Child
+    line: socket.socket
+    is_loaded: bool = False
+
+    def hear(self) -> None:
+        """Take note of what it has told, if anything."""
+        if self.is_loaded:
+            return
+        try:
+            self.is_loaded = self.line.recv(1, socket.MSG_DONTWAIT) == LOADED
+        except OSError:  # nothing yet, or it has ended
+            return
+
+    def call(self) -> bool:
+        """Call it to its place; return whether it goes there."""
+        self.hear()
+        if not self.is_loaded or self.child.poll() is not None:
+            return False
+        try:
+            self.line.sendall(COME)
+        except OSError:  # it ends just now
+            return False
+        self.line.close()
+        return True
+
+    def end(self) -> None:
+        """End it at once: it holds nothing."""
+        self.line.close()
+        if self.child.poll() is None:
+            os.killpg(self.child.pid, signal.SIGKILL)
+        self.child.wait()
+
+
+class Reserves:
+    """At most one reserve for every process of a graph."""
+
+    def __init__(self, start: Callable[[Process, socket.socket], Child]) -> None:
+        """Have none; ``start`` starts one, with a socket for its standard input."""
+        self._start = start
+        self._waiting: dict[str, Reserve] = {}
+
+    def provide(self, processes: Sequence[Process]) -> bool:
+        """Start the next one that is missing unless one is loading; return whether all are there.
+
+        One that has ended by itself is not started again: its node would not start either.
+        """
+        for process in processes:
+            if process.name not in self._waiting:
+                self._waiting[process.name] = self._new(process)
+            reserve = self._waiting[process.name]
+            reserve.hear()
+            if not reserve.is_loaded and reserve.child.poll() is None:
+                return False
+        return True
+
+    def call(self, name: str) -> Child | None:
+        """Return the reserve of a process, called to its place; None when there is none that could come."""
+        reserve = self._waiting.pop(name, None)
+        if reserve is None or reserve.call():
+            return None if reserve is None else reserve.child
+        reserve.end()
+        return None
+
+    def end(self) -> None:
+        """End all that wait."""
+        for reserve in self._waiting.values():
+            reserve.end()
+        self._waiting.clear()
+
+    def _new(self, process: Process) -> Reserve:
+        ours, theirs = socket.socketpair()
+        with theirs:
+            return Reserve(self._start(process, theirs), ours)

@@ -1,0 +1,136 @@
+"""A reserve has loaded before it is needed, claims nothing until then, and never outlives who started it."""
+
+import os
+import signal
+import subprocess
+import sys
+import textwrap
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from flexarm_bringup.processes.graph import Process
+from flexarm_bringup.processes.supervisor import Supervisor
+from flexarm_model.single_instance import NameTakenError, claim_name
+
+DOMAIN = "230"
+START = (
+    "import sys; from flexarm_model.executable import run_executable as run; sys.exit(run('slow', ['left']))"
+)
+SLOW = """
+import os, time
+print("loaded", os.getpid(), flush=True)
+def main():
+    print("works", os.getpid(), os.environ.get("FLEXARM_RESERVE"), flush=True)
+    time.sleep(60)
+"""
+ROW = Process("tests", "x", "left")
+
+
+@pytest.fixture
+def environment(tmp_path: Path) -> dict[str, str]:
+    (tmp_path / "slow.py").write_text(SLOW)
+    path = os.pathsep.join([str(tmp_path), *filter(None, sys.path)])
+    return {**os.environ, "PYTHONPATH": path, "ROS_DOMAIN_ID": DOMAIN, "TMPDIR": str(tmp_path)}
+
+
+def start(folder: Path, environment: dict[str, str], *rows: Process) -> Supervisor:
+    return Supervisor(rows, folder / "log", environment, lambda row: [sys.executable, "-c", START])
+
+
+def until(holds: Callable[[], bool], seconds: float = 20.0) -> None:
+    deadline = time.monotonic() + seconds
+    while not holds():
+        assert time.monotonic() < deadline
+        time.sleep(0.01)
+
+
+def said(supervisor: Supervisor) -> list[list[str]]:
+    return [line.split() for line in supervisor.log("left").read_text().splitlines()]
+
+
+def is_alive(pid: int) -> bool:
+    try:
+        return Path(f"/proc/{pid}/stat").read_text().split(")")[1].split()[0] != "Z"
+    except FileNotFoundError:
+        return False
+
+
+def test_a_reserve_that_has_loaded_takes_the_place_of_a_process_that_crashed(
+    tmp_path: Path, environment: dict[str, str]
+) -> None:
+    with start(tmp_path, environment, ROW) as supervisor:
+        until(lambda: ["works", str(supervisor.pids["left"]), "None"] in said(supervisor))
+        until(supervisor.provide)
+        (loaded,) = (pid for what, pid, *_ in said(supervisor)[2:] if what == "loaded")
+        folder = tmp_path / f"flexarm-{os.getuid()}"
+        with pytest.raises(NameTakenError, match=str(supervisor.pids["left"])):  # its own, not the reserve's
+            claim_name("/flexarm/left", DOMAIN, folder)
+        os.kill(supervisor.pids["left"], signal.SIGKILL)
+        until(lambda: bool(supervisor.exit_codes()))
+        assert [ending.returns for ending in supervisor.tend()] == [True]
+        assert supervisor.pids["left"] == int(loaded)
+        until(lambda: ["works", loaded, "None"] in said(supervisor))
+        assert len(said(supervisor)) == 4  # nothing was loaded again
+        assert supervisor.stop()["left"] != 0
+    assert not is_alive(int(loaded))
+
+
+def test_a_process_comes_back_without_a_reserve_that_has_loaded(
+    tmp_path: Path, environment: dict[str, str]
+) -> None:
+    (tmp_path / "slow.py").write_text("import time\ntime.sleep(60)\n")
+    with start(tmp_path, environment, ROW) as supervisor:
+        assert not supervisor.provide() and not supervisor.provide()
+        first = supervisor.pids["left"]
+        os.kill(first, signal.SIGKILL)
+        until(lambda: bool(supervisor.exit_codes()))
+        assert [ending.returns for ending in supervisor.tend()] == [True]
+        assert supervisor.pids["left"] != first and not supervisor.exit_codes()
+
+
+def test_those_without_whom_the_arm_moves_on_have_no_reserve(
+    tmp_path: Path, environment: dict[str, str]
+) -> None:
+    rows = (Process("t", "x", "left", essential=False), Process("t", "x", "right", respawn=False))
+    with start(tmp_path, environment, *rows) as supervisor:
+        assert supervisor.provide()
+
+
+def test_a_reserve_that_cannot_load_is_not_tried_again(tmp_path: Path, environment: dict[str, str]) -> None:
+    with start(tmp_path, environment, ROW) as supervisor:
+        until(lambda: "works" in supervisor.log("left").read_text())
+        (tmp_path / "slow.py").write_text("import nowhere\n")
+        until(supervisor.provide)
+        count = supervisor.log("left").read_text().count("No module named 'nowhere'")
+        assert count and supervisor.provide()
+        assert supervisor.log("left").read_text().count("No module named 'nowhere'") == count
+
+
+def test_reserves_end_with_the_supervisor_however_it_ends(
+    tmp_path: Path, environment: dict[str, str]
+) -> None:
+    program = textwrap.dedent(f"""
+        import sys, time
+        from pathlib import Path
+        from flexarm_bringup.processes.graph import Process
+        from flexarm_bringup.processes.supervisor import Supervisor
+        command = [sys.executable, "-c", {START!r}]
+        row = Process("t", "x", "left")
+        supervisor = Supervisor([row], Path({str(tmp_path)!r}), command=lambda row: command)
+        while not supervisor.provide():
+            time.sleep(0.01)
+        print("there", flush=True)
+        time.sleep(60)
+    """)
+    parent = subprocess.Popen(
+        [sys.executable, "-c", program], env=environment, stdout=subprocess.PIPE, text=True
+    )
+    assert parent.stdout is not None and parent.stdout.readline() == "there\n"
+    pids = {int(line.split()[1]) for line in (tmp_path / "left.log").read_text().splitlines()}
+    assert len(pids) == 2
+    os.kill(parent.pid, signal.SIGKILL)
+    parent.wait()
+    until(lambda: not any(map(is_alive, pids)))
