@@ -172,7 +172,8 @@ class RigNode(ManagedNode):
         for out in samples_to_msgs(self.config, samples, self.stamp_of):
             self._publish(out.topic, out.msg)
         self._publish("joint_states", joint_state_msg(drives, now_ns))
-        self._publish("truth", truth_msg(self.config, drives.rig.truth(), now_ns))
+        if self.settings.lockstep or self._outlets["truth"].get_subscription_count():
+            self._publish("truth", truth_msg(self.config, drives.rig.truth(), now_ns))
         if self.settings.lockstep:
             msg = Tick(sequence=self.tick, topics=list(self._sent), counts=list(self._sent.values()))
             msg.header.stamp = ns_to_stamp(now_ns)
