@@ -133,6 +133,15 @@ def test_settings_go_into_a_moves_file_and_its_comments_stay(tmp_path) -> None:
     assert all(comment in path.read_text(encoding="utf-8") for comment in comments)
 
 
+def test_settings_of_a_preset_that_has_its_own_go_there_and_nowhere_else(tmp_path) -> None:
+    old = find_task("single_link").read_text(encoding="utf-8")
+    path = tmp_path / "moves.yaml"
+    path.write_text(with_settings(old, {"mpc": {"horizon": 9}}, "a.yaml", "light_hub"), encoding="utf-8")
+    before, after = (yaml.safe_load(text) for text in (old, path.read_text(encoding="utf-8")))
+    assert after["preset_settings"]["light_hub"]["mpc"].pop("horizon") == 9
+    assert {**after, "manipulator": 0} == {**before, "manipulator": 0}
+
+
 @pytest.mark.parametrize("name", ["planar_3rrr", "serial_6r", "spatial_3tpt", "variable_stiffness"])
 def test_every_moves_file_that_comes_along_takes_settings(name: str) -> None:
     old = find_task(name).read_text(encoding="utf-8")

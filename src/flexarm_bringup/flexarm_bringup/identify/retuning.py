@@ -10,7 +10,7 @@ from flexarm_bringup.retune.moves_text import starting_text, with_settings
 from flexarm_bringup.retune.noise import frequency_doubt
 from flexarm_bringup.retune.page import retune_tables
 from flexarm_bringup.retune.proposal import propose
-from flexarm_bringup.retune.trial import run_trial
+from flexarm_bringup.retune.trial import not_learning, run_trial
 from flexarm_bringup.share import share_path
 from flexarm_bringup.tasks.task import FOLDER, load_task
 from flexarm_bringup.tasks.task_for import task_for
@@ -44,17 +44,24 @@ def retune(
         ValueError: There are no moves, or the arm cannot do them.
     """
     task = task_for(manipulator)
+    own = preset if preset in task.preset_settings else ""
+    task = task.under(preset)
     old, new = load_config(find_manipulator(manipulator), preset), load_config(description, preset)
     proposal = propose(old, new, task, frequency_doubt(update), say)
-    say("moves before")
-    before = run_trial(old, proposal.old, task, new)
-    say("moves after")
-    after = run_trial(new, proposal.new, task, new)
-    text = with_settings(_moves_text(manipulator), proposal.changes, str(description.resolve()))
+    say("moves before and after")
+    trials = run_trial(old, proposal.old, task, new), run_trial(new, proposal.new, task, new)
+    unlearned = None
+    if proposal.new != not_learning(proposal.new):
+        say("moves before and after, with a law that does not learn")
+        unlearned = (
+            run_trial(old, not_learning(proposal.old), task, new),
+            run_trial(new, not_learning(proposal.new), task, new),
+        )
+    text = with_settings(_moves_text(manipulator), proposal.changes, str(description.resolve()), own)
     output.write_text(text, encoding="utf-8")
     if "moves:" in text:
         load_task(output)
-    tables = retune_tables(proposal, before, after)
+    tables = retune_tables(proposal, trials, unlearned)
 
     def add(page: Page) -> Page:
         remarks = dict(page.remarks)

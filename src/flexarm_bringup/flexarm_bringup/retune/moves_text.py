@@ -15,21 +15,23 @@ EXACT = 6  # digits of a number
 STEP = 2  # spaces
 
 
-def with_settings(text: str, sections: Values, manipulator: str) -> str:
+def with_settings(text: str, sections: Values, manipulator: str, preset: str = "") -> str:
     """Return the text of a moves file with settings by section, and for another description.
 
     Args:
         text: The file.
         sections: Values by section of ``settings`` and name; what is there is replaced.
         manipulator: Name or path of the description.
+        preset: Whose settings of its own they are; empty for those of all presets.
 
     Raises:
         ConfigError: The file's sections are not written as mappings.
     """
+    where = ("preset_settings", preset) if preset else ("settings",)
     text = _put(text, (), {"manipulator": manipulator})
     for section, values in sections.items():
         if values:
-            text = _put(text, ("settings", section), values)
+            text = _put(text, (*where, section), values)
     return text
 
 

@@ -10,14 +10,25 @@ from flexarm_bringup.page.report import Cell, Cells, Column, Table
 from flexarm_bringup.residual import decibels
 from flexarm_bringup.retune.moves_text import write_number
 from flexarm_bringup.retune.proposal import RULES, Proposal
+from flexarm_bringup.retune.search import WORSE, Search
 from flexarm_bringup.retune.trial import Trial
 
 MM, MS, PERCENT = 1e3, 1e3, 100.0
 
 
-def retune_tables(proposal: Proposal, before: Trial, after: Trial) -> list[Table]:
-    """Return the tables of a proposal and of its trial."""
-    return [_settings(proposal), _shaper(proposal), _worth(before, after), _margins(before, after)]
+Pair = tuple[Trial, Trial]
+
+
+def retune_tables(proposal: Proposal, trials: Pair, unlearned: Pair | None) -> list[Table]:
+    """Return the tables of a proposal and of its trials.
+
+    Args:
+        proposal: What was proposed.
+        trials: Before and after.
+        unlearned: The same with a law that does not learn; None where it never does.
+    """
+    chosen = [_settings(proposal), _search(proposal.searched), _shaper(proposal)]
+    return [*chosen, _worth(trials, unlearned), _margins(*trials)]
 
 
 def _settings(proposal: Proposal) -> Table:
@@ -33,6 +44,23 @@ def _settings(proposal: Proposal) -> Table:
         f"margins: {kept.trouble or 'kept'}" + (f", after {kept.tries} steps back" if kept.tries else "")
     )
     return Table("Settings retuned", heads, rows, notes)
+
+
+def _search(search: Search) -> Table:
+    heads = [
+        Column("step"),
+        Column("setting"),
+        Column("times", ".3g"),
+        Column("left on the twins\n[m/s^2]", ".4g"),
+    ]
+    rows: list[Cells] = [["rules", None, None, search.begin]]
+    rows += [[i + 1, step.name, step.factor, step.residual] for i, step in enumerate(search.steps)]
+    notes = [
+        f"{search.tries} steps tried on the updated arm, its frequencies off by three sigma either way",
+        "kept is what lowers the residual, tracks and settles as well as the rules' "
+        f"({PERCENT * (WORSE - 1):.0f} %), and keeps all margins",
+    ]
+    return Table("Search", heads, rows, notes)
 
 
 def _short(text: str, most: int = 44) -> str:
@@ -51,28 +79,35 @@ def _shaper(proposal: Proposal) -> Table:
     return Table(f"Shaper: {choice.shaper.name}", heads, rows, [note])
 
 
-def _worth(before: Trial, after: Trial) -> Table:
+def _worth(trials: Pair, unlearned: Pair | None) -> Table:
     heads = [
         Column("on the simulated rig"),
         Column("before", ".4g"),
         Column("after", ".4g"),
         Column("gain\n[dB]", "+.1f"),
     ]
-    pairs = (
-        ("residual acceleration of the tip [m/s^2 RMS]", [t.residual.acceleration for t in (before, after)]),
-        ("residual distance of the tip [mm RMS]", [MM * t.residual.distance for t in (before, after)]),
-        ("largest error of the tip under way [mm]", [MM * t.tracking for t in (before, after)]),
-    )
+    before, after = trials
+    pairs = [("residual acceleration of the tip [m/s^2 RMS]", [t.residual.acceleration for t in trials])]
+    if unlearned is not None:
+        pairs.append(("... with a law that does not learn", [t.residual.acceleration for t in unlearned]))
+    pairs += [
+        ("residual distance of the tip [mm RMS]", [MM * t.residual.distance for t in trials]),
+        ("largest error of the tip under way [mm]", [MM * t.tracking for t in trials]),
+    ]
     rows: list[Cells] = [[name, old, new, -decibels(new, old)] for name, (old, new) in pairs]
     rows.append(["longest settling [s]", before.residual.settling, after.residual.settling, None])
+    gains = [-decibels(new, old) for old, new in zip(before.runs, after.runs, strict=True)]
     notes = [
+        "the rig is the updated description with more modes; every run is a cold start, first moves count",
+        f"{len(gains)} runs, each with noise of its own that nothing was chosen by: "
+        f"{min(gains):.1f} to {max(gains):.1f} dB",
+    ]
+    notes += [
         f"{when}: the guard stopped the arm: {trial.guard}"
         for when, trial in _both(before, after)
         if trial.guard
     ]
-    return Table(
-        "What it is worth", heads, rows, ["the rig is the updated description with more modes", *notes]
-    )
+    return Table("What it is worth", heads, rows, notes)
 
 
 def _both(before: Trial, after: Trial) -> Sequence[tuple[str, Trial]]:

@@ -8,10 +8,13 @@ from typing import Any
 
 import numpy as np
 
+from flexarm_bringup.margins.study import Loop
 from flexarm_bringup.retune.arm_facts import ArmFacts, read_facts
+from flexarm_bringup.retune.bench import Settings
 from flexarm_bringup.retune.horizon import fit_horizon
 from flexarm_bringup.retune.noise import fit_noise
 from flexarm_bringup.retune.roll_off import Kept, keep_margins
+from flexarm_bringup.retune.search import Search, search, twins_of
 from flexarm_bringup.retune.shaping import ShaperChoice, choose_shaper
 from flexarm_bringup.retune.weights import scale_weights
 from flexarm_bringup.tasks.task import Task
@@ -22,10 +25,15 @@ from flexarm_model.linearize import linearize
 from flexarm_model.reduced_tree import ReducedTree
 
 RULES = {
-    "modal_energy": "the same deviation of the tip costs the same",
+    "modal_energy": "the same deviation of the tip costs the same; searched",
     "modal_cutoff_hz": "above the same modes, lower where margins want it",
-    "input_acceleration": "as before, less where margins want it",
-    "horizon": "the same share of the slowest period, at least half of it",
+    "input_acceleration": "as before, less where margins want it; searched",
+    "input_jerk": "searched",
+    "position_error": "searched",
+    "velocity_error": "searched",
+    "tip_error": "searched",
+    "tip_angle_error": "searched",
+    "horizon": "the same share of the slowest period, at least half of it; searched",
     "blocks": "as many as before",
     "firm_time": "as many periods of the slowest mode",
     "frequency_error": "three sigma of what is not known",
@@ -40,15 +48,17 @@ class Proposal:
         before, after: The arm as it was and is described.
         old, new: Settings of estimator and predictive law, by section.
         kept: What the margins asked for.
+        searched: What the search found after that.
         shaper: For moves without feedback of the modes.
         doubt: One sigma of the frequencies, relative [1].
     """
 
     before: ArmFacts
     after: ArmFacts
-    old: tuple[EstimatorConfig, MpcConfig]
-    new: tuple[EstimatorConfig, MpcConfig]
+    old: Settings
+    new: Settings
     kept: Kept
+    searched: Search
     shaper: ShaperChoice
     doubt: float
 
@@ -90,9 +100,17 @@ def propose(
     filter_ = fit_noise(estimator, doubt)
     say("margins with the new settings")
     poses = [updated.home, *(np.array(pose) for pose in updated.poses.values())]
-    kept = keep_margins(updated, filter_, (task.make("controller", ControllerConfig), fitted), poses)
+    law = task.make("controller", ControllerConfig)
+    kept = keep_margins(updated, filter_, (law, fitted), poses)
+
+    def accept(settings: Settings) -> bool:
+        loop = Loop(updated, settings[0], (law, settings[1]))
+        return not any(map(loop.judge, kept.poses))
+
+    searched = search((filter_, kept.mpc), twins_of(updated, task, doubt).score, accept, say)
+    new = (filter_, searched.mpc)
     shaper = choose_shaper(float(after.f_hz[0]), float(after.zeta[0]), doubt)
-    return Proposal(before, after, (estimator, mpc), (filter_, kept.mpc), kept, shaper, doubt)
+    return Proposal(before, after, (estimator, mpc), new, kept, searched, shaper, doubt)
 
 
 def _difference(old: Any, new: Any) -> dict[str, Any]:

@@ -2,7 +2,8 @@
 
 The gate closes the loop of filter, law and delay on the arm with more modes than are served, with frequencies
 off either way. Where something falls short, the modes above the cut-off are left to their own damping more
-and more; when that does not help any further, torque is made dearer, too.
+and more; when that does not help any further, torque is made dearer, too. Where nothing helps at some pose,
+the strongest weights are taken with which the fewest poses fall short.
 """
 
 from __future__ import annotations
@@ -31,11 +32,13 @@ class Kept:
         mpc: The weights.
         tries: How often they were made weaker.
         trouble: What still falls short; empty when nothing does.
+        poses: At which nothing does, each (n_theta,).
     """
 
     mpc: MpcConfig
     tries: int
     trouble: str
+    poses: tuple[Array, ...]
 
 
 def keep_margins(
@@ -45,14 +48,28 @@ def keep_margins(
     poses: Sequence[Array],
 ) -> Kept:
     """Return the weights, weakened until the margins at all poses are kept."""
-    law, mpc = laws
-    for tries in range(ROLL_OFFS + PRICES + 1):
-        loop = Loop(config, estimator, (law, mpc))
-        trouble = next((text for text in map(loop.judge, poses) if text), "")
-        if not trouble or tries == ROLL_OFFS + PRICES:
+    best = _look(config, estimator, laws, poses, 0)
+    mpc = laws[1]
+    for tries in range(1, ROLL_OFFS + PRICES + 1):
+        if not best.trouble:
             break
-        if tries < ROLL_OFFS:
+        if tries <= ROLL_OFFS:
             mpc = replace(mpc, modal_cutoff_hz=mpc.modal_cutoff_hz * SHRINK)
         else:
             mpc = replace(mpc, input_acceleration=mpc.input_acceleration * SHRINK)
-    return Kept(mpc, tries, trouble)
+        found = _look(config, estimator, (laws[0], mpc), poses, tries)
+        best = found if len(found.poses) > len(best.poses) else best
+    return best
+
+
+def _look(
+    config: ManipulatorConfig,
+    estimator: EstimatorConfig,
+    laws: tuple[ControllerConfig, MpcConfig],
+    poses: Sequence[Array],
+    tries: int,
+) -> Kept:
+    loop = Loop(config, estimator, laws)
+    found = [loop.judge(pose) for pose in poses]
+    good = tuple(pose for pose, trouble in zip(poses, found, strict=True) if not trouble)
+    return Kept(laws[1], tries, next(filter(None, found), ""), good)

@@ -2,27 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
-import numpy as np
-from numpy.typing import NDArray
-
-from flexarm_bringup.closed_loop import LoopSettings, run_loop
 from flexarm_bringup.margins.study import Loop, worst_of
-from flexarm_bringup.sim.hardware import Hardware
+from flexarm_bringup.retune.bench import Bench, Settings, together
 from flexarm_bringup.sim.rig import RigSettings
-from flexarm_bringup.sim_run.study import loop_settings, observe_tip
-from flexarm_bringup.static_arm import StaticArm
-from flexarm_bringup.tasks.course import plan_course
 from flexarm_bringup.tasks.task import Task
-from flexarm_bringup.tip_vibration import Residual, read_residual
-from flexarm_controller.settings import MpcConfig
-from flexarm_estimator.settings import EstimatorConfig
+from flexarm_bringup.tip_vibration import Residual
+from flexarm_controller.settings import ControllerConfig
 from flexarm_model.description import ManipulatorConfig
-from flexarm_model.reduced_tree import ReducedTree
 
-Array = NDArray[np.float64]
+SEEDS = (1, 2, 3)  # of the noise; nothing was chosen by them
 
 
 @dataclass(frozen=True)
@@ -30,9 +21,10 @@ class Trial:
     """What a description with its settings is worth on an arm.
 
     Attributes:
-        residual: Of all moves together: RMS accelerations and distances, longest settling.
+        residual: Of all moves of all runs together: RMS accelerations and distances, longest settling.
         tracking: Largest distance of the tip from where the reference wants it [m].
         guard: Why the guard stopped the arm; empty when it did not.
+        runs: Residual acceleration of every run, each with noise of its own [m/s^2].
         margins: Smallest gain [dB] and delay [s] margin of every path, as this description has the arm.
         trouble: What of the margins falls short; empty when nothing does.
     """
@@ -40,55 +32,54 @@ class Trial:
     residual: Residual
     tracking: float
     guard: str
+    runs: tuple[float, ...]
     margins: Mapping[str, tuple[float, float]]
     trouble: str
 
 
-def run_trial(
+def run_trial(  # noqa: PLR0913, two descriptions, two of what belongs to each
     known: ManipulatorConfig,
-    settings: tuple[EstimatorConfig, MpcConfig],
+    settings: Settings,
     task: Task,
     real: ManipulatorConfig,
     rig: RigSettings | None = None,
+    seeds: Sequence[int] = SEEDS,
 ) -> Trial:
-    """Let an arm do its moves.
+    """Let an arm do its moves, once with each noise; every run is a cold start.
 
     Args:
         known: The description that estimator and controller have.
         settings: Theirs.
         task: The moves.
         real: What the rig is made of.
-        rig: Noise, and what else differs on the rig.
+        rig: What else differs on the rig.
+        seeds: Of the noise.
 
     Raises:
         ValueError: The arm cannot do the moves.
     """
-    tree = ReducedTree(known)
-    course = plan_course(StaticArm(tree), task, 1 / known.rate_hz)
-    tree = ReducedTree(replace(known, home=course.home))
-    plain = loop_settings(task, "mpc", rig or RigSettings())
-    loop = replace(plain, estimator=settings[0], mpc=replace(settings[1], time_limit=0.0))
-    hardware = Hardware(replace(real, home=course.home), loop.rig)
-    ticks, effort = run_loop(hardware, tree, course.reference, course.end, loop, observe_tip)
-    t, tip = (np.array([tick[name] for tick in ticks]) for name in ("t", "tip"))
-    left = [read_residual(t, tip, leg.end, task.watch) for leg in course.legs]
-    moving = (t >= course.legs[0].start) & (t <= course.legs[-1].end)
-    tracking = np.linalg.norm(tip - course.tip_at(t), axis=1)[moving].max()
-    margins, trouble = _margins(known, loop)
-    return Trial(_together(left), float(tracking), effort.guard, margins, trouble)
-
-
-def _together(left: list[Residual]) -> Residual:
-    acceleration, distance = (
-        float(np.sqrt(np.mean([value**2 for value in values])))
-        for values in ([one.acceleration for one in left], [one.distance for one in left])
+    bench = Bench(known, task, real, rig)
+    found = [bench.run(settings, seed) for seed in seeds]
+    margins, trouble = _margins(known, settings, task)
+    return Trial(
+        together(tuple(left for one in found for left in one.residuals)),
+        max(one.tracking for one in found),
+        next((one.guard for one in found if one.guard), ""),
+        tuple(one.residual.acceleration for one in found),
+        margins,
+        trouble,
     )
-    settling, growth = max(one.settling for one in left), max(one.growth for one in left)
-    return Residual(acceleration, distance, settling, growth)
 
 
-def _margins(known: ManipulatorConfig, settings: LoopSettings) -> tuple[dict[str, tuple[float, float]], str]:
-    loop = Loop(known, settings.estimator, (settings.controller, settings.mpc))
+def not_learning(settings: Settings) -> Settings:
+    """Return the same settings for a law that uses its description as it is."""
+    return settings[0], replace(settings[1], stiffness_step=0.0, inertia_step=0.0)
+
+
+def _margins(
+    known: ManipulatorConfig, settings: Settings, task: Task
+) -> tuple[dict[str, tuple[float, float]], str]:
+    loop = Loop(known, settings[0], (task.make("controller", ControllerConfig), settings[1]))
     cases = loop.cases()
     names = dict.fromkeys(margin.name for case in cases for margin in case.margins)
     worst = {name: worst_of(cases, name) for name in names}
