@@ -14,15 +14,17 @@ from numpy.typing import NDArray
 
 from flexarm_estimator.adoption import carry_over
 from flexarm_estimator.clock import Clock
+from flexarm_estimator.disputes.court import Court
 from flexarm_estimator.estimate import Estimate
 from flexarm_estimator.filter import Belief
-from flexarm_estimator.gate import Gate, Verdict
+from flexarm_estimator.gate import Gate
 from flexarm_estimator.health import Health
 from flexarm_estimator.history import History, Instant
 from flexarm_estimator.measurement import Measurement
 from flexarm_estimator.parts import Parts, PartsMaker
 from flexarm_estimator.reception import Reception
 from flexarm_estimator.report import TipReporter
+from flexarm_estimator.sample_judge import Verdict
 from flexarm_estimator.settings import EstimatorConfig
 from flexarm_estimator.tip import Kinematics
 from flexarm_estimator.watches.stamp_delays import StampDelays
@@ -78,6 +80,7 @@ class Estimator:
         self._use(self.prepare(model))
         locating = {name for name, model in self._parts.sensors.all().items() if model.locates}
         self.health = Health(sensors, locating, config)
+        self._court = Court(self._gate, self.health, config.distrust)
         self._u = np.append(np.zeros(model.n_theta), 1.0)
         self._clock = Clock()
         self._restart(0.0, self._operating_point())
@@ -100,10 +103,11 @@ class Estimator:
         samples = self._reception.admit(self._delays.undo(measurements), self._t, self._history.oldest)
         fit = self.health.pick_sound(samples)
         self._gate.meet(fit)
-        verdicts = self._compute([first, *(self._history.insert(sample) for sample in fit)])
-        verdicts += self._resolve()
+        touched = [first, *(self._history.insert(sample) for sample in fit)]
+        verdicts = self._compute(touched) + self._resolve()
         self.health.note_verdicts(verdicts)
-        self._heed(View(self._t, self._u, self._history.now.belief, samples, verdicts))
+        now = self._history.now
+        self._heed(View(self._t, self._u, now.belief, samples, verdicts, now.inputs))
         self._history.forget()
         return self._estimate("; ".join(trouble))
 
@@ -159,7 +163,7 @@ class Estimator:
 
     @property
     def past(self) -> tuple[Parts, Sequence[Instant]]:
-        """The parts in use and the recent instants as computed, for those who look back; read only."""
+        """Parts in use and recent instants as computed, for those who look back; read only."""
         return self._parts, self._history.instants
 
     def _use(self, parts: Parts) -> None:
@@ -181,6 +185,7 @@ class Estimator:
         self._reception = Reception(self.specs, self.config, self.health)
         self.health.restart(t)
         self._gate.restart()
+        self._court.restart(t)
         for watch in self._watches:
             watch.restart(t)
 
@@ -226,6 +231,8 @@ class Estimator:
             for finding in said:
                 self.health.heed(finding, type(watch).__name__)
             findings += said
+        for finding in self._court.sit(view, self._history, self._parts):
+            self.health.heed(finding, "Court")
         touched = [self._history.withdraw(f.sensor, f.since) for f in findings if f.since < math.inf]
         if touched:
             self._compute(touched)
@@ -237,7 +244,8 @@ class Estimator:
         if doubt:  # nothing can be compared with such a state any more
             self._restart(t, self._operating_point())
         reports = self.health.reports(t)
-        status, reason = self.health.judge(t, tip.sigma, reports, "; ".join(filter(None, (trouble, doubt))))
+        doubts = "; ".join(filter(None, (trouble, doubt, self._gate.doubt(t))))
+        status, reason = self.health.judge(t, tip.sigma, reports, doubts, self._court.contradiction(t))
         return Estimate(
             t, self.model.model_id, x.copy(), P.copy(), layout, status, reason, reports,
             tip.T_world_tip, tip.twist, tip.cov_pose, tip.cov_twist,

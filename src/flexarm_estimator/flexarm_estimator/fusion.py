@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from copy import copy
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,14 +17,15 @@ from numpy.typing import NDArray
 from flexarm_estimator.filter import Belief, GuardedFilter, innovation_covariance
 from flexarm_estimator.filters.served import ServedSteps
 from flexarm_estimator.filters.step_source import StepSource
-from flexarm_estimator.gate import Gate, Verdict
 from flexarm_estimator.history import Instant
 from flexarm_estimator.joint_step import PreparedStep
 from flexarm_estimator.joint_step_cache import JointStepCache
 from flexarm_estimator.pose_update import PoseUpdate
 from flexarm_estimator.process import ProcessModel
 from flexarm_estimator.reopening import SIZES, Reopening
+from flexarm_estimator.sample_judge import SampleJudge, Verdict
 from flexarm_estimator.sensors import SensorModels
+from flexarm_estimator.short_term import FROZEN, SAME
 from flexarm_estimator.stack import Stack, StackedSample
 from flexarm_estimator.state_limits import StateLimits
 from flexarm_estimator.step_runner import make_runner
@@ -44,7 +46,7 @@ class Fusion:
         self,
         process: ProcessModel,
         models: SensorModels,
-        gate: Gate,
+        gate: SampleJudge,
         use_compiler: bool = True,
         steps: StepSource | None = None,
     ) -> None:
@@ -54,10 +56,10 @@ class Fusion:
         self._limits = StateLimits(process.limits)
         self._poses, self.dependent = frozenset(models.poses), self._source.dependent
         n_x = process.system.n_x
-        sizes = {name: model.R.shape[0] for name, model in models.all().items()}
-        widest = max(sum(sizes[name] for name in models.rows), *(sizes[name] for name in models.poses), 1)
+        poses = {name: len(model.R) for name, model in models.poses.items()}
+        widest = max(sum(len(model.R) for model in models.rows.values()), *poses.values(), 1)
         self._runner = make_runner(n_x, widest, use_compiler)
-        self._pose_updates = {name: PoseUpdate(name, sizes[name], n_x, self._runner) for name in models.poses}
+        self._pose_updates = {name: PoseUpdate(name, m, n_x, self._runner) for name, m in poses.items()}
         self._filter = GuardedFilter(n_x, process.system.n_u + 1)
         self._steps = JointStepCache(self._source)
 
@@ -79,13 +81,20 @@ class Fusion:
                 i += 1
         return verdicts
 
+    def judged_by(self, gate: SampleJudge) -> Fusion:
+        """Return the same with another judge."""
+        other = copy(self)
+        other._gate = gate
+        return other
+
     def prepare(self, before: Belief, dt: float, instant: Instant) -> PreparedStep:
         """Return the joint step from ``before`` over ``dt`` [s] to an instant and all its rows."""
         samples = {**instant.fused, **instant.pending} if instant.fused else instant.pending
         names = tuple([name for name in self._models.rows if name in samples])
-        step = self._steps.step(before, dt, instant.u, names)
+        u = instant.inputs = self._source.inputs(before, dt, instant.u)
+        step = self._steps.step(before, dt, u, names)
         sample = StackedSample(step.stack, samples) if step.stack else None
-        return PreparedStep(dt, step, instant.u, sample)
+        return PreparedStep(dt, step, u, sample)
 
     def _replay(self, instants: Sequence[Instant], first: int) -> int:
         """Compute instants in a row again that have only rows and are prepared; return how many."""
@@ -127,8 +136,7 @@ class Fusion:
         verdicts = self._judge_one(before, instant, is_stepped, step)
         if verdicts and not instant.is_reopened and self._gate.has_doubt(verdicts, instant.t):
             verdicts = self._reopen(before, instant, verdicts)
-        if verdicts:
-            self._settle(instant, verdicts)
+        self._settle(instant, verdicts)
         return verdicts
 
     def _reopen(self, before: Instant, instant: Instant, verdicts: list[Verdict]) -> list[Verdict]:
@@ -155,11 +163,8 @@ class Fusion:
         self, before: Instant, instant: Instant, is_stepped: bool = False, step: PreparedStep | None = None
     ) -> list[Verdict]:
         """Judge what is new at an instant after the run ``step`` of its rows; None goes there in turn."""
-        verdicts: list[Verdict] | None = [] if is_stepped else None
-        if step is not None:
-            verdicts = self._judge_run(step, instant)
-        if verdicts is None:
-            verdicts = self._step_in_turn(before, instant)
+        verdicts = self._judge_run(step, instant) if step else [] if is_stepped else None
+        verdicts = self._step_in_turn(before, instant) if verdicts is None else verdicts
         for name in self._models.poses:
             if name in instant.pending or name in instant.fused:
                 verdicts += self._fuse_pose(name, instant)
@@ -168,10 +173,12 @@ class Fusion:
     def _settle(self, instant: Instant, verdicts: list[Verdict]) -> None:
         """Keep what was accepted, drop what was not."""
         self._gate.note(verdicts)
-        for verdict in verdicts:
-            if verdict.is_accepted:
-                instant.fused[verdict.sensor] = instant.pending[verdict.sensor]
-            elif verdict.sensor in self._models.rows:
+        for sensor, _, is_accepted, _, _, reason, _ in verdicts:
+            if is_accepted:
+                instant.fused[sensor] = instant.pending[sensor]
+            elif reason not in (FROZEN, SAME):
+                instant.refused[sensor] = instant.pending[sensor]
+            if not is_accepted and sensor in self._models.rows:
                 instant.prepared = None
         instant.pending.clear()
 
@@ -207,8 +214,9 @@ class Fusion:
 
     def _step_in_turn(self, before: Instant, instant: Instant) -> list[Verdict]:
         """Predict and fuse with filterpy; leave out the rows that are refused."""
-        u, start = instant.u, before.belief
-        transition = self._source.transition(start, instant.t - before.t, u).at(start.x, u)
+        start, dt = before.belief, instant.t - before.t
+        u = instant.inputs = self._source.inputs(start, dt, instant.u)
+        transition = self._source.transition(start, dt, u).at(start.x, u)
         prior = instant.belief = self._filter.predict(start, transition, u)
         if instant.reopening is not None:
             prior = instant.belief = Belief(prior.x, prior.P + self.widen(instant.reopening))
@@ -233,13 +241,14 @@ class Fusion:
         model, belief = self._models.poses[name], instant.belief
         is_new = name in instant.pending
         sample = instant.pending[name] if is_new else instant.fused[name]
+        R, y, u = model.R if sample.R is None else sample.R, sample.y, instant.u
         try:
-            nu, H, spread = self._source.look(model, sample.y, belief, instant.u)
+            nis, updated, (nu, H, spread) = self._pose_updates[name].fit(
+                belief, lambda about: self._source.look(model, y, about, u), R, self._gate.bound(name)
+            )
         except ValueError:  # loops do not close where the state is said to be
-            return [self._gate.decide(name, sample.t, np.zeros(sample.y.size), math.inf)] if is_new else []
-        R = (model.R if sample.R is None else sample.R) + spread
-        nis, updated = self._pose_updates[name].fuse(belief, nu, H, R)
+            return [self._gate.decide(name, sample.t, np.zeros(y.size), math.inf)] if is_new else []
         verdicts = [self._gate.decide(name, sample.t, nu, nis)] if is_new else []
         if all([verdict.is_accepted for verdict in verdicts]):
-            instant.belief = self._filter.update(belief, nu, H, R) if updated is None else updated
+            instant.belief = updated or self._filter.update(belief, nu, H, R + spread)
         return verdicts

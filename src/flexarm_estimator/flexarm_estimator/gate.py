@@ -3,17 +3,15 @@
 A sample is refused when ``nu' S^-1 nu`` is as improbable as ``gate`` sigmas. A gate alone would lock
 a sensor out for ever after one impact: once a sensor has been refused ``reopen_after`` times in a
 row, the state is doubted instead; its covariance is widened at that instant, for all sensors, and
-the widening stays in the history so that a late camera frame does not undo it. When doubt returns
-within ``reopen_interval``, the state was not to blame: the sensor that asked for the first widening is
-distrusted for a while (a bias, a wrong unit), and the state is widened once more to get rid of it. An impact
-is felt by several sensors: they are not distrusted.
+the widening stays in the history so that a late camera frame does not undo it. When doubt returns within
+``reopen_interval``, or another sensor refuses what one alone has asked for, the state may not be to blame:
+there is a dispute, which ``disputes`` settles.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,6 +22,7 @@ from flexarm_estimator.history import SAME_INSTANT
 from flexarm_estimator.joint_step import PreparedStep
 from flexarm_estimator.measurement import Measurement
 from flexarm_estimator.ordinary import Ordinary, load_ordinary
+from flexarm_estimator.sample_judge import FAR, Verdict
 from flexarm_estimator.settings import EstimatorConfig
 from flexarm_estimator.short_term import HELD, JUMP, NOTHING, SHIFT, Run, ShortTerm
 
@@ -31,33 +30,16 @@ Array = NDArray[np.float64]
 _ALSO, _SHARE = 3.0, 0.9  # score of another mean, and over the own, that makes a bias doubtful
 _SHORTEST = 1e-3  # s
 _TOGETHER = 2  # refusals in a row of several sensors at once that make the state doubtful
-FAR, DISTRUSTED = "far from the prediction", "distrusted"
-
-
-class Verdict(NamedTuple):
-    """What the gate says of one sample.
-
-    Attributes:
-        sensor: Name of the sensor.
-        t: Stamp of the sample [s].
-        is_accepted: Fused or not.
-        innovation: (m,).
-        normalised: ``sqrt(nu' S^-1 nu / m)`` [1].
-        reason: Why it is not fused; empty when it is.
-        since: Of a doubt about the sensor: stamp since which it may have been wrong [s].
-    """
-
-    sensor: str
-    t: float
-    is_accepted: bool
-    innovation: Array
-    normalised: float
-    reason: str = ""
-    since: float = math.inf
 
 
 class Gate:
-    """Judges samples and remembers what each sensor did lately."""
+    """Judges samples and remembers what each sensor did lately.
+
+    Attributes:
+        is_disputed: The state was widened, and yet sensors contradict each other.
+        accusers: Sensors whose refusals led to the last widening.
+        doubted_since: Stamp of the first refusal that led to the first of the widenings in a row [s].
+    """
 
     def __init__(
         self, sigmas: Mapping[str, Sequence[float]], config: EstimatorConfig, use_compiler: bool = True
@@ -86,10 +68,23 @@ class Gate:
         self._stamps: dict[str, float] = {}  # of sensors with one new sample
         self._released: list[Measurement] = []
         self._dropped: list[Verdict] = []
+        self.accusers: set[str] = set()
+        self.calm()
+
+    def calm(self) -> None:
+        """Take back all doubts: the state is what the sensors say."""
+        self._refusals = dict.fromkeys(self._refusals, 0)
         self._reopened_at = -math.inf
-        self._accusers: set[str] = set()  # sensors whose refusals led to the last re-opening
-        self._distrusted: set[str] = set()
-        self._distrusted_until = -math.inf
+        self.doubted_since = math.inf
+        self.is_disputed = False
+
+    def bound(self, sensor: str) -> float:
+        """Return what ``nu' S^-1 nu`` of a sensor may be."""
+        return self._threshold[sensor]
+
+    def doubt(self, t: float) -> str:
+        """Return who doubts the state; empty when nobody has lately."""
+        return f"the state was doubted by {', '.join(sorted(self.accusers))}" if self.is_upset(t) else ""
 
     def meet(self, samples: Iterable[Measurement]) -> None:
         """Look at new samples before they are judged."""
@@ -111,7 +106,7 @@ class Gate:
 
         Returns the verdicts; None, with nothing changed, when one of the samples wants a closer look.
         """
-        if self._code is None or step.stack is None or self._distrusted:
+        if self._code is None or step.stack is None:
             return None
         names, stamps = step.stack.names, self._stamps
         for name in names:
@@ -141,22 +136,17 @@ class Gate:
             past, run = self._past[sensor], met[1]
             reason, since = past.doubt(run, nu, z), run.since
             if reason in (HELD, SHIFT):
-                if self._is_upset(t) or self._is_common(sensor, reason):
+                if self.is_upset(t) or self._is_common(sensor, reason):
                     reason = ""
                 elif reason == SHIFT:
                     since = past.mean.onset
         if not reason and not 0.0 <= nis <= self._threshold[sensor]:
             reason = FAR
-        elif self._distrusted and self._is_distrusted(sensor, t):
-            reason = DISTRUSTED
         return Verdict(sensor, t, not reason, nu, z, reason, since)
 
     def has_doubt(self, verdicts: Iterable[Verdict], t: float) -> bool:
         """Return whether a refusal among ``verdicts`` is one too many: the state is wrong, not the sample."""
-        accusers = self._find_accusers(verdicts, t)
-        if not accusers:
-            return False
-        return not (self._is_upset(t) and self._distrusted)  # the second in a row distrusts the first accuser
+        return bool(self._find_accusers(verdicts))
 
     def note(self, verdicts: Iterable[Verdict]) -> None:
         """Count final verdicts."""
@@ -164,7 +154,8 @@ class Gate:
             sensor, t, is_accepted, nu, z, reason, _ = verdict
             if is_accepted:
                 self._refusals[sensor] = 0
-            elif reason in (FAR, DISTRUSTED):
+            elif reason == FAR:
+                self.is_disputed |= self.is_upset(t)
                 if not self._refusals[sensor]:
                     self._refused_since[sensor] = t
                 self._refusals[sensor] += 1
@@ -172,7 +163,7 @@ class Gate:
             if met is None:
                 continue
             self._met[sensor].remove(met)
-            doubt = "" if not reason or reason in (FAR, DISTRUSTED) else reason
+            doubt = "" if not reason or reason == FAR else reason
             outcome = self._past[sensor].note(met[1], met[0], nu, z, doubt, is_accepted)
             if outcome is not NOTHING:
                 self._released += outcome.released
@@ -191,23 +182,19 @@ class Gate:
         return released, dropped
 
     def note_reopening(self, verdicts: Iterable[Verdict], t: float) -> tuple[set[str], float]:
-        """Remember that the covariance was widened at ``t``; a widening that did not help has a culprit.
+        """Remember that the covariance was widened at ``t``; that does not help twice in a row.
 
         Returns:
             The sensors that doubt the state, and for how long the first of them has been refused [s].
         """
-        if t >= self._distrusted_until:
-            self._distrusted = set()
-        accusers = self._find_accusers(verdicts, t)
-        if self._is_upset(t) and len(self._accusers) == 1 and accusers.isdisjoint(self._accusers):
-            self._distrusted = self._accusers
-            self._distrusted_until = t + self._config.distrust
-        self._accusers = accusers - self._distrusted
-        self._reopened_at = t
-        since = min((self._refused_since[sensor] for sensor in self._accusers), default=t)
-        return set(self._accusers), max(t - since, _SHORTEST)
+        is_again = self.is_upset(t)
+        self.is_disputed |= is_again
+        self.accusers, self._reopened_at = self._find_accusers(verdicts), t
+        since = min((self._refused_since[sensor] for sensor in self.accusers), default=t)
+        self.doubted_since = min(self.doubted_since, since) if is_again else since
+        return set(self.accusers), max(t - since, _SHORTEST)
 
-    def _is_upset(self, t: float) -> bool:
+    def is_upset(self, t: float) -> bool:
         """Return whether the state has been doubted lately: innovations tell of it, not of their sensors."""
         return t - self._reopened_at < self._config.reopen_interval
 
@@ -226,17 +213,12 @@ class Gate:
                 return met
         return None
 
-    def _find_accusers(self, verdicts: Iterable[Verdict], t: float) -> set[str]:
-        refused = {v.sensor for v in verdicts if v.reason == FAR and not self._is_distrusted(v.sensor, t)}
-        if not refused:
-            return refused
+    def _find_accusers(self, verdicts: Iterable[Verdict]) -> set[str]:
+        refused = {v.sensor for v in verdicts if v.reason == FAR}
         together = {sensor for sensor in refused if self._refusals[sensor] >= _TOGETHER}
         if len(together) > 1:
             return together
         return {sensor for sensor in together if self._refusals[sensor] >= self._config.reopen_after}
-
-    def _is_distrusted(self, sensor: str, t: float) -> bool:
-        return sensor in self._distrusted and t < self._distrusted_until
 
 
 def normalised_square(nu: Array, S: Array) -> float:

@@ -19,8 +19,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexarm_estimator.estimate import SensorReport, SensorStatus, Status
-from flexarm_estimator.gate import Verdict
 from flexarm_estimator.measurement import Measurement
+from flexarm_estimator.sample_judge import Verdict
 from flexarm_estimator.settings import EstimatorConfig
 from flexarm_estimator.short_term import HELD
 from flexarm_estimator.tally import Tally
@@ -95,7 +95,7 @@ class Health:
 
     def restart(self, t: float) -> None:
         """Begin anew at ``t``: ages count from here, counts go on."""
-        self._has_started = False
+        self._has_started, self._started = False, t
         for record in self._records.values():
             record.newest_accepted = record.newest_valid = t
             record.refused_in_a_row, record.reason = 0, "no sample yet"
@@ -147,6 +147,17 @@ class Health:
         if finding.reason:
             said[watch] = finding.reason
 
+    def locates(self, sensors: Iterable[str]) -> bool:
+        """Return whether one of some sensors tells where the axes are."""
+        return any(self._records[sensor].locates for sensor in sensors)
+
+    @property
+    def is_vouched(self) -> bool:
+        """All sensors in use that tell where the axes are have agreed with the state since the start."""
+        records = self._records.values()
+        speaking = [r for r in records if r.locates and not r.is_off and r.newest_valid > self._started]
+        return all(record.newest_accepted > self._started for record in speaking)
+
     def pick_sound(self, samples: Iterable[Measurement]) -> list[Measurement]:
         """Return the samples of sensors that no watch has put out of use; the others are alive, too."""
         sound = []
@@ -167,7 +178,7 @@ class Health:
         return tuple([_report(name, record, t) for name, record in self._records.items()])
 
     def judge(
-        self, t: float, tip_sigma: float, reports: Iterable[SensorReport], trouble: str
+        self, t: float, tip_sigma: float, reports: Iterable[SensorReport], trouble: str, lost: str = ""
     ) -> tuple[Status, str]:
         """Return status and reason of the estimate.
 
@@ -176,8 +187,9 @@ class Health:
             tip_sigma: One sigma of the tip's position [m].
             reports: Health of the sensors at ``t``.
             trouble: Anything else that is wrong in this step; empty when nothing is.
+            lost: Why the state must not be used; empty when nothing else forbids it.
         """
-        reason = self._why_lost(t, tip_sigma)
+        reason = self._why_lost(t, tip_sigma) or lost
         if reason:
             return ("lost" if self._has_started else "starting"), reason
         self._has_started = True

@@ -32,6 +32,8 @@ class Instant:
         belief: State at ``t`` given all samples up to ``t``.
         fused: Samples that belong to the state, by sensor.
         pending: Samples not judged yet, by sensor.
+        refused: Samples that do not belong to the state, by sensor; kept for who looks for the culprit.
+        inputs: The same as the filter has seen them, with what it adds; empty before the first time.
         prepared: Joint step that leads here, kept for computing again; None when it has to be made.
         reopening: The covariance was widened here because the state was doubted; None where it was not.
     """
@@ -41,7 +43,9 @@ class Instant:
     belief: Belief
     fused: dict[str, Measurement] = field(default_factory=dict)
     pending: dict[str, Measurement] = field(default_factory=dict)
+    refused: dict[str, Measurement] = field(default_factory=dict)
     reopening: Reopening | None = None
+    inputs: Array = field(default_factory=lambda: np.empty(0))
     prepared: PreparedStep | None = None
 
     @property
@@ -100,6 +104,7 @@ class History:
             instant = self.instants[index]
             if instant.t < since - SAME_INSTANT:
                 break
+            instant.refused.pop(sensor, None)
             if instant.fused.pop(sensor, None) is not None:
                 instant.prepared, touched = None, index
         return touched

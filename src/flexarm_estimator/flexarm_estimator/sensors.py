@@ -44,6 +44,10 @@ class MeasurementModel(ABC):
     def jacobian(self, x: Array) -> Array:
         """Return the derivative of the prediction by the state, (m, n_x)."""
 
+    def noise(self, force_cov: Array) -> Array:
+        """Return the covariance of a sample with the force noise (n, n) that it feels, (m, m)."""
+        return self.R
+
     def linearise(self, y: Array, x: Array, u: Array) -> tuple[Array, Array]:
         """Return innovation and Jacobian; a class may do it cheaper than one by one."""
         return self.innovation(y, x, u), self.jacobian(x)
@@ -89,6 +93,10 @@ class LinearRows(MeasurementModel):
             C += float(x[i]) * slope
             C[:, i] += slope.dot(x)
         return C
+
+    def noise(self, force_cov: Array) -> Array:
+        """Return ``R + D_w F D_w'``, (m, m)."""
+        return np.asarray(self.R + self.D_w.dot(force_cov).dot(self.D_w.T))
 
 
 class TipPose(MeasurementModel):

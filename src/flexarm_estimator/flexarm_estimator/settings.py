@@ -17,8 +17,9 @@ class EstimatorConfig:
 
     filter: str = parameter(
         "linear",
-        "Kalman filter: linear on the served model, extended or unscented on the arm's nonlinear motion.",
-        choices=("linear", "extended", "unscented"),
+        "Kalman filter: linear on the served model, corrected by what the arm's motion adds to that, extended "
+        "or unscented on the motion itself.",
+        choices=("linear", "corrected", "extended", "unscented"),
     )
     frequency_error: float = parameter(
         0.10, "Relative error of the modes' frequencies that the filter must bear", "1", 0.0, 0.5
@@ -73,9 +74,11 @@ class EstimatorConfig:
     gate: float = parameter(5.0, "Samples further from the prediction are refused", "sigma", 2.0, 100.0)
     reopen_after: int = parameter(5, "Refusals in a row after which the state is doubted", "1", 1, 1000)
     reopen_interval: float = parameter(
-        0.5, "A second doubt within this time accuses the sensor", "s", 0.0, 60.0
+        0.5, "A second doubt within this time means that sensors contradict each other", "s", 0.0, 60.0
     )
-    distrust: float = parameter(10.0, "An accused sensor is refused for this time", "s", 0.1, 3600.0)
+    distrust: float = parameter(
+        0.2, "A sensor found to contradict the others must agree with them for this time", "s", 0.05, 3600.0
+    )
     bias_patience: float = parameter(
         0.5, "A bias at its limit for so long puts its sensor out of use", "s", 0.0, 3600.0
     )

@@ -56,28 +56,29 @@ def test_doubt_comes_with_the_sixth_refusal_in_a_row():
     assert not gate.has_doubt([verdict(gate, "a", 9.0, 0.0)], 0.0)
 
 
-def test_a_second_doubt_soon_after_the_first_distrusts_the_sensor_that_asked():
+@pytest.mark.parametrize("second", ["a", "b"])
+def test_a_refusal_soon_after_a_doubt_is_a_dispute(second):
     gate = Gate({"a": [1.0], "b": [1.0]}, CONFIG)
     refuse(gate, "a", 0.0)
     gate.note_reopening([verdict(gate, "a", 9.0, 0.1)], 0.1)
-    assert verdict(gate, "a", 1.0, 0.1).is_accepted
-    refuse(gate, "b", 0.15)
-    second = [verdict(gate, "b", 9.0, 0.2)]
-    assert gate.has_doubt(second, 0.2)
-    gate.note_reopening(second, 0.2)
-    assert not verdict(gate, "a", 1.0, 0.3).is_accepted
-    assert verdict(gate, "b", 1.0, 0.3).is_accepted
-    assert verdict(gate, "a", 1.0, 0.2 + CONFIG.distrust).is_accepted
+    assert (gate.is_disputed, gate.accusers, gate.doubted_since) == (False, {"a"}, 0.0)
+    assert "a" in gate.doubt(0.2)
+    gate.note([verdict(gate, second, 9.0, 0.2)])
+    assert gate.is_disputed
+    gate.calm()
+    assert not gate.is_disputed
+    assert gate.doubt(0.2) == ""
 
 
-def test_two_impacts_far_apart_distrust_nobody():
+def test_two_impacts_far_apart_are_no_dispute():
     gate = Gate({"a": [1.0]}, CONFIG)
     for t in (0.0, 5.0):
         refuse(gate, "a", t)
         result = [verdict(gate, "a", 9.0, t)]
         assert gate.has_doubt(result, t)
         gate.note_reopening(result, t)
-        assert verdict(gate, "a", 1.0, t).is_accepted
+        gate.note([verdict(gate, "a", 1.0, t)])
+        assert not gate.is_disputed
 
 
 @pytest.mark.parametrize("size", [1, 2])

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from flexarm_estimator.isolation.channels import Channels
 
 Array = NDArray[np.float64]
+FLIPPED = "sign is flipped"
 
 
 @dataclass(frozen=True)
@@ -47,7 +48,7 @@ def rearrangements(channels: Channels, trusted: Collection[int]) -> list[Rearran
     for i in sorted(trusted):
         sign = plus.copy()
         sign[i] = -1.0
-        found.append(Rearrangement((i,), "sign is flipped", usual, sign))
+        found.append(Rearrangement((i,), FLIPPED, usual, sign))
     for i, j in channels.twins:
         if i in trusted and j in trusted:
             source = usual.copy()

@@ -2,19 +2,25 @@
 
 Every tick costs a place in a ring and a look at the verdicts. When innovations are larger than they should
 be, or a self-check is due, the ring is investigated (``investigation``), a piece at every tick.
-A convicted channel is investigated again and again, and acquitted when all is well with it.
+A convicted channel is investigated again and again, and acquitted when all is well with it. One whose sign is
+flipped is acquitted at once when ``_PLAIN`` samples in a row say what the others predict, which is far from
+nothing and from the opposite: an arm at rest shows no more than that.
 """
 
 from __future__ import annotations
 
+import math
 from collections import deque
 from collections.abc import Sequence
 
+from flexarm_estimator.disputes.agreement import compare
 from flexarm_estimator.isolation.channels import Channels
 from flexarm_estimator.isolation.consistency_steps import load_steps
+from flexarm_estimator.isolation.hypotheses import FLIPPED
 from flexarm_estimator.isolation.investigation import Case, Entry, Investigation, investigate, reconsider
 from flexarm_estimator.isolation.isolation import Explanation
 from flexarm_estimator.isolation.window import StepMaker
+from flexarm_estimator.measurement import Measurement
 from flexarm_estimator.parts import Parts
 from flexarm_estimator.short_term import HELD
 from flexarm_estimator.watches.watch import Finding, View, Watch
@@ -27,6 +33,8 @@ _SELF_CHECK = 1.0  # s between investigations without suspicion
 _PAUSE = 0.03  # s between two investigations
 _EVERY = 2  # ticks between two looks at the verdicts
 _MEMORY = 0.9  # of the mean squared innovation from one look to the next
+_PLAIN = 10  # samples
+_FAR = 5.0  # sigma of the prediction from zero, from which on a sign is plain
 _SUSPICIOUS = 1.5  # mean squared normalised innovation of a sensor
 
 
@@ -43,7 +51,7 @@ class IsolationWatch(Watch):
     def use(self, parts: Parts) -> None:
         """See Watch."""
         self._parts = parts
-        self._is_blind = parts.fusion.dependent is not None  # hypotheses are run on the served model alone
+        self._is_blind = not parts.steps.keeps_matrices  # hypotheses are run on the served model alone
         self._channels = Channels(self._specs, parts.sensors.rows)
         self._theta, self._learned = parts.layout.theta, parts.layout.p
         self._is_learning = parts.layout.n_p > 0
@@ -56,6 +64,7 @@ class IsolationWatch(Watch):
         self._told: list[Explanation] = []
         self._reconsidered: Explanation | None = None
         self._squares: dict[str, float] = {}
+        self._plain: dict[str, int] = {}
         self._ticks = self._suspected = 0  # the first tick of the present suspicion; 0 without
 
     def look(self, view: View) -> Sequence[Finding]:
@@ -66,10 +75,14 @@ class IsolationWatch(Watch):
         held = [verdict.sensor for verdict in view.verdicts if verdict.reason == HELD]  # most stand alone
         samples = [s for s in view.samples if s.sensor not in held] if held else view.samples
         learned = tuple(view.belief.x[self._learned].tolist()) if self._is_learning else ()
-        self._ring.append(Entry(view.t, view.u, theta, learned, samples, self._parts))
+        self._ring.append(Entry(view.t, view.inputs, theta, learned, samples, self._parts))
         self._ticks += 1
         if self._ticks % _EVERY == 0:
             self._note(view)
+        plain = self._clear_signs(view) if self._told else []
+        if plain:
+            self._work, self._reconsidered = None, None
+            return plain
         if self._work is None:
             self._begin(view.t)
             return ()
@@ -114,6 +127,29 @@ class IsolationWatch(Watch):
             self._work = investigate(case, entries)
         else:
             self._work = reconsider(case, entries, self._reconsidered)
+
+    def _clear_signs(self, view: View) -> list[Finding]:
+        """Acquit sensors of a flipped sign that plainly say what the others predict."""
+        found = []
+        for told in [told for told in self._told if told.words == FLIPPED]:
+            name = self._channels.all[told.channels[0]].sensor
+            for sample in view.samples:
+                if sample.sensor == name:
+                    self._plain[name] = self._count_plain(told.channels[0], sample, view)
+            if self._plain.get(name, 0) >= _PLAIN:
+                self._plain.pop(name)
+                self._told.remove(told)
+                found += [Finding(sensor, "", is_fault=True) for sensor in self._sensors(told)]
+        return found
+
+    def _count_plain(self, channel: int, sample: Measurement, view: View) -> int:
+        """Return how many samples in a row have plainly had the right sign, this one included."""
+        place = channel - self._channels.spans[sample.sensor].start
+        nu, S = compare(sample, view.belief, view.u, self._parts)
+        sigma, before = math.sqrt(S[place, place]), self._plain.get(sample.sensor, 0)
+        if abs(sample.y[place] - nu[place]) < _FAR * sigma:
+            return before
+        return before + 1 if abs(nu[place]) <= _FAR * sigma else 0
 
     def _conclude(self, explanation: Explanation | None) -> list[Finding]:
         if explanation is None:

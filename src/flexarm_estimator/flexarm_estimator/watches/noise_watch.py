@@ -16,7 +16,7 @@ from functools import cache
 
 from scipy.special import chdtri
 
-from flexarm_estimator.gate import Verdict
+from flexarm_estimator.sample_judge import Verdict
 from flexarm_estimator.watches.watch import Finding, View, Watch
 from flexarm_model.sensor_spec import SensorSpec
 

@@ -16,9 +16,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexarm_estimator.filter import Belief
-from flexarm_estimator.gate import Verdict
 from flexarm_estimator.measurement import Measurement
 from flexarm_estimator.parts import Parts
+from flexarm_estimator.sample_judge import Verdict
 
 Array = NDArray[np.float64]
 
@@ -29,6 +29,7 @@ class View(NamedTuple):  # not a dataclass: made in every step
     Attributes:
         t: Now [s].
         u: [tau; 1] held until now, (n_u + 1,).
+        inputs: The same as the filter has seen them, with what it adds in front.
         belief: State now.
         samples: Of this step that passed the checks, in order of time; also of sensors at fault.
         verdicts: Of the gate on those that were offered to the filter.
@@ -39,6 +40,7 @@ class View(NamedTuple):  # not a dataclass: made in every step
     belief: Belief
     samples: Sequence[Measurement]
     verdicts: Sequence[Verdict]
+    inputs: Array
 
 
 @dataclass(frozen=True)
