@@ -130,8 +130,7 @@ class Estimator:
         mapping = carry_over(self._parts, parts)
         self._use(parts)
         for instant in self._history.instants:
-            instant.belief = mapping.apply(instant.belief)
-            instant.prepared = None  # it is a step of the old model
+            instant.carry_over(mapping.apply)
 
     def reset(self) -> None:
         """Forget the state; the next step starts anew."""

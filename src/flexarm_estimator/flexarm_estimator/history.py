@@ -8,6 +8,7 @@ both sides), and all later instants are computed again. The oldest instant is th
 from __future__ import annotations
 
 from bisect import bisect_left
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -29,7 +30,6 @@ class Instant:
     Attributes:
         t: [s].
         u: [tau; 1] held over the interval that ends here, (n_u + 1,).
-        belief: State at ``t`` given all samples up to ``t``.
         fused: Samples that belong to the state, by sensor.
         pending: Samples not judged yet, by sensor.
         refused: Samples that do not belong to the state, by sensor; kept for who looks for the culprit.
@@ -40,13 +40,31 @@ class Instant:
 
     t: float
     u: Array
-    belief: Belief
+    _belief: Belief
     fused: dict[str, Measurement] = field(default_factory=dict)
     pending: dict[str, Measurement] = field(default_factory=dict)
     refused: dict[str, Measurement] = field(default_factory=dict)
     reopening: Reopening | None = None
     inputs: Array = field(default_factory=lambda: np.empty(0))
     prepared: PreparedStep | None = None
+    _maps: tuple[Callable[[Belief], Belief], ...] = ()
+
+    @property
+    def belief(self) -> Belief:
+        """State at ``t`` given all samples up to ``t``."""
+        for apply in self._maps:
+            self._belief = apply(self._belief)
+        self._maps = ()
+        return self._belief
+
+    @belief.setter
+    def belief(self, belief: Belief) -> None:
+        self._belief, self._maps = belief, ()
+
+    def carry_over(self, apply: Callable[[Belief], Belief]) -> None:
+        """Belong to another model, whose state ``apply`` gives; it is worked out when somebody looks."""
+        self._maps += (apply,)
+        self.prepared = None  # it is a step of the old model
 
     @property
     def is_reopened(self) -> bool:

@@ -46,3 +46,26 @@ def test_what_is_older_than_the_history_is_forgotten_but_its_last_instant():
     assert history.oldest == pytest.approx(0.7, abs=0.0101)
     assert history.instants[1].t > 0.7 - 1e-9
     assert history.now.t == pytest.approx(1.0)
+
+
+def test_a_belief_goes_through_all_models_since_when_somebody_looks_and_not_before():
+    history, asked = filled([0.1, 0.2]), []
+
+    def doubled(belief):
+        asked.append("doubled")
+        return Belief(2.0 * belief.x, 4.0 * belief.P)
+
+    def moved(belief):
+        asked.append("moved")
+        return Belief(belief.x + 1.0, belief.P)
+
+    for apply in (doubled, moved):
+        for instant in history.instants:
+            instant.carry_over(apply)
+    assert not asked
+    for _ in range(2):  # once is enough
+        assert np.array_equal(history.now.belief.x, [1.0, 1.0])
+        assert np.array_equal(history.now.belief.P, 4.0 * np.eye(2))
+    assert asked == ["doubled", "moved"]
+    history.instants[0].belief = BELIEF  # computed again with the new model
+    assert np.array_equal(history.instants[0].belief.x, [0.0, 0.0])
