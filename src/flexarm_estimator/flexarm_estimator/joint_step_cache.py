@@ -22,10 +22,10 @@ class JointStepCache:
         self._steps: dict[tuple[float, tuple[str, ...]], JointStep] = {}
 
     def step(self, before: Belief, dt: float, u: Array, names: tuple[str, ...]) -> JointStep:
-        """Return the step from ``before`` over ``dt`` [s] under ``u = [tau; 1]``, and the rows at its end."""
+        """Return the step from ``before`` over ``dt`` [s] under the inputs ``u``, and the rows at its end."""
         source = self._source
         transition = source.transition(before, dt, u)
-        if not source.is_constant:
+        if not source.keeps_matrices:
             transition = transition.at(before.x, u)  # the served model may stand in
             prior = predict(before, transition, u)
             stack = source.rows(names, prior, u).at(prior.x, u) if names else None

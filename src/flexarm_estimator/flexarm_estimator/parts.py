@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from flexarm_estimator.biases.bias_observability import observable_biases
 from flexarm_estimator.biases.bias_states import bias_specs
 from flexarm_estimator.filters.choice import FilterMaker
+from flexarm_estimator.filters.step_source import StepSource
 from flexarm_estimator.fusion import Fusion
 from flexarm_estimator.gate import Gate
 from flexarm_estimator.machine_tip import make_tip
@@ -32,7 +33,7 @@ class Parts:
     Attributes:
         model: Served model.
         tree_mass: Of the tree at its pose, (n_q, n_q).
-        process, tip, sensors, fusion: What is made of it.
+        process, tip, sensors, steps, fusion: What is made of it.
     """
 
     model: ReducedModel
@@ -40,6 +41,7 @@ class Parts:
     process: ProcessModel
     tip: Tip
     sensors: SensorModels
+    steps: StepSource
     fusion: Fusion
 
     @property
@@ -81,4 +83,4 @@ class PartsMaker:
         sensors = build_sensor_models(self._specs, model, process.system, tip)
         steps = self._filters.make(model, process, sensors, use_compiler)
         fusion = Fusion(process, sensors, self._gate, use_compiler, steps)
-        return Parts(model, self._kinematics.mass_matrix(model.q0), process, tip, sensors, fusion)
+        return Parts(model, self._kinematics.mass_matrix(model.q0), process, tip, sensors, steps, fusion)

@@ -134,6 +134,11 @@ class ProcessModel:
             found = self._cache[key] = self._compute(key / _NS_PER_S)
         return found
 
+    def pushed(self, dt: float) -> Array:
+        """Return what accelerations of xi held over ``dt`` [s] add to the state, (n_x, n)."""
+        pushed: Array = self._integrals.at(dt)[1][:, self.layout.n : 2 * self.layout.n]
+        return pushed
+
     def _compute(self, dt: float) -> Transition:
         E, integral, Q = self._integrals.at(dt)
         overlap = integral if dt <= self._averaging else self._integrals.at(self._averaging)[1]

@@ -17,8 +17,8 @@ class EstimatorConfig:
 
     filter: str = parameter(
         "linear",
-        "Kalman filter: linear on the served model, corrected by what the arm's motion adds to that, extended "
-        "or unscented on the motion itself.",
+        "Kalman filter: linear on the served model, corrected by what the arm's motion adds to it, "
+        "extended or unscented on that motion.",
         choices=("linear", "corrected", "extended", "unscented"),
     )
     frequency_error: float = parameter(

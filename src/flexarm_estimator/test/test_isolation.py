@@ -8,6 +8,7 @@ from planar_strip import DT, SENSORS, StripKinematics, arriving, simulate, strip
 
 from flexarm_estimator.estimator import Estimator
 from flexarm_estimator.filter import Belief, GuardedFilter, innovation_covariance
+from flexarm_estimator.filters.served import ServedSteps
 from flexarm_estimator.gate import Gate
 from flexarm_estimator.isolation.channels import Channels
 from flexarm_estimator.isolation.consistency_run import ConsistencyRun
@@ -69,9 +70,9 @@ def test_misfit_and_determinant_are_those_of_filterpy():
 
 def test_a_channel_left_out_is_as_if_it_did_not_exist():
     rows = [model for name, model in PARTS.sensors.rows.items() if name != "root_strain"]
-    fewer = SimpleNamespace(
-        process=PARTS.process, layout=PARTS.layout, sensors=SimpleNamespace(rows=dict(enumerate(rows)))
-    )
+    sensors = SimpleNamespace(rows=dict(enumerate(rows)))
+    steps = ServedSteps(PARTS.process, sensors)
+    fewer = SimpleNamespace(process=PARTS.process, layout=PARTS.layout, sensors=sensors, steps=steps)
     w = window(count=30)
     ignored = np.zeros(w.y.shape, dtype=bool)
     ignored[:, STRAIN] = True

@@ -25,7 +25,7 @@ def views(innovations):
     for k, z in enumerate(innovations):
         nu = z * SPEC[z.size].sigma
         verdict = Verdict("a", k * DT, True, nu, float(np.sqrt(np.mean(z**2))))
-        yield View(k * DT, np.ones(1), nothing, (), (verdict,))
+        yield View(k * DT, np.ones(1), nothing, (), (verdict,), np.ones(1))
 
 
 @pytest.mark.parametrize("size", [1, 6])

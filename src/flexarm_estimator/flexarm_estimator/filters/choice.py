@@ -7,6 +7,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
+from flexarm_estimator.filters.corrected import CorrectedSteps
 from flexarm_estimator.filters.dynamics import Dynamics
 from flexarm_estimator.filters.flow import StateFlow
 from flexarm_estimator.filters.moving_arm import MovingArm
@@ -30,6 +31,7 @@ def _sigma_steps(flow: StateFlow, served: ServedSteps, force_cov: Array) -> Step
 
 
 _MOVING: dict[str, Callable[[StateFlow, ServedSteps, Array], StepSource]] = {
+    "corrected": CorrectedSteps,
     "extended": TangentSteps,
     "unscented": _sigma_steps,
 }

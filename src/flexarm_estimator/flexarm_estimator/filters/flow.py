@@ -151,6 +151,15 @@ class StateFlow:
         rows: Array = self._arm.rows(self._move(x, u)) + self._C.dot(x)
         return rows
 
+    def rate_and_rows(self, x: Array, u: Array) -> tuple[Array, Array]:
+        """Return x', (n_x,), and the sensors' rows, (n_y,), of one state.
+
+        Raises:
+            NoFlow: The arm cannot be there.
+        """
+        motion = self._move(x, u)
+        return self._derivative(x, motion), self._arm.rows(motion) + self._C.dot(x)
+
     def linear_rows(self, x: Array, u: Array) -> LocalRows:
         """Return the rows with their derivatives.
 

@@ -15,25 +15,34 @@ Array = NDArray[np.float64]
 
 
 class ServedSteps(StepSource):
-    """Constant matrices; poses are linearised at the mean."""
+    """Constant matrices; poses are linearised at the mean.
 
-    is_constant = True
+    Attributes:
+        process: Process model.
+    """
+
+    is_constant = keeps_matrices = True
     dependent = None
 
     def __init__(self, process: ProcessModel, models: SensorModels) -> None:
         """Bind the parts; rows are stacked when a combination of sensors first occurs."""
-        self._process, self._models = process, models
+        self.process, self._models = process, models
         self._stacks: dict[tuple[str, ...], Stack] = {}
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Sensors that are rows."""
+        return tuple(self._models.rows)
 
     def transition(self, before: Belief, dt: float, u: Array) -> Transition:
         """Return the step of the process model."""
-        return self._process.step(dt)
+        return self.process.step(dt)
 
     def rows(self, names: tuple[str, ...], prior: Belief, u: Array) -> Stack:
         """Return the rows of the served model."""
         if names not in self._stacks:
             rows = [self._models.rows[name] for name in names]
-            self._stacks[names] = stack_rows(rows, self._process.force_cov)
+            self._stacks[names] = stack_rows(rows, self.process.force_cov)
         return self._stacks[names]
 
     def look(self, model: MeasurementModel, y: Array, belief: Belief, u: Array) -> Look:

@@ -74,7 +74,7 @@ def regress(function: Callable[[Array], Array], belief: Belief) -> Regression:
 class SigmaSteps(StepSource):
     """Regressions over sigma points."""
 
-    is_constant = False
+    is_constant = keeps_matrices = False
 
     def __init__(self, flow: StateFlow, served: ServedSteps, force_cov: Array) -> None:
         """Bind the flow, and the steps that stand in for it; ``force_cov`` is of the averaged force."""

@@ -5,6 +5,7 @@ stand-in for one step, ``x+ = A x + B u + w``, ``y = C x+ + D u + D_w f + v``, a
 
 * linear: the served model's, whatever the belief (``served.ServedSteps``);
 * extended: tangents of the arm's motion at the belief's mean (``tangent.TangentSteps``);
+* corrected: the served model's, what the arm's motion adds to it being an input (``corrected``);
 * unscented: regression over sigma points of the belief, whose residual joins the noise
   (``sigma.SigmaSteps``).
 
@@ -47,16 +48,22 @@ class StepSource(ABC):
 
     Attributes:
         is_constant: They do not depend on the belief, so that a step made once may be run again.
+        keeps_matrices: Only the inputs depend on it.
         dependent: Tree coordinates that follow the others where loops close; None when the state is only
             known about the static shape of its model, and that shape is the model's.
     """
 
     is_constant: bool
+    keeps_matrices: bool
     dependent: Sequence[int] | None
+
+    def inputs(self, before: Belief, dt: float, u: Array) -> Array:
+        """Return the inputs of that step, which end with ``u = [tau; 1]``; never raises."""
+        return u
 
     @abstractmethod
     def transition(self, before: Belief, dt: float, u: Array) -> Transition:
-        """Return the step from ``before`` over ``dt`` > 0 seconds; ``u = [tau; 1]`` is held; never raises."""
+        """Return the step from ``before`` over ``dt`` > 0 seconds under its inputs ``u``; never raises."""
 
     @abstractmethod
     def rows(self, names: tuple[str, ...], prior: Belief, u: Array) -> Stack:

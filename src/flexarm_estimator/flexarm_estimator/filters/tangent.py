@@ -25,7 +25,7 @@ Array = NDArray[np.float64]
 class TangentSteps(StepSource):
     """Tangents at the mean."""
 
-    is_constant = False
+    is_constant = keeps_matrices = False
 
     def __init__(self, flow: StateFlow, served: ServedSteps, force_cov: Array) -> None:
         """Bind the flow, and the steps that stand in for it; ``force_cov`` is of the averaged force."""

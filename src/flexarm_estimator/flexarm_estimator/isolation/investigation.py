@@ -53,7 +53,7 @@ class Entry(NamedTuple):
 
     Attributes:
         t: [s].
-        u: [tau; 1] held until then, (n_u + 1,).
+        u: Inputs of the filter held until then, (n_inputs,).
         theta: Axes as estimated [rad] or [m], (n_theta,).
         learned: Parameters of the model as learned, (n_p,).
         samples: Of all sensors.

@@ -9,9 +9,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from flexarm_estimator.filter import Belief
 from flexarm_estimator.joint_step import JointStep
 from flexarm_estimator.parts import Parts
-from flexarm_estimator.stack import stack_rows
 
 Array = NDArray[np.float64]
 _CACHE_SIZE = 200  # joint steps of a model
@@ -25,7 +25,7 @@ class Window:
 
     Attributes:
         t: Stamps [s], (k,).
-        u: [tau; 1] held until then, (k, n_u + 1).
+        u: Inputs of the filter held until then, (k, n_inputs).
         y: What the channels said, NaN where nothing, (k, m).
         parts: Model in use at each.
         theta: Axes at the start, a guess [rad] or [m], (n_theta,).
@@ -58,7 +58,7 @@ class WindowStep(NamedTuple):
         m: Number of rows.
         T: (m + n_x, n_x).
         T_transposed: (n_x, m + n_x).
-        V: (m + n_x, n_u + 1).
+        V: (m + n_x, n_inputs).
         noise: (m + n_x, m + n_x).
         floor: Variance of every row with the force noise it feels, (m,).
         layout: The same for machine code.
@@ -98,10 +98,12 @@ class StepMaker:
 
 
 def _make(parts: Parts, dt: float, learned: tuple[float, ...]) -> WindowStep:
-    stack = stack_rows(list(parts.sensors.rows.values()), parts.process.force_cov)
-    transition = parts.process.step(dt)
-    x, u = np.zeros(parts.layout.n_x), np.zeros(transition.B.shape[1])
+    x = np.zeros(parts.layout.n_x)
     x[x.size - len(learned) :] = learned  # taken as known: at rest nothing depends on their errors
+    at_rest, tau = Belief(x, parts.process.P0), np.zeros(parts.layout.n_theta + 1)
+    transition = parts.steps.transition(at_rest, dt, tau)
+    stack = parts.steps.rows(tuple(parts.sensors.rows), at_rest, tau)
+    u = np.zeros(transition.B.shape[1])
     step = JointStep(transition.at(x, u), stack.at(x, u))
     T, T_transposed, V, noise = (
         np.ascontiguousarray(array)

@@ -1,0 +1,96 @@
+"""Steps of the corrected filter: gains of the served model, the mean on the arm's own motion.
+
+A served model is linear about its pose. What it leaves out while the arm moves (inertia that changes with the
+pose, centrifugal forces, accelerometers that turn) is computed from the arm's motion, once for every step, at
+the mean ``x`` that the served model predicts for its end, and enters as further inputs::
+
+    a = xi''(x) - A_a x - B_a [tau; 1]      r = y(x) - C x - D [tau; 1]      u = [a; r; tau; 1]
+    x+ = A x + B [tau; 1] + I(dt) [0; a; 0]      y = C x + D [tau; 1] + r      I(dt) = int_0^dt e^{A_c s} ds
+
+Covariances, and with them the gains, stay those of the served model: steps are made once per period and set
+of sensors, as for the linear filter. What is learned of the model acts on the served part.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexarm_estimator.bilinear import Slope
+from flexarm_estimator.filter import Belief
+from flexarm_estimator.filters.flow import NoFlow, StateFlow
+from flexarm_estimator.filters.served import ServedSteps
+from flexarm_estimator.filters.step_source import Look, StepSource
+from flexarm_estimator.process import Transition
+from flexarm_estimator.sensors import MeasurementModel
+from flexarm_estimator.stack import Stack
+
+Array = NDArray[np.float64]
+
+
+class CorrectedSteps(StepSource):
+    """Constant matrices; what they leave out of the motion is an input."""
+
+    is_constant = False
+    keeps_matrices = True
+
+    def __init__(self, flow: StateFlow, served: ServedSteps, force_cov: Array) -> None:
+        """Bind the motion and the steps that it corrects; ``force_cov`` is theirs already."""
+        self._flow, self._served = flow, served
+        self.dependent = flow.dependent
+        self._system = system = served.process.system
+        self._n, self._torque = system.n_xi, system.n_u + 1  # inputs that everybody knows: [tau; 1]
+        at_rest, u = Belief(np.zeros(system.n_x), served.process.P0), np.zeros(self._torque)
+        self._all = served.rows(served.names, at_rest, u) if served.names else None
+        self._n_rows = 0 if self._all is None else self._all.C.shape[0]
+        self._served_B = np.column_stack([system.B, system.c])
+        self._learned = slice(system.n_x - len(system.learned), system.n_x)
+        self._transitions: dict[float, Transition] = {}
+        self._stacks: dict[tuple[str, ...], Stack] = {}
+
+    def inputs(self, before: Belief, dt: float, u: Array) -> Array:
+        """Return ``[a; r; tau; 1]``; nothing is left out where the arm's motion cannot be computed."""
+        step = self._served.transition(before, dt, u)
+        x = step.A.dot(before.x) + step.B.dot(u)
+        x[self._learned] = 0.0
+        inputs = np.zeros(self._n + self._n_rows + self._torque)
+        inputs[-self._torque :] = u
+        try:
+            rate, y = self._flow.rate_and_rows(x, u)
+        except NoFlow:
+            return inputs
+        moving = slice(self._n, 2 * self._n)
+        inputs[: self._n] = rate[moving] - self._system.A[moving].dot(x) - self._served_B[moving].dot(u)
+        if self._all is not None:
+            inputs[self._n : -self._torque] = y - self._all.C.dot(x) - self._all.D.dot(u)
+        return inputs if np.isfinite(inputs).all() else np.append(np.zeros(inputs.size - u.size), u)
+
+    def transition(self, before: Belief, dt: float, u: Array) -> Transition:
+        """Return the step of the process model for these inputs."""
+        step = self._served.transition(before, dt, u)
+        found = self._transitions.get(step.dt)
+        if found is None:
+            pushed = self._served.process.pushed(step.dt)
+            B = np.hstack([pushed, np.zeros((len(pushed), self._n_rows)), step.B])
+            found = self._transitions[step.dt] = replace(step, B=B, slopes=self._widen(step.slopes))
+        return found
+
+    def rows(self, names: tuple[str, ...], prior: Belief, u: Array) -> Stack:
+        """Return the rows of the served model for these inputs."""
+        if names not in self._stacks:
+            stack = self._served.rows(names, prior, u)
+            own = np.eye(self._n_rows)[self._flow.rows_of(names)]
+            D = np.hstack([np.zeros((len(own), self._n)), own, stack.D])
+            self._stacks[names] = replace(stack, D=D, slopes=self._widen(stack.slopes))
+        return self._stacks[names]
+
+    def look(self, model: MeasurementModel, y: Array, belief: Belief, u: Array) -> Look:
+        """Return innovation and Jacobian at the mean."""
+        return self._served.look(model, y, belief, u)
+
+    def _widen(self, slopes: tuple[Slope, ...]) -> tuple[Slope, ...]:
+        """Return slopes for these inputs: what is left out does not depend on what is learned."""
+        extra = self._n + self._n_rows
+        return tuple(Slope(of_x, np.hstack([np.zeros((len(of_u), extra)), of_u])) for of_x, of_u in slopes)
