@@ -5,11 +5,10 @@ import signal
 import subprocess
 import sys
 import textwrap
-import time
-from collections.abc import Callable
 from pathlib import Path
 
 import pytest
+from test_supervisor import is_alive, until
 
 from flexarm_bringup.processes.graph import Process
 from flexarm_bringup.processes.supervisor import Supervisor
@@ -23,7 +22,7 @@ SLOW = """
 import os, time
 print("loaded", os.getpid(), flush=True)
 def main():
-    print("works", os.getpid(), os.environ.get("FLEXARM_RESERVE"), flush=True)
+    print("works", os.getpid(), os.environ.get("FLEXARM_RESERVE"), os.environ["FLEXARM_LIFE"], flush=True)
     time.sleep(60)
 """
 ROW = Process("tests", "x", "left")
@@ -40,29 +39,15 @@ def start(folder: Path, environment: dict[str, str], *rows: Process) -> Supervis
     return Supervisor(rows, folder / "log", environment, lambda row: [sys.executable, "-c", START])
 
 
-def until(holds: Callable[[], bool], seconds: float = 20.0) -> None:
-    deadline = time.monotonic() + seconds
-    while not holds():
-        assert time.monotonic() < deadline
-        time.sleep(0.01)
-
-
 def said(supervisor: Supervisor) -> list[list[str]]:
     return [line.split() for line in supervisor.log("left").read_text().splitlines()]
-
-
-def is_alive(pid: int) -> bool:
-    try:
-        return Path(f"/proc/{pid}/stat").read_text().split(")")[1].split()[0] != "Z"
-    except FileNotFoundError:
-        return False
 
 
 def test_a_reserve_that_has_loaded_takes_the_place_of_a_process_that_crashed(
     tmp_path: Path, environment: dict[str, str]
 ) -> None:
     with start(tmp_path, environment, ROW) as supervisor:
-        until(lambda: ["works", str(supervisor.pids["left"]), "None"] in said(supervisor))
+        until(lambda: ["works", str(supervisor.pids["left"]), "None"] in said(supervisor))  # first life: ""
         until(supervisor.provide)
         (loaded,) = (pid for what, pid, *_ in said(supervisor)[2:] if what == "loaded")
         folder = tmp_path / f"flexarm-{os.getuid()}"
@@ -72,7 +57,7 @@ def test_a_reserve_that_has_loaded_takes_the_place_of_a_process_that_crashed(
         until(lambda: bool(supervisor.exit_codes()))
         assert [ending.returns for ending in supervisor.tend()] == [True]
         assert supervisor.pids["left"] == int(loaded)
-        until(lambda: ["works", loaded, "None"] in said(supervisor))
+        until(lambda: ["works", loaded, "None", "1"] in said(supervisor))  # it hears at other ports
         assert len(said(supervisor)) == 4  # nothing was loaded again
         assert supervisor.stop()["left"] != 0
     assert not is_alive(int(loaded))

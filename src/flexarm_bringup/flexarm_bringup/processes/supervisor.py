@@ -25,7 +25,7 @@ from flexarm_bringup.installed import find_executable
 from flexarm_bringup.processes.end_watch import EndWatch
 from flexarm_bringup.processes.graph import Process, ros_arguments
 from flexarm_bringup.processes.reserves import Child, Reserves
-from flexarm_bringup.processes.surroundings import defaults
+from flexarm_bringup.processes.surroundings import defaults, of_life
 from flexarm_model.reserve import MARK
 
 GRACE = ((signal.SIGINT, 5.0), (signal.SIGTERM, 2.0), (signal.SIGKILL, 2.0))  # s for all children together
@@ -193,22 +193,23 @@ class Supervisor:
     def _may_return(self, process: Process, code: int) -> bool:
         if not process.respawn or code in ON_PURPOSE:
             return False
-        now = time.monotonic()
-        crashes = [at for at in self._crashes[process.name] if now - at < WITHIN]
-        self._crashes[process.name] = [*crashes, now]
-        return len(crashes) < RESPAWNS
+        now, crashes = time.monotonic(), self._crashes[process.name]
+        crashes.append(now)
+        return sum(now - at < WITHIN for at in crashes) <= RESPAWNS
 
     def _start(self, process: Process, mode: str) -> Child:
-        return self._open(process, mode, self.environment, subprocess.DEVNULL)
+        life = of_life(len(self._crashes[process.name]))
+        return self._open(process, mode, life, subprocess.DEVNULL)
 
     def _start_reserve(self, process: Process, line: socket.socket) -> Child:
-        return self._open(process, "ab", {**self.environment, MARK: "1"}, line.fileno())
+        life = of_life(len(self._crashes[process.name]) + 1)
+        return self._open(process, "ab", {**life, MARK: "1"}, line.fileno())
 
-    def _open(self, process: Process, mode: str, environment: Mapping[str, str], stdin: int) -> Child:
+    def _open(self, process: Process, mode: str, own: Mapping[str, str], stdin: int) -> Child:
         with self.log(process.name).open(mode) as log:
             return subprocess.Popen(
                 self._command(process),
-                env=environment,
+                env={**self.environment, **own},
                 stdin=stdin,
                 stdout=log,
                 stderr=subprocess.STDOUT,

@@ -48,6 +48,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     """Soak and print the tables; returns the exit code."""
     from flexarm_bringup.demo_run.sessions import free_domains
+    from flexarm_bringup.processes.surroundings import defaults
     from flexarm_bringup.soak.run_node import SoakJob, soak
 
     progress = Progress()
@@ -56,7 +57,8 @@ def run(args: argparse.Namespace) -> int:
         if not args.minutes > 0.0 or args.warm_up < 0.0:
             raise ConfigError(f"--minutes {args.minutes:g}, --warm-up {args.warm_up:g}: need > 0 and >= 0")
         domains = free_domains()
-        os.environ.update(ROS_DOMAIN_ID=str(next(domains)), ROS_AUTOMATIC_DISCOVERY_RANGE="LOCALHOST")
+        own = {"ROS_DOMAIN_ID": str(next(domains)), "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}
+        os.environ.update({**defaults(), **own})
         times = (60.0 * args.minutes, args.warm_up, args.seed, args.fault_every, args.kill_every)
         with tempfile.TemporaryDirectory(prefix="flexarm_soak_") as folder:
             outcome = soak(SoakJob(graph, config, *times), args.log or Path(folder) / "log", progress.say)
