@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 from operator import attrgetter
 
 from flexarm_estimator.checks import SampleChecks, Window
@@ -48,6 +47,6 @@ class Reception:
                 health.note_refusal(sample.sensor, reason)
             elif not health.is_off(sample.sensor):
                 if sample.R is not None or checks.is_at_end:
-                    sample = replace(sample, R=checks.noise(sample))
+                    sample = sample._replace(R=checks.noise(sample))
                 (due if sample.t <= now else self._early).append(sample)
         return sorted(due, key=attrgetter("t"))

@@ -112,7 +112,7 @@ def test_a_drift_is_told_with_numbers_and_taken_back_when_it_is_over() -> None:
 def test_an_arm_that_rests_tells_nothing_and_no_alarm_comes_of_it() -> None:
     record = simulate(900, np.random.default_rng(6), model=strip_model(frequency_scale=0.9), config=QUIET)
     resting = Record(record.t, 0 * record.tau, record.x, [
-        [replace(sample, y=0 * sample.y) for sample in samples] for samples in record.samples
+        [sample._replace(y=0 * sample.y) for sample in samples] for samples in record.samples
     ])  # fmt: skip
     seen = feed(watch(), resting)
     assert not seen.alarms and not seen.modes[0].is_known

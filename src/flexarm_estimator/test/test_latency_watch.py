@@ -21,7 +21,7 @@ FRAMES = 12  # instants from exposure to arrival
 
 def late(samples, delay):
     """Stamp the camera's frames too late by ``delay`` [s]."""
-    return [replace(s, t=s.t + delay) if s.sensor == "camera" else s for s in samples]
+    return [s._replace(t=s.t + delay) if s.sensor == "camera" else s for s in samples]
 
 
 def feed(delay, configured=0.0, steps=1600, record=RECORD, **settings):

@@ -74,7 +74,7 @@ def _as_of_arrival(stand: Stand) -> Change:
     def change(tick: int, samples: list[Measurement]) -> list[Measurement]:
         now = float(stand.record.t[tick])
         kept = [sample for sample in samples if sample.sensor not in encoders]
-        return [replace(s, t=now) if s.sensor in cameras else s for s in kept]
+        return [s._replace(t=now) if s.sensor in cameras else s for s in kept]
 
     return change
 

@@ -7,7 +7,6 @@ stamp minus instant of the sample; samples are moved back by it before anything 
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import replace
 
 from flexarm_estimator.measurement import Measurement
 from flexarm_model.sensor_spec import SensorSpec
@@ -42,4 +41,4 @@ class StampDelays:
         changed = self._changed
         if not changed:
             return samples
-        return [replace(s, t=s.t - changed[s.sensor]) if s.sensor in changed else s for s in samples]
+        return [s._replace(t=s.t - changed[s.sensor]) if s.sensor in changed else s for s in samples]
