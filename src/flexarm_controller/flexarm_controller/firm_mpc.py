@@ -4,9 +4,14 @@ A firm law follows exactly and lets the modes be; a soft one damps them, quietly
 Which of the two is due is seen from the reference: a short motion that brings the modes to rest by itself
 wants to be followed, from when it comes into sight until its end. What is left then, because the arm is not
 quite as described, is the soft law's. Torque and its rate carry over, so a change is no jump.
+
+The firm law lasts for one motion and the horizon before it and no longer, whatever motions follow each
+other: it is due again when it was not for the length of a horizon. The gate judges it by that time.
 """
 
 from __future__ import annotations
+
+import math
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,32 +31,50 @@ Soft = Mpc | MovingMpc | LearningMpc
 
 
 class FirmMpc:
-    """The predictive controller of one model, which follows exactly what is made for its modes."""
+    """The predictive controller of one model, which follows exactly what is made for its modes.
+
+    Attributes:
+        firm: The firm law.
+        lasts: How long it acts without a pause, at most [s].
+    """
 
     def __init__(  # noqa: PLR0913, the four that every law is built from, and the soft one
         self, soft: Soft, model: ReducedModel, limits: Limits, config: MpcConfig, dt: float
     ) -> None:
         """Build the firm program of ``model`` for control period ``dt`` [s] beside the ``soft`` law."""
-        self._soft, self._firm = soft, Mpc(model, limits, firm(config), dt)
+        self._soft, self.firm = soft, Mpc(model, limits, firm(config), dt)
         self._model, self._longest, self._dt = model, config.firm_time, dt
         self._ahead = config.horizon * dt
+        self.lasts = config.firm_time + self._ahead
+        self._since, self._due = -math.inf, -math.inf  # when it set out, and when it was due last [s]
         self._reference: Reference | None = None
         self._motions = np.zeros((0, 2))
 
     def step(self, state: ArmState, reference: Reference, sent: Array) -> Plan:
         """Plan the torques that follow those already ``sent``; see ``Mpc``."""
-        law = self._firm if self._is_firm(state.t, reference) else self._soft
+        law = self.firm if self._is_firm(state.t, reference) else self._soft
         return law.step(state, reference, sent)
 
     def work_ahead(self) -> None:
         """Let the laws prepare for the next state."""
         self._soft.work_ahead()
-        self._firm.work_ahead()
+        self.firm.work_ahead()
 
     def _is_firm(self, t: float, reference: Reference) -> bool:
-        """Tell whether the horizon is within reach of such a motion."""
+        """Tell whether the firm law is due, and has not lasted too long."""
+        begin = self._due_since(t, reference)
+        if begin is None:
+            return False
+        if t - self._due > self._ahead:
+            self._since = begin
+        self._due = t
+        return t - self._since < self.lasts
+
+    def _due_since(self, t: float, reference: Reference) -> float | None:
+        """Return since when a motion that is to be followed exactly is within reach; None if none is."""
         if reference is not self._reference:
             self._reference = reference
             self._motions = firm_motions(reference, self._model, self._longest, self._dt)
-        begin, end = self._motions.T
-        return bool(((begin - self._ahead <= t) & (t < end)).any())
+        begin, end = self._motions[:, 0] - self._ahead, self._motions[:, 1]
+        due = begin[(begin <= t) & (t < end)]
+        return float(due[0]) if due.size else None

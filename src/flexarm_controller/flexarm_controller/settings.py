@@ -130,6 +130,9 @@ class MarginConfig:
     )
     off_share: float = parameter(0.5, "Share of these wanted where frequencies are off", "1", 0.0, 1.0)
     frequency_off: float = parameter(0.10, "Relative error of all frequencies to be borne", "1", 0.0, 0.4)
+    firm_growth: float = parameter(
+        2.0, "Factor by which vibration may grow while a firm law lasts", "1", 1.0, 100.0
+    )
     extra_modes: int = parameter(3, "Modes per body beyond those described", minimum=0, maximum=20)
     fastest_mode: float = parameter(3.0, "Modes up to so many times the control rate count", "1", 0.5, 20.0)
 

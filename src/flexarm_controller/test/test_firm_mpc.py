@@ -95,6 +95,32 @@ def test_the_law_is_firm_from_when_the_motion_comes_into_sight_until_its_end(tim
         np.testing.assert_allclose(found, expected, rtol=1e-6)
 
 
+def firm_at(law, reference, until):
+    """Return the times at which a law is firm, period by period."""
+    return [t for t in DT * np.arange(round(until / DT)) if law._is_firm(t, reference)]
+
+
+def test_the_law_is_firm_no_longer_than_it_says_however_motions_follow_each_other(time_optimal):
+    model, limits = single_link(), limits_of_hub()
+    law = FirmMpc(Mpc(model, limits, CONFIG, DT), model, limits, CONFIG, DT)
+    assert law.lasts == pytest.approx(CONFIG.firm_time + CONFIG.horizon * DT)
+    rest = np.zeros(20)
+    many = of_velocity(np.concatenate([np.concatenate([time_optimal, rest])] * 10))
+    assert len(firm_motions(many, model, CONFIG.firm_time, DT)) == 10
+    first = firm_at(law, many, many.t[-1])
+    assert first[-1] - first[0] < law.lasts and len(first) > 0.9 * law.lasts / DT
+    again = of_velocity(np.concatenate([time_optimal, np.zeros(100), time_optimal]))
+    second = firm_at(FirmMpc(law, model, limits, CONFIG, DT), again, again.t[-1])
+    assert len(second) == pytest.approx(2 * (time_optimal.size + CONFIG.horizon), abs=6)  # both, whole
+
+
+def test_a_law_made_on_the_way_counts_from_when_the_motion_came_into_sight(time_optimal):
+    model, limits = single_link(), limits_of_hub()
+    law = FirmMpc(Mpc(model, limits, CONFIG, DT), model, limits, CONFIG, DT)
+    assert law._is_firm(START + 0.05, of_velocity(time_optimal))
+    assert law._since == pytest.approx(START - CONFIG.horizon * DT, abs=2 * DT)
+
+
 def test_firm_weights_are_the_soft_ones_for_firmness_one():
     assert firm(replace(CONFIG, firmness=1.0)) == replace(CONFIG, firmness=1.0)
     assert firm(CONFIG).position_error == CONFIG.position_error / CONFIG.firmness

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import asdict
 
 from flexarm_bringup.margins.study import PoseResult, Study, worst_of
 from flexarm_bringup.page.figures import Figure
@@ -12,6 +13,7 @@ from flexarm_controller.margins.delay_margin import MOST
 from flexarm_controller.margins.verdict import (
     MS,
     PERCENT,
+    firm_shortfalls,
     frequency_errors,
     shortfalls,
     spoken,
@@ -40,10 +42,13 @@ def build_page(study: Study, config: MarginConfig, figures: Sequence[Figure]) ->
     return Page(
         f"flexarm margins: {name}",
         lead,
-        [_mode_table(study, config), _pose_table(study, config), *figures],
-        [_check(study, pose, config) for pose in study.poses],
+        [_mode_table(study, config), _pose_table(study, config), *_firm_table(study, config), *figures],
+        [*(_check(study, pose, config) for pose in study.poses), *_firm_checks(study, config)],
         _remarks(study, config),
-        {"cases": [_case_data(pose, case) for pose in study.poses for case in pose.cases]},
+        {
+            "cases": [_case_data(pose, case) for pose in study.poses for case in pose.cases],
+            "firm": [{"pose": pose.label, **asdict(case)} for pose in study.poses for case in pose.firm],
+        },
     )
 
 
@@ -89,6 +94,41 @@ def _pose_table(study: Study, config: MarginConfig) -> Table:
         rows.append([pose.label, *growth, through, stable])
     notes = ["negative: the slowest motion dies out", "stable: of the frequency errors looked at"]
     return Table("Growth at every pose, with the worst frequency error", columns, rows, notes)
+
+
+def _firm_table(study: Study, config: MarginConfig) -> list[Table]:
+    """Return what a firm law lets grow, with every frequency error at the pose that is worst for it."""
+    cases = [(pose.label, case) for pose in study.poses for case in pose.firm]
+    if not cases:
+        return []
+    columns = [Column("frequencies\n[%]", "+.0f"), Column("fastest growth\nfactor", ".3g")]
+    columns += [Column("\nat [Hz]", ".4g"), Column("\nthrough"), Column("\npose")]
+    columns += [Column("kicked most\nfactor", ".3g"), Column("\nmode"), Column("\npose")]
+    rows: list[Cells] = []
+    for error in frequency_errors(config):
+        of_error = [(label, case) for label, case in cases if case.frequency_error == error]
+        at, grows = max(of_error, key=lambda item: item[1].growth)
+        at_kick, kicked = max(of_error, key=lambda item: max(item[1].kicked.values()))
+        name = max(kicked.kicked, key=kicked.kicked.__getitem__)
+        row: Cells = [PERCENT * error, grows.growth, grows.frequency, spoken(grows.mode), at]
+        rows.append([*row, kicked.kicked[name], spoken(name), at_kick])
+    notes = [
+        f"it lasts {cases[0][1].lasts:.3g} s at most: the longest motion it is for, and the horizon before",
+        "kicked: the most that follows a kick of one mode, over the kick or, if that is more, over the most "
+        "that follows it under the ordinary law",
+    ]
+    return [Table(f"Firm law: at most {config.firm_growth:g} is allowed", columns, rows, notes)]
+
+
+def _firm_checks(study: Study, config: MarginConfig) -> list[Check]:
+    checks = []
+    for pose in study.poses:
+        found = firm_shortfalls(pose.firm, config)
+        said = f"{found[0][2]}, {spoken_error(found[0][1].frequency_error)}" if found else "kept"
+        wanted = f"no vibration grows by more than {config.firm_growth:g} while it lasts"
+        if pose.firm:
+            checks.append(Check(f"firm law, pose {pose.label}", wanted, said, not found))
+    return checks
 
 
 def _check(study: Study, pose: PoseResult, config: MarginConfig) -> Check:

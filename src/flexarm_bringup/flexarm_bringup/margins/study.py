@@ -14,7 +14,8 @@ from flexarm_bringup.tasks.task import Task
 from flexarm_controller.laws import LawInputs
 from flexarm_controller.limits import limits_of
 from flexarm_controller.margins.case import Case
-from flexarm_controller.margins.gate import Gate
+from flexarm_controller.margins.gate import Gate, Look
+from flexarm_controller.margins.short_law import ShortCase
 from flexarm_controller.settings import ControllerConfig, MarginConfig, MpcConfig
 from flexarm_estimator.estimator import Estimator
 from flexarm_estimator.settings import EstimatorConfig
@@ -37,11 +38,13 @@ class PoseResult:
         label: Its name, or when the moves come by.
         locked_hz: Frequencies of the served modes, axes locked, as described [Hz].
         cases: One per frequency error.
+        firm: The same of a law that is firm for a short time; none without one.
     """
 
     label: str
     locked_hz: tuple[float, ...]
     cases: tuple[Case, ...]
+    firm: tuple[ShortCase, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -100,8 +103,12 @@ class Loop:
         Raises:
             ValueError: There is no model at the pose, or the loop cannot be judged there.
         """
-        model = linearize(self.tree, pose)
-        return self.gate.cases(model, settled_filter(self.estimator(pose), self.dt))
+        return self.look(pose).cases
+
+    def look(self, pose: Array | None = None) -> Look:
+        """Return the same, and what a firm law does; see ``cases``."""
+        estimator = self.estimator(pose)
+        return self.gate.look(estimator.model, settled_filter(estimator, self.dt))
 
     def judge(self, pose: Array | None = None) -> str:
         """Return why the arm must not move at a pose, naming the mode; empty when it may."""
@@ -137,7 +144,8 @@ def run_study(
     for label, pose in _poses(loop, task, along).items():
         say(f"pose {label}")
         locked = tuple(linearize(loop.tree, pose).omega / (2.0 * np.pi))
-        found.append(PoseResult(label, locked, tuple(loop.cases(pose))))
+        look = loop.look(pose)
+        found.append(PoseResult(label, locked, tuple(look.cases), tuple(look.firm)))
     estimator = loop.estimator()
     left_out = settled_filter(estimator, loop.dt).left_out
     return Study(task, preset, loop.dt, estimator.model.eta_names, left_out, tuple(found))

@@ -35,7 +35,7 @@ RULES = {
     "tip_angle_error": "searched",
     "horizon": "the same share of the slowest period, at least half of it; searched",
     "blocks": "as many as before",
-    "firm_time": "as many periods of the slowest mode",
+    "firm_time": "as many periods of the slowest mode; 0 where the gate wants it",
     "frequency_error": "three sigma of what is not known",
 }
 

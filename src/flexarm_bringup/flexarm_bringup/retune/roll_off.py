@@ -4,6 +4,8 @@ The gate closes the loop of filter, law and delay on the arm with more modes tha
 off either way. Where something falls short, the modes above the cut-off are left to their own damping more
 and more; when that does not help any further, torque is made dearer, too. Where nothing helps at some pose,
 the strongest weights are taken with which the fewest poses fall short.
+
+A law whose firm weights the gate refuses does without them.
 """
 
 from __future__ import annotations
@@ -49,7 +51,10 @@ def keep_margins(
 ) -> Kept:
     """Return the weights, weakened until the margins at all poses are kept."""
     best = _look(config, estimator, laws, poses, 0)
-    mpc = laws[1]
+    if best.trouble and laws[1].firm_time:
+        found = _look(config, estimator, (laws[0], replace(laws[1], firm_time=0.0)), poses, 0)
+        best = found if len(found.poses) > len(best.poses) else best
+    mpc = best.mpc
     for tries in range(1, ROLL_OFFS + PRICES + 1):
         if not best.trouble:
             break

@@ -90,7 +90,7 @@ def examine(loop: ClosedLoop, pose: Array, frequency_error: float, dt: float) ->
         dt: Control period [s].
     """
     modes = decompose(loop.A)
-    names = tuple(_strongest(modes, loop, k) for k in range(modes.values.size))
+    names = tuple(strongest(modes, loop, k) for k in range(modes.values.size))
     worst = int(abs(modes.values).argmax())
     is_stable = abs(modes.values[worst]) < 1.0 - SURE
     return Case(
@@ -105,7 +105,7 @@ def examine(loop: ClosedLoop, pose: Array, frequency_error: float, dt: float) ->
     )
 
 
-def _strongest(modes: Modes, loop: ClosedLoop, k: int) -> str:
+def strongest(modes: Modes, loop: ClosedLoop, k: int) -> str:
     """Return the name of the plant's mode that takes part in eigenvalue k most."""
     n = len(loop.plant.names)
     share = modes.participation(k)[: 2 * n]

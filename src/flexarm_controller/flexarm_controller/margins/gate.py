@@ -2,24 +2,28 @@
 
 It knows the description, the law and its settings; the filter comes as matrices from the estimator that runs.
 The full plant is the description's with more modes per body; nothing of it comes from the simulated rig.
-A latency is judged as the next whole number of periods.
+A latency is judged as the next whole number of periods. A law that is firm for a short time is judged twice:
+its ordinary weights by their margins, the firm ones by what they let grow in that time.
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import replace
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
-from flexarm_controller.laws import LAWS, LawInputs
+from flexarm_controller.firm_mpc import FirmMpc
+from flexarm_controller.laws import LAWS, LawInputs, Planner
 from flexarm_controller.margins.case import Case, examine
-from flexarm_controller.margins.full_plant import build_plant, full_model
+from flexarm_controller.margins.full_plant import FullPlant, build_plant, full_model
 from flexarm_controller.margins.law_gain import find_law_gain
-from flexarm_controller.margins.loop import close_loop
-from flexarm_controller.margins.verdict import frequency_errors, verdict
+from flexarm_controller.margins.loop import ClosedLoop, close_loop
+from flexarm_controller.margins.short_law import ShortCase, examine_short
+from flexarm_controller.margins.verdict import firm_verdict, frequency_errors, verdict
 from flexarm_controller.program.delay import split_delay
 from flexarm_controller.settings import MarginConfig
 from flexarm_model.description import ManipulatorConfig
@@ -29,6 +33,14 @@ from flexarm_model.reduced_tree import ReducedTree
 from flexarm_model.steady_filter import SteadyFilter
 
 Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Look:
+    """What was looked at: the loop of the ordinary law, and that of a firm one if there is one."""
+
+    cases: list[Case]
+    firm: list[ShortCase]
 
 
 class Gate:
@@ -50,32 +62,48 @@ class Gate:
         self._inputs = replace(inputs, mpc=mpc)
 
     def cases(self, model: ReducedModel, filter_: SteadyFilter) -> list[Case]:
-        """Return the loop at the pose of a served model, with every frequency error.
+        """Return the loop at the pose of a served model, with every frequency error; see ``look``."""
+        return self.look(model, filter_).cases
+
+    def look(self, model: ReducedModel, filter_: SteadyFilter) -> Look:
+        """Return everything that is looked at, at the pose of a served model, with every frequency error.
 
         Raises:
             ValueError: Model and filter do not belong together, or the law has no answer at rest.
         """
+        inputs, dt = self._inputs, self._inputs.config.period
         if filter_.model_id != model.model_id:
             raise ValueError(f"filter of model {filter_.model_id}, law of model {model.model_id}")
-        inputs, dt = self._inputs, self._inputs.config.period
         if not math.isclose(filter_.dt, dt):
             raise ValueError(f"the filter's period is {filter_.dt} s, the law's {dt} s")
-        delay = inputs.mpc.delay_periods
         planner = LAWS[inputs.config.law](model, inputs)
-        law = find_law_gain(planner, model, inputs.limits.effort, delay)
         full = full_model(self._tree, model.pose, self._config.fastest_mode / dt)
-        found = []
-        for error in frequency_errors(self._config):
-            plant = build_plant(full, filter_.rows, dt, error)
-            found.append(examine(close_loop(plant, filter_, law, delay), model.pose, error, dt))
-        return found
+        plants = {
+            error: build_plant(full, filter_.rows, dt, error) for error in frequency_errors(self._config)
+        }
+        loops = self._close(planner, model, filter_, plants)
+        cases = [examine(loop, model.pose, error, dt) for error, loop in loops.items()]
+        if not isinstance(planner, FirmMpc):
+            return Look(cases, [])
+        firm = self._close(planner.firm, model, filter_, plants)
+        return Look(cases, examine_short(firm, loops.values(), model.pose, planner.lasts, dt))
+
+    def _close(
+        self, law: Planner, model: ReducedModel, filter_: SteadyFilter, plants: Mapping[float, FullPlant]
+    ) -> dict[float, ClosedLoop]:
+        """Return the loop of a law with every plant, by frequency error."""
+        delay = self._inputs.mpc.delay_periods
+        gain = find_law_gain(law, model, self._inputs.limits.effort, delay)
+        return {error: close_loop(plant, filter_, gain, delay) for error, plant in plants.items()}
 
     def judge(self, model: ReducedModel, filter_: SteadyFilter) -> str:
         """Return why the arm must not move with this filter and law, naming the mode; empty when it may."""
         try:
-            return verdict(self.cases(model, filter_), self._config, self._inputs.config.period)
+            look = self.look(model, filter_)
         except (ValueError, np.linalg.LinAlgError) as error:
             return f"margins: {error}"
+        said = verdict(look.cases, self._config, self._inputs.config.period)
+        return said or firm_verdict(look.firm, self._config)
 
     @cached_property
     def _tree(self) -> ReducedTree:

@@ -5,6 +5,9 @@ section 9.3], and half a control period of delay: the latency from sensor to tor
 periods, so half of one is what the compensation may be wrong by. Of all torques at once 2 dB are wanted:
 other than a mode's shape, a motor constant can be measured, and is rarely off by a fifth. With frequencies
 off by up to ``frequency_off`` half of each must be left.
+
+Of a law that acts for a short time only it is wanted that no vibration grows in that time by more than
+``firm_growth``, with any of these frequencies: a factor of two again.
 """
 
 from __future__ import annotations
@@ -14,6 +17,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 from flexarm_controller.margins.case import ALL_TORQUES, Case, Margin
+from flexarm_controller.margins.short_law import ShortCase
 from flexarm_controller.settings import MarginConfig
 
 MS, PERCENT = 1e3, 100.0
@@ -57,6 +61,33 @@ def verdict(cases: Sequence[Case], config: MarginConfig, dt: float) -> str:
     pose = ", ".join(f"{value:.4g}" for value in case.pose)
     at = f"{spoken_error(case.frequency_error)}, pose ({pose})"
     return f"margins: {found[0].text}, {at}{more}"
+
+
+def firm_shortfalls(cases: Iterable[ShortCase], config: MarginConfig) -> list[tuple[float, ShortCase, str]]:
+    """Return what a firm law lets grow too much, the worst first: factor, where, and in words."""
+    found = []
+    for case in cases:
+        grown = f"{spoken(case.mode)} grows by {case.growth:.3g} at {case.frequency:.3g} Hz"
+        factors = [(case.growth, grown)]
+        factors += [
+            (factor, f"{spoken(name)}, once kicked, shakes the arm {factor:.3g} times as much")
+            for name, factor in case.kicked.items()
+        ]
+        found += [(factor, case, text) for factor, text in factors if not factor <= config.firm_growth]
+    return sorted(found, key=lambda item: -item[0])
+
+
+def firm_verdict(cases: Iterable[ShortCase], config: MarginConfig) -> str:
+    """Return why the arm must not move under its firm law, naming the mode; empty when it may."""
+    found = firm_shortfalls(cases, config)
+    if not found:
+        return ""
+    _, case, text = found[0]
+    pose = ", ".join(f"{value:.4g}" for value in case.pose)
+    return (
+        f"margins: firm law: {text} within {case.lasts:.3g} s, {config.firm_growth:.3g} is allowed, "
+        f"{spoken_error(case.frequency_error)}, pose ({pose}); a shorter mpc.firm_time, a smaller firmness?"
+    )
 
 
 def wanted_gain_db(name: str, case: Case, config: MarginConfig) -> float:
