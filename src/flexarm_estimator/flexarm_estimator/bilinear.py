@@ -47,3 +47,12 @@ def tangent(
         of_x[:, i] += effect
         of_u[:, -1] -= p * effect
     return of_x, of_u
+
+
+def value(of_x: Array, of_u: Array, slopes: Sequence[Slope], at: tuple[Array, Array]) -> Array:
+    """Return what the matrices give at a state, with their parameters, (k,); see ``tangent``."""
+    x, u = at
+    result: Array = of_x.dot(x) + of_u.dot(u)
+    for i, slope in enumerate(slopes, x.size - len(slopes)):
+        result += float(x[i]) * (slope.of_x.dot(x) + slope.of_u.dot(u))
+    return result

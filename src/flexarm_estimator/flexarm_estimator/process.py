@@ -78,6 +78,7 @@ class ProcessModel:
         force_cov: Covariance of the force noise averaged over ``force_averaging``, (n, n).
         P0: Covariance at the start, (n_x, n_x).
         biases: States of the sensors' biases by name, in their order.
+        learned: What one unit of every learned parameter adds to x' per state, (n_x, n_x) each.
         limits: By place in the state, what a bias or learned parameter is held within.
     """
 
@@ -109,7 +110,8 @@ class ProcessModel:
         self._G[n : 2 * n] = np.linalg.inv(model.M)  # small and well conditioned by construction
         self._held = np.column_stack([self.system.B, self.system.c])
         self._integrals = ExponentialIntegrals(self.system.A, self.system.Q)
-        self._slopes = [IntegralSlopes(self.system.A, self._G.dot(force)) for force in self.system.learned]
+        self.learned = tuple([self._G.dot(force) for force in self.system.learned])
+        self._slopes = [IntegralSlopes(self.system.A, rate) for rate in self.learned]
         self._cache: dict[int, Transition] = {}
         sigma_b = [state.sigma for state in self.biases.values()]
         sigma = np.concatenate([_initial_sigma(model, config, inertia), sigma_b, sigma_s, sigma_p])

@@ -8,7 +8,7 @@ the mean ``x`` that the served model predicts for its end, and enters as further
     x+ = A x + B [tau; 1] + I(dt) [0; a; 0]      y = C x + D [tau; 1] + r      I(dt) = int_0^dt e^{A_c s} ds
 
 Covariances, and with them the gains, stay those of the served model: steps are made once per period and set
-of sensors, as for the linear filter. What is learned of the model acts on the served part.
+of sensors, as for the linear filter. What is learned of the model is part of both motions.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from flexarm_estimator.bilinear import Slope
+from flexarm_estimator.bilinear import Slope, value
 from flexarm_estimator.filter import Belief
 from flexarm_estimator.filters.flow import NoFlow, StateFlow
 from flexarm_estimator.filters.served import ServedSteps
@@ -40,32 +40,33 @@ class CorrectedSteps(StepSource):
         """Bind the motion and the steps that it corrects; ``force_cov`` is theirs already."""
         self._flow, self._served = flow, served
         self.dependent = flow.dependent
-        self._system = system = served.process.system
-        self._n, self._torque = system.n_xi, system.n_u + 1  # inputs that everybody knows: [tau; 1]
-        at_rest, u = Belief(np.zeros(system.n_x), served.process.P0), np.zeros(self._torque)
-        self._all = served.rows(served.names, at_rest, u) if served.names else None
-        self._n_rows = 0 if self._all is None else self._all.C.shape[0]
-        self._served_B = np.column_stack([system.B, system.c])
-        self._learned = slice(system.n_x - len(system.learned), system.n_x)
+        system = served.process.system
+        self._n, self._moving = system.n_xi, slice(system.n_xi, 2 * system.n_xi)
         self._transitions: dict[float, Transition] = {}
         self._stacks: dict[tuple[str, ...], Stack] = {}
+        self._of_x, self._of_u = system.A[self._moving], np.column_stack([system.B, system.c])[self._moving]
+        slopes = [rate[self._moving] for rate in served.process.learned]
+        if served.names:
+            at_rest = Belief(np.zeros(system.n_x), served.process.P0)
+            rows = served.rows(served.names, at_rest, np.zeros(system.n_u + 1))
+            self._of_x, self._of_u = np.vstack([self._of_x, rows.C]), np.vstack([self._of_u, rows.D])
+            slopes = [
+                np.vstack(pair) for pair in zip(slopes, (slope.of_x for slope in rows.slopes), strict=True)
+            ]
+        self._slopes = [Slope(slope, np.zeros_like(self._of_u)) for slope in slopes]
+        self._nothing = np.zeros(len(self._of_x))
 
     def inputs(self, before: Belief, dt: float, u: Array) -> Array:
         """Return ``[a; r; tau; 1]``; nothing is left out where the arm's motion cannot be computed."""
         step = self._served.transition(before, dt, u)
-        x = step.A.dot(before.x) + step.B.dot(u)
-        x[self._learned] = 0.0
-        inputs = np.zeros(self._n + self._n_rows + self._torque)
-        inputs[-self._torque :] = u
+        x = value(step.A, step.B, step.slopes, (before.x, u))
         try:
             rate, y = self._flow.rate_and_rows(x, u)
         except NoFlow:
-            return inputs
-        moving = slice(self._n, 2 * self._n)
-        inputs[: self._n] = rate[moving] - self._system.A[moving].dot(x) - self._served_B[moving].dot(u)
-        if self._all is not None:
-            inputs[self._n : -self._torque] = y - self._all.C.dot(x) - self._all.D.dot(u)
-        return inputs if np.isfinite(inputs).all() else np.append(np.zeros(inputs.size - u.size), u)
+            return np.concatenate([self._nothing, u])
+        moved = np.concatenate([rate[self._moving], y])
+        left_out = moved - value(self._of_x, self._of_u, self._slopes, (x, u))
+        return np.concatenate([left_out if np.isfinite(left_out).all() else self._nothing, u])
 
     def transition(self, before: Belief, dt: float, u: Array) -> Transition:
         """Return the step of the process model for these inputs."""
@@ -73,7 +74,7 @@ class CorrectedSteps(StepSource):
         found = self._transitions.get(step.dt)
         if found is None:
             pushed = self._served.process.pushed(step.dt)
-            B = np.hstack([pushed, np.zeros((len(pushed), self._n_rows)), step.B])
+            B = np.hstack([pushed, np.zeros((len(pushed), self._nothing.size - self._n)), step.B])
             found = self._transitions[step.dt] = replace(step, B=B, slopes=self._widen(step.slopes))
         return found
 
@@ -81,8 +82,8 @@ class CorrectedSteps(StepSource):
         """Return the rows of the served model for these inputs."""
         if names not in self._stacks:
             stack = self._served.rows(names, prior, u)
-            own = np.eye(self._n_rows)[self._flow.rows_of(names)]
-            D = np.hstack([np.zeros((len(own), self._n)), own, stack.D])
+            own = np.eye(self._nothing.size)[[self._n + row for row in self._flow.rows_of(names)]]
+            D = np.hstack([own, stack.D])
             self._stacks[names] = replace(stack, D=D, slopes=self._widen(stack.slopes))
         return self._stacks[names]
 
@@ -92,5 +93,5 @@ class CorrectedSteps(StepSource):
 
     def _widen(self, slopes: tuple[Slope, ...]) -> tuple[Slope, ...]:
         """Return slopes for these inputs: what is left out does not depend on what is learned."""
-        extra = self._n + self._n_rows
+        extra = self._nothing.size
         return tuple(Slope(of_x, np.hstack([np.zeros((len(of_u), extra)), of_u])) for of_x, of_u in slopes)
