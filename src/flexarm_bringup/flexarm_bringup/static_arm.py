@@ -73,6 +73,7 @@ class StaticArm:
         settings = InverseSettings(TOLERANCE, TOLERANCE, full_pose=keep_orientation)
 
         def inverse(pose: Array, near: Array) -> Array:
+            """Return the axes (n_theta,) that put the tip at a pose (4, 4), near others."""
             return solve_inverse(mechanism, pose, near, settings).theta
 
         return joint_path(inverse, poses, dt, start)

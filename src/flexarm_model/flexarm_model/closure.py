@@ -79,6 +79,7 @@ def find_loops(
     """
 
     def evaluate(q: Array) -> tuple[Array, Array]:
+        """Return gaps (m,) and their Jacobian (m, n_q), kept."""
         c, G = rows(q)
         return np.array(c).ravel(), np.array(G)
 

@@ -162,6 +162,7 @@ def _starts(models: dict[int, ReducedModel], home: Array) -> list[int]:
     """Return the poses in the order in which to start: near home, those with a multiple mode last."""
 
     def key(i: int) -> tuple[bool, float]:
+        """Return whether two modes share a frequency, and the distance from home [rad] or [m]."""
         model = models[i]
         is_multiple = len(group_modes(model.omega)) < model.n_eta
         return is_multiple, float(np.linalg.norm(model.pose - home))

@@ -97,9 +97,11 @@ def _best_trapezoid(leg: ComparedLeg, watch: Watch, scales: tuple[float, ...]) -
     left, way = _worst(leg, watch, scales), leg.given.way
 
     def cost(trapezoid: Trapezoid) -> float:
+        """Return the vibration it leaves in the worst of the modelled arms."""
         return left(PacedMotion(way, trapezoid))
 
     def allowed(trapezoid: Trapezoid) -> bool:
+        """Return whether torque and velocity stay within their limits."""
         return leg.is_allowed(PacedMotion(way, trapezoid))
 
     return PacedMotion(way, best_trapezoid(leg.given.duration, cost, allowed))

@@ -104,6 +104,7 @@ class Tuner:
         """Return where the likelihood of what comes before ``end`` [s] is highest, and its curvature."""
 
         def loss(p: Array) -> float:
+            """Return the negative logarithm of the likelihood at parameters (n_knobs,)."""
             value = self.likelihood(turn(noise, knobs, p), end=end).value
             say(f"searching: {self.evaluations} runs of the filter, {len(knobs)} parameters")
             return -max(value, UNLIKELY)

@@ -81,6 +81,7 @@ class _Listening(Hardware):
     heard: list[Sample] = []
 
     def advance(self) -> list[Sample]:
+        """Move by one period; return what the sensors deliver, and keep it."""
         self.heard = super().advance()
         return self.heard
 
@@ -146,6 +147,7 @@ class _Looker:
         self._told: set[str] = set()
 
     def look(self, hardware: Hardware, estimate: Estimate) -> Mapping[str, Array]:
+        """Take a tick of the closed loop; nothing of it is recorded."""
         assert isinstance(hardware, _Listening)
         self.hear(hardware.rig, hardware.heard, np.array(hardware.acted))
         return {}
@@ -174,6 +176,7 @@ class _Looker:
             self._say(f"moving: {t:.0f} of {self._drill.duration:.0f} s")
 
     def said(self, guard: str) -> Watched:
+        """Return what the watch told; ``guard`` is why the guard stopped the arm, empty when it did not."""
         return Watched(
             np.array(self._t), tuple(self._modes), tuple(self._alarms), guard, self._watch.proposal
         )

@@ -134,6 +134,7 @@ def fit_lumped(model: LinearAssembly, target: Frf, start: float = 1.0) -> Fit:
     wanted, w = target.db(), 2 * np.pi * target.f_hz
 
     def solve(p: Array) -> tuple[Complex, Complex, Array]:
+        """Return responses (k, 6, 6), what the springs do (k, n_springs, 6), stiffness at factors exp(p)."""
         k = np.diag(model.K)[springs] * np.exp(p)
         K, D = model.K.copy(), model.D.copy()
         K[springs, springs], D[springs, springs] = k, MODEL_DAMPING * k
@@ -143,10 +144,12 @@ def fit_lumped(model: LinearAssembly, target: Frf, start: float = 1.0) -> Fit:
         return -(w[:, None, None] ** 2) * (model.B.T @ X), X[:, springs], k
 
     def residual(p: Array) -> Array:
+        """Return how far the magnitudes are off [dB], and the price of the factors."""
         off = _DB * np.log(abs(solve(p)[0])) - wanted
         return np.concatenate([off.ravel(), PRIOR * p])
 
     def slope(p: Array) -> Array:
+        """Return the derivative of the residual by p, (36 k + n_springs, n_springs)."""
         H, x, k = solve(p)
         per_log = w[:, None] ** 2 * (1 + 1j * w[:, None] * MODEL_DAMPING) * k  # (k, n_springs)
         dH = np.einsum("ks,ksi,ksj->kijs", per_log, x, x)

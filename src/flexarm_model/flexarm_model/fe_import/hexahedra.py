@@ -67,6 +67,7 @@ def make_solid(cells: NDArray[np.bool_], size: Array, material: Material, *, lum
     row, column = np.repeat(dof, 24, axis=1).ravel(), np.tile(dof, (1, 24)).ravel()
 
     def assemble(element: Array) -> Any:
+        """Return the sparse matrix of all cells from that of one, (24, 24)."""
         value = np.tile(element.ravel(), nodes.shape[0])
         matrix = sparse.coo_array((value, (row, column)), shape=(3 * used.size,) * 2).tocsr()
         matrix.eliminate_zeros()

@@ -29,6 +29,7 @@ def described_modes(path: Path, preset: str, motors_locked: bool) -> Serve:
     """
 
     def serve(changes: Mapping[str, str | float], pose: Array) -> tuple[Array, Array]:
+        """Return frequencies [Hz] and damping ratios [1] of the elastic modes, (k,) each."""
         config = load_config(path, preset, changes)
         built = assemble(config, dict(zip(config.actuated, map(float, pose), strict=True)))
         modes = normal_modes(*(built.locked() if motors_locked else (built.M, built.D, built.K)))

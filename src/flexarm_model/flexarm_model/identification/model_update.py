@@ -146,11 +146,13 @@ def _fit(
     spread = np.array([unknown.spread for unknown in unknowns])
 
     def full(x: Array) -> Array:
+        """Return the values of all unknowns, (n_unknowns,), from those that are free."""
         whole = np.zeros(len(unknowns))
         whole[where] = x
         return whole
 
     def residual(x: Array) -> Array:
+        """Return what the modes are off in their sigmas, and the unknowns in their spreads."""
         return np.concatenate([_misfit(serve, unknowns, tables, full(x))[0], x / spread[where]])
 
     found = least_squares(residual, np.zeros(len(free)), diff_step=STEP, x_scale=spread[where], xtol=1e-8)

@@ -25,6 +25,7 @@ def held_mechanism(tree: ReducedTree) -> Mechanism:
     """
 
     def coordinates(theta: Array) -> Array:
+        """Return the tree's coordinates (n_q,) with all but the actuated axes as at home."""
         q = tree.loops.home.copy()
         q[tree.actuated] = theta
         return q
@@ -44,6 +45,7 @@ def resting_mechanism(tree: ReducedTree) -> Mechanism:
     """
 
     def jacobian(theta: Array) -> Array:
+        """Return the twist of the tip per rate of the axes, (6, n), while springs give way."""
         q, force = find_equilibrium(tree, theta)
         K = tree.functions["stiffness"](q) + constraint_stiffness(tree, q, force)
         n, N = len(tree.actuated), tree.motions_within(q)
