@@ -193,11 +193,14 @@ class Estimator:
         must_restart, trouble = self._clock.follow(t, self.config.max_gap, self.config.history)
         self._t = self._clock.t
         if must_restart:
-            x = self._history.now.belief.x.copy()
-            layout = self._parts.layout  # where the axes are is the best guess; all that moves has died out
-            x[layout.n_theta : layout.b.start] = 0.0
-            self._restart(t, x)
+            self._restart_here(t)
         return trouble
+
+    def _restart_here(self, t: float) -> None:
+        """Start anew where the axes are said to be: the best guess; all that moves has died out."""
+        x, layout = self._history.now.belief.x.copy(), self._parts.layout
+        x[layout.n_theta : layout.b.start] = 0.0
+        self._restart(t, x)
 
     def _take_torque(self, tau: Array) -> list[str]:
         """Hold ``tau`` over the period; keep the last one when it cannot be used."""
@@ -242,6 +245,8 @@ class Estimator:
         tip, doubt = self._tip.describe(self._parts.tip, belief)
         if doubt:  # nothing can be compared with such a state any more
             self._restart(t, self._operating_point())
+        elif self.health.is_stranded(t):  # those who convicted them knew no more than they
+            self._restart_here(t)
         reports = self.health.reports(t)
         doubts = "; ".join(filter(None, (trouble, doubt, self._gate.doubt(t))))
         status, reason = self.health.judge(t, tip.sigma, reports, doubts, self._court.contradiction(t))

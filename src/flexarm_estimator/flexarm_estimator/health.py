@@ -43,6 +43,7 @@ class _Record:
     accepted: int = 0
     rejected: int = 0
     refused_in_a_row: int = 0
+    first_accepted: float = math.inf
     newest_accepted: float = 0.0
     newest_valid: float = 0.0
     reason: str = "no sample yet"
@@ -98,6 +99,7 @@ class Health:
         self._has_started, self._started = False, t
         for record in self._records.values():
             record.newest_accepted = record.newest_valid = t
+            record.first_accepted = math.inf
             record.refused_in_a_row, record.reason = 0, "no sample yet"
             record.faults.clear()
             record.remarks.clear()
@@ -126,6 +128,8 @@ class Health:
                 record.refused_in_a_row, record.reason = 0, ""
                 if t > record.newest_accepted:
                     record.newest_accepted = t
+                if t < record.first_accepted:
+                    record.first_accepted = t
             elif reason != HELD:
                 record.rejected += 1
                 record.refused_in_a_row += 1
@@ -151,12 +155,20 @@ class Health:
         """Return whether one of some sensors tells where the axes are."""
         return any(self._records[sensor].locates for sensor in sensors)
 
-    @property
-    def is_vouched(self) -> bool:
-        """All sensors in use that tell where the axes are have agreed with the state since the start."""
-        records = self._records.values()
-        speaking = [r for r in records if r.locates and not r.is_off and r.newest_valid > self._started]
-        return all(record.newest_accepted > self._started for record in speaking)
+    def is_vouched(self, before: float) -> bool:
+        """Return whether all who tell where the axes are had agreed with the state ``before`` a time [s]."""
+        spoken = [r for r in self._records.values() if r.locates and r.newest_valid > self._started]
+        return all(record.first_accepted < before for record in spoken)
+
+    def is_stranded(self, t: float) -> bool:
+        """Return whether whoever tells where the axes are is at fault for so long that nobody can know."""
+        newest = -math.inf
+        for record in self._records.values():
+            if record.locates and not record.is_off and t - record.newest_valid <= record.time_out:
+                if not record.faults:
+                    return False
+                newest = max(newest, record.newest_accepted)
+        return -math.inf < newest < t - self._config.position_time_out
 
     def pick_sound(self, samples: Iterable[Measurement]) -> list[Measurement]:
         """Return the samples of sensors that no watch has put out of use; the others are alive, too."""

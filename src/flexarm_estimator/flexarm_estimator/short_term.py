@@ -151,6 +151,8 @@ class ShortTerm:
                 return FROZEN
             if run.is_unheard_of and run.repeats <= _PATIENCE:
                 return SAME
+        if not self.mean.record.count:  # never fused: it cannot have left what it said
+            return ""
         if score > biased and self.record.usual2 < _CAUTIOUS and self.mean.is_sudden(nu.tolist()):
             return SHIFT
         return self._why_surprising(nu) if self._is_surprising(nu, z) else ""

@@ -25,7 +25,7 @@ MOVE_TIME = (1.0, 2.0)  # s
 FAULT_TIME = (0.5, 3.0)  # s
 GRID = 0.01  # s between points of the reference
 PEAK_RATE = 1.875  # of a quintic of unit size and duration
-_FAULTS: dict[str, Callable[[SensorSpec], dict[str, Any]]] = {
+FAULTS: dict[str, Callable[[SensorSpec], dict[str, Any]]] = {
     "off": lambda spec: {},
     "stuck": lambda spec: {},
     "garbage": lambda spec: {"share": 0.05},
@@ -67,9 +67,9 @@ def move(rng: np.random.Generator, start: Array, goal: Array, config: Manipulato
 def random_fault(rng: np.random.Generator, sensors: Sequence[SensorSpec]) -> str:
     """Return a fault of one sensor as text, from now on for some seconds."""
     spec = sensors[int(rng.integers(len(sensors)))]
-    kind = list(_FAULTS)[int(rng.integers(len(_FAULTS)))]
+    kind = list(FAULTS)[int(rng.integers(len(FAULTS)))]
     end = float(np.round(rng.uniform(*FAULT_TIME), 2))
-    return faults_text({spec.name: SensorFault(kind, end=end, **_FAULTS[kind](spec))}, sensors)
+    return faults_text({spec.name: SensorFault(kind, end=end, **FAULTS[kind](spec))}, sensors)
 
 
 class Script:

@@ -103,7 +103,7 @@ class Court:
         """Play the hypotheses in turn, each over what is the recent past by then."""
         yield
         instants, accusers = self._at[0], self._gate.accusers
-        if self._gate.doubted_since > instants[0].t and self._health.is_vouched:
+        if self._gate.doubted_since > instants[0].t and self._health.is_vouched(instants[0].t):
             found = []
             for name in voices(instants):
                 found += [name] * self._play(_Sentence(name, is_broad=False)).is_consistent
