@@ -38,6 +38,8 @@ from flexarm_interfaces.srv import ToggleSensor as ToggleSensorService
 from geometry_msgs.msg import PoseWithCovarianceStamped
 from nav_msgs.msg import Odometry
 from rclpy.clock import Clock, ClockType
+from rclpy.impl.implementation_singleton import rclpy_implementation
+from rclpy.serialization import deserialize_message
 from sensor_msgs.msg import Imu, JointState
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
@@ -68,6 +70,7 @@ from flexarm_model.parameters import parameter
 
 DIAGNOSTICS_PERIOD = 1.0  # s
 LIBRARIES = ("filterpy.kalman",)  # for steps with refused rows
+MOST_BYTES = 100_000  # of a sensor's message; 10 MB take 30 MB and several periods to be made one of rclpy's
 _TYPES = {"joint_states": JointState, "strain": StrainArray, "camera/pose": PoseWithCovarianceStamped}
 _TYPES["applied_effort"] = JointState
 _SERVICES: tuple[tuple[type, str, Callable[[Any], Intervention]], ...] = (
@@ -123,6 +126,17 @@ class EstimatorNode(ManagedNode):
         self._settled.tell(self.exchange.estimator)
         if self.exchange.model_fault:
             self.get_logger().error(self.exchange.model_fault)
+
+    def on_sensor_bytes(self, topic: str, kind: type, raw: bytes) -> None:
+        """Take a message as it came, unless it is larger than any sensor's or none of its type."""
+        text = f"message of {len(raw)} bytes refused, at most {MOST_BYTES}"
+        if len(raw) <= MOST_BYTES:
+            try:
+                return self.on_sensor(topic, deserialize_message(raw, kind))
+            except rclpy_implementation.RMWError as error:
+                text = str(error)
+        self.get_logger().warning(f"{topic}: {text}", throttle_duration_sec=5.0)
+        return None
 
     def on_sensor(self, topic: str, msg: Any) -> None:
         """Keep a message; the joint states close a period."""
@@ -197,7 +211,9 @@ class EstimatorNode(ManagedNode):
         self.create_subscription(ReducedModel, "model", self.on_model, MODELS_QOS)
         quality = LOCKSTEP_QOS if self.settings.lockstep else SENSOR_QOS
         for topic in self.exchange.topics:
-            self.create_subscription(_TYPES.get(topic, Imu), topic, partial(self.on_sensor, topic), quality)
+            kind = _TYPES.get(topic, Imu)
+            take = partial(self.on_sensor_bytes, topic, kind)
+            self.create_subscription(kind, topic, take, quality, raw=True)
         if self.settings.lockstep:
             self.create_subscription(Tick, "tick", self.on_tick, LOCKSTEP_QOS)
         for kind, name, read in _SERVICES:

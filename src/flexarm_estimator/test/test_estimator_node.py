@@ -116,6 +116,8 @@ def test_every_tick_is_answered_by_one_state_and_nothing_bad_gets_out(domain):
     bench = Bench(domain)
     try:
         bench.wait(lambda: bench.ready and bench.ready[-1].data)
+        bench.strain.publish(interfaces.StrainArray(strain=[0.0] * 20_000))
+        bench.strain.publish(b"\0\1\0\0" + b"\xff" * 60)  # no message; not told within 5 s
         for k in range(60):
             bad = k % 10 == 9
             bench.send_tick(k, np.nan if bad else 0.1, np.inf if bad else 0.0)
@@ -128,6 +130,7 @@ def test_every_tick_is_answered_by_one_state_and_nothing_bad_gets_out(domain):
         process.kill()
         bench.close()
     assert process.returncode == 0, err
+    assert "strain: message of 1600" in err and "bytes refused, at most 100000" in err
     stamps = [conversions.stamp_to_ns(msg.header.stamp) for msg in bench.states]
     assert stamps == [k * PERIOD_NS for k in range(60)]
     for state, tip in zip(bench.states, bench.tips, strict=True):
