@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from flexarm_bringup.bags.bag_reader import Bag, check_bag, decode
 from flexarm_bringup.bags.bag_writer import BagError
+from flexarm_bringup.excite.acted_excitation import acted_excitation
 from flexarm_bringup.excite.drive import Channel, Driven, channels
 from flexarm_bringup.excite.measure import SensorCheckError, Tested, channels_used, record_of
 from flexarm_bringup.excite.told import ToldTest, from_text
@@ -23,6 +24,7 @@ from flexarm_model.description import ManipulatorConfig
 Array = NDArray[np.float64]
 Heard = Mapping[str, tuple[Array, Array]]  # times [s] and values by name
 EXCITATION, TOLD = f"{NAMESPACE}/excitation", f"{NAMESPACE}/excite/test"
+COMMANDS = f"{NAMESPACE}/joint_commands"
 
 
 def read_test(path: Path) -> Tested | None:
@@ -55,22 +57,26 @@ def read_test(path: Path) -> Tested | None:
 
 
 def _asked(bag: Bag, config: ManipulatorConfig) -> Heard:
-    """Return what was added to the torque of every axis, by ``EXCITATION`` and the axis' name.
+    """Return torques of commands, and what in them excites, of every axis by ``COMMANDS`` or ``EXCITATION``.
 
-    A message bears the stamp of its state; it acts a period later.
+    A message bears the stamp of its state; it is made for the period after it.
     """
-    times, values = list[float](), list[list[float]]()
+    found: dict[str, tuple[list[float], list[list[float]]]] = {EXCITATION: ([], []), COMMANDS: ([], [])}
     for record in bag.records:
-        if record.name == EXCITATION:
+        if record.name in found:
             msg = decode(record)
-            by_name = dict(zip(msg.name, msg.effort, strict=False))
+            names = msg.name if record.name == EXCITATION else msg.names
+            by_name = dict(zip(names, msg.effort, strict=False))
+            times, values = found[record.name]
             times.append(stamp_to_ns(msg.header.stamp) * NS + 1.0 / config.rate_hz)
             values.append([by_name.get(axis, np.nan) for axis in config.actuated])
-    if not times:
-        return {}
-    t, y = np.array(times), np.array(values)
-    order = np.argsort(t)
-    return {EXCITATION + axis: (t[order], y[order, k]) for k, axis in enumerate(config.actuated)}
+    heard: dict[str, tuple[Array, Array]] = {}
+    for topic, (times, values) in found.items():
+        if times:
+            t, y = np.array(times), np.array(values)
+            order = np.argsort(t)
+            heard |= {topic + axis: (t[order], y[order, k]) for k, axis in enumerate(config.actuated)}
+    return heard
 
 
 def _driven(path: Path, heard: Heard, config: ManipulatorConfig, told: ToldTest, start: float) -> Driven:
@@ -81,6 +87,9 @@ def _driven(path: Path, heard: Heard, config: ManipulatorConfig, told: ToldTest,
     y = [_sampled(path, heard, channel, t) for channel in channels(config)]
     tau = np.column_stack([held(t, *heard[axis]) for axis in axes])
     added = np.column_stack([held(t, *heard[EXCITATION + axis]) for axis in axes])
+    if all(COMMANDS + axis in heard for axis in axes):
+        commanded = np.column_stack([held(t, *heard[COMMANDS + axis]) for axis in axes])
+        added = acted_excitation(tau, commanded, added)
     return Driven(tau, added, np.column_stack(y))
 
 

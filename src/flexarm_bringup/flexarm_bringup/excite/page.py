@@ -5,15 +5,19 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from flexarm_bringup.excite.plan import Plan
+import numpy as np
+
+from flexarm_bringup.excite.acted_excitation import SAME
+from flexarm_bringup.excite.measure import Tested
 from flexarm_bringup.page.report import Cells, Column, Table
 from flexarm_model.identification.sensor_check import Finding
 
 PERCENT = 100.0
 
 
-def plan_table(plan: Plan, axes: Sequence[str]) -> Table:
-    """Return what was excited, and why so much."""
+def plan_table(tested: Tested) -> Table:
+    """Return what was excited, why so much, and how much of it did not come in time."""
+    plan, axes = tested.plan, tested.axes
     signal, (low, high) = plan.excitation, plan.excitation.band_hz
     rows: list[Cells] = [[axis, float(peak)] for axis, peak in zip(axes, plan.amplitude, strict=True)]
     notes = [
@@ -26,7 +30,22 @@ def plan_table(plan: Plan, axes: Sequence[str]) -> Table:
     ]
     if len(plan.signs) > 1:
         notes.append("all axes push in every run, with the signs of a Hadamard matrix")
+    late = late_share(tested)
+    if late:
+        notes.append(
+            f"in {PERCENT * late:.2g} % of the periods another excitation acted than was asked of them, as "
+            "commands came late: periods differ, blocks leak, and ± does not know; a quieter machine helps"
+        )
     return Table("Excitation", [Column("axis"), Column("peak torque\n[N m] or [N]", ".4g")], rows, notes)
+
+
+def late_share(tested: Tested) -> float:
+    """Return in what share of the recorded periods another excitation acted than was asked of them [1]."""
+    others = []
+    for run, record in enumerate(tested.records):
+        acted = np.column_stack([record.instruments[axis] for axis in tested.axes])
+        others.append((abs(acted - tested.plan.added(run)[-len(acted) :]) > SAME).any(axis=1))
+    return float(np.mean(others)) if others else 0.0
 
 
 def check_table(findings: Sequence[Finding], axes: Sequence[str]) -> Table:

@@ -1,8 +1,9 @@
 """A bag as a source: torque that the guard let through as input; gauges, accelerometers, encoders as outputs.
 
-Everything is brought to even instants by its stamps: samples by straight lines, torques as they were held. A
-bag of a controlled arm is a record under feedback: where its reference moves every axis, the accelerations
-asked for are the instruments of Hc; else H1 tells plant and controller mixed, and a remark says so.
+Everything is brought to even instants by its stamps: samples by straight lines, torques as they were held,
+also where one came too late for its period. A bag of a controlled arm is a record under feedback: where its
+reference moves every axis, the accelerations asked for are the instruments of Hc; else H1 tells plant and
+controller mixed, and a remark says so.
 """
 
 from __future__ import annotations
@@ -17,6 +18,7 @@ from numpy.typing import NDArray
 
 from flexarm_bringup.bags.bag_reader import Bag, check_bag, decode
 from flexarm_bringup.bags.bag_writer import BagError
+from flexarm_bringup.identify.acted_torque import acted
 from flexarm_bringup.identify.measurement import COMMON, KIND_OF_UNIT, Records, SourceError
 from flexarm_bringup.replaying.replay_bag import configuration
 from flexarm_bringup.topics import NAMESPACE
@@ -28,7 +30,7 @@ from flexarm_model.sensors import output_names, output_units
 
 Array = NDArray[np.float64]
 NS = 1e-9
-REFERENCE = "reference"
+REFERENCE, JOINTS = "reference", "joint_states"
 LONGEST_GAP = 0.1  # s; a channel with a longer one is left out
 
 
@@ -77,6 +79,7 @@ def listen(bag: Bag, config: ManipulatorConfig) -> dict[str, tuple[Array, Array]
     reader = SensorReader(config)
     topics = {f"{NAMESPACE}/{topic}": topic for topic in (*reader.topics, TORQUE_TOPIC, REFERENCE)}
     found: dict[str, dict[float, float]] = defaultdict(dict)
+    measured: dict[str, dict[float, float]] = defaultdict(dict)
     for record in bag.records:
         topic = topics.get(record.name)
         if topic is not None:
@@ -85,7 +88,14 @@ def listen(bag: Bag, config: ManipulatorConfig) -> dict[str, tuple[Array, Array]
             hear = {TORQUE_TOPIC: _hear_torque, REFERENCE: _hear_reference}.get(topic, _hear_samples)
             for name, at, value in hear(reader, config, topic, msg, t):
                 found[name][at] = value
-    return {name: _sorted(values) for name, values in found.items()}
+            if topic == JOINTS:
+                for axis, value in zip(msg.name, msg.effort, strict=False):
+                    measured[axis][t - 1.0 / config.rate_hz] = value
+    heard = {name: _sorted(values) for name, values in found.items()}
+    for axis in config.actuated:
+        if axis in heard and axis in measured:
+            heard[axis] = acted(heard[axis], _sorted(measured[axis]), 1.0 / config.rate_hz)
+    return heard
 
 
 Said = Iterator[tuple[str, float, float]]  # channel, time [s], value

@@ -29,9 +29,7 @@ def modal_tests(args: argparse.Namespace) -> tuple[tuple[Records, ...], list[Tab
     if tests and args.save is not None:
         args.files = list(save_records(records, args.save))
     return records, [
-        table
-        for tested in tests
-        for table in (plan_table(tested.plan, tested.axes), check_table(tested.findings, tested.axes))
+        table for tested in tests for table in (plan_table(tested), check_table(tested.findings, tested.axes))
     ]
 
 
