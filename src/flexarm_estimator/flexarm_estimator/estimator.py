@@ -108,7 +108,7 @@ class Estimator:
         self.health.note_verdicts(verdicts)
         now = self._history.now
         self._heed(View(self._t, self._u, now.belief, samples, verdicts, now.inputs))
-        self._history.forget()
+        self._history.forget(self._gate.needs(self._t))
         return self._estimate("; ".join(trouble))
 
     def prepare(self, model: ReducedModel) -> Parts:

@@ -61,7 +61,7 @@ class Gate:
         """Forget what the sensors did."""
         self._refusals = dict.fromkeys(self._sigmas, 0)
         self._refused_since = dict.fromkeys(self._sigmas, 0.0)
-        gate, threshold = self._config.gate, self._threshold
+        gate, threshold = self._config.lone_gate or self._config.gate, self._threshold
         self._past = {name: ShortTerm(s, gate, threshold[name]) for name, s in self._sigmas.items()}
         self._together: dict[tuple[str, ...], Ordinary] = {}
         self._met: dict[str, list[tuple[Measurement, Run]]] = {}
@@ -85,6 +85,10 @@ class Gate:
     def doubt(self, t: float) -> str:
         """Return who doubts the state; empty when nobody has lately."""
         return f"the state was doubted by {', '.join(sorted(self.accusers))}" if self.is_upset(t) else ""
+
+    def needs(self, t: float) -> float:
+        """Return since when the past is needed to settle the doubts of ``t`` [s]; infinite without any."""
+        return self.doubted_since if self.is_upset(t) else math.inf
 
     def meet(self, samples: Iterable[Measurement]) -> None:
         """Look at new samples before they are judged."""

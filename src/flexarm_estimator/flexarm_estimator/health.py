@@ -13,53 +13,20 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
-from flexarm_estimator.estimate import SensorReport, SensorStatus, Status
+from flexarm_estimator.estimate import SensorReport, Status
 from flexarm_estimator.measurement import Measurement
 from flexarm_estimator.sample_judge import Verdict
+from flexarm_estimator.sensor_record import SensorRecord, report, time_out
 from flexarm_estimator.settings import EstimatorConfig
 from flexarm_estimator.short_term import HELD
 from flexarm_estimator.tally import Tally
 from flexarm_estimator.watches.watch import Finding
 from flexarm_model.sensor_spec import SensorSpec
 
-Array = NDArray[np.float64]
 _PERIODS = 3.0  # sample periods of silence that are normal
-
-
-@dataclass(slots=True)
-class _Record:
-    """What is known of one sensor."""
-
-    time_out: float
-    last_hope: float  # age up to which it carries the estimate alone [s]
-    innovation: Array
-    locates: bool
-    is_off: bool = False
-    accepted: int = 0
-    rejected: int = 0
-    refused_in_a_row: int = 0
-    first_accepted: float = math.inf
-    newest_accepted: float = 0.0
-    newest_valid: float = 0.0
-    reason: str = "no sample yet"
-    normalised: float = 0.0
-    faults: dict[str, str] = field(default_factory=dict)  # why it was put out of use, by watch
-    remarks: dict[str, str] = field(default_factory=dict)  # what else watches have to say of it
-
-    @property
-    def fault(self) -> str:
-        """What all watches have against it."""
-        return "; ".join(self.faults.values())
-
-    @property
-    def remark(self) -> str:
-        """What else they say."""
-        return "; ".join(self.remarks.values())
 
 
 class Health:
@@ -80,9 +47,9 @@ class Health:
         """
         self._config = config
         self._records = {
-            spec.name: _Record(
-                _time_out(spec, config, _PERIODS),
-                _time_out(spec, config, 1.0),
+            spec.name: SensorRecord(
+                time_out(spec, config, _PERIODS),
+                time_out(spec, config, 1.0),
                 np.zeros(len(spec.channels)),
                 spec.name in locating,
             )
@@ -187,7 +154,7 @@ class Health:
 
     def reports(self, t: float) -> tuple[SensorReport, ...]:
         """Return the health of every sensor at ``t``."""
-        return tuple([_report(name, record, t) for name, record in self._records.items()])
+        return tuple([report(name, record, t) for name, record in self._records.items()])
 
     def judge(
         self, t: float, tip_sigma: float, reports: Iterable[SensorReport], trouble: str, lost: str = ""
@@ -229,27 +196,3 @@ class Health:
         if report.status == "rejected":
             return self._records[report.name].refused_in_a_row >= self._config.reopen_after
         return report.status in ("stale", "faulty") or bool(self._records[report.name].remark)
-
-
-def _time_out(spec: SensorSpec, config: EstimatorConfig, periods: float) -> float:
-    silence = periods / spec.rate_hz if spec.rate_hz > 0.0 else 0.0
-    return spec.latency + max(config.time_out, silence)
-
-
-def _report(name: str, record: _Record, t: float) -> SensorReport:
-    status: SensorStatus = "ok"
-    reason, age = record.reason, t - record.newest_accepted
-    age = age if age > 0.0 else 0.0
-    if record.is_off:
-        status, reason = "off", "switched off"
-    elif record.faults:
-        status, reason = "faulty", record.fault
-    elif t - record.newest_valid > record.time_out:
-        status, reason = "stale", f"silent ({reason})" if reason else "silent"
-    elif reason:
-        status = "rejected"
-    elif record.remarks:
-        reason = record.remark
-    return SensorReport(
-        name, status, reason, age, record.accepted, record.rejected, record.innovation, record.normalised
-    )

@@ -7,6 +7,7 @@ both sides), and all later instants are computed again. The oldest instant is th
 
 from __future__ import annotations
 
+import math
 from bisect import bisect_left
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -127,10 +128,10 @@ class History:
                 instant.prepared, touched = None, index
         return touched
 
-    def forget(self) -> None:
-        """Drop what is older than the history, but never the last instant before it."""
+    def forget(self, needed: float = math.inf) -> None:
+        """Drop what is older than the history and ``needed`` [s], but never the last instant before it."""
         instants = self.instants
-        horizon = instants[-1].t - self._length
+        horizon = min(instants[-1].t - self._length, needed - SAME_INSTANT)
         while len(instants) > 2 and instants[1].t <= horizon:
             del instants[0]
 

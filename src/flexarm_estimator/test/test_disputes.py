@@ -1,0 +1,155 @@
+"""Who is to blame when sensors contradict each other; a pose that is far from where the arm is said to be."""
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from planar_strip import (
+    CAMERA,
+    DT,
+    SENSORS,
+    StripKinematics,
+    arriving,
+    camera_sample,
+    simulate,
+    strip_model,
+)
+
+from flexarm_estimator.disputes.jury import replay, voices
+from flexarm_estimator.estimate import Estimate
+from flexarm_estimator.estimator import Estimator
+from flexarm_estimator.measurement import Measurement
+from flexarm_estimator.settings import EstimatorConfig
+
+QUIET = EstimatorConfig(
+    motion_acceleration=0.05, modal_force=0.01, acceleration_noise=0.01, disturbance_drift=0.1
+)
+RECORD = simulate(500, np.random.default_rng(11), config=QUIET, camera_every=7)
+FRAMES = 12  # instants from exposure to arrival
+LAG = 8  # instants
+START, END = 200, 300  # of a lie, instants
+Change = Callable[[int, list[Measurement]], list[Measurement]]
+
+
+def lagging(k: int, samples: list[Measurement]) -> list[Measurement]:
+    """Let the encoder say what it should have said 40 ms ago."""
+    if not START <= k < END:
+        return samples
+    old = next(sample.y for sample in RECORD.samples[k - LAG] if sample.sensor == "encoder")
+    return [Measurement(s.sensor, s.t, old) if s.sensor == "encoder" else s for s in samples]
+
+
+def creeping(k: int, samples: list[Measurement]) -> list[Measurement]:
+    """Let the encoder drift by 20 mrad/s: no sample of it is sudden."""
+    off = 0.02 * DT * (k - START) if START <= k < END else 0.0
+    return [Measurement(s.sensor, s.t, s.y + off) if s.sensor == "encoder" else s for s in samples]
+
+
+def feed(change: Change, until: int = 500) -> tuple[Estimator, list[Estimate], np.ndarray]:
+    """Run over the record; return estimator, estimates and errors of the tip [m]."""
+    estimator = Estimator(strip_model(), StripKinematics(), SENSORS, EstimatorConfig())
+    estimates, errors = [], []
+    for k, t in enumerate(RECORD.t[:until]):
+        estimates.append(estimator.step(change(k, arriving(RECORD, k, FRAMES)), RECORD.tau[k], float(t)))
+        truth = StripKinematics().tip_pose(RECORD.x[k][:4])[:3, 3]
+        errors.append(np.linalg.norm(estimates[-1].T_world_tip[:3, 3] - truth))
+    return estimator, estimates, np.array(errors)
+
+
+def status_of(estimate: Estimate, sensor: str) -> str:
+    return next(report.status for report in estimate.sensors if report.name == sensor)
+
+
+def standing(theta: float, k: int, rng: np.random.Generator, sign: float = 1.0) -> list[Measurement]:
+    """Return what the sensors of a standing arm say; the encoder with a sign."""
+    t = k * DT
+    told = {"encoder": sign * theta, "root_strain": 0.0, "tip_accelerometer": 0.0}
+    samples = [
+        Measurement(s.name, t, told[s.name] + s.sigma * rng.normal(size=1)) for s in SENSORS if s.name in told
+    ]
+    if k % 7 == 0 and k >= FRAMES:
+        frame = camera_sample(np.array([theta, 0.0, 0.0, 0.0]), t - FRAMES * DT)
+        samples.append(Measurement("camera", frame.t, frame.y + CAMERA.sigma * rng.normal(size=6)))
+    return samples
+
+
+@pytest.mark.parametrize("theta", [0.5, -1.5, 2.5, 3.0])
+def test_a_camera_alone_finds_an_arm_on_the_other_side_of_the_circle(theta: float) -> None:
+    """The tangent at zero would have refused it: the tip lies as far off it as the arm is long."""
+    sensors = tuple(spec for spec in SENSORS if spec.name != "encoder")
+    estimator, rng = (
+        Estimator(strip_model(), StripKinematics(), sensors, EstimatorConfig()),
+        np.random.default_rng(1),
+    )
+    for k in range(100):
+        samples = [s for s in standing(theta, k, rng) if s.sensor != "encoder"]
+        estimate = estimator.step(samples, np.zeros(1), k * DT)
+    assert abs(float(estimate.theta[0]) - theta) < 5.0 * float(np.sqrt(estimate.P[0, 0]))
+    assert float(np.sqrt(estimate.P[0, 0])) < 2e-3
+
+
+def test_encoder_and_camera_that_never_agreed_leave_the_state_unusable_until_they_do() -> None:
+    estimator, rng = (
+        Estimator(strip_model(), StripKinematics(), SENSORS, EstimatorConfig()),
+        np.random.default_rng(3),
+    )
+    told = [
+        estimator.step(standing(0.8, k, rng, -1.0 if k < 300 else 1.0), np.zeros(1), k * DT)
+        for k in range(500)
+    ]
+    assert {estimate.status for estimate in told[80:300]} == {"lost"}
+    assert "camera cannot be reconciled" in told[200].reason
+    assert {status_of(estimate, "encoder") for estimate in told[:300]} == {"ok"}
+    assert told[400].status in ("ok", "degraded")
+    assert abs(float(told[400].theta[0]) - 0.8) < 1e-4
+
+
+def test_an_encoder_that_lags_is_found_out_and_taken_back() -> None:
+    _, estimates, errors = feed(lagging)
+    said = [status_of(estimate, "encoder") for estimate in estimates]
+    convicted = said.index("faulty", START)
+    assert (convicted - START) * DT <= 0.2
+    assert all(
+        status_of(e, s) != "faulty" for e in estimates for s in ("root_strain", "tip_accelerometer", "camera")
+    )
+    assert errors[START:].max() <= 5e-3  # the lie is 60 mm where the tip is fastest
+    assert errors[convicted + 40 : END].max() <= 2e-3
+    back = END + 100  # 0.5 s
+    assert said[back:] == ["ok"] * (len(said) - back)
+    assert errors[back:].max() <= 2e-4
+
+
+def test_without_the_liar_and_only_without_it_the_others_agree() -> None:
+    estimator, estimates, _ = feed(creeping, until=START + 65)
+    assert "doubted by encoder" in estimates[-1].reason
+    parts, instants = estimator.past
+    before = [(instant.t, instant.belief.x.tobytes(), len(instant.fused)) for instant in instants]
+    consistent = [
+        name
+        for name in ("", *voices(instants))
+        if replay(parts.fusion, estimator._gate.bound, instants, instants[0].belief, name).is_consistent
+    ]
+    assert consistent == ["encoder"]
+    assert before == [(instant.t, instant.belief.x.tobytes(), len(instant.fused)) for instant in instants]
+
+
+def test_an_encoder_that_creeps_away_is_found_out_when_the_camera_can_tell() -> None:
+    """At 20 mrad/s the tip is off by five sigma of a frame after 0.2 s; the past is kept until then."""
+    _, estimates, errors = feed(creeping)
+    said = [status_of(estimate, "encoder") for estimate in estimates]
+    assert (said.index("faulty", START) - START) * DT <= 0.4
+    assert errors[START:].max() <= 6e-3
+    assert said[END + 100 :] == ["ok"] * (500 - END - 100)
+    assert errors[END + 100 :].max() <= 2e-4
+
+
+def test_an_impact_convicts_nobody() -> None:
+    kicked = simulate(
+        200, np.random.default_rng(14), x0=RECORD.x[300] + 0.5 * np.eye(9)[4], config=QUIET, camera_every=7
+    )
+    estimator, _, _ = feed(lambda k, samples: samples, until=301)
+    for k in range(1, 201):
+        samples = [Measurement(s.sensor, s.t + 300 * DT, s.y) for s in arriving(kicked, k)]
+        estimate = estimator.step(samples, kicked.tau[k], (300 + k) * DT)
+        assert "faulty" not in {report.status for report in estimate.sensors}
+    assert estimate.status == "ok"
