@@ -28,11 +28,7 @@ MISSED = {
     ("planar_3rrr", 7): _LINEAR,
     ("planar_3rrr", 15): _LINEAR,
 }
-WITH_NODES = {  # of every machine
-    43: "a node that is started again needs 2.6 to 3.8 s until its first message beside others, 2 wanted, "
-    "and longer where somebody else uses the cores, too",
-    51: "messages of 10 MB: the estimator of the 3RRR holds 32 MB more, 20 wanted (8 MB on the single link)",
-}
+WITH_NODES: dict[int, str] = {}  # of every machine
 
 
 def marks_of(machine: str, row: int) -> tuple[pytest.MarkDecorator, ...]:

@@ -8,13 +8,14 @@ import textwrap
 import time
 from collections.abc import Callable
 from pathlib import Path
+from xml.etree import ElementTree
 
 import pytest
 
 from flexarm_bringup.installed import INDEX
 from flexarm_bringup.processes.graph import Process
 from flexarm_bringup.processes.supervisor import RESPAWNS, Ending, Supervisor
-from flexarm_bringup.processes.surroundings import PROFILES
+from flexarm_bringup.processes.surroundings import LIFE, PROFILES, of_life
 
 SLEEP = "import time; print('up', flush=True); time.sleep(60)"
 DEAF = "import signal; [signal.signal(n, signal.SIG_IGN) for n in (signal.SIGINT, signal.SIGTERM)];" + SLEEP
@@ -127,6 +128,15 @@ def test_children_keep_no_memory_of_messages_unless_the_user_has_profiles_of_his
     assert "DYNAMIC" in Path(chosen[PROFILES]).read_text() and chosen["RMW_FASTRTPS_USE_QOS_FROM_XML"] == "1"
     own = Supervisor((), tmp_path, {PROFILES: "mine.xml"}).environment
     assert own[PROFILES] == "mine.xml" and "RMW_FASTRTPS_USE_QOS_FROM_XML" not in own
+
+
+def test_one_life_of_a_process_hears_at_other_ports_than_the_next(tmp_path: Path) -> None:
+    """Of a domain's 250 ports 7400 + 250 d + offset + 2 k are those of participant k (RTPS ports)."""
+    text = ElementTree.parse(Supervisor((), tmp_path, {}).environment[PROFILES]).findtext(".//{*}offsetd3")
+    assert text is not None
+    offsets = [int(text.replace("${FLEXARM_LIFE}", of_life(count)[LIFE])) for count in range(4)]
+    first, second = ({offset + 2 * k for k in range(32)} for offset in offsets[:2])
+    assert offsets == [11, 111, 11, 111] and not first & second and max(second) < 250
 
 
 def test_no_child_outlives_a_supervisor_that_is_killed(tmp_path: Path) -> None:
