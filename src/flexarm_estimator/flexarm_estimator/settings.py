@@ -72,6 +72,13 @@ class EstimatorConfig:
         0.02, "Share of frequency_error and modal_force that is left for the modes it is of", "1", 1e-3, 1.0
     )
     gate: float = parameter(5.0, "Samples further from the prediction are refused", "sigma", 2.0, 100.0)
+    lone_gate: float = parameter(
+        0.0,
+        "Jump or shift of a sensor alone from which on it is refused, against what is usual; 0: as the gate.",
+        "sigma",
+        0.0,
+        100.0,
+    )
     reopen_after: int = parameter(5, "Refusals in a row after which the state is doubted", "1", 1, 1000)
     reopen_interval: float = parameter(
         0.5, "A second doubt within this time means that sensors contradict each other", "s", 0.0, 60.0

@@ -36,7 +36,9 @@ SMALL = {  # so small that the camera's pose, and a motion with learned paramete
     "initial_disturbance": 1e-2,
     "motion_acceleration": 1.0,
     "stiffness_error": 0.01,
+    "filter": "linear",  # as the truth is
     "gate": 100.0,  # a gate cuts the tails that chi-square has
+    "lone_gate": 0.0,
     "lost_sigma": 10.0,
 }
 SWAY, SWAY_HZ = 0.3, 3.0  # torques of the runs as acceleration [rad/s^2 or m/s^2], and how fast they change
