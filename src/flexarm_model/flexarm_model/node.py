@@ -167,14 +167,13 @@ def _spin(node: Node, stopping: list[int]) -> None:
 
 
 def _raise_priority(node: Node) -> None:
-    """Give all threads of the process the node's SCHED_FIFO priority, if the user may; 0: an ordinary one."""
+    """Give all threads of the process the node's SCHED_FIFO priority, if it has one and the user may."""
     priority = getattr(getattr(node, "settings", None), "realtime_priority", 0)
-    policy = os.SCHED_FIFO if priority else os.SCHED_OTHER
-    if not priority and os.sched_getscheduler(0) == policy:
+    if not priority:
         return
     try:
         for thread in os.listdir("/proc/self/task"):
-            os.sched_setscheduler(int(thread), policy, os.sched_param(priority))
+            os.sched_setscheduler(int(thread), os.SCHED_FIFO, os.sched_param(priority))
     except PermissionError:
         node.get_logger().info(
             f"realtime_priority {priority} is not permitted; running with ordinary priority"

@@ -2,8 +2,7 @@
 
 Who starts it marks its environment and makes one end of a pair of sockets its standard input. One byte from
 here tells that the libraries are there, one byte from there that the place is empty; when the other end is
-closed, nobody will ever call. A reserve has no name and no ROS domain: no node knows of it. Once called it
-goes before all ordinary processes, where the user may, and behind all nodes with a priority, until it works.
+closed, nobody will ever call. A reserve has no name and no ROS domain: no node knows of it.
 """
 
 from __future__ import annotations
@@ -12,14 +11,12 @@ import gc
 import os
 import socket
 from collections.abc import MutableMapping
-from contextlib import suppress
 
 from flexarm_model.loading import Loading
 
 MARK = "FLEXARM_RESERVE"
 LOADED, COME = b"l", b"c"
 _NICE = 10  # of the thread that loads: the nodes at work come first
-_LOWEST = 1  # SCHED_FIFO; nodes have 50 and more
 _STANDARD_INPUT = 0
 
 
@@ -37,12 +34,9 @@ def stand_by(module: str) -> bool:
         _forget_standard_input()
         try:
             caller.sendall(LOADED)
-            is_called = caller.recv(1) == COME
+            return caller.recv(1) == COME
         except OSError:  # the other end was killed
             return False
-    with suppress(AttributeError, OSError):  # no Linux, or not permitted
-        os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(_LOWEST))
-    return is_called
 
 
 def _forget_standard_input() -> None:
