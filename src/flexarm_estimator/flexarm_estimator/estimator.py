@@ -233,8 +233,9 @@ class Estimator:
             for finding in said:
                 self.health.heed(finding, type(watch).__name__)
             findings += said
-        for finding in self._court.sit(view, self._history, self._parts):
-            self.health.heed(finding, "Court")
+        if self._court.is_called:
+            for finding in self._court.sit(view, self._history, self._parts):
+                self.health.heed(finding, "Court")
         touched = [self._history.withdraw(f.sensor, f.since) for f in findings if f.since < math.inf]
         if touched:
             self._compute(touched)
@@ -245,11 +246,11 @@ class Estimator:
         tip, doubt = self._tip.describe(self._parts.tip, belief)
         if doubt:  # nothing can be compared with such a state any more
             self._restart(t, self._operating_point())
-        elif self.health.is_stranded(t):  # those who convicted them knew no more than they
-            self._restart_here(t)
         reports = self.health.reports(t)
         doubts = "; ".join(filter(None, (trouble, doubt, self._gate.doubt(t))))
         status, reason = self.health.judge(t, tip.sigma, reports, doubts, self._court.contradiction(t))
+        if status == "lost" and self.health.is_stranded(t):  # who convicted them knew no more than they
+            self._restart_here(t)
         return Estimate(
             t, self.model.model_id, x.copy(), P.copy(), layout, status, reason, reports,
             tip.T_world_tip, tip.twist, tip.cov_pose, tip.cov_twist,

@@ -131,7 +131,8 @@ class History:
     def forget(self, needed: float = math.inf) -> None:
         """Drop what is older than the history and ``needed`` [s], but never the last instant before it."""
         instants = self.instants
-        horizon = min(instants[-1].t - self._length, needed - SAME_INSTANT)
+        horizon, needed = instants[-1].t - self._length, needed - SAME_INSTANT
+        horizon = horizon if horizon < needed else needed
         while len(instants) > 2 and instants[1].t <= horizon:
             del instants[0]
 

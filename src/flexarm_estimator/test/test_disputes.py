@@ -20,6 +20,7 @@ from flexarm_estimator.estimate import Estimate
 from flexarm_estimator.estimator import Estimator
 from flexarm_estimator.measurement import Measurement
 from flexarm_estimator.settings import EstimatorConfig
+from flexarm_estimator.watches.watch import Finding
 
 QUIET = EstimatorConfig(
     motion_acceleration=0.05, modal_force=0.01, acceleration_noise=0.01, disturbance_drift=0.1
@@ -153,3 +154,15 @@ def test_an_impact_convicts_nobody() -> None:
         estimate = estimator.step(samples, kicked.tau[k], (300 + k) * DT)
         assert "faulty" not in {report.status for report in estimate.sensors}
     assert estimate.status == "ok"
+
+
+def test_when_all_who_tell_where_the_axes_are_are_at_fault_they_are_heard_anew() -> None:
+    estimator, _, _ = feed(lambda k, samples: samples, until=300)
+    for sensor in ("encoder", "camera"):
+        estimator.health.heed(Finding(sensor, "accused of something", is_fault=True), "somebody")
+    told = [
+        estimator.step(arriving(RECORD, k, FRAMES), RECORD.tau[k], float(RECORD.t[k]))
+        for k in range(300, 400)
+    ]
+    assert "lost" in {estimate.status for estimate in told}
+    assert told[-1].status == "ok"

@@ -77,6 +77,11 @@ class Court:
         self._convicts: dict[str, _Convict] = {}
         self._released: dict[str, _Convict] = {}
 
+    @property
+    def is_called(self) -> bool:
+        """There is a dispute, or a convict to be heard."""
+        return self._gate.is_disputed or bool(self._convicts) or self._hearing is not None
+
     def contradiction(self, t: float) -> str:
         """Return which sensors contradict each other about where the axes are; empty when none do."""
         if t - self._undecided_at > _CURRENT or not self._health.locates(self._dissenters):
