@@ -86,3 +86,11 @@ def test_an_innovation_too_large_to_be_squared_is_refused(size):
     gate = Gate({"a": [1.0] * size}, CONFIG)
     with np.errstate(over="ignore"):
         assert not gate.judge("a", 0.0, np.full(size, 1e200), np.eye(size)).is_accepted
+
+
+@pytest.mark.parametrize(("lone_gate", "is_held"), [(0.0, False), (8.0, True)])
+def test_a_sensor_alone_may_have_a_narrower_gate(lone_gate, is_held):
+    """Ten sigma at once, in a gate of 25: let through, unless what comes alone is judged by itself."""
+    gate = Gate({"a": [1.0], "b": [1.0]}, EstimatorConfig(gate=25.0, lone_gate=lone_gate))
+    held = gate._past["a"].record.jump < 10.0
+    assert held is is_held
