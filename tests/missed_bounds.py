@@ -16,7 +16,7 @@ _GAUGES = (
     "more with less noise (fault_drill.least_error): 334 um measured"
 )
 _LINEAR = (
-    "with the linear filter of its moves file; the corrected one that learns the stiffness keeps it (1.4), but "
+    "with the linear filter of its moves file; the corrected one with learned stiffness keeps it (1.4) but "
     "does not name two swapped gauges within a second and misses row 4 (6.1 times an e0 of 26 um; 5 wanted)"
 )
 
