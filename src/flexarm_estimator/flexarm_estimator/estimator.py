@@ -27,10 +27,10 @@ from flexarm_estimator.report import TipReporter
 from flexarm_estimator.sample_judge import Verdict
 from flexarm_estimator.settings import EstimatorConfig
 from flexarm_estimator.tip import Kinematics
+from flexarm_estimator.torque_input import torque_input
 from flexarm_estimator.watches.stamp_delays import StampDelays
-from flexarm_estimator.watches.table import gather_values, make_watches
-from flexarm_estimator.watches.watch import Finding, View
-from flexarm_model.closure_error import ClosureError
+from flexarm_estimator.watches.table import Watches
+from flexarm_estimator.watches.watch import View
 from flexarm_model.parameters import validate
 from flexarm_model.reduced_model import ReducedModel
 from flexarm_model.sensor_spec import SensorSpec
@@ -76,7 +76,7 @@ class Estimator:
         self._gate = Gate({spec.name: spec.sigma.tolist() for spec in sensors}, config, use_compiler)
         self._maker = PartsMaker(kinematics, sensors, config, self._gate)
         self._delays = StampDelays(sensors)
-        self._watches = make_watches(sensors, config, self._delays)
+        self._watches = Watches(sensors, config, self._delays)
         self._use(self.prepare(model))
         locating = {name for name, model in self._parts.sensors.all().items() if model.locates}
         self.health = Health(sensors, locating, config)
@@ -158,7 +158,7 @@ class Estimator:
 
     def figures(self) -> dict[str, dict[str, float]]:
         """Return what the watches can tell in numbers, by sensor and name with unit ("latency [s]")."""
-        return gather_values(self._watches)
+        return self._watches.figures()
 
     @property
     def past(self) -> tuple[Parts, Sequence[Instant]]:
@@ -167,8 +167,7 @@ class Estimator:
 
     def _use(self, parts: Parts) -> None:
         self.model, self._parts = parts.model, parts
-        for watch in self._watches:
-            watch.use(parts)
+        self._watches.use(parts)
 
     def _operating_point(self) -> Array:
         """Return the state at rest where the model is linear, (n_x,)."""
@@ -185,8 +184,7 @@ class Estimator:
         self.health.restart(t)
         self._gate.restart()
         self._court.restart(t)
-        for watch in self._watches:
-            watch.restart(t)
+        self._watches.restart(t)
 
     def _follow_clock(self, t: float) -> list[str]:
         """Move the own clock to ``t``; start anew when it jumps. Returns what is wrong with ``t``."""
@@ -204,13 +202,9 @@ class Estimator:
 
     def _take_torque(self, tau: Array) -> list[str]:
         """Hold ``tau`` over the period; keep the last one when it cannot be used."""
-        torque = np.asarray(tau)
-        is_usable = torque.shape == (self.model.n_theta,) and torque.dtype == np.float64
-        values = torque.tolist() if is_usable else [math.nan]
-        if not all(map(math.isfinite, values)):
-            return ["torque is not usable"]
-        self._u = np.array([*values, 1.0])
-        return []
+        u = torque_input(tau, self.model.n_theta)
+        self._u = self._u if u is None else u
+        return ["torque is not usable"] if u is None else []
 
     def _compute(self, touched: Sequence[int]) -> list[Verdict]:
         """Compute all instants from the first of those ``touched`` on."""
@@ -223,16 +217,7 @@ class Estimator:
 
     def _heed(self, view: View) -> None:
         """Ask the watches; take what a sensor at fault has said out of the recent past."""
-        findings: list[Finding] = []
-        for watch in self._watches:
-            try:
-                said = watch.look(view)
-            except ClosureError:  # the state is where no pose can be predicted: nothing can be compared
-                watch.restart(self._t)
-                continue
-            for finding in said:
-                self.health.heed(finding, type(watch).__name__)
-            findings += said
+        findings = self._watches.look(view, self.health.heed)
         if self._court.is_called:
             for finding in self._court.sit(view, self._history, self._parts):
                 self.health.heed(finding, "Court")

@@ -26,7 +26,7 @@ from flexarm_estimator.reopening import SIZES, Reopening
 from flexarm_estimator.sample_judge import SampleJudge, Verdict
 from flexarm_estimator.sensors import SensorModels
 from flexarm_estimator.short_term import FROZEN, SAME
-from flexarm_estimator.stack import Stack, StackedSample
+from flexarm_estimator.stack import StackedSample
 from flexarm_estimator.state_limits import StateLimits
 from flexarm_estimator.step_runner import make_runner
 
@@ -129,10 +129,8 @@ class Fusion:
     def _compute_one(self, before: Instant, instant: Instant, is_stepped: bool = False) -> list[Verdict]:
         """Compute one instant; ``is_stepped`` leaves out the step to it, which has been done."""
         step = None if is_stepped or instant.is_reopened else self._run_rows(before, instant)
-        if step is not None:
-            ordinary = self._take_ordinary(step, instant)
-            if ordinary is not None:
-                return ordinary
+        if step is not None and (ordinary := self._take_ordinary(step, instant)) is not None:
+            return ordinary
         verdicts = self._judge_one(before, instant, is_stepped, step)
         if verdicts and not instant.is_reopened and self._gate.has_doubt(verdicts, instant.t):
             verdicts = self._reopen(before, instant, verdicts)
@@ -204,14 +202,6 @@ class Fusion:
         instant.belief = step.belief
         return verdicts
 
-    def _judge(self, stack: Stack, nu: Array, S: Array, instant: Instant) -> list[Verdict]:
-        """Judge every pending row sensor by its own innovation, before any of them is fused."""
-        return [
-            self._gate.judge(name, instant.t, nu[span], S[span, span])
-            for name, span in zip(stack.names, stack.spans, strict=True)
-            if name in instant.pending
-        ]
-
     def _step_in_turn(self, before: Instant, instant: Instant) -> list[Verdict]:
         """Predict and fuse with filterpy; leave out the rows that are refused."""
         start, dt = before.belief, instant.t - before.t
@@ -227,7 +217,12 @@ class Fusion:
         sample = StackedSample(self._source.rows(names, prior, u).at(prior.x, u), samples)
         H, M = sample.stack.C, sample.stack.cross(transition)
         S = innovation_covariance(prior.P, H, sample.noise(), M)
-        verdicts = self._judge(sample.stack, sample.innovation(prior.x, u), S, instant)
+        nu = sample.innovation(prior.x, u)
+        verdicts = [  # every pending sensor by its own innovation, before any of them is fused
+            self._gate.judge(name, instant.t, nu[span], S[span, span])
+            for name, span in zip(sample.stack.names, sample.stack.spans, strict=True)
+            if name in instant.pending
+        ]
         refused = [verdict.sensor for verdict in verdicts if not verdict.is_accepted]
         kept = tuple(name for name in names if name not in refused)
         if kept:

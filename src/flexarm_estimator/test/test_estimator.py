@@ -217,6 +217,6 @@ def test_a_watch_that_cannot_place_the_tip_forgets_and_the_step_goes_on():
 
     estimator = Estimator(strip_model(), StripKinematics(), SENSORS, EstimatorConfig())
     blind = Blind()
-    estimator._watches = (*estimator._watches, blind)
+    estimator._watches.all += (blind,)
     estimate = estimator.step([], np.zeros(1), 0.0)
     assert np.isfinite(estimate.x).all() and blind.restarts >= 1

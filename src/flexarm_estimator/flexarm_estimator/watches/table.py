@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable
 
 from flexarm_estimator.isolation.isolation_watch import IsolationWatch
+from flexarm_estimator.parts import Parts
 from flexarm_estimator.settings import EstimatorConfig
 from flexarm_estimator.watches.bias_watch import BiasWatch
 from flexarm_estimator.watches.frozen_watch import FrozenWatch
@@ -12,34 +13,63 @@ from flexarm_estimator.watches.latency_watch import LatencyWatch
 from flexarm_estimator.watches.noise_watch import NoiseWatch
 from flexarm_estimator.watches.shift_watch import ShiftWatch
 from flexarm_estimator.watches.stamp_delays import StampDelays
-from flexarm_estimator.watches.watch import Watch
+from flexarm_estimator.watches.watch import Finding, View, Watch
+from flexarm_model.closure_error import ClosureError
 from flexarm_model.sensor_spec import SensorSpec
 
 
-def make_watches(
-    specs: tuple[SensorSpec, ...], config: EstimatorConfig, delays: StampDelays
-) -> tuple[Watch, ...]:
-    """Return new watches for the sensors of an arm.
+class Watches:
+    """All watches of one estimator.
 
-    Args:
-        specs: Its sensors.
-        config: Settings.
-        delays: Of the stamps, in use.
+    Attributes:
+        all: In the order in which they look.
     """
-    return (
-        FrozenWatch(),
-        ShiftWatch(),
-        LatencyWatch(delays, config),
-        BiasWatch(specs, config),
-        NoiseWatch(specs),
-        IsolationWatch(specs),
-    )
 
+    def __init__(self, specs: tuple[SensorSpec, ...], config: EstimatorConfig, delays: StampDelays) -> None:
+        """Make new ones.
 
-def gather_values(watches: Iterable[Watch]) -> dict[str, dict[str, float]]:
-    """Return the figures of all watches, by sensor and name with unit ("latency [s]")."""
-    figures: dict[str, dict[str, float]] = {}
-    for watch in watches:
-        for sensor, values in watch.values().items():
-            figures.setdefault(sensor, {}).update(values)
-    return figures
+        Args:
+            specs: The sensors.
+            config: Settings.
+            delays: Of the stamps, in use.
+        """
+        self.all: tuple[Watch, ...] = (
+            FrozenWatch(),
+            ShiftWatch(),
+            LatencyWatch(delays, config),
+            BiasWatch(specs, config),
+            NoiseWatch(specs),
+            IsolationWatch(specs),
+        )
+
+    def use(self, parts: Parts) -> None:
+        """Go on with the parts of another model."""
+        for watch in self.all:
+            watch.use(parts)
+
+    def restart(self, t: float) -> None:
+        """Forget everything at ``t`` [s]."""
+        for watch in self.all:
+            watch.restart(t)
+
+    def look(self, view: View, heed: Callable[[Finding, str], None]) -> list[Finding]:
+        """Return what all have found; every finding goes to ``heed`` at once, with the name of the watch."""
+        findings: list[Finding] = []
+        for watch in self.all:
+            try:
+                said = watch.look(view)
+            except ClosureError:  # the state is where no pose can be predicted: nothing can be compared
+                watch.restart(view.t)
+                continue
+            for finding in said:
+                heed(finding, type(watch).__name__)
+            findings += said
+        return findings
+
+    def figures(self) -> dict[str, dict[str, float]]:
+        """Return what they can tell in numbers, by sensor and name with unit ("latency [s]")."""
+        figures: dict[str, dict[str, float]] = {}
+        for watch in self.all:
+            for sensor, values in watch.values().items():
+                figures.setdefault(sensor, {}).update(values)
+        return figures

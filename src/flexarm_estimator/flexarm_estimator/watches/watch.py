@@ -1,6 +1,6 @@
 """Watches: they look at samples and state from outside and say what they find; the state is not theirs.
 
-A new way of catching a bad sensor is a new watch in ``watches.make_watches``. What follows from a finding is
+A new way of catching a bad sensor is a new watch in ``watches.table``. What follows from a finding is
 the estimator's: a sensor at fault is put out of use, and its samples are taken out of the recent past, too.
 """
 

@@ -1,0 +1,27 @@
+"""Torque as the input of the filter's step, where it can be used."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+
+def torque_input(tau: Array, n_theta: int) -> Array | None:
+    """Return ``u = [tau; 1]``, (n_theta + 1,).
+
+    Args:
+        tau: Torque on the actuated axes [N m] or [N], (n_theta,).
+        n_theta: Number of actuated axes.
+
+    Returns:
+        None where the torque is not finite, or not as many numbers as there are axes.
+    """
+    torque = np.asarray(tau)
+    if torque.shape != (n_theta,) or torque.dtype != np.float64:
+        return None
+    values = torque.tolist()
+    return np.array([*values, 1.0]) if all(map(math.isfinite, values)) else None
