@@ -185,6 +185,7 @@ def send_forged_torques(ear: Ear, count: int) -> None:
     rng = random.Random(1)
     forger = ear.node.create_publisher(JointState, "applied_effort", 100)
     ear.wait(lambda: forger.get_subscription_count() >= 3, 20.0, "the drives")  # estimator and ear, too
+    ear.wait(lambda: len(ear.heard["applied_effort"]) >= 100, 20.0, "torques to be sent again")
     for k in range(count):
         real = ear.latest("applied_effort")
         forged = JointState(name=real.name, effort=[14.0], header=real.header)

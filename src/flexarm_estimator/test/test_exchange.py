@@ -161,7 +161,7 @@ def test_a_flood_between_two_steps_does_not_grow():
     made = exchange()
     for k in range(5000):
         made.on_sensor("joint_states", joints(k))
-    assert len(made._waiting) == 1000
+    assert len(made._inbox._waiting) == 1000
 
 
 def test_reset_starts_anew():
