@@ -129,14 +129,17 @@ class EstimatorNode(ManagedNode):
 
     def on_sensor_bytes(self, topic: str, kind: type, raw: bytes) -> None:
         """Take a message as it came, unless it is larger than any sensor's or none of its type."""
-        text = f"message of {len(raw)} bytes refused, at most {MOST_BYTES}"
+        reason = f"message of more than {MOST_BYTES} bytes"
         if len(raw) <= MOST_BYTES:
             try:
-                return self.on_sensor(topic, deserialize_message(raw, kind))
-            except rclpy_implementation.RMWError as error:
-                text = str(error)
-        self.get_logger().warning(f"{topic}: {text}", throttle_duration_sec=5.0)
-        return None
+                msg = deserialize_message(raw, kind)
+            except rclpy_implementation.RMWError:
+                reason = "bytes that are no such message"
+            else:
+                self.on_sensor(topic, msg)
+                return
+        self.exchange.notes.note(topic, reason)  # told on /diagnostics
+        self.get_logger().warning(f"{topic}: {reason}", throttle_duration_sec=5.0)
 
     def on_sensor(self, topic: str, msg: Any) -> None:
         """Keep a message; the joint states close a period."""

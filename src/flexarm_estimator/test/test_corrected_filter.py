@@ -3,48 +3,23 @@
 import numpy as np
 import pytest
 from machines import machine_tree
+from moving_filters import QUIET, estimator, run, tip_error
 from moving_truth import ARM, DT, SENSORS, served, swing
 
 from flexarm_estimator.bilinear import value
-from flexarm_estimator.estimator import Estimator
 from flexarm_estimator.filter import Belief
-from flexarm_estimator.settings import EstimatorConfig
-
-QUIET = {"initial_position": 0.01, "initial_velocity": 0.1, "initial_disturbance": 0.1}
-
-
-def estimator(name="corrected", **settings):
-    config = EstimatorConfig(filter=name, **QUIET, **settings)
-    return Estimator(served(), machine_tree(ARM), SENSORS, config, use_compiler=False)
-
-
-def run(record, delay=0, until=np.inf, name="corrected"):
-    """Feed a record; frames arrive ``delay`` instants late."""
-    filtering, estimates = estimator(name), []
-    for k, t in enumerate(record.t):
-        now = [sample for sample in record.samples[k] if sample.sensor != "camera"]
-        seen = record.samples[k - delay] if k >= delay else []
-        now += [sample for sample in seen if sample.sensor == "camera" and sample.t <= until]
-        estimates.append(filtering.step(now, record.tau[k], float(t)))
-    return estimates
-
-
-def tip_error(estimates, record):
-    """Return the largest error of the tip after the start [m]."""
-    pairs = list(zip(estimates, record.tip, strict=True))[40:]
-    return max(np.linalg.norm(estimate.T_world_tip[:3, 3] - tip[:3, 3]) for estimate, tip in pairs)
 
 
 def test_a_fast_move_is_followed_ten_times_closer_than_by_the_linear_filter():
     record = swing(60)
-    linear, corrected = (tip_error(run(record, name=name), record) for name in ("linear", "corrected"))
+    linear, corrected = (tip_error(run(name, record, **QUIET), record) for name in ("linear", "corrected"))
     assert corrected < 1e-5  # m
     assert linear > 10 * corrected
 
 
 def test_what_is_left_out_makes_up_the_arms_own_accelerations_and_readings():
     """Against the tree's own equation of motion in full swing, far from the served pose."""
-    record, parts = swing(30), estimator().past[0]
+    record, parts = swing(30), estimator("corrected", **QUIET).past[0]
     tree, model, steps = machine_tree(ARM), served(), parts.steps
     x = np.append(record.x[-1], np.zeros(3))
     u = np.append(record.tau[-1], 1.0)
@@ -70,7 +45,7 @@ def test_what_is_left_out_makes_up_the_arms_own_accelerations_and_readings():
 def test_its_mean_goes_where_that_of_the_extended_filter_goes(learned):
     """Over a short step, also with stiffness that was learned: they differ in second order of the step."""
     dt, record = 1e-4, swing(30)
-    mine, other = (estimator(name, stiffness_modes=3).past[0] for name in ("corrected", "extended"))
+    mine, other = (estimator(name, stiffness_modes=3, **QUIET).past[0] for name in ("corrected", "extended"))
     u = np.append(record.tau[-1], 1.0)
     before = Belief(np.concatenate([record.x[-1], np.zeros(3), [learned]]), mine.process.P0)
     inputs = mine.steps.inputs(before, dt, u)
@@ -86,14 +61,14 @@ def test_its_mean_goes_where_that_of_the_extended_filter_goes(learned):
 
 def test_late_frames_give_the_state_of_frames_in_time():
     record = swing(34, np.random.default_rng(2))
-    late = run(record, delay=6)[-1]
-    in_time = run(record, until=float(record.t[34 - 6]))[-1]
+    late = run("corrected", record, delay=6, **QUIET)[-1]
+    in_time = run("corrected", record, until=float(record.t[34 - 6]), **QUIET)[-1]
     np.testing.assert_allclose(late.x, in_time.x, atol=1e-9, rtol=0)
     np.testing.assert_allclose(late.P, in_time.P, atol=1e-9, rtol=0)
 
 
 def test_where_the_motion_cannot_be_computed_nothing_is_left_out():
-    parts, u = estimator().past[0], np.append(np.zeros(3), 1.0)
+    parts, u = estimator("corrected", **QUIET).past[0], np.append(np.zeros(3), 1.0)
     inputs = parts.steps.inputs(Belief(np.full(15, np.nan), np.eye(15)), DT, u)
     np.testing.assert_array_equal(inputs[:-4], 0.0)
     np.testing.assert_array_equal(inputs[-4:], u)
@@ -101,5 +76,5 @@ def test_where_the_motion_cannot_be_computed_nothing_is_left_out():
 
 def test_its_covariance_is_that_of_the_linear_filter():
     record = swing(20, np.random.default_rng(5), frame_every=0)
-    corrected, linear = (run(record, name=name)[-1] for name in ("corrected", "linear"))
+    corrected, linear = (run(name, record, **QUIET)[-1] for name in ("corrected", "linear"))
     np.testing.assert_allclose(corrected.P, linear.P, rtol=1e-9, atol=1e-18)

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from filterpy.kalman import MerweScaledSigmaPoints, UnscentedKalmanFilter
 from machines import machine, machine_tree
+from moving_filters import QUIET, estimator, run, tip_error
 from moving_truth import ARM, DT, SENSORS, served, swing
 from planar_strip import SENSORS as STRIP_SENSORS
 from planar_strip import StripKinematics, strip_model
@@ -21,30 +22,6 @@ from flexarm_model.parameters import ParameterError
 FILTERS = ("linear", "extended", "unscented")
 MOVING = FILTERS[1:]
 LONG = ["extended", pytest.param("unscented", marks=pytest.mark.slow)]
-QUIET = {"initial_position": 0.01, "initial_velocity": 0.1, "initial_disturbance": 0.1}
-
-
-def estimator(name, sensors=None, **settings):
-    config = EstimatorConfig(filter=name, **settings)
-    specs = SENSORS if sensors is None else sensors
-    return Estimator(served(), machine_tree(ARM), specs, config, use_compiler=False)
-
-
-def run(name, record, delay=0, until=np.inf, **settings):
-    """Feed a record; frames arrive ``delay`` instants late."""
-    filtering, estimates = estimator(name, **settings), []
-    for k, t in enumerate(record.t):
-        now = [sample for sample in record.samples[k] if sample.sensor != "camera"]
-        seen = record.samples[k - delay] if k >= delay else []
-        now += [sample for sample in seen if sample.sensor == "camera" and sample.t <= until]
-        estimates.append(filtering.step(now, record.tau[k], float(t)))
-    return estimates
-
-
-def tip_error(estimates, record):
-    """Return the largest error of the tip after the start [m]."""
-    pairs = list(zip(estimates, record.tip, strict=True))[40:]
-    return max(np.linalg.norm(estimate.T_world_tip[:3, 3] - tip[:3, 3]) for estimate, tip in pairs)
 
 
 def test_one_that_is_not_known_is_refused():
