@@ -35,6 +35,7 @@ from flexarm_bringup.series import Series, SeriesError
 from flexarm_bringup.tasks.reference_file import load_reference
 from flexarm_controller.conversions import reference_to_msg
 from flexarm_controller.reference import Reference
+from flexarm_model.arm_settings import ArmSettings
 from flexarm_model.conversions import stamp_to_ns
 from flexarm_model.declared_node import declare_configs, load_arm
 from flexarm_model.node import (
@@ -53,11 +54,9 @@ MOTIONS = ("A", "B", "ZVD")
 
 
 @dataclass(frozen=True)
-class CommanderSettings:
+class CommanderSettings(ArmSettings):
     """Settings of the commander node."""
 
-    manipulator: str = parameter("single_link", "Name of a manipulator that comes along, or a YAML file.")
-    preset: str = parameter("geared", "Preset of that file; empty for none.")
     lockstep: bool = parameter(False, "The rig runs in lockstep: time starts at zero when it is armed.")
     angles: tuple[float, ...] = parameter(
         (10.0, 30.0, 60.0), "Size of the moves, one out and back each.", "deg", 0.1, 170.0

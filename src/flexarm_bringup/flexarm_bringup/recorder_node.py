@@ -37,6 +37,7 @@ from flexarm_bringup.conversions import deserialise
 from flexarm_bringup.message_class import message_class
 from flexarm_bringup.provenance import provenance
 from flexarm_bringup.topics import Stream, streams
+from flexarm_model.arm_settings import ArmSettings
 from flexarm_model.declared_node import declare_configs, load_arm, told_by
 from flexarm_model.managed_node import LifeSettings, ManagedNode
 from flexarm_model.manipulator_file import find_manipulator
@@ -50,12 +51,10 @@ LOGS: dict[bool, type[ArrivalLog] | type[LockstepLog]] = {False: ArrivalLog, Tru
 
 
 @dataclass(frozen=True)
-class RecorderSettings:
+class RecorderSettings(ArmSettings):
     """Settings of the recorder node."""
 
     bag: str = parameter("", "Folder to create.")
-    manipulator: str = parameter("single_link", "Name of a manipulator that comes along, or a YAML file.")
-    preset: str = parameter("geared", "Preset of that file; empty for none.")
     lockstep: bool = parameter(False, "Log at the stamps of the ticks instead of the times of arrival.")
     partners: tuple[str, ...] = parameter(
         ("model", "rig", "guard", "estimator", "controller"), "Nodes whose first message must not be missed."

@@ -39,6 +39,7 @@ from flexarm_bringup.sim.sample import Sample
 from flexarm_bringup.sim.sensor_fault_text import parse_faults
 from flexarm_bringup.topics import streams
 from flexarm_controller.drives.conversions import drive_state_msg
+from flexarm_model.arm_settings import LoopSettings
 from flexarm_model.conversions import NS_PER_S, ns_to_stamp, stamp_to_ns
 from flexarm_model.declared_node import declare_configs, load_arm, told_by
 from flexarm_model.diagnosis import DiagnosticsConfig
@@ -56,20 +57,12 @@ MOST_CATCH_UP = 8  # periods, less than the silence that drives bear; after a lo
 
 
 @dataclass(frozen=True)
-class RigNodeSettings:
+class RigNodeSettings(LoopSettings):
     """Settings of the rig node beside those of the simulated hardware."""
 
-    manipulator: str = parameter("single_link", "Name of a manipulator that comes along, or a YAML file.")
-    preset: str = parameter("geared", "Preset of that file; empty for none.")
     start: tuple[float, ...] = parameter((), "Axes at the start; empty: home.", "rad or m")
     lockstep: bool = parameter(
         False, "Advance by messages instead of time: deterministic, faster than real time."
-    )
-    realtime_priority: int = parameter(
-        0,
-        "SCHED_FIFO priority while running, where the user may; 0 leaves it ordinary.",
-        minimum=0,
-        maximum=90,
     )
     partners: tuple[str, ...] = parameter(
         ("estimator", "controller", "guard"), "Nodes that must be ready before the first tick in lockstep."

@@ -22,7 +22,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 from flexarm_interfaces.msg import (
     ControllerDebug,
@@ -49,45 +49,30 @@ from flexarm_controller.settings import ControllerConfig, MarginConfig, MpcConfi
 from flexarm_controller.states_node import Duties, PacedStates, States, TickedStates
 from flexarm_controller.time_budget import Clocks
 from flexarm_controller.told_state import ToldState
+from flexarm_model.arm_settings import LoopSettings
 from flexarm_model.declared_node import declare_configs, load_arm
 from flexarm_model.description import ManipulatorConfig
 from flexarm_model.diagnosis import DiagnosticsConfig
 from flexarm_model.diagnostics_node import Diagnostics
 from flexarm_model.managed_node import LifeSettings, ManagedNode
 from flexarm_model.node import LATCHED_QOS, LOCKSTEP_QOS, MODELS_QOS, RELIABLE_QOS, run_node
-from flexarm_model.parameters import parameter
 from flexarm_model.reduced_tree import ReducedTree
 
 LIBRARIES = ("scipy.optimize",)  # for goals of the tip at the end of an axis
-
-
-@dataclass(frozen=True)
-class ControllerNodeSettings:
-    """Settings of the controller node beside those of the laws."""
-
-    manipulator: str = parameter("single_link", "Name of a manipulator that comes along, or a YAML file.")
-    preset: str = parameter("geared", "Preset of that file; empty for none.")
-    lockstep: bool = parameter(False, "Wait for the ticks of the simulated rig.")
-    realtime_priority: int = parameter(
-        0,
-        "SCHED_FIFO priority while running, where the user may; 0 leaves it ordinary.",
-        minimum=0,
-        maximum=90,
-    )
 
 
 class ControllerNode(ManagedNode):
     """Connects a ``ControllerExchange`` to topics."""
 
     SETTINGS = (
-        ControllerNodeSettings, ControllerConfig, MpcConfig, NmpcConfig, MotionConfig, MarginConfig,
+        LoopSettings, ControllerConfig, MpcConfig, NmpcConfig, MotionConfig, MarginConfig,
         DiagnosticsConfig, LifeSettings,
     )  # fmt: skip
 
     def __init__(self) -> None:
         """Load the manipulator."""
         super().__init__("controller")
-        self.settings: ControllerNodeSettings
+        self.settings: LoopSettings
         self._motion: MotionConfig
         self.settings, laws, mpc, nmpc, self._motion, self._margins, self._thresholds, life = declare_configs(
             self

@@ -14,7 +14,6 @@ Subscribes
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
@@ -27,27 +26,19 @@ from flexarm_estimator.drift.conversions import drift_to_msg
 from flexarm_estimator.drift.exchange import DriftExchange
 from flexarm_estimator.drift.settings import DriftConfig
 from flexarm_estimator.settings import EstimatorConfig
+from flexarm_model.arm_settings import ArmSettings
 from flexarm_model.declared_node import declare_configs, load_arm
 from flexarm_model.managed_node import LifeSettings, ManagedNode
 from flexarm_model.node import MODELS_QOS, RELIABLE_QOS, SENSOR_QOS, run_node
-from flexarm_model.parameters import parameter
 
 DIAGNOSTICS_PERIOD = 1.0  # s
 _TYPES = {"joint_states": JointState, "strain": StrainArray, "applied_effort": JointState}
 
 
-@dataclass(frozen=True)
-class DriftNodeSettings:
-    """Settings of the node beside those of filter and watch."""
-
-    manipulator: str = parameter("single_link", "Name of a manipulator that comes along, or a YAML file.")
-    preset: str = parameter("geared", "Preset of that file; empty for none.")
-
-
 class DriftNode(ManagedNode):
     """Connects a ``DriftExchange`` to topics."""
 
-    SETTINGS = (DriftNodeSettings, EstimatorConfig, DriftConfig, LifeSettings)
+    SETTINGS = (ArmSettings, EstimatorConfig, DriftConfig, LifeSettings)
 
     def __init__(self) -> None:
         """Load the manipulator."""

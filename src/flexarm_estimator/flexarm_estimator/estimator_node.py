@@ -25,7 +25,6 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
@@ -53,6 +52,7 @@ from flexarm_estimator.interventions.set_noise import SetNoise
 from flexarm_estimator.interventions.toggle_sensor import ToggleSensor
 from flexarm_estimator.settings import EstimatorConfig
 from flexarm_estimator.settled_node import SettledFilter
+from flexarm_model.arm_settings import LoopSettings
 from flexarm_model.conversions import stamp_to_ns, verdict_to_msg
 from flexarm_model.declared_node import declare_configs, load_arm
 from flexarm_model.diagnosis import DiagnosticsConfig
@@ -66,7 +66,6 @@ from flexarm_model.node import (
     SENSOR_QOS,
     run_node,
 )
-from flexarm_model.parameters import parameter
 
 DIAGNOSTICS_PERIOD = 1.0  # s
 LIBRARIES = ("filterpy.kalman",)  # for steps with refused rows
@@ -81,30 +80,15 @@ _SERVICES: tuple[tuple[type, str, Callable[[Any], Intervention]], ...] = (
 )
 
 
-@dataclass(frozen=True)
-class EstimatorNodeSettings:
-    """Settings of the estimator node beside those of the estimator."""
-
-    manipulator: str = parameter("single_link", "Name of a manipulator that comes along, or a YAML file.")
-    preset: str = parameter("geared", "Preset of that file; empty for none.")
-    lockstep: bool = parameter(False, "Wait for the ticks of the simulated rig.")
-    realtime_priority: int = parameter(
-        0,
-        "SCHED_FIFO priority while running, where the user may; 0 leaves it ordinary.",
-        minimum=0,
-        maximum=90,
-    )
-
-
 class EstimatorNode(ManagedNode):
     """Connects an ``EstimatorExchange`` to topics."""
 
-    SETTINGS = (EstimatorNodeSettings, EstimatorConfig, DiagnosticsConfig, LifeSettings)
+    SETTINGS = (LoopSettings, EstimatorConfig, DiagnosticsConfig, LifeSettings)
 
     def __init__(self) -> None:
         """Load the manipulator."""
         super().__init__("estimator")
-        self.settings: EstimatorNodeSettings
+        self.settings: LoopSettings
         self._filter: EstimatorConfig
         self.settings, self._filter, self._thresholds, life = declare_configs(self)
         self._config = load_arm(self, self.settings.manipulator, self.settings.preset)

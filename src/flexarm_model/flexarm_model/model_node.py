@@ -34,6 +34,7 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 from trajectory_msgs.msg import JointTrajectory
 
+from flexarm_model.arm_settings import ArmSettings
 from flexarm_model.closure_error import ClosureError
 from flexarm_model.conversions import (
     NS_PER_S,
@@ -68,11 +69,9 @@ FOLLOWING_LEAD_NS = 100_000_000  # a model of the measured pose holds so much la
 
 
 @dataclass(frozen=True)
-class ModelSettings:
+class ModelSettings(ArmSettings):
     """Settings of the model node."""
 
-    manipulator: str = parameter("single_link", "Name of a manipulator that comes along, or a YAML file.")
-    preset: str = parameter("geared", "Preset of that file; empty for none.")
     start: tuple[float, ...] = parameter((), "Axes at the start; empty: home.", "rad or m")
     lockstep: bool = parameter(False, "Serve the models of references only; never follow the measured pose.")
     rate: float = parameter(20.0, "Most models per second.", "Hz", 0.1, 100.0)

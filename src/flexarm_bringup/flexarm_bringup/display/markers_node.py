@@ -36,6 +36,7 @@ from flexarm_bringup.display.shape import coordinates
 from flexarm_bringup.display.urdf import urdf
 from flexarm_bringup.model_view.mechanism_lines import MechanismLines
 from flexarm_bringup.monitor.model_book import ModelBook
+from flexarm_model.arm_settings import ArmSettings
 from flexarm_model.conversions import model_from_msg
 from flexarm_model.declared_node import declare_configs, load_arm
 from flexarm_model.node import (
@@ -53,11 +54,9 @@ Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class MarkersSettings:
+class MarkersSettings(ArmSettings):
     """Settings of the markers node."""
 
-    manipulator: str = parameter("single_link", "Name of a manipulator that comes along, or a YAML file.")
-    preset: str = parameter("geared", "Preset of that file; empty for none.")
     lockstep: bool = parameter(False, "As the other nodes; it shows the newest state either way.")
     rate: float = parameter(15.0, "Pictures per second of wall time.", "Hz", 0.1, 60.0)
     magnification: float = parameter(1.0, "Elastic modes are shown so many times as large.", "1", 0.0, 1e4)

@@ -5,16 +5,15 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from flexarm_bringup.excite.plan import Wish
+from flexarm_model.arm_settings import LoopSettings
 from flexarm_model.identification.excitation import SIGNALS
 from flexarm_model.parameters import ParameterError, parameter
 
 
 @dataclass(frozen=True)
-class ExciteSettings:
+class ExciteSettings(LoopSettings):
     """Settings of the excite node."""
 
-    manipulator: str = parameter("single_link", "Name of a manipulator that comes along, or a YAML file.")
-    preset: str = parameter("geared", "Preset of that file; empty for none.")
     pose: tuple[float, ...] = parameter((), "Axes where the arm stands and is held; empty: home.", "rad or m")
     signal: str = parameter("multisine", "What is added to the torque.", choices=tuple(SIGNALS))
     band: tuple[float, ...] = parameter(
@@ -28,13 +27,6 @@ class ExciteSettings:
         Wish.share, "Of torque, strain, speed and range limits that the model may predict.", "1", 0.001, 1.0
     )
     ignore: tuple[str, ...] = parameter((), "Channels or sensors that may be wrong and are left out.")
-    lockstep: bool = parameter(False, "Wait for the ticks of the simulated rig.")
-    realtime_priority: int = parameter(
-        0,
-        "SCHED_FIFO priority while running, where the user may; 0 leaves it ordinary.",
-        minimum=0,
-        maximum=90,
-    )
     partners: tuple[str, ...] = parameter(("model", "guard", "rig"), "Nodes to wait for.")
     patience: float = parameter(60.0, "Longest wait without any progress.", "s", 1.0, 3600.0)
 
