@@ -109,6 +109,17 @@ def test_the_end_of_a_child_is_told_once_and_without_looking(tmp_path: Path) -> 
     assert told == [name, name]
 
 
+def test_the_end_of_a_child_is_told_while_the_rest_of_it_is_still_there(tmp_path: Path) -> None:
+    """A process that is killed takes a while to give its memory back; one that sleeps stands for it."""
+    lets_go = "import os, time; print('up', flush=True); os.close(0); time.sleep(60)"
+    told: list[str] = []
+    with start(tmp_path, python(lets_go)) as supervisor:
+        (name,) = supervisor.pids
+        with supervisor.telling(lambda process: told.append(process.name)):
+            until(lambda: told == [name])
+        assert supervisor.tend() == []
+
+
 @pytest.mark.parametrize("code", [0, 2, 3])
 def test_a_child_that_would_end_again_stays_away(code: int, tmp_path: Path) -> None:
     with start(tmp_path, python(f"raise SystemExit({code})")) as supervisor:

@@ -1,8 +1,8 @@
 """A node in reserve: its libraries are loaded, and nothing else is done, until it is called to its place.
 
-Who starts it marks its environment and makes one end of a pair of sockets its standard input. One byte from
-here tells that the libraries are there, one byte from there that the place is empty; when the other end is
-closed, nobody will ever call. A reserve has no name and no ROS domain: no node knows of it.
+Who starts it marks its environment and gives it a line (``life_line``). One byte from here tells that the
+libraries are there, one byte from there that the place is empty; when the other end is closed, nobody will
+ever call. A reserve has no name and no ROS domain: no node knows of it.
 """
 
 from __future__ import annotations
@@ -17,7 +17,6 @@ from flexarm_model.loading import Loading
 MARK = "FLEXARM_RESERVE"
 LOADED, COME = b"l", b"c"
 _NICE = 10  # of the thread that loads: the nodes at work come first
-_STANDARD_INPUT = 0
 
 
 def is_reserve(environment: MutableMapping[str, str] = os.environ) -> bool:
@@ -25,21 +24,13 @@ def is_reserve(environment: MutableMapping[str, str] = os.environ) -> bool:
     return environment.pop(MARK, "") != ""
 
 
-def stand_by(module: str) -> bool:
-    """Load a module and wait; return whether the reserve was called."""
+def stand_by(module: str, line: socket.socket) -> bool:
+    """Load a module and wait; return whether the reserve was called on its line."""
     Loading((module,), _NICE).wait()
     gc.collect()
     gc.freeze()
-    with socket.socket(fileno=os.dup(_STANDARD_INPUT)) as caller:
-        _forget_standard_input()
-        try:
-            caller.sendall(LOADED)
-            return caller.recv(1) == COME
-        except OSError:  # the other end was killed
-            return False
-
-
-def _forget_standard_input() -> None:
-    nothing = os.open(os.devnull, os.O_RDONLY)
-    os.dup2(nothing, _STANDARD_INPUT)
-    os.close(nothing)
+    try:
+        line.sendall(LOADED)
+        return line.recv(1) == COME
+    except OSError:  # the other end was killed
+        return False

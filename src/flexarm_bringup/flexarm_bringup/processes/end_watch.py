@@ -1,8 +1,9 @@
-"""Tells at once that a process has ended: a thread waits for what the kernel says of it (pidfd_open(2)).
+"""Tells at once that a process has ended: a thread waits for what the kernel says of it.
 
-Who only looks now and then is late by his own work. Linux before 5.3 has no such descriptors: nothing is told
-there, and who looks finds it. Where the user may, the thread has a priority like those of the nodes, so that
-a busy machine does not keep it waiting.
+That is the first of two: its line is let go of (``child``), within a millisecond where the process does so
+(``flexarm_model.life_line``); or there is nothing left of it (pidfd_open(2); Linux from 5.3 on). Who only
+looks now and then is late by his own work. Where the user may, the thread has a priority like those of the
+nodes, so that a busy machine does not keep it waiting.
 """
 
 from __future__ import annotations
@@ -11,9 +12,19 @@ import os
 import selectors
 from collections.abc import Callable
 from contextlib import suppress
-from threading import Thread
+from dataclasses import dataclass, field
+from threading import Lock, Thread
+
+from flexarm_bringup.processes.child import Child
 
 PRIORITY = 65  # SCHED_FIFO; below the guard, above what it watches
+
+
+@dataclass
+class _Watched:
+    name: str
+    descriptors: list[int] = field(default_factory=list)
+    has_ended: bool = False
 
 
 class EndWatch:
@@ -26,17 +37,20 @@ class EndWatch:
         """Wait for nobody yet; ``tell`` is given the name of who has ended."""
         self._tell = tell
         self._selector = selectors.DefaultSelector()
+        self._changing = Lock()
         self._awake, self._wake = os.pipe()
-        self._selector.register(self._awake, selectors.EVENT_READ, "")
+        self._selector.register(self._awake, selectors.EVENT_READ)
         self._thread = Thread(target=self._wait, name="end watch", daemon=True)
         self._thread.start()
 
-    def add(self, name: str, pid: int) -> None:
+    def add(self, name: str, child: Child) -> None:
         """Wait for a process, too; also for one that has ended, but has not been asked for its exit code."""
-        try:
-            self._selector.register(os.pidfd_open(pid), selectors.EVENT_READ, name)
-        except (AttributeError, OSError):  # no Linux, an old one, or not permitted
-            return
+        watched = _Watched(name, [os.dup(child.line.fileno())])
+        with suppress(AttributeError, OSError):  # no Linux, an old one, or not permitted
+            watched.descriptors.append(os.pidfd_open(child.pid))
+        with self._changing:
+            for descriptor in watched.descriptors:
+                self._selector.register(descriptor, selectors.EVENT_READ, watched)
 
     def close(self) -> None:
         """Wait no more; nothing is told after this."""
@@ -51,8 +65,15 @@ class EndWatch:
             os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(PRIORITY))  # of this thread alone
         while True:
             for key, _ in self._selector.select():
-                if not key.data:
+                if key.data is None:
                     return
-                self._selector.unregister(key.fd)
-                os.close(key.fd)
-                self._tell(key.data)
+                if not key.data.has_ended:
+                    key.data.has_ended = True
+                    self._tell(key.data.name)
+                    self._forget(key.data)
+
+    def _forget(self, watched: _Watched) -> None:
+        with self._changing:
+            for descriptor in watched.descriptors:
+                self._selector.unregister(descriptor)
+                os.close(descriptor)

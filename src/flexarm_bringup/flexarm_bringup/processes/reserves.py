@@ -6,17 +6,14 @@ it takes no longer than writing a byte. There is one for every process, its own 
 
 from __future__ import annotations
 
-import os
 import signal
 import socket
-import subprocess
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
+from flexarm_bringup.processes.child import Child
 from flexarm_bringup.processes.graph import Process
 from flexarm_model.reserve import COME, LOADED
-
-Child = subprocess.Popen[bytes]
 
 
 @dataclass
@@ -25,12 +22,10 @@ class Reserve:
 
     Attributes:
         child: The process.
-        line: Our end of its standard input.
         is_loaded: It has told that it can be called.
     """
 
     child: Child
-    line: socket.socket
     is_loaded: bool = False
 
     def hear(self) -> None:
@@ -38,7 +33,7 @@ class Reserve:
         if self.is_loaded:
             return
         try:
-            self.is_loaded = self.line.recv(1, socket.MSG_DONTWAIT) == LOADED
+            self.is_loaded = self.child.line.recv(1, socket.MSG_DONTWAIT) == LOADED
         except OSError:  # nothing yet, or it has ended
             return
 
@@ -48,25 +43,23 @@ class Reserve:
         if not self.is_loaded or self.child.poll() is not None:
             return False
         try:
-            self.line.sendall(COME)
+            self.child.line.sendall(COME)
         except OSError:  # it ends just now
             return False
-        self.line.close()
         return True
 
     def end(self) -> None:
         """End it at once: it holds nothing."""
-        self.line.close()
-        if self.child.poll() is None:
-            os.killpg(self.child.pid, signal.SIGKILL)
-        self.child.wait()
+        self.child.line.close()
+        self.child.signal(signal.SIGKILL)
+        self.child.process.wait()
 
 
 class Reserves:
     """At most one reserve for every process of a graph."""
 
-    def __init__(self, start: Callable[[Process, socket.socket], Child]) -> None:
-        """Have none; ``start`` starts one, with a socket for its standard input."""
+    def __init__(self, start: Callable[[Process], Child]) -> None:
+        """Have none; ``start`` starts one."""
         self._start = start
         self._waiting: dict[str, Reserve] = {}
 
@@ -77,7 +70,7 @@ class Reserves:
         """
         for process in processes:
             if process.name not in self._waiting:
-                self._waiting[process.name] = self._new(process)
+                self._waiting[process.name] = Reserve(self._start(process))
             reserve = self._waiting[process.name]
             reserve.hear()
             if not reserve.is_loaded and reserve.child.poll() is None:
@@ -97,8 +90,3 @@ class Reserves:
         for reserve in self._waiting.values():
             reserve.end()
         self._waiting.clear()
-
-    def _new(self, process: Process) -> Reserve:
-        ours, theirs = socket.socketpair()
-        with theirs:
-            return Reserve(self._start(process, theirs), ours)

@@ -1,19 +1,15 @@
 """Starts the processes of a graph on a machine without ``ros2 launch``, and takes them all down.
 
-Every child has its own process group, so that Ctrl-C in the terminal reaches only the supervisor,
-which then stops the children in order: SIGINT, SIGTERM, SIGKILL, each after a grace period. The
-kernel sends them SIGTERM should the supervisor itself be killed. Whether a node is ready is told
-by its ``~/ready`` topic, not by the supervisor. Who asks it to ``tend`` gets crashed processes back, sooner
-where he had it ``provide`` reserves; who has to act when one ends is told at once (``telling``).
+Every child has its own process group, so that Ctrl-C in the terminal reaches only the supervisor, which then
+stops the children in order: SIGINT, SIGTERM, SIGKILL, each after a grace period. Whether a node is ready is
+told by its ``~/ready`` topic, not by the supervisor. Who asks it to ``tend`` gets crashed processes back,
+sooner where he had it ``provide`` reserves; who has to act when one ends is told at once (``telling``).
 """
 
 from __future__ import annotations
 
-import ctypes
 import os
 import signal
-import socket
-import subprocess
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -22,9 +18,10 @@ from pathlib import Path
 from types import TracebackType
 
 from flexarm_bringup.installed import find_executable
+from flexarm_bringup.processes.child import Child, start_child
 from flexarm_bringup.processes.end_watch import EndWatch
 from flexarm_bringup.processes.graph import Process, ros_arguments
-from flexarm_bringup.processes.reserves import Child, Reserves
+from flexarm_bringup.processes.reserves import Reserves
 from flexarm_bringup.processes.surroundings import defaults, of_life
 from flexarm_model.reserve import MARK
 
@@ -32,7 +29,6 @@ GRACE = ((signal.SIGINT, 5.0), (signal.SIGTERM, 2.0), (signal.SIGKILL, 2.0))  # 
 POLL_PERIOD = 0.01  # s
 RESPAWNS, WITHIN = 3, 30.0  # a process that crashes more often within so many seconds stays away
 ON_PURPOSE = (0, 2, 3)  # exit codes: asked to end, wrong configuration, name taken: it would end again
-_PR_SET_PDEATHSIG = 1  # linux/prctl.h
 _REEXECUTED = ("_ROS_WHEELS_BOOTSTRAP_COMPLETE",)  # marks of the parent's interpreter, not of the child's
 
 
@@ -138,6 +134,7 @@ class Supervisor:
                 process = self._processes[name]
                 endings.append(Ending(process, code, self._last_line(name), self._may_return(process, code)))
                 if endings[-1].returns:
+                    self._children[name].line.close()
                     self._children[name] = self._reserves.call(name) or self._start(process, "ab")
                     self._watch_end(name)
                 else:
@@ -169,11 +166,12 @@ class Supervisor:
         """
         self._reserves.end()
         for number, seconds in grace:
-            for name, child in self._children.items():
-                if name not in self.exit_codes():
-                    _signal_group(child.pid, number)
+            for child in self._children.values():
+                child.signal(number)
             if self.wait(seconds):
                 break
+        for child in self._children.values():
+            child.line.close()
         return self.exit_codes()
 
     def __enter__(self) -> Supervisor:
@@ -198,53 +196,19 @@ class Supervisor:
         return sum(now - at < WITHIN for at in crashes) <= RESPAWNS
 
     def _start(self, process: Process, mode: str) -> Child:
-        life = of_life(len(self._crashes[process.name]))
-        return self._open(process, mode, life, subprocess.DEVNULL)
+        return self._open(process, mode, of_life(len(self._crashes[process.name])))
 
-    def _start_reserve(self, process: Process, line: socket.socket) -> Child:
+    def _start_reserve(self, process: Process) -> Child:
         life = of_life(len(self._crashes[process.name]) + 1)
-        return self._open(process, "ab", {**life, MARK: "1"}, line.fileno())
+        return self._open(process, "ab", {**life, MARK: "1"})
 
-    def _open(self, process: Process, mode: str, own: Mapping[str, str], stdin: int) -> Child:
-        with self.log(process.name).open(mode) as log:
-            return subprocess.Popen(
-                self._command(process),
-                env={**self.environment, **own},
-                stdin=stdin,
-                stdout=log,
-                stderr=subprocess.STDOUT,
-                start_new_session=True,
-                preexec_fn=_die_with(os.getpid()),
-            )
+    def _open(self, process: Process, mode: str, own: Mapping[str, str]) -> Child:
+        return start_child(self._command(process), {**self.environment, **own}, self.log(process.name), mode)
 
     def _watch_end(self, name: str) -> None:
         if self._ends is not None:
-            self._ends.add(name, self._children[name].pid)
+            self._ends.add(name, self._children[name])
 
     def _last_line(self, name: str) -> str:
         lines = self.log(name).read_text(encoding="utf8", errors="replace").split("\n")
         return next((line for line in reversed(lines) if line.strip()), "it said nothing")
-
-
-def _die_with(parent: int) -> Callable[[], None]:
-    """Return what a child does before it becomes the program.
-
-    It asks for SIGTERM when the parent dies, and hears SIGINT even if a shell that started us in the
-    background had it ignored.
-    """
-    prctl = ctypes.CDLL(None, use_errno=True).prctl
-
-    def ask() -> None:
-        prctl(_PR_SET_PDEATHSIG, signal.SIGTERM, 0, 0, 0)
-        signal.signal(signal.SIGINT, signal.SIG_DFL)
-        if os.getppid() != parent:  # it died before we asked
-            os._exit(1)
-
-    return ask
-
-
-def _signal_group(pid: int, number: int) -> None:
-    try:
-        os.killpg(pid, number)
-    except ProcessLookupError:  # ended meanwhile
-        return
