@@ -65,3 +65,42 @@ def test_a_node_starts_without_libraries_that_it_needs_now_and_then(module: str)
     code = f"import sys, {module}; print(*({HEAVY!r} & set(sys.modules)))"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert set(done.stdout.split()) <= LOADED[module]
+
+
+REHEARSED = """
+import os
+import sys
+from importlib import import_module
+import rclpy
+from flexarm_model import ahead, node
+module = sys.argv[0]
+ahead.make_ahead(module, sys.argv)
+assert len(ahead._MADE) == 1
+node.run_node = lambda factory: rclpy.init(args=sys.argv) or factory() and len(ahead._MADE)
+main = import_module(module)
+main.run_node = node.run_node
+print("left:", main.main(), flush=True)
+os._exit(0)  # it has never run
+"""
+
+
+@pytest.mark.ros
+@pytest.mark.parametrize("module", LOADED)
+def test_a_node_asks_for_what_its_reserve_has_made(module: str) -> None:
+    """Were one argument another, it would silently be made again, and a node that crashed be back late."""
+    pytest.importorskip("flexarm_interfaces")
+    from domain_coordinator import domain_id
+
+    from flexarm_bringup.processes.graph import rig_graph, ros_arguments
+
+    name = module.rpartition(".")[2].removesuffix("_node")
+    settings = {"rig": {"seed": 3, "noise": 0.5}, "guard": {"start": [0.2]}, "model": {"start": [0.2]}}
+    (row,) = (row for row in rig_graph(settings=settings) if row.name == name)
+    with domain_id() as domain:
+        own = {"ROS_DOMAIN_ID": str(domain), "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}
+        code = f"import sys; sys.argv[0] = {module!r}\n{REHEARSED}"
+        command = [sys.executable, "-c", code, *ros_arguments(row, {})]
+        done = subprocess.run(
+            command, env={**os.environ, **own}, capture_output=True, text=True, timeout=120.0, check=False
+        )
+    assert "left: 0" in done.stdout, done.stderr

@@ -34,14 +34,17 @@ from flexarm_bringup.message_class import message_class
 from flexarm_bringup.rig_health_node import RigHealth
 from flexarm_bringup.sim.conversions import joint_state_msg, samples_to_msgs, truth_msg
 from flexarm_bringup.sim.drives import Drives, drive_limits
+from flexarm_bringup.sim.plant import Plant
 from flexarm_bringup.sim.rig import RigSettings
 from flexarm_bringup.sim.sample import Sample
 from flexarm_bringup.sim.sensor_fault_text import parse_faults
 from flexarm_bringup.topics import streams
 from flexarm_controller.drives.conversions import drive_state_msg
+from flexarm_model.ahead import made
 from flexarm_model.arm_settings import LoopSettings
 from flexarm_model.conversions import NS_PER_S, ns_to_stamp, stamp_to_ns
 from flexarm_model.declared_node import declare_configs, load_arm, told_by
+from flexarm_model.description import ManipulatorConfig
 from flexarm_model.diagnosis import DiagnosticsConfig
 from flexarm_model.managed_node import LifeSettings, ManagedNode
 from flexarm_model.node import (
@@ -90,7 +93,8 @@ class RigNode(ManagedNode):
 
     def activate(self) -> None:
         """Build the hardware at rest; its time begins."""
-        self.drives = Drives(self.config, self._simulation, faults=self._faults)
+        plant = made(_plant_of, self.config, self._simulation)
+        self.drives = Drives(self.config, self._simulation, plant, self._faults)
         limits = drive_limits(self.config, self.drives.rig, self.settings.silence)
         self._side = DriveSide(self, limits, self.settings.lockstep)
         period = None if self.settings.lockstep else self.drives.rig.dt
@@ -207,6 +211,13 @@ class RigNode(ManagedNode):
         self.tell_ready({"hardware": lambda: True})
         if not self.settings.lockstep:
             self.create_timer(self.drives.rig.dt, self.on_timer, clock=self._steady)
+
+
+def _plant_of(arm: ManipulatorConfig, simulation: RigSettings) -> Plant:
+    return Plant(arm, round(NS_PER_S / arm.rate_hz) * 1e-9, simulation.plant)
+
+
+AHEAD = (_plant_of, RigSettings)  # see flexarm_model.ahead
 
 
 def main() -> int:

@@ -49,6 +49,7 @@ from flexarm_controller.settings import ControllerConfig, MarginConfig, MpcConfi
 from flexarm_controller.states_node import Duties, PacedStates, States, TickedStates
 from flexarm_controller.time_budget import Clocks
 from flexarm_controller.told_state import ToldState
+from flexarm_model.ahead import made
 from flexarm_model.arm_settings import LoopSettings
 from flexarm_model.declared_node import declare_configs, load_arm
 from flexarm_model.description import ManipulatorConfig
@@ -83,7 +84,7 @@ class ControllerNode(ManagedNode):
 
     def configure(self) -> None:
         """Build the kinematics of the tip."""
-        self._tip = TipKinematics(ReducedTree(self._config))
+        self._tip = made(_tip_of, self._config)
 
     def activate(self) -> None:
         """Begin without model, state and session; subscribe."""
@@ -184,6 +185,13 @@ class ControllerNode(ManagedNode):
         if self.settings.lockstep:
             return TickedStates(self, duties)
         return PacedStates(self, duties, self._inputs.config.period)
+
+
+def _tip_of(arm: ManipulatorConfig) -> TipKinematics:
+    return TipKinematics(ReducedTree(arm))
+
+
+AHEAD = (_tip_of,)  # see flexarm_model.ahead
 
 
 def main() -> int:

@@ -40,6 +40,7 @@ from flexarm_controller.guard_cycle import GuardCycle
 from flexarm_controller.guard_exchange import GuardExchange
 from flexarm_controller.guard_settings import GuardNodeSettings, GuardSettings
 from flexarm_controller.guard_voice_node import GuardVoice
+from flexarm_model.ahead import made
 from flexarm_model.conversions import stamp_to_ns
 from flexarm_model.declared_node import declare_configs, load_arm, told_by
 from flexarm_model.diagnosis import DiagnosticsConfig
@@ -56,6 +57,7 @@ from flexarm_model.node import (
 from flexarm_model.start_pose import starting_at
 
 SENSORS = ("drive_states", "strain")
+AHEAD = (GuardExchange, GuardSettings, None)  # see flexarm_model.ahead
 
 
 class GuardNode(ManagedNode):
@@ -76,10 +78,9 @@ class GuardNode(ManagedNode):
 
     def activate(self) -> None:
         """Start stopped."""
-        limits = self._limits
-        self.exchange = GuardExchange(self._config, limits, 0 if self.settings.lockstep else None)
+        self.exchange = made(GuardExchange, self._config, self._limits, 0 if self.settings.lockstep else None)
         self.guard = self.exchange.guard
-        self._most_stood = limits.max_age
+        self._most_stood = self._limits.max_age
         self._steady = Clock(clock_type=ClockType.STEADY_TIME)
         self._cycle = GuardCycle(self.exchange.period_ns * 1e-9, self.settings.patience)
         self._lockstep = Lockstep(SENSORS, self.on_tick_complete)

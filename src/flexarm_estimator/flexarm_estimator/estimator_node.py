@@ -52,6 +52,7 @@ from flexarm_estimator.interventions.set_noise import SetNoise
 from flexarm_estimator.interventions.toggle_sensor import ToggleSensor
 from flexarm_estimator.settings import EstimatorConfig
 from flexarm_estimator.settled_node import SettledFilter
+from flexarm_model.ahead import made
 from flexarm_model.arm_settings import LoopSettings
 from flexarm_model.conversions import stamp_to_ns, verdict_to_msg
 from flexarm_model.declared_node import declare_configs, load_arm
@@ -68,6 +69,7 @@ from flexarm_model.node import (
 )
 
 DIAGNOSTICS_PERIOD = 1.0  # s
+AHEAD = (EstimatorExchange, EstimatorConfig, None)  # see flexarm_model.ahead
 LIBRARIES = ("filterpy.kalman",)  # for steps with refused rows
 MOST_BYTES = 100_000  # of a sensor's message; 10 MB take 30 MB and several periods to be made one of rclpy's
 _TYPES = {"joint_states": JointState, "strain": StrainArray, "camera/pose": PoseWithCovarianceStamped}
@@ -98,7 +100,7 @@ class EstimatorNode(ManagedNode):
         """Begin without a state; subscribe to the sensors."""
         config, lockstep = self._config, self.settings.lockstep
         self._health = EstimatorHealth(None if lockstep else 1.0 / config.rate_hz, self._thresholds)
-        self.exchange = EstimatorExchange(config, self._filter, 0 if lockstep else None)
+        self.exchange = made(EstimatorExchange, config, self._filter, 0 if lockstep else None)
         self._lockstep = Lockstep(self.exchange.topics, self.on_tick_complete)
         self._said, self._settled = "", SettledFilter(self, 1.0 / config.rate_hz)
         self._connect()

@@ -9,7 +9,7 @@ from __future__ import annotations
 import gc
 import os
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from importlib import import_module
 from threading import Thread, get_native_id
 
@@ -19,14 +19,17 @@ _SLICE = 5e-4  # s that the thread keeps the interpreter while a callback waits;
 class Loading:
     """Loads modules, one after the other."""
 
-    def __init__(self, modules: Sequence[str], nice: int = 0) -> None:
+    def __init__(
+        self, modules: Sequence[str], nice: int = 0, then: Callable[[], None] = lambda: None
+    ) -> None:
         """Begin.
 
         Args:
             modules: By their full names.
             nice: Of the thread, nice(2); Linux keeps it for each thread.
+            then: Called in the same thread when they are there.
         """
-        self._thread = Thread(target=_load, args=(tuple(modules), nice), name="loading", daemon=True)
+        self._thread = Thread(target=_load, args=(tuple(modules), nice, then), name="loading", daemon=True)
         self._thread.start()
 
     @property
@@ -39,7 +42,7 @@ class Loading:
         self._thread.join()
 
 
-def _load(modules: Sequence[str], nice: int) -> None:
+def _load(modules: Sequence[str], nice: int, then: Callable[[], None]) -> None:
     if nice:
         os.setpriority(os.PRIO_PROCESS, get_native_id(), nice)
     usual = sys.getswitchinterval()
@@ -47,6 +50,7 @@ def _load(modules: Sequence[str], nice: int) -> None:
     try:
         for module in modules:
             import_module(module)
+        then()
     finally:
         sys.setswitchinterval(usual)
     gc.freeze()  # what was loaded stays: collections need not look at it

@@ -7,6 +7,7 @@ from collections import OrderedDict
 import numpy as np
 from numpy.typing import NDArray
 
+from flexarm_model.description import ManipulatorConfig
 from flexarm_model.linearize import linearize
 from flexarm_model.reduced_model import ReducedModel
 from flexarm_model.reduced_tree import ReducedTree
@@ -20,6 +21,9 @@ class ModelCache:
     """Gives ``linearize(tree, pose)``, computed once per pose.
 
     A pose matches when every value of it does; -0 is 0.
+
+    Attributes:
+        tree: The dynamics.
     """
 
     def __init__(self, tree: ReducedTree, capacity: int = CAPACITY) -> None:
@@ -34,7 +38,7 @@ class ModelCache:
         """
         if capacity < 1:
             raise ValueError(f"capacity {capacity}: must be at least 1")
-        self._tree, self._capacity = tree, capacity
+        self.tree, self._capacity = tree, capacity
         self._models: OrderedDict[tuple[float, ...], ReducedModel] = OrderedDict()
 
     def __len__(self) -> int:
@@ -50,11 +54,22 @@ class ModelCache:
         Raises:
             PoseError, ClosureError: There is none; such a pose is tried again each time.
         """
-        pose = np.array(self._tree.config.home if pose is None else pose, dtype=float)
+        pose = np.array(self.tree.config.home if pose is None else pose, dtype=float)
         key = tuple(pose.ravel().tolist())
         if key not in self._models:
-            self._models[key] = linearize(self._tree, pose)
+            self._models[key] = linearize(self.tree, pose)
             if len(self._models) > self._capacity:
                 self._models.popitem(last=False)
         self._models.move_to_end(key)
         return self._models[key]
+
+
+def cache_at_home(arm: ManipulatorConfig) -> ModelCache:
+    """Return a cache with the model at home.
+
+    Raises:
+        ClosureError: A loop cannot be closed there.
+    """
+    cache = ModelCache(ReducedTree(arm))
+    cache.at()
+    return cache

@@ -34,6 +34,7 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 from trajectory_msgs.msg import JointTrajectory
 
+from flexarm_model.ahead import made
 from flexarm_model.arm_settings import ArmSettings
 from flexarm_model.closure_error import ClosureError
 from flexarm_model.conversions import (
@@ -49,7 +50,7 @@ from flexarm_model.diagnosis import Level, Verdict
 from flexarm_model.diagnostics_node import Diagnostics
 from flexarm_model.linearize import PoseError, linearize
 from flexarm_model.managed_node import LifeSettings, ManagedNode
-from flexarm_model.model_cache import ModelCache
+from flexarm_model.model_cache import cache_at_home
 from flexarm_model.model_schedule import ModelSchedule, ScheduleSettings, periods_between_looks
 from flexarm_model.node import (
     LATCHED_QOS,
@@ -62,9 +63,9 @@ from flexarm_model.node import (
 from flexarm_model.parameters import parameter
 from flexarm_model.pending_models import PendingModels
 from flexarm_model.reduced_model import ReducedModel
-from flexarm_model.reduced_tree import ReducedTree
 from flexarm_model.start_pose import starting_at
 
+AHEAD = (cache_at_home,)  # see flexarm_model.ahead
 FOLLOWING_LEAD_NS = 100_000_000  # a model of the measured pose holds so much later: all must have it by then
 
 
@@ -100,8 +101,8 @@ class ModelNode(ManagedNode):
 
     def configure(self) -> None:
         """Build the tree and compile it."""
-        self.tree = ReducedTree(self._config)
-        self.cache = ModelCache(self.tree)
+        self.cache = made(cache_at_home, self._config)
+        self.tree = self.cache.tree
 
     def activate(self) -> None:
         """Publish the model at home."""

@@ -1,4 +1,4 @@
-"""A node in reserve: its libraries are loaded, and nothing else is done, until it is called to its place.
+"""A node in reserve: it has loaded its libraries, made what it can (``ahead``), and waits for its call.
 
 Who starts it marks its environment and gives it a line (``life_line``). One byte from here tells that the
 libraries are there, one byte from there that the place is empty; when the other end is closed, nobody will
@@ -10,6 +10,7 @@ from __future__ import annotations
 import gc
 import os
 import socket
+import sys
 from collections.abc import MutableMapping
 
 from flexarm_model.loading import Loading
@@ -25,8 +26,14 @@ def is_reserve(environment: MutableMapping[str, str] = os.environ) -> bool:
 
 
 def stand_by(module: str, line: socket.socket) -> bool:
-    """Load a module and wait; return whether the reserve was called on its line."""
-    Loading((module,), _NICE).wait()
+    """Load a module, make what it says and wait; return whether the reserve was called on its line."""
+
+    def make() -> None:
+        from flexarm_model.ahead import make_ahead  # an ordinary process does without
+
+        make_ahead(module, sys.argv)
+
+    Loading((module,), _NICE, make).wait()
     gc.collect()
     gc.freeze()
     try:
