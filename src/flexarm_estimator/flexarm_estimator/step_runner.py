@@ -17,10 +17,9 @@ from numpy.typing import NDArray
 from flexarm_estimator.filter import Belief
 from flexarm_estimator.gate import normalised_square
 from flexarm_estimator.joint_step import PreparedStep
-from flexarm_model.compiled import build_library, find_compiler
+from flexarm_model.machine_code import load_code
 
 Array = NDArray[np.float64]
-FLAGS = ("-std=c99", "-O3", "-fPIC", "-shared", "-ffp-contract=off")
 SOURCE = Path(__file__).with_name("joint_steps.c")
 _FIRST_LENGTH = 64  # steps in one call; grows
 
@@ -59,13 +58,13 @@ class PlainRunner(StepRunner):
 class CompiledRunner(StepRunner):
     """In machine code, on fixed buffers."""
 
-    def __init__(self, library: Path, n_x: int, rows: int) -> None:
-        """Load the code for ``n_x`` states and at most ``rows`` rows in a step."""
+    def __init__(self, code: ctypes.PyDLL, n_x: int, rows: int) -> None:
+        """Bind the code for ``n_x`` states and at most ``rows`` rows in a step."""
         lead = n_x + rows
         self._x, self._P = np.zeros(n_x), np.zeros((n_x, n_x))
         self._work = np.zeros(2 * lead + lead * lead + n_x * lead + max(n_x * n_x, rows * (rows + 1)))
         self._fixed = [ctypes.c_void_p(array.ctypes.data) for array in (self._x, self._P, self._work)]
-        self._call = ctypes.PyDLL(str(library)).flexarm_joint_steps
+        self._call = code.flexarm_joint_steps
         self._call.restype = ctypes.c_int64
         self._reserve(_FIRST_LENGTH)
 
@@ -91,6 +90,5 @@ def make_runner(n_x: int, rows: int, use_compiler: bool = True) -> StepRunner:
         rows: Largest number of rows in one step.
         use_compiler: False takes NumPy.
     """
-    compiler = find_compiler() if use_compiler else None
-    library = None if compiler is None else build_library(SOURCE, compiler, FLAGS)
-    return PlainRunner() if library is None else CompiledRunner(library, n_x, rows)
+    code = load_code(SOURCE) if use_compiler else None
+    return PlainRunner() if code is None else CompiledRunner(code, n_x, rows)

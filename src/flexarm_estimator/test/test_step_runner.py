@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 from planar_strip import DT, ROW_SENSORS, SENSORS, StripKinematics, arriving, simulate, strip_model
 
-from flexarm_estimator import step_runner
 from flexarm_estimator.estimator import Estimator
 from flexarm_estimator.filter import Belief, GuardedFilter, innovation_covariance
 from flexarm_estimator.gate import normalised_square
@@ -17,6 +16,7 @@ from flexarm_estimator.settings import EstimatorConfig
 from flexarm_estimator.stack import Stack, StackedSample, stack_rows
 from flexarm_estimator.step_runner import CompiledRunner, PlainRunner, make_runner
 from flexarm_estimator.tip import PlainTip
+from flexarm_model import machine_code
 from flexarm_model.compiled import find_compiler
 
 needs_compiler = pytest.mark.skipif(find_compiler() is None, reason="no C compiler")
@@ -183,13 +183,13 @@ def test_an_estimator_without_a_compiler_says_the_same():
 
 
 def test_without_a_compiler_numpy_computes(monkeypatch):
-    monkeypatch.setattr(step_runner, "find_compiler", lambda: None)
+    monkeypatch.setattr(machine_code, "find_compiler", lambda: None)
     assert isinstance(make_runner(9, 3), PlainRunner)
 
 
 def test_with_a_compiler_that_fails_numpy_computes(monkeypatch, tmp_path):
     monkeypatch.setenv("FLEXARM_CACHE", str(tmp_path))
-    monkeypatch.setattr(step_runner, "find_compiler", lambda: "/bin/false")
+    monkeypatch.setattr(machine_code, "find_compiler", lambda: "/bin/false")
     assert isinstance(make_runner(9, 3), PlainRunner)
 
 

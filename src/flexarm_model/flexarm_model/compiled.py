@@ -14,6 +14,7 @@ import shutil
 import subprocess
 import tempfile
 from collections.abc import Iterator, Mapping
+from functools import cache
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -136,7 +137,14 @@ def _shaped(flat: Array, size: tuple[int, int]) -> Array:
 
 def find_compiler() -> str | None:
     """Return the C compiler's path, or None when there is none."""
-    return next((path for name in ("gcc", "cc", "g++", "clang") if (path := shutil.which(name))), None)
+    return _find_compiler(os.environ.get("PATH"))
+
+
+@cache
+def _find_compiler(path: str | None) -> str | None:
+    """Look along a path once; a model that is adopted while the arm moves asks again."""
+    found = (shutil.which(name, path=path) for name in ("gcc", "cc", "g++", "clang"))
+    return next((compiler for compiler in found if compiler), None)
 
 
 def cache_folder() -> Path:

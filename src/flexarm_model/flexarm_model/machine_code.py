@@ -6,11 +6,12 @@ One call from Python then does what would take hundreds; see ``closing.c``.
 from __future__ import annotations
 
 import ctypes
+from functools import cache
 from pathlib import Path
 
 import numpy as np
 
-from flexarm_model.compiled import FLAGS, FastFunction, build_library, find_compiler
+from flexarm_model.compiled import FLAGS, FastFunction, build_library, cache_folder, find_compiler
 
 FAST = ("-std=c99", "-O3", *FLAGS[1:])  # for the few loops that are written by hand
 
@@ -55,8 +56,17 @@ class MachineCode:
         return ctypes.addressof(self.layout)
 
 
-def load_code(source: Path) -> ctypes.PyDLL | None:
-    """Return a C file of ours as a library; None where there is no working compiler."""
+def load_code(source: Path, flags: tuple[str, ...] = FAST) -> ctypes.PyDLL | None:
+    """Return a C file of ours as a library; None where there is no working compiler.
+
+    It is built and loaded once: a model that is adopted while the arm moves finds it ready.
+    """
     compiler = find_compiler()
-    library = None if compiler is None else build_library(source, compiler, FAST)
+    return None if compiler is None else _load(source, compiler, flags, cache_folder())
+
+
+@cache
+def _load(source: Path, compiler: str, flags: tuple[str, ...], folder: Path) -> ctypes.PyDLL | None:
+    """Build a library into the folder of compiled code and load it."""
+    library = build_library(source, compiler, flags)
     return None if library is None else ctypes.PyDLL(str(library))
