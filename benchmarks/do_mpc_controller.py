@@ -43,7 +43,9 @@ class DoMpcController:
         self._write_limits(mpc, model, limits, config, dt)
         self._template = mpc.get_tvp_template()
         mpc.set_tvp_fun(self._parameters)
-        mpc.setup()
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", FutureWarning)  # do-mpc gives CasADi's values to NumPy
+            mpc.setup()
         self._is_started = False
 
     def step(self, p_now: Array, reference: Array) -> Array:

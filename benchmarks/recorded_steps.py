@@ -24,7 +24,6 @@ from flexarm_bringup.static_arm import StaticArm
 from flexarm_bringup.tasks.course import plan_course
 from flexarm_bringup.tasks.task import Task
 from flexarm_bringup.tasks.task_for import task_for
-from flexarm_controller.guard import Guard
 from flexarm_controller.guard_settings import GuardSettings, guard_limits
 from flexarm_controller.laws import LAWS, LawInputs
 from flexarm_controller.limits import Limits
@@ -176,8 +175,8 @@ def _run(
     config = replace(config, home=course.home)
     settings: LoopSettings = loop_settings(task, "mpc", RigSettings())
     recording = Recording(config.name, settings.mpc, 1 / config.rate_hz, course.reference)
-    hardware = Hardware(config, settings.rig)
-    hardware.guard = Guard(guard_limits(replace(guarded, home=course.home), tree, GuardSettings()))
+    limits = guard_limits(replace(guarded, home=course.home), tree, GuardSettings())
+    hardware = Hardware(config, settings.rig, limits=limits)
     law = {"mpc": lambda model, given: RecordingLaw(recording, model, given)}
     with mock.patch.dict(LAWS, law):
         ticks, _ = run_loop(

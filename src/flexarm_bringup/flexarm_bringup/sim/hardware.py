@@ -19,6 +19,7 @@ from flexarm_bringup.sim.sample import Sample
 from flexarm_bringup.sim.sensor_faults import SensorFault
 from flexarm_controller.guard import STOPPED, Guard, GuardCommand, GuardState
 from flexarm_controller.guard_settings import GuardSettings, guard_limits
+from flexarm_controller.guarding.limits import GuardLimits
 from flexarm_controller.guarding.pose_loads import PoseLoads
 from flexarm_controller.guarding.strain_gauges import StrainGauges
 from flexarm_model.description import ManipulatorConfig
@@ -34,6 +35,7 @@ class Hardware:
         settings: GuardSettings | None = None,
         plant: Plant | None = None,
         faults: Mapping[str, SensorFault] | None = None,
+        limits: GuardLimits | None = None,
     ) -> None:
         """Build it at rest with the guard stopped.
 
@@ -43,10 +45,14 @@ class Hardware:
             settings: Of the guard.
             plant: A compiled plant to reuse.
             faults: What is wrong with the sensors, by name.
+            limits: Of the guard; by itself those that follow from the description and ``settings``.
+
+        Raises:
+            ConfigError: A motor cannot hold the weight of the arm everywhere in its range.
         """
         self.drives = Drives(config, simulation, plant, faults)
         tree = self.rig.plant.tree
-        self.guard = Guard(guard_limits(config, tree, settings or GuardSettings()))
+        self.guard = Guard(limits or guard_limits(config, tree, settings or GuardSettings()))
         self._loads, self._gauges = PoseLoads(tree), StrainGauges(config)
         self._seen = self.drives.state()  # by the guard
 
