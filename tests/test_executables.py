@@ -94,7 +94,11 @@ def test_a_node_asks_for_what_its_reserve_has_made(module: str) -> None:
     from flexarm_bringup.processes.graph import rig_graph, ros_arguments
 
     name = module.rpartition(".")[2].removesuffix("_node")
-    settings = {"rig": {"seed": 3, "noise": 0.5}, "guard": {"start": [0.2]}, "model": {"start": [0.2]}}
+    settings: dict[str, dict[str, object]] = {
+        "rig": {"seed": 3, "noise": 0.5},
+        "guard": {"start": [0.2]},
+        "model": {"start": [0.2]},
+    }
     (row,) = (row for row in rig_graph(settings=settings) if row.name == name)
     with domain_id() as domain:
         own = {"ROS_DOMAIN_ID": str(domain), "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}
