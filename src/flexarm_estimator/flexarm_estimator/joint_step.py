@@ -6,11 +6,12 @@ model is learned (``bilinear``)::
     J = Cov[y; x] = T P T' + [C Q C' + C M + M' C' + R, (Q C' + M)'; Q C' + M, Q] = L L'
     L = [L_y 0; L_xy L_x]   ->   P+ = L_x L_x'    x+ = x- + L_xy L_y^-1 nu
 
-It is filterpy's result to rounding, positive by construction, at a small part of the cost: a camera
-frame of 60 ms age replays a dozen such steps. Whatever is out of the ordinary goes through ``filter``.
+It is filterpy's result to rounding, positive or refused, at a small part of the cost: a camera frame of 60 ms
+age replays a dozen such steps, at 1 kHz sixty. Whatever is out of the ordinary goes through ``filter``.
 
-The steps are run by a ``StepRunner``: in machine code, or here with NumPy, where ``nu'`` is appended to
-J as one more row, so that the same factorisation solves ``L_y^-1 nu``.
+The steps are run by a ``StepRunner``: in machine code, which takes P+ as what is left of J once ``L_y`` is
+eliminated and leaves out the states that a step does not move; or here with NumPy, where ``nu'`` is appended
+to J as one more row, so that the same factorisation solves ``L_y^-1 nu``.
 """
 
 from __future__ import annotations

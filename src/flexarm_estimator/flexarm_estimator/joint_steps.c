@@ -4,6 +4,7 @@
  * operations depends on nothing but the sizes: an instant that is computed again gives the same bits.
  */
 #include "joint_algebra.h"
+#include "tiles.h"
 
 /* What instants with the same period and sensors share. */
 struct step {
@@ -81,56 +82,88 @@ static const double *map(
     return copy;
 }
 
+/* Copy the part of A below its diagonal to above it. */
+static void mirror(int64_t n, double *A, int64_t lead)
+{
+    for (int64_t j = 0; j < n; j++)
+        for (int64_t i = j + 1; i < n; i++)
+            A[j + i * lead] = A[i + j * lead];
+}
+
+/* Copy a matrix (rows, columns) to one with another leading dimension. */
+static void copy(int64_t rows, int64_t columns, const double *A, int64_t lead_a, double *to, int64_t lead)
+{
+    for (int64_t j = 0; j < columns; j++)
+        for (int64_t i = 0; i < rows; i++)
+            to[i + j * lead] = A[i + j * lead_a];
+}
+
+/* How many states at the end a step leaves as they are: their rows of A are those of the unit matrix. */
+static int64_t count_still(int64_t n, const double *A)
+{
+    for (int64_t i = n - 1; i >= 0; i--)
+        for (int64_t j = 0; j < n; j++)
+            if (A[i + j * n] != (double)(i == j))
+                return n - 1 - i;
+    return n;
+}
+
+/* How many of these move none of the others, the first ``moving`` states: their columns of A are empty. */
+static int64_t count_idle(int64_t n, int64_t moving, const double *A)
+{
+    for (int64_t j = n - 1; j >= moving; j--)
+        for (int64_t i = 0; i < moving; i++)
+            if (A[i + j * n] != 0.0)
+                return n - 1 - j;
+    return n - moving;
+}
+
 /* Covariance of the state, P- = A P A' + Q, both triangles, into a matrix with so many rows. */
 static void move(const struct step *s, const double *A, const double *P, int64_t lead, double *moved, double *work)
 {
-    int64_t n = s->n;
-    for (int64_t j = 0; j < n; j++) { /* work = A P */
-        double *column = work + j * n;
-        for (int64_t i = 0; i < n; i++)
-            column[i] = 0.0;
-        accumulate(n, n, 1.0, P + j * n, 1, A, n, column);
-    }
-    for (int64_t j = 0; j < n; j++) {
-        double *column = moved + j * lead;
-        for (int64_t i = j; i < n; i++)
-            column[i] = s->Q[i + j * n];
-        accumulate(n - j, n, 1.0, A + j, n, work + j, n, column + j);
-        for (int64_t i = j + 1; i < n; i++)
-            moved[j + i * lead] = column[i];
-    }
+    int64_t n = s->n, moving = n - count_still(n, A), terms = n - count_idle(n, moving, A);
+    double *AP = work, *start = AP + n * n;
+    for (int64_t i = 0; i < n * n; i++)
+        start[i] = 0.0;
+    multiply(moving, n, terms, 1.0, 0, A, n, (struct right){P, 1, n}, start, AP, n);
+    for (int64_t j = 0; j < n; j++)
+        for (int64_t i = moving; i < n; i++)
+            AP[i + j * n] = P[i + j * n];
+    copy(moving, moving, s->Q, n, start, lead);
+    multiply(moving, moving, terms, 1.0, 1, A, n, (struct right){AP, n, 1}, start, moved, lead);
+    for (int64_t j = 0; j < n; j++)
+        for (int64_t i = j > moving ? j : moving; i < n; i++)
+            moved[i + j * lead] = s->Q[i + j * n] + AP[j + i * n];
+    mirror(n, moved, lead);
 }
 
 /* The rows' part of J: G = P- C' + M' below S = C G + M C' + R, given P- in its place. */
-static void measure(const struct step *s, const double *C, int64_t lead, double *J)
+static void measure(const struct step *s, const double *C, int64_t lead, double *J, double *work)
 {
     int64_t n = s->n, m = s->m;
-    const double *moved = J + m + m * lead;
-    for (int64_t j = 0; j < m; j++) {
-        double *cross = J + m + j * lead;
+    struct right C_t = {C, m, 1};
+    double *start = work, *half = start + m * lead;
+    for (int64_t j = 0; j < m; j++)
         for (int64_t i = 0; i < n; i++)
-            cross[i] = s->M[j + i * m];
-        accumulate(n, n, 1.0, C + j, m, moved, lead, cross);
-    }
-    for (int64_t j = 0; j < m; j++) {
-        double *column = J + j * lead;
-        for (int64_t i = j; i < m; i++)
-            column[i] = s->R[i + j * m];
-        accumulate(m - j, n, 1.0, J + m + j * lead, 1, C + j, m, column + j);
-        accumulate(m - j, n, 1.0, C + j, m, s->M + j, m, column + j);
-    }
+            start[i + j * lead] = s->M[j + i * m];
+    multiply(n, m, n, 1.0, 0, J + m + m * lead, lead, C_t, start, J + m, lead);
+    copy(m, m, s->R, m, start, lead);
+    multiply(m, m, n, 1.0, 1, C, m, (struct right){J + m, 1, lead}, start, half, lead);
+    multiply(m, m, n, 1.0, 1, s->M, m, C_t, half, J, lead);
 }
 
-/* P = L_x L_x' of the factor L of J */
-static void square(int64_t n, int64_t lead, const double *L_x, double *P)
+/* P = what is left of J once y is known; 0, with P untouched, when that is not positive definite. */
+static int leave(int64_t n, int64_t m, int64_t lead, const double *J, double *P, double *work)
 {
-    for (int64_t j = 0; j < n; j++) {
-        for (int64_t i = j; i < n; i++)
-            P[i + j * n] = 0.0;
-        accumulate(n - j, j + 1, 1.0, L_x + j, lead, L_x + j, lead, P + j + j * n);
-        for (int64_t i = j + 1; i < n; i++)
-            P[j + i * n] = P[i + j * n];
-    }
+    const double *L_xy = J + m;
+    double *left = work, *factor = left + n * lead;
+    multiply(n, n, m, -1.0, 1, L_xy, lead, (struct right){L_xy, lead, 1}, J + m + m * lead, left, lead);
+    copy(n, n, left, lead, factor, lead);
+    if (!factorise_first(n, n, lead, factor, factor + n * lead))
+        return 0;
+    copy(n, n, left, lead, P, n);
+    mirror(n, P, n);
+    return 1;
 }
 
 /* One step; results go to record = [x; P; nu; nis; u; y], x and P only when it succeeds. */
@@ -144,19 +177,18 @@ static int run_step(const struct step *s, const double *x, const double *P, doub
     const double *A = map(s, n, s->A, s->B, s->A_p, s->B_p, x, u, mean, bent);
     move(s, A, P, lead, J + m + m * lead, rest);
     const double *C = map(s, m, s->C, s->D, s->C_p, 0, mean, u, y_mean, bent);
-    measure(s, C, lead, J);
+    measure(s, C, lead, J, rest);
     for (int64_t i = 0; i < m; i++)
         z[i] = nu[i] = y[i] - y_mean[i];
     normalise(s, J, nu, nis, rest);
-    if (!factorise(lead, lead, J))
+    if (!factorise_first(lead, m, lead, J, rest))
         return 0;
     solve_lower(m, lead, J, z);
     accumulate(n, m, 1.0, z, 1, J + m, lead, mean);
-    if (!isfinite(dot(n, mean, mean)))
+    if (!isfinite(dot(n, mean, mean)) || !leave(n, m, lead, J, record + n, rest))
         return 0;
     for (int64_t i = 0; i < n; i++)
         record[i] = mean[i];
-    square(n, lead, J + m + m * lead, record + n);
     return 1;
 }
 

@@ -21,6 +21,7 @@ from flexarm_model.machine_code import load_code
 
 Array = NDArray[np.float64]
 SOURCE = Path(__file__).with_name("joint_steps.c")
+_PANEL = 4  # columns of a factor that are made together ("BROAD" of tiles.h)
 _FIRST_LENGTH = 64  # steps in one call; grows
 
 
@@ -62,7 +63,8 @@ class CompiledRunner(StepRunner):
         """Bind the code for ``n_x`` states and at most ``rows`` rows in a step."""
         lead = n_x + rows
         self._x, self._P = np.zeros(n_x), np.zeros((n_x, n_x))
-        self._work = np.zeros(2 * lead + lead * lead + n_x * lead + max(n_x * n_x, rows * (rows + 1)))
+        rest = max(n_x * (n_x + lead), 2 * rows * lead, 2 * n_x * lead) + _PANEL * lead
+        self._work = np.zeros(2 * lead + lead * lead + n_x * lead + rest)
         self._fixed = [ctypes.c_void_p(array.ctypes.data) for array in (self._x, self._P, self._work)]
         self._call = code.flexarm_joint_steps
         self._call.restype = ctypes.c_int64

@@ -96,8 +96,15 @@ def test_a_run_stops_at_the_step_that_fails_and_leaves_its_belief_alone(use_comp
 
 
 @pytest.mark.parametrize("use_compiler", RUNNERS)
-@pytest.mark.parametrize(("n_x", "spans"), [(26, (4, 1, 6, 3)), (3, (2,)), (62, (7, 24, 3))])
-def test_any_number_of_states_and_rows_equals_filterpy(use_compiler, n_x, spans):
+@pytest.mark.parametrize(
+    ("n_x", "spans", "still", "idle"),
+    [
+        (26, (4, 1, 6, 3), 0, 0), (3, (2,), 0, 0), (62, (7, 24, 3), 0, 0),
+        (7, (1,), 2, 1), (8, (8,), 8, 8), (9, (4, 1), 9, 3), (21, (4, 4), 5, 5), (35, (15,), 9, 6),
+    ],
+)  # fmt: skip
+def test_any_number_of_states_and_rows_equals_filterpy(use_compiler, n_x, spans, still, idle):
+    """States at the end may stand still, and some of these move none of the others."""
     rng = np.random.default_rng(n_x)
     m, n = sum(spans), 5
     edges = np.cumsum([0, *spans])
@@ -107,6 +114,7 @@ def test_any_number_of_states_and_rows_equals_filterpy(use_compiler, n_x, spans)
     names = tuple(f"s{i}" for i in range(len(spans)))
     stack = Stack(names, slices, C, D, D_w, R, R)
     A = np.eye(n_x) + 0.1 * rng.normal(size=(n_x, n_x))
+    A[n_x - still :], A[: n_x - still, n_x - idle :] = np.eye(n_x)[n_x - still :], 0.0
     transition = Transition(DT, A, rng.normal(size=(n_x, 2)), covariance(rng, n_x), cross)
     u, y, belief = rng.normal(size=2), rng.normal(size=m), Belief(rng.normal(size=n_x), covariance(rng, n_x))
     samples = {name: Measurement(name, 0.0, y[span]) for name, span in zip(names, slices, strict=True)}
