@@ -44,6 +44,7 @@ Array = NDArray[np.float64]
 TOKEN = 1
 NONE_TO_COME = (math.inf, np.zeros(0))  # time from which a model is used [ns], and its pose
 NOTHING_LEARNED: Array = np.zeros(0)
+BETWEEN_SEARCHES = 100_000  # new objects; so few of them are in cycles that a run of a minute needs no more
 WARM_UP = 0.1  # s; what is called for the first time is compiled then, and does not count
 
 
@@ -105,11 +106,18 @@ def run_closed_loop(
 
 @contextmanager
 def past_at_rest() -> Iterator[None]:
-    """Leave what exists already out of the search for garbage, which would take 50 ms out of the loop."""
+    """Leave what exists already out of the search for garbage, which would take 50 ms out of the loop.
+
+    What is made in the loop goes without a search, but for the rows of the record, which are to stay: looking
+    through them again and again takes a twentieth of the time.
+    """
+    thresholds = gc.get_threshold()
     gc.freeze()
+    gc.set_threshold(BETWEEN_SEARCHES, *thresholds[1:])
     try:
         yield
     finally:
+        gc.set_threshold(*thresholds)
         gc.unfreeze()
 
 
