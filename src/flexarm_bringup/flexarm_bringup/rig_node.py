@@ -15,17 +15,17 @@ Subscribes
 Services
     ~/attach (std_srvs/Trigger): see ``drive_side_node``.
 
-In real time a timer advances the arm by the time that has passed, once a period; the newest torque acts for
+In real time an alarm advances the arm by the time that has passed, once a period; the newest torque acts for
 a period, and without one the drives' watchdog brakes. In lockstep the arm advances by one period for every
 torque, from the first one on and as soon as everybody is ready.
 """
 
 from __future__ import annotations
 
+import time
 from dataclasses import dataclass
 
 from flexarm_interfaces.msg import Tick
-from rclpy.clock import Clock, ClockType
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Bool
 
@@ -41,7 +41,9 @@ from flexarm_bringup.sim.sensor_fault_text import parse_faults
 from flexarm_bringup.topics import streams
 from flexarm_controller.drives.conversions import drive_state_msg
 from flexarm_model.ahead import made
+from flexarm_model.alarm import Alarm
 from flexarm_model.arm_settings import LoopSettings
+from flexarm_model.bytes_node import subscribe_bytes
 from flexarm_model.conversions import NS_PER_S, ns_to_stamp, stamp_to_ns
 from flexarm_model.declared_node import declare_configs, load_arm, told_by
 from flexarm_model.description import ManipulatorConfig
@@ -50,6 +52,7 @@ from flexarm_model.managed_node import LifeSettings, ManagedNode
 from flexarm_model.node import (
     LATCHED_QOS,
     LOCKSTEP_QOS,
+    NEWEST_QOS,
     RELIABLE_QOS,
     run_node,
 )
@@ -75,7 +78,7 @@ class RigNodeSettings(LoopSettings):
 
 
 class RigNode(ManagedNode):
-    """Hardware, driven by a timer or by the guard."""
+    """Hardware, driven by an alarm or by the guard."""
 
     SETTINGS = (RigNodeSettings, RigSettings, DiagnosticsConfig, LifeSettings)
 
@@ -89,6 +92,7 @@ class RigNode(ManagedNode):
         with told_by(self, "start", "faults"):
             self.config = starting_at(config, self.settings.start)
             self._faults = parse_faults(self.settings.faults, config.sensors)
+        self.alarm = Alarm(self.on_alarm, time.monotonic)
         self.start(life)
 
     def activate(self) -> None:
@@ -99,10 +103,9 @@ class RigNode(ManagedNode):
         self._side = DriveSide(self, limits, self.settings.lockstep)
         period = None if self.settings.lockstep else self.drives.rig.dt
         self._health = RigHealth(self, self.drives, self.config, period, self._thresholds)
-        self._steady = Clock(clock_type=ClockType.STEADY_TIME)
         self._period_ns = self.drives.rig.period_ns
         self._epoch_ns = 0 if self.settings.lockstep else self.get_clock().now().nanoseconds
-        self._started_ns = self._steady.now().nanoseconds
+        self._started_ns = time.monotonic_ns()
         self._ahead: list[Sample] | None = None  # in real time: of the tick that comes, not yet told
         self._sent: dict[str, int] = {}
         self._statuses = 0  # of the guard, announced so far
@@ -113,10 +116,9 @@ class RigNode(ManagedNode):
         """Periods since the start."""
         return self.drives.rig.tick
 
-    def on_timer(self) -> None:
+    def on_alarm(self) -> None:
         """Advance by the periods that have passed."""
-        elapsed_ns = self._steady.now().nanoseconds - self._started_ns
-        passed = round(elapsed_ns / self._period_ns)  # nearest: a timer is never quite on time
+        passed = (time.monotonic_ns() - self._started_ns) // self._period_ns
         behind = passed - self.tick + (self._ahead is not None)
         self._health.beat(behind)
         if behind > MOST_CATCH_UP:
@@ -127,6 +129,11 @@ class RigNode(ManagedNode):
         for _ in range(behind):
             self.advance()
             self._ahead = self.drives.advance()  # while estimator and controller are at work
+        self._wait()
+
+    def deactivate(self) -> None:
+        """Let time stand."""
+        self.alarm.cancel()
 
     def on_effort(self, msg: JointState) -> None:
         """Take torques of the guard; in lockstep those of the tick that comes move time on."""
@@ -194,6 +201,11 @@ class RigNode(ManagedNode):
             self._publish_tick(self.drives.observe())
             self.drives.tau = self._side.choose(self.drives.state().velocity)
 
+    def _wait(self) -> None:
+        """Set the alarm to the period after those that have been told."""
+        told = self.tick - (self._ahead is not None)
+        self.alarm.due = (self._started_ns + (told + 1) * self._period_ns) / NS_PER_S
+
     def _connect(self) -> None:
         accelerometers = [spec.name for spec in self.config.sensors if spec.kind == "accelerometer"]
         quality = LOCKSTEP_QOS if self.settings.lockstep else RELIABLE_QOS
@@ -202,7 +214,8 @@ class RigNode(ManagedNode):
             for stream in streams(accelerometers)
             if stream.publisher == "rig"
         }
-        self.create_subscription(JointState, "applied_effort", self.on_effort, quality)
+        newest = LOCKSTEP_QOS if self.settings.lockstep else NEWEST_QOS
+        subscribe_bytes(self, JointState, "applied_effort", self.on_effort, newest)
         self._partners = dict.fromkeys(self.settings.partners if self.settings.lockstep else (), False)
         for name in self._partners:
             self.create_subscription(
@@ -210,7 +223,7 @@ class RigNode(ManagedNode):
             )
         self.tell_ready({"hardware": lambda: True})
         if not self.settings.lockstep:
-            self.create_timer(self.drives.rig.dt, self.on_timer, clock=self._steady)
+            self._wait()
 
 
 def _plant_of(arm: ManipulatorConfig, simulation: RigSettings) -> Plant:

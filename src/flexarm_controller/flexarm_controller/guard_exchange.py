@@ -111,9 +111,9 @@ class GuardExchange:
         """Keep the newest command of the session; of others, which may be large, nothing more is read."""
         token, sequence = msg.session_token, msg.sequence
         if not token or token != self.guard.token:
-            self._refuse("command of another session" if self.guard.token else "guard is not armed")
+            self.refuse("command of another session" if self.guard.token else "guard is not armed")
         elif self._newest[0] == token and sequence <= self._newest[1]:
-            self._refuse(f"command {sequence} is not newer than {self._newest[1]}")
+            self.refuse(f"command {sequence} is not newer than {self._newest[1]}")
         else:
             self._newest = token, sequence
             self._command = command_from_msg(msg, self._epoch_ns or 0)
@@ -137,7 +137,8 @@ class GuardExchange:
         if loads is not None:
             self.guard.carry(loads)
 
-    def _refuse(self, reason: str) -> None:
+    def refuse(self, reason: str) -> None:
+        """Count a command that is not taken."""
         self.guard.refused += 1
         self.guard.refusal = reason
 

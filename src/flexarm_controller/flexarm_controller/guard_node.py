@@ -25,11 +25,11 @@ answers every command, and while the arm is braked every tick; once it stands, t
 from __future__ import annotations
 
 import secrets
+import time
 from collections.abc import Callable
 from functools import partial
 
 from flexarm_interfaces.msg import JointCommand, ReducedModel, StrainArray, Tick
-from rclpy.clock import Clock, ClockType
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Empty, String
 from std_srvs.srv import Trigger
@@ -41,6 +41,8 @@ from flexarm_controller.guard_exchange import GuardExchange
 from flexarm_controller.guard_settings import GuardNodeSettings, GuardSettings
 from flexarm_controller.guard_voice_node import GuardVoice
 from flexarm_model.ahead import made
+from flexarm_model.alarm import Alarm
+from flexarm_model.bytes_node import subscribe_bytes
 from flexarm_model.conversions import stamp_to_ns
 from flexarm_model.declared_node import declare_configs, load_arm, told_by
 from flexarm_model.diagnosis import DiagnosticsConfig
@@ -48,10 +50,11 @@ from flexarm_model.lockstep import Lockstep, Messages
 from flexarm_model.managed_node import LifeSettings, ManagedNode
 from flexarm_model.node import (
     LATCHED_QOS,
-    LATEST_QOS,
     LOCKSTEP_QOS,
     MODELS_QOS,
+    NEWEST_QOS,
     RELIABLE_QOS,
+    SENSOR_QOS,
     run_node,
 )
 from flexarm_model.start_pose import starting_at
@@ -74,6 +77,7 @@ class GuardNode(ManagedNode):
         config = load_arm(self, self.settings.manipulator, self.settings.preset)
         with told_by(self, "start"):
             self._config = starting_at(config, self.settings.start)
+        self.alarm = Alarm(self.on_alarm, time.monotonic)
         self.start(life)
 
     def activate(self) -> None:
@@ -81,7 +85,6 @@ class GuardNode(ManagedNode):
         self.exchange = made(GuardExchange, self._config, self._limits, 0 if self.settings.lockstep else None)
         self.guard = self.exchange.guard
         self._most_stood = self._limits.max_age
-        self._steady = Clock(clock_type=ClockType.STEADY_TIME)
         self._cycle = GuardCycle(self.exchange.period_ns * 1e-9, self.settings.patience)
         self._lockstep = Lockstep(SENSORS, self.on_tick_complete)
         self._margins = ""
@@ -90,6 +93,7 @@ class GuardNode(ManagedNode):
     def deactivate(self) -> None:
         """Latch a stop; the drives, which hear nothing any more, brake by themselves."""
         self._stop("guard deactivated")
+        self.alarm.cancel()
 
     def on_sensor(self, topic: str, msg: JointState | StrainArray) -> None:
         """Take what drives or gauges measure; the drives begin a period."""
@@ -121,7 +125,7 @@ class GuardNode(ManagedNode):
             self._cycle.begin(self._now())
         self._answer_when_due()
 
-    def on_timer(self) -> None:
+    def on_alarm(self) -> None:
         """Answer without a command when there is no more time for one; notice that the drives are silent."""
         now = self._look_at_clock()
         if self._cycle.is_open:
@@ -179,8 +183,7 @@ class GuardNode(ManagedNode):
     def _answer(self) -> None:
         """Tell the drives the torque of the next period, once."""
         self._voice.send(self.exchange.answer(), self._drives.seal)
-        now = self._now()
-        self._cycle.end(now)
+        self._cycle.end(now := self._now())
         self.exchange.look_ahead()
         if not self.settings.lockstep:
             self._wait(now)
@@ -193,7 +196,7 @@ class GuardNode(ManagedNode):
             self._voice.send([0.0] * len(self.exchange.names), self._drives.seal)
 
     def _now(self) -> float:
-        return 0.0 if self.settings.lockstep else self._steady.now().nanoseconds * 1e-9
+        return 0.0 if self.settings.lockstep else time.monotonic()
 
     def _look_at_clock(self) -> float:
         """Return the time [s]; a guard that has not run for too long knows nothing of what happened."""
@@ -204,31 +207,28 @@ class GuardNode(ManagedNode):
         return now
 
     def _wait(self, now: float) -> None:
-        """Set the timer to when an answer has to go out, or the next one, or the drives will be silent."""
+        """Set the alarm to when an answer has to go out, or the next one, or the drives will be silent."""
         wait, silent = self._cycle.wait(now), self.settings.drive_silence - self._cycle.silence(now)
-        self._timer.timer_period_ns = max(round(1e9 * (min(wait, silent) if silent > 0.0 else wait)), 1)
-        self._timer.reset()
+        self.alarm.due = now + (min(wait, silent) if silent > 0.0 else wait)
 
     def _connect(self) -> None:
-        self._voice = GuardVoice(
-            self, self.exchange, self.settings.lockstep, lambda: self._cycle.late, self._thresholds
-        )
+        lockstep = self.settings.lockstep
+        self._voice = GuardVoice(self, self.exchange, lockstep, lambda: self._cycle.late, self._thresholds)
         self._receipts = self.create_publisher(String, "~/models", LATCHED_QOS)
-        newest = LOCKSTEP_QOS if self.settings.lockstep else LATEST_QOS
+        newest, commands = (LOCKSTEP_QOS,) * 2 if lockstep else (NEWEST_QOS, SENSOR_QOS)
         for topic, kind in zip(SENSORS, (JointState, StrainArray), strict=True):
-            self.create_subscription(kind, topic, partial(self.on_sensor, topic), newest)
+            subscribe_bytes(self, kind, topic, partial(self.on_sensor, topic), newest)
         self.create_subscription(ReducedModel, "model", self.on_model, MODELS_QOS)
-        self.create_subscription(JointCommand, "joint_commands", self.on_command, LOCKSTEP_QOS)
+        subscribe_bytes(self, JointCommand, "joint_commands", self.on_command, commands, self.exchange.refuse)
         self.create_subscription(String, "controller/margins", self.on_margins, LATCHED_QOS)
         self.create_subscription(Empty, "stop", lambda msg: self._stop("stopped by topic stop"), RELIABLE_QOS)
         self.create_service(Trigger, "~/arm", self.on_arm)
         self.create_service(Trigger, "~/stop", self.on_stop)
         self._drives = AttachedGuard(self, self.on_release)
-        if self.settings.lockstep:
+        if lockstep:
             self.create_subscription(Tick, "tick", self.on_tick, LOCKSTEP_QOS)
         else:
-            period = self.exchange.period_ns * 1e-9
-            self._timer = self.create_timer(period, self.on_timer, clock=self._steady)
+            self._wait(self._now())
         self.tell_ready(self._conditions())
 
     def _conditions(self) -> dict[str, Callable[[], bool]]:

@@ -21,9 +21,10 @@ from rclpy.node import Node
 
 from flexarm_controller.pacing import Pacing
 from flexarm_controller.told_state import SentState, ToldState
+from flexarm_model.bytes_node import subscribe_bytes
 from flexarm_model.conversions import stamp_to_ns
 from flexarm_model.lockstep import Lockstep, Messages
-from flexarm_model.node import LATEST_QOS, LOCKSTEP_QOS, RELIABLE_QOS
+from flexarm_model.node import LOCKSTEP_QOS, NEWEST_QOS, RELIABLE_QOS
 
 
 @dataclass(frozen=True)
@@ -103,8 +104,8 @@ class PacedStates:
         self._later = node.create_timer(1.0, self.on_later, clock=Clock(clock_type=ClockType.STEADY_TIME))
         self._later.cancel()
         node.create_subscription(GuardStatus, "guard_status", duties.join, RELIABLE_QOS)
-        node.create_subscription(
-            ModalState, "modal_state", lambda msg: self.on_state(SentState(msg)), LATEST_QOS
+        subscribe_bytes(
+            node, ModalState, "modal_state", lambda msg: self.on_state(SentState(msg)), NEWEST_QOS
         )
 
     def on_state(self, told: ToldState) -> None:

@@ -37,8 +37,6 @@ from flexarm_interfaces.srv import ToggleSensor as ToggleSensorService
 from geometry_msgs.msg import PoseWithCovarianceStamped
 from nav_msgs.msg import Odometry
 from rclpy.clock import Clock, ClockType
-from rclpy.impl.implementation_singleton import rclpy_implementation
-from rclpy.serialization import deserialize_message
 from sensor_msgs.msg import Imu, JointState
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
@@ -54,6 +52,7 @@ from flexarm_estimator.settings import EstimatorConfig
 from flexarm_estimator.settled_node import SettledFilter
 from flexarm_model.ahead import made
 from flexarm_model.arm_settings import LoopSettings
+from flexarm_model.bytes_node import subscribe_bytes
 from flexarm_model.conversions import stamp_to_ns, verdict_to_msg
 from flexarm_model.declared_node import declare_configs, load_arm
 from flexarm_model.diagnosis import DiagnosticsConfig
@@ -71,7 +70,6 @@ from flexarm_model.node import (
 DIAGNOSTICS_PERIOD = 1.0  # s
 AHEAD = (EstimatorExchange, EstimatorConfig, None)  # see flexarm_model.ahead
 LIBRARIES = ("filterpy.kalman",)  # for steps with refused rows
-MOST_BYTES = 100_000  # of a sensor's message; 10 MB take 30 MB and several periods to be made one of rclpy's
 _TYPES = {"joint_states": JointState, "strain": StrainArray, "camera/pose": PoseWithCovarianceStamped}
 _TYPES["applied_effort"] = JointState
 _SERVICES: tuple[tuple[type, str, Callable[[Any], Intervention]], ...] = (
@@ -112,20 +110,6 @@ class EstimatorNode(ManagedNode):
         self._settled.tell(self.exchange.estimator)
         if self.exchange.model_fault:
             self.get_logger().error(self.exchange.model_fault)
-
-    def on_sensor_bytes(self, topic: str, kind: type, raw: bytes) -> None:
-        """Take a message as it came, unless it is larger than any sensor's or none of its type."""
-        reason = f"message of more than {MOST_BYTES} bytes"
-        if len(raw) <= MOST_BYTES:
-            try:
-                msg = deserialize_message(raw, kind)
-            except rclpy_implementation.RMWError:
-                reason = "bytes that are no such message"
-            else:
-                self.on_sensor(topic, msg)
-                return
-        self.exchange.notes.note(topic, reason)  # told on /diagnostics
-        self.get_logger().warning(f"{topic}: {reason}", throttle_duration_sec=5.0)
 
     def on_sensor(self, topic: str, msg: Any) -> None:
         """Keep a message; the joint states close a period."""
@@ -201,8 +185,8 @@ class EstimatorNode(ManagedNode):
         quality = LOCKSTEP_QOS if self.settings.lockstep else SENSOR_QOS
         for topic in self.exchange.topics:
             kind = _TYPES.get(topic, Imu)
-            take = partial(self.on_sensor_bytes, topic, kind)
-            self.create_subscription(kind, topic, take, quality, raw=True)
+            take, refuse = partial(self.on_sensor, topic), partial(self._refuse, topic)
+            subscribe_bytes(self, kind, topic, take, quality, refuse)
         if self.settings.lockstep:
             self.create_subscription(Tick, "tick", self.on_tick, LOCKSTEP_QOS)
         for kind, name, read in _SERVICES:
@@ -221,6 +205,9 @@ class EstimatorNode(ManagedNode):
         if self.settings.lockstep:
             conditions["the controller"] = lambda: self._outlets["modal_state"].get_subscription_count() > 0
         return conditions
+
+    def _refuse(self, topic: str, reason: str) -> None:
+        self.exchange.notes.note(topic, reason)  # told on /diagnostics
 
     def _has_publisher(self, topic: str) -> bool:
         return self.count_publishers(self.resolve_topic_name(topic)) > 0

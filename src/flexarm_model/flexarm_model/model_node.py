@@ -36,6 +36,7 @@ from trajectory_msgs.msg import JointTrajectory
 
 from flexarm_model.ahead import made
 from flexarm_model.arm_settings import ArmSettings
+from flexarm_model.bytes_node import subscribe_bytes
 from flexarm_model.closure_error import ClosureError
 from flexarm_model.conversions import (
     NS_PER_S,
@@ -147,10 +148,12 @@ class ModelNode(ManagedNode):
 
     def on_joint_states(self, msg: JointState) -> None:
         """Serve a new model when the arm has moved far enough for it to differ."""
+        if not self._follows_pose:
+            return
         position = dict(zip(msg.name, msg.position, strict=False))
         pose = np.array([position.get(name, np.nan) for name in self.model.theta_names])
         is_near = abs(pose - self._looked_at).max(initial=0.0) < self.settings.pose_step
-        if not self._follows_pose or not np.isfinite(pose).all() or is_near:
+        if not np.isfinite(pose).all() or is_near:
             return
         now_ns = stamp_to_ns(msg.header.stamp)
         if 0 <= now_ns - self._published_ns < NS_PER_S / self.settings.rate:
@@ -225,7 +228,7 @@ class ModelNode(ManagedNode):
         self._receipts = self.create_publisher(String, "~/models", LATCHED_QOS)
         self._serve(self.model, 0)
         self.create_subscription(JointTrajectory, "reference", self.on_reference, RELIABLE_QOS)
-        self.create_subscription(JointState, "joint_states", self.on_joint_states, SENSOR_QOS)
+        subscribe_bytes(self, JointState, "joint_states", self.on_joint_states, SENSOR_QOS)
         self.create_subscription(GuardStatus, "guard_status", self.on_guard_status, RELIABLE_QOS)
         self.create_service(GetReducedModel, "get_reduced_model", self.on_get_reduced_model)
         self.create_service(GetDynamics, "get_dynamics", self.on_get_dynamics)

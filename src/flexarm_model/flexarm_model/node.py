@@ -12,17 +12,21 @@ import gc
 import os
 import signal
 import sys
+import time
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from typing import Any
 
 import rclpy
 from rclpy.clock import Clock, ClockType
+from rclpy.executors import ExternalShutdownException
 from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.signals import SignalHandlerOptions
 from std_msgs.msg import Bool
 
+from flexarm_model.alarm import Alarm
 from flexarm_model.announce import announce_on_stderr
 from flexarm_model.executable import EXIT_CONFIGURATION, EXIT_NAME_TAKEN, STOPPING
 from flexarm_model.heap import give_back_large_buffers
@@ -36,6 +40,8 @@ from flexarm_model.strict_yaml import ConfigError
 SENSOR_QOS = QoSProfile(depth=50, reliability=ReliabilityPolicy.BEST_EFFORT)
 RELIABLE_QOS = QoSProfile(depth=10)
 LATEST_QOS = QoSProfile(depth=1)
+# of every period: what is lost is too old when it has been sent again, and acknowledging costs each one more
+NEWEST_QOS = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
 LATCHED_QOS = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 MODELS_DEPTH = 500  # most models of one motion; they are sent in one go, ahead of it
 MODELS_QOS = QoSProfile(depth=MODELS_DEPTH, durability=DurabilityPolicy.TRANSIENT_LOCAL)
@@ -56,8 +62,8 @@ def run_node(factory: Callable[[], Node]) -> int:
     """Run a node until SIGINT or SIGTERM and take it down in order.
 
     A node may have a method ``stop``, called before anything is destroyed (safe state, open files);
-    ``companions``, nodes that share its executor and its life; ``is_finished``, true when it ends by itself;
-    and ``exit_code``.
+    ``companions``, nodes that share its executor and its life; an ``alarm`` that is looked at after every
+    message; ``is_finished``, true when it ends by itself; and ``exit_code``.
 
     Args:
         factory: Makes the node; may raise ParameterError or ConfigError.
@@ -155,8 +161,11 @@ def _spin(node: Node, stopping: list[int]) -> None:
         gc.collect()
         gc.freeze()  # a later full collection would stop the node for 30-50 ms
         _raise_priority(node)
-        while not (stopping or getattr(node, "is_finished", False)) and rclpy.ok():
-            executor.spin_once(timeout_sec=SPIN_TIMEOUT)
+        alarm = getattr(node, "alarm", Alarm(lambda: None, time.monotonic))
+        with suppress(ExternalShutdownException):
+            while not (stopping or getattr(node, "is_finished", False)):
+                executor.spin_once(timeout_sec=alarm.wait(SPIN_TIMEOUT))
+                alarm.look()
     finally:
         for each in (node, *companions):
             getattr(each, "stop", lambda: None)()
