@@ -6,6 +6,7 @@ in ``time_budget``. The torque never jumps by more than its rate limit, whicheve
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Sequence
 from dataclasses import replace
@@ -203,13 +204,16 @@ class Controller:
     def _limited(self, wanted: Array) -> Array:
         """Return the torque within its limits and within reach of the last one, (n_u,)."""
         last, reach, most = self._sent[-1], self._reach, self._limits.effort
-        finite = np.where(np.isfinite(wanted), wanted, last)
-        reachable = np.minimum(np.maximum(finite, last - reach), last + reach)
+        if not math.isfinite(wanted.dot(wanted)):
+            wanted = np.where(np.isfinite(wanted), wanted, last)
+        reachable = np.minimum(np.maximum(wanted, last - reach), last + reach)
         return np.asarray(np.minimum(np.maximum(reachable, -most), most))
 
     def _active(self, plan: Plan, wanted: Array, tau: Array) -> tuple[str, ...]:
         if plan.limits_active:
             return plan.limits_active
+        if wanted.tolist() == tau.tolist():  # most of the time, and sooner told than by arrays
+            return ()
         is_cut = ~(abs(wanted - tau) <= CUT * (abs(tau) + CUT))  # also where a torque is not a number
         if not is_cut.any():
             return ()

@@ -65,9 +65,10 @@ class Trajectory:
         if self.t.size == 1:
             return np.array(self.theta[0])
         i = min(max(int(self.t.searchsorted(t, side="right")) - 1, 0), self.t.size - 2)
-        p0, v0, c2, c3, _, _, h = self._cubics[i]
-        s = min(max((t - float(self.t[i])) / float(h[0]), 0.0), 1.0)
-        return np.asarray(p0 + s * (v0 + s * (c2 + s * c3)), dtype=np.float64)
+        p0, v0, c2, c3, _, _, h = self._cubics[i].tolist()  # on so few numbers cheaper than array functions
+        s = min(max((t - self.t.item(i)) / h[0], 0.0), 1.0)
+        cubics = zip(p0, v0, c2, c3, strict=True)
+        return np.array([p + s * (v + s * (a + s * b)) for p, v, a, b in cubics])
 
     @cached_property
     def _cubics(self) -> Array:
