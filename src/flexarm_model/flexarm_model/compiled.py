@@ -149,8 +149,9 @@ def _find_compiler(path: str | None) -> str | None:
 
 def cache_folder() -> Path:
     """Return the folder of the compiled code."""
-    default = Path(os.environ.get("XDG_CACHE_HOME", Path.home() / ".cache")) / "flexarm"
-    return Path(os.environ.get("FLEXARM_CACHE", default))
+    if chosen := os.environ.get("FLEXARM_CACHE"):
+        return Path(chosen)
+    return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "flexarm"
 
 
 def build_library(source: Path, compiler: str, flags: tuple[str, ...] = FLAGS) -> Path | None:

@@ -37,7 +37,7 @@ class MachineCode:
         """
         if function.library is None:
             raise ValueError(f"{function.name} is not compiled")
-        sizes, self._library = function.sizes, ctypes.PyDLL(str(function.library))
+        sizes, self._library = function.sizes, _open(function.library)
         self._results = [np.zeros(max(array.size, 1)) for array in function.outputs]
         self._arg, self._res = (ctypes.c_void_p * sizes.arg)(), (ctypes.c_void_p * sizes.res)()
         self._res[: len(self._results)] = [array.ctypes.data for array in self._results]
@@ -69,4 +69,10 @@ def load_code(source: Path, flags: tuple[str, ...] = FAST) -> ctypes.PyDLL | Non
 def _load(source: Path, compiler: str, flags: tuple[str, ...], folder: Path) -> ctypes.PyDLL | None:
     """Build a library into the folder of compiled code and load it."""
     library = build_library(source, compiler, flags)
-    return None if library is None else ctypes.PyDLL(str(library))
+    return None if library is None else _open(library)
+
+
+@cache
+def _open(library: Path) -> ctypes.PyDLL:
+    """Load a library; its name is the hash of its content."""
+    return ctypes.PyDLL(str(library))
