@@ -48,12 +48,12 @@ class FaultyController(ControllerNode):
     def __init__(self) -> None:
         self._log = open(os.environ["FAULTY_LOG"], "w", buffering=1, encoding="utf8")  # noqa: SIM115
         super().__init__()
-        self._sound, self.exchange.on_modal_state = self.exchange.on_modal_state, self._answer  # type: ignore
+        self._sound, self.exchange.on_state = self.exchange.on_state, self._answer  # type: ignore
 
-    def _answer(self, msg: Any) -> list[Outgoing]:
+    def _answer(self, told: Any) -> list[Outgoing]:
         FaultyLaw.is_live = True
         try:
-            return self._sound(msg)
+            return self._sound(told)
         finally:
             FaultyLaw.is_live = False
 

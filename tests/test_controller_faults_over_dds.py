@@ -48,7 +48,7 @@ def armed(folder: Path, **faulty: str) -> Iterator[tuple[Supervisor, Ear]]:
         return [str(path), *ros_arguments(process)]
 
     with running(rig_graph(), TOPICS, folder, extra, command) as (supervisor, ear):
-        ear.wait_ready("rig", "estimator", "controller")
+        ear.wait_ready("rig", "guard", "estimator", "controller")
         arm(ear)
         yield supervisor, ear
 
@@ -56,7 +56,7 @@ def armed(folder: Path, **faulty: str) -> Iterator[tuple[Supervisor, Ear]]:
 def arm(ear: Ear) -> None:
     """Arm the guard and wait until the law speaks."""
     ear.heard["controller_status"].clear()
-    assert ear.call("guard/arm").success
+    ear.wait(lambda: bool(ear.call("guard/arm").success), 20.0, "arming")
     ear.wait(lambda: any(is_law(msg) for msg in ear.heard["controller_status"]), 20.0, "the law to take over")
 
 
@@ -64,11 +64,16 @@ def is_law(msg: Any) -> bool:
     return bool(msg.mode == ControllerStatus.MPC)
 
 
+def is_armed(msg: Any) -> bool:
+    return bool(msg.mode == GuardStatus.ARMED)
+
+
 def send_to(ear: Ear, angle: float) -> None:
     """Send the arm to an angle at once; it is led there at its velocity limit."""
     if not hasattr(ear, "reference"):
         ear.reference = ear.node.create_publisher(JointTrajectory, "reference", 10)  # type: ignore[attr-defined]
-        ear.wait(lambda: ear.reference.get_subscription_count() >= 1, 20.0, "the controller")  # type: ignore[attr-defined]
+        count = ear.reference.get_subscription_count  # type: ignore[attr-defined]
+        ear.wait(lambda: count() >= 2, 20.0, "model and controller")
     now_ns = stamp_to_ns(ear.latest("truth").header.stamp)
     ear.reference.publish(reference_to_msg(hold(np.array([angle])), ("base.rz",), now_ns))  # type: ignore[attr-defined]
 
@@ -76,13 +81,13 @@ def send_to(ear: Ear, angle: float) -> None:
 def test_a_law_that_hangs_for_three_periods_causes_no_burst_and_is_counted(tmp_path: Path) -> None:
     with armed(tmp_path, FAULTY_EVERY="40", FAULTY_SLEEP=str(3 * T)) as (_, ear):
         first = ear.latest("controller_status")
-        ear.listen(5.0)
+        ear.wait(lambda: ear.latest("controller_status").overruns >= first.overruns + 10, 60.0, "ten hangs")
         last = ear.latest("controller_status")
         told = ear.heard["controller_status"]
     left = np.loadtxt(tmp_path / "commands.txt")
     assert np.diff(left).min() >= 0.5 * T
     hangs = last.overruns - first.overruns
-    assert hangs >= 10 and last.missed_cycles - first.missed_cycles >= hangs
+    assert last.missed_cycles - first.missed_cycles >= hangs
     resting = [msg for msg in told if "the law rests" in msg.reason]
     assert resting and all(msg.mode != ControllerStatus.MPC for msg in resting)
     assert sum(map(is_law, told)) > 0.5 * len(told)
@@ -98,13 +103,17 @@ def test_a_law_that_hangs_for_long_is_stopped_by_the_guard_and_stays_so(tmp_path
         arm(ear)
 
 
+def has_raised(msg: Any) -> bool:
+    return "law raised RuntimeError: on purpose" in str(msg.reason)
+
+
 def test_a_law_that_raises_is_replaced_in_the_same_cycle(tmp_path: Path) -> None:
     with armed(tmp_path, FAULTY_EVERY="10", FAULTY_RAISES="on purpose") as (_, ear):
-        ear.listen(3.0)
         told = ear.heard["controller_status"]
+        ear.wait(lambda: sum(map(has_raised, told)) > 20, 30.0, "what is done about it")
         assert ear.latest("guard_status").mode == GuardStatus.ARMED
-    raised = [msg for msg in told if "law raised RuntimeError: on purpose" in msg.reason]
-    assert len(raised) > 20 and all(msg.mode == ControllerStatus.SHIFTED_PLAN for msg in raised)
+    raised = list(filter(has_raised, told))
+    assert all(msg.mode == ControllerStatus.SHIFTED_PLAN for msg in raised)
 
 
 @pytest.mark.parametrize("effort", [[float("nan")], [], [0.0, 0.0]], ids=["not finite", "empty", "too long"])
@@ -120,8 +129,8 @@ def test_a_command_that_cannot_be_meant_latches_a_stop(effort: list[float], tmp_
             forger.publish(msg)
             return bool(ear.latest("guard_status").mode != GuardStatus.ARMED)
 
-        ear.wait(noticed, 5.0, "the guard to notice")
-        ear.listen(1.0)
+        ear.wait(noticed, 20.0, "the guard to notice")
+        ear.wait(lambda: ear.latest("guard_status").mode == GuardStatus.STOPPED, 20.0, "rest")
         last, efforts = ear.latest("guard_status"), [m.effort[0] for m in ear.heard["applied_effort"]]
     assert last.mode == GuardStatus.STOPPED and last.reason.startswith("command ")
     assert np.isfinite(efforts).all() and abs(np.diff(efforts)).max() <= RATE_LIMIT * (1 + 1e-9)
@@ -134,7 +143,7 @@ def test_stops_at_random_instants_of_fast_moves_are_latched_and_brake(tmp_path: 
             send_to(ear, 0.8 * (-1) ** k)
             ear.listen(rng.uniform(0.1, 0.5))
             assert ear.call("guard/stop").success
-            ear.wait(lambda: ear.latest("guard_status").mode != GuardStatus.ARMED, 5.0, "the stop")
+            ear.wait(lambda: ear.latest("guard_status").mode != GuardStatus.ARMED, 20.0, "the stop")
             ear.wait(lambda: ear.latest("guard_status").mode == GuardStatus.STOPPED, 15.0, "rest")
             assert ear.latest("guard_status").reason == "stopped by ~/stop"
             arm(ear)
@@ -170,7 +179,7 @@ def test_a_node_killed_in_a_move_and_started_again_moves_nothing_before_it_is_ar
         send_to(ear, 1.0)
         ear.listen(0.2)
         os.kill(supervisor.pids[name], signal.SIGKILL)
-        ear.wait(lambda: ear.latest("guard_status").mode != GuardStatus.ARMED, 5.0, "the guard to notice")
+        ear.wait(lambda: ear.latest("guard_status").mode != GuardStatus.ARMED, 20.0, "the guard to notice")
         again = tuple(process for process in rig_graph() if process.name == name)
         with Supervisor(again, tmp_path / "again"):
             ear.heard["modal_state"].clear()
@@ -185,9 +194,12 @@ def test_a_node_killed_in_a_move_and_started_again_moves_nothing_before_it_is_ar
             ear.heard["guard_status"].clear()
             arm(ear)
             ear.listen(0.5)
+            ear.wait(
+                lambda: any(is_armed(m) for m in ear.heard["guard_status"]), 20.0, "the guard to tell it"
+            )
             law = next(msg for msg in ear.heard["controller_status"] if is_law(msg))
             torques = np.array([still[-1], *(msg.effort[0] for msg in ear.heard["applied_effort"])])
-    armed_at = next(msg for msg in ear.heard["guard_status"] if msg.mode == GuardStatus.ARMED)
+    armed_at = next(msg for msg in ear.heard["guard_status"] if is_armed(msg))
     assert stamp_to_ns(law.header.stamp) - stamp_to_ns(armed_at.header.stamp) <= 1_000_000_000
     assert abs(np.diff(torques)).max() <= RATE_LIMIT * (1 + 1e-9)
 

@@ -19,6 +19,7 @@ from flexarm_model.node import RELIABLE_QOS
 pytestmark = pytest.mark.ros
 
 TOPICS = ("joint_states", "modal_state", "end_effector", "/diagnostics")
+NAMES = ("root_strain", "tip_accelerometer", "camera", "encoder")
 NAN, INF = math.nan, math.inf
 
 
@@ -27,19 +28,21 @@ def test_bad_messages_are_counted_and_named_and_nothing_non_finite_is_published(
     with running(nodes, TOPICS, tmp_path) as (_, ear):
         ear.wait_ready("rig", "model")
         ear.wait(lambda: len(ear.heard["modal_state"]) > 50, 40.0, "estimates")
-        ear.wait(lambda: bool(ear.heard["joint_states"]), 10.0, "the rig")  # it may be found later
-        for _ in range(5):
-            _send_bad_messages(ear)
-            ear.listen(0.2)
-        ear.listen(2.5)  # diagnostics come once a second
-        text = " ".join(_diagnostics(ear))
-        for name in ("root_strain", "tip_accelerometer", "camera", "encoder"):
-            assert name in text
-        rejected = {s.name: s.rejected for s in ear.latest("modal_state").sensors}
-        for name in ("root_strain", "tip_accelerometer", "camera"):
-            assert rejected[name] >= 5, (name, rejected)
+        ear.wait(lambda: bool(ear.heard["joint_states"]), 30.0, "the rig")  # it may be found later
+        ear.wait(lambda: _are_counted(ear), 40.0, "five of each to be counted")
+        ear.wait(lambda: all(name in " ".join(_diagnostics(ear)) for name in NAMES), 20.0, "diagnostics")
+        ear.wait(
+            lambda: ear.latest("modal_state").status in (0, 1), 20.0, "a state that is usable all the same"
+        )
         assert all(_is_finite(msg) for topic in ("modal_state", "end_effector") for msg in ear.heard[topic])
-        assert ear.latest("modal_state").status in (0, 1)  # usable all the same
+
+
+def _are_counted(ear: Ear) -> bool:
+    """Send one of each, which one who does not know us yet misses; return whether enough were rejected."""
+    _send_bad_messages(ear)
+    ear.listen(0.2)
+    rejected = {sensor.name: sensor.rejected for sensor in ear.latest("modal_state").sensors}
+    return all(rejected[name] >= 5 for name in NAMES[:3])
 
 
 def _send_bad_messages(ear: Ear) -> None:
@@ -80,7 +83,7 @@ def _publisher(ear: Ear, kind: type, topic: str) -> Any:
     made = ear.node.__dict__.setdefault("_made", {})
     if topic not in made:
         made[topic] = ear.node.create_publisher(kind, topic, RELIABLE_QOS)
-        ear.wait(lambda: made[topic].get_subscription_count() > 0, 10.0, f"a listener on {topic}")
+        ear.wait(lambda: made[topic].get_subscription_count() > 0, 30.0, f"a listener on {topic}")
     return made[topic]
 
 

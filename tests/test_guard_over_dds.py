@@ -28,6 +28,7 @@ pytestmark = pytest.mark.ros
 MOVE_DEG = 60.0
 PERIOD_NS = 5_000_000
 SILENCE_NS = 50_000_000
+WATCHED_NS = 1_000_000_000
 RATE_LIMIT = 2800.0 * 5e-3  # N m per period
 FAST = 0.2  # rad/s; slower than this the arm may be held where it stands
 TRIES = 5  # a loaded machine may fall silent by itself before the test does it
@@ -74,14 +75,14 @@ def arm(ear: Ear) -> None:
     """Arm and wait until commands pass."""
     ear.wait(lambda: bool(ear.call("guard/arm").success), 20.0, "arming")
     before = max((msg.passed for msg in ear.heard["guard_status"]), default=0)
-    ear.wait(lambda: ear.latest("guard_status").passed > before, 20.0, "commands to pass")
+    ear.wait(lambda: any(m.passed > before for m in ear.heard["guard_status"]), 20.0, "commands to pass")
 
 
 def test_killing_the_controller_mid_move_stops_the_arm_until_it_is_armed_again(tmp_path: Path) -> None:
     with in_a_move(tmp_path) as (supervisor, ear):
         os.kill(supervisor.pids["controller"], signal.SIGKILL)
-        ear.wait(lambda: not is_armed(ear), 5.0, "the guard to notice")
-        ear.listen(1.5)
+        ear.wait(lambda: not is_armed(ear), 20.0, "the guard to notice")
+        wait_for_rest(ear)
         last_command = max(stamp_to_ns(msg.header.stamp) for msg in ear.heard["joint_commands"])
         braking = next(msg for msg in ear.heard["guard_status"] if msg.mode != GuardStatus.ARMED)
         assert braking.reason.startswith("no command for 50 ms")
@@ -91,6 +92,16 @@ def test_killing_the_controller_mid_move_stops_the_arm_until_it_is_armed_again(t
         assert all(msg.session_token == 0 for msg in after)
         assert_braked(ear, noticed)
         assert ear.call("guard/arm").success
+
+
+def wait_for_rest(ear: Ear) -> None:
+    """Listen until the arm stands still, and for a while after it."""
+    ear.listen(0.5)
+    ear.wait(lambda: abs(ear.latest("truth").theta_dot[0]) < 0.05, 20.0, "rest")
+    begin = stamp_to_ns(ear.latest("truth").header.stamp)
+    ear.wait(
+        lambda: stamp_to_ns(ear.latest("truth").header.stamp) > begin + WATCHED_NS, 20.0, "a second of it"
+    )
 
 
 def assert_braked(ear: Ear, since_ns: int) -> None:
@@ -117,10 +128,10 @@ def test_killing_the_guard_mid_move_makes_the_drives_brake_and_a_new_guard_begin
         ear.node.create_subscription(
             String, "rig/attached", lambda msg: attached.append(msg.data), LATCHED_QOS
         )
-        ear.wait(lambda: bool(attached), 5.0, "whom the drives obey")
+        ear.wait(lambda: bool(attached), 20.0, "whom the drives obey")
         os.kill(supervisor.pids["guard"], signal.SIGKILL)
-        ear.wait(lambda: attached[-1] == "", 5.0, "the drives to let go")
-        ear.listen(1.5)
+        ear.wait(lambda: attached[-1] == "", 20.0, "the drives to let go")
+        wait_for_rest(ear)
         last = max(stamp_to_ns(msg.header.stamp) for msg in ear.heard["applied_effort"])
         assert_braked(ear, last + SILENCE_NS)  # what acts from there on is told a period later
         torques = np.array([msg.effort[0] for msg in ear.heard["joint_states"]])
@@ -129,11 +140,12 @@ def test_killing_the_guard_mid_move_makes_the_drives_brake_and_a_new_guard_begin
         guard = tuple(process for process in rig_graph() if process.name == "guard")
         with Supervisor(guard, tmp_path / "again"):
             ear.wait(lambda: bool(attached[-1]), 20.0, "the new guard to attach")
-            ear.wait(lambda: ear.latest("guard_status") is not None, 5.0, "its status")
-            ear.listen(0.5)
-            status = ear.latest("guard_status")
-            assert (status.mode, status.session_token) == (GuardStatus.STOPPED, 0)
-            assert "drives let go, guard silent for 50 ms" in status.reason
+            why = "drives let go, guard silent for 50 ms"
+            ear.wait(
+                lambda: any(why in msg.reason for msg in ear.heard["guard_status"]), 20.0, "why it stands"
+            )
+            told = [(msg.mode, msg.session_token) for msg in ear.heard["guard_status"]]
+            assert set(told) == {(GuardStatus.STOPPED, 0)}
             arm(ear)
 
 
@@ -148,9 +160,9 @@ def test_a_node_that_stood_still_for_a_second_moves_nothing_with_what_is_old(
             ear.listen(1.0)
         finally:
             os.kill(supervisor.pids[name], signal.SIGCONT)
-        ear.wait(lambda: not is_armed(ear), 5.0, "the guard to tell its stop")
+        ear.wait(lambda: not is_armed(ear), 20.0, "the guard to tell its stop")
         stopped = next(msg for msg in ear.heard["guard_status"] if msg.mode != GuardStatus.ARMED)
-        ear.listen(1.5)
+        wait_for_rest(ear)
         last = ear.latest("guard_status")
         assert last.passed == stopped.passed and last.session_token == 0
         standing = np.array([msg.theta[0] for msg in ear.heard["truth"][-100:]])
@@ -173,7 +185,7 @@ def test_the_drives_obey_one_guard_and_a_topic_stops_it(tmp_path: Path) -> None:
         stop = ear.node.create_publisher(Empty, "stop", 10)
         ear.wait(lambda: stop.get_subscription_count() > 0, 10.0, "the guard")
         stop.publish(Empty())
-        ear.wait(lambda: not is_armed(ear), 5.0, "the stop")
+        ear.wait(lambda: not is_armed(ear), 20.0, "the stop")
         assert ear.latest("guard_status").reason == "stopped by topic stop"
         ear.wait(lambda: ear.latest("guard_status").mode == GuardStatus.STOPPED, 10.0, "rest")
         arm(ear)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
 
 import pytest
 
@@ -21,26 +20,24 @@ TOPICS = ("modal_state", "joint_commands", "guard_status", "controller_status")
 ALL = ("model", "rig", "guard", "estimator", "controller")
 
 
-def ask(ear: Ear, kind: Any, service: str, request: Any) -> Any:
-    client = ear.node.create_client(kind, service)
-    ear.wait(client.service_is_ready, 30.0, service)
-    future = client.call_async(request)
-    ear.wait(future.done, 60.0, f"the answer of {service}")
-    return future.result()
-
-
 def change(ear: Ear, node: str, transition: str) -> bool:
     request = ChangeState.Request()
     request.transition.label = transition
-    return bool(ask(ear, ChangeState, f"{node}/change_state", request).success)
+    return bool(ear.ask(ChangeState, f"{node}/change_state", request).success)
 
 
 def state(ear: Ear, node: str) -> str:
-    return str(ask(ear, GetState, f"{node}/get_state", GetState.Request()).current_state.label)
+    return str(ear.ask(GetState, f"{node}/get_state", GetState.Request()).current_state.label)
 
 
 def is_armed(ear: Ear) -> bool:
     return bool(ear.latest("guard_status").mode == GuardStatus.ARMED)
+
+
+def wait_for_more(ear: Ear, topic: str) -> None:
+    """Wait until something comes."""
+    ear.heard[topic].clear()
+    ear.wait(lambda: bool(ear.heard[topic]), 30.0, f"{topic}")
 
 
 def heard_within(ear: Ear, topic: str, seconds: float) -> int:
@@ -51,11 +48,18 @@ def heard_within(ear: Ear, topic: str, seconds: float) -> int:
     return len(ear.heard[topic])
 
 
+def _says_that_it_recorded(ear: Ear) -> bool:
+    """Return whether the recorder has told that models and reports are in its bag."""
+    told = [status for array in ear.heard["/diagnostics"] for status in array.status]
+    values = [pair.key for status in told if status.name == "flexarm/recorder" for pair in status.values]
+    return {"/flexarm/model", "/diagnostics"} <= set(values)
+
+
 def test_an_inactive_estimator_says_nothing_and_begins_anew(tmp_path: Path) -> None:
     with running(rig_graph(), TOPICS, tmp_path) as (supervisor, ear):
         ear.wait_ready(*ALL)
         assert [state(ear, name) for name in ALL] == ["active"] * len(ALL)
-        assert heard_within(ear, "modal_state", 1.0) > 0
+        wait_for_more(ear, "modal_state")
         assert change(ear, "estimator", "deactivate")
         ear.wait(lambda: not ear.ready["estimator"], 20.0, "the estimator not to be ready")
         assert state(ear, "estimator") == "inactive" and heard_within(ear, "modal_state", 1.0) == 0
@@ -63,7 +67,7 @@ def test_an_inactive_estimator_says_nothing_and_begins_anew(tmp_path: Path) -> N
         assert heard_within(ear, "modal_state", 0.5) == 0
         assert change(ear, "estimator", "activate")
         ear.wait_ready("estimator", "controller")
-        assert heard_within(ear, "modal_state", 1.0) > 0
+        wait_for_more(ear, "modal_state")
         assert change(ear, "estimator", "shutdown")
         ear.wait(lambda: supervisor.exit_codes() == {"estimator": 0}, 20.0, "the estimator to end")
 
@@ -73,11 +77,13 @@ def test_a_deactivated_controller_sends_nothing_before_the_guard_is_armed_again(
         ear.wait_ready(*ALL)
         assert ear.call("guard/arm").success
         ear.wait(lambda: bool(ear.heard["joint_commands"]), 20.0, "commands")
+        ear.wait(lambda: bool(ear.heard["guard_status"]) and is_armed(ear), 20.0, "the guard to tell it")
         assert change(ear, "controller", "deactivate")
-        ear.wait(lambda: not is_armed(ear), 10.0, "the guard to stop")
+        ear.wait(lambda: not is_armed(ear), 30.0, "the guard to stop")
         assert heard_within(ear, "joint_commands", 0.5) == 0
         assert change(ear, "controller", "activate")
         ear.wait_ready("controller")
+        wait_for_more(ear, "controller_status")  # it speaks, and is heard again
         assert heard_within(ear, "joint_commands", 1.0) == 0
         status = ear.latest("guard_status")
         assert status.mode == status.STOPPED and "no command" in status.reason
@@ -92,14 +98,14 @@ def test_without_autostart_a_node_waits_and_a_recorder_closes_its_bag_when_it_is
     asleep = {"autostart": False, "partners": ["model"]}
     recorder = Process("flexarm_bringup", "recorder_node", "recorder", {"bag": str(bag), **asleep})
     model = Process("flexarm_model", "model_node", "model")
-    with running((recorder, model), (), tmp_path) as (supervisor, ear):
+    with running((recorder, model), ("/diagnostics",), tmp_path) as (supervisor, ear):
         ear.wait_ready("model")
         assert state(ear, "recorder") == "unconfigured" and not bag.exists()
         assert not change(ear, "recorder", "activate")
         assert change(ear, "recorder", "configure") and bag.exists()
         assert change(ear, "recorder", "activate")
         ear.wait_ready("recorder")
-        ear.listen(1.5)
+        ear.wait(lambda: _says_that_it_recorded(ear), 40.0, "diagnostics of the model in the bag")
         assert change(ear, "recorder", "deactivate") and change(ear, "recorder", "cleanup")
         counts = check_bag(bag).counts
         assert counts["/flexarm/model"] == 1 and counts["/diagnostics"] >= 1

@@ -33,18 +33,10 @@ def graph(bag: Path) -> tuple[Process, ...]:
     )
 
 
-def ask(ear: Ear, kind: Any, service: str, request: Any) -> Any:
-    client = ear.node.create_client(kind, service)
-    ear.wait(client.service_is_ready, 20.0, service)
-    future = client.call_async(request)
-    ear.wait(future.done, 20.0, f"the answer of {service}")
-    return future.result()
-
-
 def move(ear: Ear, angle: float, **fields: float) -> Any:
     request = MoveTip.Request(**fields)
     request.target.position.x, request.target.position.y = REACH * np.cos(angle), REACH * np.sin(angle)
-    return ask(ear, MoveTip, "controller/move_tip", request)
+    return ear.ask(MoveTip, "controller/move_tip", request)
 
 
 def wait_for(ear: Ear, goal_id: int, state: int) -> MotionStatus:
@@ -57,7 +49,7 @@ def wait_for(ear: Ear, goal_id: int, state: int) -> MotionStatus:
 
 def test_a_goal_of_the_tip_is_reached_the_next_cancelled_and_one_out_of_reach_refused(tmp_path: Path) -> None:
     with running(graph(tmp_path / "bag"), TOPICS, tmp_path) as (supervisor, ear):
-        ear.wait_ready("model", "estimator", "controller", "recorder", "rig")
+        ear.wait_ready("model", "estimator", "controller", "guard", "recorder", "rig")
         early = move(ear, 0.3)
         assert not early.accepted and early.reason in ("no state yet", "guard is not armed")
         assert ear.call("guard/arm").success
@@ -74,13 +66,14 @@ def test_a_goal_of_the_tip_is_reached_the_next_cancelled_and_one_out_of_reach_re
         wait_for(ear, second.goal_id, MotionStatus.EXECUTING)
         refused = too_far(ear)
         assert not refused.accepted and "out of reach: the tip stays 360 mm" in refused.reason
-        assert ask(ear, CancelMotion, "controller/cancel", CancelMotion.Request(goal_id=9)).accepted is False
-        assert ask(
-            ear, CancelMotion, "controller/cancel", CancelMotion.Request(goal_id=second.goal_id)
+        assert ear.ask(CancelMotion, "controller/cancel", CancelMotion.Request(goal_id=9)).accepted is False
+        assert ear.ask(
+            CancelMotion, "controller/cancel", CancelMotion.Request(goal_id=second.goal_id)
         ).accepted
         wait_for(ear, second.goal_id, MotionStatus.CANCELED)
         ear.wait(lambda: abs(ear.latest("truth").theta_dot[0]) < 1e-3, 20.0, "rest")
         assert 0.29 < ear.latest("truth").theta[0] < 1.29
+        ear.wait(lambda: len(ear.heard["reference"]) >= 3, 20.0, "the references")
         assert len(ear.heard["reference"]) == 3  # two goals and a stop, for everybody to hear
         supervisor.stop()
     _assert_replay_agrees(tmp_path)
@@ -102,4 +95,4 @@ def _assert_replay_agrees(folder: Path) -> None:
 def too_far(ear: Ear) -> Any:
     request = MoveTip.Request()
     request.target.position.x = 1.0
-    return ask(ear, MoveTip, "controller/move_tip", request)
+    return ear.ask(MoveTip, "controller/move_tip", request)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import subprocess
 import sys
 
@@ -48,21 +47,28 @@ def test_a_field_that_is_not_there_is_refused_with_those_that_are(field, message
         pick(ControllerStatus(), field)
 
 
-def echo(*arguments: str) -> subprocess.CompletedProcess[str]:
+def echo(environment: dict[str, str], *arguments: str) -> subprocess.CompletedProcess[str]:
     command = [sys.executable, "-m", "flexarm_bringup.cli", "echo", *arguments]
-    return subprocess.run(command, capture_output=True, text=True, timeout=60, env=os.environ, check=False)
+    return subprocess.run(command, capture_output=True, text=True, timeout=120, env=environment, check=False)
 
 
 @pytest.mark.ros
-def test_a_latched_message_is_printed_once_and_an_unknown_topic_lists_what_there_is():
+def test_a_latched_message_is_printed_once_and_an_unknown_topic_lists_what_there_is(
+    ros_environment: dict[str, str],
+) -> None:
+    pipe = subprocess.PIPE
     with subprocess.Popen(
-        [sys.executable, "-c", PUBLISHER], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
+        [sys.executable, "-c", PUBLISHER], stdin=pipe, stdout=pipe, text=True, env=ros_environment
     ) as talker:
         assert talker.stdout is not None and talker.stdout.readline() == "ready\n"
-        found = echo("said", "--once", "--wait", "20")
+        found = echo(ros_environment, "said", "--once", "--wait", "60")
         assert found.returncode == 0, found.stderr
         value = yaml.safe_load(found.stdout.removesuffix("---\n"))
         assert value["reason"] == "hello: world" and value["tracking_error"] == [0.5, -1.0]
-        unknown = echo("sayd", "--wait", "4")
-        assert unknown.returncode == 2 and "/flexarm/said" in unknown.stderr
+        for wait in ("2", "10", "40"):  # all of it is waited: longer only where others use the cores
+            unknown = echo(ros_environment, "sayd", "--wait", wait)
+            assert unknown.returncode == 2
+            if "/flexarm/said" in unknown.stderr:
+                break
+        assert "/flexarm/said" in unknown.stderr
         talker.communicate("")

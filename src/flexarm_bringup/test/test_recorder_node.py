@@ -9,16 +9,19 @@ from pathlib import Path
 import pytest
 
 from flexarm_bringup.bags.bag_reader import check_bag, decode
+from flexarm_bringup.processes.surroundings import defaults
 
 pytestmark = pytest.mark.ros
 pytest.importorskip("rclpy", reason="needs ROS")
 
 RECORDER = "import sys; from flexarm_bringup.recorder_node import main; sys.exit(main())"
 
-# Publishes every stream, waits for the recorder's ~/ready, then sends 50 lockstep ticks.
+# Publishes every stream, waits until the recorder is ready and listens, sends 50 lockstep ticks, and waits
+# until it has received them and answers a question that was asked later.
 RIG = textwrap.dedent("""
     import sys, time
     import rclpy
+    from lifecycle_msgs.srv import GetState
     from rclpy.executors import SingleThreadedExecutor
     from std_msgs.msg import Bool
     from flexarm_bringup.message_class import message_class
@@ -36,12 +39,17 @@ RIG = textwrap.dedent("""
     flag.publish(Bool(data=True))
     ready = []
     node.create_subscription(Bool, "recorder/ready", lambda msg: ready.append(msg.data), LATCHED_QOS)
+    question = node.create_client(GetState, "recorder/get_state")
     executor = SingleThreadedExecutor()
     executor.add_node(node)
-    deadline = time.monotonic() + 20.0
-    while True not in ready and time.monotonic() < deadline:
-        executor.spin_once(timeout_sec=0.05)
+    def wait(holds):
+        deadline = time.monotonic() + 40.0
+        while not holds() and time.monotonic() < deadline:
+            executor.spin_once(timeout_sec=0.05)
     sent = ["joint_states", "strain", "applied_effort"]
+    needed = [*sent, "modal_state", *sys.argv[1:]]
+    wait(lambda: True in ready and all(publishers[t].get_subscription_count() for t in needed))
+    wait(question.service_is_ready)
     for k in range(50):
         for topic in [*sent, "modal_state", "tick"]:
             msg = kinds[topic]()
@@ -50,7 +58,8 @@ RIG = textwrap.dedent("""
                 msg.sequence, msg.topics, msg.counts = k, sent, [1] * len(sent)
             publishers[topic].publish(msg)
         time.sleep(0.002)
-    time.sleep(0.3)
+    wait(lambda: all(publishers[topic].wait_for_all_acked() for topic in needed))
+    wait(question.call_async(GetState.Request()).done)
 """)
 
 
@@ -58,6 +67,7 @@ def record(
     environment: dict[str, str], bag: Path, number: int, *parameters: str, limit: str = ""
 ) -> tuple[int, str]:
     """Record the rig's 50 ticks, end the recorder with a signal, return its exit code and what it said."""
+    environment = {**environment, **defaults(environment)}  # 0.1 s between heartbeats instead of 3
     arguments = ["--ros-args", "-p", f"bag:={bag}"]
     for item in ("partners:=[rig]", *parameters):
         arguments += ["-p", item]
@@ -68,7 +78,8 @@ def record(
         text=True,
     )
     try:
-        subprocess.run([sys.executable, "-c", RIG], env=environment, timeout=60.0, check=True)
+        needed = ["tick"] if "lockstep:=true" in parameters else []
+        subprocess.run([sys.executable, "-c", RIG, *needed], env=environment, timeout=100.0, check=True)
         recorder.send_signal(number)
         _, said = recorder.communicate(timeout=20.0)
     finally:

@@ -49,6 +49,7 @@ LOCKSTEP_QOS = QoSProfile(depth=1000)  # both ends in lockstep: no message is lo
 
 SPIN_TIMEOUT = 0.1  # s; longest delay of a stop by signal
 READY_PERIOD = 0.05  # s
+LAST_WORDS = 0.2  # s in which who asked a node to end hears the answer: words of one that is gone are dropped
 
 _CONFIGURATION_ERRORS = (
     ParameterError,
@@ -166,6 +167,8 @@ def _spin(node: Node, stopping: list[int]) -> None:
             while not (stopping or getattr(node, "is_finished", False)):
                 executor.spin_once(timeout_sec=alarm.wait(SPIN_TIMEOUT))
                 alarm.look()
+        if not stopping:
+            time.sleep(LAST_WORDS)
     finally:
         for each in (node, *companions):
             getattr(each, "stop", lambda: None)()

@@ -24,7 +24,7 @@ from flexarm_model.node import LATCHED_QOS, events_executor
 
 DEEP_QOS = QoSProfile(depth=5000)  # who listens late must not miss what was said
 START_UP = 40.0  # s that nodes may take to be ready
-ANSWER = 10.0  # s for a service
+ANSWER = 60.0  # s for a service, which takes some ms where nothing else runs
 
 
 class WaitedTooLong(RuntimeError):  # not an OSError such as TimeoutError: domain_id would swallow it
@@ -90,11 +90,15 @@ class Ear:
 
     def call(self, service: str) -> Any:
         """Call a trigger and return its response."""
+        return self.ask(Trigger, service, Trigger.Request())
+
+    def ask(self, kind: Any, service: str, request: Any) -> Any:
+        """Call a service and return its response."""
         if service not in self._clients:  # one that is made anew may not hear its answer yet
-            self._clients[service] = self.node.create_client(Trigger, service)
+            self._clients[service] = self.node.create_client(kind, service)
         client = self._clients[service]
         self.wait(client.service_is_ready, ANSWER, service)
-        future = client.call_async(Trigger.Request())
+        future = client.call_async(request)
         self.wait(future.done, ANSWER, f"the answer of {service}")
         return future.result()
 
