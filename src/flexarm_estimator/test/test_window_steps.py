@@ -20,9 +20,9 @@ class Model:
 def made(monkeypatch: pytest.MonkeyPatch) -> list[tuple[Any, float]]:
     calls: list[tuple[Any, float]] = []
 
-    def make(parts: Any, dt: float, learned: tuple[float, ...]) -> str:
+    def make(parts: Any, dt: float) -> str:
         calls.append((id(parts), dt))
-        return f"{id(parts)} {dt:g} {learned}"
+        return f"{id(parts)} {dt:g}"
 
     monkeypatch.setattr(window, "_make", make)
     return calls

@@ -8,7 +8,9 @@ the mean ``x`` that the served model predicts for its end, and enters as further
     x+ = A x + B [tau; 1] + I(dt) [0; a; 0]      y = C x + D [tau; 1] + r      I(dt) = int_0^dt e^{A_c s} ds
 
 Covariances, and with them the gains, stay those of the served model: steps are made once per period and set
-of sensors, as for the linear filter. What is learned of the model is part of both motions.
+of sensors, as for the linear filter. What is learned of the model is part of both motions. A mean that bends
+the arm as it never bends has been led astray, by swapped channels, say: nothing is computed there, for what
+follows from it would lead it further.
 """
 
 from __future__ import annotations
@@ -28,6 +30,7 @@ from flexarm_estimator.sensors import MeasurementModel
 from flexarm_estimator.stack import Stack
 
 Array = NDArray[np.float64]
+_ASTRAY = 2.0  # sigma of the modes' displacements and velocities at the start
 
 
 class CorrectedSteps(StepSource):
@@ -55,11 +58,16 @@ class CorrectedSteps(StepSource):
             ]
         self._slopes = [Slope(slope, np.zeros_like(self._of_u)) for slope in slopes]
         self._nothing = np.zeros(len(self._of_x))
+        layout = served.process.layout
+        self._modes = np.r_[layout.eta, layout.eta_dot]
+        self._reach = _ASTRAY * np.sqrt(served.process.P0.diagonal()[self._modes])
 
     def inputs(self, before: Belief, dt: float, u: Array) -> Array:
-        """Return ``[a; r; tau; 1]``; nothing is left out where the arm's motion cannot be computed."""
+        """Return ``[a; r; tau; 1]``; nothing is left out where the motion cannot be computed, or astray."""
         step = self._served.transition(before, dt, u)
         x = value(step.A, step.B, step.slopes, (before.x, u))
+        if (abs(x[self._modes]) > self._reach).any():
+            return np.concatenate([self._nothing, u])
         try:
             rate, y = self._flow.rate_and_rows(x, u)
         except NoFlow:

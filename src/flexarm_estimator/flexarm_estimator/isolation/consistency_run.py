@@ -10,7 +10,9 @@ channel that is to be left out at a step has its noise raised by ``_IGNORED``; w
 falls out on the way. A datum counts at most ``_LARGEST``: an impact is nobody's fault.
 
 The filter is linear: what a drifting offset of a channel does to z is a column of its own, so the offset that
-explains the data best is a small problem of least squares at the end (``excused``).
+explains the data best is a small problem of least squares at the end (``excused``). What the served model
+leaves out of the motion (``StepSource.inputs``) and tangents by what is learned are taken at the mean of the
+hypothesis that explains best so far: the estimator's own has believed the channel that is looked for.
 """
 
 from __future__ import annotations
@@ -22,6 +24,7 @@ from numpy.typing import NDArray
 from scipy.linalg.lapack import dpotrf, dtrtrs
 
 from flexarm_estimator.adoption import map_parts
+from flexarm_estimator.filter import Belief
 from flexarm_estimator.isolation.consistency_steps import RunArrays, bind_steps
 from flexarm_estimator.isolation.window import StepMaker, Window, WindowStep
 
@@ -66,12 +69,13 @@ class ConsistencyRun:
         self._Z, self._diagonals = np.zeros(self._Y.shape), np.ones((k, m))
         self._X, self._P = np.zeros((parts.layout.n_x, self._Y.shape[2])), parts.process.P0.copy()
         self._X[parts.layout.theta, : self._n_h] = window.theta[:, None]
+        self._X[parts.layout.p, : self._n_h] = np.array(window.learned)[:, None]
         self.predicted, self.variance = np.zeros((k, m)), np.ones((k, m))
         self.least = np.full(2, np.inf)
         self._running = np.zeros(self._n_h)  # misfit so far
         self._next = 1
         self.is_sound = True
-        self._bind()
+        self._bind(1)
 
     @property
     def is_done(self) -> bool:
@@ -130,27 +134,32 @@ class ConsistencyRun:
         window = self._window
         if window.parts[k] is not window.parts[k - 1]:
             self._change_model(k)
-        step = self._maker.step(window.parts[k], window.t[k] - window.t[k - 1], window.learned)
+        x, dt = self._X[:, int(np.argmin(self._running))].copy(), float(window.t[k] - window.t[k - 1])
+        self._u[k] = window.parts[k].steps.inputs(Belief(x, self._P), dt, window.u[k])
+        step = self._maker.step(window.parts[k], dt).about(x, self._u[k])
         if self._steps is None:
             self._compute(k, step)
         else:
             self.is_sound = self._steps.compute(k, step)
 
-    def _bind(self) -> None:
-        """Let machine code work on the arrays of the run, where there is a compiler."""
+    def _bind(self, k: int) -> None:
+        """Let machine code work on the arrays of the run from step ``k`` on, where there is a compiler."""
+        window = self._window
+        dt = float(window.t[k] - window.t[k - 1])
+        self._u = np.zeros((len(window.t), self._maker.step(window.parts[k], dt).V.shape[1]))
         results = self._Z, self._diagonals, self.predicted, self.variance, self._running
-        data = self._Y, np.ascontiguousarray(self._window.u), self._ignored
+        data = self._Y, self._u, self._ignored
         arrays = RunArrays(*data, self._X, self._P, *results)
         self._steps = bind_steps(arrays, self._n_h, _IGNORED, _LARGEST)
 
     def _compute(self, k: int, step: WindowStep) -> None:
-        m, rows, window = step.m, np.flatnonzero(self._ignored[k]), self._window
+        m, rows = step.m, np.flatnonzero(self._ignored[k])
         J = step.T.dot(self._P).dot(step.T_transposed)
         J += step.noise
         diagonal = J.ravel()[: m * (J.shape[1] + 1) : J.shape[1] + 1]
         self.variance[k] = diagonal
         mean = step.T.dot(self._X)
-        mean[:, : self._n_h] += step.V.dot(window.u[k])[:, None]
+        mean[:, : self._n_h] += step.V.dot(self._u[k])[:, None]
         self.predicted[k] = mean[:m, 0]
         nu = self._Y[k] - mean[:m]
         if rows.size:
@@ -174,7 +183,7 @@ class ConsistencyRun:
         for part in (parts.layout.eta, parts.layout.eta_dot):
             largest = np.abs(self._X[part][:, [0, int(np.argmin(self._running))]]).max(axis=1)
             self._P[part, part] += np.diag((_MAPPING_ERROR * largest) ** 2)
-        self._bind()
+        self._bind(k)
 
 
 def _capped(z: Array) -> Array:

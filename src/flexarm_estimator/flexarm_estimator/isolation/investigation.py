@@ -53,7 +53,7 @@ class Entry(NamedTuple):
 
     Attributes:
         t: [s].
-        u: Inputs of the filter held until then, (n_inputs,).
+        u: [tau; 1] held until then, (n_u + 1,).
         theta: Axes as estimated [rad] or [m], (n_theta,).
         learned: Parameters of the model as learned, (n_p,).
         samples: Of all sensors.
@@ -76,11 +76,13 @@ class Case:
         channels: All channels.
         convicted: Channels that are known to be at fault.
         maker: Of joint steps, kept between investigations.
+        haste: Times the usual work in one piece; more than 1 where somebody is suspected.
     """
 
     channels: Channels
     convicted: frozenset[int]
     maker: StepMaker
+    haste: float = 1.0
 
     @property
     def offsets(self) -> Array:
@@ -89,7 +91,7 @@ class Case:
 
     def floor(self, window: Window) -> Array:
         """Return the variance of every row with the force noise it feels, (m,)."""
-        return self.maker.step(window.parts[-1], window.t[-1] - window.t[-2], window.learned).floor
+        return self.maker.step(window.parts[-1], window.t[-1] - window.t[-2]).floor
 
 
 Investigation = Generator[None, None, Explanation | None]
@@ -198,7 +200,7 @@ def _run(
     run = ConsistencyRun(window, Y, case.maker, ignored, offsets)
     size = window.parts[0].layout.n_x + window.y.shape[1]
     columns = Y.shape[2] + (0 if offsets is None else 2 * Y.shape[1])
-    steps = max(1, int(_WORK / (_OVERHEAD + size**2 + size * columns / 2)))
+    steps = max(1, int(case.haste * _WORK / (_OVERHEAD + size**2 + size * columns / 2)))
     while not run.is_done:
         run.advance(steps)
         yield

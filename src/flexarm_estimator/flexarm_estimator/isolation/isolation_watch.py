@@ -5,6 +5,9 @@ be, or a self-check is due, the ring is investigated (``investigation``), a piec
 A convicted channel is investigated again and again, and acquitted when all is well with it. One whose sign is
 flipped is acquitted at once when ``_PLAIN`` samples in a row say what the others predict, which is far from
 nothing and from the opposite: an arm at rest shows no more than that.
+
+What the filter learns of the arm it has from the same channels: a suspicion is followed up with what had been
+learned before it, and a state that is given up because of them takes nothing off the ring.
 """
 
 from __future__ import annotations
@@ -36,6 +39,10 @@ _MEMORY = 0.9  # of the mean squared innovation from one look to the next
 _PLAIN = 10  # samples
 _FAR = 5.0  # sigma of the prediction from zero, from which on a sign is plain
 _SUSPICIOUS = 1.5  # mean squared normalised innovation of a sensor
+_BEFORE = 10  # ticks that something is wrong before it is suspected, at most
+_DOUBT = 400  # ticks of a suspicion after which the arm is no longer what it was
+_HASTE = 2.0  # times the work of a self-check in one tick
+_GAP = 0.1  # s; after a longer one the ring is of another time
 
 
 class IsolationWatch(Watch):
@@ -46,7 +53,7 @@ class IsolationWatch(Watch):
         self._specs = tuple(specs)
         self._maker = StepMaker(_RESOLUTION)
         load_steps()  # now, not in the middle of a motion
-        self.restart(0.0)
+        self._forget(0.0)
 
     def use(self, parts: Parts) -> None:
         """See Watch."""
@@ -56,8 +63,8 @@ class IsolationWatch(Watch):
         self._theta, self._learned = parts.layout.theta, parts.layout.p
         self._is_learning = parts.layout.n_p > 0
 
-    def restart(self, t: float) -> None:
-        """See Watch."""
+    def _forget(self, t: float) -> None:
+        """Begin anew at ``t`` [s]."""
         self._ring: deque[Entry] = deque(maxlen=_LENGTH)
         self._work: Investigation | None = None
         self._since = self._next = t
@@ -66,6 +73,14 @@ class IsolationWatch(Watch):
         self._squares: dict[str, float] = {}
         self._plain: dict[str, int] = {}
         self._ticks = self._suspected = 0  # the first tick of the present suspicion; 0 without
+        self._known: deque[tuple[float, ...]] = deque(maxlen=_BEFORE)  # learned, without suspicion
+
+    def restart(self, t: float) -> None:
+        """See Watch."""
+        if not self._ring or not 0.0 <= t - self._ring[-1].t <= _GAP:
+            self._forget(t)
+        elif self._told:
+            self._told, self._work, self._reconsidered = [], None, None
 
     def look(self, view: View) -> Sequence[Finding]:
         """See Watch; with a filter that follows the arm far from its served model nothing can be said."""
@@ -74,8 +89,7 @@ class IsolationWatch(Watch):
         theta = view.belief.x[self._theta].copy()
         held = [verdict.sensor for verdict in view.verdicts if verdict.reason == HELD]  # most stand alone
         samples = [s for s in view.samples if s.sensor not in held] if held else view.samples
-        learned = tuple(view.belief.x[self._learned].tolist()) if self._is_learning else ()
-        self._ring.append(Entry(view.t, view.inputs, theta, learned, samples, self._parts))
+        self._ring.append(Entry(view.t, view.u, theta, self._learned_before(view), samples, self._parts))
         self._ticks += 1
         if self._ticks % _EVERY == 0:
             self._note(view)
@@ -93,6 +107,14 @@ class IsolationWatch(Watch):
             self._next = view.t + _PAUSE
             return self._conclude(end.value)
         return ()
+
+    def _learned_before(self, view: View) -> tuple[float, ...]:
+        """Return what had been learned of the arm before there was any suspicion, (n_p,)."""
+        if not self._is_learning:
+            return ()
+        if not self._suspected or self._ticks - self._suspected > _DOUBT or not self._known:
+            self._known.append(tuple(view.belief.x[self._learned].tolist()))
+        return self._known[0]
 
     def _note(self, view: View) -> None:
         squares = self._squares
@@ -121,7 +143,7 @@ class IsolationWatch(Watch):
         entries = tuple(self._ring)[-count:]
         self._since = entries[0].t
         convicted = frozenset(channel for told in self._told for channel in told.channels)
-        case = Case(self._channels, convicted, self._maker)
+        case = Case(self._channels, convicted, self._maker, _HASTE if self._suspected else 1.0)
         self._reconsidered = self._told[0] if self._told and self._reconsidered is None else None
         if self._reconsidered is None:
             self._work = investigate(case, entries)

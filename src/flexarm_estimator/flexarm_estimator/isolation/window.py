@@ -9,14 +9,15 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from flexarm_estimator.bilinear import Slope, tangent
 from flexarm_estimator.filter import Belief
 from flexarm_estimator.joint_step import JointStep
 from flexarm_estimator.parts import Parts
+from flexarm_estimator.process import Transition
 
 Array = NDArray[np.float64]
 _CACHE_SIZE = 200  # joint steps of a model
 _MODELS = 8  # whose steps are kept: more than a window has, for what is kept of a model takes 0.4 MB
-_LEARNED = 0.01  # parameters that differ by less are one
 
 
 @dataclass(frozen=True)
@@ -25,11 +26,11 @@ class Window:
 
     Attributes:
         t: Stamps [s], (k,).
-        u: Inputs of the filter held until then, (k, n_inputs).
+        u: [tau; 1] held until then, (k, n_u + 1).
         y: What the channels said, NaN where nothing, (k, m).
         parts: Model in use at each.
         theta: Axes at the start, a guess [rad] or [m], (n_theta,).
-        learned: Parameters of the model as learned, (n_p,).
+        learned: Parameters of the model as learned, a guess, (n_p,).
     """
 
     t: Array
@@ -61,6 +62,7 @@ class WindowStep(NamedTuple):
         V: (m + n_x, n_inputs).
         noise: (m + n_x, m + n_x).
         floor: Variance of every row with the force noise it feels, (m,).
+        slopes: What one unit of every learned parameter adds to T and V.
         layout: The same for machine code.
     """
 
@@ -70,7 +72,15 @@ class WindowStep(NamedTuple):
     V: Array
     noise: Array
     floor: Array
+    slopes: tuple[Slope, ...]
     layout: Matrices
+
+    def about(self, x: Array, u: Array) -> WindowStep:
+        """Return the tangent at the state x (n_x,) before the step and the inputs u (n_inputs,)."""
+        if not self.slopes:
+            return self
+        T, V = tangent(self.T, self.V, self.slopes, (x, u))
+        return _step(self.m, T, V, self.noise, self.floor)
 
 
 class StepMaker:
@@ -79,35 +89,44 @@ class StepMaker:
     def __init__(self, resolution: float) -> None:
         """Take periods as equal that differ by less than ``resolution`` [s]."""
         self._resolution = resolution
-        self._steps: dict[int, tuple[Parts, dict[tuple[int, tuple[int, ...]], WindowStep]]] = {}
+        self._steps: dict[int, tuple[Parts, dict[int, WindowStep]]] = {}
 
-    def step(self, parts: Parts, dt: float, learned: tuple[float, ...] = ()) -> WindowStep:
-        """Return the step of a model, with what has been learned of it, over ``dt`` [s]."""
+    def step(self, parts: Parts, dt: float) -> WindowStep:
+        """Return the step of a model over ``dt`` [s]; what is learned of it is at zero."""
         count = max(1, round(dt / self._resolution))
-        key = count, tuple([round(p / _LEARNED) for p in learned])
         if id(parts) not in self._steps:
             while len(self._steps) >= _MODELS:
                 del self._steps[next(iter(self._steps))]
             self._steps[id(parts)] = parts, {}
         steps = self._steps[id(parts)][1]
-        if key not in steps:
+        if count not in steps:
             if len(steps) >= _CACHE_SIZE:
                 steps.clear()
-            steps[key] = _make(parts, count * self._resolution, learned)
-        return steps[key]
+            steps[count] = _make(parts, count * self._resolution)
+        return steps[count]
 
 
-def _make(parts: Parts, dt: float, learned: tuple[float, ...]) -> WindowStep:
-    x = np.zeros(parts.layout.n_x)
-    x[x.size - len(learned) :] = learned  # taken as known: at rest nothing depends on their errors
-    at_rest, tau = Belief(x, parts.process.P0), np.zeros(parts.layout.n_theta + 1)
+def _make(parts: Parts, dt: float) -> WindowStep:
+    at_rest, tau = Belief(np.zeros(parts.layout.n_x), parts.process.P0), np.zeros(parts.layout.n_theta + 1)
     transition = parts.steps.transition(at_rest, dt, tau)
     stack = parts.steps.rows(tuple(parts.sensors.rows), at_rest, tau)
-    u = np.zeros(transition.B.shape[1])
-    step = JointStep(transition.at(x, u), stack.at(x, u))
-    T, T_transposed, V, noise = (
-        np.ascontiguousarray(array)
-        for array in (step.T[:-1], step.T[:-1].T, step.V[:-1], step.noise[:-1, :-1])
-    )
+    step = JointStep(transition, stack)
+    pairs = zip(transition.slopes, stack.slopes, strict=True)
+    slopes = tuple(_join(transition, stack.C, after, at) for after, at in pairs)
+    floor = stack.R_total.diagonal().copy()
+    return _step(step.m, step.T[:-1], step.V[:-1], step.noise[:-1, :-1], floor, slopes)
+
+
+def _join(transition: Transition, C: Array, after: Slope, at: Slope) -> Slope:
+    """Return what a parameter adds to [y; x+] where it adds ``after`` to x+ and ``at`` to y."""
+    of_x = C @ after.of_x + at.of_x @ transition.A
+    of_u = C @ after.of_u + at.of_x @ transition.B + at.of_u
+    return Slope(np.vstack([of_x, after.of_x]), np.vstack([of_u, after.of_u]))
+
+
+def _step(
+    m: int, T: Array, V: Array, noise: Array, floor: Array, slopes: tuple[Slope, ...] = ()
+) -> WindowStep:
+    T, T_transposed, V, noise = (np.ascontiguousarray(array) for array in (T, T.T, V, noise))
     layout = Matrices(*(array.ctypes.data for array in (T_transposed, V, noise)))
-    return WindowStep(step.m, T, T_transposed, V, noise, stack.R_total.diagonal().copy(), layout)
+    return WindowStep(m, T, T_transposed, V, noise, floor, slopes, layout)
