@@ -58,7 +58,7 @@ class Fusion:
         n_x = process.system.n_x
         poses = {name: len(model.R) for name, model in models.poses.items()}
         widest = max(sum(len(model.R) for model in models.rows.values()), *poses.values(), 1)
-        self._runner = make_runner(n_x, widest, use_compiler)
+        self._runner = make_runner(n_x, widest, use_compiler, self._limits)
         self._pose_updates = {name: PoseUpdate(name, m, n_x, self._runner) for name, m in poses.items()}
         self._filter = GuardedFilter(n_x, process.system.n_u + 1)
         self._steps = JointStepCache(self._source)
@@ -100,23 +100,22 @@ class Fusion:
         """Compute instants in a row again that have only rows and are prepared; return how many."""
         if not self._source.is_constant:
             return 0
-        steps, t = list[PreparedStep](), instants[first - 1].t
-        for i in range(first, len(instants)):
-            instant = instants[i]
-            step = instant.prepared
-            if step is None or instant.pending or instant.is_reopened or step.dt != instant.t - t:
+        steps, t, has_no_pose = list[PreparedStep](), instants[first - 1].t, self._poses.isdisjoint
+        for instant in instants[first:]:
+            step, now = instant.prepared, instant.t
+            if step is None or instant.pending or instant.reopening is not None or step.dt != now - t:
                 break
-            if not self._poses.isdisjoint(instant.fused):
+            if not has_no_pose(instant.fused):
                 break
             steps.append(step)
-            t = instant.t
+            t = now
         if not steps:
             return 0
         done = self._runner.run(instants[first - 1].belief, steps)
-        for i in range(done):
-            instants[first + i].belief = steps[i].belief
-            if self._limits.hold(steps[i].belief):
-                return i + 1  # what follows goes on from here
+        for instant, step in zip(instants[first : first + done], steps, strict=False):
+            instant.belief = step.belief
+        if done:
+            self._limits.hold(steps[done - 1].belief)  # where one was left the run has ended
         return done
 
     def _lacks_only_poses(self, before: Instant, instant: Instant) -> bool:

@@ -192,16 +192,34 @@ static int run_step(const struct step *s, const double *x, const double *P, doub
     return 1;
 }
 
-/* Run steps from the belief (x, P) on; return how many succeeded in a row. */
+/* States that are held within limits. */
+struct limits {
+    int64_t count;
+    const int64_t *at;
+    const double *most;
+};
+
+static int is_within(const struct limits *limits, const double *x)
+{
+    for (int64_t i = 0; i < limits->count; i++)
+        if (!(fabs(x[limits->at[i]]) <= limits->most[i]))
+            return 0;
+    return 1;
+}
+
+/* Run steps from the belief (x, P) on; return how many succeeded in a row. After one that leads beyond the limits
+   somebody else has to lead the state back before the next. */
 int64_t flexarm_joint_steps(
     int64_t count, const struct step *const *steps, double *const *records,
-    const double *x, const double *P, double *work)
+    const double *x, const double *P, double *work, const struct limits *limits)
 {
     for (int64_t i = 0; i < count; i++) {
         if (!run_step(steps[i], x, P, records[i], work))
             return i;
         x = records[i];
         P = records[i] + steps[i]->n;
+        if (!is_within(limits, x))
+            return i + 1;
     }
     return count;
 }

@@ -20,18 +20,28 @@ Array = NDArray[np.float64]
 
 
 class StateLimits:
-    """The limits of some states."""
+    """The limits of some states.
+
+    Attributes:
+        places: Of these in the state.
+        most: Their limits.
+    """
 
     def __init__(self, limits: Mapping[int, float]) -> None:
         """Take the limits by place in the state."""
         self._limits = list(limits.items())
+        self.places, self.most = tuple(limits), tuple(limits.values())
+
+    def holds(self, belief: Belief) -> bool:
+        """Return whether the mean is within the limits."""
+        item = belief.x.item  # asked in every instant, so in the cheapest way
+        return all([abs(item(at)) <= limit for at, limit in self._limits])
 
     def hold(self, belief: Belief) -> bool:
         """Lead the mean back to the limits, in place; return whether it was beyond one."""
-        item = belief.x.item  # asked in every instant, so in the cheapest way
-        if all([abs(item(at)) <= limit for at, limit in self._limits]):
+        if self.holds(belief):
             return False
-        beyond = [(at, limit) for at, limit in self._limits if abs(item(at)) > limit]
+        beyond = [(at, limit) for at, limit in self._limits if abs(belief.x.item(at)) > limit]
         for at, limit in beyond:
             _lead_back(belief, at, limit)
         if beyond:

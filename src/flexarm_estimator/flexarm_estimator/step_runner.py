@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from flexarm_estimator.filter import Belief
 from flexarm_estimator.gate import normalised_square
 from flexarm_estimator.joint_step import PreparedStep
+from flexarm_estimator.state_limits import StateLimits
 from flexarm_model.machine_code import load_code
 
 Array = NDArray[np.float64]
@@ -33,12 +34,23 @@ class StepRunner(ABC):
         """Run ``steps`` from the belief ``start`` on; return how many succeeded in a row.
 
         Belief, innovation and normalised innovation are left in each step. The belief of the first
-        that fails, and of those after it, is not touched.
+        that fails, and of those after it, is not touched. A step that leads beyond the limits is the last
+        one, too: who goes on leads the state back first.
         """
+
+
+class _Limits(ctypes.Structure):
+    """``struct limits`` of the C file."""
+
+    _fields_ = (("count", ctypes.c_int64), ("at", ctypes.c_void_p), ("most", ctypes.c_void_p))
 
 
 class PlainRunner(StepRunner):
     """With NumPy."""
+
+    def __init__(self, limits: StateLimits | None = None) -> None:
+        """Stop beyond ``limits``."""
+        self._limits = limits or StateLimits({})
 
     def run(self, start: Belief, steps: Sequence[PreparedStep]) -> int:
         """See StepRunner."""
@@ -53,19 +65,24 @@ class PlainRunner(StepRunner):
                 return done
             step.belief.x[:], step.belief.P[:] = belief
             start = step.belief
+            if not self._limits.holds(start):
+                return done + 1
         return len(steps)
 
 
 class CompiledRunner(StepRunner):
     """In machine code, on fixed buffers."""
 
-    def __init__(self, code: ctypes.PyDLL, n_x: int, rows: int) -> None:
+    def __init__(self, code: ctypes.PyDLL, n_x: int, rows: int, limits: StateLimits) -> None:
         """Bind the code for ``n_x`` states and at most ``rows`` rows in a step."""
         lead = n_x + rows
         self._x, self._P = np.zeros(n_x), np.zeros((n_x, n_x))
         rest = max(n_x * (n_x + lead), 2 * rows * lead, 2 * n_x * lead) + _PANEL * lead
         self._work = np.zeros(2 * lead + lead * lead + n_x * lead + rest)
+        self._at, self._most = np.array(limits.places, dtype=np.int64), np.array(limits.most)
+        self._limits = _Limits(self._at.size, self._at.ctypes.data, self._most.ctypes.data)
         self._fixed = [ctypes.c_void_p(array.ctypes.data) for array in (self._x, self._P, self._work)]
+        self._fixed.append(ctypes.c_void_p(ctypes.addressof(self._limits)))
         self._call = code.flexarm_joint_steps
         self._call.restype = ctypes.c_int64
         self._reserve(_FIRST_LENGTH)
@@ -76,21 +93,25 @@ class CompiledRunner(StepRunner):
         if count > len(self._layouts):
             self._reserve(2 * count)
         self._x[:], self._P[:] = start
-        for i, step in enumerate(steps):
-            self._layouts[i], self._records[i] = step.layout_address, step.record_address
+        self._layouts[:count] = [step.layout_address for step in steps]
+        self._records[:count] = [step.record_address for step in steps]
         return int(self._call(count, self._layouts, self._records, *self._fixed))
 
     def _reserve(self, length: int) -> None:
         self._layouts, self._records = (ctypes.c_void_p * length)(), (ctypes.c_void_p * length)()
 
 
-def make_runner(n_x: int, rows: int, use_compiler: bool = True) -> StepRunner:
+def make_runner(
+    n_x: int, rows: int, use_compiler: bool = True, limits: StateLimits | None = None
+) -> StepRunner:
     """Return the fastest runner that this machine allows.
 
     Args:
         n_x: Number of states.
         rows: Largest number of rows in one step.
         use_compiler: False takes NumPy.
+        limits: Of states; none if None.
     """
+    limits = limits or StateLimits({})
     code = load_code(SOURCE) if use_compiler else None
-    return PlainRunner() if code is None else CompiledRunner(code, n_x, rows)
+    return PlainRunner(limits) if code is None else CompiledRunner(code, n_x, rows, limits)

@@ -14,6 +14,7 @@ from flexarm_estimator.process import ProcessModel, Transition
 from flexarm_estimator.sensors import build_sensor_models
 from flexarm_estimator.settings import EstimatorConfig
 from flexarm_estimator.stack import Stack, StackedSample, stack_rows
+from flexarm_estimator.state_limits import StateLimits
 from flexarm_estimator.step_runner import CompiledRunner, PlainRunner, make_runner
 from flexarm_estimator.tip import PlainTip
 from flexarm_model import machine_code
@@ -130,6 +131,20 @@ def test_any_number_of_states_and_rows_equals_filterpy(use_compiler, n_x, spans,
     np.testing.assert_allclose(step.nis, [normalised_square(nu[s], S[s, s]) for s in slices], rtol=1e-8)
     np.testing.assert_allclose(step.belief.x, reference.x, atol=1e-9)
     np.testing.assert_allclose(step.belief.P, reference.P, atol=1e-9)
+
+
+@pytest.mark.parametrize("use_compiler", RUNNERS)
+def test_a_run_ends_where_a_state_is_beyond_its_limit(use_compiler):
+    start, prepared = prepared_steps(100)
+    free = make_runner(9, 3, use_compiler)
+    assert free.run(start, prepared) == 100
+    hub = np.array([abs(step.belief.x[0]) for step in prepared])
+    limit = 0.7 * hub.max()
+    first = int(np.argmax(hub > limit))
+    assert 0 < first < 99
+    limited = make_runner(9, 3, use_compiler, StateLimits({0: limit, 3: 1e9}))
+    assert limited.run(start, prepared) == first + 1
+    assert limited.run(start, prepared[:first]) == first
 
 
 @needs_compiler
