@@ -121,15 +121,15 @@ def main(argv: Sequence[str] | None = None) -> int:
     """
     arguments = list(sys.argv[1:] if argv is None else argv)
     chosen = next((item for item in arguments if not item.startswith("-")), "")
-    parser = build_parser(chosen)
-    args = parser.parse_args(arguments)
-    if not args.command:
-        parser.print_help()
-        return USAGE
-    announce_on_stderr()
     try:
+        parser = build_parser(chosen)
+        args = parser.parse_args(arguments)
+        if not args.command:
+            parser.print_help()
+            return USAGE
+        announce_on_stderr()
         return int(importlib.import_module(COMMANDS[args.command].module).run(args))
-    except KeyboardInterrupt:
+    except KeyboardInterrupt:  # also while a command's libraries are loaded
         return INTERRUPTED
 
 

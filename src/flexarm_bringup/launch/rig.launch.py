@@ -12,6 +12,7 @@ from launch_ros.actions import Node
 from launch_ros.ros_adapters import get_ros_node
 from std_msgs.msg import Empty
 
+from flexarm_bringup.processes.doubles import refuse_doubles
 from flexarm_bringup.processes.graph import enclave_arguments, rig_graph, with_drift, with_markers
 from flexarm_bringup.processes.supervisor import RESPAWNS
 from flexarm_bringup.processes.surroundings import defaults
@@ -52,6 +53,7 @@ def nodes(context):
     graph = rig_graph(**given)
     graph = with_markers(graph) if is_shown else graph
     graph = with_drift(graph, task_for(given["manipulator"]).settings.get("drift")) if is_watched else graph
+    refuse_doubles(graph)
     return [node(process, may_return, stop) for process in graph]
 
 

@@ -1,5 +1,6 @@
 """``flexarm rig``: the graph starts, tells who is ready, and is gone soon after Ctrl-C."""
 
+import contextlib
 import os
 import re
 import signal
@@ -34,6 +35,9 @@ def test_the_graph_becomes_ready_comes_back_after_a_crash_and_ends_with_its_comm
         os.kill(child(process.pid, "flexarm:model"), signal.SIGKILL)
         wait_for(process, "model ended with -9, started again")
         wait_for(process, "all ready")
+        second = subprocess.run(COMMAND, env=ros_environment, capture_output=True, text=True, check=False)
+        assert second.returncode == 2 and "node /flexarm/model runs already" in second.stdout
+        assert "started" not in second.stdout  # nor has it told the guard of the first to stop
         nodes = children(process.pid)
         assert {name for _, name in nodes} == {
             f"flexarm:{name}" for name in ("model", "estimator", "controller", "guard", "rig")
@@ -48,6 +52,33 @@ def test_the_graph_becomes_ready_comes_back_after_a_crash_and_ends_with_its_comm
     assert out.splitlines()[-1].endswith("ended: model 0, estimator 0, controller 0, guard 0, rig 0")
     assert not any(Path(f"/proc/{pid}").exists() for pid, _ in nodes)
     assert took <= 1.0 * max(1.0, os.getloadavg()[0])  # 1 s on an idle machine; here others are at work
+
+
+@pytest.mark.ros
+def test_who_is_impatient_at_the_start_leaves_nothing_behind(
+    tmp_path: Path, ros_environment: dict[str, str]
+) -> None:
+    command = [*COMMAND, "--log", str(tmp_path / "log")]
+    with subprocess.Popen(
+        command, env=ros_environment, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True
+    ) as process:
+        wait_for(process, "started; logs")
+        for _ in range(3):
+            process.send_signal(signal.SIGINT)
+        out, _ = process.communicate(timeout=60.0)
+    assert process.returncode == 0, out
+    assert "ended: model" in out.splitlines()[-1] and "Traceback" not in out
+    assert not still_running(ros_environment["ROS_DOMAIN_ID"])
+
+
+def still_running(domain: str) -> list[str]:
+    """Return the command lines of processes that were started in a ROS domain."""
+    found = []
+    for place in Path("/proc").glob("[0-9]*"):
+        with contextlib.suppress(OSError):  # ended meanwhile, or somebody else's
+            if f"ROS_DOMAIN_ID={domain}".encode() in (place / "environ").read_bytes().split(b"\0"):
+                found.append((place / "cmdline").read_text())
+    return found
 
 
 def wait_for(process: "subprocess.Popen[str]", words: str) -> None:

@@ -21,12 +21,14 @@ from dataclasses import replace
 from datetime import datetime
 from pathlib import Path
 
+from flexarm_bringup.processes.doubles import refuse_doubles
 from flexarm_bringup.processes.graph import Process, rig_graph, with_drift, with_markers
 from flexarm_bringup.processes.supervisor import Supervisor
 from flexarm_bringup.processes.surroundings import defaults
 from flexarm_bringup.tasks.task_for import task_for
 from flexarm_model.config import load_config
 from flexarm_model.manipulator_file import find_manipulator
+from flexarm_model.single_instance import NameTakenError
 from flexarm_model.strict_yaml import ConfigError
 
 EPILOG = """\
@@ -37,6 +39,7 @@ examples:
 """
 OK, ENDED, REFUSED = 0, 1, 2
 REFUSALS = (2, 3)  # of a node: wrong configuration, name taken
+ENDING = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 LOOK_PERIOD = 0.01  # s between two looks at the processes
 
 
@@ -64,19 +67,30 @@ def run(args: argparse.Namespace) -> int:
     def say(text: str) -> None:
         print(f"[{time.monotonic() - started:6.2f} s] {text}", flush=True)
 
+    for number in ENDING:
+        signal.signal(number, signal.default_int_handler)
     try:
         graph = _graph(args)
-        for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
-            signal.signal(number, signal.default_int_handler)
         for key, value in defaults().items():
             os.environ.setdefault(key, value)  # who watches is one of them
+        refuse_doubles(graph)
         supervisor = Supervisor(graph, args.log or _log_folder())
-    except (ConfigError, FileNotFoundError) as error:
+    except (ConfigError, FileNotFoundError, NameTakenError) as error:
         print(error)
         return REFUSED
-    with supervisor:
+    except KeyboardInterrupt:
+        say("ended before all were started")
+        return OK
+    code = OK
+    try:
         say(f"{', '.join(supervisor.pids)} started; logs: {supervisor.log('*')}")
         code = _watch(supervisor, say, args.seconds)
+    except KeyboardInterrupt:
+        say("ending")
+    finally:
+        for number in ENDING:
+            signal.signal(number, signal.SIG_IGN)  # who is impatient must not keep us from ending all
+        supervisor.stop()
     say("ended: " + ", ".join(f"{name} {ended}" for name, ended in supervisor.exit_codes().items()))
     return code
 
@@ -107,17 +121,14 @@ def _watch(supervisor: Supervisor, say: Callable[[str], None], seconds: float | 
     from flexarm_bringup.rig_run.watch_node import watching
 
     end = time.monotonic() + (math.inf if seconds is None else seconds)
-    try:
-        with watching(tuple(supervisor.pids), say) as watch, supervisor.telling(watch.stop_motion):
-            while time.monotonic() < end:
-                watch.spin(LOOK_PERIOD)
-                if watch.all_ready:
-                    supervisor.provide()
-                for ending in supervisor.tend():
-                    say(str(ending))
-                    watch.on_ending(ending.process)
-                    if ending.process.essential and not ending.returns:
-                        return REFUSED if ending.code in REFUSALS else ENDED
-    except KeyboardInterrupt:
-        pass
+    with watching(tuple(supervisor.pids), say) as watch, supervisor.telling(watch.stop_motion):
+        while time.monotonic() < end:
+            watch.spin(LOOK_PERIOD)
+            if watch.all_ready:
+                supervisor.provide()
+            for ending in supervisor.tend():
+                say(str(ending))
+                watch.on_ending(ending.process)
+                if ending.process.essential and not ending.returns:
+                    return REFUSED if ending.code in REFUSALS else ENDED
     return OK
