@@ -74,6 +74,18 @@ def test_where_the_motion_cannot_be_computed_nothing_is_left_out():
     np.testing.assert_array_equal(inputs[-4:], u)
 
 
+def test_where_the_mean_bends_the_arm_as_it_never_bends_nothing_is_left_out():
+    """Twice the sigma of deflections and velocities at the start is the end; up to there all is computed."""
+    record, parts = swing(30), estimator("corrected", **QUIET).past[0]
+    x, u = np.append(record.x[-1], np.zeros(3)), np.append(record.tau[-1], 1.0)
+    for place in (*range(15)[parts.layout.eta], *range(15)[parts.layout.eta_dot]):
+        for sigmas, is_astray in ((1.9, False), (2.1, True)):
+            there = x.copy()
+            there[place] = sigmas * np.sqrt(parts.process.P0[place, place])
+            inputs = parts.steps.inputs(Belief(there, parts.process.P0), 1e-9, u)
+            assert (not inputs[:-4].any()) == is_astray
+
+
 def test_its_covariance_is_that_of_the_linear_filter():
     record = swing(20, np.random.default_rng(5), frame_every=0)
     corrected, linear = (run(name, record, **QUIET)[-1] for name in ("corrected", "linear"))

@@ -14,11 +14,14 @@ from flexarm_estimator.isolation.channels import Channels
 from flexarm_estimator.isolation.consistency_run import ConsistencyRun
 from flexarm_estimator.isolation.hypotheses import rearrangements, undo
 from flexarm_estimator.isolation.isolation import Explanation, decide, is_silent, samples_at_limit
+from flexarm_estimator.isolation.isolation_watch import IsolationWatch
 from flexarm_estimator.isolation.window import StepMaker, Window
 from flexarm_estimator.measurement import Measurement
 from flexarm_estimator.parts import PartsMaker
+from flexarm_estimator.sample_judge import Verdict
 from flexarm_estimator.settings import EstimatorConfig
 from flexarm_estimator.stack import stack_rows
+from flexarm_estimator.watches.watch import View
 
 CONFIG = EstimatorConfig()
 QUIET = EstimatorConfig(
@@ -27,12 +30,12 @@ QUIET = EstimatorConfig(
 RECORD = simulate(500, np.random.default_rng(21), config=QUIET, camera_every=7)  # torque shakes the strip
 
 
-def make_parts():
-    gate = Gate({spec.name: spec.sigma.tolist() for spec in SENSORS}, CONFIG)
-    return PartsMaker(StripKinematics(), SENSORS, CONFIG, gate).make(strip_model())
+def make_parts(config, model):
+    gate = Gate({spec.name: spec.sigma.tolist() for spec in SENSORS}, config)
+    return PartsMaker(StripKinematics(), SENSORS, config, gate).make(model)
 
 
-PARTS = make_parts()
+PARTS = make_parts(CONFIG, strip_model())
 CHANNELS = Channels(SENSORS, PARTS.sensors.rows)
 STRAIN = 1
 
@@ -82,6 +85,40 @@ def test_a_channel_left_out_is_as_if_it_did_not_exist():
     got = run(w, rearrangements(CHANNELS, ()), ignored)
     np.testing.assert_allclose(got.misfit, other.misfit, rtol=1e-4)  # its noise is 1e8 times as large
     np.testing.assert_allclose(got.log_det, other.log_det, atol=1e-3)
+
+
+def test_a_stiffness_that_is_not_as_described_is_learned_within_the_window():
+    """Of a model 4 % too high in frequency, whatever is said of it before; against the run that knows it."""
+
+    def misfit(scale, learned=(), **settings):
+        config = EstimatorConfig(**{**vars(QUIET), **settings})
+        parts, w = make_parts(config, strip_model(frequency_scale=scale)), window(count=60)
+        w = Window(w.t, w.u, w.y, [parts] * 60, w.theta, learned)
+        result = ConsistencyRun(w, w.y[:, :, None], StepMaker(1e-5), np.zeros(w.y.shape, dtype=bool))
+        result.advance(60)
+        return result.misfit.sum()
+
+    told, wrong = misfit(1.0), misfit(1.04, frequency_error=0.0)
+    for learned in (0.0, -0.1):
+        found = misfit(1.04, (learned,), stiffness_modes=3, stiffness_error=0.3, stiffness_rest=1.0)
+        assert found < told + 0.2 * (wrong - told)  # its tangents cost something
+
+
+def test_a_state_that_is_given_up_takes_nothing_from_what_is_investigated():
+    def named_at(give_up_at=None):
+        watch = IsolationWatch(SENSORS)
+        watch.use(PARTS)
+        for k, t in enumerate(RECORD.t[100:400].tolist()):
+            said = [Measurement("root_strain", s.t, -s.y) if s.sensor == "root_strain" else s
+                    for s in RECORD.samples[100 + k][:3]]  # fmt: skip
+            u, far = np.append(RECORD.tau[100 + k], 1.0), Verdict("root_strain", t, True, np.zeros(1), 3.0)
+            if k == give_up_at:
+                watch.restart(t)
+            if watch.look(View(t, u, Belief(np.zeros(9), PARTS.process.P0), said, [far], u)):
+                return k
+        return None
+
+    assert named_at(30) == named_at() < 100
 
 
 def test_an_offset_that_is_looked_for_is_excused():

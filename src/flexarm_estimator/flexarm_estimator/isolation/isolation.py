@@ -34,6 +34,7 @@ RIVAL_SHARE = 0.05  # of what is gained, by which it must lose, too
 PLAUSIBLE = 2.5  # misfit of a datum above which nothing is believed
 DETACHED = 120.0  # squared sigmas that calling a channel detached must gain; silence alone is suggestive
 EXPLAINED = 1.5  # misfit of a datum up to which a silent channel may be called detached
+MOSTLY = 4.0  # times the misfit that is left is gone without it: up to PLAUSIBLE that is as good
 FOLLOWS = 0.5  # correlation with what the others predict, from which on a channel is not detached
 QUIET = 3.0  # sigmas of noise that a detached channel may show
 STUCK = 0.5  # share of values that repeat the one before, from which on a channel is frozen
@@ -112,7 +113,8 @@ def explain_by_leaving_out(
     missed = (fit - run.misfit[:, 0]) / spread - window.halves(heard)  # a tight guess alone is no proof
     settled = heard & (np.arange(len(y)) >= SETTLING * len(y))
     follows = np.nanvar(y) > noise and _follows(y[settled], z[settled])  # else too faintly to matter
-    is_detached = is_silent(y, noise) and not follows and spread <= EXPLAINED
+    is_explained = spread <= EXPLAINED or MOSTLY * spread <= well.spread(0)  # never beyond PLAUSIBLE
+    is_detached = is_silent(y, noise) and not follows and is_explained
     gain = np.minimum(told, missed)
     words = f"is detached (says {y0:.3g} +- {np.sqrt(np.nanvar(y)):.1g} whatever the arm does)"
     is_detached &= bool(gain.sum() >= DETACHED)
