@@ -97,21 +97,22 @@ class Fusion:
         return PreparedStep(dt, step, u, sample)
 
     def _replay(self, instants: Sequence[Instant], first: int) -> int:
-        """Compute instants in a row again that have only rows and are prepared; return how many."""
+        """Compute instants in a row again that have only rows, all of them known; return how many."""
         if not self._source.is_constant:
             return 0
-        steps, t, has_no_pose = list[PreparedStep](), instants[first - 1].t, self._poses.isdisjoint
+        steps, has_no_pose = list[PreparedStep](), self._poses.isdisjoint
+        start, t = instants[first - 1].belief, instants[first - 1].t
         for instant in instants[first:]:
-            step, now = instant.prepared, instant.t
-            if step is None or instant.pending or instant.reopening is not None or step.dt != now - t:
+            if instant.pending or instant.reopening is not None or not has_no_pose(instant.fused):
                 break
-            if not has_no_pose(instant.fused):
-                break
+            step, dt = instant.prepared, instant.t - t
+            if step is None or step.dt != dt:  # as after another model was adopted
+                step = instant.prepared = self.prepare(start, dt, instant)
             steps.append(step)
-            t = now
+            t = instant.t
         if not steps:
             return 0
-        done = self._runner.run(instants[first - 1].belief, steps)
+        done = self._runner.run(start, steps)
         for instant, step in zip(instants[first : first + done], steps, strict=False):
             instant.belief = step.belief
         if done:
