@@ -139,17 +139,10 @@ PLANAR = {
 }
 
 
-LATE = {
-    ("detached accelerometer", "frequency +10 %"): "never named in this move",
-}
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("condition", [NOMINAL, "frequency -10 %", "frequency +10 %"])
 @pytest.mark.parametrize("fault", PLANAR)
-def test_faults_of_the_parallel_arm_are_named_within_a_second(fault, condition, request):
-    if (fault, condition) in LATE:
-        request.applymarker(pytest.mark.xfail(reason=LATE[fault, condition], strict=True))
+def test_faults_of_the_parallel_arm_are_named_within_a_second(fault, condition):
     faults, words = PLANAR[fault]
     found = arm("planar_3rrr").run(rig=CONDITIONS[condition], faults=faults, end=2.5)
     assert_named(found, faults, words, START + 1.0)
