@@ -67,10 +67,10 @@ def run(args: argparse.Namespace) -> int:
     def say(text: str) -> None:
         print(f"[{time.monotonic() - started:6.2f} s] {text}", flush=True)
 
-    for number in ENDING:
-        signal.signal(number, signal.default_int_handler)
     try:
         graph = _graph(args)
+        for number in ENDING:
+            signal.signal(number, signal.default_int_handler)
         for key, value in defaults().items():
             os.environ.setdefault(key, value)  # who watches is one of them
         refuse_doubles(graph)
