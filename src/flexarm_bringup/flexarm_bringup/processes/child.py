@@ -48,18 +48,17 @@ class Child:
                 os.killpg(self.pid, number)
 
 
-def start_child(command: Sequence[str], environment: Mapping[str, str], log: Path, mode: str) -> Child:
+def start_child(command: Sequence[str], environment: Mapping[str, str], log: Path) -> Child:
     """Start a process.
 
     Args:
         command: Its command line.
         environment: All of its environment, but for the mark of the line.
-        log: Gets what it prints.
-        mode: In which that file is opened.
+        log: Gets what it prints, behind what others print there.
     """
     ours, theirs = socket.socketpair()
     try:
-        with theirs, log.open(mode) as out:
+        with theirs, log.open("ab") as out:
             process = subprocess.Popen(
                 command,
                 env={**environment, MARK: "1"},

@@ -88,7 +88,8 @@ class Supervisor:
         self._reserves = Reserves(self._start_reserve)
         try:
             for process in processes:
-                self._children[process.name] = self._start(process, "wb")
+                self.log(process.name).write_bytes(b"")
+                self._children[process.name] = self._start(process)
         except BaseException:
             self.stop()
             raise
@@ -135,7 +136,7 @@ class Supervisor:
                 endings.append(Ending(process, code, self._last_line(name), self._may_return(process, code)))
                 if endings[-1].returns:
                     self._children[name].line.close()
-                    self._children[name] = self._reserves.call(name) or self._start(process, "ab")
+                    self._children[name] = self._reserves.call(name) or self._start(process)
                     self._watch_end(name)
                 else:
                     self._told.add(name)
@@ -195,15 +196,15 @@ class Supervisor:
         crashes.append(now)
         return sum(now - at < WITHIN for at in crashes) <= RESPAWNS
 
-    def _start(self, process: Process, mode: str) -> Child:
-        return self._open(process, mode, of_life(len(self._crashes[process.name])))
+    def _start(self, process: Process) -> Child:
+        return self._open(process, of_life(len(self._crashes[process.name])))
 
     def _start_reserve(self, process: Process) -> Child:
         life = of_life(len(self._crashes[process.name]) + 1)
-        return self._open(process, "ab", {**life, MARK: "1"})
+        return self._open(process, {**life, MARK: "1"})
 
-    def _open(self, process: Process, mode: str, own: Mapping[str, str]) -> Child:
-        return start_child(self._command(process), {**self.environment, **own}, self.log(process.name), mode)
+    def _open(self, process: Process, own: Mapping[str, str]) -> Child:
+        return start_child(self._command(process), {**self.environment, **own}, self.log(process.name))
 
     def _watch_end(self, name: str) -> None:
         if self._ends is not None:
