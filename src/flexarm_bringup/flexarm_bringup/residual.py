@@ -34,16 +34,20 @@ def relative_acceleration(acceleration: ArrayLike, theta_ddot: ArrayLike, radius
     return np.asarray(acceleration, dtype=float) - radius * np.asarray(theta_ddot, dtype=float)
 
 
+class GapError(ValueError):
+    """A record does not have its samples at equal distances."""
+
+
 def sample_rate(t: ArrayLike) -> float:
     """Return the rate [Hz] of a uniform record.
 
     Raises:
-        ValueError: Fewer than two samples, or their distances differ.
+        GapError: Fewer than two samples, or their distances differ.
     """
     times = np.asarray(t, dtype=float)
     steps = np.diff(times)
     if steps.size == 0 or np.ptp(steps) > MAX_JITTER * abs(steps.mean()) or steps.mean() <= 0.0:
-        raise ValueError("the record must have samples at equal distances")
+        raise GapError("the record must have samples at equal distances")
     return float(steps.size / (times[-1] - times[0]))
 
 

@@ -53,7 +53,7 @@ from flexarm_model.node import (
     LATCHED_QOS,
     LOCKSTEP_QOS,
     NEWEST_QOS,
-    RELIABLE_QOS,
+    PERIODIC_QOS,
     run_node,
 )
 from flexarm_model.parameters import parameter
@@ -208,7 +208,7 @@ class RigNode(ManagedNode):
 
     def _connect(self) -> None:
         accelerometers = [spec.name for spec in self.config.sensors if spec.kind == "accelerometer"]
-        quality = LOCKSTEP_QOS if self.settings.lockstep else RELIABLE_QOS
+        quality = LOCKSTEP_QOS if self.settings.lockstep else PERIODIC_QOS
         self._outlets = {
             stream.topic: self.create_publisher(message_class(stream.type), stream.topic, quality)
             for stream in streams(accelerometers)

@@ -56,7 +56,7 @@ from flexarm_model.description import ManipulatorConfig
 from flexarm_model.diagnosis import DiagnosticsConfig
 from flexarm_model.diagnostics_node import Diagnostics
 from flexarm_model.managed_node import LifeSettings, ManagedNode
-from flexarm_model.node import LATCHED_QOS, LOCKSTEP_QOS, MODELS_QOS, RELIABLE_QOS, run_node
+from flexarm_model.node import LATCHED_QOS, LOCKSTEP_QOS, MODELS_QOS, PERIODIC_QOS, RELIABLE_QOS, run_node
 from flexarm_model.reduced_tree import ReducedTree
 
 LIBRARIES = ("scipy.optimize",)  # for goals of the tip at the end of an axis
@@ -154,7 +154,7 @@ class ControllerNode(ManagedNode):
             self._outlets[out.topic].publish(out.msg)
 
     def _connect(self) -> None:
-        quality = LOCKSTEP_QOS if self.settings.lockstep else RELIABLE_QOS
+        quality = LOCKSTEP_QOS if self.settings.lockstep else PERIODIC_QOS
         self._outlets = {
             "joint_commands": self.create_publisher(JointCommand, "joint_commands", quality),
             # deep: what it says of a reference must reach a slow commander among the states' answers

@@ -39,6 +39,8 @@ from flexarm_model.strict_yaml import ConfigError
 
 SENSOR_QOS = QoSProfile(depth=50, reliability=ReliabilityPolicy.BEST_EFFORT)
 RELIABLE_QOS = QoSProfile(depth=10)
+# of every period, for who records them: what his socket had no room for he asks for after 0.1 s (fastdds.xml)
+PERIODIC_QOS = QoSProfile(depth=100)
 LATEST_QOS = QoSProfile(depth=1)
 # of every period: what is lost is too old when it has been sent again, and acknowledging costs each one more
 NEWEST_QOS = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)

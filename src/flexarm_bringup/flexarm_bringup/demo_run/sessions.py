@@ -12,8 +12,9 @@ from domain_coordinator import domain_id  # picks a domain nobody on this machin
 
 from flexarm_bringup.demo_run.motions import motions, out_and_back
 from flexarm_bringup.demo_run.study import Job, Outcome, damping_ratio, outcome_of, tip_reach
-from flexarm_bringup.processes.session import Session
+from flexarm_bringup.processes.session import Session, SessionError
 from flexarm_bringup.record import RunRecord
+from flexarm_bringup.residual import GapError
 from flexarm_model.config import load_config
 from flexarm_model.manipulator_file import find_manipulator
 
@@ -36,13 +37,20 @@ class SessionRun:
 
 
 def outcomes_of(session: Session, record: RunRecord) -> tuple[Outcome, ...]:
-    """Judge the moves of a run."""
+    """Judge the moves of a run.
+
+    Raises:
+        SessionError: The recorder has lost samples of a move.
+    """
     config = load_config(find_manipulator(session.manipulator), session.preset)
     makers = motions(damping_ratio(config))
     moves = out_and_back([math.radians(angle) for angle in session.angles], session.out, session.back, makers)
     where = "DDS lockstep" if session.lockstep else "DDS real time"
     job = Job(session.preset, "mpc", session.angles, 0.0, session.manipulator)
-    return tuple(outcome_of(job, move, record, where, tip_reach(config)) for move in moves)
+    try:
+        return tuple(outcome_of(job, move, record, where, tip_reach(config)) for move in moves)
+    except GapError as error:
+        raise SessionError(f"{session.folder}: samples of a move are missing: {error}") from error
 
 
 def free_domains() -> Iterator[int]:
