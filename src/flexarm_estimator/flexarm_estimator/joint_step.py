@@ -9,9 +9,9 @@ model is learned (``bilinear``)::
 It is filterpy's result to rounding, positive or refused, at a small part of the cost: a camera frame of 60 ms
 age replays a dozen such steps, at 1 kHz sixty. Whatever is out of the ordinary goes through ``filter``.
 
-The steps are run by a ``StepRunner``: in machine code, which takes P+ as what is left of J once ``L_y`` is
-eliminated and leaves out the states that a step does not move; or here with NumPy, where ``nu'`` is appended
-to J as one more row, so that the same factorisation solves ``L_y^-1 nu``.
+The steps are run by a ``StepRunner``: in machine code, which leaves out the states that a step does not
+move; or here with NumPy, where ``nu'`` is appended to J as one more row, so that the same factorisation
+solves ``L_y^-1 nu``.
 """
 
 from __future__ import annotations

@@ -152,7 +152,7 @@ static void measure(const struct step *s, const double *C, int64_t lead, double 
     multiply(m, m, n, 1.0, 1, s->M, m, C_t, half, J, lead);
 }
 
-/* P = what is left of J once y is known; 0, with P untouched, when that is not positive definite. */
+/* P = L_x L_x' of what is left of J once y is known; 0, with P untouched, when that is not positive definite. */
 static int leave(int64_t n, int64_t m, int64_t lead, const double *J, double *P, double *work)
 {
     const double *L_xy = J + m;
@@ -161,7 +161,13 @@ static int leave(int64_t n, int64_t m, int64_t lead, const double *J, double *P,
     copy(n, n, left, lead, factor, lead);
     if (!factorise_first(n, n, lead, factor, factor + n * lead))
         return 0;
-    copy(n, n, left, lead, P, n);
+    for (int64_t j = 0; j < n; j++)
+        for (int64_t i = 0; i < j; i++)
+            factor[i + j * lead] = 0.0;
+    double *start = left;
+    for (int64_t i = 0; i < n * n; i++)
+        start[i] = 0.0;
+    multiply(n, n, n, 1.0, 1, factor, lead, (struct right){factor, lead, 1}, start, P, n);
     mirror(n, P, n);
     return 1;
 }
