@@ -29,8 +29,8 @@ MISSED = {
     ("planar_3rrr", 15): _LINEAR,
 }
 WITH_NODES = {  # of every machine
-    43: "where others use the cores (3RRR, load 8 to 12) the first message of a node came after 2.1 and 3.3 s "
-    "(2) in 2 of 13 kills; alone both arms keep all",
+    43: "where others use the cores (3RRR, load 8 to 12) the first message of a node came after 2.1 and 3.3 "
+    "s (2) in 2 of 13 kills; alone both arms keep all",
 }
 
 
