@@ -108,8 +108,7 @@ def run_closed_loop(
 def past_at_rest() -> Iterator[None]:
     """Leave what exists already out of the search for garbage, which would take 50 ms out of the loop.
 
-    What is made in the loop goes without a search, but for the rows of the record, which are to stay: looking
-    through them again and again takes a twentieth of the time.
+    What is made in the loop goes without a search, but for the rows of the record, which are to stay.
     """
     thresholds = gc.get_threshold()
     gc.freeze()
