@@ -64,6 +64,7 @@ class _Echo:
         self._heard, self._failure = 0, ""
 
     def run(self) -> int:
+        """Listen and print; return the exit code."""
         kind = _await_type(self._node, self._topic, self._args.wait)
         if not kind:
             names = ", ".join(sorted(_topics(self._node))) or "nothing"

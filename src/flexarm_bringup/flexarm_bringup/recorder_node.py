@@ -156,6 +156,7 @@ class RecorderNode(ManagedNode):
 
     def _receiver(self, stream: Stream) -> Callable[[bytes], None]:
         def on_raw(cdr: bytes) -> None:  # a callable with two arguments would be given more than the message
+            """Log a message."""
             self.on_message(stream, cdr)
 
         return on_raw

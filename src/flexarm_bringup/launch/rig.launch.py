@@ -32,6 +32,7 @@ ARGUMENTS = {
 
 
 def generate_launch_description():
+    """Return arguments, environment and what makes the nodes."""
     arguments = [
         DeclareLaunchArgument(name, default_value=default, description=text)
         for name, (default, text) in ARGUMENTS.items()
@@ -44,6 +45,7 @@ def generate_launch_description():
 
 
 def nodes(context):
+    """Return a node for every process of the graph."""
     given = {name: LaunchConfiguration(name).perform(context) for name in ARGUMENTS}
     given["lockstep"] = given["lockstep"].lower() == "true"
     may_return = given.pop("respawn").lower() == "true" and not given["lockstep"]
@@ -58,6 +60,7 @@ def nodes(context):
 
 
 def node(process, may_return, stop):
+    """Return one process as launch starts it."""
     returns = process.respawn and may_return
     return Node(
         package=process.package,
@@ -74,6 +77,7 @@ def node(process, may_return, stop):
 
 
 def on_exit(process, returns, stop):
+    """Return what follows when a process ends: the end of all, or a stop of the motion."""
     if not returns:
         return Shutdown(reason=f"{process.name} ended")
     return OpaqueFunction(function=lambda context: context.is_shutdown or stop.publish(Empty()))

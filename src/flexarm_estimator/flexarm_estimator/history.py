@@ -60,6 +60,7 @@ class Instant:
 
     @belief.setter
     def belief(self, belief: Belief) -> None:
+        """Set it; what was mapped is forgotten."""
         self._belief, self._maps = belief, ()
 
     def carry_over(self, apply: Callable[[Belief], Belief]) -> None:

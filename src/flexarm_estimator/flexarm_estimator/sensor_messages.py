@@ -137,6 +137,7 @@ def _imu_reader(spec: SensorSpec) -> Callable[[Any, float], Reading]:
     rows, covariances = ["xyz".index(channel) for channel in spec.channels], _Covariances(spec)
 
     def read(msg: Any, t: float) -> Reading:
+        """Read a message of the sensor."""
         if msg.header.frame_id != spec.site:
             return Reading([], [Refusal(spec.name, f"frame '{msg.header.frame_id}' is not '{spec.site}'")])
         told = np.asarray(msg.linear_acceleration_covariance, dtype=np.float64).tolist()

@@ -41,6 +41,7 @@ def subscribe_bytes(
     reader = MessageReader(kind, partial(deserialize_message, message_type=kind))
 
     def on_bytes(raw: bytes) -> None:
+        """Read a message, or refuse it."""
         reason = f"message of more than {MOST_BYTES} bytes"
         if len(raw) <= MOST_BYTES:
             try:

@@ -168,6 +168,7 @@ def _read_joints(top: Section, bodies: dict[str, Body], laws: ParameterLaws) -> 
 
 def _read_axis(section: Section, name: str, laws: ParameterLaws) -> Axis:
     def dimension(quantity: str) -> str:
+        """Return the dimension of a quantity of the axis."""
         return axis_dimension(name, quantity)
 
     axis = Axis(

@@ -105,6 +105,7 @@ class _Shape:
         new = kind.__new__
 
         def make(values: Values) -> Any:
+            """Return a message of these values."""
             made = new(kind)
             for slot, field in fields:
                 setattr(made, slot, field(values))
@@ -154,6 +155,7 @@ class _Shape:
         place = self._add(f"{len(known)}s")
 
         def make(values: Values) -> str:
+            """Return the text among these values."""
             told = values[place]
             if told == known:
                 return text

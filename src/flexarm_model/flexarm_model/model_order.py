@@ -37,6 +37,7 @@ def with_more_modes(config: ManipulatorConfig, extra: int) -> ManipulatorConfig:
     """Return the manipulator with ``extra`` more modes of every body that says how many to keep."""
 
     def richer(body: Body) -> Body:
+        """Return the body with more modes."""
         if not isinstance(body, Beam | ImportedBody):
             return body
         kept = body.reduction
@@ -51,6 +52,7 @@ def with_elements(config: ManipulatorConfig, elements: int) -> ManipulatorConfig
     """Return the manipulator with that many elements in every flexible piece."""
 
     def finer(body: Body) -> Body:
+        """Return the body with more elements."""
         if not isinstance(body, Beam):
             return body
         return replace(
@@ -64,6 +66,7 @@ def with_rigid_beams(config: ManipulatorConfig) -> ManipulatorConfig:
     """Return the manipulator whose beams are rigid bodies of the same mass, and whose gauges are gone."""
 
     def rigid(body: Body) -> Body:
+        """Return the body without what bends."""
         return _rigid_beam(body) if isinstance(body, Beam) else body
 
     sensors = tuple(sensor for sensor in config.sensors if sensor.kind != "strain_gauge")
@@ -74,6 +77,7 @@ def with_rigid_beams(config: ManipulatorConfig) -> ManipulatorConfig:
 
 def _with_reduction(config: ManipulatorConfig, method: str, f_max: float) -> ManipulatorConfig:
     def reduced(body: Body) -> Body:
+        """Return the body reduced by the method."""
         if not isinstance(body, Beam):
             return body
         return replace(body, reduction=replace(body.reduction, method=method, modes=0, f_max=f_max))

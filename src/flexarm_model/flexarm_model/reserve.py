@@ -29,6 +29,7 @@ def stand_by(module: str, line: socket.socket) -> bool:
     """Load a module, make what it says and wait; return whether the reserve was called on its line."""
 
     def make() -> None:
+        """Make what the node asks for first."""
         from flexarm_model.ahead import make_ahead  # an ordinary process does without
 
         make_ahead(module, sys.argv)

@@ -26,6 +26,7 @@ def fields_panel(topic: str, series: BagSeries) -> Panel | None:
         return None
 
     def draw(plot: Plot, series: BagSeries) -> None:
+        """Draw one strip per field."""
         t, rows = series.times(topic), [dict(_numbers(msg, "")) for msg in series.messages(topic)]
         for name, axes in zip(names, stacked(plot, len(names)), strict=True):
             width = min(max(np.size(row.get(name, ())) for row in rows), LONGEST)

@@ -112,10 +112,12 @@ def _shapers(leg: ComparedLeg, watch: Watch, is_quick: bool) -> dict[str, Callab
     modes = _modes(leg, watch)
 
     def design(kind: str, count: int) -> Shaper:
+        """Return the shaper of the first modes."""
         parts = [SHAPERS[kind](float(leg.model.omega[i]), float(leg.model.zeta[i])) for i in modes[:count]]
         return parts[0] if count == 1 else convolve(*parts)
 
     def of_modes(kind: str, count: int) -> Callable[[], Shaper]:
+        """Return what designs it later."""
         return lambda: design(kind, count)
 
     counts = {1: ""} if is_quick or len(modes) < 2 else {1: "", 2: ", two modes"}

@@ -217,6 +217,7 @@ def _title(title: str, preset: str) -> str:
 
 def _plain(result: CompareResult, base: float) -> dict[str, Cell]:
     def finite(value: float | None) -> float | None:
+        """Return a value that JSON can hold."""
         return value if value is not None and math.isfinite(value) else None
 
     return {

@@ -137,6 +137,7 @@ def with_effort(config: ManipulatorConfig, effort: Array | None) -> ManipulatorC
     limit = dict(zip(config.actuated, effort.tolist(), strict=True))
 
     def change(joint: Joint) -> Joint:
+        """Return the joint with the limits of its axes."""
         axes = (replace(a, effort=limit.get(f"{joint.name}.{a.name}", a.effort)) for a in joint.axes)
         return replace(joint, axes=tuple(axes))
 

@@ -128,6 +128,7 @@ class _Without:
         self.on_intervention = exchange.on_intervention
 
     def on_model(self, msg: Any) -> Iterable[Outgoing]:
+        """Switch the sensors off that are to be off, once there is an estimator."""
         outgoing = self._exchange.on_model(msg)
         if self._exchange.estimator is not None:
             for sensor in self._off:
@@ -139,13 +140,17 @@ class _NoController:
     """Says nothing."""
 
     def on_model(self, msg: Any) -> Iterable[Outgoing]:
+        """Answer nothing."""
         return ()
 
     def on_reference(self, msg: Any) -> Iterable[Outgoing]:
+        """Answer nothing."""
         return ()
 
     def on_guard_status(self, msg: Any) -> None:
-        return None
+        """Hear nothing."""
+        return
 
     def on_modal_state(self, msg: Any) -> Iterable[Outgoing]:
+        """Answer nothing."""
         return ()

@@ -79,6 +79,7 @@ def motions(zeta: float) -> dict[str, ProfileMaker]:
     shaper = zvd(2 * np.pi * PUBLISHED_F1_HZ, zeta)
 
     def published(case: str) -> ProfileMaker:
+        """Return what makes a published trapezoid of any angle."""
         return lambda angle: Trapezoid.published(case, angle, 1 / PUBLISHED_F1_HZ)
 
     return {

@@ -117,6 +117,7 @@ class MarkersNode(Node):  # type: ignore[misc]
 
     def _keeper(self, topic: str) -> Any:
         def keep(raw: bytes) -> None:
+            """Keep the newest message of the topic."""
             self._newest[topic] = raw
 
         return keep

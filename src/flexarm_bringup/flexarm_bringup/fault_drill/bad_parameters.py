@@ -44,6 +44,7 @@ def bad_files(node: str) -> tuple[BadFile, ...]:
     own = "manipulator"
 
     def bad(what: str, key: str, value: str, *allowed: str) -> BadFile:
+        """Return a file in which one key is wrong."""
         return BadFile(what, f"{name}:\n  ros__parameters:\n    {key}: {value}\n", (name, key, *allowed))
 
     allowed = _allowed(number)

@@ -119,6 +119,7 @@ def _edit(change: Callable[[dict[str, object]], object]) -> Callable[[Path], Non
     """Return what changes the metadata of the topic of the encoders."""
 
     def spoil(bag: Path) -> None:
+        """Change what the metadata say of the encoders' topic."""
         path = bag / METADATA
         content = yaml.safe_load(path.read_text(encoding="utf8"))
         (topic,) = (t for t in content[BAG_KEY][TOPICS_KEY] if t["topic_metadata"]["name"] == JOINTS)
@@ -132,6 +133,7 @@ def _replace(old: bytes, new: bytes) -> Callable[[Path], None]:
     """Return what writes something else of the same length everywhere in the bag."""
 
     def spoil(bag: Path) -> None:
+        """Replace bytes in metadata and data alike."""
         for path in (bag / METADATA, bag / DATA_FILE):
             path.write_bytes(path.read_bytes().replace(old, new))
         (bag / CHECKSUM_FILE).unlink()

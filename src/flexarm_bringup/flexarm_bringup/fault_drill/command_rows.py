@@ -115,10 +115,12 @@ class _Random:
         self._wanted = iter(wanted)
 
     def step(self, state: ArmState, reference: Reference, sent: Array) -> Plan:
+        """Return the torque that is next."""
         torque = next(self._wanted)
         return Plan(torque[None], QpResult(torque, "", 0, 0.0, True), ())
 
     def work_ahead(self) -> None:
+        """Do nothing; see ``Planner``."""
         pass
 
 

@@ -85,6 +85,7 @@ def tip_within(factor: float) -> Measure:
     """Measure the RMS tip error while the fault lasts, over e0 (the same time without the fault)."""
 
     def measure(trial: Trial) -> Finding:
+        """Measure it in the time of the fault."""
         e0 = trial.stand.nominal.rms(trial.start, trial.end)
         ratio = trial.trace.rms(trial.start, trial.end) / e0
         return Finding(trial.name("tip RMS / e0"), ratio, factor)
@@ -96,6 +97,7 @@ def flagged_within(seconds: float) -> Measure:
     """Measure the time until the estimate is not "ok" and names a sensor at fault."""
 
     def measure(trial: Trial) -> Finding:
+        """Measure until a reason names one of the sensors."""
         since = _first(trial, lambda e: e.status != "ok" and any(name in e.reason for name in trial.sensors))
         return Finding(trial.name("flagged after"), since, seconds, "s")
 
@@ -106,7 +108,10 @@ def stale_within(seconds: float) -> Measure:
     """Measure the time until every sensor at fault is told to be silent."""
 
     def measure(trial: Trial) -> Finding:
+        """Measure until all of the sensors are told to be stale."""
+
         def is_stale(e: Estimate) -> bool:
+            """Say whether an estimate tells all of them to be stale."""
             return all(r.status == "stale" for r in e.sensors if r.name in trial.sensors)
 
         return Finding(trial.name("stale after"), _first(trial, is_stale), seconds, "s")
@@ -125,6 +130,7 @@ def lost_within(seconds: float) -> Measure:
     """Measure the time until the estimate says that it may not be used."""
 
     def measure(trial: Trial) -> Finding:
+        """Measure until the state is told to be lost."""
         return Finding(trial.name("lost after"), _first(trial, lambda e: e.status == "lost"), seconds, "s")
 
     return measure
@@ -134,6 +140,7 @@ def recovered_within(seconds: float) -> Measure:
     """Measure the time from the end of the fault until the estimate is "ok" and stays so."""
 
     def measure(trial: Trial) -> Finding:
+        """Measure from the end of the fault on."""
         trace = trial.trace
         first = trace.tick(trial.end)
         bad = [k for k in range(first, len(trace.t)) if trace.estimates[k].status != "ok"]
@@ -148,6 +155,7 @@ def fused_at_most(count: int) -> Measure:
     """Measure how many of the samples taken while the fault lasted were fused, of the worst sensor."""
 
     def measure(trial: Trial) -> Finding:
+        """Measure what was fused of each sensor in the time of the fault."""
         latency = {spec.name: spec.latency for spec in trial.stand.sensors}
         fused = []
         for name in trial.sensors:  # until then arrives what was taken before
@@ -187,6 +195,7 @@ def honest(share: float) -> Measure:
     """Measure the share of estimates whose tip error is within the three sigmas they publish."""
 
     def measure(trial: Trial) -> Finding:
+        """Measure it in the time of the fault."""
         trace = trial.trace
         inside = (trace.t >= trial.start) & (trace.t < trial.end)
         within = float(np.mean(trace.error[inside] <= 3.0 * trace.sigma[inside]))

@@ -72,6 +72,7 @@ def _as_of_arrival(stand: Stand) -> Change:
     cameras, encoders = _names(stand, CAMERA), _names(stand, ENCODER)
 
     def change(tick: int, samples: list[Measurement]) -> list[Measurement]:
+        """Leave the encoders out and stamp camera frames as they arrive."""
         now = float(stand.record.t[tick])
         kept = [sample for sample in samples if sample.sensor not in encoders]
         return [s._replace(t=now) if s.sensor in cameras else s for s in kept]

@@ -82,6 +82,7 @@ class LiveRig:
         """Hear, and tend the processes, until something holds."""
 
         def holds() -> bool:
+            """Look around, then ask."""
             self._look()
             return condition()
 

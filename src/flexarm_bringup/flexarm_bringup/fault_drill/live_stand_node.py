@@ -56,6 +56,7 @@ class NodeLink:
         told: dict[str, Any] = {}
 
         def is_told() -> bool:
+            """Say whether both topics have answered the instant."""
             for topic in HEARD[:2]:
                 newest = self._ear.latest(topic)
                 if newest is not None and stamp_to_ns(newest.header.stamp) == stamp_ns:

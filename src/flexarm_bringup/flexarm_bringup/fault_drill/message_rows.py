@@ -30,10 +30,12 @@ def wrong_frames(topic: str, kind: str, spoil: Callable[[Any], None]) -> Callabl
     """Return what spoils all messages of a topic that starts with ``topic``."""
 
     def play(stand: Stand) -> list[Finding]:
+        """Play the messages with those of the topic spoilt."""
         bench, first = stand.messages, round(FAULT_START / stand.record.dt)
         told = FAULT_START + TOLD_AFTER
 
         def tamper(k: int, messages: list[Outgoing]) -> list[Outgoing]:
+            """Spoil the messages of the topic."""
             for out in messages if k >= first else ():
                 if out.topic.startswith(topic):
                     spoil(out.msg)
@@ -59,6 +61,7 @@ def fuzz(stand: Stand) -> list[Finding]:
     sent: list[bool] = []
 
     def tamper(k: int, messages: list[Outgoing]) -> list[Outgoing]:
+        """Add spoilt copies of what sensors say."""
         bad, said = [], [out for out in messages if out.topic != TORQUE]
         for _ in range(each):
             out = copy.deepcopy(said[rng.integers(len(said))])
@@ -80,6 +83,7 @@ def odd_covariances(stand: Stand) -> list[Finding]:
     odd = [np.zeros(36), -np.eye(6).ravel(), np.full(36, math.nan), np.full(36, math.inf)]
 
     def tamper(k: int, messages: list[Outgoing]) -> list[Outgoing]:
+        """Give the camera odd covariances."""
         for out in messages:
             if out.topic.startswith("camera"):
                 out.msg.pose.covariance = odd[k % len(odd)]
@@ -96,6 +100,7 @@ def missing_fields(stand: Stand) -> list[Finding]:
     bench = stand.messages
 
     def tamper(k: int, messages: list[Outgoing]) -> list[Outgoing]:
+        """Leave out what drivers may leave out."""
         for out in messages:
             if out.topic == "joint_states":
                 out.msg.velocity, out.msg.effort = [], []
@@ -112,6 +117,7 @@ def no_stamps(stand: Stand) -> list[Finding]:
     spoilt: set[str] = set()
 
     def tamper(k: int, messages: list[Outgoing]) -> list[Outgoing]:
+        """Take the stamps away."""
         for out in messages if k >= first else ():
             if out.topic not in DRIVES:
                 out.msg.header.stamp.sec = out.msg.header.stamp.nanosec = 0

@@ -19,6 +19,7 @@ def on_nodes(row: Row) -> Row:
     """Return a row whose faults the rig node injects."""
 
     def play(stand: SystemStand) -> Sequence[Finding]:
+        """Play the row on the nodes."""
         return row.play(stand.nodes)
 
     return replace(row, play=play, kind="N")
@@ -28,6 +29,7 @@ def on_live_estimator(row: Row) -> Row:
     """Return a row whose messages go to an estimator node."""
 
     def play(stand: SystemStand) -> Sequence[Finding]:
+        """Play the row on nodes that run by the clock."""
         with stand.live() as live:
             return row.play(live)
 

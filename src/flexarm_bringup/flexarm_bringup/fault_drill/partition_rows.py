@@ -45,6 +45,7 @@ def _cuts(machine: str) -> list[Finding]:
     with partition(os.getpid() % 256) as net:
 
         def command(process: Process) -> list[str]:
+            """Return the command line; inside the other network but beside the motors."""
             path = find_executable(process.package, process.executable, os.environ)
             line = [str(path), *ros_arguments(process)]
             return line if process.name in BESIDE_THE_MOTORS else net.inside(line)

@@ -39,6 +39,7 @@ def attaching(heavier: Plant, at: float, observe: Observer) -> Observer:
     """Return what observes a loop, and from ``at`` [s] on has ``heavier`` in the place of its plant."""
 
     def look(hardware: Hardware, estimate: Estimate) -> Mapping[str, Array]:
+        """Change the plant when it is time; observe as before."""
         rig = hardware.rig
         if rig.plant is not heavier and hardware.t >= at:
             take_over(heavier, rig.plant)

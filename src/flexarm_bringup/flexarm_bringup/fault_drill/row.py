@@ -78,6 +78,7 @@ def cases(*todo: Case) -> Play:
     """Return what plays several runs, one after the other."""
 
     def play(stand: Bench) -> list[Finding]:
+        """Play the cases that the stand has sensors for."""
         findings = [finding for case in todo for finding in case.play(stand)]
         if not findings:
             raise Skipped("the machine has no such sensor")

@@ -67,6 +67,7 @@ def _numbers(value: float, *measures: Measure) -> Play:
     """Return what puts a number into a few samples of every sensor."""
 
     def play(stand: Bench) -> list[Finding]:
+        """Put the number into samples of every sensor at once."""
         faults = {
             spec.name: replace(_some(spec.kind, "nan", value), start=FAULT_START, end=FAULT_END)
             for spec in stand.sensors

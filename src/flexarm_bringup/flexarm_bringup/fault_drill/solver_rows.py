@@ -180,12 +180,14 @@ class _Raising:
         self._law, self._cycle = law, -1
 
     def step(self, state: ArmState, reference: Reference, sent: Array) -> Plan:
+        """Raise one of the errors in every third cycle."""
         self._cycle += 1
         if self._cycle % 3 == 2:
             raise self.ERRORS[self._cycle // 3 % len(self.ERRORS)]
         return self._law.step(state, reference, sent)
 
     def work_ahead(self) -> None:
+        """Do nothing; see ``Planner``."""
         pass
 
 

@@ -62,6 +62,7 @@ def swapped(stand: Stand) -> list[Finding]:
     held: list[Measurement] = []
 
     def change(tick: int, samples: list[Measurement]) -> list[Measurement]:
+        """Hold the samples of one instant back for some ticks."""
         if tick == k:
             held.extend(sample for sample in samples if sample.sensor in names)
             return [sample for sample in samples if sample.sensor not in names]

@@ -61,6 +61,7 @@ def first_half(record: Records) -> Records:
         n = max(n // record.repeats, 1) * record.repeats
 
     def cut(signals: Mapping[str, Array]) -> dict[str, Array]:
+        """Return the first half of all signals."""
         return {name: values[:n] for name, values in signals.items()}
 
     return replace(

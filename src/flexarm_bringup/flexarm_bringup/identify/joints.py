@@ -100,6 +100,7 @@ def move_rig(
     torques: list[Array] = []
 
     def hear(rig: Rig, samples: list[Sample], tau: Array) -> None:
+        """Note what the encoders say, and the torque."""
         rows.append({s.sensor: float(s.y[0]) for s in samples if s.sensor in sites})
         torques.append(tau)
         if not rig.tick % round(1.0 / rig.dt):

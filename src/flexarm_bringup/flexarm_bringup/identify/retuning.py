@@ -64,6 +64,7 @@ def retune(
     tables = retune_tables(proposal, trials, unlearned)
 
     def add(page: Page) -> Page:
+        """Return the page with the tables and where the settings were written."""
         remarks = dict(page.remarks)
         remarks["Written"] = [*remarks.get("Written", []), f"wrote {output}: moves with the new settings"]
         return Page(page.title, page.lead, [*tables, *page.items], page.checks, remarks, page.data)

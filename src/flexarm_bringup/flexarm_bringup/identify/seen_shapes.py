@@ -51,6 +51,7 @@ class SeenShapes:
         """Return what serves shapes, too."""
 
         def serve(changes: Mapping[str, str | float], pose: Array) -> tuple[Array, ...]:
+            """Return modes and what the sensors see of their shapes."""
             return (*modes_of(changes, pose), self.described(changes, pose))
 
         return serve

@@ -139,6 +139,7 @@ def of_records(records: Sequence[Records], averaging: Averaging) -> Source:
     parts, draws = [source.responses for source in sources], [source.draw for source in sources]
 
     def draw(rng: np.random.Generator) -> Responses:
+        """Draw from each of the sources."""
         return merge([again(rng) for again in draws if again is not None])
 
     told = (*check_scale(parts), *dict.fromkeys(remark for source in sources for remark in source.remarks))
@@ -169,6 +170,7 @@ def _of_set_up(records: Sequence[Records], averaging: Averaging) -> Source:
     count = len(blocks.spectra)
 
     def draw(rng: np.random.Generator) -> Responses:
+        """Draw blocks with repetition."""
         for _ in range(DRAWS_TRIED):  # few blocks drawn with repetition may hold too few inputs
             try:
                 return _responses(blocks.frf(estimator, first.kind, rng.integers(count, size=count)), first)

@@ -83,6 +83,7 @@ def _die_with(parent: int) -> Callable[[], None]:
     prctl = ctypes.CDLL(None, use_errno=True).prctl
 
     def ask() -> None:
+        """Make the calls; between fork and exec."""
         prctl(_PR_SET_PDEATHSIG, signal.SIGTERM, 0, 0, 0)
         signal.signal(signal.SIGINT, signal.SIG_DFL)
         if os.getppid() != parent:  # it died before we asked

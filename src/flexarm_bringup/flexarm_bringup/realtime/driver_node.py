@@ -107,6 +107,7 @@ class Driver(Node):
 
     def _begin(self, reference: Reference, failed: Callable[[], str]) -> None:
         def wait(what: str, holds: Callable[[], bool]) -> None:
+            """Listen until a condition holds."""
             deadline = time.monotonic() + PATIENCE
             while not holds():
                 if failed() or time.monotonic() > deadline:

@@ -75,6 +75,7 @@ def synthetic_robot(seed: int) -> ManipulatorConfig:
     }
 
     def drawn(joint: Joint, axis: Axis) -> Axis:
+        """Return the axis with its joint's factor."""
         stiffness = axis.stiffness * factors[joint.name][0 if is_gear(joint, axis) else 1]
         return replace(axis, stiffness=stiffness, damping=ROBOT_DAMPING * stiffness)
 
@@ -108,6 +109,7 @@ def with_factors(config: ManipulatorConfig, factors: dict[str, float]) -> Manipu
     """Return a robot with springs times their factors, damping in proportion."""
 
     def scaled(joint: Joint, axis: Axis) -> Axis:
+        """Return the axis with its own factor."""
         factor = factors[f"{joint.name}.{axis.name}"]
         return replace(axis, stiffness=axis.stiffness * factor, damping=axis.damping * factor)
 

@@ -104,6 +104,7 @@ def propose(
     kept = keep_margins(updated, filter_, (law, fitted), poses)
 
     def accept(settings: Settings) -> bool:
+        """Say whether the margins are kept at all poses."""
         loop = Loop(updated, settings[0], (law, settings[1]))
         return not any(map(loop.judge, kept.poses))
 

@@ -65,6 +65,7 @@ def run(args: argparse.Namespace) -> int:
     started = time.monotonic()
 
     def say(text: str) -> None:
+        """Print a line with the time since the start."""
         print(f"[{time.monotonic() - started:6.2f} s] {text}", flush=True)
 
     try:

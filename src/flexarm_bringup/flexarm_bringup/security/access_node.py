@@ -40,6 +40,7 @@ def access_of(
 
 def _asked(node: WatchNode, name: str) -> NodeAccess:
     def names(ask: Callable[[str, str], list[tuple[str, list[str]]]]) -> tuple[str, ...]:
+        """Return names of topics or services of the node."""
         return tuple(sorted(found for found, _ in ask(name, NAMESPACE)))
 
     return NodeAccess(

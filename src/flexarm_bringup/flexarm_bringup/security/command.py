@@ -76,6 +76,7 @@ def access_of_graph(manipulator: str, preset: str) -> tuple[NodeAccess, ...]:
         names = tuple(row.name for row in graph)
 
         def is_late() -> bool:
+            """Say whether to wait no longer."""
             return time.monotonic() > end or bool(supervisor.failed())
 
         return access_of(names, is_late, lambda text: progress.say(f"asking the nodes: {text}"))

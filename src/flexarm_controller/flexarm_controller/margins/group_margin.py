@@ -27,6 +27,7 @@ def group_gain_margin(answer: Complex) -> GainMargin:
     roots = np.linalg.eigvals(answer)  # (k, n_u)
 
     def is_unstable(db: float) -> bool:
+        """Say whether so much more gain makes the loop unstable."""
         return bool(unstable_zeros((1.0 - (10.0 ** (db / 20.0) - 1.0) * roots).prod(axis=1)))
 
     up, down = (_first(is_unstable, sign) for sign in (1.0, -1.0))

@@ -60,6 +60,7 @@ def find_law_gain(planner: Planner, model: ReducedModel, effort: Array, delay: i
     )  # [x; d; sent]
 
     def answer(p: Array) -> Array:
+        """Return the torque that the law gives at ``[state; disturbance; sent]``."""
         theta, eta, theta_dot, eta_dot = np.split(p[: 2 * n], [n_u, n, n + n_u])
         state = ArmState(0.0, model.model_id, theta, eta, theta_dot, eta_dot, p[2 * n : 2 * n + n_u])
         plan = planner.step(state, reference, p[2 * n + n_u :].reshape(count, n_u))
@@ -76,6 +77,7 @@ def _slope(answer: Callable[[Array], Array], at: Array, k: int, effort: Array) -
     """Return the derivative of the answer by entry k, (n_u,)."""
 
     def difference(h: float) -> Array:
+        """Return a central difference."""
         step = np.zeros_like(at)
         step[k] = h
         return (answer(at + step) - answer(at - step)) / (2 * h)

@@ -91,6 +91,7 @@ def _soft(prediction: Prediction, soft: SoftOutputs, limits: Limits, known: Know
     n_s, n_b = len(soft.names), prediction.ends.size
 
     def output(states: Array) -> Array:  # (N n_x, k) -> (n_b n_s, k)
+        """Return the limited outputs of columns of states."""
         stacked = states.reshape(known.N, known.n_x, -1)[prediction.ends]
         return np.asarray((soft.C @ stacked).reshape(n_b * n_s, stacked.shape[2]))
 

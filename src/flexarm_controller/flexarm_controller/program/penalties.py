@@ -116,6 +116,7 @@ def penalise(
     T, until = prediction.T, (N - 1) * n_x
 
     def tip(states: Array) -> Array:  # (N n_x, k) -> ((N - 1) n_t, k)
+        """Return the weighted tip of columns of states."""
         width = states.shape[1]
         return np.asarray(cost.tip @ states[:until].reshape(N - 1, n_x, width)).reshape(-1, width)
 

@@ -42,6 +42,7 @@ def described_shapes(path: Path, preset: str, motors_locked: bool, outputs: Sequ
     """
 
     def shapes(changes: Mapping[str, str | float], pose: Array) -> Array:
+        """Return the shapes of the changed arm at a pose."""
         config = replace(load_config(path, preset, changes), home=np.array(pose, dtype=float))
         model = linearize(ReducedTree(config, use_compiler=False))
         names, units = output_names(config), output_units(config)
