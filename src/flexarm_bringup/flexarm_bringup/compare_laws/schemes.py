@@ -100,7 +100,7 @@ class Case:
 
     def scarce(self) -> list[Scheme]:
         """Return the worst profile under every law with half the torque that it asks for."""
-        effort = SCARCE * np.max([leg.peak(leg.given) for leg in self.legs], axis=0)
+        effort = SCARCE * np.array([leg.peak(leg.given) for leg in self.legs]).max(axis=0)
         return [self.scheme(law, WORST, self.motions[WORST], effort) for law in (PD, LQR, MPC)]
 
     def scheme(

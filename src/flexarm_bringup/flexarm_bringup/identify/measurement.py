@@ -142,7 +142,7 @@ def merge(parts: Sequence[Responses]) -> Responses:
         for cell in every
     }
     known = dict.fromkeys(cell for part in parts for cell in part.coherence)
-    coherence = {
+    coherence: dict[Cell, Array] = {
         cell: np.asarray(np.min([part.coherence[cell] for part in parts if cell in part.coherence], axis=0))
         for cell in known
     }

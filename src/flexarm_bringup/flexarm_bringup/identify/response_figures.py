@@ -84,7 +84,7 @@ def _panel(axes: Axes, result: Result, fitted: NDArray[np.complex128] | None, o:
             left = abs(frf.H[:, o, i] - fitted[:, o, i])
             axes.semilogy(frf.f_hz, np.where(counts, left, np.nan), linewidth=0.5, color="#9aa4b0")
     shown = abs(frf.H[:, o])[counts] if counts.any() else abs(frf.H[:, o])
-    axes.set_ylim(bottom=max(shown.min(), 1e-5 * shown.max()) / 30)
+    axes.set_ylim(bottom=float(max(shown.min(), 1e-5 * shown.max())) / 30)
 
 
 def _fitted(result: Result) -> NDArray[np.complex128] | None:

@@ -122,9 +122,9 @@ def output_poles(y: Array, rate_hz: float, band_hz: tuple[float, float]) -> tupl
 
 def _at_order(O: Array, n: int, m: int, rate_hz: float, band_hz: tuple[float, float]) -> OrderPoles:  # noqa: E741
     A = np.linalg.lstsq(O[:-m], O[m:], rcond=None)[0]
-    values, vectors = np.linalg.eig(A)
+    values, vectors = (np.asarray(part, dtype=np.complex128) for part in np.linalg.eig(A))
     with np.errstate(divide="ignore"):
-        s = np.log(values.astype(complex)) * rate_hz
+        s = np.asarray(np.log(values) * rate_hz, dtype=np.complex128)
     f = abs(s) / (2 * np.pi)
     keep = np.flatnonzero((s.imag > 0) & (s.real < 0) & (f >= band_hz[0]) & (f <= band_hz[1]))
     keep = keep[np.argsort(f[keep], kind="stable")]
