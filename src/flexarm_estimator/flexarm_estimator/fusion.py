@@ -72,7 +72,7 @@ class Fusion:
         verdicts: list[Verdict] = []
         i = first
         while i < len(instants):
-            i += self._replay(instants, i)
+            i += 0 if instants[i].pending else self._replay(instants, i)
             if i < len(instants):
                 before, instant = instants[i - 1], instants[i]
                 is_stepped = i == first and self._lacks_only_poses(before, instant)

@@ -22,6 +22,7 @@ from flexarm_estimator.reopening import Reopening
 
 Array = NDArray[np.float64]
 SAME_INSTANT = 1e-6  # s; stamps closer than this are one instant
+_NOTHING: Array = np.empty(0)
 
 
 @dataclass(slots=True)
@@ -46,7 +47,7 @@ class Instant:
     pending: dict[str, Measurement] = field(default_factory=dict)
     refused: dict[str, Measurement] = field(default_factory=dict)
     reopening: Reopening | None = None
-    inputs: Array = field(default_factory=lambda: np.empty(0))
+    inputs: Array = field(default_factory=lambda: _NOTHING)
     prepared: PreparedStep | None = None
     _maps: tuple[Callable[[Belief], Belief], ...] = ()
 

@@ -20,9 +20,13 @@ class JointStepCache:
         """Start empty; ``source`` is the filter."""
         self._source = source
         self._steps: dict[tuple[float, tuple[str, ...]], JointStep] = {}
+        self._known = dict(self._steps)  # the same by the period as asked for, which rounding makes many of
 
     def step(self, before: Belief, dt: float, u: Array, names: tuple[str, ...]) -> JointStep:
         """Return the step from ``before`` over ``dt`` [s] under the inputs ``u``, and the rows at its end."""
+        known = self._known.get((dt, names))
+        if known is not None:
+            return known
         source = self._source
         transition = source.transition(before, dt, u)
         if not source.keeps_matrices:
@@ -36,4 +40,7 @@ class JointStepCache:
                 self._steps.clear()
             step = JointStep(transition, source.rows(names, before, u) if names else None)
             self._steps[transition.dt, names] = step
+        if len(self._known) >= _SIZE:
+            self._known.clear()
+        self._known[dt, names] = step
         return step

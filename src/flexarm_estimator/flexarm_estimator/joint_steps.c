@@ -213,19 +213,28 @@ static int is_within(const struct limits *limits, const double *x)
     return 1;
 }
 
-/* Run steps from the belief (x, P) on; return how many succeeded in a row. After one that leads beyond the limits
-   somebody else has to lead the state back before the next. */
-int64_t flexarm_joint_steps(
-    int64_t count, const struct step *const *steps, double *const *records,
-    const double *x, const double *P, double *work, const struct limits *limits)
+/* Steps to run from the belief (x, P) on. */
+struct run {
+    int64_t count;
+    const struct step *const *steps;
+    double *const *records;
+    const double *x, *P;
+    double *work;
+    struct limits limits;
+};
+
+/* Run them; return how many succeeded in a row. After one that leads beyond the limits somebody else has to lead
+   the state back before the next. */
+int64_t flexarm_joint_steps(const struct run *run)
 {
-    for (int64_t i = 0; i < count; i++) {
-        if (!run_step(steps[i], x, P, records[i], work))
+    const double *x = run->x, *P = run->P;
+    for (int64_t i = 0; i < run->count; i++) {
+        if (!run_step(run->steps[i], x, P, run->records[i], run->work))
             return i;
-        x = records[i];
-        P = records[i] + steps[i]->n;
-        if (!is_within(limits, x))
+        x = run->records[i];
+        P = x + run->steps[i]->n;
+        if (!is_within(&run->limits, x))
             return i + 1;
     }
-    return count;
+    return run->count;
 }

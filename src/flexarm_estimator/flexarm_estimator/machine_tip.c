@@ -14,6 +14,8 @@ struct tip {
     int64_t (*close)(const void *, double *, double *);
     int64_t (*follow)(const void *, const double *, int64_t, double *);
     double *q, *J_q, *J, *moved;       /* (n_q,), (6, n_q), (6, n) row-major, (n,) */
+    const double *x, *P;               /* the state */
+    double *record;                    /* [T; twist; cov_pose; cov_twist; variance of the position] */
 };
 
 static const double *evaluate(struct function *f, const double *at)
@@ -23,25 +25,25 @@ static const double *evaluate(struct function *f, const double *at)
     return f->res[0];
 }
 
-/* Pose (4, 4) at the state x; 0 where the loops do not close. */
-int64_t flexarm_place_tip(const struct tip *s, const double *x, double *T)
+/* Pose (4, 4); 0 where the loops do not close. */
+int64_t flexarm_place_tip(const struct tip *s)
 {
     memcpy(s->q, s->origin, s->n_q * sizeof *s->q);
     for (int64_t j = 0; j < s->n; j++)
         for (int64_t i = 0; i < s->n_q; i++)
-            s->q[i] += s->Phi[i + j * s->n_q] * x[j];
+            s->q[i] += s->Phi[i + j * s->n_q] * s->x[j];
     if (s->loops && !s->close(s->loops, s->q, 0))
         return 0;
     const double *columns = evaluate(s->pose, s->q);
     for (int64_t i = 0; i < POSE; i++)
-        T[i] = columns[i / 4 + i % 4 * 4];
+        s->record[i] = columns[i / 4 + i % 4 * 4];
     return 1;
 }
 
 /* Pose, and the Jacobian by xi in s->J; 0 where the loops do not close. */
-int64_t flexarm_locate_tip(const struct tip *s, const double *x, double *T)
+int64_t flexarm_locate_tip(const struct tip *s)
 {
-    if (!flexarm_place_tip(s, x, T))
+    if (!flexarm_place_tip(s))
         return 0;
     memcpy(s->J_q, evaluate(s->jacobian, s->q), RATES * s->n_q * sizeof *s->J_q);
     if (s->loops && !s->follow(s->loops, s->q, RATES, s->J_q))
@@ -58,7 +60,7 @@ int64_t flexarm_locate_tip(const struct tip *s, const double *x, double *T)
 }
 
 /* J P J' of a block of P on its diagonal, from ``at`` on; returns the sum of its diagonal. */
-static double spread(const struct tip *s, const double *P, int64_t at, double *cov)
+static double spread(const struct tip *s, int64_t at, double *cov)
 {
     double sum = 0.0;
     for (int64_t k = 0; k < RATES; k++) {
@@ -67,7 +69,7 @@ static double spread(const struct tip *s, const double *P, int64_t at, double *c
             s->moved[j] = 0.0;
         for (int64_t i = 0; i < s->n; i++)
             for (int64_t j = 0; j < s->n; j++)
-                s->moved[j] += row[i] * P[(at + i) * s->n_x + at + j];
+                s->moved[j] += row[i] * s->P[(at + i) * s->n_x + at + j];
         for (int64_t l = 0; l <= k; l++) {
             double value = 0.0;
             for (int64_t j = 0; j < s->n; j++)
@@ -79,21 +81,21 @@ static double spread(const struct tip *s, const double *P, int64_t at, double *c
     return sum;
 }
 
-/* record = [T; twist; cov_pose; cov_twist; variance of the position]; 0 where it is not finite, or not known. */
-int64_t flexarm_describe_tip(const struct tip *s, const double *x, const double *P, double *record)
+/* The whole record; 0 where it is not finite, or not known. */
+int64_t flexarm_describe_tip(const struct tip *s)
 {
-    double *twist = record + POSE, *cov_pose = twist + RATES, *cov_twist = cov_pose + BLOCK;
-    if (!flexarm_locate_tip(s, x, record))
+    double *twist = s->record + POSE, *cov_pose = twist + RATES, *cov_twist = cov_pose + BLOCK;
+    if (!flexarm_locate_tip(s))
         return 0;
-    double sum = spread(s, P, 0, cov_pose) + spread(s, P, s->n, cov_twist);
+    double sum = spread(s, 0, cov_pose) + spread(s, s->n, cov_twist);
     for (int64_t k = 0; k < RATES; k++) {
         twist[k] = 0.0;
         for (int64_t j = 0; j < s->n; j++)
-            twist[k] += s->J[k * s->n + j] * x[s->n + j];
+            twist[k] += s->J[k * s->n + j] * s->x[s->n + j];
         sum += twist[k];
     }
     for (int64_t i = 0; i < POSE; i++)
-        sum += record[i];
+        sum += s->record[i];
     cov_twist[BLOCK] = cov_pose[0] + cov_pose[RATES + 1] + cov_pose[2 * RATES + 2];
     return isfinite(sum) ? 1 : 0;
 }

@@ -29,6 +29,7 @@ class _Layout(ctypes.Structure):
         *((name, ctypes.c_void_p) for name in ("origin", "Phi", "pose", "jacobian")),
         *((name, ctypes.c_void_p) for name in ("loops", "close", "follow")),
         *((name, ctypes.c_void_p) for name in ("q", "J_q", "J", "moved")),
+        *((name, ctypes.c_void_p) for name in ("x", "P", "record")),
     ]
 
 
@@ -47,17 +48,10 @@ class MachineTip(Tip):
         self._layout = _Layout(
             *(tree.n_q, model.n, n_x), *(array.ctypes.data for array in (origin, Phi)),
             *(function.address for function in functions), *_loops(tree),
-            *(array.ctypes.data for array in work),
+            *(array.ctypes.data for array in (*work, self._x, self._P, self._record)),
         )  # fmt: skip
         self._kept = tree, functions, Phi, origin, work  # the layout has only their addresses
-        at, x, P, record = (
-            ctypes.c_void_p(place)
-            for place in (
-                ctypes.addressof(self._layout),
-                *(array.ctypes.data for array in (self._x, self._P, self._record)),
-            )
-        )
-        self._at, self._with_covariance = (at, x, record), (at, x, P, record)
+        self._at = ctypes.c_void_p(ctypes.addressof(self._layout))
         self._place, self._locate = code.flexarm_place_tip, code.flexarm_locate_tip
         self._describe = code.flexarm_describe_tip
         for function in (self._place, self._locate, self._describe):
@@ -66,22 +60,23 @@ class MachineTip(Tip):
     def pose(self, x: Array) -> Array:
         """See Tip."""
         self._x[:] = x
-        if not self._place(*self._at):
+        if not self._place(self._at):
             return self._plain.pose(x)
         return self._record[:_TWIST].copy().reshape(4, 4)
 
     def locate(self, x: Array) -> tuple[Array, Array]:
         """See Tip."""
         self._x[:] = x
-        if not self._locate(*self._at):
+        if not self._locate(self._at):
             return self._plain.locate(x)
         return self._record[:_TWIST].copy().reshape(4, 4), self._J.copy()
 
     def describe(self, belief: Belief) -> TipReport:
         """See Tip."""
         self._x[:], self._P[:] = belief
-        is_finite = self._describe(*self._with_covariance)
+        is_finite = self._describe(self._at)
         record = self._record.copy()
+        record.setflags(write=False)
         sigma = spread(record.item(_VARIANCE)) if is_finite else math.nan
         return TipReport(
             record[:_TWIST].reshape(4, 4),

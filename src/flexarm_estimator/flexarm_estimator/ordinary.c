@@ -75,24 +75,34 @@ static void remember(
     past->last = z;
 }
 
-/* Judge the innovations of an instant ``t``, one sensor below the other, and remember them if all are
-   ordinary; z takes sqrt(nis / m) of every sensor. Returns 0, with nothing changed, if one is not. */
-int64_t flexarm_take_ordinary(
-    const struct rules *rules, int64_t sensors, struct memory *const *memories, const double *t,
-    const double *nu, const double *nis, const double *y, double *z)
+/* An instant: what a step has left of its sensors, one below the other. */
+struct instant {
+    struct rules rules;
+    int64_t sensors;
+    struct memory *const *memories;
+    double t;
+    const double *nu, *nis, *y;
+    double *z;
+};
+
+/* Judge the innovations of an instant, and remember them if all are ordinary; z takes sqrt(nis / m) of every
+   sensor. Returns 0, with nothing changed, if one is not. */
+int64_t flexarm_take_ordinary(const struct instant *instant)
 {
-    for (int64_t k = 0; k < sensors; k++) {
-        const struct memory *past = memories[k];
+    const double *nu = instant->nu, *nis = instant->nis, *y = instant->y;
+    double *z = instant->z;
+    for (int64_t k = 0; k < instant->sensors; k++) {
+        const struct memory *past = instant->memories[k];
         if (!(nis[k] >= 0.0 && nis[k] <= past->threshold)) /* also when it is NaN */
             return 0;
         z[k] = sqrt(nis[k] / (double)past->test->m);
         if (past->repeats || past->held || past->test->score > past->biased || !(z[k] <= past->limit))
             return 0;
     }
-    for (int64_t k = 0; k < sensors; k++) {
-        remember(rules, memories[k], *t, nu, y, z[k]);
-        nu += memories[k]->test->m;
-        y += memories[k]->test->m;
+    for (int64_t k = 0; k < instant->sensors; k++) {
+        remember(&instant->rules, instant->memories[k], instant->t, nu, y, z[k]);
+        nu += instant->memories[k]->test->m;
+        y += instant->memories[k]->test->m;
     }
     return 1;
 }

@@ -29,20 +29,31 @@ class _Rules(ctypes.Structure):
     )
 
 
+class _Instant(ctypes.Structure):
+    """``struct instant`` of the C file."""
+
+    _fields_ = (
+        *(("rules", _Rules), ("sensors", ctypes.c_int64), ("memories", ctypes.c_void_p)),
+        *(("t", ctypes.c_double), ("nu", ctypes.c_void_p), ("nis", ctypes.c_void_p)),
+        *(("y", ctypes.c_void_p), ("z", ctypes.c_void_p)),
+    )
+
+
 class Ordinary:
     """Judges and remembers the ordinary samples of some sensors that speak together."""
 
     def __init__(self, pasts: Sequence[ShortTerm], code: ctypes.PyDLL) -> None:
         """Bind the memories of the sensors, in the order of their rows."""
         self._pasts, count = pasts, len(pasts)  # the addresses below are theirs
-        self._rules = _Rules(
+        rules = _Rules(
             mean_shift.EARLY, mean_shift.FAST, mean_shift.SLOW, mean_shift.FACTOR, mean_shift.OUTLIER2,
             mean_shift.QUIET, short_term.MEMORY, short_term.MOST, short_term.USUAL_MIN,
         )  # fmt: skip
         self._memories = (ctypes.c_void_p * count)(*(ctypes.addressof(past.record) for past in pasts))
-        self._t, self._z = ctypes.c_double(), (ctypes.c_double * count)()
-        self._fixed = ctypes.byref(self._rules), ctypes.c_int64(count), self._memories, ctypes.byref(self._t)
-        self._nu, self._nis, self._y = (ctypes.c_void_p() for _ in range(3))
+        self._z = (ctypes.c_double * count)()
+        self._instant = _Instant(rules, count, ctypes.addressof(self._memories))
+        self._instant.z = ctypes.addressof(self._z)
+        self._argument = ctypes.c_void_p(ctypes.addressof(self._instant))
         self._call = code.flexarm_take_ordinary
         self._call.restype = ctypes.c_int64
 
@@ -56,10 +67,10 @@ class Ordinary:
         Returns:
             ``sqrt(nu' S^-1 nu / m)`` of every sensor; None, with nothing changed, if one wants a closer look.
         """
-        self._t.value = t
-        self._nu.value, self._nis.value, self._y.value = step.addresses
-        taken = self._call(*self._fixed, self._nu, self._nis, self._y, self._z)
-        return self._z[:] if taken else None
+        instant = self._instant
+        instant.t = t
+        instant.nu, instant.nis, instant.y = step.addresses
+        return self._z[:] if self._call(self._argument) else None
 
 
 def load_ordinary() -> ctypes.PyDLL | None:

@@ -96,12 +96,14 @@ class StackedSample:
 
     def __init__(self, stack: Stack, samples: Mapping[str, Measurement]) -> None:
         """Put the samples of ``stack.names`` one below the other."""
-        chosen = [samples[name] for name in stack.names]
         self.stack = stack
         self.values: list[float] = []
-        for sample in chosen:  # on so few numbers cheaper than joining arrays
-            self.values += sample.y.tolist()
-        self.own = {sample.sensor: sample.R for sample in chosen if sample.R is not None}
+        self.own: dict[str, Array] = {}
+        for name in stack.names:
+            _, _, y, R = samples[name]
+            self.values += y.tolist()  # on so few numbers cheaper than joining arrays
+            if R is not None:
+                self.own[name] = R
 
     def innovation(self, x: Array, u: Array) -> Array:
         """Return measured minus predicted, (m,)."""

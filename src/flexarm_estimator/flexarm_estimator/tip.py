@@ -37,7 +37,7 @@ class Kinematics(Protocol):
 
 
 class TipReport(NamedTuple):  # not a dataclass: made in every step, at a quarter of the cost
-    """The tip at one instant.
+    """The tip at one instant; arrays are read-only.
 
     Attributes:
         T_world_tip: Pose, (4, 4).
@@ -109,6 +109,8 @@ class PlainTip(Tip):
         parts = (T.ravel(), twist, cov_pose.diagonal(), cov_twist.diagonal())
         is_finite = math.isfinite(sum([sum(part.tolist()) for part in parts]))
         variance = float(cov_pose.diagonal()[:3].sum()) if is_finite else math.nan
+        for array in (T, twist, cov_pose, cov_twist):
+            array.setflags(write=False)
         return TipReport(T, twist, cov_pose, cov_twist, spread(variance))
 
     def _coordinates(self, x: Array) -> Array:
