@@ -99,6 +99,8 @@ class EstimatorNode(ManagedNode):
         config, lockstep = self._config, self.settings.lockstep
         self._health = EstimatorHealth(None if lockstep else 1.0 / config.rate_hz, self._thresholds)
         self.exchange = made(EstimatorExchange, config, self._filter, 0 if lockstep else None)
+        if not lockstep:
+            self.exchange.keep_time(lambda: int(self.get_clock().now().nanoseconds))
         self._lockstep = Lockstep(self.exchange.topics, self.on_tick_complete)
         self._said, self._settled = "", SettledFilter(self, 1.0 / config.rate_hz)
         self._connect()

@@ -77,6 +77,10 @@ class EstimatorExchange:
         """Relative topics that ``on_sensor`` wants."""
         return self._inbox.topics
 
+    def keep_time(self, clock: Callable[[], int]) -> None:
+        """Live by a clock [ns]: what sensors have said after the instant of a step waits for its own."""
+        self._inbox.clock = clock
+
     @property
     def receipt(self) -> str:
         """What models have been taken, in short; equal at all who took the same."""
@@ -123,7 +127,7 @@ class EstimatorExchange:
             self._epoch_ns = stamp_ns
         self._intervene(stamp_ns)
         self._adopt_due(stamp_ns)
-        mail, acting = self._inbox.read(self._epoch_ns), self._inbox.torque
+        mail, acting = self._inbox.read(self._epoch_ns, stamp_ns), self._inbox.torque
         self._refuse(mail.refusals)
         for torque in acting.changes_before(stamp_ns, self._last_ns):
             self.estimator.step([], acting.tau, self._seconds(torque.stamp_ns))

@@ -1,8 +1,13 @@
-"""Messages that wait for the next step: read all at once, and what cannot be used is told by name."""
+"""Messages that wait for the next step: read all at once, and what cannot be used is told by name.
+
+A node that is late finds the messages of several periods at once, topic by topic: what a sensor said after
+the period of the step waits for its own. Its stamp is in the future only when the clock says so.
+"""
 
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -36,6 +41,7 @@ class Inbox:
 
     Attributes:
         torque: Which torque acts when, of what was read.
+        clock: Tells the time [ns], for messages that are ahead of a step; None where there is no clock.
     """
 
     def __init__(self, config: ManipulatorConfig, is_live: bool) -> None:
@@ -47,6 +53,7 @@ class Inbox:
         """
         self._reader, self._is_live = SensorReader(config), is_live
         self._waiting: deque[tuple[str, Any]] = deque(maxlen=_MOST_WAITING)
+        self.clock: Callable[[], int] | None = None
         self.torque = AppliedTorque([axis.effort for axis in config.actuated.values()])
 
     @property
@@ -68,13 +75,15 @@ class Inbox:
             return None
         return Refusal(f"{topic}_timestamp", f"stamp is {stamp_ns} ns")
 
-    def read(self, epoch_ns: int) -> Mail:
-        """Read all that waits; times count from ``epoch_ns`` [ns]."""
-        mail = Mail([], [])
+    def read(self, epoch_ns: int, step_ns: int) -> Mail:
+        """Read what waits for a step at ``step_ns`` [ns]; times count from ``epoch_ns`` [ns]."""
+        mail, early = Mail([], []), list[tuple[str, Any]]()
         for topic, msg in self._waiting:
             stamp_ns = stamp_to_ns(msg.header.stamp)
             if (refusal := self.refuse_stamp(topic, stamp_ns)) is not None:
                 mail.refusals.append(refusal)
+            elif stamp_ns > step_ns and self.clock is not None and stamp_ns <= self.clock():
+                early.append((topic, msg))
             elif topic == TORQUE_TOPIC:
                 mail.refusals.extend(self._take_torque(msg, stamp_ns))
             else:
@@ -84,6 +93,7 @@ class Inbox:
                 if topic == "joint_states" and len(msg.effort):
                     self.torque.measure(self._reader.read_torque(topic, msg)[0])
         self._waiting.clear()
+        self._waiting.extend(early)
         return mail
 
     def _take_torque(self, msg: Any, stamp_ns: int) -> list[Refusal]:

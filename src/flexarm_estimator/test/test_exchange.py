@@ -15,6 +15,7 @@ from estimator_exchange import (  # noqa: E402
     model,
     model_conversions,
 )
+from flexarm_interfaces.msg import StrainArray  # noqa: E402
 
 from flexarm_estimator.interventions.reset import Reset  # noqa: E402
 from flexarm_model.linearize import linearize  # noqa: E402
@@ -227,3 +228,33 @@ def test_torques_of_the_time_before_a_clock_was_set_back_are_forgotten():
     for k in range(1, 13):
         made.step(EPOCH_NS + k * PERIOD_NS)
     assert {tau for _, tau in steps} == {1.0}
+
+
+def strain(stamp_ns):
+    msg = StrainArray(names=["root_strain"], strain=[1e-7 * (stamp_ns % 97)])
+    msg.header.stamp = model_conversions.ns_to_stamp(stamp_ns)
+    return msg
+
+
+def feed_late(made, periods, ahead_ns=0):
+    """Give a node that was held up what waits: topic by topic, then step period by period."""
+    for k in periods:
+        made.on_sensor("strain", strain(EPOCH_NS + k * PERIOD_NS + ahead_ns))
+    for k in periods:
+        made.on_sensor("joint_states", joints(EPOCH_NS + k * PERIOD_NS, 1e-6 * k))
+        made.step(EPOCH_NS + k * PERIOD_NS)
+
+
+def test_what_is_ahead_of_a_late_node_waits_for_its_period():
+    made = exchange(epoch_ns=None)
+    made.keep_time(lambda: EPOCH_NS + 11 * PERIOD_NS)
+    feed_late(made, range(10))
+    gauge = next(report for report in made.estimate.sensors if report.name == "root_strain")
+    assert (gauge.accepted, gauge.rejected) == (10, 0)
+
+
+def test_what_is_ahead_of_the_clock_is_refused_by_name():
+    made = exchange(epoch_ns=None)
+    made.keep_time(lambda: EPOCH_NS + 11 * PERIOD_NS)
+    feed_late(made, range(10), ahead_ns=20 * PERIOD_NS)
+    assert made.refusals()["root_strain"] == {"stamp is in the future": 10}
