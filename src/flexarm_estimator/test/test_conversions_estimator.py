@@ -1,6 +1,5 @@
 """What is converted to a message and back is the same."""
 
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -32,14 +31,14 @@ def test_the_state_survives_a_message_bit_for_bit():
 def test_the_controller_is_told_where_the_modes_rest():
     layout = StateLayout(4, 1, n_s=2)
     x = np.append(ESTIMATE.x[:9], [0.01, -0.02])
-    sagging = replace(ESTIMATE, x=x, P=np.eye(11), layout=layout)
+    sagging = ESTIMATE._replace(x=x, P=np.eye(11), layout=layout)
     assert list(conversions.state_to_msg(sagging, strip_model(), STAMP_NS).sag) == [0.01, -0.02]
     assert not conversions.state_to_msg(ESTIMATE, strip_model(), STAMP_NS).sag
 
 
 def test_the_controller_is_told_what_was_learned_of_the_stiffness():
     layout = StateLayout(4, 1, n_p=1, n_learned=2)
-    learning = replace(ESTIMATE, x=np.append(ESTIMATE.x[:9], -0.3), P=np.eye(10), layout=layout)
+    learning = ESTIMATE._replace(x=np.append(ESTIMATE.x[:9], -0.3), P=np.eye(10), layout=layout)
     assert list(conversions.state_to_msg(learning, strip_model(), STAMP_NS).stiffness) == [-0.3, -0.3]
     assert not conversions.state_to_msg(ESTIMATE, strip_model(), STAMP_NS).stiffness
 
