@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+
+from flexarm_controller.reference import Reference
 
 Array = NDArray[np.float64]
 Mode = Literal["inactive", "mpc", "lqr", "pd", "nmpc", "shifted_plan", "damping", "hold"]
 
 
-@dataclass(frozen=True)
-class ControlCommand:
+class ControlCommand(NamedTuple):  # not a dataclass: one is made in every period
     """Torque for the period that follows, and how it came about.
 
     Attributes:
@@ -28,7 +28,8 @@ class ControlCommand:
         solve_time: CPU time of the whole step [s].
         limits_active: Constraints that bind, "torque:joint.axis", "rate:...", "strain:gauge".
         plan: Torque planned for this and the following periods, (k, n_theta).
-        tracking_error: Reference minus estimate of the axes [rad] or [m], (n_theta,).
+        reference: What is followed; None until there is something.
+        theta: Estimate of the axes [rad] or [m], (n_theta,).
         split: CPU time of bringing the program up to date, its solution, and the rest [s]; zeros where the
             law does not tell.
     """
@@ -44,5 +45,13 @@ class ControlCommand:
     solve_time: float
     limits_active: tuple[str, ...]
     plan: Array
-    tracking_error: Array
+    reference: Reference | None
+    theta: Array
     split: tuple[float, float, float] = (0.0, 0.0, 0.0)
+
+    @property
+    def tracking_error(self) -> Array:
+        """Reference minus estimate of the axes [rad] or [m], (n_theta,); zeros where either is unknown."""
+        if self.reference is None or self.theta.size != self.tau.size:
+            return np.zeros(self.tau.size)
+        return np.asarray(self.reference.position(self.t) - self.theta)

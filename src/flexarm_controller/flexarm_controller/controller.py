@@ -70,7 +70,8 @@ class Controller:
         capped = self._capped(mpc or MpcConfig())
         self._inputs = LawInputs(limits, self.config, capped, arm, nmpc or NmpcConfig())
         self._trust = Trust(self.config.start_sigma)
-        self._reach = limits.effort_rate * period  # of a torque from one period to the next
+        self._effort = limits.effort.tolist()
+        self._reach = (limits.effort_rate * period).tolist()  # of a torque from one period to the next
         self._former = FormerPlan(limits.effort.size, period, self.config.shifted_periods)
         self.reference: Reference | None = None
         self._former_id = ""
@@ -126,14 +127,14 @@ class Controller:
         choice = choose(cycle)
         planned = self._remember(choice, cycle)
         tau = self._limited(choice.torque)
-        self._sent[:-1], self._sent[-1] = self._sent[1:].copy(), tau
+        self._sent[:-1], self._sent[-1] = self._sent[1:], tau
         result, active = cycle.plan.result, self._active(cycle.plan, choice.torque, tau)
         ended = self._clocks.cpu()
         began, solved = cycle.plan.laps if self._clocks.cpu is time.thread_time else (0.0, 0.0)
         split = (began - started, solved - began, ended - solved) if solved else (0.0, 0.0, 0.0)
         return ControlCommand(
             state.t, tau, self.model.model_id, choice.mode, choice.reason, result.status, result.iterations,
-            result.residual, ended - started, active, planned, self._tracking_error(state), split,
+            result.residual, ended - started, active, planned, self.reference, state.theta, split,
         )  # fmt: skip
 
     def work_ahead(self) -> None:
@@ -173,7 +174,7 @@ class Controller:
         """Let the last torque stand for the periods that were missed: the guard has kept it."""
         missed = min(max(0.0, (t - self._t) / self.config.period - 0.5), float(len(self._sent)))
         for _ in range(int(missed)):
-            self._sent[:-1] = self._sent[1:].copy()
+            self._sent[:-1] = self._sent[1:]
         self._t = t
 
     def _capped(self, mpc: MpcConfig) -> MpcConfig:
@@ -203,11 +204,8 @@ class Controller:
 
     def _limited(self, wanted: Array) -> Array:
         """Return the torque within its limits and within reach of the last one, (n_u,)."""
-        last, reach, most = self._sent[-1], self._reach, self._limits.effort
-        if not math.isfinite(wanted.dot(wanted)):
-            wanted = np.where(np.isfinite(wanted), wanted, last)
-        reachable = np.minimum(np.maximum(wanted, last - reach), last + reach)
-        return np.asarray(np.minimum(np.maximum(reachable, -most), most))
+        bounds = zip(wanted.tolist(), self._sent[-1].tolist(), self._reach, self._effort, strict=True)
+        return np.array([_within(*of_axis) for of_axis in bounds])  # of so few, soonest one by one
 
     def _active(self, plan: Plan, wanted: Array, tau: Array) -> tuple[str, ...]:
         if plan.limits_active:
@@ -220,7 +218,8 @@ class Controller:
         cut = np.flatnonzero(is_cut)
         return tuple(f"torque:{self.model.theta_names[i]}" for i in cut)
 
-    def _tracking_error(self, state: ArmState) -> Array:
-        if self.reference is None or state.theta.size != self._limits.effort.size:
-            return np.zeros(self._limits.effort.size)
-        return np.asarray(self.reference.position(state.t) - state.theta)
+
+def _within(wanted: float, last: float, reach: float, most: float) -> float:
+    """Return a torque within its limit and within reach of the last one; the last where it is no number."""
+    wanted = min(max(wanted, last - reach), last + reach) if math.isfinite(wanted) else last
+    return min(max(wanted, -most), most)

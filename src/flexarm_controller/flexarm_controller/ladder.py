@@ -6,6 +6,7 @@ the ladder is left downwards for the reasons in the table, and upwards as soon a
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -82,7 +83,7 @@ def choose(cycle: Cycle) -> Choice:
     reasons: list[str] = []
     for place, rung in enumerate(RUNGS):
         torque = rung.answer(cycle)
-        if torque is not None and np.isfinite(torque).all():
+        if torque is not None and all(map(math.isfinite, torque.tolist())):
             return Choice(place, rung.mode or cycle.law, "; ".join(reasons), torque)
         reasons += [reason for reason in (rung.left_because(cycle),) if reason]
     raise AssertionError("the last rung always has an answer")

@@ -64,7 +64,7 @@ class MovingMpc:
             self._ready = self._prepare(segments)
         p_now = self._fixed.known_now(state, sent)
         instants: Array = state.t + self._fixed.lead + self._instants
-        samples = np.hstack(reference.sample(instants))
+        samples = reference.stacked(instants)
         condensed = self._ready.condensed
         vectors = self._program.vectors(condensed, p_now, samples)
         return self._fixed.solve(self._ready.solver, condensed.A, vectors)

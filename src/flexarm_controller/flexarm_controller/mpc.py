@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,8 +26,7 @@ Array = NDArray[np.float64]
 BINDING = 1e-4  # distance to a limit below which it is reported as active, in units of the limit
 
 
-@dataclass(frozen=True)
-class Plan:
+class Plan(NamedTuple):  # not a dataclass: one is made in every period
     """Torques of the coming periods, and how the solver found them.
 
     Attributes:

@@ -45,9 +45,14 @@ class ArmState:
     stiffness: Array = field(default_factory=lambda: np.zeros(0))
 
     @cached_property
+    def told(self) -> Array:
+        """Return ``[theta; eta; theta'; eta'; d; sag]``."""
+        return np.concatenate([self.theta, self.eta, self.theta_dot, self.eta_dot, self.d, self.sag])
+
+    @cached_property
     def x(self) -> Array:
         """Return ``[theta; eta; theta'; eta']``, (2 n,)."""
-        return np.concatenate([self.theta, self.eta, self.theta_dot, self.eta_dot])
+        return self.told[: self.told.size - self.d.size - self.sag.size]
 
     @cached_property
     def vibration(self) -> Array:
@@ -61,6 +66,4 @@ class ArmState:
     @property
     def is_finite(self) -> bool:
         """Whether every number is finite, and not so large that a product with it is not."""
-        return all(
-            part.dot(part) < HUGE**2 for part in (self.x, self.d, self.sag)
-        )  # false also when it is NaN
+        return bool(self.told.dot(self.told) < HUGE**2)  # false also when one is NaN

@@ -75,4 +75,5 @@ def _attempt(law: Callable[[], Plan]) -> tuple[Plan, str]:
         return NO_PLAN, f"law raised {type(error).__name__}: {' '.join(str(error).split())[:80]}"
     if plan.is_empty or not plan.result.solved:
         return plan, f"solver: {plan.result.status}"
-    return plan, "" if np.isfinite(plan.torques).all() else "law: torque is not finite"
+    torques = plan.torques.ravel()
+    return plan, "" if math.isfinite(torques.dot(torques)) else "law: torque is not finite"

@@ -227,4 +227,4 @@ def test_the_guard_imports_nothing_but_the_standard_library_and_its_own_parts(na
     imported = {node.module for node in ast.walk(tree) if isinstance(node, ast.ImportFrom)}
     imported |= {name.name for node in ast.walk(tree) if isinstance(node, ast.Import) for name in node.names}
     own = {f"flexarm_controller.{part[:-3].replace('/', '.')}" for part in PURE}
-    assert imported <= {"__future__", "math", "collections", "collections.abc", "dataclasses"} | own
+    assert imported <= {"__future__", "math", "collections", "collections.abc", "dataclasses", "typing"} | own

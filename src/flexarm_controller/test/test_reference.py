@@ -93,3 +93,13 @@ def test_a_sampled_profile_is_close_to_the_profile_between_samples():
 def test_a_single_position_is_the_one_that_sampling_gives(reference):
     for t in (-1.0, 0.0, 0.05, 0.333, 0.9999, 1.0, 7.0):
         np.testing.assert_allclose(reference.position(t), reference.sample(np.array([t]))[0][0], atol=1e-15)
+
+
+def test_what_is_sampled_side_by_side_is_what_is_sampled_in_parts():
+    t = np.array([0.0, 0.1, 0.35])
+    parts = (np.random.default_rng(k).normal(size=(3, 2)) for k in range(3))
+    times = np.array([-1.0, 0.0, 0.07, 0.1, 0.2, 0.35, 9.0, np.inf])
+    for reference in (Reference(t, *parts), hold(np.array([0.3, -0.2]))):
+        stacked = reference.stacked(times)
+        np.testing.assert_array_equal(stacked, np.hstack(reference.sample(times)))
+        assert stacked.strides == (stacked.shape[1] * stacked.itemsize, stacked.itemsize)  # windows rely on it

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from bisect import bisect_right
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -47,28 +48,44 @@ class Trajectory:
 
     def sample(self, times: Array) -> tuple[Array, Array, Array]:
         """Return position, velocity and acceleration at ``times`` [s], each (len(times), n_theta)."""
+        n, stacked = self.theta.shape[1], self.stacked(times)
+        return stacked[:, :n], stacked[:, n : 2 * n], stacked[:, 2 * n :]
+
+    def stacked(self, times: Array) -> Array:
+        """Return the same side by side, (len(times), 3 n_theta)."""
         times = np.asarray(times, float)
-        if self.t.size == 1:
-            rest = np.zeros((times.size, self.theta.shape[1]))
-            return np.repeat(self.theta, times.size, axis=0), rest, rest
-        i = np.minimum(np.maximum(self.t.searchsorted(times, side="right") - 1, 0), self.t.size - 2)
-        p0, v0, c2, c3, a0, a1, h = self._cubics[i].swapaxes(0, 1)
-        s = np.minimum(np.maximum((times - self.t[i])[:, None] / h[:, :1], 0.0), 1.0)
-        moving = ((times >= self.t[0]) & (times < self.t[-1]))[:, None]
-        theta = p0 + s * (v0 + s * (c2 + s * c3))
-        theta_dot = np.where(moving, (v0 + s * (2 * c2 + s * 3 * c3)) / h, 0.0)
-        theta_ddot = (1 - s) * a0 + s * a1
-        return theta, theta_dot, np.where(moving, theta_ddot, 0.0)
+        i, (starts, lengths, pieces) = self.t.searchsorted(times, side="right"), self._pieces
+        s = np.minimum(np.maximum((times - starts[i]) / lengths[i], 0.0), 1.0)[:, None]
+        c0, c1, c2, c3 = pieces[:, i]
+        return np.asarray(c0 + s * (c1 + s * (c2 + s * c3)))
 
     def position(self, t: float) -> Array:
         """Return the position at ``t`` [s], (n_theta,); the same as ``sample`` gives, sooner."""
-        if self.t.size == 1:
-            return np.array(self.theta[0])
-        i = min(max(int(self.t.searchsorted(t, side="right")) - 1, 0), self.t.size - 2)
-        p0, v0, c2, c3, _, _, h = self._cubics[i].tolist()  # on so few numbers cheaper than array functions
-        s = min(max((t - self.t.item(i)) / h[0], 0.0), 1.0)
-        cubics = zip(p0, v0, c2, c3, strict=True)
-        return np.array([p + s * (v + s * (a + s * b)) for p, v, a, b in cubics])
+        i, (starts, lengths, pieces) = bisect_right(self._instants, t), self._pieces
+        s = min(max((t - starts.item(i)) / lengths.item(i), 0.0), 1.0)
+        cubics = zip(*pieces[:, i, : self.theta.shape[1]].tolist(), strict=True)
+        return np.array([a + s * (b + s * (c + s * d)) for a, b, c, d in cubics])  # of so few, soonest so
+
+    @cached_property
+    def _instants(self) -> list[float]:
+        instants: list[float] = self.t.tolist()
+        return instants
+
+    @cached_property
+    def _pieces(self) -> tuple[Array, Array, Array]:
+        """Begin [s] and length [s] of the time before, of every interval, and of the time after, (k + 1,).
+
+        With them go the coefficients of ``[theta theta' theta'']`` in the share of the length that is over,
+        lowest power first, (4, k + 1, 3 n_theta).
+        """
+        p0, v0, c2, c3, a0, a1, h = self._cubics.swapaxes(0, 1)
+        n, pieces = self.theta.shape[1], np.zeros((4, self.t.size + 1, 3 * self.theta.shape[1]))
+        theta, theta_dot, theta_ddot = pieces[..., :n], pieces[..., n : 2 * n], pieces[..., 2 * n :]
+        theta[0, 0], theta[0, -1] = self.theta[0], self.theta[-1]
+        theta[:, 1:-1] = p0, v0, c2, c3
+        theta_dot[:3, 1:-1] = v0 / h, 2 * c2 / h, 3 * c3 / h
+        theta_ddot[:2, 1:-1] = a0, a1 - a0
+        return np.r_[self.t[0], self.t], np.r_[1.0, np.diff(self.t), 1.0], pieces
 
     @cached_property
     def _cubics(self) -> Array:

@@ -54,7 +54,7 @@ class GoalWindow:
         """Fill the window from the instant ``first`` on; the states that are there are the guess."""
         assert self._reference is not None
         n_u, new = self._steps.n_u, slice(first, None)
-        self.r[new] = np.hstack(self._reference.sample(self._t + self._offsets[new]))
+        self.r[new] = self._reference.stacked(self._t + self._offsets[new])
         if not self._steps.rest(self.r[new], self.s[new], self.u[new]):
             self.s[new] = self.at_rest[new] = 0.0  # another start for the next time
             return False

@@ -64,7 +64,7 @@ class Interior:
         y = both[self._n_v :]
         np.subtract(self._u, y, out=self._above)
         np.subtract(y, self._l, out=self._below)
-        least = float(np.minimum(self._above, self._below, out=self._above).min())
+        least = float(np.minimum.reduce(np.minimum(self._above, self._below, out=self._above)))
         return both[: self._n_v], least if math.isfinite(least) else -math.inf
 
     def _both(self, gradients: Array) -> Array:

@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-from numpy.lib.stride_tricks import sliding_window_view
+from numpy.lib.stride_tricks import as_strided
 from numpy.typing import NDArray
 
 from flexarm_controller.reference import Reference
@@ -51,8 +51,9 @@ class Preview:
 
     def _work_out(self, reference: Reference, t: float) -> None:
         self._reference, self._start = reference, t
-        samples = np.hstack(reference.sample(t + self._offsets))  # (count + WINDOWS - 1, n_r)
-        windows = sliding_window_view(samples, self._count, axis=0).swapaxes(1, 2)
-        self._gradients = windows.reshape(WINDOWS, -1) @ self._Q_t
+        samples = reference.stacked(t + self._offsets)  # (count + WINDOWS - 1, n_r)
+        row, one = samples.strides
+        windows = as_strided(samples, (WINDOWS, len(self._Q_t)), (row, one))  # each is a row further on
+        self._gradients = windows @ self._Q_t
         self._following = self._follow(self._gradients)
         self._gradients.flags.writeable = self._following.flags.writeable = False

@@ -6,8 +6,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,8 +14,7 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 
 
-@dataclass(frozen=True)
-class QpResult:
+class QpResult(NamedTuple):  # not a dataclass: one is made in every period
     """Answer of a solver; ``x`` may be used only when ``solved``.
 
     Attributes:
