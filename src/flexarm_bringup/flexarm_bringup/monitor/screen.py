@@ -17,6 +17,7 @@ ENTER, LEAVE = "\x1b[?1049h\x1b[?25l\x1b[2J", "\x1b[?25h\x1b[?1049l"
 HOME, CLEAR_LINE, CLEAR_BELOW = "\x1b[H", "\x1b[K", "\x1b[J"
 ENDING = (signal.SIGTERM, signal.SIGHUP)
 FALLBACK = (110, 50)  # columns and lines where nobody says
+UNCUT = (10_000, 10_000)
 
 
 class Screen:
@@ -31,7 +32,9 @@ class Screen:
 
     @property
     def size(self) -> tuple[int, int]:
-        """Columns and lines, now."""
+        """Columns and lines, now; text that no terminal shows is as wide as it is."""
+        if not self.is_terminal:
+            return UNCUT
         size = shutil.get_terminal_size(FALLBACK)
         return size.columns, size.lines
 
