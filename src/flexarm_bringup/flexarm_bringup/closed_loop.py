@@ -231,7 +231,7 @@ def observe_tick(hardware: Hardware, estimate: Estimate) -> dict[str, Array]:
 def measurements(samples: Sequence[Sample], hardware: Hardware) -> list[Measurement]:
     """Return samples of the rig as the estimator takes them."""
     time_of = hardware.rig.time_of
-    return [Measurement(sample.sensor, time_of(sample.tick), sample.y) for sample in samples]
+    return [Measurement(sensor, time_of(tick), y) for sensor, _, tick, y in samples]
 
 
 def arm_state(estimate: Estimate) -> ArmState:

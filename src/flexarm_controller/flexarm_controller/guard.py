@@ -61,6 +61,7 @@ class Guard:
         self._loads, self._window = limits.loads, EnergyWindow(limits.energy_window, limits.period)
         self._tau, self.holding = [0.0] * len(limits.effort), list(limits.loads.holding)
         self._low, self._high = [-e for e in limits.effort], list(limits.effort)
+        self._reach = [rate * limits.period for rate in limits.effort_rate]  # of a torque in a period
         self._brakes = [StopBrake(limits, axis) for axis in range(len(limits.effort))]
         self._is_braking = False
 
@@ -203,8 +204,7 @@ class Guard:
 
     def _limit(self, axis: int, value: float) -> float:
         """Return ``value`` within the torque limit and within reach of the last torque."""
-        reach = self.limits.effort_rate[axis] * self.limits.period
-        low, high = self._tau[axis] - reach, self._tau[axis] + reach
+        low, high = self._tau[axis] - self._reach[axis], self._tau[axis] + self._reach[axis]
         inside = max(self._low[axis], min(self._high[axis], value))
         bound = self.limits.effort[axis]
         return max(-bound, min(bound, max(low, min(high, inside))))

@@ -8,8 +8,6 @@ from __future__ import annotations
 from collections import defaultdict
 from typing import Any
 
-import numpy as np
-
 from flexarm_controller.drives.conversions import command_from_msg, drive_state_from_msg
 from flexarm_controller.guard import Guard, GuardCommand, GuardState
 from flexarm_controller.guard_settings import GuardSettings, guard_limits
@@ -133,7 +131,7 @@ class GuardExchange:
     def look_ahead(self) -> None:
         """Find out what loads the arm where it is now; to be called when the answer is out."""
         known = len(self._state.position) == len(self.names)
-        loads = self._loads.look(np.array(self._state.position)) if known else None
+        loads = self._loads.look(self._state.position) if known else None
         if loads is not None:
             self.guard.carry(loads)
 

@@ -102,4 +102,7 @@ def test_what_is_sampled_side_by_side_is_what_is_sampled_in_parts():
     for reference in (Reference(t, *parts), hold(np.array([0.3, -0.2]))):
         stacked = reference.stacked(times)
         np.testing.assert_array_equal(stacked, np.hstack(reference.sample(times)))
-        assert stacked.strides == (stacked.shape[1] * stacked.itemsize, stacked.itemsize)  # windows rely on it
+        assert stacked.strides == (
+            stacked.shape[1] * stacked.itemsize,
+            stacked.itemsize,
+        )  # windows rely on it

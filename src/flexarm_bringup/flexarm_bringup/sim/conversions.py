@@ -67,7 +67,7 @@ def joint_state_msg(drives: Drives, stamp_ns: int) -> JointState:
     names = [drives.names[i] for i in read]
     msg = JointState(name=names, effort=floats([drives.acted[i] for i in read]))
     msg.position = floats([motors.read[name] for name in names])
-    msg.velocity = floats(motors.theta_dot[read])
+    msg.velocity = floats([motors.velocity[i] for i in read])
     msg.header.stamp = ns_to_stamp(stamp_ns)
     msg.header.frame_id = "base"
     return msg

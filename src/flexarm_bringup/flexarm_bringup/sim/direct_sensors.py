@@ -26,6 +26,8 @@ class DirectSensors:
         ends = np.cumsum([0, *map(len, rows)]).tolist()
         self._rows = np.array([i for some in rows for i in some], dtype=np.intp)
         self._places = [slice(a, b) for a, b in zip(ends, ends[1:], strict=False)]
+        specs = [sensor.spec for sensor in self.sensors]
+        self._each = [(s.name, s.kind, at) for s, at in zip(specs, self._places, strict=True)]
         self._noise: Array = np.zeros((0, self._rows.size))
         self._used = 0  # of the noise that is drawn
 
@@ -39,10 +41,7 @@ class DirectSensors:
         y = outputs[self._rows]
         y += self._noise[self._used]
         self._used += 1
-        return [
-            Sample(sensor.spec.name, sensor.spec.kind, tick, y[place])
-            for sensor, place in zip(self.sensors, self._places, strict=True)
-        ]
+        return [Sample(name, kind, tick, y[place]) for name, kind, place in self._each]
 
     def release(self) -> None:
         """Give the sensors back the noise that is drawn already: from now on each speaks for itself."""

@@ -72,7 +72,7 @@ class Drives:
 
     def state(self, strain: tuple[float, ...] = ()) -> GuardState:
         """Return what the drives measure now, beside what the gauges told."""
-        return GuardState(tuple(self.own.theta_dot.tolist()), tuple(self.own.theta.tolist()), strain)
+        return GuardState(tuple(self.own.velocity), tuple(self.own.position), strain)
 
     def set_faults(self, faults: Mapping[str, SensorFault]) -> None:
         """Change what is wrong with the sensors; times of the faults count from now."""

@@ -9,8 +9,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-import numpy as np
-
 from flexarm_bringup.sim.drives import Drives
 from flexarm_bringup.sim.motor_side import MotorSide
 from flexarm_bringup.sim.plant import Plant
@@ -111,7 +109,7 @@ class Hardware:
     def choose_torque(self, command: GuardCommand | None) -> list[float]:
         """Let the guard choose the torque of the period that starts now [N m], (n_theta,)."""
         self.drives.tau = self.guard.step(command, self._seen, self.t)
-        loads = self._loads.look(np.array(self._seen.position))  # when the answer is out, as the node does
+        loads = self._loads.look(self._seen.position)  # when the answer is out, as the node does
         if loads is not None:
             self.guard.carry(loads)
         return self.drives.tau

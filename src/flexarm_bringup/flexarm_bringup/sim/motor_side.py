@@ -21,8 +21,8 @@ class MotorSide:
 
     Attributes:
         read: What the encoders said at this tick, by axis; nothing where one was silent.
-        theta: Newest finite position of every axis [rad or m], (n_theta,).
-        theta_dot: Velocity, (n_theta,).
+        position: Newest finite position of every axis [rad or m].
+        velocity: Of every axis.
     """
 
     def __init__(self, config: ManipulatorConfig, dt: float) -> None:
@@ -40,19 +40,30 @@ class MotorSide:
         self._dt = dt
         self._is_first = True
         self.read: dict[str, float] = {}
-        self.theta: Array = config.home.copy()
-        self.theta_dot: Array = np.zeros(len(self.names))
+        self.position: list[float] = config.home.tolist()
+        self.velocity = [0.0] * len(self.names)
+
+    @property
+    def theta(self) -> Array:
+        """The position as an array, (n_theta,)."""
+        return np.array(self.position)
+
+    @property
+    def theta_dot(self) -> Array:
+        """The velocity as an array, (n_theta,)."""
+        return np.array(self.velocity)
 
     def update(self, samples: Sequence[Sample]) -> None:
         """Take the encoders among the samples of a tick."""
-        previous = self.theta.copy()
+        previous = self.position.copy()
         self.read.clear()
         for sample in samples:
             if sample.sensor in self._axis_of:
                 i, axis = self._axis_of[sample.sensor]
-                self.read[axis] = told = float(sample.y[0])
+                self.read[axis] = told = float(sample.y.item(0))
                 if math.isfinite(told):
-                    self.theta[i] = told
+                    self.position[i] = told
         if not self._is_first:
-            self.theta_dot += SMOOTHING * ((self.theta - previous) / self._dt - self.theta_dot)
+            steps = zip(self.velocity, self.position, previous, strict=True)
+            self.velocity = [v + SMOOTHING * ((q - before) / self._dt - v) for v, q, before in steps]
         self._is_first = False

@@ -87,6 +87,8 @@ class SensorSimulator:
             if self._is_prompt and not self._waiting:
                 return [sample]
             self._waiting += self._line.carry(Arrival(tick + self._delay, sample))
+        if not self._waiting:
+            return []
         arrived = [arrival.sample for arrival in self._waiting if arrival.tick <= tick]
         self._waiting = [arrival for arrival in self._waiting if arrival.tick > tick]
         return [sample._replace(tick=sample.tick + self._late) for sample in arrived]

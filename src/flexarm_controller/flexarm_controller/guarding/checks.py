@@ -22,11 +22,13 @@ def too_fast(state: GuardState, limits: GuardLimits) -> str:
     """Return which axis is too fast for the end of its range; empty when none is."""
     if not limits.ranges:
         return ""
-    if len({len(state.velocity), len(state.position), len(limits.ranges)}) > 1:
+    if not len(state.velocity) == len(state.position) == len(limits.ranges):
         return "drives do not tell position and velocity of every axis"
-    axes = enumerate(zip(state.position, state.velocity, limits.ranges, strict=True))
-    found = (known.judge(axis, q, v, limits.rest_velocity) for axis, (q, v, known) in axes)
-    return next(filter(None, found), "")
+    for axis, (q, v, known) in enumerate(zip(state.position, state.velocity, limits.ranges, strict=True)):
+        fault = known.judge(axis, q, v, limits.rest_velocity)
+        if fault:
+            return fault
+    return ""
 
 
 def overstrained(strain: Sequence[float], limits: Sequence[float]) -> str:

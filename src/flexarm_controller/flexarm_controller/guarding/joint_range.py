@@ -8,7 +8,7 @@ torque that may push it on falls to zero at the end.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 
 @dataclass(frozen=True)
@@ -20,12 +20,18 @@ class JointRange:
         high: Upper end; inf for none.
         deceleration: ``a`` of the module [rad/s^2] or [m/s^2].
         margin: ``b`` of the module [rad/s] or [m/s], positive.
+        band: Distance from an end below which no velocity towards it is allowed [rad] or [m].
     """
 
     low: float
     high: float
     deceleration: float
     margin: float
+    band: float = field(init=False)
+
+    def __post_init__(self) -> None:
+        """Work out the band."""
+        object.__setattr__(self, "band", self.margin**2 / (2.0 * self.deceleration))
 
     def allowed(self, distance: float) -> float:
         """Return how fast an axis may approach an end that is at a distance [rad/s] or [m/s]."""
@@ -35,8 +41,7 @@ class JointRange:
 
     def share(self, distance: float) -> float:
         """Return the share of the torque that may push the axis towards an end at a distance [1]."""
-        band = self.margin**2 / (2.0 * self.deceleration)
-        return min(1.0, max(0.0, distance / band))
+        return 1.0 if distance >= self.band else max(0.0, distance / self.band)
 
     def judge(self, axis: int, q: float, v: float, rest: float) -> str:
         """Return why an axis must not move so; empty when it may, as it may below ``rest``."""

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -32,22 +34,25 @@ class PoseLoads:
     def __init__(self, tree: ReducedTree) -> None:
         """Begin at home."""
         config = tree.config
-        self._tree, self._pose = tree, np.array(config.home)
-        self._near = _near(tuple(config.actuated))
+        self._tree, self._pose = tree, config.home.tolist()
+        self._near = _near(tuple(config.actuated)).tolist()
         self._low, self._high = (
             np.array([getattr(axis, side) for axis in config.actuated.values()])
             for side in ("lower", "upper")
         )
 
-    def look(self, theta: Array) -> Loads | None:
-        """Return new loads if the axes ``theta``, (n_theta,), are far from those of the last ones.
+    def look(self, theta: Sequence[float]) -> Loads | None:
+        """Return new loads if the axes ``theta`` [rad] or [m] are far from those of the last ones.
 
         None where they are near, where they cannot be true, and where the arm cannot stand.
         """
-        pose = np.minimum(np.maximum(theta, self._low), self._high)
-        if not (abs(pose - self._pose) > self._near).any():
+        axes = zip(theta, self._pose, self._near, strict=True)
+        if all([abs(q - last) <= near for q, last, near in axes]):  # mostly, and sooner told than by arrays
             return None
-        self._pose = pose
+        pose = np.minimum(np.maximum(theta, self._low), self._high)
+        if not (abs(pose - np.array(self._pose)) > self._near).any():
+            return None
+        self._pose = pose.tolist()
         try:
             return loads_of(linearize(self._tree, pose))
         except (PoseError, ClosureError):
