@@ -9,8 +9,11 @@ from planar_strip import CAMERA, DT, ROW_SENSORS, SENSORS, StripKinematics, arri
 from flexarm_estimator.estimator import Estimator
 from flexarm_estimator.measurement import Measurement
 from flexarm_estimator.settings import EstimatorConfig
+from flexarm_estimator.watches.latency_fit import LatencyFit
+from flexarm_estimator.watches.latency_watch import LatencyWatch
 from flexarm_estimator.watches.tip_prediction import TipPrediction
 from flexarm_estimator.watches.tip_track import TipTrack
+from flexarm_model.compiled import find_compiler
 
 QUIET = EstimatorConfig(
     motion_acceleration=0.05, modal_force=0.01, acceleration_noise=0.01, disturbance_drift=0.1
@@ -95,18 +98,70 @@ def test_the_tip_is_predicted_by_the_most_probable_coordinates():
     assert abs(expected[1] - 0.64 * np.sin(0.3)) > 1e-3  # the strip is bent
 
 
-def test_a_track_is_linear_between_its_points_and_keeps_only_what_is_recent():
-    track = TipTrack(0.3)
-    for k in range(1000):
-        track.add(k * 0.005, np.array([k * 0.005, 1.0, -k * 0.005]))
-    times = np.array([4.8, 4.8123, 4.995])
-    assert track.covers(4.7, 4.995)
+def walk(t):
+    """A cubic in time."""
+    return np.column_stack([t, np.ones(t.size), 1.0 - t + (t - 4.0) ** 3])
+
+
+def make_track(length, end):
+    """Return a track of instants that are not evenly spaced."""
+    track, even = TipTrack(length), np.arange(0.0, end, 0.005)
+    for t in even + 0.001 * np.random.default_rng(1).random(even.size):
+        if track.accepts(float(t)):
+            track.add(float(t), walk(np.array([t]))[0])
+    return track
+
+
+def test_a_track_follows_a_cubic_exactly_and_keeps_only_what_is_recent():
+    track = make_track(0.3, 5.0)
+    times = np.array([track.newest, 4.8, 4.8123, 4.7])
+    assert track.covers(4.7, track.newest)
     assert not track.covers(4.9, 5.0)
     assert not track.covers(1.0, 4.9)
-    np.testing.assert_allclose(track.positions(times), np.column_stack([times, np.ones(3), -times]))
-    assert not track.accepts(4.996)
+    np.testing.assert_allclose(track.positions(times), walk(times), atol=1e-9)
+    assert not track.accepts(track.newest + 0.007)
     track.add(6.0, np.zeros(3))  # nothing is known about the time between
-    assert not track.covers(4.995, 6.0)
+    assert not track.covers(4.9, 6.0)
+
+
+@pytest.mark.skipif(find_compiler() is None, reason="no C compiler")
+def test_frames_are_compared_alike_in_machine_code_and_with_numpy():
+    """On tracks of which parts have been forgotten, and up to their very ends."""
+    rng, candidates = np.random.default_rng(2), np.linspace(-0.02, 0.2, 45)
+    fast, plain = (LatencyFit(candidates, 3.0, use_compiler) for use_compiler in (True, False))
+    for k in range(40):
+        track = make_track(0.3, 2.0 + 0.013 * k)
+        stamp, position = track.newest - 0.02, rng.normal(size=3)
+        for fit in (fast, plain):
+            fit.compare(track, stamp, position, 0.03)
+    for name in ("_sum", "_squares", "_weight"):
+        np.testing.assert_allclose(getattr(fast, name), getattr(plain, name), rtol=1e-9, atol=1e-9)
+
+
+class Poses:
+    """Counts how often a tip is computed."""
+
+    def __init__(self, prediction):
+        self._position, self.count = prediction.position, 0
+
+    def __call__(self, samples):
+        self.count += 1
+        return self._position(samples)
+
+
+def test_no_step_computes_more_than_a_few_poses_and_one_with_a_late_frame_none():
+    estimator = Estimator(strip_model(), StripKinematics(), SENSORS, QUIET)
+    watch = next(w for w in estimator._watches.all if isinstance(w, LatencyWatch))
+    poses = watch._prediction.position = Poses(watch._prediction)
+    most, compared = 0, 0
+    for k in range(400):
+        before, samples = poses.count, arriving(RECORD, k, FRAMES)
+        estimator.step(samples, RECORD.tau[k], float(RECORD.t[k]))
+        done = poses.count - before
+        most, compared = max(most, done), compared + done
+        assert not done or all(sample.sensor != "camera" for sample in samples)
+    assert most <= 2  # frames are due here and there, two steps after a late one
+    assert compared >= 0.49 * 400  # an instant every 10 ms
 
 
 def test_frames_of_unknown_sensors_do_no_harm():

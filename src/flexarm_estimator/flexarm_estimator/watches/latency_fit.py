@@ -17,13 +17,21 @@ from rest to rest both are orthogonal to the velocity.
 
 from __future__ import annotations
 
+import ctypes
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
+from pathlib import Path
+from typing import cast
 
 import numpy as np
 from numpy.typing import NDArray
 
+from flexarm_estimator.watches.tip_track import TipTrack
+from flexarm_model.machine_code import load_code
+
 Array = NDArray[np.float64]
+SOURCE = Path(__file__).with_name("latency_fit.c")
 _LEAST_FRAMES = 30.0  # sum of weights below which nothing is said
 _MOST_SIGMA = 0.002  # s; a worse fit says that the arm has not moved enough
 _APART = 2  # steps of the grid around the minimum that belong to it
@@ -38,28 +46,62 @@ class Latency:
     sigma: float
 
 
+class _Layout(ctypes.Structure):
+    """``struct latency_fit`` of the C file."""
+
+    _fields_ = (("count", ctypes.c_int64), *((n, ctypes.c_void_p) for n in ("candidates", "sum", "squares")))
+
+
 class LatencyFit:
     """Sums over the frames of one camera."""
 
-    def __init__(self, candidates: Array, memory: float) -> None:
+    def __init__(self, candidates: Array, memory: float, use_compiler: bool = True) -> None:
         """Start without frames.
 
         Args:
             candidates: Delays to compare, evenly spaced and growing [s], (k,).
             memory: Time after which a frame counts 1/e [s].
+            use_compiler: False computes with NumPy instead of machine code: the same, slower.
         """
         self.candidates = candidates
         self._memory = memory
         self._weight = 0.0
         self._sum = np.zeros((candidates.size, 3))
         self._squares = np.zeros(candidates.size)
+        self._layout = _Layout(
+            candidates.size, *(array.ctypes.data for array in (candidates, self._sum, self._squares))
+        )
+        code = load_code(SOURCE) if use_compiler else None
+        self._call = None if code is None else _bind(code)
+
+    def compare(self, track: TipTrack, stamp: float, position: Array, elapsed: float) -> None:
+        """Take a frame.
+
+        Args:
+            track: Where the tip was; it covers all candidates.
+            stamp: Of the frame [s].
+            position: Of the tip as the frame saw it [m], (3,).
+            elapsed: Time since the frame before [s].
+        """
+        if self._call is None:
+            self.add(position - track.positions(stamp - self.candidates), elapsed)
+            return
+        at = ctypes.byref(self._layout)
+        self._call(at, *track.place, stamp, position.ctypes.data, self._forget(elapsed))
 
     def add(self, residuals: Array, elapsed: float) -> None:
         """Take the residuals of a frame at every candidate, (k, 3) [m]; the last was ``elapsed`` [s] ago."""
+        keep = self._forget(elapsed)
+        self._sum *= keep
+        self._sum += residuals
+        self._squares *= keep
+        self._squares += (residuals * residuals).sum(axis=1)
+
+    def _forget(self, elapsed: float) -> float:
+        """Return what older frames still count after ``elapsed`` [s], and count a new one."""
         keep = math.exp(-max(0.0, elapsed) / self._memory)
         self._weight = keep * self._weight + 1.0
-        self._sum = keep * self._sum + residuals
-        self._squares = keep * self._squares + (residuals * residuals).sum(axis=1)
+        return keep
 
     def result(self) -> Latency | None:
         """Return the delay; None when too little has moved to tell."""
@@ -83,5 +125,15 @@ class LatencyFit:
 
     def _is_ambiguous(self, J: Array, best: int, variance: float) -> bool:
         """Return whether a delay far from the best one fits about as well (a periodic motion)."""
-        away = np.abs(np.arange(J.size) - best) > _APART
-        return bool((J[away] < J[best] + _BETTER * variance).any())
+        before, after = J[: max(best - _APART, 0)], J[best + _APART + 1 :]
+        rival = min(before.min(initial=np.inf), after.min(initial=np.inf))
+        return bool(rival < J[best] + _BETTER * variance)
+
+
+def _bind(code: ctypes.PyDLL) -> Callable[..., None]:
+    """Return the comparison of a frame; see the C file."""
+    call = code.flexarm_compare_frame
+    pointer, number = ctypes.c_void_p, ctypes.c_double
+    sizes = ctypes.c_int64, ctypes.c_int64
+    call.argtypes, call.restype = (pointer, pointer, pointer, *sizes, number, pointer, number), None
+    return cast(Callable[..., None], call)

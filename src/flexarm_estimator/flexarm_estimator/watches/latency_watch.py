@@ -8,6 +8,7 @@ and not in one that fuses a late frame, which computes the past again and has en
 
 from __future__ import annotations
 
+import math
 from collections import deque
 from collections.abc import Sequence
 
@@ -30,8 +31,7 @@ _TOGETHER = 0.001  # s; samples of encoders and gauges that belong together
 _SIGMAS, _LEAST_DRIFT = 3.0, 0.005  # an alarm needs a drift of so many sigmas, and of so much [s]
 _FIT_PERIOD = 0.25  # s
 _MOST_WAITING = 100  # frames
-_MOST_VIEWS = 1000  # steps
-_MOST_BEHIND = 30  # steps; from here on the work is done in one with a frame, too
+_MOST_BEHIND = 5  # steps; from here on the work is done in one with a frame, too
 
 
 class LatencyWatch(Watch):
@@ -46,7 +46,7 @@ class LatencyWatch(Watch):
         """
         self._delays, self._config = delays, config
         self._track = TipTrack(_LATEST - _EARLIEST + config.history)
-        self._views: deque[View] = deque(maxlen=_MOST_VIEWS)
+        self._views: deque[View] = deque()
         self._lines: dict[str, _Line] = {}
 
     def look(self, view: View) -> Sequence[Finding]:
@@ -54,18 +54,25 @@ class LatencyWatch(Watch):
         if not self._lines:
             return ()
         self._views.append(view)
+        if self._has_frame(view) and len(self._views) < _MOST_BEHIND:
+            return ()
+        for line in self._lines.values():
+            if line.is_unread:
+                return self._judge(line)
+        due = [line for line in self._lines.values() if line.due_at <= view.t]
+        self._follow_tip(at_once=bool(due))
+        for line in due:
+            line.compare(self._track, view.t)
+        return ()
+
+    def _has_frame(self, view: View) -> bool:
+        """Return whether a frame has come; let it wait for its turn."""
         has_frame = False
         for sample in view.samples:
             if sample.sensor in self._lines:
                 has_frame = True
                 self._lines[sample.sensor].wait(sample, self._delays.of(sample.sensor))
-        if has_frame and len(self._views) < _MOST_BEHIND:
-            return ()
-        due = [line for line in self._lines.values() if line.due_at <= view.t]
-        if not due:
-            return ()
-        self._catch_up(min(line.due_at for line in due) - _PATIENCE - _LATEST)
-        return [finding for line in due for finding in self._judge(line, view.t)]
+        return has_frame
 
     def restart(self, t: float) -> None:
         """See Watch; the delays in use are the configured ones again."""
@@ -76,8 +83,7 @@ class LatencyWatch(Watch):
 
     def use(self, parts: Parts) -> None:
         """See Watch."""
-        if self._views:
-            self._catch_up(self._views[-1].t - _LATEST + _EARLIEST - _PATIENCE)
+        self._follow_tip(at_once=True)
         self._prediction = TipPrediction(parts)
         for name in parts.sensors.poses:
             self._lines.setdefault(name, _Line(name, self._config.latency_memory))
@@ -92,14 +98,16 @@ class LatencyWatch(Watch):
                 values[name]["its one sigma [s]"] = line.latency.sigma
         return values
 
-    def _catch_up(self, since: float) -> None:
-        """Compute where the tip was in the steps from ``since`` [s] on that have not been looked at."""
-        for view in self._views:
-            if view.t >= since:
-                self._follow_tip(view)
-        self._views.clear()
+    def _follow_tip(self, at_once: bool) -> None:
+        """Compute where the tip was in the steps that wait for it: in one of them, or in all at once."""
+        while self._views:
+            view = self._views.popleft()
+            if view.samples and self._track.accepts(view.samples[-1].t):
+                self._follow(view)
+                if not at_once:
+                    return
 
-    def _follow_tip(self, view: View) -> None:
+    def _follow(self, view: View) -> None:
         """Take the newest samples of encoders and gauges if they are complete and none is refused.
 
         What encoders alone say lags behind a tip that swings, which would look like another delay.
@@ -107,18 +115,19 @@ class LatencyWatch(Watch):
         wanted = self._prediction.sensors
         judged = {v.sensor: v.is_accepted for v in view.verdicts if v.sensor in wanted}
         newest = {s.sensor: s for s in view.samples if s.sensor in judged}  # in order of time
-        t = max([sample.t for sample in newest.values()], default=-np.inf)
-        samples = {name: s.y for name, s in newest.items() if s.t >= t - _TOGETHER}
-        is_complete = samples and wanted.issubset(samples) and all(judged.values())
-        if is_complete and self._track.accepts(t):
-            position = self._prediction.position(samples)
+        if not newest or len(newest) < len(wanted) or not all(judged.values()):
+            return
+        stamps = [sample.t for sample in newest.values()]
+        t = max(stamps)
+        if min(stamps) >= t - _TOGETHER and self._track.accepts(t):
+            position = self._prediction.position({name: sample.y for name, sample in newest.items()})
             if position is not None:
                 self._track.add(t, position)
 
-    def _judge(self, line: _Line, t: float) -> list[Finding]:
-        """Compare what has waited long enough; approach what was found out, tell what has changed."""
-        elapsed = line.compare(self._track, t)
-        if not elapsed or line.latency is None:
+    def _judge(self, line: _Line) -> list[Finding]:
+        """Find out the delay anew; approach what was found out, tell what has changed."""
+        elapsed = line.read()
+        if line.latency is None:
             return []
         used, found = self._delays.of(line.camera), line.latency
         if self._config.calibrate_latency:
@@ -143,35 +152,35 @@ class _Line:
         count = round((_LATEST - _EARLIEST) / _STEP) + 1
         self._fit = LatencyFit(np.linspace(_EARLIEST, _LATEST, count), memory)
         self._waiting: deque[tuple[float, Array]] = deque(maxlen=_MOST_WAITING)
-        self._last, self._unread = np.nan, 0.0
+        self._last, self._unread = math.nan, 0.0
 
     @property
     def due_at(self) -> float:
         """When the next frame can be compared [s]; infinity when none waits."""
-        return self._waiting[0][0] + _PATIENCE if self._waiting else np.inf
+        return self._waiting[0][0] + _PATIENCE if self._waiting else math.inf
 
     def wait(self, sample: Measurement, delay: float) -> None:
         """Keep a frame until the tip is known around its stamp, which was ``delay`` [s] later."""
-        self._waiting.append((sample.t + delay, sample.y[:3]))
+        self._waiting.append((sample.t + delay, np.array(sample.y[:3])))
 
-    def compare(self, track: TipTrack, t: float) -> float:
-        """Add the frames that are due at ``t`` [s].
+    @property
+    def is_unread(self) -> bool:
+        """Return whether frames of some time have been compared since the delay was found out."""
+        return self._unread >= _FIT_PERIOD
 
-        Returns:
-            Time since the fit was made before [s]; 0 when it has not been made anew.
-        """
-        elapsed = 0.0
+    def compare(self, track: TipTrack, t: float) -> None:
+        """Add the frames that are due at ``t`` [s]."""
         while self.due_at <= t:
             stamp, position = self._waiting.popleft()
             if not track.covers(stamp - _LATEST, stamp - _EARLIEST):
                 continue
-            since = max(0.0, stamp - self._last) if np.isfinite(self._last) else 0.0
+            since = max(0.0, stamp - self._last) if math.isfinite(self._last) else 0.0
             self._last = stamp
-            elapsed += since
-            self._fit.add(position - track.positions(stamp - self._fit.candidates), since)
-        self._unread += elapsed
-        if self._unread < _FIT_PERIOD:
-            return 0.0
+            self._unread += since
+            self._fit.compare(track, stamp, position, since)
+
+    def read(self) -> float:
+        """Find out the delay; return the time since that was done before [s]."""
         elapsed, self._unread = self._unread, 0.0
         self.latency = self._fit.result()
         return elapsed

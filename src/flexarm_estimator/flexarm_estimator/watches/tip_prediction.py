@@ -30,35 +30,30 @@ class TipPrediction:
         rows = {name: model for name, model in parts.sensors.rows.items() if not model.D_w.any()}
         self.sensors = frozenset(rows)
         self._rows, self._parts = rows, parts
-        self._maps: dict[tuple[str, ...], tuple[Array, Array]] = {}
+        self._gain, self._constant = self._map() if rows else (np.zeros((0, 0)), np.zeros(0))
 
     def position(self, samples: Mapping[str, Array]) -> Array | None:
-        """Return the tip's position [m], (3,), from the values of some of ``sensors``.
+        """Return the tip's position [m], (3,), from the values of all ``sensors``.
 
         None where the samples ask for what the loops do not allow.
         """
-        names = tuple([name for name in self._rows if name in samples])
-        found = self._maps.get(names)
-        if found is None:
-            found = self._maps[names] = self._map(names)
-        gain, constant = found
         values: list[float] = []
-        for name in names:  # on so few numbers cheaper than joining arrays
+        for name in self._rows:  # on so few numbers cheaper than joining arrays
             values += samples[name].tolist()
         try:
-            position: Array = self._parts.tip.pose(gain.dot(values) + constant)[:3, 3]
+            position: Array = self._parts.tip.pose(self._gain.dot(values) + self._constant)[:3, 3]
         except ClosureError:
             return None
         return position
 
-    def _map(self, names: tuple[str, ...]) -> tuple[Array, Array]:
+    def _map(self) -> tuple[Array, Array]:
         """Return gain (n_x, m) and constant (n_x,) of ``x = gain y + constant``."""
         parts = self._parts
         n, n_x = parts.model.n, parts.layout.n_x
         x, u = np.zeros(n_x), np.append(np.zeros(parts.model.n_theta), 1.0)
         x[:n] = parts.model.xi0
         P0 = parts.process.P0[:n, :n]
-        models = [self._rows[name] for name in names]
+        models = list(self._rows.values())
         C = np.vstack([model.C[:, :n] for model in models])
         R = np.diag(np.concatenate([np.diag(model.R) for model in models]))
         gain = np.zeros((n_x, C.shape[0]))

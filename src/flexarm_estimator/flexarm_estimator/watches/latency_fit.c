@@ -1,0 +1,47 @@
+/* The tip where it was for every candidate delay, and what a frame says of them; latency_fit.py has the sums. */
+#include "machine_code.h"
+
+enum { AXES = 3, NODES = 4 };
+
+struct latency_fit {
+    int64_t count;
+    const double *candidates; /* growing, (count,) */
+    double *sum, *squares;    /* (count, 3), (count,) */
+};
+
+/* Weights of four instants in the cubic polynomial through them. */
+static void weigh(const double *t, double at, double *weight)
+{
+    for (int64_t i = 0; i < NODES; i++) {
+        double product = 1.0, scale = 1.0;
+        for (int64_t j = 0; j < NODES; j++) {
+            product *= j == i ? 1.0 : at - t[j];
+            scale *= j == i ? 1.0 : t[i] - t[j];
+        }
+        weight[i] = product / scale;
+    }
+}
+
+/* Take a frame that saw the tip at y. The tip is known at the instants t, (size,), at least four, as p, of which
+   an axis is a row with room for lead; both cover all candidates. What was summed up before counts keep. */
+void flexarm_compare_frame(
+    const struct latency_fit *s, const double *t, const double *p, int64_t size, int64_t lead, double stamp,
+    const double *y, double keep)
+{
+    int64_t first = 0;
+    for (int64_t i = s->count - 1; i >= 0; i--) { /* later and later */
+        double at = stamp - s->candidates[i], square = 0.0, weight[NODES];
+        while (first < size - NODES && t[first + 2] < at)
+            first++;
+        weigh(t + first, at, weight);
+        for (int64_t axis = 0; axis < AXES; axis++) {
+            const double *position = p + axis * lead + first;
+            double residual = y[axis];
+            for (int64_t j = 0; j < NODES; j++)
+                residual -= weight[j] * position[j];
+            s->sum[i * AXES + axis] = keep * s->sum[i * AXES + axis] + residual;
+            square += residual * residual;
+        }
+        s->squares[i] = keep * s->squares[i] + square;
+    }
+}
