@@ -6,6 +6,8 @@ By the clock a crash of an essential node stops the motion, and the node comes b
 guard is armed again. In lockstep, and with respawn:=false, it ends the run.
 """
 
+import os
+
 from launch.actions import DeclareLaunchArgument, OpaqueFunction, SetEnvironmentVariable, Shutdown
 from launch.substitutions import EnvironmentVariable, LaunchConfiguration
 from launch_ros.actions import Node
@@ -18,6 +20,7 @@ from flexarm_bringup.processes.supervisor import RESPAWNS
 from flexarm_bringup.processes.surroundings import defaults
 from flexarm_bringup.tasks.task_for import task_for
 from flexarm_bringup.topics import NAMESPACE
+from flexarm_model.parent import MARK as PARENT
 from launch import LaunchDescription
 
 ARGUMENTS = {
@@ -41,6 +44,7 @@ def generate_launch_description():
         SetEnvironmentVariable(name, EnvironmentVariable(name, default_value=value))
         for name, value in defaults().items()
     ]
+    environment.append(SetEnvironmentVariable(PARENT, str(os.getpid())))  # nodes end with us, also if killed
     return LaunchDescription([*arguments, *environment, OpaqueFunction(function=nodes)])
 
 

@@ -1,6 +1,5 @@
 """What is converted to a message and back is the same."""
 
-
 import numpy as np
 import pytest
 from planar_strip import StripKinematics, run, simulate, strip_model

@@ -5,7 +5,8 @@ calls a function of its package's ``executables.py``, which imports nothing but 
 claims its name again, once rcl has told it; what the process holds already is given to it then.
 
 A process that was started as a reserve loads first and claims when it is called (``reserve``). One that was
-given a line to who started it lets go of it when it ends (``life_line``).
+given a line to who started it lets go of it when it ends (``life_line``); one of a launch file ends with
+``ros2 launch`` (``parent``).
 """
 
 from __future__ import annotations
@@ -17,6 +18,7 @@ from collections.abc import Sequence
 from importlib import import_module
 
 from flexarm_model.life_line import hold_until_the_end, take_line
+from flexarm_model.parent import end_with_parent
 from flexarm_model.reserve import is_reserve, stand_by
 from flexarm_model.ros_arguments import domain, node_name
 from flexarm_model.single_instance import NameTakenError, claim_name
@@ -38,6 +40,7 @@ def run_executable(module: str, nodes: Sequence[str]) -> int:
     """
     for number in STOPPING:
         signal.signal(number, signal.SIG_DFL)  # as long as nothing moves a signal ends the process at once
+    end_with_parent()
     line = take_line()
     if line is not None:
         if is_reserve() and not stand_by(module, line):

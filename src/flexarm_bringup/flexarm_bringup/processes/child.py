@@ -5,7 +5,6 @@ It has its own process group, and its kernel sends it SIGTERM should we be kille
 
 from __future__ import annotations
 
-import ctypes
 import os
 import signal
 import socket
@@ -16,8 +15,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from flexarm_model.life_line import MARK
-
-_PR_SET_PDEATHSIG = 1  # linux/prctl.h
+from flexarm_model.parent import ending_with
 
 
 @dataclass(frozen=True)
@@ -80,13 +78,12 @@ def _die_with(parent: int) -> Callable[[], None]:
     It asks for SIGTERM when the parent dies, and hears SIGINT even if a shell that started us in the
     background had it ignored.
     """
-    prctl = ctypes.CDLL(None, use_errno=True).prctl
+    parent_lives = ending_with(parent)
 
     def ask() -> None:
         """Make the calls; between fork and exec."""
-        prctl(_PR_SET_PDEATHSIG, signal.SIGTERM, 0, 0, 0)
         signal.signal(signal.SIGINT, signal.SIG_DFL)
-        if os.getppid() != parent:  # it died before we asked
+        if not parent_lives():
             os._exit(1)
 
     return ask
