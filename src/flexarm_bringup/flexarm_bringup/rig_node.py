@@ -96,7 +96,7 @@ class RigNode(ManagedNode):
         self.start(life)
 
     def activate(self) -> None:
-        """Build the hardware at rest; its time begins."""
+        """Build the hardware at rest."""
         plant = made(_plant_of, self.config, self._simulation)
         self.drives = Drives(self.config, self._simulation, plant, self._faults)
         limits = drive_limits(self.config, self.drives.rig, self.settings.silence)
@@ -104,8 +104,7 @@ class RigNode(ManagedNode):
         period = None if self.settings.lockstep else self.drives.rig.dt
         self._health = RigHealth(self, self.drives, self.config, period, self._thresholds)
         self._period_ns = self.drives.rig.period_ns
-        self._epoch_ns = 0 if self.settings.lockstep else self.get_clock().now().nanoseconds
-        self._started_ns = time.monotonic_ns()
+        self._begin()
         self._ahead: list[Sample] | None = None  # in real time: of the tick that comes, not yet told
         self._sent: dict[str, int] = {}
         self._statuses = 0  # of the guard, announced so far
@@ -117,7 +116,9 @@ class RigNode(ManagedNode):
         return self.drives.rig.tick
 
     def on_alarm(self) -> None:
-        """Advance by the periods that have passed."""
+        """Advance by the periods that have passed; the first one begins with the loop of the node."""
+        if not self.tick:
+            self._begin(self._period_ns)
         passed = (time.monotonic_ns() - self._started_ns) // self._period_ns
         behind = passed - self.tick + (self._ahead is not None)
         self._health.beat(behind)
@@ -168,6 +169,12 @@ class RigNode(ManagedNode):
     def stamp_of(self, tick: int) -> int:
         """Return the stamp of a tick [ns]."""
         return self._epoch_ns + tick * self._period_ns
+
+    def _begin(self, before_ns: int = 0) -> None:
+        """Let tick 0 be so long before now [ns]."""
+        self._started_ns = time.monotonic_ns() - before_ns
+        now_ns = 0 if self.settings.lockstep else self.get_clock().now().nanoseconds
+        self._epoch_ns = now_ns - before_ns
 
     def _publish_tick(self, samples: list[Sample]) -> None:
         now_ns, drives = self.stamp_of(self.tick), self.drives

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from flexarm_bringup.sim.implicit_parts import find_parts
 from flexarm_bringup.sim.implicit_period import MachinePeriod, PlainPeriod, Stepping, make_period
 from flexarm_bringup.sim.implicit_steps import ImplicitSteps
 from flexarm_model.compiled import find_compiler
@@ -39,6 +40,15 @@ def test_machine_code_and_numpy_move_an_arm_alike(name: str, is_driven: bool) ->
         for found, expected in zip(a, b, strict=True):  # rounding, as the elimination enlarges it
             np.testing.assert_allclose(found, expected, rtol=0, atol=1e-9 * abs(expected).max())
     assert abs(a[1]).max() > 0.0
+
+
+def test_joints_that_bear_nothing_come_last_and_are_not_carried() -> None:
+    tree = tree_of("spatial_3tpt")
+    parts = find_parts(tree, (tree.K != 0.0) | (tree.D != 0.0), [])
+    names = [tree.coordinates[i] for i in parts.order]
+    assert parts.free + tree.n_c == tree.n_q and sorted(names) == sorted(tree.coordinates)
+    light = names[parts.free + parts.heavy :]
+    assert len(light) == 9 and all(name.startswith("ball_") for name in light)
 
 
 def test_without_a_compiler_numpy_steps() -> None:

@@ -18,6 +18,7 @@ from scipy.linalg import cython_blas, cython_lapack
 from scipy.linalg.lapack import dgesv, dposv
 
 from flexarm_bringup.sim.friction import FRICTION_SLOPE, friction_and_slope
+from flexarm_bringup.sim.implicit_parts import EntriesLayout, find_parts
 from flexarm_model.closing import MachineClosing
 from flexarm_model.machine_code import MachineCode, load_code
 from flexarm_model.reduced_tree import ReducedTree
@@ -107,10 +108,12 @@ class _Layout(ctypes.Structure):
     """``struct period`` of the C file."""
 
     _fields_ = [
-        *((name, ctypes.c_int64) for name in ("n", "m", "free", "axes", "substeps")),
+        *((name, ctypes.c_int64) for name in ("n", "m", "free", "heavy", "axes", "substeps")),
         *((name, ctypes.c_double) for name in ("h", "friction", "slope")),
-        *((name, ctypes.c_void_p) for name in ("axis", "order", "constant", "mass", "bias", "rows")),
-        *((name, ctypes.c_void_p) for name in ("loops", "close", "dsyr2k", "dposv", "work")),
+        *((name, ctypes.c_void_p) for name in ("axis", "order", "constant")),
+        *((name, EntriesLayout) for name in ("inside", "across", "among", "led", "loop")),
+        *((name, ctypes.c_void_p) for name in ("mass", "bias", "rows", "loops", "close")),
+        *((name, ctypes.c_void_p) for name in ("dsyr2k", "dposv", "work")),
     ]
 
 
@@ -120,20 +123,18 @@ class MachinePeriod(Period):
     def __init__(self, tree: ReducedTree, stepping: Stepping, code: ctypes.PyDLL) -> None:
         """Bind the tree's functions, which are compiled."""
         self._plain, self._stepping = PlainPeriod(tree, stepping), stepping
-        n, m, t, d = tree.n_q, tree.n_c, tree.actuated, tree.loops.dependent
-        free = np.setdiff1d(np.arange(n), d if stepping.is_driven else [*d, *t])
-        self._axis, self._order = (np.array(part, dtype=np.int64) for part in (t, [*free, *d]))
-        self._constant = np.asfortranarray(stepping.h**2 / 4 * tree.K + stepping.h / 2 * tree.D)
+        n, m, t, h = tree.n_q, tree.n_c, tree.actuated, stepping.h
+        self._constant = np.asfortranarray(h**2 / 4 * tree.K + h / 2 * tree.D)
+        self._parts = find_parts(tree, self._constant != 0.0, [] if stepping.is_driven else t)
+        self._axis, k = np.array(t, dtype=np.int64), self._parts.free
         self._mass, self._bias = (MachineCode(tree.functions[name]) for name in ("mass_matrix", "bias"))
-        loops, rows, close = self._loops(tree)
-        k = free.size
-        self._work = np.zeros(2 * n + k * k + k + k * m + m * (k + 1) + m * m)
+        self._work = np.zeros(2 * n + k * k + k + (k + 1) * m + m * (k + 1) + m * m)
+        arrays = (self._axis, self._parts.order, self._constant)
         blas = (routine(cython_blas, "dsyr2k"), routine(cython_lapack, "dposv"))
-        arrays = (self._axis, self._order, self._constant)
         self._layout = _Layout(
-            n, m, k, len(t), stepping.substeps, stepping.h, stepping.friction, FRICTION_SLOPE,
-            *map(place, arrays), self._mass.address, self._bias.address, rows, loops, close, *blas,
-            place(self._work),
+            n, m, k, self._parts.heavy, len(t), stepping.substeps, h, stepping.friction, FRICTION_SLOPE,
+            *map(place, arrays), *(entries.layout for entries in self._parts.entries),
+            self._mass.address, self._bias.address, *self._loops(tree), *blas, place(self._work),
         )  # fmt: skip
         self._q, self._v, self._dv, self._u = np.zeros(n), np.zeros(n), np.zeros(n), np.zeros(len(t))
         self._call = code.flexarm_advance
@@ -152,14 +153,14 @@ class MachinePeriod(Period):
         return self._q.copy(), self._v.copy(), self._dv / self._stepping.h
 
     def _loops(self, tree: ReducedTree) -> tuple[int, int, int]:
-        """Return where loops, rows, and what closes them are; nowhere without loops."""
+        """Return where rows, loops, and what closes them are; nowhere without loops."""
         if not tree.n_c:
             return 0, 0, 0
         closing = tree.closing
         assert isinstance(closing, MachineClosing)
         self._closing, self._rows = closing, MachineCode(tree.functions["constraints"])
         close = ctypes.cast(closing.code.flexarm_close, ctypes.c_void_p).value or 0
-        return closing.address, self._rows.address, close
+        return self._rows.address, closing.address, close
 
 
 def make_period(tree: ReducedTree, stepping: Stepping) -> Period:

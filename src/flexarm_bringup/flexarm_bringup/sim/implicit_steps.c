@@ -5,13 +5,29 @@
  */
 #include "machine_code.h"
 
+/* Where a dense matrix may hold something: its places there, and the rows and columns it is taken to. */
+struct entries {
+    int64_t count;
+    const int64_t *from, *row, *column;
+};
+
+/* The same for places in a row: the first here and there, and how many they are. */
+struct runs {
+    int64_t count;
+    const int64_t *from, *to, *length;
+};
+
 struct period {
-    int64_t n, m, free, axes, substeps; /* m rows close loops; free coordinates are solved for, dependent left out */
-    double h, friction, slope;          /* s, N m, rad/s */
-    const int64_t *axis, *order;        /* actuated axes; free coordinates, then the m dependent ones */
-    const double *constant;             /* h^2/4 K + h/2 D, (n, n) */
+    int64_t n, m, free, heavy, axes, substeps; /* m rows close loops; free coordinates are solved for, dependent
+                                                  left out; only the first heavy ones of those bear anything */
+    double h, friction, slope;           /* s, N m, rad/s */
+    const int64_t *axis, *order;         /* actuated axes; free coordinates, the m dependent ones, the others */
+    const double *constant;              /* h^2/4 K + h/2 D, (n, n) */
+    struct runs inside;                  /* of M + constant: the lower triangle of the free coordinates */
+    struct entries across, among, led;   /* dependent by free; dependent by dependent; all by prescribed */
+    struct entries loop;                 /* of G; its columns are counted in the order */
     struct function *mass, *bias, *rows; /* q -> M; (q, v) -> h; q -> c, G, where there are loops */
-    const void *loops;                  /* of the closing */
+    const void *loops;                   /* of the closing */
     int64_t (*close)(const void *, double *, double *);
     void (*dsyr2k)(char *, char *, int *, int *, double *, double *, int *, double *, int *, double *, double *, int *);
     void (*dposv)(char *, int *, int *, double *, int *, double *, int *, int *);
@@ -31,46 +47,49 @@ static void evaluate(struct function *f, const double *q, const double *v)
 static int64_t depend(const struct period *s, const double *v, const double *prescribed, double *XY, double *A)
 {
     int64_t n_i = s->free, m = s->m, k = n_i + 1;
-    const double *G = s->rows->res[1];
-    for (int64_t i = 0; i < m; i++) {
-        for (int64_t j = 0; j < n_i; j++)
-            XY[i * k + j] = -G[i + s->order[j] * m];
-        for (int64_t j = 0; j < m; j++)
-            A[i * m + j] = G[i + s->order[n_i + j] * m];
-        XY[i * k + n_i] = 0.0;
-    }
-    for (int64_t j = 0; j < s->n; j++) {
-        double rate = 2.0 * v[j] + prescribed[j];
-        for (int64_t i = 0; i < m; i++)
-            XY[i * k + n_i] -= G[i + j * m] * rate;
+    memset(XY, 0, m * k * sizeof *XY);
+    memset(A, 0, m * m * sizeof *A);
+    for (int64_t e = 0; e < s->loop.count; e++) {
+        int64_t i = s->loop.row[e], at = s->loop.column[e], j = s->order[at];
+        double g = s->rows->res[1][s->loop.from[e]];
+        if (at < n_i)
+            XY[i * k + at] = -g;
+        else if (at < n_i + m)
+            A[i * m + at - n_i] = g;
+        XY[i * k + n_i] -= g * (2.0 * v[j] + prescribed[j]);
     }
     return eliminate(m, k, A, XY);
+}
+
+static void add_row(int64_t count, double factor, const double *restrict row, double *restrict sum)
+{
+    for (int64_t j = 0; j < count; j++)
+        sum[j] += factor * row[j];
 }
 
 /* Add what the dependent coordinates bear to S and r: S += X'W + W'X with W = A_di + A_dd X / 2, and so on. */
 static void carry(const struct period *s, const double *M, const double *b, const double *XY, double *S, double *r)
 {
-    int64_t n_i = s->free, m = s->m, n = s->n, k = n_i + 1;
-    double *W = r + n_i; /* (n_i, m), rows of W one after the other */
-    for (int64_t i = 0; i < m; i++) {
-        int64_t at = s->order[n_i + i];
-        double *row = W + i * n_i, rest = b[at];
-        for (int64_t j = 0; j < n_i; j++)
-            row[j] = M[at + s->order[j] * n];
-        for (int64_t p = 0; p < m; p++) {
-            double a = M[at + s->order[n_i + p] * n];
-            if (a == 0.0)
-                continue;
-            const double *x = XY + p * k;
-            for (int64_t j = 0; j < n_i; j++)
-                row[j] += a / 2 * x[j];
-            rest -= a * x[n_i]; /* b_d - A_dd y */
-        }
-        const double *x = XY + i * k;
-        for (int64_t j = 0; j < n_i; j++)
-            r[j] += x[j] * rest - M[at + s->order[j] * n] * x[n_i]; /* X'(b_d - A_dd y) - A_id y */
+    int64_t n_i = s->free, k = n_i + 1;
+    double *W = r + n_i, *rest = W + s->heavy * n_i; /* (n_i, heavy), rows of W one after the other; (heavy) */
+    memset(W, 0, s->heavy * n_i * sizeof *W);
+    for (int64_t i = 0; i < s->heavy; i++)
+        rest[i] = b[s->order[n_i + i]];
+    for (int64_t e = 0; e < s->across.count; e++) {
+        int64_t i = s->across.row[e], j = s->across.column[e];
+        double a = M[s->across.from[e]] + s->constant[s->across.from[e]];
+        W[i * n_i + j] = a;
+        r[j] -= a * XY[i * k + n_i]; /* A_id y */
     }
-    int size = (int)n_i, inner = (int)m, lead = (int)k;
+    for (int64_t e = 0; e < s->among.count; e++) {
+        int64_t i = s->among.row[e], p = s->among.column[e];
+        double a = M[s->among.from[e]] + s->constant[s->among.from[e]];
+        add_row(n_i, a / 2, XY + p * k, W + i * n_i);
+        rest[i] -= a * XY[p * k + n_i]; /* b_d - A_dd y */
+    }
+    for (int64_t i = 0; i < s->heavy; i++)
+        add_row(n_i, rest[i], XY + i * k, r); /* X'(b_d - A_dd y) */
+    int size = (int)n_i, inner = (int)s->heavy, lead = (int)k;
     double one = 1.0;
     s->dsyr2k("L", "N", &size, &inner, &one, (double *)XY, &lead, W, &size, &one, S, &size);
 }
@@ -80,9 +99,7 @@ static int64_t change(const struct period *s, const double *v, const double *u, 
 {
     int64_t n = s->n, n_i = s->free, m = s->m, k = n_i + 1;
     const double *bias = s->bias->res[0];
-    double *b = work, *S = b + n, *r = S + n_i * n_i, *XY = r + n_i + n_i * m, *A = XY + m * k;
-    for (int64_t i = 0; i < n * n; i++)
-        M[i] += s->constant[i];
+    double *b = work, *S = b + n, *XY = S + n_i * n_i, *A = XY + m * k, *r = A + m * m;
     for (int64_t i = 0; i < n; i++)
         b[i] = -s->h * bias[i];
     for (int64_t a = 0; u && a < s->axes; a++) {
@@ -91,15 +108,19 @@ static int64_t change(const struct period *s, const double *v, const double *u, 
         b[i] += s->h * (u[a] - s->friction * ramp);
         M[i + i * n] += s->h / 2 * s->friction * (1 - ramp * ramp) / s->slope;
     }
-    for (int64_t a = 0; !u && a < s->axes; a++)
-        for (int64_t i = 0; i < n; i++)
-            b[i] -= M[i + s->axis[a] * n] * dv[s->axis[a]];
-    for (int64_t j = 0; j < n_i; j++) {
-        const double *column = M + s->order[j] * n;
-        for (int64_t i = j; i < n_i; i++)
-            S[i + j * n_i] = column[s->order[i]];
-        r[j] = b[s->order[j]];
+    for (int64_t e = 0; e < s->led.count; e++) {
+        double a = M[s->led.from[e]] + s->constant[s->led.from[e]];
+        b[s->led.row[e]] -= a * dv[s->led.column[e]];
     }
+    memset(S, 0, n_i * n_i * sizeof *S);
+    for (int64_t e = 0; e < s->inside.count; e++) {
+        const double *some = M + s->inside.from[e], *constant = s->constant + s->inside.from[e];
+        double *to = S + s->inside.to[e];
+        for (int64_t i = 0; i < s->inside.length[e]; i++)
+            to[i] = some[i] + constant[i];
+    }
+    for (int64_t j = 0; j < n_i; j++)
+        r[j] = b[s->order[j]];
     if (m) {
         if (!depend(s, v, dv, XY, A))
             return 0;
