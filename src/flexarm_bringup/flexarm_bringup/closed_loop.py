@@ -29,6 +29,7 @@ from flexarm_controller.margins.gate import Gate
 from flexarm_controller.reference import Reference
 from flexarm_controller.settings import ControllerConfig, MarginConfig, MpcConfig
 from flexarm_controller.state import ArmState
+from flexarm_controller.time_budget import Clocks
 from flexarm_estimator.estimate import Estimate
 from flexarm_estimator.estimator import Estimator
 from flexarm_estimator.measurement import Measurement
@@ -45,6 +46,7 @@ TOKEN = 1
 NONE_TO_COME = (math.inf, np.zeros(0))  # time from which a model is used [ns], and its pose
 NOTHING_LEARNED: Array = np.zeros(0)
 BETWEEN_SEARCHES = 100_000  # new objects; so few of them are in cycles that a run of a minute needs no more
+UNTIMED = Clocks(cpu=lambda: 0.0)  # nobody reads what a single step takes; asking the system takes 1 us
 WARM_UP = 0.1  # s; what is called for the first time is compiled then, and does not count
 
 
@@ -148,7 +150,7 @@ def run_loop(
     config, model = tree.config, linearize(tree)
     estimator = Estimator(model, tree, config.sensors, settings.estimator)
     law = replace(settings.controller, period=hardware.dt)
-    controller = Controller(model, limits_of(config), law, settings.mpc, arm=config)
+    controller = Controller(model, limits_of(config), law, settings.mpc, UNTIMED, config)
     schedule = ModelSchedule(tree, config, reference, settings.schedule)
     if settings.mpc.foresight:
         controller.foresee(_models_to_come(tree, model, reference, settings, hardware.dt))
@@ -236,9 +238,10 @@ def measurements(samples: Sequence[Sample], hardware: Hardware) -> list[Measurem
 
 def arm_state(estimate: Estimate) -> ArmState:
     """Return an estimate as the controller takes it."""
-    stiffness = estimate.stiffness if estimate.layout.n_learned else NOTHING_LEARNED
-    usable, sigma = estimate.status in ("ok", "degraded"), np.sqrt(estimate.P.diagonal()[: 2 * estimate.n])
+    x, at, usable = estimate.x, estimate.layout, estimate.status in ("ok", "degraded")
+    stiffness = estimate.stiffness if at.n_learned else NOTHING_LEARNED
+    sigma = np.sqrt(estimate.P.diagonal()[: 2 * at.n])
     return ArmState(
-        estimate.t, estimate.model_id, estimate.theta, estimate.eta, estimate.theta_dot, estimate.eta_dot,
-        estimate.d, usable, estimate.reason, sigma, estimate.x[estimate.layout.s], stiffness,
+        estimate.t, estimate.model_id, x[at.theta], x[at.eta], x[at.theta_dot], x[at.eta_dot], x[at.d],
+        usable, estimate.reason, sigma, x[at.s], stiffness,
     )  # fmt: skip

@@ -124,9 +124,9 @@ class Mpc:
     def _measured(self, state: ArmState, sent: Array) -> Array:
         """Return ``[x; d; sent; sag]`` as ``Delay.map`` takes it, (n_z,); the same array in every step."""
         z, sag = self._z, state.sag
-        z[: self._d.start], z[self._d], z[self._sent] = state.x, state.d, sent.ravel()
-        z[self._sent.stop :] = 0.0
+        z[: self._d.stop], z[self._sent] = state.told[: self._d.stop], sent.ravel()
         z[self._sent.stop : self._sent.stop + sag.size] = sag
+        z[self._sent.stop + sag.size :] = 0.0
         return z
 
     def _vectors(self, state: ArmState, sent: Array, gradient: Array) -> tuple[Array, Array, Array]:
