@@ -96,14 +96,13 @@ def build_problem(
 
     n_v, n_s = e.L.shape[1], len(stage.soft.names)
     scale = np.tile(limits.effort, len(config.blocks))  # (n_v,)
-    L = np.multiply(e.L, scale, out=e.L)  # in place: a megabyte of fresh memory takes longer than the product
-    WL = e.weigh(L)
-    curvature = L.T @ WL
+    WL = e.weigh(e.L)
+    curvature = (e.L.T @ WL) * scale * scale[:, None]  # of so few unknowns sooner than L, which is megabytes
     weight = float(n_v / np.trace(curvature))
     P = block_diag((curvature + curvature.T) * weight / 2, SLACK_CURVATURE * np.eye(n_s))
     q_p = np.zeros((n_v + n_s, known.size))
-    np.multiply(e.per_known(WL).T, weight, out=q_p[:n_v])
-    q_0 = np.append(weight * WL.T @ e.l, np.full(n_s, config.slack_price))
+    np.multiply(e.per_known(WL).T, weight * scale[:, None], out=q_p[:n_v])
+    q_0 = np.append(weight * scale * (WL.T @ e.l), np.full(n_s, config.slack_price))
     T = np.hstack([prediction.T * scale, np.zeros((known.N * known.n_u, n_s))])
     q_now, q_r = (np.ascontiguousarray(part) for part in np.split(q_p, [known.now.stop], axis=1))
     return Problem(stage, P, q_now, q_r, q_0, rows, T, n_v, known, weight, scale)
