@@ -9,6 +9,7 @@ what is learned of the model itself (``stiffness``), which the controller is tol
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 
 @dataclass(frozen=True)
@@ -32,52 +33,52 @@ class StateLayout:
     n_p: int = 0
     n_learned: int = 0
 
-    @property
+    @cached_property
     def n_x(self) -> int:
         """Number of states."""
         return 2 * self.n + self.n_theta + len(self.biases) + self.n_s + self.n_p
 
-    @property
+    @cached_property
     def theta(self) -> slice:
         """Actuated axes [rad] or [m]."""
         return slice(0, self.n_theta)
 
-    @property
+    @cached_property
     def eta(self) -> slice:
         """Modal displacements [kg^0.5 m]."""
         return slice(self.n_theta, self.n)
 
-    @property
+    @cached_property
     def theta_dot(self) -> slice:
         """Velocities of the axes [rad/s] or [m/s]."""
         return slice(self.n, self.n + self.n_theta)
 
-    @property
+    @cached_property
     def eta_dot(self) -> slice:
         """Modal velocities [kg^0.5 m/s]."""
         return slice(self.n + self.n_theta, 2 * self.n)
 
-    @property
+    @cached_property
     def d(self) -> slice:
         """Unmodelled torques [N m] or [N]."""
         return slice(2 * self.n, 2 * self.n + self.n_theta)
 
-    @property
+    @cached_property
     def b(self) -> slice:
         """Biases of sensors, SI of their channel."""
         return slice(self.d.stop, self.d.stop + len(self.biases))
 
-    @property
+    @cached_property
     def s(self) -> slice:
         """Static deflections of the modes [kg^0.5 m]."""
         return slice(self.b.stop, self.b.stop + self.n_s)
 
-    @property
+    @cached_property
     def p(self) -> slice:
         """Learned parameters of the model, relative [1]."""
         return slice(self.s.stop, self.n_x)
 
-    @property
+    @cached_property
     def told(self) -> slice:
         """What messages carry with its covariance: all but static deflections and learned parameters."""
         return slice(0, self.b.stop)
