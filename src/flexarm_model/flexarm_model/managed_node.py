@@ -22,6 +22,7 @@ from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackRet
 from std_msgs.msg import Bool
 
 from flexarm_model.node import LATCHED_QOS, ReadyFlag
+from flexarm_model.node_logger import NodeLogger
 from flexarm_model.parameters import parameter
 from flexarm_model.single_instance import claim_name
 
@@ -53,6 +54,8 @@ class ManagedNode(LifecycleNode):  # type: ignore[misc]
         is_finished: It was shut down by a transition; the process ends.
     """
 
+    _fast_logger: NodeLogger | None = None  # rclpy asks for it before this class has begun
+
     def __init__(self, name: str) -> None:
         """Be there, unconfigured, in the namespace of flexarm.
 
@@ -68,6 +71,12 @@ class ManagedNode(LifecycleNode):  # type: ignore[misc]
         self._hook_error: BaseException | None = None
         self._is_started = False
         self._unconfigured = self._inactive = self._made()
+
+    def get_logger(self) -> NodeLogger:
+        """Return the logger of this node, a fast one."""
+        if self._fast_logger is None:
+            self._fast_logger = NodeLogger(super().get_logger().name)
+        return self._fast_logger
 
     def start(self, settings: LifeSettings) -> None:
         """Configure and activate if that is wanted.
