@@ -2,7 +2,7 @@
 
 A period is due when the drives' state of it should have arrived: a period after the last one, or with the
 state where that comes sooner. It is to be answered with the command for that state, but not later than the
-share ``patience`` of the period, for the answer has a way to go.
+share ``patience`` of the period, and ``answer_time`` before its end, for the answer has a way to go.
 """
 
 from __future__ import annotations
@@ -21,14 +21,15 @@ class GuardCycle:
         is_open: The newest state has not been answered.
     """
 
-    def __init__(self, period: float, patience: float) -> None:
+    def __init__(self, period: float, patience: float, answer_time: float = 0.0) -> None:
         """Wait for the first state.
 
         Args:
             period: Motor period [s].
             patience: Share of it to wait for a command [1].
+            answer_time: Least time that is left for the answer, though at most half of the period [s].
         """
-        self._period, self._patience = period, patience
+        self._period, self._last = period, min(patience * period, period - min(answer_time, 0.5 * period))
         self._due = self._arrived = self._looked = -math.inf
         self.late, self.is_open = 0, False
 
@@ -56,7 +57,7 @@ class GuardCycle:
 
         A period while the drives say nothing.
         """
-        last = self._due + self._patience * self._period + (0.0 if self.is_open else self._period)
+        last = self._due + self._last + (0.0 if self.is_open else self._period)
         return max(last - now, 0.0) if last > now or self.is_open else self._period
 
     def silence(self, now: float) -> float:

@@ -85,7 +85,9 @@ class GuardNode(ManagedNode):
         self.exchange = made(GuardExchange, self._config, self._limits, 0 if self.settings.lockstep else None)
         self.guard = self.exchange.guard
         self._most_stood = self._limits.max_age
-        self._cycle = GuardCycle(self.exchange.period_ns * 1e-9, self.settings.patience)
+        self._cycle = GuardCycle(
+            self.exchange.period_ns * 1e-9, self.settings.patience, self.settings.answer_time
+        )
         self._lockstep = Lockstep(SENSORS, self.on_tick_complete)
         self._margins = ""
         self._connect()

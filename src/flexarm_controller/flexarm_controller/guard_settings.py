@@ -17,4 +17,7 @@ class GuardNodeSettings(LoopSettings):
     patience: float = parameter(
         0.8, "Share of a period after which a state is answered without a command for it.", "1", 0.1, 0.95
     )
+    answer_time: float = parameter(
+        0.0007, "Least part of a period that is left for such an answer, up to half of it.", "s", 0.0, 0.1
+    )
     drive_silence: float = parameter(0.035, "Silence of the drives that stops the arm.", "s", 0.005, 1.0)

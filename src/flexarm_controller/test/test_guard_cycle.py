@@ -29,6 +29,13 @@ def test_a_command_may_take_its_share_of_the_period():
     assert made.wait(10.1) == 0.0
 
 
+@pytest.mark.parametrize(("period", "most"), [(0.005, 0.004), (0.002, 0.0013), (0.001, 0.0005)])
+def test_of_a_short_period_the_answer_keeps_the_time_that_it_needs(period, most):
+    made = GuardCycle(period, 0.8, 0.0007)
+    made.begin(10.0)
+    assert made.wait(10.0) == pytest.approx(most)
+
+
 def test_a_state_that_came_late_leaves_its_command_less_time():
     made = cycle()
     now = run(made, 10.0, 200)

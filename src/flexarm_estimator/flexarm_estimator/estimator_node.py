@@ -37,6 +37,7 @@ from flexarm_interfaces.srv import ToggleSensor as ToggleSensorService
 from geometry_msgs.msg import PoseWithCovarianceStamped
 from nav_msgs.msg import Odometry
 from rclpy.clock import Clock, ClockType
+from rclpy.qos import QoSProfile
 from sensor_msgs.msg import Imu, JointState
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
@@ -62,11 +63,13 @@ from flexarm_model.node import (
     LATCHED_QOS,
     LOCKSTEP_QOS,
     MODELS_QOS,
+    NEWEST_QOS,
     RELIABLE_QOS,
     SENSOR_QOS,
     run_node,
 )
 
+CLOSING_TOPIC = "joint_states"  # closes a period
 DIAGNOSTICS_PERIOD = 1.0  # s
 AHEAD = (EstimatorExchange, EstimatorConfig, None)  # see flexarm_model.ahead
 LIBRARIES = ("filterpy.kalman",)  # for steps with refused rows
@@ -119,7 +122,7 @@ class EstimatorNode(ManagedNode):
             self._lockstep.add(topic, msg)
             return
         self.exchange.on_sensor(topic, msg)
-        if topic == "joint_states":
+        if topic == CLOSING_TOPIC:
             self._step(stamp_to_ns(msg.header.stamp))
 
     def on_tick(self, msg: Tick) -> None:
@@ -184,11 +187,10 @@ class EstimatorNode(ManagedNode):
         }
         self._receipts = self.create_publisher(String, "~/models", LATCHED_QOS)
         self.create_subscription(ReducedModel, "model", self.on_model, MODELS_QOS)
-        quality = LOCKSTEP_QOS if self.settings.lockstep else SENSOR_QOS
         for topic in self.exchange.topics:
             kind = _TYPES.get(topic, Imu)
             take, refuse = partial(self.on_sensor, topic), partial(self._refuse, topic)
-            subscribe_bytes(self, kind, topic, take, quality, refuse)
+            subscribe_bytes(self, kind, topic, take, self._quality(topic), refuse)
         if self.settings.lockstep:
             self.create_subscription(Tick, "tick", self.on_tick, LOCKSTEP_QOS)
         for kind, name, read in _SERVICES:
@@ -197,6 +199,12 @@ class EstimatorNode(ManagedNode):
             DIAGNOSTICS_PERIOD, self.on_diagnostics, clock=Clock(clock_type=ClockType.STEADY_TIME)
         )
         self.tell_ready(self._conditions(), LIBRARIES)
+
+    def _quality(self, topic: str) -> QoSProfile:
+        """Return how a sensor is heard; in real time periods that are over are skipped, not caught up."""
+        if self.settings.lockstep:
+            return LOCKSTEP_QOS
+        return NEWEST_QOS if topic == CLOSING_TOPIC else SENSOR_QOS
 
     def _conditions(self) -> dict[str, Callable[[], bool]]:
         """Return what must hold before the node is ready; in lockstep no message may be lost."""

@@ -161,3 +161,32 @@ def test_a_wrong_setting_ends_the_node_with_one_line_that_names_it(domain, overr
     assert process.returncode == 2
     assert reason in err.splitlines()[-1]
     assert len(err.splitlines()) == 1
+
+
+def test_a_node_that_was_held_up_skips_the_periods_that_are_over(domain):
+    process = start(domain)
+    bench = Bench(domain)
+
+    def say(stamp_ns):
+        msg = JointState(name=["base.rz"], position=[0.1])
+        msg.header.stamp = conversions.ns_to_stamp(stamp_ns)
+        bench.joints.publish(msg)
+
+    def has_answered():
+        say(time.time_ns())
+        return bool(bench.states)
+
+    try:
+        bench.wait(lambda: bench.ready and bench.ready[-1].data)
+        bench.wait(has_answered)
+        process.send_signal(signal.SIGSTOP)
+        last = time.time_ns()
+        for k in range(40):
+            say(last - (39 - k) * PERIOD_NS)
+        before = len(bench.states)
+        process.send_signal(signal.SIGCONT)
+        bench.wait(lambda: conversions.stamp_to_ns(bench.states[-1].header.stamp) == last)
+    finally:
+        process.kill()
+        bench.close()
+    assert len(bench.states) - before < 20
