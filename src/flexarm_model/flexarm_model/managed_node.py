@@ -21,8 +21,8 @@ from typing import Any
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
 from std_msgs.msg import Bool
 
+from flexarm_model.logger_node import NodeLogger
 from flexarm_model.node import LATCHED_QOS, ReadyFlag
-from flexarm_model.node_logger import NodeLogger
 from flexarm_model.parameters import parameter
 from flexarm_model.single_instance import claim_name
 
