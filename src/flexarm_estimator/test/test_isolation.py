@@ -10,9 +10,11 @@ from flexarm_estimator.estimator import Estimator
 from flexarm_estimator.filter import Belief, GuardedFilter, innovation_covariance
 from flexarm_estimator.filters.served import ServedSteps
 from flexarm_estimator.gate import Gate
+from flexarm_estimator.isolation import isolation_watch
 from flexarm_estimator.isolation.channels import Channels
-from flexarm_estimator.isolation.consistency_run import ConsistencyRun
-from flexarm_estimator.isolation.hypotheses import rearrangements, undo
+from flexarm_estimator.isolation.consistency_run import NO_OFFSETS, ConsistencyRun
+from flexarm_estimator.isolation.hypotheses import Hypotheses, Rearrangement, rearrangements
+from flexarm_estimator.isolation.investigation import investigate
 from flexarm_estimator.isolation.isolation import Explanation, decide, is_silent, samples_at_limit
 from flexarm_estimator.isolation.isolation_watch import IsolationWatch
 from flexarm_estimator.isolation.window import StepMaker, Window
@@ -38,6 +40,7 @@ def make_parts(config, model):
 PARTS = make_parts(CONFIG, strip_model())
 CHANNELS = Channels(SENSORS, PARTS.sensors.rows)
 STRAIN = 1
+NOBODY = frozenset()
 
 
 def window(first=100, count=40, change=lambda y: y):
@@ -46,9 +49,9 @@ def window(first=100, count=40, change=lambda y: y):
     return Window(RECORD.t[first : first + count], u, change(y), [PARTS] * count, np.zeros(1))
 
 
-def run(w, hypotheses, ignored=None, offsets=None):
+def run(w, hypotheses, ignored=None, offsets=NO_OFFSETS):
     ignored = np.zeros(w.y.shape, dtype=bool) if ignored is None else ignored
-    result = ConsistencyRun(w, undo(hypotheses, w.y), StepMaker(1e-5), ignored, offsets)
+    result = ConsistencyRun(w, hypotheses, StepMaker(1e-5), ignored, offsets)
     result.advance(len(w.t))
     return result
 
@@ -56,7 +59,7 @@ def run(w, hypotheses, ignored=None, offsets=None):
 def test_misfit_and_determinant_are_those_of_filterpy():
     """Oracle: the ordinary filter, one step after the other, whose gains come from another formula."""
     w = window(count=30)
-    got = run(w, rearrangements(CHANNELS, ()))
+    got = run(w, rearrangements(CHANNELS, NOBODY))
     step = PARTS.process.step(DT)
     stack = stack_rows(list(PARTS.sensors.rows.values()), PARTS.process.force_cov)
     kalman, belief = GuardedFilter(9, 2), Belief(np.zeros(9), PARTS.process.P0)
@@ -80,9 +83,10 @@ def test_a_channel_left_out_is_as_if_it_did_not_exist():
     ignored = np.zeros(w.y.shape, dtype=bool)
     ignored[:, STRAIN] = True
     without = Window(w.t, w.u, w.y[:, [0, 2]], [fewer] * 30, w.theta)
-    other = ConsistencyRun(without, without.y[:, :, None], StepMaker(1e-5), ignored[:, [0, 2]])
+    well = Hypotheses.of([Rearrangement((), "", np.arange(2), np.ones(2))])
+    other = ConsistencyRun(without, well, StepMaker(1e-5), ignored[:, [0, 2]])
     other.advance(30)
-    got = run(w, rearrangements(CHANNELS, ()), ignored)
+    got = run(w, rearrangements(CHANNELS, NOBODY), ignored)
     np.testing.assert_allclose(got.misfit, other.misfit, rtol=1e-4)  # its noise is 1e8 times as large
     np.testing.assert_allclose(got.log_det, other.log_det, atol=1e-3)
 
@@ -94,9 +98,7 @@ def test_a_stiffness_that_is_not_as_described_is_learned_within_the_window():
         config = EstimatorConfig(**{**vars(QUIET), **settings})
         parts, w = make_parts(config, strip_model(frequency_scale=scale)), window(count=60)
         w = Window(w.t, w.u, w.y, [parts] * 60, w.theta, learned)
-        result = ConsistencyRun(w, w.y[:, :, None], StepMaker(1e-5), np.zeros(w.y.shape, dtype=bool))
-        result.advance(60)
-        return result.misfit.sum()
+        return run(w, rearrangements(CHANNELS, NOBODY)).misfit.sum()
 
     told, wrong = misfit(1.0), misfit(1.04, frequency_error=0.0)
     for learned in (0.0, -0.1):
@@ -121,11 +123,52 @@ def test_a_state_that_is_given_up_takes_nothing_from_what_is_investigated():
     assert named_at(30) == named_at() < 100
 
 
+def pieces_by_tick(monkeypatch, normalised, ticks=400):
+    """Return in which ticks there was a frame, and how many pieces of an investigation were done in each."""
+    done = []
+
+    def counted(case, entries):
+        pieces = investigate(case, entries)
+        while True:
+            try:
+                next(pieces)
+            except StopIteration as end:
+                return end.value
+            done[-1] += 1
+            yield
+
+    monkeypatch.setattr(isolation_watch, "investigate", counted)
+    watch, frames = IsolationWatch(SENSORS), []
+    watch.use(PARTS)
+    for k, t in enumerate(RECORD.t[:ticks].tolist()):
+        u, said = np.append(RECORD.tau[k], 1.0), arriving(RECORD, k, 12)
+        verdicts = [Verdict(sample.sensor, t, True, np.zeros(1), normalised) for sample in said]
+        done.append(0)
+        frames.append(any(sample.sensor == "camera" for sample in said))
+        watch.look(View(t, u, Belief(np.zeros(9), PARTS.process.P0), said, verdicts, u))
+    return np.array(frames), np.array(done)
+
+
+def test_a_self_check_is_one_small_piece_a_tick_and_none_beside_a_late_frame(monkeypatch):
+    frames, done = pieces_by_tick(monkeypatch, normalised=1.0)
+    assert done.sum() > 20
+    assert done.max() == 1
+    assert frames.any()
+    assert not done[frames].any()
+
+
+def test_a_suspicion_is_followed_up_several_pieces_a_tick_also_beside_a_late_frame(monkeypatch):
+    frames, done = pieces_by_tick(monkeypatch, normalised=3.0)
+    assert done.max() > 1
+    assert done[frames].any()
+
+
 def test_an_offset_that_is_looked_for_is_excused():
     shift = 40e-6
     offsets = np.outer(CHANNELS.sigma, (40.0, 1.0))  # forty sigmas of the gauge are nothing unusual
-    shifted = run(window(change=lambda y: y + [0, shift, 0]), rearrangements(CHANNELS, ()), offsets=offsets)
-    sound = run(window(), rearrangements(CHANNELS, ()), offsets=offsets)
+    all_well = rearrangements(CHANNELS, NOBODY)
+    shifted = run(window(change=lambda y: y + [0, shift, 0]), all_well, offsets=offsets)
+    sound = run(window(), all_well, offsets=offsets)
     assert shifted.misfit[:, 0].sum() > 2.0 * sound.misfit[:, 0].sum()
     assert shifted.excused(STRAIN).sum() <= sound.misfit[:, 0].sum() + 2.0  # it costs one squared sigma
 
@@ -133,9 +176,10 @@ def test_an_offset_that_is_looked_for_is_excused():
 def test_rearranging_undoes_every_fault_that_it_stands_for():
     channels = Channels(SENSORS + tuple(SENSORS[1:2]), ["encoder", "root_strain", "tip_accelerometer"])
     Y = np.arange(12.0).reshape(4, 3)
-    for i, hypothesis in enumerate(rearrangements(channels, range(3))):
+    hypotheses = rearrangements(channels, frozenset(range(3)))
+    for i, hypothesis in enumerate(hypotheses.all):
         wrong = (Y * hypothesis.sign)[:, hypothesis.source]
-        np.testing.assert_array_equal(undo(rearrangements(channels, range(3)), wrong)[:, :, i], Y)
+        np.testing.assert_array_equal(hypotheses.undo(wrong)[:, :, i], Y)
 
 
 def explanation(channels, gain, words="", **more):

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
-from flexarm_estimator.measurement import Measurement
 from flexarm_model.sensor_spec import SensorSpec
 
 Array = NDArray[np.float64]
@@ -65,9 +64,11 @@ class Channels:
         kinds = [channel.kind for channel in self.all]
         return [(i, j) for j in range(len(kinds)) for i in range(j) if kinds[i] == kinds[j]]
 
-    def read(self, samples: Mapping[str, Measurement]) -> Array:
-        """Return what was said by sensor, NaN where nothing was, (m,)."""
-        y = np.full(len(self.all), np.nan)
-        for sensor, sample in samples.items():
-            y[self.spans[sensor]] = sample.y
-        return y
+    @property
+    def everybody(self) -> frozenset[int]:
+        """Numbers of all channels."""
+        return frozenset(range(len(self.all)))
+
+    def silence(self, count: int) -> Array:
+        """Return what is said where nobody says anything: NaN, (count, m)."""
+        return np.full((count, len(self.all)), np.nan)

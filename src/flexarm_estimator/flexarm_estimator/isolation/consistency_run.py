@@ -7,7 +7,8 @@ All data share the covariances, so one Cholesky factorisation a step serves them
 
 with a column of Y and X for every hypothesis. ``-2 log p(y) = sum z'z + 2 log det L_y`` up to a constant. A
 channel that is to be left out at a step has its noise raised by ``_IGNORED``; what the others predict for it
-falls out on the way. A datum counts at most ``_LARGEST``: an impact is nobody's fault.
+falls out on the way. Sums are kept by halves of the window. A datum counts at most ``_LARGEST``: an impact is
+nobody's fault.
 
 The filter is linear: what a drifting offset of a channel does to z is a column of its own, so the offset that
 explains the data best is a small problem of least squares at the end (``excused``). What the served model
@@ -25,91 +26,103 @@ from scipy.linalg.lapack import dpotrf, dtrtrs
 
 from flexarm_estimator.adoption import map_parts
 from flexarm_estimator.filter import Belief
-from flexarm_estimator.isolation.consistency_steps import RunArrays, bind_steps
+from flexarm_estimator.isolation.consistency_steps import Data, MachineSteps, Room, bind_steps, make_room
+from flexarm_estimator.isolation.hypotheses import Hypotheses
 from flexarm_estimator.isolation.window import StepMaker, Window, WindowStep
 
 Array = NDArray[np.float64]
 _IGNORED = 1e8  # times the variance of the innovation
 _LARGEST = 100.0  # squared sigmas
 _MAPPING_ERROR = 0.3  # of the modal coordinates, when one model follows another
+NO_OFFSETS: Array = np.zeros((0, 2))
 
 
 class ConsistencyRun:
     """A run of the filter over a window, a few steps at a time; results are there when it is done.
 
     Attributes:
-        predicted: Of the first column, by all rows before, (k, m).
-        variance: Of the prediction's error, (k, m).
-        least: Least misfit in both halves of the first column with the offsets looked for so far, (2,).
+        least: Least misfit in both halves of "all well" with the offsets looked for so far, (2,).
         is_sound: False when rounding forbade to go on.
     """
 
     def __init__(
         self,
         window: Window,
-        Y: Array,
+        hypotheses: Hypotheses,
         maker: StepMaker,
         ignored: NDArray[np.bool_],
-        offsets: Array | None = None,
+        offsets: Array = NO_OFFSETS,
     ) -> None:
         """Start.
 
         Args:
             window: The recent past.
-            Y: Data of every hypothesis, (k, m, n_h).
+            hypotheses: The first is "all well".
             maker: Of the joint steps.
-            ignored: Rows to be left out, (k, m).
+            ignored: Rows to be left out, (k, m); all that say nothing are.
             offsets: One sigma of a constant and of a ramp that every channel may be off by, to be looked for;
                 SI of the channel, (m, 2).
         """
-        self._window, self._maker, self._ignored = window, maker, np.ascontiguousarray(ignored)
-        parts, k, m, self._n_h = window.parts[0], *Y.shape
-        Y = Y if offsets is None else np.concatenate([Y, _offset_columns(k, offsets)], axis=2)
-        self._Y = np.ascontiguousarray(Y)
-        self._Z, self._diagonals = np.zeros(self._Y.shape), np.ones((k, m))
-        self._X, self._P = np.zeros((parts.layout.n_x, self._Y.shape[2])), parts.process.P0.copy()
-        self._X[parts.layout.theta, : self._n_h] = window.theta[:, None]
-        self._X[parts.layout.p, : self._n_h] = np.array(window.learned)[:, None]
-        self.predicted, self.variance = np.zeros((k, m)), np.ones((k, m))
+        self._window, self._maker, self._next, self.is_sound = window, maker, 1, True
+        self._data = Data(np.ascontiguousarray(window.y), np.ascontiguousarray(ignored), hypotheses, offsets)
         self.least = np.full(2, np.inf)
-        self._running = np.zeros(self._n_h)  # misfit so far
-        self._next = 1
-        self.is_sound = True
-        self._bind(1)
+
+    @property
+    def predicted(self) -> Array:
+        """Of "all well", by all rows before, (k, m)."""
+        return self._room.predicted
+
+    @property
+    def variance(self) -> Array:
+        """Of the prediction's error, (k, m)."""
+        return self._room.variance
+
+    @property
+    def misfit(self) -> Array:
+        """Sum of z'z of each half of the window, (2, n_h)."""
+        return self._room.misfit
+
+    @property
+    def log_det(self) -> Array:
+        """Sum of 2 log det L_y of each half, without what was left out, (2,)."""
+        return self._room.log_det
 
     @property
     def is_done(self) -> bool:
         """All steps are computed, or rounding forbids more."""
         return self._next >= len(self._window.t) or not self.is_sound
 
+    def reserve(self) -> None:
+        """Make room now, not in the first step."""
+        self._room  # noqa: B018, it is made when it is looked at
+
     def advance(self, steps: int) -> None:
         """Compute some more steps."""
-        for _ in range(steps):
-            if self.is_done:
-                return
-            self._advance_one(self._next)
-            self._next += 1
+        end = min(self._next + steps, len(self._window.t))
+        while self._next < end and self.is_sound:
+            self._next += self._advance(self._next, end)
 
-    @cached_property
-    def misfit(self) -> Array:
-        """Sum of z'z of each half of the window, (2, n_h)."""
-        return self._window.halves(_capped(self._Z[:, :, : self._n_h]).sum(axis=1))
-
-    @cached_property
-    def log_det(self) -> Array:
-        """Sum of 2 log det L_y of each half, without what was left out, (2,)."""
-        logs = 2.0 * np.log(self._diagonals)
-        logs[self._ignored] -= np.log(_IGNORED * self.variance[self._ignored])
-        logs[0] = 0.0
-        return self._window.halves(logs.sum(axis=1))
+    @property
+    def extremes(self) -> tuple[float, float]:
+        """The largest of ``marginal``, and what the best hypothesis gains in both halves together."""
+        if self._steps is not None:
+            return self._steps.extremes()
+        return float(self.marginal.max()), float(self.gains.sum(axis=0)[1:].max(initial=-np.inf))
 
     @cached_property
     def marginal(self) -> Array:
-        """Squared innovations of the first column over their variance, mean of every row, (m,)."""
-        squares = (self._Y[:, :, 0] - self.predicted) ** 2 / self.variance
-        used = ~self._ignored
-        used[0] = False
-        return np.asarray((squares * used).sum(axis=0) / used.sum(axis=0).clip(1))
+        """Squared innovations of "all well" over their variance, mean of every row, (m,)."""
+        return np.asarray(self._room.squares / self._room.used.clip(1.0))
+
+    @cached_property
+    def spreads(self) -> Array:
+        """Misfit of a datum under every hypothesis, at least 1, (n_h,)."""
+        return (self.misfit.sum(axis=0) / max(self._room.used.sum(), 1.0)).clip(1.0)
+
+    @cached_property
+    def gains(self) -> Array:
+        """What every hypothesis explains better than "all well", over the misfit it leaves, (2, n_h)."""
+        return (self.misfit[:, :1] - self.misfit) / self.spreads
 
     def total(self, column: int) -> Array:
         """Return ``-2 log p`` of both halves, (2,)."""
@@ -117,83 +130,117 @@ class ConsistencyRun:
 
     def spread(self, column: int) -> float:
         """Return the misfit of a datum, at least 1."""
-        used = int(np.count_nonzero(~self._ignored[1:]))
-        return max(1.0, float(self.misfit[:, column].sum()) / max(used, 1))
+        return float(self.spreads[column])
 
     def excused(self, channel: int) -> Array:
-        """Return the misfit of the first column but for a drifting offset of a channel, by halves, (2,)."""
-        z, at = self._Z[:, :, 0], self._n_h + 2 * channel
-        response = self._Z[:, :, at : at + 2].reshape(-1, 2)
+        """Return the misfit of "all well" but for a drifting offset of a channel, by halves, (2,).
+
+        Only of a run with offsets.
+        """
+        Z, at = self._room.Z, self.misfit.shape[1] + 2 * channel
+        z, response = Z[:, :, 0], Z[:, :, at : at + 2].reshape(-1, 2)
         amounts = np.linalg.solve(np.eye(2) + response.T.dot(response), response.T.dot(z.ravel()))
         left = _capped(z - response.dot(amounts).reshape(z.shape)).sum(axis=1)
         excused = np.asarray(self._window.halves(left) + float(amounts.dot(amounts)) / 2.0)
         self.least = min(self.least, excused, key=lambda misfit: float(misfit.sum()))
         return excused
 
-    def _advance_one(self, k: int) -> None:
+    @cached_property
+    def _room(self) -> Room:
+        """Room of the run, with what is known at the start."""
+        window, parts, data = self._window, self._window.parts[0], self._data
+        room = make_room(data, parts.layout.n_x, self._step(1).V.shape[1])
+        room.x[parts.layout.theta], room.x[parts.layout.p] = window.theta, window.learned
+        room.X[:, : len(data.hypotheses.all)] = room.x[:, None]
+        room.P[:] = parts.process.P0
+        room.variance.fill(1.0)
+        return room
+
+    @cached_property
+    def _steps(self) -> MachineSteps | None:
+        """The steps in machine code, where there is a compiler; bound in the first of them."""
+        return bind_steps(self._data, self._room, _IGNORED, _LARGEST)
+
+    def _advance(self, k: int, end: int) -> int:
+        """Compute step ``k``, and those after it that are alike; return how many."""
         window = self._window
-        if window.parts[k] is not window.parts[k - 1]:
+        parts, dt = window.parts[k], window.periods[k - 1]
+        if parts is not window.parts[k - 1]:
             self._change_model(k)
-        x, dt = self._X[:, int(np.argmin(self._running))].copy(), float(window.t[k] - window.t[k - 1])
-        self._u[k] = window.parts[k].steps.inputs(Belief(x, self._P), dt, window.u[k])
-        step = self._maker.step(window.parts[k], dt).about(x, self._u[k])
-        if self._steps is None:
-            self._compute(k, step)
+        step, count = self._step(k), 1
+        if parts.steps.is_constant and not step.slopes:
+            while k + count < end and window.is_alike(k, k + count, self._maker.resolution):
+                count += 1
+            self._room.u[k : k + count] = window.u[k : k + count]
         else:
-            self.is_sound = self._steps.compute(k, step)
+            before = Belief(self._room.x, self._room.P)
+            u = self._room.u[k] = parts.steps.inputs(before, dt, window.u[k])
+            step = step.about(before.x, u)
+        if self._steps is not None:
+            self.is_sound = self._steps.compute(k, count, step)
+        else:
+            self.is_sound = all(self._compute(i, step) for i in range(k, k + count))
+        return count
 
-    def _bind(self, k: int) -> None:
-        """Let machine code work on the arrays of the run from step ``k`` on, where there is a compiler."""
-        window = self._window
-        dt = float(window.t[k] - window.t[k - 1])
-        self._u = np.zeros((len(window.t), self._maker.step(window.parts[k], dt).V.shape[1]))
-        results = self._Z, self._diagonals, self.predicted, self.variance, self._running
-        data = self._Y, self._u, self._ignored
-        arrays = RunArrays(*data, self._X, self._P, *results)
-        self._steps = bind_steps(arrays, self._n_h, _IGNORED, _LARGEST)
+    def _step(self, k: int) -> WindowStep:
+        return self._maker.step(self._window.parts[k], self._window.periods[k - 1])
 
-    def _compute(self, k: int, step: WindowStep) -> None:
-        m, rows = step.m, np.flatnonzero(self._ignored[k])
-        J = step.T.dot(self._P).dot(step.T_transposed)
+    def _compute(self, k: int, step: WindowStep) -> bool:
+        """Compute a step with NumPy; False when rounding forbids it."""
+        room, m, out, n_h = self._room, step.m, self._data.ignored[k], self.misfit.shape[1]
+        half = int(k >= (len(self._window.t) + 1) // 2)
+        J = step.T.dot(room.P).dot(step.T_transposed)
         J += step.noise
         diagonal = J.ravel()[: m * (J.shape[1] + 1) : J.shape[1] + 1]
-        self.variance[k] = diagonal
-        mean = step.T.dot(self._X)
-        mean[:, : self._n_h] += step.V.dot(self._u[k])[:, None]
-        self.predicted[k] = mean[:m, 0]
-        nu = self._Y[k] - mean[:m]
-        if rows.size:
-            diagonal[rows] *= _IGNORED
-            nu[rows] = 0.0
+        room.variance[k] = diagonal
+        mean = step.T.dot(room.X)
+        mean[:, :n_h] += step.V.dot(room.u[k])[:, None]
+        room.predicted[k] = mean[:m, 0]
+        nu = self._said(k) - mean[:m]
+        diagonal[out] *= _IGNORED
+        nu[out] = 0.0
+        room.squares[:] += nu[:, 0] ** 2 / room.variance[k]
+        room.used[:] += ~out
         L, info = dpotrf(J.T, lower=1, clean=1, overwrite_a=1)
         if info:
-            self.is_sound = False
-            return
-        z = self._Z[k] = dtrtrs(L[:m, :m], nu, lower=1)[0]
-        self._diagonals[k] = L.diagonal()[:m]
-        self._running += _capped(z[:, : self._n_h]).sum(axis=0)
+            return False
+        z = room.Z[k if len(room.Z) > 1 else 0] = dtrtrs(L[:m, :m], nu, lower=1)[0]
+        room.misfit[half] += _capped(z[:, :n_h]).sum(axis=0)
+        logs = 2.0 * np.log(L.diagonal()[:m])
+        room.log_det[half] += logs.sum() - np.log(_IGNORED * room.variance[k, out]).sum()
         L_x = L[m:, m:]
-        self._X, self._P = mean[m:] + L[m:, :m].dot(z), L_x.dot(L_x.T)
+        room.X[:], room.P[:] = mean[m:] + L[m:, :m].dot(z), L_x.dot(L_x.T)
+        room.x[:] = room.X[:, self._best]
+        return True
+
+    @property
+    def _best(self) -> int:
+        """The hypothesis that explains best so far."""
+        return int(np.argmin(self.misfit.sum(axis=0)))
+
+    def _said(self, k: int) -> Array:
+        """Return what step ``k`` would have said were a hypothesis true, then the offsets, (m, columns)."""
+        y, offsets, hypotheses = np.nan_to_num(self._data.y[k]), self._data.offsets, self._data.hypotheses
+        said = y[hypotheses.source] * hypotheses.sign
+        m, ramp = len(offsets), 2.0 * k / (len(self._window.t) - 1) - 1.0
+        columns = np.zeros((m, m, 2))
+        columns[np.arange(m), np.arange(m)] = offsets * [1.0, ramp]
+        return np.hstack([said, columns.reshape(m, 2 * m)]) if m else said
 
     def _change_model(self, k: int) -> None:
         """Go over to the model of step ``k``; what its modes cannot show of the old ones is not known."""
-        before, parts = self._window.parts[k - 1], self._window.parts[k]
+        before, parts, old = self._window.parts[k - 1], self._window.parts[k], self._room
         mapping = map_parts(before, parts)
-        self._X, self._P = mapping.T @ self._X, mapping.T @ self._P @ mapping.T.T + mapping.added
+        X, P = mapping.T @ old.X, mapping.T @ old.P @ mapping.T.T + mapping.added
         for part in (parts.layout.eta, parts.layout.eta_dot):
-            largest = np.abs(self._X[part][:, [0, int(np.argmin(self._running))]]).max(axis=1)
-            self._P[part, part] += np.diag((_MAPPING_ERROR * largest) ** 2)
-        self._bind(k)
+            largest = np.abs(X[part][:, [0, self._best]]).max(axis=1)
+            P[part, part] += np.diag((_MAPPING_ERROR * largest) ** 2)
+        room = make_room(self._data, parts.layout.n_x, self._step(k).V.shape[1])
+        for name in ("Z", "predicted", "variance", "misfit", "log_det", "squares", "used"):
+            getattr(room, name)[:] = getattr(old, name)
+        room.X[:], room.P[:], room.x[:] = X, P, X[:, self._best]
+        self._room, self._steps = room, bind_steps(self._data, room, _IGNORED, _LARGEST)
 
 
 def _capped(z: Array) -> Array:
     return np.minimum(z * z, _LARGEST)
-
-
-def _offset_columns(k: int, sigma: Array) -> Array:
-    """Return a constant and a ramp in every channel, of one sigma (m, 2) each, (k, m, 2 m)."""
-    m = len(sigma)
-    Y = np.zeros((k, m, 2 * m))
-    for i in range(m):
-        Y[:, i, 2 * i], Y[:, i, 2 * i + 1] = sigma[i, 0], sigma[i, 1] * np.linspace(-1.0, 1.0, k)
-    return Y

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +17,7 @@ from flexarm_estimator.isolation.channels import Channels
 
 Array = NDArray[np.float64]
 FLIPPED = "sign is flipped"
+_KEPT = 32  # tables
 
 
 @dataclass(frozen=True)
@@ -35,7 +37,37 @@ class Rearrangement:
     sign: Array
 
 
-def rearrangements(channels: Channels, trusted: Collection[int]) -> list[Rearrangement]:
+@dataclass(frozen=True)
+class Hypotheses:
+    """Several of them as one table.
+
+    Attributes:
+        all: The first is "all well".
+        source, sign: Of every channel under every hypothesis, (m, n_h).
+    """
+
+    all: tuple[Rearrangement, ...]
+    source: NDArray[np.int64]
+    sign: Array
+
+    @staticmethod
+    def of(found: Sequence[Rearrangement]) -> Hypotheses:
+        """Make the table."""
+        source = np.array([one.source for one in found], dtype=np.int64)
+        sign = np.array([one.sign for one in found])
+        return Hypotheses(tuple(found), np.ascontiguousarray(source.T), np.ascontiguousarray(sign.T))
+
+    def about(self, channels: Collection[int]) -> Hypotheses:
+        """Return "all well" and those that accuse nobody but ``channels``."""
+        return Hypotheses.of([one for one in self.all if set(one.channels) <= set(channels)])
+
+    def undo(self, Y: Array) -> Array:
+        """Return what the channels should have said under every hypothesis when they said Y, (k, m, n_h)."""
+        return np.asarray(Y[:, self.source] * self.sign)
+
+
+@lru_cache(maxsize=_KEPT)
+def rearrangements(channels: Channels, trusted: frozenset[int]) -> Hypotheses:
     """Return "all well", then every flipped sign and every swap.
 
     Args:
@@ -54,16 +86,4 @@ def rearrangements(channels: Channels, trusted: Collection[int]) -> list[Rearran
             source = usual.copy()
             source[[i, j]] = j, i
             found.append(Rearrangement((i, j), "swapped with {}", source, plus))
-    return found
-
-
-def undo(hypotheses: Sequence[Rearrangement], Y: Array) -> Array:
-    """Return what the channels should have said under every hypothesis, (k, m, n_h).
-
-    Args:
-        hypotheses: n_h of them.
-        Y: What they said, (k, m).
-    """
-    sources = np.array([hypothesis.source for hypothesis in hypotheses])
-    signs = np.array([hypothesis.sign for hypothesis in hypotheses])
-    return np.ascontiguousarray(np.moveaxis(Y[:, sources] * signs, 1, 2))
+    return Hypotheses.of(found)

@@ -5,17 +5,16 @@ A generator yields after each piece of work; what it returns at the end is the e
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Generator, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from flexarm_estimator.history import SAME_INSTANT
 from flexarm_estimator.isolation.channels import Channels
-from flexarm_estimator.isolation.consistency_run import ConsistencyRun
-from flexarm_estimator.isolation.hypotheses import Rearrangement, rearrangements, undo
+from flexarm_estimator.isolation.consistency_run import NO_OFFSETS, ConsistencyRun
+from flexarm_estimator.isolation.hypotheses import Hypotheses, rearrangements
 from flexarm_estimator.isolation.isolation import (
     CLEAR,
     Explanation,
@@ -25,50 +24,26 @@ from flexarm_estimator.isolation.isolation import (
     explain_by_rearranging,
     explain_by_saturation,
     is_silent,
-    is_stuck,
+    leave_out_useless,
     samples_at_limit,
     shortlist,
 )
 from flexarm_estimator.isolation.window import StepMaker, Window
-from flexarm_estimator.measurement import Measurement
-from flexarm_estimator.parts import Parts
+from flexarm_estimator.isolation.window_reading import Entry, read_window
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
-_ENTRIES = 10  # of the ring that are read in one piece
-_AT_A_TIME = 30  # rows of data that are put together in one piece
-_WORK = 9000.0  # numbers that one piece may move, about
-_OVERHEAD = 600.0  # numbers that could be moved while a step is set up
+_WORK = 60e3  # multiplications in one piece, about
+_OVERHEAD = 3e3  # multiplications that could be done while a step is set up
 _UNREMARKABLE = 1.2  # mean squared normalised innovation of any row up to which nothing is looked for
 _WELL_EXPLAINED = 1.2  # misfit of a datum that leaves nothing to be explained
 _OFFSET = 5.0, 1.0  # sigmas of noise: offset, and half of its change over the window, of a sound channel
 _OVERWHELMING = 3.0 * CLEAR  # squared sigmas gained that need no comparison with silent channels
 _MOST = 2  # silent channels that are left out in turn
 _RIVALS = 2  # others that are left out when something stays unexplained
-_AT_ONCE = 2  # offsets that are looked for in one piece
 
 
-class Entry(NamedTuple):
-    """What one tick leaves behind.
-
-    Attributes:
-        t: [s].
-        u: [tau; 1] held until then, (n_u + 1,).
-        theta: Axes as estimated [rad] or [m], (n_theta,).
-        learned: Parameters of the model as learned, (n_p,).
-        samples: Of all sensors.
-        parts: Model in use.
-    """
-
-    t: float
-    u: Array
-    theta: Array
-    learned: tuple[float, ...]
-    samples: Sequence[Measurement]
-    parts: Parts
-
-
-@dataclass(frozen=True)
+@dataclass
 class Case:
     """What is investigated.
 
@@ -76,18 +51,23 @@ class Case:
         channels: All channels.
         convicted: Channels that are known to be at fault.
         maker: Of joint steps, kept between investigations.
-        haste: Times the usual work in one piece; more than 1 where somebody is suspected.
+        is_urgent: Somebody is suspected, or something is remarkable: several pieces are to be done at a time.
     """
 
     channels: Channels
     convicted: frozenset[int]
     maker: StepMaker
-    haste: float = 1.0
+    is_urgent: bool
 
     @property
     def offsets(self) -> Array:
         """One sigma of a constant and of a ramp that are not worth a conviction, (m, 2)."""
         return np.outer(self.channels.sigma, _OFFSET)
+
+    @property
+    def all_well(self) -> Hypotheses:
+        """That and nothing else."""
+        return rearrangements(self.channels, frozenset())
 
     def floor(self, window: Window) -> Array:
         """Return the variance of every row with the force noise it feels, (m,)."""
@@ -97,32 +77,70 @@ class Case:
 Investigation = Generator[None, None, Explanation | None]
 
 
-def investigate(case: Case, entries: Sequence[Entry]) -> Investigation:
+def investigate(case: Case, entries: deque[Entry]) -> Investigation:
     """Look for a channel at fault among those that are not convicted."""
     window = yield from read_window(case.channels, entries)
     if window is None:
         return None
     yield
-    ignored = np.isnan(window.y)
-    ignored[:, list(case.convicted)] = True
-    ignored[:, is_stuck(window.y)] = True
-    heard = [i for i in range(len(case.channels.all)) if not ignored[:, i].all()]
+    ignored = np.zeros(window.y.shape, dtype=bool)
+    if case.convicted:
+        ignored[:, list(case.convicted)] = True
+    heard = leave_out_useless(window.y, ignored)
     if not heard:  # all stand still: frozen, or without noise; nobody can be accused by another
         return None
-    hypotheses = rearrangements(case.channels, heard)
     yield
-    well = yield from _run(case, window, ignored, hypotheses, case.offsets)
+    hypotheses = rearrangements(case.channels, frozenset(heard))
     yield
-    explanations = explain_by_rearranging(well, hypotheses)
-    if not well.is_sound or (
-        well.marginal.max() < _UNREMARKABLE and max(float(e.gain.sum()) for e in explanations) < CLEAR / 2
-    ):
+    well = yield from _look(case, window, ignored, hypotheses)
+    return None if well is None else (yield from _explain(case, window, ignored, hypotheses, well))
+
+
+def reconsider(case: Case, entries: deque[Entry], told: Explanation) -> Investigation:
+    """Return a conviction if it no longer holds: all being well explains far more than any fault of it."""
+    window = yield from read_window(case.channels, entries)
+    if window is None:
+        return None
+    ignored = np.isnan(window.y)
+    ignored[:, list(case.convicted - set(told.channels))] = True
+    if ignored[:, list(told.channels)].any():
         return None
     yield
-    for i, channel in enumerate(heard):
+    every = rearrangements(case.channels, case.channels.everybody)
+    about = every.about(told.channels)
+    well = yield from _run(case, window, ignored, about)
+    explanations = explain_by_rearranging(well, about)
+    explanations += yield from _leave_out(case, window, ignored, well, about, told.channels)
+    is_well = well.is_sound and all((explanation.gain <= -CLEAR / 2).all() for explanation in explanations)
+    return told if is_well else None
+
+
+def _look(
+    case: Case, window: Window, ignored: Mask, hypotheses: Hypotheses
+) -> Generator[None, None, ConsistencyRun | None]:
+    """Return the run of all hypotheses and offsets; None when nothing is remarkable.
+
+    Without a suspicion a first look does without offsets, which are half of the work.
+    """
+    if not case.is_urgent:
+        first = yield from _run(case, window, ignored, hypotheses)
+        if _is_unremarkable(first):
+            return None
+        case.is_urgent = True
+    well = yield from _run(case, window, ignored, hypotheses, case.offsets)
+    return None if _is_unremarkable(well) else well
+
+
+def _explain(
+    case: Case, window: Window, ignored: Mask, hypotheses: Hypotheses, well: ConsistencyRun
+) -> Investigation:
+    """Return the explanation to be told of a window in which something is remarkable."""
+    heard = [one.channels[0] for one in hypotheses.all if len(one.channels) == 1]
+    explanations = explain_by_rearranging(well, hypotheses)
+    for channel in heard:
+        yield
         explanations.append(explain_by_offset(channel, well))
-        if i % _AT_ONCE == _AT_ONCE - 1:
-            yield
+    yield
     told = decide(explanations)
     if told is not None and told.spread <= _WELL_EXPLAINED and told.gain.sum() >= _OVERWHELMING:
         return told
@@ -136,71 +154,24 @@ def investigate(case: Case, entries: Sequence[Entry]) -> Investigation:
     return decide(explanations)
 
 
-def reconsider(case: Case, entries: Sequence[Entry], told: Explanation) -> Investigation:
-    """Return a conviction if it no longer holds: all being well explains far more than any fault of it."""
-    window = yield from read_window(case.channels, entries)
-    if window is None:
-        return None
-    ignored = np.isnan(window.y)
-    ignored[:, list(case.convicted - set(told.channels))] = True
-    if ignored[:, list(told.channels)].any():
-        return None
-    every = rearrangements(case.channels, range(len(case.channels.all)))
-    about = every[:1] + [h for h in every[1:] if set(h.channels) <= set(told.channels)]
-    well = yield from _run(case, window, ignored, about)
-    explanations = explain_by_rearranging(well, about)
-    explanations += yield from _leave_out(case, window, ignored, well, about, told.channels)
-    is_well = well.is_sound and all((explanation.gain <= -CLEAR / 2).all() for explanation in explanations)
-    return told if is_well else None
-
-
-def read_window(channels: Channels, entries: Sequence[Entry]) -> Generator[None, None, Window | None]:
-    """Return what the channels said, stamp by stamp; None when it is too little."""
-    rows = yield from _gather(channels, entries)
-    if len(rows) < len(entries) // 2:
-        return None
-    y = []
-    for first in range(0, len(rows), _AT_A_TIME):
-        y += [channels.read(row[3]) for row in rows[first : first + _AT_A_TIME]]
-        yield
-    return Window(
-        np.array([row[0] for row in rows]), np.array([row[1] for row in rows]), np.array(y),
-        [row[2] for row in rows], entries[0].theta, entries[-1].learned,
-    )  # fmt: skip
-
-
-Row = tuple[float, Array, Parts, dict[str, Measurement]]
-
-
-def _gather(channels: Channels, entries: Sequence[Entry]) -> Generator[None, None, list[Row]]:
-    """Return stamp, inputs, model and samples of every instant."""
-    rows: list[Row] = []
-    for i, entry in enumerate(entries):
-        for sample in entry.samples:
-            if sample.sensor not in channels.spans:
-                continue
-            if not rows or sample.t > rows[-1][0] + SAME_INSTANT:
-                rows.append((sample.t, entry.u, entry.parts, {}))
-            if abs(sample.t - rows[-1][0]) <= SAME_INSTANT:  # an older one came too late for this
-                rows[-1][3][sample.sensor] = sample
-        if i % _ENTRIES == 0:
-            yield
-    return rows
+def _is_unremarkable(well: ConsistencyRun) -> bool:
+    """Return whether there is nothing to explain, or nothing that could be."""
+    marginal, gain = well.extremes
+    return not well.is_sound or (marginal < _UNREMARKABLE and gain < CLEAR / 2)
 
 
 def _run(
-    case: Case,
-    window: Window,
-    ignored: Mask,
-    hypotheses: Sequence[Rearrangement],
-    offsets: Array | None = None,
+    case: Case, window: Window, ignored: Mask, hypotheses: Hypotheses, offsets: Array = NO_OFFSETS
 ) -> Generator[None, None, ConsistencyRun]:
-    Y = undo(hypotheses, np.nan_to_num(window.y))
+    run = ConsistencyRun(window, hypotheses, case.maker, ignored, offsets)
     yield
-    run = ConsistencyRun(window, Y, case.maker, ignored, offsets)
-    size = window.parts[0].layout.n_x + window.y.shape[1]
-    columns = Y.shape[2] + (0 if offsets is None else 2 * Y.shape[1])
-    steps = max(1, int(case.haste * _WORK / (_OVERHEAD + size**2 + size * columns / 2)))
+    m, n_x = window.y.shape[1], window.parts[0].layout.n_x
+    columns = len(hypotheses.all) + 2 * len(offsets)
+    steps = max(1, int(_WORK / (_OVERHEAD + (m + n_x) * (n_x * (n_x + m) + columns * (n_x + m / 2)))))
+    run.reserve()
+    yield
+    run.advance(1)  # the first one binds machine code
+    yield
     while not run.is_done:
         run.advance(steps)
         yield
@@ -212,15 +183,15 @@ def _leave_out(
     window: Window,
     ignored: Mask,
     well: ConsistencyRun,
-    hypotheses: Sequence[Rearrangement],
+    hypotheses: Hypotheses,
     candidates: Sequence[int],
 ) -> Generator[None, None, list[Explanation]]:
     found = []
     for channel in candidates:
         without = ignored.copy()
         without[:, channel] = True
-        run = yield from _run(case, window, without, rearrangements(case.channels, ()))
-        about = [i for i, hypothesis in enumerate(hypotheses) if not i or channel in hypothesis.channels]
+        run = yield from _run(case, window, without, case.all_well)
+        about = [i for i, hypothesis in enumerate(hypotheses.all) if not i or channel in hypothesis.channels]
         fits = [well.misfit[:, i] for i in about]
         fit = min([*fits, well.least], key=lambda misfit: float(misfit.sum()))
         noise = case.floor(window)[channel]
@@ -234,11 +205,12 @@ def _saturate(
     found = []
     for channel in candidates:
         at_limit = samples_at_limit(window.y[:, channel])
+        yield
         if not at_limit.any():
             continue
         without = ignored.copy()
         without[at_limit, channel] = True
-        run = yield from _run(case, window, without, rearrangements(case.channels, ()))
+        run = yield from _run(case, window, without, case.all_well)
         noise = case.floor(window)[channel]
         explanation = explain_by_saturation(channel, run, well, window, noise)
         found += [explanation] if explanation else []

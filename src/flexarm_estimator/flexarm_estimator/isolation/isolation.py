@@ -23,7 +23,8 @@ from numpy.typing import NDArray
 from scipy.special import log_ndtr
 
 from flexarm_estimator.isolation.consistency_run import ConsistencyRun
-from flexarm_estimator.isolation.hypotheses import Rearrangement
+from flexarm_estimator.isolation.consistency_steps import survey
+from flexarm_estimator.isolation.hypotheses import Hypotheses
 from flexarm_estimator.isolation.window import Window
 
 Array = NDArray[np.float64]
@@ -71,15 +72,12 @@ class Explanation:
         return bool(self.spread <= PLAUSIBLE and halves and first + second >= CLEAR)
 
 
-def explain_by_rearranging(run: ConsistencyRun, hypotheses: Sequence[Rearrangement]) -> list[Explanation]:
-    """Return what flipped signs and swaps explain; ``hypotheses[0]`` is "all well"."""
+def explain_by_rearranging(run: ConsistencyRun, hypotheses: Hypotheses) -> list[Explanation]:
+    """Return what flipped signs and swaps explain; the first hypothesis is "all well"."""
     return [
-        Explanation(
-            hypothesis.channels, hypothesis.words, (run.misfit[:, 0] - run.misfit[:, i]) / spread, spread
-        )
-        for i, hypothesis in enumerate(hypotheses)
+        Explanation(hypothesis.channels, hypothesis.words, run.gains[:, i], run.spread(i))
+        for i, hypothesis in enumerate(hypotheses.all)
         if i > 0
-        for spread in (run.spread(i),)
     ]
 
 
@@ -158,12 +156,13 @@ def samples_at_limit(y: Array) -> NDArray[np.bool_]:
     return found
 
 
-def shortlist(run: ConsistencyRun, hypotheses: Sequence[Rearrangement]) -> list[int]:
+def shortlist(run: ConsistencyRun, hypotheses: Hypotheses) -> list[int]:
     """Return the channels, those first that may be wrong: their sign does not matter, or they are far off."""
-    flips = {h.channels[0]: run.misfit[:, i].sum() for i, h in enumerate(hypotheses) if len(h.channels) == 1}
-    by_sign = sorted(flips, key=lambda channel: float(flips[channel]))
+    sums = zip(hypotheses.all, run.misfit.sum(axis=0).tolist(), strict=True)
+    flips = {one.channels[0]: misfit for one, misfit in sums if len(one.channels) == 1}
+    by_sign = sorted(flips, key=lambda channel: flips[channel])
     by_misfit = sorted(flips, key=lambda channel: -float(run.marginal[channel]))
-    found = list(hypotheses[int(np.argmin(run.misfit.sum(axis=0)))].channels)
+    found = list(hypotheses.all[int(np.argmin(run.misfit.sum(axis=0)))].channels)
     for pair in zip(by_sign, by_misfit, strict=True):
         found += [channel for channel in dict.fromkeys(pair) if channel not in found]
     return found
@@ -184,13 +183,25 @@ def _total(explanation: Explanation) -> float:
     return float(explanation.gain.sum())
 
 
-def is_stuck(y: Array) -> NDArray[np.bool_]:
-    """Return which channels mostly repeat their last value exactly: they are frozen, another watch's matter.
+def leave_out_useless(y: Array, ignored: NDArray[np.bool_], use_compiler: bool = True) -> list[int]:
+    """Ignore in place what was not said, and channels that mostly repeat their last value exactly.
+
+    These are frozen, another watch's matter.
 
     Args:
-        y: What they said, NaN where nothing, (k, m).
+        y: What they said, NaN where nothing, (k, m); contiguous, as the other.
+        ignored: What is left out, (k, m).
+        use_compiler: False computes with NumPy instead of machine code: the same, slower.
+
+    Returns:
+        Channels of which something is left.
     """
-    return np.asarray((np.diff(y, axis=0) == 0.0).sum(axis=0) > STUCK * len(y))
+    most = STUCK * len(y)
+    heard = survey(y, ignored, most) if use_compiler else None
+    if heard is None:
+        ignored |= np.isnan(y) | ((np.diff(y, axis=0) == 0.0).sum(axis=0) > most)
+        heard = np.flatnonzero(~ignored.all(axis=0)).tolist()
+    return heard
 
 
 def is_silent(y: Array, noise: float) -> bool:

@@ -1,7 +1,8 @@
 """The watch that names a channel at fault: flipped, detached, saturated, swapped.
 
 Every tick costs a place in a ring and a look at the verdicts. When innovations are larger than they should
-be, or a self-check is due, the ring is investigated (``investigation``), a piece at every tick.
+be, or a self-check is due, the ring is investigated (``investigation``): a small piece at every tick but
+those with late frames, or several at every tick where somebody is suspected.
 A convicted channel is investigated again and again, and acquitted when all is well with it. One whose sign is
 flipped is acquitted at once when ``_PLAIN`` samples in a row say what the others predict, which is far from
 nothing and from the opposite: an arm at rest shows no more than that.
@@ -19,10 +20,11 @@ from collections.abc import Sequence
 from flexarm_estimator.disputes.agreement import compare
 from flexarm_estimator.isolation.channels import Channels
 from flexarm_estimator.isolation.consistency_steps import load_steps
-from flexarm_estimator.isolation.hypotheses import FLIPPED
-from flexarm_estimator.isolation.investigation import Case, Entry, Investigation, investigate, reconsider
+from flexarm_estimator.isolation.hypotheses import FLIPPED, rearrangements
+from flexarm_estimator.isolation.investigation import Case, Investigation, investigate, reconsider
 from flexarm_estimator.isolation.isolation import Explanation
 from flexarm_estimator.isolation.window import StepMaker
+from flexarm_estimator.isolation.window_reading import Entry
 from flexarm_estimator.measurement import Measurement
 from flexarm_estimator.parts import Parts
 from flexarm_estimator.short_term import HELD
@@ -41,7 +43,8 @@ _FAR = 5.0  # sigma of the prediction from zero, from which on a sign is plain
 _SUSPICIOUS = 1.5  # mean squared normalised innovation of a sensor
 _BEFORE = 10  # ticks that something is wrong before it is suspected, at most
 _DOUBT = 400  # ticks of a suspicion after which the arm is no longer what it was
-_HASTE = 2.0  # times the work of a self-check in one tick
+_HASTE = 6  # pieces in one tick while somebody is suspected
+_MOST_PUT_OFF = 3  # ticks in a row
 _GAP = 0.1  # s; after a longer one the ring is of another time
 
 
@@ -52,6 +55,7 @@ class IsolationWatch(Watch):
         """Take the sensors of the arm."""
         self._specs = tuple(specs)
         self._maker = StepMaker(_RESOLUTION)
+        self._names: tuple[str, ...] | None = None
         load_steps()  # now, not in the middle of a motion
         self._forget(0.0)
 
@@ -59,7 +63,10 @@ class IsolationWatch(Watch):
         """See Watch."""
         self._parts = parts
         self._is_blind = not parts.steps.keeps_matrices  # hypotheses are run on the served model alone
-        self._channels = Channels(self._specs, parts.sensors.rows)
+        if self._names != tuple(parts.sensors.rows):
+            self._names = tuple(parts.sensors.rows)
+            self._channels = Channels(self._specs, self._names)
+            rearrangements(self._channels, self._channels.everybody)  # now, not in the middle of a motion
         self._theta, self._learned = parts.layout.theta, parts.layout.p
         self._is_learning = parts.layout.n_p > 0
 
@@ -72,6 +79,7 @@ class IsolationWatch(Watch):
         self._reconsidered: Explanation | None = None
         self._squares: dict[str, float] = {}
         self._plain: dict[str, int] = {}
+        self._put_off = 0  # ticks in a row
         self._ticks = self._suspected = 0  # the first tick of the present suspicion; 0 without
         self._known: deque[tuple[float, ...]] = deque(maxlen=_BEFORE)  # learned, without suspicion
 
@@ -100,13 +108,30 @@ class IsolationWatch(Watch):
         if self._work is None:
             self._begin(view.t)
             return ()
+        return self._go_on(self._work, view)
+
+    def _go_on(self, work: Investigation, view: View) -> list[Finding]:
+        """Do a piece of the investigation: several if it is urgent, else none beside a late frame."""
+        self._case.is_urgent |= self._suspected > 0
+        if not self._case.is_urgent and self._put_off < _MOST_PUT_OFF and self._has_frame(view):
+            self._put_off += 1
+            return []
+        self._put_off = 0
+        pieces = 0
         try:
-            next(self._work)
+            while pieces < (_HASTE if self._case.is_urgent else 1):
+                next(work)
+                pieces += 1
         except StopIteration as end:
             self._work = None
             self._next = view.t + _PAUSE
             return self._conclude(end.value)
-        return ()
+        return []
+
+    def _has_frame(self, view: View) -> bool:
+        """Return whether a camera has said something, for which the past is computed again."""
+        spans = self._channels.spans
+        return any([sample.sensor not in spans for sample in view.samples])
 
     def _learned_before(self, view: View) -> tuple[float, ...]:
         """Return what had been learned of the arm before there was any suspicion, (n_p,)."""
@@ -140,10 +165,12 @@ class IsolationWatch(Watch):
         is_due = self._suspected or t >= self._since + _SELF_CHECK
         if t < self._next or not is_due or not _SHORTEST <= count <= len(self._ring):
             return
-        entries = tuple(self._ring)[-count:]
+        entries = self._ring.copy()
+        for _ in range(len(entries) - count):
+            entries.popleft()
         self._since = entries[0].t
         convicted = frozenset(channel for told in self._told for channel in told.channels)
-        case = Case(self._channels, convicted, self._maker, _HASTE if self._suspected else 1.0)
+        case = self._case = Case(self._channels, convicted, self._maker, self._suspected > 0)
         self._reconsidered = self._told[0] if self._told and self._reconsidered is None else None
         if self._reconsidered is None:
             self._work = investigate(case, entries)

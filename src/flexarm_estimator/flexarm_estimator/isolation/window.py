@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import ctypes
+from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -26,7 +29,7 @@ class Window:
 
     Attributes:
         t: Stamps [s], (k,).
-        u: [tau; 1] held until then, (k, n_u + 1).
+        u: [tau; 1] held until then, k times (n_u + 1,).
         y: What the channels said, NaN where nothing, (k, m).
         parts: Model in use at each.
         theta: Axes at the start, a guess [rad] or [m], (n_theta,).
@@ -34,11 +37,21 @@ class Window:
     """
 
     t: Array
-    u: Array
+    u: Sequence[Array]
     y: Array
     parts: list[Parts]
     theta: Array
     learned: tuple[float, ...] = ()
+
+    @cached_property
+    def periods(self) -> list[float]:
+        """From one stamp to the next [s], k - 1 of them."""
+        return [after - before for before, after in pairwise(self.t.tolist())]
+
+    def is_alike(self, k: int, other: int, resolution: float) -> bool:
+        """Return whether two steps are of the same model and, but for ``resolution`` [s], as long."""
+        periods, parts = self.periods, self.parts
+        return parts[k] is parts[other] and abs(periods[k - 1] - periods[other - 1]) < resolution
 
     def halves(self, values: Array) -> Array:
         """Return the sums over the first and the second half of values of all instants, (2, ...)."""
@@ -84,16 +97,20 @@ class WindowStep(NamedTuple):
 
 
 class StepMaker:
-    """Joint steps of all rows, kept per model and period."""
+    """Joint steps of all rows, kept per model and period.
+
+    Attributes:
+        resolution: Periods that differ by less are one [s].
+    """
 
     def __init__(self, resolution: float) -> None:
         """Take periods as equal that differ by less than ``resolution`` [s]."""
-        self._resolution = resolution
+        self.resolution = resolution
         self._steps: dict[int, tuple[Parts, dict[int, WindowStep]]] = {}
 
     def step(self, parts: Parts, dt: float) -> WindowStep:
         """Return the step of a model over ``dt`` [s]; what is learned of it is at zero."""
-        count = max(1, round(dt / self._resolution))
+        count = max(1, round(dt / self.resolution))
         if id(parts) not in self._steps:
             while len(self._steps) >= _MODELS:
                 del self._steps[next(iter(self._steps))]
@@ -102,7 +119,7 @@ class StepMaker:
         if count not in steps:
             if len(steps) >= _CACHE_SIZE:
                 steps.clear()
-            steps[count] = _make(parts, count * self._resolution)
+            steps[count] = _make(parts, count * self.resolution)
         return steps[count]
 
 
