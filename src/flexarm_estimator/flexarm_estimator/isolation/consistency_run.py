@@ -117,7 +117,7 @@ class ConsistencyRun:
     @cached_property
     def spreads(self) -> Array:
         """Misfit of a datum under every hypothesis, at least 1, (n_h,)."""
-        return (self.misfit.sum(axis=0) / max(self._room.used.sum(), 1.0)).clip(1.0)
+        return np.asarray((self.misfit.sum(axis=0) / max(self._room.used.sum(), 1.0)).clip(1.0))
 
     @cached_property
     def gains(self) -> Array:
