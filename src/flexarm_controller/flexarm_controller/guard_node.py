@@ -10,15 +10,14 @@ Subscribes
     strain (flexarm_interfaces/StrainArray), model (flexarm_interfaces/ReducedModel, latched).
     joint_commands (flexarm_interfaces/JointCommand), controller/margins (std_msgs/String, latched).
     stop (std_msgs/Empty): latches a stop.
-    rig/attached (std_msgs/String, latched): see ``drives.attachment_node``.
-    tick (flexarm_interfaces/Tick, lockstep only).
+    rig/attached (std_msgs/String, latched): see ``drives.attachment_node``. tick (lockstep only).
 Services
     ~/arm, ~/stop (std_srvs/Trigger): let commands pass, unless the controller's margins are too small; stop.
 Calls
     rig/attach (std_srvs/Trigger): see ``drives.attachment_node``.
 
 It starts stopped, whatever was before. In real time it answers the drives once a period: as soon as the
-command for their newest state is there, else when ``patience`` of the period has passed. In lockstep it
+command for their newest state is there, else after ``patience`` and before ``answer_time``. In lockstep it
 answers every command, and while the arm is braked every tick; once it stands, time stands until it is armed.
 """
 
@@ -85,9 +84,8 @@ class GuardNode(ManagedNode):
         self.exchange = made(GuardExchange, self._config, self._limits, 0 if self.settings.lockstep else None)
         self.guard = self.exchange.guard
         self._most_stood = self._limits.max_age
-        self._cycle = GuardCycle(
-            self.exchange.period_ns * 1e-9, self.settings.patience, self.settings.answer_time
-        )
+        patience, reserve = self.settings.patience, self.settings.answer_time
+        self._cycle = GuardCycle(self.exchange.period_ns * 1e-9, patience, reserve)
         self._lockstep = Lockstep(SENSORS, self.on_tick_complete)
         self._margins = ""
         self._connect()

@@ -169,3 +169,12 @@ def test_frames_of_unknown_sensors_do_no_harm():
     estimate = estimator.step([Measurement("ghost", 0.0, np.zeros(6))], np.zeros(1), 0.0)
     assert np.isfinite(estimate.x).all()
     assert estimator.figures() == {}
+
+
+def test_a_tip_that_swings_fast_is_followed_as_closely_as_it_needs():
+    omega, t = 2 * np.pi * 96.0, np.arange(0.0, 0.6, 0.001)
+    track, asked = TipTrack(0.3, omega), np.linspace(0.4, 0.55, 200)
+    for at in t:
+        if track.accepts(at):
+            track.add(at, np.full(3, np.sin(omega * at)))
+    assert np.abs(track.positions(asked)[:, 0] - np.sin(omega * asked)).max() < 0.15

@@ -45,7 +45,8 @@ class LatencyWatch(Watch):
             config: Settings.
         """
         self._delays, self._config = delays, config
-        self._track = TipTrack(_LATEST - _EARLIEST + config.history)
+        self._length = _LATEST - _EARLIEST + config.history
+        self._track = TipTrack(self._length)
         self._views: deque[View] = deque()
         self._lines: dict[str, _Line] = {}
 
@@ -83,6 +84,8 @@ class LatencyWatch(Watch):
 
     def use(self, parts: Parts) -> None:
         """See Watch."""
+        if not self._lines:  # the first model
+            self._track = TipTrack(self._length, min(parts.model.omega, default=0.0))
         self._follow_tip(at_once=True)
         self._prediction = TipPrediction(parts)
         for name in parts.sensors.poses:

@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
-_SPACING = 0.0075  # s; closer instants are left out: cubics over 10 ms are as good at 20 Hz as lines over 5
+_SPACING = 0.0075  # s; of instants, at most: cubics over 10 ms are as good at 20 Hz as lines over 5
+_PER_SWING = 6.0  # instants in a period of the slowest mode, at least
 _NODES = 4  # of a cubic
 _GAP = 0.05  # s; over a longer one nothing is known
 
@@ -20,9 +21,15 @@ class TipTrack:
         newest: Newest instant [s]; minus infinity while empty.
     """
 
-    def __init__(self, length: float) -> None:
-        """Start empty; ``length`` in [s]."""
-        self._keep = round(length / _SPACING) + 1
+    def __init__(self, length: float, slowest: float = 0.0) -> None:
+        """Start empty.
+
+        Args:
+            length: What is to be known [s].
+            slowest: Frequency of the slowest mode, with which the tip swings [rad/s]; 0 where nothing swings.
+        """
+        self._spacing = min(_SPACING, 2.0 * math.pi / (_PER_SWING * slowest)) if slowest else _SPACING
+        self._keep = round(length / self._spacing) + 1
         self._t, self._p = np.zeros(2 * self._keep), np.zeros((3, 2 * self._keep))
         self._at_t, self._at_p = self._t.ctypes.data, self._p.ctypes.data
         self.clear()
@@ -40,7 +47,7 @@ class TipTrack:
 
     def accepts(self, t: float) -> bool:
         """Return whether ``t`` [s] is late enough after the newest instant to be kept."""
-        return t >= self.newest + _SPACING
+        return t >= self.newest + self._spacing
 
     def add(self, t: float, position: Array) -> None:
         """Keep where the tip was at ``t`` [s], which it ``accepts``; ``position`` (3,) [m]."""
