@@ -13,7 +13,8 @@ nobody's fault.
 The filter is linear: what a drifting offset of a channel does to z is a column of its own, so the offset that
 explains the data best is a small problem of least squares at the end (``excused``). What the served model
 leaves out of the motion (``StepSource.inputs``) and tangents by what is learned are taken at the mean of the
-hypothesis that explains best so far: the estimator's own has believed the channel that is looked for.
+hypothesis that explains best so far: the estimator's own has believed the channel that is looked for. Modes
+bend the arm there as far as they are known to (``known_modes``).
 """
 
 from __future__ import annotations
@@ -28,6 +29,7 @@ from flexarm_estimator.adoption import map_parts
 from flexarm_estimator.filter import Belief
 from flexarm_estimator.isolation.consistency_steps import Data, MachineSteps, Room, bind_steps, make_room
 from flexarm_estimator.isolation.hypotheses import Hypotheses
+from flexarm_estimator.isolation.known_modes import known_modes
 from flexarm_estimator.isolation.window import StepMaker, Window, WindowStep
 
 Array = NDArray[np.float64]
@@ -174,7 +176,7 @@ class ConsistencyRun:
             self._room.u[k : k + count] = window.u[k : k + count]
         else:
             before = Belief(self._room.x, self._room.P)
-            u = self._room.u[k] = parts.steps.inputs(before, dt, window.u[k])
+            u = self._room.u[k] = parts.steps.inputs(known_modes(before, parts.layout), dt, window.u[k])
             step = step.about(before.x, u)
         if self._steps is not None:
             self.is_sound = self._steps.compute(k, count, step)
