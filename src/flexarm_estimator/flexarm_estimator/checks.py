@@ -65,10 +65,11 @@ class SampleChecks:
 
         A sample that passes is remembered: a second one with its stamp is a duplicate.
         """
-        t, reason = sample.t, self._refuse_value(sample)
-        if reason or not window.oldest + SAME_INSTANT < t <= window.newest:
+        sensor, t, y, _ = sample
+        reason, (oldest, newest) = self._refuse_value(sensor, y), window
+        if reason or not oldest + SAME_INSTANT < t <= newest:
             return reason or _refuse_stamp(t, window)
-        stamps = self._stamps[sample.sensor]  # sorted
+        stamps = self._stamps[sensor]  # sorted
         if not stamps or t > stamps[-1] + SAME_INSTANT:  # most samples are the newest
             stamps.append(t)
         else:
@@ -76,7 +77,7 @@ class SampleChecks:
             if stamps[min(at, len(stamps) - 1)] <= t + SAME_INSTANT:
                 return "duplicate stamp"
             stamps.insert(at, t)
-        while stamps[0] <= window.oldest:
+        while stamps[0] <= oldest:
             del stamps[0]
         return ""
 
@@ -111,8 +112,8 @@ class SampleChecks:
         is_usable = np.linalg.eigvalsh(R / scale)[0] > 0.0
         return R if is_usable else None
 
-    def _refuse_value(self, sample: Measurement) -> str:
-        possible, y = self._possible.get(sample.sensor), sample.y
+    def _refuse_value(self, sensor: str, y: Array) -> str:
+        possible = self._possible.get(sensor)
         if possible is None:
             return "unknown sensor"
         dtype, shape, low, high = possible
@@ -122,7 +123,7 @@ class SampleChecks:
         for value in y.tolist():  # on so few numbers much cheaper than array functions
             if not low <= value <= high:  # also when it is NaN
                 self.is_at_end = True
-                reason = self._describe(sample.sensor, value)
+                reason = self._describe(sensor, value)
                 if reason:
                     return reason
         return ""

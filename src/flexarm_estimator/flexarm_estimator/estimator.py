@@ -98,18 +98,18 @@ class Estimator:
         Returns:
             The estimate; its status says whether it may be used.
         """
-        trouble = [*self._follow_clock(t), *self._take_torque(tau)]
+        trouble = self._follow_clock(t) + self._take_torque(tau)
         first = self._history.advance(self._t, self._u)
         samples = self._reception.admit(self._delays.undo(measurements), self._t, self._history.oldest)
         fit = self.health.pick_sound(samples)
         self._gate.meet(fit)
-        touched = [first, *(self._history.insert(sample) for sample in fit)]
+        touched = [first, *[self._history.insert(sample) for sample in fit]]
         verdicts = self._compute(touched) + self._resolve()
         self.health.note_verdicts(verdicts)
         now = self._history.now
         self._heed(View(self._t, self._u, now.belief, samples, verdicts, now.inputs))
         self._history.forget(self._gate.needs(self._t))
-        return self._estimate("; ".join(trouble))
+        return self._estimate(trouble)
 
     def prepare(self, model: ReducedModel) -> Parts:
         """Build what belongs to a model ahead of its time.
@@ -225,7 +225,7 @@ class Estimator:
         if touched:
             self._compute(touched)
 
-    def _estimate(self, trouble: str) -> Estimate:
+    def _estimate(self, trouble: list[str]) -> Estimate:
         belief, t, layout = self._history.now.belief, self._t, self._parts.layout
         x, P = belief.x.copy(), belief.P.copy()  # later frames overwrite them
         x.setflags(write=False)
@@ -234,7 +234,7 @@ class Estimator:
         if doubt:  # nothing can be compared with such a state any more
             self._restart(t, self._operating_point())
         reports = self.health.reports(t)
-        doubts = "; ".join(filter(None, (trouble, doubt, self._gate.doubt(t))))
+        doubts = "; ".join([said for said in (*trouble, doubt, self._gate.doubt(t)) if said])
         status, reason = self.health.judge(t, tip.sigma, reports, doubts, self._court.contradiction(t))
         if status == "lost" and self.health.is_stranded(t):  # who convicted them knew no more than they
             self._restart_here(t)

@@ -128,7 +128,7 @@ class Fusion:
 
     def _compute_one(self, before: Instant, instant: Instant, is_stepped: bool = False) -> list[Verdict]:
         """Compute one instant; ``is_stepped`` leaves out the step to it, which has been done."""
-        step = None if is_stepped or instant.is_reopened else self._run_rows(before, instant)
+        step = None if is_stepped or instant.reopening is not None else self._run_rows(before, instant)
         if step is not None and (ordinary := self._take_ordinary(step, instant)) is not None:
             return ordinary
         verdicts = self._judge_one(before, instant, is_stepped, step)
@@ -154,7 +154,7 @@ class Fusion:
             return None
         verdicts = self._gate.take_ordinary(step, instant.t)
         if verdicts is not None:
-            instant.belief, instant.fused, instant.pending = step.belief, pending, {}
+            instant.accept(step.belief)
         return verdicts
 
     def _judge_one(
@@ -184,8 +184,8 @@ class Fusion:
         """Predict and fuse all rows at once, nothing being refused; None when rounding forbids it."""
         dt = instant.t - before.t
         step = instant.prepared
-        has_new_rows = not self._poses.issuperset(instant.pending)
-        if step is None or step.dt != dt or has_new_rows or not self._source.is_constant:
+        is_old = step is not None and step.dt == dt and self._poses.issuperset(instant.pending)
+        if step is None or not is_old or not self._source.is_constant:
             step = instant.prepared = self.prepare(before.belief, dt, instant)
         return step if self._runner.run(before.belief, (step,)) else None
 

@@ -184,6 +184,8 @@ class Health:
             is_usable |= age <= record.last_hope
             if record.locates and record.accepted:
                 is_located |= age <= record.time_out or age <= self._config.position_time_out
+            if is_usable and is_located:
+                break
         if not is_usable:
             return "no sensor is usable"
         if not is_located:

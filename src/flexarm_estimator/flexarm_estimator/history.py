@@ -69,6 +69,11 @@ class Instant:
         self._maps += (apply,)
         self.prepared = None  # it is a step of the old model
 
+    def accept(self, belief: Belief) -> None:
+        """Take the state that all pending samples have led to; none had been fused before."""
+        self._belief, self._maps = belief, ()
+        self.fused, self.pending = self.pending, self.fused
+
     @property
     def is_reopened(self) -> bool:
         """The state was doubted here."""
@@ -95,9 +100,9 @@ class History:
 
     def advance(self, t: float, u: Array) -> int:
         """Go to ``t`` with ``u`` held since the newest instant; return the first instant to compute."""
-        count = len(self.instants)
-        if t > self.now.t + SAME_INSTANT:
-            self.instants.append(Instant(t, u, self.now.belief))
+        now, count = self.instants[-1], len(self.instants)
+        if t > now.t + SAME_INSTANT:
+            self.instants.append(Instant(t, u, now.belief))
         return count
 
     def insert(self, sample: Measurement) -> int:
@@ -105,13 +110,14 @@ class History:
 
         ``sample.t`` lies between ``oldest`` and now.
         """
-        index = len(self.instants) - 1
-        if index > 1 and self.instants[-2].t >= sample.t - SAME_INSTANT:  # most samples are of now
-            index = max(1, bisect_left(self.instants, sample.t - SAME_INSTANT, hi=index, key=_time))
-        instant = self.instants[index]
-        if instant.t - sample.t > SAME_INSTANT:
-            instant = Instant(sample.t, instant.u, self.instants[index - 1].belief)
-            self.instants.insert(index, instant)
+        instants, t = self.instants, sample.t
+        index = len(instants) - 1
+        if index > 1 and instants[-2].t >= t - SAME_INSTANT:  # most samples are of now
+            index = max(1, bisect_left(instants, t - SAME_INSTANT, hi=index, key=_time))
+        instant = instants[index]
+        if instant.t - t > SAME_INSTANT:
+            instant = Instant(t, instant.u, instants[index - 1].belief)
+            instants.insert(index, instant)
         instant.pending[sample.sensor] = sample
         return index
 

@@ -13,6 +13,9 @@ from flexarm_estimator.settings import EstimatorConfig
 from flexarm_model.sensor_spec import SensorSpec
 
 
+_STAMP = attrgetter("t")
+
+
 class Reception:
     """Checks samples and keeps those that are a little early."""
 
@@ -49,4 +52,5 @@ class Reception:
                 if sample.R is not None or checks.is_at_end:
                     sample = sample._replace(R=checks.noise(sample))
                 (due if sample.t <= now else self._early).append(sample)
-        return sorted(due, key=attrgetter("t"))
+        due.sort(key=_STAMP)
+        return due

@@ -126,12 +126,13 @@ class ShortTerm:
             if self._run.repeats:
                 self._has_rested |= not self._is_frozen
                 self.record.repeats = 0
-            self._values, self._run, self._is_frozen = values, Run(0, sample.t, False), False
+            run = Run(0, sample.t, False)
+            self._values, self._run, self._is_frozen = values, run, False
             self._changes += 1
-        else:
-            count, since, _ = self._run
-            self._run = Run(count + 1, since, self._changes > _NOVICE and not self._has_rested)
-            self.record.repeats = count + 1
+            return run
+        count, since, _ = self._run
+        self._run = Run(count + 1, since, self._changes > _NOVICE and not self._has_rested)
+        self.record.repeats = count + 1
         return self._run
 
     def doubt(self, run: Run, nu: Array, z: float) -> str:

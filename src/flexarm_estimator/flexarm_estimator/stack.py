@@ -96,14 +96,14 @@ class StackedSample:
 
     def __init__(self, stack: Stack, samples: Mapping[str, Measurement]) -> None:
         """Put the samples of ``stack.names`` one below the other."""
-        self.stack = stack
-        self.values: list[float] = []
-        self.own: dict[str, Array] = {}
+        values: list[float] = []
+        own: dict[str, Array] = {}
         for name in stack.names:
             _, _, y, R = samples[name]
-            self.values += y.tolist()  # on so few numbers cheaper than joining arrays
+            values += y.tolist()  # on so few numbers cheaper than joining arrays
             if R is not None:
-                self.own[name] = R
+                own[name] = R
+        self.stack, self.values, self.own = stack, values, own
 
     def innovation(self, x: Array, u: Array) -> Array:
         """Return measured minus predicted, (m,)."""

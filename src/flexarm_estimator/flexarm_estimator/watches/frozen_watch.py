@@ -43,11 +43,12 @@ class FrozenWatch(Watch):
     def look(self, view: View) -> Sequence[Finding]:
         """See Watch."""
         findings: list[Finding] = []
-        for verdict in view.verdicts:
-            if verdict.reason == FROZEN:
-                findings += self._accuse(verdict.sensor, verdict.since, view.t)
-            elif verdict.sensor in self._cases and verdict.is_accepted:
-                self._cases[verdict.sensor].frozen = 0
+        cases = self._cases
+        for sensor, _, is_accepted, _, _, reason, since in view.verdicts:
+            if reason == FROZEN:
+                findings += self._accuse(sensor, since, view.t)
+            elif is_accepted and sensor in cases:
+                cases[sensor].frozen = 0
         if self._convicted:
             for sample in view.samples:
                 if sample.sensor in self._convicted:

@@ -68,12 +68,11 @@ class LatencyWatch(Watch):
 
     def _has_frame(self, view: View) -> bool:
         """Return whether a frame has come; let it wait for its turn."""
-        has_frame = False
-        for sample in view.samples:
-            if sample.sensor in self._lines:
-                has_frame = True
-                self._lines[sample.sensor].wait(sample, self._delays.of(sample.sensor))
-        return has_frame
+        lines = self._lines
+        frames = [sample for sample in view.samples if sample.sensor in lines]
+        for frame in frames:
+            lines[frame.sensor].wait(frame, self._delays.of(frame.sensor))
+        return bool(frames)
 
     def restart(self, t: float) -> None:
         """See Watch; the delays in use are the configured ones again."""
@@ -116,14 +115,14 @@ class LatencyWatch(Watch):
         What encoders alone say lags behind a tip that swings, which would look like another delay.
         """
         wanted = self._prediction.sensors
-        judged = {v.sensor: v.is_accepted for v in view.verdicts if v.sensor in wanted}
-        newest = {s.sensor: s for s in view.samples if s.sensor in judged}  # in order of time
-        if not newest or len(newest) < len(wanted) or not all(judged.values()):
+        judged = {name: is_accepted for name, _, is_accepted, *_ in view.verdicts if name in wanted}
+        said = [sample for sample in view.samples if sample.sensor in judged]
+        stamps = {name: t for name, t, _, _ in said}  # newest of each, for they are in order of time
+        if not stamps or len(stamps) < len(wanted) or not all(judged.values()):
             return
-        stamps = [sample.t for sample in newest.values()]
-        t = max(stamps)
-        if min(stamps) >= t - _TOGETHER and self._track.accepts(t):
-            position = self._prediction.position({name: sample.y for name, sample in newest.items()})
+        t = max(stamps.values())
+        if min(stamps.values()) >= t - _TOGETHER and self._track.accepts(t):
+            position = self._prediction.position({name: y for name, _, y, _ in said})
             if position is not None:
                 self._track.add(t, position)
 

@@ -27,7 +27,7 @@ _LARGER = 3.0  # times what is expected: noise of 1.7 times that of the descript
 _MOST = 25.0  # of one sample: a spike is no noise
 
 
-@dataclass
+@dataclass(slots=True)
 class _Window:
     """Squares since ``start`` [s] of one sensor.
 
@@ -80,15 +80,15 @@ class NoiseWatch(Watch):
         findings: list[Finding] = []
         windows, now = self._windows, view.t
         for verdict in view.verdicts:
-            square = verdict.normalised**2
-            window = windows.get(verdict.sensor)
+            sensor, _, _, innovation, normalised, _, _ = verdict
+            square = normalised * normalised
+            window = windows.get(sensor)
             if window is None:
-                window = windows[verdict.sensor] = _Window(now)
+                window = windows[sensor] = _Window(now)
             window.total += square if square < _MOST else _MOST
             window.count += 1
             if window.is_examined:
-                sigmas = self._sigmas[verdict.sensor]
-                values = zip(verdict.innovation.tolist(), sigmas, strict=True)
+                values = zip(innovation.tolist(), self._sigmas[sensor], strict=True)
                 window.examine([value / sigma for value, sigma in values])
             if now - window.start >= _WINDOW and window.count >= _ENOUGH:
                 findings += self._close(verdict, window, now)

@@ -63,7 +63,7 @@ class Watches:
                 continue
             for finding in said:
                 heed(finding, type(watch).__name__)
-            findings += said
+                findings.append(finding)
         return findings
 
     def figures(self) -> dict[str, dict[str, float]]:

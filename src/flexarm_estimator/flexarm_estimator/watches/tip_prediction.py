@@ -31,6 +31,7 @@ class TipPrediction:
         self.sensors = frozenset(rows)
         self._rows, self._parts = rows, parts
         self._gain, self._constant = self._map() if rows else (np.zeros((0, 0)), np.zeros(0))
+        self._values = np.zeros(len(self._gain.T))
 
     def position(self, samples: Mapping[str, Array]) -> Array | None:
         """Return the tip's position [m], (3,), from the values of all ``sensors``.
@@ -40,8 +41,11 @@ class TipPrediction:
         values: list[float] = []
         for name in self._rows:  # on so few numbers cheaper than joining arrays
             values += samples[name].tolist()
+        self._values[:] = values
+        x = self._gain.dot(self._values)
+        x += self._constant
         try:
-            position: Array = self._parts.tip.pose(self._gain.dot(values) + self._constant)[:3, 3]
+            position: Array = self._parts.tip.pose(x)[:3, 3]
         except ClosureError:
             return None
         return position
