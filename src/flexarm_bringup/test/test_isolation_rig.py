@@ -91,7 +91,7 @@ def assert_named(found, sensors, words, by):
 
 
 @pytest.mark.slow
-def test_an_arm_at_rest_without_any_noise_accuses_nobody_and_raises_nothing():
+def test_an_arm_at_rest_without_any_noise_blames_nobody_and_raises_nothing():
     config = load_config(find_manipulator("single_link"), "geared")
     still = hold(config.home)
     run_loop(
@@ -176,14 +176,14 @@ def test_a_saturated_gauge_is_excluded_within_a_second(name, gauge, limit, reach
 @pytest.mark.parametrize(
     "name", ["single_link", "planar_3rrr", "spatial_3tpt", "serial_6r", "variable_stiffness"]
 )
-def test_sound_sensors_are_never_accused(name, law, condition):
+def test_sound_sensors_are_never_blamed(name, law, condition):
     for seed in (1, 2):
         assert arm(name).run(law, replace(CONDITIONS[condition], seed=seed)) == {}
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["single_link", "planar_3rrr"])
-def test_an_impact_accuses_nobody(name):
+def test_an_impact_blames_nobody(name):
     assert arm(name).run(kick=1.2) == {}
 
 
@@ -191,6 +191,6 @@ def test_an_impact_accuses_nobody(name):
 @pytest.mark.parametrize(
     ("name", "gauge"), [("single_link", "root_strain"), ("planar_3rrr", "first_strain_2")]
 )
-def test_a_gauge_that_drifts_slowly_is_not_accused(name, gauge):
+def test_a_gauge_that_drifts_slowly_is_not_blamed(name, gauge):
     drift = SensorFault("bias", 0.0, bias=10e-6, ramp=4.0)
     assert arm(name).run(faults={gauge: drift}) == {}

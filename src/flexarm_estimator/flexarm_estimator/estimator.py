@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 
 from flexarm_estimator.adoption import carry_over
 from flexarm_estimator.clock import Clock
-from flexarm_estimator.disputes.court import Court
 from flexarm_estimator.estimate import Estimate
+from flexarm_estimator.exclusion.fault_exclusion import FaultExclusion
 from flexarm_estimator.filter import Belief
 from flexarm_estimator.gate import Gate
 from flexarm_estimator.health import Health
@@ -80,7 +80,7 @@ class Estimator:
         self._use(self.prepare(model))
         locating = {name for name, model in self._parts.sensors.all().items() if model.locates}
         self.health = Health(sensors, locating, config)
-        self._court = Court(self._gate, self.health, config.distrust)
+        self._exclusion = FaultExclusion(self._gate, self.health, config.distrust)
         self._u = np.append(np.zeros(model.n_theta), 1.0)
         self._clock = Clock()
         self._restart(0.0, self._operating_point())
@@ -183,7 +183,7 @@ class Estimator:
         self._reception = Reception(self.specs, self.config, self.health)
         self.health.restart(t)
         self._gate.restart()
-        self._court.restart(t)
+        self._exclusion.restart(t)
         self._watches.restart(t)
 
     def _follow_clock(self, t: float) -> list[str]:
@@ -218,9 +218,9 @@ class Estimator:
     def _heed(self, view: View) -> None:
         """Ask the watches; take what a sensor at fault has said out of the recent past."""
         findings = self._watches.look(view, self.health.heed)
-        if self._court.is_called:
-            for finding in self._court.sit(view, self._history, self._parts):
-                self.health.heed(finding, "Court")
+        if self._exclusion.is_needed:
+            for finding in self._exclusion.look(view, self._history, self._parts):
+                self.health.heed(finding, "FaultExclusion")
         touched = [self._history.withdraw(f.sensor, f.since) for f in findings if f.since < math.inf]
         if touched:
             self._compute(touched)
@@ -235,8 +235,8 @@ class Estimator:
             self._restart(t, self._operating_point())
         reports = self.health.reports(t)
         doubts = "; ".join([said for said in (*trouble, doubt, self._gate.doubt(t)) if said])
-        status, reason = self.health.judge(t, tip.sigma, reports, doubts, self._court.contradiction(t))
-        if status == "lost" and self.health.is_stranded(t):  # who convicted them knew no more than they
+        status, reason = self.health.judge(t, tip.sigma, reports, doubts, self._exclusion.contradiction(t))
+        if status == "lost" and self.health.is_stranded(t):  # who excluded them knew no more than they
             self._restart_here(t)
         return Estimate(
             t, self.model.model_id, x, P, layout, status, reason, reports,

@@ -5,7 +5,7 @@ a sensor out for ever after one impact: once a sensor has been refused ``reopen_
 row, the state is doubted instead; its covariance is widened at that instant, for all sensors, and
 the widening stays in the history so that a late camera frame does not undo it. When doubt returns within
 ``reopen_interval``, or another sensor refuses what one alone has asked for, the state may not be to blame:
-there is a dispute, which ``disputes`` settles.
+there is a dispute, which ``exclusion`` settles.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ class Gate:
 
     Attributes:
         is_disputed: The state was widened, and yet sensors contradict each other.
-        accusers: Sensors whose refusals led to the last widening.
+        doubters: Sensors whose refusals led to the last widening.
         doubted_since: Stamp of the first refusal that led to the first of the widenings in a row [s].
     """
 
@@ -68,7 +68,7 @@ class Gate:
         self._stamps: dict[str, float] = {}  # of sensors with one new sample
         self._released: list[Measurement] = []
         self._dropped: list[Verdict] = []
-        self.accusers: set[str] = set()
+        self.doubters: set[str] = set()
         self.calm()
 
     def calm(self) -> None:
@@ -84,7 +84,7 @@ class Gate:
 
     def doubt(self, t: float) -> str:
         """Return who doubts the state; empty when nobody has lately."""
-        return f"the state was doubted by {', '.join(sorted(self.accusers))}" if self.is_upset(t) else ""
+        return f"the state was doubted by {', '.join(sorted(self.doubters))}" if self.is_upset(t) else ""
 
     def needs(self, t: float) -> float:
         """Return since when the past is needed to settle the doubts of ``t`` [s]; infinite without any."""
@@ -150,7 +150,7 @@ class Gate:
 
     def has_doubt(self, verdicts: Iterable[Verdict], t: float) -> bool:
         """Return whether a refusal among ``verdicts`` is one too many: the state is wrong, not the sample."""
-        return bool(self._find_accusers(verdicts))
+        return bool(self._find_doubters(verdicts))
 
     def note(self, verdicts: Iterable[Verdict]) -> None:
         """Count final verdicts."""
@@ -193,10 +193,10 @@ class Gate:
         """
         is_again = self.is_upset(t)
         self.is_disputed |= is_again
-        self.accusers, self._reopened_at = self._find_accusers(verdicts), t
-        since = min((self._refused_since[sensor] for sensor in self.accusers), default=t)
+        self.doubters, self._reopened_at = self._find_doubters(verdicts), t
+        since = min((self._refused_since[sensor] for sensor in self.doubters), default=t)
         self.doubted_since = min(self.doubted_since, since) if is_again else since
-        return set(self.accusers), max(t - since, _SHORTEST)
+        return set(self.doubters), max(t - since, _SHORTEST)
 
     def is_upset(self, t: float) -> bool:
         """Return whether the state has been doubted lately: innovations tell of it, not of their sensors."""
@@ -217,7 +217,7 @@ class Gate:
                 return met
         return None
 
-    def _find_accusers(self, verdicts: Iterable[Verdict]) -> set[str]:
+    def _find_doubters(self, verdicts: Iterable[Verdict]) -> set[str]:
         refused = {v.sensor for v in verdicts if v.reason == FAR}
         together = {sensor for sensor in refused if self._refusals[sensor] >= _TOGETHER}
         if len(together) > 1:

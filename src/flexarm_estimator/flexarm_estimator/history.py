@@ -34,7 +34,7 @@ class Instant:
         u: [tau; 1] held over the interval that ends here, (n_u + 1,).
         fused: Samples that belong to the state, by sensor.
         pending: Samples not judged yet, by sensor.
-        refused: Samples that do not belong to the state, by sensor; kept for who looks for the culprit.
+        refused: Samples that do not belong to the state, by sensor; kept for who looks for the one at fault.
         inputs: The same as the filter has seen them, with what it adds; empty before the first time.
         prepared: Joint step that leads here, kept for computing again; None when it has to be made.
         reopening: The covariance was widened here because the state was doubted; None where it was not.

@@ -1,4 +1,4 @@
-"""What the fusion of samples wants of who judges them: ``gate.Gate``, or ``disputes.jury.Jury``."""
+"""What the fusion of samples wants of who judges them: ``gate.Gate``, or ``exclusion.replay.ReplayJudge``."""
 
 from __future__ import annotations
 

@@ -61,7 +61,7 @@ def test_a_refusal_soon_after_a_doubt_is_a_dispute(second):
     gate = Gate({"a": [1.0], "b": [1.0]}, CONFIG)
     refuse(gate, "a", 0.0)
     gate.note_reopening([verdict(gate, "a", 9.0, 0.1)], 0.1)
-    assert (gate.is_disputed, gate.accusers, gate.doubted_since) == (False, {"a"}, 0.0)
+    assert (gate.is_disputed, gate.doubters, gate.doubted_since) == (False, {"a"}, 0.0)
     assert "a" in gate.doubt(0.2)
     gate.note([verdict(gate, second, 9.0, 0.2)])
     assert gate.is_disputed

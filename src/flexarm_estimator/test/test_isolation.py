@@ -217,10 +217,10 @@ FAULTS = {
 
 
 def find(words, sensor, start, end=np.inf, model=None):
-    """Return when a sensor was named for the first time, when acquitted [s], and who else was named."""
+    """Return when a sensor was named for the first time, when cleared [s], and who else was named."""
     estimator = Estimator(strip_model() if model is None else model, StripKinematics(), SENSORS, CONFIG)
     rng = np.random.default_rng(5)
-    named, acquitted, others = np.inf, np.inf, set()
+    named, cleared, others = np.inf, np.inf, set()
     for k, t in enumerate(RECORD.t):
         samples = [
             Measurement(s.sensor, s.t, FAULTS[words](s.y, rng))
@@ -236,8 +236,8 @@ def find(words, sensor, start, end=np.inf, model=None):
             elif is_named and words in report.reason:
                 named = min(named, float(t))
             elif report.name == sensor and named < t and not is_named:
-                acquitted = min(acquitted, float(t))
-    return named, acquitted, others
+                cleared = min(cleared, float(t))
+    return named, cleared, others
 
 
 @pytest.mark.parametrize("words", FAULTS)
@@ -257,7 +257,7 @@ def test_a_gauge_at_fault_is_named_within_a_second_with_frequencies_ten_percent_
     assert not others
 
 
-def test_a_channel_that_is_well_again_is_acquitted():
-    named, acquitted, others = find("sign is flipped", "root_strain", 0.5, end=1.2)
-    assert named <= 1.2 < acquitted <= 2.4
+def test_a_channel_that_is_well_again_is_cleared():
+    named, cleared, others = find("sign is flipped", "root_strain", 0.5, end=1.2)
+    assert named <= 1.2 < cleared <= 2.4
     assert not others

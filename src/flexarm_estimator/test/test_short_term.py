@@ -51,7 +51,7 @@ def test_a_value_that_has_never_repeated_before_is_not_believed_for_ten_samples(
     assert doubts == [""] + 10 * [SAME] + 3 * [""]
 
 
-def test_a_slow_motion_convicts_a_value_that_never_repeated_before_within_ten_samples():
+def test_a_slow_motion_finds_a_value_that_never_repeated_before_within_ten_samples():
     sensor = used()
     doubts = [sensor.say(0.01, 0.4 * SIGMA * k)[0] for k in range(11)]
     assert FROZEN in doubts

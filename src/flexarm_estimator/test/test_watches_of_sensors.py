@@ -1,4 +1,4 @@
-"""Frozen and shifted sensors are convicted, what they said is taken back, and they are heard again."""
+"""Frozen and shifted sensors are found, what they said is taken back, and they are heard again."""
 
 import numpy as np
 import pytest
@@ -45,10 +45,10 @@ def frozen():
 @pytest.mark.parametrize("sensor", SENSORS)
 def test_a_frozen_sensor_is_excluded_within_ten_samples_and_as_if_it_were_off(frozen, sensor):
     estimates = frozen[sensor]
-    convicted = next(k for k in range(START, END) if report(estimates[k], sensor).status == "faulty")
-    assert convicted - START <= 10
-    assert sensor in estimates[convicted].reason
-    assert "frozen" in estimates[convicted].reason
+    found = next(k for k in range(START, END) if report(estimates[k], sensor).status == "faulty")
+    assert found - START <= 10
+    assert sensor in estimates[found].reason
+    assert "frozen" in estimates[found].reason
     assert during(estimates) <= 1.05 * during(without(sensor)) + 5e-6
 
 
@@ -62,8 +62,8 @@ def test_a_frozen_sensor_is_no_longer_called_so_soon_after_it_speaks(frozen, sen
 def test_a_frozen_camera_is_excluded_after_three_frames():
     estimates = stuck("camera")
     counts = [report(estimate, "camera") for estimate in estimates]
-    convicted = next(k for k in range(START, END) if counts[k].status == "faulty")
-    assert counts[convicted].rejected <= 3
+    found = next(k for k in range(START, END) if counts[k].status == "faulty")
+    assert counts[found].rejected <= 3
     assert during(estimates) <= 1.2 * during(without("camera"))
 
 
@@ -81,7 +81,7 @@ def test_a_quantised_encoder_at_rest_is_not_frozen():
 
 
 @pytest.mark.parametrize("bias", [20e-6, 100e-6, 2e-3])
-def test_a_gauge_that_shifts_is_convicted_within_three_samples_and_never_fused(bias):
+def test_a_gauge_that_shifts_is_found_within_three_samples_and_never_fused(bias):
     shifted = feed(
         lambda k, s: replace(s, "root_strain", lambda y: y + bias) if START <= k < END else s,
     )
@@ -99,5 +99,5 @@ def test_an_accelerometer_with_a_bias_below_its_gate_is_flagged_within_a_second(
     assert flagged[0] - START <= 200
 
 
-def test_a_sound_record_convicts_nobody():
+def test_a_sound_record_blames_nobody():
     assert not any(r.status == "faulty" for estimate in feed(lambda k, s: s) for r in estimate.sensors)

@@ -58,7 +58,7 @@ class Hypotheses:
         return Hypotheses(tuple(found), np.ascontiguousarray(source.T), np.ascontiguousarray(sign.T))
 
     def about(self, channels: Collection[int]) -> Hypotheses:
-        """Return "all well" and those that accuse nobody but ``channels``."""
+        """Return "all well" and those that blame nothing but ``channels``."""
         return Hypotheses.of([one for one in self.all if set(one.channels) <= set(channels)])
 
     def undo(self, Y: Array) -> Array:
@@ -72,7 +72,7 @@ def rearrangements(channels: Channels, trusted: frozenset[int]) -> Hypotheses:
 
     Args:
         channels: All channels.
-        trusted: Those that may be accused.
+        trusted: Those that may be at fault.
     """
     m = len(channels.all)
     usual, plus = np.arange(m), np.ones(m)

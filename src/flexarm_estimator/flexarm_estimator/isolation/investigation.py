@@ -49,19 +49,19 @@ class Case:
 
     Attributes:
         channels: All channels.
-        convicted: Channels that are known to be at fault.
+        faulty: Channels that are known to be at fault.
         maker: Of joint steps, kept between investigations.
         is_urgent: Somebody is suspected, or something is remarkable: several pieces are to be done at a time.
     """
 
     channels: Channels
-    convicted: frozenset[int]
+    faulty: frozenset[int]
     maker: StepMaker
     is_urgent: bool
 
     @property
     def offsets(self) -> Array:
-        """One sigma of a constant and of a ramp that are not worth a conviction, (m, 2)."""
+        """One sigma of a constant and of a ramp that make no channel faulty, (m, 2)."""
         return np.outer(self.channels.sigma, _OFFSET)
 
     @property
@@ -78,16 +78,16 @@ Investigation = Generator[None, None, Explanation | None]
 
 
 def investigate(case: Case, entries: deque[Entry]) -> Investigation:
-    """Look for a channel at fault among those that are not convicted."""
+    """Look for a channel at fault among those that are not known to be."""
     window = yield from read_window(case.channels, entries)
     if window is None:
         return None
     yield
     ignored = np.zeros(window.y.shape, dtype=bool)
-    if case.convicted:
-        ignored[:, list(case.convicted)] = True
+    if case.faulty:
+        ignored[:, list(case.faulty)] = True
     heard = leave_out_useless(window.y, ignored)
-    if not heard:  # all stand still: frozen, or without noise; nobody can be accused by another
+    if not heard:  # all stand still: frozen, or without noise; none can be told wrong by another
         return None
     yield
     hypotheses = rearrangements(case.channels, frozenset(heard))
@@ -97,12 +97,12 @@ def investigate(case: Case, entries: deque[Entry]) -> Investigation:
 
 
 def reconsider(case: Case, entries: deque[Entry], told: Explanation) -> Investigation:
-    """Return a conviction if it no longer holds: all being well explains far more than any fault of it."""
+    """Return what was told if it no longer holds: all being well explains far more than any fault of it."""
     window = yield from read_window(case.channels, entries)
     if window is None:
         return None
     ignored = np.isnan(window.y)
-    ignored[:, list(case.convicted - set(told.channels))] = True
+    ignored[:, list(case.faulty - set(told.channels))] = True
     if ignored[:, list(told.channels)].any():
         return None
     yield

@@ -3,8 +3,8 @@
 Every tick costs a place in a ring and a look at the verdicts. When innovations are larger than they should
 be, or a self-check is due, the ring is investigated (``investigation``): a small piece at every tick but
 those with late frames, or several at every tick where somebody is suspected.
-A convicted channel is investigated again and again, and acquitted when all is well with it. One whose sign is
-flipped is acquitted at once when ``_PLAIN`` samples in a row say what the others predict, which is far from
+A channel that was named is investigated again and again, and cleared when all is well with it. One whose sign
+is flipped is cleared at once when ``_PLAIN`` samples in a row say what the others predict, which is far from
 nothing and from the opposite: an arm at rest shows no more than that.
 
 What the filter learns of the arm it has from the same channels: a suspicion is followed up with what had been
@@ -17,7 +17,7 @@ import math
 from collections import deque
 from collections.abc import Sequence
 
-from flexarm_estimator.disputes.agreement import compare
+from flexarm_estimator.exclusion.agreement import compare
 from flexarm_estimator.isolation.channels import Channels
 from flexarm_estimator.isolation.consistency_steps import load_steps
 from flexarm_estimator.isolation.hypotheses import FLIPPED, rearrangements
@@ -169,8 +169,8 @@ class IsolationWatch(Watch):
         for _ in range(len(entries) - count):
             entries.popleft()
         self._since = entries[0].t
-        convicted = frozenset(channel for told in self._told for channel in told.channels)
-        case = self._case = Case(self._channels, convicted, self._maker, self._suspected > 0)
+        faulty = frozenset(channel for told in self._told for channel in told.channels)
+        case = self._case = Case(self._channels, faulty, self._maker, self._suspected > 0)
         self._reconsidered = self._told[0] if self._told and self._reconsidered is None else None
         if self._reconsidered is None:
             self._work = investigate(case, entries)
@@ -178,7 +178,7 @@ class IsolationWatch(Watch):
             self._work = reconsider(case, entries, self._reconsidered)
 
     def _clear_signs(self, view: View) -> list[Finding]:
-        """Acquit sensors of a flipped sign that plainly say what the others predict."""
+        """Clear sensors of a flipped sign that plainly say what the others predict."""
         found = []
         for told in [told for told in self._told if told.words == FLIPPED]:
             name = self._channels.all[told.channels[0]].sensor

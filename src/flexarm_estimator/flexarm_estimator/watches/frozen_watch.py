@@ -1,8 +1,8 @@
-"""Finds sensors that say the same again and again while the arm moves; acquits them when they speak again.
+"""Finds sensors that say the same again and again while the arm moves; takes them back when they speak again.
 
 The gate does not fuse a value that repeats although the prediction has moved on; here the sensor is
-convicted when that has happened ``_PROOF`` times, and what it has said since the first of the equal samples
-is taken out of the state. It is acquitted when its values have changed for ``quarantine`` seconds.
+at fault when that has happened ``_PROOF`` times, and what it has said since the first of the equal samples
+is taken out of the state. It is sound again when its values have changed for ``probation`` seconds.
 """
 
 from __future__ import annotations
@@ -15,18 +15,17 @@ from flexarm_estimator.short_term import FROZEN
 from flexarm_estimator.watches.watch import Finding, View, Watch
 
 _PROOF = 2  # samples: three equal ones with the first
-_QUARANTINE, _LONGEST = 0.1, 3.2  # s; doubles when the sensor freezes again soon
+_PROBATION, _LONGEST = 0.1, 3.2  # s; doubles when the sensor freezes again soon
 _SOON = 2.0  # s
 
 
 @dataclass
 class _Case:
-    """What is held against one sensor."""
+    """What is known of one sensor."""
 
     frozen: int = 0  # samples in this run that cannot be
-    convicted_at: float = math.inf
-    acquitted_at: float = -math.inf
-    quarantine: float = _QUARANTINE
+    sound_again_at: float = -math.inf
+    probation: float = _PROBATION
     values: list[float] = field(default_factory=list)
     changes: int = 0
     changing_since: float = math.inf
@@ -38,7 +37,7 @@ class FrozenWatch(Watch):
     def __init__(self) -> None:
         """Begin without any suspicion."""
         self._cases: dict[str, _Case] = {}
-        self._convicted: set[str] = set()
+        self._frozen: set[str] = set()
 
     def look(self, view: View) -> Sequence[Finding]:
         """See Watch."""
@@ -46,28 +45,28 @@ class FrozenWatch(Watch):
         cases = self._cases
         for sensor, _, is_accepted, _, _, reason, since in view.verdicts:
             if reason == FROZEN:
-                findings += self._accuse(sensor, since, view.t)
+                findings += self._suspect(sensor, since, view.t)
             elif is_accepted and sensor in cases:
                 cases[sensor].frozen = 0
-        if self._convicted:
+        if self._frozen:
             for sample in view.samples:
-                if sample.sensor in self._convicted:
+                if sample.sensor in self._frozen:
                     findings += self._hear(sample.sensor, sample.t, sample.y.tolist(), view.t)
         return findings
 
     def restart(self, t: float) -> None:
         """See Watch."""
-        self._cases, self._convicted = {}, set()
+        self._cases, self._frozen = {}, set()
 
-    def _accuse(self, sensor: str, since: float, now: float) -> list[Finding]:
+    def _suspect(self, sensor: str, since: float, now: float) -> list[Finding]:
         case = self._cases.setdefault(sensor, _Case())
         case.frozen += 1
         if case.frozen < _PROOF:
             return []
-        is_soon = now - case.acquitted_at < _SOON
-        case.quarantine = min(2.0 * case.quarantine, _LONGEST) if is_soon else _QUARANTINE
+        is_soon = now - case.sound_again_at < _SOON
+        case.probation = min(2.0 * case.probation, _LONGEST) if is_soon else _PROBATION
         case.frozen, case.changes, case.values = 0, 0, []
-        self._convicted.add(sensor)
+        self._frozen.add(sensor)
         return [Finding(sensor, f"frozen since {since:.3f} s, though the arm moves", True, since)]
 
     def _hear(self, sensor: str, t: float, values: list[float], now: float) -> list[Finding]:
@@ -77,8 +76,8 @@ class FrozenWatch(Watch):
             return []
         case.values = values
         case.changes += 1
-        if case.changes < _PROOF or t - case.changing_since < case.quarantine:
+        if case.changes < _PROOF or t - case.changing_since < case.probation:
             return []
-        case.acquitted_at = now
-        self._convicted.discard(sensor)
+        case.sound_again_at = now
+        self._frozen.discard(sensor)
         return [Finding(sensor, "", True)]

@@ -1,8 +1,8 @@
-"""Convicts sensors whose values have shifted: off by the same all of a sudden, while the others see nothing.
+"""Finds sensors whose values have shifted: off by the same all of a sudden, while the others see nothing.
 
 A bias, a wrong unit, a plug in the wrong socket. The gate holds such samples back until three in a row agree;
-here the sensor is convicted. Its innovation is followed on, without being fused: the sensor is acquitted when
-the mean over ``_BLOCK`` is less than half the shift.
+here the sensor is at fault. Its innovation is followed on, without being fused: the sensor is sound again
+when the mean over ``_BLOCK`` is less than half the shift.
 """
 
 from __future__ import annotations

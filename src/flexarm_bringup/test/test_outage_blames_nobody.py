@@ -1,4 +1,4 @@
-"""Gauges that fall silent in a move leave nobody to be accused.
+"""Gauges that fall silent in a move leave nobody to be blamed.
 
 How the arm bends is hardly known without them, and what would follow from that must not count: some sensor
 that is left out would seem to cure it.

@@ -32,15 +32,15 @@ class Replay(NamedTuple):
     Attributes:
         instants: Computed anew.
         is_consistent: The sensors that were heard agree.
-        dissenters: Sensors that do not.
+        disagreeing: Sensors that do not.
     """
 
     instants: list[Instant]
     is_consistent: bool
-    dissenters: frozenset[str]
+    disagreeing: frozenset[str]
 
 
-class Jury:
+class ReplayJudge:
     """A judge that only compares with the threshold, and counts."""
 
     def __init__(self, bound: Callable[[str], float]) -> None:
@@ -50,7 +50,7 @@ class Jury:
         self._refused: Counter[str] = Counter()
 
     @property
-    def dissenters(self) -> frozenset[str]:
+    def disagreeing(self) -> frozenset[str]:
         """Sensors that do not agree with the state."""
         return frozenset(
             name for name, count in self._refused.items() if count > max(_FEW, _SPIKES * self._heard[name])
@@ -101,18 +101,18 @@ def replay(
         start: Belief at the first of them.
         without: Name of the sensor; empty for none.
     """
-    first, jury = instants[0], Jury(bound)
+    first, judge = instants[0], ReplayJudge(bound)
     again = [Instant(first.t, first.u, start)]
     for instant in instants[1:]:
         samples = {**instant.refused, **instant.fused, **instant.pending}
         samples.pop(without, None)
         again.append(Instant(instant.t, instant.u, start, pending=samples))
     if len(again) > 1:
-        fusion.judged_by(jury).compute(again, 1)
-    return Replay(again, not jury.dissenters, jury.dissenters)
+        fusion.judged_by(judge).compute(again, 1)
+    return Replay(again, not judge.disagreeing, judge.disagreeing)
 
 
-def voices(instants: Sequence[Instant]) -> list[str]:
+def heard_sensors(instants: Sequence[Instant]) -> list[str]:
     """Return the sensors that were heard, in order."""
     found = (name for instant in instants[1:] for name in (*instant.refused, *instant.fused))
     return list(dict.fromkeys(found))

@@ -15,9 +15,9 @@ from planar_strip import (
     strip_model,
 )
 
-from flexarm_estimator.disputes.jury import replay, voices
 from flexarm_estimator.estimate import Estimate
 from flexarm_estimator.estimator import Estimator
+from flexarm_estimator.exclusion.replay import heard_sensors, replay
 from flexarm_estimator.measurement import Measurement
 from flexarm_estimator.settings import EstimatorConfig
 from flexarm_estimator.watches.watch import Finding
@@ -108,13 +108,13 @@ def test_encoder_and_camera_that_never_agreed_leave_the_state_unusable_until_the
 def test_an_encoder_that_lags_is_found_out_and_taken_back() -> None:
     _, estimates, errors = feed(lagging)
     said = [status_of(estimate, "encoder") for estimate in estimates]
-    convicted = said.index("faulty", START)
-    assert (convicted - START) * DT <= 0.2
+    found = said.index("faulty", START)
+    assert (found - START) * DT <= 0.2
     assert all(
         status_of(e, s) != "faulty" for e in estimates for s in ("root_strain", "tip_accelerometer", "camera")
     )
     assert errors[START:].max() <= 5e-3  # the lie is 60 mm where the tip is fastest
-    assert errors[convicted + 40 : END].max() <= 2e-3
+    assert errors[found + 40 : END].max() <= 2e-3
     back = END + 100  # 0.5 s
     assert said[back:] == ["ok"] * (len(said) - back)
     assert errors[back:].max() <= 2e-4
@@ -127,7 +127,7 @@ def test_without_the_liar_and_only_without_it_the_others_agree() -> None:
     before = [(instant.t, instant.belief.x.tobytes(), len(instant.fused)) for instant in instants]
     consistent = [
         name
-        for name in ("", *voices(instants))
+        for name in ("", *heard_sensors(instants))
         if replay(parts.fusion, estimator._gate.bound, instants, instants[0].belief, name).is_consistent
     ]
     assert consistent == ["encoder"]
@@ -144,7 +144,7 @@ def test_an_encoder_that_creeps_away_is_found_out_when_the_camera_can_tell() -> 
     assert errors[END + 100 :].max() <= 2e-4
 
 
-def test_an_impact_convicts_nobody() -> None:
+def test_an_impact_blames_nobody() -> None:
     kicked = simulate(
         200, np.random.default_rng(14), x0=RECORD.x[300] + 0.5 * np.eye(9)[4], config=QUIET, camera_every=7
     )
@@ -159,7 +159,7 @@ def test_an_impact_convicts_nobody() -> None:
 def test_when_all_who_tell_where_the_axes_are_are_at_fault_they_are_heard_anew() -> None:
     estimator, _, _ = feed(lambda k, samples: samples, until=300)
     for sensor in ("encoder", "camera"):
-        estimator.health.heed(Finding(sensor, "accused of something", is_fault=True), "somebody")
+        estimator.health.heed(Finding(sensor, "at fault in some way", is_fault=True), "somebody")
     told = [
         estimator.step(arriving(RECORD, k, FRAMES), RECORD.tau[k], float(RECORD.t[k]))
         for k in range(300, 400)

@@ -1,1 +1,0 @@
-"""Who is to blame when the state has been widened, and yet the sensors contradict each other."""

@@ -1,0 +1,1 @@
+"""Fault exclusion: which sensor is at fault when the state was widened and yet they contradict each other."""
