@@ -40,6 +40,27 @@ int64_t flexarm_place_tip(const struct tip *s)
     return 1;
 }
 
+/* Where xi = gain y + constant, (n, m) row-major and (n,), is worked out into x. */
+struct sight {
+    const struct tip *tip;
+    int64_t m;
+    const double *gain, *constant, *y;
+    double *x;
+};
+
+/* Pose of the tip there, into the record of the tip; 0 where the loops do not close. */
+int64_t flexarm_see_tip(const struct sight *s)
+{
+    struct tip there = *s->tip;
+    there.x = s->x;
+    for (int64_t i = 0; i < there.n; i++) {
+        s->x[i] = s->constant[i];
+        for (int64_t j = 0; j < s->m; j++)
+            s->x[i] += s->gain[i * s->m + j] * s->y[j];
+    }
+    return flexarm_place_tip(&there);
+}
+
 /* Pose, and the Jacobian by xi in s->J; 0 where the loops do not close. */
 int64_t flexarm_locate_tip(const struct tip *s)
 {

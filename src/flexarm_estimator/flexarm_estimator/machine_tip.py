@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import ctypes
 import math
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 from flexarm_estimator.filter import Belief
-from flexarm_estimator.tip import Kinematics, PlainTip, Tip, TipReport, spread
+from flexarm_estimator.tip import Kinematics, PlainTip, Sight, Tip, TipReport, spread
 from flexarm_model.closing import MachineClosing
 from flexarm_model.machine_code import MachineCode, load_code
 from flexarm_model.reduced_model import ReducedModel
@@ -33,12 +34,27 @@ class _Layout(ctypes.Structure):
     ]
 
 
+class _SightLayout(ctypes.Structure):
+    """``struct sight`` of the C file."""
+
+    _fields_ = (
+        *(("tip", ctypes.c_void_p), ("m", ctypes.c_int64)),
+        *((name, ctypes.c_void_p) for name in ("gain", "constant", "y", "x")),
+    )
+
+
 class MachineTip(Tip):
-    """In machine code, on fixed buffers; where that does not arrive NumPy says why."""
+    """In machine code, on fixed buffers; where that does not arrive NumPy says why.
+
+    Attributes:
+        n: Number of served coordinates.
+        address: Where machine code finds it.
+        seen: Position of the tip last placed [m], (3,); the next one overwrites it.
+    """
 
     def __init__(self, model: ReducedModel, tree: ReducedTree, n_x: int, code: ctypes.PyDLL) -> None:
         """Bind the compiled kinematics to a served model and a state of ``n_x`` numbers."""
-        self._plain, self._n = PlainTip(model, tree), model.n
+        self._plain, self.n = PlainTip(model, tree), model.n
         functions = [MachineCode(tree.functions[name]) for name in ("tip_pose", "tip_jacobian")]
         Phi = np.array(model.Phi, order="F")
         origin = model.q0 - Phi @ model.xi0
@@ -51,11 +67,16 @@ class MachineTip(Tip):
             *(array.ctypes.data for array in (*work, self._x, self._P, self._record)),
         )  # fmt: skip
         self._kept = tree, functions, Phi, origin, work  # the layout has only their addresses
-        self._at = ctypes.c_void_p(ctypes.addressof(self._layout))
+        self.address, self.seen = ctypes.addressof(self._layout), self._record[3:_TWIST:4][:3]
+        self._at = ctypes.c_void_p(self.address)
         self._place, self._locate = code.flexarm_place_tip, code.flexarm_locate_tip
-        self._describe = code.flexarm_describe_tip
-        for function in (self._place, self._locate, self._describe):
+        self._describe, self._see = code.flexarm_describe_tip, code.flexarm_see_tip
+        for function in (self._place, self._locate, self._describe, self._see):
             function.restype = ctypes.c_int64
+
+    def sight(self, gain: Array, constant: Array) -> Sight:
+        """See Tip."""
+        return MachineSight(self, self._see, gain, constant)
 
     def pose(self, x: Array) -> Array:
         """See Tip."""
@@ -85,6 +106,29 @@ class MachineTip(Tip):
             record[_TWIST_COV:_VARIANCE].reshape(6, 6),
             sigma,
         )
+
+
+class MachineSight(Sight):
+    """In machine code, on fixed buffers."""
+
+    def __init__(
+        self, tip: MachineTip, see: Callable[[ctypes.c_void_p], int], gain: Array, constant: Array
+    ) -> None:
+        """Bind ``flexarm_see_tip`` to the tip, gain and constant."""
+        super().__init__(tip, gain, constant)
+        n, m = tip.n, gain.shape[1]
+        arrays = np.array(gain[:n], order="C"), np.array(constant[:n])
+        self._y, self._x = (ctypes.c_double * m)(), (ctypes.c_double * n)()
+        buffers = ctypes.addressof(self._y), ctypes.addressof(self._x)
+        self._layout = _SightLayout(tip.address, m, *(array.ctypes.data for array in arrays), *buffers)
+        self._kept = arrays  # the layout has only their addresses
+        self._at = ctypes.c_void_p(ctypes.addressof(self._layout))
+        self._see, self._seen = see, tip.seen
+
+    def position(self, y: list[float]) -> Array:
+        """See Sight."""
+        self._y[:] = y
+        return self._seen.copy() if self._see(self._at) else super().position(y)
 
 
 def make_tip(model: ReducedModel, kinematics: Kinematics, n_x: int, use_compiler: bool = True) -> Tip:

@@ -12,7 +12,6 @@ from flexarm_estimator.measurement import Measurement
 from flexarm_estimator.settings import EstimatorConfig
 from flexarm_model.sensor_spec import SensorSpec
 
-
 _STAMP = attrgetter("t")
 
 

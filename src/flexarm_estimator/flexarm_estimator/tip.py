@@ -77,6 +77,31 @@ class Tip(ABC):
     def describe(self, belief: Belief) -> TipReport:
         """Return the tip's pose, twist and covariances; NaN where the loops do not close at this state."""
 
+    def sight(self, gain: Array, constant: Array) -> Sight:
+        """Return the tip as a function of some numbers y, at ``x = gain y + constant``.
+
+        Args:
+            gain: (n_x, m).
+            constant: (n_x,).
+        """
+        return Sight(self, gain, constant)
+
+
+class Sight:
+    """The tip as a function of numbers y, at ``x = gain y + constant``."""
+
+    def __init__(self, tip: Tip, gain: Array, constant: Array) -> None:
+        """Bind the tip to gain (n_x, m) and constant (n_x,)."""
+        self._tip, self._gain, self._constant = tip, gain, constant
+
+    def position(self, y: list[float]) -> Array:
+        """Return the position of the tip [m], (3,), where the numbers are ``y`` (m,).
+
+        Raises:
+            ClosureError: The loops do not close there.
+        """
+        return self._tip.pose(self._gain.dot(y) + self._constant)[:3, 3]
+
 
 class PlainTip(Tip):
     """With NumPy."""

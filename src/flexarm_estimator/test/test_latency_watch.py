@@ -88,13 +88,14 @@ def test_the_tip_is_predicted_by_the_most_probable_coordinates():
     parts = estimator.prepare(strip_model())
     prediction = TipPrediction(parts)
     assert prediction.sensors == {"encoder", "root_strain"}
-    y = {"encoder": np.array([0.3]), "root_strain": np.array([2e-4])}
+    said = {"encoder": np.array([0.3]), "root_strain": np.array([2e-4])}
+    samples = {name: Measurement(name, 0.0, y) for name, y in said.items()}
     C = np.vstack([parts.sensors.rows[name].C[:, :4] for name in ("encoder", "root_strain")])
     weight = np.diag([1 / 20e-6**2, 1 / 1e-6**2])
     information = C.T @ weight @ C + np.linalg.inv(parts.process.P0[:4, :4])
     xi = np.linalg.solve(information, C.T @ weight @ np.array([0.3, 2e-4]))
     expected = StripKinematics().tip_pose(xi)[:3, 3]
-    np.testing.assert_allclose(prediction.position(y), expected, atol=1e-9)
+    np.testing.assert_allclose(prediction.position(samples), expected, atol=1e-9)
     assert abs(expected[1] - 0.64 * np.sin(0.3)) > 1e-3  # the strip is bent
 
 

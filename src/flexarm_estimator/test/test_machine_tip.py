@@ -42,6 +42,20 @@ def test_machine_code_and_numpy_say_the_same_of_the_tip(name):
             np.testing.assert_allclose(part, wanted, rtol=1e-9, atol=1e-9 * np.max(np.abs(wanted)))
 
 
+@pytest.mark.parametrize("name", ["single_link", "planar_3rrr"])
+def test_machine_code_and_numpy_see_the_tip_at_the_same_place(name):
+    """Where x = gain y + constant; what was seen before stays as it was."""
+    fast, plain, rest, _ = both_ways(name)
+    rng = np.random.default_rng(4)
+    gain = 1e-3 * rng.normal(size=(rest.size, 5))
+    sights = [tip.sight(gain, rest) for tip in (fast, plain)]
+    numbers = [rng.normal(size=5) for _ in range(4)]
+    seen, expected = ([sight.position(y.tolist()) for y in numbers] for sight in sights)
+    np.testing.assert_allclose(seen, expected, atol=1e-10)
+    np.testing.assert_allclose(expected, [plain.pose(gain @ y + rest)[:3, 3] for y in numbers], atol=1e-12)
+    assert np.ptp(seen, axis=0).max() > 1e-4  # it has moved
+
+
 def test_what_was_said_of_a_tip_does_not_change_when_the_next_is_described():
     fast, _, rest, _ = both_ways("single_link")
     report = fast.describe(Belief(rest, np.eye(rest.size)))
@@ -58,6 +72,8 @@ def test_loops_that_do_not_close_leave_no_sigma_and_raise_as_with_numpy():
     for tip in (fast, plain):
         with pytest.raises(ClosureError):
             tip.locate(wild)
+        with pytest.raises(ClosureError):
+            tip.sight(np.zeros((rest.size, 1)), wild).position([0.0])
         assert np.isnan(tip.describe(Belief(wild, np.eye(rest.size))).sigma)
 
 

@@ -7,6 +7,10 @@ struct latency_fit {
     int64_t count;
     const double *candidates; /* growing, (count,) */
     double *sum, *squares;    /* (count, 3), (count,) */
+    const double *t, *p;      /* instants, (size,), at least four, and where the tip was: an axis is a row with */
+    int64_t size, lead;       /* room for lead */
+    double stamp, y[AXES];    /* of a frame, and where it saw the tip */
+    double keep;              /* what was summed up before counts so much */
 };
 
 /* Weights of four instants in the cubic polynomial through them. */
@@ -22,21 +26,19 @@ static void weigh(const double *t, double at, double *weight)
     }
 }
 
-/* Take a frame that saw the tip at y. The tip is known at the instants t, (size,), at least four, as p, of which
-   an axis is a row with room for lead; both cover all candidates. What was summed up before counts keep. */
-void flexarm_compare_frame(
-    const struct latency_fit *s, const double *t, const double *p, int64_t size, int64_t lead, double stamp,
-    const double *y, double keep)
+/* Take a frame; the instants cover all candidates. */
+void flexarm_compare_frame(const struct latency_fit *s)
 {
+    double keep = s->keep;
     int64_t first = 0;
     for (int64_t i = s->count - 1; i >= 0; i--) { /* later and later */
-        double at = stamp - s->candidates[i], square = 0.0, weight[NODES];
-        while (first < size - NODES && t[first + 2] < at)
+        double at = s->stamp - s->candidates[i], square = 0.0, weight[NODES];
+        while (first < s->size - NODES && s->t[first + 2] < at)
             first++;
-        weigh(t + first, at, weight);
+        weigh(s->t + first, at, weight);
         for (int64_t axis = 0; axis < AXES; axis++) {
-            const double *position = p + axis * lead + first;
-            double residual = y[axis];
+            const double *position = s->p + axis * s->lead + first;
+            double residual = s->y[axis];
             for (int64_t j = 0; j < NODES; j++)
                 residual -= weight[j] * position[j];
             s->sum[i * AXES + axis] = keep * s->sum[i * AXES + axis] + residual;

@@ -19,10 +19,8 @@ from __future__ import annotations
 
 import ctypes
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -49,7 +47,13 @@ class Latency:
 class _Layout(ctypes.Structure):
     """``struct latency_fit`` of the C file."""
 
-    _fields_ = (("count", ctypes.c_int64), *((n, ctypes.c_void_p) for n in ("candidates", "sum", "squares")))
+    _fields_ = (
+        ("count", ctypes.c_int64),
+        *((name, ctypes.c_void_p) for name in ("candidates", "sum", "squares")),
+        *((name, ctypes.c_void_p) for name in ("t", "p")),
+        *((name, ctypes.c_int64) for name in ("size", "lead")),
+        *(("stamp", ctypes.c_double), ("y", 3 * ctypes.c_double), ("keep", ctypes.c_double)),
+    )
 
 
 class LatencyFit:
@@ -71,8 +75,9 @@ class LatencyFit:
         self._layout = _Layout(
             candidates.size, *(array.ctypes.data for array in (candidates, self._sum, self._squares))
         )
+        self._at = ctypes.c_void_p(ctypes.addressof(self._layout))
         code = load_code(SOURCE) if use_compiler else None
-        self._call = None if code is None else _bind(code)
+        self._call = None if code is None else code.flexarm_compare_frame
 
     def compare(self, track: TipTrack, stamp: float, position: Array, elapsed: float) -> None:
         """Take a frame.
@@ -86,8 +91,10 @@ class LatencyFit:
         if self._call is None:
             self.add(position - track.positions(stamp - self.candidates), elapsed)
             return
-        at = ctypes.byref(self._layout)
-        self._call(at, *track.place, stamp, position.ctypes.data, self._forget(elapsed))
+        layout = self._layout
+        layout.t, layout.p, layout.size, layout.lead = track.place
+        layout.stamp, layout.y[:], layout.keep = stamp, position.tolist(), self._forget(elapsed)
+        self._call(self._at)
 
     def add(self, residuals: Array, elapsed: float) -> None:
         """Take the residuals of a frame at every candidate, (k, 3) [m]; the last was ``elapsed`` [s] ago."""
@@ -107,11 +114,13 @@ class LatencyFit:
         """Return the delay; None when too little has moved to tell."""
         if self._weight < _LEAST_FRAMES:
             return None
-        J = self._squares - (self._sum**2).sum(axis=1) / self._weight  # (k,)
-        best = int(np.argmin(J))
-        if not 0 < best < J.size - 1:
+        x, y, z = (self._sum * self._sum).T
+        misfits = self._squares - (x + y + z) / self._weight  # (k,)
+        best = int(misfits.argmin())
+        if not 0 < best < misfits.size - 1:
             return None
-        before, least, after = J[best - 1 : best + 2].tolist()
+        J = misfits.tolist()
+        before, least, after = J[best - 1 : best + 2]
         step = float(self.candidates[1] - self.candidates[0])
         bend = before - 2.0 * least + after  # J'' step^2
         if not bend > 0.0:
@@ -123,17 +132,7 @@ class LatencyFit:
             return None
         return Latency(float(self.candidates[best]) + shift * step, sigma)
 
-    def _is_ambiguous(self, J: Array, best: int, variance: float) -> bool:
+    def _is_ambiguous(self, J: list[float], best: int, variance: float) -> bool:
         """Return whether a delay far from the best one fits about as well (a periodic motion)."""
-        before, after = J[: max(best - _APART, 0)], J[best + _APART + 1 :]
-        rival = min(before.min(initial=np.inf), after.min(initial=np.inf))
-        return bool(rival < J[best] + _BETTER * variance)
-
-
-def _bind(code: ctypes.PyDLL) -> Callable[..., None]:
-    """Return the comparison of a frame; see the C file."""
-    call = code.flexarm_compare_frame
-    pointer, number = ctypes.c_void_p, ctypes.c_double
-    sizes = ctypes.c_int64, ctypes.c_int64
-    call.argtypes, call.restype = (pointer, pointer, pointer, *sizes, number, pointer, number), None
-    return cast(Callable[..., None], call)
+        rival = min(J[: max(best - _APART, 0)] + J[best + _APART + 1 :], default=math.inf)
+        return rival < J[best] + _BETTER * variance

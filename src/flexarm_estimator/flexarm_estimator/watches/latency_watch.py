@@ -115,14 +115,14 @@ class LatencyWatch(Watch):
         What encoders alone say lags behind a tip that swings, which would look like another delay.
         """
         wanted = self._prediction.sensors
-        judged = {name: is_accepted for name, _, is_accepted, *_ in view.verdicts if name in wanted}
-        said = [sample for sample in view.samples if sample.sensor in judged]
-        stamps = {name: t for name, t, _, _ in said}  # newest of each, for they are in order of time
-        if not stamps or len(stamps) < len(wanted) or not all(judged.values()):
+        judged = {name: is_fused for name, _, is_fused, _, _, _, _ in view.verdicts if name in wanted}
+        newest = {s.sensor: s for s in view.samples if s.sensor in judged}  # in order of time
+        if not newest or len(newest) < len(wanted) or not all(judged.values()):
             return
-        t = max(stamps.values())
-        if min(stamps.values()) >= t - _TOGETHER and self._track.accepts(t):
-            position = self._prediction.position({name: y for name, _, y, _ in said})
+        stamps = [sample.t for sample in newest.values()]
+        t = max(stamps)
+        if min(stamps) >= t - _TOGETHER and self._track.accepts(t):
+            position = self._prediction.position(newest)
             if position is not None:
                 self._track.add(t, position)
 

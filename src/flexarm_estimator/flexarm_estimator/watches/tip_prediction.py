@@ -12,6 +12,7 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
+from flexarm_estimator.measurement import Measurement
 from flexarm_estimator.parts import Parts
 from flexarm_model.closure_error import ClosureError
 
@@ -30,25 +31,20 @@ class TipPrediction:
         rows = {name: model for name, model in parts.sensors.rows.items() if not model.D_w.any()}
         self.sensors = frozenset(rows)
         self._rows, self._parts = rows, parts
-        self._gain, self._constant = self._map() if rows else (np.zeros((0, 0)), np.zeros(0))
-        self._values = np.zeros(len(self._gain.T))
+        self._sight = parts.tip.sight(*self._map())
 
-    def position(self, samples: Mapping[str, Array]) -> Array | None:
-        """Return the tip's position [m], (3,), from the values of all ``sensors``.
+    def position(self, samples: Mapping[str, Measurement]) -> Array | None:
+        """Return the tip's position [m], (3,), from samples of all ``sensors``.
 
         None where the samples ask for what the loops do not allow.
         """
         values: list[float] = []
         for name in self._rows:  # on so few numbers cheaper than joining arrays
-            values += samples[name].tolist()
-        self._values[:] = values
-        x = self._gain.dot(self._values)
-        x += self._constant
+            values += samples[name].y.tolist()
         try:
-            position: Array = self._parts.tip.pose(x)[:3, 3]
+            return self._sight.position(values)
         except ClosureError:
             return None
-        return position
 
     def _map(self) -> tuple[Array, Array]:
         """Return gain (n_x, m) and constant (n_x,) of ``x = gain y + constant``."""
@@ -56,6 +52,8 @@ class TipPrediction:
         n, n_x = parts.model.n, parts.layout.n_x
         x, u = np.zeros(n_x), np.append(np.zeros(parts.model.n_theta), 1.0)
         x[:n] = parts.model.xi0
+        if not self._rows:
+            return np.zeros((n_x, 0)), x
         P0 = parts.process.P0[:n, :n]
         models = list(self._rows.values())
         C = np.vstack([model.C[:, :n] for model in models])
