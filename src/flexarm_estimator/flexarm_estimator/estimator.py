@@ -227,9 +227,6 @@ class Estimator:
 
     def _estimate(self, trouble: list[str]) -> Estimate:
         belief, t, layout = self._history.now.belief, self._t, self._parts.layout
-        x, P = belief.x.copy(), belief.P.copy()  # later frames overwrite them
-        x.setflags(write=False)
-        P.setflags(write=False)
         tip, doubt = self._tip.describe(self._parts.tip, belief)
         if doubt:  # nothing can be compared with such a state any more
             self._restart(t, self._operating_point())
@@ -239,6 +236,6 @@ class Estimator:
         if status == "lost" and self.health.is_stranded(t):  # who excluded them knew no more than they
             self._restart_here(t)
         return Estimate(
-            t, self.model.model_id, x, P, layout, status, reason, reports,
+            t, self.model.model_id, tip.x, tip.P, layout, status, reason, reports,
             tip.T_world_tip, tip.twist, tip.cov_pose, tip.cov_twist,
         )  # fmt: skip

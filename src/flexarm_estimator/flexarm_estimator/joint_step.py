@@ -25,6 +25,7 @@ from scipy.linalg.lapack import dpotrf
 
 from flexarm_estimator.filter import Belief
 from flexarm_estimator.process import Transition
+from flexarm_estimator.records import RecordPool
 from flexarm_estimator.stack import Stack, StackedSample
 
 Array = NDArray[np.float64]
@@ -44,8 +45,14 @@ class StepLayout(ctypes.Structure):
 class JointStep:
     """A step, and the rows of the sensors that are sampled at its end (``stack``; None: no rows)."""
 
-    def __init__(self, transition: Transition, stack: Stack | None) -> None:
-        """Compute the joint matrices; done once per period and set of sensors."""
+    def __init__(self, transition: Transition, stack: Stack | None, pool: RecordPool | None = None) -> None:
+        """Compute the joint matrices; done once per period and set of sensors.
+
+        Args:
+            transition: Of the state.
+            stack: Rows at its end.
+            pool: Has the records of its prepared steps; one of its own if None.
+        """
         self.stack, self._transition = stack, transition
         self.T, self.V, self.noise = _join(transition, stack)
         n_x = transition.A.shape[0]
@@ -53,15 +60,18 @@ class JointStep:
         self.last = m + n_x
         self._is_bilinear = bool(transition.slopes)
         spans = () if stack is None else stack.spans
-        self.n, self.sensors = n_x, len(spans)
-        self.at_nu, self.at_u = n_x + n_x * n_x, n_x + n_x * n_x + m + len(spans)
+        self.n, self.inputs, self.sensors = n_x, self.V.shape[1], len(spans)
+        left, given = m + self.sensors, self.inputs + m
+        self.records = (pool or RecordPool()).records((n_x,), (n_x, n_x), (left,), (given,))
+        at_nu = 8 * (n_x + n_x * n_x)
+        self.places = at_nu, at_nu + 8 * m, at_nu + 8 * (left + self.inputs)  # of nu, nis, y [bytes]
         self._arrays = _machine_arrays(transition, stack, [0, *(span.stop for span in spans)])
         self._layout = self.lay_out(self._arrays["R"])
         self.layout_address = ctypes.addressof(self._layout)
 
     def lay_out(self, R: Array) -> StepLayout:
         """Return the step for machine code, with the noise ``R`` (m, m) of the rows in place of its own."""
-        sizes = self.n, self.m, self.V.shape[1], self.sensors, len(self._transition.slopes)
+        sizes = self.n, self.m, self.inputs, self.sensors, len(self._transition.slopes)
         arrays = {**self._arrays, "R": R}
         return StepLayout(*sizes, **{name: array.ctypes.data for name, array in arrays.items()})
 
@@ -135,8 +145,9 @@ class PreparedStep:
 
     __slots__ = (
         "_R",
+        "_given",
         "_layout",
-        "_record",
+        "_left",
         "_step",
         "belief",
         "dt",
@@ -150,14 +161,14 @@ class PreparedStep:
         self.dt, self.stack, self.layout_address = dt, step.stack, step.layout_address
         self._step = step
         self._R: Array | None = None  # noise that the samples bring along
-        n, at_nu, at_u = step.n, step.at_nu, step.at_u
-        self._record = record = np.empty(at_u + u.size + step.m)  # [x; P; nu; nis; u; y]
-        self.record_address = ctypes.addressof(ctypes.c_double.from_buffer(record.data))  # fastest
-        self.belief = Belief(record[:n], record[n:at_nu].reshape(n, n))
+        left: Array
+        given: Array
+        self.record_address, x, P, left, given = step.records.take()  # left: [nu; nis], given: [u; y]
+        self.belief, self._left, self._given = Belief(x, P), left, given
         if sample is None:
-            record[at_u : at_u + u.size] = u
+            given[: step.inputs] = u
             return
-        record[at_u:] = u.tolist() + sample.values
+        given[:] = u.tolist() + sample.values
         if sample.own:
             self._R = sample.noise()
             self._layout = step.lay_out(self._R)
@@ -166,31 +177,27 @@ class PreparedStep:
     @property
     def addresses(self) -> tuple[int, int, int]:
         """Where machine code finds nu, nis and y."""
-        step, start = self._step, self.record_address
-        return (
-            start + 8 * step.at_nu,
-            start + 8 * (step.at_nu + step.m),
-            start + 8 * (self._record.size - step.m),
-        )
+        start, (nu, nis, y) = self.record_address, self._step.places
+        return start + nu, start + nis, start + y
 
     @property
     def _u(self) -> Array:
-        return self._record[self._step.at_u : self._record.size - self._step.m]
+        return self._given[: self._step.inputs]
 
     @property
     def nu(self) -> Array:
         """Innovation of the last run, (m,)."""
-        return self._record[self._step.at_nu : self._step.at_nu + self._step.m]
+        return self._left[: self._step.m]
 
     @property
     def nis(self) -> Array:
         """``nu' S^-1 nu`` of every sensor by itself in the last run, (number of sensors,)."""
-        return self._record[self._step.at_nu + self._step.m : self._step.at_u]
+        return self._left[self._step.m :]
 
     @property
     def y(self) -> Array:
         """Samples, one sensor below the other, (m,)."""
-        return self._record[self._record.size - self._step.m :]
+        return self._given[self._step.inputs :]
 
     def rows_by_state(self, belief: Belief) -> Array:
         """Return the derivative of [y; x] after the step by the state before it, (m + n_x, n_x)."""

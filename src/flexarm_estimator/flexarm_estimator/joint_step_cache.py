@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from flexarm_estimator.filter import Belief, predict
 from flexarm_estimator.filters.step_source import StepSource
 from flexarm_estimator.joint_step import JointStep
+from flexarm_estimator.records import RecordPool
 
 Array = NDArray[np.float64]
 _SIZE = 512  # steps
@@ -20,6 +21,7 @@ class JointStepCache:
         """Start empty; ``source`` is the filter."""
         self._source = source
         self._steps: dict[tuple[float, tuple[str, ...]], JointStep] = {}
+        self._pool = RecordPool()
         self._known = dict(self._steps)  # the same by the period as asked for, which rounding makes many of
 
     def step(self, before: Belief, dt: float, u: Array, names: tuple[str, ...]) -> JointStep:
@@ -33,12 +35,13 @@ class JointStepCache:
             transition = transition.at(before.x, u)  # the served model may stand in
             prior = predict(before, transition, u)
             stack = source.rows(names, prior, u).at(prior.x, u) if names else None
-            return JointStep(transition, stack)
+            return JointStep(transition, stack, self._pool)
         step = self._steps.get((transition.dt, names))
         if step is None:
             if len(self._steps) >= _SIZE:
                 self._steps.clear()
-            step = JointStep(transition, source.rows(names, before, u) if names else None)
+            stack = source.rows(names, before, u) if names else None
+            step = JointStep(transition, stack, self._pool)
             self._steps[transition.dt, names] = step
         if len(self._known) >= _SIZE:
             self._known.clear()

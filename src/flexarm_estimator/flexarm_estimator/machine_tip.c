@@ -15,7 +15,9 @@ struct tip {
     int64_t (*follow)(const void *, const double *, int64_t, double *);
     double *q, *J_q, *J, *moved;       /* (n_q,), (6, n_q), (6, n) row-major, (n,) */
     const double *x, *P;               /* the state */
-    double *record;                    /* [T; twist; cov_pose; cov_twist; variance of the position] */
+    double *placed;                    /* T */
+    double *record;                    /* [T; twist; cov_pose; cov_twist; x; P] */
+    double variance;                   /* of the position */
 };
 
 static const double *evaluate(struct function *f, const double *at)
@@ -36,7 +38,7 @@ int64_t flexarm_place_tip(const struct tip *s)
         return 0;
     const double *columns = evaluate(s->pose, s->q);
     for (int64_t i = 0; i < POSE; i++)
-        s->record[i] = columns[i / 4 + i % 4 * 4];
+        s->placed[i] = columns[i / 4 + i % 4 * 4];
     return 1;
 }
 
@@ -48,7 +50,7 @@ struct sight {
     double *x;
 };
 
-/* Pose of the tip there, into the record of the tip; 0 where the loops do not close. */
+/* Pose of the tip there; 0 where the loops do not close. */
 int64_t flexarm_see_tip(const struct sight *s)
 {
     struct tip there = *s->tip;
@@ -102,12 +104,16 @@ static double spread(const struct tip *s, int64_t at, double *cov)
     return sum;
 }
 
-/* The whole record; 0 where it is not finite, or not known. */
-int64_t flexarm_describe_tip(const struct tip *s)
+/* The whole record, and the variance of the position; 0 where the tip is not finite, or not known. */
+int64_t flexarm_describe_tip(struct tip *s)
 {
     double *twist = s->record + POSE, *cov_pose = twist + RATES, *cov_twist = cov_pose + BLOCK;
+    double *x = cov_twist + BLOCK, *P = x + s->n_x;
+    memcpy(x, s->x, s->n_x * sizeof *x);
+    memcpy(P, s->P, s->n_x * s->n_x * sizeof *P);
     if (!flexarm_locate_tip(s))
         return 0;
+    memcpy(s->record, s->placed, POSE * sizeof *s->placed);
     double sum = spread(s, 0, cov_pose) + spread(s, s->n, cov_twist);
     for (int64_t k = 0; k < RATES; k++) {
         twist[k] = 0.0;
@@ -117,6 +123,6 @@ int64_t flexarm_describe_tip(const struct tip *s)
     }
     for (int64_t i = 0; i < POSE; i++)
         sum += s->record[i];
-    cov_twist[BLOCK] = cov_pose[0] + cov_pose[RATES + 1] + cov_pose[2 * RATES + 2];
+    s->variance = cov_pose[0] + cov_pose[RATES + 1] + cov_pose[2 * RATES + 2];
     return isfinite(sum) ? 1 : 0;
 }

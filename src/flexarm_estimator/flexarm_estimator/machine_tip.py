@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexarm_estimator.filter import Belief
+from flexarm_estimator.records import Records
 from flexarm_estimator.tip import Kinematics, PlainTip, Sight, Tip, TipReport, spread
 from flexarm_model.closing import MachineClosing
 from flexarm_model.machine_code import MachineCode, load_code
@@ -19,7 +20,7 @@ from flexarm_model.reduced_tree import ReducedTree
 
 Array = NDArray[np.float64]
 SOURCE = Path(__file__).with_name("machine_tip.c")
-_TWIST, _POSE_COV, _TWIST_COV, _VARIANCE = 16, 22, 58, 94  # where they stand in a record, behind the pose
+_POSE, _SHAPES = 16, ((4, 4), (6,), (6, 6), (6, 6))  # numbers of a pose; pose, twist and covariances
 
 
 class _Layout(ctypes.Structure):
@@ -30,7 +31,8 @@ class _Layout(ctypes.Structure):
         *((name, ctypes.c_void_p) for name in ("origin", "Phi", "pose", "jacobian")),
         *((name, ctypes.c_void_p) for name in ("loops", "close", "follow")),
         *((name, ctypes.c_void_p) for name in ("q", "J_q", "J", "moved")),
-        *((name, ctypes.c_void_p) for name in ("x", "P", "record")),
+        *((name, ctypes.c_void_p) for name in ("x", "P", "placed", "record")),
+        ("variance", ctypes.c_double),
     ]
 
 
@@ -58,16 +60,17 @@ class MachineTip(Tip):
         functions = [MachineCode(tree.functions[name]) for name in ("tip_pose", "tip_jacobian")]
         Phi = np.array(model.Phi, order="F")
         origin = model.q0 - Phi @ model.xi0
-        self._x, self._P, self._record = np.zeros(n_x), np.zeros((n_x, n_x)), np.zeros(_VARIANCE + 1)
+        self._x, self._P, self._placed = np.zeros(n_x), np.zeros((n_x, n_x)), np.zeros(_POSE)
+        self._records = Records(*_SHAPES, (n_x,), (n_x, n_x), is_read_only=True)
         self._J = np.zeros((6, model.n))
         work = np.zeros(tree.n_q), np.zeros(6 * tree.n_q), self._J, np.zeros(model.n)
         self._layout = _Layout(
             *(tree.n_q, model.n, n_x), *(array.ctypes.data for array in (origin, Phi)),
             *(function.address for function in functions), *_loops(tree),
-            *(array.ctypes.data for array in (*work, self._x, self._P, self._record)),
+            *(array.ctypes.data for array in (*work, self._x, self._P, self._placed)),
         )  # fmt: skip
         self._kept = tree, functions, Phi, origin, work  # the layout has only their addresses
-        self.address, self.seen = ctypes.addressof(self._layout), self._record[3:_TWIST:4][:3]
+        self.address, self.seen = ctypes.addressof(self._layout), self._placed.reshape(4, 4)[:3, 3]
         self._at = ctypes.c_void_p(self.address)
         self._place, self._locate = code.flexarm_place_tip, code.flexarm_locate_tip
         self._describe, self._see = code.flexarm_describe_tip, code.flexarm_see_tip
@@ -83,29 +86,22 @@ class MachineTip(Tip):
         self._x[:] = x
         if not self._place(self._at):
             return self._plain.pose(x)
-        return self._record[:_TWIST].copy().reshape(4, 4)
+        return self._placed.copy().reshape(4, 4)
 
     def locate(self, x: Array) -> tuple[Array, Array]:
         """See Tip."""
         self._x[:] = x
         if not self._locate(self._at):
             return self._plain.locate(x)
-        return self._record[:_TWIST].copy().reshape(4, 4), self._J.copy()
+        return self._placed.copy().reshape(4, 4), self._J.copy()
 
     def describe(self, belief: Belief) -> TipReport:
         """See Tip."""
         self._x[:], self._P[:] = belief
-        is_finite = self._describe(self._at)
-        record = self._record.copy()
-        record.setflags(write=False)
-        sigma = spread(record.item(_VARIANCE)) if is_finite else math.nan
-        return TipReport(
-            record[:_TWIST].reshape(4, 4),
-            record[_TWIST:_POSE_COV],
-            record[_POSE_COV:_TWIST_COV].reshape(6, 6),
-            record[_TWIST_COV:_VARIANCE].reshape(6, 6),
-            sigma,
-        )
+        layout = self._layout
+        layout.record, T, twist, cov_pose, cov_twist, x, P = self._records.take()
+        sigma = spread(layout.variance) if self._describe(self._at) else math.nan
+        return TipReport(T, twist, cov_pose, cov_twist, sigma, x, P)
 
 
 class MachineSight(Sight):

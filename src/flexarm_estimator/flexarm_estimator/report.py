@@ -16,9 +16,9 @@ class TipReporter:
         self._last: TipReport | None = None
 
     def describe(self, tip: Tip, belief: Belief) -> tuple[TipReport, str]:
-        """Return the tip, and what is wrong with it; empty when nothing is."""
+        """Return the tip, seen from ``belief``, and what is wrong with it; empty when nothing is."""
         report = tip.describe(belief)
         if math.isfinite(report.sigma) or self._last is None:
             self._last = report
             return report, ""
-        return self._last, "the tip cannot be placed: starting anew"
+        return self._last._replace(x=report.x, P=report.P), "the tip cannot be placed: starting anew"

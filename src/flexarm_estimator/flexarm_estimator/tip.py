@@ -45,6 +45,7 @@ class TipReport(NamedTuple):  # not a dataclass: made in every step, at a quarte
         cov_pose: Of position and rotation vector, world axes, (6, 6).
         cov_twist: Of the twist, (6, 6).
         sigma: One sigma of the position, all directions together [m]; NaN where anything else is.
+        x, P: Mean (n_x,) and covariance (n_x, n_x) of the state that it was seen from, copied.
     """
 
     T_world_tip: Array
@@ -52,6 +53,8 @@ class TipReport(NamedTuple):  # not a dataclass: made in every step, at a quarte
     cov_pose: Array
     cov_twist: Array
     sigma: float
+    x: Array
+    P: Array
 
 
 class Tip(ABC):
@@ -134,9 +137,10 @@ class PlainTip(Tip):
         parts = (T.ravel(), twist, cov_pose.diagonal(), cov_twist.diagonal())
         is_finite = math.isfinite(sum([sum(part.tolist()) for part in parts]))
         variance = float(cov_pose.diagonal()[:3].sum()) if is_finite else math.nan
-        for array in (T, twist, cov_pose, cov_twist):
+        arrays = T, twist, cov_pose, cov_twist, x.copy(), P.copy()
+        for array in arrays:
             array.setflags(write=False)
-        return TipReport(T, twist, cov_pose, cov_twist, spread(variance))
+        return TipReport(*arrays[:4], spread(variance), *arrays[4:])
 
     def _coordinates(self, x: Array) -> Array:
         q: Array = self._q_origin + self._Phi.dot(x[: self._n])
