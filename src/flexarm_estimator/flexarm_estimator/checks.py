@@ -43,18 +43,18 @@ class SampleChecks:
     def __init__(self, specs: tuple[SensorSpec, ...]) -> None:
         """Take ranges and lengths from the description."""
         self._specs = {spec.name: spec for spec in specs}
-        self._possible = {
+        self._known = {
             spec.name: (
                 np.dtype(np.float64),
                 (len(spec.channels),),
                 max(spec.low, -_MOST) + _END * _reach(spec),
                 min(spec.high, _MOST) - _END * _reach(spec),
+                list[float](),  # stamps, sorted
             )
             for spec in specs
         }
         self.is_at_end = False
         self._variances = {spec.name: np.asarray(spec.sigma, dtype=np.float64) ** 2 for spec in specs}
-        self._stamps: dict[str, list[float]] = {spec.name: [] for spec in specs}
 
     def retune(self, specs: tuple[SensorSpec, ...]) -> None:
         """Go on with other noise of the same sensors."""
@@ -66,20 +66,19 @@ class SampleChecks:
         A sample that passes is remembered: a second one with its stamp is a duplicate.
         """
         sensor, t, y, _ = sample
-        reason, (oldest, newest) = self._refuse_value(sensor, y), window
-        if reason or not oldest + SAME_INSTANT < t <= newest:
-            return reason or _refuse_stamp(t, window)
-        stamps = self._stamps[sensor]  # sorted
-        if not stamps or t > stamps[-1] + SAME_INSTANT:  # most samples are the newest
-            stamps.append(t)
-        else:
-            at = bisect_left(stamps, t - SAME_INSTANT)
-            if stamps[min(at, len(stamps) - 1)] <= t + SAME_INSTANT:
-                return "duplicate stamp"
-            stamps.insert(at, t)
-        while stamps[0] <= oldest:
-            del stamps[0]
-        return ""
+        known = self._known.get(sensor)
+        if known is None:
+            return "unknown sensor"
+        dtype, shape, low, high, stamps = known
+        if not isinstance(y, np.ndarray) or y.dtype != dtype or y.shape != shape:
+            return f"needs {shape[0]} numbers"
+        self.is_at_end = False
+        for value in y.tolist():  # on so few numbers much cheaper than array functions
+            if not low <= value <= high:  # also when it is NaN
+                self.is_at_end = True
+                if reason := self._describe(sensor, value):
+                    return reason
+        return _take_stamp(stamps, t, window)
 
     def noise(self, sample: Measurement) -> Array | None:
         """Return the R of the sample that ``refuse`` has just let pass; None for that of the description.
@@ -112,22 +111,6 @@ class SampleChecks:
         is_usable = np.linalg.eigvalsh(R / scale)[0] > 0.0
         return R if is_usable else None
 
-    def _refuse_value(self, sensor: str, y: Array) -> str:
-        possible = self._possible.get(sensor)
-        if possible is None:
-            return "unknown sensor"
-        dtype, shape, low, high = possible
-        if not isinstance(y, np.ndarray) or y.dtype != dtype or y.shape != shape:
-            return f"needs {shape[0]} numbers"
-        self.is_at_end = False
-        for value in y.tolist():  # on so few numbers much cheaper than array functions
-            if not low <= value <= high:  # also when it is NaN
-                self.is_at_end = True
-                reason = self._describe(sensor, value)
-                if reason:
-                    return reason
-        return ""
-
     def _describe(self, sensor: str, value: float) -> str:
         spec = self._specs[sensor]
         if max(spec.low, -_MOST) <= value <= min(spec.high, _MOST):
@@ -138,6 +121,23 @@ class SampleChecks:
 def _reach(spec: SensorSpec) -> float:
     """Return half the range; 0 when it has no end."""
     return (spec.high - spec.low) / 2 if math.isfinite(spec.high - spec.low) else 0.0
+
+
+def _take_stamp(stamps: list[float], t: float, window: Window) -> str:
+    """Put a stamp into its place and forget what is too old; return why it cannot be used, or nothing."""
+    oldest, newest = window
+    if not oldest + SAME_INSTANT < t <= newest:
+        return _refuse_stamp(t, window)
+    if not stamps or t > stamps[-1] + SAME_INSTANT:  # most samples are the newest
+        stamps.append(t)
+    else:
+        at = bisect_left(stamps, t - SAME_INSTANT)
+        if stamps[min(at, len(stamps) - 1)] <= t + SAME_INSTANT:
+            return "duplicate stamp"
+        stamps.insert(at, t)
+    while stamps[0] <= oldest:
+        del stamps[0]
+    return ""
 
 
 def _refuse_stamp(t: float, window: Window) -> str:

@@ -61,7 +61,7 @@ class Fusion:
         self._runner = make_runner(n_x, widest, use_compiler, self._limits)
         self._pose_updates = {name: PoseUpdate(name, m, n_x, self._runner) for name, m in poses.items()}
         self._filter = GuardedFilter(n_x, process.system.n_u + 1)
-        self._steps = JointStepCache(self._source)
+        self._steps = JointStepCache(self._source, models.rows)
 
     def compute(self, instants: Sequence[Instant], first: int) -> list[Verdict]:
         """Compute the beliefs of ``instants`` from index ``first`` >= 1 on.
@@ -90,9 +90,8 @@ class Fusion:
     def prepare(self, before: Belief, dt: float, instant: Instant) -> PreparedStep:
         """Return the joint step from ``before`` over ``dt`` [s] to an instant and all its rows."""
         samples = {**instant.fused, **instant.pending} if instant.fused else instant.pending
-        names = tuple([name for name in self._models.rows if name in samples])
         u = instant.inputs = self._source.inputs(before, dt, instant.u)
-        step = self._steps.step(before, dt, u, names)
+        step = self._steps.step(before, dt, u, samples)
         sample = StackedSample(step.stack, samples) if step.stack else None
         return PreparedStep(dt, step, u, sample)
 

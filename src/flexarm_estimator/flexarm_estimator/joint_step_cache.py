@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -17,19 +19,23 @@ _SIZE = 512  # steps
 class JointStepCache:
     """Joint steps of one filter."""
 
-    def __init__(self, source: StepSource) -> None:
-        """Start empty; ``source`` is the filter."""
-        self._source = source
+    def __init__(self, source: StepSource, names: Iterable[str]) -> None:
+        """Start empty; ``source`` is the filter, ``names`` are the sensors that are rows, in their order."""
+        self._source, self._names = source, tuple(names)
         self._steps: dict[tuple[float, tuple[str, ...]], JointStep] = {}
         self._pool = RecordPool()
-        self._known = dict(self._steps)  # the same by the period as asked for, which rounding makes many of
+        self._known: dict[tuple[object, ...], JointStep] = {}  # the same by what was asked for
 
-    def step(self, before: Belief, dt: float, u: Array, names: tuple[str, ...]) -> JointStep:
-        """Return the step from ``before`` over ``dt`` [s] under the inputs ``u``, and the rows at its end."""
-        known = self._known.get((dt, names))
+    def step(self, before: Belief, dt: float, u: Array, sensors: Iterable[str]) -> JointStep:
+        """Return the step from ``before`` over ``dt`` [s] under the inputs ``u``, and the rows at its end.
+
+        ``sensors`` are those that say something there, in any order; not all have to be rows.
+        """
+        asked = dt, *sensors  # rounding makes many periods of one
+        known = self._known.get(asked)
         if known is not None:
             return known
-        source = self._source
+        source, names = self._source, tuple([name for name in self._names if name in asked])
         transition = source.transition(before, dt, u)
         if not source.keeps_matrices:
             transition = transition.at(before.x, u)  # the served model may stand in
@@ -45,5 +51,5 @@ class JointStepCache:
             self._steps[transition.dt, names] = step
         if len(self._known) >= _SIZE:
             self._known.clear()
-        self._known[dt, names] = step
+        self._known[asked] = step
         return step

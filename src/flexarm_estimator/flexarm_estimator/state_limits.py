@@ -34,12 +34,12 @@ class StateLimits:
 
     def holds(self, belief: Belief) -> bool:
         """Return whether the mean is within the limits."""
-        item = belief.x.item  # asked in every instant, so in the cheapest way
-        return all([abs(item(at)) <= limit for at, limit in self._limits])
+        return all([abs(belief.x.item(at)) <= limit for at, limit in self._limits])
 
     def hold(self, belief: Belief) -> bool:
         """Lead the mean back to the limits, in place; return whether it was beyond one."""
-        if self.holds(belief):
+        item = belief.x.item  # asked in every instant, so in the cheapest way
+        if all([abs(item(at)) <= limit for at, limit in self._limits]):
             return False
         beyond = [(at, limit) for at, limit in self._limits if abs(belief.x.item(at)) > limit]
         for at, limit in beyond:
