@@ -123,10 +123,14 @@ def main(argv: Sequence[str] | None = None) -> int:
     chosen = next((item for item in arguments if not item.startswith("-")), "")
     try:
         parser = build_parser(chosen)
-        args = parser.parse_args(arguments)
-        if not args.command:
+        args, unknown = parser.parse_known_args(arguments)
+        if not arguments:
             parser.print_help()
             return USAGE
+        if unknown or not args.command:
+            getattr(args, "subparser", parser).error(
+                f"unrecognized arguments: {' '.join(unknown)}"
+            )  # with the usage of the command
         announce_on_stderr()
         return int(importlib.import_module(COMMANDS[args.command].module).run(args))
     except KeyboardInterrupt:  # also while a command's libraries are loaded
@@ -144,6 +148,7 @@ def build_parser(chosen: str) -> argparse.ArgumentParser:
             module = importlib.import_module(command.module)
             subparser.description = module.__doc__
             module.add_arguments(subparser)
+            subparser.set_defaults(subparser=subparser)
     return parser
 
 

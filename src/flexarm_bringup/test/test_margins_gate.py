@@ -183,3 +183,8 @@ def test_the_command_fails_for_an_optimistic_filter(capsys: pytest.CaptureFixtur
 def test_a_setting_that_does_not_exist_is_refused(change: str) -> None:
     with pytest.raises(ValueError, match="--set"):
         with_settings(task_for("single_link"), [change])
+
+
+def test_a_misspelt_setting_is_answered_with_those_there_are() -> None:
+    with pytest.raises(ValueError, match=r"estimator has no 'modal'; it has .*modal_force"):
+        with_settings(task_for("single_link"), ["estimator.modal=1"])

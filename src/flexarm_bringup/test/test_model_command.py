@@ -70,7 +70,6 @@ def test_away_from_home_modes_are_compared_with_those_there(capsys: pytest.Captu
         (["single_link", "--pose", "171 deg"], "outside [-2.96706, 2.96706]"),
         ([FIVE_BAR, "--pose", "there"], "1 value; expected 2 values"),
         ([FIVE_BAR, "--pose", "180 deg,0 deg"], "five_bar"),
-        (["single_link", "--save", "/no/such/folder/model.json"], "No such file"),
     ],
 )
 def test_what_cannot_be_used_is_explained(

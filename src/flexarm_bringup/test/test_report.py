@@ -10,8 +10,9 @@ from pathlib import Path
 
 import pytest
 
+from flexarm_bringup.arguments import STDOUT
 from flexarm_bringup.page.figures import drawing, to_figure
-from flexarm_bringup.page.report import Check, Column, Page, Table, add_report_arguments, publish
+from flexarm_bringup.page.report import UNWRITABLE, Check, Column, Page, Table, add_report_arguments, publish
 
 TABLE = Table(
     "Sizes & shapes",
@@ -75,6 +76,16 @@ def test_a_missed_check_is_exit_code_1(
     assert json.loads((tmp_path / "a.json").read_text())["passed"] is passed
     assert ("MISSED" in capsys.readouterr().out) is not passed
     assert (tmp_path / "a.html").read_text().startswith("<!doctype html>")
+
+
+def test_json_for_programs_is_alone_on_stdout(capsys: pytest.CaptureFixture[str]) -> None:
+    assert publish(page(), argparse.Namespace(json=STDOUT, html=None)) == 0
+    assert json.loads(capsys.readouterr().out)["title"] == "Title"
+
+
+def test_a_file_that_cannot_be_written_in_the_end_is_named(capsys: pytest.CaptureFixture[str]) -> None:
+    assert publish(page(), argparse.Namespace(json=None, html=Path("/dev/full"))) == UNWRITABLE
+    assert "/dev/full: cannot be written (No space left on device)" in capsys.readouterr().err
 
 
 def test_rows_must_fit_the_columns() -> None:

@@ -16,6 +16,7 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
+from flexarm_bringup.arguments import output_folder
 from flexarm_bringup.bag_plots.fields_panel import fields_panel
 from flexarm_bringup.bag_plots.panel import Panel
 from flexarm_bringup.bag_plots.panels import PANELS
@@ -37,7 +38,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--topics", nargs="+", default=[], metavar="TOPIC", help="only panels of these topics"
     )
-    parser.add_argument("--png", type=Path, metavar="DIR", help="folder for one picture per panel")
+    parser.add_argument("--png", type=output_folder, metavar="DIR", help="folder for one picture per panel")
     add_report_arguments(parser)
 
 

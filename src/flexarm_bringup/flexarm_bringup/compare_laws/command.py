@@ -17,6 +17,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from flexarm_bringup.arguments import whole
 from flexarm_bringup.compare_laws.at_rest import floors_at_rest
 from flexarm_bringup.compare_laws.curves import draw
 from flexarm_bringup.compare_laws.legs import compared_legs
@@ -54,7 +55,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--sweep", action="store_true", help="also MPC in less and less time: how fast can the arm be?"
     )
-    parser.add_argument("--workers", type=int, metavar="N", help="processes (default: the cores there are)")
+    parser.add_argument(
+        "--workers", type=whole(at_least=1), metavar="N", help="processes (default: the cores there are)"
+    )
     add_report_arguments(parser)
     parser.epilog = "Exit code 1 when a bound in the table 'Acceptance' was missed."
 

@@ -15,6 +15,7 @@ from __future__ import annotations
 import argparse
 from collections.abc import Sequence
 
+from flexarm_bringup.arguments import whole
 from flexarm_bringup.consistency.monte_carlo import Drawing, DrawnResult, run_drawing
 from flexarm_bringup.consistency.page import build_page
 from flexarm_bringup.consistency.rig_run import CONDITIONS, RigJob, RigResult, run_rig_job
@@ -37,8 +38,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "name", nargs="*", default=list(MACHINES), help="manipulators, or moves files (.yaml)"
     )
-    parser.add_argument("--seed", type=int, default=1, help="of all noise (default 1)")
-    parser.add_argument("--runs", type=int, default=RUNS, help=f"drawn per machine (default {RUNS})")
+    parser.add_argument("--seed", type=whole(at_least=0), default=1, help="of all noise (default 1)")
+    parser.add_argument(
+        "--runs", type=whole(at_least=1), default=RUNS, help=f"drawn per machine (default {RUNS})"
+    )
     add_report_arguments(parser)
 
 

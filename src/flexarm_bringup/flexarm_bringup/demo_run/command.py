@@ -15,6 +15,7 @@ from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
+from flexarm_bringup.arguments import output_file, output_folder
 from flexarm_bringup.bags.bag_writer import BagError
 from flexarm_bringup.demo_run.figures import draw
 from flexarm_bringup.demo_run.report import build_page
@@ -40,19 +41,19 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument(
         "--folder",
-        type=Path,
-        default=Path("flexarm_demo"),
+        type=output_folder,
+        default="flexarm_demo",
         help="gets report, bags and logs (default: flexarm_demo)",
     )
     parser.add_argument(
         "--json",
-        type=Path,
+        type=output_file,
         metavar="FILE",
         help="write all numbers as JSON (default: demo.json or NAME.json in FOLDER)",
     )
     parser.add_argument(
         "--html",
-        type=Path,
+        type=output_file,
         metavar="FILE",
         help="write the page with plots (default: demo.html or NAME.html in FOLDER)",
     )
@@ -67,7 +68,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Run the demo; returns the exit code."""
-    args.folder.mkdir(parents=True, exist_ok=True)
     stem = "demo" if args.name is None else Path(args.name).stem
     args.json = args.json or args.folder / f"{stem}.json"
     args.html = args.html or args.folder / f"{stem}.html"

@@ -16,6 +16,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import asdict
 from pathlib import Path
 
+from flexarm_bringup.arguments import STDOUT, folder, output_file
 from flexarm_bringup.doctor.finding import Finding
 from flexarm_bringup.doctor.installation import look_at_installation
 from flexarm_bringup.doctor.machine import look_at_machine
@@ -24,20 +25,22 @@ from flexarm_bringup.doctor.machine import look_at_machine
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the options."""
     parser.add_argument("--offline", action="store_true", help="do not listen to the graph")
-    parser.add_argument("--folder", type=Path, default=Path(), help="where logs and bags go; here")
-    parser.add_argument("--json", metavar="FILE", help="write the findings there; - for stdout, alone")
+    parser.add_argument("--folder", type=folder, default=Path(), help="where logs and bags go; here")
+    parser.add_argument(
+        "--json", type=output_file, metavar="FILE", help="write the findings there; - for stdout, alone"
+    )
 
 
 def run(args: argparse.Namespace) -> int:
     """Print findings as they are made; return 1 when one is a fault."""
-    is_quiet = args.json == "-"
+    is_quiet = args.json == STDOUT
     found = list(_told(_look(args), is_quiet))
     if args.json:
         text = json.dumps([asdict(item) for item in found], indent=1) + "\n"
         if is_quiet:
             sys.stdout.write(text)
         else:
-            Path(args.json).write_text(text, encoding="utf-8")
+            args.json.write_text(text, encoding="utf-8")
     faults = sum(item.verdict == "FAULT" for item in found)
     if not is_quiet:
         hints = sum(item.verdict == "hint" for item in found)

@@ -16,6 +16,7 @@ from pathlib import Path
 
 import numpy as np
 
+from flexarm_bringup.arguments import number, whole
 from flexarm_bringup.bags.bag_reader import check_bag
 from flexarm_bringup.bags.bag_writer import BagError
 from flexarm_bringup.drift_run.bag import watch_bag
@@ -40,9 +41,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("bag", nargs="?", type=Path, help="folder of a recorded bag")
     parser.add_argument("--simulate", metavar="NAME", help="a manipulator to drill the watch on instead")
     parser.add_argument("--preset", help="of that manipulator; the first of its moves file")
-    parser.add_argument("--minutes", type=float, default=2 / 3, help="of moves; 2/3")
+    parser.add_argument("--minutes", type=number(above=0.0), default=2 / 3, help="of moves; 2/3")
     parser.add_argument(
-        "--change", type=float, default=-5.0, metavar="PERCENT",
+        "--change", type=number(above=-PERCENT), default=-5.0, metavar="PERCENT",
         help="of all frequencies, half-way; 0 counts false alarms; -5",
     )  # fmt: skip
     parser.add_argument(
@@ -51,7 +52,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         choices=(*LAWS, ALONE),
         help="that moves it; alone: the drives, much faster; mpc",
     )
-    parser.add_argument("--seed", type=int, default=1, help="of noise and pace; 1")
+    parser.add_argument("--seed", type=whole(at_least=0), default=1, help="of noise and pace; 1")
     add_report_arguments(parser)
 
 

@@ -6,6 +6,7 @@ import argparse
 from dataclasses import fields
 from pathlib import Path
 
+from flexarm_bringup.arguments import number, output_file, whole
 from flexarm_bringup.excite.plan import Wish
 from flexarm_bringup.sim.rig import RigSettings
 from flexarm_model.identification.excitation import SIGNALS
@@ -19,10 +20,12 @@ def add_rig_arguments(parser: argparse.ArgumentParser) -> None:
     group = parser.add_argument_group("the simulated rig as source (flexarm identify rig --manipulator NAME)")
     group.add_argument("--excite", default="multisine", choices=sorted(SIGNALS), help="signal; multisine")
     group.add_argument(
-        "--share", type=float, default=Wish.share, metavar="SHARE",
+        "--share", type=number(above=0.0, at_most=1.0), default=Wish.share, metavar="SHARE",
         help="of torque, strain, speed and range limits that the model may predict; %(default)s",
     )  # fmt: skip
-    group.add_argument("--periods", type=int, default=Wish.periods, help="recorded per run; %(default)s")
+    group.add_argument(
+        "--periods", type=whole(at_least=1), default=Wish.periods, help="recorded per run; %(default)s"
+    )
     group.add_argument(
         "--perturb", action="append", default=[], metavar="KEY=VALUE",
         help=f"how the simulated arm differs: {', '.join(item.name for item in fields(RigSettings))}",
@@ -31,7 +34,7 @@ def add_rig_arguments(parser: argparse.ArgumentParser) -> None:
         "--faults", default="", metavar="TEXT", help="of its sensors: 'root_strain: wrong factor -1'"
     )
     group.add_argument(
-        "--save", type=Path, metavar="NPZ", help="keep the records: FILE, or FILE_1 ... for runs"
+        "--save", type=output_file, metavar="NPZ", help="keep the records: FILE, or FILE_1 ... for runs"
     )
     _add_nodes(group)
 

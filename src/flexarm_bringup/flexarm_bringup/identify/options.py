@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
+from flexarm_bringup.arguments import number, output_file
 from flexarm_bringup.excite.options import add_rig_arguments
 from flexarm_bringup.page.report import add_report_arguments
 from flexarm_model.identification.spectra import BY_INSTRUMENT, ESTIMATORS
@@ -26,11 +27,15 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def _add_measurement(parser: argparse.ArgumentParser) -> None:
     """Declare what is to be made of the files."""
     group = parser.add_argument_group("measurements")
-    group.add_argument("--band", nargs=2, type=float, metavar=("LOW", "HIGH"), help="only these [Hz]")
+    group.add_argument(
+        "--band", nargs=2, type=number(at_least=0.0), metavar=("LOW", "HIGH"), help="only these [Hz]"
+    )
     group.add_argument(
         "--kind", default="accelerance", choices=sorted(KINDS), help="of outputs of a table; accelerance"
     )
-    group.add_argument("--resolution", type=float, metavar="HZ", help="distance of the lines, for records")
+    group.add_argument(
+        "--resolution", type=number(above=0.0), metavar="HZ", help="distance of the lines, for records"
+    )
     group.add_argument("--window", default="hann", help="for records; boxcar for impacts that have died out")
     group.add_argument(
         "--estimator", default="", choices=(*ESTIMATORS, BY_INSTRUMENT),
@@ -43,7 +48,11 @@ def _add_measurement(parser: argparse.ArgumentParser) -> None:
         "--ignore-channel", action="append", default=[], metavar="NAME", help="leave this output out"
     )
     group.add_argument(
-        "--coherence", type=float, default=0.6, metavar="LEAST", help="lines below it do not count; 0.6"
+        "--coherence",
+        type=number(at_least=0.0, at_most=1.0),
+        default=0.6,
+        metavar="LEAST",
+        help="lines below it do not count; 0.6",
     )
 
 
@@ -52,7 +61,7 @@ def _add_manipulator(parser: argparse.ArgumentParser) -> None:
     group = parser.add_argument_group("the arm")
     group.add_argument("--manipulator", metavar="NAME", help="print its served frequencies beside")
     group.add_argument("--preset", default="", help="preset of that manipulator")
-    group.add_argument("--pose", nargs="+", type=float, default=[], help="of the test, rad or m; home")
+    group.add_argument("--pose", nargs="+", type=number(), default=[], help="of the test, rad or m; home")
     group.add_argument("--motors", default="free", choices=("free", "locked"), help="in the test; free")
 
 
@@ -69,11 +78,11 @@ def _add_results(parser: argparse.ArgumentParser) -> None:
         "minus; the last third of the poses tests the fit",
     )  # fmt: skip
     group.add_argument(
-        "--update", type=Path, nargs="?", const=Path(), metavar="YAML",
+        "--update", type=output_file, nargs="?", const=Path(), metavar="YAML",
         help="write the fitted description there, or as NAME_fitted.yaml; without --fit fits all it can",
     )  # fmt: skip
     group.add_argument(
-        "--retune", type=Path, nargs="?", const=Path(), metavar="YAML",
+        "--retune", type=output_file, nargs="?", const=Path(), metavar="YAML",
         help="write moves with settings for the new description, after a trial on the simulated rig",
     )  # fmt: skip
     group.add_argument(

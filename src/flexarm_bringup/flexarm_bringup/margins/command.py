@@ -16,6 +16,7 @@ from collections.abc import Mapping
 from dataclasses import fields, replace
 from typing import Any
 
+from flexarm_bringup.arguments import whole
 from flexarm_bringup.margins.page import build_page
 from flexarm_bringup.margins.study import run_study
 from flexarm_bringup.page.report import add_report_arguments, publish
@@ -36,7 +37,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("name", metavar="NAME", help="a manipulator (name or .yaml), or a moves file (.yaml)")
     parser.add_argument("--preset", metavar="P", help="preset of it (default: the first of its moves)")
     parser.add_argument(
-        "--along", type=int, default=ALONG, metavar="N", help=f"poses along its moves (default {ALONG})"
+        "--along",
+        type=whole(at_least=0),
+        default=ALONG,
+        metavar="N",
+        help=f"poses along its moves (default {ALONG})",
     )
     parser.add_argument(
         "--set", action="append", default=[], metavar="SECTION.KEY=VALUE",
@@ -79,13 +84,15 @@ def with_settings(task: Task, changes: list[str]) -> Task:
     """
     found: dict[str, dict[str, Any]] = {}
     for change in changes:
-        where, _, value = change.partition("=")
+        where, equals, value = change.partition("=")
         section, _, key = where.partition(".")
-        known = {item.name for item in fields(SECTIONS[section])} if section in SECTIONS else set()  # type: ignore[arg-type]
-        if key not in known:
+        if section not in SECTIONS or not equals:
             raise ConfigError(
                 f"--set {change}: expected SECTION.KEY=VALUE, SECTION one of {', '.join(SECTIONS)}"
             )
+        known = [item.name for item in fields(SECTIONS[section])]  # type: ignore[arg-type]
+        if key not in known:
+            raise ConfigError(f"--set {change}: {section} has no '{key}'; it has {', '.join(sorted(known))}")
         found.setdefault(section, {})[key] = _number(change, value)
     settings = _merged(task.settings, found)
     presets = {preset: _merged(own, found) for preset, own in task.preset_settings.items()}

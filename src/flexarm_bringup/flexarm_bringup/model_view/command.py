@@ -12,11 +12,11 @@ from __future__ import annotations
 
 import argparse
 import re
-from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
+from flexarm_bringup.arguments import output_file
 from flexarm_bringup.model_view.page import HZ, Analysis, analyse, build_page
 from flexarm_bringup.page.figures import Figure
 from flexarm_bringup.page.report import add_report_arguments, publish
@@ -47,7 +47,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help='a name, or "v1,v2,..." with or without units; write --pose=-1,... when it begins with a minus',
     )
     add_report_arguments(parser)
-    parser.add_argument("--save", type=Path, metavar="FILE", help="also save the model (docs/model_file.md)")
+    parser.add_argument(
+        "--save", type=output_file, metavar="FILE", help="also save the model (docs/model_file.md)"
+    )
     parser.epilog = "Exit code 2 when name, preset or pose cannot be used."
 
 

@@ -13,7 +13,8 @@ from __future__ import annotations
 
 import argparse
 import math
-import sys
+
+from flexarm_bringup.arguments import number
 
 UNUSABLE = 2
 FRAMES = 5.0  # 1/s
@@ -23,18 +24,19 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the options."""
     parser.add_argument("manipulator", nargs="?", default="", help="YAML file of the arm (default: by name)")
     parser.add_argument("--once", action="store_true", help="print one frame and end")
-    parser.add_argument("--rate", type=float, default=FRAMES, metavar="HZ", help="frames per second (5)")
     parser.add_argument(
-        "--wait", type=float, default=10.0, metavar="S", help="for the rig, with --once; 10 s"
+        "--rate", type=number(above=0.0), default=FRAMES, metavar="HZ", help="frames per second (5)"
     )
-    parser.add_argument("--seconds", type=float, default=0.0, metavar="S", help="end after so long (never)")
+    parser.add_argument(
+        "--wait", type=number(above=0.0), default=10.0, metavar="S", help="for the rig, with --once; 10 s"
+    )
+    parser.add_argument(
+        "--seconds", type=number(at_least=0.0), default=0.0, metavar="S", help="end after so long (never)"
+    )
 
 
 def run(args: argparse.Namespace) -> int:
     """Draw until Ctrl-C; exit code 2 when ``--once`` finds nothing."""
-    if not args.rate > 0.0:
-        print(f"flexarm monitor: --rate {args.rate:g}: must be above 0", file=sys.stderr)
-        return UNUSABLE
     from flexarm_bringup.monitor.watch_node import print_once, watch  # only they need ROS
 
     if args.once:

@@ -9,16 +9,19 @@ from __future__ import annotations
 import argparse
 import json
 import math
-from collections.abc import Sequence
+import sys
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from flexarm_bringup.arguments import STDOUT, output_file
 from flexarm_bringup.page.figures import Figure
 
 Cell = str | float | int | bool | None
 Cells = list[Cell]
 MISSING = "–"
+UNWRITABLE = 2
 
 
 @dataclass(frozen=True)
@@ -181,23 +184,46 @@ class Page:
 
 def add_report_arguments(parser: argparse.ArgumentParser) -> None:
     """Add ``--json FILE`` and ``--html FILE``."""
-    parser.add_argument("--json", type=Path, metavar="FILE", help="also write everything as JSON")
     parser.add_argument(
-        "--html", type=Path, metavar="FILE", help="also write one self-contained page with plots"
+        "--json", type=output_file, metavar="FILE", help="also write everything as JSON; -: to stdout, alone"
+    )
+    parser.add_argument(
+        "--html", type=output_file, metavar="FILE", help="also write one self-contained page with plots"
     )
 
 
 def publish(page: Page, args: argparse.Namespace) -> int:
-    """Print the page, write the files that were asked for, return the exit code: 1 for a missed check."""
-    print(page.to_text())
-    if args.json:
-        args.json.write_text(json.dumps(page.to_json(), indent=1, allow_nan=False) + "\n", encoding="utf-8")
-    if args.html:
-        args.html.write_text(page.to_html(), encoding="utf-8")
-    for path in filter(None, (args.json, args.html)):
-        print(f"\nwrote {path}", end="")
-    print()
+    """Print the page, write the files that were asked for.
+
+    Returns:
+        The exit code: 1 for a missed check, 2 for a file that cannot be written.
+    """
+    contents: list[tuple[Path | None, Callable[[], str]]] = [
+        (args.json, lambda: json.dumps(page.to_json(), indent=1, allow_nan=False) + "\n"),
+        (args.html, page.to_html),
+    ]
+    files = [(path, content) for path, content in contents if path]
+    is_quiet = any(path == STDOUT for path, _ in files)
+    if not is_quiet:
+        print(page.to_text())
+    for path, content in files:
+        try:
+            _write(path, content())
+        except OSError as error:  # a full disk, say
+            print(f"{path}: cannot be written ({error.strerror})", file=sys.stderr)
+            return UNWRITABLE
+        if not is_quiet:
+            print(f"\nwrote {path}", end="")
+    if not is_quiet:
+        print()
     return 0 if page.passed else 1
+
+
+def _write(path: Path, text: str) -> None:
+    if path == STDOUT:
+        sys.stdout.write(text)
+    else:
+        path.write_text(text, encoding="utf-8")
 
 
 def _padded(lines: list[str], depth: int) -> list[str]:

@@ -23,6 +23,7 @@ from pathlib import Path
 
 import yaml
 
+from flexarm_bringup.arguments import number
 from flexarm_bringup.demo_run.motions import motions, out_and_back, reference_of
 from flexarm_bringup.demo_run.sessions import free_domains
 from flexarm_bringup.page.report import Column, Page, Table, add_report_arguments, publish
@@ -47,9 +48,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add rate, length, load and how the nodes are composed."""
     parser.add_argument("--preset", default="geared", help="preset of the single link (default: geared)")
     parser.add_argument(
-        "--rate", type=float, default=0.0, metavar="HZ", help="control rate (default: its own)"
+        "--rate", type=number(above=0.0), default=0.0, metavar="HZ", help="control rate (default: its own)"
     )
-    parser.add_argument("--minutes", type=float, default=1 / 3, metavar="M", help="how long (default: 20 s)")
+    parser.add_argument(
+        "--minutes", type=number(above=0.0), default=1 / 3, metavar="M", help="how long (default: 20 s)"
+    )
     parser.add_argument("--load", action="store_true", help="keep one core busy meanwhile")
     parser.add_argument("--composed", action="store_true", help="estimator and controller in one process")
     parser.add_argument("--law", default="mpc", help="law of the controller (default: mpc)")
@@ -87,7 +90,8 @@ def measure(args: argparse.Namespace, folder: Path) -> Figures:
     command = partial(command_line, folder=folder)
     load = busy_core() if args.load else nullcontext()
     with Witnesses() as witnesses, load, Supervisor(rows, folder / "log", os.environ, command) as supervisor:
-        figures = drive(config.actuated, to_and_fro(seconds), seconds, supervisor.failed)
+        period, moves = 1.0 / config.rate_hz, to_and_fro(seconds)
+        figures = drive(config.actuated, period, moves, seconds, supervisor.failed)
     return replace(figures, witnesses=witnesses)
 
 

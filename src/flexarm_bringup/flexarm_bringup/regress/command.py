@@ -21,6 +21,7 @@ import math
 import sys
 from pathlib import Path
 
+from flexarm_bringup.arguments import number, output_folder
 from flexarm_bringup.page.report import Page, Table, add_report_arguments, publish
 from flexarm_bringup.progress import Progress
 from flexarm_bringup.regress.case import find_cases
@@ -34,13 +35,15 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the folder, what makes a case, and the report files."""
     parser.add_argument("folder", nargs="?", type=Path, metavar="DIR", help="a case, or a folder of cases")
     parser.add_argument("--update", action="store_true", help="renew what the cases expect; say what moved")
-    parser.add_argument("--png", type=Path, metavar="DIR", help="folder for a picture of every divergence")
+    parser.add_argument(
+        "--png", type=output_folder, metavar="DIR", help="folder for a picture of every divergence"
+    )
     making = parser.add_argument_group("make a case")
     making.add_argument("--new", type=Path, metavar="CASE", help="folder to create")
     making.add_argument("--from", dest="source", type=Path, metavar="BAG", help="bag that it is made of")
     making.add_argument("--about", default="", metavar="TEXT", help="what it is, for the reader")
     making.add_argument(
-        "--until", type=float, default=math.inf, metavar="S", help="keep so much of the bag [s]"
+        "--until", type=number(above=0.0), default=math.inf, metavar="S", help="keep so much of the bag [s]"
     )
     making.add_argument("--manipulator", default="", help="name or file, where the bag does not say")
     making.add_argument("--preset", default="", help="preset of that manipulator")

@@ -21,6 +21,7 @@ from concurrent.futures import ProcessPoolExecutor
 from multiprocessing import get_context
 from pathlib import Path
 
+from flexarm_bringup.arguments import STDOUT
 from flexarm_bringup.page.report import Cell, Column, Page, Table, add_report_arguments, publish
 from flexarm_bringup.progress import Progress
 
@@ -38,7 +39,10 @@ SLOWEST_FIRST = ("003", "001", "002", "004", "000")  # so that no core waits lon
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the number of the paper and the report files."""
     parser.add_argument(
-        "seed", choices=(*SEEDS, ALL), help="which paper, by its number in docs/references.md"
+        "seed",
+        choices=(*SEEDS, ALL),
+        metavar="PAPER",
+        help=f"which paper, by its number in docs/references.md: {', '.join(SEEDS)}; or {ALL}",
     )
     add_report_arguments(parser)
 
@@ -85,4 +89,6 @@ def _summary(pages: dict[str, Page]) -> Table:
 
 
 def _own(path: Path | None, seed: str) -> Path | None:
-    return path and path.with_name(f"{path.stem}-{seed}{path.suffix}")
+    if path is None or path == STDOUT:
+        return path
+    return path.with_name(f"{path.stem}-{seed}{path.suffix}")

@@ -21,6 +21,7 @@ from dataclasses import replace
 from datetime import datetime
 from pathlib import Path
 
+from flexarm_bringup.arguments import number, output_folder
 from flexarm_bringup.processes.doubles import refuse_doubles
 from flexarm_bringup.processes.graph import Process, rig_graph, with_drift, with_markers
 from flexarm_bringup.processes.supervisor import Supervisor
@@ -54,9 +55,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--drift", action="store_true", help="also watch whether the modes run as they should"
     )
-    parser.add_argument("--log", type=Path, help="folder of the log files; one of its own in ~/.ros/log")
+    parser.add_argument(
+        "--log", type=output_folder, help="folder of the log files; one of its own in ~/.ros/log"
+    )
     parser.add_argument("--no-respawn", action="store_true", help="end when an essential process crashes")
-    parser.add_argument("--seconds", type=float, help="end after so long instead of at Ctrl-C")
+    parser.add_argument("--seconds", type=number(above=0.0), help="end after so long instead of at Ctrl-C")
     parser.epilog = EPILOG
 
 

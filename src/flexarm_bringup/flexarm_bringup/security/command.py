@@ -16,6 +16,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from unittest.mock import patch
 
+from flexarm_bringup.arguments import output_folder
 from flexarm_bringup.processes.graph import enclave_of, rig_graph
 from flexarm_bringup.processes.supervisor import Supervisor
 from flexarm_bringup.processes.surroundings import defaults
@@ -35,7 +36,7 @@ POLICY = "flexarm.policy.xml"
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the options."""
-    parser.add_argument("folder", type=Path, help="gets the policies; the keystore goes there, too")
+    parser.add_argument("folder", type=output_folder, help="gets the policies; the keystore goes there, too")
     parser.add_argument("manipulator", nargs="?", default="single_link", help="name or .yaml of the arm")
     parser.epilog = EPILOG
 

@@ -19,6 +19,7 @@ import tempfile
 from dataclasses import replace
 from pathlib import Path
 
+from flexarm_bringup.arguments import number, output_folder, whole
 from flexarm_bringup.page.report import add_report_arguments, publish
 from flexarm_bringup.processes.graph import Process, rig_graph
 from flexarm_bringup.progress import Progress
@@ -36,12 +37,30 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add = parser.add_argument
     add("manipulator", nargs="?", default="single_link", help="name or .yaml of the arm; single_link")
     add("--preset", help="preset of that file; its first one")
-    add("--minutes", type=float, default=30.0, metavar="M", help="how long (30)")
-    add("--warm-up", type=float, default=60.0, metavar="S", help="of a process, before memory counts (60 s)")
-    add("--fault-every", type=float, default=10.0, metavar="S", help="mean between faults; 0: never (10 s)")
-    add("--kill-every", type=float, default=150.0, metavar="S", help="mean between kills; 0: never (150 s)")
-    add("--seed", type=int, default=1, help="of moves, faults and kills (1)")
-    add("--log", type=Path, help="keep the nodes' log files in this folder")
+    add("--minutes", type=number(above=0.0), default=30.0, metavar="M", help="how long (30)")
+    add(
+        "--warm-up",
+        type=number(at_least=0.0),
+        default=60.0,
+        metavar="S",
+        help="of a process, before memory counts (60 s)",
+    )
+    add(
+        "--fault-every",
+        type=number(at_least=0.0),
+        default=10.0,
+        metavar="S",
+        help="mean between faults; 0: never (10 s)",
+    )
+    add(
+        "--kill-every",
+        type=number(at_least=0.0),
+        default=150.0,
+        metavar="S",
+        help="mean between kills; 0: never (150 s)",
+    )
+    add("--seed", type=whole(at_least=0), default=1, help="of moves, faults and kills (1)")
+    add("--log", type=output_folder, help="keep the nodes' log files in this folder")
     add_report_arguments(parser)
 
 
@@ -54,8 +73,6 @@ def run(args: argparse.Namespace) -> int:
     progress = Progress()
     try:
         graph, config = graph_of(args.manipulator, args.preset)
-        if not args.minutes > 0.0 or args.warm_up < 0.0:
-            raise ConfigError(f"--minutes {args.minutes:g}, --warm-up {args.warm_up:g}: need > 0 and >= 0")
         domains = free_domains()
         own = {"ROS_DOMAIN_ID": str(next(domains)), "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}
         os.environ.update({**defaults(), **own})

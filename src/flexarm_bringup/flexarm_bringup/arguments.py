@@ -1,0 +1,95 @@
+"""What options of the command line may hold: numbers within a range, files that can be written.
+
+Each function makes, or is, a ``type`` for ``argparse``, so that a wrong value is refused with the option's
+name and what is allowed before anything is computed.
+"""
+
+from __future__ import annotations
+
+import math
+from argparse import ArgumentTypeError
+from collections.abc import Callable
+from pathlib import Path
+
+STDOUT = Path("-")  # as the name of a file
+
+
+def number(
+    *, above: float = -math.inf, at_least: float = -math.inf, at_most: float = math.inf
+) -> Callable[[str], float]:
+    """Return a type of finite numbers within a range."""
+
+    def read(text: str) -> float:
+        """Return the number; ArgumentTypeError when it is none that is allowed."""
+        try:
+            value = float(text)
+        except ValueError:
+            value = math.nan
+        if not (math.isfinite(value) and value > above and at_least <= value <= at_most):
+            raise ArgumentTypeError(f"'{text}': expected a number{_range(above, at_least, at_most)}")
+        return value
+
+    return read
+
+
+def whole(*, at_least: int) -> Callable[[str], int]:
+    """Return a type of whole numbers, none below ``at_least``."""
+
+    def read(text: str) -> int:
+        """Return the number; ArgumentTypeError when it is none that is allowed."""
+        try:
+            value = int(text)
+        except ValueError:
+            value = at_least - 1
+        if value < at_least:
+            raise ArgumentTypeError(f"'{text}': expected a whole number, at least {at_least}")
+        return value
+
+    return read
+
+
+def output_file(text: str) -> Path:
+    """Return the path of a file that can be written; "-" is the standard output.
+
+    Raises:
+        ArgumentTypeError: It cannot be written; says why.
+    """
+    path = Path(text)
+    if path == STDOUT or (path.exists() and not path.is_file() and not path.is_dir()):  # a device, a pipe
+        return path
+    is_there = path.exists()
+    try:
+        path.open("ab").close()
+    except OSError as error:
+        raise ArgumentTypeError(f"'{text}': cannot be written ({error.strerror})") from None
+    if not is_there:
+        path.unlink()
+    return path
+
+
+def output_folder(text: str) -> Path:
+    """Return the path of a folder, which is made if it is not there.
+
+    Raises:
+        ArgumentTypeError: It cannot be made; says why.
+    """
+    path = Path(text)
+    try:
+        path.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise ArgumentTypeError(f"'{text}': cannot be made a folder ({error.strerror})") from None
+    return path
+
+
+def folder(text: str) -> Path:
+    """Return the path of a folder that is there; ArgumentTypeError when it is not."""
+    path = Path(text)
+    if not path.is_dir():
+        raise ArgumentTypeError(f"'{text}': no such folder")
+    return path
+
+
+def _range(above: float, at_least: float, at_most: float) -> str:
+    """Return a range in words, each with the comma before it."""
+    words = [(above, "above"), (at_least, "at least"), (at_most, "at most")]
+    return "".join(f", {word} {limit:g}" for limit, word in words if math.isfinite(limit))

@@ -1,0 +1,109 @@
+"""What is wrong on a command line is refused before anything is computed: option, value, what is allowed."""
+
+from __future__ import annotations
+
+from argparse import ArgumentTypeError
+from pathlib import Path
+
+import pytest
+
+from flexarm_bringup import cli
+from flexarm_bringup.arguments import STDOUT, folder, number, output_file, output_folder, whole
+
+
+@pytest.mark.parametrize("text", ["nan", "inf", "-0.1", "0", "1.5", "much", ""])
+def test_a_number_that_is_not_allowed_is_refused_with_its_range(text: str) -> None:
+    with pytest.raises(ArgumentTypeError, match=f"'{text}': expected a number, above 0, at most 1"):
+        number(above=0.0, at_most=1.0)(text)
+
+
+def test_numbers_within_their_range_are_taken() -> None:
+    assert number(above=0.0, at_most=1.0)("1") == 1.0
+    assert number()("-3e2") == -300.0
+    assert whole(at_least=0)("0") == 0
+
+
+@pytest.mark.parametrize("text", ["-1", "1.0", "x", "nan"])
+def test_a_count_is_a_whole_number(text: str) -> None:
+    with pytest.raises(ArgumentTypeError, match=f"'{text}': expected a whole number, at least 0"):
+        whole(at_least=0)(text)
+
+
+def test_a_file_is_tried_and_leaves_no_trace(tmp_path: Path) -> None:
+    assert output_file(str(tmp_path / "new.html")) == tmp_path / "new.html"
+    assert not (tmp_path / "new.html").exists()
+    (tmp_path / "old.html").write_text("old")
+    assert output_file(str(tmp_path / "old.html")).read_text() == "old"
+    assert output_file("-") == STDOUT
+    assert output_file("/dev/null") == Path("/dev/null")
+
+
+@pytest.mark.parametrize("name", ["nowhere/page.html", "."])
+def test_a_file_that_cannot_be_written_is_refused(name: str, tmp_path: Path) -> None:
+    with pytest.raises(ArgumentTypeError, match="cannot be written"):
+        output_file(f"{tmp_path}/{name}")
+
+
+def test_a_folder_is_made_or_refused(tmp_path: Path) -> None:
+    assert output_folder(str(tmp_path / "a" / "b")).is_dir()
+    (tmp_path / "file").write_text("")
+    with pytest.raises(ArgumentTypeError, match="cannot be made a folder"):
+        output_folder(str(tmp_path / "file" / "b"))
+    with pytest.raises(ArgumentTypeError, match="no such folder"):
+        folder(str(tmp_path / "file"))
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        "model single_link --html {0}/no/page.html",
+        "model single_link --save {0}/no/model.json",
+        "sim single_link --json {0}",
+        "demo --folder {0}/file/demo",
+        "margins single_link --along -1",
+        "compare single_link --workers -3",
+        "consistency --runs 0",
+        "consistency --seed -1",
+        "drift --simulate single_link --minutes nan",
+        "drift --simulate single_link --change -150",
+        "soak --minutes -1",
+        "realtime --minutes -1",
+        "realtime --rate nan",
+        "rig --seconds -1",
+        "rig --log {0}/file/log",
+        "monitor --rate 0",
+        "identify rig --manipulator single_link --share nan",
+        "identify rig --manipulator single_link --periods 0",
+        "doctor --folder {0}/no",
+        "doctor --json {0}/no/file",
+        "security {0}/file/keys",
+        "plot {0} --png {0}/file/pictures",
+    ],
+)
+def test_a_wrong_option_ends_with_two_and_its_name(
+    line: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "file").write_text("")
+    with pytest.raises(SystemExit) as stop:
+        cli.main(line.format(tmp_path).split())
+    assert stop.value.code == cli.USAGE
+    error = capsys.readouterr().err
+    assert "error: argument" in error
+    assert error.startswith(f"usage: flexarm {line.split()[0]}")
+
+
+def test_an_unknown_option_is_answered_with_the_options_of_its_command(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    with pytest.raises(SystemExit) as stop:
+        cli.main(["model", "single_link", "--pse", "A"])
+    assert stop.value.code == cli.USAGE
+    error = capsys.readouterr().err
+    assert "--pose POSE" in error
+    assert "unrecognized arguments: --pse A" in error
+
+
+def test_options_without_a_command_are_an_error(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as stop:
+        cli.main(["--html"])
+    assert stop.value.code == cli.USAGE
