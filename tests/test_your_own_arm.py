@@ -6,13 +6,16 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from flexarm_bringup.closed_loop import LoopSettings, observe_tick, run_loop
 from flexarm_bringup.sim.hardware import Hardware
 from flexarm_bringup.sim.rig import RigSettings
+from flexarm_bringup.sim_run.study import NOMINAL, loop_settings, sim_jobs
 from flexarm_bringup.tasks.task_for import task_for
 from flexarm_controller.reference import Reference
 from flexarm_controller.settings import ControllerConfig
+from flexarm_estimator.estimate import Estimate
 from flexarm_model.config import load_config
 from flexarm_model.linearize import linearize
 from flexarm_model.profiles import Trapezoid
@@ -39,6 +42,27 @@ def test_its_segments_have_the_same_slow_modes() -> None:
 
 def test_without_a_moves_file_it_tours_its_named_poses() -> None:
     assert list(task_for(str(ARM)).moves) == ["to stretched", "home"]
+
+
+def test_on_its_tour_in_a_vertical_plane_no_sound_sensor_is_accused(tmp_path: Path) -> None:
+    path = tmp_path / "arm.yaml"
+    text = ARM.read_text(encoding="utf-8")
+    path.write_text(text.replace("[0 m/s^2, 0 m/s^2,", "[0 m/s^2, -9.81 m/s^2,"), encoding="utf-8")
+    (job,) = sim_jobs(task_for(str(path)), ("",), [NOMINAL])
+    config = load_config(path)
+    settings = loop_settings(job.task, "mpc", RigSettings())
+
+    def observe(hardware: Hardware, estimate: Estimate) -> dict[str, NDArray[np.float64]]:
+        """Return the error of the tip [m] and whether the state may be used."""
+        off = estimate.T_world_tip[:3, 3] - hardware.rig.plant.tip_pose()[:3, 3]
+        return {"off": np.linalg.norm(off), "lost": np.array(estimate.status == "lost")}
+
+    course = job.course
+    rows, _ = run_loop(
+        Hardware(config, settings.rig), ReducedTree(config), course.reference, course.end, settings, observe
+    )
+    assert not any(row["lost"] for row in rows)
+    assert max(row["off"] for row in rows) < 1e-3  # with one model for all poses: lost, 60 mm
 
 
 @pytest.mark.slow
