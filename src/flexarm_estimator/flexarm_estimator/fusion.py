@@ -99,10 +99,10 @@ class Fusion:
         """Compute instants in a row again that have only rows, all of them known; return how many."""
         if not self._source.is_constant:
             return 0
-        steps, has_no_pose = list[PreparedStep](), self._poses.isdisjoint
+        steps, poses = list[PreparedStep](), self._poses
         start, t = instants[first - 1].belief, instants[first - 1].t
         for instant in instants[first:]:
-            if instant.pending or instant.reopening is not None or not has_no_pose(instant.fused):
+            if instant.pending or instant.reopening is not None or not instant.fused.keys().isdisjoint(poses):
                 break
             step, dt = instant.prepared, instant.t - t
             if step is None or step.dt != dt:  # as after another model was adopted

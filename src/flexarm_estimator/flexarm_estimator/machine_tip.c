@@ -85,18 +85,19 @@ int64_t flexarm_locate_tip(const struct tip *s)
 /* J P J' of a block of P on its diagonal, from ``at`` on; returns the sum of its diagonal. */
 static double spread(const struct tip *s, int64_t at, double *cov)
 {
-    double sum = 0.0;
+    double sum = 0.0, *restrict moved = s->moved;
+    int64_t n = s->n;
     for (int64_t k = 0; k < RATES; k++) {
-        const double *row = s->J + k * s->n;
-        for (int64_t j = 0; j < s->n; j++)
-            s->moved[j] = 0.0;
-        for (int64_t i = 0; i < s->n; i++)
-            for (int64_t j = 0; j < s->n; j++)
-                s->moved[j] += row[i] * s->P[(at + i) * s->n_x + at + j];
+        const double *row = s->J + k * n, *P = s->P + at * s->n_x + at;
+        for (int64_t j = 0; j < n; j++)
+            moved[j] = 0.0;
+        for (int64_t i = 0; i < n; i++, P += s->n_x)
+            for (int64_t j = 0; j < n; j++)
+                moved[j] += row[i] * P[j];
         for (int64_t l = 0; l <= k; l++) {
             double value = 0.0;
-            for (int64_t j = 0; j < s->n; j++)
-                value += s->moved[j] * s->J[l * s->n + j];
+            for (int64_t j = 0; j < n; j++)
+                value += moved[j] * s->J[l * n + j];
             cov[k * RATES + l] = cov[l * RATES + k] = value;
         }
         sum += cov[k * RATES + k];

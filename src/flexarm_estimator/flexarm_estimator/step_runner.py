@@ -99,9 +99,11 @@ class CompiledRunner(StepRunner):
             self._reserve(2 * count)
         self._run.count = count
         self._x[:], self._P[:] = start
+        layouts, records = self._layouts, self._records
         for i, step in enumerate(steps):
-            self._layouts[i], self._records[i] = step.layout_address, step.record_address
-        return int(self._call(self._argument))
+            layouts[i], records[i] = step.layout_address, step.record_address
+        done: int = self._call(self._argument)
+        return done
 
     def _reserve(self, length: int) -> None:
         self._layouts, self._records = (ctypes.c_void_p * length)(), (ctypes.c_void_p * length)()
