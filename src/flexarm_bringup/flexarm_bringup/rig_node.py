@@ -25,26 +25,22 @@ from __future__ import annotations
 import time
 from dataclasses import dataclass
 
-from flexarm_interfaces.msg import Tick
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Bool
 
 from flexarm_bringup.drive_side_node import DriveSide
-from flexarm_bringup.message_class import message_class
 from flexarm_bringup.rig_health_node import RigHealth
-from flexarm_bringup.sim.conversions import joint_state_msg, samples_to_msgs, truth_msg
+from flexarm_bringup.rig_voice_node import RigVoice
 from flexarm_bringup.sim.drives import Drives, drive_limits
 from flexarm_bringup.sim.plant import Plant
 from flexarm_bringup.sim.rig import RigSettings
 from flexarm_bringup.sim.sample import Sample
 from flexarm_bringup.sim.sensor_fault_text import parse_faults
-from flexarm_bringup.topics import streams
-from flexarm_controller.drives.conversions import drive_state_msg
 from flexarm_model.ahead import made
 from flexarm_model.alarm import Alarm
 from flexarm_model.arm_settings import LoopSettings
 from flexarm_model.bytes_node import subscribe_bytes
-from flexarm_model.conversions import NS_PER_S, ns_to_stamp, stamp_to_ns
+from flexarm_model.conversions import NS_PER_S, stamp_to_ns
 from flexarm_model.declared_node import declare_configs, load_arm, told_by
 from flexarm_model.description import ManipulatorConfig
 from flexarm_model.diagnosis import DiagnosticsConfig
@@ -53,13 +49,15 @@ from flexarm_model.node import (
     LATCHED_QOS,
     LOCKSTEP_QOS,
     NEWEST_QOS,
-    PERIODIC_QOS,
     run_node,
 )
 from flexarm_model.parameters import parameter
 from flexarm_model.start_pose import starting_at
 
 MOST_CATCH_UP = 8  # periods, less than the silence that drives bear; after a longer stall the arm skips time
+
+
+PATIENCE = 0.6  # of a period; after it the next tick is made ready although no torque has come
 
 
 @dataclass(frozen=True)
@@ -104,9 +102,9 @@ class RigNode(ManagedNode):
         period = None if self.settings.lockstep else self.drives.rig.dt
         self._health = RigHealth(self, self.drives, self.config, period, self._thresholds)
         self._period_ns = self.drives.rig.period_ns
+        self._voice = RigVoice(self, self.drives, self.config, self.settings.lockstep)
         self._begin()
         self._ahead: list[Sample] | None = None  # in real time: of the tick that comes, not yet told
-        self._sent: dict[str, int] = {}
         self._statuses = 0  # of the guard, announced so far
         self._connect()
 
@@ -121,6 +119,9 @@ class RigNode(ManagedNode):
             self._begin(self._period_ns)
         passed = (time.monotonic_ns() - self._started_ns) // self._period_ns
         behind = passed - self.tick + (self._ahead is not None)
+        if not behind:
+            self._look_ahead()
+            return
         self._health.beat(behind)
         if behind > MOST_CATCH_UP:
             self.get_logger().warning(f"stalled for {behind} periods; the simulated arm skips them")
@@ -129,7 +130,6 @@ class RigNode(ManagedNode):
             behind = 1
         for _ in range(behind):
             self.advance()
-            self._ahead = self.drives.advance()  # while estimator and controller are at work
         self._wait()
 
     def deactivate(self) -> None:
@@ -145,9 +145,10 @@ class RigNode(ManagedNode):
             return
         self.drives.is_released |= mark.is_driving
         if not self.settings.lockstep:
+            self._look_ahead()
             return
-        self._note_sent("applied_effort")
-        self._note_sent("guard_status", mark.statuses - self._statuses)
+        self._voice.note_sent("applied_effort")
+        self._voice.note_sent("guard_status", mark.statuses - self._statuses)
         self._statuses = mark.statuses
         if self._side.is_running and stamp_ns == self.stamp_of(self.tick + 1):
             self._health.beat(1)
@@ -163,8 +164,15 @@ class RigNode(ManagedNode):
         """Move the arm by one period and tell what its sensors say; then choose the next torque."""
         samples = self.drives.advance() if self._ahead is None else self._ahead
         self._ahead = None
-        self._publish_tick(samples)
+        self._voice.say(samples, self.stamp_of)
         self.drives.tau = self._side.choose(self.drives.state().velocity)
+
+    def _look_ahead(self) -> None:
+        """Find out what there will be to tell at the tick that comes, and put it into words."""
+        if self._ahead is None and self.tick:
+            self._ahead = self.drives.advance()
+            self._voice.make(self._ahead, self.stamp_of)
+        self._wait()
 
     def stamp_of(self, tick: int) -> int:
         """Return the stamp of a tick [ns]."""
@@ -176,51 +184,21 @@ class RigNode(ManagedNode):
         now_ns = 0 if self.settings.lockstep else self.get_clock().now().nanoseconds
         self._epoch_ns = now_ns - before_ns
 
-    def _publish_tick(self, samples: list[Sample]) -> None:
-        now_ns, drives = self.stamp_of(self.tick), self.drives
-        state = drive_state_msg(drives.names, drives.state(), drives.acted, now_ns)
-        self._publish("drive_states", state)
-        for out in samples_to_msgs(self.config, samples, self.stamp_of):
-            self._publish(out.topic, out.msg)
-        self._publish("joint_states", joint_state_msg(drives, now_ns))
-        if self.settings.lockstep or self._outlets["truth"].get_subscription_count():
-            self._publish("truth", truth_msg(self.config, drives.rig.truth(), now_ns))
-        if self.settings.lockstep:
-            msg = Tick(sequence=self.tick, topics=list(self._sent), counts=list(self._sent.values()))
-            msg.header.stamp = ns_to_stamp(now_ns)
-            self._outlets["tick"].publish(msg)
-            self._sent.clear()
-
-    def _publish(self, topic: str, msg: object) -> None:
-        self._outlets[topic].publish(msg)
-        self._note_sent(topic)
-
-    def _note_sent(self, topic: str, count: int = 1) -> None:
-        """Note what the next tick announces."""
-        if count:
-            self._sent[topic] = self._sent.get(topic, 0) + count
-
     def _start_when_possible(self) -> None:
         """Send tick 0 in lockstep once everybody listens and the guard has spoken."""
         is_wanted = self.settings.lockstep and self.drives.is_released
         if is_wanted and all(self._partners.values()) and not self._side.is_running:
             self._side.is_running = True
-            self._publish_tick(self.drives.observe())
+            self._voice.say(self.drives.observe(), self.stamp_of)
             self.drives.tau = self._side.choose(self.drives.state().velocity)
 
     def _wait(self) -> None:
-        """Set the alarm to the period after those that have been told."""
+        """Set the alarm to the period after those that have been told, or to looking ahead to it."""
         told = self.tick - (self._ahead is not None)
-        self.alarm.due = (self._started_ns + (told + 1) * self._period_ns) / NS_PER_S
+        periods = told + 1 if self._ahead is not None or not told else told + PATIENCE
+        self.alarm.due = (self._started_ns + periods * self._period_ns) / NS_PER_S
 
     def _connect(self) -> None:
-        accelerometers = [spec.name for spec in self.config.sensors if spec.kind == "accelerometer"]
-        quality = LOCKSTEP_QOS if self.settings.lockstep else PERIODIC_QOS
-        self._outlets = {
-            stream.topic: self.create_publisher(message_class(stream.type), stream.topic, quality)
-            for stream in streams(accelerometers)
-            if stream.publisher == "rig"
-        }
         newest = LOCKSTEP_QOS if self.settings.lockstep else NEWEST_QOS
         subscribe_bytes(self, JointState, "applied_effort", self.on_effort, newest)
         self._partners = dict.fromkeys(self.settings.partners if self.settings.lockstep else (), False)

@@ -20,7 +20,7 @@ LITTLE_ENDIAN_CDR = b"\x00\x01"  # first two of the four bytes before the conten
 HEAD = 4  # bytes
 MOST_SHAPES = 16  # that are remembered; who sends so many has none
 MOST_VALUES = 500  # of a message that is read like this
-_CODES = {
+CODES = {
     "boolean": "?", "octet": "B", "uint8": "B", "int8": "b", "uint16": "H", "int16": "h", "uint32": "I",
     "int32": "i", "uint64": "Q", "int64": "q", "float": "f", "double": "d",
 }  # fmt: skip
@@ -124,7 +124,7 @@ class _Shape:
 
     def _elements(self, type_name: str, value: Any) -> Make:
         """Return what makes a sequence or an array."""
-        if type_name in _CODES and isinstance(value, (array, np.ndarray)):
+        if type_name in CODES and isinstance(value, (array, np.ndarray)):
             return self._numbers(type_name, value)
         makes = [self._one(type_name, element) for element in value]
         return lambda values: [make(values) for make in makes]
@@ -132,7 +132,7 @@ class _Shape:
     def _numbers(self, type_name: str, value: Any) -> Make:
         if not len(value):
             return lambda values: value[:0]
-        self._align(calcsize(_CODES[type_name]))
+        self._align(calcsize(CODES[type_name]))
         place = self._add(f"{len(value) * value.itemsize}s")
         if isinstance(value, array):
             code = value.typecode
@@ -144,8 +144,8 @@ class _Shape:
         """Return what makes a text, a number or a message."""
         if type_name == "string":
             return self._text(value)
-        if type_name in _CODES:
-            place = self._add(_CODES[type_name])
+        if type_name in CODES:
+            place = self._add(CODES[type_name])
             return lambda values: values[place]
         return self._message(type(value), value)
 

@@ -45,16 +45,30 @@ def samples_to_msgs(
         stamp_of: Stamp [ns] of a tick.
     """
     specs = {spec.name: spec for spec in config.sensors}
-    gauges: dict[int, list[Sample]] = {}
-    for sample in samples:
-        if sample.kind == "strain_gauge":
-            gauges.setdefault(sample.tick, []).append(sample)
-    strains = [_strain(specs, together, stamp_of(tick)) for tick, together in gauges.items()]
+    strains = [strain_msg(specs, together, stamp_of(tick)) for tick, together in gauges(samples).items()]
     return strains + [
-        _CONVERT[sample.kind](specs[sample.sensor], sample, stamp_of(sample.tick))
+        sample_msg(specs[sample.sensor], sample, stamp_of(sample.tick))
         for sample in samples
         if sample.kind in _CONVERT
     ]
+
+
+def gauges(samples: Sequence[Sample]) -> dict[int, list[Sample]]:
+    """Return what strain gauges delivered, by the tick of their stamp."""
+    by_tick: dict[int, list[Sample]] = {}
+    for sample in samples:
+        if sample.kind == "strain_gauge":
+            by_tick.setdefault(sample.tick, []).append(sample)
+    return by_tick
+
+
+def told_axes(drives: Drives) -> tuple[tuple[str, ...], list[float], list[float], list[float]]:
+    """Return names, position, velocity and torque of the axes whose encoders spoke at this tick, SI."""
+    motors = drives.motors
+    read = [i for i, name in enumerate(drives.names) if name in motors.read]
+    names = tuple(drives.names[i] for i in read)
+    position, velocity = [motors.read[name] for name in names], [motors.velocity[i] for i in read]
+    return names, position, velocity, [drives.acted[i] for i in read]
 
 
 def joint_state_msg(drives: Drives, stamp_ns: int) -> JointState:
@@ -62,12 +76,9 @@ def joint_state_msg(drives: Drives, stamp_ns: int) -> JointState:
 
     An axis whose encoder was silent at this tick is left out.
     """
-    motors = drives.motors
-    read = [i for i, name in enumerate(drives.names) if name in motors.read]
-    names = [drives.names[i] for i in read]
-    msg = JointState(name=names, effort=floats([drives.acted[i] for i in read]))
-    msg.position = floats([motors.read[name] for name in names])
-    msg.velocity = floats([motors.velocity[i] for i in read])
+    names, position, velocity, effort = told_axes(drives)
+    msg = JointState(name=list(names), position=floats(position), velocity=floats(velocity))
+    msg.effort = floats(effort)
     msg.header.stamp = ns_to_stamp(stamp_ns)
     msg.header.frame_id = "base"
     return msg
@@ -100,7 +111,8 @@ def truth_msg(config: ManipulatorConfig, truth: Truth, stamp_ns: int) -> TruthMs
     return msg
 
 
-def _strain(specs: Mapping[str, SensorSpec], samples: Sequence[Sample], stamp_ns: int) -> Outgoing:
+def strain_msg(specs: Mapping[str, SensorSpec], samples: Sequence[Sample], stamp_ns: int) -> Outgoing:
+    """Return what gauges delivered at one instant."""
     names = [sample.sensor for sample in samples]
     msg = StrainArray(names=names, strain=floats(np.concatenate([sample.y for sample in samples])))
     msg.standard_deviation = floats(np.concatenate([specs[name].sigma for name in names]))
@@ -108,6 +120,11 @@ def _strain(specs: Mapping[str, SensorSpec], samples: Sequence[Sample], stamp_ns
     sites = {specs[name].site for name in names}
     msg.header.frame_id = sites.pop() if len(sites) == 1 else ""  # gauges all over the arm have none
     return Outgoing("strain", msg)
+
+
+def sample_msg(spec: SensorSpec, sample: Sample, stamp_ns: int) -> Outgoing:
+    """Return a sample of a sensor that has messages of its own: accelerometer, camera."""
+    return _CONVERT[sample.kind](spec, sample, stamp_ns)
 
 
 def _imu(spec: SensorSpec, sample: Sample, stamp_ns: int) -> Outgoing:

@@ -1,0 +1,89 @@
+"""What the simulated hardware says in every period, as the bytes of its messages.
+
+The same as ``conversions`` makes of it, in a fraction of the time: see ``flexarm_model.message_writer``. What
+comes seldom, a frame of the camera, goes as a message.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+from flexarm_bringup.sim.conversions import (
+    Outgoing,
+    gauges,
+    joint_state_msg,
+    sample_msg,
+    strain_msg,
+    told_axes,
+)
+from flexarm_bringup.sim.drives import Drives
+from flexarm_bringup.sim.sample import Sample
+from flexarm_controller.drives.conversions import drive_state_msg
+from flexarm_model.description import ManipulatorConfig
+from flexarm_model.message_writer import STAMP, MessageWriter, Serialise, stamp_values
+
+_JOINTS = (*STAMP, "position", "velocity", "effort")
+_CHANNELS = "xyz"
+
+
+class TickWriter:
+    """Writes the messages of one rig."""
+
+    def __init__(self, config: ManipulatorConfig, drives: Drives, serialise: Serialise) -> None:
+        """Know no message yet.
+
+        Args:
+            config: The manipulator.
+            drives: Rig with its drives.
+            serialise: Writes any message.
+        """
+        self._drives = drives
+        self._specs = {spec.name: spec for spec in config.sensors}
+        accelerations = [f"linear_acceleration.{channel}" for channel in _CHANNELS]
+        self._joint_states, self._drive_states = (MessageWriter(_JOINTS, serialise) for _ in range(2))
+        self._strain = MessageWriter((*STAMP, "strain"), serialise)
+        self._imu = MessageWriter((*STAMP, *accelerations), serialise)
+
+    def drive_states(self, stamp_ns: int) -> Any:
+        """Return what the drives measure for themselves, and the torque that acted until the stamp [ns]."""
+        drives, state = self._drives, self._drives.state()
+        values = [*stamp_values(stamp_ns), state.position, state.velocity, drives.acted]
+        return self._drive_states.write(
+            drives.names, values, lambda: drive_state_msg(drives.names, state, drives.acted, stamp_ns)
+        )
+
+    def joint_states(self, stamp_ns: int) -> Any:
+        """Return what the encoders tell at a stamp [ns]."""
+        names, *numbers = told_axes(self._drives)
+        return self._joint_states.write(
+            names, [*stamp_values(stamp_ns), *numbers], lambda: joint_state_msg(self._drives, stamp_ns)
+        )
+
+    def sensors(self, samples: Sequence[Sample], stamp_of: Callable[[int], int]) -> list[Outgoing]:
+        """Return what all sensors but the encoders tell.
+
+        Args:
+            samples: What arrived at this tick.
+            stamp_of: Stamp [ns] of a tick.
+        """
+        written = [self._gauges(together, stamp_of(tick)) for tick, together in gauges(samples).items()]
+        for sample in samples:
+            if sample.kind == "accelerometer":
+                written.append(self._acceleration(sample, stamp_of(sample.tick)))
+            elif sample.kind == "camera":
+                written.append(sample_msg(self._specs[sample.sensor], sample, stamp_of(sample.tick)))
+        return written
+
+    def _gauges(self, samples: Sequence[Sample], stamp_ns: int) -> Outgoing:
+        names = tuple(sample.sensor for sample in samples)
+        values = [*stamp_values(stamp_ns), [strain for sample in samples for strain in sample.y.tolist()]]
+        raw = self._strain.write(names, values, lambda: strain_msg(self._specs, samples, stamp_ns).msg)
+        return Outgoing("strain", raw)
+
+    def _acceleration(self, sample: Sample, stamp_ns: int) -> Outgoing:
+        spec = self._specs[sample.sensor]
+        told = dict(zip(spec.channels, sample.y.tolist(), strict=True))
+        values = [*stamp_values(stamp_ns), *((told.get(channel, 0.0),) for channel in _CHANNELS)]
+        raw = self._imu.write(sample.sensor, values, lambda: sample_msg(spec, sample, stamp_ns).msg)
+        return Outgoing(f"imu/{sample.sensor}", raw)
