@@ -13,8 +13,8 @@ from collections.abc import Sequence
 from typing import Any, cast
 
 from flexarm_controller import laws
+from flexarm_controller.answer import Outgoing
 from flexarm_controller.controller_node import ControllerNode
-from flexarm_controller.exchange import Outgoing
 from flexarm_model.node import run_node
 
 EVERY = int(os.environ["FAULTY_EVERY"])

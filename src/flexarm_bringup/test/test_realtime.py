@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 import yaml
 
+from flexarm_bringup.realtime.answered import AnsweredPeriods
 from flexarm_bringup.realtime.command import to_and_fro, write_manipulator
 from flexarm_bringup.realtime.figures import Counts, Figures
 from flexarm_bringup.realtime.late_cycles import LateCycles
@@ -28,7 +29,7 @@ def late(*told):
 
 def figures(counts=GOOD, stop="", cycles=None, witnesses=None):
     steps, cycles = [1e-4, 2e-4, 3e-4], cycles or late()
-    return Figures(5.0, counts, {"mpc": counts.statuses}, steps, cycles, stop, witnesses)
+    return Figures(5.0, counts, {"mpc": counts.answers}, steps, cycles, stop, witnesses)
 
 
 def missed(found):
@@ -43,6 +44,23 @@ def test_just_under_one_percent_is_kept_and_one_percent_is_not():
     assert not missed(figures())
     assert missed(figures(Counts(1000, 10, 998, 9, 2))) == ["ticks without a fresh command"]
     assert missed(figures(Counts(1000, 9, 900, 9, 100))) == ["controller overruns"]
+
+
+def test_periods_between_two_statuses_are_answered_unless_they_were_missed_or_nobody_spoke():
+    """At 500 Hz every third answer is told; 20 ms of silence are three periods and seven nobody knows of."""
+    answered = AnsweredPeriods(0.002)
+    for stamp_ms, missed, total in [
+        (1000, 7, 0), (1006, 7, 3), (1012, 8, 5), (1014, 8, 6), (1034, 8, 9), (1054, 18, 9), (1050, 18, 9),
+    ]:  # fmt: skip
+        answered.note(stamp_ms * 1_000_000, missed)
+        assert answered.total == total
+
+
+def test_at_200_hz_every_answer_is_told():
+    answered = AnsweredPeriods(0.005)
+    for k, total in [(0, 0), (1, 1), (2, 2), (5, 3)]:
+        answered.note(k * 5_000_000, 0)
+        assert answered.total == total
 
 
 def test_one_late_guard_cycle_is_one_too_many():

@@ -2,8 +2,8 @@
 
 Publishes
     joint_commands (flexarm_interfaces/JointCommand): one per modal_state while the guard is armed.
-    controller_status (flexarm_interfaces/ControllerStatus): one per modal_state, and at once for every
-        reference or model that is taken or refused.
+    controller_status (flexarm_interfaces/ControllerStatus): one per modal_state but at most 200 per
+        second (see ``answer``), and at once for every reference or model that is taken or refused.
     ~/margins (std_msgs/String, latched): see ``margins/arming_node``.
     controller_debug (flexarm_interfaces/ControllerDebug): one per joint_commands while somebody listens.
     motion_status, reference: see ``motion/tip_goals_node``.
@@ -30,13 +30,15 @@ from flexarm_interfaces.msg import (
     JointCommand,
     ReducedModel,
 )
+from rclpy.serialization import serialize_message
 from std_msgs.msg import String
 from trajectory_msgs.msg import JointTrajectory
 
+from flexarm_controller.answer import Outgoing
+from flexarm_controller.command_writer import CommandWriter
 from flexarm_controller.controller_health import ControllerHealth
-from flexarm_controller.conversions import mode_name
 from flexarm_controller.debug import Insight
-from flexarm_controller.exchange import ControllerExchange, Outgoing
+from flexarm_controller.exchange import ControllerExchange
 from flexarm_controller.laws import LawInputs
 from flexarm_controller.limits import limits_of
 from flexarm_controller.margins.arming_node import ArmingCheck
@@ -95,7 +97,8 @@ class ControllerNode(ManagedNode):
         self._arming = ArmingCheck(self, config, inputs, self._margins, self.exchange)
         goals = MotionExchange(config, self._tip, motion, period, self.exchange)
         self._goals = TipGoals(self, goals, self._publish)
-        self.exchange.tell_debug(Insight(self._tip.at, inputs.mpc, period), self._has_debug_listener)
+        self.exchange.write_commands(CommandWriter(serialize_message).write)
+        self.exchange.teller.tell_debug(Insight(self._tip.at, inputs.mpc, period), self._has_debug_listener)
         self._connect()
 
     def _exchange(
@@ -129,22 +132,17 @@ class ControllerNode(ManagedNode):
         self._states.on_state(told)
 
     def answer(self, told: ToldState) -> None:
-        """Send the command for a state."""
+        """Send the command for a state; everything else comes after it."""
         self._arming.look()
-        answer = self.exchange.on_state(told)
-        self._publish(answer)
-        self._note(answer)
+        self._publish(self.exchange.on_state(told))
+        self._publish(self.exchange.tell())
+        if (answer := self.exchange.answer) is not None:
+            self._health.note(time.perf_counter(), answer.mode, answer)
 
     def work_ahead(self) -> None:
         """Do what has time until the next state."""
         self.exchange.work_ahead()
         self._goals.update()
-
-    def _note(self, answer: Sequence[Outgoing]) -> None:
-        """Keep what /diagnostics will judge."""
-        for out in answer:
-            if out.topic == "controller_status":
-                self._health.note(time.perf_counter(), mode_name(out.msg.mode), out.msg)
 
     def _has_debug_listener(self) -> bool:
         return bool(self._outlets["controller_debug"].get_subscription_count())

@@ -98,23 +98,23 @@ def mode_name(mode: int) -> str:
 
 
 def command_to_msg(
-    command: ControlCommand, names: tuple[str, ...], sequence: int, token: int, epoch_ns: int
+    command: ControlCommand, names: tuple[str, ...], sequence: int, token: int, stamp_ns: int
 ) -> JointCommand:
-    """Return the command message; its stamp is that of the state used."""
+    """Return the command message, stamped like the state used [ns]."""
     msg = JointCommand(sequence=sequence, session_token=token, model_id=command.model_id, names=list(names))
     msg.effort = floats(command.tau)
-    msg.header.stamp = ns_to_stamp(round(command.t * NS_PER_S) + epoch_ns)
+    msg.header.stamp = ns_to_stamp(stamp_ns)
     return msg
 
 
-def status_to_msg(command: ControlCommand, missed: int, overruns: int, epoch_ns: int) -> ControllerStatus:
-    """Return what the controller did in this cycle."""
+def status_to_msg(command: ControlCommand, missed: int, overruns: int, stamp_ns: int) -> ControllerStatus:
+    """Return what the controller did in this cycle, stamped like the state used [ns]."""
     msg = ControllerStatus(mode=_MODES[command.mode], reason=command.reason, model_id=command.model_id)
     msg.solver_status, msg.iterations = command.solver_status, command.iterations
     msg.residual, msg.solve_time = float(command.residual), float(command.solve_time)
     msg.missed_cycles, msg.overruns = missed, overruns
     msg.limits_active, msg.tracking_error = list(command.limits_active), floats(command.tracking_error)
-    msg.header.stamp = ns_to_stamp(round(command.t * NS_PER_S) + epoch_ns)
+    msg.header.stamp = ns_to_stamp(stamp_ns)
     return msg
 
 

@@ -6,20 +6,16 @@ The node connects it to DDS, the replay to a bag; both therefore do the same.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Any
 
-from flexarm_controller.command import ControlCommand
+from flexarm_controller.answer import Answer, AnswerTeller, Outgoing
 from flexarm_controller.controller import Controller
 from flexarm_controller.conversions import (
     ReferenceMessageError,
     command_to_msg,
-    debug_to_msg,
     notice_msg,
     reference_from_msg,
-    status_to_msg,
 )
-from flexarm_controller.debug import Insight
 from flexarm_controller.laws import Laws
 from flexarm_controller.limits import limits_of
 from flexarm_controller.motion.admission import admit
@@ -30,20 +26,12 @@ from flexarm_controller.settings import ControllerConfig, MpcConfig
 from flexarm_controller.state import ArmState
 from flexarm_controller.time_budget import Clocks
 from flexarm_controller.told_state import SentState, ToldState
-from flexarm_model.conversions import NS_PER_S, ModelMessageError, model_from_msg, ns_to_stamp, stamp_to_ns
+from flexarm_model.conversions import ModelMessageError, model_from_msg, stamp_to_ns
 from flexarm_model.description import ManipulatorConfig
 from flexarm_model.pending_models import PendingModels
 
 REFUSED = "reference refused: "
 GAP = 1.5  # periods between two states from which on a cycle was missed
-
-
-@dataclass(frozen=True)
-class Outgoing:
-    """A message and the relative topic it goes to."""
-
-    topic: str
-    msg: Any
 
 
 class ControllerExchange:
@@ -54,6 +42,8 @@ class ControllerExchange:
         state: The newest one; None before the first.
         model_fault: Why the last model was refused; empty when it was taken.
         withheld: Why no command may be sent; empty when they may.
+        answer: What became of the newest state; None before the first.
+        teller: Tells of answers.
     """
 
     def __init__(  # noqa: PLR0913, one settings class for each thing that is set
@@ -87,7 +77,9 @@ class ControllerExchange:
         self._pending: PendingModels[Laws] = PendingModels()
         self.controller: Controller | None = None
         self.state: ArmState | None = None
-        self._insight: Insight | None = None
+        self._write: Callable[..., Any] = command_to_msg
+        self.teller = AnswerTeller(settings.period, mpc.backend, is_live=epoch_ns is None)
+        self.answer: Answer | None = None
         self.model_fault, self.withheld = "no model yet", ""
 
     @property
@@ -156,49 +148,44 @@ class ControllerExchange:
         return [Outgoing("controller_status", notice_msg(answer, stamp_to_ns(msg.header.stamp)))]
 
     def on_modal_state(self, msg: Any) -> list[Outgoing]:
-        """Answer a state that was sent, as ``on_state`` does."""
-        return self.on_state(SentState(msg))
+        """Answer a state that was sent, and tell what there is to tell of the answer."""
+        return [*self.on_state(SentState(msg)), *self.tell()]
 
     def on_state(self, told: ToldState) -> list[Outgoing]:
-        """Answer a state with a command and a status; without a session only with a status."""
+        """Answer a state with a command; without a session with nothing. What else there is: ``tell``."""
         stamp_ns = told.stamp_ns
         if self._epoch_ns is None:
             self._epoch_ns = stamp_ns
             self._foresee()
         self._count_missed(stamp_ns)
         if self.controller is None:
-            return [Outgoing("controller_status", notice_msg(self.model_fault, stamp_ns))]
+            self.answer = Answer(stamp_ns, "inactive", self.model_fault)
+            return []
         laws = self._pending.due(stamp_ns)
         if laws is not None and laws.model.model_id != self.controller.model.model_id:
             self.controller.adopt(laws)
         self.state = told.read(self.controller.model, self._epoch_ns)
         if self.withheld or not self._token:
-            why = self.withheld or "guard is not armed"
-            return [Outgoing("controller_status", notice_msg(why, stamp_ns))]
-        command = self.controller.step(self.state)
+            self.answer = Answer(stamp_ns, "inactive", self.withheld or "guard is not armed")
+            return []
+        command, overruns = self.controller.step(self.state), self.controller.overruns
+        self.answer = Answer(stamp_ns, command.mode, command.reason, command, self._missed, overruns)
         self._sequence += 1
-        command_msg = command_to_msg(command, self._names, self._sequence, self._token, self._epoch_ns)
-        status = status_to_msg(command, self._missed, self.controller.overruns, self._epoch_ns)
-        command_msg.header.stamp = status.header.stamp = ns_to_stamp(stamp_ns)
-        expected = self._look_ahead(command, self.state)
-        return [Outgoing("joint_commands", command_msg), Outgoing("controller_status", status), *expected]
+        msg = self._write(command, self._names, self._sequence, self._token, stamp_ns)
+        return [Outgoing("joint_commands", msg)]
 
-    def tell_debug(self, insight: Insight, is_wanted: Callable[[], bool]) -> None:
-        """Send what is expected of every plan from now on, while it is wanted."""
-        self._insight, self._is_debug_wanted = insight, is_wanted
+    def tell(self) -> list[Outgoing]:
+        """Return what has time until the answer to a state is out: its status, if that is due, and debug."""
+        if self.answer is None:
+            return []
+        told = self.teller.tell(self.answer)
+        if self.controller is None or self.state is None:
+            return told
+        return told + self.teller.look_ahead(self.answer, self.controller.model, self.state)
 
-    def _look_ahead(self, command: ControlCommand, state: ArmState) -> list[Outgoing]:
-        """Return what the plan of a command leads to, where somebody wants to know."""
-        told = []
-        if self._insight is not None and self.controller is not None:
-            if self._is_debug_wanted():
-                expected = self._insight.look(self.controller.model, state, command)
-                backend, names = self._mpc.backend, self.controller.model.eta_names
-                msg = debug_to_msg(command, expected, self._insight.period, backend, names)
-                msg.header.stamp = ns_to_stamp(round(state.t * NS_PER_S) + (self._epoch_ns or 0))
-                told.append(Outgoing("controller_debug", msg))
-            self._insight.note(command)
-        return told
+    def write_commands(self, write: Callable[..., Any]) -> None:
+        """Let ``write`` make the messages of commands, of what ``command_to_msg`` takes."""
+        self._write = write
 
     def _foresee(self) -> None:
         """Tell the controller which models wait, and from when each holds."""

@@ -145,7 +145,7 @@ def test_command_and_status_carry_what_the_controller_did():
     controller = Controller(MODEL, limits_of_hub(), clocks=Clocks(cpu=lambda: 0.0))
     state = state_of([0.1, 0, 0, 0, 0.5, 0, 0, 0], MODEL, 1.25)
     command = controller.step(state)
-    msg = command_to_msg(command, MODEL.theta_names, 7, 2**63 + 1, EPOCH)
+    msg = command_to_msg(command, MODEL.theta_names, 7, 2**63 + 1, EPOCH + 1_250_000_000)
     assert (msg.sequence, msg.session_token, msg.model_id) == (7, 2**63 + 1, MODEL.model_id)
     assert list(msg.effort) == list(command.tau) and list(msg.names) == ["base.rz"]
     assert stamp_to_ns(msg.header.stamp) == EPOCH + 1_250_000_000

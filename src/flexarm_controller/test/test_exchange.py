@@ -1,5 +1,6 @@
 """The controller between messages: sessions, models, references, missed cycles."""
 
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -9,13 +10,15 @@ pytest.importorskip("flexarm_interfaces.msg")
 
 from flexarm_interfaces.msg import ControllerStatus, GuardStatus, ModalState  # noqa: E402
 
+from flexarm_controller.command_writer import CommandWriter  # noqa: E402
 from flexarm_controller.controller import Controller  # noqa: E402
-from flexarm_controller.conversions import reference_to_msg, state_from_msg  # noqa: E402
+from flexarm_controller.conversions import command_to_msg, reference_to_msg, state_from_msg  # noqa: E402
 from flexarm_controller.exchange import ControllerExchange  # noqa: E402
 from flexarm_controller.limits import limits_of  # noqa: E402
 from flexarm_controller.reference import hold  # noqa: E402
 from flexarm_controller.settings import ControllerConfig, MpcConfig  # noqa: E402
 from flexarm_controller.time_budget import Clocks  # noqa: E402
+from flexarm_controller.told_state import SentState  # noqa: E402
 from flexarm_model.config import load_config  # noqa: E402
 from flexarm_model.conversions import model_to_msg, ns_to_stamp  # noqa: E402
 from flexarm_model.linearize import linearize  # noqa: E402
@@ -223,3 +226,59 @@ def test_foreseen_models_change_the_plan_before_they_hold(config, model):
         bent = state(model, 1, eta=[1e-3, 0.0, 0.0])
         torques[foresight] = answers(exchange.on_modal_state(bent))["joint_commands"].effort[0]
     assert abs(torques[True] - torques[False]) > 1e-3
+
+
+def test_of_many_states_a_second_every_change_of_the_answer_is_told_and_else_200(config, model):
+    period = 1_000_000
+    settings = ControllerConfig(period=1e-9 * period)
+    exchange = ControllerExchange(config, settings, MpcConfig(time_limit=0.0), None, Clocks(cpu=lambda: 0.0))
+    exchange.on_model(model_to_msg(model))
+    told = []
+    for k in range(300):
+        exchange.on_guard_status(GuardStatus(session_token=5 * (k >= 100)))
+        msg = state(model, 0, **({"theta": [math.nan]} if k == 151 else {}))
+        msg.header.stamp = ns_to_stamp(1_000_000_000 + k * period)
+        sent = answers(exchange.on_modal_state(msg))
+        assert ("joint_commands" in sent) == (k >= 100)
+        if "controller_status" in sent:
+            told.append((k, sent["controller_status"].mode, sent["controller_status"].reason))
+    changes = [k for (k, *now), (_, *before) in zip(told[1:], told, strict=False) if now != before]
+    assert changes == [100, 151, 152]
+    assert [k for k, *_ in told[:3]] == [0, 5, 10]
+    assert np.diff([k for k, *_ in told]).max() == 5 and len(told) == 62
+
+
+def test_in_lockstep_the_status_of_every_answer_is_told(config, model):
+    settings = ControllerConfig(period=0.001)
+    exchange = ControllerExchange(config, settings, MpcConfig(time_limit=0.0), 0)
+    exchange.on_model(model_to_msg(model))
+    for k in range(10):
+        msg = state(model, 0)
+        msg.header.stamp = ns_to_stamp(k * 1_000_000)
+        assert "controller_status" in answers(exchange.on_modal_state(msg))
+
+
+def test_a_command_leaves_before_anything_is_told_of_it(exchange, model):
+    exchange.on_model(model_to_msg(model))
+    exchange.on_guard_status(GuardStatus(session_token=5))
+    assert set(answers(exchange.on_state(SentState(state(model, 1))))) == {"joint_commands"}
+    assert set(answers(exchange.tell())) == {"controller_status"}
+
+
+def test_commands_written_as_bytes_are_the_same(exchange, model):
+    serialization = pytest.importorskip("rclpy.serialization", reason="needs ROS")
+    written = CommandWriter(lambda msg: bytes(serialization.serialize_message(msg)))
+
+    def write(*arguments):
+        sent, msg = written.write(*arguments), command_to_msg(*arguments)
+        told = serialization.deserialize_message(sent, type(msg)) if isinstance(sent, bytes) else sent
+        assert told == msg
+        return sent
+
+    exchange.write_commands(write)
+    exchange.on_model(model_to_msg(model))
+    for token in (5, 2**63 + 1):
+        exchange.on_guard_status(GuardStatus(session_token=token))
+        for k in range(5):
+            sent = answers(exchange.on_modal_state(state(model, token % 1000 + k, theta=[0.01 * k])))
+            assert isinstance(sent["joint_commands"], bytes) == (k > 0 or token > 5)

@@ -22,6 +22,7 @@ from std_msgs.msg import Bool
 from std_srvs.srv import Trigger
 from trajectory_msgs.msg import JointTrajectory
 
+from flexarm_bringup.realtime.answered import AnsweredPeriods
 from flexarm_bringup.realtime.figures import Counts, Figures
 from flexarm_bringup.realtime.late_cycles import LateCycles
 from flexarm_controller.conversions import reference_to_msg
@@ -43,12 +44,12 @@ class DriverError(RuntimeError):
 class Driver(Node):
     """Sends the reference, arms, watches."""
 
-    def __init__(self, names: tuple[str, ...]) -> None:
-        """Connect; ``names`` are those of the actuated axes."""
+    def __init__(self, names: tuple[str, ...], period: float) -> None:
+        """Connect; ``names`` are those of the actuated axes, ``period`` of the controller [s]."""
         super().__init__("realtime_driver", namespace="flexarm")
         self._names, self._ready = names, dict.fromkeys(PARTNERS, False)
         self._guard, self._status = GuardStatus(), ControllerStatus()
-        self._answer, self._statuses = "", 0
+        self._answer, self._answered = "", AnsweredPeriods(period)
         self._modes: Counter[str] = Counter()
         self._steps: list[float] = []
         self._late = LateCycles()
@@ -77,7 +78,7 @@ class Driver(Node):
             self._answer = msg.reason
             return
         self._status = msg
-        self._statuses += 1
+        self._answered.note(stamp_to_ns(msg.header.stamp), msg.missed_cycles)
         self._modes[MODES.get(msg.mode, str(msg.mode))] += 1
         self._steps.append(msg.solve_time)
 
@@ -128,7 +129,7 @@ class Driver(Node):
 
     def _counts(self) -> Counts:
         g, s = self._guard, self._status
-        return Counts(g.ticks, g.ticks_without_command, self._statuses, s.overruns, s.missed_cycles)
+        return Counts(g.ticks, g.ticks_without_command, self._answered.total, s.overruns, s.missed_cycles)
 
     def close(self) -> None:
         """Leave the graph."""
@@ -136,14 +137,16 @@ class Driver(Node):
         self.destroy_node()
 
 
-def drive(names: Iterable[str], reference: Reference, seconds: float, failed: Callable[[], str]) -> Figures:
-    """Run in this process; see ``Driver.run``.
+def drive(
+    names: Iterable[str], period: float, reference: Reference, seconds: float, failed: Callable[[], str]
+) -> Figures:
+    """Run in this process; see ``Driver`` and ``Driver.run``.
 
     Raises:
         DriverError: It did not begin.
     """
     rclpy.init()
-    driver: Any = Driver(tuple(names))
+    driver: Any = Driver(tuple(names), period)
     try:
         return driver.run(reference, seconds, failed)
     finally:

@@ -21,14 +21,14 @@ class Counts:
     Attributes:
         ticks: Motor periods.
         without_command: Those without a fresh command while armed.
-        statuses: Answers of the controller.
+        answers: Control periods that the controller answered.
         overruns: Answers that took longer than the controller's time budget.
         missed: Control periods that it never answered.
     """
 
     ticks: int = 0
     without_command: int = 0
-    statuses: int = 0
+    answers: int = 0
     overruns: int = 0
     missed: int = 0
 
@@ -44,8 +44,8 @@ class Figures:
     Attributes:
         seconds: How long it was watched [s].
         counts: In that time.
-        modes: Answers by mode of the controller.
-        steps: CPU time of every controller step [s].
+        modes: Answers that the controller told, by mode.
+        steps: CPU time of their controller steps [s].
         late: Guard cycles that were late.
         stop: Why the guard stopped the arm; empty when it did not.
         witnesses: Of standstills of the machine itself; None without.
@@ -65,8 +65,8 @@ class Figures:
         return [
             ("seconds watched", self.seconds),
             ("guard cycles", float(self.counts.ticks)),
-            ("answers of the controller", float(self.counts.statuses)),
-            *((f"answers by {mode}", float(count)) for mode, count in sorted(self.modes.items())),
+            ("control periods answered", float(self.counts.answers)),
+            *((f"answers told, by {mode}", float(count)) for mode, count in sorted(self.modes.items())),
             ("control periods not answered", float(self.counts.missed)),
             ("controller step, CPU time, median [us]", 1e6 * float(np.median(steps))),
             ("controller step, CPU time, 99th percentile [us]", 1e6 * float(np.percentile(steps, 99))),
@@ -76,9 +76,9 @@ class Figures:
     def checks(self) -> list[Check]:
         """Return the bounds of real time, and whether they were kept."""
         c, share = self.counts, f"less than {100 * SHARE:g} %"
-        overruns, without = c.overruns / max(c.statuses, 1), c.without_command / max(c.ticks, 1)
-        accounted = c.statuses + c.missed
-        is_quick = c.statuses > 0 and overruns < SHARE
+        overruns, without = c.overruns / max(c.answers, 1), c.without_command / max(c.ticks, 1)
+        accounted = c.answers + c.missed
+        is_quick = c.answers > 0 and overruns < SHARE
         return [
             Check("the arm was not stopped", "armed to the end", self.stop or "armed", not self.stop),
             *late_checks(self.late, c.ticks, self.witnesses),

@@ -9,7 +9,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from flexarm_controller.exchange import REFUSED, ControllerExchange, Outgoing
+from flexarm_controller.answer import Outgoing
+from flexarm_controller.exchange import REFUSED, ControllerExchange
 from flexarm_controller.limits import limits_of
 from flexarm_controller.motion.conversions import (
     cancel_response,

@@ -18,7 +18,7 @@ from rclpy.node import Node
 from rclpy.qos import QoSProfile
 from trajectory_msgs.msg import JointTrajectory
 
-from flexarm_controller.exchange import Outgoing
+from flexarm_controller.answer import Outgoing
 from flexarm_controller.motion.conversions import OWN_FRAME
 from flexarm_controller.motion.motion_exchange import MotionExchange
 

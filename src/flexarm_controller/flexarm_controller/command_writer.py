@@ -1,0 +1,28 @@
+"""Commands as the bytes of their messages, ready for a publisher: see ``flexarm_model.message_writer``."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from flexarm_controller.command import ControlCommand
+from flexarm_controller.conversions import command_to_msg
+from flexarm_model.message_writer import STAMP, MessageWriter, Serialise, stamp_values
+
+
+class CommandWriter:
+    """Writes the commands of one controller."""
+
+    def __init__(self, serialise: Serialise) -> None:
+        """Know no message yet; ``serialise`` writes any."""
+        self._writer = MessageWriter((*STAMP, "sequence", "session_token", "effort"), serialise)
+
+    def write(
+        self, command: ControlCommand, names: tuple[str, ...], sequence: int, token: int, stamp_ns: int
+    ) -> Any:
+        """Return the bytes, at first the message, of what ``conversions.command_to_msg`` makes of it."""
+        effort = command.tau.tolist()
+        return self._writer.write(
+            (command.model_id, names, len(effort)),
+            [*stamp_values(stamp_ns), (sequence,), (token,), effort],
+            lambda: command_to_msg(command, names, sequence, token, stamp_ns),
+        )
