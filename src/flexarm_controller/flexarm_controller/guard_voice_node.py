@@ -14,9 +14,11 @@ from collections.abc import Callable, Sequence
 
 from flexarm_interfaces.msg import GuardStatus
 from rclpy.node import Node
+from rclpy.serialization import serialize_message
 from sensor_msgs.msg import JointState
 
-from flexarm_controller.drives.conversions import effort_msg, guard_status_msg
+from flexarm_controller.drives.conversions import guard_status_msg
+from flexarm_controller.drives.effort_writer import EffortWriter
 from flexarm_controller.drives.seal import Mark, Seal
 from flexarm_controller.guard import STOPPED
 from flexarm_controller.guard_exchange import GuardExchange
@@ -52,6 +54,7 @@ class GuardVoice:
         self._node, self._exchange, self._late = node, exchange, late
         self._effort = node.create_publisher(JointState, "applied_effort", told)
         self._status = node.create_publisher(GuardStatus, "guard_status", told)
+        self._writer = EffortWriter(exchange.names, serialize_message)
         self._said, self._unsaid, self._count = ("", ""), 0, 0
         period = None if is_lockstep else exchange.period_ns * 1e-9
         self._health = GuardHealth(exchange.guard, period, thresholds)
@@ -64,12 +67,12 @@ class GuardVoice:
     def send(self, effort: Sequence[float], seal: Seal | None) -> None:
         """Publish torques, if there is a seal for them, and the status if it is time."""
         exchange, is_status_due = self._exchange, self._is_due()
-        self._health.note(time.perf_counter(), self._late())
         if seal is not None:
             mark = Mark(exchange.guard.mode != STOPPED, self._count + is_status_due)
-            self._effort.publish(effort_msg(exchange.names, effort, exchange.answer_ns, seal, mark))
+            self._effort.publish(self._writer.write(effort, exchange.answer_ns, seal, mark))
         if is_status_due:
             self.say()
+        self._health.note(time.perf_counter(), self._late())
 
     def say_when_due(self) -> None:
         """Publish the status if it is time; to be called once a period in which nothing is sent."""
