@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from flexarm_model.body_spec import Body
 from flexarm_model.config_bodies import read_bodies
@@ -22,7 +23,7 @@ from flexarm_model.rotation import rotation_from_rpy
 from flexarm_model.sensor_kinds import SENSOR_KINDS, read_stamp_delay
 from flexarm_model.sensor_spec import SensorSpec
 from flexarm_model.strict_yaml import ConfigError, Section, read_yaml
-from flexarm_model.units import axis_dimension
+from flexarm_model.units import axis_dimension, si_unit
 
 FORMAT = "flexarm/1"
 FROM_FILES = (ImportedBody, SuperelementBody)  # their content is part of the identity
@@ -82,17 +83,28 @@ def _read_sensors(
 
 def _read_served(served: Section, joints: Sequence[Joint]) -> dict[str, Any]:
     """Return what is served: modes, rate, home and further poses."""
-    actuated = [axis for joint in joints for axis in joint.axes if axis.actuated]
-    positions = [axis_dimension(axis.name, "position") for axis in actuated]
+    actuated = {f"{joint.name}.{axis.name}": axis for joint in joints for axis in joint.axes if axis.actuated}
     poses = served.section("poses", {})
     read = {
         "modes": served.count("modes", at_least=0),
-        "home": served.quantities("home", positions),
+        "home": _read_pose(served, "home", actuated),
         "rate_hz": served.quantity("rate", "frequency", above=0.0),
-        "poses": {name: poses.quantities(name, positions) for name in poses.names(taken=("home",))},
+        "poses": {name: _read_pose(poses, name, actuated) for name in poses.names(taken=("home",))},
     }
     served.done()
     return read
+
+
+def _read_pose(section: Section, key: str, actuated: Mapping[str, Axis]) -> NDArray[np.float64]:
+    """Return a pose within the ranges of the actuated axes, (n_theta,)."""
+    dimensions = [axis_dimension(axis.name, "position") for axis in actuated.values()]
+    pose = section.quantities(key, dimensions)
+    for i, (name, axis) in enumerate(actuated.items()):
+        if not axis.lower <= pose[i] <= axis.upper:
+            unit = si_unit(dimensions[i])
+            allowed = f"{name} must lie within [{axis.lower:.6g}, {axis.upper:.6g}] {unit}"
+            raise section.error(key, section.take(key)[i], allowed)
+    return pose
 
 
 def _identify(content: dict[str, Any], bodies: dict[str, Body]) -> str:
@@ -186,7 +198,7 @@ def _read_axis(section: Section, name: str, laws: ParameterLaws) -> Axis:
         damping_ratio=section.quantity("damping_ratio", "ratio", 0.0, at_least=0.0),
     )
     if not axis.lower < axis.upper:
-        raise section.error("upper", axis.upper, f"must be above lower, {axis.lower:g}")
+        raise section.error("upper", section.take("upper"), f"must be above lower, {section.take('lower')}")
     section.done()
     return axis
 

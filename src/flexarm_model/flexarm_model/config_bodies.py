@@ -15,6 +15,7 @@ from flexarm_model.strict_yaml import Section
 REDUCTIONS = ("craig_bampton", "guyan")
 FRAMES = ("clamped", "chord")
 INTERFACES = ("welded", "pinned")
+MOST_ELEMENTS = 200  # of a piece; the time that a body takes grows with their third power
 
 
 def read_bodies(top: Section) -> dict[str, Body]:
@@ -100,7 +101,7 @@ def _read_reduction(section: Section, nodes: dict[str, float]) -> Reduction:
 def _read_station(section: Section, key: str, length: float) -> float:
     at = section.quantity(key, "length", at_least=0.0)
     if at > length * (1 + 1e-12):
-        raise section.error(key, at, f"lies beyond the end of the beam, {length:g} m")
+        raise section.error(key, section.take(key), f"lies beyond the end of the beam, {length:g} m")
     return at
 
 
@@ -120,7 +121,7 @@ def _read_piece(item: Section) -> BeamPiece:
         E=E,
         G=item.quantity("shear_modulus", "pressure", E / 2.6, above=0.0),  # Poisson's ratio 0.3
         density=item.quantity("density", "density", at_least=0.0),
-        elements=item.count("elements"),
+        elements=item.count("elements", at_most=MOST_ELEMENTS),
         axial_rigidity=item.quantity("axial_rigidity", "force", above=0.0)
         if item.has("axial_rigidity")
         else None,

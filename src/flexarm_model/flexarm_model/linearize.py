@@ -18,6 +18,7 @@ from flexarm_model.reduced_model import Outputs, ReducedModel
 from flexarm_model.reduced_tree import ReducedTree
 from flexarm_model.reduction import mode_basis
 from flexarm_model.sensors import output_names, output_units
+from flexarm_model.units import axis_dimension, si_unit
 
 Array = NDArray[np.float64]
 
@@ -117,9 +118,9 @@ def check_pose(tree: ReducedTree, pose: Array) -> Array:
         raise PoseError(f"pose has {pose.size} values; expected {len(axes)}: {', '.join(axes)}")
     for (name, axis), value in zip(axes.items(), pose, strict=True):
         if not (np.isfinite(value) and axis.lower <= value <= axis.upper):
-            raise PoseError(
-                f"pose: {name} = {value} is not finite or outside [{axis.lower:.6g}, {axis.upper:.6g}]"
-            )
+            unit = si_unit(axis_dimension(axis.name, "position"))
+            limits = f"[{axis.lower:.6g}, {axis.upper:.6g}] {unit}"
+            raise PoseError(f"pose: {name} = {value:.6g} {unit} is not finite or outside {limits}")
     return pose
 
 

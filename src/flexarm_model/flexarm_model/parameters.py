@@ -57,6 +57,5 @@ def _check(name: str, value: Any, allowed: Any) -> None:
     elif not isinstance(value, bool):
         low, high = allowed["minimum"], allowed["maximum"]
         if not (math.isfinite(value) and low <= value <= high):
-            raise ParameterError(
-                f"{name}: {value} is not a finite number in [{low}, {high}] {allowed['unit']}"
-            )
+            unit = "" if allowed["unit"] == "1" else f" {allowed['unit']}"
+            raise ParameterError(f"{name}: {value} is not a finite number in [{low}, {high}]{unit}")

@@ -7,7 +7,9 @@ key, value and what is allowed.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
+from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +20,7 @@ from numpy.typing import NDArray
 from flexarm_model.units import parse_quantity
 
 _MISSING: Any = object()
+SHOWN = 80  # characters of a wrong value in a message
 
 
 class ConfigError(ValueError):
@@ -81,8 +84,9 @@ class Section:
 
     def error(self, key: str, value: object, allowed: str) -> ConfigError:
         """Return the error for ``key``: file, key, value, what is allowed."""
-        name = ".".join(part for part in (self.key, key) if part) or "top level"
-        return ConfigError(f"{self.path}: {name}: {value!r}: {allowed}")
+        text = repr(value)
+        shown = text if len(text) <= SHOWN else f"{text[:SHOWN]} ..."
+        return ConfigError(f"{self.path}: {self._inside(key) or 'top level'}: {shown}: {allowed}")
 
     def take(self, key: str, default: Any = _MISSING) -> Any:
         """Return the raw value of ``key``."""
@@ -90,7 +94,9 @@ class Section:
         if key in self._content:
             return self._content[key]
         if default is _MISSING:
-            raise self.error(key, None, "is missing; it must be given")
+            similar = get_close_matches(key, set(self._content) - self._asked, 1)
+            instead = f", not '{similar[0]}'" if similar else ""
+            raise ConfigError(f"{self.path}: {self._inside(key)}: is missing; it must be given{instead}")
         return default
 
     def has(self, key: str) -> bool:
@@ -155,11 +161,14 @@ class Section:
             raise self.error(key, list(value), f"expected some of {', '.join(allowed)}, each once")
         return tuple(item for item in allowed if item in value)
 
-    def count(self, key: str, default: int | None = None, *, at_least: int = 1) -> int:
+    def count(
+        self, key: str, default: int | None = None, *, at_least: int = 1, at_most: float = math.inf
+    ) -> int:
         """Return a whole number."""
         value = self.take(key, _MISSING if default is None else default)
-        if not isinstance(value, int) or isinstance(value, bool) or value < at_least:
-            raise self.error(key, value, f"expected a whole number, at least {at_least}")
+        if not isinstance(value, int) or isinstance(value, bool) or not at_least <= value <= at_most:
+            most = f", at most {at_most:g}" if math.isfinite(at_most) else ""
+            raise self.error(key, value, f"expected a whole number, at least {at_least}{most}")
         return value
 
     def flag(self, key: str, default: bool = False) -> bool:
@@ -208,7 +217,7 @@ class Section:
                 raise self.error(key, self._content[key], f"unknown key; allowed here: {allowed}")
 
     def _inside(self, key: str) -> str:
-        return f"{self.key}.{key}" if self.key else key
+        return ".".join(part for part in (self.key, key) if part)
 
     def _number(
         self, key: str, value: object, dimension: str, above: float | None, at_least: float | None

@@ -95,7 +95,8 @@ def parse_quantity(text: object, dimension: str) -> float:
     if isinstance(text, bool) or not isinstance(text, int | float | str):
         raise ValueError(f"expected {_example(dimension)}")
     if unit not in UNITS[dimension]:
-        raise ValueError(f"unit '{unit or 'none'}' is not one of {dimension}; expected {_example(dimension)}")
+        wrong = f"unit '{unit}' is not one of {dimension}" if unit else "has no unit after a space"
+        raise ValueError(f"{wrong}; expected {_example(dimension)}")
     try:
         value = float(number) * UNITS[dimension][unit]
     except ValueError:

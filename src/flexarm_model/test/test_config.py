@@ -37,6 +37,8 @@ EDITS = [
     ("extra key", "tip: strip.tip", "tip: strip.tip\ncolour: red", ("colour", "'red'", "unknown key")),
     ("missing key", "    damping_ratio: 0.015\n", "", ("bodies.strip.damping_ratio", "must be given")),
     ("wrong unit", "length: 630 mm", "length: 630 kg", ("pieces.0.length", "'630 kg'", "m, mm, um")),
+    ("misspelt key", "- length: 630 mm", "- lenght: 630 mm", ("0.length: is missing", "not 'lenght'")),
+    ("no space", "length: 630 mm", "length: 630mm", ("pieces.0.length", "'630mm'", "no unit after a space")),
     ("bare number", "mass: 54 g", "mass: 54", ("point_masses.0.mass", "54", "kg, g")),
     ("length for an angle", "lower: -170 deg", "lower: -170 mm", ("axes.rz.lower", "'-170 mm'", "rad, mrad")),
     ("force for a torque", "effort: 28 N m", "effort: 28 N", ("axes.rz.effort", "'28 N'", "N m, mN m")),
@@ -51,9 +53,10 @@ EDITS = [
     ("infinite modulus", "208.5 GPa\n        sh", "inf GPa\n        sh", ("modulus", "must be finite")),
     ("zero length", "length: 630 mm", "length: 0 mm", ("pieces.0.length", "must be above 0")),
     ("zero elements", "elements: 16", "elements: 0", ("elements", "0", "whole number, at least 1")),
+    ("too many elements", "elements: 16", "elements: 99999", ("elements", "99999", "at most 200")),
     ("half an element", "elements: 16", "elements: 1.5", ("elements", "1.5", "whole number")),
     ("no pieces", "    pieces:\n", "    pieces: []\n    assumed:\n", ("strip.pieces", "at least one")),
-    ("mass beyond the end", "at: 620 mm", "at: 640 mm", ("point_masses.0.at", "0.64", "0.63 m")),
+    ("mass beyond the end", "at: 620 mm", "at: 640 mm", ("point_masses.0.at", "'640 mm'", "0.63 m")),
     ("no such node", "node: strip.gauge", "node: strip.gage", ("strain.node", "strip.gage", "strip.gauge")),
     ("no such axis", "axis: base.rz", "axis: base.rx", ("encoder.axis", "base.rx", "base.rz")),
     ("no such kind", "kind: encoder", "kind: resolver", ("encoder.kind", "resolver", "strain_gauge")),
@@ -65,12 +68,14 @@ EDITS = [
     ("dangling body", "child: strip.root", "child: hub.root", ("clamp.child", "hub.root", "another body")),
     ("disconnected graph", "parent: world", "parent: strip.tip", ("base.parent", "not connected to")),
     ("joint onto the world", "child: strip.root", "child: world", ("clamp.child", "world")),
-    ("limits crossed", "upper: 170 deg", "upper: -171 deg", ("axes.rz.upper", "must be above lower")),
+    ("limits crossed", "upper: 170 deg", "upper: -171 deg", ("axes.rz.upper", "above lower, -170 deg")),
     ("no such axis name", "      rz:\n", "      yaw:\n", ("base.axes.yaw", "unknown key", "rx, ry, rz")),
     ("flag as text", "actuated: true", "actuated: motor", ("axes.rz.actuated", "motor", "true or false")),
     ("list too short", "[10 mm, 0 mm, 0 mm]", "[10 mm]", ("clamp.position", "a list of 3")),
     ("not a list", "position: [10 mm, 0 mm, 0 mm]", "position: 10 mm", ("clamp.position", "a list of 3")),
     ("home too long", "home: [0 deg]", "home: [0 deg, 0 deg]", ("served.home", "a list of 1")),
+    ("home out of range", "home: [0 deg]", "home: [200 deg]", ("served.home", "'200 deg'", "2.96706] rad")),
+    ("pose out of range", "served: {", "served: {poses: {a: [-9 rad]}, ", ("poses.a", "'-9 rad'", "base.rz")),
     ("wrong kind", "  strip:\n    type: beam\n", "  strip: 5\n  a:\n    type: beam\n", ("strip", "mapping")),
     ("text for a mapping", "served: {modes: 3", "served: fast #", ("served", "fast", "a mapping")),
     ("number for a name", "name: single_link", "name: 5", ("name", "5", "a text")),
@@ -310,3 +315,10 @@ def test_a_bias_is_read_in_si_and_a_sensor_without_the_key_has_none(tmp_path: Pa
     assert (bias.sigma, bias.drift, bias.limit) == pytest.approx((20e-6, 0.5e-6, 200e-6), rel=1e-12)
     assert (bias.rate, bias.rate_time) == pytest.approx((0.3e-6, 60.0), rel=1e-12)
     assert set(biases.values()) == {None}
+
+
+def test_a_long_value_does_not_hide_what_is_allowed(tmp_path: Path) -> None:
+    message = refused(tmp_path / "arm.yaml", TEXT.replace("sensors:", "sensorz:", 1))
+    assert "sensorz: " in message
+    assert "... : unknown key; allowed here: assumed, bodies" in message.replace(" ...:", " ... :")
+    assert len(message) < 400 + len(str(tmp_path))

@@ -133,9 +133,9 @@ def test_gravity_is_held_by_the_torque_of_the_segment_tree() -> None:
 POSES: list[tuple[list[float], str]] = [
     ([], r"pose has 0 values; expected 1: base.rz"),
     ([0.0, 0.0], r"pose has 2 values; expected 1: base.rz"),
-    ([float("nan")], r"base.rz = nan is not finite or outside \[-2.96706, 2.96706\]"),
-    ([3.0], r"base.rz = 3.0 is not finite or outside \[-2.96706, 2.96706\]"),
-    ([-float("inf")], r"base.rz = -inf is not finite"),
+    ([float("nan")], r"base.rz = nan rad is not finite or outside \[-2.96706, 2.96706\] rad"),
+    ([3.0], r"base.rz = 3 rad is not finite or outside \[-2.96706, 2.96706\] rad"),
+    ([-float("inf")], r"base.rz = -inf rad is not finite"),
 ]
 
 
@@ -146,7 +146,7 @@ def test_a_pose_that_cannot_be_is_refused_with_what_can(pose: list[float], text:
 
 
 def test_an_axis_without_limits_still_needs_a_finite_pose() -> None:
-    with pytest.raises(PoseError, match="yaw.rz = inf is not finite"):
+    with pytest.raises(PoseError, match="yaw.rz = inf rad is not finite"):
         linearize(tree("spatial"), np.array([np.inf, 0.0, 0.0]))
 
 
