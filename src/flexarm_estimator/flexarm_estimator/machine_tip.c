@@ -4,7 +4,9 @@
  */
 #include "machine_code.h"
 
-enum { RATES = 6, POSE = 16, BLOCK = RATES * RATES };
+enum { AXES = 3, RATES = 6, POSE = 16, BLOCK = RATES * RATES };
+
+static const double SMALL = 1e-8, BLUNT = -0.9; /* as in rotation_log.py */
 
 struct tip {
     int64_t n_q, n, n_x;
@@ -15,7 +17,9 @@ struct tip {
     int64_t (*follow)(const void *, const double *, int64_t, double *);
     double *q, *J_q, *J, *moved;       /* (n_q,), (6, n_q), (6, n) row-major, (n,) */
     const double *x, *P;               /* the state */
+    const double *y;                   /* a measured pose, [position; rotation vector] */
     double *placed;                    /* T */
+    double *nu;                        /* from there to the measured pose */
     double *record;                    /* [T; twist; cov_pose; cov_twist; x; P] */
     double variance;                   /* of the position */
 };
@@ -78,6 +82,41 @@ int64_t flexarm_locate_tip(const struct tip *s)
                 column[k] += s->J_q[k + i * RATES] * s->Phi[i + j * s->n_q];
         for (int64_t k = 0; k < RATES; k++)
             s->J[k * s->n + j] = column[k];
+    }
+    return 1;
+}
+
+/* Matrix of a rotation vector (Rodrigues), row-major. */
+static void turn(const double *phi, double *E)
+{
+    double x = phi[0], y = phi[1], z = phi[2], angle = sqrt(x * x + y * y + z * z), c = cos(angle);
+    double a = angle > SMALL ? sin(angle) / angle : 1.0, b = angle > SMALL ? (1.0 - c) / (angle * angle) : 0.5;
+    E[0] = c + b * x * x, E[1] = b * x * y - a * z, E[2] = b * x * z + a * y;
+    E[3] = b * x * y + a * z, E[4] = c + b * y * y, E[5] = b * y * z - a * x;
+    E[6] = b * x * z - a * y, E[7] = b * y * z + a * x, E[8] = c + b * z * z;
+}
+
+/* Jacobian, and the innovation [p - p(x); log(R R(x)')] of the measured pose; 0 where the loops do not close, or
+   where that is nearly half a turn, whose axis is found in another way. */
+int64_t flexarm_compare_pose(const struct tip *s)
+{
+    double E[AXES * AXES], M[AXES][AXES] = {{0.0}};
+    if (!flexarm_locate_tip(s))
+        return 0;
+    turn(s->y + AXES, E);
+    for (int64_t i = 0; i < AXES; i++)
+        for (int64_t j = 0; j < AXES; j++)
+            for (int64_t k = 0; k < AXES; k++)
+                M[i][j] += E[i * AXES + k] * s->placed[j * 4 + k];
+    double cosine = 0.5 * (M[0][0] + M[1][1] + M[2][2] - 1.0);
+    if (!(cosine >= BLUNT)) /* also when it is NaN */
+        return 0;
+    double axis[AXES] = {0.5 * (M[2][1] - M[1][2]), 0.5 * (M[0][2] - M[2][0]), 0.5 * (M[1][0] - M[0][1])};
+    double sine = sqrt(axis[0] * axis[0] + axis[1] * axis[1] + axis[2] * axis[2]);
+    double scale = sine < SMALL ? 1.0 : atan2(sine, cosine) / sine;
+    for (int64_t k = 0; k < AXES; k++) {
+        s->nu[k] = s->y[k] - s->placed[k * 4 + 3];
+        s->nu[AXES + k] = scale * axis[k];
     }
     return 1;
 }

@@ -31,7 +31,7 @@ class _Layout(ctypes.Structure):
         *((name, ctypes.c_void_p) for name in ("origin", "Phi", "pose", "jacobian")),
         *((name, ctypes.c_void_p) for name in ("loops", "close", "follow")),
         *((name, ctypes.c_void_p) for name in ("q", "J_q", "J", "moved")),
-        *((name, ctypes.c_void_p) for name in ("x", "P", "placed", "record")),
+        *((name, ctypes.c_void_p) for name in ("x", "P", "y", "placed", "nu", "record")),
         ("variance", ctypes.c_double),
     ]
 
@@ -61,20 +61,22 @@ class MachineTip(Tip):
         Phi = np.array(model.Phi, order="F")
         origin = model.q0 - Phi @ model.xi0
         self._x, self._P, self._placed = np.zeros(n_x), np.zeros((n_x, n_x)), np.zeros(_POSE)
+        self._y, self._nu = np.zeros(6), np.zeros(6)
         self._records = Records(*_SHAPES, (n_x,), (n_x, n_x), is_read_only=True)
         self._J = np.zeros((6, model.n))
         work = np.zeros(tree.n_q), np.zeros(6 * tree.n_q), self._J, np.zeros(model.n)
         self._layout = _Layout(
             *(tree.n_q, model.n, n_x), *(array.ctypes.data for array in (origin, Phi)),
             *(function.address for function in functions), *_loops(tree),
-            *(array.ctypes.data for array in (*work, self._x, self._P, self._placed)),
+            *(array.ctypes.data for array in (*work, self._x, self._P, self._y, self._placed, self._nu)),
         )  # fmt: skip
         self._kept = tree, functions, Phi, origin, work  # the layout has only their addresses
         self.address, self.seen = ctypes.addressof(self._layout), self._placed.reshape(4, 4)[:3, 3]
         self._at = ctypes.c_void_p(self.address)
         self._place, self._locate = code.flexarm_place_tip, code.flexarm_locate_tip
         self._describe, self._see = code.flexarm_describe_tip, code.flexarm_see_tip
-        for function in (self._place, self._locate, self._describe, self._see):
+        self._compare = code.flexarm_compare_pose
+        for function in (self._place, self._locate, self._compare, self._describe, self._see):
             function.restype = ctypes.c_int64
 
     def sight(self, gain: Array, constant: Array) -> Sight:
@@ -94,6 +96,11 @@ class MachineTip(Tip):
         if not self._locate(self._at):
             return self._plain.locate(x)
         return self._placed.copy().reshape(4, 4), self._J.copy()
+
+    def compare(self, y: Array, x: Array) -> tuple[Array, Array]:
+        """See Tip."""
+        self._x[:], self._y[:] = x, y
+        return (self._nu.copy(), self._J.copy()) if self._compare(self._at) else super().compare(y, x)
 
     def describe(self, belief: Belief) -> TipReport:
         """See Tip."""

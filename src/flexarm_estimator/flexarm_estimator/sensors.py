@@ -12,8 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from flexarm_estimator.rotation_log import relative_rotation
-from flexarm_estimator.tip import Tip
+from flexarm_estimator.tip import Tip, pose_difference
 from flexarm_model.reduced_model import ReducedModel
 from flexarm_model.sensor_spec import SensorSpec
 from flexarm_model.state_space import StateSpace
@@ -114,7 +113,7 @@ class TipPose(MeasurementModel):
 
     def innovation(self, y: Array, x: Array, u: Array) -> Array:
         """Return position [m] and rotation [rad] from the predicted to the measured pose, (6,)."""
-        return _compare_poses(y, self._tip.pose(x))
+        return pose_difference(y, self._tip.pose(x))
 
     def jacobian(self, x: Array) -> Array:
         """Return the tip's Jacobian in world axes, zero for velocities and disturbance, (6, n_x)."""
@@ -122,8 +121,8 @@ class TipPose(MeasurementModel):
 
     def linearise(self, y: Array, x: Array, u: Array) -> tuple[Array, Array]:
         """Return innovation (6,) and Jacobian (6, n_x)."""
-        T, J = self._tip.locate(x)
-        return _compare_poses(y, T), self._pad(J)
+        nu, J = self._tip.compare(y, x)
+        return nu, self._pad(J)
 
     def _pad(self, J: Array) -> Array:
         H = self._H.copy()
@@ -157,12 +156,6 @@ def build_sensor_models(
 
 
 _POSE_KINDS = ("camera",)
-
-
-def _compare_poses(y: Array, T: Array) -> Array:
-    nu = np.empty(6)
-    nu[:3], nu[3:] = y[:3] - T[:3, 3], relative_rotation(y[3:], T[:3, :3])
-    return nu
 
 
 def _rows(spec: SensorSpec, model: ReducedModel) -> list[int]:

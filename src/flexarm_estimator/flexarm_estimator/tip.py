@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexarm_estimator.filter import Belief
+from flexarm_estimator.rotation_log import relative_rotation
 from flexarm_model.closure_error import ClosureError
 from flexarm_model.reduced_model import ReducedModel
 
@@ -75,6 +76,22 @@ class Tip(ABC):
         Raises:
             ClosureError: The loops do not close at this state.
         """
+
+    def compare(self, y: Array, x: Array) -> tuple[Array, Array]:
+        """Return how far a measured pose is from that at ``x``, and the Jacobian there.
+
+        Args:
+            y: Position and rotation vector, (6,).
+            x: State, (n_x,).
+
+        Returns:
+            Innovation ``[p - p(x); log(R R(x)')]``, (6,), and the Jacobian [linear; angular] by xi, (6, n).
+
+        Raises:
+            ClosureError: The loops do not close at this state.
+        """
+        T, J = self.locate(x)
+        return pose_difference(y, T), J
 
     @abstractmethod
     def describe(self, belief: Belief) -> TipReport:
@@ -145,6 +162,13 @@ class PlainTip(Tip):
     def _coordinates(self, x: Array) -> Array:
         q: Array = self._q_origin + self._Phi.dot(x[: self._n])
         return q
+
+
+def pose_difference(y: Array, T: Array) -> Array:
+    """Return position [m] and rotation [rad] from a pose T (4, 4) to one measured as ``y`` (6,), (6,)."""
+    nu = np.empty(6)
+    nu[:3], nu[3:] = y[:3] - T[:3, 3], relative_rotation(y[3:], T[:3, :3])
+    return nu
 
 
 def spread(variance: float) -> float:

@@ -6,6 +6,7 @@ from machines import machine
 
 from flexarm_estimator.filter import Belief
 from flexarm_estimator.machine_tip import MachineTip, make_tip
+from flexarm_estimator.rotation_log import exp_rotation, log_rotation
 from flexarm_estimator.tip import PlainTip
 from flexarm_model.closure_error import ClosureError
 from flexarm_model.compiled import find_compiler
@@ -56,6 +57,21 @@ def test_machine_code_and_numpy_see_the_tip_at_the_same_place(name):
     assert np.ptp(seen, axis=0).max() > 1e-4  # it has moved
 
 
+@pytest.mark.parametrize("name", ["single_link", "planar_3rrr"])
+@pytest.mark.parametrize("angle", [0.0, 1e-9, 1e-3, 0.5, 2.6, 2.8, np.pi])
+def test_machine_code_and_numpy_compare_a_pose_alike(name, angle):
+    """Up to half a turn, where machine code leaves it to NumPy; ``angle`` is from the tip to the pose."""
+    fast, plain, rest, _ = both_ways(name)
+    rng = np.random.default_rng(5)
+    x, axis = rest + 1e-3 * rng.normal(size=rest.size), np.array([0.36, -0.48, 0.8])
+    T = plain.pose(x)
+    y = np.concatenate([T[:3, 3] + rng.normal(size=3), log_rotation(exp_rotation(angle * axis) @ T[:3, :3])])
+    (nu, J), (expected, J_plain) = fast.compare(y, x), plain.compare(y, x)
+    np.testing.assert_allclose(nu, expected, atol=1e-7 if angle > 3.0 else 1e-10)  # a square root there
+    np.testing.assert_allclose(J, J_plain, atol=1e-9 * abs(J_plain).max())
+    assert np.linalg.norm(nu[3:]) == pytest.approx(angle, abs=1e-7)
+
+
 def test_what_was_said_of_a_tip_does_not_change_when_the_next_is_described():
     fast, _, rest, _ = both_ways("single_link")
     report = fast.describe(Belief(rest, np.eye(rest.size)))
@@ -72,6 +88,8 @@ def test_loops_that_do_not_close_leave_no_sigma_and_raise_as_with_numpy():
     for tip in (fast, plain):
         with pytest.raises(ClosureError):
             tip.locate(wild)
+        with pytest.raises(ClosureError):
+            tip.compare(np.zeros(6), wild)
         with pytest.raises(ClosureError):
             tip.sight(np.zeros((rest.size, 1)), wild).position([0.0])
         assert np.isnan(tip.describe(Belief(wild, np.eye(rest.size))).sigma)
