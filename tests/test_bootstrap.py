@@ -253,6 +253,29 @@ def test_other_engines_are_brought_once_and_only_when_they_are_measured(
     assert machine == ["installing"] * brings
 
 
+def test_a_benchmark_that_does_not_exist_brings_nothing(
+    flexarm: ModuleType, machine: list[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(flexarm, "forward", lambda place, arguments: 2)
+    place = flexarm.prepare()
+    (flexarm.ROOT / "requirements.bench.lock").write_text("engine==1\n")
+    machine.clear()
+    assert flexarm.run_bench(place, ["engine"]) == 2
+    assert machine == []
+
+
+@pytest.mark.parametrize("command", ["build", "env", "clean"])
+def test_what_takes_no_arguments_does_nothing_with_some(
+    flexarm: ModuleType, command: str, machine: list[str], capsys: pytest.CaptureFixture[str]
+) -> None:
+    flexarm.STATE.mkdir()
+    with pytest.raises(flexarm.Stop, match=f"{command} takes no arguments, not everything"):
+        flexarm.main([command, "everything"])
+    assert flexarm.main([command, "--help"]) == 0
+    assert "usage: ./flexarm" in capsys.readouterr().out
+    assert flexarm.STATE.exists() and machine == []
+
+
 def test_benchmarks_run_without_the_other_engines_when_those_cannot_be_had(
     flexarm: ModuleType,
     machine: list[str],
