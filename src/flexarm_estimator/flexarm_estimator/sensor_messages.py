@@ -40,7 +40,7 @@ class SensorReader:
         }
         self._axes = tuple(config.actuated)
         efforts = np.array([axis.effort for axis in config.actuated.values()])
-        self._most_torque = np.where(np.isfinite(efforts), _OVERLOAD * efforts, _MOST_TORQUE)
+        self._most_torque = np.where(np.isfinite(efforts), _OVERLOAD * efforts, _MOST_TORQUE).tolist()
         known_axes = {f"{joint.name}.{axis.name}" for joint in config.joints for axis in joint.axes}
         self._known_axes = known_axes
         self._read: dict[str, Callable[[Any, float], Reading]] = {"joint_states": self._read_joints}
@@ -77,12 +77,12 @@ class SensorReader:
         missing = [name for name in self._axes if name not in by_name]
         if missing:
             return None, [Refusal(topic, f"no axis '{missing[0]}' among {', '.join(msg.name) or 'no names'}")]
-        torque = np.array([by_name[name] for name in self._axes])
-        if not np.isfinite(torque).all():
+        torque = [by_name[name] for name in self._axes]  # few, and soonest judged one by one
+        if not all(map(math.isfinite, torque)):
             return None, [Refusal(topic, "torque is not finite")]
-        if (abs(torque) > self._most_torque).any():
+        if any(abs(tau) > most for tau, most in zip(torque, self._most_torque, strict=True)):
             return None, [Refusal(topic, f"torque is more than {_OVERLOAD:g} times the axis' limit")]
-        return torque, []
+        return np.array(torque), []
 
     def _read_joints(self, msg: Any, t: float) -> Reading:
         reading, names = Reading(), list(msg.name)
