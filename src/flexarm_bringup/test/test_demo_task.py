@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import argparse
 from pathlib import Path
 from typing import Any
 
@@ -11,10 +12,12 @@ import pytest
 pytest.importorskip("domain_coordinator", reason="needs ROS")
 
 from flexarm_bringup.closed_loop import Effort
+from flexarm_bringup.demo_run import task_command
 from flexarm_bringup.demo_run.task_report import build_page
 from flexarm_bringup.demo_run.task_session import TaskRun, task_settings, torque_difference
 from flexarm_bringup.page.report import Table
-from flexarm_bringup.processes.session import Session
+from flexarm_bringup.processes.session import Session, SessionError
+from flexarm_bringup.progress import Progress
 from flexarm_bringup.sim_run.study import NOMINAL, LegResult, SimJob, SimResult, Trace
 from flexarm_bringup.tasks.course import Course, Leg
 from flexarm_bringup.tasks.reference_file import from_rest, load_reference, save_reference
@@ -129,3 +132,23 @@ def test_a_run_in_real_time_that_could_not_be_kept_is_a_missed_bound_and_not_a_r
 def test_lockstep_that_differs_from_one_process_is_told() -> None:
     assert torque_difference(over_dds("mpc", True, 0), in_process("mpc")) == 0.0
     assert torque_difference(over_dds("mpc", True, 0, 1e-3), in_process("mpc")) == pytest.approx(1e-3)
+
+
+def test_a_law_that_the_guard_refuses_does_not_hide_what_the_others_were_worth(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def run(job: SimJob, result: SimResult, lockstep: bool, *_: object) -> TaskRun:
+        """Return a run; SessionError under joint PD."""
+        if result.law == "pd":
+            raise SessionError("guard refused to arm")
+        return over_dds(result.law, lockstep, 0)
+
+    monkeypatch.setattr(task_command, "run_task_session", run)
+    task = load_task(find_task("spatial_3tpt"))
+    results = [in_process("pd"), in_process("mpc")]
+    course = Course(np.zeros(3), motion(), (LEG,), 1.0, np.zeros(1), np.zeros((1, 3)))
+    jobs = [SimJob(task, "sim", NOMINAL, course)]
+    args = argparse.Namespace(folder=tmp_path, no_realtime=True)
+    runs, failures = task_command._run_sessions(args, task, jobs, results, Progress())
+    assert [run.law for run in runs] == ["mpc"]
+    assert failures == {"sim_pd_lockstep": "guard refused to arm"}

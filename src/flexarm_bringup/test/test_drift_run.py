@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -13,6 +14,7 @@ from flexarm_bringup.drift_run.normal_moves import WAIT, normal_moves
 from flexarm_bringup.drift_run.simulation import ALONE, Drill, run_drill
 from flexarm_bringup.static_arm import StaticArm
 from flexarm_bringup.tasks.task import find_task, load_task
+from flexarm_estimator.settings import EstimatorConfig
 from flexarm_model.config import load_config
 from flexarm_model.manipulator_file import find_manipulator
 from flexarm_model.reduced_tree import ReducedTree
@@ -90,3 +92,14 @@ def test_nothing_is_told_while_nothing_changes() -> None:
     assert not watched.alarms and not watched.guard
     changes = np.array([[mode.change for mode in modes] for modes in watched.modes if modes])
     assert abs(changes[:, 0]).max() < 0.01
+
+
+def test_a_bag_without_motion_is_not_reported_as_free_of_alarms(monkeypatch: pytest.MonkeyPatch) -> None:
+    from flexarm_bringup.drift_run import bag
+
+    watch = SimpleNamespace(alarms={}, modes=(), proposal="")
+    deaf = SimpleNamespace(topics=(), watch=watch, fault="", on_model=lambda msg: None)
+    monkeypatch.setattr(bag, "DriftExchange", lambda *_: deaf)
+    config = load_config(find_manipulator("single_link"), "geared")
+    with pytest.raises(ValueError, match="no joint_states after its model"):
+        bag.watch_messages([("/flexarm/model", None)], config, EstimatorConfig())

@@ -188,3 +188,10 @@ def test_a_setting_that_does_not_exist_is_refused(change: str) -> None:
 def test_a_misspelt_setting_is_answered_with_those_there_are() -> None:
     with pytest.raises(ValueError, match=r"estimator has no 'modal'; it has .*modal_force"):
         with_settings(task_for("single_link"), ["estimator.modal=1"])
+
+
+def test_settings_that_are_words_can_be_changed_too() -> None:
+    changed = with_settings(task_for("single_link"), ["controller.law=pd"])
+    assert changed.make("controller", ControllerConfig).law == "pd"
+    with pytest.raises(ValueError, match="law: 'firm' is not one of mpc"):
+        with_settings(task_for("single_link"), ["controller.law=firm"])

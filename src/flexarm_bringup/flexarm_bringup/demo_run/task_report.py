@@ -51,7 +51,7 @@ def build_page(
         results: In one process.
         runs: Over DDS.
         figures: What the tip did.
-        failures: Why a run in real time is missing, by its name.
+        failures: Why a run is missing, by its name.
     """
     config = next(iter(configs.values()))
     found: dict[tuple[str, str, str], Result] = {(r.preset, IN_PROCESS, r.law): r for r in results}

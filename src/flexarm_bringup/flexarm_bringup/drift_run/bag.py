@@ -77,4 +77,6 @@ def watch_messages(
             modes.append(exchange.watch.modes)
     if exchange.watch is None:
         raise ValueError(exchange.fault)
+    if not t:
+        raise ValueError(f"no {TIME} after its model: there is nothing to watch")
     return Watched(np.array(t), tuple(modes), tuple(alarms), "", exchange.watch.proposal)

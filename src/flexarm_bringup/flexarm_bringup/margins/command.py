@@ -3,6 +3,7 @@
   flexarm margins single_link --preset light_hub       named poses, and some along the moves
   flexarm margins serial_6r --along 9 --html m.html    more poses, and poles and margins as figures
   flexarm margins single_link --set estimator.modal_force=1e-3    what if the filter were more sure?
+  flexarm margins single_link --set controller.law=pd             another law: pd, lqr, mpc
 
 The loop is the settled filter with the settings of config/moves, the law where no limit binds, and the delay
 from sensor to torque, closed on the arm with more modes than the controller knows and with all frequencies
@@ -45,7 +46,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument(
         "--set", action="append", default=[], metavar="SECTION.KEY=VALUE",
-        help=f"change a number of the settings; sections: {', '.join(SECTIONS)}",
+        help=f"change one of the settings; sections: {', '.join(SECTIONS)}",
     )  # fmt: skip
     add_report_arguments(parser)
     parser.epilog = "Exit code 1 when a margin falls short at any pose, 2 when the input cannot be used."
@@ -90,10 +91,10 @@ def with_settings(task: Task, changes: list[str]) -> Task:
             raise ConfigError(
                 f"--set {change}: expected SECTION.KEY=VALUE, SECTION one of {', '.join(SECTIONS)}"
             )
-        known = [item.name for item in fields(SECTIONS[section])]  # type: ignore[arg-type]
+        known = {item.name: item.default for item in fields(SECTIONS[section])}  # type: ignore[arg-type]
         if key not in known:
             raise ConfigError(f"--set {change}: {section} has no '{key}'; it has {', '.join(sorted(known))}")
-        found.setdefault(section, {})[key] = _number(change, value)
+        found.setdefault(section, {})[key] = value if isinstance(known[key], str) else _number(change, value)
     settings = _merged(task.settings, found)
     presets = {preset: _merged(own, found) for preset, own in task.preset_settings.items()}
     changed = replace(task, settings=settings, preset_settings=presets)
