@@ -99,14 +99,15 @@ class Estimator:
             The estimate; its status says whether it may be used.
         """
         trouble = self._follow_clock(t) + self._take_torque(tau)
-        first = self._history.advance(self._t, self._u)
-        samples = self._reception.admit(self._delays.undo(measurements), self._t, self._history.oldest)
+        history = self._history
+        first = history.advance(self._t, self._u)
+        samples = self._reception.admit(self._delays.undo(measurements), self._t, history.oldest)
         fit = self.health.pick_sound(samples)
         self._gate.meet(fit)
-        touched = [first, *[self._history.insert(sample) for sample in fit]]
+        touched = [first, *[history.insert(sample) for sample in fit]]
         verdicts = self._compute(touched) + self._resolve()
         self.health.note_verdicts(verdicts)
-        now = self._history.now
+        now = history.now
         self._heed(View(self._t, self._u, now.belief, samples, verdicts, now.inputs))
         self._history.forget(self._gate.needs(self._t))
         return self._estimate(trouble)

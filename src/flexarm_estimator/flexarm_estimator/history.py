@@ -102,7 +102,7 @@ class History:
         """Go to ``t`` with ``u`` held since the newest instant; return the first instant to compute."""
         now, count = self.instants[-1], len(self.instants)
         if t > now.t + SAME_INSTANT:
-            self.instants.append(Instant(t, u, now.belief))
+            self.instants.append(Instant(t, u, now.belief, {}, {}, {}))  # sooner than by their default
         return count
 
     def insert(self, sample: Measurement) -> int:

@@ -44,12 +44,13 @@ class Reception:
         window = Window(oldest, now + self._config.future_tolerance)
         checks, health = self._checks, self._health
         for sample in measurements:
+            sensor, t, _, R = sample
             reason = checks.refuse(sample, window)
             if reason:
-                health.note_refusal(sample.sensor, reason)
-            elif not health.is_off(sample.sensor):
-                if sample.R is not None or checks.is_at_end:
+                health.note_refusal(sensor, reason)
+            elif not health.is_off(sensor):
+                if R is not None or checks.is_at_end:
                     sample = sample._replace(R=checks.noise(sample))
-                (due if sample.t <= now else self._early).append(sample)
+                (due if t <= now else self._early).append(sample)
         due.sort(key=_STAMP)
         return due
