@@ -44,6 +44,16 @@ def test_without_a_moves_file_it_tours_its_named_poses() -> None:
     assert list(task_for(str(ARM)).moves) == ["to stretched", "home"]
 
 
+def test_the_moves_file_of_the_walk_through_can_be_used(tmp_path: Path) -> None:
+    text = (DOCS / "your_own_arm.md").read_text(encoding="utf-8")
+    moves = text[text.index("format: flexarm-moves/1") :].partition("```")[0]
+    (tmp_path / "moves.yaml").write_text(moves.replace("two_link.yaml", str(ARM)), encoding="utf-8")
+    task = task_for(str(tmp_path / "moves.yaml"))
+    assert len(sim_jobs(task, task.presets, [NOMINAL])) == 1
+    assert task.settings["estimator"] == task_for(str(ARM)).settings["estimator"]
+    assert task.settings["schedule"] == {"angle": 0.1}
+
+
 def test_on_its_tour_in_a_vertical_plane_no_sound_sensor_is_accused(tmp_path: Path) -> None:
     path = tmp_path / "arm.yaml"
     text = ARM.read_text(encoding="utf-8")
@@ -53,15 +63,20 @@ def test_on_its_tour_in_a_vertical_plane_no_sound_sensor_is_accused(tmp_path: Pa
     settings = loop_settings(job.task, "mpc", RigSettings())
 
     def observe(hardware: Hardware, estimate: Estimate) -> dict[str, NDArray[np.float64]]:
-        """Return the error of the tip [m] and whether the state may be used."""
+        """Return the error of the tip [m], whether the state is lost, how many sensors are accused."""
+        accused = sum(sensor.status == "faulty" for sensor in estimate.sensors)
         off = estimate.T_world_tip[:3, 3] - hardware.rig.plant.tip_pose()[:3, 3]
-        return {"off": np.linalg.norm(off), "lost": np.array(estimate.status == "lost")}
+        return {
+            "off": np.linalg.norm(off),
+            "lost": np.array(estimate.status == "lost"),
+            "accused": np.array(accused),
+        }
 
     course = job.course
     rows, _ = run_loop(
         Hardware(config, settings.rig), ReducedTree(config), course.reference, course.end, settings, observe
     )
-    assert not any(row["lost"] for row in rows)
+    assert not any(row["lost"] or row["accused"] for row in rows)
     assert max(row["off"] for row in rows) < 1e-3  # with one model for all poses: lost, 60 mm
 
 
