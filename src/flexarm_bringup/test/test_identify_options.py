@@ -12,6 +12,7 @@ import pytest
 from identify_files import F_HZ, STIFFNESS, TIP_MASS, record, softer_strip
 
 from flexarm_bringup import cli
+from flexarm_bringup.identify import command
 from flexarm_bringup.identify.command import add_arguments
 from flexarm_model.modal.frf import Ports, modal_frf
 from flexarm_model.modal.modes import Modes
@@ -122,3 +123,20 @@ def test_share_and_periods_of_a_test_of_the_rig(tmp_path: Path) -> None:
     small, large = (table["rows"][0][1] for table in tables)
     assert large == pytest.approx(2 * small, rel=1e-6)
     assert "+ 2 periods of 4 s" in json.dumps(tables[0])
+
+
+@pytest.mark.parametrize(
+    ("wanted", "said"),
+    [
+        ("bodies.strp.damping_ratio", "'strp' is not there"),
+        ("bodies.strip.damping_ratio=much", "'much': expected a relative sigma above 0"),
+        ("bodies.strip.damping_ratio=nan", "'nan': expected a relative sigma above 0"),
+        ("bodies.strip.type", "is not a number"),
+    ],
+)
+def test_what_cannot_be_fitted_is_told_before_anything_is_measured(
+    wanted: str, said: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(command, "modal_tests", lambda args: pytest.fail("it has measured"))
+    assert cli.main(["identify", "rig", "--manipulator", "single_link", "--fit", wanted]) == 2
+    assert said in capsys.readouterr().err

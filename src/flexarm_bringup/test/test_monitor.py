@@ -8,6 +8,7 @@ import re
 
 import pytest
 
+from flexarm_bringup import cli
 from flexarm_bringup.monitor.drawing import BAR, Line, bar, draw, number, paint
 from flexarm_bringup.monitor.picture import (
     AxisRow,
@@ -128,3 +129,10 @@ def test_without_a_terminal_frames_are_plain_text() -> None:
         screen.show(paint([Line()], 80, screen.has_colour))
         screen.show(["text"])
     assert "\x1b" not in out.getvalue()
+
+
+def test_a_description_that_is_not_there_is_told_before_the_rig_is_looked_for(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    assert cli.main(["monitor", "--once", "no/such/arm.yaml"]) == 2
+    assert "no/such/arm.yaml: cannot be read" in capsys.readouterr().err

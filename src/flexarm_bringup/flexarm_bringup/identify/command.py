@@ -45,7 +45,13 @@ from flexarm_bringup.identify.page import build_page
 from flexarm_bringup.identify.retuning import moves_beside, retune
 from flexarm_bringup.identify.run import Request, Result, identify, known_outputs
 from flexarm_bringup.identify.sources import Averaging, of_records, read_records, read_sources
-from flexarm_bringup.identify.updating import Fitting, add_to, fit_description, write_description
+from flexarm_bringup.identify.updating import (
+    Fitting,
+    add_to,
+    fit_description,
+    read_unknowns,
+    write_description,
+)
 from flexarm_bringup.page.report import Page, publish
 from flexarm_bringup.progress import Progress
 from flexarm_model.manipulator_file import find_manipulator
@@ -104,6 +110,10 @@ def _check(args: argparse.Namespace) -> None:
             raise ValueError(
                 "--update: name what to fit with --fit PATH; nothing in the file suggests itself"
             )
+    if wants_fit:
+        read_unknowns(
+            args.manipulator, args.preset, args.fit
+        )  # what cannot be fitted is told before the test
     if args.update == Path():
         args.update = Path(f"{Path(args.manipulator).stem}_fitted.yaml")
     if args.retune == Path():

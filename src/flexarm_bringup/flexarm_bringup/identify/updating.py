@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import datetime
 import hashlib
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -20,6 +21,7 @@ from flexarm_model.identification.described_shapes import described_shapes
 from flexarm_model.identification.model_update import (
     ModeTable,
     Serve,
+    Unknown,
     Update,
     loose_directions,
     update_model,
@@ -30,6 +32,7 @@ from flexarm_model.linearize import linearize
 from flexarm_model.manipulator_file import find_manipulator
 from flexarm_model.modal.fit import PoleFit
 from flexarm_model.reduced_tree import ReducedTree
+from flexarm_model.strict_yaml import ConfigError
 
 Array = NDArray[np.float64]
 SPREAD = 0.3  # one sigma of a parameter's relative error when nobody says [1]
@@ -77,10 +80,7 @@ def fit_description(
     path = find_manipulator(fitting.manipulator)
     pose = np.array(fitting.pose) if fitting.pose else load_config(path, fitting.preset).home
     modes_of = described_modes(path, fitting.preset, fitting.motors_locked)
-    unknowns = [
-        read_unknown(path, fitting.preset, name, float(spread or SPREAD))
-        for name, _, spread in (item.partition("=") for item in fitting.parameters)
-    ]
+    unknowns = read_unknowns(fitting.manipulator, fitting.preset, fitting.parameters)
     tables = [match(modes_of({}, at)[0], at, modes) for at, modes in [(pose, fit), *others]]
     at_sensors = seen_shapes(path, fitting, fit)
     serve: Serve = modes_of
@@ -90,6 +90,27 @@ def fit_description(
     told, kept_back = split_poses(tables)
     update = update_model(serve, unknowns, told)
     return update, check_poses(modes_of, update.changes, kept_back)
+
+
+def read_unknowns(manipulator: str, preset: str, parameters: Sequence[str]) -> list[Unknown]:
+    """Return the parameters, "PATH" or "PATH=SPREAD" each, as the description has them.
+
+    Raises:
+        ConfigError: There is no such value, it is no number, or its spread is none.
+    """
+    path, unknowns = find_manipulator(manipulator), []
+    for item in parameters:
+        name, _, spread = item.partition("=")
+        try:
+            sigma = float(spread or SPREAD)
+        except ValueError:
+            sigma = 0.0
+        if not 0.0 < sigma < math.inf:
+            raise ConfigError(
+                f"--fit {item}: '{spread}': expected a relative sigma above 0, such as {SPREAD}"
+            )
+        unknowns.append(read_unknown(path, preset, name, sigma))
+    return unknowns
 
 
 def seen_shapes(path: Path, fitting: Fitting, fit: PoleFit) -> SeenShapes | None:

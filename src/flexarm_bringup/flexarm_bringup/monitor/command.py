@@ -13,8 +13,12 @@ from __future__ import annotations
 
 import argparse
 import math
+import sys
 
 from flexarm_bringup.arguments import number
+from flexarm_model.config import load_config
+from flexarm_model.manipulator_file import find_manipulator
+from flexarm_model.strict_yaml import ConfigError
 
 UNUSABLE = 2
 FRAMES = 5.0  # 1/s
@@ -36,7 +40,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Draw until Ctrl-C; exit code 2 when ``--once`` finds nothing."""
+    """Draw until Ctrl-C; exit code 2 when ``--once`` finds nothing or the description cannot be read."""
+    try:
+        if args.manipulator:
+            load_config(find_manipulator(args.manipulator))
+    except ConfigError as error:
+        print(f"flexarm monitor: {error}", file=sys.stderr)
+        return UNUSABLE
     from flexarm_bringup.monitor.watch_node import print_once, watch  # only they need ROS
 
     if args.once:
