@@ -195,7 +195,6 @@ def test_expectations_that_are_not_understood_end_with_2_and_one_line(
         (("--new", "x", "--from", "nowhere"), "nowhere: no such folder"),
         (("--new", "x", "--from", str(GOLDEN / "bag"), "--settings", "{"), "--settings: is not JSON"),
         (("--new", "x", "--from", str(GOLDEN / "bag"), "--settings", "[]"), "expected parameters by node"),
-        (("--new", "x", "--from", str(GOLDEN / "bag"), "--until", "0"), "--until: 0 s: must be above 0"),
         (("--new", str(GOLDEN), "--from", str(GOLDEN / "bag")), "exists already"),
     ],
 )
@@ -203,6 +202,12 @@ def test_arguments_that_lead_nowhere_are_refused(
     arguments: tuple[str, ...], reason: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert reason in refusal(capsys, *arguments)
+
+
+def test_an_end_that_is_no_time_is_refused_with_what_is_allowed(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit):
+        refusal(capsys, "--new", "x", "--from", str(GOLDEN / "bag"), "--until", "0")
+    assert "--until: '0': expected a number, above 0" in capsys.readouterr().err
 
 
 @pytest.mark.slow

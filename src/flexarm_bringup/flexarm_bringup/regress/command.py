@@ -83,8 +83,6 @@ def _check_arguments(args: argparse.Namespace) -> None:
             raise ValueError(f"--settings: is not JSON: {error}") from None
         if not isinstance(settings, dict):
             raise ValueError(f"--settings: {args.settings}: expected parameters by node")
-    if not args.until > 0.0:
-        raise ValueError(f"--until: {args.until:g} s: must be above 0")
 
 
 def _judge_all(folders: list[Path]) -> list[Verdict]:
