@@ -87,8 +87,13 @@ class Gate:
         return f"the state was doubted by {', '.join(sorted(self.doubters))}" if self.is_upset(t) else ""
 
     def needs(self, t: float) -> float:
-        """Return since when the past is needed to settle the doubts of ``t`` [s]; infinite without any."""
-        return self.doubted_since if self.is_upset(t) else math.inf
+        """Return since when the past is needed to settle the doubts of ``t`` [s]; infinite without any.
+
+        Where doubts go on and on, not since the first: a past that only grew could soon not be played again.
+        """
+        config = self._config
+        longest = t - config.history - config.reopen_interval
+        return max(self.doubted_since, longest) if self.is_upset(t) else math.inf
 
     def meet(self, samples: Iterable[Measurement]) -> None:
         """Look at new samples before they are judged."""

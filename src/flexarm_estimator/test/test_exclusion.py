@@ -120,6 +120,21 @@ def test_an_encoder_that_lags_is_found_out_and_taken_back() -> None:
     assert errors[back:].max() <= 2e-4
 
 
+def test_the_past_that_is_kept_does_not_grow_while_all_contradict_all() -> None:
+    """Every hypothesis plays it again: a past that grew would take ever more time and memory."""
+    rng, far = np.random.default_rng(1), {"root_strain": 2e-4}
+
+    def noise(k: int, samples: list[Measurement]) -> list[Measurement]:
+        if k < START:
+            return samples
+        return [s._replace(y=s.y + far.get(s.sensor, 0.2) * rng.normal(size=s.y.shape)) for s in samples]
+
+    estimator, estimates, _ = feed(noise)
+    assert estimates[-1].status == "lost"
+    longest = estimator.config.history + estimator.config.reopen_interval
+    assert len(estimator.past[1]) <= longest / DT + 3
+
+
 def test_without_the_liar_and_only_without_it_the_others_agree() -> None:
     estimator, estimates, _ = feed(creeping, until=START + 65)
     assert "doubted by encoder" in estimates[-1].reason
