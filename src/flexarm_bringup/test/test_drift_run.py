@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -11,13 +12,20 @@ import pytest
 
 from flexarm_bringup import cli
 from flexarm_bringup.drift_run.normal_moves import WAIT, normal_moves
-from flexarm_bringup.drift_run.simulation import ALONE, Drill, run_drill
+from flexarm_bringup.drift_run.simulation import ALONE, Drill, Watched, run_drill
 from flexarm_bringup.static_arm import StaticArm
 from flexarm_bringup.tasks.task import find_task, load_task
 from flexarm_estimator.settings import EstimatorConfig
 from flexarm_model.config import load_config
 from flexarm_model.manipulator_file import find_manipulator
 from flexarm_model.reduced_tree import ReducedTree
+
+LINEAR = {
+    "motion_acceleration": 10.0,
+    "acceleration_noise": 0.025,
+    "acceleration_error": 0.1,
+    "gate": 6.0,
+}  # what the 3RRR's filter was told while it was linear
 
 
 def test_normal_moves_go_there_and_back_without_jumps() -> None:
@@ -77,11 +85,26 @@ def test_the_3tpt_whose_modes_are_not_those_described_tells_a_change_and_only_th
 
 @pytest.mark.slow
 def test_an_arm_whose_model_does_not_explain_its_moves_is_not_judged() -> None:
-    """The planar 3RRR: innovations three to eight times as large as believed; its modes are not told."""
+    """The planar 3RRR, filter of one pose: innovations three to eight times as large as believed."""
+    watched = drill_the_parallel_arm(Drill(40.0, 0.95, 20.0, law=ALONE), estimator=LINEAR)
+    assert not watched.alarms and not any(mode.healthy for mode in watched.modes[-1])
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("change", "by"), [(1.0, None), (0.95, 30.0)])
+def test_the_parallel_arm_tells_of_a_drift_and_of_nothing_else(change: float, by: float | None) -> None:
+    """With the filter of its moves file, which computes what a model of one pose leaves out."""
+    watched = drill_the_parallel_arm(Drill(40.0, change, 20.0, law=ALONE))
+    assert len(watched.alarms) == (by is not None)
+    for t, told in watched.alarms:
+        assert 20.0 < t <= by and "at the start it was" in told
+
+
+def drill_the_parallel_arm(drill: Drill, **settings: dict[str, float]) -> Watched:
+    """Run a drill of the planar 3RRR, some settings of its nodes replaced."""
     task = load_task(find_task("planar_3rrr"))
     config = load_config(find_manipulator("planar_3rrr"), task.presets[0])
-    watched = run_drill(config, task, Drill(40.0, 0.95, 20.0, law=ALONE))
-    assert not watched.alarms and not any(mode.healthy for mode in watched.modes[-1])
+    return run_drill(config, replace(task, settings={**task.settings, **settings}), drill)
 
 
 @pytest.mark.slow

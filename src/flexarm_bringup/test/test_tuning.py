@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from flexarm_bringup.consistency.bag_epochs import Epochs, order_epochs
-from flexarm_bringup.consistency.knobs import Noise, Parameter, make_knobs, turn
+from flexarm_bringup.consistency.knobs import PROCESS, Noise, Parameter, make_knobs, turn
 from flexarm_bringup.consistency.monte_carlo import START_BEFORE, Bench
 from flexarm_bringup.consistency.tuning import Tuned, Tuner, curvature, spreads, told_by
 from flexarm_bringup.tasks.task_for import task_for
@@ -99,8 +99,9 @@ def test_torques_act_from_their_stamp_on_and_models_are_used_from_theirs() -> No
 @pytest.mark.slow
 def test_noise_that_was_put_in_comes_out_within_its_uncertainty() -> None:
     """3 sigma; the search begins at half to three times the truth."""
-    truth = {"modal_force": 0.05, "acceleration_noise": 0.3, "motion_acceleration": 0.05}
-    bench = Bench(replace(task_for("single_link"), settings={"estimator": truth}))
+    noise = {"modal_force": 0.05, "acceleration_noise": 0.3}
+    bench = Bench(replace(task_for("single_link"), settings={"estimator": noise}))
+    truth = {name: getattr(bench.settings, name) for name in PROCESS}  # the bench has some of its own
     truth |= {spec.name: float(spec.sigma[0]) for spec in bench.config.sensors}
     wrong = {"root_strain": 0.5, "camera": 2.0}
     sensors = tuple(
