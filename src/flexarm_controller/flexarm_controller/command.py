@@ -14,10 +14,11 @@ Mode = Literal["inactive", "mpc", "lqr", "pd", "nmpc", "shifted_plan", "damping"
 
 
 class ControlCommand(NamedTuple):  # not a dataclass: one is made in every period
-    """Torque for the period that follows, and how it came about.
+    """Torque for a period that is to come, and how it came about.
 
     Attributes:
         t: Instant of the state it was computed from [s].
+        acts_at: Begin of the period that it is meant for [s].
         tau: Torque [N m] or force [N], (n_theta,).
         model_id: Model in use.
         mode: Rung of the ladder that made it.
@@ -35,6 +36,7 @@ class ControlCommand(NamedTuple):  # not a dataclass: one is made in every perio
     """
 
     t: float
+    acts_at: float
     tau: Array
     model_id: str
     mode: Mode

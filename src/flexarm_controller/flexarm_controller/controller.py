@@ -68,6 +68,7 @@ class Controller:
         period, budget = self.config.period, self.config.time_budget * self.config.period
         self._budget = TimeBudget(budget, period, self._clocks.wall)
         capped = self._capped(mpc or MpcConfig())
+        self._delay = max(capped.delay_periods, 1) * period  # nothing acts sooner than the next period
         self._inputs = LawInputs(limits, self.config, capped, arm, nmpc or NmpcConfig())
         self._trust = Trust(self.config.start_sigma)
         self._effort = limits.effort.tolist()
@@ -133,8 +134,9 @@ class Controller:
         began, solved = cycle.plan.laps if self._clocks.cpu is time.thread_time else (0.0, 0.0)
         split = (began - started, solved - began, ended - solved) if solved else (0.0, 0.0, 0.0)
         return ControlCommand(
-            state.t, tau, self.model.model_id, choice.mode, choice.reason, result.status, result.iterations,
-            result.residual, ended - started, active, planned, self.reference, state.theta, split,
+            state.t, state.t + self._delay, tau, self.model.model_id, choice.mode, choice.reason,
+            result.status, result.iterations, result.residual, ended - started, active,
+            planned, self.reference, state.theta, split,
         )  # fmt: skip
 
     def work_ahead(self) -> None:

@@ -103,8 +103,13 @@ def command_to_msg(
     """Return the command message, stamped like the state used [ns]."""
     msg = JointCommand(sequence=sequence, session_token=token, model_id=command.model_id, names=list(names))
     msg.effort = floats(command.tau)
-    msg.header.stamp = ns_to_stamp(stamp_ns)
+    msg.header.stamp, msg.acts_at = ns_to_stamp(stamp_ns), ns_to_stamp(acts_ns(command, stamp_ns))
     return msg
+
+
+def acts_ns(command: ControlCommand, stamp_ns: int) -> int:
+    """Return the begin of the period that a command is meant for [ns], from the stamp of its state [ns]."""
+    return stamp_ns + round((command.acts_at - command.t) * NS_PER_S)
 
 
 def status_to_msg(command: ControlCommand, missed: int, overruns: int, stamp_ns: int) -> ControllerStatus:

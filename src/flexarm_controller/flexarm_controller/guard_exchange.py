@@ -9,7 +9,8 @@ from collections import defaultdict
 from typing import Any
 
 from flexarm_controller.drives.conversions import command_from_msg, drive_state_from_msg
-from flexarm_controller.guard import Guard, GuardCommand, GuardState
+from flexarm_controller.due_commands import DueCommands
+from flexarm_controller.guard import Guard, GuardState
 from flexarm_controller.guard_settings import GuardSettings, guard_limits
 from flexarm_controller.guarding.pose_loads import PoseLoads
 from flexarm_controller.guarding.strain_gauges import StrainGauges
@@ -47,8 +48,7 @@ class GuardExchange:
         self._models: PendingModels[str] = PendingModels()
         self.stamp_ns, self.model_fault = -1, ""
         self._state = GuardState(())
-        self._command: GuardCommand | None = None
-        self._command_ns = -1
+        self._commands, self._newest_ns = DueCommands(self.period_ns * 1e-9), -1
         self._newest = 0, 0  # session and sequence
 
     @property
@@ -68,8 +68,13 @@ class GuardExchange:
 
     @property
     def is_commanded(self) -> bool:
-        """Whether there is a command for the drives' newest state."""
-        return self._command is not None and self._command_ns == self.stamp_ns
+        """Whether there is a command for the period that an answer is for."""
+        return self._commands.has(self.t)
+
+    @property
+    def is_heeded(self) -> bool:
+        """Whether the newest command was computed from the drives' newest state."""
+        return self._newest_ns == self.stamp_ns
 
     def on_model(self, msg: Any) -> None:
         """Take a model of the same description, to be served from its stamp on; refuse another by name."""
@@ -113,16 +118,17 @@ class GuardExchange:
         elif self._newest[0] == token and sequence <= self._newest[1]:
             self.refuse(f"command {sequence} is not newer than {self._newest[1]}")
         else:
-            self._newest = token, sequence
-            self._command = command_from_msg(msg, self._epoch_ns or 0)
-            self._command_ns = stamp_to_ns(msg.header.stamp)
+            if self._newest[0] != token:
+                self._commands.clear()
+            self._newest, self._newest_ns = (token, sequence), stamp_to_ns(msg.header.stamp)
+            self._commands.add(command_from_msg(msg, self._epoch_ns or 0, self.period_ns))
 
     def answer(self) -> list[float]:
         """Return the torque of the next period [N m] or [N], one per axis."""
         model_id = self._models.due(self.stamp_ns)
         if model_id is not None:
             self.guard.serve(model_id, self.t)
-        command, self._command = self._command, None
+        command = self._commands.take(self.t)
         self._gauges.update(self._strains)
         self._strains.clear()
         state = GuardState(self._state.velocity, self._state.position, self._gauges.read())

@@ -16,8 +16,8 @@ Services
 Calls
     rig/attach (std_srvs/Trigger): see ``drives.attachment_node``.
 
-It starts stopped, whatever was before. In real time it answers the drives once a period: as soon as the
-command for their newest state is there, else after ``patience`` and before ``answer_time``. In lockstep it
+It starts stopped, whatever was before. In real time it answers the drives once a period: as soon as it has
+the command that is meant for the next one, else after ``patience`` and before ``answer_time``. In lockstep it
 answers every command, and while the arm is braked every tick; once it stands, time stands until it is armed.
 """
 
@@ -175,8 +175,14 @@ class GuardNode(ManagedNode):
         self._answer_when_due()
 
     def _answer_when_due(self) -> None:
-        """Answer the newest state once its command is here; in lockstep a braked arm needs none."""
-        is_due = self.exchange.is_commanded or (self.settings.lockstep and self.guard.mode == BRAKING)
+        """Answer once the command of the next period is here; in lockstep once that for the newest state is.
+
+        There a braked arm needs none.
+        """
+        if self.settings.lockstep:
+            is_due = self.exchange.is_heeded or self.guard.mode == BRAKING
+        else:
+            is_due = self.exchange.is_commanded
         if self._cycle.is_open and is_due:
             self._answer()
 

@@ -49,10 +49,12 @@ def state(k, q=0.0, v=0.0, names=("base.rz",)):
     return msg
 
 
-def command(k, effort=(1.0,), token=TOKEN, sequence=None, model_id=""):
+def command(k, effort=(1.0,), token=TOKEN, sequence=None, model_id="", delay=0):
     msg = JointCommand(sequence=k if sequence is None else sequence, session_token=token, model_id=model_id)
     msg.effort = list(effort)
     msg.header.stamp = ns_to_stamp(EPOCH_NS + k * T_NS)
+    if delay:
+        msg.acts_at = ns_to_stamp(EPOCH_NS + (k + delay) * T_NS)
     return msg
 
 
@@ -88,6 +90,32 @@ def test_a_command_for_an_older_state_is_used_but_not_waited_for():
     exchange.on_command(command(1))
     assert not exchange.is_commanded
     assert exchange.answer() == [1.0]
+
+
+def test_a_command_waits_for_the_period_it_is_meant_for_and_is_there_when_that_comes():
+    exchange = armed()
+    exchange.on_drive_states(state(1))
+    exchange.on_command(command(1, (1.0,), delay=2))
+    assert exchange.is_heeded and not exchange.is_commanded
+    assert exchange.answer() == [0.0]
+    exchange.on_drive_states(state(2))
+    assert exchange.is_commanded and not exchange.is_heeded
+    assert exchange.answer() == [1.0]
+    assert exchange.guard.age == pytest.approx(0.01)
+    exchange.on_command(command(2, (0.9,), delay=2))
+    assert play(exchange, 3, command(3, (0.8,), delay=2)) == [0.9]
+    assert exchange.guard.ticks_without_command == 0
+
+
+def test_what_waits_from_another_session_does_not_act():
+    exchange = armed()
+    exchange.on_drive_states(state(1))
+    exchange.on_command(command(1, (1.0,), delay=2))
+    exchange.guard.stop("button")
+    exchange.answer()
+    exchange.guard.arm(exchange.t, TOKEN + 1)
+    assert play(exchange, 2, command(2, (0.5,), token=TOKEN + 1, sequence=1, delay=2)) == [0.0]
+    assert exchange.guard.passed == 0
 
 
 class Stranger:

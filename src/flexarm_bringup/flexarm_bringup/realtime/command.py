@@ -2,7 +2,9 @@
 
   flexarm realtime                                200 Hz for 20 s
   flexarm realtime --minutes 5 --load             five minutes with one core kept busy
-  flexarm realtime --rate 500 --composed          estimator and controller in one process at 500 Hz
+  flexarm realtime --rate 500 --composed --delay 2
+                                                  estimator and controller in one process at 500 Hz; a torque
+                                                  acts two periods after its state, so they have a whole one
 
 It counts guard cycles that began late, overruns of the controller and ticks without a fresh command, and ends
 1 when a bound was missed. Run it while the machine has nothing else to do.
@@ -23,7 +25,7 @@ from pathlib import Path
 
 import yaml
 
-from flexarm_bringup.arguments import number
+from flexarm_bringup.arguments import number, whole
 from flexarm_bringup.demo_run.motions import motions, out_and_back, reference_of
 from flexarm_bringup.demo_run.sessions import free_domains
 from flexarm_bringup.page.report import Column, Page, Table, add_report_arguments, publish
@@ -55,6 +57,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--load", action="store_true", help="keep one core busy meanwhile")
     parser.add_argument("--composed", action="store_true", help="estimator and controller in one process")
+    parser.add_argument(
+        "--delay", type=whole(at_least=1), default=1, metavar="PERIODS",
+        help="periods between a state and its torque, which the law counts on (default: 1)",
+    )  # fmt: skip
     parser.add_argument("--law", default="mpc", help="law of the controller (default: mpc)")
     add_report_arguments(parser)
 
@@ -83,7 +89,8 @@ def measure(args: argparse.Namespace, folder: Path) -> Figures:
     """
     manipulator = write_manipulator(folder, args.rate)
     config = load_config(manipulator, args.preset)
-    rows = processes(str(manipulator), args.preset, config.rate_hz, args.composed, args.law)
+    law = {"period": 1.0 / config.rate_hz, "law": args.law, "delay_periods": args.delay}
+    rows = processes(str(manipulator), args.preset, law, args.composed)
     seconds = 60.0 * args.minutes
     own = {"ROS_DOMAIN_ID": str(next(free_domains())), "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}
     os.environ.update(own)
@@ -135,5 +142,7 @@ def build_page(args: argparse.Namespace, figures: Figures) -> Page:
     rate = f"{args.rate:g} Hz" if args.rate else "its own rate"
     load = "one core kept busy" if args.load else "no other load"
     table = Table("counted", columns, [[name, value] for name, value in figures.rows()])
-    lead = f"Single link over DDS at {rate}: {how}, {load}, {len(os.sched_getaffinity(0))} cores."
+    cores = len(os.sched_getaffinity(0))
+    delay = f"torques {args.delay} period{'s' * (args.delay > 1)} after their states"
+    lead = f"Single link over DDS at {rate}: {how}, {delay}, {load}, {cores} cores."
     return Page("flexarm: does this machine keep real time?", lead, [table], figures.checks())

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 import yaml
 
@@ -15,18 +17,17 @@ TOGETHER = ("estimator", "controller")
 
 
 def processes(
-    manipulator: str, preset: str, rate_hz: float, is_composed: bool, law: str = "mpc"
+    manipulator: str, preset: str, law: Mapping[str, Any], is_composed: bool
 ) -> tuple[Process, ...]:
     """Return what is to be started.
 
     Args:
         manipulator: Description.
         preset: Of it.
-        rate_hz: Control rate [Hz].
+        law: Parameters of the controller.
         is_composed: Estimator and controller in one process.
-        law: Of the controller.
     """
-    rows = rig_graph(manipulator, preset, settings={"controller": {"period": 1.0 / rate_hz, "law": law}})
+    rows = rig_graph(manipulator, preset, settings={"controller": dict(law)})
     if not is_composed:
         return rows
     own = {row.name: dict(row.parameters) for row in rows if row.name in TOGETHER}

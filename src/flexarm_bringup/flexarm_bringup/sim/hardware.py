@@ -2,7 +2,7 @@
 
 One motor period: the arm moves under the torque chosen before, the sensors speak, and the guard chooses the
 next torque from the newest command and from what the drives measured a period ago; that is the newest it has
-when it must answer. A command computed from the state of tick k acts from tick k + 1 on.
+when it must answer. A command computed from the state of tick k acts from tick k + 1 on, or when it says.
 """
 
 from __future__ import annotations
@@ -15,6 +15,7 @@ from flexarm_bringup.sim.plant import Plant
 from flexarm_bringup.sim.rig import Rig, RigSettings
 from flexarm_bringup.sim.sample import Sample
 from flexarm_bringup.sim.sensor_faults import SensorFault
+from flexarm_controller.due_commands import DueCommands
 from flexarm_controller.guard import STOPPED, Guard, GuardCommand, GuardState
 from flexarm_controller.guard_settings import GuardSettings, guard_limits
 from flexarm_controller.guarding.limits import GuardLimits
@@ -24,7 +25,11 @@ from flexarm_model.description import ManipulatorConfig
 
 
 class Hardware:
-    """Rig, drives and guard."""
+    """Rig, drives and guard.
+
+    Attributes:
+        is_commanded: The torque that acts from now on is that of a fresh command.
+    """
 
     def __init__(
         self,
@@ -53,6 +58,7 @@ class Hardware:
         self.guard = Guard(limits or guard_limits(config, tree, settings or GuardSettings()))
         self._loads, self._gauges = PoseLoads(tree), StrainGauges(config)
         self._seen = self.drives.state()  # by the guard
+        self._commands, self.is_commanded = DueCommands(self.dt), False
 
     @property
     def rig(self) -> Rig:
@@ -108,7 +114,11 @@ class Hardware:
 
     def choose_torque(self, command: GuardCommand | None) -> list[float]:
         """Let the guard choose the torque of the period that starts now [N m], (n_theta,)."""
-        self.drives.tau = self.guard.step(command, self._seen, self.t)
+        if command is not None:
+            self._commands.add(command)
+        passed = self.guard.passed
+        self.drives.tau = self.guard.step(self._commands.take(self.t), self._seen, self.t)
+        self.is_commanded = self.guard.passed > passed
         loads = self._loads.look(self._seen.position)  # when the answer is out, as the node does
         if loads is not None:
             self.guard.carry(loads)

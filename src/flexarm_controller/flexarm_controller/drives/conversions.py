@@ -15,10 +15,12 @@ from flexarm_model.conversions import floats, ns_to_stamp, stamp_to_ns
 _MODES = {STOPPED: GuardStatus.STOPPED, ARMED: GuardStatus.ARMED, BRAKING: GuardStatus.BRAKING}
 
 
-def command_from_msg(msg: JointCommand, epoch_ns: int) -> GuardCommand:
+def command_from_msg(msg: JointCommand, epoch_ns: int, period_ns: int) -> GuardCommand:
     """Return a command as the guard takes it; it judges the content itself."""
-    t = (stamp_to_ns(msg.header.stamp) - epoch_ns) * 1e-9
-    return GuardCommand(t, msg.sequence, msg.session_token, tuple(msg.effort), msg.model_id)
+    stamp_ns = stamp_to_ns(msg.header.stamp)
+    acts_ns = stamp_to_ns(msg.acts_at) or stamp_ns + period_ns
+    t, acts_at = (stamp_ns - epoch_ns) * 1e-9, (acts_ns - epoch_ns) * 1e-9
+    return GuardCommand(t, msg.sequence, msg.session_token, tuple(msg.effort), msg.model_id, acts_at)
 
 
 def drive_state_msg(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 
@@ -14,6 +15,7 @@ class GuardCommand(NamedTuple):  # not a dataclass: made in every period, in a t
         token: Session it belongs to.
         effort: Torque [N m] or force [N] per axis.
         model_id: Model it was computed with.
+        acts_at: Begin of the period that it is meant for [s]; -inf: the next one.
     """
 
     t: float
@@ -21,6 +23,7 @@ class GuardCommand(NamedTuple):  # not a dataclass: made in every period, in a t
     token: int
     effort: tuple[float, ...]
     model_id: str = ""
+    acts_at: float = -math.inf
 
 
 class GuardState(NamedTuple):  # likewise
