@@ -3,12 +3,12 @@
 ros2 launch flexarm_bringup rig.launch.py manipulator:=single_link preset:=light_hub bag:=/data/run1
 
 By the clock a crash of an essential node stops the motion, and the node comes back; nothing moves before the
-guard is armed again. In lockstep, and with respawn:=false, it ends the run.
+guard is armed again. In lockstep, with respawn:=false, and when it would crash again, it ends the run.
 """
 
 import os
 
-from launch.actions import DeclareLaunchArgument, OpaqueFunction, SetEnvironmentVariable, Shutdown
+from launch.actions import DeclareLaunchArgument, OpaqueFunction, SetEnvironmentVariable
 from launch.substitutions import EnvironmentVariable, LaunchConfiguration
 from launch_ros.actions import Node
 from launch_ros.ros_adapters import get_ros_node
@@ -16,7 +16,7 @@ from std_msgs.msg import Empty
 
 from flexarm_bringup.processes.doubles import refuse_doubles
 from flexarm_bringup.processes.graph import enclave_arguments, rig_graph, with_drift, with_markers
-from flexarm_bringup.processes.supervisor import RESPAWNS
+from flexarm_bringup.processes.supervisor import ON_PURPOSE, RESPAWNS
 from flexarm_bringup.processes.surroundings import defaults
 from flexarm_bringup.tasks.task_for import task_for
 from flexarm_bringup.topics import NAMESPACE
@@ -32,6 +32,7 @@ ARGUMENTS = {
     "drift": ("false", "true: also watch whether the modes still run where they should"),
     "respawn": ("true", "by the clock, start crashed nodes again"),
 }
+RESPAWN_DELAY = 0.1  # s; all may end in it instead
 
 
 def generate_launch_description():
@@ -76,12 +77,22 @@ def node(process, may_return, stop):
         output="screen",
         respawn=returns,
         respawn_max_retries=RESPAWNS,
+        respawn_delay=RESPAWN_DELAY,
         on_exit=on_exit(process, returns, stop) if process.essential else None,
     )
 
 
 def on_exit(process, returns, stop):
-    """Return what follows when a process ends: the end of all, or a stop of the motion."""
-    if not returns:
-        return Shutdown(reason=f"{process.name} ended")
-    return OpaqueFunction(function=lambda context: context.is_shutdown or stop.publish(Empty()))
+    """Return what follows when a process ends before all do: a stop of the motion, or the end of all (1)."""
+    crashes = []
+
+    def follow(context):
+        if context.is_shutdown:
+            return
+        code = context.locals.event.returncode
+        crashes.append(code)
+        if not returns or code in ON_PURPOSE or len(crashes) > RESPAWNS:
+            raise RuntimeError(f"{process.name} ended with {code}")  # the action Shutdown would end with 0
+        stop.publish(Empty())
+
+    return OpaqueFunction(function=follow)

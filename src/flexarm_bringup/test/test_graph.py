@@ -72,7 +72,7 @@ def fake_launch(monkeypatch: pytest.MonkeyPatch) -> None:
     """``launch`` is not on PyPI: what the file asks of it is recorded instead."""
     names = {
         "launch": ["LaunchDescription"],
-        "launch.actions": ["DeclareLaunchArgument", "OpaqueFunction", "SetEnvironmentVariable", "Shutdown"],
+        "launch.actions": ["DeclareLaunchArgument", "OpaqueFunction", "SetEnvironmentVariable"],
         "launch.substitutions": ["EnvironmentVariable", "LaunchConfiguration"],
         "launch_ros": [],
         "launch_ros.actions": ["Node"],
@@ -114,6 +114,20 @@ def launched(monkeypatch: pytest.MonkeyPatch, **given: str) -> list[Any]:
     return list(actions[-1].function({**declared, **given}))
 
 
+def ended(node: Any, code: int, is_shutdown: bool = False) -> None:
+    """Let a launched node end; what launch is given then it would go through, so it must be nothing."""
+    event = SimpleNamespace(returncode=code)
+    context = SimpleNamespace(is_shutdown=is_shutdown, locals=SimpleNamespace(event=event))
+    assert node.on_exit.function(context) is None
+
+
+def ends_all(node: Any, code: int = -9) -> bool:
+    """Whether launch ends with an error when this node does."""
+    with pytest.raises(RuntimeError, match=f"{node.name} ended with {code}"):
+        ended(node, code)
+    return True
+
+
 def test_the_launch_file_starts_the_same_graph(monkeypatch: pytest.MonkeyPatch) -> None:
     nodes = launched(monkeypatch, bag="/data/run", lockstep="true")
     graph = rig_graph(bag="/data/run", lockstep=True)
@@ -123,7 +137,7 @@ def test_the_launch_file_starts_the_same_graph(monkeypatch: pytest.MonkeyPatch) 
     assert [node.parameters[0] for node in nodes] == [process.parameters for process in graph]
     assert [node.on_exit is None for node in nodes] == [not process.essential for process in graph]
     assert not any(node.respawn for node in nodes)
-    assert all(type(node.on_exit).__name__ == "Shutdown" for node in nodes if node.on_exit)
+    assert all(ends_all(node) for node in nodes if node.on_exit)
 
 
 def test_the_launch_file_shows_the_arm_when_asked(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -146,8 +160,22 @@ def test_launched_by_the_clock_a_node_comes_back_and_the_motion_is_stopped(
     nodes = launched(monkeypatch, bag="/data/run")
     assert [node.name for node in nodes if not node.respawn] == ["recorder"]
     before = Stopped.count
-    nodes[1].on_exit.function(SimpleNamespace(is_shutdown=False))
-    nodes[1].on_exit.function(SimpleNamespace(is_shutdown=True))
+    ended(nodes[1], -9)
+    ended(nodes[1], -9, is_shutdown=True)
     assert Stopped.count == before + 1
     nodes = launched(monkeypatch, respawn="false")
-    assert all(type(node.on_exit).__name__ == "Shutdown" and not node.respawn for node in nodes)
+    assert all(ends_all(node) and not node.respawn for node in nodes)
+    ended(nodes[1], -2, is_shutdown=True)
+
+
+@pytest.mark.parametrize("code", [0, 2, 3])  # asked to end, wrong configuration, name taken
+def test_launched_a_node_that_would_end_again_ends_all(code: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    nodes = launched(monkeypatch)
+    assert all(ends_all(node, code) and node.respawn_delay > 0.0 for node in nodes)
+
+
+def test_launched_a_node_that_crashes_too_often_ends_all(monkeypatch: pytest.MonkeyPatch) -> None:
+    node = launched(monkeypatch)[1]
+    for _ in range(node.respawn_max_retries):
+        ended(node, -11)
+    assert ends_all(node, -11)
