@@ -81,6 +81,27 @@ def output_folder(text: str) -> Path:
     return path
 
 
+def new_folder(text: str) -> Path:
+    """Return the path of a folder that is not there yet and can be made; trying it leaves nothing behind.
+
+    Raises:
+        ArgumentTypeError: It is there already, or cannot be made; says why.
+    """
+    path = Path(text)
+    if path.exists():
+        raise ArgumentTypeError(f"'{text}': exists already")
+    missing = [part for part in (path, *path.parents) if not part.exists()]
+    try:
+        path.mkdir(parents=True)
+    except OSError as error:
+        raise ArgumentTypeError(f"'{text}': cannot be made a folder ({error.strerror})") from None
+    finally:
+        for part in missing:
+            if part.is_dir():
+                part.rmdir()
+    return path
+
+
 def folder(text: str) -> Path:
     """Return the path of a folder that is there; ArgumentTypeError when it is not."""
     path = Path(text)

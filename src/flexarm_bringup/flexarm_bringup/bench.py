@@ -71,7 +71,8 @@ def run(args: argparse.Namespace) -> int:
     if unknown or not files:
         print(
             f"flexarm bench: no benchmark {', '.join(unknown) or 'at all'} in {folder}; "
-            f"there are: {', '.join(files) or 'none'}"
+            f"there are: {', '.join(files) or 'none'}",
+            file=sys.stderr,
         )
         return USAGE
     progress, results = Progress(), {}

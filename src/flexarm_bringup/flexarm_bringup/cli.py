@@ -8,6 +8,7 @@ from __future__ import annotations
 import argparse
 import importlib
 import os
+import select
 import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -17,6 +18,7 @@ from flexarm_model.announce import announce_on_stderr
 os.environ.setdefault("OMP_NUM_THREADS", "1")  # before NumPy: small matrices lose by threads
 
 INTERRUPTED = 130  # what a shell reports for Ctrl-C
+CUT_OFF = 141  # and for who writes to a pipe that nobody reads any more
 USAGE = 2
 
 DESCRIPTION = "flexarm: knows how an arm bends, estimates it, and moves it so that the tip arrives still."
@@ -132,9 +134,15 @@ def main(argv: Sequence[str] | None = None) -> int:
                 f"unrecognized arguments: {' '.join(unknown)}"
             )  # with the usage of the command
         announce_on_stderr()
-        return int(importlib.import_module(COMMANDS[args.command].module).run(args))
+        code = int(importlib.import_module(COMMANDS[args.command].module).run(args))
+        sys.stdout.flush()
+        return code
     except KeyboardInterrupt:  # also while a command's libraries are loaded
         return INTERRUPTED
+    except BrokenPipeError:
+        if not _is_cut_off():
+            raise
+        return CUT_OFF
 
 
 def build_parser(chosen: str) -> argparse.ArgumentParser:
@@ -150,6 +158,16 @@ def build_parser(chosen: str) -> argparse.ArgumentParser:
             module.add_arguments(subparser)
             subparser.set_defaults(subparser=subparser)
     return parser
+
+
+def _is_cut_off() -> bool:
+    """Tell whether nobody reads the standard output any more ("| head"); what waits for it is given up."""
+    poll, stdout = select.poll(), sys.stdout.fileno()
+    poll.register(stdout, 0)
+    is_cut_off = any(event & select.POLLERR for _, event in poll.poll(0))
+    if is_cut_off:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), stdout)
+    return is_cut_off
 
 
 if __name__ == "__main__":

@@ -24,6 +24,7 @@ from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.signals import SignalHandlerOptions
 
+from flexarm_bringup.arguments import number
 from flexarm_bringup.topics import NAMESPACE
 from flexarm_model.node import events_executor
 
@@ -39,11 +40,16 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--once", action="store_true", help="end after the first message")
     parser.add_argument("--field", default="", help="only this field, e.g. header.stamp.sec")
     parser.add_argument("--hz", action="store_true", help="rate and jitter instead of messages")
-    parser.add_argument("--wait", type=float, default=DISCOVERY, metavar="S", help="for the topic; 3 s")
+    parser.add_argument(
+        "--wait", type=number(at_least=0.0), default=DISCOVERY, metavar="S", help="for the topic; 3 s"
+    )
 
 
 def run(args: argparse.Namespace) -> int:
     """Print until the first message (``--once``) or Ctrl-C; exit code 2 when there is no such topic."""
+    if args.topic is None and (args.once or args.field or args.hz):
+        print("flexarm echo: --once, --field and --hz need a topic", file=sys.stderr)
+        return UNUSABLE
     rclpy.init(signal_handler_options=SignalHandlerOptions.NO)  # Ctrl-C raises here
     node = Node("echo", namespace="flexarm", start_parameter_services=False)
     try:

@@ -11,6 +11,7 @@ move, stopped at random instants and driven to the ends of its ranges. The same 
 from __future__ import annotations
 
 import argparse
+import sys
 from collections.abc import Mapping, Sequence
 
 from flexarm_bringup.fault_drill.drill import FAMILIES, MACHINES, RowResult, run_drill
@@ -68,7 +69,7 @@ def run(args: argparse.Namespace) -> int:
         )
     except (ConfigError, ValueError) as error:
         progress.done()
-        print(error)
+        print(f"flexarm faults: {error}", file=sys.stderr)
         return REFUSED
     progress.done()
     return publish(build_page(tuple(rows), machines, results), args)

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from flexarm_bringup import cli
-from flexarm_bringup.arguments import STDOUT, folder, number, output_file, output_folder, whole
+from flexarm_bringup.arguments import STDOUT, folder, new_folder, number, output_file, output_folder, whole
 
 
 @pytest.mark.parametrize("text", ["nan", "inf", "-0.1", "0", "1.5", "much", ""])
@@ -46,9 +46,14 @@ def test_a_file_that_cannot_be_written_is_refused(name: str, tmp_path: Path) -> 
 
 def test_a_folder_is_made_or_refused(tmp_path: Path) -> None:
     assert output_folder(str(tmp_path / "a" / "b")).is_dir()
+    assert new_folder(str(tmp_path / "new" / "b")) == tmp_path / "new" / "b"
+    assert not (tmp_path / "new").exists()  # nor is anything left of trying
     (tmp_path / "file").write_text("")
-    with pytest.raises(ArgumentTypeError, match="cannot be made a folder"):
-        output_folder(str(tmp_path / "file" / "b"))
+    for refused in (output_folder, new_folder):
+        with pytest.raises(ArgumentTypeError, match="cannot be made a folder"):
+            refused(str(tmp_path / "file" / "b"))
+    with pytest.raises(ArgumentTypeError, match="exists already"):
+        new_folder(str(tmp_path))
     with pytest.raises(ArgumentTypeError, match="no such folder"):
         folder(str(tmp_path / "file"))
 
@@ -71,6 +76,10 @@ def test_a_folder_is_made_or_refused(tmp_path: Path) -> None:
         "realtime --rate nan",
         "rig --seconds -1",
         "rig --log {0}/file/log",
+        "rig --bag {0}",
+        "rig --bag {0}/file/bag",
+        "rig --bag /proc/flexarm/bag",
+        "echo modal_state --wait nan",
         "monitor --rate 0",
         "identify rig --manipulator single_link --share nan",
         "identify rig --manipulator single_link --periods 0",
@@ -90,6 +99,41 @@ def test_a_wrong_option_ends_with_two_and_its_name(
     error = capsys.readouterr().err
     assert "error: argument" in error
     assert error.startswith(f"usage: flexarm {line.split()[0]}")
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        "demo no_such_arm --no-dds --folder {0}/demo",
+        "model no_such_arm",
+        "sim no_such_arm",
+        "rig no_such_arm",
+        "compare no_such_arm",
+        "faults --rows 999",
+        "replay {0}",
+        "regress {0}",
+        "recover {0} --output {0}/saved",
+        "margins single_link --set mpc.input_jerk=nan",
+        "plot {0}",
+        "consistency no_such_arm",
+        "ablate {0}",
+        "tune {0}",
+        "identify {0}/none.csv",
+        "drift {0}",
+        "security {0}/keys no_such_arm",
+        "echo --once",
+        "monitor no_such_arm",
+        "realtime --preset no_such_preset",
+        "soak no_such_arm",
+        "bench --folder {0}",
+    ],
+)
+def test_what_cannot_be_used_is_told_on_stderr_with_the_commands_name(
+    line: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert cli.main(line.format(tmp_path).split()) == cli.USAGE
+    out, err = capsys.readouterr()
+    assert not out and f"\nflexarm {line.split()[0]}: " in f"\n{err}"
 
 
 def test_an_unknown_option_is_answered_with_the_options_of_its_command(

@@ -9,12 +9,15 @@ import pytest
 from bag_fixture import joint_state, modal_state, stamped_header
 
 from flexarm_bringup.bag_plots.command import add_arguments, choose, run
+from flexarm_bringup.bag_plots.control_panels import draw_limits
 from flexarm_bringup.bag_plots.motion_panels import asked
+from flexarm_bringup.bag_plots.panel import reach
 from flexarm_bringup.bag_plots.panels import PANELS
 from flexarm_bringup.bag_plots.series import STRETCHES, BagSeries, spells, thin
 from flexarm_bringup.bags.bag_reader import check_bag
 from flexarm_bringup.bags.bag_types import bag_types
 from flexarm_bringup.bags.bag_writer import BagWriter
+from flexarm_bringup.page.figures import drawing
 from flexarm_bringup.topics import STREAMS
 
 PERIOD_NS = 5_000_000
@@ -112,6 +115,30 @@ def test_the_numbers_of_another_robot_are_drawn_topic_by_topic(tmp_path, capsys)
     page = (tmp_path / "imu.html").read_text()
     assert "Fields of /imu." in page and "angular_velocity.z" in page
     capsys.readouterr()
+
+
+def test_a_signal_far_from_its_limit_keeps_its_scale_and_tells_its_share():
+    with drawing() as plot:
+        far, near, free = plot.subplots(3)
+        for axes in (far, near, free):
+            axes.plot([0.0, 1.0], [0.0, 30.0])
+        assert reach(far, np.array([0.0, -30.0]), 1000.0) == "at most 3 % of the limit"
+        assert reach(near, np.array([np.nan, 30.0]), 40.0) == "at most 75 % of the limit"
+        assert reach(near, np.array([40.0]), 40.0) == "at the limit"
+        assert reach(free, np.array([30.0]), np.inf) == reach(free, np.array([np.nan]), 40.0) == ""
+        assert far.get_ylim()[1] < 40.0 and near.get_ylim()[0] < -40.0
+        assert [len(axes.lines) for axes in (far, near, free)] == [1, 5, 1]
+
+
+def test_limits_of_which_none_bound_are_told_in_words(bag):
+    series = BagSeries(check_bag(bag))
+    for msg in series.messages("controller_status"):
+        msg.limits_active.clear()
+    with drawing() as plot:
+        draw_limits(plot, series)
+    (axes,) = plot.axes
+    assert [text.get_text() for text in axes.texts] == ["No limit bound, from 0 to 0.095 s."]
+    assert not axes.axison
 
 
 def test_the_reference_counts_from_when_it_was_sent(bag):

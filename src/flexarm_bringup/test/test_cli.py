@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import argparse
+import os
+import subprocess
 import sys
 import types
 
@@ -52,6 +54,15 @@ def test_unknown_commands_are_usage_errors(capsys: pytest.CaptureFixture[str]) -
         cli.main(["fly"])
     assert stop.value.code == cli.USAGE
     assert "reproduce" in capsys.readouterr().err
+
+
+def test_a_reader_that_has_seen_enough_ends_a_command_without_a_word() -> None:
+    read, write = os.pipe()
+    os.close(read)  # as "| head" does
+    command = [sys.executable, "-m", "flexarm_bringup.cli", "parameters"]
+    done = subprocess.run(command, stdout=write, stderr=subprocess.PIPE, check=False)
+    os.close(write)
+    assert (done.returncode, done.stderr) == (cli.CUT_OFF, b"")
 
 
 def test_interruption_is_reported_as_a_shell_does(echo: types.ModuleType) -> None:

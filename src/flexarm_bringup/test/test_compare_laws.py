@@ -185,7 +185,7 @@ def test_the_time_optimal_motion_arrives_in_time_and_is_damped_where_frequencies
 
 def test_a_manipulator_that_does_not_exist_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["compare", "no_such_arm"]) == 2
-    assert "no_such_arm" in capsys.readouterr().out
+    assert "no_such_arm" in capsys.readouterr().err
 
 
 @pytest.mark.slow

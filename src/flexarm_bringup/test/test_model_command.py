@@ -76,8 +76,8 @@ def test_what_cannot_be_used_is_explained(
     arguments: list[str], said: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert main(["model", *arguments]) == USAGE
-    out = capsys.readouterr().out
-    assert out.startswith("flexarm model: ") and said in out and "Traceback" not in out
+    out, err = capsys.readouterr()
+    assert not out and "\nflexarm model: " in err and said in err and "Traceback" not in err
 
 
 def test_poses_are_given_by_name_or_by_value_with_or_without_units() -> None:

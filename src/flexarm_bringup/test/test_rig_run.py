@@ -18,7 +18,7 @@ COMMAND = [sys.executable, "-m", "flexarm_bringup.cli", "rig"]
 
 def test_an_arm_that_is_not_there_is_refused_by_name(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["rig", "single_lnk"]) == 2
-    said = capsys.readouterr().out
+    said = capsys.readouterr().err
     assert "manipulator: 'single_lnk'" in said and "planar_3rrr" in said
 
 
@@ -36,7 +36,7 @@ def test_the_graph_becomes_ready_comes_back_after_a_crash_and_ends_with_its_comm
         wait_for(process, "model ended with -9, started again")
         wait_for(process, "all ready")
         second = subprocess.run(COMMAND, env=ros_environment, capture_output=True, text=True, check=False)
-        assert second.returncode == 2 and "node /flexarm/model runs already" in second.stdout
+        assert second.returncode == 2 and "node /flexarm/model runs already" in second.stderr
         assert "started" not in second.stdout  # nor has it told the guard of the first to stop
         nodes = children(process.pid)
         assert {name for _, name in nodes} == {

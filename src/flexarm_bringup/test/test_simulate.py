@@ -49,7 +49,7 @@ def test_the_command_prints_and_writes_the_table(tmp_path: Path, capsys: pytest.
 
 def test_a_manipulator_without_moves_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["sim", "no_such_arm"]) == 2
-    assert "no_such_arm" in capsys.readouterr().out
+    assert "no_such_arm" in capsys.readouterr().err
 
 
 def test_the_gain_is_that_of_all_moves_together() -> None:

@@ -67,10 +67,14 @@ def draw_limits(plot: Plot, series: BagSeries) -> None:
     axes, t = plot.subplots(), series.times("controller_status")
     messages = series.messages("controller_status")
     names = sorted({name for msg in messages for name in msg.limits_active})[:LIMITS]
+    if not names:
+        axes.set_axis_off()
+        axes.text(0.5, 0.5, f"No limit bound, from {t[0]:.4g} to {t[-1]:.4g} s.", ha="center")
+        return
     colours: dict[str, str] = {}
     for row, name in enumerate(names):
         strip(axes, row, t, ["binds" if name in msg.limits_active else "free" for msg in messages], colours)
-    name_rows(axes, names or ["no limit bound"], colours)
+    name_rows(axes, names, colours)
     axes.set(xlabel="time [s]", xlim=(t[0], t[-1] + 1e-9))
 
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from flexarm_bringup.bag_plots.panel import LIMIT, QUIET, line, name_rows, stacked, strip
+from flexarm_bringup.bag_plots.panel import QUIET, line, name_rows, reach, stacked, strip
 from flexarm_bringup.bag_plots.series import BagSeries, constant_names, thin
 
 if TYPE_CHECKING:
@@ -48,23 +48,21 @@ def mode_sigma(covariance: Array, n_theta: int, n_eta: int) -> Array:
 
 
 def draw_strain(plot: Plot, series: BagSeries) -> None:
-    """Draw the strain at every gauge, true too where it is known, and its limit."""
+    """Draw the strain at every gauge, true too where it is known, and its limit where it comes near."""
     axes = plot.subplots()
     first = series.messages("strain")[0]
+    gauges = series.config.sensors if series.config else ()
+    limits = {spec.name: 1e6 * spec.limit for spec in gauges if spec.kind == "strain_gauge"}
     t, strain = series.times("strain"), 1e6 * series.column("strain", lambda msg: msg.strain)
     for i, name in enumerate(first.names):
-        line(axes, t, strain[:, i], label=name)
+        near = reach(axes, strain[:, i], limits.get(name, np.inf))
+        line(axes, t, strain[:, i], label=f"{name}{near and ', '}{near}")
     if series.has("truth"):
         truth = 1e6 * series.column("truth", lambda msg: msg.strain)
         for i in range(truth.shape[1]):
             line(axes, series.times("truth"), truth[:, i], label="truth" if i == 0 else None, **QUIET)
-    gauges = [spec for spec in series.config.sensors if spec.kind == "strain_gauge"] if series.config else []
-    bounds = {1e6 * spec.limit for spec in gauges if np.isfinite(spec.limit)}
-    for bound in bounds:
-        for side in (-bound, bound):
-            axes.axhline(side, **LIMIT)
     axes.set(xlabel="time [s]", ylabel="strain [µm/m]")
-    axes.legend(fontsize=8, ncols=4)
+    axes.legend(fontsize=8, ncols=4, loc="lower left", bbox_to_anchor=(0.0, 1.0))
 
 
 def draw_accelerations(plot: Plot, series: BagSeries) -> None:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from flexarm_bringup.bag_plots.panel import LIMIT, QUIET, line, name_rows, stacked, strip
+from flexarm_bringup.bag_plots.panel import QUIET, line, name_rows, reach, stacked, strip
 from flexarm_bringup.bag_plots.series import BagSeries, constant_names
 from flexarm_controller.motion.tip_kinematics import TipKinematics
 from flexarm_controller.reference import Reference
@@ -111,8 +111,8 @@ def draw_torques(plot: Plot, series: BagSeries) -> None:
             wanted = series.column("joint_commands", lambda msg: msg.effort)
             line(axes, series.times("joint_commands"), wanted[:, i], label="commanded", linestyle="--")
         line(axes, t, tau[:, i], label="applied")
-        for bound in (-limits[i], limits[i]) if i < len(limits) else ():
-            axes.axhline(bound, **LIMIT)
+        near = reach(axes, tau[:, i], limits[i]) if i < len(limits) else ""
+        axes.set_title(near, fontsize=8, loc="right")
         axes.set_ylabel(f"{first.name[i]}\n[{'N' if _is_linear(first.name[i]) else 'N m'}]")
         if i == 0:
             axes.legend(fontsize=8, ncols=2)

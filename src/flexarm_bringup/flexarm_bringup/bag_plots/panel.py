@@ -16,6 +16,7 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 LIMIT: dict[str, Any] = {"color": "#c0392b", "linewidth": 1.0, "linestyle": "--"}
+NEAR = 0.5  # share of a limit from which on the limit is drawn
 QUIET: dict[str, Any] = {"color": "#888888", "linewidth": 0.8, "linestyle": ":"}
 PALETTE = ("#2f9e77", "#3b82c4", "#d9772b", "#b0568f", "#8a7d2f", "#7d6bd0", "#c0392b", "#888888")
 KNOWN = {
@@ -58,6 +59,22 @@ class Panel:
 def line(axes: Any, t: Array, y: Array, **style: Any) -> None:
     """Draw a line, thinned."""
     axes.plot(*thin(t, y), **style)
+
+
+def reach(axes: Any, y: Array, limit: float) -> str:
+    """Draw both sides of a limit that a signal came near; return in words how near, "" without a limit.
+
+    Args:
+        axes: Where the signal is drawn; far from its limit they stay scaled to it.
+        y: The signal, (k,).
+        limit: Of its absolute value; infinite for none.
+    """
+    if not np.isfinite(limit) or not np.isfinite(y).any():
+        return ""
+    share = float(np.nanmax(np.abs(y))) / limit
+    for side in (-limit, limit) if share >= NEAR else ():
+        axes.axhline(side, **LIMIT)
+    return f"at most {100 * share:.3g} % of the limit" if share < 1.0 else "at the limit"
 
 
 def strip(axes: Any, row: int, t: Array, names: Sequence[str], colours: dict[str, str]) -> None:

@@ -12,6 +12,7 @@ On 2 quiet cores 1 to 3 minutes (serial_6r: 7); with --quick half a minute (seri
 from __future__ import annotations
 
 import argparse
+import sys
 from collections.abc import Sequence
 
 import numpy as np
@@ -78,7 +79,7 @@ def run(args: argparse.Namespace) -> int:
         )
     except (ConfigError, ParameterError, ValueError) as error:
         progress.done()
-        print(error)
+        print(f"flexarm compare: {error}", file=sys.stderr)
         return REFUSED
     rows = sum(len(job.schemes) for job in todo)
     swept: Swept | None = (points, results[rows:]) if args.sweep else None

@@ -13,6 +13,7 @@ says what chance allows. NEES is the squared error over the covariance that the 
 from __future__ import annotations
 
 import argparse
+import sys
 from collections.abc import Sequence
 
 from flexarm_bringup.arguments import whole
@@ -57,7 +58,7 @@ def run(args: argparse.Namespace) -> int:
         )
     except (ConfigError, ParameterError, ValueError) as error:
         progress.done()
-        print(error)
+        print(f"flexarm consistency: {error}", file=sys.stderr)
         return REFUSED
     progress.done()
     rig = [result for result in results if isinstance(result, RigResult)]

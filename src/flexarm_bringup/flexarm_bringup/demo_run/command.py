@@ -9,6 +9,7 @@ With the name of a manipulator it does that one's moves (config/moves) under joi
 from __future__ import annotations
 
 import argparse
+import sys
 import tempfile
 from collections.abc import Callable
 from dataclasses import replace
@@ -84,7 +85,7 @@ def _run_comparison(args: argparse.Namespace) -> int:
             sessions = _run_sessions(args, progress)
     except (SessionError, BagError) as error:
         progress.done()
-        print(f"the run over DDS failed: {error}")
+        print(f"flexarm demo: the run over DDS failed: {error}", file=sys.stderr)
         return 1
     progress.say("drawing")
     figures = draw(study, sessions)

@@ -7,6 +7,7 @@ what the loop in one process does, in real time what a busy machine lets them.
 from __future__ import annotations
 
 import argparse
+import sys
 import tempfile
 from collections.abc import Sequence
 from functools import partial
@@ -44,11 +45,11 @@ def run_task_demo(args: argparse.Namespace) -> int:
         runs, failures = ([], {}) if args.no_dds else _run_sessions(args, task, jobs, results, progress)
     except (ConfigError, ParameterError, ValueError) as error:
         progress.done()
-        print(error)
+        print(f"flexarm demo: {error}", file=sys.stderr)
         return REFUSED
     except (SessionError, BagError) as error:
         progress.done()
-        print(f"the run over DDS failed: {error}")
+        print(f"flexarm demo: the run over DDS failed: {error}", file=sys.stderr)
         return 1
     configs = {preset: load_config(find_manipulator(task.manipulator), preset) for preset in task.presets}
     page = build_page(task, configs, results, runs, draw(task, results), failures)

@@ -13,6 +13,7 @@ off by up to 10 %. The same check keeps the controller node from sending anythin
 from __future__ import annotations
 
 import argparse
+import sys
 from collections.abc import Mapping
 from dataclasses import fields, replace
 from typing import Any
@@ -61,7 +62,7 @@ def run(args: argparse.Namespace) -> int:
         study = run_study(task, preset, args.along, config, progress.say)
     except (ConfigError, ParameterError, ValueError) as error:
         progress.done()
-        print(f"flexarm margins: {error}")
+        print(f"flexarm margins: {error}", file=sys.stderr)
         return REFUSED
     figures = []
     if args.html:

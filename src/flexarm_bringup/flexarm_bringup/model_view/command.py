@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import argparse
 import re
+import sys
 
 import numpy as np
 from numpy.typing import NDArray
@@ -63,7 +64,7 @@ def run(args: argparse.Namespace) -> int:
             save_model(model, args.save)
     except (ValueError, OSError) as error:  # of configuration, body, pose, loop or file
         progress.done()
-        print(f"flexarm model: {error}")
+        print(f"flexarm model: {error}", file=sys.stderr)
         return USAGE
     progress.say("looking at its modes")
     analysis = analyse(tree, model, home)

@@ -15,13 +15,14 @@ import argparse
 import math
 import os
 import signal
+import sys
 import time
 from collections.abc import Callable
 from dataclasses import replace
 from datetime import datetime
 from pathlib import Path
 
-from flexarm_bringup.arguments import number, output_folder
+from flexarm_bringup.arguments import new_folder, number, output_folder
 from flexarm_bringup.processes.doubles import refuse_doubles
 from flexarm_bringup.processes.graph import Process, rig_graph, with_drift, with_markers
 from flexarm_bringup.processes.supervisor import Supervisor
@@ -50,7 +51,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "manipulator", nargs="?", default="single_link", help="name or .yaml of the arm; single_link"
     )
     parser.add_argument("--preset", help="preset of that file; its first one")
-    parser.add_argument("--bag", type=Path, help="folder to record into")
+    parser.add_argument("--bag", type=new_folder, help="folder to record into, which is made")
     parser.add_argument("--markers", action="store_true", help="also show the arm to RViz and Foxglove")
     parser.add_argument(
         "--drift", action="store_true", help="also watch whether the modes run as they should"
@@ -73,14 +74,14 @@ def run(args: argparse.Namespace) -> int:
 
     try:
         graph = _graph(args)
-        for number in ENDING:
-            signal.signal(number, signal.default_int_handler)
+        for ending in ENDING:
+            signal.signal(ending, signal.default_int_handler)
         for key, value in defaults().items():
             os.environ.setdefault(key, value)  # who watches is one of them
         refuse_doubles(graph)
         supervisor = Supervisor(graph, args.log or _log_folder())
     except (ConfigError, FileNotFoundError, NameTakenError) as error:
-        print(error)
+        print(f"flexarm rig: {error}", file=sys.stderr)
         return REFUSED
     except KeyboardInterrupt:
         say("ended before all were started")
@@ -92,8 +93,8 @@ def run(args: argparse.Namespace) -> int:
     except KeyboardInterrupt:
         say("ending")
     finally:
-        for number in ENDING:
-            signal.signal(number, signal.SIG_IGN)  # who is impatient must not keep us from ending all
+        for ending in ENDING:
+            signal.signal(ending, signal.SIG_IGN)  # who is impatient must not keep us from ending all
         supervisor.stop()
     say("ended: " + ", ".join(f"{name} {ended}" for name, ended in supervisor.exit_codes().items()))
     return code

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import argparse
 import os
+import sys
 import time
 from contextlib import ExitStack
 from pathlib import Path
@@ -50,7 +51,7 @@ def run(args: argparse.Namespace) -> int:
         args.folder.mkdir(parents=True, exist_ok=True)
         nodes = access_of_graph(args.manipulator, preset)
     except (ConfigError, OSError) as error:
-        print(error)
+        print(f"flexarm security: {error}", file=sys.stderr)
         return FAILED if isinstance(error, TimeoutError) else REFUSED
     (args.folder / POLICY).write_text(policy(nodes), encoding="utf8")
     for node in nodes:

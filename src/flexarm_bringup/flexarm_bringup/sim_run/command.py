@@ -7,6 +7,7 @@ with its masses, stiffness and frequencies off the model; the tables compare wha
 from __future__ import annotations
 
 import argparse
+import sys
 
 from flexarm_bringup.page.report import add_report_arguments, publish
 from flexarm_bringup.progress import Progress
@@ -43,7 +44,7 @@ def run(args: argparse.Namespace) -> int:
         results = run_sim_jobs(todo, lambda done, of: progress.say(f"simulating: {done} of {of} conditions"))
     except (ConfigError, ParameterError, ValueError) as error:
         progress.done()
-        print(error)
+        print(f"flexarm sim: {error}", file=sys.stderr)
         return REFUSED
     configs = {preset: load_config(find_manipulator(task.manipulator), preset) for preset in presets}
     page = build_page(task, configs, results, draw(task, results) if args.html else ())

@@ -38,27 +38,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("manipulator", nargs="?", default="single_link", help="name or .yaml of the arm; single_link")
     add("--preset", help="preset of that file; its first one")
     add("--minutes", type=number(above=0.0), default=30.0, metavar="M", help="how long (30)")
-    add(
-        "--warm-up",
-        type=number(at_least=0.0),
-        default=60.0,
-        metavar="S",
-        help="of a process, before memory counts (60 s)",
-    )
-    add(
-        "--fault-every",
-        type=number(at_least=0.0),
-        default=10.0,
-        metavar="S",
-        help="mean between faults; 0: never (10 s)",
-    )
-    add(
-        "--kill-every",
-        type=number(at_least=0.0),
-        default=150.0,
-        metavar="S",
-        help="mean between kills; 0: never (150 s)",
-    )
+    for option, seconds, about in (
+        ("--warm-up", 60.0, "of a process, before memory counts"),
+        ("--fault-every", 10.0, "mean between faults; 0: never"),
+        ("--kill-every", 150.0, "mean between kills; 0: never"),
+    ):
+        add(option, type=number(at_least=0.0), default=seconds, metavar="S", help=f"{about} ({seconds:g} s)")
     add("--seed", type=whole(at_least=0), default=1, help="of moves, faults and kills (1)")
     add("--log", type=output_folder, help="keep the nodes' log files in this folder")
     add_report_arguments(parser)
