@@ -40,6 +40,7 @@ class Fusion:
     Attributes:
         widen: Gives what is added to the covariance where the state is doubted, (n_x, n_x).
         dependent: See ``StepSource``.
+        poses: Sensors that are fused one by one, after all rows.
     """
 
     def __init__(
@@ -54,7 +55,7 @@ class Fusion:
         self._source = ServedSteps(process, models) if steps is None else steps
         self._models, self._gate, self.widen = models, gate, process.widen
         self._limits = StateLimits(process.limits)
-        self._poses, self.dependent = frozenset(models.poses), self._source.dependent
+        self.poses, self.dependent = frozenset(models.poses), self._source.dependent
         n_x = process.system.n_x
         poses = {name: len(model.R) for name, model in models.poses.items()}
         widest = max(sum(len(model.R) for model in models.rows.values()), *poses.values(), 1)
@@ -99,7 +100,7 @@ class Fusion:
         """Compute instants in a row again that have only rows, all of them known; return how many."""
         if not self._source.is_constant:
             return 0
-        steps, poses = list[PreparedStep](), self._poses
+        steps, poses = list[PreparedStep](), self.poses
         start, t = instants[first - 1].belief, instants[first - 1].t
         for instant in instants[first:]:
             if instant.pending or instant.reopening is not None or not instant.fused.keys().isdisjoint(poses):
@@ -123,7 +124,7 @@ class Fusion:
         step = instant.prepared
         if step is None or instant.is_reopened or step.dt != instant.t - before.t or not instant.pending:
             return False
-        return self._poses.issuperset(instant.pending) and self._poses.isdisjoint(instant.fused)
+        return self.poses.issuperset(instant.pending) and self.poses.isdisjoint(instant.fused)
 
     def _compute_one(self, before: Instant, instant: Instant, is_stepped: bool = False) -> list[Verdict]:
         """Compute one instant; ``is_stepped`` leaves out the step to it, which has been done."""
@@ -183,7 +184,7 @@ class Fusion:
         """Predict and fuse all rows at once, nothing being refused; None when rounding forbids it."""
         dt = instant.t - before.t
         step = instant.prepared
-        is_old = step is not None and step.dt == dt and self._poses.issuperset(instant.pending)
+        is_old = step is not None and step.dt == dt and self.poses.issuperset(instant.pending)
         if step is None or not is_old or not self._source.is_constant:
             step = instant.prepared = self.prepare(before.belief, dt, instant)
         return step if self._runner.run(before.belief, (step,)) else None
