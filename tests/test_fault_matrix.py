@@ -128,4 +128,4 @@ def test_a_payload_is_taken_up_without_a_jump(machine: str) -> None:
 
 def test_an_unknown_machine_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["faults", "--estimator", "no_such_arm"]) == 2
-    assert "no_such_arm" in capsys.readouterr().out
+    assert "no_such_arm" in capsys.readouterr().err
