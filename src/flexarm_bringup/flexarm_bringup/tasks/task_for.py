@@ -18,9 +18,21 @@ DURATION, RAMP = 1.0, 0.05  # s of every move, and of its ramps: short ones shak
 WAIT = 2.5  # s
 STRIDE = {"t": 0.04, "r": np.radians(20.0)}  # of the first axis, where no pose is named [m or rad]
 WATCH = Watch(0.1, 2.1, 50.0, 5e-4)
-SETTINGS = {  # of an arm nobody has tuned: with one model for all poses sound sensors contradict it
+SETTINGS = {  # of an arm nobody has tuned: it may be softer, heavier and under gravity
     "schedule": {"angle": 0.1, "length": 0.005},  # rad, m; the shipped arms: 0.05 to 0.13, 0.005
-    "estimator": {"disturbance_drift": 0.3},  # rad/s^2/sqrt(s); what changes with pose and speed between two
+    "estimator": {
+        "disturbance_drift": 0.3,  # rad/s^2/sqrt(s); what changes with pose and speed between two models
+        "gate": 10.0,  # sigmas; with 5 sound gauges are refused on ramps of 50 ms
+        "sag_modes": 4,  # where it rests is learned: else an upright arm 20 % softer is lost
+        "sag_error": 1e-3,  # m
+        "sag_time": 1.0,  # s, as long as a move
+        "stiffness_modes": 4,  # and so is how soft it is: the law of a described arm shakes a softer one
+        "stiffness_error": 0.25,
+        "stiffness_time": 5.0,  # s
+        "stiffness_rest": 0.1,
+        "frequency_error": 0.01,  # the rest of it is learned
+    },
+    "mpc": {"stiffness_step": 0.1},
 }
 
 
@@ -74,7 +86,8 @@ def tour(name: str, config: ManipulatorConfig, profile: Profile | None = None) -
         speed=1.0,
         assumed=(
             "no moves file: a tour of the named poses (or one stride of the first axis), 1 s a move",
-            "no settings tuned for this arm: a new model every 0.1 rad or 5 mm, disturbance_drift 0.3",
+            "no settings tuned for this arm: a new model every 0.1 rad or 5 mm; "
+            "where it rests and how soft it is are learned",
         ),
         settings=SETTINGS,
     )
