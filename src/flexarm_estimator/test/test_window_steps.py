@@ -6,10 +6,14 @@ import gc
 import weakref
 from typing import Any
 
+import numpy as np
 import pytest
+from planar_strip import DT, strip_model
+from test_isolation import CHANNELS, make_parts
 
 from flexarm_estimator.isolation import window
 from flexarm_estimator.isolation.window import StepMaker
+from flexarm_estimator.settings import EstimatorConfig
 
 
 class Model:
@@ -20,7 +24,7 @@ class Model:
 def made(monkeypatch: pytest.MonkeyPatch) -> list[tuple[Any, float]]:
     calls: list[tuple[Any, float]] = []
 
-    def make(parts: Any, dt: float) -> str:
+    def make(parts: Any, dt: float, most: float) -> str:
         calls.append((id(parts), dt))
         return f"{id(parts)} {dt:g}"
 
@@ -46,3 +50,13 @@ def test_models_that_are_long_past_are_let_go(made: list[Any]) -> None:
     del model
     gc.collect()
     assert [ref() is not None for ref in alive] == [False] * 92 + [True] * 8
+
+
+def test_gauges_that_a_filter_takes_for_worth_less_are_judged_as_what_they_are() -> None:
+    noise = {}
+    for error in (0.0, 8e-6, 1e-4):
+        config = EstimatorConfig(strain_error=error, acceleration_error=error * 1e4)
+        noise[error] = StepMaker(1e-5, CHANNELS.most).step(make_parts(config, strip_model()), DT).noise
+    np.testing.assert_allclose(noise[1e-4][:2, :2], noise[8e-6][:2, :2], rtol=1e-12, atol=1e-20)
+    np.testing.assert_allclose(noise[8e-6][1, 1] - noise[0.0][1, 1], 8e-6**2, rtol=1e-6)
+    assert noise[1e-4][2, 2] > noise[8e-6][2, 2] + 0.9

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from flexarm_model.sensor_spec import SensorSpec
 
 Array = NDArray[np.float64]
+_MODEL_ERROR = {"strain_gauge": 8e-6}  # SI; more of what settings add to the noise does not count here
 
 
 @dataclass(frozen=True)
@@ -57,6 +58,15 @@ class Channels:
     def sigma(self) -> Array:
         """Noise of every channel, (m,)."""
         return np.array([channel.sigma for channel in self.all])
+
+    @cached_property
+    def most(self) -> Array:
+        """Variance that every channel has at most, with what the model leaves out, (m,).
+
+        Who tells a filter that gauges are worth less does not mean that a flipped sign matters less.
+        """
+        errors = np.array([_MODEL_ERROR.get(channel.kind, np.inf) for channel in self.all])
+        return np.asarray(self.sigma**2 + errors**2)
 
     @cached_property
     def twins(self) -> list[tuple[int, int]]:

@@ -54,7 +54,6 @@ class IsolationWatch(Watch):
     def __init__(self, specs: Sequence[SensorSpec]) -> None:
         """Take the sensors of the arm."""
         self._specs = tuple(specs)
-        self._maker = StepMaker(_RESOLUTION)
         self._names: tuple[str, ...] | None = None
         load_steps()  # now, not in the middle of a motion
         self._forget(0.0)
@@ -66,6 +65,7 @@ class IsolationWatch(Watch):
         if self._names != tuple(parts.sensors.rows):
             self._names = tuple(parts.sensors.rows)
             self._channels = Channels(self._specs, self._names)
+            self._maker = StepMaker(_RESOLUTION, self._channels.most)
             rearrangements(self._channels, self._channels.everybody)  # now, not in the middle of a motion
         self._theta, self._learned = parts.layout.theta, parts.layout.p
         self._is_learning = parts.layout.n_p > 0

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import ctypes
+import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
 from typing import NamedTuple
@@ -103,9 +104,12 @@ class StepMaker:
         resolution: Periods that differ by less are one [s].
     """
 
-    def __init__(self, resolution: float) -> None:
-        """Take periods as equal that differ by less than ``resolution`` [s]."""
-        self.resolution = resolution
+    def __init__(self, resolution: float, most: Array | float = math.inf) -> None:
+        """Take periods as equal that differ by less than ``resolution`` [s].
+
+        ``most`` is the variance that every row has at most, without the force noise it feels, (m,).
+        """
+        self.resolution, self._most = resolution, most
         self._steps: dict[int, tuple[Parts, dict[int, WindowStep]]] = {}
 
     def step(self, parts: Parts, dt: float) -> WindowStep:
@@ -119,14 +123,16 @@ class StepMaker:
         if count not in steps:
             if len(steps) >= _CACHE_SIZE:
                 steps.clear()
-            steps[count] = _make(parts, count * self.resolution)
+            steps[count] = _make(parts, count * self.resolution, self._most)
         return steps[count]
 
 
-def _make(parts: Parts, dt: float) -> WindowStep:
+def _make(parts: Parts, dt: float, most: Array | float) -> WindowStep:
     at_rest, tau = Belief(np.zeros(parts.layout.n_x), parts.process.P0), np.zeros(parts.layout.n_theta + 1)
     transition = parts.steps.transition(at_rest, dt, tau)
     stack = parts.steps.rows(tuple(parts.sensors.rows), at_rest, tau)
+    excess = np.diag((stack.R.diagonal() - most).clip(0.0))
+    stack = replace(stack, R=stack.R - excess, R_total=stack.R_total - excess)
     step = JointStep(transition, stack)
     pairs = zip(transition.slopes, stack.slopes, strict=True)
     slopes = tuple(_join(transition, stack.C, after, at) for after, at in pairs)
