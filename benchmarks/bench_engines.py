@@ -23,13 +23,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexarm_bringup.bench import load_module
-from flexarm_model.body_spec import Beam
-from flexarm_model.compiled import compile_functions
-from flexarm_model.config import load_config
-from flexarm_model.description import ManipulatorConfig
-from flexarm_model.manipulator_file import find_manipulator
-from flexarm_model.reduced_tree import ReducedTree
-from flexarm_model.segments import cut_beam
+from flexarm_model.manipulator.body_spec import Beam
+from flexarm_model.manipulator.description import ManipulatorConfig
+from flexarm_model.numeric.compiled import compile_functions
+from flexarm_model.reading.config import load_config
+from flexarm_model.reading.manipulator_file import find_manipulator
+from flexarm_model.segments.segments import cut_beam
+from flexarm_model.tree.reduced_tree import ReducedTree
 
 Array = NDArray[np.float64]
 

@@ -26,13 +26,13 @@ from flexarm_estimator.history import Instant
 from flexarm_estimator.measurement import Measurement
 from flexarm_estimator.parts import Parts
 from flexarm_estimator.settings import EstimatorConfig
-from flexarm_estimator.step_runner import make_runner
-from flexarm_model.config import load_config
-from flexarm_model.description import ManipulatorConfig
-from flexarm_model.linearize import linearize
-from flexarm_model.manipulator_file import find_manipulator
-from flexarm_model.reduced_tree import ReducedTree
-from flexarm_model.rotation import rotation_vector
+from flexarm_estimator.steps.step_runner import make_runner
+from flexarm_model.manipulator.description import ManipulatorConfig
+from flexarm_model.numeric.rotation import rotation_vector
+from flexarm_model.reading.config import load_config
+from flexarm_model.reading.manipulator_file import find_manipulator
+from flexarm_model.served.linearize import linearize
+from flexarm_model.tree.reduced_tree import ReducedTree
 
 Array = NDArray[np.float64]
 Action = Callable[["Tick"], object]

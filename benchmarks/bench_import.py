@@ -15,13 +15,13 @@ from pathlib import Path
 import numpy as np
 
 from flexarm_bringup.sim.plant import Plant
-from flexarm_model.body_reduction import reduce_body
-from flexarm_model.config import load_config
+from flexarm_model.bodies.body_reduction import reduce_body
 from flexarm_model.fe_import.checks import check_model
 from flexarm_model.fe_import.fe_model import load_model
 from flexarm_model.fe_import.hexahedra import Material, make_solid, write_solid
 from flexarm_model.fe_import.sparse_modes import lowest_modes
-from flexarm_model.imported_body import ImportedBody
+from flexarm_model.manipulator.imported_body import ImportedBody
+from flexarm_model.reading.config import load_config
 
 CELLS = (30, 12, 24)  # bricks along x, y, z of the box that the angle is cut from
 EDGE = 0.015  # of a brick [m]

@@ -14,12 +14,12 @@ from typing import Any
 import numpy as np
 
 from flexarm_bringup.sim.plant import Plant
-from flexarm_model.body_reduction import reduce_body
-from flexarm_model.config import load_config
-from flexarm_model.linearize import linearize
-from flexarm_model.manipulator_file import find_manipulator
-from flexarm_model.reduced_tree import ReducedTree
-from flexarm_model.segment_tree import SegmentTree
+from flexarm_model.bodies.body_reduction import reduce_body
+from flexarm_model.reading.config import load_config
+from flexarm_model.reading.manipulator_file import find_manipulator
+from flexarm_model.segments.segment_tree import SegmentTree
+from flexarm_model.served.linearize import linearize
+from flexarm_model.tree.reduced_tree import ReducedTree
 
 SEGMENTS = 16  # first frequency 0.07 % high
 SEGMENT_STEP = 0.2e-3  # s; explicit Runge-Kutta of 16 segments is stable up to about 0.12 ms times 2

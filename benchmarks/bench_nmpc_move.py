@@ -29,11 +29,11 @@ from flexarm_bringup.tasks.task_moves import ByAxes
 from flexarm_bringup.tip_vibration import Watch
 from flexarm_controller.limits import limits_of
 from flexarm_controller.open_loop.rest_to_rest import RestToRest, fastest
-from flexarm_model.config import load_config
-from flexarm_model.linearize import linearize
-from flexarm_model.manipulator_file import find_manipulator
-from flexarm_model.profiles import Trapezoid
-from flexarm_model.reduced_tree import ReducedTree
+from flexarm_model.motion.profiles import Trapezoid
+from flexarm_model.reading.config import load_config
+from flexarm_model.reading.manipulator_file import find_manipulator
+from flexarm_model.served.linearize import linearize
+from flexarm_model.tree.reduced_tree import ReducedTree
 
 Array = NDArray[np.float64]
 SLOWER = 1.3  # than the time-optimal motion

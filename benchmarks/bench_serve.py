@@ -14,13 +14,13 @@ from typing import Any
 
 import numpy as np
 
-from flexarm_model.closure_error import ClosureError
-from flexarm_model.config import load_config
-from flexarm_model.linearize import PoseError, linearize
-from flexarm_model.manipulator_file import FOLDER, PACKAGE, find_manipulator
-from flexarm_model.model_cache import ModelCache
-from flexarm_model.reduced_tree import ReducedTree
-from flexarm_model.share import share_folders
+from flexarm_model.reading.config import load_config
+from flexarm_model.reading.manipulator_file import FOLDER, PACKAGE, find_manipulator
+from flexarm_model.reading.share import share_folders
+from flexarm_model.served.linearize import PoseError, linearize
+from flexarm_model.served.model_cache import ModelCache
+from flexarm_model.tree.closure_error import ClosureError
+from flexarm_model.tree.reduced_tree import ReducedTree
 
 REACH = 1.0  # of the axes around home [rad or m], at most
 SHARE = 0.5  # of the way to a limit, at most

@@ -10,7 +10,7 @@ import time
 from collections.abc import Sequence
 from typing import Any
 
-from flexarm_model.body_spec import Beam
+from flexarm_model.manipulator.body_spec import Beam
 
 
 def build(strip: Beam, inertia: float, radius: float, elements: int, torque: float) -> tuple[Any, int]:

@@ -32,11 +32,11 @@ from flexarm_controller.reference import Reference
 from flexarm_controller.settings import MpcConfig
 from flexarm_controller.state import ArmState
 from flexarm_estimator.estimate import Estimate
-from flexarm_model.config import load_config
-from flexarm_model.description import Axis, Joint, ManipulatorConfig
-from flexarm_model.manipulator_file import find_manipulator
-from flexarm_model.reduced_model import ReducedModel
-from flexarm_model.reduced_tree import ReducedTree
+from flexarm_model.manipulator.description import Axis, Joint, ManipulatorConfig
+from flexarm_model.reading.config import load_config
+from flexarm_model.reading.manipulator_file import find_manipulator
+from flexarm_model.served.reduced_model import ReducedModel
+from flexarm_model.tree.reduced_tree import ReducedTree
 
 Array = NDArray[np.float64]
 SHARE = 0.5  # of the torque beyond an axis's usual load

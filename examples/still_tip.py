@@ -10,10 +10,10 @@ import numpy as np
 from flexarm_bringup.closed_loop import LoopSettings, run_closed_loop
 from flexarm_bringup.demo_run.motions import motions, out_and_back
 from flexarm_bringup.record import judge
-from flexarm_model.config import load_config
-from flexarm_model.linearize import linearize
-from flexarm_model.manipulator_file import find_manipulator
-from flexarm_model.reduced_tree import ReducedTree
+from flexarm_model.reading.config import load_config
+from flexarm_model.reading.manipulator_file import find_manipulator
+from flexarm_model.served.linearize import linearize
+from flexarm_model.tree.reduced_tree import ReducedTree
 
 REACH = 0.64  # distance of the tip from the axis [m]
 

@@ -8,11 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from flexarm_model.body_spec import Beam
-from flexarm_model.config import load_config
-from flexarm_model.description import Joint, ManipulatorConfig, NodeRef
-from flexarm_model.manipulator_file import find_manipulator
-from flexarm_model.reduced_tree import ReducedTree
+from flexarm_model.manipulator.body_spec import Beam
+from flexarm_model.manipulator.description import Joint, ManipulatorConfig, NodeRef
+from flexarm_model.reading.config import load_config
+from flexarm_model.reading.manipulator_file import find_manipulator
+from flexarm_model.tree.reduced_tree import ReducedTree
 
 Array = NDArray[np.float64]
 Values = dict[str, float]  # by the name of the axis; those left out are zero

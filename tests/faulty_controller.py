@@ -15,7 +15,7 @@ from typing import Any, cast
 from flexarm_controller import laws
 from flexarm_controller.answer import Outgoing
 from flexarm_controller.controller_node import ControllerNode
-from flexarm_model.node import run_node
+from flexarm_model.ros.node import run_node
 
 EVERY = int(os.environ["FAULTY_EVERY"])
 SLEEP = float(os.environ.get("FAULTY_SLEEP", "0"))

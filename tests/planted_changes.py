@@ -17,19 +17,19 @@ import pytest
 import flexarm_bringup.replaying.replay_bag as replay_bag
 import flexarm_controller.exchange as controller_exchange
 import flexarm_estimator.exchange as estimator_exchange
-import flexarm_estimator.machine_tip as machine_tip
-import flexarm_estimator.sensor_messages as sensor_messages
-import flexarm_model.beam as beam
-import flexarm_model.sensors as sensors
+import flexarm_estimator.messages.sensor_messages as sensor_messages
+import flexarm_estimator.tool.machine_tip as machine_tip
+import flexarm_model.bodies.beam as beam
+import flexarm_model.tree.sensors as sensors
 from flexarm_bringup.bags.bag_copy import copy_bag
 from flexarm_bringup.bags.bag_reader import Bag, Record
 from flexarm_bringup.conversions import deserialise, serialise
 from flexarm_bringup.regress.playing import models
 from flexarm_controller.settings import MpcConfig
-from flexarm_estimator.checks import SampleChecks
-from flexarm_estimator.sensor_messages import SensorReader
+from flexarm_estimator.judging.checks import SampleChecks
+from flexarm_estimator.messages.sensor_messages import SensorReader
 from flexarm_estimator.settings import EstimatorConfig
-from flexarm_model.reduced_tree import ReducedTree
+from flexarm_model.tree.reduced_tree import ReducedTree
 
 Patch = pytest.MonkeyPatch
 NAN_AT, TWICE_AT, FAR_AT = 60, 80, 100  # samples of strain, of the encoder, of strain

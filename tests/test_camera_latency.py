@@ -15,14 +15,14 @@ from flexarm_bringup.sim.rig import Rig
 from flexarm_estimator.estimator import Estimator
 from flexarm_estimator.measurement import Measurement
 from flexarm_estimator.settings import EstimatorConfig
-from flexarm_model.config import load_config
-from flexarm_model.description import ManipulatorConfig
-from flexarm_model.linearize import linearize
-from flexarm_model.manipulator_file import find_manipulator
-from flexarm_model.profiles import Quintic
-from flexarm_model.reduced_model import ReducedModel
-from flexarm_model.reduced_tree import ReducedTree
-from flexarm_model.sensor_spec import SensorSpec
+from flexarm_model.manipulator.description import ManipulatorConfig
+from flexarm_model.manipulator.sensor_spec import SensorSpec
+from flexarm_model.motion.profiles import Quintic
+from flexarm_model.reading.config import load_config
+from flexarm_model.reading.manipulator_file import find_manipulator
+from flexarm_model.served.linearize import linearize
+from flexarm_model.served.reduced_model import ReducedModel
+from flexarm_model.tree.reduced_tree import ReducedTree
 
 Array = NDArray[np.float64]
 MOVES = {"single_link": np.array([0.4]), "planar_3rrr": np.array([0.12, 0.036, -0.072])}  # rad, out and back

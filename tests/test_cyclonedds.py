@@ -134,7 +134,7 @@ PUBLISHER = textwrap.dedent("""
     import rclpy
     from nav_msgs.msg import Odometry
     from sensor_msgs.msg import JointState
-    from flexarm_model.node import RELIABLE_QOS
+    from flexarm_model.ros.node import RELIABLE_QOS
     rclpy.init()
     node = rclpy.create_node("rig", namespace="flexarm")
     joints = node.create_publisher(JointState, "joint_states", RELIABLE_QOS)

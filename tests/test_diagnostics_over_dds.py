@@ -12,7 +12,7 @@ pytestmark = [pytest.mark.ros, pytest.mark.slow]
 from flexarm_bringup.processes.graph import rig_graph  # noqa: E402
 from flexarm_bringup.processes.running_graph_node import running  # noqa: E402
 from flexarm_model.conversions import verdict_from_msg  # noqa: E402
-from flexarm_model.diagnosis import Verdict  # noqa: E402
+from flexarm_model.settings.diagnosis import Verdict  # noqa: E402
 
 LOOPS = {f"{node}: loop" for node in ("rig", "guard", "estimator", "controller")}
 OTHERS = {

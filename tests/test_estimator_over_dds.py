@@ -14,7 +14,7 @@ from sensor_msgs.msg import Imu, JointState
 from flexarm_bringup.processes.graph import rig_graph
 from flexarm_bringup.processes.running_graph_node import Ear, running
 from flexarm_model.conversions import ns_to_stamp, stamp_to_ns
-from flexarm_model.node import RELIABLE_QOS
+from flexarm_model.ros.node import RELIABLE_QOS
 
 pytestmark = pytest.mark.ros
 

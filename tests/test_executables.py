@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from flexarm_model.single_instance import claim_name
+from flexarm_model.process.single_instance import claim_name
 
 SOURCE = Path(__file__).resolve().parents[1] / "src"
 PACKAGES = ("flexarm_model", "flexarm_estimator", "flexarm_controller", "flexarm_bringup")
@@ -72,7 +72,8 @@ import os
 import sys
 from importlib import import_module
 import rclpy
-from flexarm_model import ahead, node
+from flexarm_model.process import ahead
+from flexarm_model.ros import node
 module = sys.argv[0]
 ahead.make_ahead(module, sys.argv)
 assert len(ahead._MADE) == 1

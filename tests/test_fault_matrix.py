@@ -22,7 +22,7 @@ from flexarm_bringup.fault_drill.findings import Finding
 from flexarm_bringup.fault_drill.payload import take_over
 from flexarm_bringup.faults import chosen_rows
 from flexarm_bringup.sim.plant import Plant
-from flexarm_model.sensors import output_names
+from flexarm_model.tree.sensors import output_names
 
 FAST = (22, 25, 26, 27, 39, 40, 42)  # of the single link; the others wait for --all
 

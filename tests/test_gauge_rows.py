@@ -8,12 +8,12 @@ import pytest
 from flexarm_controller.limits import limits_of
 from flexarm_controller.program.soft_outputs import build_soft_outputs
 from flexarm_controller.settings import MpcConfig
-from flexarm_estimator.sensors import LinearRows
-from flexarm_model.config import load_config
-from flexarm_model.linearize import linearize
-from flexarm_model.manipulator_file import find_manipulator
-from flexarm_model.reduced_tree import ReducedTree
-from flexarm_model.state_space import state_space
+from flexarm_estimator.state.sensors import LinearRows
+from flexarm_model.reading.config import load_config
+from flexarm_model.reading.manipulator_file import find_manipulator
+from flexarm_model.served.linearize import linearize
+from flexarm_model.served.state_space import state_space
+from flexarm_model.tree.reduced_tree import ReducedTree
 
 ARMS = [
     ("single_link", "geared"),

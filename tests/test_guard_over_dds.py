@@ -21,7 +21,7 @@ from flexarm_bringup.processes.running_graph_node import Ear, running
 from flexarm_bringup.processes.supervisor import Supervisor
 from flexarm_controller.drives.seal import Mark, Seal
 from flexarm_model.conversions import stamp_to_ns
-from flexarm_model.node import LATCHED_QOS
+from flexarm_model.ros.node import LATCHED_QOS
 
 pytestmark = pytest.mark.ros
 

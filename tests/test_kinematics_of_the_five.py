@@ -13,7 +13,6 @@ import pytest
 from body_chain import Array, Values, check, described, joint, shifted, transform, tree
 from scipy.spatial.transform import Rotation
 
-from flexarm_model.config import load_config
 from flexarm_model.kinematics.body_mechanism import held_mechanism
 from flexarm_model.kinematics.dh import DhChain, DhRow
 from flexarm_model.kinematics.elbow_arm import ElbowArm
@@ -23,8 +22,9 @@ from flexarm_model.kinematics.paths import at_speed, rounded_square, travel
 from flexarm_model.kinematics.planar_legs import PlanarLeg, PlanarLegs
 from flexarm_model.kinematics.spherical_wrist import SphericalWristArm
 from flexarm_model.kinematics.telescopic_legs import TelescopicLeg, TelescopicLegs
-from flexarm_model.linearize import find_equilibrium
-from flexarm_model.manipulator_file import find_manipulator
+from flexarm_model.reading.config import load_config
+from flexarm_model.reading.manipulator_file import find_manipulator
+from flexarm_model.served.linearize import find_equilibrium
 
 pytestmark = pytest.mark.thorough
 

@@ -15,8 +15,8 @@ from flexarm_bringup.demo_run.sessions import free_domains
 from flexarm_bringup.processes.session import Session, run_session
 from flexarm_bringup.replaying.compare import compare_bags
 from flexarm_bringup.replaying.replay_bag import NEEDED, OUTPUTS, replay
-from flexarm_model.config import load_config
-from flexarm_model.manipulator_file import find_manipulator
+from flexarm_model.reading.config import load_config
+from flexarm_model.reading.manipulator_file import find_manipulator
 
 pytestmark = pytest.mark.ros
 

@@ -12,7 +12,7 @@ from std_msgs.msg import Empty, String
 
 from flexarm_bringup.processes.graph import rig_graph
 from flexarm_bringup.processes.running_graph_node import Ear, running
-from flexarm_model.node import LATCHED_QOS, RELIABLE_QOS
+from flexarm_model.ros.node import LATCHED_QOS, RELIABLE_QOS
 
 pytestmark = pytest.mark.ros
 

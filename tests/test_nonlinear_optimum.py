@@ -16,10 +16,10 @@ from flexarm_controller.nonlinear.settings import NmpcConfig
 from flexarm_controller.reference import Reference
 from flexarm_controller.settings import MpcConfig
 from flexarm_controller.state import ArmState
-from flexarm_model.config import load_config
-from flexarm_model.linearize import linearize
-from flexarm_model.manipulator_file import find_manipulator
-from flexarm_model.reduced_tree import ReducedTree
+from flexarm_model.reading.config import load_config
+from flexarm_model.reading.manipulator_file import find_manipulator
+from flexarm_model.served.linearize import linearize
+from flexarm_model.tree.reduced_tree import ReducedTree
 
 BENCHMARKS = Path(__file__).resolve().parents[1] / "benchmarks"
 ARMS = {

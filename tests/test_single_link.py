@@ -18,8 +18,8 @@ from flexarm_bringup.record import RunRecord, judge
 from flexarm_bringup.residual import decibels
 from flexarm_bringup.servo_run import run_servo
 from flexarm_bringup.sim.rig import Rig, RigSettings
-from flexarm_model.config import load_config
-from flexarm_model.manipulator_file import find_manipulator
+from flexarm_model.reading.config import load_config
+from flexarm_model.reading.manipulator_file import find_manipulator
 
 pytestmark = pytest.mark.thorough
 

@@ -16,11 +16,11 @@ from flexarm_bringup.tasks.task_for import task_for
 from flexarm_controller.reference import Reference
 from flexarm_controller.settings import ControllerConfig
 from flexarm_estimator.estimate import Estimate
-from flexarm_model.config import load_config
-from flexarm_model.linearize import linearize
-from flexarm_model.profiles import Trapezoid
-from flexarm_model.reduced_tree import ReducedTree
-from flexarm_model.segment_tree import SegmentTree
+from flexarm_model.motion.profiles import Trapezoid
+from flexarm_model.reading.config import load_config
+from flexarm_model.segments.segment_tree import SegmentTree
+from flexarm_model.served.linearize import linearize
+from flexarm_model.tree.reduced_tree import ReducedTree
 
 DOCS = Path(__file__).resolve().parents[1] / "docs"
 ARM = DOCS / "two_link.yaml"

@@ -13,7 +13,7 @@ import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from flexarm_model.announce import announce_on_stderr
+from flexarm_model.process.announce import announce_on_stderr
 
 os.environ.setdefault("OMP_NUM_THREADS", "1")  # before NumPy: small matrices lose by threads
 

@@ -36,11 +36,11 @@ from flexarm_estimator.estimator import Estimator
 from flexarm_estimator.measurement import Measurement
 from flexarm_estimator.settings import EstimatorConfig
 from flexarm_estimator.settled import settled_filter
-from flexarm_model.description import ManipulatorConfig
-from flexarm_model.linearize import linearize
-from flexarm_model.model_schedule import ModelSchedule, ScheduleSettings, periods_between_looks
-from flexarm_model.reduced_model import ReducedModel
-from flexarm_model.reduced_tree import ReducedTree
+from flexarm_model.manipulator.description import ManipulatorConfig
+from flexarm_model.served.linearize import linearize
+from flexarm_model.served.model_schedule import ModelSchedule, ScheduleSettings, periods_between_looks
+from flexarm_model.served.reduced_model import ReducedModel
+from flexarm_model.tree.reduced_tree import ReducedTree
 
 Array = NDArray[np.float64]
 TOKEN = 1

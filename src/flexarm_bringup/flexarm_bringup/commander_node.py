@@ -35,17 +35,17 @@ from flexarm_bringup.series import Series, SeriesError
 from flexarm_bringup.tasks.reference_file import load_reference
 from flexarm_controller.conversions import reference_to_msg
 from flexarm_controller.reference import Reference
-from flexarm_model.arm_settings import ArmSettings
 from flexarm_model.conversions import stamp_to_ns
-from flexarm_model.declared_node import declare_configs, load_arm
-from flexarm_model.node import (
+from flexarm_model.ros.declared_node import declare_configs, load_arm
+from flexarm_model.ros.node import (
     LATCHED_QOS,
     LOCKSTEP_QOS,
     RELIABLE_QOS,
     SENSOR_QOS,
     run_node,
 )
-from flexarm_model.parameters import parameter
+from flexarm_model.settings.arm_settings import ArmSettings
+from flexarm_model.settings.parameters import parameter
 
 LOOK_PERIOD = 0.02  # s of wall time between two looks at the state of affairs
 LISTENERS = ("model", "controller", "recorder")  # partners that must hear the reference

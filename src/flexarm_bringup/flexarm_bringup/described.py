@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from flexarm_model.config import load_config
-from flexarm_model.description import ManipulatorConfig
-from flexarm_model.manipulator_file import find_manipulator
-from flexarm_model.strict_yaml import ConfigError, read_yaml
+from flexarm_model.manipulator.description import ManipulatorConfig
+from flexarm_model.reading.config import load_config
+from flexarm_model.reading.manipulator_file import find_manipulator
+from flexarm_model.settings.strict_yaml import ConfigError, read_yaml
 
 
 def described(manipulator: str, config_id: str) -> ManipulatorConfig | None:

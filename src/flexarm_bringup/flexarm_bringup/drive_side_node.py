@@ -23,7 +23,7 @@ from flexarm_controller.drives.attachment import Attachment
 from flexarm_controller.drives.conversions import sealed_from_msg
 from flexarm_controller.drives.seal import SECRET_BYTES, Mark
 from flexarm_controller.drives.watchdog import DriveLimits, DriveWatchdog
-from flexarm_model.node import LATCHED_QOS
+from flexarm_model.ros.node import LATCHED_QOS
 
 
 class DriveSide:

@@ -26,7 +26,7 @@ from rclpy.signals import SignalHandlerOptions
 
 from flexarm_bringup.arguments import number
 from flexarm_bringup.topics import NAMESPACE
-from flexarm_model.node import events_executor
+from flexarm_model.ros.node import events_executor
 
 UNUSABLE = 2
 DISCOVERY = 3.0  # s; how long a topic may take to be seen

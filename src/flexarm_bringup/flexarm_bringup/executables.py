@@ -1,8 +1,8 @@
-"""What the console scripts of this package call; see ``flexarm_model.executable``."""
+"""What the console scripts of this package call; see ``flexarm_model.process.executable``."""
 
 from __future__ import annotations
 
-from flexarm_model.executable import run_executable
+from flexarm_model.process.executable import run_executable
 
 
 def commander_node() -> int:

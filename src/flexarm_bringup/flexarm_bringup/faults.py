@@ -18,7 +18,7 @@ from flexarm_bringup.fault_drill.drill import FAMILIES, MACHINES, RowResult, run
 from flexarm_bringup.page.report import Cell, Check, Column, Page, Table, add_report_arguments, publish
 from flexarm_bringup.progress import Progress
 from flexarm_bringup.tasks.task_for import task_for
-from flexarm_model.strict_yaml import ConfigError
+from flexarm_model.settings.strict_yaml import ConfigError
 
 REFUSED = 2
 EPILOG = """\

@@ -8,7 +8,7 @@ from concurrent.futures import ProcessPoolExecutor, as_completed
 from multiprocessing import get_context
 from typing import TypeVar
 
-from flexarm_model.announce import announce_on_stderr
+from flexarm_model.process.announce import announce_on_stderr
 
 Job = TypeVar("Job")
 Result = TypeVar("Result")

@@ -37,12 +37,12 @@ from flexarm_bringup.conversions import deserialise
 from flexarm_bringup.message_class import message_class
 from flexarm_bringup.provenance import provenance
 from flexarm_bringup.topics import Stream, streams
-from flexarm_model.arm_settings import ArmSettings
-from flexarm_model.declared_node import declare_configs, load_arm, told_by
-from flexarm_model.managed_node import LifeSettings, ManagedNode
-from flexarm_model.manipulator_file import find_manipulator
-from flexarm_model.node import LATCHED_QOS, RELIABLE_QOS, run_node
-from flexarm_model.parameters import ParameterError, parameter
+from flexarm_model.reading.manipulator_file import find_manipulator
+from flexarm_model.ros.declared_node import declare_configs, load_arm, told_by
+from flexarm_model.ros.managed_node import LifeSettings, ManagedNode
+from flexarm_model.ros.node import LATCHED_QOS, RELIABLE_QOS, run_node
+from flexarm_model.settings.arm_settings import ArmSettings
+from flexarm_model.settings.parameters import ParameterError, parameter
 
 DEPTH = 5000  # messages that may wait for the disk: a second of everything in lockstep
 DIAGNOSTICS_PERIOD = 1.0  # s

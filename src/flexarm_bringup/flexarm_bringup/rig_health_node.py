@@ -16,12 +16,12 @@ from std_msgs.msg import String
 
 from flexarm_bringup.sim.drives import Drives
 from flexarm_bringup.sim.sensor_fault_text import faults_text, parse_faults
-from flexarm_model.description import ManipulatorConfig
-from flexarm_model.diagnosis import DiagnosticsConfig, Level, Verdict
-from flexarm_model.diagnostics_node import Diagnostics
-from flexarm_model.loop_health import LoopHealth
-from flexarm_model.node import RELIABLE_QOS
-from flexarm_model.strict_yaml import ConfigError
+from flexarm_model.manipulator.description import ManipulatorConfig
+from flexarm_model.ros.diagnostics_node import Diagnostics
+from flexarm_model.ros.loop_health import LoopHealth
+from flexarm_model.ros.node import RELIABLE_QOS
+from flexarm_model.settings.diagnosis import DiagnosticsConfig, Level, Verdict
+from flexarm_model.settings.strict_yaml import ConfigError
 
 
 class RigHealth:

@@ -36,23 +36,23 @@ from flexarm_bringup.sim.plant import Plant
 from flexarm_bringup.sim.rig import RigSettings
 from flexarm_bringup.sim.sample import Sample
 from flexarm_bringup.sim.sensor_fault_text import parse_faults
-from flexarm_model.ahead import made
-from flexarm_model.alarm import Alarm
-from flexarm_model.arm_settings import LoopSettings
-from flexarm_model.bytes_node import subscribe_bytes
 from flexarm_model.conversions import NS_PER_S, stamp_to_ns
-from flexarm_model.declared_node import declare_configs, load_arm, told_by
-from flexarm_model.description import ManipulatorConfig
-from flexarm_model.diagnosis import DiagnosticsConfig
-from flexarm_model.managed_node import LifeSettings, ManagedNode
-from flexarm_model.node import (
+from flexarm_model.manipulator.description import ManipulatorConfig
+from flexarm_model.manipulator.start_pose import starting_at
+from flexarm_model.process.ahead import made
+from flexarm_model.ros.alarm import Alarm
+from flexarm_model.ros.bytes_node import subscribe_bytes
+from flexarm_model.ros.declared_node import declare_configs, load_arm, told_by
+from flexarm_model.ros.managed_node import LifeSettings, ManagedNode
+from flexarm_model.ros.node import (
     LATCHED_QOS,
     LOCKSTEP_QOS,
     NEWEST_QOS,
     run_node,
 )
-from flexarm_model.parameters import parameter
-from flexarm_model.start_pose import starting_at
+from flexarm_model.settings.arm_settings import LoopSettings
+from flexarm_model.settings.diagnosis import DiagnosticsConfig
+from flexarm_model.settings.parameters import parameter
 
 MOST_CATCH_UP = 8  # periods, less than the silence that drives bear; after a longer stall the arm skips time
 
@@ -215,7 +215,7 @@ def _plant_of(arm: ManipulatorConfig, simulation: RigSettings) -> Plant:
     return Plant(arm, round(NS_PER_S / arm.rate_hz) * 1e-9, simulation.plant)
 
 
-AHEAD = (_plant_of, RigSettings)  # see flexarm_model.ahead
+AHEAD = (_plant_of, RigSettings)  # see flexarm_model.process.ahead
 
 
 def main() -> int:

@@ -23,8 +23,8 @@ from flexarm_bringup.sim.sample import Sample
 from flexarm_bringup.sim.tick_writer import TickWriter
 from flexarm_bringup.topics import streams
 from flexarm_model.conversions import ns_to_stamp
-from flexarm_model.description import ManipulatorConfig
-from flexarm_model.node import LOCKSTEP_QOS, PERIODIC_QOS
+from flexarm_model.manipulator.description import ManipulatorConfig
+from flexarm_model.ros.node import LOCKSTEP_QOS, PERIODIC_QOS
 
 
 class RigVoice:

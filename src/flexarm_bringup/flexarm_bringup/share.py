@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from flexarm_model.share import share_folders
+from flexarm_model.reading.share import share_folders
 
 PACKAGE = "flexarm_bringup"
 

@@ -9,9 +9,9 @@ from numpy.typing import NDArray
 
 from flexarm_model.kinematics.joint_path import JointMotion, joint_path
 from flexarm_model.kinematics.numeric import InverseSettings, Mechanism, solve_inverse
-from flexarm_model.linearize import linearize
-from flexarm_model.reduced_model import ReducedModel
-from flexarm_model.reduced_tree import ReducedTree
+from flexarm_model.served.linearize import linearize
+from flexarm_model.served.reduced_model import ReducedModel
+from flexarm_model.tree.reduced_tree import ReducedTree
 
 Array = NDArray[np.float64]
 TOLERANCE = 1e-7  # of positions on a path [m], and of orientations [rad]

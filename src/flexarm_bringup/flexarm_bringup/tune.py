@@ -26,7 +26,7 @@ from flexarm_bringup.consistency.tuning import Tuned, Tuner
 from flexarm_bringup.page.report import Cells, Column, Page, Table, add_report_arguments, publish
 from flexarm_bringup.progress import Progress
 from flexarm_estimator.likelihood import Likelihood
-from flexarm_model.reduced_tree import ReducedTree
+from flexarm_model.tree.reduced_tree import ReducedTree
 
 Array = NDArray[np.float64]
 UNUSABLE = 2

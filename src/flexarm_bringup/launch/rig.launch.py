@@ -20,7 +20,7 @@ from flexarm_bringup.processes.supervisor import ON_PURPOSE, RESPAWNS
 from flexarm_bringup.processes.surroundings import defaults
 from flexarm_bringup.tasks.task_for import task_for
 from flexarm_bringup.topics import NAMESPACE
-from flexarm_model.parent import MARK as PARENT
+from flexarm_model.process.parent import MARK as PARENT
 from launch import LaunchDescription
 
 ARGUMENTS = {

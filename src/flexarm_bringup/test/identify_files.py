@@ -7,10 +7,10 @@ from pathlib import Path
 import numpy as np
 from scipy import signal
 
-from flexarm_model.config import load_config
-from flexarm_model.linear_assembly import assemble
-from flexarm_model.manipulator_file import find_manipulator
 from flexarm_model.modal.frf import Ports, exact_frf
+from flexarm_model.reading.config import load_config
+from flexarm_model.reading.manipulator_file import find_manipulator
+from flexarm_model.served.linear_assembly import assemble
 
 F_HZ, ZETA = np.array([12.0, 31.0]), np.array([0.02, 0.015])
 STIFFNESS, TIP_MASS = "bodies.strip.pieces.0.youngs_modulus", "bodies.strip.point_masses.0.mass"

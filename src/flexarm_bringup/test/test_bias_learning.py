@@ -22,12 +22,12 @@ from flexarm_bringup.tasks.task_moves import ToPose
 from flexarm_estimator.estimator import Estimator
 from flexarm_estimator.measurement import Measurement
 from flexarm_estimator.settings import EstimatorConfig
-from flexarm_model.config import load_config
-from flexarm_model.linearize import linearize
-from flexarm_model.manipulator_file import find_manipulator
-from flexarm_model.profiles import Trapezoid
-from flexarm_model.reduced_tree import ReducedTree
-from flexarm_model.sensor_spec import BiasSpec
+from flexarm_model.manipulator.sensor_spec import BiasSpec
+from flexarm_model.motion.profiles import Trapezoid
+from flexarm_model.reading.config import load_config
+from flexarm_model.reading.manipulator_file import find_manipulator
+from flexarm_model.served.linearize import linearize
+from flexarm_model.tree.reduced_tree import ReducedTree
 
 pytestmark = pytest.mark.slow
 WARMS_UP = BiasSpec(20e-6, 0.03e-6, 200e-6, 0.3e-6)

@@ -10,8 +10,8 @@ from flexarm_bringup.demo_run.motions import motions, out_and_back
 from flexarm_bringup.sim.hardware import Hardware
 from flexarm_controller.guard import GuardCommand
 from flexarm_controller.settings import MpcConfig
-from flexarm_model.config import load_config
-from flexarm_model.manipulator_file import find_manipulator
+from flexarm_model.reading.config import load_config
+from flexarm_model.reading.manipulator_file import find_manipulator
 
 
 @pytest.fixture(scope="module")

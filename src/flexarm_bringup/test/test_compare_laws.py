@@ -24,10 +24,10 @@ from flexarm_bringup.tasks.course import Leg
 from flexarm_bringup.tasks.task import Task, load_task
 from flexarm_bringup.tasks.task_for import task_for
 from flexarm_controller.limits import limits_of
-from flexarm_model.config import load_config
-from flexarm_model.manipulator_file import find_manipulator
-from flexarm_model.reduced_tree import ReducedTree
-from flexarm_model.strict_yaml import ConfigError
+from flexarm_model.reading.config import load_config
+from flexarm_model.reading.manipulator_file import find_manipulator
+from flexarm_model.settings.strict_yaml import ConfigError
+from flexarm_model.tree.reduced_tree import ReducedTree
 
 TASK = """
 format: flexarm-moves/1

@@ -23,7 +23,7 @@ from flexarm_bringup.consistency.page import build_page
 from flexarm_bringup.consistency.rig_run import NOMINAL, SOFT, RigJob, run_rig_job
 from flexarm_bringup.tasks.task_for import task_for
 from flexarm_estimator.estimator import Estimator
-from flexarm_model.reduced_tree import ReducedTree
+from flexarm_model.tree.reduced_tree import ReducedTree
 
 MATCHED = 1e-8  # of the scale of the motion; nothing but rounding separates filter and truth
 

@@ -25,11 +25,11 @@ from flexarm_bringup.tasks.task import find_task, load_task
 from flexarm_bringup.tip_vibration import Residual
 from flexarm_controller.reference import Reference
 from flexarm_controller.settings import ControllerConfig
-from flexarm_model.config import load_config
-from flexarm_model.manipulator_file import find_manipulator
-from flexarm_model.overrides import apply_overrides
-from flexarm_model.start_pose import starting_at
-from flexarm_model.strict_yaml import ConfigError
+from flexarm_model.manipulator.start_pose import starting_at
+from flexarm_model.reading.config import load_config
+from flexarm_model.reading.manipulator_file import find_manipulator
+from flexarm_model.settings.overrides import apply_overrides
+from flexarm_model.settings.strict_yaml import ConfigError
 
 LEG = Leg("lateral", 0.3, 0.5)
 LEFT = {"pd": 0.8, "mpc": 0.1}  # m/s^2

@@ -26,12 +26,12 @@ def test_it_waits_for_a_model_and_takes_it(
     from rclpy.executors import SingleThreadedExecutor
 
     from flexarm_estimator.drift_node import DriftNode
-    from flexarm_model.config import load_config
     from flexarm_model.conversions import model_to_msg
-    from flexarm_model.linearize import linearize
-    from flexarm_model.manipulator_file import find_manipulator
-    from flexarm_model.node import MODELS_QOS
-    from flexarm_model.reduced_tree import ReducedTree
+    from flexarm_model.reading.config import load_config
+    from flexarm_model.reading.manipulator_file import find_manipulator
+    from flexarm_model.ros.node import MODELS_QOS
+    from flexarm_model.served.linearize import linearize
+    from flexarm_model.tree.reduced_tree import ReducedTree
 
     for key, value in ros_environment.items():
         monkeypatch.setenv(key, value)

@@ -16,9 +16,9 @@ from flexarm_bringup.drift_run.simulation import ALONE, Drill, Watched, run_dril
 from flexarm_bringup.static_arm import StaticArm
 from flexarm_bringup.tasks.task import find_task, load_task
 from flexarm_estimator.settings import EstimatorConfig
-from flexarm_model.config import load_config
-from flexarm_model.manipulator_file import find_manipulator
-from flexarm_model.reduced_tree import ReducedTree
+from flexarm_model.reading.config import load_config
+from flexarm_model.reading.manipulator_file import find_manipulator
+from flexarm_model.tree.reduced_tree import ReducedTree
 
 LINEAR = {
     "motion_acceleration": 10.0,

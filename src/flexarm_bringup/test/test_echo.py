@@ -16,7 +16,7 @@ PUBLISHER = """
 import rclpy, sys, time
 from rclpy.node import Node
 from flexarm_interfaces.msg import ControllerStatus
-from flexarm_model.node import LATCHED_QOS
+from flexarm_model.ros.node import LATCHED_QOS
 rclpy.init()
 node = Node("talker", namespace="flexarm")
 publisher = node.create_publisher(ControllerStatus, "said", LATCHED_QOS)

@@ -17,11 +17,11 @@ from flexarm_bringup.bags.foreign_bag import feed_bag, read_remaps  # noqa: E402
 from flexarm_bringup.conversions import deserialise  # noqa: E402
 from flexarm_estimator.exchange import EstimatorExchange  # noqa: E402
 from flexarm_estimator.settings import EstimatorConfig  # noqa: E402
-from flexarm_model.config import load_config  # noqa: E402
 from flexarm_model.conversions import model_to_msg, stamp_to_ns  # noqa: E402
-from flexarm_model.linearize import linearize  # noqa: E402
-from flexarm_model.manipulator_file import find_manipulator  # noqa: E402
-from flexarm_model.reduced_tree import ReducedTree  # noqa: E402
+from flexarm_model.reading.config import load_config  # noqa: E402
+from flexarm_model.reading.manipulator_file import find_manipulator  # noqa: E402
+from flexarm_model.served.linearize import linearize  # noqa: E402
+from flexarm_model.tree.reduced_tree import ReducedTree  # noqa: E402
 
 ROBOT = Path(__file__).parents[3] / "tests" / "recorded" / "mobile_robot"
 REMAPS = ("--remap", "/joint_states:=joint_states", "--remap", "/imu:=imu/tip_accelerometer")

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from flexarm_estimator.estimate import Estimate
-from flexarm_estimator.state_layout import StateLayout
-from flexarm_model.config import load_config
-from flexarm_model.linearize import linearize
-from flexarm_model.manipulator_file import find_manipulator
-from flexarm_model.reduced_tree import ReducedTree
+from flexarm_estimator.state.state_layout import StateLayout
+from flexarm_model.reading.config import load_config
+from flexarm_model.reading.manipulator_file import find_manipulator
+from flexarm_model.served.linearize import linearize
+from flexarm_model.tree.reduced_tree import ReducedTree
 
 pytestmark = pytest.mark.ros
 handed_state = pytest.importorskip("flexarm_bringup.processes.handed_state", reason="needs ROS")

@@ -15,10 +15,10 @@ from scipy.io import savemat
 from flexarm_bringup import cli
 from flexarm_bringup.identify.measurement import Responses, SourceError, merge
 from flexarm_bringup.identify.sources import Averaging, read_sources
-from flexarm_model.body_spec import Beam
-from flexarm_model.config import load_config
+from flexarm_model.manipulator.body_spec import Beam
 from flexarm_model.modal.frf import Frf, Ports, modal_frf
 from flexarm_model.modal.modes import Modes
+from flexarm_model.reading.config import load_config
 
 pytestmark = pytest.mark.thorough
 

@@ -14,10 +14,10 @@ from flexarm_bringup.excite.plan import Wish, plan_excitation
 from flexarm_bringup.excite.rig_source import rig_settings
 from flexarm_bringup.identify.measurement import SourceError
 from flexarm_bringup.sim.perturb import PlantSettings, perturb
-from flexarm_model.config import load_config
-from flexarm_model.linear_assembly import assemble
-from flexarm_model.manipulator_file import find_manipulator
 from flexarm_model.modal.modes import damped_poles
+from flexarm_model.reading.config import load_config
+from flexarm_model.reading.manipulator_file import find_manipulator
+from flexarm_model.served.linear_assembly import assemble
 
 OTHER = PlantSettings(frequency_scale=float(np.sqrt(0.75)), mass_scale=1.3)
 PERTURBED = [f"frequency_scale={OTHER.frequency_scale}", f"mass_scale={OTHER.mass_scale}"]

@@ -18,8 +18,8 @@ from flexarm_bringup.identify.measurement import Records, Responses, SourceError
 from flexarm_bringup.identify.set_ups import check_scale
 from flexarm_bringup.identify.sources import Averaging, of_records
 from flexarm_bringup.topics import STREAMS
-from flexarm_model.config import load_config
-from flexarm_model.manipulator_file import find_manipulator
+from flexarm_model.reading.config import load_config
+from flexarm_model.reading.manipulator_file import find_manipulator
 
 F_HZ, ZETA, RATE = np.array([9.0, 23.0]), 0.01, 200.0
 

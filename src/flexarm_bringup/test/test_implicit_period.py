@@ -8,11 +8,11 @@ import pytest
 from flexarm_bringup.sim.implicit_parts import find_parts
 from flexarm_bringup.sim.implicit_period import MachinePeriod, PlainPeriod, Stepping, make_period
 from flexarm_bringup.sim.implicit_steps import ImplicitSteps
-from flexarm_model.compiled import find_compiler
-from flexarm_model.config import load_config
-from flexarm_model.linearize import find_equilibrium
-from flexarm_model.manipulator_file import find_manipulator
-from flexarm_model.reduced_tree import ReducedTree
+from flexarm_model.numeric.compiled import find_compiler
+from flexarm_model.reading.config import load_config
+from flexarm_model.reading.manipulator_file import find_manipulator
+from flexarm_model.served.linearize import find_equilibrium
+from flexarm_model.tree.reduced_tree import ReducedTree
 
 H = 4e-4
 PERIODS = 10

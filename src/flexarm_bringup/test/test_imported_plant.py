@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 from flexarm_bringup.sim.perturb import PlantSettings, perturb
-from flexarm_model.body_reduction import reduce_body
-from flexarm_model.config import load_config
+from flexarm_model.bodies.body_reduction import reduce_body
 from flexarm_model.fe_import.hexahedra import Material, make_solid, write_solid
-from flexarm_model.imported_body import ImportedBody
+from flexarm_model.manipulator.imported_body import ImportedBody
+from flexarm_model.reading.config import load_config
 
 ARM = """
 format: flexarm/1

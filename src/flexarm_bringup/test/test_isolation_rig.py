@@ -18,9 +18,9 @@ from flexarm_bringup.tasks.course import Course
 from flexarm_bringup.tasks.task import Task
 from flexarm_bringup.tasks.task_for import task_for
 from flexarm_controller.reference import hold
-from flexarm_model.config import load_config
-from flexarm_model.manipulator_file import find_manipulator
-from flexarm_model.reduced_tree import ReducedTree
+from flexarm_model.reading.config import load_config
+from flexarm_model.reading.manipulator_file import find_manipulator
+from flexarm_model.tree.reduced_tree import ReducedTree
 
 START = 0.6  # s, just after the move has begun at 0.5 s
 SIGN = SensorFault("wrong", START, factor=-1.0)

@@ -10,11 +10,11 @@ import pytest
 from flexarm_bringup import cli
 from flexarm_bringup.identify.joints import CUTOFF, move_rig
 from flexarm_bringup.sim.rig import RigSettings
-from flexarm_model.config import load_config
 from flexarm_model.identification.joint_regression import JointResult, identify_joints
-from flexarm_model.linearize import linearize
-from flexarm_model.manipulator_file import find_manipulator
-from flexarm_model.reduced_tree import ReducedTree
+from flexarm_model.reading.config import load_config
+from flexarm_model.reading.manipulator_file import find_manipulator
+from flexarm_model.served.linearize import linearize
+from flexarm_model.tree.reduced_tree import ReducedTree
 
 
 def joints_of(name: str, preset: str, friction: float, duration: float) -> JointResult:

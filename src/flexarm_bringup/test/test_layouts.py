@@ -17,8 +17,8 @@ pytestmark = pytest.mark.ros
 
 from flexarm_bringup.message_class import message_class  # noqa: E402
 from flexarm_bringup.topics import STREAMS, find_stream  # noqa: E402
-from flexarm_model.config import load_config  # noqa: E402
-from flexarm_model.manipulator_file import find_manipulator  # noqa: E402
+from flexarm_model.reading.config import load_config  # noqa: E402
+from flexarm_model.reading.manipulator_file import find_manipulator  # noqa: E402
 
 FOLDER = Path(__file__).parents[1] / "config"
 AXES = tuple(load_config(find_manipulator("single_link")).actuated)

@@ -8,8 +8,8 @@ import pytest
 from flexarm_bringup.sim.drives import Drives
 from flexarm_bringup.sim.rig import Rig
 from flexarm_bringup.sim.sensor_faults import SensorFault
-from flexarm_model.config import load_config
-from flexarm_model.manipulator_file import find_manipulator
+from flexarm_model.reading.config import load_config
+from flexarm_model.reading.manipulator_file import find_manipulator
 
 CONFIG = load_config(find_manipulator("single_link"), "geared")
 TAU = np.array([1.0])

@@ -22,10 +22,10 @@ from flexarm_controller.margins.case import Case
 from flexarm_controller.reference import hold
 from flexarm_controller.settings import ControllerConfig, MarginConfig, MpcConfig
 from flexarm_estimator.settings import EstimatorConfig
-from flexarm_model.config import load_config
-from flexarm_model.description import ManipulatorConfig
-from flexarm_model.manipulator_file import find_manipulator
-from flexarm_model.reduced_tree import ReducedTree
+from flexarm_model.manipulator.description import ManipulatorConfig
+from flexarm_model.reading.config import load_config
+from flexarm_model.reading.manipulator_file import find_manipulator
+from flexarm_model.tree.reduced_tree import ReducedTree
 
 pytestmark = pytest.mark.thorough
 

@@ -21,12 +21,12 @@ from visualization_msgs.msg import Marker, MarkerArray  # noqa: E402
 
 from flexarm_bringup.display.conversions import FRAME  # noqa: E402
 from flexarm_bringup.installed import find_executable  # noqa: E402
-from flexarm_model.config import load_config  # noqa: E402
 from flexarm_model.conversions import model_to_msg  # noqa: E402
-from flexarm_model.linearize import linearize  # noqa: E402
-from flexarm_model.manipulator_file import find_manipulator  # noqa: E402
-from flexarm_model.node import LATCHED_QOS, MODELS_QOS, RELIABLE_QOS, events_executor  # noqa: E402
-from flexarm_model.reduced_tree import ReducedTree  # noqa: E402
+from flexarm_model.reading.config import load_config  # noqa: E402
+from flexarm_model.reading.manipulator_file import find_manipulator  # noqa: E402
+from flexarm_model.ros.node import LATCHED_QOS, MODELS_QOS, RELIABLE_QOS, events_executor  # noqa: E402
+from flexarm_model.served.linearize import linearize  # noqa: E402
+from flexarm_model.tree.reduced_tree import ReducedTree  # noqa: E402
 
 THETA, ETA = 0.3, [2e-3, 0.0, 0.0]
 

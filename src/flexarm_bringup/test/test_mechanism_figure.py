@@ -17,10 +17,10 @@ from flexarm_bringup.model_view.mechanism_figure import (
     modes_figure,
 )
 from flexarm_bringup.model_view.mechanism_lines import MechanismLines, all_points, axis_transform
-from flexarm_model.config import load_config
-from flexarm_model.linearize import linearize
-from flexarm_model.manipulator_file import find_manipulator
-from flexarm_model.reduced_tree import ReducedTree
+from flexarm_model.reading.config import load_config
+from flexarm_model.reading.manipulator_file import find_manipulator
+from flexarm_model.served.linearize import linearize
+from flexarm_model.tree.reduced_tree import ReducedTree
 
 pytestmark = pytest.mark.thorough
 

@@ -13,9 +13,9 @@ from flexarm_bringup.cli import main
 from flexarm_bringup.model_view.command import USAGE, parse_pose, serve
 from flexarm_bringup.model_view.mode_words import describe_tip, direction
 from flexarm_bringup.model_view.page import analyse, build_page, mode_table, reach_table
-from flexarm_model.config import load_config
-from flexarm_model.linearize import PoseError, linearize
-from flexarm_model.model_file import load_model
+from flexarm_model.reading.config import load_config
+from flexarm_model.served.linearize import PoseError, linearize
+from flexarm_model.served.model_file import load_model
 
 pytestmark = pytest.mark.thorough
 

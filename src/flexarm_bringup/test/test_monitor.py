@@ -21,7 +21,7 @@ from flexarm_bringup.monitor.picture import (
     TopicRow,
 )
 from flexarm_bringup.monitor.screen import ENTER, LEAVE, Screen
-from flexarm_model.diagnosis import Level, Verdict
+from flexarm_model.settings.diagnosis import Level, Verdict
 
 ANSI = re.compile(r"\x1b\[[0-9;]*m")
 FULL = Picture(

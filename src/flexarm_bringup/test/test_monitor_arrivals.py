@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 from flexarm_bringup.described import described
-from flexarm_model.config import load_config
-from flexarm_model.manipulator_file import find_manipulator
+from flexarm_model.reading.config import load_config
+from flexarm_model.reading.manipulator_file import find_manipulator
 
 pytestmark = pytest.mark.ros
 pytest.importorskip("flexarm_interfaces", reason="needs ROS and flexarm_interfaces")

@@ -14,8 +14,8 @@ from flexarm_bringup.demo_run.study import damping_ratio, tip_reach
 from flexarm_bringup.record import judge
 from flexarm_bringup.sim.rig import RigSettings
 from flexarm_controller.settings import ControllerConfig
-from flexarm_model.config import load_config
-from flexarm_model.manipulator_file import find_manipulator
+from flexarm_model.reading.config import load_config
+from flexarm_model.reading.manipulator_file import find_manipulator
 
 pytestmark = pytest.mark.slow
 BASE = 1.940  # m/s^2, the worst trapezoid on an ideal servo: seed 002, section 6

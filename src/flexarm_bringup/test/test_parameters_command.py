@@ -7,7 +7,7 @@ import pytest
 
 from flexarm_bringup import cli
 from flexarm_bringup.parameters_command import NODES, page, parameters_of
-from flexarm_model.parameter_file import FLEXARM_NODES
+from flexarm_model.ros.parameter_file import FLEXARM_NODES
 
 PAGE = Path(__file__).parents[3] / "docs" / "parameters.md"
 

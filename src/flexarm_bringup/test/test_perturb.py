@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from flexarm_bringup.sim.perturb import PlantSettings, perturb
-from flexarm_model.config import load_config
-from flexarm_model.description import ManipulatorConfig
-from flexarm_model.linearize import linearize
-from flexarm_model.reduced_tree import ReducedTree
+from flexarm_model.manipulator.description import ManipulatorConfig
+from flexarm_model.reading.config import load_config
+from flexarm_model.served.linearize import linearize
+from flexarm_model.tree.reduced_tree import ReducedTree
 
 ARM = """
 format: flexarm/1

@@ -12,9 +12,9 @@ from flexarm_bringup.sim.explicit_steps import ExplicitSteps
 from flexarm_bringup.sim.implicit_steps import ImplicitSteps
 from flexarm_bringup.sim.perturb import PlantSettings
 from flexarm_bringup.sim.plant import Plant
-from flexarm_model.config import load_config
-from flexarm_model.description import Joint, ManipulatorConfig
-from flexarm_model.manipulator_file import find_manipulator
+from flexarm_model.manipulator.description import Joint, ManipulatorConfig
+from flexarm_model.reading.config import load_config
+from flexarm_model.reading.manipulator_file import find_manipulator
 
 SECONDS = 10.0
 STEPS = {

@@ -15,7 +15,7 @@ from flexarm_bringup.realtime.figures import Counts, Figures
 from flexarm_bringup.realtime.late_cycles import LateCycles
 from flexarm_bringup.realtime.processes import command_line, processes
 from flexarm_bringup.realtime.standstill import Standstill, Witnesses
-from flexarm_model.config import load_config
+from flexarm_model.reading.config import load_config
 
 GOOD = Counts(1000, 9, 998, 9, 2)
 

@@ -27,7 +27,7 @@ RIG = textwrap.dedent("""
     from flexarm_bringup.message_class import message_class
     from flexarm_bringup.topics import streams
     from flexarm_model.conversions import ns_to_stamp
-    from flexarm_model.node import LATCHED_QOS, RELIABLE_QOS
+    from flexarm_model.ros.node import LATCHED_QOS, RELIABLE_QOS
     rclpy.init()
     node = rclpy.create_node("rig", namespace="flexarm")
     publishers, kinds = {}, {}

@@ -24,11 +24,11 @@ from flexarm_estimator.interventions.intervention import Intervention  # noqa: E
 from flexarm_estimator.interventions.set_noise import SetNoise  # noqa: E402
 from flexarm_estimator.interventions.toggle_sensor import ToggleSensor  # noqa: E402
 from flexarm_estimator.settings import EstimatorConfig  # noqa: E402
-from flexarm_model.config import load_config  # noqa: E402
 from flexarm_model.conversions import model_to_msg  # noqa: E402
-from flexarm_model.linearize import linearize  # noqa: E402
-from flexarm_model.manipulator_file import find_manipulator  # noqa: E402
-from flexarm_model.reduced_tree import ReducedTree  # noqa: E402
+from flexarm_model.reading.config import load_config  # noqa: E402
+from flexarm_model.reading.manipulator_file import find_manipulator  # noqa: E402
+from flexarm_model.served.linearize import linearize  # noqa: E402
+from flexarm_model.tree.reduced_tree import ReducedTree  # noqa: E402
 
 EPOCH_NS = 1_700_000_000_000_000_000
 TICKS = 60

@@ -37,7 +37,7 @@ from flexarm_bringup.reproduce.seed_000_modal_test import (
 from flexarm_bringup.reproduce.seed_000_numerics import GOLDEN_HZ
 from flexarm_bringup.reproduce.seed_000_rig import POSES, RIG, Rig, place_legs
 from flexarm_model.kinematics.planar_legs import PlanarLegs
-from flexarm_model.linearize import find_equilibrium
+from flexarm_model.served.linearize import find_equilibrium
 
 pytestmark = pytest.mark.thorough
 

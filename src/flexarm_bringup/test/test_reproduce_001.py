@@ -18,11 +18,11 @@ from flexarm_bringup.reproduce.seed_001_data import SEED
 from flexarm_bringup.reproduce.seed_001_machine import PRESETS, Machine, load_machine, magnitude
 from flexarm_bringup.reproduce.seed_001_printed import milling_force, read_printed
 from flexarm_bringup.reproduce.seed_001_rig import Rig, Unknowns, assemble, fit_unknowns, legs
-from flexarm_model.body_spec import Beam, RigidBody
-from flexarm_model.linearize import linearize
+from flexarm_model.manipulator.body_spec import Beam, RigidBody
 from flexarm_model.modal.half_power import half_power
 from flexarm_model.modal.peaks import pick_peaks
-from flexarm_model.reduced_tree import ReducedTree
+from flexarm_model.served.linearize import linearize
+from flexarm_model.tree.reduced_tree import ReducedTree
 
 pytestmark = pytest.mark.thorough
 

@@ -42,12 +42,12 @@ from flexarm_bringup.reproduce.seed_003_robots import (
     with_factors,
 )
 from flexarm_bringup.reproduce.seed_003_served import with_modes
-from flexarm_model.body_spec import Beam
-from flexarm_model.description import ManipulatorConfig
-from flexarm_model.linearize import linearize
+from flexarm_model.bodies.model_order import FULL, with_elements, with_modes_below
+from flexarm_model.manipulator.body_spec import Beam
+from flexarm_model.manipulator.description import ManipulatorConfig
 from flexarm_model.modal.frf import Frf
-from flexarm_model.model_order import FULL, with_elements, with_modes_below
-from flexarm_model.reduced_tree import ReducedTree
+from flexarm_model.served.linearize import linearize
+from flexarm_model.tree.reduced_tree import ReducedTree
 
 pytestmark = pytest.mark.slow  # the models of the robot take ten seconds to make
 

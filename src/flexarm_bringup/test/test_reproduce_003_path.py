@@ -38,10 +38,10 @@ from flexarm_bringup.reproduce.seed_003_path import (
 )
 from flexarm_bringup.reproduce.seed_003_path_figure import path_figure
 from flexarm_bringup.sim.implicit_steps import ImplicitSteps
-from flexarm_model.description import ManipulatorConfig
 from flexarm_model.kinematics.paths import rounded_square
-from flexarm_model.linear_assembly import assemble
-from flexarm_model.reduced_tree import ReducedTree
+from flexarm_model.manipulator.description import ManipulatorConfig
+from flexarm_model.served.linear_assembly import assemble
+from flexarm_model.tree.reduced_tree import ReducedTree
 
 pytestmark = pytest.mark.thorough
 

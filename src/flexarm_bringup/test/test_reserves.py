@@ -12,11 +12,12 @@ from test_supervisor import is_alive, until
 
 from flexarm_bringup.processes.graph import Process
 from flexarm_bringup.processes.supervisor import Supervisor
-from flexarm_model.single_instance import NameTakenError, claim_name
+from flexarm_model.process.single_instance import NameTakenError, claim_name
 
 DOMAIN = "230"
 START = (
-    "import sys; from flexarm_model.executable import run_executable as run; sys.exit(run('slow', ['left']))"
+    "import sys; from flexarm_model.process.executable import run_executable; "
+    "sys.exit(run_executable('slow', ['left']))"
 )
 SLOW = """
 import os, time

@@ -10,8 +10,8 @@ from flexarm_bringup.retune.roll_off import keep_margins
 from flexarm_bringup.tasks.task_for import task_for
 from flexarm_controller.settings import ControllerConfig, MpcConfig
 from flexarm_estimator.settings import EstimatorConfig
-from flexarm_model.config import load_config
-from flexarm_model.manipulator_file import find_manipulator
+from flexarm_model.reading.config import load_config
+from flexarm_model.reading.manipulator_file import find_manipulator
 
 pytestmark = [pytest.mark.thorough, pytest.mark.slow]
 

@@ -16,10 +16,10 @@ from flexarm_bringup.sim.rig import RigSettings
 from flexarm_bringup.tasks.task import Task, find_task, load_task
 from flexarm_controller.settings import MpcConfig
 from flexarm_estimator.settings import EstimatorConfig
-from flexarm_model.body_spec import Beam
-from flexarm_model.config import load_config
-from flexarm_model.description import ManipulatorConfig
-from flexarm_model.manipulator_file import find_manipulator
+from flexarm_model.manipulator.body_spec import Beam
+from flexarm_model.manipulator.description import ManipulatorConfig
+from flexarm_model.reading.config import load_config
+from flexarm_model.reading.manipulator_file import find_manipulator
 
 RIG = {"frequency_scale": 0.75**0.5, "mass_scale": 1.3, "damping_scale": 1.9}  # stiffness -25 %, tip +30 %
 

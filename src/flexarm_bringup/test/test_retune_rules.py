@@ -17,12 +17,12 @@ from flexarm_bringup.retune.weights import scale_weights
 from flexarm_bringup.tasks.task import find_task, load_task
 from flexarm_controller.settings import MpcConfig
 from flexarm_estimator.settings import EstimatorConfig
-from flexarm_model.config import load_config
 from flexarm_model.identification.model_update import Unknown, Update
-from flexarm_model.linearize import linearize
-from flexarm_model.manipulator_file import find_manipulator
-from flexarm_model.reduced_tree import ReducedTree
-from flexarm_model.shapers import zv, zvd
+from flexarm_model.motion.shapers import zv, zvd
+from flexarm_model.reading.config import load_config
+from flexarm_model.reading.manipulator_file import find_manipulator
+from flexarm_model.served.linearize import linearize
+from flexarm_model.tree.reduced_tree import ReducedTree
 
 MPC, DT = MpcConfig(), 0.005
 E_MODULUS = "bodies.strip.pieces.0.youngs_modulus"

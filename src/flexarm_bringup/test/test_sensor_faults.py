@@ -14,10 +14,10 @@ from flexarm_bringup.sim.rig import Rig, RigSettings
 from flexarm_bringup.sim.sample import Sample
 from flexarm_bringup.sim.sensor_fault_text import faults_text, parse_faults
 from flexarm_bringup.sim.sensor_faults import KINDS, Arrival, FaultLine, SensorFault
-from flexarm_model.config import load_config
-from flexarm_model.manipulator_file import find_manipulator
-from flexarm_model.sensor_spec import SensorSpec
-from flexarm_model.strict_yaml import ConfigError
+from flexarm_model.manipulator.sensor_spec import SensorSpec
+from flexarm_model.reading.config import load_config
+from flexarm_model.reading.manipulator_file import find_manipulator
+from flexarm_model.settings.strict_yaml import ConfigError
 
 DT = 0.005  # s
 GAUGE = SensorSpec("gauge", "strain_gauge", "strip.root", ("strain",), np.array([1e-6]))

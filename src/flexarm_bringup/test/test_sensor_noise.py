@@ -11,8 +11,8 @@ from flexarm_bringup.sim.plant import Plant
 from flexarm_bringup.sim.rig import Rig
 from flexarm_bringup.sim.sensor_faults import SensorFault
 from flexarm_bringup.sim.sensor_simulator import DRAWN_TOGETHER, SensorSimulator
-from flexarm_model.config import load_config
-from flexarm_model.manipulator_file import find_manipulator
+from flexarm_model.reading.config import load_config
+from flexarm_model.reading.manipulator_file import find_manipulator
 
 DT = 0.005
 

@@ -14,8 +14,8 @@ from flexarm_bringup.sim.sensor_fault_text import parse_faults
 from flexarm_bringup.soak.memory import Life, MemoryLog, resident_mb
 from flexarm_bringup.soak.outcome import Outcome
 from flexarm_bringup.soak.script import VICTIMS, Script, move, random_fault, random_goal
-from flexarm_model.config import load_config
-from flexarm_model.manipulator_file import find_manipulator
+from flexarm_model.reading.config import load_config
+from flexarm_model.reading.manipulator_file import find_manipulator
 
 SINGLE, LEGS = (load_config(find_manipulator(name)) for name in ("single_link", "planar_3rrr"))
 WARM_UP = 60.0

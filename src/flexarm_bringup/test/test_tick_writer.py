@@ -19,8 +19,8 @@ from flexarm_bringup.sim.drives import Drives  # noqa: E402
 from flexarm_bringup.sim.sensor_fault_text import parse_faults  # noqa: E402
 from flexarm_bringup.sim.tick_writer import TickWriter  # noqa: E402
 from flexarm_controller.drives.conversions import drive_state_msg  # noqa: E402
-from flexarm_model.config import load_config  # noqa: E402
-from flexarm_model.manipulator_file import find_manipulator  # noqa: E402
+from flexarm_model.reading.config import load_config  # noqa: E402
+from flexarm_model.reading.manipulator_file import find_manipulator  # noqa: E402
 
 EPOCH_NS, TICKS = 1_700_000_000_000_000_000, 80
 FAULTS = {

@@ -16,7 +16,7 @@ from flexarm_bringup.tasks.task_for import task_for
 from flexarm_bringup.tune import Judgement, build_page
 from flexarm_estimator.likelihood import Epoch, Likelihood
 from flexarm_estimator.measurement import Measurement
-from flexarm_model.reduced_tree import ReducedTree
+from flexarm_model.tree.reduced_tree import ReducedTree
 
 
 @pytest.fixture(scope="module")

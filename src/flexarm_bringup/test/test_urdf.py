@@ -17,11 +17,11 @@ from flexarm_bringup.display.segment_graph import SegmentGraph
 from flexarm_bringup.display.shape import coordinates
 from flexarm_bringup.display.urdf import roll_pitch_yaw, urdf
 from flexarm_bringup.model_view.mechanism_lines import MechanismLines, node_transform
-from flexarm_model.config import load_config
-from flexarm_model.linearize import linearize
-from flexarm_model.manipulator_file import find_manipulator
-from flexarm_model.reduced_tree import ReducedTree
-from flexarm_model.rotation import rotation_from_rpy
+from flexarm_model.numeric.rotation import rotation_from_rpy
+from flexarm_model.reading.config import load_config
+from flexarm_model.reading.manipulator_file import find_manipulator
+from flexarm_model.served.linearize import linearize
+from flexarm_model.tree.reduced_tree import ReducedTree
 
 ARMS = Path(__file__).parents[2] / "flexarm_model/test/arms"
 THOROUGH = pytest.mark.thorough

@@ -10,7 +10,7 @@ from flexarm_bringup.reproduce.seed_004_data import arm_config, elbow_arm, place
 from flexarm_bringup.reproduce.seed_004_matrices import RigidLinks
 from flexarm_bringup.reproduce.seed_004_motion import Ramp, SpringArm
 from flexarm_bringup.sim.plant import Plant
-from flexarm_model.linearize import linearize
+from flexarm_model.served.linearize import linearize
 
 Array = NDArray[np.float64]
 

@@ -9,7 +9,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from flexarm_bringup.reproduce.vibration import Damping, Mode, PowerLaw, Vibration, constant, simulate
-from flexarm_model.profiles import Quintic, Trapezoid
+from flexarm_model.motion.profiles import Quintic, Trapezoid
 
 MODE = Mode(2.0 * math.pi * 5.23, 0.6854)
 MOVE = Quintic(0.5, 0.4)

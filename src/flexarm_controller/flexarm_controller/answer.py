@@ -16,7 +16,7 @@ from flexarm_controller.conversions import debug_to_msg, notice_msg, status_to_m
 from flexarm_controller.debug import Insight
 from flexarm_controller.state import ArmState
 from flexarm_model.conversions import ns_to_stamp
-from flexarm_model.reduced_model import ReducedModel
+from flexarm_model.served.reduced_model import ReducedModel
 
 MOST_RATE = 200.0  # Hz; as often as an arm of that control rate needs to tell every answer
 EARLY = 0.25  # periods by which a stamp may be early

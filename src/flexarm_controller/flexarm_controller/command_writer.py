@@ -1,4 +1,4 @@
-"""Commands as the bytes of their messages, ready for a publisher: see ``flexarm_model.message_writer``."""
+"""Commands as the bytes of their messages, for a publisher: see ``flexarm_model.ros.message_writer``."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from typing import Any
 
 from flexarm_controller.command import ControlCommand
 from flexarm_controller.conversions import acts_ns, command_to_msg
-from flexarm_model.message_writer import STAMP, MessageWriter, Serialise, stamp_values
+from flexarm_model.ros.message_writer import STAMP, MessageWriter, Serialise, stamp_values
 
 ACTS_AT = ("acts_at.sec", "acts_at.nanosec")
 

@@ -28,8 +28,8 @@ from flexarm_controller.settings import ControllerConfig, MpcConfig
 from flexarm_controller.state import ArmState
 from flexarm_controller.time_budget import NO_PLAN, Clocks, TimeBudget
 from flexarm_controller.trust import Trust
-from flexarm_model.description import ManipulatorConfig
-from flexarm_model.reduced_model import ReducedModel
+from flexarm_model.manipulator.description import ManipulatorConfig
+from flexarm_model.served.reduced_model import ReducedModel
 
 Array = NDArray[np.float64]
 CUT = 1e-6  # share of a torque by which it is another one; of a vanishing one as much again [N m]

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections import Counter
 from typing import Any
 
-from flexarm_model.diagnosis import DiagnosticsConfig, Level, Verdict
-from flexarm_model.loop_health import LoopHealth
+from flexarm_model.ros.loop_health import LoopHealth
+from flexarm_model.settings.diagnosis import DiagnosticsConfig, Level, Verdict
 
 EMERGENCY = frozenset({"damping", "hold"})  # rungs on which the arm no longer follows its reference
 

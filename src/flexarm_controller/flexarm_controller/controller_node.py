@@ -51,15 +51,15 @@ from flexarm_controller.settings import ControllerConfig, MarginConfig, MpcConfi
 from flexarm_controller.states_node import Duties, PacedStates, States, TickedStates
 from flexarm_controller.time_budget import Clocks
 from flexarm_controller.told_state import ToldState
-from flexarm_model.ahead import made
-from flexarm_model.arm_settings import LoopSettings
-from flexarm_model.declared_node import declare_configs, load_arm
-from flexarm_model.description import ManipulatorConfig
-from flexarm_model.diagnosis import DiagnosticsConfig
-from flexarm_model.diagnostics_node import Diagnostics
-from flexarm_model.managed_node import LifeSettings, ManagedNode
-from flexarm_model.node import LATCHED_QOS, LOCKSTEP_QOS, MODELS_QOS, PERIODIC_QOS, RELIABLE_QOS, run_node
-from flexarm_model.reduced_tree import ReducedTree
+from flexarm_model.manipulator.description import ManipulatorConfig
+from flexarm_model.process.ahead import made
+from flexarm_model.ros.declared_node import declare_configs, load_arm
+from flexarm_model.ros.diagnostics_node import Diagnostics
+from flexarm_model.ros.managed_node import LifeSettings, ManagedNode
+from flexarm_model.ros.node import LATCHED_QOS, LOCKSTEP_QOS, MODELS_QOS, PERIODIC_QOS, RELIABLE_QOS, run_node
+from flexarm_model.settings.arm_settings import LoopSettings
+from flexarm_model.settings.diagnosis import DiagnosticsConfig
+from flexarm_model.tree.reduced_tree import ReducedTree
 
 LIBRARIES = ("scipy.optimize",)  # for goals of the tip at the end of an axis
 
@@ -189,7 +189,7 @@ def _tip_of(arm: ManipulatorConfig) -> TipKinematics:
     return TipKinematics(ReducedTree(arm))
 
 
-AHEAD = (_tip_of,)  # see flexarm_model.ahead
+AHEAD = (_tip_of,)  # see flexarm_model.process.ahead
 
 
 def main() -> int:

@@ -24,7 +24,7 @@ from flexarm_model.conversions import (
     stamp_to_ns,
     trajectory_from_msg,
 )
-from flexarm_model.reduced_model import ReducedModel
+from flexarm_model.served.reduced_model import ReducedModel
 
 Array = NDArray[np.float64]
 

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from flexarm_controller.program.equilibrium import build_equilibrium
 from flexarm_controller.state import HUGE
-from flexarm_model.reduced_model import ReducedModel
+from flexarm_model.served.reduced_model import ReducedModel
 
 Array = NDArray[np.float64]
 

@@ -21,7 +21,7 @@ from flexarm_controller.program.equilibrium import build_equilibrium
 from flexarm_controller.program.prediction import plant, predict
 from flexarm_controller.settings import MpcConfig
 from flexarm_controller.state import ArmState
-from flexarm_model.reduced_model import ReducedModel
+from flexarm_model.served.reduced_model import ReducedModel
 
 Array = NDArray[np.float64]
 NO_TIP = np.zeros((0, 3))

@@ -27,8 +27,8 @@ from flexarm_controller.state import ArmState
 from flexarm_controller.time_budget import Clocks
 from flexarm_controller.told_state import SentState, ToldState
 from flexarm_model.conversions import ModelMessageError, model_from_msg, stamp_to_ns
-from flexarm_model.description import ManipulatorConfig
-from flexarm_model.pending_models import PendingModels
+from flexarm_model.manipulator.description import ManipulatorConfig
+from flexarm_model.served.pending_models import PendingModels
 
 REFUSED = "reference refused: "
 GAP = 1.5  # periods between two states from which on a cycle was missed

@@ -24,7 +24,7 @@ from flexarm_controller.program.firm_motions import firm, firm_motions
 from flexarm_controller.reference import Reference
 from flexarm_controller.settings import MpcConfig
 from flexarm_controller.state import ArmState
-from flexarm_model.reduced_model import ReducedModel
+from flexarm_model.served.reduced_model import ReducedModel
 
 Array = NDArray[np.float64]
 Soft = Mpc | MovingMpc | LearningMpc

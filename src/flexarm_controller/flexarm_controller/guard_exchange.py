@@ -15,9 +15,9 @@ from flexarm_controller.guard_settings import GuardSettings, guard_limits
 from flexarm_controller.guarding.pose_loads import PoseLoads
 from flexarm_controller.guarding.strain_gauges import StrainGauges
 from flexarm_model.conversions import NS_PER_S, stamp_to_ns
-from flexarm_model.description import ManipulatorConfig
-from flexarm_model.pending_models import PendingModels
-from flexarm_model.reduced_tree import ReducedTree
+from flexarm_model.manipulator.description import ManipulatorConfig
+from flexarm_model.served.pending_models import PendingModels
+from flexarm_model.tree.reduced_tree import ReducedTree
 
 
 class GuardExchange:

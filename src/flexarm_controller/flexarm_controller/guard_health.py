@@ -8,8 +8,8 @@ from __future__ import annotations
 from typing import Any
 
 from flexarm_controller.guard import ARMED, NOT_ARMED_YET
-from flexarm_model.diagnosis import DiagnosticsConfig, Figure, Level, Verdict, judge
-from flexarm_model.loop_health import LoopHealth
+from flexarm_model.ros.loop_health import LoopHealth
+from flexarm_model.settings.diagnosis import DiagnosticsConfig, Figure, Level, Verdict, judge
 
 ASKED_FOR = ("stopped by",)  # how reasons of stops begin that somebody asked for
 

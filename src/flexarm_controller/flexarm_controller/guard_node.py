@@ -39,15 +39,15 @@ from flexarm_controller.guard_cycle import GuardCycle
 from flexarm_controller.guard_exchange import GuardExchange
 from flexarm_controller.guard_settings import GuardNodeSettings, GuardSettings
 from flexarm_controller.guard_voice_node import GuardVoice
-from flexarm_model.ahead import made
-from flexarm_model.alarm import Alarm
-from flexarm_model.bytes_node import subscribe_bytes
 from flexarm_model.conversions import stamp_to_ns
-from flexarm_model.declared_node import declare_configs, load_arm, told_by
-from flexarm_model.diagnosis import DiagnosticsConfig
-from flexarm_model.lockstep import Lockstep, Messages
-from flexarm_model.managed_node import LifeSettings, ManagedNode
-from flexarm_model.node import (
+from flexarm_model.manipulator.start_pose import starting_at
+from flexarm_model.process.ahead import made
+from flexarm_model.ros.alarm import Alarm
+from flexarm_model.ros.bytes_node import subscribe_bytes
+from flexarm_model.ros.declared_node import declare_configs, load_arm, told_by
+from flexarm_model.ros.lockstep import Lockstep, Messages
+from flexarm_model.ros.managed_node import LifeSettings, ManagedNode
+from flexarm_model.ros.node import (
     LATCHED_QOS,
     LOCKSTEP_QOS,
     MODELS_QOS,
@@ -56,10 +56,10 @@ from flexarm_model.node import (
     SENSOR_QOS,
     run_node,
 )
-from flexarm_model.start_pose import starting_at
+from flexarm_model.settings.diagnosis import DiagnosticsConfig
 
 SENSORS = ("drive_states", "strain")
-AHEAD = (GuardExchange, GuardSettings, None)  # see flexarm_model.ahead
+AHEAD = (GuardExchange, GuardSettings, None)  # see flexarm_model.process.ahead
 
 
 class GuardNode(ManagedNode):

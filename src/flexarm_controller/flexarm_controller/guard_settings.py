@@ -3,8 +3,8 @@
 from dataclasses import dataclass
 
 from flexarm_controller.guarding.derive import GuardSettings, guard_limits
-from flexarm_model.arm_settings import LoopSettings
-from flexarm_model.parameters import parameter
+from flexarm_model.settings.arm_settings import LoopSettings
+from flexarm_model.settings.parameters import parameter
 
 __all__ = ["GuardNodeSettings", "GuardSettings", "guard_limits"]
 

@@ -23,7 +23,7 @@ from flexarm_controller.program.prediction import plant
 from flexarm_controller.reference import Reference
 from flexarm_controller.settings import ControllerConfig
 from flexarm_controller.state import ArmState
-from flexarm_model.reduced_model import ReducedModel
+from flexarm_model.served.reduced_model import ReducedModel
 
 Array = NDArray[np.float64]
 FASTEST = 0.2  # of the joint loop [rad per control period]: about 60 degrees of phase are left with delay

@@ -21,7 +21,7 @@ from flexarm_controller.settings import MpcConfig
 from flexarm_controller.solvers.backends import build_solver_for_once
 from flexarm_controller.solvers.qp import QpSolver
 from flexarm_controller.state import ArmState
-from flexarm_model.reduced_model import ReducedModel
+from flexarm_model.served.reduced_model import ReducedModel
 
 Array = NDArray[np.float64]
 

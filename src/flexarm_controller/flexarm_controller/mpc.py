@@ -20,7 +20,7 @@ from flexarm_controller.solvers.backends import solvers_of
 from flexarm_controller.solvers.qp import QpResult, QpSolver
 from flexarm_controller.solvers.second_attempt import SecondAttempt
 from flexarm_controller.state import ArmState
-from flexarm_model.reduced_model import ReducedModel
+from flexarm_model.served.reduced_model import ReducedModel
 
 Array = NDArray[np.float64]
 BINDING = 1e-4  # distance to a limit below which it is reported as active, in units of the limit

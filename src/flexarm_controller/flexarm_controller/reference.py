@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from flexarm_controller.limits import Limits
 from flexarm_controller.motion.excess import find_excess
-from flexarm_model.trajectory import Trajectory
+from flexarm_model.motion.trajectory import Trajectory
 
 Array = NDArray[np.float64]
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from flexarm_model.parameters import ParameterError, parameter, validate
+from flexarm_model.settings.parameters import ParameterError, parameter, validate
 
 
 @dataclass(frozen=True)

@@ -21,10 +21,10 @@ from rclpy.node import Node
 
 from flexarm_controller.pacing import Pacing
 from flexarm_controller.told_state import SentState, ToldState
-from flexarm_model.bytes_node import subscribe_bytes
 from flexarm_model.conversions import stamp_to_ns
-from flexarm_model.lockstep import Lockstep, Messages
-from flexarm_model.node import LOCKSTEP_QOS, NEWEST_QOS, RELIABLE_QOS
+from flexarm_model.ros.bytes_node import subscribe_bytes
+from flexarm_model.ros.lockstep import Lockstep, Messages
+from flexarm_model.ros.node import LOCKSTEP_QOS, NEWEST_QOS, RELIABLE_QOS
 
 
 @dataclass(frozen=True)

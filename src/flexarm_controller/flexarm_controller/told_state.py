@@ -8,7 +8,7 @@ from typing import Any, Protocol
 from flexarm_controller.conversions import state_from_msg
 from flexarm_controller.state import ArmState
 from flexarm_model.conversions import stamp_to_ns
-from flexarm_model.reduced_model import ReducedModel
+from flexarm_model.served.reduced_model import ReducedModel
 
 
 class ToldState(Protocol):

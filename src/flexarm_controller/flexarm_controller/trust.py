@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from flexarm_controller.program.cost import build_cost
 from flexarm_controller.settings import MpcConfig
-from flexarm_model.reduced_model import ReducedModel
+from flexarm_model.served.reduced_model import ReducedModel
 
 Array = NDArray[np.float64]
 

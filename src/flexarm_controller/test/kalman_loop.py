@@ -10,9 +10,9 @@ from served_arms import SENSOR, TIP, limits_of_hub, single_link, state_of
 from flexarm_controller.controller import Controller
 from flexarm_controller.reference import Reference
 from flexarm_controller.settings import ControllerConfig, MpcConfig
-from flexarm_model.profiles import Trapezoid
-from flexarm_model.shapers import shape, zvd
-from flexarm_model.state_space import discretize, state_space
+from flexarm_model.motion.profiles import Trapezoid
+from flexarm_model.motion.shapers import shape, zvd
+from flexarm_model.served.state_space import discretize, state_space
 
 DT, FINE = 0.005, 5  # s, plant steps per period
 SIGMA = np.array([20e-6, 1e-6, 0.03])  # encoder [rad], strain, accelerometer [m/s^2]: seed 002

@@ -4,7 +4,7 @@ import numpy as np
 
 from flexarm_controller.limits import Limits
 from flexarm_controller.state import ArmState
-from flexarm_model.reduced_model import Outputs, ReducedModel
+from flexarm_model.served.reduced_model import Outputs, ReducedModel
 
 OUTPUTS = ("encoder.position", "root_strain.strain", "tip_accelerometer.y", "tip.ty")
 UNITS = ("rad", "1", "m/s^2", "m")

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from flexarm_controller.controller_health import ControllerHealth
-from flexarm_model.diagnosis import DiagnosticsConfig, Level, Verdict
+from flexarm_model.settings.diagnosis import DiagnosticsConfig, Level, Verdict
 
 PERIOD = 0.005
 

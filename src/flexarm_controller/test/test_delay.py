@@ -12,7 +12,7 @@ from flexarm_controller.program.delay import Delay, split_delay, torques_kept
 from flexarm_controller.program.prediction import plant
 from flexarm_controller.reference import hold
 from flexarm_controller.settings import ControllerConfig, MpcConfig
-from flexarm_model.state_space import state_space
+from flexarm_model.served.state_space import state_space
 
 DT = 0.005
 LINK = single_link()

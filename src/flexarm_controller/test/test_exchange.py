@@ -19,11 +19,11 @@ from flexarm_controller.reference import hold  # noqa: E402
 from flexarm_controller.settings import ControllerConfig, MpcConfig  # noqa: E402
 from flexarm_controller.time_budget import Clocks  # noqa: E402
 from flexarm_controller.told_state import SentState  # noqa: E402
-from flexarm_model.config import load_config  # noqa: E402
 from flexarm_model.conversions import model_to_msg, ns_to_stamp  # noqa: E402
-from flexarm_model.linearize import linearize  # noqa: E402
-from flexarm_model.manipulator_file import find_manipulator  # noqa: E402
-from flexarm_model.reduced_tree import ReducedTree  # noqa: E402
+from flexarm_model.reading.config import load_config  # noqa: E402
+from flexarm_model.reading.manipulator_file import find_manipulator  # noqa: E402
+from flexarm_model.served.linearize import linearize  # noqa: E402
+from flexarm_model.tree.reduced_tree import ReducedTree  # noqa: E402
 
 PERIOD_NS = 5_000_000
 

@@ -12,10 +12,10 @@ from flexarm_controller.nonlinear.arm_equations import (
     compile_equations,
 )
 from flexarm_controller.nonlinear.gauss_steps import GaussSteps, Periods, Points
-from flexarm_model.config import load_config
-from flexarm_model.linearize import find_equilibrium
-from flexarm_model.manipulator_file import find_manipulator
-from flexarm_model.reduced_tree import ReducedTree
+from flexarm_model.reading.config import load_config
+from flexarm_model.reading.manipulator_file import find_manipulator
+from flexarm_model.served.linearize import find_equilibrium
+from flexarm_model.tree.reduced_tree import ReducedTree
 
 DT = 0.005
 

@@ -12,10 +12,10 @@ from sensor_msgs.msg import JointState  # noqa: E402
 from flexarm_controller.guard import ARMED, BRAKING, STOPPED  # noqa: E402
 from flexarm_controller.guard_exchange import GuardExchange  # noqa: E402
 from flexarm_controller.guard_settings import GuardSettings, guard_limits  # noqa: E402
-from flexarm_model.config import load_config  # noqa: E402
 from flexarm_model.conversions import ns_to_stamp  # noqa: E402
-from flexarm_model.manipulator_file import find_manipulator  # noqa: E402
-from flexarm_model.reduced_tree import ReducedTree  # noqa: E402
+from flexarm_model.reading.config import load_config  # noqa: E402
+from flexarm_model.reading.manipulator_file import find_manipulator  # noqa: E402
+from flexarm_model.tree.reduced_tree import ReducedTree  # noqa: E402
 
 T_NS = 5_000_000
 EPOCH_NS = 1_700_000_000_000_000_000

@@ -8,7 +8,7 @@ import pytest
 
 from flexarm_controller.guard import ARMED, NOT_ARMED_YET, STOPPED
 from flexarm_controller.guard_health import GuardHealth
-from flexarm_model.diagnosis import DiagnosticsConfig, Level
+from flexarm_model.settings.diagnosis import DiagnosticsConfig, Level
 
 PERIOD = 0.005
 

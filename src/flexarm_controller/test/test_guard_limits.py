@@ -16,11 +16,11 @@ from flexarm_controller.guarding.strain_gauges import StrainGauges
 from flexarm_controller.limits import limits_of
 from flexarm_controller.motion.approach import KEPT, Approach
 from flexarm_controller.motion.settings import MotionConfig
-from flexarm_model.config import load_config
-from flexarm_model.linearize import PoseError, linearize
-from flexarm_model.manipulator_file import find_manipulator
-from flexarm_model.reduced_tree import ReducedTree
-from flexarm_model.strict_yaml import ConfigError
+from flexarm_model.reading.config import load_config
+from flexarm_model.reading.manipulator_file import find_manipulator
+from flexarm_model.served.linearize import PoseError, linearize
+from flexarm_model.settings.strict_yaml import ConfigError
+from flexarm_model.tree.reduced_tree import ReducedTree
 
 MACHINES = ("single_link", "variable_stiffness", "planar_3rrr", "spatial_3tpt", "serial_6r")
 SLOW = [pytest.param(name, marks=pytest.mark.slow) for name in MACHINES[2:]]

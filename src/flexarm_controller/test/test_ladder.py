@@ -18,7 +18,7 @@ from flexarm_controller.settings import ControllerConfig, MpcConfig
 from flexarm_controller.solvers.qp import QpResult
 from flexarm_controller.time_budget import NO_PLAN, Clocks, TimeBudget
 from flexarm_controller.trust import Trust, deviation_scale
-from flexarm_model.parameters import ParameterError
+from flexarm_model.settings.parameters import ParameterError
 
 DT = 0.005
 MODEL = single_link()

@@ -8,9 +8,9 @@ from served_arms import limits_of_hub
 
 from flexarm_controller.limits import limits_of
 from flexarm_controller.settings import ControllerConfig, MpcConfig
-from flexarm_model.config import load_config
-from flexarm_model.manipulator_file import find_manipulator
-from flexarm_model.parameters import ParameterError
+from flexarm_model.reading.config import load_config
+from flexarm_model.reading.manipulator_file import find_manipulator
+from flexarm_model.settings.parameters import ParameterError
 
 
 @pytest.mark.parametrize(

@@ -20,7 +20,7 @@ from flexarm_controller.margins.verdict import shortfalls, verdict
 from flexarm_controller.mpc import Mpc
 from flexarm_controller.program.prediction import plant as served_plant
 from flexarm_controller.settings import ControllerConfig, MarginConfig, MpcConfig
-from flexarm_model.steady_filter import SteadyFilter
+from flexarm_model.served.steady_filter import SteadyFilter
 
 ROWS = ("encoder.position", "root_strain.strain", "tip_accelerometer.y")
 

@@ -16,11 +16,11 @@ from flexarm_controller.motion.settings import MotionConfig  # noqa: E402
 from flexarm_controller.motion.tip_kinematics import TipKinematics  # noqa: E402
 from flexarm_controller.reference import Reference  # noqa: E402
 from flexarm_controller.settings import ControllerConfig, MpcConfig  # noqa: E402
-from flexarm_model.config import load_config  # noqa: E402
 from flexarm_model.conversions import model_to_msg, ns_to_stamp  # noqa: E402
-from flexarm_model.linearize import linearize  # noqa: E402
-from flexarm_model.manipulator_file import find_manipulator  # noqa: E402
-from flexarm_model.reduced_tree import ReducedTree  # noqa: E402
+from flexarm_model.reading.config import load_config  # noqa: E402
+from flexarm_model.reading.manipulator_file import find_manipulator  # noqa: E402
+from flexarm_model.served.linearize import linearize  # noqa: E402
+from flexarm_model.tree.reduced_tree import ReducedTree  # noqa: E402
 
 EPOCH, PERIOD_NS = 1_000_000_000, 5_000_000
 PERIOD = 0.005  # s

@@ -17,7 +17,7 @@ from flexarm_controller.motion.settings import MotionConfig
 from flexarm_controller.motion.splice import splice
 from flexarm_controller.program.equilibrium import build_equilibrium
 from flexarm_controller.reference import hold
-from flexarm_model.profiles import JerkLimited, MotionLimits
+from flexarm_model.motion.profiles import JerkLimited, MotionLimits
 
 COUNT = settings(max_examples=30, deadline=None, derandomize=True)
 ROUNDING = 1e-6  # of a limit

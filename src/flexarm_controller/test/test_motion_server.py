@@ -9,10 +9,10 @@ from flexarm_controller.motion.settings import MotionConfig
 from flexarm_controller.motion.tip_kinematics import TipGoal, TipKinematics
 from flexarm_controller.reference import hold
 from flexarm_controller.state import ArmState
-from flexarm_model.config import load_config
-from flexarm_model.linearize import linearize
-from flexarm_model.manipulator_file import find_manipulator
-from flexarm_model.reduced_tree import ReducedTree
+from flexarm_model.reading.config import load_config
+from flexarm_model.reading.manipulator_file import find_manipulator
+from flexarm_model.served.linearize import linearize
+from flexarm_model.tree.reduced_tree import ReducedTree
 
 PERIOD = 0.005
 REACH = 0.64  # m, tip of the single link from its axis

@@ -17,7 +17,7 @@ from flexarm_controller.program.problem import build_problem
 from flexarm_controller.program.stage import build_stage
 from flexarm_controller.reference import Reference, hold
 from flexarm_controller.settings import MpcConfig
-from flexarm_model.mode_following import turn_modes
+from flexarm_model.served.mode_following import turn_modes
 
 DT = 0.01
 CONFIG = MpcConfig(

@@ -11,8 +11,8 @@ from flexarm_controller.open_loop.axis_motion import PacedMotion, SampledMotion,
 from flexarm_controller.open_loop.best_trapezoid import best_trapezoid
 from flexarm_controller.open_loop.rest_to_rest import RestToRest, fastest
 from flexarm_controller.open_loop.vibration_left import VibrationLeft, Window
-from flexarm_model.profiles import Quintic, Trapezoid
-from flexarm_model.shapers import shape, zv, zvd
+from flexarm_model.motion.profiles import Quintic, Trapezoid
+from flexarm_model.motion.shapers import shape, zv, zvd
 
 DT = 0.005  # s
 ANGLE = np.radians(10.0)

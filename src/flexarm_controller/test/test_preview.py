@@ -5,7 +5,7 @@ import pytest
 
 from flexarm_controller.program.preview import WINDOWS, Preview
 from flexarm_controller.reference import sample_profile
-from flexarm_model.profiles import Quintic
+from flexarm_model.motion.profiles import Quintic
 
 HORIZON, DT = 5, 0.01
 

@@ -5,7 +5,7 @@ import pytest
 from served_arms import limits_of_hub
 
 from flexarm_controller.reference import Reference, hold, sample_profile
-from flexarm_model.profiles import Quintic
+from flexarm_model.motion.profiles import Quintic
 
 
 def cubic():

@@ -11,7 +11,7 @@ from flexarm_controller.motion.refusals import MotionError
 from flexarm_controller.motion.retime import RESERVE, retime
 from flexarm_controller.program.equilibrium import build_equilibrium
 from flexarm_controller.reference import Reference
-from flexarm_model.profiles import Trapezoid
+from flexarm_model.motion.profiles import Trapezoid
 
 ANGLE, DURATION, RAMPS = 0.5236, 1.0, (0.7132, 0.0956)
 

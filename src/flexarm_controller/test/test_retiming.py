@@ -13,7 +13,7 @@ from flexarm_controller.motion.refusals import MotionError
 from flexarm_controller.motion.stretch import slow_down, stretch
 from flexarm_controller.program.equilibrium import build_equilibrium
 from flexarm_controller.reference import Reference, hold, sample_profile
-from flexarm_model.profiles import Quintic
+from flexarm_model.motion.profiles import Quintic
 
 COUNT = settings(max_examples=20, deadline=None, derandomize=True)
 FINE = 3001

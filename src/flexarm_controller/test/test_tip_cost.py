@@ -11,7 +11,7 @@ from flexarm_controller.program.prediction import plant
 from flexarm_controller.program.problem import build_problem
 from flexarm_controller.reference import Reference, hold
 from flexarm_controller.settings import MpcConfig
-from flexarm_model.profiles import Trapezoid
+from flexarm_model.motion.profiles import Trapezoid
 
 DT = 0.005
 LINK = single_link()

@@ -6,10 +6,10 @@ import pytest
 from flexarm_controller.limits import limits_of
 from flexarm_controller.motion.tip_kinematics import TipGoal, TipKinematics
 from flexarm_controller.state import ArmState
-from flexarm_model.config import load_config
-from flexarm_model.linearize import linearize
-from flexarm_model.manipulator_file import find_manipulator
-from flexarm_model.reduced_tree import ReducedTree
+from flexarm_model.reading.config import load_config
+from flexarm_model.reading.manipulator_file import find_manipulator
+from flexarm_model.served.linearize import linearize
+from flexarm_model.tree.reduced_tree import ReducedTree
 
 STRIDE = {"t": 0.02, "r": 0.15}  # m, rad: of every axis
 FIVE = ("planar_3rrr", "spatial_3tpt", "serial_6r", "variable_stiffness")

@@ -6,7 +6,7 @@ from kalman_loop import case_a, ideal_servo, run_move, shaped
 from served_arms import HUBS, limits_of_hub
 
 from flexarm_controller.settings import MpcConfig
-from flexarm_model.profiles import Trapezoid
+from flexarm_model.motion.profiles import Trapezoid
 
 THIRTY = np.deg2rad(30.0)
 IDEAL = ideal_servo(case_a(THIRTY))

@@ -27,7 +27,7 @@ from numpy.typing import NDArray
 
 from flexarm_estimator.filter import Belief
 from flexarm_estimator.parts import Parts
-from flexarm_model.reduced_model import ReducedModel
+from flexarm_model.served.reduced_model import ReducedModel
 
 Array = NDArray[np.float64]
 

@@ -26,10 +26,10 @@ from flexarm_estimator.drift.conversions import drift_to_msg
 from flexarm_estimator.drift.exchange import DriftExchange
 from flexarm_estimator.drift.settings import DriftConfig
 from flexarm_estimator.settings import EstimatorConfig
-from flexarm_model.arm_settings import ArmSettings
-from flexarm_model.declared_node import declare_configs, load_arm
-from flexarm_model.managed_node import LifeSettings, ManagedNode
-from flexarm_model.node import MODELS_QOS, RELIABLE_QOS, SENSOR_QOS, run_node
+from flexarm_model.ros.declared_node import declare_configs, load_arm
+from flexarm_model.ros.managed_node import LifeSettings, ManagedNode
+from flexarm_model.ros.node import MODELS_QOS, RELIABLE_QOS, SENSOR_QOS, run_node
+from flexarm_model.settings.arm_settings import ArmSettings
 
 DIAGNOSTICS_PERIOD = 1.0  # s
 _TYPES = {"joint_states": JointState, "strain": StrainArray, "applied_effort": JointState}

@@ -7,7 +7,7 @@ from typing import Literal, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from flexarm_estimator.state_layout import StateLayout
+from flexarm_estimator.state.state_layout import StateLayout
 
 Array = NDArray[np.float64]
 Status = Literal["ok", "degraded", "lost", "starting"]

@@ -17,23 +17,23 @@ from flexarm_estimator.clock import Clock
 from flexarm_estimator.estimate import Estimate
 from flexarm_estimator.exclusion.fault_exclusion import FaultExclusion
 from flexarm_estimator.filter import Belief
-from flexarm_estimator.gate import Gate
-from flexarm_estimator.health import Health
 from flexarm_estimator.history import History, Instant
+from flexarm_estimator.judging.gate import Gate
+from flexarm_estimator.judging.health import Health
+from flexarm_estimator.judging.reception import Reception
+from flexarm_estimator.judging.sample_judge import Verdict
 from flexarm_estimator.measurement import Measurement
+from flexarm_estimator.messages.torque_input import torque_input
 from flexarm_estimator.parts import Parts, PartsMaker
-from flexarm_estimator.reception import Reception
-from flexarm_estimator.report import TipReporter
-from flexarm_estimator.sample_judge import Verdict
 from flexarm_estimator.settings import EstimatorConfig
-from flexarm_estimator.tip import Kinematics
-from flexarm_estimator.torque_input import torque_input
+from flexarm_estimator.tool.report import TipReporter
+from flexarm_estimator.tool.tip import Kinematics
 from flexarm_estimator.watches.stamp_delays import StampDelays
 from flexarm_estimator.watches.table import Watches
 from flexarm_estimator.watches.watch import View
-from flexarm_model.parameters import validate
-from flexarm_model.reduced_model import ReducedModel
-from flexarm_model.sensor_spec import SensorSpec
+from flexarm_model.manipulator.sensor_spec import SensorSpec
+from flexarm_model.served.reduced_model import ReducedModel
+from flexarm_model.settings.parameters import validate
 
 Array = NDArray[np.float64]
 _START = 0.005  # s; the fixed start lies this long before the first step, whose samples count

@@ -10,8 +10,8 @@ import math
 from collections.abc import Iterable
 
 from flexarm_estimator.estimate import SensorReport
-from flexarm_model.diagnosis import DiagnosticsConfig, Figure, Verdict, judge
-from flexarm_model.loop_health import LoopHealth
+from flexarm_model.ros.loop_health import LoopHealth
+from flexarm_model.settings.diagnosis import DiagnosticsConfig, Figure, Verdict, judge
 
 
 class EstimatorHealth:

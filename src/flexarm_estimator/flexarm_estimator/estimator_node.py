@@ -51,15 +51,13 @@ from flexarm_estimator.interventions.set_noise import SetNoise
 from flexarm_estimator.interventions.toggle_sensor import ToggleSensor
 from flexarm_estimator.settings import EstimatorConfig
 from flexarm_estimator.settled_node import SettledFilter
-from flexarm_model.ahead import made
-from flexarm_model.arm_settings import LoopSettings
-from flexarm_model.bytes_node import subscribe_bytes
 from flexarm_model.conversions import stamp_to_ns, verdict_to_msg
-from flexarm_model.declared_node import declare_configs, load_arm
-from flexarm_model.diagnosis import DiagnosticsConfig
-from flexarm_model.lockstep import Lockstep, Messages
-from flexarm_model.managed_node import LifeSettings, ManagedNode
-from flexarm_model.node import (
+from flexarm_model.process.ahead import made
+from flexarm_model.ros.bytes_node import subscribe_bytes
+from flexarm_model.ros.declared_node import declare_configs, load_arm
+from flexarm_model.ros.lockstep import Lockstep, Messages
+from flexarm_model.ros.managed_node import LifeSettings, ManagedNode
+from flexarm_model.ros.node import (
     LATCHED_QOS,
     LOCKSTEP_QOS,
     MODELS_QOS,
@@ -68,10 +66,12 @@ from flexarm_model.node import (
     SENSOR_QOS,
     run_node,
 )
+from flexarm_model.settings.arm_settings import LoopSettings
+from flexarm_model.settings.diagnosis import DiagnosticsConfig
 
 CLOSING_TOPIC = "joint_states"  # closes a period
 DIAGNOSTICS_PERIOD = 1.0  # s
-AHEAD = (EstimatorExchange, EstimatorConfig, None)  # see flexarm_model.ahead
+AHEAD = (EstimatorExchange, EstimatorConfig, None)  # see flexarm_model.process.ahead
 LIBRARIES = ("filterpy.kalman",)  # for steps with refused rows
 _TYPES = {"joint_states": JointState, "strain": StrainArray, "camera/pose": PoseWithCovarianceStamped}
 _TYPES["applied_effort"] = JointState

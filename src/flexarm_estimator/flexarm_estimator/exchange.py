@@ -15,18 +15,18 @@ from numpy.typing import NDArray
 from flexarm_estimator.conversions import diagnostics_msg, state_to_msg, tip_to_msg
 from flexarm_estimator.estimate import Estimate
 from flexarm_estimator.estimator import Estimator
-from flexarm_estimator.inbox import Inbox
 from flexarm_estimator.interventions.conversions import intervention_from_msg, intervention_to_msg
 from flexarm_estimator.interventions.intervention import Intervention, InterventionError
+from flexarm_estimator.messages.inbox import Inbox
+from flexarm_estimator.messages.readings import Refusal
+from flexarm_estimator.messages.tally import Tally
 from flexarm_estimator.parts import Parts
-from flexarm_estimator.readings import Refusal
 from flexarm_estimator.settings import EstimatorConfig
-from flexarm_estimator.tally import Tally
 from flexarm_model.conversions import NS_PER_S, ModelMessageError, model_from_msg, stamp_to_ns
-from flexarm_model.description import ManipulatorConfig
-from flexarm_model.pending_models import PendingModels
-from flexarm_model.reduced_model import ReducedModel
-from flexarm_model.reduced_tree import ReducedTree
+from flexarm_model.manipulator.description import ManipulatorConfig
+from flexarm_model.served.pending_models import PendingModels
+from flexarm_model.served.reduced_model import ReducedModel
+from flexarm_model.tree.reduced_tree import ReducedTree
 
 Array = NDArray[np.float64]
 INTERVENTIONS_TOPIC = "estimator/interventions"

@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from flexarm_estimator.process import Transition
+from flexarm_estimator.state.process import Transition
 
 if TYPE_CHECKING:
     from filterpy.kalman import KalmanFilter

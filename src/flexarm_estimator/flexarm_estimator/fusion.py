@@ -18,17 +18,17 @@ from flexarm_estimator.filter import Belief, GuardedFilter, innovation_covarianc
 from flexarm_estimator.filters.served import ServedSteps
 from flexarm_estimator.filters.step_source import StepSource
 from flexarm_estimator.history import Instant
-from flexarm_estimator.joint_step import PreparedStep
-from flexarm_estimator.joint_step_cache import JointStepCache
-from flexarm_estimator.pose_update import PoseUpdate
-from flexarm_estimator.process import ProcessModel
-from flexarm_estimator.reopening import SIZES, Reopening
-from flexarm_estimator.sample_judge import SampleJudge, Verdict
-from flexarm_estimator.sensors import SensorModels
-from flexarm_estimator.short_term import FROZEN, SAME
-from flexarm_estimator.stack import StackedSample
-from flexarm_estimator.state_limits import StateLimits
-from flexarm_estimator.step_runner import make_runner
+from flexarm_estimator.judging.reopening import SIZES, Reopening
+from flexarm_estimator.judging.sample_judge import SampleJudge, Verdict
+from flexarm_estimator.judging.short_term import FROZEN, SAME
+from flexarm_estimator.state.process import ProcessModel
+from flexarm_estimator.state.sensors import SensorModels
+from flexarm_estimator.state.state_limits import StateLimits
+from flexarm_estimator.steps.joint_step import PreparedStep
+from flexarm_estimator.steps.joint_step_cache import JointStepCache
+from flexarm_estimator.steps.pose_update import PoseUpdate
+from flexarm_estimator.steps.stack import StackedSample
+from flexarm_estimator.steps.step_runner import make_runner
 
 Array = NDArray[np.float64]
 _AGREED = 1.0  # sigma

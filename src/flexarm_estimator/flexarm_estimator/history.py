@@ -16,9 +16,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexarm_estimator.filter import Belief
-from flexarm_estimator.joint_step import PreparedStep
+from flexarm_estimator.judging.reopening import Reopening
 from flexarm_estimator.measurement import Measurement
-from flexarm_estimator.reopening import Reopening
+from flexarm_estimator.steps.joint_step import PreparedStep
 
 Array = NDArray[np.float64]
 SAME_INSTANT = 1e-6  # s; stamps closer than this are one instant

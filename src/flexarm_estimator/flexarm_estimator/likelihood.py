@@ -21,11 +21,11 @@ from scipy.linalg.lapack import dpotrf
 
 from flexarm_estimator.adoption import map_parts
 from flexarm_estimator.filter import Belief, GuardedFilter, innovation_covariance
-from flexarm_estimator.gate import normalised_square
-from flexarm_estimator.joint_step import JointStep, PreparedStep
+from flexarm_estimator.judging.gate import normalised_square
 from flexarm_estimator.measurement import Measurement
 from flexarm_estimator.parts import Parts
-from flexarm_estimator.stack import StackedSample, stack_rows
+from flexarm_estimator.steps.joint_step import JointStep, PreparedStep
+from flexarm_estimator.steps.stack import StackedSample, stack_rows
 
 Array = NDArray[np.float64]
 _LOG_2_PI = math.log(2.0 * math.pi)

@@ -12,16 +12,16 @@ from flexarm_estimator.biases.bias_states import bias_specs
 from flexarm_estimator.filters.choice import FilterMaker
 from flexarm_estimator.filters.step_source import StepSource
 from flexarm_estimator.fusion import Fusion
-from flexarm_estimator.gate import Gate
-from flexarm_estimator.machine_tip import make_tip
-from flexarm_estimator.model_errors import with_model_errors
-from flexarm_estimator.process import ProcessModel
-from flexarm_estimator.sensors import SensorModels, build_sensor_models
+from flexarm_estimator.judging.gate import Gate
 from flexarm_estimator.settings import EstimatorConfig
-from flexarm_estimator.state_layout import StateLayout
-from flexarm_estimator.tip import Kinematics, Tip
-from flexarm_model.reduced_model import ReducedModel
-from flexarm_model.sensor_spec import SensorSpec
+from flexarm_estimator.state.model_errors import with_model_errors
+from flexarm_estimator.state.process import ProcessModel
+from flexarm_estimator.state.sensors import SensorModels, build_sensor_models
+from flexarm_estimator.state.state_layout import StateLayout
+from flexarm_estimator.tool.machine_tip import make_tip
+from flexarm_estimator.tool.tip import Kinematics, Tip
+from flexarm_model.manipulator.sensor_spec import SensorSpec
+from flexarm_model.served.reduced_model import ReducedModel
 
 Array = NDArray[np.float64]
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from flexarm_estimator.estimator import Estimator
 from flexarm_estimator.filters.steady_state import steady_filter
-from flexarm_model.steady_filter import SteadyFilter
+from flexarm_model.served.steady_filter import SteadyFilter
 
 
 def settled_filter(estimator: Estimator, dt: float) -> SteadyFilter:

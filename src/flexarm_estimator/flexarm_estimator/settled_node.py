@@ -18,7 +18,7 @@ from flexarm_estimator.estimator import Estimator
 from flexarm_estimator.settings import EstimatorConfig
 from flexarm_estimator.settled import settled_filter
 from flexarm_model.conversions import filter_to_msg
-from flexarm_model.node import LATCHED_QOS, RELIABLE_QOS
+from flexarm_model.ros.node import LATCHED_QOS, RELIABLE_QOS
 
 
 class SettledFilter:

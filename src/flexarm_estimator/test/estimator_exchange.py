@@ -10,8 +10,8 @@ messages = pytest.importorskip("sensor_msgs.msg")
 model_conversions = pytest.importorskip("flexarm_model.conversions")
 
 from flexarm_estimator.settings import EstimatorConfig  # noqa: E402
-from flexarm_model.linearize import linearize  # noqa: E402
-from flexarm_model.reduced_tree import ReducedTree  # noqa: E402
+from flexarm_model.served.linearize import linearize  # noqa: E402
+from flexarm_model.tree.reduced_tree import ReducedTree  # noqa: E402
 
 PERIOD_NS = 5_000_000
 EPOCH_NS = 1_700_000_000_000_000_000

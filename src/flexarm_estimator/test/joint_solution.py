@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import qr, solve_triangular
 
-from flexarm_estimator.process import Transition
+from flexarm_estimator.state.process import Transition
 
 Array = NDArray[np.float64]
 

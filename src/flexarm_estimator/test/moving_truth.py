@@ -14,9 +14,9 @@ from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
 from flexarm_estimator.measurement import Measurement
-from flexarm_model.linearize import linearize
-from flexarm_model.reduced_model import ReducedModel
-from flexarm_model.rotation import rotation_vector
+from flexarm_model.numeric.rotation import rotation_vector
+from flexarm_model.served.linearize import linearize
+from flexarm_model.served.reduced_model import ReducedModel
 
 Array = NDArray[np.float64]
 ARM = "variable_stiffness"  # three servos, three springs, gravity: its modes turn and change with the pose

@@ -17,13 +17,13 @@ from numpy.typing import NDArray
 from flexarm_estimator.estimate import Estimate
 from flexarm_estimator.estimator import Estimator
 from flexarm_estimator.measurement import Measurement
-from flexarm_estimator.process import ProcessModel
 from flexarm_estimator.settings import EstimatorConfig
-from flexarm_model.config import load_config
-from flexarm_model.description import ManipulatorConfig
-from flexarm_model.reduced_model import Outputs, ReducedModel
-from flexarm_model.rotation import rotation_vector
-from flexarm_model.sensor_spec import SensorSpec
+from flexarm_estimator.state.process import ProcessModel
+from flexarm_model.manipulator.description import ManipulatorConfig
+from flexarm_model.manipulator.sensor_spec import SensorSpec
+from flexarm_model.numeric.rotation import rotation_vector
+from flexarm_model.reading.config import load_config
+from flexarm_model.served.reduced_model import Outputs, ReducedModel
 
 Array = NDArray[np.float64]
 F_HZ = np.array([5.230, 36.22, 106.3])

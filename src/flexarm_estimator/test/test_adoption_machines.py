@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from flexarm_estimator.adoption import state_map
-from flexarm_estimator.tip import PlainTip
-from flexarm_model.config import load_config
-from flexarm_model.linearize import linearize
-from flexarm_model.reduced_tree import ReducedTree
+from flexarm_estimator.tool.tip import PlainTip
+from flexarm_model.reading.config import load_config
+from flexarm_model.served.linearize import linearize
+from flexarm_model.tree.reduced_tree import ReducedTree
 
 FOLDER = Path(__file__).parents[2] / "flexarm_bringup/config/manipulators"
 MACHINES = ["variable_stiffness", "planar_3rrr", pytest.param("serial_6r", marks=pytest.mark.slow)]

@@ -21,13 +21,13 @@ from flexarm_estimator.biases.bias_observability import observable_biases
 from flexarm_estimator.biases.bias_states import bias_specs, with_biases
 from flexarm_estimator.estimator import Estimator
 from flexarm_estimator.filter import Belief
+from flexarm_estimator.judging.reopening import Reopening
 from flexarm_estimator.measurement import Measurement
-from flexarm_estimator.process import ProcessModel
-from flexarm_estimator.reopening import Reopening
 from flexarm_estimator.settings import EstimatorConfig
-from flexarm_estimator.state_layout import StateLayout
-from flexarm_model.reduced_model import Outputs
-from flexarm_model.sensor_spec import BiasSpec, SensorSpec
+from flexarm_estimator.state.process import ProcessModel
+from flexarm_estimator.state.state_layout import StateLayout
+from flexarm_model.manipulator.sensor_spec import BiasSpec, SensorSpec
+from flexarm_model.served.reduced_model import Outputs
 
 MODEL = strip_model()
 CONFIG = EstimatorConfig()

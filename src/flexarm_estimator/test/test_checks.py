@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from planar_strip import CAMERA, SENSORS
 
-from flexarm_estimator.checks import SampleChecks, Window
+from flexarm_estimator.judging.checks import SampleChecks, Window
 from flexarm_estimator.measurement import Measurement
 
 WINDOW = Window(oldest=1.0, newest=1.3)

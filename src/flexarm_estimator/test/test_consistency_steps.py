@@ -4,16 +4,16 @@ import numpy as np
 import pytest
 from planar_strip import SENSORS, StripKinematics, simulate, strip_model
 
-from flexarm_estimator.gate import Gate
 from flexarm_estimator.isolation import consistency_run
 from flexarm_estimator.isolation.channels import Channels
 from flexarm_estimator.isolation.consistency_run import NO_OFFSETS, ConsistencyRun
 from flexarm_estimator.isolation.hypotheses import rearrangements
 from flexarm_estimator.isolation.isolation import leave_out_useless
 from flexarm_estimator.isolation.window import StepMaker, Window
+from flexarm_estimator.judging.gate import Gate
 from flexarm_estimator.parts import PartsMaker
 from flexarm_estimator.settings import EstimatorConfig
-from flexarm_model.compiled import find_compiler
+from flexarm_model.numeric.compiled import find_compiler
 
 pytestmark = pytest.mark.skipif(find_compiler() is None, reason="no C compiler")
 CONFIG, COUNT = EstimatorConfig(), 40

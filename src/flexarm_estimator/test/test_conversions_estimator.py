@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from planar_strip import StripKinematics, run, simulate, strip_model
 
-from flexarm_estimator.state_layout import StateLayout
+from flexarm_estimator.state.state_layout import StateLayout
 
 pytestmark = pytest.mark.ros
 conversions = pytest.importorskip("flexarm_estimator.conversions", reason="needs ROS and flexarm_interfaces")

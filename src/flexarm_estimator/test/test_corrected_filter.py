@@ -6,8 +6,8 @@ from machines import machine_tree
 from moving_filters import QUIET, estimator, run, tip_error
 from moving_truth import ARM, DT, SENSORS, served, swing
 
-from flexarm_estimator.bilinear import value
 from flexarm_estimator.filter import Belief
+from flexarm_estimator.steps.bilinear import value
 
 
 def test_a_fast_move_is_followed_ten_times_closer_than_by_the_linear_filter():

@@ -14,11 +14,11 @@ from planar_strip import DT, Record, simulate
 from flexarm_estimator.drift.conversions import drift_from_msg, drift_to_msg
 from flexarm_estimator.drift.exchange import DriftExchange
 from flexarm_estimator.settings import EstimatorConfig
-from flexarm_model.config import load_config
 from flexarm_model.conversions import model_to_msg
-from flexarm_model.linearize import linearize
-from flexarm_model.reduced_model import ReducedModel
-from flexarm_model.reduced_tree import ReducedTree
+from flexarm_model.reading.config import load_config
+from flexarm_model.served.linearize import linearize
+from flexarm_model.served.reduced_model import ReducedModel
+from flexarm_model.tree.reduced_tree import ReducedTree
 
 SINGLE_LINK = Path(__file__).parents[2] / "flexarm_bringup" / "config" / "manipulators" / "single_link.yaml"
 QUIET = EstimatorConfig(frequency_error=0.005, modal_force=0.01)

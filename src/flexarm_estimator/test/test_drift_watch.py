@@ -17,7 +17,7 @@ from flexarm_estimator.drift.sensitivity import WatchedFilter, watched_filter
 from flexarm_estimator.drift.settings import DriftConfig
 from flexarm_estimator.estimator import Estimator
 from flexarm_estimator.settings import EstimatorConfig
-from flexarm_model.reduced_model import ReducedModel
+from flexarm_model.served.reduced_model import ReducedModel
 
 QUIET = EstimatorConfig(frequency_error=0.005, modal_force=0.01)
 MODES = (0, 1)

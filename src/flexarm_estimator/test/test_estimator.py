@@ -15,10 +15,10 @@ from planar_strip import (
 
 from flexarm_estimator.estimator import Estimator
 from flexarm_estimator.filter import Belief
-from flexarm_estimator.process import ProcessModel
 from flexarm_estimator.settings import EstimatorConfig
+from flexarm_estimator.state.process import ProcessModel
 from flexarm_estimator.watches.watch import Watch
-from flexarm_model.closure_error import ClosureError
+from flexarm_model.tree.closure_error import ClosureError
 
 CONFIG = EstimatorConfig()
 

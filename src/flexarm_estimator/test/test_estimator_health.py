@@ -7,7 +7,7 @@ import pytest
 
 from flexarm_estimator.estimate import SensorReport
 from flexarm_estimator.estimator_health import EstimatorHealth
-from flexarm_model.diagnosis import DiagnosticsConfig, Level
+from flexarm_model.settings.diagnosis import DiagnosticsConfig, Level
 
 PERIOD = 0.005
 

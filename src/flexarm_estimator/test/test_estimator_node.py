@@ -14,7 +14,7 @@ pytestmark = pytest.mark.ros
 rclpy = pytest.importorskip("rclpy")
 interfaces = pytest.importorskip("flexarm_interfaces.msg", reason="needs flexarm_interfaces")
 conversions = pytest.importorskip("flexarm_model.conversions")
-node_parts = pytest.importorskip("flexarm_model.node")
+node_parts = pytest.importorskip("flexarm_model.ros.node")
 
 from diagnostic_msgs.msg import DiagnosticArray  # noqa: E402
 from domain_coordinator import domain_id  # noqa: E402
@@ -24,8 +24,8 @@ from rclpy.executors import SingleThreadedExecutor  # noqa: E402
 from sensor_msgs.msg import Imu, JointState  # noqa: E402
 from std_msgs.msg import Bool  # noqa: E402
 
-from flexarm_model.linearize import linearize  # noqa: E402
-from flexarm_model.reduced_tree import ReducedTree  # noqa: E402
+from flexarm_model.served.linearize import linearize  # noqa: E402
+from flexarm_model.tree.reduced_tree import ReducedTree  # noqa: E402
 
 PROGRAM = "import sys; from flexarm_estimator.estimator_node import main; sys.exit(main())"
 PERIOD_NS = 5_000_000

@@ -18,8 +18,8 @@ from estimator_exchange import (  # noqa: E402
 from flexarm_interfaces.msg import StrainArray  # noqa: E402
 
 from flexarm_estimator.interventions.reset import Reset  # noqa: E402
-from flexarm_model.linearize import linearize  # noqa: E402
-from flexarm_model.reduced_tree import ReducedTree  # noqa: E402
+from flexarm_model.served.linearize import linearize  # noqa: E402
+from flexarm_model.tree.reduced_tree import ReducedTree  # noqa: E402
 
 
 def torque(stamp_ns, tau):

@@ -3,12 +3,12 @@ import pytest
 from planar_strip import DT, ROW_SENSORS, StripKinematics, simulate, strip_model
 
 from flexarm_estimator.filter import Belief, GuardedFilter
-from flexarm_estimator.joint_step import JointStep, PreparedStep
-from flexarm_estimator.process import ProcessModel
-from flexarm_estimator.sensors import build_sensor_models
 from flexarm_estimator.settings import EstimatorConfig
-from flexarm_estimator.stack import StackedSample, stack_rows
-from flexarm_estimator.tip import PlainTip
+from flexarm_estimator.state.process import ProcessModel
+from flexarm_estimator.state.sensors import build_sensor_models
+from flexarm_estimator.steps.joint_step import JointStep, PreparedStep
+from flexarm_estimator.steps.stack import StackedSample, stack_rows
+from flexarm_estimator.tool.tip import PlainTip
 
 RNG = np.random.default_rng(7)
 N, M_ROWS = 5, 3

@@ -16,8 +16,8 @@ from flexarm_estimator.filters.tangent import TangentSteps
 from flexarm_estimator.measurement import Measurement
 from flexarm_estimator.settings import EstimatorConfig
 from flexarm_estimator.smoother import FixedLagSmoother
-from flexarm_model.linearize import linearize
-from flexarm_model.parameters import ParameterError
+from flexarm_model.served.linearize import linearize
+from flexarm_model.settings.parameters import ParameterError
 
 FILTERS = ("linear", "extended", "unscented")
 MOVING = FILTERS[1:]

@@ -3,7 +3,7 @@ import math
 import numpy as np
 import pytest
 
-from flexarm_estimator.gate import Gate
+from flexarm_estimator.judging.gate import Gate
 from flexarm_estimator.settings import EstimatorConfig
 
 CONFIG = EstimatorConfig()

@@ -16,8 +16,8 @@ from flexarm_estimator.interventions.reset import Reset  # noqa: E402
 from flexarm_estimator.interventions.set_noise import SetNoise  # noqa: E402
 from flexarm_estimator.interventions.set_state import SetState  # noqa: E402
 from flexarm_estimator.interventions.toggle_sensor import ToggleSensor  # noqa: E402
-from flexarm_model.linearize import linearize  # noqa: E402
-from flexarm_model.reduced_tree import ReducedTree  # noqa: E402
+from flexarm_model.served.linearize import linearize  # noqa: E402
+from flexarm_model.tree.reduced_tree import ReducedTree  # noqa: E402
 
 KNOWN = SetState(
     (0.1,),

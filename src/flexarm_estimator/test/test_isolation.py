@@ -9,7 +9,6 @@ from planar_strip import DT, SENSORS, StripKinematics, arriving, simulate, strip
 from flexarm_estimator.estimator import Estimator
 from flexarm_estimator.filter import Belief, GuardedFilter, innovation_covariance
 from flexarm_estimator.filters.served import ServedSteps
-from flexarm_estimator.gate import Gate
 from flexarm_estimator.isolation import isolation_watch
 from flexarm_estimator.isolation.channels import Channels
 from flexarm_estimator.isolation.consistency_run import NO_OFFSETS, ConsistencyRun
@@ -18,11 +17,12 @@ from flexarm_estimator.isolation.investigation import investigate
 from flexarm_estimator.isolation.isolation import Explanation, decide, is_silent, samples_at_limit
 from flexarm_estimator.isolation.isolation_watch import IsolationWatch
 from flexarm_estimator.isolation.window import StepMaker, Window
+from flexarm_estimator.judging.gate import Gate
+from flexarm_estimator.judging.sample_judge import Verdict
 from flexarm_estimator.measurement import Measurement
 from flexarm_estimator.parts import PartsMaker
-from flexarm_estimator.sample_judge import Verdict
 from flexarm_estimator.settings import EstimatorConfig
-from flexarm_estimator.stack import stack_rows
+from flexarm_estimator.steps.stack import stack_rows
 from flexarm_estimator.watches.watch import View
 
 CONFIG = EstimatorConfig()

@@ -6,8 +6,8 @@ from planar_strip import DT, SENSORS, StripKinematics, strip_model
 from flexarm_estimator.estimator import Estimator
 from flexarm_estimator.filter import Belief
 from flexarm_estimator.filters.served import ServedSteps
-from flexarm_estimator.joint_step_cache import JointStepCache
 from flexarm_estimator.settings import EstimatorConfig
+from flexarm_estimator.steps.joint_step_cache import JointStepCache
 
 PARTS = Estimator(strip_model(), StripKinematics(), SENSORS, EstimatorConfig()).past[0]
 START, U = Belief(np.zeros(PARTS.layout.n_x), PARTS.process.P0), np.array([0.0, 1.0])

@@ -5,7 +5,7 @@ import pytest
 
 from flexarm_estimator.filter import Belief
 from flexarm_estimator.isolation.known_modes import known_modes
-from flexarm_estimator.state_layout import StateLayout
+from flexarm_estimator.state.state_layout import StateLayout
 
 LAYOUT = StateLayout(n=2, n_theta=1)
 X = np.array([0.5, 0.01, 2.0, -0.3, 0.1])  # [theta; eta; theta'; eta'; d]

@@ -13,7 +13,7 @@ from flexarm_estimator.watches.latency_fit import LatencyFit
 from flexarm_estimator.watches.latency_watch import LatencyWatch
 from flexarm_estimator.watches.tip_prediction import TipPrediction
 from flexarm_estimator.watches.tip_track import TipTrack
-from flexarm_model.compiled import find_compiler
+from flexarm_model.numeric.compiled import find_compiler
 
 QUIET = EstimatorConfig(
     motion_acceleration=0.05, modal_force=0.01, acceleration_noise=0.01, disturbance_drift=0.1

@@ -10,12 +10,12 @@ from planar_strip import DT, ROW_SENSORS, SENSORS, StripKinematics, camera_sampl
 from scipy.stats import multivariate_normal
 
 from flexarm_estimator.filter import Belief
-from flexarm_estimator.gate import Gate
+from flexarm_estimator.judging.gate import Gate
 from flexarm_estimator.likelihood import Epoch, log_likelihood
 from flexarm_estimator.measurement import Measurement
 from flexarm_estimator.parts import Parts, PartsMaker
 from flexarm_estimator.settings import EstimatorConfig
-from flexarm_estimator.stack import stack_rows
+from flexarm_estimator.steps.stack import stack_rows
 
 SMALL = EstimatorConfig(initial_position=0.01, initial_velocity=0.1, initial_disturbance=0.1)
 

@@ -5,13 +5,13 @@ import pytest
 from machines import machine
 
 from flexarm_estimator.filter import Belief
-from flexarm_estimator.machine_tip import MachineTip, make_tip
-from flexarm_estimator.rotation_log import exp_rotation, log_rotation
-from flexarm_estimator.tip import PlainTip
-from flexarm_model.closure_error import ClosureError
-from flexarm_model.compiled import find_compiler
-from flexarm_model.linearize import linearize
-from flexarm_model.reduced_tree import ReducedTree
+from flexarm_estimator.tool.machine_tip import MachineTip, make_tip
+from flexarm_estimator.tool.rotation_log import exp_rotation, log_rotation
+from flexarm_estimator.tool.tip import PlainTip
+from flexarm_model.numeric.compiled import find_compiler
+from flexarm_model.served.linearize import linearize
+from flexarm_model.tree.closure_error import ClosureError
+from flexarm_model.tree.reduced_tree import ReducedTree
 
 pytestmark = pytest.mark.skipif(find_compiler() is None, reason="no C compiler")
 BEYOND = 3  # states that are not of the arm: disturbances, biases

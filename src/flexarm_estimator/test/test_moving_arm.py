@@ -12,12 +12,12 @@ from scipy.integrate import solve_ivp
 from flexarm_estimator.filters.flow import NoFlow, StateFlow
 from flexarm_estimator.filters.moving_arm import MovingArm
 from flexarm_estimator.filters.slopes import Slopes
-from flexarm_estimator.process import ProcessModel
-from flexarm_estimator.sensors import build_sensor_models
 from flexarm_estimator.settings import EstimatorConfig
-from flexarm_estimator.tip import PlainTip
-from flexarm_model.linearize import linearize
-from flexarm_model.state_space import state_space
+from flexarm_estimator.state.process import ProcessModel
+from flexarm_estimator.state.sensors import build_sensor_models
+from flexarm_estimator.tool.tip import PlainTip
+from flexarm_model.served.linearize import linearize
+from flexarm_model.served.state_space import state_space
 
 ARMS = ["planar", "five_bar", "variable_stiffness", "planar_3rrr", "spatial_3tpt"]
 LONG = [pytest.param("serial_6r", marks=pytest.mark.slow)]

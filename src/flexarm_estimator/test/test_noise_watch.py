@@ -9,7 +9,7 @@ from scipy.stats import chi2
 
 from flexarm_estimator.estimator import Estimator
 from flexarm_estimator.filter import Belief
-from flexarm_estimator.gate import Verdict
+from flexarm_estimator.judging.gate import Verdict
 from flexarm_estimator.measurement import Measurement
 from flexarm_estimator.settings import EstimatorConfig
 from flexarm_estimator.watches.noise_watch import NoiseWatch

@@ -8,11 +8,11 @@ import pytest
 from planar_strip import SENSORS, StripKinematics, arriving, simulate, strip_model
 
 from flexarm_estimator.estimator import Estimator
+from flexarm_estimator.judging.ordinary import Ordinary, load_ordinary
+from flexarm_estimator.judging.short_term import ShortTerm
 from flexarm_estimator.measurement import Measurement
-from flexarm_estimator.ordinary import Ordinary, load_ordinary
 from flexarm_estimator.settings import EstimatorConfig
-from flexarm_estimator.short_term import ShortTerm
-from flexarm_model.compiled import find_compiler
+from flexarm_model.numeric.compiled import find_compiler
 
 pytestmark = pytest.mark.skipif(find_compiler() is None, reason="no C compiler")
 SIZES, GATE, THRESHOLD = (1, 3, 2), 5.0, 30.0

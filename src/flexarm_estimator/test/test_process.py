@@ -1,8 +1,8 @@
 import numpy as np
 from planar_strip import DT, F_HZ, G_PHI, PHI, strip_model
 
-from flexarm_estimator.process import ProcessModel
 from flexarm_estimator.settings import EstimatorConfig
+from flexarm_estimator.state.process import ProcessModel
 
 
 def test_equal_periods_are_computed_once():

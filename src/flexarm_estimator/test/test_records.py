@@ -4,7 +4,7 @@ import ctypes
 
 import numpy as np
 
-from flexarm_estimator.records import RecordPool, Records
+from flexarm_estimator.steps.records import RecordPool, Records
 
 SHAPES = (2,), (3, 3), (0,), (4,)
 

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from planar_strip import strip_model
 
-from flexarm_estimator.process import ProcessModel
-from flexarm_estimator.reopening import Reopening
+from flexarm_estimator.judging.reopening import Reopening
 from flexarm_estimator.settings import EstimatorConfig
+from flexarm_estimator.state.process import ProcessModel
 
 CONFIG = EstimatorConfig()
 PROCESS = ProcessModel(strip_model(), CONFIG)

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from flexarm_estimator.rotation_log import exp_rotation, log_rotation, relative_rotation
+from flexarm_estimator.tool.rotation_log import exp_rotation, log_rotation, relative_rotation
 
 
 @pytest.mark.parametrize("angle", [0.0, 1e-12, 1e-7, 1e-3, 1.0, 2.5, 2.9, np.pi - 1e-9, np.pi])

@@ -11,9 +11,9 @@ from scipy.linalg import solve_continuous_lyapunov
 
 from flexarm_estimator.adoption import map_parts
 from flexarm_estimator.estimator import Estimator
-from flexarm_estimator.process import ProcessModel
-from flexarm_estimator.sag import sag_sigma
 from flexarm_estimator.settings import EstimatorConfig
+from flexarm_estimator.state.process import ProcessModel
+from flexarm_estimator.state.sag import sag_sigma
 
 SAGGING = EstimatorConfig(sag_modes=3, sag_error=2e-3, sag_time=4.0)
 

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from planar_strip import single_link
 from scipy.spatial.transform import Rotation
 
-from flexarm_estimator.sensor_messages import SensorReader
+from flexarm_estimator.messages.sensor_messages import SensorReader
 
 pytestmark = pytest.mark.ros
 StrainArray = pytest.importorskip(

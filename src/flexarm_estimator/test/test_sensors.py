@@ -12,12 +12,12 @@ from planar_strip import (
     strip_model,
 )
 
-from flexarm_estimator.model_errors import with_model_errors
-from flexarm_estimator.process import ProcessModel
-from flexarm_estimator.sensors import LinearRows, build_sensor_models
 from flexarm_estimator.settings import EstimatorConfig
-from flexarm_estimator.tip import PlainTip
-from flexarm_model.sensor_spec import SensorSpec
+from flexarm_estimator.state.model_errors import with_model_errors
+from flexarm_estimator.state.process import ProcessModel
+from flexarm_estimator.state.sensors import LinearRows, build_sensor_models
+from flexarm_estimator.tool.tip import PlainTip
+from flexarm_model.manipulator.sensor_spec import SensorSpec
 
 MODEL = strip_model()
 SYSTEM = ProcessModel(MODEL, EstimatorConfig()).system

@@ -5,8 +5,8 @@ import math
 import numpy as np
 import pytest
 
+from flexarm_estimator.judging.short_term import FROZEN, HELD, SAME, SHIFT, ShortTerm
 from flexarm_estimator.measurement import Measurement
-from flexarm_estimator.short_term import FROZEN, HELD, SAME, SHIFT, ShortTerm
 from flexarm_estimator.watches.mean_shift import MeanTest
 
 DT = 0.005

@@ -7,9 +7,9 @@ from planar_strip import DT, ROW_SENSORS, SENSORS, StripKinematics, arriving, si
 
 from flexarm_estimator.estimator import Estimator
 from flexarm_estimator.measurement import Measurement
-from flexarm_estimator.process import ProcessModel
 from flexarm_estimator.settings import EstimatorConfig
 from flexarm_estimator.smoother import FixedLagSmoother
+from flexarm_estimator.state.process import ProcessModel
 
 CONFIG = EstimatorConfig(  # a start as broad as usual costs the oracle four digits
     history=1.0, initial_position=0.01, initial_velocity=0.1, initial_disturbance=0.3

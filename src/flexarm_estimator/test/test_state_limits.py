@@ -20,8 +20,8 @@ from flexarm_estimator.estimator import Estimator
 from flexarm_estimator.filter import Belief
 from flexarm_estimator.measurement import Measurement
 from flexarm_estimator.settings import EstimatorConfig
-from flexarm_estimator.state_limits import StateLimits
-from flexarm_model.sensor_spec import BiasSpec
+from flexarm_estimator.state.state_limits import StateLimits
+from flexarm_model.manipulator.sensor_spec import BiasSpec
 
 GAUGE = replace(STRAIN_GAUGE, bias=BiasSpec(2e-6, 1e-6, 10e-6))
 SENSORS = (ENCODER, GAUGE, ACCELEROMETER, CAMERA)

@@ -8,14 +8,14 @@ import pytest
 from flexarm_estimator.estimator import Estimator
 from flexarm_estimator.filter import Belief, GuardedFilter
 from flexarm_estimator.filters.steady_state import covariance_after
-from flexarm_estimator.joint_step import JointStep
 from flexarm_estimator.settings import EstimatorConfig
 from flexarm_estimator.settled import settled_filter
-from flexarm_estimator.stack import stack_rows
-from flexarm_model.config import load_config
-from flexarm_model.linearize import linearize
-from flexarm_model.manipulator_file import find_manipulator
-from flexarm_model.reduced_tree import ReducedTree
+from flexarm_estimator.steps.joint_step import JointStep
+from flexarm_estimator.steps.stack import stack_rows
+from flexarm_model.reading.config import load_config
+from flexarm_model.reading.manipulator_file import find_manipulator
+from flexarm_model.served.linearize import linearize
+from flexarm_model.tree.reduced_tree import ReducedTree
 
 DT = 0.005
 ROWS = ("encoder", "root_strain", "tip_accelerometer")

@@ -6,19 +6,19 @@ from planar_strip import DT, ROW_SENSORS, SENSORS, StripKinematics, arriving, si
 
 from flexarm_estimator.estimator import Estimator
 from flexarm_estimator.filter import Belief, GuardedFilter, innovation_covariance
-from flexarm_estimator.gate import normalised_square
-from flexarm_estimator.joint_step import JointStep, PreparedStep
+from flexarm_estimator.judging.gate import normalised_square
 from flexarm_estimator.measurement import Measurement
-from flexarm_estimator.pose_update import PoseUpdate
-from flexarm_estimator.process import ProcessModel, Transition
-from flexarm_estimator.sensors import build_sensor_models
 from flexarm_estimator.settings import EstimatorConfig
-from flexarm_estimator.stack import Stack, StackedSample, stack_rows
-from flexarm_estimator.state_limits import StateLimits
-from flexarm_estimator.step_runner import CompiledRunner, PlainRunner, make_runner
-from flexarm_estimator.tip import PlainTip
-from flexarm_model import machine_code
-from flexarm_model.compiled import find_compiler
+from flexarm_estimator.state.process import ProcessModel, Transition
+from flexarm_estimator.state.sensors import build_sensor_models
+from flexarm_estimator.state.state_limits import StateLimits
+from flexarm_estimator.steps.joint_step import JointStep, PreparedStep
+from flexarm_estimator.steps.pose_update import PoseUpdate
+from flexarm_estimator.steps.stack import Stack, StackedSample, stack_rows
+from flexarm_estimator.steps.step_runner import CompiledRunner, PlainRunner, make_runner
+from flexarm_estimator.tool.tip import PlainTip
+from flexarm_model.numeric import machine_code
+from flexarm_model.numeric.compiled import find_compiler
 
 needs_compiler = pytest.mark.skipif(find_compiler() is None, reason="no C compiler")
 RUNNERS = [False, pytest.param(True, marks=needs_compiler)]

@@ -21,13 +21,13 @@ from scipy.linalg import expm
 from flexarm_estimator.adoption import map_parts
 from flexarm_estimator.estimator import Estimator
 from flexarm_estimator.filter import Belief, GuardedFilter
-from flexarm_estimator.joint_step import JointStep, PreparedStep
-from flexarm_estimator.process import ProcessModel
-from flexarm_estimator.sensors import build_sensor_models
 from flexarm_estimator.settings import EstimatorConfig
-from flexarm_estimator.stack import StackedSample, stack_rows
-from flexarm_estimator.step_runner import make_runner
-from flexarm_estimator.tip import PlainTip
+from flexarm_estimator.state.process import ProcessModel
+from flexarm_estimator.state.sensors import build_sensor_models
+from flexarm_estimator.steps.joint_step import JointStep, PreparedStep
+from flexarm_estimator.steps.stack import StackedSample, stack_rows
+from flexarm_estimator.steps.step_runner import make_runner
+from flexarm_estimator.tool.tip import PlainTip
 
 LEARNING = EstimatorConfig(stiffness_modes=3, stiffness_rest=1.0, frequency_error=0.02, modal_force=0.02)
 PLAIN = EstimatorConfig(frequency_error=0.02, modal_force=0.02)

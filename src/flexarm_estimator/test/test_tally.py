@@ -1,6 +1,6 @@
 """Counts of refusals by source and reason, which a flood cannot make grow."""
 
-from flexarm_estimator.tally import OTHER, Tally
+from flexarm_estimator.messages.tally import OTHER, Tally
 
 
 def test_every_reason_has_its_count_and_the_newest_comes_last():

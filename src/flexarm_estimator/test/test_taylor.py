@@ -2,10 +2,10 @@ import numpy as np
 import pytest
 from planar_strip import DT, strip_model
 
-from flexarm_estimator.process import ProcessModel
 from flexarm_estimator.settings import EstimatorConfig
-from flexarm_estimator.taylor import ExponentialIntegrals
-from flexarm_model.state_space import discretize
+from flexarm_estimator.state.process import ProcessModel
+from flexarm_estimator.steps.taylor import ExponentialIntegrals
+from flexarm_model.served.state_space import discretize
 
 
 @pytest.mark.parametrize("dt", [1e-6, 1e-4, 3.1e-3, DT, 0.02, 0.1])

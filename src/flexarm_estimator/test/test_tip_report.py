@@ -5,8 +5,8 @@ from planar_strip import SENSORS, StripKinematics, strip_model
 
 from flexarm_estimator.estimator import Estimator
 from flexarm_estimator.filter import Belief
-from flexarm_estimator.report import TipReporter
 from flexarm_estimator.settings import EstimatorConfig
+from flexarm_estimator.tool.report import TipReporter
 
 
 def test_a_tip_that_cannot_be_placed_leaves_the_last_one_beside_the_state_of_now():

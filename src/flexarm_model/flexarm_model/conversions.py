@@ -19,10 +19,10 @@ from flexarm_interfaces.msg import SteadyFilter as SteadyFilterMsg
 from numpy.typing import NDArray
 from trajectory_msgs.msg import JointTrajectory
 
-from flexarm_model.diagnosis import Level, Verdict
-from flexarm_model.reduced_model import Outputs, ReducedModel
-from flexarm_model.steady_filter import SteadyFilter
-from flexarm_model.trajectory import Trajectory
+from flexarm_model.motion.trajectory import Trajectory
+from flexarm_model.served.reduced_model import Outputs, ReducedModel
+from flexarm_model.served.steady_filter import SteadyFilter
+from flexarm_model.settings.diagnosis import Level, Verdict
 
 Array = NDArray[np.float64]
 NS_PER_S = 1_000_000_000

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from flexarm_model.executable import run_executable
+from flexarm_model.process.executable import run_executable
 
 
 def model_node() -> int:

@@ -34,10 +34,6 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 from trajectory_msgs.msg import JointTrajectory
 
-from flexarm_model.ahead import made
-from flexarm_model.arm_settings import ArmSettings
-from flexarm_model.bytes_node import subscribe_bytes
-from flexarm_model.closure_error import ClosureError
 from flexarm_model.conversions import (
     NS_PER_S,
     TrajectoryMessageError,
@@ -46,14 +42,13 @@ from flexarm_model.conversions import (
     stamp_to_ns,
     trajectory_from_msg,
 )
-from flexarm_model.declared_node import declare_configs, load_arm, told_by
-from flexarm_model.diagnosis import Level, Verdict
-from flexarm_model.diagnostics_node import Diagnostics
-from flexarm_model.linearize import PoseError, linearize
-from flexarm_model.managed_node import LifeSettings, ManagedNode
-from flexarm_model.model_cache import cache_at_home
-from flexarm_model.model_schedule import ModelSchedule, ScheduleSettings, periods_between_looks
-from flexarm_model.node import (
+from flexarm_model.manipulator.start_pose import starting_at
+from flexarm_model.process.ahead import made
+from flexarm_model.ros.bytes_node import subscribe_bytes
+from flexarm_model.ros.declared_node import declare_configs, load_arm, told_by
+from flexarm_model.ros.diagnostics_node import Diagnostics
+from flexarm_model.ros.managed_node import LifeSettings, ManagedNode
+from flexarm_model.ros.node import (
     LATCHED_QOS,
     MODELS_DEPTH,
     MODELS_QOS,
@@ -61,12 +56,17 @@ from flexarm_model.node import (
     SENSOR_QOS,
     run_node,
 )
-from flexarm_model.parameters import parameter
-from flexarm_model.pending_models import PendingModels
-from flexarm_model.reduced_model import ReducedModel
-from flexarm_model.start_pose import starting_at
+from flexarm_model.served.linearize import PoseError, linearize
+from flexarm_model.served.model_cache import cache_at_home
+from flexarm_model.served.model_schedule import ModelSchedule, ScheduleSettings, periods_between_looks
+from flexarm_model.served.pending_models import PendingModels
+from flexarm_model.served.reduced_model import ReducedModel
+from flexarm_model.settings.arm_settings import ArmSettings
+from flexarm_model.settings.diagnosis import Level, Verdict
+from flexarm_model.settings.parameters import parameter
+from flexarm_model.tree.closure_error import ClosureError
 
-AHEAD = (cache_at_home,)  # see flexarm_model.ahead
+AHEAD = (cache_at_home,)  # see flexarm_model.process.ahead
 FOLLOWING_LEAD_NS = 100_000_000  # a model of the measured pose holds so much later: all must have it by then
 
 

@@ -11,10 +11,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from flexarm_model.body_spec import Beam, BeamPiece, PointMass, Reduction
-from flexarm_model.config import load_config
-from flexarm_model.description import ManipulatorConfig
-from flexarm_model.reduced_tree import ReducedTree
+from flexarm_model.manipulator.body_spec import Beam, BeamPiece, PointMass, Reduction
+from flexarm_model.manipulator.description import ManipulatorConfig
+from flexarm_model.reading.config import load_config
+from flexarm_model.tree.reduced_tree import ReducedTree
 
 Array = NDArray[np.float64]
 

@@ -9,7 +9,7 @@ import numpy as np
 from arms import Array
 from scipy.integrate import solve_ivp
 
-from flexarm_model.reduced_tree import ReducedTree
+from flexarm_model.tree.reduced_tree import ReducedTree
 
 STEP = 1e-5  # of time in the difference quotient of G
 

@@ -10,11 +10,11 @@ import numpy as np
 import yaml
 from numpy.typing import NDArray
 
-from flexarm_model.config import load_config
-from flexarm_model.description import ManipulatorConfig
 from flexarm_model.fe_import.fe_model import FeModel
 from flexarm_model.fe_import.hexahedra import Material, Solid, make_solid, write_solid
-from flexarm_model.imported_body import ImportedBody
+from flexarm_model.manipulator.description import ManipulatorConfig
+from flexarm_model.manipulator.imported_body import ImportedBody
+from flexarm_model.reading.config import load_config
 
 Array = NDArray[np.float64]
 

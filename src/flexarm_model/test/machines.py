@@ -9,11 +9,11 @@ import numpy as np
 from arms import Array, scales
 from rigid_arms import rigid_version
 
-from flexarm_model.config import load_config
-from flexarm_model.description import ManipulatorConfig
-from flexarm_model.linearize import close_at
-from flexarm_model.reduced_tree import ReducedTree
-from flexarm_model.segment_tree import SegmentTree
+from flexarm_model.manipulator.description import ManipulatorConfig
+from flexarm_model.reading.config import load_config
+from flexarm_model.segments.segment_tree import SegmentTree
+from flexarm_model.served.linearize import close_at
+from flexarm_model.tree.reduced_tree import ReducedTree
 
 FOLDER = Path(__file__).parents[2] / "flexarm_bringup/config/manipulators"
 MACHINES = ("single_link", "planar_3rrr", "spatial_3tpt", "serial_6r", "variable_stiffness")

@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from flexarm_model.body_spec import Beam, RigidBody
-from flexarm_model.description import ManipulatorConfig
+from flexarm_model.manipulator.body_spec import Beam, RigidBody
+from flexarm_model.manipulator.description import ManipulatorConfig
 
 
 def rigid_version(config: ManipulatorConfig) -> ManipulatorConfig:

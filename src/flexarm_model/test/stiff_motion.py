@@ -12,9 +12,9 @@ from dataclasses import dataclass
 import numpy as np
 from arms import Array
 
-from flexarm_model.reduced_tree import ReducedTree
-from flexarm_model.segment_loops import row_space
-from flexarm_model.segment_tree import SegmentTree
+from flexarm_model.segments.segment_loops import row_space
+from flexarm_model.segments.segment_tree import SegmentTree
+from flexarm_model.tree.reduced_tree import ReducedTree
 
 
 @dataclass(frozen=True)

@@ -6,11 +6,11 @@ from types import ModuleType
 
 import pytest
 
-from flexarm_model.ahead import made, make_ahead
-from flexarm_model.config import load_config
-from flexarm_model.description import ManipulatorConfig
-from flexarm_model.manipulator_file import find_manipulator
-from flexarm_model.start_pose import starting_at
+from flexarm_model.manipulator.description import ManipulatorConfig
+from flexarm_model.manipulator.start_pose import starting_at
+from flexarm_model.process.ahead import made, make_ahead
+from flexarm_model.reading.config import load_config
+from flexarm_model.reading.manipulator_file import find_manipulator
 
 
 @dataclass(frozen=True)
@@ -32,7 +32,7 @@ def module(monkeypatch: pytest.MonkeyPatch) -> str:
     node = ModuleType("slow_node")
     node.AHEAD = (Slow, Pace, None)  # type: ignore[attr-defined]
     monkeypatch.setitem(sys.modules, "slow_node", node)
-    monkeypatch.setattr("flexarm_model.ahead._MADE", [])
+    monkeypatch.setattr("flexarm_model.process.ahead._MADE", [])
     Slow.count = 0
     return "slow_node"
 

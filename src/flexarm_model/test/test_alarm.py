@@ -2,7 +2,7 @@
 
 import math
 
-from flexarm_model.alarm import Alarm
+from flexarm_model.ros.alarm import Alarm
 
 
 class Clock:

@@ -11,8 +11,8 @@ from beam_theory import cantilever
 from scipy.linalg import eigh
 from scipy.optimize import brentq
 
-from flexarm_model.beam import BeamMesh
-from flexarm_model.body_spec import Beam
+from flexarm_model.bodies.beam import BeamMesh
+from flexarm_model.manipulator.body_spec import Beam
 
 L, A, E, G, RHO = BAR.length, BAR.area, BAR.E, BAR.G, BAR.density
 J_P = BAR.I_y + BAR.I_z

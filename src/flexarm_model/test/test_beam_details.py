@@ -10,11 +10,11 @@ import pytest
 from arms import bar
 from beam_theory import cantilever
 
-from flexarm_model.body_reduction import reduce_body, reduce_to_first_order
-from flexarm_model.body_spec import Beam, PointMass, Reduction
-from flexarm_model.config import load_config
-from flexarm_model.segments import cut_beam
-from flexarm_model.strict_yaml import ConfigError
+from flexarm_model.bodies.body_reduction import reduce_body, reduce_to_first_order
+from flexarm_model.manipulator.body_spec import Beam, PointMass, Reduction
+from flexarm_model.reading.config import load_config
+from flexarm_model.segments.segments import cut_beam
+from flexarm_model.settings.strict_yaml import ConfigError
 
 KINDS = ("bend_y", "bend_z", "torsion", "stretch")
 BALL = PointMass("ball", 0.3, 2.0, 0.04)

@@ -9,7 +9,7 @@ from finite_difference import assert_jacobian
 
 from flexarm_model.kinematics.body_mechanism import held_mechanism, resting_mechanism
 from flexarm_model.kinematics.numeric import InverseSettings, Mechanism, solve_inverse
-from flexarm_model.rotation import rotation_vector
+from flexarm_model.numeric.rotation import rotation_vector
 
 ARMS = ("spatial", "planar", "four_bar", "five_bar")
 

@@ -7,10 +7,10 @@ import pytest
 from finite_difference import finite_difference
 from machines import machine
 
-from flexarm_model.closing import Closing, MachineClosing, PlainClosing
-from flexarm_model.closure_error import ClosureError
-from flexarm_model.compiled import find_compiler
-from flexarm_model.reduced_tree import ReducedTree
+from flexarm_model.numeric.compiled import find_compiler
+from flexarm_model.tree.closing import Closing, MachineClosing, PlainClosing
+from flexarm_model.tree.closure_error import ClosureError
+from flexarm_model.tree.reduced_tree import ReducedTree
 
 LOOPED = ("planar_3rrr", "spatial_3tpt")
 COMPILER = pytest.mark.skipif(find_compiler() is None, reason="no C compiler")

@@ -7,10 +7,10 @@ import pytest
 from arms import arm
 from machines import machine, machine_tree
 
-from flexarm_model.closure import close_loops, null_space
-from flexarm_model.closure_error import ClosureError
-from flexarm_model.linearize import close_at
-from flexarm_model.reduced_tree import ReducedTree
+from flexarm_model.served.linearize import close_at
+from flexarm_model.tree.closure import close_loops, null_space
+from flexarm_model.tree.closure_error import ClosureError
+from flexarm_model.tree.reduced_tree import ReducedTree
 
 LOOPED = ("planar_3rrr", "spatial_3tpt")
 

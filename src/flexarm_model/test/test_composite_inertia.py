@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from machines import MACHINES, machine_tree
 
-from flexarm_model.composite_inertia import composite_mass
-from flexarm_model.inertia import mass_matrix
+from flexarm_model.tree.composite_inertia import composite_mass
+from flexarm_model.tree.inertia import mass_matrix
 
 SLOW = ("serial_6r",)
 

@@ -17,10 +17,10 @@ from arms import FOLDER, SINGLE_LINK, arm
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from flexarm_model.body_spec import Beam
-from flexarm_model.config import load_config
-from flexarm_model.description import NodeRef
-from flexarm_model.strict_yaml import ConfigError
+from flexarm_model.manipulator.body_spec import Beam
+from flexarm_model.manipulator.description import NodeRef
+from flexarm_model.reading.config import load_config
+from flexarm_model.settings.strict_yaml import ConfigError
 
 TEXT = SINGLE_LINK.read_text(encoding="utf-8")
 

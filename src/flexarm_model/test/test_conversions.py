@@ -5,9 +5,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from flexarm_model.diagnosis import Level, Verdict
-from flexarm_model.reduced_model import Outputs, ReducedModel
-from flexarm_model.steady_filter import SteadyFilter
+from flexarm_model.served.reduced_model import Outputs, ReducedModel
+from flexarm_model.served.steady_filter import SteadyFilter
+from flexarm_model.settings.diagnosis import Level, Verdict
 
 pytestmark = pytest.mark.ros
 conversions = pytest.importorskip("flexarm_model.conversions", reason="needs ROS and flexarm_interfaces")

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy import linalg
 
-from flexarm_model.dense import eigh, expm, pivots
+from flexarm_model.numeric.dense import eigh, expm, pivots
 
 
 @pytest.mark.parametrize("n", [1, 4, 30])

@@ -7,8 +7,8 @@ import math
 import numpy as np
 import pytest
 
-from flexarm_model.diagnosis import DiagnosticsConfig, Figure, Level, Verdict, judge, worst_of
-from flexarm_model.loop_health import LoopHealth, quantile
+from flexarm_model.ros.loop_health import LoopHealth, quantile
+from flexarm_model.settings.diagnosis import DiagnosticsConfig, Figure, Level, Verdict, judge, worst_of
 
 PERIOD = 0.005
 CONFIG = DiagnosticsConfig()

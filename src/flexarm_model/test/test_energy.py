@@ -8,8 +8,8 @@ import pytest
 from arms import arm, tree, with_modes
 from scipy.integrate import solve_ivp
 
-from flexarm_model.reduced_tree import ReducedTree
-from flexarm_model.segment_tree import SegmentTree
+from flexarm_model.segments.segment_tree import SegmentTree
+from flexarm_model.tree.reduced_tree import ReducedTree
 
 DURATION = 0.15  # [s]: the joints turn by about a radian
 TOLERANCE = {"method": "DOP853", "rtol": 1e-10, "atol": 1e-12}

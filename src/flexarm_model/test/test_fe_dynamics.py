@@ -15,15 +15,15 @@ from finite_difference import finite_difference
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
-from flexarm_model.body_reduction import reduce_body
-from flexarm_model.body_spec import RigidBody
-from flexarm_model.config import load_config
-from flexarm_model.description import ManipulatorConfig
-from flexarm_model.linearize import linearize
-from flexarm_model.reduced_tree import ReducedTree
-from flexarm_model.segment_tree import SegmentTree
-from flexarm_model.sid_file import write_sid
-from flexarm_model.strict_yaml import ConfigError
+from flexarm_model.bodies.body_reduction import reduce_body
+from flexarm_model.bodies.sid_file import write_sid
+from flexarm_model.manipulator.body_spec import RigidBody
+from flexarm_model.manipulator.description import ManipulatorConfig
+from flexarm_model.reading.config import load_config
+from flexarm_model.segments.segment_tree import SegmentTree
+from flexarm_model.served.linearize import linearize
+from flexarm_model.settings.strict_yaml import ConfigError
+from flexarm_model.tree.reduced_tree import ReducedTree
 
 Array = NDArray[np.float64]
 

@@ -10,14 +10,14 @@ import pytest
 from fe_bodies import block, bracket, description, ends, load_body, write_arm
 from scipy import io, sparse
 
-from flexarm_model.config import load_config
 from flexarm_model.fe_import.__main__ import main
 from flexarm_model.fe_import.fe_model import load_model
 from flexarm_model.fe_import.hexahedra import write_solid
 from flexarm_model.fe_import.matrix_file import read_matrix
 from flexarm_model.fe_import.mesh_files import read_nodes, read_set
-from flexarm_model.imported_body import ImportedBody, MatrixFile
-from flexarm_model.strict_yaml import ConfigError
+from flexarm_model.manipulator.imported_body import ImportedBody, MatrixFile
+from flexarm_model.reading.config import load_config
+from flexarm_model.settings.strict_yaml import ConfigError
 
 A = np.array([[4.0, -1.0, 0.0], [-1.0, 5.0, 0.1], [0.0, 0.1, 6.0]])
 LOWER = np.tril(A)

@@ -10,7 +10,7 @@ from scipy.linalg import eigh
 
 from flexarm_model.fe_import.fe_model import FeModel
 from flexarm_model.fe_import.interfaces import Interface, constrain, make_interface
-from flexarm_model.imported_body import NodeSet
+from flexarm_model.manipulator.imported_body import NodeSet
 
 Array = NDArray[np.float64]
 

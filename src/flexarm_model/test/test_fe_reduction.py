@@ -12,10 +12,10 @@ from numpy.typing import NDArray
 from scipy import sparse
 from scipy.linalg import eigh
 
-from flexarm_model.body_reduction import reduce_body
+from flexarm_model.bodies.body_reduction import reduce_body
 from flexarm_model.fe_import.interfaces import constrain, make_interface
 from flexarm_model.fe_import.sparse_modes import Factor, count_below, lowest_modes, modes_below
-from flexarm_model.imported_body import ImportedBody, NodeSet
+from flexarm_model.manipulator.imported_body import ImportedBody, NodeSet
 
 Array = NDArray[np.float64]
 

@@ -11,13 +11,13 @@ from arms import BAR, bar
 from fe_bodies import ALUMINIUM, block, bracket, load_body, model
 from numpy.typing import NDArray
 
-from flexarm_model.beam import BeamMesh
-from flexarm_model.body_reduction import reduce_body
-from flexarm_model.body_spec import Reduction
+from flexarm_model.bodies.beam import BeamMesh
+from flexarm_model.bodies.body_reduction import reduce_body
+from flexarm_model.bodies.reduction import mode_basis
 from flexarm_model.fe_import.fe_model import FeModel, load_model
 from flexarm_model.fe_import.hexahedra import Solid
 from flexarm_model.fe_import.volume_integrals import volume_integrals
-from flexarm_model.reduction import mode_basis
+from flexarm_model.manipulator.body_spec import Reduction
 
 Array = NDArray[np.float64]
 

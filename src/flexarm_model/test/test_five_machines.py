@@ -11,11 +11,11 @@ from arms import Array, with_modes
 from finite_difference import assert_jacobian, finite_difference
 from machines import MACHINES, machine, machine_tree, pose_of, reach, rigid_trees, states, states_about_home
 
-from flexarm_model.compiled import find_compiler
-from flexarm_model.linearize import find_equilibrium, linearize
-from flexarm_model.reduced_tree import ReducedTree
-from flexarm_model.rotation import rotation_vector
-from flexarm_model.segment_tree import SegmentTree
+from flexarm_model.numeric.compiled import find_compiler
+from flexarm_model.numeric.rotation import rotation_vector
+from flexarm_model.segments.segment_tree import SegmentTree
+from flexarm_model.served.linearize import find_equilibrium, linearize
+from flexarm_model.tree.reduced_tree import ReducedTree
 
 HANDY = [pytest.param(name, marks=pytest.mark.slow) if name == "serial_6r" else name for name in MACHINES]
 

@@ -7,7 +7,7 @@ import pytest
 
 PROGRAM = """
 import ctypes, sys
-from flexarm_model.heap import give_back_large_buffers
+from flexarm_model.process.heap import give_back_large_buffers
 assert sys.argv[1] == "as it is" or give_back_large_buffers()
 libc = ctypes.CDLL(None)
 libc.malloc.restype, libc.malloc.argtypes = ctypes.c_void_p, [ctypes.c_size_t]

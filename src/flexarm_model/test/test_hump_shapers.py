@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from flexarm_model.hump_shapers import TOLERANCE, ei, three_hump, two_hump
-from flexarm_model.shapers import Shaper, convolve, mzv, zv, zvd
+from flexarm_model.motion.hump_shapers import TOLERANCE, ei, three_hump, two_hump
+from flexarm_model.motion.shapers import Shaper, convolve, mzv, zv, zvd
 
 OMEGA = 2.0 * math.pi  # one period is one second
 MAKERS = [zv, mzv, zvd, ei, two_hump, three_hump]

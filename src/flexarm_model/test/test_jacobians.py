@@ -7,7 +7,7 @@ import pytest
 from arms import random_states, scales, tree
 from finite_difference import assert_jacobian, finite_difference
 
-from flexarm_model.rotation import rotation_vector
+from flexarm_model.numeric.rotation import rotation_vector
 
 CASES = [(name, seed) for name in ("spatial_rigid", "single_link", "planar", "spatial") for seed in range(3)]
 

@@ -7,8 +7,6 @@ import pytest
 from arms import SINGLE_LINK
 from scipy.integrate import solve_ivp
 
-from flexarm_model.config import load_config
-from flexarm_model.description import ManipulatorConfig
 from flexarm_model.identification.joint_regression import (
     JointMotion,
     JointParameter,
@@ -16,6 +14,8 @@ from flexarm_model.identification.joint_regression import (
     identify_joints,
 )
 from flexarm_model.identification.rigid_limit import RigidLimit
+from flexarm_model.manipulator.description import ManipulatorConfig
+from flexarm_model.reading.config import load_config
 
 PENDULUM = """
 format: flexarm/1

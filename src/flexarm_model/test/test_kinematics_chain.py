@@ -15,7 +15,7 @@ from flexarm_model.kinematics.branches import nearest, wrap
 from flexarm_model.kinematics.dh import DhChain, DhRow
 from flexarm_model.kinematics.refusals import LimitError, ReachError, SingularPoseError
 from flexarm_model.kinematics.two_links import end_jacobian, place_end, reach_end
-from flexarm_model.rotation import rotation_vector
+from flexarm_model.numeric.rotation import rotation_vector
 
 ANGLE = st.floats(-math.pi, math.pi)
 LENGTH = st.floats(0.05, 2.0)

@@ -12,11 +12,11 @@ from pathlib import Path
 
 import pytest
 
-from flexarm_model.life_line import MARK, take_line
+from flexarm_model.process.life_line import MARK, take_line
 
 HOLDS = textwrap.dedent("""
     import ctypes, os, sys, time
-    from flexarm_model import life_line
+    from flexarm_model.process import life_line
     {before}
     life_line.hold_until_the_end(life_line.take_line())
     print("holds", os.environ.get(life_line.MARK), repr(sys.stdin.read()), flush=True)

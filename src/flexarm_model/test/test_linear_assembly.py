@@ -11,18 +11,18 @@ from beam_theory import cantilever
 from rigid_arms import rigid_version
 from scipy.linalg import eigh
 
-from flexarm_model.body_spec import Beam, Reduction
-from flexarm_model.description import WORLD, Axis, Joint, ManipulatorConfig, NodeRef
-from flexarm_model.linear_assembly import LinearAssembly, assemble
-from flexarm_model.linearize import linearize
-from flexarm_model.model_order import (
+from flexarm_model.bodies.model_order import (
     FULL,
     with_elements,
     with_modes_below,
     with_rigid_beams,
     with_static_modes,
 )
-from flexarm_model.reduced_tree import ReducedTree
+from flexarm_model.manipulator.body_spec import Beam, Reduction
+from flexarm_model.manipulator.description import WORLD, Axis, Joint, ManipulatorConfig, NodeRef
+from flexarm_model.served.linear_assembly import LinearAssembly, assemble
+from flexarm_model.served.linearize import linearize
+from flexarm_model.tree.reduced_tree import ReducedTree
 
 pytestmark = pytest.mark.thorough
 

@@ -11,12 +11,12 @@ from arms import Array, arm, bar, scales, tree
 from beam_theory import BeamModes, cantilever
 from finite_difference import assert_jacobian, finite_difference
 
-from flexarm_model.body_spec import Beam, Reduction, RigidBody
-from flexarm_model.description import WORLD, Axis, Joint, ManipulatorConfig, NodeRef
-from flexarm_model.linearize import PoseError, linearize
-from flexarm_model.reduced_model import ReducedModel
-from flexarm_model.reduced_tree import ReducedTree
-from flexarm_model.segment_tree import SegmentTree
+from flexarm_model.manipulator.body_spec import Beam, Reduction, RigidBody
+from flexarm_model.manipulator.description import WORLD, Axis, Joint, ManipulatorConfig, NodeRef
+from flexarm_model.segments.segment_tree import SegmentTree
+from flexarm_model.served.linearize import PoseError, linearize
+from flexarm_model.served.reduced_model import ReducedModel
+from flexarm_model.tree.reduced_tree import ReducedTree
 
 ARMS = ["single_link", "planar", "spatial"]
 CLAMP = 0.010  # the strip's root from the axis [m]

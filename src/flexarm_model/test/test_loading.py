@@ -4,11 +4,11 @@ import subprocess
 import sys
 import time
 
-from flexarm_model.loading import Loading
+from flexarm_model.process.loading import Loading
 
 PROGRAM = """
 import sys, time
-from flexarm_model.loading import Loading
+from flexarm_model.process.loading import Loading
 before = sys.getswitchinterval()
 loading = Loading(["slow_one", "json.tool"])
 assert not loading.is_done and "json.tool" not in sys.modules

@@ -5,7 +5,7 @@ from typing import Any
 
 import pytest
 
-from flexarm_model.lockstep import Lockstep, Messages
+from flexarm_model.ros.lockstep import Lockstep, Messages
 
 TOPICS = ("joint_states", "strain", "camera/pose")
 

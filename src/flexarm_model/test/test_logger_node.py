@@ -14,12 +14,12 @@ pytest.importorskip("rclpy", reason="needs ROS")
 from rclpy.impl import rcutils_logger  # noqa: E402
 from rclpy.logging import LoggingSeverity  # noqa: E402
 
-from flexarm_model.logger_node import NodeLogger  # noqa: E402
+from flexarm_model.ros.logger_node import NodeLogger  # noqa: E402
 
 BOTH = """
 import sys
 from rclpy.logging import get_logger
-from flexarm_model.logger_node import NodeLogger
+from flexarm_model.ros.logger_node import NodeLogger
 def say(log):
     log.info("told")
     for _ in range(3):

@@ -14,9 +14,9 @@ from arms import Array, with_modes
 from closed_motion import forward_dynamics, move
 from machines import machine
 
-from flexarm_model.linearize import find_equilibrium
-from flexarm_model.reduced_tree import ReducedTree
-from flexarm_model.segment_tree import SegmentTree
+from flexarm_model.segments.segment_tree import SegmentTree
+from flexarm_model.served.linearize import find_equilibrium
+from flexarm_model.tree.reduced_tree import ReducedTree
 
 TIMES = np.linspace(0, 0.3, 31)  # [s]: one swing of the torque
 DRIVE = np.array([0.4, -0.25, 0.15])  # [N m]: turns the motors by 16, 10 and 7 degrees

@@ -13,7 +13,7 @@ interfaces = pytest.importorskip("flexarm_interfaces.msg", reason="needs flexarm
 from geometry_msgs.msg import PoseWithCovarianceStamped  # noqa: E402
 from sensor_msgs.msg import Imu, JointState  # noqa: E402
 
-from flexarm_model.message_reader import MOST_SHAPES, MOST_VALUES, MessageReader  # noqa: E402
+from flexarm_model.ros.message_reader import MOST_SHAPES, MOST_VALUES, MessageReader  # noqa: E402
 
 OURS = ("StrainArray", "JointCommand", "ModalState", "GuardStatus")
 KINDS = [JointState, Imu, PoseWithCovarianceStamped, *(getattr(interfaces, name) for name in OURS)]

@@ -18,7 +18,7 @@ interfaces = pytest.importorskip("flexarm_interfaces.msg", reason="needs flexarm
 from geometry_msgs.msg import PoseWithCovarianceStamped  # noqa: E402
 from sensor_msgs.msg import Imu, JointState  # noqa: E402
 
-from flexarm_model.message_writer import MOST_LAYOUTS, STAMP, MessageWriter  # noqa: E402
+from flexarm_model.ros.message_writer import MOST_LAYOUTS, STAMP, MessageWriter  # noqa: E402
 
 
 class Counting:

@@ -9,11 +9,11 @@ import pytest
 from arms import arm
 from scipy.linalg import eigh
 
-from flexarm_model.body_spec import Beam
-from flexarm_model.description import ManipulatorConfig
-from flexarm_model.linearize import linearize
-from flexarm_model.reduced_tree import ReducedTree
-from flexarm_model.segment_tree import SegmentTree
+from flexarm_model.manipulator.body_spec import Beam
+from flexarm_model.manipulator.description import ManipulatorConfig
+from flexarm_model.segments.segment_tree import SegmentTree
+from flexarm_model.served.linearize import linearize
+from flexarm_model.tree.reduced_tree import ReducedTree
 
 ARMS = ("planar", "spatial")
 

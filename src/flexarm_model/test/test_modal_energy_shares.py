@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 from arms import arm, bar, tip_mass, tree
 
-from flexarm_model.body_spec import Beam, RigidBody
-from flexarm_model.description import WORLD, Axis, Joint, ManipulatorConfig, NodeRef
-from flexarm_model.linearize import linearize
+from flexarm_model.manipulator.body_spec import Beam, RigidBody
+from flexarm_model.manipulator.description import WORLD, Axis, Joint, ManipulatorConfig, NodeRef
 from flexarm_model.modal.energy_shares import GRAVITY, energy_shares
-from flexarm_model.reduced_tree import ReducedTree
+from flexarm_model.served.linearize import linearize
+from flexarm_model.tree.reduced_tree import ReducedTree
 
 
 def sprung_bar(stiffness: float) -> ManipulatorConfig:

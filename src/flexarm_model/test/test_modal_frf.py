@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from arms import arm, tree
 
-from flexarm_model.linearize import linearize
 from flexarm_model.modal.frf import KINDS, Frf, Ports, exact_frf, modal_frf
 from flexarm_model.modal.model_frf import model_frf
 from flexarm_model.modal.modes import (
@@ -17,8 +16,9 @@ from flexarm_model.modal.modes import (
     normal_modes,
     poles_of,
 )
-from flexarm_model.reduced_model import ReducedModel
-from flexarm_model.state_space import state_space
+from flexarm_model.served.linearize import linearize
+from flexarm_model.served.reduced_model import ReducedModel
+from flexarm_model.served.state_space import state_space
 
 Matrices = tuple[np.ndarray, np.ndarray, np.ndarray]
 LINES = np.arange(0.5, 60.0, 0.5)

@@ -10,10 +10,10 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from scipy.linalg import subspace_angles as scipy_angles
 
-from flexarm_model.linearize import linearize
 from flexarm_model.modal.mac import align_rotation, align_signs, auto_mac, mac, subspace_angles
 from flexarm_model.modal.modes import Modes, normal_modes
 from flexarm_model.modal.tracking import Tracks, group_modes, track_modes
+from flexarm_model.served.linearize import linearize
 
 PROPERTY = settings(deadline=None, derandomize=True, max_examples=60)
 NUMBERS = st.floats(-1e6, 1e6, allow_subnormal=False)

@@ -9,12 +9,12 @@ import pytest
 from arms import arm, tree
 from scipy.linalg import eigh
 
-from flexarm_model.linearize import linearize
+from flexarm_model.manipulator.sensor_spec import SensorSpec
 from flexarm_model.modal.candidates import candidate_config, noise
 from flexarm_model.modal.observability import ENERGY, Swing, mode_reach, tip_energy
-from flexarm_model.reduced_model import Outputs, ReducedModel
-from flexarm_model.reduced_tree import ReducedTree
-from flexarm_model.sensor_spec import SensorSpec
+from flexarm_model.served.linearize import linearize
+from flexarm_model.served.reduced_model import Outputs, ReducedModel
+from flexarm_model.tree.reduced_tree import ReducedTree
 
 OMEGA = np.array([30.0, 30.0, 200.0])
 EFFORT = np.array([2.0, 4.0])

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from arms import tree
 
-from flexarm_model.linearize import PoseError, linearize
-from flexarm_model.model_cache import ModelCache
+from flexarm_model.served.linearize import PoseError, linearize
+from flexarm_model.served.model_cache import ModelCache
 
 
 def test_a_pose_asked_for_again_gives_the_same_object() -> None:

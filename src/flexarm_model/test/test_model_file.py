@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 from arms import tree
 
-from flexarm_model.linearize import linearize
-from flexarm_model.model_file import FORMAT, ModelFileError, format_model, load_model, save_model
-from flexarm_model.reduced_model import ReducedModel
+from flexarm_model.served.linearize import linearize
+from flexarm_model.served.model_file import FORMAT, ModelFileError, format_model, load_model, save_model
+from flexarm_model.served.reduced_model import ReducedModel
 
 
 @cache

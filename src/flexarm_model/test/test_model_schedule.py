@@ -3,9 +3,9 @@
 import numpy as np
 from arms import arm, tree
 
-from flexarm_model.linearize import linearize
-from flexarm_model.model_schedule import ModelSchedule, ScheduleSettings
-from flexarm_model.trajectory import Trajectory
+from flexarm_model.motion.trajectory import Trajectory
+from flexarm_model.served.linearize import linearize
+from flexarm_model.served.model_schedule import ModelSchedule, ScheduleSettings
 
 PERIOD_NS = 5_000_000
 SPEED, FAR = 2.0, 1.0  # rad/s, rad

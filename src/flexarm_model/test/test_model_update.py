@@ -9,7 +9,6 @@ import pytest
 from arms import SINGLE_LINK
 from scipy.linalg import eigh
 
-from flexarm_model.config import load_config
 from flexarm_model.identification.described_modes import described_modes, read_unknown
 from flexarm_model.identification.described_shapes import described_shapes, in_size
 from flexarm_model.identification.model_update import (
@@ -19,10 +18,11 @@ from flexarm_model.identification.model_update import (
     loose_directions,
     update_model,
 )
-from flexarm_model.linear_assembly import assemble
-from flexarm_model.linearize import linearize
-from flexarm_model.reduced_tree import ReducedTree
-from flexarm_model.strict_yaml import ConfigError
+from flexarm_model.reading.config import load_config
+from flexarm_model.served.linear_assembly import assemble
+from flexarm_model.served.linearize import linearize
+from flexarm_model.settings.strict_yaml import ConfigError
+from flexarm_model.tree.reduced_tree import ReducedTree
 
 pytestmark = pytest.mark.thorough
 

@@ -15,9 +15,9 @@ pytest.importorskip("rclpy")
 PROGRAM = textwrap.dedent("""
     import sys
     from dataclasses import dataclass
-    from flexarm_model.declared_node import declare_config
-    from flexarm_model.node import ReadyFlag, run_node
-    from flexarm_model.parameters import parameter
+    from flexarm_model.ros.declared_node import declare_config
+    from flexarm_model.ros.node import ReadyFlag, run_node
+    from flexarm_model.settings.parameters import parameter
     from rclpy.node import Node
 
     @dataclass(frozen=True)

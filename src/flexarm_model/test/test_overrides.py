@@ -5,8 +5,8 @@ from typing import Any
 
 import pytest
 
-from flexarm_model.overrides import apply_overrides
-from flexarm_model.parameters import ParameterError, parameter
+from flexarm_model.settings.overrides import apply_overrides
+from flexarm_model.settings.parameters import ParameterError, parameter
 
 
 @dataclass(frozen=True)

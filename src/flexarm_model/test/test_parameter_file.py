@@ -4,13 +4,13 @@ from pathlib import Path
 
 import pytest
 
-from flexarm_model.parameter_file import (
+from flexarm_model.ros.parameter_file import (
     COMMAND_LINE,
     parameter_sources,
     read_parameter_file,
     refuse_strangers,
 )
-from flexarm_model.strict_yaml import ConfigError
+from flexarm_model.settings.strict_yaml import ConfigError
 
 NODE = "/flexarm/controller"
 

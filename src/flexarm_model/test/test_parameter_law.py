@@ -10,8 +10,8 @@ import pytest
 import yaml
 from arms import SINGLE_LINK
 
-from flexarm_model.config import load_config
-from flexarm_model.strict_yaml import ConfigError
+from flexarm_model.reading.config import load_config
+from flexarm_model.settings.strict_yaml import ConfigError
 
 LAW = {"parameter": "pressure", "at": ["1 bar", "2 bar", "4 bar"],
        "values": ["1 N m/rad", "3 N m/rad", "4 N m/rad"]}  # fmt: skip

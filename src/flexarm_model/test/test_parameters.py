@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from flexarm_model.parameters import ParameterError, parameter, validate
+from flexarm_model.settings.parameters import ParameterError, parameter, validate
 
 
 @dataclass(frozen=True)

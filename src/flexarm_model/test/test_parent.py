@@ -10,11 +10,11 @@ import sys
 
 import pytest
 
-from flexarm_model.parent import MARK, end_with_parent
+from flexarm_model.process.parent import MARK, end_with_parent
 
 CHILD = """
 import sys, time
-from flexarm_model.parent import end_with_parent
+from flexarm_model.process.parent import end_with_parent
 end_with_parent()
 print("waiting", flush=True)
 time.sleep(60)

@@ -15,8 +15,8 @@ from flexarm_model.kinematics.joint_path import JointMotion, follow, joint_path
 from flexarm_model.kinematics.paths import CartesianMotion, at_speed, rounded_square, straight_move, travel
 from flexarm_model.kinematics.refusals import ReachError, SingularPoseError
 from flexarm_model.kinematics.spherical_wrist import SphericalWristArm
-from flexarm_model.profiles import JerkLimited, MotionLimits, Quintic
-from flexarm_model.rotation import rotation_vector
+from flexarm_model.motion.profiles import JerkLimited, MotionLimits, Quintic
+from flexarm_model.numeric.rotation import rotation_vector
 
 SIX = SphericalWristArm(0.50, 0.18, 0.80, 0.15, 0.85, 0.14)
 SQUARE = rounded_square(np.array([1.25, 0.0, 0.80]), side=0.40, radius=0.05)  # seed 003, section 2

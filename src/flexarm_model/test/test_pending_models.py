@@ -1,6 +1,6 @@
 """Models wait for their stamp, the same everywhere."""
 
-from flexarm_model.pending_models import PendingModels
+from flexarm_model.served.pending_models import PendingModels
 
 
 def queue(*stamps: int) -> PendingModels[str]:

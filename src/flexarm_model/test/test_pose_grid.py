@@ -10,15 +10,15 @@ import numpy as np
 import pytest
 from arms import FOLDER, SINGLE_LINK, Array, tree
 
-from flexarm_model.config import load_config
-from flexarm_model.linearize import PoseError, linearize
-from flexarm_model.mode_change import mode_change, mode_shapes
-from flexarm_model.mode_following import alikeness, follow, turn_modes
-from flexarm_model.model_file import ModelFileError
-from flexarm_model.pose_grid import PoseGrid, build_grid, grid_poses, listed_poses
-from flexarm_model.pose_grid_file import INDEX, load_grid, save_grid
-from flexarm_model.reduced_model import ReducedModel
-from flexarm_model.reduced_tree import ReducedTree
+from flexarm_model.reading.config import load_config
+from flexarm_model.served.linearize import PoseError, linearize
+from flexarm_model.served.mode_change import mode_change, mode_shapes
+from flexarm_model.served.mode_following import alikeness, follow, turn_modes
+from flexarm_model.served.model_file import ModelFileError
+from flexarm_model.served.pose_grid import PoseGrid, build_grid, grid_poses, listed_poses
+from flexarm_model.served.pose_grid_file import INDEX, load_grid, save_grid
+from flexarm_model.served.reduced_model import ReducedModel
+from flexarm_model.tree.reduced_tree import ReducedTree
 
 ELBOW = np.linspace(0.0, 3.0, 25)  # frequencies of the modes in and out of the plane cross four times
 

@@ -7,7 +7,7 @@ import textwrap
 PROGRAM = textwrap.dedent("""
     import os, sys
     from pathlib import Path
-    from flexarm_model.process_title import set_process_title
+    from flexarm_model.process.process_title import set_process_title
     before = dict(os.environ)
     assert set_process_title(sys.argv[1])
     assert os.environ == before and len(sys.argv) == 2

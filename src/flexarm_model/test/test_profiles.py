@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import cumulative_simpson
 
-from flexarm_model.profiles import JerkLimited, MotionLimits, Profile, Quintic, Trapezoid
+from flexarm_model.motion.profiles import JerkLimited, MotionLimits, Profile, Quintic, Trapezoid
 
 PERIOD = 1.0 / 5.23
 ANGLES = st.floats(0.01, 3.0).flatmap(lambda a: st.sampled_from([a, -a]))

@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 from arms import arm, tree
 
-from flexarm_model.linearize import linearize
-from flexarm_model.reduced_model import Outputs, ReducedModel
-from flexarm_model.reduced_tree import ReducedTree
+from flexarm_model.served.linearize import linearize
+from flexarm_model.served.reduced_model import Outputs, ReducedModel
+from flexarm_model.tree.reduced_tree import ReducedTree
 
 
 @cache

@@ -10,8 +10,8 @@ from arms import arm, random_states, tree
 from finite_difference import finite_difference
 from scipy.spatial.transform import Rotation
 
-from flexarm_model.description import NodeRef
-from flexarm_model.segment_tree import SegmentTree
+from flexarm_model.manipulator.description import NodeRef
+from flexarm_model.segments.segment_tree import SegmentTree
 
 FLEXIBLE = ["single_link", "planar", "spatial"]
 NONE = [0.0, 0.0, 0.0]

@@ -10,9 +10,9 @@ from arms import BAR, bar, tip_mass
 from beam_theory import cantilever
 from scipy.linalg import eigh
 
-from flexarm_model.body_reduction import reduce_body
-from flexarm_model.body_spec import Beam, Reduction
-from flexarm_model.reduction import craig_bampton, guyan, mode_basis
+from flexarm_model.bodies.body_reduction import reduce_body
+from flexarm_model.bodies.reduction import craig_bampton, guyan, mode_basis
+from flexarm_model.manipulator.body_spec import Beam, Reduction
 
 Matrices = tuple[np.ndarray, np.ndarray]
 RHO_A = BAR.density * BAR.area

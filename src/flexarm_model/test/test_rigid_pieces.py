@@ -16,14 +16,14 @@ from finite_difference import finite_difference
 from scipy.linalg import eigh
 from scipy.optimize import brentq
 
-from flexarm_model.beam import BeamMesh
-from flexarm_model.body_reduction import reduce_body
-from flexarm_model.body_spec import Beam, BeamPiece, Reduction
-from flexarm_model.description import WORLD, Axis, Joint, ManipulatorConfig, NodeRef
-from flexarm_model.segment_tree import SegmentTree
-from flexarm_model.segments import cut_beam
-from flexarm_model.sensor_spec import SensorSpec
-from flexarm_model.superelement import Superelement
+from flexarm_model.bodies.beam import BeamMesh
+from flexarm_model.bodies.body_reduction import reduce_body
+from flexarm_model.bodies.superelement import Superelement
+from flexarm_model.manipulator.body_spec import Beam, BeamPiece, Reduction
+from flexarm_model.manipulator.description import WORLD, Axis, Joint, ManipulatorConfig, NodeRef
+from flexarm_model.manipulator.sensor_spec import SensorSpec
+from flexarm_model.segments.segment_tree import SegmentTree
+from flexarm_model.segments.segments import cut_beam
 
 L, ARM = 0.300, 0.018
 EI = {1: 0.200083, 2: 0.220092}  # seed 000, section 2 [N m^2]

@@ -2,7 +2,7 @@
 
 import pytest
 
-from flexarm_model.ros_arguments import domain, node_name, values_of
+from flexarm_model.process.ros_arguments import domain, node_name, values_of
 
 NAMES = [
     ([], "/flexarm/guard"),

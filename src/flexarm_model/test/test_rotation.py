@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from scipy.linalg import expm
 from scipy.spatial.transform import Rotation
 
-from flexarm_model.rotation import (
+from flexarm_model.numeric.rotation import (
     quaternion,
     quaternion_from_vector,
     rotation_from_quaternion,

@@ -14,11 +14,11 @@ from rigid_arms import rigid_version
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
-from flexarm_model.body_spec import RigidBody
-from flexarm_model.closure_error import ClosureError
-from flexarm_model.description import WORLD, Axis, Joint, ManipulatorConfig, NodeRef
-from flexarm_model.segment_loops import null_space
-from flexarm_model.segment_tree import SegmentTree
+from flexarm_model.manipulator.body_spec import RigidBody
+from flexarm_model.manipulator.description import WORLD, Axis, Joint, ManipulatorConfig, NodeRef
+from flexarm_model.segments.segment_loops import null_space
+from flexarm_model.segments.segment_tree import SegmentTree
+from flexarm_model.tree.closure_error import ClosureError
 
 CRANK, COUPLER, ROCKER, GROUND = 0.2, 0.25, 0.2, 0.3  # of arms/four_bar.yaml [m]
 STRETCHED = np.arccos((CRANK**2 + GROUND**2 - (COUPLER + ROCKER) ** 2) / (2 * CRANK * GROUND))

@@ -9,12 +9,12 @@ import pytest
 from arms import BAR, Array, arm, bar, random_states, tree
 from scipy.spatial.transform import Rotation
 
-from flexarm_model.body_spec import Reduction, RigidBody
-from flexarm_model.description import WORLD, Axis, Joint, ManipulatorConfig, NodeRef
-from flexarm_model.reduced_tree import ReducedTree
-from flexarm_model.rotation import rotation_from_rpy
-from flexarm_model.sensor_spec import SensorSpec
-from flexarm_model.sensors import output_names, output_units
+from flexarm_model.manipulator.body_spec import Reduction, RigidBody
+from flexarm_model.manipulator.description import WORLD, Axis, Joint, ManipulatorConfig, NodeRef
+from flexarm_model.manipulator.sensor_spec import SensorSpec
+from flexarm_model.numeric.rotation import rotation_from_rpy
+from flexarm_model.tree.reduced_tree import ReducedTree
+from flexarm_model.tree.sensors import output_names, output_units
 
 RADIUS, G = 0.7, 9.81
 IMU = SensorSpec("imu", "accelerometer", "rod.end", ("x", "y", "z"), np.full(3, 0.01))

@@ -10,8 +10,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.signal import lfilter
 
-from flexarm_model.profiles import JerkLimited, Profile, Quintic, Trapezoid
-from flexarm_model.shapers import Shaper, shape, shape_within, zv, zvd
+from flexarm_model.motion.profiles import JerkLimited, Profile, Quintic, Trapezoid
+from flexarm_model.motion.shapers import Shaper, shape, shape_within, zv, zvd
 
 OMEGA = 2.0 * math.pi * 5.23
 WORST = Trapezoid.published("A", math.radians(10.0), 1.0 / 5.23)

@@ -11,12 +11,12 @@ from arms import bar, tip_mass
 from fe_bodies import bracket, load_body
 from numpy.typing import NDArray
 
-from flexarm_model.body_reduction import reduce_body
-from flexarm_model.body_spec import Reduction, RigidBody
-from flexarm_model.sid_file import read_sid, write_sid
-from flexarm_model.sid_terms import sid_matrices
-from flexarm_model.strict_yaml import ConfigError
-from flexarm_model.superelement import Superelement
+from flexarm_model.bodies.body_reduction import reduce_body
+from flexarm_model.bodies.sid_file import read_sid, write_sid
+from flexarm_model.bodies.sid_terms import sid_matrices
+from flexarm_model.bodies.superelement import Superelement
+from flexarm_model.manipulator.body_spec import Reduction, RigidBody
+from flexarm_model.settings.strict_yaml import ConfigError
 
 Array = NDArray[np.float64]
 

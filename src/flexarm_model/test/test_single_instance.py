@@ -6,12 +6,12 @@ from pathlib import Path
 
 import pytest
 
-from flexarm_model.single_instance import NameTakenError, claim_name
+from flexarm_model.process.single_instance import NameTakenError, claim_name
 
 HOLDER = """
 import sys
 from pathlib import Path
-from flexarm_model.single_instance import claim_name
+from flexarm_model.process.single_instance import claim_name
 held = claim_name("/flexarm/rig", "0", Path(sys.argv[1]))
 print("held", flush=True)
 sys.stdin.read()

@@ -14,7 +14,7 @@ from scipy.spatial.transform import Rotation
 from flexarm_model.kinematics.branches import wrap
 from flexarm_model.kinematics.refusals import KinematicsError, LimitError, ReachError, SingularPoseError
 from flexarm_model.kinematics.spherical_wrist import SphericalWristArm
-from flexarm_model.rotation import rotation_vector
+from flexarm_model.numeric.rotation import rotation_vector
 
 ARM = SphericalWristArm(d1=0.50, a1=0.18, a2=0.80, a3=0.15, d4=0.85, d6=0.14)  # seed 003, section 2
 AXES = [  # seed 003, section 2: direction and a point of every axis in the zero pose [m]

@@ -12,9 +12,9 @@ from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 from scipy.signal import cont2discrete
 
-from flexarm_model.linearize import linearize
-from flexarm_model.reduced_model import ReducedModel
-from flexarm_model.state_space import StateSpace, discretize, state_space
+from flexarm_model.served.linearize import linearize
+from flexarm_model.served.reduced_model import ReducedModel
+from flexarm_model.served.state_space import StateSpace, discretize, state_space
 
 DT = 1 / 200
 FORCE_PSD, DRIFT_PSD = 1e-6, 1e-3

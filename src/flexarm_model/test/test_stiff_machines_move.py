@@ -14,10 +14,10 @@ from arms import Array, with_modes
 from machines import machine
 from stiff_motion import Equations, move_stiff, of_reduced, of_segments
 
-from flexarm_model.linearize import find_equilibrium
-from flexarm_model.reduced_tree import ReducedTree
-from flexarm_model.segment_tree import SegmentTree
-from flexarm_model.sensors import output_names
+from flexarm_model.segments.segment_tree import SegmentTree
+from flexarm_model.served.linearize import find_equilibrium
+from flexarm_model.tree.reduced_tree import ReducedTree
+from flexarm_model.tree.sensors import output_names
 
 
 @dataclass(frozen=True)

@@ -17,9 +17,9 @@ from numpy.typing import NDArray
 from scipy.integrate import cumulative_trapezoid
 from scipy.optimize import brentq
 
-from flexarm_model.body_reduction import reduce_body
-from flexarm_model.body_spec import Reduction, RigidBody
-from flexarm_model.superelement import Superelement, pairs
+from flexarm_model.bodies.body_reduction import reduce_body
+from flexarm_model.bodies.superelement import Superelement, pairs
+from flexarm_model.manipulator.body_spec import Reduction, RigidBody
 
 L, RHO = BAR.length, BAR.density
 TIP = 0.2  # mass at the end [kg]

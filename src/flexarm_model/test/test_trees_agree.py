@@ -13,11 +13,11 @@ from beam_theory import cantilever
 from finite_difference import finite_difference
 from scipy.linalg import eigh
 
-from flexarm_model.body_spec import Reduction
-from flexarm_model.description import WORLD, Axis, Joint, ManipulatorConfig, NodeRef
-from flexarm_model.linearize import find_equilibrium
-from flexarm_model.reduced_tree import ReducedTree
-from flexarm_model.segment_tree import SegmentTree
+from flexarm_model.manipulator.body_spec import Reduction
+from flexarm_model.manipulator.description import WORLD, Axis, Joint, ManipulatorConfig, NodeRef
+from flexarm_model.segments.segment_tree import SegmentTree
+from flexarm_model.served.linearize import find_equilibrium
+from flexarm_model.tree.reduced_tree import ReducedTree
 
 SEGMENTS = np.array([8, 16, 32])
 

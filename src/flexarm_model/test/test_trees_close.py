@@ -11,10 +11,10 @@ from closed_motion import forward_dynamics, move
 from rigid_arms import rigid_version
 from scipy.linalg import eigh
 
-from flexarm_model.closure_error import ClosureError
-from flexarm_model.linearize import find_equilibrium, linearize
-from flexarm_model.reduced_tree import ReducedTree
-from flexarm_model.segment_tree import SegmentTree
+from flexarm_model.segments.segment_tree import SegmentTree
+from flexarm_model.served.linearize import find_equilibrium, linearize
+from flexarm_model.tree.closure_error import ClosureError
+from flexarm_model.tree.reduced_tree import ReducedTree
 
 SEGMENTS = (8, 16, 32)
 STRETCHED = 2.2195352  # [rad]: coupler and rocker of the four-bar in line, see test_segment_loops.py

@@ -17,9 +17,9 @@ import pytest
 from arms import Array, arm, tree
 from scipy.integrate import solve_ivp
 
-from flexarm_model.description import NodeRef
-from flexarm_model.reduced_tree import ReducedTree
-from flexarm_model.segment_tree import SegmentTree
+from flexarm_model.manipulator.description import NodeRef
+from flexarm_model.segments.segment_tree import SegmentTree
+from flexarm_model.tree.reduced_tree import ReducedTree
 
 SWING = 0.5  # period of the torque [s]; 2 N m turn the light hub by 61 degrees
 SETTLE = 0.1  # [s]

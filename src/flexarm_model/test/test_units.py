@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from flexarm_model.units import UNITS, axis_dimension, parse_quantity, si_unit
+from flexarm_model.settings.units import UNITS, axis_dimension, parse_quantity, si_unit
 
 NUMBERS = st.floats(allow_nan=False, allow_infinity=False, min_value=-1e12, max_value=1e12)
 DIMENSION_AND_UNIT = st.sampled_from([(dimension, unit) for dimension in UNITS for unit in UNITS[dimension]])

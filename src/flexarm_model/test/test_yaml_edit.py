@@ -6,9 +6,9 @@ import pytest
 import yaml
 from arms import SINGLE_LINK
 
-from flexarm_model.config import load_config
 from flexarm_model.identification.yaml_edit import add_items, edit_values
-from flexarm_model.strict_yaml import ConfigError
+from flexarm_model.reading.config import load_config
+from flexarm_model.settings.strict_yaml import ConfigError
 
 TEXT = SINGLE_LINK.read_text()
 STIFFNESS, MASS = "bodies.strip.pieces.0.youngs_modulus", "bodies.strip.point_masses.0.mass"

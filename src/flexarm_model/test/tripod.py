@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from flexarm_model.modal.frf import Frf, Ports, modal_frf
 from flexarm_model.modal.modes import Modes, normal_modes
-from flexarm_model.rotation import skew
+from flexarm_model.numeric.rotation import skew
 
 Array = NDArray[np.float64]
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from flexarm_bringup.bag_plots.panel import line, name_rows, stacked, strip
 from flexarm_bringup.bag_plots.series import BagSeries, constant_names
 from flexarm_controller.debug import vibration_energy
-from flexarm_model.reduced_model import Outputs, ReducedModel
+from flexarm_model.served.reduced_model import Outputs, ReducedModel
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure as Plot

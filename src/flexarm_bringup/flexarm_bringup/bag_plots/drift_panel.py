@@ -9,7 +9,7 @@ from flexarm_bringup.bags.bag_writer import BagError
 from flexarm_bringup.drift_run.bag import watch_bag
 from flexarm_bringup.drift_run.figure import draw_watched
 from flexarm_estimator.drift.settings import DriftConfig
-from flexarm_model.strict_yaml import ConfigError
+from flexarm_model.settings.strict_yaml import ConfigError
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure as Plot

@@ -11,7 +11,7 @@ from flexarm_bringup.bag_plots.panel import QUIET, line, name_rows, reach, stack
 from flexarm_bringup.bag_plots.series import BagSeries, constant_names
 from flexarm_controller.motion.tip_kinematics import TipKinematics
 from flexarm_controller.reference import Reference
-from flexarm_model.reduced_tree import ReducedTree
+from flexarm_model.tree.reduced_tree import ReducedTree
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure as Plot

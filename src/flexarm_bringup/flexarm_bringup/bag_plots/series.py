@@ -17,8 +17,8 @@ from flexarm_bringup.bags.bag_reader import Bag, decode
 from flexarm_bringup.bags.bag_writer import BagError
 from flexarm_bringup.replaying.replay_bag import configuration
 from flexarm_bringup.topics import NAMESPACE
-from flexarm_model.description import ManipulatorConfig
-from flexarm_model.strict_yaml import ConfigError
+from flexarm_model.manipulator.description import ManipulatorConfig
+from flexarm_model.settings.strict_yaml import ConfigError
 
 Array = NDArray[np.float64]
 NS_PER_S = 1_000_000_000

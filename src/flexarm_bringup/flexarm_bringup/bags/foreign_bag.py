@@ -17,13 +17,13 @@ from flexarm_bringup.conversions import deserialise
 from flexarm_bringup.topics import NAMESPACE, find_stream
 from flexarm_estimator.estimate import SensorReport
 from flexarm_estimator.exchange import EstimatorExchange
-from flexarm_estimator.inbox import TORQUE_TOPIC
-from flexarm_estimator.sensor_messages import SensorReader
+from flexarm_estimator.messages.inbox import TORQUE_TOPIC
+from flexarm_estimator.messages.sensor_messages import SensorReader
 from flexarm_estimator.settings import EstimatorConfig
 from flexarm_model.conversions import model_to_msg, stamp_to_ns
-from flexarm_model.description import ManipulatorConfig
-from flexarm_model.linearize import linearize
-from flexarm_model.reduced_tree import ReducedTree
+from flexarm_model.manipulator.description import ManipulatorConfig
+from flexarm_model.served.linearize import linearize
+from flexarm_model.tree.reduced_tree import ReducedTree
 
 TRIGGER = "joint_states"
 SEPARATOR = ":="

@@ -12,7 +12,7 @@ from collections.abc import Callable, Sequence
 
 from flexarm_bringup.bags.cdr import header_frame_id, header_stamp_ns
 from flexarm_bringup.topics import Stream
-from flexarm_model.lockstep import Lockstep, Messages
+from flexarm_model.ros.lockstep import Lockstep, Messages
 
 Write = Callable[[str, int, bytes], None]  # absolute topic, log time [ns], CDR
 NODES = ("rig", "estimator", "controller")

@@ -32,11 +32,11 @@ from flexarm_bringup.progress import Progress
 from flexarm_bringup.static_arm import StaticArm
 from flexarm_bringup.tasks.task import Task
 from flexarm_bringup.tasks.task_for import task_for
-from flexarm_model.config import load_config
-from flexarm_model.manipulator_file import find_manipulator
-from flexarm_model.parameters import ParameterError
-from flexarm_model.reduced_tree import ReducedTree
-from flexarm_model.strict_yaml import ConfigError
+from flexarm_model.reading.config import load_config
+from flexarm_model.reading.manipulator_file import find_manipulator
+from flexarm_model.settings.parameters import ParameterError
+from flexarm_model.settings.strict_yaml import ConfigError
+from flexarm_model.tree.reduced_tree import ReducedTree
 
 Array = NDArray[np.float64]
 ERRORS = (0.0, -0.20, -0.10, -0.05, 0.05, 0.10, 0.20)  # of all frequencies; as described first

@@ -19,7 +19,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from flexarm_bringup.tasks.task_moves import TaskMove, read_move
-from flexarm_model.strict_yaml import Section
+from flexarm_model.settings.strict_yaml import Section
 
 SIGNALS = ("tip", "accelerometer")
 

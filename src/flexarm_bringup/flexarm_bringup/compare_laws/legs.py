@@ -12,9 +12,9 @@ from flexarm_bringup.tasks.task import Task
 from flexarm_controller.limits import Limits, limits_of
 from flexarm_controller.open_loop.axis_motion import Motion, PacedMotion, Way
 from flexarm_controller.program.equilibrium import build_equilibrium
-from flexarm_model.linearize import linearize
-from flexarm_model.reduced_model import ReducedModel
-from flexarm_model.reduced_tree import ReducedTree
+from flexarm_model.served.linearize import linearize
+from flexarm_model.served.reduced_model import ReducedModel
+from flexarm_model.tree.reduced_tree import ReducedTree
 
 Array = NDArray[np.float64]
 SMALLEST_WAY = 1e-5  # rad or m; less is no way but what is left of solving for the pose

@@ -18,9 +18,9 @@ from flexarm_controller.open_loop.axis_motion import Motion, PacedMotion, Sample
 from flexarm_controller.open_loop.best_trapezoid import best_trapezoid
 from flexarm_controller.open_loop.rest_to_rest import RestToRest, TorquePlan, fastest
 from flexarm_controller.open_loop.vibration_left import VibrationLeft, Window
-from flexarm_model.hump_shapers import ei, three_hump, two_hump
-from flexarm_model.profiles import Trapezoid
-from flexarm_model.shapers import Shaper, convolve, mzv, zv, zvd
+from flexarm_model.motion.hump_shapers import ei, three_hump, two_hump
+from flexarm_model.motion.profiles import Trapezoid
+from flexarm_model.motion.shapers import Shaper, convolve, mzv, zv, zvd
 
 Array = NDArray[np.float64]
 SHAPERS: dict[str, Callable[[float, float], Shaper]] = {

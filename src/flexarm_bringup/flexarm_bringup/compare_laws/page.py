@@ -16,7 +16,7 @@ from flexarm_bringup.page.figures import Figure
 from flexarm_bringup.page.report import Cell, Column, Page, Table
 from flexarm_bringup.residual import decibels
 from flexarm_bringup.tasks.task import Task
-from flexarm_model.description import ManipulatorConfig
+from flexarm_model.manipulator.description import ManipulatorConfig
 
 COLUMNS = (
     Column("who follows"),

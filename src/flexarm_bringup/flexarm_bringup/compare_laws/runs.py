@@ -24,11 +24,11 @@ from flexarm_bringup.sim.rig import Rig, RigSettings
 from flexarm_bringup.sim_run.study import loop_settings
 from flexarm_bringup.tasks.task import Task
 from flexarm_estimator.estimate import Estimate
-from flexarm_model.config import load_config
-from flexarm_model.description import Joint, ManipulatorConfig
-from flexarm_model.linearize import find_equilibrium
-from flexarm_model.manipulator_file import find_manipulator
-from flexarm_model.reduced_tree import ReducedTree
+from flexarm_model.manipulator.description import Joint, ManipulatorConfig
+from flexarm_model.reading.config import load_config
+from flexarm_model.reading.manipulator_file import find_manipulator
+from flexarm_model.served.linearize import find_equilibrium
+from flexarm_model.tree.reduced_tree import ReducedTree
 
 Array = NDArray[np.float64]
 BEFORE_END = 0.3  # s of the first move that a trace shows

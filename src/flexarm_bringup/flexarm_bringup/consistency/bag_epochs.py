@@ -14,13 +14,13 @@ from flexarm_bringup.bags.bag_writer import BagError
 from flexarm_bringup.consistency.recording import Recording
 from flexarm_bringup.topics import NAMESPACE
 from flexarm_estimator.history import SAME_INSTANT
-from flexarm_estimator.inbox import TORQUE_TOPIC
 from flexarm_estimator.likelihood import Epoch
 from flexarm_estimator.measurement import Measurement
-from flexarm_estimator.sensor_messages import SensorReader
+from flexarm_estimator.messages.inbox import TORQUE_TOPIC
+from flexarm_estimator.messages.sensor_messages import SensorReader
 from flexarm_estimator.watches.stamp_delays import StampDelays
 from flexarm_model.conversions import model_from_msg, stamp_to_ns
-from flexarm_model.reduced_model import ReducedModel
+from flexarm_model.served.reduced_model import ReducedModel
 
 Array = NDArray[np.float64]
 NS = 1e-9

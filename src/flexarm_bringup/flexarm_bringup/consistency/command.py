@@ -24,8 +24,8 @@ from flexarm_bringup.page.report import add_report_arguments, publish
 from flexarm_bringup.parallel import run_parallel
 from flexarm_bringup.progress import Progress
 from flexarm_bringup.tasks.task_for import task_for
-from flexarm_model.parameters import ParameterError
-from flexarm_model.strict_yaml import ConfigError
+from flexarm_model.settings.parameters import ParameterError
+from flexarm_model.settings.strict_yaml import ConfigError
 
 MACHINES = ("single_link", "planar_3rrr", "spatial_3tpt", "variable_stiffness", "serial_6r")
 RUNS, PERIODS = 100, 60  # of a truth drawn from the model

@@ -18,9 +18,9 @@ from numpy.typing import NDArray
 
 from flexarm_estimator.measurement import Measurement
 from flexarm_estimator.parts import Parts
-from flexarm_estimator.process import Transition
-from flexarm_estimator.rotation_log import exp_rotation, log_rotation
-from flexarm_estimator.stack import Stack, stack_rows
+from flexarm_estimator.state.process import Transition
+from flexarm_estimator.steps.stack import Stack, stack_rows
+from flexarm_estimator.tool.rotation_log import exp_rotation, log_rotation
 
 Array = NDArray[np.float64]
 

@@ -19,13 +19,13 @@ from flexarm_bringup.consistency.nees import Band, Square, band, mean_of
 from flexarm_bringup.tasks.task import Task
 from flexarm_estimator.estimator import Estimator
 from flexarm_estimator.settings import EstimatorConfig
-from flexarm_model.config import load_config
-from flexarm_model.description import ManipulatorConfig
-from flexarm_model.linearize import linearize
-from flexarm_model.manipulator_file import find_manipulator
-from flexarm_model.overrides import apply_overrides
-from flexarm_model.reduced_model import ReducedModel
-from flexarm_model.reduced_tree import ReducedTree
+from flexarm_model.manipulator.description import ManipulatorConfig
+from flexarm_model.reading.config import load_config
+from flexarm_model.reading.manipulator_file import find_manipulator
+from flexarm_model.served.linearize import linearize
+from flexarm_model.served.reduced_model import ReducedModel
+from flexarm_model.settings.overrides import apply_overrides
+from flexarm_model.tree.reduced_tree import ReducedTree
 
 Array = NDArray[np.float64]
 STATE = "state"

@@ -17,9 +17,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexarm_bringup.consistency.nees import Square, normalised_square
-from flexarm_estimator.rotation_log import log_rotation
-from flexarm_estimator.tip import Kinematics, PlainTip
-from flexarm_model.reduced_model import ReducedModel
+from flexarm_estimator.tool.rotation_log import log_rotation
+from flexarm_estimator.tool.tip import Kinematics, PlainTip
+from flexarm_model.served.reduced_model import ReducedModel
 
 Array = NDArray[np.float64]
 KINDS = ("axes", "tip", "strain")

@@ -20,9 +20,9 @@ from flexarm_estimator.estimate import Estimate
 from flexarm_estimator.exchange import EstimatorExchange
 from flexarm_estimator.settings import EstimatorConfig
 from flexarm_model.conversions import stamp_to_ns
-from flexarm_model.description import ManipulatorConfig
-from flexarm_model.overrides import apply_overrides
-from flexarm_model.reduced_model import ReducedModel
+from flexarm_model.manipulator.description import ManipulatorConfig
+from flexarm_model.served.reduced_model import ReducedModel
+from flexarm_model.settings.overrides import apply_overrides
 
 Array = NDArray[np.float64]
 TRUTH = f"{NAMESPACE}/truth"

@@ -22,13 +22,13 @@ from flexarm_bringup.static_arm import StaticArm
 from flexarm_bringup.tasks.course import Course, plan_course
 from flexarm_bringup.tasks.task import Task
 from flexarm_estimator.estimate import Estimate
-from flexarm_model.config import load_config
-from flexarm_model.description import ManipulatorConfig
-from flexarm_model.linearize import linearize
-from flexarm_model.manipulator_file import find_manipulator
-from flexarm_model.model_schedule import ModelSchedule, ScheduleSettings, periods_between_looks
-from flexarm_model.reduced_tree import ReducedTree
-from flexarm_model.sensors import output_names
+from flexarm_model.manipulator.description import ManipulatorConfig
+from flexarm_model.reading.config import load_config
+from flexarm_model.reading.manipulator_file import find_manipulator
+from flexarm_model.served.linearize import linearize
+from flexarm_model.served.model_schedule import ModelSchedule, ScheduleSettings, periods_between_looks
+from flexarm_model.tree.reduced_tree import ReducedTree
+from flexarm_model.tree.sensors import output_names
 
 Array = NDArray[np.float64]
 LAW = "mpc"

@@ -22,10 +22,10 @@ from scipy.optimize import minimize
 from flexarm_bringup.consistency.bag_epochs import Epochs
 from flexarm_bringup.consistency.knobs import Knob, Noise, Parameter, Verdict, make_knobs, turn
 from flexarm_estimator.filter import Belief
-from flexarm_estimator.gate import Gate
+from flexarm_estimator.judging.gate import Gate
 from flexarm_estimator.likelihood import Likelihood, log_likelihood
 from flexarm_estimator.parts import PartsMaker
-from flexarm_estimator.tip import Kinematics
+from flexarm_estimator.tool.tip import Kinematics
 
 Array = NDArray[np.float64]
 CURVED = 0.1  # step of the logarithms with which the curvature is read

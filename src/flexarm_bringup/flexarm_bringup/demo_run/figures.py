@@ -11,8 +11,8 @@ from flexarm_bringup.demo_run.sessions import SessionRun
 from flexarm_bringup.demo_run.study import SERVO, Outcome
 from flexarm_bringup.page.figures import Figure, drawing, to_figure
 from flexarm_bringup.residual import decibels
-from flexarm_model.config import load_config
-from flexarm_model.manipulator_file import find_manipulator
+from flexarm_model.reading.config import load_config
+from flexarm_model.reading.manipulator_file import find_manipulator
 
 Array = NDArray[np.float64]
 SHOWN_DEG = 30.0

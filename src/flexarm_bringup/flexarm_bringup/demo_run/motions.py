@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexarm_controller.reference import Reference
-from flexarm_model.profiles import Profile, Trapezoid
-from flexarm_model.shapers import shape, zvd
+from flexarm_model.motion.profiles import Profile, Trapezoid
+from flexarm_model.motion.shapers import shape, zvd
 
 Array = NDArray[np.float64]
 

@@ -10,9 +10,9 @@ from flexarm_bringup.demo_run.study import SERVO, Outcome, Row
 from flexarm_bringup.page.figures import Figure
 from flexarm_bringup.page.report import Cell, Check, Column, Page, Table
 from flexarm_bringup.residual import decibels
-from flexarm_model.config import load_config
-from flexarm_model.description import ManipulatorConfig
-from flexarm_model.manipulator_file import find_manipulator
+from flexarm_model.manipulator.description import ManipulatorConfig
+from flexarm_model.reading.config import load_config
+from flexarm_model.reading.manipulator_file import find_manipulator
 
 WORST_DB = -29.0  # MPC on the worst reference, at least
 SETTLE = 0.15  # s after the end of the motion, at most

@@ -15,8 +15,8 @@ from flexarm_bringup.demo_run.study import Job, Outcome, damping_ratio, outcome_
 from flexarm_bringup.processes.session import Session, SessionError
 from flexarm_bringup.record import RunRecord
 from flexarm_bringup.residual import GapError
-from flexarm_model.config import load_config
-from flexarm_model.manipulator_file import find_manipulator
+from flexarm_model.reading.config import load_config
+from flexarm_model.reading.manipulator_file import find_manipulator
 
 _taken: list[AbstractContextManager[int]] = []  # a domain is free again when its entry goes
 

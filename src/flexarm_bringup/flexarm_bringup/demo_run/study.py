@@ -18,10 +18,10 @@ from flexarm_bringup.record import Figures, RunRecord, judge
 from flexarm_bringup.servo_run import run_servo
 from flexarm_bringup.sim.rig import Rig, RigSettings
 from flexarm_controller.settings import ControllerConfig
-from flexarm_model.body_spec import Beam
-from flexarm_model.config import load_config
-from flexarm_model.description import ManipulatorConfig
-from flexarm_model.manipulator_file import find_manipulator
+from flexarm_model.manipulator.body_spec import Beam
+from flexarm_model.manipulator.description import ManipulatorConfig
+from flexarm_model.reading.config import load_config
+from flexarm_model.reading.manipulator_file import find_manipulator
 
 ANGLES_DEG = (10.0, 30.0, 60.0)
 SWEEP_ANGLE_DEG = 30.0

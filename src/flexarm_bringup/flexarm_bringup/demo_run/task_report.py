@@ -12,7 +12,7 @@ from flexarm_bringup.residual import decibels
 from flexarm_bringup.sim_run.report import BASELINE, FASTEST_DDS, LAW, real_time_note
 from flexarm_bringup.sim_run.study import SimResult
 from flexarm_bringup.tasks.task import Task
-from flexarm_model.description import ManipulatorConfig
+from flexarm_model.manipulator.description import ManipulatorConfig
 
 EQUAL = 1e-6  # of the limit of a torque; camera poses travel as quaternions, so the last digits differ
 IN_PROCESS, LOCKSTEP, REAL_TIME = "in process", "DDS lockstep", "DDS real time"

@@ -14,8 +14,8 @@ from flexarm_bringup.processes.session import Session, SessionError, run_session
 from flexarm_bringup.record import RunRecord
 from flexarm_bringup.sim_run.study import LegResult, SimJob, SimResult, Trace, judge_leg
 from flexarm_bringup.tasks.reference_file import from_rest, save_reference
-from flexarm_model.config import load_config
-from flexarm_model.manipulator_file import find_manipulator
+from flexarm_model.reading.config import load_config
+from flexarm_model.reading.manipulator_file import find_manipulator
 
 Array = NDArray[np.float64]
 LEAST_PREPARATION = 1.0  # s in real time between sending a reference and its start

@@ -36,10 +36,9 @@ from flexarm_bringup.display.shape import coordinates
 from flexarm_bringup.display.urdf import urdf
 from flexarm_bringup.model_view.mechanism_lines import MechanismLines
 from flexarm_bringup.monitor.model_book import ModelBook
-from flexarm_model.arm_settings import ArmSettings
 from flexarm_model.conversions import model_from_msg
-from flexarm_model.declared_node import declare_configs, load_arm
-from flexarm_model.node import (
+from flexarm_model.ros.declared_node import declare_configs, load_arm
+from flexarm_model.ros.node import (
     LATCHED_QOS,
     MODELS_QOS,
     RELIABLE_QOS,
@@ -47,8 +46,9 @@ from flexarm_model.node import (
     ReadyFlag,
     run_node,
 )
-from flexarm_model.parameters import parameter
-from flexarm_model.reduced_tree import ReducedTree
+from flexarm_model.settings.arm_settings import ArmSettings
+from flexarm_model.settings.parameters import parameter
+from flexarm_model.tree.reduced_tree import ReducedTree
 
 Array = NDArray[np.float64]
 

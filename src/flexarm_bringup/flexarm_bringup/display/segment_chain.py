@@ -17,8 +17,8 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from flexarm_model.description import AXES
-from flexarm_model.superelement import Superelement
+from flexarm_model.bodies.superelement import Superelement
+from flexarm_model.manipulator.description import AXES
 
 Array = NDArray[np.float64]
 

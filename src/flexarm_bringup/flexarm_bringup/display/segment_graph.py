@@ -14,11 +14,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexarm_bringup.display.segment_chain import SegmentChain
-from flexarm_model.body_reduction import reduce_body
-from flexarm_model.body_spec import Beam
-from flexarm_model.description import WORLD, Axis, Joint, NodeRef
-from flexarm_model.reduced_tree import ReducedTree
-from flexarm_model.superelement import Superelement
+from flexarm_model.bodies.body_reduction import reduce_body
+from flexarm_model.bodies.superelement import Superelement
+from flexarm_model.manipulator.body_spec import Beam
+from flexarm_model.manipulator.description import WORLD, Axis, Joint, NodeRef
+from flexarm_model.tree.reduced_tree import ReducedTree
 
 Array = NDArray[np.float64]
 

@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from flexarm_bringup.display.segment_graph import BASE, SegmentGraph, SegmentJoint
-from flexarm_model.body_spec import Beam
-from flexarm_model.description import Axis, ManipulatorConfig
+from flexarm_model.manipulator.body_spec import Beam
+from flexarm_model.manipulator.description import Axis, ManipulatorConfig
 
 Array = NDArray[np.float64]
 

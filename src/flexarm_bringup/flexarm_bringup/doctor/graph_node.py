@@ -16,7 +16,7 @@ from rclpy.signals import SignalHandlerOptions
 from flexarm_bringup.doctor.finding import Finding
 from flexarm_bringup.processes.graph import rig_graph
 from flexarm_bringup.topics import NAMESPACE
-from flexarm_model.node import LATEST_QOS, MODELS_QOS, events_executor
+from flexarm_model.ros.node import LATEST_QOS, MODELS_QOS, events_executor
 
 LISTEN = 3.0  # s
 OWN = "doctor"

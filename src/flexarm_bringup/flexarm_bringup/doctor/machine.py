@@ -13,7 +13,7 @@ from pathlib import Path
 
 from flexarm_bringup.doctor.finding import Finding
 from flexarm_bringup.processes.graph import REALTIME_PRIORITY
-from flexarm_model.compiled import find_compiler
+from flexarm_model.numeric.compiled import find_compiler
 
 SUPPORTED = ((3, 10), (3, 13))  # from, to
 CORES = 2

@@ -17,8 +17,8 @@ from flexarm_estimator.drift.judgement import ModeNow
 from flexarm_estimator.drift.settings import DriftConfig
 from flexarm_estimator.settings import EstimatorConfig
 from flexarm_model.conversions import stamp_to_ns
-from flexarm_model.description import ManipulatorConfig
-from flexarm_model.overrides import apply_overrides
+from flexarm_model.manipulator.description import ManipulatorConfig
+from flexarm_model.settings.overrides import apply_overrides
 
 TIME = "joint_states"
 

@@ -28,8 +28,8 @@ from flexarm_bringup.progress import Progress
 from flexarm_bringup.sim_run.study import LAWS
 from flexarm_bringup.tasks.task_for import task_for
 from flexarm_estimator.drift.settings import DriftConfig
-from flexarm_model.config import load_config
-from flexarm_model.manipulator_file import find_manipulator
+from flexarm_model.reading.config import load_config
+from flexarm_model.reading.manipulator_file import find_manipulator
 
 UNUSABLE = 2
 SOON, PER_HOUR = 10.0, 1.0  # s until a change is told at most; false alarms per hour at most

@@ -16,7 +16,7 @@ from flexarm_bringup.sim.motor_side import MotorSide
 from flexarm_bringup.sim.rig import Rig
 from flexarm_bringup.sim.sample import Sample
 from flexarm_controller.reference import Reference
-from flexarm_model.reduced_model import ReducedModel
+from flexarm_model.served.reduced_model import ReducedModel
 
 Array = NDArray[np.float64]
 BANDWIDTH, DAMPING = 1.0 / 3.0, 0.7  # of the slowest mode; ratio

@@ -27,10 +27,10 @@ from flexarm_estimator.drift.judgement import ModeNow
 from flexarm_estimator.drift.settings import DriftConfig
 from flexarm_estimator.estimate import Estimate
 from flexarm_estimator.settings import EstimatorConfig
-from flexarm_model.description import ManipulatorConfig
-from flexarm_model.linearize import linearize
-from flexarm_model.model_schedule import ModelSchedule, ScheduleSettings, periods_between_looks
-from flexarm_model.reduced_tree import ReducedTree
+from flexarm_model.manipulator.description import ManipulatorConfig
+from flexarm_model.served.linearize import linearize
+from flexarm_model.served.model_schedule import ModelSchedule, ScheduleSettings, periods_between_looks
+from flexarm_model.tree.reduced_tree import ReducedTree
 
 Array = NDArray[np.float64]
 ALONE = "alone"

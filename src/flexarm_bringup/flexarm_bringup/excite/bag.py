@@ -19,7 +19,7 @@ from flexarm_bringup.identify.measurement import SourceError
 from flexarm_bringup.replaying.replay_bag import configuration
 from flexarm_bringup.topics import NAMESPACE
 from flexarm_model.conversions import stamp_to_ns
-from flexarm_model.description import ManipulatorConfig
+from flexarm_model.manipulator.description import ManipulatorConfig
 
 Array = NDArray[np.float64]
 Heard = Mapping[str, tuple[Array, Array]]  # times [s] and values by name

@@ -18,10 +18,10 @@ from flexarm_bringup.identify.measurement import COMMON, KIND_OF_UNIT, SourceErr
 from flexarm_bringup.sim.hardware import Hardware
 from flexarm_bringup.sim.sample import Sample
 from flexarm_controller.guard import ARMED, GuardCommand
-from flexarm_model.description import ManipulatorConfig
+from flexarm_model.manipulator.description import ManipulatorConfig
+from flexarm_model.manipulator.sensor_spec import SensorSpec
 from flexarm_model.modal.read_only import lock_arrays
-from flexarm_model.sensor_spec import SensorSpec
-from flexarm_model.sensors import output_names, output_units
+from flexarm_model.tree.sensors import output_names, output_units
 
 Array = NDArray[np.float64]
 TOKEN = 1

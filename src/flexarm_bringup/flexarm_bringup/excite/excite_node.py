@@ -40,13 +40,13 @@ from flexarm_bringup.excite.plan import plan_excitation
 from flexarm_bringup.excite.settings import ExciteSettings, wish_of
 from flexarm_bringup.excite.told import to_text
 from flexarm_bringup.series import Series, SeriesError
-from flexarm_estimator.inbox import TORQUE_TOPIC
+from flexarm_estimator.messages.inbox import TORQUE_TOPIC
 from flexarm_model.conversions import floats, stamp_to_ns
-from flexarm_model.declared_node import declare_configs, load_arm, told_by
-from flexarm_model.node import LATCHED_QOS, LOCKSTEP_QOS, MODELS_QOS, RELIABLE_QOS, run_node
-from flexarm_model.parameters import ParameterError
-from flexarm_model.pending_models import PendingModels
-from flexarm_model.start_pose import starting_at
+from flexarm_model.manipulator.start_pose import starting_at
+from flexarm_model.ros.declared_node import declare_configs, load_arm, told_by
+from flexarm_model.ros.node import LATCHED_QOS, LOCKSTEP_QOS, MODELS_QOS, RELIABLE_QOS, run_node
+from flexarm_model.served.pending_models import PendingModels
+from flexarm_model.settings.parameters import ParameterError
 
 LOOK_PERIOD = 0.02  # s of wall time between two looks at the state of affairs
 LOOKED_AROUND = 1.0  # s after which a controller on the network is known

@@ -18,10 +18,10 @@ from flexarm_controller.program.prediction import plant
 from flexarm_controller.reference import hold
 from flexarm_controller.settings import ControllerConfig
 from flexarm_controller.state import ArmState
-from flexarm_model.description import ManipulatorConfig
-from flexarm_model.linearize import linearize
+from flexarm_model.manipulator.description import ManipulatorConfig
 from flexarm_model.modal.modes import damped_poles
-from flexarm_model.reduced_tree import ReducedTree
+from flexarm_model.served.linearize import linearize
+from flexarm_model.tree.reduced_tree import ReducedTree
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]

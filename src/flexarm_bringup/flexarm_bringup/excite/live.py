@@ -20,8 +20,8 @@ from flexarm_bringup.excite.measure import SensorCheckError, Tested, modal_test
 from flexarm_bringup.excite.plan import Plan
 from flexarm_bringup.excite.told import ToldTest
 from flexarm_bringup.identify.measurement import SourceError
-from flexarm_estimator.inbox import TORQUE_TOPIC
-from flexarm_estimator.sensor_messages import SensorReader
+from flexarm_estimator.messages.inbox import TORQUE_TOPIC
+from flexarm_estimator.messages.sensor_messages import SensorReader
 from flexarm_model.conversions import NS_PER_S, stamp_to_ns
 
 Array = NDArray[np.float64]

@@ -12,8 +12,8 @@ from flexarm_bringup.excite.drive import Channel, Drive, Driven, channels
 from flexarm_bringup.excite.held_arm import HeldArm
 from flexarm_bringup.excite.plan import Plan
 from flexarm_bringup.identify.measurement import COMMON, Records, SourceError
-from flexarm_model.description import ManipulatorConfig
 from flexarm_model.identification.sensor_check import CheckedChannel, Finding, Pushes, check_channels
+from flexarm_model.manipulator.description import ManipulatorConfig
 
 Array = NDArray[np.float64]
 QUIET = 1.0  # s

@@ -18,9 +18,9 @@ from flexarm_bringup.identify.measurement import Records, SourceError
 from flexarm_bringup.sim.hardware import Hardware
 from flexarm_bringup.sim.rig import RigSettings
 from flexarm_bringup.sim.sensor_fault_text import parse_faults
-from flexarm_model.config import load_config
-from flexarm_model.manipulator_file import find_manipulator
-from flexarm_model.overrides import apply_overrides
+from flexarm_model.reading.config import load_config
+from flexarm_model.reading.manipulator_file import find_manipulator
+from flexarm_model.settings.overrides import apply_overrides
 
 RIG = "rig"  # instead of a file
 

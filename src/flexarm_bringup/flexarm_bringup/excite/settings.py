@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from flexarm_bringup.excite.plan import Wish
-from flexarm_model.arm_settings import LoopSettings
 from flexarm_model.identification.excitation import SIGNALS
-from flexarm_model.parameters import ParameterError, parameter
+from flexarm_model.settings.arm_settings import LoopSettings
+from flexarm_model.settings.parameters import ParameterError, parameter
 
 
 @dataclass(frozen=True)

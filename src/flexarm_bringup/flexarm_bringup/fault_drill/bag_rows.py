@@ -26,11 +26,11 @@ from flexarm_bringup.regress.judge import PASSED, UNUSABLE, judge
 from flexarm_bringup.regress.making import Source, make_case
 from flexarm_bringup.tasks.task_for import task_for
 from flexarm_bringup.topics import NAMESPACE, find_stream
-from flexarm_model.config import load_config
 from flexarm_model.conversions import model_to_msg, ns_to_stamp
-from flexarm_model.linearize import linearize
-from flexarm_model.manipulator_file import find_manipulator
-from flexarm_model.reduced_tree import ReducedTree
+from flexarm_model.reading.config import load_config
+from flexarm_model.reading.manipulator_file import find_manipulator
+from flexarm_model.served.linearize import linearize
+from flexarm_model.tree.reduced_tree import ReducedTree
 
 TICKS, PERIOD_NS = 40, 5_000_000  # a fifth of a second at rest
 FLIPS, SEED = 100, 48

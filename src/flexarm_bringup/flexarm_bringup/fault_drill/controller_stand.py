@@ -30,8 +30,8 @@ from flexarm_controller.settings import ControllerConfig, MpcConfig
 from flexarm_controller.solvers.qp import QpSolver
 from flexarm_controller.state import ArmState
 from flexarm_controller.time_budget import Clocks
-from flexarm_model.linearize import linearize
-from flexarm_model.reduced_model import ReducedModel
+from flexarm_model.served.linearize import linearize
+from flexarm_model.served.reduced_model import ReducedModel
 
 Array = NDArray[np.float64]
 Vectors = tuple[Array, Array, Array]

@@ -19,7 +19,7 @@ from rcl_interfaces.msg import ParameterEvent
 from rclpy.node import Node
 
 from flexarm_bringup.topics import NAMESPACE
-from flexarm_model.node import RELIABLE_QOS
+from flexarm_model.ros.node import RELIABLE_QOS
 
 LARGE = 10_000_000  # bytes
 PAUSE = 1.0  # s between two large messages

@@ -19,7 +19,7 @@ from flexarm_interfaces.msg import JointCommand
 from rclpy.node import Node
 
 from flexarm_bringup.topics import NAMESPACE
-from flexarm_model.node import RELIABLE_QOS
+from flexarm_model.ros.node import RELIABLE_QOS
 
 PACE = 0.002  # s between two commands
 SEARCH = 3.0  # s for listeners to be found

@@ -23,11 +23,11 @@ from numpy.typing import NDArray
 from flexarm_bringup.fault_drill.stand import FAULT_END, FAULT_START, Stand
 from flexarm_estimator.estimator import Estimator
 from flexarm_estimator.parts import Parts
-from flexarm_estimator.process import Transition
 from flexarm_estimator.settings import EstimatorConfig
-from flexarm_estimator.stack import Stack, stack_rows
-from flexarm_model.linearize import linearize
-from flexarm_model.reduced_tree import ReducedTree
+from flexarm_estimator.state.process import Transition
+from flexarm_estimator.steps.stack import Stack, stack_rows
+from flexarm_model.served.linearize import linearize
+from flexarm_model.tree.reduced_tree import ReducedTree
 
 Array = NDArray[np.float64]
 SETTLING = 10.0  # s after which a covariance has settled

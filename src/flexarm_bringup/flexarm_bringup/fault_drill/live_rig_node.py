@@ -26,7 +26,7 @@ from flexarm_bringup.rig_run.watch_node import WatchNode
 from flexarm_bringup.topics import NAMESPACE, find_stream
 from flexarm_controller.conversions import reference_to_msg
 from flexarm_controller.reference import hold
-from flexarm_model.node import MODELS_QOS
+from flexarm_model.ros.node import MODELS_QOS
 
 Array = NDArray[np.float64]
 TOPICS = (

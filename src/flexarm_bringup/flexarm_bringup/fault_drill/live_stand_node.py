@@ -20,7 +20,7 @@ from flexarm_bringup.processes.running_graph_node import Ear, running
 from flexarm_bringup.topics import find_stream
 from flexarm_estimator.estimate import Estimate
 from flexarm_model.conversions import stamp_to_ns
-from flexarm_model.node import LATCHED_QOS, MODELS_QOS, RELIABLE_QOS
+from flexarm_model.ros.node import LATCHED_QOS, MODELS_QOS, RELIABLE_QOS
 
 HEARD = ("modal_state", "end_effector", "/diagnostics")
 PATIENCE = 20.0  # s for one answer

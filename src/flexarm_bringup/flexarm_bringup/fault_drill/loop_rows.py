@@ -24,10 +24,10 @@ from flexarm_bringup.tasks.course import Course, plan_course
 from flexarm_bringup.tasks.task import Task
 from flexarm_bringup.tasks.task_for import task_for
 from flexarm_estimator.estimate import Estimate
-from flexarm_model.config import load_config
-from flexarm_model.description import ManipulatorConfig
-from flexarm_model.manipulator_file import find_manipulator
-from flexarm_model.reduced_tree import ReducedTree
+from flexarm_model.manipulator.description import ManipulatorConfig
+from flexarm_model.reading.config import load_config
+from flexarm_model.reading.manipulator_file import find_manipulator
+from flexarm_model.tree.reduced_tree import ReducedTree
 
 Array = NDArray[np.float64]
 HEAVIER, SOFTER = 1.5, float(np.sqrt(0.7))  # of all masses; of all frequencies: stiffness -30 %

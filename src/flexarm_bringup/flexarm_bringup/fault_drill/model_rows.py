@@ -11,8 +11,8 @@ from scipy.linalg import eigh, null_space
 from flexarm_bringup.fault_drill.controller_stand import ControllerStand, state_of
 from flexarm_bringup.fault_drill.findings import Finding
 from flexarm_bringup.fault_drill.row import Row
-from flexarm_model.linearize import constraint_stiffness, find_equilibrium, linearize
-from flexarm_model.reduced_tree import ReducedTree
+from flexarm_model.served.linearize import constraint_stiffness, find_equilibrium, linearize
+from flexarm_model.tree.reduced_tree import ReducedTree
 
 Array = NDArray[np.float64]
 POSES = 25

@@ -24,14 +24,14 @@ from flexarm_controller.controller import Controller
 from flexarm_controller.limits import limits_of
 from flexarm_controller.settings import ControllerConfig
 from flexarm_controller.state import ArmState
-from flexarm_model.config import load_config
-from flexarm_model.description import ManipulatorConfig
-from flexarm_model.linearize import linearize
-from flexarm_model.manipulator_file import find_manipulator
-from flexarm_model.model_schedule import ModelSchedule, ScheduleSettings, periods_between_looks
-from flexarm_model.profiles import Trapezoid
-from flexarm_model.reduced_model import ReducedModel
-from flexarm_model.reduced_tree import ReducedTree
+from flexarm_model.manipulator.description import ManipulatorConfig
+from flexarm_model.motion.profiles import Trapezoid
+from flexarm_model.reading.config import load_config
+from flexarm_model.reading.manipulator_file import find_manipulator
+from flexarm_model.served.linearize import linearize
+from flexarm_model.served.model_schedule import ModelSchedule, ScheduleSettings, periods_between_looks
+from flexarm_model.served.reduced_model import ReducedModel
+from flexarm_model.tree.reduced_tree import ReducedTree
 
 Array = NDArray[np.float64]
 DURATION = 6.5  # s; long enough for a fault of 2 s and for what comes after it

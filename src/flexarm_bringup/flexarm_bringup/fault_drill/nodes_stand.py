@@ -23,7 +23,7 @@ from flexarm_bringup.sim.sensor_fault_text import faults_text
 from flexarm_bringup.sim_run.study import SimJob
 from flexarm_bringup.tasks.reference_file import from_rest, save_reference
 from flexarm_bringup.topics import NAMESPACE
-from flexarm_model.sensor_spec import SensorSpec
+from flexarm_model.manipulator.sensor_spec import SensorSpec
 
 TOPICS = ("truth", "modal_state", "end_effector")
 PREPARATION = 5.0  # s in real time; models of the whole tour are made before it starts

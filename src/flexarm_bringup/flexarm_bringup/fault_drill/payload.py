@@ -16,7 +16,7 @@ from flexarm_bringup.closed_loop import Observer
 from flexarm_bringup.sim.hardware import Hardware
 from flexarm_bringup.sim.plant import Plant
 from flexarm_estimator.estimate import Estimate
-from flexarm_model.superelement import Superelement
+from flexarm_model.bodies.superelement import Superelement
 
 Array = NDArray[np.float64]
 

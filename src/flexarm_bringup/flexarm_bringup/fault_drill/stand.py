@@ -17,7 +17,7 @@ from flexarm_estimator.estimate import Estimate, SensorReport
 from flexarm_estimator.estimator import Estimator
 from flexarm_estimator.measurement import Measurement
 from flexarm_estimator.settings import EstimatorConfig
-from flexarm_model.sensor_spec import SensorSpec
+from flexarm_model.manipulator.sensor_spec import SensorSpec
 
 if TYPE_CHECKING:
     from flexarm_bringup.fault_drill.message_stand import MessageStand

@@ -16,7 +16,7 @@ from flexarm_bringup.sim.hardware import Hardware
 from flexarm_controller.controller import Controller
 from flexarm_controller.guard import ARMED, STOPPED, GuardCommand
 from flexarm_controller.reference import hold
-from flexarm_model.closure_error import ClosureError
+from flexarm_model.tree.closure_error import ClosureError
 
 Array = NDArray[np.float64]
 STOPS = 200

@@ -8,7 +8,7 @@ import numpy as np
 
 from flexarm_estimator.conversions import state_from_msg, tip_from_msg
 from flexarm_estimator.estimate import Estimate, Status
-from flexarm_estimator.state_layout import StateLayout
+from flexarm_estimator.state.state_layout import StateLayout
 
 
 def told_estimate(state: Any, tip: Any, t: float) -> Estimate:

@@ -22,11 +22,11 @@ from flexarm_bringup.identify.acted_torque import acted
 from flexarm_bringup.identify.measurement import COMMON, KIND_OF_UNIT, Records, SourceError
 from flexarm_bringup.replaying.replay_bag import configuration
 from flexarm_bringup.topics import NAMESPACE
-from flexarm_estimator.inbox import TORQUE_TOPIC
-from flexarm_estimator.sensor_messages import SensorReader
+from flexarm_estimator.messages.inbox import TORQUE_TOPIC
+from flexarm_estimator.messages.sensor_messages import SensorReader
 from flexarm_model.conversions import stamp_to_ns
-from flexarm_model.description import ManipulatorConfig
-from flexarm_model.sensors import output_names, output_units
+from flexarm_model.manipulator.description import ManipulatorConfig
+from flexarm_model.tree.sensors import output_names, output_units
 
 Array = NDArray[np.float64]
 NS = 1e-9

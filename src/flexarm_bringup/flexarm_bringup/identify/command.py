@@ -54,8 +54,8 @@ from flexarm_bringup.identify.updating import (
 )
 from flexarm_bringup.page.report import Page, publish
 from flexarm_bringup.progress import Progress
-from flexarm_model.manipulator_file import find_manipulator
 from flexarm_model.modal.fit import PoleFit
+from flexarm_model.reading.manipulator_file import find_manipulator
 
 __all__ = ["add_arguments", "run"]
 

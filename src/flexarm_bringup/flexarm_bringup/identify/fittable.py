@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from flexarm_model.strict_yaml import read_yaml
+from flexarm_model.settings.strict_yaml import read_yaml
 
 DAMPING_SPREAD = 1.0  # one sigma of ln zeta: damping is a guess until somebody measures it
 

@@ -22,13 +22,13 @@ from flexarm_bringup.page.report import Cells, Column, Page, Table
 from flexarm_bringup.sim.rig import Rig, RigSettings
 from flexarm_bringup.sim.sample import Sample
 from flexarm_controller.reference import Reference
-from flexarm_model.config import load_config
-from flexarm_model.description import Axis, ManipulatorConfig
 from flexarm_model.identification.joint_regression import JointMotion, JointResult, identify_joints
-from flexarm_model.linearize import linearize
-from flexarm_model.manipulator_file import find_manipulator
-from flexarm_model.reduced_model import ReducedModel
-from flexarm_model.reduced_tree import ReducedTree
+from flexarm_model.manipulator.description import Axis, ManipulatorConfig
+from flexarm_model.reading.config import load_config
+from flexarm_model.reading.manipulator_file import find_manipulator
+from flexarm_model.served.linearize import linearize
+from flexarm_model.served.reduced_model import ReducedModel
+from flexarm_model.tree.reduced_tree import ReducedTree
 
 Array = NDArray[np.float64]
 CUTOFF = 0.2  # of the slowest mode: below it the arm is rigid to 4 %

@@ -14,9 +14,9 @@ from flexarm_bringup.retune.trial import not_learning, run_trial
 from flexarm_bringup.share import share_path
 from flexarm_bringup.tasks.task import FOLDER, load_task
 from flexarm_bringup.tasks.task_for import task_for
-from flexarm_model.config import load_config
 from flexarm_model.identification.model_update import Update
-from flexarm_model.manipulator_file import find_manipulator
+from flexarm_model.reading.config import load_config
+from flexarm_model.reading.manipulator_file import find_manipulator
 
 
 def moves_beside(description: Path) -> Path:

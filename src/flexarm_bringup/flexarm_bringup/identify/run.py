@@ -16,19 +16,19 @@ from scipy.linalg import eigh
 
 from flexarm_bringup.identify.measurement import Responses
 from flexarm_bringup.identify.sources import Source
-from flexarm_model.config import load_config
 from flexarm_model.identification.automatic import Identified, identify_modes, orders_for
 from flexarm_model.identification.bootstrap import Scatter, bootstrap
 from flexarm_model.identification.lscf import poles_of_orders
 from flexarm_model.identification.method_scatter import method_scatter
 from flexarm_model.identification.stabilisation import lasting
-from flexarm_model.linearize import linearize
-from flexarm_model.manipulator_file import find_manipulator
 from flexarm_model.modal.fit import FitOptions
 from flexarm_model.modal.frf import KINDS, Frf
 from flexarm_model.modal.half_power import HalfPower, half_power
 from flexarm_model.modal.partial_fractions import REMAINDERS
-from flexarm_model.reduced_tree import ReducedTree
+from flexarm_model.reading.config import load_config
+from flexarm_model.reading.manipulator_file import find_manipulator
+from flexarm_model.served.linearize import linearize
+from flexarm_model.tree.reduced_tree import ReducedTree
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]

@@ -12,11 +12,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from flexarm_model.description import ManipulatorConfig
 from flexarm_model.identification.described_shapes import Shapes, in_size
 from flexarm_model.identification.model_update import ModeTable, Serve
+from flexarm_model.manipulator.description import ManipulatorConfig
 from flexarm_model.modal.fit import PoleFit
-from flexarm_model.sensors import output_names
+from flexarm_model.tree.sensors import output_names
 
 Array = NDArray[np.float64]
 ALONE = 0.05  # relative distance to the next mode from which a mode stands alone

@@ -15,7 +15,6 @@ from scipy.optimize import linear_sum_assignment
 
 from flexarm_bringup.identify.seen_shapes import SeenShapes, find_channels
 from flexarm_bringup.page.report import Cells, Column, Page, Table
-from flexarm_model.config import load_config
 from flexarm_model.identification.described_modes import described_modes, read_unknown
 from flexarm_model.identification.described_shapes import described_shapes
 from flexarm_model.identification.model_update import (
@@ -28,11 +27,12 @@ from flexarm_model.identification.model_update import (
 )
 from flexarm_model.identification.pose_split import PoseTest, check_poses, split_poses
 from flexarm_model.identification.yaml_edit import add_items, edit_values
-from flexarm_model.linearize import linearize
-from flexarm_model.manipulator_file import find_manipulator
 from flexarm_model.modal.fit import PoleFit
-from flexarm_model.reduced_tree import ReducedTree
-from flexarm_model.strict_yaml import ConfigError
+from flexarm_model.reading.config import load_config
+from flexarm_model.reading.manipulator_file import find_manipulator
+from flexarm_model.served.linearize import linearize
+from flexarm_model.settings.strict_yaml import ConfigError
+from flexarm_model.tree.reduced_tree import ReducedTree
 
 Array = NDArray[np.float64]
 SPREAD = 0.3  # one sigma of a parameter's relative error when nobody says [1]

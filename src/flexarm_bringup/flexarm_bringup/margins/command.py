@@ -26,8 +26,8 @@ from flexarm_bringup.progress import Progress
 from flexarm_bringup.tasks.task import SECTIONS, Task
 from flexarm_bringup.tasks.task_for import task_for
 from flexarm_controller.settings import MarginConfig
-from flexarm_model.parameters import ParameterError
-from flexarm_model.strict_yaml import ConfigError
+from flexarm_model.settings.parameters import ParameterError
+from flexarm_model.settings.strict_yaml import ConfigError
 
 Settings = Mapping[str, Mapping[str, Any]]
 REFUSED = 2

@@ -22,14 +22,14 @@ from flexarm_bringup.model_view.page import HZ, Analysis, analyse, build_page
 from flexarm_bringup.page.figures import Figure
 from flexarm_bringup.page.report import add_report_arguments, publish
 from flexarm_bringup.progress import Progress
-from flexarm_model.config import load_config
-from flexarm_model.description import ManipulatorConfig
-from flexarm_model.linearize import PoseError, linearize
-from flexarm_model.manipulator_file import find_manipulator
-from flexarm_model.model_file import save_model
-from flexarm_model.reduced_model import ReducedModel
-from flexarm_model.reduced_tree import ReducedTree
-from flexarm_model.units import axis_dimension, parse_quantity
+from flexarm_model.manipulator.description import ManipulatorConfig
+from flexarm_model.reading.config import load_config
+from flexarm_model.reading.manipulator_file import find_manipulator
+from flexarm_model.served.linearize import PoseError, linearize
+from flexarm_model.served.model_file import save_model
+from flexarm_model.served.reduced_model import ReducedModel
+from flexarm_model.settings.units import axis_dimension, parse_quantity
+from flexarm_model.tree.reduced_tree import ReducedTree
 
 Array = NDArray[np.float64]
 

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from flexarm_bringup.model_view.mechanism_lines import Line, MechanismLines, all_points
 from flexarm_bringup.page.figures import COLOURS, INK, Figure, drawing, to_figure
-from flexarm_model.description import WORLD
+from flexarm_model.manipulator.description import WORLD
 
 Array = NDArray[np.float64]
 

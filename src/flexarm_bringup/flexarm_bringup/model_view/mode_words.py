@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexarm_model.modal.energy_shares import EnergyShares
-from flexarm_model.reduced_model import ReducedModel
+from flexarm_model.served.reduced_model import ReducedModel
 
 Array = NDArray[np.float64]
 

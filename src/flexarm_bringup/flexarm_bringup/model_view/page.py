@@ -11,16 +11,16 @@ import numpy as np
 from flexarm_bringup.model_view.mode_words import describe_mode
 from flexarm_bringup.page.figures import Figure
 from flexarm_bringup.page.report import Cell, Cells, Column, Page, Table
-from flexarm_model.description import ManipulatorConfig
+from flexarm_model.manipulator.description import ManipulatorConfig
+from flexarm_model.manipulator.sensor_spec import SensorSpec
 from flexarm_model.modal.candidates import candidate_config, noise
 from flexarm_model.modal.energy_shares import EnergyShares, energy_shares
 from flexarm_model.modal.modes import model_modes
 from flexarm_model.modal.observability import TIP_AMPLITUDE, ModeReach, Reach, Swing, mode_reach, tip_energy
-from flexarm_model.mode_following import alikeness
-from flexarm_model.reduced_model import Outputs, ReducedModel
-from flexarm_model.reduced_tree import ReducedTree
-from flexarm_model.sensor_spec import SensorSpec
-from flexarm_model.sensors import output_names, output_units
+from flexarm_model.served.mode_following import alikeness
+from flexarm_model.served.reduced_model import Outputs, ReducedModel
+from flexarm_model.tree.reduced_tree import ReducedTree
+from flexarm_model.tree.sensors import output_names, output_units
 
 HZ = 2 * np.pi  # rad/s
 NAMED = 2  # sensors or motors per cell

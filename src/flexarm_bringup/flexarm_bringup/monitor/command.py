@@ -16,9 +16,9 @@ import math
 import sys
 
 from flexarm_bringup.arguments import number
-from flexarm_model.config import load_config
-from flexarm_model.manipulator_file import find_manipulator
-from flexarm_model.strict_yaml import ConfigError
+from flexarm_model.reading.config import load_config
+from flexarm_model.reading.manipulator_file import find_manipulator
+from flexarm_model.settings.strict_yaml import ConfigError
 
 UNUSABLE = 2
 FRAMES = 5.0  # 1/s

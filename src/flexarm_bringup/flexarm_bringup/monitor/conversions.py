@@ -19,8 +19,8 @@ from flexarm_bringup.monitor.picture import (
     TipRow,
 )
 from flexarm_controller.conversions import mode_name
-from flexarm_model.description import ManipulatorConfig
-from flexarm_model.reduced_model import ReducedModel
+from flexarm_model.manipulator.description import ManipulatorConfig
+from flexarm_model.served.reduced_model import ReducedModel
 
 _GUARD = {GuardStatus.STOPPED: "stopped", GuardStatus.ARMED: "armed", GuardStatus.BRAKING: "braking"}
 _ESTIMATE = {

@@ -16,7 +16,7 @@ from flexarm_bringup.monitor.picture import (
     SensorRow,
     TopicRow,
 )
-from flexarm_model.diagnosis import Level
+from flexarm_model.settings.diagnosis import Level
 
 PLAIN, GOOD, POOR, BAD, FAINT, BOLD = "", "32", "33", "31;1", "2", "1"  # ANSI select graphic rendition
 BAR = 24  # characters

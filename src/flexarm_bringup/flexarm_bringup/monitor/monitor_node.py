@@ -37,10 +37,10 @@ from flexarm_bringup.monitor.model_book import ModelBook
 from flexarm_bringup.monitor.picture import UNKNOWN, Picture, TipRow
 from flexarm_bringup.topics import NAMESPACE, find_stream
 from flexarm_model.conversions import model_from_msg, verdict_from_msg
-from flexarm_model.description import ManipulatorConfig
-from flexarm_model.diagnosis import Verdict
-from flexarm_model.node import MODELS_QOS, RELIABLE_QOS, SENSOR_QOS, events_executor
-from flexarm_model.reduced_model import ReducedModel
+from flexarm_model.manipulator.description import ManipulatorConfig
+from flexarm_model.ros.node import MODELS_QOS, RELIABLE_QOS, SENSOR_QOS, events_executor
+from flexarm_model.served.reduced_model import ReducedModel
+from flexarm_model.settings.diagnosis import Verdict
 
 LOOK_PERIOD = 1.0  # s between two looks for new topics
 FORGET = 5.0  # s after which what a node said of its health is dropped

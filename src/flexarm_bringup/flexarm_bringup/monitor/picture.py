@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from flexarm_model.diagnosis import Level, Verdict
+from flexarm_model.settings.diagnosis import Level, Verdict
 
 UNKNOWN = math.nan
 

@@ -1,4 +1,4 @@
-"""A process that we have started, and the line between it and us (``flexarm_model.life_line``).
+"""A process that we have started, and the line between it and us (``flexarm_model.process.life_line``).
 
 It has its own process group, and its kernel sends it SIGTERM should we be killed.
 """
@@ -14,8 +14,8 @@ from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
-from flexarm_model.life_line import MARK
-from flexarm_model.parent import ending_with
+from flexarm_model.process.life_line import MARK
+from flexarm_model.process.parent import ending_with
 
 
 @dataclass(frozen=True)

@@ -16,7 +16,7 @@ from __future__ import annotations
 from flexarm_bringup.processes.handed_state import HandedState
 from flexarm_controller.controller_node import ControllerNode
 from flexarm_estimator.estimator_node import EstimatorNode
-from flexarm_model.node import run_node
+from flexarm_model.ros.node import run_node
 
 HANDED_OVER = "modal_state"
 

@@ -11,8 +11,8 @@ from collections.abc import Mapping, Sequence
 
 from flexarm_bringup.processes.graph import Process
 from flexarm_bringup.topics import NAMESPACE
-from flexarm_model.ros_arguments import domain
-from flexarm_model.single_instance import claim_name
+from flexarm_model.process.ros_arguments import domain
+from flexarm_model.process.single_instance import claim_name
 
 
 def refuse_doubles(graph: Sequence[Process], environment: Mapping[str, str] = os.environ) -> None:

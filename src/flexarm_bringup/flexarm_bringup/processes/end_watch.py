@@ -1,9 +1,9 @@
 """Tells at once that a process has ended: a thread waits for what the kernel says of it.
 
 That is the first of two: its line is let go of (``child``), within a millisecond where the process does so
-(``flexarm_model.life_line``); or there is nothing left of it (pidfd_open(2); Linux from 5.3 on). Who only
-looks now and then is late by his own work. Where the user may, the thread has a priority like those of the
-nodes, so that a busy machine does not keep it waiting.
+(``flexarm_model.process.life_line``); or there is nothing left of it (pidfd_open(2); Linux from 5.3 on). Who
+only looks now and then is late by his own work. Where the user may, the thread has a priority like those of
+the nodes, so that a busy machine does not keep it waiting.
 """
 
 from __future__ import annotations

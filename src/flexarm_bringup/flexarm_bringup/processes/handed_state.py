@@ -8,7 +8,7 @@ import numpy as np
 
 from flexarm_controller.state import ArmState
 from flexarm_estimator.estimate import Estimate
-from flexarm_model.reduced_model import ReducedModel
+from flexarm_model.served.reduced_model import ReducedModel
 
 _USABLE = ("ok", "degraded")
 

@@ -1,4 +1,4 @@
-"""Processes that wait to take the place of others: ``flexarm_model.reserve`` seen from who starts them.
+"""Processes that wait to take the place of others (``flexarm_model.process.reserve``), for who starts them.
 
 Loading its libraries is most of what a node does until its first word. A reserve has done it before; calling
 it takes no longer than writing a byte. There is one for every process, its own executable with its arguments.
@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 from flexarm_bringup.processes.child import Child
 from flexarm_bringup.processes.graph import Process
-from flexarm_model.reserve import COME, LOADED
+from flexarm_model.process.reserve import COME, LOADED
 
 
 @dataclass

@@ -20,7 +20,7 @@ from flexarm_bringup.processes.graph import Process
 from flexarm_bringup.processes.supervisor import Supervisor
 from flexarm_bringup.processes.surroundings import defaults
 from flexarm_bringup.topics import NAMESPACE, find_stream
-from flexarm_model.node import LATCHED_QOS, events_executor
+from flexarm_model.ros.node import LATCHED_QOS, events_executor
 
 DEEP_QOS = QoSProfile(depth=5000)  # who listens late must not miss what was said
 START_UP = 40.0  # s that nodes may take to be ready

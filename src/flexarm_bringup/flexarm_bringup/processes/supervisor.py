@@ -23,7 +23,7 @@ from flexarm_bringup.processes.end_watch import EndWatch
 from flexarm_bringup.processes.graph import Process, ros_arguments
 from flexarm_bringup.processes.reserves import Reserves
 from flexarm_bringup.processes.surroundings import defaults, of_life
-from flexarm_model.reserve import MARK
+from flexarm_model.process.reserve import MARK
 
 GRACE = ((signal.SIGINT, 5.0), (signal.SIGTERM, 2.0), (signal.SIGKILL, 2.0))  # s for all children together
 POLL_PERIOD = 0.01  # s

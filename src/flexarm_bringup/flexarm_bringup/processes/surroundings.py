@@ -9,7 +9,7 @@ from __future__ import annotations
 import os
 from collections.abc import Mapping
 
-from flexarm_model.share import share_folders
+from flexarm_model.reading.share import share_folders
 
 PROFILES = "FASTRTPS_DEFAULT_PROFILES_FILE"
 LIFE = "FLEXARM_LIFE"  # read by that file

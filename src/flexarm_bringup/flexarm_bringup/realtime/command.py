@@ -36,9 +36,9 @@ from flexarm_bringup.realtime.figures import Figures
 from flexarm_bringup.realtime.processes import command_line, processes
 from flexarm_bringup.realtime.standstill import Witnesses
 from flexarm_controller.reference import Reference
-from flexarm_model.config import load_config
-from flexarm_model.manipulator_file import find_manipulator
-from flexarm_model.strict_yaml import ConfigError, read_yaml
+from flexarm_model.reading.config import load_config
+from flexarm_model.reading.manipulator_file import find_manipulator
+from flexarm_model.settings.strict_yaml import ConfigError, read_yaml
 
 ANGLE = 0.5236  # rad, 30 degrees out and back
 ZETA = 0.015  # damping ratio that the shaper counts on

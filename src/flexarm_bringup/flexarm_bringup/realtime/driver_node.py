@@ -28,7 +28,7 @@ from flexarm_bringup.realtime.late_cycles import LateCycles
 from flexarm_controller.conversions import reference_to_msg
 from flexarm_controller.reference import Reference
 from flexarm_model.conversions import NS_PER_S, stamp_to_ns
-from flexarm_model.node import LATCHED_QOS, LOCKSTEP_QOS, RELIABLE_QOS, events_executor
+from flexarm_model.ros.node import LATCHED_QOS, LOCKSTEP_QOS, RELIABLE_QOS, events_executor
 
 PARTNERS = ("model", "estimator", "controller", "guard", "rig")
 PATIENCE = 60.0  # s until everything is ready, and for every answer

@@ -22,7 +22,7 @@ import yaml
 from flexarm_bringup.bags.bag_reader import Bag, check_bag
 from flexarm_bringup.bags.bag_writer import CHECKSUM_FILE, BagError
 from flexarm_bringup.replaying.compare import IGNORED, Tolerance
-from flexarm_model.strict_yaml import ConfigError, Section, read_yaml
+from flexarm_model.settings.strict_yaml import ConfigError, Section, read_yaml
 
 EXPECT_FILE = "expect.yaml"
 FORMAT = "flexarm-regress/1"

@@ -22,12 +22,12 @@ from flexarm_bringup.regress.case import Case
 from flexarm_bringup.replaying.replay_bag import OUTPUTS, configuration, replay
 from flexarm_bringup.topics import NAMESPACE
 from flexarm_model.conversions import model_to_msg, stamp_to_ns
-from flexarm_model.linearize import linearize
-from flexarm_model.manipulator_file import find_manipulator
-from flexarm_model.parameters import ParameterError
-from flexarm_model.reduced_tree import ReducedTree
-from flexarm_model.start_pose import starting_at
-from flexarm_model.strict_yaml import ConfigError
+from flexarm_model.manipulator.start_pose import starting_at
+from flexarm_model.reading.manipulator_file import find_manipulator
+from flexarm_model.served.linearize import linearize
+from flexarm_model.settings.parameters import ParameterError
+from flexarm_model.settings.strict_yaml import ConfigError
+from flexarm_model.tree.reduced_tree import ReducedTree
 
 MODEL = f"{NAMESPACE}/model"
 # what code with a fault may raise where no step of it should

@@ -27,8 +27,8 @@ from flexarm_bringup.page.report import Cells, Check, Column, Page, Table, add_r
 from flexarm_bringup.replaying.compare import Comparison, compare_bags
 from flexarm_bringup.replaying.replay_bag import NEEDED, OUTPUTS, replay, written_for
 from flexarm_estimator.settings import EstimatorConfig
-from flexarm_model.config import load_config
-from flexarm_model.manipulator_file import find_manipulator
+from flexarm_model.reading.config import load_config
+from flexarm_model.reading.manipulator_file import find_manipulator
 
 SHOWN = 10  # divergences
 UNUSABLE = 2

@@ -25,10 +25,10 @@ from flexarm_controller.settings import ControllerConfig, MpcConfig
 from flexarm_controller.time_budget import Clocks
 from flexarm_estimator.exchange import EstimatorExchange
 from flexarm_estimator.settings import EstimatorConfig
-from flexarm_model.config import load_config
-from flexarm_model.description import ManipulatorConfig
-from flexarm_model.overrides import apply_overrides
-from flexarm_model.reduced_tree import ReducedTree
+from flexarm_model.manipulator.description import ManipulatorConfig
+from flexarm_model.reading.config import load_config
+from flexarm_model.settings.overrides import apply_overrides
+from flexarm_model.tree.reduced_tree import ReducedTree
 
 NEEDED = (f"{NAMESPACE}/model", f"{NAMESPACE}/joint_states")  # without these there is nothing to replay
 DEBUG = find_stream(f"{NAMESPACE}/controller_debug")

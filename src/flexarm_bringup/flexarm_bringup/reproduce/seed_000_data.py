@@ -13,11 +13,11 @@ from flexarm_bringup.reproduce.reference import column, read_reference
 from flexarm_bringup.reproduce.seed_000_frame import ELEMENTS, build_frame
 from flexarm_bringup.reproduce.seed_000_rig import POSES, RIG
 from flexarm_bringup.share import share_path
-from flexarm_model.config import load_config
-from flexarm_model.description import ManipulatorConfig
-from flexarm_model.linearize import linearize
-from flexarm_model.reduced_model import ReducedModel
-from flexarm_model.reduced_tree import ReducedTree
+from flexarm_model.manipulator.description import ManipulatorConfig
+from flexarm_model.reading.config import load_config
+from flexarm_model.served.linearize import linearize
+from flexarm_model.served.reduced_model import ReducedModel
+from flexarm_model.tree.reduced_tree import ReducedTree
 
 Array = NDArray[np.float64]
 

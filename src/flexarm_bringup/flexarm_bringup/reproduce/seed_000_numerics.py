@@ -10,7 +10,7 @@ from flexarm_bringup.page.report import Cells, Check, Column, Table
 from flexarm_bringup.reproduce.seed_000_data import GROUPS, MODES, Array, Served, frame_hz, load, off_percent
 from flexarm_bringup.reproduce.seed_000_frame import build_frame
 from flexarm_bringup.reproduce.seed_000_rig import POSES, RIG
-from flexarm_model.segment_tree import SegmentTree
+from flexarm_model.segments.segment_tree import SegmentTree
 
 GOLDEN_HZ = {  # plane frame, 8 elements per link
     "A": (1.4041, 1.6819, 1.9102, 13.6052, 13.8773, 14.5651, 20.2382, 20.4087, 20.7244),

@@ -9,14 +9,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexarm_bringup.share import share_path
-from flexarm_model.config import load_config
-from flexarm_model.description import ManipulatorConfig
-from flexarm_model.linearize import linearize
+from flexarm_model.manipulator.description import ManipulatorConfig
 from flexarm_model.modal.frf import Frf
 from flexarm_model.modal.half_power import HalfPower, half_power
 from flexarm_model.modal.model_frf import displacement_row, model_frf
-from flexarm_model.reduced_model import ReducedModel
-from flexarm_model.reduced_tree import ReducedTree
+from flexarm_model.reading.config import load_config
+from flexarm_model.served.linearize import linearize
+from flexarm_model.served.reduced_model import ReducedModel
+from flexarm_model.tree.reduced_tree import ReducedTree
 
 Array = NDArray[np.float64]
 

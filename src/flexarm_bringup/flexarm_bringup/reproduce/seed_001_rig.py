@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexarm_model.modal.modes import Modes, normal_modes
-from flexarm_model.rotation import skew
+from flexarm_model.numeric.rotation import skew
 
 Array = NDArray[np.float64]
 

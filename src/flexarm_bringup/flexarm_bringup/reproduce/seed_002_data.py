@@ -14,11 +14,11 @@ from flexarm_bringup.reproduce.reference import Row, column, read_reference
 from flexarm_bringup.reproduce.vibration import Damping, Mode, PowerLaw, simulate
 from flexarm_bringup.residual import lowpass, rms
 from flexarm_bringup.share import share_path
-from flexarm_model.config import load_config
-from flexarm_model.description import ManipulatorConfig
-from flexarm_model.linearize import linearize
-from flexarm_model.profiles import Trapezoid
-from flexarm_model.reduced_tree import ReducedTree
+from flexarm_model.manipulator.description import ManipulatorConfig
+from flexarm_model.motion.profiles import Trapezoid
+from flexarm_model.reading.config import load_config
+from flexarm_model.served.linearize import linearize
+from flexarm_model.tree.reduced_tree import ReducedTree
 
 Array = NDArray[np.float64]
 

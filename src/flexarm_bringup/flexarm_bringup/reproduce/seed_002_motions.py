@@ -7,7 +7,7 @@ import math
 from flexarm_bringup.page.report import Cells, Check, Column, Table
 from flexarm_bringup.reproduce.reference import column
 from flexarm_bringup.reproduce.seed_002_data import Published
-from flexarm_model.profiles import Trapezoid
+from flexarm_model.motion.profiles import Trapezoid
 
 PERIOD = 1.0 / 5.23  # s, of the frequency the paper states
 DIGITS = 4  # printed after the point

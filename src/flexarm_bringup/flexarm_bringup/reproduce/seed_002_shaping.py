@@ -9,8 +9,8 @@ from flexarm_bringup.page.report import Cells, Check, Column, Table
 from flexarm_bringup.reproduce.seed_002_data import ModalData
 from flexarm_bringup.reproduce.vibration import constant, simulate
 from flexarm_bringup.residual import decibels, residual_rms, settling_time
-from flexarm_model.profiles import Profile, Trapezoid
-from flexarm_model.shapers import shape_within, zv, zvd
+from flexarm_model.motion.profiles import Profile, Trapezoid
+from flexarm_model.motion.shapers import shape_within, zv, zvd
 
 ZETA = 0.015  # assumed, constant, of the control studies
 RATE_HZ = 2048.0

@@ -11,11 +11,11 @@ from numpy.typing import NDArray
 
 from flexarm_bringup.reproduce.reference import read_records
 from flexarm_bringup.share import share_path
-from flexarm_model.config import load_config
-from flexarm_model.description import Axis, Joint, ManipulatorConfig
-from flexarm_model.linear_assembly import LinearAssembly, assemble
+from flexarm_model.bodies.model_order import FULL, with_modes_below, with_rigid_beams
+from flexarm_model.manipulator.description import Axis, Joint, ManipulatorConfig
 from flexarm_model.modal.frf import Frf, Ports, exact_frf
-from flexarm_model.model_order import FULL, with_modes_below, with_rigid_beams
+from flexarm_model.reading.config import load_config
+from flexarm_model.served.linear_assembly import LinearAssembly, assemble
 
 Array = NDArray[np.float64]
 

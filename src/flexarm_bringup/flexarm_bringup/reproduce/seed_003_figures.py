@@ -20,9 +20,9 @@ from flexarm_bringup.reproduce.seed_003_data import (
     robot,
 )
 from flexarm_bringup.reproduce.seed_003_orders import TOP_HZ
-from flexarm_model.body_spec import Beam
-from flexarm_model.description import ManipulatorConfig
-from flexarm_model.linear_assembly import LinearAssembly
+from flexarm_model.manipulator.body_spec import Beam
+from flexarm_model.manipulator.description import ManipulatorConfig
+from flexarm_model.served.linear_assembly import LinearAssembly
 
 Array = NDArray[np.float64]
 

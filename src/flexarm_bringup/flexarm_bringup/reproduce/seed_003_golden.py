@@ -18,8 +18,8 @@ from flexarm_bringup.reproduce.seed_003_data import (
     robot,
 )
 from flexarm_model.kinematics.dh import DhChain, DhRow
-from flexarm_model.linear_assembly import LinearAssembly, assemble
-from flexarm_model.segment_tree import SegmentTree
+from flexarm_model.segments.segment_tree import SegmentTree
+from flexarm_model.served.linear_assembly import LinearAssembly, assemble
 
 Array = NDArray[np.float64]
 

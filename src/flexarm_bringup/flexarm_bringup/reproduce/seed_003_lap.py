@@ -22,12 +22,12 @@ from scipy.linalg import eigh
 
 from flexarm_bringup.reproduce.seed_003_data import robot, with_axes
 from flexarm_bringup.sim.implicit_steps import ImplicitSteps
+from flexarm_model.bodies.model_order import with_rigid_beams
 from flexarm_model.kinematics.joint_path import JointMotion, follow
 from flexarm_model.kinematics.paths import CartesianMotion, at_speed, rounded_square, travel
 from flexarm_model.kinematics.spherical_wrist import SphericalWristArm
-from flexarm_model.linear_assembly import assemble
-from flexarm_model.model_order import with_rigid_beams
-from flexarm_model.reduced_tree import ReducedTree
+from flexarm_model.served.linear_assembly import assemble
+from flexarm_model.tree.reduced_tree import ReducedTree
 
 Array = NDArray[np.float64]
 

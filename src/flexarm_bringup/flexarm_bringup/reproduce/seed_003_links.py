@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 from flexarm_bringup.page.report import Cells, Check, Column, Table
 from flexarm_bringup.reproduce.seed_003_data import robot
 from flexarm_bringup.reproduce.seed_003_golden import locked_hz
-from flexarm_model.body_spec import Beam
-from flexarm_model.description import WORLD, Joint, NodeRef
-from flexarm_model.linear_assembly import assemble
-from flexarm_model.model_order import FULL, with_modes_below
+from flexarm_model.bodies.model_order import FULL, with_modes_below
+from flexarm_model.manipulator.body_spec import Beam
+from flexarm_model.manipulator.description import WORLD, Joint, NodeRef
+from flexarm_model.served.linear_assembly import assemble
 
 Array = NDArray[np.float64]
 

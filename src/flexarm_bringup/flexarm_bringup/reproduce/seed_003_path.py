@@ -23,8 +23,8 @@ from flexarm_bringup.reproduce.seed_003_lap import (
     stand_on_path,
     tune_drives,
 )
-from flexarm_model.description import Axis
 from flexarm_model.kinematics.joint_path import JointMotion
+from flexarm_model.manipulator.description import Axis
 
 Array = NDArray[np.float64]
 

@@ -31,9 +31,9 @@ from flexarm_bringup.reproduce.seed_003_data import (
     responses,
     with_springs,
 )
-from flexarm_model.description import Axis, Joint, ManipulatorConfig
-from flexarm_model.linear_assembly import LinearAssembly
+from flexarm_model.manipulator.description import Axis, Joint, ManipulatorConfig
 from flexarm_model.modal.frf import Frf
+from flexarm_model.served.linear_assembly import LinearAssembly
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]

@@ -19,8 +19,8 @@ from flexarm_bringup.reproduce.seed_003_data import (
     robot,
 )
 from flexarm_bringup.reproduce.seed_003_golden import free_hz, locked_hz
-from flexarm_model.linear_assembly import LinearAssembly
-from flexarm_model.reduction import mode_basis
+from flexarm_model.bodies.reduction import mode_basis
+from flexarm_model.served.linear_assembly import LinearAssembly
 
 MIDDLE_HZ = 60.0
 BOUNDS = (0.3, 0.8)  # dB at 4-60 and 60-100 Hz, with seven modes

@@ -7,8 +7,8 @@ from numpy.typing import NDArray
 
 from flexarm_bringup.page.report import Cells, Check, Column, Table
 from flexarm_bringup.reproduce.seed_003_data import FLANGE, POSES, model_at, robot
-from flexarm_model.body_spec import RigidBody
-from flexarm_model.model_order import with_rigid_beams
+from flexarm_model.bodies.model_order import with_rigid_beams
+from flexarm_model.manipulator.body_spec import RigidBody
 
 Array = NDArray[np.float64]
 

@@ -13,10 +13,10 @@ from numpy.typing import NDArray
 
 from flexarm_bringup.reproduce.reference import read_records
 from flexarm_bringup.share import share_path
-from flexarm_model.body_spec import RigidBody
-from flexarm_model.config import load_config
-from flexarm_model.description import ManipulatorConfig
 from flexarm_model.kinematics.elbow_arm import ElbowArm
+from flexarm_model.manipulator.body_spec import RigidBody
+from flexarm_model.manipulator.description import ManipulatorConfig
+from flexarm_model.reading.config import load_config
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]

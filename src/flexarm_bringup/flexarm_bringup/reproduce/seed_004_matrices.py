@@ -14,9 +14,9 @@ from numpy.typing import NDArray
 
 from flexarm_bringup.page.report import Cells, Check, Column, Table
 from flexarm_bringup.reproduce.seed_004_data import arm_config, elbow_arm
-from flexarm_model.description import ManipulatorConfig
-from flexarm_model.linearize import linearize
-from flexarm_model.reduced_tree import ReducedTree
+from flexarm_model.manipulator.description import ManipulatorConfig
+from flexarm_model.served.linearize import linearize
+from flexarm_model.tree.reduced_tree import ReducedTree
 
 Array = NDArray[np.float64]
 

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexarm_bringup.reproduce.seed_004_data import END_DEG, START_DEG, Film, arm_config
-from flexarm_model.reduced_tree import ReducedTree
+from flexarm_model.tree.reduced_tree import ReducedTree
 
 Array = NDArray[np.float64]
 

@@ -17,7 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from flexarm_model.profiles import Profile
+from flexarm_model.motion.profiles import Profile
 
 Array = NDArray[np.float64]
 Damping = Callable[[float], float]  # velocity envelope of the sensor [m/s] -> damping ratio [1]

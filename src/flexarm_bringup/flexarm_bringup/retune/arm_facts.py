@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexarm_model.modal.read_only import lock_arrays
-from flexarm_model.reduced_model import ReducedModel
+from flexarm_model.served.reduced_model import ReducedModel
 
 Array = NDArray[np.float64]
 UNMOVED = 1e-6  # of the largest tip displacement; such a mode does not move the tip

@@ -17,8 +17,8 @@ from flexarm_bringup.tasks.task import Task
 from flexarm_bringup.tip_vibration import Residual, read_residual
 from flexarm_controller.settings import MpcConfig
 from flexarm_estimator.settings import EstimatorConfig
-from flexarm_model.description import ManipulatorConfig
-from flexarm_model.reduced_tree import ReducedTree
+from flexarm_model.manipulator.description import ManipulatorConfig
+from flexarm_model.tree.reduced_tree import ReducedTree
 
 Settings = tuple[EstimatorConfig, MpcConfig]
 

@@ -8,7 +8,7 @@ from typing import Any
 import yaml
 
 from flexarm_bringup.tasks.task import FORMAT
-from flexarm_model.strict_yaml import ConfigError
+from flexarm_model.settings.strict_yaml import ConfigError
 
 Values = Mapping[str, Mapping[str, Any]]
 EXACT = 6  # digits of a number

@@ -20,9 +20,9 @@ from flexarm_bringup.retune.weights import scale_weights
 from flexarm_bringup.tasks.task import Task
 from flexarm_controller.settings import ControllerConfig, MpcConfig
 from flexarm_estimator.settings import EstimatorConfig
-from flexarm_model.description import ManipulatorConfig
-from flexarm_model.linearize import linearize
-from flexarm_model.reduced_tree import ReducedTree
+from flexarm_model.manipulator.description import ManipulatorConfig
+from flexarm_model.served.linearize import linearize
+from flexarm_model.tree.reduced_tree import ReducedTree
 
 RULES = {
     "modal_energy": "the same deviation of the tip costs the same; searched",

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from flexarm_bringup.margins.study import Loop
 from flexarm_controller.settings import ControllerConfig, MpcConfig
 from flexarm_estimator.settings import EstimatorConfig
-from flexarm_model.description import ManipulatorConfig
+from flexarm_model.manipulator.description import ManipulatorConfig
 
 Array = NDArray[np.float64]
 SHRINK = 0.8  # of the cut-off or of what torque may be, at once

@@ -22,8 +22,8 @@ from flexarm_bringup.retune.noise import LEAST, SIGMAS
 from flexarm_bringup.sim.rig import RigSettings
 from flexarm_bringup.tasks.task import Task
 from flexarm_controller.settings import MpcConfig
-from flexarm_model.description import ManipulatorConfig
-from flexarm_model.parameters import ParameterError
+from flexarm_model.manipulator.description import ManipulatorConfig
+from flexarm_model.settings.parameters import ParameterError
 
 SEEDS = (101, 102), (103, 104)  # of each twin; the trial has others
 STEP = 1.6

@@ -12,8 +12,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from flexarm_model.hump_shapers import ei
-from flexarm_model.shapers import Shaper, mzv, zv, zvd
+from flexarm_model.motion.hump_shapers import ei
+from flexarm_model.motion.shapers import Shaper, mzv, zv, zvd
 
 LEFT = 0.05  # of the vibration, at most
 SIGMAS = 3.0

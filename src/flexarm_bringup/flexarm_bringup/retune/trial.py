@@ -11,7 +11,7 @@ from flexarm_bringup.sim.rig import RigSettings
 from flexarm_bringup.tasks.task import Task
 from flexarm_bringup.tip_vibration import Residual
 from flexarm_controller.settings import ControllerConfig
-from flexarm_model.description import ManipulatorConfig
+from flexarm_model.manipulator.description import ManipulatorConfig
 
 SEEDS = (1, 2, 3)  # of the noise; nothing was chosen by them
 

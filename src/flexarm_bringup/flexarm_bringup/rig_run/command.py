@@ -28,10 +28,10 @@ from flexarm_bringup.processes.graph import Process, rig_graph, with_drift, with
 from flexarm_bringup.processes.supervisor import Supervisor
 from flexarm_bringup.processes.surroundings import defaults
 from flexarm_bringup.tasks.task_for import task_for
-from flexarm_model.config import load_config
-from flexarm_model.manipulator_file import find_manipulator
-from flexarm_model.single_instance import NameTakenError
-from flexarm_model.strict_yaml import ConfigError
+from flexarm_model.process.single_instance import NameTakenError
+from flexarm_model.reading.config import load_config
+from flexarm_model.reading.manipulator_file import find_manipulator
+from flexarm_model.settings.strict_yaml import ConfigError
 
 EPILOG = """\
 examples:

@@ -18,7 +18,7 @@ from rclpy.signals import SignalHandlerOptions
 from std_msgs.msg import Bool, Empty
 
 from flexarm_bringup.processes.graph import Process
-from flexarm_model.node import LATCHED_QOS, LATEST_QOS, RELIABLE_QOS, events_executor
+from flexarm_model.ros.node import LATCHED_QOS, LATEST_QOS, RELIABLE_QOS, events_executor
 
 ARM = "ros2 service call /flexarm/guard/arm std_srvs/srv/Trigger"
 _MODES = {GuardStatus.STOPPED: "stopped", GuardStatus.ARMED: "armed", GuardStatus.BRAKING: "braking"}

@@ -23,7 +23,7 @@ from flexarm_bringup.processes.supervisor import Supervisor
 from flexarm_bringup.processes.surroundings import defaults
 from flexarm_bringup.progress import Progress
 from flexarm_bringup.security.policy import NodeAccess, policy
-from flexarm_model.strict_yaml import ConfigError
+from flexarm_model.settings.strict_yaml import ConfigError
 
 EPILOG = """\
 examples:

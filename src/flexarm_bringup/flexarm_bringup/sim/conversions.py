@@ -17,9 +17,9 @@ from flexarm_bringup.sim.drives import Drives
 from flexarm_bringup.sim.rig import Truth
 from flexarm_bringup.sim.sample import Sample
 from flexarm_model.conversions import floats, ns_to_stamp
-from flexarm_model.description import ManipulatorConfig
-from flexarm_model.rotation import quaternion_from_vector
-from flexarm_model.sensor_spec import SensorSpec
+from flexarm_model.manipulator.description import ManipulatorConfig
+from flexarm_model.manipulator.sensor_spec import SensorSpec
+from flexarm_model.numeric.rotation import quaternion_from_vector
 
 Array = NDArray[np.float64]
 

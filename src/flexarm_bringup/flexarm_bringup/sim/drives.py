@@ -21,7 +21,7 @@ from flexarm_bringup.sim.sample import Sample
 from flexarm_bringup.sim.sensor_faults import SensorFault
 from flexarm_controller.drives.watchdog import DriveLimits
 from flexarm_controller.guard import GuardState
-from flexarm_model.description import ManipulatorConfig
+from flexarm_model.manipulator.description import ManipulatorConfig
 
 DAMPING_GAIN = 0.075  # share of an axis' velocity that joint damping takes away in a motor period
 BRAKING_SHARE = 0.5  # of the torque limit that it takes at most

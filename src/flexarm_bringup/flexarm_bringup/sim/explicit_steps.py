@@ -7,9 +7,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexarm_bringup.sim.friction import FRICTION_SLOPE
-from flexarm_model.compiled import compile_functions
-from flexarm_model.linearize import linearize
-from flexarm_model.reduced_tree import ReducedTree
+from flexarm_model.numeric.compiled import compile_functions
+from flexarm_model.served.linearize import linearize
+from flexarm_model.tree.reduced_tree import ReducedTree
 
 Array = NDArray[np.float64]
 

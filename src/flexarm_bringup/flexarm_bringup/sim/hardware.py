@@ -21,7 +21,7 @@ from flexarm_controller.guard_settings import GuardSettings, guard_limits
 from flexarm_controller.guarding.limits import GuardLimits
 from flexarm_controller.guarding.pose_loads import PoseLoads
 from flexarm_controller.guarding.strain_gauges import StrainGauges
-from flexarm_model.description import ManipulatorConfig
+from flexarm_model.manipulator.description import ManipulatorConfig
 
 
 class Hardware:

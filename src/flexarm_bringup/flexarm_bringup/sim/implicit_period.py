@@ -19,9 +19,9 @@ from scipy.linalg.lapack import dgesv, dposv
 
 from flexarm_bringup.sim.friction import FRICTION_SLOPE, friction_and_slope
 from flexarm_bringup.sim.implicit_parts import EntriesLayout, find_parts
-from flexarm_model.closing import MachineClosing
-from flexarm_model.machine_code import MachineCode, load_code
-from flexarm_model.reduced_tree import ReducedTree
+from flexarm_model.numeric.machine_code import MachineCode, load_code
+from flexarm_model.tree.closing import MachineClosing
+from flexarm_model.tree.reduced_tree import ReducedTree
 
 Array = NDArray[np.float64]
 SOURCE = Path(__file__).with_name("implicit_steps.c")

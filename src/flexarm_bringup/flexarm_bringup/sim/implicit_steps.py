@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexarm_bringup.sim.implicit_period import Stepping, make_period
-from flexarm_model.reduced_tree import ReducedTree
+from flexarm_model.tree.reduced_tree import ReducedTree
 
 Array = NDArray[np.float64]
 

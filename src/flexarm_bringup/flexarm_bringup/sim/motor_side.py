@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexarm_bringup.sim.sample import Sample
-from flexarm_model.description import ManipulatorConfig
+from flexarm_model.manipulator.description import ManipulatorConfig
 
 Array = NDArray[np.float64]
 

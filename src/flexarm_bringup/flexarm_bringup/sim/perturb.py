@@ -11,9 +11,9 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any, TypeVar
 
-from flexarm_model.body_spec import Beam, Body, Reduction, RigidBody
-from flexarm_model.description import Joint, ManipulatorConfig
-from flexarm_model.imported_body import ImportedBody, ImportedReduction
+from flexarm_model.manipulator.body_spec import Beam, Body, Reduction, RigidBody
+from flexarm_model.manipulator.description import Joint, ManipulatorConfig
+from flexarm_model.manipulator.imported_body import ImportedBody, ImportedReduction
 
 AnyReduction = TypeVar("AnyReduction", Reduction, ImportedReduction)
 

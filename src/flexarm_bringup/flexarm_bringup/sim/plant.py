@@ -15,9 +15,9 @@ from numpy.typing import NDArray
 
 from flexarm_bringup.sim.explicit_steps import ExplicitSteps, substeps_needed
 from flexarm_bringup.sim.perturb import PlantSettings, perturb
-from flexarm_model.description import ManipulatorConfig
-from flexarm_model.linearize import find_equilibrium, linearize
-from flexarm_model.reduced_tree import ReducedTree
+from flexarm_model.manipulator.description import ManipulatorConfig
+from flexarm_model.served.linearize import find_equilibrium, linearize
+from flexarm_model.tree.reduced_tree import ReducedTree
 
 Array = NDArray[np.float64]
 

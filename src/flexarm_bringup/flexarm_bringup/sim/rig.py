@@ -19,11 +19,11 @@ from flexarm_bringup.sim.plant import Plant
 from flexarm_bringup.sim.sample import Sample
 from flexarm_bringup.sim.sensor_faults import SensorFault
 from flexarm_bringup.sim.sensor_simulator import SensorSimulator
-from flexarm_model.description import ManipulatorConfig
-from flexarm_model.parameters import parameter
-from flexarm_model.rotation import rotation_vector
-from flexarm_model.sensor_spec import SensorSpec
-from flexarm_model.sensors import output_names
+from flexarm_model.manipulator.description import ManipulatorConfig
+from flexarm_model.manipulator.sensor_spec import SensorSpec
+from flexarm_model.numeric.rotation import rotation_vector
+from flexarm_model.settings.parameters import parameter
+from flexarm_model.tree.sensors import output_names
 
 Array = NDArray[np.float64]
 

@@ -13,9 +13,9 @@ from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 from flexarm_bringup.sim.sensor_faults import KINDS, SensorFault
-from flexarm_model.sensor_spec import SensorSpec
-from flexarm_model.strict_yaml import ConfigError
-from flexarm_model.units import axis_dimension, parse_quantity, si_unit
+from flexarm_model.manipulator.sensor_spec import SensorSpec
+from flexarm_model.settings.strict_yaml import ConfigError
+from flexarm_model.settings.units import axis_dimension, parse_quantity, si_unit
 
 OF_SENSOR, NAME, NUMBER = "of the sensor", "name", "number"
 

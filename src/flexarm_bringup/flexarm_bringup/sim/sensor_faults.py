@@ -29,7 +29,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexarm_bringup.sim.sample import Sample
-from flexarm_model.sensor_spec import SensorSpec
+from flexarm_model.manipulator.sensor_spec import SensorSpec
 
 Array = NDArray[np.float64]
 _SLACK = 1e-9  # s; ticks are rounded

@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 from flexarm_bringup.sim.plant import Plant
 from flexarm_bringup.sim.sample import Sample
 from flexarm_bringup.sim.sensor_faults import Arrival, FaultLine, SensorFault
-from flexarm_estimator.rotation_log import exp_rotation, log_rotation
-from flexarm_model.sensor_spec import SensorSpec
+from flexarm_estimator.tool.rotation_log import exp_rotation, log_rotation
+from flexarm_model.manipulator.sensor_spec import SensorSpec
 
 Array = NDArray[np.float64]
 

@@ -1,7 +1,7 @@
 """What the simulated hardware says in every period, as the bytes of its messages.
 
-The same as ``conversions`` makes of it, in a fraction of the time: see ``flexarm_model.message_writer``. What
-comes seldom, a frame of the camera, goes as a message.
+The same as ``conversions`` makes of it, in a fraction of the time: see ``flexarm_model.ros.message_writer``.
+What comes seldom, a frame of the camera, goes as a message.
 """
 
 from __future__ import annotations
@@ -20,8 +20,8 @@ from flexarm_bringup.sim.conversions import (
 from flexarm_bringup.sim.drives import Drives
 from flexarm_bringup.sim.sample import Sample
 from flexarm_controller.drives.conversions import drive_state_msg
-from flexarm_model.description import ManipulatorConfig
-from flexarm_model.message_writer import STAMP, MessageWriter, Serialise, stamp_values
+from flexarm_model.manipulator.description import ManipulatorConfig
+from flexarm_model.ros.message_writer import STAMP, MessageWriter, Serialise, stamp_values
 
 _JOINTS = (*STAMP, "position", "velocity", "effort")
 _CHANNELS = "xyz"

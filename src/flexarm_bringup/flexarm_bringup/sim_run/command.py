@@ -15,10 +15,10 @@ from flexarm_bringup.sim_run.figures import draw
 from flexarm_bringup.sim_run.report import build_page
 from flexarm_bringup.sim_run.study import CONDITIONS, NOMINAL, run_sim_jobs, sim_jobs
 from flexarm_bringup.tasks.task_for import task_for
-from flexarm_model.config import load_config
-from flexarm_model.manipulator_file import find_manipulator
-from flexarm_model.parameters import ParameterError
-from flexarm_model.strict_yaml import ConfigError
+from flexarm_model.reading.config import load_config
+from flexarm_model.reading.manipulator_file import find_manipulator
+from flexarm_model.settings.parameters import ParameterError
+from flexarm_model.settings.strict_yaml import ConfigError
 
 REFUSED = 2
 

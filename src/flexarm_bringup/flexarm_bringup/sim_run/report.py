@@ -9,7 +9,7 @@ from flexarm_bringup.page.report import Cell, Check, Column, Page, Table
 from flexarm_bringup.residual import decibels
 from flexarm_bringup.sim_run.study import NOMINAL, LegResult, SimResult
 from flexarm_bringup.tasks.task import Task
-from flexarm_model.description import ManipulatorConfig
+from flexarm_model.manipulator.description import ManipulatorConfig
 
 FASTEST_DDS = 250.0  # Hz; 200 Hz is kept over DDS in real time on two shared cores, 500 Hz is not
 GROWS = 1.2  # residual of the second half of the window over the first: more is no decay

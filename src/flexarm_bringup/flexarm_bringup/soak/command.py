@@ -24,10 +24,10 @@ from flexarm_bringup.page.report import add_report_arguments, publish
 from flexarm_bringup.processes.graph import Process, rig_graph
 from flexarm_bringup.progress import Progress
 from flexarm_bringup.tasks.task_for import task_for
-from flexarm_model.config import load_config
-from flexarm_model.description import ManipulatorConfig
-from flexarm_model.manipulator_file import find_manipulator
-from flexarm_model.strict_yaml import ConfigError
+from flexarm_model.manipulator.description import ManipulatorConfig
+from flexarm_model.reading.config import load_config
+from flexarm_model.reading.manipulator_file import find_manipulator
+from flexarm_model.settings.strict_yaml import ConfigError
 
 USAGE = 2
 

@@ -21,7 +21,7 @@ from flexarm_bringup.soak.memory import MemoryLog
 from flexarm_bringup.soak.outcome import Outcome
 from flexarm_bringup.soak.script import Script, move, random_fault, random_goal
 from flexarm_bringup.soak.soak_node import SoakNode, start_of
-from flexarm_model.description import ManipulatorConfig
+from flexarm_model.manipulator.description import ManipulatorConfig
 
 PATIENCE = 120.0  # s until everything is ready for the first time, and after every kill
 STEP = 0.02  # s between two looks

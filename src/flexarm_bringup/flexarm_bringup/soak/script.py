@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 from flexarm_bringup.sim.sensor_fault_text import faults_text
 from flexarm_bringup.sim.sensor_faults import SensorFault
 from flexarm_controller.reference import Reference
-from flexarm_model.description import Axis, ManipulatorConfig
-from flexarm_model.profiles import Quintic
-from flexarm_model.sensor_spec import SensorSpec
+from flexarm_model.manipulator.description import Axis, ManipulatorConfig
+from flexarm_model.manipulator.sensor_spec import SensorSpec
+from flexarm_model.motion.profiles import Quintic
 
 Array = NDArray[np.float64]
 

@@ -32,8 +32,8 @@ from flexarm_bringup.realtime.late_cycles import LateCycles
 from flexarm_controller.conversions import reference_to_msg
 from flexarm_controller.reference import Reference
 from flexarm_model.conversions import NS_PER_S, verdict_from_msg
-from flexarm_model.diagnosis import Level
-from flexarm_model.node import LATCHED_QOS, LOCKSTEP_QOS, RELIABLE_QOS, SENSOR_QOS, events_executor
+from flexarm_model.ros.node import LATCHED_QOS, LOCKSTEP_QOS, RELIABLE_QOS, SENSOR_QOS, events_executor
+from flexarm_model.settings.diagnosis import Level
 
 Array = NDArray[np.float64]
 

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from flexarm_controller.reference import Reference
-from flexarm_model.strict_yaml import ConfigError
+from flexarm_model.settings.strict_yaml import ConfigError
 
 PARTS = ("t", "theta", "theta_dot", "theta_ddot")
 

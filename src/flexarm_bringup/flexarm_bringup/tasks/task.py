@@ -20,9 +20,9 @@ from flexarm_bringup.tip_vibration import Watch
 from flexarm_controller.settings import ControllerConfig, MpcConfig
 from flexarm_estimator.drift.settings import DriftConfig
 from flexarm_estimator.settings import EstimatorConfig
-from flexarm_model.model_schedule import ScheduleSettings
-from flexarm_model.overrides import apply_overrides
-from flexarm_model.strict_yaml import ConfigError, Section, read_yaml
+from flexarm_model.served.model_schedule import ScheduleSettings
+from flexarm_model.settings.overrides import apply_overrides
+from flexarm_model.settings.strict_yaml import ConfigError, Section, read_yaml
 
 FORMAT = "flexarm-moves/1"
 FOLDER = "config/moves"

@@ -7,12 +7,12 @@ import numpy as np
 from flexarm_bringup.tasks.task import FOLDER, Task, find_task, load_task
 from flexarm_bringup.tasks.task_moves import ByAxes, TaskMove, ToPose
 from flexarm_bringup.tip_vibration import Watch
-from flexarm_model.config import FORMAT, load_config
-from flexarm_model.description import ManipulatorConfig
-from flexarm_model.manipulator_file import find_manipulator
-from flexarm_model.profiles import Profile, Trapezoid
-from flexarm_model.share import share_folders
-from flexarm_model.strict_yaml import ConfigError, read_yaml
+from flexarm_model.manipulator.description import ManipulatorConfig
+from flexarm_model.motion.profiles import Profile, Trapezoid
+from flexarm_model.reading.config import FORMAT, load_config
+from flexarm_model.reading.manipulator_file import find_manipulator
+from flexarm_model.reading.share import share_folders
+from flexarm_model.settings.strict_yaml import ConfigError, read_yaml
 
 DURATION, RAMP = 1.0, 0.05  # s of every move, and of its ramps: short ones shake the arm
 WAIT = 2.5  # s

@@ -24,9 +24,9 @@ from flexarm_model.kinematics.paths import (
     straight_move,
     travel,
 )
-from flexarm_model.profiles import Profile, Quintic, Trapezoid
-from flexarm_model.strict_yaml import Section
-from flexarm_model.units import axis_dimension
+from flexarm_model.motion.profiles import Profile, Quintic, Trapezoid
+from flexarm_model.settings.strict_yaml import Section
+from flexarm_model.settings.units import axis_dimension
 
 Array = NDArray[np.float64]
 SAMPLE = 0.01  # s between two points of a path of the tip; the axes' spline goes through them

@@ -20,7 +20,7 @@ from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
 from flexarm_controller.drives.seal import Seal
-from flexarm_model.node import LATCHED_QOS
+from flexarm_model.ros.node import LATCHED_QOS
 
 RETRY_PERIOD = 0.1  # s
 ASK_AGAIN = 20  # of these without an answer: the drives have been started anew

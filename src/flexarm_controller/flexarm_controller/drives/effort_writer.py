@@ -1,4 +1,4 @@
-"""Sealed torques as the bytes of their messages, for a publisher: see ``flexarm_model.message_writer``."""
+"""Sealed torques as the bytes of their messages: see ``flexarm_model.ros.message_writer``."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import Any
 
 from flexarm_controller.drives.conversions import effort_msg
 from flexarm_controller.drives.seal import Mark, Seal
-from flexarm_model.message_writer import STAMP, MessageWriter, Serialise, stamp_values
+from flexarm_model.ros.message_writer import STAMP, MessageWriter, Serialise, stamp_values
 
 
 class EffortWriter:

@@ -29,13 +29,13 @@ from flexarm_controller.guarding.limits import Braking, GuardLimits
 from flexarm_controller.guarding.pose_loads import loads_of
 from flexarm_controller.limits import Limits, limits_of
 from flexarm_controller.program.equilibrium import build_equilibrium
-from flexarm_model.closure_error import ClosureError
-from flexarm_model.description import ManipulatorConfig
-from flexarm_model.linearize import PoseError, linearize
-from flexarm_model.parameters import parameter
-from flexarm_model.reduced_model import ReducedModel
-from flexarm_model.reduced_tree import ReducedTree
-from flexarm_model.strict_yaml import ConfigError
+from flexarm_model.manipulator.description import ManipulatorConfig
+from flexarm_model.served.linearize import PoseError, linearize
+from flexarm_model.served.reduced_model import ReducedModel
+from flexarm_model.settings.parameters import parameter
+from flexarm_model.settings.strict_yaml import ConfigError
+from flexarm_model.tree.closure_error import ClosureError
+from flexarm_model.tree.reduced_tree import ReducedTree
 
 Array = NDArray[np.float64]
 NOTICING = 3.0  # periods until a speed that is too high has been measured and judged

@@ -16,8 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexarm_controller.program.equilibrium import build_equilibrium
-from flexarm_model.dense import expm
-from flexarm_model.reduced_model import ReducedModel
+from flexarm_model.numeric.dense import expm
+from flexarm_model.served.reduced_model import ReducedModel
 
 Array = NDArray[np.float64]
 SMOOTHING = 0.4  # s of the module, as the drives of the rig smooth

@@ -9,10 +9,10 @@ from numpy.typing import NDArray
 
 from flexarm_controller.guarding.loads import Loads
 from flexarm_controller.program.equilibrium import build_equilibrium
-from flexarm_model.closure_error import ClosureError
-from flexarm_model.linearize import PoseError, linearize
-from flexarm_model.reduced_model import ReducedModel
-from flexarm_model.reduced_tree import ReducedTree
+from flexarm_model.served.linearize import PoseError, linearize
+from flexarm_model.served.reduced_model import ReducedModel
+from flexarm_model.tree.closure_error import ClosureError
+from flexarm_model.tree.reduced_tree import ReducedTree
 
 Array = NDArray[np.float64]
 NEAR = {"t": 0.01, "r": 0.09}  # m or rad from the pose up to which no new loads are made

@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
-from flexarm_model.description import ManipulatorConfig
+from flexarm_model.manipulator.description import ManipulatorConfig
 
 
 class StrainGauges:

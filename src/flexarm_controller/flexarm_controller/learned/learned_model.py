@@ -17,7 +17,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from flexarm_model.reduced_model import ReducedModel
+from flexarm_model.served.reduced_model import ReducedModel
 
 Array = NDArray[np.float64]
 LIGHTEST = -0.5  # of the smallest inertia with the modes free

@@ -9,8 +9,8 @@ one of its own.
 from __future__ import annotations
 
 from flexarm_controller.margins.gate import Gate
-from flexarm_model.reduced_model import ReducedModel
-from flexarm_model.steady_filter import SteadyFilter
+from flexarm_model.served.reduced_model import ReducedModel
+from flexarm_model.served.steady_filter import SteadyFilter
 
 UNKNOWN = "margins: not known before the estimator tells its settled filter"
 

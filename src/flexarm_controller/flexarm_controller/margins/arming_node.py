@@ -23,8 +23,8 @@ from flexarm_controller.margins.arming import Arming
 from flexarm_controller.margins.gate import Gate
 from flexarm_controller.settings import MarginConfig
 from flexarm_model.conversions import ModelMessageError, filter_from_msg
-from flexarm_model.description import ManipulatorConfig
-from flexarm_model.node import LATCHED_QOS, RELIABLE_QOS
+from flexarm_model.manipulator.description import ManipulatorConfig
+from flexarm_model.ros.node import LATCHED_QOS, RELIABLE_QOS
 
 ASK_PERIOD = 1.0  # s
 

@@ -26,11 +26,11 @@ from flexarm_controller.margins.short_law import ShortCase, examine_short
 from flexarm_controller.margins.verdict import firm_verdict, frequency_errors, verdict
 from flexarm_controller.program.delay import split_delay
 from flexarm_controller.settings import MarginConfig
-from flexarm_model.description import ManipulatorConfig
-from flexarm_model.model_order import with_more_modes
-from flexarm_model.reduced_model import ReducedModel
-from flexarm_model.reduced_tree import ReducedTree
-from flexarm_model.steady_filter import SteadyFilter
+from flexarm_model.bodies.model_order import with_more_modes
+from flexarm_model.manipulator.description import ManipulatorConfig
+from flexarm_model.served.reduced_model import ReducedModel
+from flexarm_model.served.steady_filter import SteadyFilter
+from flexarm_model.tree.reduced_tree import ReducedTree
 
 Array = NDArray[np.float64]
 

@@ -17,7 +17,7 @@ from flexarm_controller.laws import Planner
 from flexarm_controller.program.equilibrium import build_equilibrium
 from flexarm_controller.reference import hold
 from flexarm_controller.state import ArmState
-from flexarm_model.reduced_model import ReducedModel
+from flexarm_model.served.reduced_model import ReducedModel
 
 Array = NDArray[np.float64]
 SHARE = 1e-5  # of the torque limit that a deviation asks for

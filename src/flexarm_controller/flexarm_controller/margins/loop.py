@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from flexarm_controller.margins.full_plant import FullPlant
 from flexarm_controller.margins.law_gain import LawGain
-from flexarm_model.steady_filter import SteadyFilter
+from flexarm_model.served.steady_filter import SteadyFilter
 
 Array = NDArray[np.float64]
 

@@ -19,7 +19,7 @@ from scipy.linalg import solve_discrete_lyapunov
 
 from flexarm_controller.margins.full_plant import FullPlant
 from flexarm_controller.margins.loop import ClosedLoop
-from flexarm_model.steady_filter import SteadyFilter
+from flexarm_model.served.steady_filter import SteadyFilter
 
 Array = NDArray[np.float64]
 

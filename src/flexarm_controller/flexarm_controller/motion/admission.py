@@ -10,7 +10,7 @@ from flexarm_controller.motion.settings import MotionConfig
 from flexarm_controller.motion.stretch import stretch
 from flexarm_controller.program.equilibrium import build_equilibrium
 from flexarm_controller.reference import Reference
-from flexarm_model.reduced_model import ReducedModel
+from flexarm_model.served.reduced_model import ReducedModel
 
 
 def admit(

@@ -17,7 +17,7 @@ from flexarm_controller.motion.refusals import MotionError
 from flexarm_controller.motion.settings import MotionConfig
 from flexarm_controller.motion.stretch import grid
 from flexarm_controller.reference import Reference
-from flexarm_model.reduced_model import ReducedModel
+from flexarm_model.served.reduced_model import ReducedModel
 
 Array = NDArray[np.float64]
 REACTION = 0.02  # s until the guard has noticed

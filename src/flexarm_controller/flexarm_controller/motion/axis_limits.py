@@ -23,7 +23,7 @@ from flexarm_controller.limits import Limits
 from flexarm_controller.motion.refusals import MotionError
 from flexarm_controller.motion.settings import MotionConfig
 from flexarm_controller.program.equilibrium import build_equilibrium
-from flexarm_model.reduced_model import ReducedModel
+from flexarm_model.served.reduced_model import ReducedModel
 
 Array = NDArray[np.float64]
 FASTEST = 1e3  # rad/s or m/s, where the description gives no limit

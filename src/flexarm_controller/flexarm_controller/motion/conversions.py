@@ -16,7 +16,7 @@ from flexarm_controller.motion.refusals import MotionError
 from flexarm_controller.motion.tip_kinematics import TipGoal
 from flexarm_controller.reference import Reference
 from flexarm_model.conversions import NS_PER_S, ns_to_stamp
-from flexarm_model.rotation import quaternion, rotation_from_quaternion
+from flexarm_model.numeric.rotation import quaternion, rotation_from_quaternion
 
 Array = NDArray[np.float64]
 OWN_FRAME = "controller"  # of references that the controller made itself; it need not take them again

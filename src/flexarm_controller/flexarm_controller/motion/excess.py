@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from flexarm_controller.limits import Limits
 from flexarm_controller.program.equilibrium import Equilibrium
-from flexarm_model.trajectory import Trajectory
+from flexarm_model.motion.trajectory import Trajectory
 
 Array = NDArray[np.float64]
 ROUNDING = 1e-9  # of a limit

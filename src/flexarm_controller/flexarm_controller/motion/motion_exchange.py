@@ -25,8 +25,8 @@ from flexarm_controller.motion.settings import MotionConfig
 from flexarm_controller.motion.tip_kinematics import TipKinematics
 from flexarm_controller.reference import Reference
 from flexarm_controller.state import ArmState
-from flexarm_model.description import ManipulatorConfig
-from flexarm_model.reduced_model import ReducedModel
+from flexarm_model.manipulator.description import ManipulatorConfig
+from flexarm_model.served.reduced_model import ReducedModel
 
 
 class MotionExchange:

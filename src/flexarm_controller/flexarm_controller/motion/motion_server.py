@@ -23,7 +23,7 @@ from flexarm_controller.motion.splice import splice
 from flexarm_controller.motion.tip_kinematics import TipGoal, TipKinematics
 from flexarm_controller.reference import Reference, hold
 from flexarm_controller.state import ArmState
-from flexarm_model.reduced_model import ReducedModel
+from flexarm_model.served.reduced_model import ReducedModel
 
 Array = NDArray[np.float64]
 

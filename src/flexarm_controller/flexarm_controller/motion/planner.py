@@ -17,7 +17,7 @@ from flexarm_controller.motion.settings import MotionConfig
 from flexarm_controller.motion.stretch import grid
 from flexarm_controller.program.equilibrium import build_equilibrium
 from flexarm_controller.reference import Reference
-from flexarm_model.reduced_model import ReducedModel
+from flexarm_model.served.reduced_model import ReducedModel
 
 Array = NDArray[np.float64]
 TRIES = 5  # boxes; each comes nearer to the torque that may be used

@@ -14,13 +14,13 @@ from numpy.typing import NDArray
 
 from flexarm_controller.motion.refusals import MotionError
 from flexarm_controller.state import ArmState
-from flexarm_model.closure_error import ClosureError
 from flexarm_model.kinematics.body_mechanism import held_mechanism, resting_mechanism
 from flexarm_model.kinematics.numeric import InverseSettings, Mechanism, solve_inverse
 from flexarm_model.kinematics.refusals import ConvergenceError
-from flexarm_model.linearize import PoseError
-from flexarm_model.reduced_model import ReducedModel
-from flexarm_model.reduced_tree import ReducedTree
+from flexarm_model.served.linearize import PoseError
+from flexarm_model.served.reduced_model import ReducedModel
+from flexarm_model.tree.closure_error import ClosureError
+from flexarm_model.tree.reduced_tree import ReducedTree
 
 Array = NDArray[np.float64]
 EXACT = InverseSettings(distance=1e-7, angle=1e-6, iterations=60)  # m, rad

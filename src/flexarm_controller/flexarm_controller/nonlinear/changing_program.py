@@ -26,7 +26,7 @@ from scipy.linalg.lapack import dpotrf
 from flexarm_controller.nonlinear.arm_equations import NonlinearModelError
 from flexarm_controller.nonlinear.gauss_steps import address
 from flexarm_controller.solvers.qp import QpResult, excess
-from flexarm_model.machine_code import load_code
+from flexarm_model.numeric.machine_code import load_code
 
 Array = NDArray[np.float64]
 SOURCE = Path(__file__).with_name("active_set.c")

@@ -23,7 +23,7 @@ from flexarm_controller.nonlinear.arm_equations import NonlinearModelError
 from flexarm_controller.nonlinear.gauss_steps import Periods, Points, address, places
 from flexarm_controller.nonlinear.goal_window import GoalWindow
 from flexarm_controller.nonlinear.weights import Weights
-from flexarm_model.machine_code import load_code
+from flexarm_model.numeric.machine_code import load_code
 
 Array = NDArray[np.float64]
 SOURCE = Path(__file__).with_name("condensing.c")

@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexarm_controller.nonlinear.arm_equations import ArmEquations, NonlinearModelError
-from flexarm_model.machine_code import MachineCode, load_code
+from flexarm_model.numeric.machine_code import MachineCode, load_code
 
 Array = NDArray[np.float64]
 SOURCE = Path(__file__).with_name("gauss_steps.c")

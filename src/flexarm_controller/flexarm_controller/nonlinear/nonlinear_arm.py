@@ -17,8 +17,8 @@ from flexarm_controller.nonlinear.arm_equations import (
 from flexarm_controller.nonlinear.gauss_steps import GaussSteps
 from flexarm_controller.nonlinear.motion_guess import MotionGuess
 from flexarm_controller.nonlinear.settings import NmpcConfig
-from flexarm_model.description import ManipulatorConfig
-from flexarm_model.reduced_tree import ReducedTree
+from flexarm_model.manipulator.description import ManipulatorConfig
+from flexarm_model.tree.reduced_tree import ReducedTree
 
 Array = NDArray[np.float64]
 

@@ -28,7 +28,7 @@ from flexarm_controller.reference import Reference, hold
 from flexarm_controller.settings import MpcConfig
 from flexarm_controller.solvers.qp import QpResult
 from flexarm_controller.state import ArmState
-from flexarm_model.reduced_model import ReducedModel
+from flexarm_model.served.reduced_model import ReducedModel
 
 Array = NDArray[np.float64]
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from flexarm_model.parameters import parameter, validate
+from flexarm_model.settings.parameters import parameter, validate
 
 
 @dataclass(frozen=True)

@@ -20,7 +20,7 @@ from flexarm_controller.program.prediction import plant
 from flexarm_controller.program.soft_outputs import build_soft_outputs
 from flexarm_controller.program.target import rest_shift
 from flexarm_controller.settings import MpcConfig
-from flexarm_model.reduced_model import ReducedModel
+from flexarm_model.served.reduced_model import ReducedModel
 
 Array = NDArray[np.float64]
 

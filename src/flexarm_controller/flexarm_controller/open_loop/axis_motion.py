@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
-from flexarm_model.profiles import Profile
-from flexarm_model.shapers import Shaper
+from flexarm_model.motion.profiles import Profile
+from flexarm_model.motion.shapers import Shaper
 
 Array = NDArray[np.float64]
 

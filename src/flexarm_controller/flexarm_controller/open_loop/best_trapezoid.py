@@ -12,7 +12,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from flexarm_model.profiles import Trapezoid
+from flexarm_model.motion.profiles import Trapezoid
 
 Array = NDArray[np.float64]
 SHORTEST = 0.02  # ramp, of the duration

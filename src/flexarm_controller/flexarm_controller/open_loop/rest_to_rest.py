@@ -27,8 +27,8 @@ from flexarm_controller.program.equilibrium import build_equilibrium
 from flexarm_controller.program.prediction import plant
 from flexarm_controller.program.soft_outputs import build_soft_outputs
 from flexarm_controller.settings import MpcConfig
-from flexarm_model.reduced_model import ReducedModel
-from flexarm_model.state_space import StateSpace
+from flexarm_model.served.reduced_model import ReducedModel
+from flexarm_model.served.state_space import StateSpace
 
 Array = NDArray[np.float64]
 TOLERANCE = 1e-9  # of the scaled rows

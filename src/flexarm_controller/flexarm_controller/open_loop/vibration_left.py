@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexarm_controller.open_loop.axis_motion import Motion
-from flexarm_model.reduced_model import ReducedModel
+from flexarm_model.served.reduced_model import ReducedModel
 
 Array = NDArray[np.float64]
 ORDER = 4  # of the low-pass

@@ -24,7 +24,7 @@ from scipy.linalg import block_diag
 
 from flexarm_controller.program.riccati import solve_riccati
 from flexarm_controller.settings import MpcConfig
-from flexarm_model.reduced_model import ReducedModel
+from flexarm_model.served.reduced_model import ReducedModel
 
 Array = NDArray[np.float64]
 

@@ -19,8 +19,8 @@ from numpy.typing import NDArray
 from flexarm_controller.program.penalties import Known
 from flexarm_controller.program.prediction import plant
 from flexarm_controller.settings import MpcConfig
-from flexarm_model.reduced_model import ReducedModel
-from flexarm_model.state_space import StateSpace
+from flexarm_model.served.reduced_model import ReducedModel
+from flexarm_model.served.state_space import StateSpace
 
 Array = NDArray[np.float64]
 WHOLE = 1e-6  # of a period; a share below it is none

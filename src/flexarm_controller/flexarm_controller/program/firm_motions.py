@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from flexarm_controller.reference import Reference
 from flexarm_controller.settings import MpcConfig
-from flexarm_model.reduced_model import ReducedModel
+from flexarm_model.served.reduced_model import ReducedModel
 
 Array = NDArray[np.float64]
 RINGS = 0.02  # of the largest amplitude on the way; ten times what rounding to periods leaves

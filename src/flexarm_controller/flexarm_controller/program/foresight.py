@@ -16,9 +16,9 @@ from flexarm_controller.limits import Limits
 from flexarm_controller.program.moving import Segment
 from flexarm_controller.program.stage import Stage, build_stage
 from flexarm_controller.settings import MpcConfig
-from flexarm_model.mode_change import mode_change
-from flexarm_model.reduced_model import ReducedModel
-from flexarm_model.reduced_tree import ReducedTree
+from flexarm_model.served.mode_change import mode_change
+from flexarm_model.served.reduced_model import ReducedModel
+from flexarm_model.tree.reduced_tree import ReducedTree
 
 Array = NDArray[np.float64]
 SAME_INSTANT = 1e-6  # of a period

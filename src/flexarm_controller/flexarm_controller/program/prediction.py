@@ -14,8 +14,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from flexarm_model.reduced_model import ReducedModel
-from flexarm_model.state_space import StateSpace, discretize, state_space
+from flexarm_model.served.reduced_model import ReducedModel
+from flexarm_model.served.state_space import StateSpace, discretize, state_space
 
 Array = NDArray[np.float64]
 

@@ -20,8 +20,8 @@ from flexarm_controller.program.constraints import Constraints, constrain
 from flexarm_controller.program.penalties import Known, penalise
 from flexarm_controller.program.stage import Stage, build_stage
 from flexarm_controller.settings import MpcConfig
-from flexarm_model.reduced_model import ReducedModel
-from flexarm_model.state_space import StateSpace
+from flexarm_model.served.reduced_model import ReducedModel
+from flexarm_model.served.state_space import StateSpace
 
 Array = NDArray[np.float64]
 SLACK_CURVATURE = 1.0  # keeps the program strictly convex in the slacks

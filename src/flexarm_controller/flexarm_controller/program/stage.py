@@ -15,8 +15,8 @@ from flexarm_controller.program.prediction import Prediction, plant, predict
 from flexarm_controller.program.soft_outputs import SoftOutputs, build_soft_outputs
 from flexarm_controller.program.target import rest_shift
 from flexarm_controller.settings import MpcConfig
-from flexarm_model.reduced_model import ReducedModel
-from flexarm_model.state_space import StateSpace
+from flexarm_model.served.reduced_model import ReducedModel
+from flexarm_model.served.state_space import StateSpace
 
 Array = NDArray[np.float64]
 

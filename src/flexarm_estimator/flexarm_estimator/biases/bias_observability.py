@@ -19,8 +19,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexarm_estimator.biases.bias_states import bias_specs
-from flexarm_model.reduced_model import ReducedModel
-from flexarm_model.sensor_spec import SensorSpec
+from flexarm_model.manipulator.sensor_spec import SensorSpec
+from flexarm_model.served.reduced_model import ReducedModel
 
 Array = NDArray[np.float64]
 _RANK = 1e-9  # of the largest singular value

@@ -16,8 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import block_diag
 
-from flexarm_model.sensor_spec import BiasSpec, SensorSpec
-from flexarm_model.state_space import StateSpace
+from flexarm_model.manipulator.sensor_spec import BiasSpec, SensorSpec
+from flexarm_model.served.state_space import StateSpace
 
 Array = NDArray[np.float64]
 _FAR = 10.0  # sigmas; a rate is held within

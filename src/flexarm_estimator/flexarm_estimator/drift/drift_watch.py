@@ -18,12 +18,12 @@ from flexarm_estimator.drift.judgement import Alarms, ModeNow, modes_now, propos
 from flexarm_estimator.drift.mode_drift import ModeDrift
 from flexarm_estimator.drift.sensitivity import watched_filter
 from flexarm_estimator.drift.settings import DriftConfig
-from flexarm_estimator.gate import Gate
+from flexarm_estimator.judging.gate import Gate
 from flexarm_estimator.parts import Parts, PartsMaker
 from flexarm_estimator.settings import EstimatorConfig
-from flexarm_estimator.tip import Kinematics
-from flexarm_model.reduced_model import ReducedModel
-from flexarm_model.sensor_spec import SensorSpec
+from flexarm_estimator.tool.tip import Kinematics
+from flexarm_model.manipulator.sensor_spec import SensorSpec
+from flexarm_model.served.reduced_model import ReducedModel
 
 Array = NDArray[np.float64]
 SETTLING = 1.0  # s after a start in which nothing is learned

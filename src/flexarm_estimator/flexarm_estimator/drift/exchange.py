@@ -14,13 +14,13 @@ from numpy.typing import NDArray
 
 from flexarm_estimator.drift.drift_watch import DriftWatch
 from flexarm_estimator.drift.settings import DriftConfig
-from flexarm_estimator.sensor_messages import SensorReader
+from flexarm_estimator.messages.sensor_messages import SensorReader
 from flexarm_estimator.settings import EstimatorConfig
 from flexarm_model.conversions import NS_PER_S, ModelMessageError, model_from_msg, stamp_to_ns
-from flexarm_model.description import ManipulatorConfig
-from flexarm_model.pending_models import PendingModels
-from flexarm_model.reduced_model import ReducedModel
-from flexarm_model.reduced_tree import ReducedTree
+from flexarm_model.manipulator.description import ManipulatorConfig
+from flexarm_model.served.pending_models import PendingModels
+from flexarm_model.served.reduced_model import ReducedModel
+from flexarm_model.tree.reduced_tree import ReducedTree
 
 Array = NDArray[np.float64]
 TORQUE_TOPIC = "applied_effort"

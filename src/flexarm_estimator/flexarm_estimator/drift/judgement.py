@@ -14,7 +14,7 @@ import numpy as np
 
 from flexarm_estimator.drift.mode_drift import DAMPING_PRIOR, STIFFNESS_PRIOR, Deltas
 from flexarm_estimator.drift.settings import DriftConfig
-from flexarm_model.reduced_model import ReducedModel
+from flexarm_model.served.reduced_model import ReducedModel
 
 BACK = 2.0 / 3.0  # of a change that is told, below which it is taken back
 KNOWN = 0.5  # of the sigma before the measurement, from which a value counts as known

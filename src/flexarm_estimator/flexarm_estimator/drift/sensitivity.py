@@ -16,11 +16,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexarm_estimator.filters.steady_state import SETTLED, covariance_after, prompt_sensors
-from flexarm_estimator.joint_step import JointStep
 from flexarm_estimator.parts import Parts
-from flexarm_estimator.stack import stack_rows
-from flexarm_estimator.taylor import IntegralSlopes
-from flexarm_model.sensor_spec import SensorSpec
+from flexarm_estimator.steps.joint_step import JointStep
+from flexarm_estimator.steps.stack import stack_rows
+from flexarm_estimator.steps.taylor import IntegralSlopes
+from flexarm_model.manipulator.sensor_spec import SensorSpec
 
 Array = NDArray[np.float64]
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from flexarm_model.parameters import parameter
+from flexarm_model.settings.parameters import parameter
 
 
 @dataclass(frozen=True)

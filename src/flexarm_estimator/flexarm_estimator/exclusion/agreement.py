@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexarm_estimator.filter import Belief
-from flexarm_estimator.gate import normalised_square
+from flexarm_estimator.judging.gate import normalised_square
 from flexarm_estimator.measurement import Measurement
 from flexarm_estimator.parts import Parts
 

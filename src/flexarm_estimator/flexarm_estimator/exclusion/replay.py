@@ -19,11 +19,11 @@ from numpy.typing import NDArray
 from flexarm_estimator.adoption import StateMap
 from flexarm_estimator.filter import Belief
 from flexarm_estimator.fusion import Fusion
-from flexarm_estimator.gate import normalised_square
 from flexarm_estimator.history import SAME_INSTANT, Instant
-from flexarm_estimator.joint_step import PreparedStep
+from flexarm_estimator.judging.gate import normalised_square
+from flexarm_estimator.judging.sample_judge import FAR, Verdict
 from flexarm_estimator.measurement import Measurement
-from flexarm_estimator.sample_judge import FAR, Verdict
+from flexarm_estimator.steps.joint_step import PreparedStep
 
 Array = NDArray[np.float64]
 _SPIKES = 0.05  # share of the samples of a sound sensor that may be refused

@@ -14,9 +14,9 @@ from collections.abc import Generator
 from flexarm_estimator.adoption import carry_over
 from flexarm_estimator.exclusion.replay import Replay, heard_sensors
 from flexarm_estimator.filter import Belief
-from flexarm_estimator.gate import Gate
-from flexarm_estimator.health import Health
 from flexarm_estimator.history import History
+from flexarm_estimator.judging.gate import Gate
+from flexarm_estimator.judging.health import Health
 from flexarm_estimator.parts import Parts
 
 WORK = 400e3  # multiplications at one tick, about

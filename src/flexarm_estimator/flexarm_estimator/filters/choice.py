@@ -15,11 +15,11 @@ from flexarm_estimator.filters.served import ServedSteps
 from flexarm_estimator.filters.slopes import Slopes
 from flexarm_estimator.filters.step_source import StepSource
 from flexarm_estimator.filters.tangent import TangentSteps
-from flexarm_estimator.process import ProcessModel
-from flexarm_estimator.sensors import SensorModels
 from flexarm_estimator.settings import EstimatorConfig
-from flexarm_estimator.tip import Kinematics
-from flexarm_model.reduced_model import ReducedModel
+from flexarm_estimator.state.process import ProcessModel
+from flexarm_estimator.state.sensors import SensorModels
+from flexarm_estimator.tool.tip import Kinematics
+from flexarm_model.served.reduced_model import ReducedModel
 
 Array = NDArray[np.float64]
 

@@ -20,14 +20,14 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from flexarm_estimator.bilinear import Slope, value
 from flexarm_estimator.filter import Belief
 from flexarm_estimator.filters.flow import NoFlow, StateFlow
 from flexarm_estimator.filters.served import ServedSteps
 from flexarm_estimator.filters.step_source import Look, StepSource
-from flexarm_estimator.process import Transition
-from flexarm_estimator.sensors import MeasurementModel
-from flexarm_estimator.stack import Stack
+from flexarm_estimator.state.process import Transition
+from flexarm_estimator.state.sensors import MeasurementModel
+from flexarm_estimator.steps.bilinear import Slope, value
+from flexarm_estimator.steps.stack import Stack
 
 Array = NDArray[np.float64]
 _ASTRAY = 2.0  # sigma of the modes' displacements and velocities at the start

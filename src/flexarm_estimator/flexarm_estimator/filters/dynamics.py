@@ -9,7 +9,7 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from flexarm_estimator.tip import Kinematics
+from flexarm_estimator.tool.tip import Kinematics
 
 Array = NDArray[np.float64]
 

@@ -15,10 +15,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexarm_estimator.filters.moving_arm import Motion, MovingArm
-from flexarm_estimator.process import ProcessModel
-from flexarm_estimator.sensors import SensorModels
-from flexarm_estimator.taylor import ExponentialIntegrals
-from flexarm_model.reduced_model import ReducedModel
+from flexarm_estimator.state.process import ProcessModel
+from flexarm_estimator.state.sensors import SensorModels
+from flexarm_estimator.steps.taylor import ExponentialIntegrals
+from flexarm_model.served.reduced_model import ReducedModel
 
 Array = NDArray[np.float64]
 

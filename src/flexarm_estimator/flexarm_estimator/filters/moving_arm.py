@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from flexarm_estimator.filters.dynamics import Dynamics
 from flexarm_estimator.filters.slopes import Slopes
-from flexarm_model.reduced_model import ReducedModel
+from flexarm_model.served.reduced_model import ReducedModel
 
 Array = NDArray[np.float64]
 

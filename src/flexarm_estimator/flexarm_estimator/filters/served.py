@@ -7,9 +7,9 @@ from numpy.typing import NDArray
 
 from flexarm_estimator.filter import Belief
 from flexarm_estimator.filters.step_source import Look, StepSource
-from flexarm_estimator.process import ProcessModel, Transition
-from flexarm_estimator.sensors import MeasurementModel, SensorModels
-from flexarm_estimator.stack import Stack, stack_rows
+from flexarm_estimator.state.process import ProcessModel, Transition
+from flexarm_estimator.state.sensors import MeasurementModel, SensorModels
+from flexarm_estimator.steps.stack import Stack, stack_rows
 
 Array = NDArray[np.float64]
 

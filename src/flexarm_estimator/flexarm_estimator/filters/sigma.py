@@ -27,9 +27,9 @@ from flexarm_estimator.filters.flow import LocalRows, NoFlow, StateFlow
 from flexarm_estimator.filters.served import ServedSteps
 from flexarm_estimator.filters.step_source import Look, StepSource
 from flexarm_estimator.filters.tangent import TangentSteps, about, constant
-from flexarm_estimator.process import Transition
-from flexarm_estimator.sensors import MeasurementModel
-from flexarm_estimator.stack import Stack
+from flexarm_estimator.state.process import Transition
+from flexarm_estimator.state.sensors import MeasurementModel
+from flexarm_estimator.steps.stack import Stack
 
 Array = NDArray[np.float64]
 ALPHA, BETA, KAPPA = math.sqrt(2.0 - math.sqrt(3.0)), 2.0, 0.0

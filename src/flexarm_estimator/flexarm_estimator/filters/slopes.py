@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexarm_estimator.filters.dynamics import Dynamics
-from flexarm_model.compiled import FastFunction, FunctionTable
+from flexarm_model.numeric.compiled import FastFunction, FunctionTable
 
 Array = NDArray[np.float64]
 

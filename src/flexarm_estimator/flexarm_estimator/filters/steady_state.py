@@ -18,13 +18,13 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from flexarm_estimator.joint_step import JointStep
-from flexarm_estimator.process import ProcessModel
-from flexarm_estimator.sensors import SensorModels
-from flexarm_estimator.stack import stack_rows
-from flexarm_model.reduced_model import ReducedModel
-from flexarm_model.sensor_spec import SensorSpec
-from flexarm_model.steady_filter import SteadyFilter
+from flexarm_estimator.state.process import ProcessModel
+from flexarm_estimator.state.sensors import SensorModels
+from flexarm_estimator.steps.joint_step import JointStep
+from flexarm_estimator.steps.stack import stack_rows
+from flexarm_model.manipulator.sensor_spec import SensorSpec
+from flexarm_model.served.reduced_model import ReducedModel
+from flexarm_model.served.steady_filter import SteadyFilter
 
 Array = NDArray[np.float64]
 SETTLED = 60.0  # s after which the gain counts as constant

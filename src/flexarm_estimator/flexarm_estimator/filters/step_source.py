@@ -22,9 +22,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexarm_estimator.filter import Belief
-from flexarm_estimator.process import Transition
-from flexarm_estimator.sensors import MeasurementModel
-from flexarm_estimator.stack import Stack
+from flexarm_estimator.state.process import Transition
+from flexarm_estimator.state.sensors import MeasurementModel
+from flexarm_estimator.steps.stack import Stack
 
 Array = NDArray[np.float64]
 

@@ -15,9 +15,9 @@ from flexarm_estimator.filter import Belief
 from flexarm_estimator.filters.flow import LocalRows, NoFlow, StateFlow
 from flexarm_estimator.filters.served import ServedSteps
 from flexarm_estimator.filters.step_source import Look, StepSource
-from flexarm_estimator.process import Transition
-from flexarm_estimator.sensors import MeasurementModel
-from flexarm_estimator.stack import Stack
+from flexarm_estimator.state.process import Transition
+from flexarm_estimator.state.sensors import MeasurementModel
+from flexarm_estimator.steps.stack import Stack
 
 Array = NDArray[np.float64]
 

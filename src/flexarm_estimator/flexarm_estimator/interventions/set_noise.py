@@ -15,8 +15,8 @@ from flexarm_estimator.interventions.intervention import (
     require_numbers,
 )
 from flexarm_estimator.settings import EstimatorConfig
-from flexarm_model.parameters import ParameterError, validate
-from flexarm_model.sensor_spec import SensorSpec
+from flexarm_model.manipulator.sensor_spec import SensorSpec
+from flexarm_model.settings.parameters import ParameterError, validate
 
 SETTINGS = (
     "frequency_error",

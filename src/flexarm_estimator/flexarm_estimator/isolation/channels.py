@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from flexarm_model.sensor_spec import SensorSpec
+from flexarm_model.manipulator.sensor_spec import SensorSpec
 
 Array = NDArray[np.float64]
 _MODEL_ERROR = {"strain_gauge": 8e-6}  # SI; more of what settings add to the noise does not count here

@@ -2,7 +2,7 @@
  *
  * What comes from NumPy is row-major: a row of data is a column here. Of what is left out the noise is raised.
  */
-#include "../joint_algebra.h"
+#include "../steps/joint_algebra.h"
 
 struct run {
     int64_t steps, n, m, columns, hypotheses, inputs;

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from flexarm_estimator.isolation.hypotheses import Hypotheses
 from flexarm_estimator.isolation.window import WindowStep
-from flexarm_model.machine_code import load_code
+from flexarm_model.numeric.machine_code import load_code
 
 Array = NDArray[np.float64]
 SOURCE = Path(__file__).with_name("consistency_steps.c")

@@ -25,11 +25,11 @@ from flexarm_estimator.isolation.investigation import Case, Investigation, inves
 from flexarm_estimator.isolation.isolation import Explanation
 from flexarm_estimator.isolation.window import StepMaker
 from flexarm_estimator.isolation.window_reading import Entry
+from flexarm_estimator.judging.short_term import HELD
 from flexarm_estimator.measurement import Measurement
 from flexarm_estimator.parts import Parts
-from flexarm_estimator.short_term import HELD
 from flexarm_estimator.watches.watch import Finding, View, Watch
-from flexarm_model.sensor_spec import SensorSpec
+from flexarm_model.manipulator.sensor_spec import SensorSpec
 
 _LENGTH = 60  # ticks in the ring: 0.3 s at 200 Hz
 _SHORTEST = 36  # ticks of the shortest window that is investigated

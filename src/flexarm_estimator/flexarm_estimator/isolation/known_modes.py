@@ -9,7 +9,7 @@ the run then fits nothing, and leaving out some sound sensor seems to cure it. E
 from __future__ import annotations
 
 from flexarm_estimator.filter import Belief
-from flexarm_estimator.state_layout import StateLayout
+from flexarm_estimator.state.state_layout import StateLayout
 
 _HALF = 3.0  # sigma
 _TINY = 1e-300  # keeps 0 / 0 away

@@ -13,11 +13,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from flexarm_estimator.bilinear import Slope, tangent
 from flexarm_estimator.filter import Belief
-from flexarm_estimator.joint_step import JointStep
 from flexarm_estimator.parts import Parts
-from flexarm_estimator.process import Transition
+from flexarm_estimator.state.process import Transition
+from flexarm_estimator.steps.bilinear import Slope, tangent
+from flexarm_estimator.steps.joint_step import JointStep
 
 Array = NDArray[np.float64]
 _CACHE_SIZE = 200  # joint steps of a model

@@ -16,8 +16,8 @@ from flexarm_estimator.filter import Belief
 from flexarm_estimator.parts import Parts
 from flexarm_estimator.settings import EstimatorConfig
 from flexarm_estimator.watches.watch import Finding, View, Watch
-from flexarm_model.sensor_kinds import SENSOR_KINDS
-from flexarm_model.sensor_spec import SensorSpec
+from flexarm_model.manipulator.sensor_kinds import SENSOR_KINDS
+from flexarm_model.manipulator.sensor_spec import SensorSpec
 
 _AT_LIMIT = 0.95  # of the limit; noise leads it off again and again
 

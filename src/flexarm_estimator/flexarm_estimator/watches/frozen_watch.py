@@ -11,7 +11,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
-from flexarm_estimator.short_term import FROZEN
+from flexarm_estimator.judging.short_term import FROZEN
 from flexarm_estimator.watches.watch import Finding, View, Watch
 
 _PROOF = 2  # samples: three equal ones with the first

@@ -26,7 +26,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexarm_estimator.watches.tip_track import TipTrack
-from flexarm_model.machine_code import load_code
+from flexarm_model.numeric.machine_code import load_code
 
 Array = NDArray[np.float64]
 SOURCE = Path(__file__).with_name("latency_fit.c")

@@ -16,9 +16,9 @@ from functools import cache
 
 from scipy.special import chdtri
 
-from flexarm_estimator.sample_judge import Verdict
+from flexarm_estimator.judging.sample_judge import Verdict
 from flexarm_estimator.watches.watch import Finding, View, Watch
-from flexarm_model.sensor_spec import SensorSpec
+from flexarm_model.manipulator.sensor_spec import SensorSpec
 
 _WINDOW = 0.3  # s
 _ENOUGH = 10  # samples in it, at least

@@ -13,9 +13,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from flexarm_estimator.judging.short_term import SHIFT
 from flexarm_estimator.measurement import Measurement
 from flexarm_estimator.parts import Parts
-from flexarm_estimator.short_term import SHIFT
 from flexarm_estimator.watches.watch import Finding, View, Watch
 
 Array = NDArray[np.float64]

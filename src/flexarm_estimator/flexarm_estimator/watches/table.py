@@ -14,8 +14,8 @@ from flexarm_estimator.watches.noise_watch import NoiseWatch
 from flexarm_estimator.watches.shift_watch import ShiftWatch
 from flexarm_estimator.watches.stamp_delays import StampDelays
 from flexarm_estimator.watches.watch import Finding, View, Watch
-from flexarm_model.closure_error import ClosureError
-from flexarm_model.sensor_spec import SensorSpec
+from flexarm_model.manipulator.sensor_spec import SensorSpec
+from flexarm_model.tree.closure_error import ClosureError
 
 
 class Watches:

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from flexarm_estimator.measurement import Measurement
 from flexarm_estimator.parts import Parts
-from flexarm_model.closure_error import ClosureError
+from flexarm_model.tree.closure_error import ClosureError
 
 Array = NDArray[np.float64]
 

@@ -16,9 +16,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexarm_estimator.filter import Belief
+from flexarm_estimator.judging.sample_judge import Verdict
 from flexarm_estimator.measurement import Measurement
 from flexarm_estimator.parts import Parts
-from flexarm_estimator.sample_judge import Verdict
 
 Array = NDArray[np.float64]
 

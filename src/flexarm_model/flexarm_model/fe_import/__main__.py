@@ -5,11 +5,11 @@ from __future__ import annotations
 import sys
 from collections.abc import Sequence
 
-from flexarm_model.config import load_config
 from flexarm_model.fe_import.checks import check_model
 from flexarm_model.fe_import.fe_model import load_model
-from flexarm_model.imported_body import ImportedBody
-from flexarm_model.manipulator_file import find_manipulator
+from flexarm_model.manipulator.imported_body import ImportedBody
+from flexarm_model.reading.config import load_config
+from flexarm_model.reading.manipulator_file import find_manipulator
 
 
 def main(arguments: Sequence[str]) -> int:

@@ -16,9 +16,9 @@ from numpy.typing import NDArray
 from scipy import sparse
 
 from flexarm_model.fe_import.matrix_file import read_matrix
-from flexarm_model.imported_body import ImportedBody
-from flexarm_model.rotation import skew
-from flexarm_model.strict_yaml import ConfigError
+from flexarm_model.manipulator.imported_body import ImportedBody
+from flexarm_model.numeric.rotation import skew
+from flexarm_model.settings.strict_yaml import ConfigError
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.intp]

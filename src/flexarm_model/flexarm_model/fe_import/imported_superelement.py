@@ -11,15 +11,15 @@ from collections.abc import Collection
 import numpy as np
 from numpy.typing import NDArray
 
+from flexarm_model.bodies.reduction import mode_basis
+from flexarm_model.bodies.superelement import NodeShape, Superelement
 from flexarm_model.fe_import.checks import refuse_unsound
 from flexarm_model.fe_import.fe_model import FeModel, load_model
 from flexarm_model.fe_import.interfaces import Constraint, Interface, constrain, make_interface
 from flexarm_model.fe_import.rigid_mass import rigid_mass
 from flexarm_model.fe_import.sparse_reduction import reduction_basis
 from flexarm_model.fe_import.volume_integrals import volume_integrals
-from flexarm_model.imported_body import ImportedBody, ImportedReduction
-from flexarm_model.reduction import mode_basis
-from flexarm_model.superelement import NodeShape, Superelement
+from flexarm_model.manipulator.imported_body import ImportedBody, ImportedReduction
 
 Array = NDArray[np.float64]
 

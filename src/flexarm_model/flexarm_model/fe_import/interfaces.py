@@ -22,7 +22,7 @@ from scipy import sparse
 from scipy.linalg import qr
 
 from flexarm_model.fe_import.fe_model import FeModel
-from flexarm_model.imported_body import NodeSet
+from flexarm_model.manipulator.imported_body import NodeSet
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.intp]

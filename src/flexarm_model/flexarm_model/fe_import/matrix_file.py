@@ -20,8 +20,8 @@ import numpy as np
 from scipy import io, sparse
 
 from flexarm_model.fe_import.table import open_text, read_table, whole_numbers
-from flexarm_model.imported_body import MatrixFile
-from flexarm_model.strict_yaml import ConfigError
+from flexarm_model.manipulator.imported_body import MatrixFile
+from flexarm_model.settings.strict_yaml import ConfigError
 
 _BANNER = "%%MatrixMarket"
 

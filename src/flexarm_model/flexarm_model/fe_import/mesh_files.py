@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexarm_model.fe_import.table import read_table, whole_numbers
-from flexarm_model.strict_yaml import ConfigError
+from flexarm_model.settings.strict_yaml import ConfigError
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.intp]

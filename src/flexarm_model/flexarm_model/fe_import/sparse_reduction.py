@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexarm_model.fe_import.sparse_modes import Factor, lowest_modes, modes_below
-from flexarm_model.imported_body import ImportedReduction
+from flexarm_model.manipulator.imported_body import ImportedReduction
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.intp]

@@ -15,7 +15,7 @@ from typing import TextIO
 import numpy as np
 from numpy.typing import NDArray
 
-from flexarm_model.strict_yaml import ConfigError
+from flexarm_model.settings.strict_yaml import ConfigError
 
 Array = NDArray[np.float64]
 

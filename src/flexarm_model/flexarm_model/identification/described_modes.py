@@ -9,11 +9,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from flexarm_model.config import load_config
 from flexarm_model.identification.model_update import Serve, Unknown
-from flexarm_model.linear_assembly import assemble
 from flexarm_model.modal.modes import normal_modes
-from flexarm_model.strict_yaml import ConfigError, read_yaml
+from flexarm_model.reading.config import load_config
+from flexarm_model.served.linear_assembly import assemble
+from flexarm_model.settings.strict_yaml import ConfigError, read_yaml
 
 Array = NDArray[np.float64]
 RIGID_HZ = 1e-3  # below it a mode is the free motion of a motor

@@ -15,10 +15,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import eigh
 
-from flexarm_model.config import load_config
-from flexarm_model.linearize import linearize
-from flexarm_model.reduced_tree import ReducedTree
-from flexarm_model.sensors import output_names, output_units
+from flexarm_model.reading.config import load_config
+from flexarm_model.served.linearize import linearize
+from flexarm_model.tree.reduced_tree import ReducedTree
+from flexarm_model.tree.sensors import output_names, output_units
 
 Array = NDArray[np.float64]
 RIGID_HZ = 1e-3  # below it a mode is the free motion of a motor

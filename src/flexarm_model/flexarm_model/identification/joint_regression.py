@@ -21,10 +21,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import butter, sosfiltfilt
 
-from flexarm_model.description import ManipulatorConfig
 from flexarm_model.identification.encoder_noise import ORDER, left_behind, smoothest, white_noise
 from flexarm_model.identification.regressor_quality import balance_sizes, condition, weakest
 from flexarm_model.identification.rigid_limit import RigidLimit
+from flexarm_model.manipulator.description import ManipulatorConfig
 from flexarm_model.modal.read_only import lock_arrays
 
 Array = NDArray[np.float64]

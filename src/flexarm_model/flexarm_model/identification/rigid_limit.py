@@ -16,8 +16,8 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import NDArray
 
-from flexarm_model.description import ManipulatorConfig
-from flexarm_model.segment_model import SegmentModel
+from flexarm_model.manipulator.description import ManipulatorConfig
+from flexarm_model.segments.segment_model import SegmentModel
 
 Array = NDArray[np.float64]
 PARAMETERS = 10  # of a rigid body

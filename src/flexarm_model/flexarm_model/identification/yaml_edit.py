@@ -7,7 +7,7 @@ from typing import Any
 
 import yaml
 
-from flexarm_model.strict_yaml import ConfigError
+from flexarm_model.settings.strict_yaml import ConfigError
 
 
 def edit_values(text: str, changes: Mapping[str, str | float], preset: str = "") -> str:

@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexarm_model.kinematics.numeric import Mechanism
-from flexarm_model.linearize import constraint_stiffness, find_equilibrium
-from flexarm_model.reduced_tree import ReducedTree
+from flexarm_model.served.linearize import constraint_stiffness, find_equilibrium
+from flexarm_model.tree.reduced_tree import ReducedTree
 
 Array = NDArray[np.float64]
 

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexarm_model.kinematics.refusals import ConvergenceError
-from flexarm_model.rotation import rotation_vector
+from flexarm_model.numeric.rotation import rotation_vector
 
 Array = NDArray[np.float64]
 

@@ -1,7 +1,7 @@
 """Paths of the tip: where it is along the way, and when.
 
 A path gives position and its first two derivatives by the length of the way s; a profile of
-`flexarm_model.profiles` gives s(t). Straight lines and arcs of circles are put together to polygons
+`flexarm_model.motion.profiles` gives s(t). Straight lines and arcs of circles are put together to polygons
 with rounded corners. On an arc of radius r at speed v the acceleration jumps to v^2 / r.
 """
 
@@ -15,8 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from flexarm_model.profiles import Profile, Trapezoid
-from flexarm_model.rotation import rotation_vector
+from flexarm_model.motion.profiles import Profile, Trapezoid
+from flexarm_model.numeric.rotation import rotation_vector
 
 Array = NDArray[np.float64]
 

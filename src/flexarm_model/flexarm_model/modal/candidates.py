@@ -13,10 +13,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from flexarm_model.body_spec import Beam
-from flexarm_model.description import ManipulatorConfig
-from flexarm_model.sensor_kinds import SENSOR_KINDS
-from flexarm_model.sensor_spec import SensorSpec
+from flexarm_model.manipulator.body_spec import Beam
+from flexarm_model.manipulator.description import ManipulatorConfig
+from flexarm_model.manipulator.sensor_kinds import SENSOR_KINDS
+from flexarm_model.manipulator.sensor_spec import SensorSpec
 
 STRAIN = "strain"  # a channel that only beams have
 

@@ -15,9 +15,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from flexarm_model.bodies.reduction import mode_basis
 from flexarm_model.modal.read_only import lock_arrays
-from flexarm_model.reduced_model import ReducedModel
-from flexarm_model.reduction import mode_basis
+from flexarm_model.served.reduced_model import ReducedModel
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]

@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 from flexarm_model.modal.modes import Modes, model_modes
 from flexarm_model.modal.read_only import lock_arrays
 from flexarm_model.modal.tracking import group_modes
-from flexarm_model.reduced_model import Outputs, ReducedModel
+from flexarm_model.served.reduced_model import Outputs, ReducedModel
 
 Array = NDArray[np.float64]
 

@@ -1,0 +1,1 @@
+"""Which samples are believed: checks, gate, short-term memory, health."""

@@ -1,0 +1,148 @@
+"""Which samples may reach the filter: known, finite, of the right length, possible, new, in time.
+
+What is refused here never touches the state. The chi-square gate, which needs the state, is in
+``gate``.
+"""
+
+from __future__ import annotations
+
+import math
+import sys
+from bisect import bisect_left
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexarm_estimator.history import SAME_INSTANT
+from flexarm_estimator.measurement import Measurement
+from flexarm_model.manipulator.sensor_spec import SensorSpec
+
+Array = NDArray[np.float64]
+_MOST = sys.float_info.max
+_END = 0.01  # of half the range: a sample so near its end may be clipped
+_BEYOND = 0.3  # of half the range: one sigma of how far beyond the truth may be
+_R_FLOOR = 0.01  # of the variance of the YAML: a sensor may not claim to be ten times better
+_R_MOST = 1e12  # of the same; more says nothing, and its square would be too large
+
+
+class Window(NamedTuple):  # not a dataclass: made in every step
+    """Stamps that can be used now: after ``oldest``, not after ``newest`` [s]."""
+
+    oldest: float
+    newest: float
+
+
+class SampleChecks:
+    """Refuses samples and says why; remembers stamps to drop duplicates.
+
+    Attributes:
+        is_at_end: The sample that passed last is at the end of its sensor's range.
+    """
+
+    def __init__(self, specs: tuple[SensorSpec, ...]) -> None:
+        """Take ranges and lengths from the description."""
+        self._specs = {spec.name: spec for spec in specs}
+        self._known = {
+            spec.name: (
+                np.dtype(np.float64),
+                (len(spec.channels),),
+                max(spec.low, -_MOST) + _END * _reach(spec),
+                min(spec.high, _MOST) - _END * _reach(spec),
+                list[float](),  # stamps, sorted
+            )
+            for spec in specs
+        }
+        self.is_at_end = False
+        self._variances = {spec.name: np.asarray(spec.sigma, dtype=np.float64) ** 2 for spec in specs}
+
+    def retune(self, specs: tuple[SensorSpec, ...]) -> None:
+        """Go on with other noise of the same sensors."""
+        self._variances = {spec.name: np.asarray(spec.sigma, dtype=np.float64) ** 2 for spec in specs}
+
+    def refuse(self, sample: Measurement, window: Window) -> str:
+        """Return why a sample cannot be used; empty when it can.
+
+        A sample that passes is remembered: a second one with its stamp is a duplicate.
+        """
+        sensor, t, y, _ = sample
+        known = self._known.get(sensor)
+        if known is None:
+            return "unknown sensor"
+        dtype, shape, low, high, stamps = known
+        if not isinstance(y, np.ndarray) or y.dtype != dtype or y.shape != shape:
+            return f"needs {shape[0]} numbers"
+        self.is_at_end = False
+        for value in y.tolist():  # on so few numbers much cheaper than array functions
+            if not low <= value <= high:  # also when it is NaN
+                self.is_at_end = True
+                if reason := self._describe(sensor, value):
+                    return reason
+        return _take_stamp(stamps, t, window)
+
+    def noise(self, sample: Measurement) -> Array | None:
+        """Return the R of the sample that ``refuse`` has just let pass; None for that of the description.
+
+        At the end of its range a sensor clips: the truth lies somewhere beyond.
+        """
+        R = None if sample.R is None else self.own_covariance(sample)
+        if not self.is_at_end:
+            return R
+        variances, spec = self._variances[sample.sensor], self._specs[sample.sensor]
+        beyond = np.eye(variances.size) * (_BEYOND * _reach(spec)) ** 2
+        return beyond + (np.diag(variances) if R is None else R)
+
+    def own_covariance(self, sample: Measurement) -> Array | None:
+        """Return the sample's R, floored; None when it has none or one that cannot be used."""
+        if sample.R is None:
+            return None
+        variances = self._variances[sample.sensor]
+        R = np.asarray(sample.R)
+        size = variances.size
+        if R.shape != (size, size) or R.dtype != np.float64 or not np.isfinite(R).all():
+            return None
+        diagonal = R.diagonal()
+        if not (diagonal > 0.0).all():  # drivers that know no covariance send zeros
+            return None
+        scale = np.sqrt(np.outer(variances, variances))
+        R = np.clip(R, -_R_MOST * scale, _R_MOST * scale)
+        diagonal = R.diagonal()
+        R = (R + R.T) / 2 + np.diag(np.maximum(0.0, _R_FLOOR * variances - diagonal))
+        is_usable = np.linalg.eigvalsh(R / scale)[0] > 0.0
+        return R if is_usable else None
+
+    def _describe(self, sensor: str, value: float) -> str:
+        spec = self._specs[sensor]
+        if max(spec.low, -_MOST) <= value <= min(spec.high, _MOST):
+            return ""
+        return f"outside [{spec.low:g}, {spec.high:g}]" if math.isfinite(value) else "not finite"
+
+
+def _reach(spec: SensorSpec) -> float:
+    """Return half the range; 0 when it has no end."""
+    return (spec.high - spec.low) / 2 if math.isfinite(spec.high - spec.low) else 0.0
+
+
+def _take_stamp(stamps: list[float], t: float, window: Window) -> str:
+    """Put a stamp into its place and forget what is too old; return why it cannot be used, or nothing."""
+    oldest, newest = window
+    if not oldest + SAME_INSTANT < t <= newest:
+        return _refuse_stamp(t, window)
+    if not stamps or t > stamps[-1] + SAME_INSTANT:  # most samples are the newest
+        stamps.append(t)
+    else:
+        at = bisect_left(stamps, t - SAME_INSTANT)
+        if stamps[min(at, len(stamps) - 1)] <= t + SAME_INSTANT:
+            return "duplicate stamp"
+        stamps.insert(at, t)
+    while stamps[0] <= oldest:
+        del stamps[0]
+    return ""
+
+
+def _refuse_stamp(t: float, window: Window) -> str:
+    if not math.isfinite(t):
+        return "stamp is not finite"
+    if t > window.newest:
+        return "stamp is in the future"
+    return "older than the history"

@@ -1,0 +1,239 @@
+"""The chi-square gate, with re-opening.
+
+A sample is refused when ``nu' S^-1 nu`` is as improbable as ``gate`` sigmas. A gate alone would lock
+a sensor out for ever after one impact: once a sensor has been refused ``reopen_after`` times in a
+row, the state is doubted instead; its covariance is widened at that instant, for all sensors, and
+the widening stays in the history so that a late camera frame does not undo it. When doubt returns within
+``reopen_interval``, or another sensor refuses what one alone has asked for, the state may not be to blame:
+there is a dispute, which ``exclusion`` settles.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg.lapack import dposv
+from scipy.special import chdtri, ndtr
+
+from flexarm_estimator.history import SAME_INSTANT
+from flexarm_estimator.judging.ordinary import Ordinary, load_ordinary
+from flexarm_estimator.judging.sample_judge import FAR, Verdict
+from flexarm_estimator.judging.short_term import HELD, JUMP, NOTHING, SHIFT, Run, ShortTerm
+from flexarm_estimator.measurement import Measurement
+from flexarm_estimator.settings import EstimatorConfig
+from flexarm_estimator.steps.joint_step import PreparedStep
+
+Array = NDArray[np.float64]
+_ALSO, _SHARE = 3.0, 0.9  # score of another mean, and over the own, that makes a bias doubtful
+_SHORTEST = 1e-3  # s
+_TOGETHER = 2  # refusals in a row of several sensors at once that make the state doubtful
+
+
+class Gate:
+    """Judges samples and remembers what each sensor did lately.
+
+    Attributes:
+        is_disputed: The state was widened, and yet sensors contradict each other.
+        doubters: Sensors whose refusals led to the last widening.
+        doubted_since: Stamp of the first refusal that led to the first of the widenings in a row [s].
+    """
+
+    def __init__(
+        self, sigmas: Mapping[str, Sequence[float]], config: EstimatorConfig, use_compiler: bool = True
+    ) -> None:
+        """Compute the thresholds.
+
+        Args:
+            sigmas: Noise of the channels of every sensor, SI.
+            config: Settings.
+            use_compiler: False judges without machine code: the same, slower.
+        """
+        self._code = load_ordinary() if use_compiler else None
+        tail = 2.0 * ndtr(-config.gate)
+        self._threshold = {name: float(chdtri(len(sigma), tail)) for name, sigma in sigmas.items()}
+        self._sigmas, self._config = sigmas, config
+        self.restart()
+
+    def restart(self) -> None:
+        """Forget what the sensors did."""
+        self._refusals = dict.fromkeys(self._sigmas, 0)
+        self._refused_since = dict.fromkeys(self._sigmas, 0.0)
+        gate, threshold = self._config.lone_gate or self._config.gate, self._threshold
+        self._past = {name: ShortTerm(s, gate, threshold[name]) for name, s in self._sigmas.items()}
+        self._together: dict[tuple[str, ...], Ordinary] = {}
+        self._met: dict[str, list[tuple[Measurement, Run]]] = {}
+        self._stamps: dict[str, float] = {}  # of sensors with one new sample
+        self._released: list[Measurement] = []
+        self._dropped: list[Verdict] = []
+        self.doubters: set[str] = set()
+        self.calm()
+
+    def calm(self) -> None:
+        """Take back all doubts: the state is what the sensors say."""
+        self._refusals = dict.fromkeys(self._refusals, 0)
+        self._reopened_at = -math.inf
+        self.doubted_since = math.inf
+        self.is_disputed = False
+
+    def bound(self, sensor: str) -> float:
+        """Return what ``nu' S^-1 nu`` of a sensor may be."""
+        return self._threshold[sensor]
+
+    def doubt(self, t: float) -> str:
+        """Return who doubts the state; empty when nobody has lately."""
+        return f"the state was doubted by {', '.join(sorted(self.doubters))}" if self.is_upset(t) else ""
+
+    def needs(self, t: float) -> float:
+        """Return since when the past is needed to settle the doubts of ``t`` [s]; infinite without any.
+
+        Where doubts go on and on, not since the first: a past that only grew could soon not be played again.
+        """
+        config = self._config
+        longest = t - config.history - config.reopen_interval
+        return max(self.doubted_since, longest) if self.is_upset(t) else math.inf
+
+    def meet(self, samples: Iterable[Measurement]) -> None:
+        """Look at new samples before they are judged."""
+        past, found, stamps = self._past, self._met, self._stamps
+        found.clear()
+        stamps.clear()
+        for sample in samples:
+            sensor = sample.sensor
+            met = sample, past[sensor].meet(sample)
+            if sensor in found:
+                found[sensor].append(met)
+                stamps[sensor] = math.nan
+            else:
+                found[sensor] = [met]
+                stamps[sensor] = sample.t
+
+    def take_ordinary(self, step: PreparedStep, t: float) -> list[Verdict] | None:
+        """Judge and note what the run of a step has left at an instant ``t`` [s] whose rows are all new.
+
+        Returns the verdicts; None, with nothing changed, when one of the samples wants a closer look.
+        """
+        if self._code is None or step.stack is None:
+            return None
+        names, stamps = step.stack.names, self._stamps
+        for name in names:
+            if stamps.get(name) != t:
+                return None
+        together = self._together.get(names)
+        if together is None:
+            together = self._together[names] = Ordinary([self._past[name] for name in names], self._code)
+        normalised = together.take(step, t)
+        if normalised is None:
+            return None
+        for name in names:
+            self._refusals[name] = 0
+            del self._met[name], stamps[name]
+        nu, said = step.nu.copy(), zip(names, step.stack.spans, normalised, strict=True)
+        return [Verdict(name, t, True, nu[span], z) for name, span, z in said]
+
+    def judge(self, sensor: str, t: float, nu: Array, S: Array) -> Verdict:
+        """Return the verdict on an innovation ``nu`` (m,) of covariance ``S`` (m, m); never raises."""
+        return self.decide(sensor, t, nu, normalised_square(nu, S))
+
+    def decide(self, sensor: str, t: float, nu: Array, nis: float) -> Verdict:
+        """Return the verdict on an innovation ``nu`` (m,) with ``nis = nu' S^-1 nu``; never raises."""
+        z = math.sqrt(nis / nu.size) if 0.0 <= nis < math.inf else 0.0
+        met, reason, since = self._find(sensor, t), "", math.inf
+        if met is not None:
+            past, run = self._past[sensor], met[1]
+            reason, since = past.doubt(run, nu, z), run.since
+            if reason in (HELD, SHIFT):
+                if self.is_upset(t) or self._is_common(sensor, reason):
+                    reason = ""
+                elif reason == SHIFT:
+                    since = past.mean.onset
+        if not reason and not 0.0 <= nis <= self._threshold[sensor]:
+            reason = FAR
+        return Verdict(sensor, t, not reason, nu, z, reason, since)
+
+    def has_doubt(self, verdicts: Iterable[Verdict], t: float) -> bool:
+        """Return whether a refusal among ``verdicts`` is one too many: the state is wrong, not the sample."""
+        return bool(self._find_doubters(verdicts))
+
+    def note(self, verdicts: Iterable[Verdict]) -> None:
+        """Count final verdicts."""
+        for verdict in verdicts:
+            sensor, t, is_accepted, nu, z, reason, _ = verdict
+            if is_accepted:
+                self._refusals[sensor] = 0
+            elif reason == FAR:
+                self.is_disputed |= self.is_upset(t)
+                if not self._refusals[sensor]:
+                    self._refused_since[sensor] = t
+                self._refusals[sensor] += 1
+            met = self._find(sensor, t)
+            if met is None:
+                continue
+            self._met[sensor].remove(met)
+            doubt = "" if not reason or reason == FAR else reason
+            outcome = self._past[sensor].note(met[1], met[0], nu, z, doubt, is_accepted)
+            if outcome is not NOTHING:
+                self._released += outcome.released
+                self._dropped += [Verdict(sensor, s.t, False, nu, z, JUMP) for s in outcome.dropped]
+
+    def resolve(self, oldest: float) -> tuple[list[Measurement], list[Verdict]]:
+        """Return samples that were held and may be fused now, and verdicts on those that may not.
+
+        Args:
+            oldest: Only later samples can be fused [s].
+        """
+        if not (self._released or self._dropped):
+            return [], []
+        released = [sample for sample in self._released if sample.t > oldest + SAME_INSTANT]
+        dropped, self._released, self._dropped = self._dropped, [], []
+        return released, dropped
+
+    def note_reopening(self, verdicts: Iterable[Verdict], t: float) -> tuple[set[str], float]:
+        """Remember that the covariance was widened at ``t``; that does not help twice in a row.
+
+        Returns:
+            The sensors that doubt the state, and for how long the first of them has been refused [s].
+        """
+        is_again = self.is_upset(t)
+        self.is_disputed |= is_again
+        self.doubters, self._reopened_at = self._find_doubters(verdicts), t
+        since = min((self._refused_since[sensor] for sensor in self.doubters), default=t)
+        self.doubted_since = min(self.doubted_since, since) if is_again else since
+        return set(self.doubters), max(t - since, _SHORTEST)
+
+    def is_upset(self, t: float) -> bool:
+        """Return whether the state has been doubted lately: innovations tell of it, not of their sensors."""
+        return t - self._reopened_at < self._config.reopen_interval
+
+    def _is_common(self, sensor: str, reason: str) -> bool:
+        """Return whether others are surprised, too: then something did happen to the arm."""
+        own = self._past[sensor]
+        others = [past for name, past in self._past.items() if name != sensor]
+        if any(abs(past.surprised_at - own.surprised_at) <= SAME_INSTANT for past in others):
+            return True
+        least = max(_ALSO, _SHARE * own.mean.score)
+        return reason == SHIFT and any(past.mean.score > least for past in others)
+
+    def _find(self, sensor: str, t: float) -> tuple[Measurement, Run] | None:
+        for met in self._met.get(sensor, ()):
+            if abs(met[0].t - t) <= SAME_INSTANT:
+                return met
+        return None
+
+    def _find_doubters(self, verdicts: Iterable[Verdict]) -> set[str]:
+        refused = {v.sensor for v in verdicts if v.reason == FAR}
+        together = {sensor for sensor in refused if self._refusals[sensor] >= _TOGETHER}
+        if len(together) > 1:
+            return together
+        return {sensor for sensor in together if self._refusals[sensor] >= self._config.reopen_after}
+
+
+def normalised_square(nu: Array, S: Array) -> float:
+    """Return ``nu' S^-1 nu``; infinite when S is not positive definite."""
+    if nu.size == 1:
+        value, variance = float(nu[0]), float(S[0, 0])
+        return value * value / variance if variance > 0.0 else math.inf  # ** raises when it overflows
+    _, solution, info = dposv(S, nu)
+    return float(nu.dot(solution)) if info == 0 else math.inf

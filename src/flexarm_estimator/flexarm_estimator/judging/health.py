@@ -1,0 +1,200 @@
+"""Health of every sensor and of the estimate as a whole.
+
+A sensor is "stale" when nothing usable has come from it for its latency, three sample periods and
+``time_out``; samples that are not finite or not possible do not count as life. It is "rejected" when
+the newest sample was refused, "faulty" when a watch has put it out of use. The estimate is "degraded"
+when a sensor is stale, faulty, doubted by a watch or refused ``reopen_after`` times in a row; "lost"
+when nothing has come from any for its latency and one sample period (or ``time_out``), when nothing has
+located the axes for ``position_time_out``, or when the tip's covariance is too large; "starting" until it
+was good once.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+
+import numpy as np
+
+from flexarm_estimator.estimate import SensorReport, Status
+from flexarm_estimator.judging.sample_judge import Verdict
+from flexarm_estimator.judging.sensor_record import SensorRecord, report, time_out
+from flexarm_estimator.judging.short_term import HELD
+from flexarm_estimator.measurement import Measurement
+from flexarm_estimator.messages.tally import Tally
+from flexarm_estimator.settings import EstimatorConfig
+from flexarm_estimator.watches.watch import Finding
+from flexarm_model.manipulator.sensor_spec import SensorSpec
+
+_PERIODS = 3.0  # sample periods of silence that are normal
+
+
+class Health:
+    """Counts samples, watches ages, and says whether the estimate may be used.
+
+    Attributes:
+        unknown: Samples of sensors that the description does not have.
+        refusals: Samples that were refused before the filter saw them, by sensor and reason.
+    """
+
+    def __init__(self, specs: Iterable[SensorSpec], locating: set[str], config: EstimatorConfig) -> None:
+        """Start the counts.
+
+        Args:
+            specs: Sensors of the description.
+            locating: Names of those that tell where the axes are.
+            config: Settings.
+        """
+        self._config = config
+        self._records = {
+            spec.name: SensorRecord(
+                time_out(spec, config, _PERIODS),
+                time_out(spec, config, 1.0),
+                np.zeros(len(spec.channels)),
+                spec.name in locating,
+            )
+            for spec in specs
+        }
+        for record in self._records.values():
+            record.innovation.flags.writeable = False
+        self.unknown = 0
+        self.refusals = Tally()
+        self.restart(0.0)
+
+    def restart(self, t: float) -> None:
+        """Begin anew at ``t``: ages count from here, counts go on."""
+        self._has_started, self._started = False, t
+        for record in self._records.values():
+            record.newest_accepted = record.newest_valid = t
+            record.first_accepted = math.inf
+            record.refused_in_a_row, record.reason = 0, "no sample yet"
+            record.faults.clear()
+            record.remarks.clear()
+
+    def note_refusal(self, sensor: str, reason: str) -> None:
+        """Count a sample that was refused before the filter saw it."""
+        self.refusals.note(sensor, reason)
+        if sensor not in self._records:
+            self.unknown += 1
+            return
+        record = self._records[sensor]
+        record.rejected += 1
+        record.refused_in_a_row += 1
+        record.reason = reason
+
+    def note_verdicts(self, verdicts: Iterable[Verdict]) -> None:
+        """Count what the gate said."""
+        for verdict in verdicts:
+            sensor, t, is_accepted, innovation, normalised, reason, _ = verdict
+            record = self._records[sensor]
+            record.innovation, record.normalised = innovation, normalised
+            if t > record.newest_valid:
+                record.newest_valid = t
+            if is_accepted:
+                record.accepted += 1
+                record.refused_in_a_row, record.reason = 0, ""
+                if t > record.newest_accepted:
+                    record.newest_accepted = t
+                if t < record.first_accepted:
+                    record.first_accepted = t
+            elif reason != HELD:
+                record.rejected += 1
+                record.refused_in_a_row += 1
+                record.reason = reason
+
+    def switch(self, sensor: str, is_off: bool) -> None:
+        """Switch a sensor off or on by hand.
+
+        Raises:
+            KeyError: There is no such sensor.
+        """
+        self._records[sensor].is_off = is_off
+
+    def heed(self, finding: Finding, watch: str = "") -> None:
+        """Take over what a watch says; an empty reason takes back what the same watch said."""
+        record = self._records[finding.sensor]
+        said = record.faults if finding.is_fault else record.remarks
+        said.pop(watch, None)
+        if finding.reason:
+            said[watch] = finding.reason
+
+    def locates(self, sensors: Iterable[str]) -> bool:
+        """Return whether one of some sensors tells where the axes are."""
+        return any(self._records[sensor].locates for sensor in sensors)
+
+    def is_vouched(self, before: float) -> bool:
+        """Return whether all who tell where the axes are had agreed with the state ``before`` a time [s]."""
+        spoken = [r for r in self._records.values() if r.locates and r.newest_valid > self._started]
+        return all(record.first_accepted < before for record in spoken)
+
+    def is_stranded(self, t: float) -> bool:
+        """Return whether whoever tells where the axes are is at fault for so long that nobody can know."""
+        newest = -math.inf
+        for record in self._records.values():
+            if record.locates and not record.is_off and t - record.newest_valid <= record.time_out:
+                if not record.faults:
+                    return False
+                newest = max(newest, record.newest_accepted)
+        return -math.inf < newest < t - self._config.position_time_out
+
+    def pick_sound(self, samples: Iterable[Measurement]) -> list[Measurement]:
+        """Return the samples of sensors that no watch has put out of use; the others are alive, too."""
+        sound = []
+        for sample in samples:
+            record = self._records[sample.sensor]
+            if not record.faults:
+                sound.append(sample)
+            elif sample.t > record.newest_valid:
+                record.newest_valid = sample.t
+        return sound
+
+    def is_off(self, sensor: str) -> bool:
+        """Return whether a known sensor is switched off."""
+        return self._records[sensor].is_off
+
+    def reports(self, t: float) -> tuple[SensorReport, ...]:
+        """Return the health of every sensor at ``t``."""
+        return tuple([report(name, record, t) for name, record in self._records.items()])
+
+    def judge(
+        self, t: float, tip_sigma: float, reports: Iterable[SensorReport], trouble: str, lost: str = ""
+    ) -> tuple[Status, str]:
+        """Return status and reason of the estimate.
+
+        Args:
+            t: Now [s].
+            tip_sigma: One sigma of the tip's position [m].
+            reports: Health of the sensors at ``t``.
+            trouble: Anything else that is wrong in this step; empty when nothing is.
+            lost: Why the state must not be used; empty when nothing else forbids it.
+        """
+        reason = self._why_lost(t, tip_sigma) or lost
+        if reason:
+            return ("lost" if self._has_started else "starting"), reason
+        self._has_started = True
+        doubts = [f"{r.name}: {r.reason}" for r in reports if r.reason and self._is_doubtful(r)]
+        if trouble:
+            doubts.append(trouble)
+        return ("degraded", "; ".join(doubts)) if doubts else ("ok", "")
+
+    def _why_lost(self, t: float, tip_sigma: float) -> str:
+        is_usable = is_located = False
+        for record in self._records.values():
+            age = math.inf if record.is_off or record.faults else t - record.newest_accepted
+            is_usable |= age <= record.last_hope
+            if record.locates and record.accepted:
+                is_located |= age <= record.time_out or age <= self._config.position_time_out
+            if is_usable and is_located:
+                break
+        if not is_usable:
+            return "no sensor is usable"
+        if not is_located:
+            return "nothing locates the axes"
+        if not tip_sigma <= self._config.lost_sigma:
+            return f"tip is uncertain by {tip_sigma:.2g} m"
+        return ""
+
+    def _is_doubtful(self, report: SensorReport) -> bool:
+        if report.status == "rejected":
+            return self._records[report.name].refused_in_a_row >= self._config.reopen_after
+        return report.status in ("stale", "faulty") or bool(self._records[report.name].remark)

@@ -1,0 +1,72 @@
+"""What is known of one sensor, and the report made of it."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexarm_estimator.estimate import SensorReport, SensorStatus
+from flexarm_estimator.settings import EstimatorConfig
+from flexarm_model.manipulator.sensor_spec import SensorSpec
+
+Array = NDArray[np.float64]
+
+
+@dataclass(slots=True)
+class SensorRecord:
+    """What is known of one sensor."""
+
+    time_out: float
+    last_hope: float  # age up to which it carries the estimate alone [s]
+    innovation: Array
+    locates: bool
+    is_off: bool = False
+    accepted: int = 0
+    rejected: int = 0
+    refused_in_a_row: int = 0
+    first_accepted: float = math.inf
+    newest_accepted: float = 0.0
+    newest_valid: float = 0.0
+    reason: str = "no sample yet"
+    normalised: float = 0.0
+    faults: dict[str, str] = field(default_factory=dict)  # why it was put out of use, by watch
+    remarks: dict[str, str] = field(default_factory=dict)  # what else watches have to say of it
+
+    @property
+    def fault(self) -> str:
+        """What all watches have against it."""
+        return "; ".join(self.faults.values())
+
+    @property
+    def remark(self) -> str:
+        """What else they say."""
+        return "; ".join(self.remarks.values())
+
+
+def time_out(spec: SensorSpec, config: EstimatorConfig, periods: float) -> float:
+    """Return the silence of a sensor that is normal [s], with so many sample ``periods``."""
+    silence = periods / spec.rate_hz if spec.rate_hz > 0.0 else 0.0
+    return spec.latency + max(config.time_out, silence)
+
+
+def report(name: str, record: SensorRecord, t: float) -> SensorReport:
+    """Return the health of a sensor at ``t`` [s]."""
+    status: SensorStatus = "ok"
+    reason, age = record.reason, t - record.newest_accepted
+    age = age if age > 0.0 else 0.0
+    if record.is_off:
+        status, reason = "off", "switched off"
+    elif record.faults:
+        status, reason = "faulty", record.fault
+    elif t - record.newest_valid > record.time_out:
+        status, reason = "stale", f"silent ({reason})" if reason else "silent"
+    elif reason:
+        status = "rejected"
+    elif record.remarks:
+        reason = record.remark
+    return SensorReport(
+        name, status, reason, age, record.accepted, record.rejected, record.innovation, record.normalised
+    )

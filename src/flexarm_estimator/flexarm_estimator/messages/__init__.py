@@ -1,0 +1,1 @@
+"""What comes in: sensor messages and torques, read without trust."""

@@ -1,0 +1,176 @@
+"""Sensor messages as samples, without touching what is inside a sample: that is the estimator's.
+
+Messages are read by their fields, so this file needs no ROS. Real drivers leave arrays empty, send
+covariances of zeros and frames of their own; whatever cannot be used comes back as a ``Refusal``.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexarm_estimator.measurement import Measurement
+from flexarm_estimator.messages.readings import Reading, Refusal
+from flexarm_model.manipulator.description import ManipulatorConfig
+from flexarm_model.manipulator.sensor_spec import SensorSpec
+
+Array = NDArray[np.float64]
+BASE_FRAME = "base"
+_UNIT_TOLERANCE = 0.05  # of the norm of a quaternion; drivers round, but not that much
+_OVERLOAD = 10.0  # of an axis' largest torque; no motor gives that
+_MOST_TORQUE = 1e6  # N m or N; of axes without a limit
+_SAME = 1e-9  # relative; a covariance that repeats the description is not worth carrying
+
+
+class SensorReader:
+    """Reads the messages of one manipulator's sensors."""
+
+    def __init__(self, config: ManipulatorConfig) -> None:
+        """Sort the sensors by the topic that carries them."""
+        by_kind = {kind: {s.name: s for s in config.sensors if s.kind == kind} for kind in _KINDS}
+        self._encoders = by_kind["encoder"]
+        self._gauges = by_kind["strain_gauge"]
+        self._cameras = by_kind["camera"]
+        self._covariances = {
+            spec.name: _Covariances(spec) for spec in (*self._gauges.values(), *self._cameras.values())
+        }
+        self._axes = tuple(config.actuated)
+        efforts = np.array([axis.effort for axis in config.actuated.values()])
+        self._most_torque = np.where(np.isfinite(efforts), _OVERLOAD * efforts, _MOST_TORQUE).tolist()
+        known_axes = {f"{joint.name}.{axis.name}" for joint in config.joints for axis in joint.axes}
+        self._known_axes = known_axes
+        self._read: dict[str, Callable[[Any, float], Reading]] = {"joint_states": self._read_joints}
+        if self._gauges:
+            self._read["strain"] = self._read_strain
+        if self._cameras:
+            self._read["camera/pose"] = self._read_camera
+        for spec in by_kind["accelerometer"].values():
+            self._read[f"imu/{spec.name}"] = _imu_reader(spec)
+
+    @property
+    def topics(self) -> tuple[str, ...]:
+        """Relative topics that carry this manipulator's sensors."""
+        return tuple(self._read)
+
+    def read(self, topic: str, msg: Any, t: float) -> Reading:
+        """Return the samples of a message.
+
+        Args:
+            topic: Relative topic, one of ``topics``; another gives a refusal.
+            msg: The message.
+            t: Its stamp in seconds of rig time.
+        """
+        reader = self._read.get(topic)
+        if reader is None:
+            return Reading([], [Refusal(topic, f"no sensor there; known: {', '.join(self._read)}")])
+        return reader(msg, t)
+
+    def read_torque(self, topic: str, msg: Any) -> tuple[Array | None, list[Refusal]]:
+        """Return the torque of the actuated axes in a JointState, (n_theta,), or None and why."""
+        if len(msg.effort) != len(msg.name):
+            return None, [Refusal(topic, f"{len(msg.effort)} efforts for {len(msg.name)} names")]
+        by_name = dict(zip(msg.name, msg.effort, strict=True))
+        missing = [name for name in self._axes if name not in by_name]
+        if missing:
+            return None, [Refusal(topic, f"no axis '{missing[0]}' among {', '.join(msg.name) or 'no names'}")]
+        torque = [by_name[name] for name in self._axes]  # few, and soonest judged one by one
+        if not all(map(math.isfinite, torque)):
+            return None, [Refusal(topic, "torque is not finite")]
+        if any(abs(tau) > most for tau, most in zip(torque, self._most_torque, strict=True)):
+            return None, [Refusal(topic, f"torque is more than {_OVERLOAD:g} times the axis' limit")]
+        return np.array(torque), []
+
+    def _read_joints(self, msg: Any, t: float) -> Reading:
+        reading, names = Reading(), list(msg.name)
+        strangers = [name for name in names if name not in self._known_axes]
+        if strangers:
+            reading.refusals.append(Refusal("joint_states", f"unknown joint '{strangers[0]}'"))
+        for spec in self._encoders.values():
+            if len(msg.position) != len(names):
+                reason = f"{len(msg.position)} positions for {len(names)} names"
+                reading.refusals.append(Refusal(spec.name, reason))
+            elif spec.site not in names:
+                reading.refusals.append(Refusal(spec.name, f"no joint '{spec.site}' in joint_states"))
+            else:
+                y = np.array([msg.position[names.index(spec.site)]])
+                reading.samples.append(Measurement(spec.name, t, y))
+        return reading
+
+    def _read_strain(self, msg: Any, t: float) -> Reading:
+        reading = Reading()
+        sizes_differ = len(msg.names) != len(msg.strain)
+        if sizes_differ or len(msg.standard_deviation) not in (0, len(msg.names)):
+            sizes = (len(msg.names), len(msg.strain), len(msg.standard_deviation))
+            reason = "{} names, {} strains, {} sigmas".format(*sizes)
+            return Reading([], [Refusal(name, reason) for name in self._gauges])
+        for i, name in enumerate(msg.names):
+            spec = self._gauges.get(name)
+            if spec is None:
+                reading.refusals.append(Refusal("strain", f"unknown gauge '{name}'"))
+                continue
+            sigma = msg.standard_deviation[i] if len(msg.standard_deviation) else 0.0
+            R = self._covariances[name].pick([float(sigma) * float(sigma)])  # ** and square overflow
+            reading.samples.append(Measurement(name, t, np.array([msg.strain[i]]), R))
+        return reading
+
+    def _read_camera(self, msg: Any, t: float) -> Reading:
+        """Read the pose of the tip; the topic carries one camera."""
+        spec = next(iter(self._cameras.values()))
+        if msg.header.frame_id != BASE_FRAME:
+            reason = f"frame '{msg.header.frame_id}' is not '{BASE_FRAME}'"
+            return Reading([], [Refusal(spec.name, reason)])
+        position, q = msg.pose.pose.position, msg.pose.pose.orientation
+        norm = math.sqrt(q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w)
+        if not abs(norm - 1.0) <= _UNIT_TOLERANCE:  # also NaN
+            return Reading([], [Refusal(spec.name, f"quaternion has norm {norm:.3g}")])
+        y = np.array([position.x, position.y, position.z, *_rotation_vector(q.x, q.y, q.z, q.w)])
+        told = np.asarray(msg.pose.covariance, dtype=np.float64).tolist()
+        R = self._covariances[spec.name].pick(told)
+        return Reading([Measurement(spec.name, t, y, R)])
+
+
+def _imu_reader(spec: SensorSpec) -> Callable[[Any, float], Reading]:
+    rows, covariances = ["xyz".index(channel) for channel in spec.channels], _Covariances(spec)
+
+    def read(msg: Any, t: float) -> Reading:
+        """Read a message of the sensor."""
+        if msg.header.frame_id != spec.site:
+            return Reading([], [Refusal(spec.name, f"frame '{msg.header.frame_id}' is not '{spec.site}'")])
+        told = np.asarray(msg.linear_acceleration_covariance, dtype=np.float64).tolist()
+        if any(told[4 * i] < 0.0 for i in rows):  # REP 145: not measured
+            return Reading([], [Refusal(spec.name, "driver says that acceleration is not measured")])
+        acceleration = msg.linear_acceleration
+        y = np.array([getattr(acceleration, channel) for channel in spec.channels])
+        R = covariances.pick([told[3 * i + j] for i in rows for j in rows])
+        return Reading([Measurement(spec.name, t, y, R)])
+
+    return read
+
+
+class _Covariances:
+    """Tells covariances worth carrying from those that repeat the description of a sensor."""
+
+    def __init__(self, spec: SensorSpec) -> None:
+        self._known = np.diag(np.square(spec.sigma)).ravel().tolist()
+        self._shape = (len(spec.sigma), len(spec.sigma))
+
+    def pick(self, told: list[float]) -> Array | None:
+        """Return what a message told row by row, (m, m); None when that is known or says nothing (zeros)."""
+        is_known = all(abs(a - b) <= _SAME * b for a, b in zip(told, self._known, strict=True))
+        return None if is_known or not any(told) else np.array(told).reshape(self._shape)
+
+
+def _rotation_vector(x: float, y: float, z: float, w: float) -> tuple[float, float, float]:
+    """Return axis times angle in [-pi, pi] of a quaternion that need not be exactly of unit length."""
+    sine = math.sqrt(x * x + y * y + z * z)
+    if sine == 0.0:
+        return 0.0, 0.0, 0.0
+    scale = 2.0 * math.atan2(sine, abs(w)) / sine * (1.0 if w >= 0.0 else -1.0)
+    return x * scale, y * scale, z * scale
+
+
+_KINDS = ("encoder", "strain_gauge", "accelerometer", "camera")

@@ -1,0 +1,1 @@
+"""Prediction and update as one step of matrices, in machine code or NumPy."""

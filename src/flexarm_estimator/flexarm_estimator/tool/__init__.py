@@ -1,0 +1,1 @@
+"""The tool point as a function of the state."""

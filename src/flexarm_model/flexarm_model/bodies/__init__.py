@@ -1,0 +1,1 @@
+"""Flexible bodies: beam finite elements, reduction to superelements, standard input data."""

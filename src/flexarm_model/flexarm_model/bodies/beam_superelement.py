@@ -1,0 +1,140 @@
+"""A beam's superelement: modes of its finite elements, volume integrals over its sections."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexarm_model.bodies.beam import BeamMesh, section_inertia
+from flexarm_model.bodies.reduction import count_modes_below, craig_bampton, guyan, mode_basis
+from flexarm_model.bodies.superelement import NodeShape, Superelement
+from flexarm_model.manipulator.body_spec import Beam
+
+Array = NDArray[np.float64]
+
+
+def reduce_beam(beam: Beam, interfaces: Collection[str], *, second_order: bool = True) -> Superelement:
+    """Reduce a beam; see ``reduce_body``.
+
+    Args:
+        beam: The body.
+        interfaces: Its nodes that joints use.
+        second_order: Whether to add the second-order fields; linear models do without, and many modes must.
+
+    Raises:
+        ValueError: More modes are asked for than there are.
+    """
+    used = [name for name in beam.nodes if name in interfaces or name in beam.reduction.retain]
+    mesh = BeamMesh(beam, used)
+    basis, omega = _modes(mesh, used)
+    at = mesh.stations()
+    x = np.concatenate([at.x, [point.at for point in beam.point_masses]])
+    rho = at.weight * at.values("density")
+    inertia = [rho[k] * section_inertia(beam, piece) for k, piece in enumerate(at.pieces)]
+    inertia += [np.full(3, point.inertia) for point in beam.point_masses]  # (k, 3), about x, y, z
+    second = np.sum(inertia, axis=1)[:, None] / 2 - inertia  # int x^2, int y^2, int z^2
+    centre = np.concatenate([rho * at.values("area"), [point.mass for point in beam.point_masses]])
+    weight = {"centre": centre, **dict(zip("xyz", second.T, strict=True))}
+    N = _fields(mesh, basis, x, second_order)
+    s = np.einsum("k,kai->ai", weight["centre"], N["centre"])
+    P = np.sum(
+        [
+            np.einsum("k,kai,kbj->abij", weight[key], N[key], N[key], optimize=True)
+            for key in N
+            if weight[key].any()
+        ],
+        axis=0,
+    )
+    K = np.diag(omega**2)
+    D = beam.damping_time * K
+    nodes = {name: _node_shape(mesh, basis, station) for name, station in beam.nodes.items()}
+    mass = float(weight["centre"].sum())
+    return Superelement(beam.name, mass, s, P, omega, K, D, nodes, beam.damping_ratio)
+
+
+def _modes(mesh: BeamMesh, used: list[str]) -> tuple[Array, Array]:
+    """Return the reduced basis over all nodal displacements (n_dof, n) and the frequencies (n,)."""
+    reduction, T = mesh.beam.reduction, mesh.transformation
+    M, K = (T.T @ matrix @ T for matrix in mesh.matrices())
+    free = np.setdiff1d(mesh.active, _frame_constraints(mesh))
+    inner = np.ix_(free, free)
+    boundary = np.flatnonzero(np.isin(free, _boundary(mesh, used)))
+    n_modes = max(reduction.modes - boundary.size, 0)
+    if reduction.method == "guyan" and reduction.modes:
+        basis = guyan(M[inner], K[inner], boundary)
+    else:  # without a static mode to keep the body follows its root
+        n_modes += count_modes_below(M[inner], K[inner], boundary, reduction.f_max)
+        basis = craig_bampton(M[inner], K[inner], boundary, n_modes)
+    if basis.shape[1] < reduction.modes:
+        raise ValueError(
+            f"body '{mesh.beam.name}': {reduction.modes} modes asked for, {basis.shape[1]} available"
+        )
+    modes, omega = mode_basis(M[inner], K[inner], basis, reduction.modes or basis.shape[1])
+    return T[:, free] @ modes, omega
+
+
+def _boundary(mesh: BeamMesh, used: list[str]) -> NDArray[np.intp]:
+    """Return the independent displacements behind what the interfaces keep.
+
+    A welded interface keeps its position and rotation, a pinned one its position. The chord frame follows
+    the hinges itself: of welded interfaces only the nodes to retain are kept there.
+    """
+    reduction = mesh.beam.reduction
+    pinned = reduction.interface == "pinned"
+    kept = reduction.retain if reduction.frame == "chord" and not pinned else used
+    rows = [mesh.transformation[mesh.dof(name)[: 3 if pinned else 6]] for name in kept]
+    return np.flatnonzero(np.any(rows, axis=(0, 1))) if rows else np.zeros(0, dtype=np.intp)
+
+
+def _frame_constraints(mesh: BeamMesh) -> NDArray[np.intp]:
+    """Return the displacements that the floating frame takes away from the deformation."""
+    root, end = mesh.dof("root"), np.arange(mesh.n_dof - 6, mesh.n_dof)
+    return {"clamped": root, "chord": np.concatenate([root[:4], end[1:3]])}[mesh.beam.reduction.frame]
+
+
+def _fields(mesh: BeamMesh, basis: Array, x: Array, second_order: bool) -> dict[str, Array]:
+    """Return the fields N and their slopes over the section at ``x``, (k, n_f, 3) each."""
+    u = mesh.displacement(x) @ basis  # (k, 6, n)
+    ux, uy, uz, rx, ry, rz = (u[:, i] for i in range(6))
+    zero, one, none = np.zeros_like(rx), np.ones(x.size), np.zeros(x.size)
+    i, j = np.triu_indices(basis.shape[1] if second_order else 0)  # the order of ``pairs``
+    flat, second = np.zeros((2, x.size, i.size, 3))
+    second[:, :, 0] = _shortening(mesh, basis, x)[:, i, j]
+    centre = np.stack([ux, uy, uz], axis=2)
+    along_x = np.stack([zero, rz, -ry], axis=2)
+    along_y, along_z = np.stack([-rz, zero, rx], axis=2), np.stack([ry, -rx, zero], axis=2)
+    r = {"centre": (x, none, none), "x": (one, none, none), "y": (none, one, none), "z": (none, none, one)}
+    first = {"centre": centre, "x": along_x, "y": along_y, "z": along_z}
+    last = {"centre": second, "x": flat, "y": flat, "z": flat}
+    return {
+        key: np.concatenate([np.stack(r[key], axis=1)[:, None], first[key], last[key]], axis=1) for key in r
+    }
+
+
+def _shortening(mesh: BeamMesh, basis: Array, x: Array) -> Array:
+    """Return ``-int_0^x (uy_i' uy_j' + uz_i' uz_j') dx``, (k, n, n)."""
+    starts = mesh.nodes[:-1]
+    element = np.clip(np.searchsorted(mesh.nodes, x, side="right") - 1, 0, starts.size - 1)
+    whole = _slope_products(mesh, basis, starts, mesh.nodes[1:])
+    before = np.concatenate([np.zeros_like(whole[:1]), np.cumsum(whole, axis=0)])
+    return -(before[element] + _slope_products(mesh, basis, starts[element], x))
+
+
+def _slope_products(mesh: BeamMesh, basis: Array, start: Array, end: Array) -> Array:
+    """Return the integral of the products of slopes over each interval, (k, n, n)."""
+    point, weight = np.polynomial.legendre.leggauss(3)  # slopes are quadratic: exact to degree 5
+    half, middle = (end - start) / 2, (end + start) / 2
+    slope = mesh.displacement((middle[:, None] + half[:, None] * point).ravel())[:, 4:] @ basis
+    slope = slope.reshape(start.size, point.size, 2, -1)
+    return np.asarray(np.einsum("k,p,kpdi,kpdj->kij", half, weight, slope, slope, optimize=True))
+
+
+def _node_shape(mesh: BeamMesh, basis: Array, station: float) -> NodeShape:
+    x = np.array([station])
+    u = mesh.displacement(x)[0] @ basis
+    d = mesh.deformation(x)[0] @ basis
+    G = np.zeros((3, basis.shape[1], basis.shape[1]))
+    G[0] = _shortening(mesh, basis, x)[0]
+    return NodeShape(np.array([station, 0.0, 0.0]), u[:3], u[3:], G, d[[0, 3, 2]])

@@ -1,0 +1,63 @@
+"""From a body of the description to its superelement: one reducer per type of body."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection
+from dataclasses import replace
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from flexarm_model.bodies.beam_superelement import reduce_beam
+from flexarm_model.bodies.sid_file import read_sid
+from flexarm_model.bodies.superelement import NodeShape, Superelement
+from flexarm_model.manipulator.body_spec import Beam, Body, RigidBody
+from flexarm_model.manipulator.imported_body import ImportedBody, SuperelementBody
+
+Reducer = Callable[[Any, Collection[str]], Superelement]
+
+
+def reduce_body(body: Body, interfaces: Collection[str]) -> Superelement:
+    """Reduce a body.
+
+    Args:
+        body: Any body of a description.
+        interfaces: Its nodes that joints use, "root" among them or not.
+
+    Raises:
+        ValueError: The body cannot be reduced as asked; the message names it.
+    """
+    return _REDUCERS[type(body)](body, interfaces)
+
+
+def reduce_to_first_order(body: Body, interfaces: Collection[str]) -> Superelement:
+    """Reduce a body for a linear model: without second-order fields, so that many modes cost little."""
+    return _FIRST_ORDER[type(body)](body, interfaces)
+
+
+def _reduce_rigid(body: RigidBody, interfaces: Collection[str]) -> Superelement:
+    second = np.trace(body.inertia) / 2 * np.eye(3) - body.inertia + body.mass * np.outer(body.com, body.com)
+    none, empty = np.zeros((3, 0)), np.zeros((0, 0))
+    nodes = {name: NodeShape(r, none, none, np.zeros((3, 0, 0)), none) for name, r in body.nodes.items()}
+    s = (body.mass * body.com)[None]
+    return Superelement(body.name, body.mass, s, second[None, None], np.zeros(0), empty, empty, nodes)
+
+
+def _reduce_imported(body: ImportedBody, interfaces: Collection[str]) -> Superelement:
+    from flexarm_model.fe_import.imported_superelement import reduce_imported  # loads SciPy
+
+    return reduce_imported(body, interfaces)
+
+
+def _read_superelement(body: SuperelementBody, interfaces: Collection[str]) -> Superelement:
+    return replace(read_sid(body.path), name=body.name)
+
+
+_REDUCERS: dict[type, Reducer] = {
+    RigidBody: _reduce_rigid,
+    Beam: reduce_beam,
+    ImportedBody: _reduce_imported,
+    SuperelementBody: _read_superelement,
+}
+_FIRST_ORDER: dict[type, Reducer] = {**_REDUCERS, Beam: partial(reduce_beam, second_order=False)}

@@ -1,0 +1,131 @@
+"""The kinds of sensor: how each is written in the YAML.
+
+What a sensor measures of the moving arm is in ``sensors``; a new kind is one entry here and one there.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from flexarm_model.manipulator.sensor_spec import BiasSpec, SensorSpec
+from flexarm_model.settings.strict_yaml import Section
+from flexarm_model.settings.units import axis_dimension, si_unit
+
+POSE_CHANNELS = ("tx", "ty", "tz", "rx", "ry", "rz")
+POSE_UNITS = dict(zip(POSE_CHANNELS, ("m", "m", "m", "rad", "rad", "rad"), strict=True))
+_FAR = 10.0  # no arm reaches this far [m], no rotation vector is that long [rad]
+_MANY_TURNS = 100.0  # rad or m; an encoder may count on
+_STAMP_DELAY = (-0.1, 1.0)  # what a driver's stamps may be late; a clock that is further off must be set [s]
+
+
+@dataclass(frozen=True)
+class SensorKind:
+    """How a kind of sensor is read.
+
+    Attributes:
+        site: Where it sits: "axis" of a joint, "node" of a body, or "tip" (it watches the tool).
+        units: SI unit of each of its possible channels, for a site.
+        read: Reads the rest of its YAML.
+    """
+
+    site: str
+    units: Callable[[str], dict[str, str]]
+    read: Callable[[str, str, Section], SensorSpec]
+
+
+def _encoder(name: str, site: str, section: Section) -> SensorSpec:
+    position = axis_dimension(site.split(".")[1], "position")
+    sigma = section.quantity("sigma", position, above=0.0)
+    low, high = (
+        section.quantity("low", position, -_MANY_TURNS),
+        section.quantity("high", position, _MANY_TURNS),
+    )
+    timing, bias = _timing(section), _bias(section, position)
+    return SensorSpec(name, "encoder", site, ("position",), np.array([sigma]), *timing, low, high, bias=bias)
+
+
+def _strain_gauge(name: str, site: str, section: Section) -> SensorSpec:
+    sigma = section.quantity("sigma", "strain", above=0.0)
+    reach = section.quantity("range", "strain", 0.02, above=0.0)  # foil gauges end at about 2 %
+    limit = section.quantity("limit", "strain", math.inf, above=0.0)
+    y, z = section.quantities("offset", ["length"] * 2)
+    return SensorSpec(
+        name,
+        "strain_gauge",
+        site,
+        ("strain",),
+        np.array([sigma]),
+        *_timing(section),
+        -reach,
+        reach,
+        (y, z),
+        limit,
+        bias=_bias(section, "strain"),
+    )
+
+
+def _accelerometer(name: str, site: str, section: Section) -> SensorSpec:
+    sigma = section.quantity("sigma", "acceleration", above=0.0)
+    reach = section.quantity("range", "acceleration", above=0.0)
+    axes = section.choices("axes", ("x", "y", "z"))
+    timing, bias = _timing(section), _bias(section, "acceleration")
+    return SensorSpec(
+        name, "accelerometer", site, axes, np.full(len(axes), sigma), *timing, -reach, reach, bias=bias
+    )
+
+
+def _camera(name: str, site: str, section: Section) -> SensorSpec:
+    position = section.quantity("sigma", "length", above=0.0)
+    angle = section.quantity("sigma_angle", "angle", above=0.0)
+    sigma = np.array([position] * 3 + [angle] * 3)
+    return SensorSpec(name, "camera", site, POSE_CHANNELS, sigma, *_timing(section), -_FAR, _FAR)
+
+
+def read_stamp_delay(section: Section) -> float:
+    """Read how much later than its sample the stamps of any sensor are [s]."""
+    low, high = _STAMP_DELAY
+    delay = section.quantity("stamp_delay", "time", 0.0)
+    if not low <= delay <= high:
+        text = f"stamp minus instant of the sample, must be from {low * 1e3:g} ms to {high * 1e3:g} ms"
+        raise section.error("stamp_delay", section.take("stamp_delay"), text)
+    return delay
+
+
+def _timing(section: Section) -> tuple[float, float]:
+    """Read rate [Hz] and latency [s]."""
+    rate_hz = section.quantity("rate", "frequency", 0.0, above=0.0)
+    return rate_hz, section.quantity("latency", "time", 0.0, at_least=0.0)
+
+
+def _bias(section: Section, dimension: str) -> BiasSpec | None:
+    """Read what a sensor may be off by; a sensor without the key has no bias."""
+    if not section.has("bias"):
+        return None
+    inner = section.section("bias")
+    bias = BiasSpec(
+        sigma=inner.quantity("sigma", dimension, above=0.0),
+        drift=inner.quantity("drift", f"{dimension} drift", at_least=0.0),
+        limit=inner.quantity("limit", dimension, above=0.0),
+        rate=inner.quantity("rate", f"{dimension} rate", BiasSpec.rate, at_least=0.0),
+        rate_time=inner.quantity("rate_time", "time", BiasSpec.rate_time, above=0.0),
+    )
+    if not bias.sigma <= bias.limit:
+        raise inner.error("limit", inner.take("limit"), "must be at least one sigma")
+    inner.done()
+    return bias
+
+
+def _encoder_units(site: str) -> dict[str, str]:
+    return {"position": si_unit(axis_dimension(site.split(".")[1], "position"))}
+
+
+SENSOR_KINDS: dict[str, SensorKind] = {
+    "encoder": SensorKind("axis", _encoder_units, _encoder),
+    "strain_gauge": SensorKind("node", lambda site: {"strain": "1"}, _strain_gauge),
+    "accelerometer": SensorKind("node", lambda site: dict.fromkeys("xyz", "m/s^2"), _accelerometer),
+    "camera": SensorKind("tip", lambda site: POSE_UNITS, _camera),
+}

@@ -1,0 +1,29 @@
+"""A manipulator that starts somewhere else than at home."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from flexarm_model.manipulator.description import ManipulatorConfig
+from flexarm_model.settings.strict_yaml import ConfigError
+
+
+def starting_at(config: ManipulatorConfig, pose: Sequence[float]) -> ManipulatorConfig:
+    """Return the description with another home; its ``config_id`` stays, it is the same arm.
+
+    Args:
+        config: The manipulator.
+        pose: Actuated axes [rad or m], (n_theta,); empty: its own home.
+
+    Raises:
+        ConfigError: The pose has not one value for every axis.
+    """
+    if not len(pose):
+        return config
+    if len(pose) != len(config.actuated):
+        names = ", ".join(config.actuated)
+        raise ConfigError(f"start: {len(pose)} values; expected one each for {names}")
+    return replace(config, home=np.array(pose, dtype=float))

@@ -1,0 +1,1 @@
+"""Motions of the axes: profiles, shapers, trajectories."""

@@ -1,0 +1,1 @@
+"""What every process of flexarm does around its work: start, reserve, title, end."""

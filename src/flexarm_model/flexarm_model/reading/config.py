@@ -1,0 +1,249 @@
+"""Read a manipulator's YAML into a ``ManipulatorConfig``; refuse whatever is not understood."""
+
+from __future__ import annotations
+
+import copy
+import hashlib
+import json
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexarm_model.manipulator.body_spec import Body
+from flexarm_model.manipulator.description import AXES, WORLD, Axis, Joint, ManipulatorConfig, NodeRef
+from flexarm_model.manipulator.imported_body import ImportedBody, SuperelementBody
+from flexarm_model.manipulator.parameter_law import ParameterLaws, read_parameters
+from flexarm_model.manipulator.sensor_kinds import SENSOR_KINDS, read_stamp_delay
+from flexarm_model.manipulator.sensor_spec import SensorSpec
+from flexarm_model.numeric.rotation import rotation_from_rpy
+from flexarm_model.reading.config_bodies import read_bodies
+from flexarm_model.settings.strict_yaml import ConfigError, Section, read_yaml
+from flexarm_model.settings.units import axis_dimension, si_unit
+
+FORMAT = "flexarm/1"
+FROM_FILES = (ImportedBody, SuperelementBody)  # their content is part of the identity
+
+
+def load_config(
+    path: str | Path, preset: str = "", changes: Mapping[str, Any] | None = None
+) -> ManipulatorConfig:
+    """Load and check a manipulator.
+
+    Args:
+        path: YAML file.
+        preset: Name of one of the file's presets; "" applies none.
+        changes: More values of the file, by dotted path, on top of the preset's.
+
+    Raises:
+        ConfigError: Anything is wrong with the file; names file, key, value and what is allowed.
+    """
+    path = Path(path)
+    content = _read_content(path, preset, changes or {})
+    top = Section(content, str(path))
+    top.choice("format", (FORMAT,))
+    bodies = read_bodies(top)
+    parameters = read_parameters(top)
+    laws = ParameterLaws(parameters)
+    joints, closures = _sort_joints(top, _read_joints(top, bodies, laws), bodies)
+    laws.refuse_unused(top)
+    config = ManipulatorConfig(
+        name=top.text("name"),
+        source=top.text("source"),
+        preset=preset,
+        config_id=_identify(content, bodies),
+        gravity=top.quantities("gravity", ["acceleration"] * 3),
+        bodies=bodies,
+        joints=joints,
+        closures=closures,
+        tip=(tip := _read_node(top, "tip", bodies)),
+        sensors=_read_sensors(top, (*joints, *closures), bodies, tip),
+        assumed=top.texts("assumed", ()),
+        fitted=top.texts("fitted", ()),
+        parameters={name: parameter.value for name, parameter in parameters.items()},
+        **_read_served(top.section("served"), (*joints, *closures)),
+    )
+    for _, unused in top.sections("presets", {}):
+        _change(content, unused)
+    top.done()
+    return config
+
+
+def _read_sensors(
+    top: Section, joints: tuple[Joint, ...], bodies: dict[str, Body], tip: NodeRef
+) -> tuple[SensorSpec, ...]:
+    top.section("sensors", {}).names(taken=("tip",))  # the tool's own output rows are called so
+    sections = top.sections("sensors", {})
+    return tuple(_read_sensor(name, section, joints, bodies, tip) for name, section in sections)
+
+
+def _read_served(served: Section, joints: Sequence[Joint]) -> dict[str, Any]:
+    """Return what is served: modes, rate, home and further poses."""
+    actuated = {f"{joint.name}.{axis.name}": axis for joint in joints for axis in joint.axes if axis.actuated}
+    poses = served.section("poses", {})
+    read = {
+        "modes": served.count("modes", at_least=0),
+        "home": _read_pose(served, "home", actuated),
+        "rate_hz": served.quantity("rate", "frequency", above=0.0),
+        "poses": {name: _read_pose(poses, name, actuated) for name in poses.names(taken=("home",))},
+    }
+    served.done()
+    return read
+
+
+def _read_pose(section: Section, key: str, actuated: Mapping[str, Axis]) -> NDArray[np.float64]:
+    """Return a pose within the ranges of the actuated axes, (n_theta,)."""
+    dimensions = [axis_dimension(axis.name, "position") for axis in actuated.values()]
+    pose = section.quantities(key, dimensions)
+    for i, (name, axis) in enumerate(actuated.items()):
+        if not axis.lower <= pose[i] <= axis.upper:
+            unit = si_unit(dimensions[i])
+            allowed = f"{name} must lie within [{axis.lower:.6g}, {axis.upper:.6g}] {unit}"
+            raise section.error(key, section.take(key)[i], allowed)
+    return pose
+
+
+def _identify(content: dict[str, Any], bodies: dict[str, Body]) -> str:
+    described = {key: content[key] for key in content if key != "presets"}
+    files = {name: body.digest for name, body in bodies.items() if isinstance(body, FROM_FILES)}
+    if files:
+        described["files"] = files
+    return hashlib.sha256(json.dumps(described, sort_keys=True, default=str).encode()).hexdigest()[:16]
+
+
+def _read_content(path: Path, preset: str, changes: Mapping[str, Any]) -> dict[str, Any]:
+    content = _apply_preset(read_yaml(path), preset, str(path))
+    return _change(content, Section(dict(changes), str(path)))
+
+
+def _apply_preset(content: dict[str, Any], preset: str, path: str) -> dict[str, Any]:
+    presets = dict(Section(content, path).sections("presets", {}))
+    if preset and preset not in presets:
+        allowed = f"no such preset; the file has {', '.join(presets) or 'none'}"
+        raise Section(content, path).error("presets", preset, allowed)
+    return _change(content, presets[preset]) if preset else content
+
+
+def _change(content: dict[str, Any], preset: Section) -> dict[str, Any]:
+    """Return the content with the values of a preset, each under its dotted path."""
+    changed = copy.deepcopy(content)
+    for dotted in preset.names(dots=True):
+        *parents, last = dotted.split(".")
+        target: Any = changed
+        try:
+            for part in parents:
+                target = target[_index(target, part)]
+            _ = target[_index(target, last)]
+        except (KeyError, IndexError, ValueError, TypeError):
+            raise preset.error(dotted, preset.take(dotted), "a preset changes values that exist") from None
+        target[_index(target, last)] = preset.take(dotted)
+    return changed
+
+
+def _index(target: object, part: str) -> Any:
+    return int(part) if isinstance(target, list) else part
+
+
+def _read_node(section: Section, key: str, bodies: dict[str, Body]) -> NodeRef:
+    text = section.text(key)
+    body, _, node = text.partition(".")
+    if body == WORLD and not node:
+        return NodeRef(WORLD, "root")
+    known = [WORLD] + [f"{name}.{node}" for name, item in bodies.items() for node in item.nodes]
+    if f"{body}.{node}" not in known:
+        raise section.error(key, text, f"no such node; known: {', '.join(known)}")
+    return NodeRef(body, node)
+
+
+def _read_joints(top: Section, bodies: dict[str, Body], laws: ParameterLaws) -> list[Joint]:
+    joints = []
+    for name, section in top.sections("joints"):
+        placement = np.eye(4)
+        placement[:3, :3] = rotation_from_rpy(
+            section.quantities("orientation", ["angle"] * 3, (0.0, 0.0, 0.0))
+        )
+        placement[:3, 3] = section.quantities("position", ["length"] * 3, (0.0, 0.0, 0.0))
+        axes_section = section.section("axes", {})
+        axes = [_read_axis(axes_section.section(axis), axis, laws) for axis in AXES if axes_section.has(axis)]
+        axes_section.done()
+        parent, child = _read_node(section, "parent", bodies), _read_node(section, "child", bodies)
+        if child.body == WORLD or parent.body == child.body:
+            raise section.error("child", str(child), "must be a node of another body than the parent's")
+        joints.append(Joint(name, parent, child, placement, tuple(axes)))
+        section.done()
+    return joints
+
+
+def _read_axis(section: Section, name: str, laws: ParameterLaws) -> Axis:
+    def dimension(quantity: str) -> str:
+        """Return the dimension of a quantity of the axis."""
+        return axis_dimension(name, quantity)
+
+    axis = Axis(
+        name=name,
+        actuated=section.flag("actuated"),
+        stiffness=laws.coefficient(section, "stiffness", dimension("stiffness")),
+        damping=laws.coefficient(section, "damping", dimension("damping")),
+        rotor_inertia=section.quantity("rotor_inertia", dimension("inertia"), 0.0, at_least=0.0),
+        effort=section.quantity("effort", dimension("effort"), math.inf, above=0.0),
+        effort_rate=section.quantity("effort_rate", dimension("effort rate"), math.inf, above=0.0),
+        velocity=section.quantity("velocity", dimension("velocity"), math.inf, above=0.0),
+        lower=section.quantity("lower", dimension("position"), -math.inf),
+        upper=section.quantity("upper", dimension("position"), math.inf),
+        guess=section.quantity("guess", dimension("position"), 0.0),
+        damping_ratio=section.quantity("damping_ratio", "ratio", 0.0, at_least=0.0),
+    )
+    if not axis.lower < axis.upper:
+        raise section.error("upper", section.take("upper"), f"must be above lower, {section.take('lower')}")
+    section.done()
+    return axis
+
+
+def _sort_joints(
+    top: Section, joints: list[Joint], bodies: dict[str, Body]
+) -> tuple[tuple[Joint, ...], tuple[Joint, ...]]:
+    """Return the joints that place a body, parents first, and those that close a loop.
+
+    Of several joints to one body the first in the file whose parent is placed places it.
+    """
+    placed, waiting = {WORLD}, list(joints)
+    ordered: list[Joint] = []
+    closures: list[Joint] = []
+    while waiting:
+        ready = next((joint for joint in waiting if joint.parent.body in placed), None)
+        if ready is None:
+            raise top.error(
+                f"joints.{waiting[0].name}.parent",
+                str(waiting[0].parent),
+                "is not connected to the world by any joint",
+            )
+        waiting.remove(ready)
+        (closures if ready.child.body in placed else ordered).append(ready)
+        placed.add(ready.child.body)
+    for name in bodies:
+        if name not in placed:
+            raise top.error(f"bodies.{name}", name, "dangles: no joint has a node of it as child")
+    return tuple(ordered), tuple(closures)
+
+
+def _read_sensor(
+    name: str, section: Section, joints: tuple[Joint, ...], bodies: dict[str, Body], tip: NodeRef
+) -> SensorSpec:
+    kind = SENSOR_KINDS[section.choice("kind", tuple(SENSOR_KINDS))]
+    axes = tuple(f"{joint.name}.{axis.name}" for joint in joints for axis in joint.axes)
+    sites: dict[str, Callable[[], str]] = {
+        "axis": lambda: section.choice("axis", axes),
+        "node": lambda: str(_read_node(section, "node", bodies)),
+        "tip": lambda: str(tip),
+    }
+    sensor = kind.read(name, sites[kind.site](), section)
+    sensor = replace(sensor, stamp_delay=read_stamp_delay(section))
+    section.done()
+    return sensor
+
+
+__all__ = ["ConfigError", "load_config"]

@@ -1,0 +1,1 @@
+"""What every node shares: its life, its parameters, its messages as bytes, its timing."""

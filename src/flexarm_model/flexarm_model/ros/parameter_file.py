@@ -1,0 +1,134 @@
+"""Parameter files of ROS, looked at before rcl does.
+
+rcl takes an empty file, a key given twice and the parameters of a node that nobody started without a word.
+Here such a file is refused, and what is wrong inside a good one can be told with the name of the file. Values
+are read by rcl alone, so that both never disagree about a number.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from flexarm_model.process.ros_arguments import values_of
+from flexarm_model.settings.strict_yaml import ConfigError, read_yaml
+
+FLEXARM_NODES = (
+    "model",
+    "estimator",
+    "controller",
+    "guard",
+    "rig",
+    "recorder",
+    "commander",
+    "excite",
+    "markers",
+    "drift",
+)
+HELD = "ros__parameters"
+COMMAND_LINE = "command line"
+_FILE_OPTION, _VALUE_OPTIONS = "--params-file", ("-p", "--param")
+_OF_A_NODE = re.compile(r"(?P<node>[^:]+):(?P<key>[^:]+):=.*", re.DOTALL)
+
+
+@dataclass(frozen=True)
+class ParameterSource:
+    """Where parameters come from.
+
+    Attributes:
+        name: The file, or "command line".
+        keys: Parameters by the node they are for; nodes may hold the wildcards of rcl.
+    """
+
+    name: str
+    keys: Mapping[str, tuple[str, ...]]
+
+    def keys_for(self, node: str) -> tuple[str, ...]:
+        """Return the parameters that a node of this full name gets from here."""
+        return tuple(key for pattern, keys in self.keys.items() if _matches(pattern, node) for key in keys)
+
+    def section_of(self, node: str, key: str) -> str:
+        """Return the name under which a node gets a parameter."""
+        fitting = (name for name, keys in self.keys.items() if key in keys and _matches(name, node))
+        return next(fitting, node)
+
+
+def parameter_sources(arguments: Sequence[str]) -> tuple[ParameterSource, ...]:
+    """Return what the ROS arguments of a command line give, files first; rcl takes the last of each.
+
+    Raises:
+        ConfigError: A file cannot be read, or is not a parameter file; see ``read_parameter_file``.
+    """
+    files = [read_parameter_file(Path(path)) for path in values_of(arguments, (_FILE_OPTION,))]
+    typed: dict[str, tuple[str, ...]] = {}
+    for item in values_of(arguments, _VALUE_OPTIONS):
+        match = _OF_A_NODE.match(item)
+        node, key = match.group("node", "key") if match else ("**", item.partition(":=")[0])
+        node = f"/{node}"
+        typed[node] = (*typed.get(node, ()), key)
+    return (*files, *([ParameterSource(COMMAND_LINE, typed)] if typed else []))
+
+
+def read_parameter_file(path: Path) -> ParameterSource:
+    """Read which parameters a file gives to which nodes.
+
+    Raises:
+        ConfigError: It cannot be read, is not YAML, is empty, gives a key twice, or does not have the form
+            ``node: ros__parameters: key: value``.
+    """
+    return ParameterSource(str(path), dict(_sections(path, read_yaml(path), "")))
+
+
+def refuse_strangers(source: ParameterSource, node: str) -> None:
+    """Check that what is given is for this node, or at least for one of flexarm's.
+
+    Args:
+        source: A file or the command line.
+        node: Full name of the node, "/flexarm/controller".
+
+    Raises:
+        ConfigError: A name is nobody's, or a file gives nothing to this node.
+    """
+    space = node.rpartition("/")[0]
+    known = (node, *(f"{space}/{name}" for name in FLEXARM_NODES if f"{space}/{name}" != node))
+    for pattern in source.keys:
+        if not any(_matches(pattern, name) for name in known):
+            raise ConfigError(f"{source.name}: {pattern}: no such node; allowed: /**, {', '.join(known)}")
+    if source.name != COMMAND_LINE and not source.keys_for(node):
+        there = ", ".join(source.keys)
+        raise ConfigError(f"{source.name}: {there}: holds nothing for {node}; allowed: {node}, /**")
+
+
+def _sections(path: Path, content: Mapping[Any, Any], name: str) -> Iterator[tuple[str, tuple[str, ...]]]:
+    for part, inside in content.items():
+        node = f"{name}/{str(part).strip('/')}"  # rcl takes all names as absolute
+        form = f"expected 'node: {HELD}: key: value' with at least one key"
+        if not isinstance(inside, dict) or not inside:
+            raise ConfigError(f"{path}: {node}: {inside!r}: {form}")
+        if HELD not in inside:
+            yield from _sections(path, inside, node)
+            continue
+        values = inside[HELD]
+        if len(inside) > 1 or not isinstance(values, dict) or not values:
+            raise ConfigError(f"{path}: {node}: {inside!r}: {form}")
+        yield node, tuple(_dotted(f"{path}: {node}", values))
+
+
+def _dotted(place: str, values: Mapping[Any, Any], before: str = "") -> Iterator[str]:
+    for key, value in values.items():
+        name = f"{before}{key}"
+        if value is None or value == {}:
+            raise ConfigError(f"{place}: {name}: has no value; give one, or leave the key out")
+        if isinstance(value, dict):
+            yield from _dotted(place, value, f"{name}.")
+        else:
+            yield name
+
+
+def _matches(pattern: str, node: str) -> bool:
+    """Return whether rcl gives a node what stands under ``pattern``."""
+    text = re.escape(pattern).replace(r"/\*\*", "(?:/.*)?").replace(r"\*", "[^/]+")
+    return re.fullmatch(text, node) is not None

@@ -1,0 +1,106 @@
+"""Cut a beam into rigid segments with springs at the centres of equal lengths.
+
+Every flexible stretch of the beam has n springs. The first segment reaches from the root to the first
+spring, the last from the last spring to the end: without rigid pieces n + 1 segments of length h/2, h,
+..., h, h/2. A rigid piece belongs to the segment that it lies on.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexarm_model.bodies.beam import rigidities, section_inertia
+from flexarm_model.bodies.rigid_pieces import stretches
+from flexarm_model.manipulator.body_spec import Beam, BeamPiece
+
+Array = NDArray[np.float64]
+
+_AXIS_OF = {"bend_y": "rz", "bend_z": "ry", "torsion": "rx", "stretch": "tx"}
+
+
+@dataclass(frozen=True)
+class Segment:
+    """A rigid piece of the beam, in a frame at its own spring (at the root for the first).
+
+    Attributes:
+        index: 0 for the piece at the root.
+        spring_at: Distance of its frame from the root [m].
+        length: Length of beam that the spring stands for [m].
+        springs: (deformation, axis, stiffness) of the spring that carries it; none at the root.
+        to_next: Distance from this frame to the next spring [m].
+        mass: Mass [kg].
+        com: Centre of mass [m], (3,).
+        inertia: About the centre of mass [kg m^2], (3, 3).
+        nodes: Beam nodes that lie on it.
+    """
+
+    index: int
+    spring_at: float
+    length: float
+    springs: tuple[tuple[str, str, float], ...]
+    to_next: float
+    mass: float
+    com: Array
+    inertia: Array
+    nodes: tuple[str, ...]
+
+
+def cut_beam(beam: Beam, n: int) -> list[Segment]:
+    """Return the segments of a beam with n springs per flexible stretch, from the root outwards."""
+    springs = [
+        (start + (k + 0.5) * (end - start) / n, (end - start) / n)
+        for start, end in stretches(beam, rigid=False)
+        for k in range(n)
+    ]
+    frames = [(0.0, springs[0][1]), *springs]
+    ends = [*(at for at, _ in springs), beam.length]
+    segments = []
+    for index, ((frame, h), end) in enumerate(zip(frames, ends, strict=True)):
+        is_last = index == len(springs)
+        mass, com, inertia = _inertia(beam, frame, end, is_last=is_last)
+        inside = tuple(name for name, x in beam.nodes.items() if frame <= x < end or (is_last and x >= frame))
+        stiffness = _springs(beam, frame - h / 2, frame + h / 2) if index else ()
+        offset = np.array([com - frame, 0.0, 0.0])
+        segments.append(Segment(index, frame, h, stiffness, end - frame, mass, offset, inertia, inside))
+    return segments
+
+
+def _springs(beam: Beam, start: float, end: float) -> tuple[tuple[str, str, float], ...]:
+    """Return the springs of the length [start, end]: its pieces' compliances add up."""
+    compliance = dict.fromkeys(beam.deformation, 0.0)
+    for piece, a, b in _overlaps(beam, start, end):
+        rigidity = dict(zip(("stretch", "torsion", "bend_z", "bend_y"), rigidities(piece), strict=True))
+        for kind in compliance:
+            compliance[kind] += (b - a) / rigidity[kind]
+    return tuple((kind, _AXIS_OF[kind], 1 / value) for kind, value in compliance.items())
+
+
+def _inertia(beam: Beam, start: float, end: float, *, is_last: bool) -> tuple[float, float, Array]:
+    """Return mass, centre of mass from the root, and inertia about it."""
+    parts = [
+        (p.density * p.area * (b - a), (a + b) / 2, (b - a), p) for p, a, b in _overlaps(beam, start, end)
+    ]
+    points = [m for m in beam.point_masses if start <= m.at < end or (is_last and m.at >= start)]
+    mass = sum(part[0] for part in parts) + sum(point.mass for point in points)
+    com = (sum(m * x for m, x, _, _ in parts) + sum(p.mass * p.at for p in points)) / mass
+    J = np.zeros(3)
+    for m, x, length, piece in parts:
+        section = m / piece.area * section_inertia(beam, piece)
+        J += section + (m * length**2 / 12 + m * (x - com) ** 2) * np.array([0.0, 1.0, 1.0])
+    for point in points:
+        J += point.inertia + point.mass * (point.at - com) ** 2 * np.array([0.0, 1.0, 1.0])
+    return mass, com, np.diag(J)
+
+
+def _overlaps(beam: Beam, start: float, end: float) -> list[tuple[BeamPiece, float, float]]:
+    """Return the pieces of beam within [start, end] as (piece, from, to)."""
+    ends = np.cumsum([piece.length for piece in beam.pieces])
+    found = []
+    for piece, stop in zip(beam.pieces, ends, strict=True):
+        a, b = max(start, stop - piece.length), min(end, float(stop))
+        if b - a > 1e-12:
+            found.append((piece, a, b))
+    return found

@@ -1,0 +1,189 @@
+"""From the reduced tree at a pose to the served form.
+
+The actuated axes are held at the pose and the rest settles (Newton), loops closed. Motions within the
+loops are ``q' = N u``, the actuated axes first; with everything projected on them the rest splits into
+what follows the axes statically and the modes with the axes locked::
+
+    q = q0 + N [1 0; Psi Phi] (xi - [pose; 0])     Psi = -K_zz^-1 K_zt     K_zz Phi = M_zz Phi W^2
+
+Where a loop carries load, its forces turn with it: K includes ``d(G' lambda)/dq``.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexarm_model.bodies.reduction import mode_basis
+from flexarm_model.served.reduced_model import Outputs, ReducedModel
+from flexarm_model.settings.units import axis_dimension, si_unit
+from flexarm_model.tree.reduced_tree import ReducedTree
+from flexarm_model.tree.sensors import output_names, output_units
+
+Array = NDArray[np.float64]
+
+MAX_ITERATIONS = 20
+FREE = 1e-7  # of the fastest frequency: below it a frequency is rounding
+CLOSED = 1e-10  # how far a loop may stay open at rest [m or rad]
+LONGEST_TRAVEL = 0.1  # of an actuated axis between two closings [rad or m]
+EQUILIBRIUM_TOLERANCE = 1e-10  # unbalanced generalised force, relative to the largest one
+
+
+class PoseError(ValueError):
+    """No model can be made at this pose; the message says why."""
+
+
+def linearize(tree: ReducedTree, pose: Array | None = None, modes: int | None = None) -> ReducedModel:
+    """Return the reduced model about a pose.
+
+    Args:
+        tree: The dynamics.
+        pose: Actuated axes [rad or m], (n_theta,); None is the home pose.
+        modes: Number of modes; None is what the description asks for.
+
+    Raises:
+        PoseError: Wrong length, not finite, outside the axes' limits, no stable equilibrium, or more modes
+            asked for than exist.
+    """
+    config = tree.config
+    pose = check_pose(tree, config.home if pose is None else pose)
+    q0, force, (M, D, K, f0) = _settle(tree, pose)
+    K += constraint_stiffness(tree, q0, force)
+    n, n_eta = len(tree.actuated), config.modes if modes is None else modes
+    try:
+        T, omega = _shapes(tree.motions_within(q0), (M + M.T) / 2, K, n, n_eta)
+    except PoseError as error:
+        raise PoseError(f"pose {pose.tolist()}: {error}") from None
+    M_r, D_r, K_r = (T.T @ matrix @ T for matrix in (M, D, K))
+    M_r[n:, n:], K_r[n:, n:] = np.eye(n_eta), np.diag(omega**2)  # what they are but for round-off
+    K_r[:n, n:] = K_r[n:, :n] = 0.0
+    y0, *rows = (np.array(part) for part in tree.functions["output_rows"](q0))
+    outputs = Outputs(output_names(config), output_units(config), y0, *(row @ T for row in rows))
+    zeta = np.diag(D_r)[n:] / (2 * omega)
+    return ReducedModel(
+        manipulator=config.name,
+        config_id=config.config_id,
+        theta_names=tuple(tree.axis_names[i] for i in tree.actuated),
+        pose=pose,
+        M=(M_r + M_r.T) / 2,
+        D=D_r,
+        K=(K_r + K_r.T) / 2,
+        B=np.eye(n + n_eta)[:, :n].copy(),
+        f0=T.T @ f0,
+        omega=omega,
+        zeta=zeta,
+        outputs=outputs,
+        q0=q0,
+        Phi=T,
+    )
+
+
+def _shapes(N: Array, M: Array, K: Array, n: int, n_eta: int) -> tuple[Array, Array]:
+    """Return static deflections and modes as columns, and the modes' frequencies [rad/s].
+
+    Args:
+        N: Motions that the loops allow; the first ``n`` columns move the actuated axes, (n_q, n_z).
+        M: Mass, (n_q, n_q).
+        K: Stiffness, (n_q, n_q).
+        n: Number of actuated axes.
+        n_eta: Number of modes.
+
+    Raises:
+        PoseError: So many modes do not exist, or one has no stiffness.
+    """
+    N_t, Z = N[:, :n], N[:, n:]
+    if n_eta > Z.shape[1]:
+        raise PoseError(
+            f"{n_eta} modes asked for, {Z.shape[1]} exist; serve fewer or keep more in the bodies"
+        )
+    T, omega = N[:, : n + n_eta].copy(), np.zeros(0)
+    if Z.shape[1]:
+        Phi, omega = mode_basis(M, (K + K.T) / 2, Z, Z.shape[1])
+        if omega[0] <= FREE * omega[-1]:
+            raise PoseError("no stable equilibrium: a mode has no stiffness")
+        T[:, :n] = N_t - Z @ np.linalg.solve(Z.T @ K @ Z, Z.T @ K @ N_t)
+        T[:, n:], omega = Phi[:, :n_eta], omega[:n_eta]
+    return T, omega
+
+
+def check_pose(tree: ReducedTree, pose: Array) -> Array:
+    """Return the pose as an array.
+
+    Raises:
+        PoseError: Wrong length, not finite, or outside the limits of an axis.
+    """
+    pose = np.array(pose, dtype=float)
+    axes = {tree.axis_names[i]: tree.axes[i] for i in tree.actuated}
+    if pose.shape != (len(axes),):
+        raise PoseError(f"pose has {pose.size} values; expected {len(axes)}: {', '.join(axes)}")
+    for (name, axis), value in zip(axes.items(), pose, strict=True):
+        if not (np.isfinite(value) and axis.lower <= value <= axis.upper):
+            unit = si_unit(axis_dimension(axis.name, "position"))
+            limits = f"[{axis.lower:.6g}, {axis.upper:.6g}] {unit}"
+            raise PoseError(f"pose: {name} = {value:.6g} {unit} is not finite or outside {limits}")
+    return pose
+
+
+def constraint_stiffness(tree: ReducedTree, q: Array, force: Array) -> Array:
+    """Return the stiffness that the forces (n_c,) in the loops add as they turn, (n_q, n_q)."""
+    if not tree.n_c:
+        return np.zeros((tree.n_q, tree.n_q))
+    return np.array(tree.functions["constraint_stiffness"](q, force))
+
+
+def find_equilibrium(tree: ReducedTree, pose: Array) -> tuple[Array, Array]:
+    """Return coordinates (n_q,) and forces in the loops (n_c,) at rest with the actuated axes at ``pose``.
+
+    Raises:
+        PoseError: Newton's iteration does not settle.
+        ClosureError: The loops do not close at this pose.
+    """
+    return _settle(tree, pose)[:2]
+
+
+def _settle(tree: ReducedTree, pose: Array) -> tuple[Array, Array, tuple[Array, ...]]:
+    """Return coordinates, forces in the loops, and mass, damping, stiffness and forces at rest."""
+    q = close_at(tree, pose)
+    force = np.zeros(tree.n_c)
+    e = np.setdiff1d(np.arange(tree.n_q), tree.actuated)
+    for _ in range(MAX_ITERATIONS):
+        parts = tree.linearisation(q)
+        _, _, K, f = parts
+        c, G = tree.constraints(q)
+        unbalanced = f[e] + G[:, e].T @ force
+        if not e.size or (
+            abs(unbalanced).max() <= EQUILIBRIUM_TOLERANCE * max(1.0, abs(f).max())
+            and abs(c).max(initial=0.0) <= CLOSED
+        ):
+            return q, force, parts
+        K_e = (K + constraint_stiffness(tree, q, force))[np.ix_(e, e)]
+        system = np.block([[K_e, G[:, e].T], [G[:, e], np.zeros((tree.n_c, tree.n_c))]])
+        try:
+            step = np.linalg.solve(system, -np.concatenate([unbalanced, c]))
+        except np.linalg.LinAlgError:
+            break
+        q[e] += step[: e.size]
+        force += step[e.size :]
+    raise PoseError(
+        f"no stable equilibrium at pose {pose.tolist()}: unbalanced force {abs(unbalanced).max():.3g}"
+    )
+
+
+def close_at(tree: ReducedTree, pose: Array) -> Array:
+    """Return the coordinates with the loops closed at a pose and nothing bent, (n_q,).
+
+    The actuated axes go from home to the pose in steps, so that the loops stay on their branch.
+
+    Raises:
+        ClosureError: The loops do not close; names the pose.
+    """
+    q = tree.loops.home.copy()
+    if not tree.n_c:
+        q[tree.actuated] = pose
+        return q
+    travel = pose - tree.config.home
+    steps = max(1, int(np.ceil(abs(travel).max() / LONGEST_TRAVEL)))
+    for i in range(1, steps + 1):
+        q[tree.actuated] = tree.config.home + travel * i / steps
+        q = tree.closed(q)
+    return q

@@ -1,0 +1,1 @@
+"""What people write, never guessed at: YAML, quantities with units, parameters with ranges."""

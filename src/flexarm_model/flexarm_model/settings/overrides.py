@@ -1,0 +1,51 @@
+"""Settings made of their defaults and of what somebody gave: a parameter file, a bag, a command line."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import fields
+from typing import Any, TypeVar, get_args, get_origin, get_type_hints
+
+from flexarm_model.settings.parameters import ParameterError, validate
+
+Config = TypeVar("Config")
+
+
+def apply_overrides(config_class: type[Config], given: Mapping[str, Any]) -> Config:
+    """Return settings with the values that are given and defaults for the rest.
+
+    Args:
+        config_class: Frozen dataclass whose fields were made with ``parameters.parameter``.
+        given: Values by field; lists for tuples, integers for floats are taken; other keys are left alone.
+
+    Raises:
+        ParameterError: A value is of the wrong type or outside its range.
+    """
+    hints = get_type_hints(config_class)
+    values = {
+        item.name: _coerce(item.name, given.get(item.name, item.default), hints[item.name])
+        for item in fields(config_class)  # type: ignore[arg-type]
+    }
+    config = config_class(**values)
+    validate(config)
+    return config
+
+
+def _coerce(name: str, value: Any, hint: Any) -> Any:
+    """Return ``value`` in the type of the field; integers are accepted for floats."""
+    wants_array, is_array = (
+        get_origin(hint) is tuple,
+        hasattr(value, "__iter__") and not isinstance(value, str),
+    )
+    wanted = get_args(hint)[0] if wants_array else hint
+    elements = list(value) if is_array else [value]
+    if wants_array != is_array or not all(_fits(element, wanted) for element in elements):
+        kind = f"a list of {wanted.__name__}" if wants_array else wanted.__name__
+        raise ParameterError(f"{name}: {value!r} is not {kind}")
+    return tuple(map(wanted, elements)) if wants_array else wanted(value)
+
+
+def _fits(value: Any, wanted: type) -> bool:
+    if wanted is float:
+        return isinstance(value, int | float) and not isinstance(value, bool)
+    return type(value) is wanted

@@ -1,0 +1,1 @@
+"""The reduced tree: the arm's equation of motion, its loops and its sensors, in CasADi."""

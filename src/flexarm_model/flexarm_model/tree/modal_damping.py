@@ -1,0 +1,43 @@
+"""Damping that gives every mode of the whole arm the strain-energy mean of its bodies' ratios.
+
+A ratio is said of a body or a spring, but modes are of the arm. With the actuated axes locked at home,
+``K phi = M phi w^2`` within the loops, mode k gets [Johnson1982]::
+
+    zeta_k = sum_b zeta_b phi' K_b phi / phi' K phi          D = B+' (M_z Phi 2 zeta W Phi' M_z) B+
+
+where B takes the motions ``z`` to the coordinates that springs and bodies resist, so that what strains
+nothing is not damped.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexarm_model.numeric.dense import eigh
+
+Array = NDArray[np.float64]
+
+
+def modal_damping(M: Array, K: Array, K_lossy: Array, Z: Array) -> Array:
+    """Return the damping over all coordinates, (n_q, n_q).
+
+    Args:
+        M: Mass at home, (n_q, n_q).
+        K: Stiffness of springs and bodies, (n_q, n_q).
+        K_lossy: The same, every part times its ratio, (n_q, n_q).
+        Z: Motions with the actuated axes locked, within the loops, (n_q, n_z).
+    """
+    D = np.zeros_like(M)
+    if not K_lossy.any() or not Z.shape[1]:
+        return D
+    M_z, K_z = Z.T @ M @ Z, Z.T @ K @ Z
+    value, Phi = eigh((K_z + K_z.T) / 2, (M_z + M_z.T) / 2)
+    strained = value > 1e-12 * value[-1]
+    loss = np.einsum("ik,ij,jk->k", Phi, Z.T @ K_lossy @ Z, Phi)
+    rate = np.where(strained, 2 * loss / np.sqrt(np.where(strained, value, 1.0)), 0.0)  # 2 zeta omega
+    D_z = M_z @ (Phi * rate) @ Phi.T @ M_z
+    resisting = np.flatnonzero(np.diag(K))
+    B = np.linalg.pinv(Z[resisting])
+    D[np.ix_(resisting, resisting)] = B.T @ D_z @ B
+    return (D + D.T) / 2

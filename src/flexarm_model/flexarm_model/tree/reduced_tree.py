@@ -1,0 +1,244 @@
+"""The reduced tree: equation of motion of rigid bodies and superelements, written once in CasADi.
+
+Coordinates ``q = [axes of joints; axes of closures; elastic coordinates]``, rates ``v = q'``, forces
+``f`` on them, constraint forces ``lambda`` where joints close loops::
+
+    M(q) v' + h(q, v) + G(q)' lambda = f          c(q) = 0, G = dc/dq
+    h = C(q, v) v + D v + K q + gravity
+
+``inverse_dynamics`` is a recursive Newton-Euler sweep over the frames of the graph; everything
+else is derived from it by algorithmic differentiation.
+"""
+
+from __future__ import annotations
+
+from functools import cached_property
+from typing import TypeAlias
+
+import casadi as ca
+import numpy as np
+from numpy.typing import NDArray
+
+from flexarm_model.bodies.body_reduction import reduce_body
+from flexarm_model.bodies.superelement import Superelement
+from flexarm_model.manipulator.description import Axis, ManipulatorConfig, NodeRef
+from flexarm_model.numeric.compiled import FunctionTable
+from flexarm_model.tree.closing import Closing, make_closing
+from flexarm_model.tree.closure import closure_residual, find_loops, null_space
+from flexarm_model.tree.composite_inertia import WORTHWHILE, composite_mass
+from flexarm_model.tree.coordinates import assumed_home, dampers, lay_out, stiffness
+from flexarm_model.tree.frame_graph import FrameGraph
+from flexarm_model.tree.frames import Motion, sparse
+from flexarm_model.tree.inertia import inertia_sweep, mass_matrix
+from flexarm_model.tree.modal_damping import modal_damping
+from flexarm_model.tree.sensors import Point, sensor_outputs
+
+Array = NDArray[np.float64]
+Expressions: TypeAlias = dict[str, tuple[list[ca.SX], list[ca.SX]]]
+
+
+class ReducedTree:
+    """Dynamics of a manipulator in joint axes and elastic coordinates.
+
+    Attributes:
+        config: The manipulator.
+        bodies: Superelements by name.
+        K, D: Stiffness and damping of springs and bodies, (n_q, n_q).
+        loops: Rows that close the loops, and the coordinates that follow them.
+    """
+
+    def __init__(self, config: ManipulatorConfig, *, use_compiler: bool = True) -> None:
+        """Build the equations.
+
+        Args:
+            config: The manipulator.
+            use_compiler: False evaluates on CasADi's virtual machine instead of compiled code.
+
+        Raises:
+            ValueError: A body cannot be reduced as asked.
+            ClosureError: A loop cannot be closed at home.
+        """
+        self.config, self._use_compiler = config, use_compiler
+        used = {ref for joint in (*config.joints, *config.closures) for ref in (joint.parent, joint.child)}
+        self.bodies: dict[str, Superelement] = {
+            name: reduce_body(body, {ref.node for ref in used if ref.body == name})
+            for name, body in config.bodies.items()
+        }
+        self._at = lay_out(config, self.bodies)
+        self._q, self._v, self._a = (ca.SX.sym(name, self._at.n) for name in "qva")
+        self._graph = FrameGraph(config, self.bodies, self._at, self._q)
+        self._motions = self._graph.motions(self._q, self._v, self._a)
+        self._inertia = inertia_sweep(
+            self._graph, self.bodies, self._at, self._motions, (self._q, self._v, self._a)
+        )
+        self._M = self._mass()
+        self._residual = closure_residual(self._graph.closures, self._motions)
+        rows = ca.Function("rows", [self._q], [self._residual, ca.jacobian(self._residual, self._q)])
+        start, at = assumed_home(config, self._at), self._at
+        self.loops = find_loops(rows, start, at.loose_axes, at.sprung_axes, config.name)
+        self._last_closed = self.loops.home, self.loops.home
+        self.K, lossy = stiffness(self._at, self.bodies)
+        self.D = dampers(self._at, self.bodies) + self._modal_damping(lossy, rows)
+
+    @property
+    def n_q(self) -> int:
+        """Number of coordinates."""
+        return self._at.n
+
+    @property
+    def n_c(self) -> int:
+        """Number of rows that close the loops."""
+        return self.loops.rows.size
+
+    @property
+    def axis_names(self) -> tuple[str, ...]:
+        """Names "joint.axis" of the axes, which come first in q."""
+        return tuple(self._at.axes)
+
+    @property
+    def axes(self) -> tuple[Axis, ...]:
+        """The axes, in the order of q."""
+        return tuple(self._at.axes.values())
+
+    @property
+    def coordinates(self) -> tuple[str, ...]:
+        """Names of all coordinates, (n_q,)."""
+        return self._at.names
+
+    @property
+    def actuated(self) -> list[int]:
+        """Indices of the actuated axes in q."""
+        return self._at.actuated
+
+    @cached_property
+    def expressions(self) -> dict[str, ca.Function]:
+        """CasADi functions by name, for those who build on them (integrators, optimisers)."""
+        q, v, a, motions = self._q, self._v, self._a, self._motions
+        f = self._inertia + sparse(self.K) @ q + sparse(self.D) @ v
+        M, h = self._M, ca.substitute(f, a, ca.SX.zeros(self.n_q))
+        (rest,) = self._at_rest([f])
+        tip = motions[self._graph.frame_of(self.config.tip)]
+        J_tip = ca.vertcat(ca.jacobian(tip.R @ tip.u, v), ca.jacobian(tip.R @ tip.w, v))
+        q_ref = ca.SX.sym("q_ref", self.n_q)
+        y = sensor_outputs(self, motions, Point(q, q_ref))
+        functions: Expressions = {
+            "inverse_dynamics": ([q, v, a], [f]),
+            "mass_matrix": ([q], [M]),
+            "bias": ([q, v], [h]),
+            "motion": ([q, v], [M, h]),
+            "stiffness": ([q], [ca.jacobian(rest, q)]),
+            "outputs": ([q, v, a, q_ref], [y]),
+            "output_rows": (
+                [q],
+                self._at_rest(
+                    [ca.substitute(e, q_ref, q) for e in (y, *(ca.jacobian(y, x) for x in (q, v, a)))]
+                ),
+            ),
+            "tip_pose": ([q], [ca.vertcat(ca.horzcat(tip.R, tip.p), ca.DM([[0, 0, 0, 1]]))]),
+            "tip_jacobian": ([q], [J_tip]),
+            **(self._loop_expressions() if self.n_c else self._open_expressions(M, h)),
+        }
+        return {name: ca.Function(name, inputs, outputs) for name, (inputs, outputs) in functions.items()}
+
+    @cached_property
+    def functions(self) -> FunctionTable:
+        """The same, each compiled when it is first asked for."""
+        return FunctionTable(self.expressions, self._use_compiler)
+
+    @cached_property
+    def closing(self) -> Closing:
+        """Moves the dependent coordinates of an arm with loops."""
+        return make_closing(self.functions["constraints"], self.loops, self.config.name)
+
+    def linearisation(self, q: Array) -> tuple[Array, Array, Array, Array]:
+        """Return mass, damping, stiffness (n_q, n_q) and static forces (n_q,) at rest at q."""
+        force, K = self.functions["bias"](q, np.zeros(self.n_q)), self.functions["stiffness"](q)
+        return self.mass_matrix(q), self.D.copy(), np.array(K), np.array(force)
+
+    def mass_matrix(self, q: Array) -> Array:
+        """Return M(q), (n_q, n_q)."""
+        return np.array(self.functions["mass_matrix"](q))
+
+    def tip_pose(self, q: Array) -> Array:
+        """Return ``T_world_tip``, (4, 4); loops are closed first."""
+        return np.array(self.functions["tip_pose"](self.closed(q)))
+
+    def tip_jacobian(self, q: Array) -> Array:
+        """Return the tip's [linear; angular] velocity per coordinate rate, world axes, (6, n_q).
+
+        Dependent coordinates follow the others; their own columns are zero.
+        """
+        q = self.closed(q)
+        J = np.array(self.functions["tip_jacobian"](q))
+        return self.closing.follow(J, q) if self.n_c else J
+
+    def constraints(self, q: Array) -> tuple[Array, Array]:
+        """Return the rows that close the loops and their Jacobian, (n_c,) and (n_c, n_q)."""
+        if not self.n_c:
+            return np.zeros(0), np.zeros((0, self.n_q))
+        c, G = self.functions["constraints"](q)
+        return np.atleast_1d(c).copy(), np.array(G)
+
+    def closed(self, q: Array) -> Array:
+        """Return q with the dependent coordinates moved until the loops close, (n_q,).
+
+        Raises:
+            ClosureError: They do not close from here.
+        """
+        if not self.n_c:
+            return q
+        asked, closed = self._last_closed
+        if not (q == asked).all():  # a pose and its Jacobian are often asked for in a row
+            closed = self.closing.close(q)
+            self._last_closed = np.array(q), closed
+        return closed.copy()
+
+    def motions_within(self, q: Array) -> Array:
+        """Return the motions that the loops leave, the actuated axes first, (n_q, n_q - n_c).
+
+        Raises:
+            ClosureError: The pose is singular.
+        """
+        pose = np.round(q[self.actuated], 6).tolist()
+        return null_space(self.constraints(q)[1], self.actuated, f"{self.config.name}: pose {pose}")
+
+    def node_motion(self, motions: dict[int, Motion], node: NodeRef) -> Motion:
+        """Return the motion of a node out of ``motions``."""
+        return motions[self._graph.frame_of(node)]
+
+    def elastic_coordinates(self, body: str) -> range:
+        """Return where a body's elastic coordinates stand in q."""
+        return self._at.elastic[body]
+
+    def _mass(self) -> ca.SX:
+        if self.n_q < WORTHWHILE:
+            return mass_matrix(self._inertia, self._a, self._graph)
+        return composite_mass(self._graph, self.bodies, self._at, self._motions, (self._q, self._a))
+
+    def _at_rest(self, expressions: list[ca.SX]) -> list[ca.SX]:
+        zero = ca.SX.zeros(self.n_q)
+        return list(ca.substitute(expressions, [self._v, self._a], [zero, zero]))
+
+    def _open_expressions(self, M: ca.SX, h: ca.SX) -> Expressions:
+        force = ca.SX.sym("f", self.n_q)
+        D, L_t, order = ca.ldl(M)
+        return {"forward_dynamics": ([self._q, self._v, force], [ca.ldl_solve(force - h, D, L_t, order)])}
+
+    def _loop_expressions(self) -> Expressions:
+        q, force = self._q, ca.SX.sym("lambda", self.n_c)
+        c = self._residual[self.loops.rows.tolist()]
+        G = ca.jacobian(c, q)
+        return {
+            "constraints": ([q], [c, G]),
+            "constraint_stiffness": ([q, force], [ca.jacobian(G.T @ force, q)]),
+        }
+
+    def _modal_damping(self, lossy: Array, rows: ca.Function) -> Array:
+        """Return the damping that the ratios of bodies and springs mean, (n_q, n_q)."""
+        if not lossy.any():
+            return np.zeros_like(lossy)
+        home = self.loops.home
+        M = ca.Function("M", [self._q], [self._M])
+        G = np.array(rows(home)[1])[self.loops.rows]
+        N = null_space(G, self.actuated, f"{self.config.name}: the home pose")
+        return modal_damping(np.array(M(home)), self.K, lossy, N[:, len(self.actuated) :])
