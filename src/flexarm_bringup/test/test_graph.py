@@ -9,6 +9,7 @@ import pytest
 import yaml
 
 from flexarm_bringup.processes.graph import Process, rig_graph, ros_arguments, with_drift, with_markers
+from flexarm_bringup.processes.timing import PRIORITIES, timing
 
 LAUNCH_FILE = Path(__file__).parents[1] / "launch" / "rig.launch.py"
 
@@ -22,6 +23,24 @@ def test_every_node_gets_the_same_manipulator_and_mode_of_time() -> None:
         assert shared == {"manipulator": "mine.yaml", "preset": "heavy", "lockstep": True}
     assert graph[-1].parameters["seed"] == 7
     assert graph[0].parameters["bag"] == "/data/run"
+
+
+def test_by_the_clock_guard_and_rig_have_other_cores_than_estimator_and_controller() -> None:
+    cores = {name: timing(name, range(5)).get("cores") for name in PRIORITIES}
+    assert cores == {"guard": [0, 1], "rig": [0, 1], "estimator": [2, 3, 4], "controller": [2, 3, 4]}
+    assert timing("guard", [3]) == {"realtime_priority": 70}
+    for process in rig_graph():
+        given = {
+            key: process.parameters[key]
+            for key in ("realtime_priority", "cores")
+            if key in process.parameters
+        }
+        assert given == (timing(process.name) if process.name in PRIORITIES else {})
+    assert not any(
+        {"cores", "realtime_priority"} & set(process.parameters) for process in rig_graph(lockstep=True)
+    )
+    mine = rig_graph(settings={"guard": {"cores": [7]}})
+    assert mine[3].parameters["cores"] == [7]
 
 
 def test_a_recorder_that_ends_does_not_end_the_run() -> None:

@@ -12,7 +12,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from flexarm_bringup.doctor.finding import Finding
-from flexarm_bringup.processes.graph import REALTIME_PRIORITY
+from flexarm_bringup.processes.timing import REALTIME_PRIORITY
 from flexarm_model.numeric.compiled import find_compiler
 
 SUPPORTED = ((3, 10), (3, 13))  # from, to

@@ -14,8 +14,9 @@ from flexarm_bringup.excite.measure import Tested
 from flexarm_bringup.excite.options import JOIN, LOCKSTEP
 from flexarm_bringup.excite.rig_source import RigTest
 from flexarm_bringup.identify.measurement import SourceError
-from flexarm_bringup.processes.graph import PRIORITIES, Process, rig_graph
+from flexarm_bringup.processes.graph import Process, rig_graph
 from flexarm_bringup.processes.supervisor import Supervisor
+from flexarm_bringup.processes.timing import timing
 
 POLL_PERIOD = 0.1  # s
 PARTNERS = ("model", "guard", "rig")
@@ -79,8 +80,12 @@ def live_graph(test: RigTest, mode: str, bag: Path) -> tuple[Process, ...]:
     kept = (RECORDER,) if mode == JOIN else (RECORDER, *PARTNERS)
     rows = [replace(row, respawn=False) for row in graph if row.name in kept]
     shared = {"manipulator": test.manipulator, "preset": test.preset, "lockstep": is_lockstep}
-    priority = {} if is_lockstep else {"realtime_priority": PRIORITIES["controller"]}
-    own = {**shared, **priority, **_wishes(test), "partners": (*PARTNERS, RECORDER)}
+    own = {
+        **shared,
+        **({} if is_lockstep else timing("controller")),
+        **_wishes(test),
+        "partners": (*PARTNERS, RECORDER),
+    }
     return (*rows, Process("flexarm_bringup", "excite_node", EXCITE, own, essential=False, respawn=False))
 
 

@@ -12,11 +12,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
+from flexarm_bringup.processes.timing import PRIORITIES, timing
 from flexarm_bringup.topics import NAMESPACE
-
-# SCHED_FIFO by the clock: the guard comes first
-PRIORITIES = {"guard": 70, "rig": 60, "estimator": 50, "controller": 50}
-REALTIME_PRIORITY = max(PRIORITIES.values())  # that a user must be allowed
 
 
 @dataclass(frozen=True)
@@ -60,8 +57,8 @@ def rig_graph(
     """
     shared = {"manipulator": manipulator, "preset": preset, "lockstep": lockstep}
     more = {name: dict(values) for name, values in (settings or {}).items()}
-    for name, priority in PRIORITIES.items() if not lockstep else ():
-        more[name] = {"realtime_priority": priority, **more.get(name, {})}
+    for name in PRIORITIES if not lockstep else ():
+        more[name] = {**timing(name), **more.get(name, {})}
     rows = [
         Process("flexarm_model", "model_node", "model"),
         Process("flexarm_estimator", "estimator_node", "estimator"),

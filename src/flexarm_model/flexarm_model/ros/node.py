@@ -9,7 +9,6 @@ events executor where rclpy has it (65-80 us per callback however many entities 
 from __future__ import annotations
 
 import gc
-import os
 import signal
 import sys
 import time
@@ -31,6 +30,7 @@ from flexarm_model.process.executable import EXIT_CONFIGURATION, EXIT_NAME_TAKEN
 from flexarm_model.process.heap import give_back_large_buffers
 from flexarm_model.process.loading import Loading
 from flexarm_model.process.process_title import set_process_title
+from flexarm_model.process.punctual import raise_priority, stay_on
 from flexarm_model.process.single_instance import NameTakenError, claim_name
 from flexarm_model.ros.alarm import Alarm
 from flexarm_model.ros.parameter_file import parameter_sources
@@ -163,7 +163,7 @@ def _spin(node: Node, stopping: list[int]) -> None:
             executor.add_node(each)
         gc.collect()
         gc.freeze()  # a later full collection would stop the node for 30-50 ms
-        _raise_priority(node)
+        _keep_time(node)
         alarm = getattr(node, "alarm", Alarm(lambda: None, time.monotonic))
         with suppress(ExternalShutdownException):
             while not (stopping or getattr(node, "is_finished", False)):
@@ -180,18 +180,15 @@ def _spin(node: Node, stopping: list[int]) -> None:
         rclpy.try_shutdown()
 
 
-def _raise_priority(node: Node) -> None:
-    """Give all threads of the process the node's SCHED_FIFO priority, if it has one and the user may."""
-    priority = getattr(getattr(node, "settings", None), "realtime_priority", 0)
-    if not priority:
-        return
-    try:
-        for thread in os.listdir("/proc/self/task"):
-            os.sched_setscheduler(int(thread), os.SCHED_FIFO, os.sched_param(priority))
-    except PermissionError:
-        node.get_logger().info(
-            f"realtime_priority {priority} is not permitted; running with ordinary priority"
-        )
+def _keep_time(node: Node) -> None:
+    """Give the process the cores and the priority of its node, where it asks for them and the user may."""
+    settings = getattr(node, "settings", None)
+    for refusal in (
+        stay_on(getattr(settings, "cores", ())),
+        raise_priority(getattr(settings, "realtime_priority", 0)),
+    ):
+        if refusal:
+            node.get_logger().info(refusal)
 
 
 def events_executor() -> Any:

@@ -26,3 +26,4 @@ class LoopSettings(ArmSettings):
         minimum=0,
         maximum=90,
     )
+    cores: tuple[int, ...] = parameter((), "Cores to run on; empty: any.", minimum=0)

@@ -1,0 +1,55 @@
+"""What a process asks of the system so that it is on time: a priority, and cores of its own (sched(7)).
+
+A process that changes cores finds its caches cold, and two that answer each other in turn wait for the same
+core while another one is free. Threads that are begun later inherit both.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Sequence
+
+
+def raise_priority(priority: int) -> str:
+    """Give all threads of this process a SCHED_FIFO priority; none for 0.
+
+    Returns:
+        Why it was not done; empty when it was, or nothing was asked.
+    """
+
+    def raise_one(thread: int) -> None:
+        """Raise one thread."""
+        os.sched_setscheduler(thread, os.SCHED_FIFO, os.sched_param(priority))
+
+    if not priority or _of_all_threads(raise_one):
+        return ""
+    return f"realtime_priority {priority} is not permitted; running with ordinary priority"
+
+
+def stay_on(cores: Sequence[int]) -> str:
+    """Let all threads of this process run on these cores alone; on any for none.
+
+    Returns:
+        Why it was not done; empty when it was, or nothing was asked.
+    """
+    allowed = os.sched_getaffinity(0)
+    if not cores:
+        return ""
+    if not allowed.issuperset(cores):
+        there = ", ".join(map(str, sorted(allowed)))
+        return f"cores {list(cores)}: this process may run on {there}; it stays on all of them"
+    if _of_all_threads(lambda thread: os.sched_setaffinity(thread, cores)):
+        return ""
+    return f"cores {list(cores)} are not permitted; running on any"
+
+
+def _of_all_threads(change: Callable[[int], None]) -> bool:
+    """Change every thread; return whether that was permitted. One that has ended meanwhile needs nothing."""
+    for thread in os.listdir("/proc/self/task"):
+        try:
+            change(int(thread))
+        except ProcessLookupError:
+            continue
+        except OSError:
+            return False
+    return True

@@ -1,0 +1,52 @@
+"""Priority and cores of a process."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+
+import pytest
+
+CODE = """
+import os, threading, time
+from flexarm_model.process.punctual import raise_priority, stay_on
+before = threading.Thread(target=time.sleep, args=(1.0,))
+before.start()
+first = min(os.sched_getaffinity(0))
+print(repr(stay_on(())), repr(stay_on((first,))), repr(raise_priority(0)))
+after = threading.Thread(target=time.sleep, args=(0.5,))
+after.start()
+threads = [int(name) for name in os.listdir("/proc/self/task")]
+print(len(threads), all(os.sched_getaffinity(thread) == {first} for thread in threads))
+print(stay_on((first, 4096)))
+print(os.sched_getaffinity(0) == {first})
+"""
+
+
+def test_all_threads_stay_on_the_cores_asked_for_and_those_that_are_not_there_are_told():
+    done = subprocess.run(
+        [sys.executable, "-c", CODE], capture_output=True, text=True, check=True, timeout=60
+    )
+    asked, threads, refusal, kept = done.stdout.splitlines()
+    assert asked == "'' '' ''"
+    count, are_there = threads.split()
+    assert int(count) >= 3 and are_there == "True"
+    assert "4096" in refusal and "may run on" in refusal
+    assert kept == "True"
+
+
+def test_every_thread_gets_the_priority_where_the_user_may():
+    code = (
+        "import os, threading, time\n"
+        "from flexarm_model.process.punctual import raise_priority\n"
+        "threading.Thread(target=time.sleep, args=(0.5,)).start()\n"
+        "print(raise_priority(1) or [os.sched_getscheduler(int(t)) for t in os.listdir('/proc/self/task')])"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=True, timeout=60
+    )
+    if "not permitted" in done.stdout:
+        pytest.skip("this user may not raise priorities")
+    policies = [int(number) for number in done.stdout.strip("[]\n").split(",")]
+    assert len(policies) >= 2 and set(policies) == {os.SCHED_FIFO}
