@@ -23,6 +23,7 @@ from flexarm_bringup.installed import find_executable  # noqa: E402
 from flexarm_bringup.processes.graph import Process, rig_graph, ros_arguments  # noqa: E402
 from flexarm_bringup.processes.running_graph_node import Ear, running  # noqa: E402
 from flexarm_bringup.processes.supervisor import Supervisor  # noqa: E402
+from flexarm_bringup.tasks.node_settings import arm_graph  # noqa: E402
 from flexarm_controller.conversions import reference_to_msg  # noqa: E402
 from flexarm_controller.reference import hold  # noqa: E402
 from flexarm_model.conversions import stamp_to_ns  # noqa: E402
@@ -47,7 +48,7 @@ def armed(folder: Path, **faulty: str) -> Iterator[tuple[Supervisor, Ear]]:
         path = find_executable(process.package, process.executable, os.environ)
         return [str(path), *ros_arguments(process)]
 
-    with running(rig_graph(), TOPICS, folder, extra, command) as (supervisor, ear):
+    with running(arm_graph("single_link"), TOPICS, folder, extra, command) as (supervisor, ear):
         ear.wait_ready("rig", "guard", "estimator", "controller")
         arm(ear)
         yield supervisor, ear

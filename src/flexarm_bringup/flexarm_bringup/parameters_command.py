@@ -1,4 +1,8 @@
-"""Print every node's parameters: default, unit, range, what it means.
+"""Print every node's parameters: default, unit, range, what it means; or an arm's, as a parameter file.
+
+  flexarm parameters estimator                         one node's, as a table
+  flexarm parameters --arm planar_3rrr > arm.yaml      what was chosen for an arm, for
+                                                       ros2 run ... --ros-args --params-file arm.yaml
 
 Without NODE all of them as the Markdown page docs/parameters.md, which a test compares with this output.
 With NODE only that node's, as a table for the terminal. Both come from the settings classes that the nodes
@@ -10,9 +14,18 @@ from __future__ import annotations
 import argparse
 import importlib
 import math
+import sys
 from collections.abc import Iterator
 from dataclasses import Field, fields
 from typing import Any
+
+import yaml
+
+from flexarm_bringup.tasks.node_settings import arm_graph
+from flexarm_bringup.topics import NAMESPACE
+from flexarm_model.settings.strict_yaml import ConfigError
+
+USAGE = 2
 
 NODES = {
     "model": "flexarm_model.model_node:ModelNode",
@@ -38,12 +51,38 @@ at the start with the name, the value and what is allowed.
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the options."""
     parser.add_argument("node", nargs="?", choices=sorted(NODES), help="only this node's, for the terminal")
+    parser.add_argument(
+        "--arm", metavar="NAME", help="the parameter file of an arm: its name, or a YAML file"
+    )
+    parser.add_argument("--preset", help="preset of the arm (default: the first that its moves are for)")
 
 
 def run(args: argparse.Namespace) -> int:
     """Print the page or one node's table."""
-    print("\n".join(_lines(args.node)) if args.node else page(), end="\n" if args.node else "")
+    if args.arm is None and args.preset is None:
+        print("\n".join(_lines(args.node)) if args.node else page(), end="\n" if args.node else "")
+        return 0
+    try:
+        print(parameter_file(args.arm, args.preset), end="")
+    except ConfigError as error:
+        print(f"flexarm parameters: {error}", file=sys.stderr)
+        return USAGE
     return 0
+
+
+def parameter_file(arm: str | None, preset: str | None) -> str:
+    """Return the parameter file of an arm: what was chosen for it, and nothing that is a default.
+
+    Raises:
+        ConfigError: There is no such arm or preset.
+    """
+    if arm is None:
+        raise ConfigError("--preset: it belongs to an arm, which --arm names")
+    nodes = {}
+    for row in arm_graph(arm, preset, lockstep=True):  # without what is this machine's
+        values = {name: value for name, value in row.parameters.items() if name != "lockstep"}
+        nodes[f"{NAMESPACE}/{row.name}"] = {"ros__parameters": values}
+    return yaml.safe_dump(nodes, sort_keys=False)
 
 
 def page() -> str:

@@ -15,9 +15,10 @@ from launch_ros.ros_adapters import get_ros_node
 from std_msgs.msg import Empty
 
 from flexarm_bringup.processes.doubles import refuse_doubles
-from flexarm_bringup.processes.graph import enclave_arguments, rig_graph, with_drift, with_markers
+from flexarm_bringup.processes.graph import enclave_arguments, with_drift, with_markers
 from flexarm_bringup.processes.supervisor import ON_PURPOSE, RESPAWNS
 from flexarm_bringup.processes.surroundings import defaults
+from flexarm_bringup.tasks.node_settings import arm_graph
 from flexarm_bringup.tasks.task_for import task_for
 from flexarm_bringup.topics import NAMESPACE
 from flexarm_model.process.parent import MARK as PARENT
@@ -25,7 +26,7 @@ from launch import LaunchDescription
 
 ARGUMENTS = {
     "manipulator": ("single_link", "name of a manipulator that comes along, or a YAML file"),
-    "preset": ("geared", "preset of that file"),
+    "preset": ("", "preset of that file; empty: the first that the arm's moves are for"),
     "lockstep": ("false", "true: nodes wait for each other; false: real time"),
     "bag": ("", "folder to record into; empty: do not record"),
     "markers": ("false", "true: also show the arm to RViz and Foxglove"),
@@ -57,9 +58,10 @@ def nodes(context):
     is_shown = given.pop("markers").lower() == "true"
     is_watched = given.pop("drift").lower() == "true"
     stop = get_ros_node(context).create_publisher(Empty, f"{NAMESPACE}/stop", 1)
-    graph = rig_graph(**given)
+    arm = given.pop("manipulator")
+    graph = arm_graph(arm, given.pop("preset") or None, **given)
     graph = with_markers(graph) if is_shown else graph
-    graph = with_drift(graph, task_for(given["manipulator"]).settings.get("drift")) if is_watched else graph
+    graph = with_drift(graph, task_for(arm).settings.get("drift")) if is_watched else graph
     refuse_doubles(graph)
     return [node(process, may_return, stop) for process in graph]
 

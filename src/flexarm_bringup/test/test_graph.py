@@ -10,6 +10,7 @@ import yaml
 
 from flexarm_bringup.processes.graph import Process, rig_graph, ros_arguments, with_drift, with_markers
 from flexarm_bringup.processes.timing import PRIORITIES, timing
+from flexarm_bringup.tasks.node_settings import arm_graph
 
 LAUNCH_FILE = Path(__file__).parents[1] / "launch" / "rig.launch.py"
 
@@ -127,7 +128,7 @@ def launched(monkeypatch: pytest.MonkeyPatch, **given: str) -> list[Any]:
     actions = scope["generate_launch_description"]().arguments[0]
     declared = {item.arguments[0]: item.default_value for item in actions if hasattr(item, "default_value")}
     assert declared == {
-        "manipulator": "single_link", "preset": "geared", "lockstep": "false", "bag": "", "markers": "false",
+        "manipulator": "single_link", "preset": "", "lockstep": "false", "bag": "", "markers": "false",
         "drift": "false", "respawn": "true",
     }  # fmt: skip
     return list(actions[-1].function({**declared, **given}))
@@ -149,7 +150,7 @@ def ends_all(node: Any, code: int = -9) -> bool:
 
 def test_the_launch_file_starts_the_same_graph(monkeypatch: pytest.MonkeyPatch) -> None:
     nodes = launched(monkeypatch, bag="/data/run", lockstep="true")
-    graph = rig_graph(bag="/data/run", lockstep=True)
+    graph = arm_graph("single_link", bag="/data/run", lockstep=True)
     assert [(node.package, node.executable, node.name) for node in nodes] == [
         (process.package, process.executable, process.name) for process in graph
     ]

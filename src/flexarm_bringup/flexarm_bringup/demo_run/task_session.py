@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from flexarm_bringup.processes.session import Session, SessionError, run_session
 from flexarm_bringup.record import RunRecord
 from flexarm_bringup.sim_run.study import LegResult, SimJob, SimResult, Trace, judge_leg
+from flexarm_bringup.tasks.node_settings import node_settings
 from flexarm_bringup.tasks.reference_file import from_rest, save_reference
 from flexarm_model.reading.config import load_config
 from flexarm_model.reading.manipulator_file import find_manipulator
@@ -94,20 +95,11 @@ def run_task_session(
 
 def task_settings(job: SimJob, law: str) -> dict[str, dict[str, Any]]:
     """Return the parameters of the nodes that are not defaults, by node."""
-    task = job.task.under(job.preset)
-    config = load_config(find_manipulator(task.manipulator), job.preset)
-    parts = {
-        name: dict(task.settings.get(name, {})) for name in ("controller", "mpc", "estimator", "schedule")
-    }
-    start = tuple(map(float, job.course.home))
-    period = round(1e9 / config.rate_hz) * 1e-9
-    return {
-        "model": {**parts["schedule"], "start": start},
-        "estimator": parts["estimator"],
-        "controller": {**parts["mpc"], **parts["controller"], "law": law, "period": period},
-        "guard": {"start": start},
-        "rig": {"start": start},
-    }
+    settings = {"guard": {}, "rig": {}, **node_settings(job.task, job.preset)}
+    for node in ("model", "guard", "rig"):
+        settings[node]["start"] = tuple(map(float, job.course.home))
+    settings["controller"]["law"] = law
+    return settings
 
 
 def torque_difference(run: TaskRun, twin: SimResult) -> float:

@@ -24,13 +24,12 @@ from pathlib import Path
 
 from flexarm_bringup.arguments import new_folder, number, output_folder
 from flexarm_bringup.processes.doubles import refuse_doubles
-from flexarm_bringup.processes.graph import Process, rig_graph, with_drift, with_markers
+from flexarm_bringup.processes.graph import Process, with_drift, with_markers
 from flexarm_bringup.processes.supervisor import Supervisor
 from flexarm_bringup.processes.surroundings import defaults
+from flexarm_bringup.tasks.node_settings import arm_graph
 from flexarm_bringup.tasks.task_for import task_for
 from flexarm_model.process.single_instance import NameTakenError
-from flexarm_model.reading.config import load_config
-from flexarm_model.reading.manipulator_file import find_manipulator
 from flexarm_model.settings.strict_yaml import ConfigError
 
 EPILOG = """\
@@ -106,13 +105,10 @@ def _graph(args: argparse.Namespace) -> tuple[Process, ...]:
     Raises:
         ConfigError: There is no such arm or preset.
     """
-    task = task_for(args.manipulator)
-    preset = task.presets[0] if args.preset is None else args.preset
-    load_config(find_manipulator(task.manipulator), preset)
     bag = str(args.bag.resolve()) if args.bag else ""
-    graph = rig_graph(task.manipulator, preset, bag=bag)
+    graph = arm_graph(args.manipulator, args.preset, bag=bag)
     graph = with_markers(graph) if args.markers else graph
-    graph = with_drift(graph, task.settings.get("drift")) if args.drift else graph
+    graph = with_drift(graph, task_for(args.manipulator).settings.get("drift")) if args.drift else graph
     return tuple(replace(row, respawn=row.respawn and not args.no_respawn) for row in graph)
 
 

@@ -21,9 +21,9 @@ from pathlib import Path
 
 from flexarm_bringup.arguments import number, output_folder, whole
 from flexarm_bringup.page.report import add_report_arguments, publish
-from flexarm_bringup.processes.graph import Process, rig_graph
+from flexarm_bringup.processes.graph import Process
 from flexarm_bringup.progress import Progress
-from flexarm_bringup.tasks.task_for import task_for
+from flexarm_bringup.tasks.node_settings import arm_graph
 from flexarm_model.manipulator.description import ManipulatorConfig
 from flexarm_model.reading.config import load_config
 from flexarm_model.reading.manipulator_file import find_manipulator
@@ -78,17 +78,7 @@ def graph_of(manipulator: str, preset: str | None) -> tuple[tuple[Process, ...],
     Raises:
         ConfigError: There is no such arm or preset.
     """
-    task = task_for(manipulator)
-    preset = task.presets[0] if preset is None else preset
-    task = task.under(preset)
-    config = load_config(find_manipulator(task.manipulator), preset)
-    part = {
-        name: dict(task.settings.get(name, {})) for name in ("controller", "mpc", "estimator", "schedule")
-    }
-    settings = {
-        "model": part["schedule"],
-        "estimator": part["estimator"],
-        "controller": {**part["mpc"], **part["controller"], "period": round(1e9 / config.rate_hz) * 1e-9},
-    }
-    graph = rig_graph(task.manipulator, preset, settings=settings)
+    graph = arm_graph(manipulator, preset)
+    given = graph[0].parameters
+    config = load_config(find_manipulator(given["manipulator"]), given["preset"])
     return tuple(replace(row, respawn=True) for row in graph), config

@@ -1,0 +1,51 @@
+"""The nodes of an arm with what was chosen for it: the settings of its moves file, its own control period."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from flexarm_bringup.processes.graph import Process, rig_graph
+from flexarm_bringup.tasks.task import Task
+from flexarm_bringup.tasks.task_for import task_for
+from flexarm_model.reading.config import load_config
+from flexarm_model.reading.manipulator_file import find_manipulator
+
+SECTIONS = {"model": ("schedule",), "estimator": ("estimator",), "controller": ("mpc", "controller")}
+
+
+def arm_graph(
+    arm: str, preset: str | None = None, lockstep: bool = False, bag: str = ""
+) -> tuple[Process, ...]:
+    """Return the processes of an arm on the simulated rig.
+
+    Args:
+        arm: Name or YAML file.
+        preset: Of it; None: the first that its moves are for.
+        lockstep: Wait for each other instead of running by the clock.
+        bag: Folder to record into; empty: no recorder.
+
+    Raises:
+        ConfigError: There is no such arm or preset.
+    """
+    task = task_for(arm)
+    preset = task.presets[0] if preset is None else preset
+    return rig_graph(task.manipulator, preset, lockstep, bag, node_settings(task, preset))
+
+
+def node_settings(task: Task, preset: str) -> dict[str, dict[str, Any]]:
+    """Return the parameters of the nodes that are not defaults, by node.
+
+    Args:
+        task: What the arm does, with the settings that were chosen for it.
+        preset: Of the arm.
+
+    Raises:
+        ConfigError: There is no such arm or preset.
+    """
+    config, chosen = load_config(find_manipulator(task.manipulator), preset), task.under(preset).settings
+    settings: dict[str, dict[str, Any]] = {node: {} for node in SECTIONS}
+    for node, sections in SECTIONS.items():
+        for section in sections:
+            settings[node].update(chosen.get(section, {}))
+    settings["controller"]["period"] = round(1e9 / config.rate_hz) * 1e-9
+    return settings
