@@ -32,8 +32,8 @@ def number(
     return read
 
 
-def whole(*, at_least: int) -> Callable[[str], int]:
-    """Return a type of whole numbers, none below ``at_least``."""
+def whole(*, at_least: int, at_most: float = math.inf) -> Callable[[str], int]:
+    """Return a type of whole numbers within a range."""
 
     def read(text: str) -> int:
         """Return the number; ArgumentTypeError when it is none that is allowed."""
@@ -41,8 +41,9 @@ def whole(*, at_least: int) -> Callable[[str], int]:
             value = int(text)
         except ValueError:
             value = at_least - 1
-        if value < at_least:
-            raise ArgumentTypeError(f"'{text}': expected a whole number, at least {at_least}")
+        if not at_least <= value <= at_most:
+            most = f", at most {at_most}" if at_most < math.inf else ""
+            raise ArgumentTypeError(f"'{text}': expected a whole number, at least {at_least}{most}")
         return value
 
     return read

@@ -21,9 +21,7 @@ from flexarm_bringup.sim.hardware import Hardware
 from flexarm_bringup.sim.plant import Plant
 from flexarm_bringup.sim.rig import RigSettings
 from flexarm_bringup.sim.sample import Sample
-from flexarm_controller.command import ControlCommand
 from flexarm_controller.controller import Controller
-from flexarm_controller.guard import GuardCommand
 from flexarm_controller.laws import LawInputs
 from flexarm_controller.limits import limits_of
 from flexarm_controller.margins.gate import Gate
@@ -175,7 +173,7 @@ def run_loop(
         without += command.mode != law.law
         ticks.append(observe(hardware, estimate))
         samples = hardware.advance()
-        hardware.choose_torque(guard_command(command, k + 1, TOKEN))
+        hardware.choose_torque(command.for_guard(k + 1, TOKEN))
     spent = time.process_time() - started
     speed = (n - warm) * hardware.dt / spent
     return ticks, Effort(spent, speed, schedule.served, adopting, without / n, hardware.guard.reason)
@@ -229,12 +227,6 @@ def observe_tick(hardware: Hardware, estimate: Estimate) -> dict[str, Array]:
         "eta_sigma": np.sqrt(np.diag(estimate.P)[n_d:n]),
         "fresh": np.array(hardware.is_commanded),
     }
-
-
-def guard_command(command: ControlCommand, sequence: int, token: int) -> GuardCommand:
-    """Return a command as the guard takes it."""
-    effort = tuple(command.tau.tolist())
-    return GuardCommand(command.t, sequence, token, effort, acts_at=command.acts_at)
 
 
 def measurements(samples: Sequence[Sample], hardware: Hardware) -> list[Measurement]:

@@ -7,6 +7,7 @@ from typing import Literal, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from flexarm_controller.guarding.messages import GuardCommand
 from flexarm_controller.reference import Reference
 
 Array = NDArray[np.float64]
@@ -50,6 +51,10 @@ class ControlCommand(NamedTuple):  # not a dataclass: one is made in every perio
     reference: Reference | None
     theta: Array
     split: tuple[float, float, float] = (0.0, 0.0, 0.0)
+
+    def for_guard(self, sequence: int, token: int) -> GuardCommand:
+        """Return it as the guard takes it, with its number in a session; for any model."""
+        return GuardCommand(self.t, sequence, token, tuple(self.tau.tolist()), acts_at=self.acts_at)
 
     @property
     def tracking_error(self) -> Array:

@@ -83,7 +83,6 @@ class GuardNode(ManagedNode):
         """Start stopped."""
         self.exchange = made(GuardExchange, self._config, self._limits, 0 if self.settings.lockstep else None)
         self.guard = self.exchange.guard
-        self._most_stood = self._limits.max_age
         patience, reserve = self.settings.patience, self.settings.answer_time
         self._cycle = GuardCycle(self.exchange.period_ns * 1e-9, patience, reserve)
         self._lockstep = Lockstep(SENSORS, self.on_tick_complete)
@@ -175,14 +174,9 @@ class GuardNode(ManagedNode):
         self._answer_when_due()
 
     def _answer_when_due(self) -> None:
-        """Answer once the command of the next period is here; in lockstep once that for the newest state is.
-
-        There a braked arm needs none.
-        """
-        if self.settings.lockstep:
-            is_due = self.exchange.is_heeded or self.guard.mode == BRAKING
-        else:
-            is_due = self.exchange.is_commanded
+        """Answer once the next period's command is here; in lockstep that for the newest state, if needed."""
+        is_heeded = self.exchange.is_heeded or self.guard.mode == BRAKING
+        is_due = is_heeded if self.settings.lockstep else self.exchange.is_commanded
         if self._cycle.is_open and is_due:
             self._answer()
 
@@ -208,7 +202,7 @@ class GuardNode(ManagedNode):
         """Return the time [s]; a guard that has not run for too long knows nothing of what happened."""
         now = self._now()
         stood = self._cycle.look(now)
-        if stood > self._most_stood:
+        if stood > self._limits.max_age:
             self.guard.stop(f"guard did not run for {1e3 * stood:.0f} ms")
         return now
 

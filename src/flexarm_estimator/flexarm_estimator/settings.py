@@ -54,6 +54,9 @@ class EstimatorConfig:
     strain_error: float = parameter(
         0.0, "Error of predicted strains, beside the gauges' noise", "1", 0.0, 0.1
     )
+    isolation_strain_error: float = parameter(
+        8e-6, "Most of strain_error that counts when faulty channels are looked for", "1", 0.0, 0.1
+    )
     sag_modes: int = parameter(
         0, "Slowest modes that may rest elsewhere than modelled, as states", "1", 0, 100
     )

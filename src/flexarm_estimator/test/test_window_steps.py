@@ -8,10 +8,11 @@ from typing import Any
 
 import numpy as np
 import pytest
-from planar_strip import DT, strip_model
+from planar_strip import DT, SENSORS, strip_model
 from test_isolation import CHANNELS, make_parts
 
 from flexarm_estimator.isolation import window
+from flexarm_estimator.isolation.channels import Channels
 from flexarm_estimator.isolation.window import StepMaker
 from flexarm_estimator.settings import EstimatorConfig
 
@@ -54,9 +55,10 @@ def test_models_that_are_long_past_are_let_go(made: list[Any]) -> None:
 
 def test_gauges_that_a_filter_takes_for_worth_less_are_judged_as_what_they_are() -> None:
     noise = {}
+    most = Channels(SENSORS, CHANNELS.spans, {"strain_gauge": 8e-6}).most
     for error in (0.0, 8e-6, 1e-4):
         config = EstimatorConfig(strain_error=error, acceleration_error=error * 1e4)
-        noise[error] = StepMaker(1e-5, CHANNELS.most).step(make_parts(config, strip_model()), DT).noise
+        noise[error] = StepMaker(1e-5, most).step(make_parts(config, strip_model()), DT).noise
     np.testing.assert_allclose(noise[1e-4][:2, :2], noise[8e-6][:2, :2], rtol=1e-12, atol=1e-20)
     np.testing.assert_allclose(noise[8e-6][1, 1] - noise[0.0][1, 1], 8e-6**2, rtol=1e-6)
     assert noise[1e-4][2, 2] > noise[8e-6][2, 2] + 0.9

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from flexarm_bringup.closed_loop import arm_state, guard_command, measurements
+from flexarm_bringup.closed_loop import arm_state, measurements
 from flexarm_bringup.fault_drill.controller_stand import ControllerStand
 from flexarm_bringup.fault_drill.findings import Finding
 from flexarm_bringup.fault_drill.row import Row
@@ -79,7 +79,7 @@ def _run(stand: ControllerStand, restarted: str, k0: int) -> Run:
         error = np.linalg.norm(estimate.T_world_tip[:3, 3] - hardware.rig.plant.tip_pose()[:3, 3])
         rows.append((error, np.array(hardware.tau), command.mode, command.reason))
         samples = hardware.advance()
-        hardware.choose_torque(guard_command(command, k + 1, 1))
+        hardware.choose_torque(command.for_guard(k + 1, 1))
     error, tau, modes, reasons = zip(*rows, strict=True)
     return Run(np.array(error), np.array(tau), modes, reasons, hardware.guard.reason)
 

@@ -35,6 +35,7 @@ from flexarm_bringup.realtime.driver_node import DriverError, drive
 from flexarm_bringup.realtime.figures import Figures
 from flexarm_bringup.realtime.processes import command_line, processes
 from flexarm_bringup.realtime.standstill import Witnesses
+from flexarm_controller.due_commands import FARTHEST
 from flexarm_controller.reference import Reference
 from flexarm_model.reading.config import load_config
 from flexarm_model.reading.manipulator_file import find_manipulator
@@ -58,7 +59,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--load", action="store_true", help="keep one core busy meanwhile")
     parser.add_argument("--composed", action="store_true", help="estimator and controller in one process")
     parser.add_argument(
-        "--delay", type=whole(at_least=1), default=1, metavar="PERIODS",
+        "--delay", type=whole(at_least=1, at_most=FARTHEST - 1), default=1, metavar="PERIODS",
         help="periods between a state and its torque, which the law counts on (default: 1)",
     )  # fmt: skip
     parser.add_argument("--law", default="mpc", help="law of the controller (default: mpc)")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 from flexarm_model.manipulator.sensor_spec import SensorSpec
 
 Array = NDArray[np.float64]
-_MODEL_ERROR = {"strain_gauge": 8e-6}  # SI; more of what settings add to the noise does not count here
 
 
 @dataclass(frozen=True)
@@ -40,8 +39,14 @@ class Channels:
         spans: Places of every sensor.
     """
 
-    def __init__(self, specs: Iterable[SensorSpec], rows: Iterable[str]) -> None:
-        """Number the channels of the sensors ``rows``, sensor by sensor."""
+    def __init__(
+        self, specs: Iterable[SensorSpec], rows: Iterable[str], errors: Mapping[str, float] | None = None
+    ) -> None:
+        """Number the channels of the sensors ``rows``, sensor by sensor.
+
+        ``errors`` are the most that counts of a model's error, by kind of sensor (SI); else all of it does.
+        """
+        self._errors = errors or {}
         by_name = {spec.name: spec for spec in specs}
         self.all: list[Channel] = []
         self.spans: dict[str, slice] = {}
@@ -65,7 +70,7 @@ class Channels:
 
         Who tells a filter that gauges are worth less does not mean that a flipped sign matters less.
         """
-        errors = np.array([_MODEL_ERROR.get(channel.kind, np.inf) for channel in self.all])
+        errors = np.array([self._errors.get(channel.kind, np.inf) for channel in self.all])
         return np.asarray(self.sigma**2 + errors**2)
 
     @cached_property

@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 from flexarm_estimator.exclusion.agreement import compare
 from flexarm_estimator.isolation.channels import Channels
@@ -51,9 +51,9 @@ _GAP = 0.1  # s; after a longer one the ring is of another time
 class IsolationWatch(Watch):
     """Names channels at fault."""
 
-    def __init__(self, specs: Sequence[SensorSpec]) -> None:
-        """Take the sensors of the arm."""
-        self._specs = tuple(specs)
+    def __init__(self, specs: Sequence[SensorSpec], errors: Mapping[str, float] | None = None) -> None:
+        """Take the sensors of the arm, and for ``errors`` see ``Channels``."""
+        self._specs, self._errors = tuple(specs), errors
         self._names: tuple[str, ...] | None = None
         load_steps()  # now, not in the middle of a motion
         self._forget(0.0)
@@ -64,7 +64,7 @@ class IsolationWatch(Watch):
         self._is_blind = not parts.steps.keeps_matrices  # hypotheses are run on the served model alone
         if self._names != tuple(parts.sensors.rows):
             self._names = tuple(parts.sensors.rows)
-            self._channels = Channels(self._specs, self._names)
+            self._channels = Channels(self._specs, self._names, self._errors)
             self._maker = StepMaker(_RESOLUTION, self._channels.most)
             rearrangements(self._channels, self._channels.everybody)  # now, not in the middle of a motion
         self._theta, self._learned = parts.layout.theta, parts.layout.p

@@ -39,7 +39,7 @@ class Watches:
             LatencyWatch(delays, config),
             BiasWatch(specs, config),
             NoiseWatch(specs),
-            IsolationWatch(specs),
+            IsolationWatch(specs, {"strain_gauge": config.isolation_strain_error}),
         )
 
     def use(self, parts: Parts) -> None:
