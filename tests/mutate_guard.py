@@ -8,6 +8,7 @@ It works in a temporary folder, takes some ten minutes, prints score and survivo
 
 from __future__ import annotations
 
+import argparse
 import re
 import shutil
 import subprocess
@@ -51,8 +52,12 @@ def lay_out(folder: Path) -> None:
 
 
 def main() -> int:
-    """Run mutmut and print what came of it."""
+    """Run mutmut and print what came of it; 2 without mutmut beside this Python."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
+    parser.parse_args()
     mutmut = Path(sys.executable).with_name("mutmut")
+    if not mutmut.exists():
+        parser.error(f"no mutmut beside {sys.executable}")
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         lay_out(folder)

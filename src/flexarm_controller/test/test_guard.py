@@ -35,6 +35,14 @@ def test_a_fresh_command_of_the_session_passes_unchanged():
     assert guard.age == pytest.approx(0.005) and guard.ticks == 1 and guard.refusal == ""
 
 
+def test_the_age_is_that_of_the_command_in_use():
+    guard = armed(1.0)
+    guard.step(command(1.0), REST, 1.005)
+    assert guard.age == pytest.approx(0.005)
+    guard.step(None, REST, 1.01)
+    assert guard.age == pytest.approx(0.01)
+
+
 def test_torque_and_its_rate_are_cut_and_counted():
     guard = armed()
     first = guard.step(command(0.0, 1, (9.0, -9.0)), REST, 0.0)
@@ -50,6 +58,14 @@ def test_a_torque_just_inside_its_limits_is_not_counted_as_cut():
     guard.step(command(0.0, 1, STEP), REST, 0.0)
     guard.step(command(0.005, 2, (0.0, -0.0)), REST, 0.005)
     assert (guard.passed, guard.limited) == (2, 0)
+
+
+def test_a_torque_of_the_brake_that_is_cut_is_no_command_that_was():
+    guard = armed()
+    guard.step(command(0.0), MOVING, 0.0)
+    guard.stop("test")
+    assert guard.step(None, MOVING, 0.005)[0] == pytest.approx(0.3 - STEP[0])
+    assert (guard.passed, guard.limited) == (1, 0)
 
 
 def test_what_is_returned_is_not_what_is_remembered():

@@ -1,11 +1,13 @@
 """Strain, energy and model: what else stops an arm or keeps a command from it."""
 
 import math
+from dataclasses import replace
 
 import pytest
 from guarded_arm import LIMITS, REST, armed, command
 
 from flexarm_controller.guard import ARMED, BRAKING, GuardState
+from flexarm_controller.guarding.checks import too_much_energy
 from flexarm_controller.guarding.energy import EnergyWindow
 
 STRAINS = (1e-3, 5e-4)
@@ -83,6 +85,11 @@ def test_energy_that_is_taken_out_or_older_than_the_window_is_no_reason_to_stop(
     assert driven(1.0, 100, -1.0).mode == ARMED
     guard = driven(1.3, 300)
     assert guard.mode == ARMED and guard.energy == pytest.approx(1.25)
+
+
+def test_energy_up_to_its_limit_may_be_put_in():
+    limits = replace(LIMITS, energy=1.0)
+    assert too_much_energy(1.0, limits) == "" != too_much_energy(math.nextafter(1.0, 2.0), limits)
 
 
 def test_energy_that_is_not_a_number_latches_a_stop():
