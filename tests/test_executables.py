@@ -47,6 +47,28 @@ def test_a_second_node_is_refused_before_its_libraries_are_loaded() -> None:
         assert f"guard_node: node /flexarm/left runs already in ROS domain {DOMAIN}" in done.stderr
 
 
+HEARD = """
+import os
+from flexarm_model.process.executable import run_executable
+print(run_executable("spy", ["spy"]))
+"""
+
+
+@pytest.mark.parametrize(("asked", "used"), [(None, "LOCALHOST"), ("", "LOCALHOST"), ("SUBNET", "SUBNET")])
+def test_a_node_is_found_on_this_machine_alone_unless_the_user_says_else(
+    asked: str | None, used: str, tmp_path: Path
+) -> None:
+    name = "ROS_AUTOMATIC_DISCOVERY_RANGE"
+    spy = f"import os\ndef main():\n    print(os.environ['{name}'])\n    return 0\n"
+    (tmp_path / "spy.py").write_text(spy)
+    paths = os.pathsep.join((str(tmp_path), os.environ.get("PYTHONPATH", "")))
+    environment = {**os.environ, "ROS_DOMAIN_ID": DOMAIN, "PYTHONPATH": paths, name: asked or ""}
+    if asked is None:
+        del environment[name]
+    done = subprocess.run([sys.executable, "-c", HEARD], env=environment, capture_output=True, text=True)
+    assert done.stdout == f"{used}\n0\n", done.stderr
+
+
 HEAVY = {"scipy", "scipy.spatial", "scipy.sparse", "scipy.optimize", "scipy.io", "scipy.stats", "filterpy"}
 HEAVY |= {"osqp", "pinocchio", "matplotlib", "rosbags"}
 LOADED = {

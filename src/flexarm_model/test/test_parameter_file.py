@@ -80,6 +80,13 @@ def test_files_for_others_of_the_graph_are_shared_but_nobody_is_misspelt(tmp_pat
         refuse_strangers(read_parameter_file(written(tmp_path, shared)), "/flexarm/rig")
 
 
+def test_nodes_of_one_process_may_each_have_a_file_of_their_own(tmp_path: Path) -> None:
+    own = read_parameter_file(written(tmp_path, f"{NODE}: {{ros__parameters: {{a: 1}}}}\n"))
+    refuse_strangers(own, "/flexarm/estimator", beside=("controller",))
+    with pytest.raises(ConfigError, match="nothing for /flexarm/rig; allowed: /flexarm/rig, /flexarm/mo"):
+        refuse_strangers(own, "/flexarm/rig", beside=("model",))
+
+
 def test_the_ros_part_of_a_command_line_tells_its_files_and_keys(tmp_path: Path) -> None:
     path = written(tmp_path, f"{NODE}: {{ros__parameters: {{law: mpc}}}}\n")
     words = ["node", "-p", "not:=ours", "--ros-args", "--params-file", str(path), "-p", "rate:=a:b:=c"]

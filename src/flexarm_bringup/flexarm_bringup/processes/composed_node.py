@@ -6,7 +6,8 @@ state is handed to the controller as the object it is, and answered at once; onl
 the wait for another process.
 
 Parameters of one of the two stand under its name in a file (``--params-file``: ``/flexarm/controller:``);
-those given with ``-p`` go to both (``manipulator``, ``preset``, ``realtime_priority``).
+a file may hold those of one alone. Those given with ``-p`` go to both (``manipulator``, ``preset``,
+``realtime_priority``).
 
 Publishes, subscribes, services: those of ``estimator_node`` and ``controller_node``.
 """
@@ -23,6 +24,8 @@ HANDED_OVER = "modal_state"
 
 class EstimatorBeside(EstimatorNode):
     """The estimator that hands its states over before it publishes them."""
+
+    BESIDE = ("controller",)
 
     def __init__(self, controller: ComposedController) -> None:
         """Work for ``controller``."""
@@ -42,6 +45,8 @@ class ComposedController(ControllerNode):
     Attributes:
         companions: Nodes that share the executor.
     """
+
+    BESIDE = ("estimator",)
 
     def __init__(self) -> None:
         """Make both nodes."""

@@ -6,7 +6,7 @@ claims its name again, once rcl has told it; what the process holds already is g
 
 A process that was started as a reserve loads first and claims when it is called (``reserve``). One that was
 given a line to who started it lets go of it when it ends (``life_line``); one of a launch file ends with
-``ros2 launch`` (``parent``).
+``ros2 launch`` (``parent``). Where the user says nothing, nodes find each other on this machine only.
 """
 
 from __future__ import annotations
@@ -26,6 +26,7 @@ from flexarm_model.process.single_instance import NameTakenError, claim_name
 NAMESPACE = "flexarm"
 EXIT_CONFIGURATION, EXIT_NAME_TAKEN = 2, 3
 STOPPING = (signal.SIGINT, signal.SIGTERM)
+DISCOVERY_RANGE = "ROS_AUTOMATIC_DISCOVERY_RANGE"
 
 
 def run_executable(module: str, nodes: Sequence[str]) -> int:
@@ -40,6 +41,7 @@ def run_executable(module: str, nodes: Sequence[str]) -> int:
     """
     for number in STOPPING:
         signal.signal(number, signal.SIG_DFL)  # as long as nothing moves a signal ends the process at once
+    os.environ[DISCOVERY_RANGE] = os.environ.get(DISCOVERY_RANGE) or "LOCALHOST"
     end_with_parent()
     line = take_line()
     if line is not None:

@@ -117,7 +117,7 @@ def _places(node: Node) -> list[tuple[str, tuple[str, ...]]]:
     name = node.get_fully_qualified_name()
     sources = _sources(tuple(sys.argv))
     for source in sources:
-        refuse_strangers(source, name)
+        refuse_strangers(source, name, getattr(node, "BESIDE", ()))
     return [(f"{source.name}: {name}", source.keys_for(name)) for source in sources if source.keys_for(name)]
 
 

@@ -82,24 +82,28 @@ def read_parameter_file(path: Path) -> ParameterSource:
     return ParameterSource(str(path), dict(_sections(path, read_yaml(path), "")))
 
 
-def refuse_strangers(source: ParameterSource, node: str) -> None:
+def refuse_strangers(source: ParameterSource, node: str, beside: Sequence[str] = ()) -> None:
     """Check that what is given is for this node, or at least for one of flexarm's.
 
     Args:
         source: A file or the command line.
         node: Full name of the node, "/flexarm/controller".
+        beside: Names, without the namespace, of the nodes in the same process; a file may be theirs alone.
 
     Raises:
-        ConfigError: A name is nobody's, or a file gives nothing to this node.
+        ConfigError: A name is nobody's, or a file gives nothing to this process.
     """
     space = node.rpartition("/")[0]
     known = (node, *(f"{space}/{name}" for name in FLEXARM_NODES if f"{space}/{name}" != node))
     for pattern in source.keys:
         if not any(_matches(pattern, name) for name in known):
             raise ConfigError(f"{source.name}: {pattern}: no such node; allowed: /**, {', '.join(known)}")
-    if source.name != COMMAND_LINE and not source.keys_for(node):
+    here = (node, *(f"{space}/{name}" for name in beside))
+    if source.name != COMMAND_LINE and not any(source.keys_for(name) for name in here):
         there = ", ".join(source.keys)
-        raise ConfigError(f"{source.name}: {there}: holds nothing for {node}; allowed: {node}, /**")
+        raise ConfigError(
+            f"{source.name}: {there}: holds nothing for {node}; allowed: {', '.join(here)}, /**"
+        )
 
 
 def _sections(path: Path, content: Mapping[Any, Any], name: str) -> Iterator[tuple[str, tuple[str, ...]]]:
