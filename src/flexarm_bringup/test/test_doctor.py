@@ -105,3 +105,22 @@ def _ask_doctor(environment: dict[str, str]) -> subprocess.CompletedProcess[str]
     return subprocess.run(
         command, capture_output=True, text=True, check=False, timeout=PATIENCE, env=environment
     )
+
+
+@pytest.mark.parametrize(
+    ("used", "after", "verdict"), [("a", 60.0, "ok"), ("b", 1.0, "hint"), ("b", 60.0, "FAULT")]
+)
+def test_a_node_that_stays_with_another_model_is_a_fault(used: str, after: float, verdict: str) -> None:
+    pytest.importorskip("flexarm_interfaces")
+    from flexarm_interfaces.msg import ControllerStatus, ModalState, ReducedModel
+    from rclpy.time import Time
+
+    from flexarm_bringup.doctor.graph_node import look_at_models
+
+    heard = {"model": ReducedModel(), "modal_state": ModalState(), "controller_status": ControllerStatus()}
+    for topic, msg in heard.items():
+        msg.header.stamp = Time(nanoseconds=int(1e9 * (10.0 + after * (topic != "model")))).to_msg()
+        msg.model_id = "a" if topic == "model" else used
+    (finding,) = look_at_models(heard)
+    assert (finding.verdict, finding.subject) == (verdict, "model")
+    assert used in finding.text

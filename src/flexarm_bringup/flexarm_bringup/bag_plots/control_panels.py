@@ -52,7 +52,8 @@ def draw_times(plot: Plot, series: BagSeries) -> None:
         for field, name in PARTS.items():
             part = series.column("controller_debug", attrgetter(field))
             line(top, series.times("controller_debug"), MICRO * part, label=name, linewidth=0.9)
-    top.set(ylabel="CPU time [µs]", yscale="log")
+    is_timed = whole.size and whole.max() > 0.0  # a bag played again tells no times
+    top.set(ylabel="CPU time [µs]", yscale="log" if is_timed else "linear")
     top.legend(fontsize=8, ncols=4)
     line(bottom, t, _status(series, "iterations")[cycles])
     bottom.set(xlabel="time [s]", ylabel="iterations [1]")

@@ -12,6 +12,7 @@ from flexarm_interfaces.msg import ControllerStatus, GuardStatus, ModalState, Re
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, ReliabilityPolicy
 from rclpy.signals import SignalHandlerOptions
+from rclpy.time import Time
 
 from flexarm_bringup.doctor.finding import Finding
 from flexarm_bringup.processes.graph import rig_graph
@@ -19,6 +20,7 @@ from flexarm_bringup.topics import NAMESPACE
 from flexarm_model.ros.node import LATEST_QOS, MODELS_QOS, events_executor
 
 LISTEN = 3.0  # s
+EXCHANGE = 5.0  # s, longest that nodes need to take over a new model
 OWN = "doctor"
 
 
@@ -30,7 +32,7 @@ def look_at_graph() -> Iterator[Finding]:
         heard = _listen(node)
         yield from _nodes(node)
         yield from _qualities(node)
-        yield from _models(heard)
+        yield from look_at_models(heard)
         yield from _guard(heard)
     finally:
         node.destroy_node()
@@ -99,7 +101,7 @@ def _mismatch(offer: Any, wish: Any) -> str:
     return ""
 
 
-def _models(heard: dict[str, Any]) -> Iterator[Finding]:
+def look_at_models(heard: dict[str, Any]) -> Iterator[Finding]:
     """Yield whether estimator and controller use the model that is served."""
     topics = ("model", "modal_state", "controller_status")
     ids = {topic: heard[topic].model_id for topic in topics if topic in heard}
@@ -110,8 +112,15 @@ def _models(heard: dict[str, Any]) -> Iterator[Finding]:
         yield Finding("ok", "model", f"{next(iter(used.values()))} everywhere")
         return
     text = ", ".join(f"{topic}: {value}" for topic, value in used.items())
-    cure = "normal while a model is being exchanged; else start all with one file and preset"
-    yield Finding("hint", "model", text, cure)
+    lasting = "model" in ids and max(map(_seconds, heard.values())) > _seconds(heard["model"]) + EXCHANGE
+    if lasting:
+        yield Finding("FAULT", "model", text, "start all nodes with one file and preset")
+    else:
+        yield Finding("hint", "model", text, "normal while a model is being exchanged; look again in 5 s")
+
+
+def _seconds(msg: Any) -> float:
+    return float(Time.from_msg(msg.header.stamp).nanoseconds) * 1e-9
 
 
 def _guard(heard: dict[str, Any]) -> Iterator[Finding]:
