@@ -117,6 +117,8 @@ class GuardExchange:
             self.refuse("command of another session" if self.guard.token else "guard is not armed")
         elif self._newest[0] == token and sequence <= self._newest[1]:
             self.refuse(f"command {sequence} is not newer than {self._newest[1]}")
+        elif tuple(msg.names) != self.names:
+            self.refuse(f"command is not for the axes {', '.join(self.names)}, in this order")
         else:
             if self._newest[0] != token:
                 self._commands.clear()

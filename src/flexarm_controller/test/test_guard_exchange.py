@@ -49,9 +49,9 @@ def state(k, q=0.0, v=0.0, names=("base.rz",)):
     return msg
 
 
-def command(k, effort=(1.0,), token=TOKEN, sequence=None, model_id="", delay=0):
+def command(k, effort=(1.0,), token=TOKEN, sequence=None, model_id="", delay=0, names=("base.rz",)):
     msg = JointCommand(sequence=k if sequence is None else sequence, session_token=token, model_id=model_id)
-    msg.effort = list(effort)
+    msg.names, msg.effort = list(names), list(effort)
     msg.header.stamp = ns_to_stamp(EPOCH_NS + k * T_NS)
     if delay:
         msg.acts_at = ns_to_stamp(EPOCH_NS + (k + delay) * T_NS)
@@ -145,6 +145,28 @@ def test_forged_and_outdated_commands_neither_act_nor_take_the_place_of_a_real_o
     assert play(exchange, 2, forged, command(2, (2.0,), sequence=101), forged, outdated) == [2.0]
     assert (exchange.guard.passed, exchange.guard.refused) == (2, 3)
     assert exchange.guard.mode == ARMED
+
+
+@pytest.mark.parametrize(
+    "names", [(), ("base.ry",), ("base",), ("",), ("base.rz", "base.rz"), ("base.rz", "elbow.rz")]
+)
+def test_a_command_for_other_axes_neither_acts_nor_takes_the_place_of_a_real_one(names):
+    exchange = armed()
+    wrong = command(1, (9.0,), names=names, sequence=50)
+    assert play(exchange, 1, wrong, command(1, (2.0,)), wrong) == [2.0]
+    assert (exchange.guard.passed, exchange.guard.refused) == (1, 2)
+    exchange.on_command(wrong)
+    assert exchange.guard.refusal == "command is not for the axes base.rz, in this order"
+
+
+def test_a_command_for_the_axes_in_another_order_is_refused(monkeypatch):
+    exchange = armed()
+    monkeypatch.setattr(exchange, "names", ("base.rz", "elbow.rz"))
+    exchange.on_command(command(0, (1.0, 2.0), names=("elbow.rz", "base.rz")))
+    assert exchange.guard.refusal == "command is not for the axes base.rz, elbow.rz, in this order"
+    assert not exchange.is_commanded
+    exchange.on_command(command(0, (1.0, 2.0), names=("base.rz", "elbow.rz")))
+    assert exchange.guard.refused == 1 and exchange.is_commanded
 
 
 def test_a_new_session_begins_its_own_sequence():
