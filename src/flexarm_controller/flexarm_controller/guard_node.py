@@ -108,6 +108,7 @@ class GuardNode(ManagedNode):
 
     def on_command(self, msg: JointCommand) -> None:
         """Take a command, and answer the drives if it is for their newest state."""
+        self._look_at_clock()  # it may have waited while the guard stood still
         self.exchange.on_command(msg)
         self._answer_when_due()
 
@@ -201,8 +202,7 @@ class GuardNode(ManagedNode):
     def _look_at_clock(self) -> float:
         """Return the time [s]; a guard that has not run for too long knows nothing of what happened."""
         now = self._now()
-        stood = self._cycle.look(now)
-        if stood > self._limits.max_age:
+        if (stood := self._cycle.look(now)) > self._limits.max_age:
             self.guard.stop(f"guard did not run for {1e3 * stood:.0f} ms")
         return now
 
