@@ -93,13 +93,21 @@ def _frozen(rig: LiveRig, name: str) -> list[Finding]:
     woken = time.time()
     os.kill(rig.pid(name), signal.SIGCONT)
     rig.listen(WATCHED)
-    told = [msg.passed for _, msg in rig.after("guard_status", woken)]
-    applied = told[-1] - told[0] if told else math.inf
+    applied = passed_since(rig.after("guard_status", woken), hit)
     if name == "model":  # nothing is due from it in a motion, and commands go on
         return [
             Finding("model frozen: the motion was stopped", float(_first_stop(rig, name, hit) < math.inf), 0)
         ]
     return [*findings, Finding(f"{name} frozen: old commands applied when it woke", applied, 0)]
+
+
+def passed_since(told: Sequence[Arrival], hit: float) -> float:
+    """Return how many commands the guard let pass while it told this; infinity if it told nothing.
+
+    What it said before it was hit, which may come only when it wakes, does not count.
+    """
+    passed = [msg.passed for _, msg in told if stamp(msg) > hit]
+    return passed[-1] - passed[0] if passed else math.inf
 
 
 def _hit(rig: LiveRig, name: str, number: int) -> float:
