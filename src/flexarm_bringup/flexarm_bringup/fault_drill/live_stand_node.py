@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable
 from contextlib import ExitStack
 from itertools import count
@@ -19,16 +20,19 @@ from flexarm_bringup.processes.graph import Process
 from flexarm_bringup.processes.running_graph_node import Ear, running
 from flexarm_bringup.topics import find_stream
 from flexarm_estimator.estimate import Estimate
+from flexarm_estimator.estimator_node import CLOSING_TOPIC
 from flexarm_model.conversions import stamp_to_ns
 from flexarm_model.ros.node import LATCHED_QOS, MODELS_QOS, RELIABLE_QOS
 
 HEARD = ("modal_state", "end_effector", "/diagnostics")
 PATIENCE = 20.0  # s for one answer
-DIAGNOSTICS = 1.3  # s in which one message of 1 Hz comes for sure
+SETTLED = 0.2  # s after the answer to the newest message in which those before it are taken
 
 
 class NodeLink:
     """Sends messages to an estimator node and hears what it says."""
+
+    newest_only = (CLOSING_TOPIC,)
 
     def __init__(self, ear: Ear) -> None:
         """Speak and hear through ``ear``."""
@@ -67,9 +71,13 @@ class NodeLink:
         return told_estimate(told["modal_state"], told["end_effector"], 1e-9 * stamp_ns)
 
     def diagnostics(self, stamp_ns: int) -> Any:
-        """Return the diagnostics of now."""
-        self._ear.listen(DIAGNOSTICS)
-        return self._ear.latest("/diagnostics")
+        """Return the diagnostics of now: made when all that was sent has been taken."""
+        self._ear.listen(SETTLED)
+        heard, since = self._ear.heard["/diagnostics"], time.time_ns()
+        self._ear.wait(
+            lambda: bool(heard) and stamp_to_ns(heard[-1].header.stamp) > since, PATIENCE, "diagnostics"
+        )
+        return heard[-1]
 
     def _publisher(self, topic: str) -> Any:
         if topic not in self._publishers:

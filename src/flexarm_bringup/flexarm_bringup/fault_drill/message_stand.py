@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from dataclasses import dataclass
 from typing import Any, Protocol
 
@@ -41,6 +41,11 @@ class Recorded(Protocol):
 class Link(Protocol):
     """The estimator at the other end of its messages."""
 
+    @property
+    def newest_only(self) -> tuple[str, ...]:
+        """Relative topics of which it need not take a message when a newer one has come."""
+        ...
+
     def send_model(self, msg: Any) -> None:
         """Serve a model."""
         ...
@@ -60,6 +65,8 @@ class Link(Protocol):
 
 class ExchangeLink:
     """The estimator in this process."""
+
+    newest_only = ()
 
     def __init__(self, stand: Recorded) -> None:
         """Start without a model."""
@@ -91,20 +98,23 @@ class MessageTrace:
     Attributes:
         estimates: Of every tick.
         diagnostics: Texts at the time asked for, by level.
-        noted: Refusals that concern no sensor.
+        noted: Refusals that concern no sensor, by topic.
+        newest_only: See Link.
     """
 
     estimates: tuple[Estimate, ...]
     diagnostics: dict[bytes, list[str]]
-    noted: int
+    noted: dict[str, int]
+    newest_only: tuple[str, ...] = ()
 
     def accepted(self, k: int, sensor: str) -> int:
         """Return how many samples of a sensor had been fused at tick ``k``."""
         return next(r.accepted for r in self.estimates[k].sensors if r.name == sensor)
 
-    def refused(self) -> int:
-        """Return all refusals."""
-        return self.noted + sum(report.rejected for report in self.estimates[-1].sensors)
+    def refused(self, topic: str, sensors: Collection[str]) -> int:
+        """Return the refusals of topics that begin so, and of the sensors that they tell of."""
+        noted = sum(count for source, count in self.noted.items() if source.startswith(topic))
+        return noted + sum(report.rejected for report in self.estimates[-1].sensors if report.name in sensors)
 
 
 class MessageStand:
@@ -135,7 +145,8 @@ class MessageStand:
             estimates.append(link.estimate(stamp_ns))
             if k == round(told_at / record.dt):
                 told = _by_level(link.diagnostics(stamp_ns))
-        return MessageTrace(tuple(estimates), told, _noted(link.diagnostics(stamps[-1])))
+        noted = _noted(link.diagnostics(stamps[-1]))
+        return MessageTrace(tuple(estimates), told, noted, link.newest_only)
 
     def _samples(self) -> list[list[Sample]]:
         arriving: list[list[Sample]] = [[] for _ in self._stand.record.t]
@@ -163,6 +174,7 @@ def _by_level(array: Any) -> dict[bytes, list[str]]:
     return told
 
 
-def _noted(array: Any) -> int:
+def _noted(array: Any) -> dict[str, int]:
     """Return the refusals of sources that are no sensors."""
-    return sum(int(pair.value) for status in array.status for pair in status.values if pair.key == "refused")
+    told = ((status.name.split(": ")[1], pair) for status in array.status for pair in status.values)
+    return {source: int(pair.value) for source, pair in told if pair.key == "refused"}
