@@ -1,4 +1,4 @@
-"""What ablate and tune say of a recorded run: the sensors of the golden bag, estimated again."""
+"""What ablate, smooth and tune say of a recorded run: the sensors of the golden bag, estimated again."""
 
 import json
 from pathlib import Path
@@ -15,7 +15,7 @@ pytest.importorskip("rclpy", reason="needs ROS")
 
 from flexarm_bringup import cli  # noqa: E402
 
-GOLDEN = Path(__file__).parent / "golden" / "single_link"
+GOLDEN = Path(__file__).parent / "golden" / "single_link" / "bag"
 LEFT_OUT = ("estimator", "controller")
 
 
@@ -59,7 +59,16 @@ def test_tuning_is_better_where_it_looked_and_where_it_did_not(sensors_only: Pat
     assert found["yaml"]
 
 
+def test_who_looks_back_is_nearer_to_the_truth_and_says_so(tmp_path: Path) -> None:
+    files = tmp_path / "s.json", tmp_path / "states.csv"
+    assert cli.main(["smooth", str(GOLDEN), "--json", str(files[0]), "--csv", str(files[1])]) == 0
+    filtered, smoothed = json.loads(files[0].read_text())["tables"][0]["rows"]
+    assert smoothed[1] < 0.75 * filtered[1] and smoothed[2] < 0.75 * filtered[2]
+    assert smoothed[1] < 2.0 * smoothed[2]  # it knows how well it knows
+    assert len(files[1].read_text().splitlines()) == smoothed[3] + 1
+
+
 def test_bag_that_cannot_be_used_ends_with_2(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    for command in ("ablate", "tune"):
+    for command in ("ablate", "smooth", "tune"):
         assert cli.main([command, str(tmp_path / "nothing")]) == 2
         assert "no such folder" in capsys.readouterr().err

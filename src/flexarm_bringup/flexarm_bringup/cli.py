@@ -83,6 +83,7 @@ COMMANDS = {
         "is the estimator as good as it says? NEES and NIS of every machine",
     ),
     "ablate": Command("flexarm_bringup.ablate", "estimate a bag without each sensor: what does it buy?"),
+    "smooth": Command("flexarm_bringup.smooth", "estimate a bag looking back: how well is the past known?"),
     "tune": Command(
         "flexarm_bringup.tune", "propose the estimator's noise from a bag, by maximum likelihood"
     ),

@@ -38,12 +38,12 @@ class Smoothed(NamedTuple):
     Attributes:
         t: Instant [s].
         belief: Mean and covariance.
-        model_id: Of the served model whose coordinates they are in.
+        parts: Of the served model whose coordinates they are in.
     """
 
     t: float
     belief: Belief
-    model_id: str
+    parts: Parts
 
 
 class BackwardStep(NamedTuple):
@@ -127,6 +127,7 @@ class FixedLagSmoother:
             raise ValueError(f"lag: {lag} s is outside [0, {longest:.3g}] s (history - max_gap)")
         self._estimator, self._lag = estimator, lag
         self._told = -math.inf
+        self._seen = estimator.past
 
     def step(self, measurements: Sequence[Measurement], tau: Array, t: float) -> list[Smoothed]:
         """Step the estimator; return the instants that are now older than the lag, oldest first.
@@ -138,14 +139,20 @@ class FixedLagSmoother:
             tau: Torque that acted until ``t``, (n_theta,).
             t: Now [s].
         """
-        parts, instants = self._estimator.past
-        now = self._estimator.step(measurements, tau, t).t
-        current, latest = self._estimator.past
+        return self.look_back(self._estimator.step(measurements, tau, t).t)
+
+    def look_back(self, t: float) -> list[Smoothed]:
+        """Return the instants that are now older than the lag, oldest first; the estimator has been stepped.
+
+        Args:
+            t: Now [s].
+        """
+        seen, self._seen = self._seen, self._estimator.past
         told = []
-        if latest is not instants:  # the history began anew
-            told = self._tell(parts, instants, math.inf)
+        if self._seen[1] is not seen[1]:  # the history began anew
+            told = self._tell(*seen, math.inf)
             self._told = -math.inf
-        return told + self._tell(current, latest, now - self._lag)
+        return told + self._tell(*self._seen, t - self._lag)
 
     def finish(self) -> list[Smoothed]:
         """Return the instants that are left, oldest first."""
@@ -158,9 +165,6 @@ class FixedLagSmoother:
         if not due:
             return []
         beliefs = smooth(parts.fusion, instants[due[0] :])
-        told = [
-            Smoothed(instants[i].t, belief, parts.model.model_id)
-            for i, belief in zip(due, beliefs, strict=False)
-        ]
+        told = [Smoothed(instants[i].t, belief, parts) for i, belief in zip(due, beliefs, strict=False)]
         self._told = told[-1].t
         return told

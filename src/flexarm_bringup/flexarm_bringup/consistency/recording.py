@@ -100,7 +100,7 @@ def run_estimator(
     """
     config = with_sigmas(recording.config, sigmas or {})
     exchange = EstimatorExchange(config, settings or recording.settings, recording.epoch_ns)
-    player = Player(_Without(exchange, off), _NoController(), recording.lockstep)
+    player = Player(_Without(exchange, off), NoController(), recording.lockstep)
     told = []
     for _, outgoing in player.play(recording.bag.records):
         if outgoing.topic == LAST and exchange.estimate is not None and exchange.estimator is not None:
@@ -136,8 +136,8 @@ class _Without:
         return outgoing
 
 
-class _NoController:
-    """Says nothing."""
+class NoController:
+    """Takes the controller's place in a player, and says nothing."""
 
     def on_model(self, msg: Any) -> Iterable[Outgoing]:
         """Answer nothing."""

@@ -1,0 +1,99 @@
+"""A recorded bag estimated once more, every state given also what was sampled up to a lag later."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexarm_bringup.bags.bag_writer import BagError
+from flexarm_bringup.consistency.recording import NoController, Recording
+from flexarm_bringup.replaying.player import Outgoing, Player
+from flexarm_estimator.exchange import EstimatorExchange
+from flexarm_estimator.history import SAME_INSTANT
+from flexarm_estimator.smoother import FixedLagSmoother, Smoothed
+
+Array = NDArray[np.float64]
+
+
+class Late(NamedTuple):
+    """The tip and the modes at k instants, given also what came later.
+
+    Attributes:
+        stamps_ns: [ns], (k,).
+        tip: Position [m], (k, 3).
+        tip_sigma: All directions together [m], (k,).
+        eta, eta_dot: Modal coordinates and rates [kg^0.5 m], [kg^0.5 m/s], (k, n_eta).
+    """
+
+    stamps_ns: Array
+    tip: Array
+    tip_sigma: Array
+    eta: Array
+    eta_dot: Array
+
+
+def run_smoother(recording: Recording, lag: float) -> Late:
+    """Feed a bag to an estimator that keeps so long a past, and look back.
+
+    Args:
+        recording: The bag.
+        lag: What came so much later counts [s].
+
+    Raises:
+        BagError: No model of the bag is taken.
+    """
+    settings = recording.settings
+    settings = replace(settings, history=max(settings.history, lag + settings.max_gap + SAME_INSTANT))
+    exchange = EstimatorExchange(recording.config, settings, recording.epoch_ns)
+    looking = _LookingBack(exchange, lag)
+    for _ in Player(looking, NoController(), recording.lockstep).play(recording.bag.records):
+        pass
+    if looking.smoother is None:
+        raise BagError(f"{recording.bag.path}: gives no estimate: {exchange.model_fault}")
+    return late_of(looking.told + looking.smoother.finish(), looking.epoch_ns)
+
+
+def late_of(told: list[Smoothed], epoch_ns: int) -> Late:
+    """Return tip and modes of smoothed states; times count from a stamp [ns]."""
+    seen = [item.parts.tip.describe(item.belief) for item in told]
+    layouts = [item.parts.layout for item in told]
+    return Late(
+        np.array([epoch_ns + round(1e9 * item.t) for item in told]),
+        np.array([tip.T_world_tip[:3, 3] for tip in seen]),
+        np.array([np.sqrt(np.trace(tip.cov_pose[:3, :3])) for tip in seen]),
+        np.array([item.belief.x[at.eta] for item, at in zip(told, layouts, strict=True)]),
+        np.array([item.belief.x[at.eta_dot] for item, at in zip(told, layouts, strict=True)]),
+    )
+
+
+def tip_error(stamps_ns: Iterable[int], tip: Array, truth: Mapping[int, Array]) -> float:
+    """Return the RMS distance of a tip (k, 3) from the truth where there is one [m]; NaN without any."""
+    off = [at - truth[stamp] for stamp, at in zip(stamps_ns, tip, strict=True) if stamp in truth]
+    return float(np.sqrt(np.mean(np.sum(np.square(off), axis=1)))) if off else float("nan")
+
+
+class _LookingBack:
+    """The estimator with a smoother behind it as soon as it exists."""
+
+    def __init__(self, exchange: EstimatorExchange, lag: float) -> None:
+        self._exchange, self._lag = exchange, lag
+        self.on_sensor, self.on_model = exchange.on_sensor, exchange.on_model
+        self.on_intervention = exchange.on_intervention
+        self.smoother: FixedLagSmoother | None = None
+        self.told: list[Smoothed] = []
+        self.epoch_ns = 0
+
+    def step(self, stamp_ns: int) -> Iterable[Outgoing]:
+        """Step the estimator, then look back."""
+        if self.smoother is None and self._exchange.estimator is not None:
+            self.smoother = FixedLagSmoother(self._exchange.estimator, self._lag)
+        outgoing = self._exchange.step(stamp_ns)
+        if self.smoother is not None and self._exchange.estimate is not None:
+            t = self._exchange.estimate.t
+            self.epoch_ns = self._exchange.told_ns - round(1e9 * t)
+            self.told += self.smoother.look_back(t)
+        return outgoing

@@ -1,0 +1,56 @@
+"""A bag looked back at: times, files, and what is said where there is no truth."""
+
+from __future__ import annotations
+
+import argparse
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from flexarm_bringup.consistency.ablation import NONE, Track
+from flexarm_bringup.consistency.smoothing import Late, tip_error
+from flexarm_bringup.smooth import build_page, draw, since, write_csv
+
+STAMPS = (0, 10, 20, 30)
+ARGS = argparse.Namespace(bag=Path("bag"), lag=0.3)
+
+
+def late(off: float) -> Late:
+    k, tip = len(STAMPS), np.zeros((len(STAMPS), 3))
+    tip[:, 1] = off
+    return Late(np.array(STAMPS), tip, np.full(k, 1e-3), np.full((k, 2), off), np.full((k, 2), 3.0))
+
+
+def track(off: float) -> Track:
+    run = late(off)
+    return Track(NONE, STAMPS, run.tip, run.tip_sigma, run.eta, run.eta, np.ones(len(STAMPS)))
+
+
+def test_the_tip_is_compared_where_both_are_known() -> None:
+    truth = {10: np.zeros(3), 20: np.array([0.0, 3e-3, 0.0]), 99: np.ones(3)}
+    assert tip_error(STAMPS, late(1e-3).tip, truth) == pytest.approx(math.sqrt((1e-6 + 4e-6) / 2))
+    assert math.isnan(tip_error(STAMPS, late(1e-3).tip, {}))
+
+
+def test_what_was_before_the_estimate_settled_is_left_out() -> None:
+    assert since(late(1.0), 20).stamps_ns.tolist() == [20, 30]
+    assert since(late(1.0), 20).eta.shape == (2, 2)
+
+
+def test_the_file_has_a_line_per_instant_with_its_units(tmp_path: Path) -> None:
+    write_csv(tmp_path / "states.csv", late(2e-3))
+    head, *lines = (tmp_path / "states.csv").read_text().splitlines()
+    assert head.startswith("stamp [ns],x [m]") and head.endswith("rate of mode 2 [kg^0.5 m/s]")
+    assert len(lines) == len(STAMPS) and lines[1] == "10,0,0.002,0,0.001,0.002,0.002,3,3"
+
+
+@pytest.mark.parametrize("truth", [{}, {stamp: np.zeros(3) for stamp in STAMPS}], ids=["without", "with"])
+def test_the_page_compares_with_the_truth_or_says_that_there_is_none(truth: dict[int, np.ndarray]) -> None:
+    figure = draw(track(4e-3), late(1e-3), truth)
+    page = build_page(ARGS, track(4e-3), late(1e-3), truth, [figure])
+    text = page.to_text()
+    assert ("no truth" in text) == (not truth)
+    assert ("4000.0" in text and "1000.0" in text) == bool(truth)
+    assert ("truth" in figure.caption) == bool(truth)
