@@ -135,7 +135,7 @@ def solve_positions(evaluate: Evaluate, start: Array, movable: NDArray[np.intp],
         step = np.linalg.lstsq(G[:, movable], -c, rcond=RANK_TOLERANCE)[0]
         q[movable] += step * min(1.0, LONGEST_STEP / max(abs(step).max(), 1e-300))
     raise ClosureError(
-        f"{what} the loops do not close: {abs(evaluate(q)[0]).max():.3g} m or rad stay open after "
+        f"{what} the loops do not close: {abs(evaluate(q)[0]).max():.3g} m or rad stay open "
         f"{ITERATIONS} iterations; set 'guess' of the passive axes nearer, or check the lengths"
     )
 
@@ -153,7 +153,10 @@ def close_loops(evaluate: Evaluate, q: Array, dependent: NDArray[np.intp], name:
             return q
         step = np.linalg.solve(G[:, dependent], -c)
         q[dependent] += step * min(1.0, LONGEST_STEP / max(abs(step).max(), 1e-300))
-    raise ClosureError(f"{name}: the loops do not close near {np.round(q, 4).tolist()}")
+    raise ClosureError(
+        f"{name}: the loops do not close at this pose: {abs(evaluate(q)[0]).max():.3g} m or rad stay open "
+        f"after {ITERATIONS} iterations; it is out of reach or too far away: try one nearer to home"
+    )
 
 
 def follow(J: Array, G: Array, dependent: NDArray[np.intp]) -> Array:
