@@ -130,12 +130,12 @@ def test_the_reference_fills_the_time_and_comes_back():
     assert abs(reference.theta[-1, 0]) < 1e-9
 
 
-LAW = {"period": 0.002, "law": "mpc", "delay_periods": 2}
+GIVEN = {"controller": {"period": 0.002, "law": "mpc", "delay_periods": 2}, "estimator": {"gate": 30.0}}
 
 
 def test_two_nodes_in_one_process_keep_their_names_and_parameters(tmp_path):
-    apart = processes("arm.yaml", "geared", LAW, False)
-    rows = processes("arm.yaml", "geared", LAW, True)
+    apart = processes("arm.yaml", "geared", GIVEN, False)
+    rows = processes("arm.yaml", "geared", GIVEN, True)
     assert {row.name for row in apart} - {row.name for row in rows} == {"estimator", "controller"}
     own = next(row for row in rows if row.name == "composed")
     line = command_line(own, tmp_path)

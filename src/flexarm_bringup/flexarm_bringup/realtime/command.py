@@ -2,9 +2,9 @@
 
   flexarm realtime                                200 Hz for 20 s
   flexarm realtime --minutes 5 --load             five minutes with one core kept busy
-  flexarm realtime --rate 500 --composed --delay 2
-                                                  estimator and controller in one process at 500 Hz; a torque
-                                                  acts two periods after its state, so they have a whole one
+  flexarm realtime --rate 500 --composed          estimator and controller in one process at 500 Hz
+  flexarm realtime --delay 1                      a torque acts one period after its state, not two as was
+                                                  chosen for the arm: less time for the nodes
 
 It counts guard cycles that began late, overruns of the controller and ticks without a fresh command, and ends
 1 when a bound was missed. Run it while the machine has nothing else to do.
@@ -22,6 +22,7 @@ from contextlib import contextmanager, nullcontext
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 import yaml
 
@@ -35,12 +36,15 @@ from flexarm_bringup.realtime.driver_node import DriverError, drive
 from flexarm_bringup.realtime.figures import Figures
 from flexarm_bringup.realtime.processes import command_line, processes
 from flexarm_bringup.realtime.standstill import Witnesses
+from flexarm_bringup.tasks.node_settings import node_settings
+from flexarm_bringup.tasks.task_for import task_for
 from flexarm_controller.due_commands import FARTHEST
 from flexarm_controller.reference import Reference
 from flexarm_model.reading.config import load_config
 from flexarm_model.reading.manipulator_file import find_manipulator
 from flexarm_model.settings.strict_yaml import ConfigError, read_yaml
 
+ARM = "single_link"
 ANGLE = 0.5236  # rad, 30 degrees out and back
 ZETA = 0.015  # damping ratio that the shaper counts on
 GRID = 0.01  # s between points of the reference; cubics in between
@@ -59,10 +63,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--load", action="store_true", help="keep one core busy meanwhile")
     parser.add_argument("--composed", action="store_true", help="estimator and controller in one process")
     parser.add_argument(
-        "--delay", type=whole(at_least=1, at_most=FARTHEST - 1), default=1, metavar="PERIODS",
-        help="periods between a state and its torque, which the law counts on (default: 1)",
+        "--delay", type=whole(at_least=1, at_most=FARTHEST - 1), metavar="PERIODS",
+        help="periods between a state and its torque, which the law counts on (default: what was chosen)",
     )  # fmt: skip
-    parser.add_argument("--law", default="mpc", help="law of the controller (default: mpc)")
+    parser.add_argument("--law", help="law of the controller (default: mpc)")
     add_report_arguments(parser)
 
 
@@ -89,9 +93,8 @@ def measure(args: argparse.Namespace, folder: Path) -> Figures:
         DriverError: The run did not begin.
     """
     manipulator = write_manipulator(folder, args.rate)
-    config = load_config(manipulator, args.preset)
-    law = {"period": 1.0 / config.rate_hz, "law": args.law, "delay_periods": args.delay}
-    rows = processes(str(manipulator), args.preset, law, args.composed)
+    config, settings = load_config(manipulator, args.preset), chosen_settings(args)
+    rows = processes(str(manipulator), args.preset, settings, args.composed)
     seconds = 60.0 * args.minutes
     own = {"ROS_DOMAIN_ID": str(next(free_domains())), "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}
     os.environ.update(own)
@@ -103,9 +106,21 @@ def measure(args: argparse.Namespace, folder: Path) -> Figures:
     return replace(figures, witnesses=witnesses)
 
 
+def chosen_settings(args: argparse.Namespace) -> dict[str, dict[str, Any]]:
+    """Return the parameters of the nodes, by node: what was chosen for the arm, but for what was asked for.
+
+    Raises:
+        ConfigError: There is no such preset.
+    """
+    settings = node_settings(task_for(ARM), args.preset)
+    asked = {"law": args.law, "delay_periods": args.delay, "period": 1.0 / args.rate if args.rate else None}
+    settings["controller"].update({key: value for key, value in asked.items() if value is not None})
+    return settings
+
+
 def write_manipulator(folder: Path, rate: float) -> Path:
     """Return the description of the single link, with another control rate [Hz] unless that is 0."""
-    source = find_manipulator("single_link")
+    source = find_manipulator(ARM)
     if not rate:
         return source
     content = read_yaml(source)
@@ -144,6 +159,7 @@ def build_page(args: argparse.Namespace, figures: Figures) -> Page:
     load = "one core kept busy" if args.load else "no other load"
     table = Table("counted", columns, [[name, value] for name, value in figures.rows()])
     cores = len(os.sched_getaffinity(0))
-    delay = f"torques {args.delay} period{'s' * (args.delay > 1)} after their states"
+    periods = chosen_settings(args)["controller"]["delay_periods"]
+    delay = f"torques {periods} period{'s' * (periods > 1)} after their states"
     lead = f"Single link over DDS at {rate}: {how}, {delay}, {load}, {cores} cores."
     return Page("flexarm: does this machine keep real time?", lead, [table], figures.checks())

@@ -17,17 +17,17 @@ TOGETHER = ("estimator", "controller")
 
 
 def processes(
-    manipulator: str, preset: str, law: Mapping[str, Any], is_composed: bool
+    manipulator: str, preset: str, settings: Mapping[str, Mapping[str, Any]], is_composed: bool
 ) -> tuple[Process, ...]:
     """Return what is to be started.
 
     Args:
         manipulator: Description.
         preset: Of it.
-        law: Parameters of the controller.
+        settings: Parameters that are not defaults, by node.
         is_composed: Estimator and controller in one process.
     """
-    rows = rig_graph(manipulator, preset, settings={"controller": dict(law)})
+    rows = rig_graph(manipulator, preset, settings=settings)
     if not is_composed:
         return rows
     own = {row.name: dict(row.parameters) for row in rows if row.name in TOGETHER}
