@@ -45,11 +45,20 @@ BOUNDS = {  # name of a result: largest value allowed
     },
 }
 
-FLOORS = {  # name of a result: smallest value allowed
-    f"{size}_states_{other}_to_mpc_median": ratio
-    for size in (8, 18, 26)
-    for other, ratio in (("fastest_sparse", 10.0), ("do_mpc", 200.0))
+FLOORS: dict[str, dict[str, float]] = {  # benchmark: name of a result: smallest value allowed
+    "mpc": {
+        f"{size}_states_{other}_to_mpc_median": ratio
+        for size in (8, 18, 26)
+        for other, ratio in (("fastest_sparse", 10.0), ("do_mpc", 200.0))
+    },
+    "estimator": {"ratio_finite_difference_to_step": 200.0},
+    "engines": {"ours_times_exudyn": 50.0},
 }
+COMPETITORS = {  # benchmark: packages that it compares with; each is left out where it is not installed
+    "mpc": ("osqp", "piqp", "clarabel", "do_mpc"),
+    "engines": ("exudyn", "mujoco"),
+}
+NOT_MEASURED = "not measured"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -95,16 +104,28 @@ def load_module(path: Path) -> ModuleType:
 
 def build_page(results: dict[str, dict[str, float]]) -> Page:
     """Return the page of all results."""
-    columns = [Column("figure"), Column("value", ".4g")]
-    tables = []
-    checks = []
-    for name, values in results.items():
-        rows: list[list[Cell]] = [[key, float(value)] for key, value in values.items()]
-        tables.append(Table(name, columns, rows))
-        for key, value in values.items():
-            for bounds, word, sign in ((BOUNDS, "at most", 1.0), (FLOORS, "at least", -1.0)):
-                if key in bounds:
-                    is_kept = sign * value <= sign * bounds[key]
-                    checks.append(Check(f"{name}: {key}", f"{word} {bounds[key]:g}", f"{value:.4g}", is_kept))
     lead = "CPU time of one thread; _us are microseconds, ratios are to the baseline named."
+    tables = [_table(name, values) for name, values in results.items()]
+    checks = [check for name, values in results.items() for check in _checks(name, values)]
     return Page("flexarm: how long it takes", lead, tables, checks)
+
+
+def _table(name: str, values: dict[str, float]) -> Table:
+    """Return what a benchmark measured, what it should have but did not, and who was not there."""
+    rows: list[list[Cell]] = [[key, float(value)] for key, value in values.items()]
+    floors = FLOORS.get(name, {})
+    rows += [[key, f"{NOT_MEASURED} (at least {floors[key]:g})"] for key in floors if key not in values]
+    absent = [who for who in COMPETITORS.get(name, ()) if importlib.util.find_spec(who) is None]
+    notes = [f"not installed, so not compared with: {', '.join(absent)} (requirements.bench.lock)"]
+    return Table(name, [Column("figure"), Column("value", ".4g")], rows, notes if absent else ())
+
+
+def _checks(name: str, values: dict[str, float]) -> list[Check]:
+    """Return the bounds of a benchmark, of what it measured."""
+    checks = []
+    for key, value in values.items():
+        for bounds, word, sign in ((BOUNDS, "at most", 1.0), (FLOORS.get(name, {}), "at least", -1.0)):
+            if key in bounds:
+                is_kept = sign * value <= sign * bounds[key]
+                checks.append(Check(f"{name}: {key}", f"{word} {bounds[key]:g}", f"{value:.4g}", is_kept))
+    return checks

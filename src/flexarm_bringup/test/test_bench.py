@@ -1,0 +1,71 @@
+"""``flexarm bench``: what falls short of its bound fails, and what could not be measured is told."""
+
+from __future__ import annotations
+
+import importlib.util
+from pathlib import Path
+
+import pytest
+
+from flexarm_bringup.bench import FLOORS, build_page
+
+BENCHMARKS = Path(__file__).parents[3] / "benchmarks"
+INSTALLED = importlib.util.find_spec("sys")
+
+
+def without(monkeypatch: pytest.MonkeyPatch, *absent: str) -> None:
+    """Let every package be installed but some."""
+    monkeypatch.setattr("importlib.util.find_spec", lambda name: None if name in absent else INSTALLED)
+
+
+@pytest.mark.parametrize(
+    ("benchmark", "ratio", "least"),
+    [
+        ("estimator", "ratio_finite_difference_to_step", 200.0),
+        ("engines", "ours_times_exudyn", 50.0),
+        ("mpc", "8_states_fastest_sparse_to_mpc_median", 10.0),
+        ("mpc", "26_states_do_mpc_to_mpc_median", 200.0),
+    ],
+)
+def test_a_ratio_below_its_floor_is_missed(benchmark: str, ratio: str, least: float) -> None:
+    for value, is_kept in ((0.99 * least, False), (least, True)):
+        (check,) = build_page({benchmark: {ratio: value}}).checks
+        assert check.passed == is_kept
+        assert f"at least {least:g}" in check.wanted
+
+
+def test_a_time_above_its_bound_is_missed() -> None:
+    for value, is_kept in ((250.0, True), (251.0, False)):
+        (check,) = build_page({"memory": {"memory_largest_mb": value}}).checks
+        assert check.passed == is_kept
+
+
+def test_a_missing_competitor_is_told_in_the_table(monkeypatch: pytest.MonkeyPatch) -> None:
+    without(monkeypatch, "exudyn", "piqp", "do_mpc")
+    page = build_page({"engines": {"seconds_per_s_ours_2_modes": 60.0}, "mpc": {"8_states_mpc_p99_us": 90.0}})
+    text = page.to_text()
+    assert "not compared with: exudyn (" in text and "not compared with: piqp, do_mpc (" in text
+    engines, mpc = page.items
+    assert ["ours_times_exudyn", "not measured (at least 50)"] in list(engines.rows)  # type: ignore[union-attr]
+    assert sum("not measured" in str(row[1]) for row in mpc.rows) == len(FLOORS["mpc"])  # type: ignore[union-attr]
+    assert [check.name for check in page.checks] == ["mpc: 8_states_mpc_p99_us"]
+
+
+def test_nothing_is_said_of_competitors_when_all_were_measured(monkeypatch: pytest.MonkeyPatch) -> None:
+    without(monkeypatch)
+    text = build_page({name: dict(floors) for name, floors in FLOORS.items()}).to_text()
+    assert "not" not in text
+
+
+@pytest.mark.parametrize(
+    ("name", "parts"),
+    [
+        ("estimator", ['"ratio_finite_difference_to_step"']),
+        ("engines", ['f"ours_times_{engine}"', '("exudyn", "mujoco")']),
+        ("mpc", ['"8_states"', '"18_states"', '"fastest_sparse_to_mpc_median"', '"do_mpc_to_mpc_median"']),
+    ],
+)
+def test_the_names_of_the_floors_are_made_by_the_benchmarks(name: str, parts: list[str]) -> None:
+    source = (BENCHMARKS / f"bench_{name}.py").read_text(encoding="utf-8")
+    assert name in FLOORS
+    assert [part for part in parts if part not in source] == []  # else a floor would never be checked
