@@ -12,8 +12,9 @@ import pytest
 from flexarm_bringup.cli import main
 from flexarm_bringup.closed_loop import Effort
 from flexarm_bringup.sim_run.report import gain_db, is_stable
-from flexarm_bringup.sim_run.study import LegResult, SimResult, Trace
+from flexarm_bringup.sim_run.study import NOMINAL, LegResult, SimResult, Trace, run_sim_job, sim_jobs
 from flexarm_bringup.tasks.course import Leg
+from flexarm_bringup.tasks.task_for import task_for
 from flexarm_bringup.tip_vibration import Residual
 
 pytestmark = pytest.mark.thorough
@@ -39,12 +40,27 @@ def test_the_command_prints_and_writes_the_table(tmp_path: Path, capsys: pytest.
     (tmp_path / "short.yaml").write_text(TASK, encoding="utf-8")
     files = ["--json", str(tmp_path / "sim.json"), "--html", str(tmp_path / "sim.html")]
     assert main(["sim", str(tmp_path / "short.yaml"), "--nominal", *files]) == 0
-    assert "assumed" in capsys.readouterr().out
+    out = capsys.readouterr().out
+    assert "assumed" in out and "seed 1." in out
     page = json.loads((tmp_path / "sim.json").read_text(encoding="utf-8"))
     laws = {row[2]: row for row in page["tables"][0]["rows"]}
     assert laws["MPC"][3] < laws["PD"][3] / 4.0  # m/s^2: at least 12 dB
     assert page["rate_hz"] == 200.0 and page["real_time_over_dds"]
     assert "<svg" in (tmp_path / "sim.html").read_text(encoding="utf-8")
+
+
+def test_the_seed_of_the_command_is_that_of_the_rigs_noise(tmp_path: Path) -> None:
+    path = tmp_path / "short.yaml"
+    path.write_text(TASK, encoding="utf-8")
+    assert main(["sim", str(path), "--nominal", "--seed", "5", "--json", str(tmp_path / "sim.json")]) == 0
+    page = json.loads((tmp_path / "sim.json").read_text(encoding="utf-8"))
+    task, left = task_for(str(path)), {}
+    for seed in (1, 5):
+        (job,) = sim_jobs(task, task.presets, [NOMINAL], seed)
+        left[seed] = [result.acceleration for result in run_sim_job(job)]
+    assert page["seed"] == 5
+    assert [row[3] for row in page["tables"][0]["rows"]] == left[5]
+    assert left[1] != left[5]
 
 
 def test_a_manipulator_without_moves_is_refused(capsys: pytest.CaptureFixture[str]) -> None:

@@ -9,11 +9,12 @@ from __future__ import annotations
 import argparse
 import sys
 
+from flexarm_bringup.arguments import whole
 from flexarm_bringup.page.report import add_report_arguments, publish
 from flexarm_bringup.progress import Progress
 from flexarm_bringup.sim_run.figures import draw
 from flexarm_bringup.sim_run.report import build_page
-from flexarm_bringup.sim_run.study import CONDITIONS, NOMINAL, run_sim_jobs, sim_jobs
+from flexarm_bringup.sim_run.study import CONDITIONS, NOMINAL, SEED, run_sim_jobs, sim_jobs
 from flexarm_bringup.tasks.task_for import task_for
 from flexarm_model.reading.config import load_config
 from flexarm_model.reading.manipulator_file import find_manipulator
@@ -28,6 +29,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("name", help="a manipulator (name or .yaml), or a moves file (.yaml)")
     parser.add_argument("--preset", help="run this preset alone, in all conditions")
     parser.add_argument("--nominal", action="store_true", help="only the arm as described")
+    parser.add_argument(
+        "--seed",
+        type=whole(at_least=0),
+        default=SEED,
+        metavar="N",
+        help=f"of the rig's noise (default {SEED})",
+    )
     add_report_arguments(parser)
     parser.epilog = "Exit code 1 when a bound in the table 'Acceptance' was missed."
 
@@ -39,7 +47,8 @@ def run(args: argparse.Namespace) -> int:
         task = task_for(args.name)
         presets = task.presets if args.preset is None else (args.preset,)
         progress.say("working out the moves")
-        todo = sim_jobs(task, presets, [NOMINAL] if args.nominal else list(CONDITIONS))
+        conditions = [NOMINAL] if args.nominal else list(CONDITIONS)
+        todo = sim_jobs(task, presets, conditions, args.seed)
         progress.say("preparing the arms")
         results = run_sim_jobs(todo, lambda done, of: progress.say(f"simulating: {done} of {of} conditions"))
     except (ConfigError, ParameterError, ValueError) as error:
@@ -47,6 +56,6 @@ def run(args: argparse.Namespace) -> int:
         print(f"flexarm sim: {error}", file=sys.stderr)
         return REFUSED
     configs = {preset: load_config(find_manipulator(task.manipulator), preset) for preset in presets}
-    page = build_page(task, configs, results, draw(task, results) if args.html else ())
+    page = build_page(task, configs, results, draw(task, results) if args.html else (), args.seed)
     progress.done()
     return publish(page, args)

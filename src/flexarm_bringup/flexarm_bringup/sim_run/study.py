@@ -32,6 +32,7 @@ from flexarm_model.tree.reduced_tree import ReducedTree
 
 Array = NDArray[np.float64]
 LAWS = ("pd", "mpc")
+SEED = RigSettings().seed
 NOMINAL = "as described"
 CONDITIONS = {
     NOMINAL: RigSettings(),
@@ -44,13 +45,14 @@ CONDITIONS = {
 
 @dataclass(frozen=True)
 class SimJob:
-    """What one worker does: a preset, a condition, the laws to compare."""
+    """What one worker does: a preset, a condition, the laws to compare, the seed of the rig's noise."""
 
     task: Task
     preset: str
     condition: str
     course: Course
     laws: tuple[str, ...] = LAWS
+    seed: int = SEED
 
 
 @dataclass(frozen=True)
@@ -103,8 +105,14 @@ class SimResult:
         return float(np.sqrt(np.mean([leg.residual.acceleration**2 for leg in self.legs])))
 
 
-def sim_jobs(task: Task, presets: Sequence[str], conditions: Sequence[str]) -> list[SimJob]:
+def sim_jobs(task: Task, presets: Sequence[str], conditions: Sequence[str], seed: int = SEED) -> list[SimJob]:
     """Return everything there is to run: the first preset in all conditions, the others as described.
+
+    Args:
+        task: What the arm does.
+        presets: Of its description.
+        conditions: Names of ``CONDITIONS``.
+        seed: Of the rig's noise.
 
     Raises:
         ConfigError: A preset or a description is wrong.
@@ -115,7 +123,7 @@ def sim_jobs(task: Task, presets: Sequence[str], conditions: Sequence[str]) -> l
         config = load_config(find_manipulator(task.manipulator), preset)
         course = plan_course(StaticArm(ReducedTree(config)), task, 1 / config.rate_hz)
         wanted = conditions if i == 0 else [name for name in conditions if name == NOMINAL]
-        jobs += [SimJob(task, preset, condition, course) for condition in wanted]
+        jobs += [SimJob(task, preset, condition, course, seed=seed) for condition in wanted]
     return jobs
 
 
@@ -124,9 +132,10 @@ def run_sim_job(job: SimJob) -> list[SimResult]:
     config = load_config(find_manipulator(job.task.manipulator), job.preset)
     config = replace(config, home=job.course.home)
     tree, plant = ReducedTree(config), None
+    rig = replace(CONDITIONS[job.condition], seed=job.seed)
     results = []
     for law in job.laws:
-        settings = loop_settings(job.task.under(job.preset), law, CONDITIONS[job.condition])
+        settings = loop_settings(job.task.under(job.preset), law, rig)
         hardware = Hardware(config, settings.rig, plant=plant)
         plant = hardware.rig.plant
         ticks, effort = run_loop(hardware, tree, job.course.reference, job.course.end, settings, observe_tip)
