@@ -14,6 +14,7 @@ from flexarm_bringup.fault_drill.row import Row
 from flexarm_bringup.sim.hardware import Hardware
 from flexarm_bringup.sim.rig import RigSettings
 from flexarm_bringup.sim_run.study import loop_settings
+from flexarm_controller.trust import deviation_scale
 from flexarm_estimator.estimator import Estimator
 
 Array = NDArray[np.float64]
@@ -25,12 +26,20 @@ ROUNDED = 1.0 + 1e-9
 
 @dataclass(frozen=True)
 class Run:
-    """A run: tip error [m] (k,), torque (k, n_theta), rungs and reasons (k,), why the guard stopped it."""
+    """A run.
+
+    Attributes:
+        error: Of the tip [m], (k,).
+        tau: Torque [N m] or [N], (k, n_theta).
+        modes: Rungs of the controller, (k,).
+        sigma: Largest 3 sigma of the estimated state, in deviations that cost 1, (k,).
+        guard: Why the guard stopped the arm; empty when it did not.
+    """
 
     error: Array
     tau: Array
     modes: tuple[str, ...]
-    reasons: tuple[str, ...]
+    sigma: Array
     guard: str
 
 
@@ -40,24 +49,31 @@ def restarts(stand: ControllerStand) -> list[Finding]:
     nominal = _run(stand, "", k0)
     window = round(WINDOW / stand.dt)
     e0 = float(np.sqrt(np.mean(nominal.error[k0:] ** 2)))
-    findings = []
+    findings: list[Finding] = []
     for what in ("estimator", "controller"):
         run = _run(stand, what, k0)
         windows = np.lib.stride_tricks.sliding_window_view(run.error[k0:], window)
         bad = np.flatnonzero(np.sqrt(np.mean(windows**2, axis=1)) > BACK * e0)
         back = (int(bad[-1]) + 1) * stand.dt if bad.size else 0.0
         steps = abs(np.diff(run.tau, axis=0)) / (stand.limits.effort_rate * stand.dt)
-        untrusted = [k for k, reason in enumerate(run.reasons) if "3 sigma" in reason and k >= k0]
-        used = sum(run.modes[k] == "mpc" for k in untrusted)
+        if what == "estimator":  # a controller that begins anew is told an estimate that is sure
+            findings += _blind(run.sigma[k0:], run.modes[k0:], stand.config.start_sigma)
         findings += [
-            Finding(
-                f"{what}: cycles under the law before 3 sigma were small, {len(untrusted)} cycles", used, 0
-            ),
             Finding(f"{what}: torque step / limit, guard's output", float(steps.max()), ROUNDED),
             Finding(f"{what}: tip RMS within {BACK:g} e0 again after", back, 1.0, "s"),
             Finding(f"{what}: stopped by the guard", float(bool(run.guard)), 0),
         ]
     return findings
+
+
+def _blind(sigma: Array, modes: tuple[str, ...], limit: float) -> tuple[Finding, Finding]:
+    """Return whether the law acted before the estimate had become sure, and that it had been unsure."""
+    sure = np.flatnonzero(sigma <= limit)
+    unsure = int(sure[0]) if sure.size else len(sigma)
+    return (
+        Finding("estimator: cycles until 3 sigma were small", unsure, 1, at_least=True),
+        Finding("estimator: of these under the law", modes[:unsure].count("mpc"), 0),
+    )
 
 
 def _run(stand: ControllerStand, restarted: str, k0: int) -> Run:
@@ -68,7 +84,7 @@ def _run(stand: ControllerStand, restarted: str, k0: int) -> Run:
     sensors, model = loop.config.sensors, stand.model
     estimator, controller = Estimator(model, loop.tree, sensors, settings.estimator), stand.controller()
     hardware.guard.arm(0.0, 1)
-    rows, samples = [], hardware.observe()
+    rows, samples, scale = [], hardware.observe(), deviation_scale(model, stand.mpc, stand.dt)
     for k in range(k0 + round(AFTER / stand.dt)):
         if k == k0 and restarted == "estimator":
             estimator = Estimator(model, loop.tree, sensors, settings.estimator)
@@ -77,11 +93,12 @@ def _run(stand: ControllerStand, restarted: str, k0: int) -> Run:
         estimate = estimator.step(measurements(samples, hardware), np.array(hardware.acted), hardware.t)
         command = controller.step(arm_state(estimate))
         error = np.linalg.norm(estimate.T_world_tip[:3, 3] - hardware.rig.plant.tip_pose()[:3, 3])
-        rows.append((error, np.array(hardware.tau), command.mode, command.reason))
+        sigma = 3.0 * (np.sqrt(estimate.P.diagonal()[: scale.size]) * scale).max()
+        rows.append((error, np.array(hardware.tau), command.mode, sigma))
         samples = hardware.advance()
         hardware.choose_torque(command.for_guard(k + 1, 1))
-    error, tau, modes, reasons = zip(*rows, strict=True)
-    return Run(np.array(error), np.array(tau), modes, reasons, hardware.guard.reason)
+    error, tau, modes, sigma = zip(*rows, strict=True)
+    return Run(np.array(error), np.array(tau), modes, np.array(sigma), hardware.guard.reason)
 
 
 ROWS = (
