@@ -2,80 +2,161 @@
 
     python -m flexarm_bringup.fault_drill.forger_node COUNT EFFORT...
 
-sends forged ones only, from where it runs, and prints who listens.
+sends some with guessed tokens, from where it runs, and prints who listens.
 """
 
 from __future__ import annotations
 
-import copy
+import math
 import random
 import sys
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import rclpy
 from flexarm_interfaces.msg import JointCommand
 from rclpy.node import Node
 
+from flexarm_bringup.fault_drill.forged import Kind, guess
+from flexarm_bringup.fault_drill.system_stand import PATIENCE, SystemStand, stamp
+from flexarm_bringup.processes.running_graph_node import Ear
 from flexarm_bringup.topics import NAMESPACE
 from flexarm_model.ros.node import RELIABLE_QOS
 
 PACE = 0.002  # s between two commands
 SEARCH = 3.0  # s for listeners to be found
+KEPT = 40  # real commands that may be sent again
+FRESH = 2.0  # periods
+SETTLE = 0.3  # s in which the guard has told what it did
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What became of forged commands.
+
+    Attributes:
+        sent: How many there were.
+        applied: How many the guard let through.
+        refused: How many it counted as refused, real ones that came meanwhile included.
+        alarm: Time until it told of the first [s].
+    """
+
+    sent: int
+    applied: int
+    refused: int
+    alarm: float
 
 
 class Forger:
-    """Speaks on the command topic through a node.
+    """Sends forged commands to a machine and counts what the guard does with them.
 
     Attributes:
-        effort: What forged commands ask for: nothing that anybody would by chance.
+        stops: How often the arm was found stopped; it was armed again then.
     """
 
-    def __init__(self, node: Node, effort: Sequence[float], seed: int = 1) -> None:
-        """Speak through ``node``."""
-        self.effort = list(effort)
-        self._node, self._random = node, random.Random(seed)
-        self._publisher = node.create_publisher(JointCommand, "joint_commands", RELIABLE_QOS)
+    def __init__(self, stand: SystemStand, ear: Ear) -> None:
+        """Speak, and listen, through an ear that hears ``forgery_rows.TOPICS``."""
+        self.stops = 0
+        self._stand, self._ear, self._random = stand, ear, random.Random(stand.stand.seed)
+        self._limit = [axis.effort for axis in stand.stand.arm.config.actuated.values()]
+        self._period_ns = round(1e9 * stand.dt)
+        self._asked: set[tuple[float, ...]] = set()  # torques that were made up: nobody else asks for them
+        self._real: list[Any] = []  # commands of the session, the newest last
+        self._looked = 0
+        self._publisher = ear.node.create_publisher(JointCommand, "joint_commands", RELIABLE_QOS)
+        ear.wait(lambda: self._publisher.get_subscription_count() > 1, PATIENCE, "the guard to be found")
+
+    def attack(self, kind: Kind) -> Outcome:
+        """Send all commands of a kind, each right after a real one, whose successor it claims to be."""
+        return self._count(kind.count, lambda n: self._forge(kind))
+
+    def repeat(self, old: Sequence[Any], pace: float = PACE) -> Outcome:
+        """Send commands as they are."""
+
+        def send(n: int) -> None:
+            """Send one."""
+            self._asked.add(tuple(old[n].effort))
+            self._publisher.publish(old[n])
+            self._ear.listen(pace)
+
+        return self._count(len(old), send)
+
+    def _count(self, count: int, send: Callable[[int], None]) -> Outcome:
+        ear = self._ear
+        ear.listen(SETTLE)
+        before, first = ear.latest("guard_status").refused, len(ear.heard["applied_effort"])
+        started, alarm = time.monotonic(), math.inf
+        for n in range(count):
+            send(n)
+            if ear.latest("guard_status").refused > before:
+                alarm = min(alarm, time.monotonic() - started)
+        ear.listen(SETTLE)
+        applied = sum(tuple(msg.effort) in self._asked for msg in ear.heard["applied_effort"][first:])
+        return Outcome(count, applied, ear.latest("guard_status").refused - before, alarm)
+
+    def _forge(self, kind: Kind) -> None:
+        self._wait_for_real(kind.every)
+        msg = kind.make(self._real, self._period_ns, self._limit, self._random)
+        if kind.is_made_up:
+            self._asked.add(tuple(msg.effort))
+        self._publisher.publish(msg)
+
+    def _wait_for_real(self, number: int) -> None:
+        """Wait until the controller has sent so many commands more; arm again where it has stopped."""
+        while not self._hears(self._look() + number):
+            self.stops += 1
+            self._stand.arm(self._ear)
+
+    def _hears(self, sequence: int) -> bool:
+        """Wait until a new command of at least this number is heard; tell whether the arm is armed then."""
+
+        def is_time() -> bool:
+            """Tell whether to go on."""
+            return (self._look() >= sequence and self._is_up_to_date) or self._is_stopped
+
+        self._ear.wait(is_time, PATIENCE, "commands of the controller")
+        return not self._is_stopped
 
     @property
-    def listeners(self) -> int:
-        """Number of nodes that hear it."""
-        return int(self._publisher.get_subscription_count())
+    def _is_up_to_date(self) -> bool:
+        """Whether the newest command is of now: on a busy machine the ear hears some of them late."""
+        return 1e9 * (time.time() - stamp(self._real[-1])) < FRESH * self._period_ns
 
-    def forge(self, like: Any) -> None:
-        """Send a command with a token that was guessed, newer than the real one ``like``."""
-        msg = copy.deepcopy(like)
-        msg.session_token = self._random.getrandbits(62) + 1
-        self._send(msg, like.sequence + 1)
+    @property
+    def _is_stopped(self) -> bool:
+        status = self._ear.latest("guard_status")
+        return bool(status.mode != status.ARMED)
 
-    def outdate(self, like: Any) -> None:
-        """Send a command with the right token and a sequence that has been used."""
-        self._send(copy.deepcopy(like), like.sequence - self._random.randrange(10))
-
-    def repeat(self, real: Any) -> None:
-        """Send a real command once more as it is."""
-        self._publisher.publish(real)
-
-    def _send(self, msg: Any, sequence: int) -> None:
-        msg.sequence, msg.effort = max(sequence, 0), self.effort
-        self._publisher.publish(msg)
+    def _look(self) -> int:
+        """Take note of what the controller has sent in this session; return its newest number."""
+        token, heard = self._ear.latest("guard_status").session_token, self._ear.heard["joint_commands"]
+        kept = [msg for msg in self._real if msg.session_token == token]
+        new, self._looked = heard[self._looked :], len(heard)
+        for msg in new:
+            is_real = msg.session_token == token and tuple(msg.effort) not in self._asked
+            if is_real and msg.sequence > (kept[-1].sequence if kept else 0):  # else it has been repeated
+                kept.append(msg)
+        self._real = kept[-KEPT:]
+        return int(kept[-1].sequence) if kept else 0
 
 
 def main(arguments: Sequence[str]) -> int:
     """Send forged commands from here."""
-    count, effort = int(arguments[0]), [float(value) for value in arguments[1:]]
+    count, like = int(arguments[0]), JointCommand(effort=[float(value) for value in arguments[1:]])
     rclpy.init()
-    node = Node("forger", namespace=NAMESPACE)
-    forger, like = Forger(node, effort), JointCommand()
+    node, randomness = Node("forger", namespace=NAMESPACE), random.Random(1)
+    publisher = node.create_publisher(JointCommand, "joint_commands", RELIABLE_QOS)
     end = time.monotonic() + SEARCH
-    while not forger.listeners and time.monotonic() < end:
+    while not publisher.get_subscription_count() and time.monotonic() < end:
         time.sleep(PACE)
     for _ in range(count):
         like.header.stamp = node.get_clock().now().to_msg()
-        forger.forge(like)
+        guess(like, 0, randomness)
+        publisher.publish(like)
         time.sleep(PACE)
-    print(f"{forger.listeners} listener(s)")
+    print(f"{publisher.get_subscription_count()} listener(s)")
     rclpy.try_shutdown()
     return 0
 

@@ -1,11 +1,19 @@
-"""Rows about commands that nobody of us has sent, and about security that is asked for but not there."""
+"""Rows about commands that nobody of us has sent, and about security that is asked for but not there.
+
+Every kind of forged command is wrong in one thing only (``forged``): were the guard blind to that, it would
+let them through. That it lets through those in which nothing is wrong shows that they come at the right time.
+"""
 
 from __future__ import annotations
 
+import copy
+import math
 import os
+import signal
 import subprocess
 import sys
-import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
 from flexarm_bringup.fault_drill.findings import Finding
@@ -16,42 +24,52 @@ from flexarm_bringup.fault_drill.system_stand import PATIENCE, SystemStand
 from flexarm_bringup.processes.supervisor import Supervisor
 
 if TYPE_CHECKING:
+    from flexarm_bringup.fault_drill.forger_node import Outcome
     from flexarm_bringup.processes.running_graph_node import Ear
 
 TOPICS = ("guard_status", "joint_commands", "applied_effort")
-FORGED = 1000  # commands
 FROM_OUTSIDE = 200
 SHARE = 0.37  # of the torque limit: a torque that nobody asks for at rest
 ALARM = 3.0  # s until it is told
-OLD = 40  # commands that are kept to be sent again
-ENDED = 3.0  # s
+OLD = 200  # commands of a session that are sent again in the next one
+EARLY = 40  # of these, before the first command of the next one
+HEEDED = 0.25  # share of those with nothing wrong that is let through: they do come in time
+HEARD = 0.98  # share of those to be refused that is: a few may be lost on the way to the guard
 START = 20.0  # s; a node takes a second or two to start
 SECURED = {"ROS_SECURITY_ENABLE": "true", "ROS_SECURITY_STRATEGY": "Enforce"}
 
 
 def forgeries(stand: SystemStand) -> list[Finding]:
-    """Send commands with guessed tokens and used sequences, and real ones twice, while the arm is held."""
-    from flexarm_bringup.fault_drill.forger_node import PACE, Forger
+    """Send commands that are wrong in one thing, and real ones twice, while the arm is held."""
+    from flexarm_bringup.fault_drill.forged import KINDS, RIGHT
+    from flexarm_bringup.fault_drill.forger_node import Forger
     from flexarm_bringup.processes.running_graph_node import running
 
     with running(stand.graph(), TOPICS, stand.folder()) as (_, ear):
         _hold(stand, ear)
-        forger = Forger(ear.node, _effort(stand))
-        ear.wait(lambda: forger.listeners > 0, PATIENCE, "the guard to be found")
-        ways = (forger.forge, forger.outdate, forger.repeat)
-        before, started, alarm = ear.latest("guard_status").refused, time.monotonic(), float("inf")
-        for number in range(FORGED):
-            ways[number % len(ways)](ear.heard["joint_commands"][-OLD])
-            ear.listen(PACE)
-            if ear.latest("guard_status").refused > before:
-                alarm = min(alarm, time.monotonic() - started)
-        ear.listen(0.5)
-        stopped = sum(msg.mode != msg.ARMED for msg in ear.heard["guard_status"])
-        return [
-            Finding(f"applied of {FORGED} forged and repeated commands", _applied(stand, ear), 0),
-            Finding("refusals told after", alarm, ALARM, "s"),
-            Finding("the arm was stopped by them", stopped, 0),
-        ]
+        forger, findings = Forger(stand, ear), []
+        for number, kind in enumerate(KINDS):
+            outcome = forger.attack(kind)
+            findings += refusals(kind.name, outcome, kind.is_made_up, kind.is_told)
+            if not number:
+                findings.append(Finding("refusals told after", outcome.alarm, ALARM, "s"))
+        right = forger.attack(RIGHT)
+    return [
+        *findings,
+        Finding(f"{RIGHT.name}: applied of {right.sent}", right.applied, HEEDED * right.sent, at_least=True),
+        Finding("the arm was stopped by them", forger.stops, 0),
+    ]
+
+
+def refusals(name: str, outcome: Outcome, is_made_up: bool = True, is_told: bool = True) -> list[Finding]:
+    """Return what became of forged commands; the torque of a real one does not tell if it was let through."""
+    findings = []
+    if is_made_up:
+        findings.append(Finding(f"{name}: applied of {outcome.sent}", outcome.applied, 0))
+    if is_told:
+        least = HEARD * outcome.sent
+        findings.append(Finding(f"{name}: refused of {outcome.sent}", outcome.refused, least, at_least=True))
+    return findings
 
 
 def from_another_host(stand: SystemStand) -> list[Finding]:
@@ -78,24 +96,58 @@ def from_another_host(stand: SystemStand) -> list[Finding]:
 
 def replays(stand: SystemStand) -> list[Finding]:
     """Send the commands of a session again in the next one; ask for security that is not installed."""
-    from flexarm_bringup.fault_drill.forger_node import PACE, Forger
+    from flexarm_bringup.fault_drill.forged import Kind, with_token
+    from flexarm_bringup.fault_drill.forger_node import Forger
     from flexarm_bringup.processes.running_graph_node import running
 
-    with running(stand.graph(), TOPICS, stand.folder()) as (_, ear):
+    with running(stand.graph(), TOPICS, stand.folder()) as (supervisor, ear):
         _hold(stand, ear)
-        old = list(ear.heard["joint_commands"])
-        forger = Forger(ear.node, _effort(stand))
-        ear.wait(lambda: forger.listeners > 0, PATIENCE, "the guard to be found")
-        ear.call("guard/stop")
-        told = ear.heard["guard_status"]
-        ear.wait(lambda: told[-1].mode == told[-1].STOPPED, PATIENCE, "rest")
-        passed = told[-1].passed
-        for msg in old:
-            forger.repeat(msg)
-            ear.listen(PACE)
-        ear.listen(0.5)
-        late = [Finding("commands of an old session applied", told[-1].passed - passed, 0)]
-    return late + _without_libraries(stand)
+        forger, token = Forger(stand, ear), ear.latest("guard_status").session_token
+        old = [msg for msg in ear.heard["joint_commands"] if msg.session_token == token][-OLD:]
+        _rest(ear)
+        findings = refusals("of an old session, not armed", forger.repeat(old))
+        with _frozen(supervisor.pids["controller"]):
+            ear.wait(lambda: bool(ear.call("guard/arm").success), PATIENCE, "the guard to be armed")
+            ear.wait(lambda: bool(_token(ear)), PATIENCE, "the new session")
+            early = [renewed(msg, _token(ear)) for msg in old[-EARLY:]]
+            findings += refusals(
+                "of an old session with the new token, before any other",
+                forger.repeat(early, 2.0 * stand.dt),
+            )
+        _rest(ear)
+        stand.arm(ear)
+        findings += refusals("of an old session, armed again", forger.repeat(old))
+        kind = Kind("with the old token, new stamps and numbers", with_token(token), OLD)
+        findings += refusals(kind.name, forger.attack(kind))
+    return findings + _without_libraries(stand)
+
+
+def renewed(old: Any, token: int) -> Any:
+    """Return an old command as one of a new session; only its stamp tells."""
+    msg = copy.deepcopy(old)
+    msg.session_token = token
+    return msg
+
+
+def _token(ear: Ear) -> int:
+    return int(ear.latest("guard_status").session_token)
+
+
+def _rest(ear: Ear) -> None:
+    """Stop the arm and wait until it is at rest."""
+    ear.call("guard/stop")
+    told = ear.heard["guard_status"]
+    ear.wait(lambda: told[-1].mode == told[-1].STOPPED, PATIENCE, "rest")
+
+
+@contextmanager
+def _frozen(pid: int) -> Iterator[None]:
+    """Hold a process."""
+    os.kill(pid, signal.SIGSTOP)
+    try:
+        yield
+    finally:
+        os.kill(pid, signal.SIGCONT)
 
 
 def _without_libraries(stand: SystemStand) -> list[Finding]:
@@ -131,8 +183,8 @@ def _forged_everywhere(stand: SystemStand) -> list[Finding]:
     found = forgeries(stand)
     try:
         return found + from_another_host(stand)
-    except Skipped:  # the row stands without its part that needs root
-        return found
+    except Skipped as reason:  # the row stands without its part that needs root
+        return [*found, Finding(f"from another host: not done, {reason}", 0, math.inf)]
 
 
 ROWS = (
