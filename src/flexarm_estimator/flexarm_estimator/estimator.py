@@ -101,14 +101,17 @@ class Estimator:
         trouble = self._follow_clock(t) + self._take_torque(tau)
         history = self._history
         first = history.advance(self._t, self._u)
-        samples = self._reception.admit(self._delays.undo(measurements), self._t, history.oldest)
-        fit = self.health.pick_sound(samples)
-        self._gate.meet(fit)
+        samples, scan, singles = self._reception.admit(
+            self._delays.undo(measurements), self._t, history.oldest
+        )
+        fit = self.health.pick_sound(singles)
+        self._gate.meet(fit, scan)
         touched = [first, *[history.insert(sample) for sample in fit]]
+        touched += [history.insert_scan(scan)] if scan else []
         verdicts = self._compute(touched) + self._resolve()
         self.health.note_verdicts(verdicts)
-        now = history.now
-        self._heed(View(self._t, self._u, now.belief, samples, verdicts, now.inputs))
+        now, is_ordinary = history.now, all([verdict.is_accepted for verdict in verdicts])
+        self._heed(View(self._t, self._u, now.belief, samples, verdicts, now.inputs, is_ordinary))
         self._history.forget(self._gate.needs(self._t))
         return self._estimate(trouble)
 

@@ -93,7 +93,7 @@ class Fusion:
         samples = {**instant.fused, **instant.pending} if instant.fused else instant.pending
         u = instant.inputs = self._source.inputs(before, dt, instant.u)
         step = self._steps.step(before, dt, u, samples)
-        sample = StackedSample(step.stack, samples) if step.stack else None
+        sample = StackedSample(step.stack, samples, instant.scan) if step.stack else None
         return PreparedStep(dt, step, u, sample)
 
     def _replay(self, instants: Sequence[Instant], first: int) -> int:

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from flexarm_estimator.filter import Belief
 from flexarm_estimator.judging.reopening import Reopening
+from flexarm_estimator.judging.scan import Scan
 from flexarm_estimator.measurement import Measurement
 from flexarm_estimator.steps.joint_step import PreparedStep
 
@@ -36,6 +37,7 @@ class Instant:
         pending: Samples not judged yet, by sensor.
         refused: Samples that do not belong to the state, by sensor; kept for who looks for the one at fault.
         inputs: The same as the filter has seen them, with what it adds; empty before the first time.
+        scan: Samples that came together; those of its sensors are among the others here, if any.
         prepared: Joint step that leads here, kept for computing again; None when it has to be made.
         reopening: The covariance was widened here because the state was doubted; None where it was not.
     """
@@ -48,15 +50,17 @@ class Instant:
     refused: dict[str, Measurement] = field(default_factory=dict)
     reopening: Reopening | None = None
     inputs: Array = field(default_factory=lambda: _NOTHING)
+    scan: Scan | None = None
     prepared: PreparedStep | None = None
     _maps: tuple[Callable[[Belief], Belief], ...] = ()
 
     @property
     def belief(self) -> Belief:
         """State at ``t`` given all samples up to ``t``."""
-        for apply in self._maps:
-            self._belief = apply(self._belief)
-        self._maps = ()
+        if self._maps:
+            for apply in self._maps:
+                self._belief = apply(self._belief)
+            self._maps = ()
         return self._belief
 
     @belief.setter
@@ -102,7 +106,9 @@ class History:
         """Go to ``t`` with ``u`` held since the newest instant; return the first instant to compute."""
         now, count = self.instants[-1], len(self.instants)
         if t > now.t + SAME_INSTANT:
-            self.instants.append(Instant(t, u, now.belief, {}, {}, {}))  # sooner than by their default
+            self.instants.append(
+                Instant(t, u, now.belief, {}, {}, {}, None, _NOTHING)
+            )  # sooner than by default
         return count
 
     def insert(self, sample: Measurement) -> int:
@@ -110,15 +116,27 @@ class History:
 
         ``sample.t`` lies between ``oldest`` and now.
         """
-        instants, t = self.instants, sample.t
+        index = self._split(sample.t)
+        self.instants[index].pending[sample.sensor] = sample
+        return index
+
+    def insert_scan(self, scan: Scan) -> int:
+        """Put the samples of a scan into its instant as ``insert`` does; return the index of that instant."""
+        index = self._split(scan.t)
+        instant = self.instants[index]
+        instant.pending.update(zip(scan.sensors, scan.samples, strict=True))
+        instant.scan = scan
+        return index
+
+    def _split(self, t: float) -> int:
+        """Return the index of the instant at ``t`` [s], which is made if it is not there."""
+        instants = self.instants
         index = len(instants) - 1
         if index > 1 and instants[-2].t >= t - SAME_INSTANT:  # most samples are of now
             index = max(1, bisect_left(instants, t - SAME_INSTANT, hi=index, key=_time))
         instant = instants[index]
         if instant.t - t > SAME_INSTANT:
-            instant = Instant(t, instant.u, instants[index - 1].belief)
-            instants.insert(index, instant)
-        instant.pending[sample.sensor] = sample
+            instants.insert(index, Instant(t, instant.u, instants[index - 1].belief))
         return index
 
     def withdraw(self, sensor: str, since: float) -> int:

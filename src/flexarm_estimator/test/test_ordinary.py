@@ -95,6 +95,7 @@ def test_an_estimator_says_the_same_bits_with_and_without_it():
     record = simulate(200, np.random.default_rng(12), camera_every=7)
     fast, slow = (Estimator(strip_model(), StripKinematics(), SENSORS, EstimatorConfig()) for _ in range(2))
     slow._gate._code = None
+    slow._gate.restart()
     for k in range(201):
         samples = [disturb(sample, k) for sample in arriving(record, k, 12)]
         a, b = (e.step(samples, record.tau[k], float(record.t[k])) for e in (fast, slow))

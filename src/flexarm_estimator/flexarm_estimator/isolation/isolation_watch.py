@@ -38,6 +38,7 @@ _SELF_CHECK = 1.0  # s between investigations without suspicion
 _PAUSE = 0.03  # s between two investigations
 _EVERY = 2  # ticks between two looks at the verdicts
 _MEMORY = 0.9  # of the mean squared innovation from one look to the next
+_MOST_OF_ONE = 100.0  # squared sigmas of one innovation
 _PLAIN = 10  # samples
 _FAR = 5.0  # sigma of the prediction from zero, from which on a sign is plain
 _SUSPICIOUS = 1.5  # mean squared normalised innovation of a sensor
@@ -95,9 +96,8 @@ class IsolationWatch(Watch):
         if self._is_blind:
             return ()
         theta = view.belief.x[self._theta].copy()
-        held = [verdict.sensor for verdict in view.verdicts if verdict.reason == HELD]  # most stand alone
-        samples = [s for s in view.samples if s.sensor not in held] if held else view.samples
-        self._ring.append(Entry(view.t, view.u, theta, self._learned_before(view), samples, self._parts))
+        learned = self._learned_before(view) if self._is_learning else ()
+        self._ring.append(Entry(view.t, view.u, theta, learned, _not_held(view), self._parts))
         self._ticks += 1
         if self._ticks % _EVERY == 0:
             self._note(view)
@@ -135,16 +135,15 @@ class IsolationWatch(Watch):
 
     def _learned_before(self, view: View) -> tuple[float, ...]:
         """Return what had been learned of the arm before there was any suspicion, (n_p,)."""
-        if not self._is_learning:
-            return ()
         if not self._suspected or self._ticks - self._suspected > _DOUBT or not self._known:
             self._known.append(tuple(view.belief.x[self._learned].tolist()))
         return self._known[0]
 
     def _note(self, view: View) -> None:
         squares = self._squares
-        for verdict in view.verdicts:
-            sensor, square = verdict.sensor, min(verdict.normalised**2, 100.0)
+        for sensor, _, _, _, normalised, _, _ in view.verdicts:
+            square = normalised**2
+            square = square if square < _MOST_OF_ONE else _MOST_OF_ONE
             squares[sensor] = square + _MEMORY * (squares.get(sensor, 0.0) - square)
         if len(view.verdicts) < len(view.samples):
             self._note_unheard(view)
@@ -228,3 +227,11 @@ class IsolationWatch(Watch):
         gain = float(explanation.gain.sum())
         said = f"{words} ({gain:.0f} squared sigmas better explained than by a sound sensor)"
         return f"{channels[channel].name}: {said}" if channels[channel].name else said
+
+
+def _not_held(view: View) -> Sequence[Measurement]:
+    """Return the samples but those that wait for the next ones: most of these stand alone."""
+    if view.is_ordinary:
+        return view.samples
+    held = [verdict.sensor for verdict in view.verdicts if verdict.reason == HELD]
+    return [sample for sample in view.samples if sample.sensor not in held]

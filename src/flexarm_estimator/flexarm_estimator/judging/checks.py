@@ -9,12 +9,15 @@ from __future__ import annotations
 import math
 import sys
 from bisect import bisect_left
+from collections import deque
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from flexarm_estimator.history import SAME_INSTANT
+from flexarm_estimator.judging.scan import Panel, Scan
 from flexarm_estimator.measurement import Measurement
 from flexarm_model.manipulator.sensor_spec import SensorSpec
 
@@ -24,6 +27,7 @@ _END = 0.01  # of half the range: a sample so near its end may be clipped
 _BEYOND = 0.3  # of half the range: one sigma of how far beyond the truth may be
 _R_FLOOR = 0.01  # of the variance of the YAML: a sensor may not claim to be ten times better
 _R_MOST = 1e12  # of the same; more says nothing, and its square would be too large
+_MOST_PANELS = 64
 
 
 class Window(NamedTuple):  # not a dataclass: made in every step
@@ -31,6 +35,16 @@ class Window(NamedTuple):  # not a dataclass: made in every step
 
     oldest: float
     newest: float
+
+
+class _Known(NamedTuple):
+    """What samples of a sensor are like; between ``low`` and ``high`` none is clipped. Stamps are sorted."""
+
+    dtype: np.dtype[np.float64]
+    shape: tuple[int]
+    low: float
+    high: float
+    stamps: list[float]
 
 
 class SampleChecks:
@@ -44,21 +58,50 @@ class SampleChecks:
         """Take ranges and lengths from the description."""
         self._specs = {spec.name: spec for spec in specs}
         self._known = {
-            spec.name: (
+            spec.name: _Known(
                 np.dtype(np.float64),
                 (len(spec.channels),),
                 max(spec.low, -_MOST) + _END * _reach(spec),
                 min(spec.high, _MOST) - _END * _reach(spec),
-                list[float](),  # stamps, sorted
+                [],
             )
             for spec in specs
         }
         self.is_at_end = False
         self._variances = {spec.name: np.asarray(spec.sigma, dtype=np.float64) ** 2 for spec in specs}
+        self._panels: dict[tuple[str, ...], Panel] = {}
+        self._scans: deque[tuple[float, tuple[str, ...]]] = deque()  # stamps that no sensor has yet
+        self._scanned: set[str] = set()  # who has ever been in one
+        self._newest = -math.inf  # of all stamps
 
     def retune(self, specs: tuple[SensorSpec, ...]) -> None:
         """Go on with other noise of the same sensors."""
         self._variances = {spec.name: np.asarray(spec.sigma, dtype=np.float64) ** 2 for spec in specs}
+
+    def take_scan(self, measurements: Sequence[Measurement], oldest: float, newest: float) -> Scan | None:
+        """Return the samples as a scan, remembered; None, with nothing changed, if one wants a closer look.
+
+        Args:
+            measurements: At least one.
+            oldest: The scan is later [s].
+            newest: It is not later than that [s].
+        """
+        sensors = tuple([sample.sensor for sample in measurements])
+        panel = self._panels.get(sensors)
+        if panel is None:
+            panel = self._make_panel(sensors)
+        t = measurements[0].t
+        data = panel.read(measurements, t)
+        if not data or not max(oldest, self._newest) + SAME_INSTANT < t <= newest:
+            return None
+        if panel.is_unused:
+            self._scanned.update(sensors)
+            panel.is_unused = False
+        self._newest, scans = t, self._scans
+        scans.append((t, sensors))
+        while scans[0][0] <= oldest:
+            scans.popleft()
+        return Scan(t, sensors, data, measurements)
 
     def refuse(self, sample: Measurement, window: Window) -> str:
         """Return why a sample cannot be used; empty when it can.
@@ -78,7 +121,12 @@ class SampleChecks:
                 self.is_at_end = True
                 if reason := self._describe(sensor, value):
                     return reason
-        return _take_stamp(stamps, t, window)
+        if self._scans and sensor in self._scanned:
+            self._take_apart()
+        reason = _take_stamp(stamps, t, window)
+        if not reason and t > self._newest:
+            self._newest = t
+        return reason
 
     def noise(self, sample: Measurement) -> Array | None:
         """Return the R of the sample that ``refuse`` has just let pass; None for that of the description.
@@ -110,6 +158,23 @@ class SampleChecks:
         R = (R + R.T) / 2 + np.diag(np.maximum(0.0, _R_FLOOR * variances - diagonal))
         is_usable = np.linalg.eigvalsh(R / scale)[0] > 0.0
         return R if is_usable else None
+
+    def _make_panel(self, sensors: tuple[str, ...]) -> Panel:
+        """Return the panel of some sensors; one of nobody where one is not known or speaks twice."""
+        if len(self._panels) >= _MOST_PANELS:
+            self._panels.clear()
+        known, are_known = self._known, self._known.keys() >= set(sensors)
+        is_possible = are_known and len(set(sensors)) == len(sensors)
+        panel = Panel([known[sensor][1:4] for sensor in sensors] if is_possible else [])
+        self._panels[sensors] = panel
+        return panel
+
+    def _take_apart(self) -> None:
+        """Give the stamps of scans to each of their sensors, none of which has a newer one."""
+        for t, sensors in self._scans:
+            for sensor in sensors:
+                self._known[sensor].stamps.append(t)
+        self._scans.clear()
 
     def _describe(self, sensor: str, value: float) -> str:
         spec = self._specs[sensor]

@@ -19,9 +19,11 @@ from scipy.linalg.lapack import dposv
 from scipy.special import chdtri, ndtr
 
 from flexarm_estimator.history import SAME_INSTANT
-from flexarm_estimator.judging.ordinary import Ordinary, load_ordinary
+from flexarm_estimator.judging.meetings import Meetings
+from flexarm_estimator.judging.ordinary import load_ordinary
 from flexarm_estimator.judging.sample_judge import FAR, Verdict
-from flexarm_estimator.judging.short_term import HELD, JUMP, NOTHING, SHIFT, Run, ShortTerm
+from flexarm_estimator.judging.scan import Scan
+from flexarm_estimator.judging.short_term import HELD, JUMP, NOTHING, SHIFT, ShortTerm
 from flexarm_estimator.measurement import Measurement
 from flexarm_estimator.settings import EstimatorConfig
 from flexarm_estimator.steps.joint_step import PreparedStep
@@ -63,9 +65,7 @@ class Gate:
         self._refused_since = dict.fromkeys(self._sigmas, 0.0)
         gate, threshold = self._config.lone_gate or self._config.gate, self._threshold
         self._past = {name: ShortTerm(s, gate, threshold[name]) for name, s in self._sigmas.items()}
-        self._together: dict[tuple[str, ...], Ordinary] = {}
-        self._met: dict[str, list[tuple[Measurement, Run]]] = {}
-        self._stamps: dict[str, float] = {}  # of sensors with one new sample
+        self._new = Meetings(self._past, self._code)
         self._released: list[Measurement] = []
         self._dropped: list[Verdict] = []
         self.doubters: set[str] = set()
@@ -95,42 +95,22 @@ class Gate:
         longest = t - config.history - config.reopen_interval
         return max(self.doubted_since, longest) if self.is_upset(t) else math.inf
 
-    def meet(self, samples: Iterable[Measurement]) -> None:
-        """Look at new samples before they are judged."""
-        past, found, stamps = self._past, self._met, self._stamps
-        found.clear()
-        stamps.clear()
-        for sample in samples:
-            sensor = sample.sensor
-            met = sample, past[sensor].meet(sample)
-            if sensor in found:
-                found[sensor].append(met)
-                stamps[sensor] = math.nan
-            else:
-                found[sensor] = [met]
-                stamps[sensor] = sample.t
+    def meet(self, samples: Iterable[Measurement], scan: Scan | None = None) -> None:
+        """Look at new samples before they are judged: a scan and single ones, in order of time."""
+        self._new.meet(samples, scan)
 
     def take_ordinary(self, step: PreparedStep, t: float) -> list[Verdict] | None:
         """Judge and note what the run of a step has left at an instant ``t`` [s] whose rows are all new.
 
         Returns the verdicts; None, with nothing changed, when one of the samples wants a closer look.
         """
-        if self._code is None or step.stack is None:
+        stack = step.stack
+        normalised = None if stack is None else self._new.take_ordinary(step, stack.names, t)
+        if stack is None or normalised is None:
             return None
-        names, stamps = step.stack.names, self._stamps
-        for name in names:
-            if stamps.get(name) != t:
-                return None
-        together = self._together.get(names)
-        if together is None:
-            together = self._together[names] = Ordinary([self._past[name] for name in names], self._code)
-        normalised = together.take(step, t)
-        if normalised is None:
-            return None
-        for name in names:
+        for name in stack.names:
             self._refusals[name] = 0
-            del self._met[name], stamps[name]
-        nu, said = step.nu.copy(), zip(names, step.stack.spans, normalised, strict=True)
+        nu, said = step.nu.copy(), zip(stack.names, stack.spans, normalised, strict=True)
         return [Verdict(name, t, True, nu[span], z) for name, span, z in said]
 
     def judge(self, sensor: str, t: float, nu: Array, S: Array) -> Verdict:
@@ -140,7 +120,7 @@ class Gate:
     def decide(self, sensor: str, t: float, nu: Array, nis: float) -> Verdict:
         """Return the verdict on an innovation ``nu`` (m,) with ``nis = nu' S^-1 nu``; never raises."""
         z = math.sqrt(nis / nu.size) if 0.0 <= nis < math.inf else 0.0
-        met, reason, since = self._find(sensor, t), "", math.inf
+        met, reason, since = self._new.find(sensor, t), "", math.inf
         if met is not None:
             past, run = self._past[sensor], met[1]
             reason, since = past.doubt(run, nu, z), run.since
@@ -168,10 +148,10 @@ class Gate:
                 if not self._refusals[sensor]:
                     self._refused_since[sensor] = t
                 self._refusals[sensor] += 1
-            met = self._find(sensor, t)
+            met = self._new.find(sensor, t)
             if met is None:
                 continue
-            self._met[sensor].remove(met)
+            self._new.end(sensor, met)
             doubt = "" if not reason or reason == FAR else reason
             outcome = self._past[sensor].note(met[1], met[0], nu, z, doubt, is_accepted)
             if outcome is not NOTHING:
@@ -215,12 +195,6 @@ class Gate:
             return True
         least = max(_ALSO, _SHARE * own.mean.score)
         return reason == SHIFT and any(past.mean.score > least for past in others)
-
-    def _find(self, sensor: str, t: float) -> tuple[Measurement, Run] | None:
-        for met in self._met.get(sensor, ()):
-            if abs(met[0].t - t) <= SAME_INSTANT:
-                return met
-        return None
 
     def _find_doubters(self, verdicts: Iterable[Verdict]) -> set[str]:
         refused = {v.sensor for v in verdicts if v.reason == FAR}

@@ -35,6 +35,7 @@ class Health:
     Attributes:
         unknown: Samples of sensors that the description does not have.
         refusals: Samples that were refused before the filter saw them, by sensor and reason.
+        is_all_sound: No sensor is switched off or at fault.
     """
 
     def __init__(self, specs: Iterable[SensorSpec], locating: set[str], config: EstimatorConfig) -> None:
@@ -70,6 +71,7 @@ class Health:
             record.refused_in_a_row, record.reason = 0, "no sample yet"
             record.faults.clear()
             record.remarks.clear()
+        self._note_soundness()
 
     def note_refusal(self, sensor: str, reason: str) -> None:
         """Count a sample that was refused before the filter saw it."""
@@ -109,6 +111,7 @@ class Health:
             KeyError: There is no such sensor.
         """
         self._records[sensor].is_off = is_off
+        self._note_soundness()
 
     def heed(self, finding: Finding, watch: str = "") -> None:
         """Take over what a watch says; an empty reason takes back what the same watch said."""
@@ -117,6 +120,7 @@ class Health:
         said.pop(watch, None)
         if finding.reason:
             said[watch] = finding.reason
+        self._note_soundness()
 
     def locates(self, sensors: Iterable[str]) -> bool:
         """Return whether one of some sensors tells where the axes are."""
@@ -139,6 +143,8 @@ class Health:
 
     def pick_sound(self, samples: Iterable[Measurement]) -> list[Measurement]:
         """Return the samples of sensors that no watch has put out of use; the others are alive, too."""
+        if self.is_all_sound:
+            return list(samples)
         sound = []
         for sample in samples:
             record = self._records[sample.sensor]
@@ -176,6 +182,10 @@ class Health:
         if trouble:
             doubts.append(trouble)
         return ("degraded", "; ".join(doubts)) if doubts else ("ok", "")
+
+    def _note_soundness(self) -> None:
+        records = self._records.values()
+        self.is_all_sound = not any(record.is_off or record.faults for record in records)
 
     def _why_lost(self, t: float, tip_sigma: float) -> str:
         is_usable = is_located = False

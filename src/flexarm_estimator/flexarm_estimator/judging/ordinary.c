@@ -20,9 +20,9 @@ struct mean_test {
 
 struct memory {
     struct mean_test *test;
-    double *reference;
-    int64_t repeats, held;
-    double threshold, biased, jump, limit, usual2, last;
+    double *reference, *values;
+    int64_t scanned, repeats, held;
+    double since, threshold, biased, jump, limit, usual2, last;
 };
 
 /* The prediction lately: its lowest and highest value in every channel. */
@@ -84,6 +84,35 @@ struct instant {
     const double *nu, *nis, *y;
     double *z;
 };
+
+static int is_new(const struct memory *past, const double *said)
+{
+    for (int64_t i = 0; i < past->test->m; i++)
+        if (said[i] != past->values[i])
+            return 1;
+    return isinf(past->since); /* the first */
+}
+
+/* Compare what was said, one sensor below the other, with the samples before. Returns 0, with nothing changed, if
+   a sensor repeats itself or has done so until now. */
+int64_t flexarm_meet(const struct instant *instant, const double *all)
+{
+    const double *said = all;
+    for (int64_t k = 0; k < instant->sensors; k++) {
+        const struct memory *past = instant->memories[k];
+        if (past->repeats || !is_new(past, said))
+            return 0;
+        said += past->test->m;
+    }
+    said = all;
+    for (int64_t k = 0; k < instant->sensors; k++) {
+        struct memory *past = instant->memories[k];
+        for (int64_t i = 0; i < past->test->m; i++)
+            past->values[i] = *said++;
+        past->scanned++, past->since = instant->t;
+    }
+    return 1;
+}
 
 /* Judge the innovations of an instant, and remember them if all are ordinary; z takes sqrt(nis / m) of every
    sensor. Returns 0, with nothing changed, if one is not. */

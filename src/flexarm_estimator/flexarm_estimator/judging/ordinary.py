@@ -11,6 +11,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from flexarm_estimator.judging import short_term
+from flexarm_estimator.judging.scan import Scan
 from flexarm_estimator.judging.short_term import ShortTerm
 from flexarm_estimator.steps.joint_step import PreparedStep
 from flexarm_estimator.watches import mean_shift
@@ -34,8 +35,8 @@ class _Instant(ctypes.Structure):
 
     _fields_ = (
         *(("rules", _Rules), ("sensors", ctypes.c_int64), ("memories", ctypes.c_void_p)),
-        *(("t", ctypes.c_double), ("nu", ctypes.c_void_p), ("nis", ctypes.c_void_p)),
-        *(("y", ctypes.c_void_p), ("z", ctypes.c_void_p)),
+        ("t", ctypes.c_double),
+        *((name, ctypes.c_void_p) for name in ("nu", "nis", "y", "z")),
     )
 
 
@@ -54,8 +55,17 @@ class Ordinary:
         self._instant = _Instant(rules, count, ctypes.addressof(self._memories))
         self._instant.z = ctypes.addressof(self._z)
         self._argument = ctypes.c_void_p(ctypes.addressof(self._instant))
-        self._call = code.flexarm_take_ordinary
-        self._call.restype = ctypes.c_int64
+        self._take, self._meet = code.flexarm_take_ordinary, code.flexarm_meet
+        self._take.restype = self._meet.restype = ctypes.c_int64
+
+    def meet(self, scan: Scan) -> bool:
+        """Compare a scan of the sensors with what they said before, as ``ShortTerm.meet`` does.
+
+        Returns:
+            Whether all are new, and were before; False, with nothing changed, if one wants a closer look.
+        """
+        self._instant.t = scan.t
+        return bool(self._meet(self._argument, scan.data))
 
     def take(self, step: PreparedStep, t: float) -> list[float] | None:
         """Judge what the run of a step has left; return the normalised innovations if all are ordinary.
@@ -70,7 +80,7 @@ class Ordinary:
         instant = self._instant
         instant.t = t
         instant.nu, instant.nis, instant.y = step.addresses
-        return self._z[:] if self._call(self._argument) else None
+        return self._z[:] if self._take(self._argument) else None
 
 
 def load_ordinary() -> ctypes.PyDLL | None:

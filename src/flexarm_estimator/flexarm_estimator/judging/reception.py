@@ -4,15 +4,32 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from operator import attrgetter
+from typing import NamedTuple
 
 from flexarm_estimator.history import SAME_INSTANT
 from flexarm_estimator.judging.checks import SampleChecks, Window
 from flexarm_estimator.judging.health import Health
+from flexarm_estimator.judging.scan import Scan, split_newest
 from flexarm_estimator.measurement import Measurement
 from flexarm_estimator.settings import EstimatorConfig
 from flexarm_model.manipulator.sensor_spec import SensorSpec
 
 _STAMP = attrgetter("t")
+_FEWEST = 5  # samples that are cheaper to look at together than one by one
+
+
+class Arrivals(NamedTuple):  # not a dataclass: made in every step
+    """Samples that may be fused now.
+
+    Attributes:
+        all: In order of time.
+        scan: Those that belong together; None where none do.
+        singles: The others, in order of time.
+    """
+
+    all: Sequence[Measurement]
+    scan: Scan | None
+    singles: list[Measurement]
 
 
 class Reception:
@@ -28,14 +45,40 @@ class Reception:
         self._checks.retune(specs)
         self._config = config
 
-    def admit(self, measurements: Sequence[Measurement], t: float, oldest: float) -> list[Measurement]:
-        """Return the samples that may be fused now, in order of time; count the others.
+    def admit(self, measurements: Sequence[Measurement], t: float, oldest: float) -> Arrivals:
+        """Return the samples that may be fused now; count the others.
 
         Args:
             measurements: What has arrived.
             t: Now [s].
             oldest: Samples up to then cannot be fused any more [s].
         """
+        scan = None
+        if len(measurements) >= _FEWEST and self._health.is_all_sound:
+            scan, measurements = self._take_scan(measurements, oldest, t + SAME_INSTANT)
+            if scan is not None and not (measurements or self._early):
+                return Arrivals(scan.samples, scan, [])
+        singles = self._admit_singly(measurements, t, oldest)
+        if scan is None:
+            return Arrivals(singles, None, singles)
+        return Arrivals(sorted([*singles, *scan.samples], key=_STAMP), scan, singles)
+
+    def _take_scan(
+        self, measurements: Sequence[Measurement], oldest: float, newest: float
+    ) -> tuple[Scan | None, Sequence[Measurement]]:
+        """Return all samples, else the newest of them, as a scan where they are one, and those left."""
+        if measurements[0].t == measurements[-1].t:
+            scan = self._checks.take_scan(measurements, oldest, newest)
+            if scan is not None:
+                return scan, ()
+        together, others = split_newest(measurements)
+        scan = self._checks.take_scan(together, oldest, newest) if together and others else None
+        return (None, measurements) if scan is None else (scan, others)
+
+    def _admit_singly(
+        self, measurements: Sequence[Measurement], t: float, oldest: float
+    ) -> list[Measurement]:
+        """Return the samples that may be fused now, those that waited for it, too, in order of time."""
         now = t + SAME_INSTANT
         due: list[Measurement] = []
         if self._early:
@@ -43,12 +86,13 @@ class Reception:
             self._early = [sample for sample in self._early if sample.t > now]
         window = Window(oldest, now + self._config.future_tolerance)
         checks, health = self._checks, self._health
+        is_any_off = not health.is_all_sound
         for sample in measurements:
             sensor, t, _, R = sample
             reason = checks.refuse(sample, window)
             if reason:
                 health.note_refusal(sensor, reason)
-            elif not health.is_off(sensor):
+            elif not (is_any_off and health.is_off(sensor)):
                 if R is not None or checks.is_at_end:
                     sample = sample._replace(R=checks.noise(sample))
                 (due if t <= now else self._early).append(sample)

@@ -83,16 +83,20 @@ class Run(NamedTuple):
 class MemoryRecord(ctypes.Structure):
     """What the next sample is judged by, where machine code finds it, too ("struct memory" of ordinary.c).
 
-    ``reference``: innovation of the first of equal samples, (m,). ``repeats``: of the newest sample.
+    ``reference``: innovation of the first of equal samples, (m,). ``values``: of the newest sample, (m,).
+    ``scanned``: samples that came in scans. ``repeats``: of the newest values, said since ``since`` [s].
     ``held``: samples that wait. ``threshold``: of nu' S^-1 nu. ``biased``: of the score of the mean.
     ``limit``: of z, ``jump`` times what is usual. ``usual2``: mean of z^2. ``last``: z.
     """
 
     _fields_ = (
         ("test", ctypes.POINTER(MeanRecord)),
-        ("reference", ctypes.POINTER(ctypes.c_double)),
-        *((name, ctypes.c_int64) for name in ("repeats", "held")),
-        *((name, ctypes.c_double) for name in ("threshold", "biased", "jump", "limit", "usual2", "last")),
+        *((name, ctypes.POINTER(ctypes.c_double)) for name in ("reference", "values")),
+        *((name, ctypes.c_int64) for name in ("scanned", "repeats", "held")),
+        *(
+            (name, ctypes.c_double)
+            for name in ("since", "threshold", "biased", "jump", "limit", "usual2", "last")
+        ),
     )
 
 
@@ -107,33 +111,34 @@ class ShortTerm:
     def __init__(self, sigma: Sequence[float], gate: float, threshold: float = math.inf) -> None:
         """Begin with the noise of every channel, SI, (m,), and the filter's gate [sigma] and its chi^2."""
         self._sigma = [float(s) for s in sigma]
-        self._values: list[float] = []
-        self._run = Run(0, -math.inf, False)
-        self._count = self._changes = 0
-        self._is_frozen = False  # has been found to be
+        self._singly = self._repeated = (
+            0  # samples that came by themselves; of these, such with the same values
+        )
+        self._frozen_since = math.nan  # stamp of the values that were found to be frozen [s]
         self._has_rested = False  # its values have repeated for good reason
         self._held: list[Held] = []
-        self._reference = (ctypes.c_double * len(self._sigma))()
+        channels = ctypes.c_double * len(self._sigma)
+        self._reference, self._values = channels(), channels()
         self.mean, jump = MeanTest(self._sigma), _JUMP * gate
-        of_mean, reference = ctypes.pointer(self.mean.record), self._reference
-        self.record = MemoryRecord(of_mean, reference, 0, 0, threshold, _BIASED * gate, jump, jump, 1.0, 0.0)
+        self.record = MemoryRecord(
+            ctypes.pointer(self.mean.record), self._reference, self._values,
+            since=-math.inf, threshold=threshold, biased=_BIASED * gate, jump=jump, limit=jump, usual2=1.0,
+        )  # fmt: skip
 
     def meet(self, sample: Measurement) -> Run:
         """Compare the values of a new sample with the one before."""
-        values = sample.y.tolist()
-        self._count += 1
-        if values != self._values:
-            if self._run.repeats:
-                self._has_rested |= not self._is_frozen
-                self.record.repeats = 0
-            run = Run(0, sample.t, False)
-            self._values, self._run, self._is_frozen = values, run, False
-            self._changes += 1
-            return run
-        count, since, _ = self._run
-        self._run = Run(count + 1, since, self._changes > _NOVICE and not self._has_rested)
-        self.record.repeats = count + 1
-        return self._run
+        values, record = sample.y.tolist(), self.record
+        self._singly += 1
+        if values != self._values[:] or record.since == -math.inf:
+            if record.repeats:
+                self._has_rested |= self._frozen_since != record.since
+                record.repeats = 0
+            self._values[:], record.since = values, sample.t
+            return Run(0, sample.t, False)
+        self._repeated += 1
+        record.repeats += 1
+        is_unheard_of = self.heard - self._repeated > _NOVICE and not self._has_rested
+        return Run(record.repeats, record.since, is_unheard_of)
 
     def doubt(self, run: Run, nu: Array, z: float) -> str:
         """Return why a sample should not be fused, now or ever; empty when nothing speaks against it.
@@ -146,7 +151,7 @@ class ShortTerm:
         score, biased = self.mean.score, self.record.biased
         if z <= self.record.limit and not (run.repeats or self._held or score > biased):
             return ""
-        if run.repeats and self._count > _NOVICE:
+        if run.repeats and self.heard > _NOVICE:
             moved = self._moved(nu)
             if moved > _STEP or (run.is_unheard_of and run.repeats >= _PATIENCE // 2 and moved > _NOISE):
                 return FROZEN
@@ -167,10 +172,9 @@ class ShortTerm:
         if run.repeats:
             self._has_rested |= run.repeats > _PATIENCE and not doubt
         else:
-            for i, value in enumerate(values):
-                self._reference[i] = value
+            self._reference[:] = [*values]
         if doubt and doubt in (FROZEN, SAME):
-            self._is_frozen |= doubt == FROZEN
+            self._frozen_since = run.since if doubt == FROZEN else self._frozen_since
             return NOTHING
         waiting = self._held
         if doubt == SHIFT:
@@ -179,7 +183,7 @@ class ShortTerm:
             self.mean.clear()
             return Outcome([], [held.sample for held in waiting])
         if is_fused:
-            self.mean.add(sample.t, values, sample.y)
+            self.mean.add(sample.t, values, sample.y.tolist())
         self._get_used_to(z)
         if not waiting:
             return NOTHING
@@ -209,6 +213,11 @@ class ShortTerm:
             return z > _LASTING * self._held[0].normalised
         is_large = z > self.record.limit and z > _SUDDEN * self.record.last
         return bool(is_large and self._in_sigmas(nu) > self.record.jump)
+
+    @property
+    def heard(self) -> int:
+        """Number of samples so far."""
+        return int(self.record.scanned) + self._singly
 
     @property
     def surprised_at(self) -> float:

@@ -25,4 +25,4 @@ def torque_input(tau: Array, n_theta: int) -> Array | None:
     if torque.shape != (n_theta,) or torque.dtype != _FLOAT:
         return None
     values = torque.tolist()
-    return np.array([*values, 1.0]) if all([math.isfinite(value) for value in values]) else None
+    return np.array([*values, 1.0]) if all(map(math.isfinite, values)) else None

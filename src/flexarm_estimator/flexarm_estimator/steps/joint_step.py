@@ -59,6 +59,7 @@ class JointStep:
         self.m = m = len(self.T) - n_x - 1
         self.last = m + n_x
         self._is_bilinear = bool(transition.slopes)
+        self._rows: tuple[Array, Array] | None = None  # C and R that are not in T and noise yet
         spans = () if stack is None else stack.spans
         self.n, self.inputs, self.sensors = n_x, self.V.shape[1], len(spans)
         left, given = m + self.sensors, self.inputs + m
@@ -77,7 +78,9 @@ class JointStep:
 
     def about(self, belief: Belief, u: Array) -> tuple[Array, Array, Array]:
         """Return the tangent at a belief's mean: mean of [y; x; 0], T and noise."""
-        T, V, noise = self.T, self.V, self.noise
+        T, V, noise, m = self.T, self.V, self.noise, self.m
+        if self._rows is not None:
+            (T[:m], noise[:m, :m]), self._rows = self._rows, None
         if self._is_bilinear:
             transition, stack = self._transition.at(belief.x, u), self.stack
             after = transition.A.dot(belief.x) + transition.B.dot(u)
@@ -88,8 +91,7 @@ class JointStep:
 
     def set_rows(self, C: Array, R: Array) -> None:
         """Replace the rows of a step that moves nothing (A = I, Q = 0): C (m, n_x), R (m, m)."""
-        m = self.m
-        self.T[:m], self.noise[:m, :m] = C, R
+        self._rows = C, R
         self._arrays["C"][:], self._arrays["R"][:] = C.T, R
 
 
@@ -165,10 +167,10 @@ class PreparedStep:
         given: Array
         self.record_address, x, P, left, given = step.records.take()  # left: [nu; nis], given: [u; y]
         self.belief, self._left, self._given = Belief(x, P), left, given
+        given[: step.inputs] = u
         if sample is None:
-            given[: step.inputs] = u
             return
-        given[:] = u.tolist() + sample.values
+        given[step.inputs :] = sample.values
         if sample.own:
             self._R = sample.noise()
             self._layout = step.lay_out(self._R)

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import block_diag
 
+from flexarm_estimator.judging.scan import Scan
 from flexarm_estimator.measurement import Measurement
 from flexarm_estimator.state.process import Transition
 from flexarm_estimator.state.sensors import LinearRows
@@ -94,16 +95,21 @@ class StackedSample:
         own: Covariances that samples bring along, by sensor.
     """
 
-    def __init__(self, stack: Stack, samples: Mapping[str, Measurement]) -> None:
-        """Put the samples of ``stack.names`` one below the other."""
-        values: list[float] = []
-        own: dict[str, Array] = {}
+    values: Array | list[float]
+
+    def __init__(self, stack: Stack, samples: Mapping[str, Measurement], scan: Scan | None = None) -> None:
+        """Put the samples of ``stack.names`` one below the other, as they are in a ``scan`` of the same."""
+        self.stack = stack
+        self.own: dict[str, Array] = {}
+        if scan is not None and scan.sensors == stack.names:
+            self.values = scan.values
+            return
+        self.values = []
         for name in stack.names:
             _, _, y, R = samples[name]
-            values += y.tolist()  # on so few numbers cheaper than joining arrays
+            self.values += y.tolist()  # on so few numbers cheaper than joining arrays
             if R is not None:
-                own[name] = R
-        self.stack, self.values, self.own = stack, values, own
+                self.own[name] = R
 
     def innovation(self, x: Array, u: Array) -> Array:
         """Return measured minus predicted, (m,)."""

@@ -41,8 +41,10 @@ class FrozenWatch(Watch):
 
     def look(self, view: View) -> Sequence[Finding]:
         """See Watch."""
-        findings: list[Finding] = []
         cases = self._cases
+        if view.is_ordinary and not cases:
+            return ()
+        findings: list[Finding] = []
         for sensor, _, is_accepted, _, _, reason, since in view.verdicts:
             if reason == FROZEN:
                 findings += self._suspect(sensor, since, view.t)

@@ -57,10 +57,12 @@ class LatencyWatch(Watch):
         self._views.append(view)
         if self._has_frame(view) and len(self._views) < _MOST_BEHIND:
             return ()
+        due = []
         for line in self._lines.values():
-            if line.is_unread:
+            if line.unread >= _FIT_PERIOD:
                 return self._judge(line)
-        due = [line for line in self._lines.values() if line.due_at <= view.t]
+            if line.due_at <= view.t:
+                due.append(line)
         self._follow_tip(at_once=bool(due))
         for line in due:
             line.compare(self._track, view.t)
@@ -146,7 +148,12 @@ class LatencyWatch(Watch):
 
 
 class _Line:
-    """Frames of one camera, and what they say."""
+    """Frames of one camera, and what they say.
+
+    Attributes:
+        due_at: When the next frame can be compared [s]; infinity when none waits.
+        unread: Time over which frames have been compared since the delay was found out [s].
+    """
 
     def __init__(self, camera: str, memory: float) -> None:
         self.camera, self.is_alarmed = camera, False
@@ -154,35 +161,30 @@ class _Line:
         count = round((_LATEST - _EARLIEST) / _STEP) + 1
         self._fit = LatencyFit(np.linspace(_EARLIEST, _LATEST, count), memory)
         self._waiting: deque[tuple[float, Array]] = deque(maxlen=_MOST_WAITING)
-        self._last, self._unread = math.nan, 0.0
-
-    @property
-    def due_at(self) -> float:
-        """When the next frame can be compared [s]; infinity when none waits."""
-        return self._waiting[0][0] + _PATIENCE if self._waiting else math.inf
+        self._last, self.unread, self.due_at = math.nan, 0.0, math.inf
 
     def wait(self, sample: Measurement, delay: float) -> None:
         """Keep a frame until the tip is known around its stamp, which was ``delay`` [s] later."""
         self._waiting.append((sample.t + delay, np.array(sample.y[:3])))
-
-    @property
-    def is_unread(self) -> bool:
-        """Return whether frames of some time have been compared since the delay was found out."""
-        return self._unread >= _FIT_PERIOD
+        self._look_ahead()
 
     def compare(self, track: TipTrack, t: float) -> None:
         """Add the frames that are due at ``t`` [s]."""
         while self.due_at <= t:
             stamp, position = self._waiting.popleft()
+            self._look_ahead()
             if not track.covers(stamp - _LATEST, stamp - _EARLIEST):
                 continue
             since = max(0.0, stamp - self._last) if math.isfinite(self._last) else 0.0
             self._last = stamp
-            self._unread += since
+            self.unread += since
             self._fit.compare(track, stamp, position, since)
 
     def read(self) -> float:
         """Find out the delay; return the time since that was done before [s]."""
-        elapsed, self._unread = self._unread, 0.0
+        elapsed, self.unread = self.unread, 0.0
         self.latency = self._fit.result()
         return elapsed
+
+    def _look_ahead(self) -> None:
+        self.due_at = self._waiting[0][0] + _PATIENCE if self._waiting else math.inf

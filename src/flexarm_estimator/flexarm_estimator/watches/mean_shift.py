@@ -47,7 +47,8 @@ class MeanTest:
         """Begin with the noise of every channel, SI, (m,)."""
         m, least = len(sigma), [(_LEAST * s) ** 2 for s in sigma]
         self._channels = [(ctypes.c_double * m)(*values) for values in (least, (), least, (), ())]
-        self._least, self._mean, self._square, self._low, self._high = self._channels
+        _, self._mean, self._square, self._low, self._high = self._channels
+        self._least = least
         self.record = MeanRecord(m, 0, 0, 0.0, -math.inf, *self._channels)
 
     @property
@@ -62,11 +63,12 @@ class MeanTest:
 
     def add(self, t: float, innovation: list[float], values: Iterable[float]) -> None:
         """Take the innovation of a sample and what it said, (m,) each."""
-        record, means, squares, worst = self.record, self._mean, self._square, 0.0
+        record, means, squares, worst = self.record, self._mean[:], self._square[:], 0.0
         is_early = record.count < EARLY
         slow = 1.0 / (record.count + 1) if is_early else SLOW
-        for i, value in enumerate(innovation):
-            usual, mean, square = squares[i], means[i], value * value
+        channels = zip(innovation, means, squares, self._least, strict=True)
+        for i, (value, mean, usual, least) in enumerate(channels):
+            square = value * value
             if square > OUTLIER2 * usual and not is_early:
                 square = OUTLIER2 * usual
                 value = math.copysign(math.sqrt(square), value)
@@ -75,8 +77,8 @@ class MeanTest:
             if mean * mean > worst * usual:
                 worst = mean * mean / usual
             usual += slow * (square - usual)
-            least = self._least[i]
             squares[i] = usual if usual > least else least
+        self._mean[:], self._square[:] = [*means], [*squares]  # in one go: an element costs as much
         if is_early:
             record.count += 1
         record.score = 0.0 if is_early else math.sqrt(FACTOR * worst)
@@ -86,11 +88,10 @@ class MeanTest:
             self._watch_swing(innovation, values)
 
     def _watch_swing(self, innovation: list[float], values: Iterable[float]) -> None:
-        is_first = not self.record.since
-        for i, (told, value) in enumerate(zip(values, innovation, strict=True)):
-            predicted = told - value
-            self._low[i] = predicted if is_first else min(self._low[i], predicted)
-            self._high[i] = predicted if is_first else max(self._high[i], predicted)
+        predicted = [told - value for told, value in zip(values, innovation, strict=True)]
+        low, high = (self._low, self._high) if self.record.since else (predicted, predicted)
+        self._low[:] = list(map(min, low, predicted))
+        self._high[:] = list(map(max, high, predicted))
         self.record.since += 1
 
     def is_sudden(self, innovation: list[float]) -> bool:

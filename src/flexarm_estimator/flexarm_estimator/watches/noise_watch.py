@@ -81,10 +81,9 @@ class NoiseWatch(Watch):
         windows, now = self._windows, view.t
         for verdict in view.verdicts:
             sensor, _, _, innovation, normalised, _, _ = verdict
-            square = normalised * normalised
-            window = windows.get(sensor)
-            if window is None:
-                window = windows[sensor] = _Window(now)
+            if sensor not in windows:
+                windows[sensor] = _Window(now)
+            window, square = windows[sensor], normalised * normalised
             window.total += square if square < _MOST else _MOST
             window.count += 1
             if window.is_examined:

@@ -47,6 +47,8 @@ class ShiftWatch(Watch):
 
     def look(self, view: View) -> Sequence[Finding]:
         """See Watch."""
+        if view.is_ordinary and not self._cases:
+            return ()
         findings: list[Finding] = []
         for verdict in view.verdicts:
             if verdict.reason == SHIFT:

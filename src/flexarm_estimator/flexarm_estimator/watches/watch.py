@@ -30,6 +30,7 @@ class View(NamedTuple):  # not a dataclass: made in every step
         t: Now [s].
         u: [tau; 1] held until now, (n_u + 1,).
         inputs: The same as the filter has seen them, with what it adds in front.
+        is_ordinary: All verdicts are that the sample was fused.
         belief: State now.
         samples: Of this step that passed the checks, in order of time; also of sensors at fault.
         verdicts: Of the gate on those that were offered to the filter.
@@ -41,6 +42,7 @@ class View(NamedTuple):  # not a dataclass: made in every step
     samples: Sequence[Measurement]
     verdicts: Sequence[Verdict]
     inputs: Array
+    is_ordinary: bool = False
 
 
 @dataclass(frozen=True)
