@@ -27,10 +27,7 @@ from flexarm_bringup.page.figures import standalone
 from flexarm_bringup.page.report import publish
 from flexarm_bringup.processes.session import Session, SessionError, run_session
 from flexarm_bringup.progress import Progress
-from flexarm_bringup.tasks.node_settings import node_settings
-from flexarm_bringup.tasks.task_for import task_for
 
-ARM = "single_link"
 PRESETS = ("geared", "light_hub")
 REAL_TIME_TRIES = 2  # a computer that stands still for 50 ms once makes the guard stop the arm
 
@@ -107,8 +104,7 @@ def _run_sessions(args: argparse.Namespace, progress: Progress) -> list[SessionR
         free_domains(), ((mode, preset) for mode in modes for preset in PRESETS), strict=False
     ):
         name = f"{preset}_{'lockstep' if lockstep else 'real_time'}"
-        settings = node_settings(task_for(ARM), preset)
-        session = Session(base / name, preset, lockstep, ANGLES_DEG, "A", "ZVD", settings, ARM)
+        session = Session(base / name, preset, lockstep, ANGLES_DEG, "A", "ZVD")
         runs.append(_run_session(session, domain, partial(_say_session, progress, name)))
     return runs
 

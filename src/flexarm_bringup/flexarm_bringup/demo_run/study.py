@@ -11,14 +11,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from flexarm_bringup.closed_loop import run_closed_loop
+from flexarm_bringup.closed_loop import LoopSettings, run_closed_loop
 from flexarm_bringup.demo_run.motions import LEAD, Move, motions, out_and_back
 from flexarm_bringup.parallel import run_parallel
 from flexarm_bringup.record import Figures, RunRecord, judge
 from flexarm_bringup.servo_run import run_servo
 from flexarm_bringup.sim.rig import Rig, RigSettings
-from flexarm_bringup.sim_run.study import loop_settings
-from flexarm_bringup.tasks.task_for import task_for
+from flexarm_controller.settings import ControllerConfig
 from flexarm_model.manipulator.body_spec import Beam
 from flexarm_model.manipulator.description import ManipulatorConfig
 from flexarm_model.reading.config import load_config
@@ -104,8 +103,8 @@ def run_job(job: Job) -> list[Outcome]:
         runs = list(_open_loop(config, simulation, angles))
     else:
         moves = out_and_back(angles, "A", "ZVD", motions(damping_ratio(config)))
-        task = task_for(job.manipulator).under(job.preset)
-        record = run_closed_loop(config, moves, loop_settings(task, job.law, simulation))
+        settings = LoopSettings(controller=ControllerConfig(law=job.law), rig=simulation)
+        record = run_closed_loop(config, moves, settings)
         runs = [(move, record) for move in moves]
     return [outcome_of(job, move, record, "in process", tip_reach(config)) for move, record in runs]
 
