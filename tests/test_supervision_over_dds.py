@@ -11,7 +11,7 @@ import pytest
 pytest.importorskip("flexarm_interfaces", reason="needs ROS and flexarm_interfaces")
 from domain_coordinator import domain_id  # noqa: E402
 
-from flexarm_bringup.fault_drill import double_rows, process_rows  # noqa: E402
+from flexarm_bringup.fault_drill import double_rows, live_restart_rows, process_rows  # noqa: E402
 from flexarm_bringup.fault_drill.drill import stand_of  # noqa: E402
 from flexarm_bringup.fault_drill.findings import Finding  # noqa: E402
 from flexarm_bringup.fault_drill.system_stand import SystemStand  # noqa: E402
@@ -19,7 +19,7 @@ from flexarm_bringup.installed import find_executable  # noqa: E402
 from flexarm_bringup.processes.graph import rig_graph  # noqa: E402
 
 pytestmark = [pytest.mark.ros, pytest.mark.slow]
-ROWS = {row.number: row for row in (*process_rows.ROWS, *double_rows.ROWS)}
+ROWS = {row.number: row for row in (*process_rows.ROWS, *live_restart_rows.ROWS, *double_rows.ROWS)}
 
 
 def allowed(finding: Finding) -> float:

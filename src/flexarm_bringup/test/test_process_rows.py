@@ -1,4 +1,4 @@
-"""What row 44 counts when a guard wakes."""
+"""What row 44 counts when a guard wakes, and row 45 when an estimator begins anew."""
 
 from __future__ import annotations
 
@@ -6,6 +6,9 @@ import math
 from types import SimpleNamespace
 from typing import Any
 
+import numpy as np
+
+from flexarm_bringup.fault_drill.live_restart_rows import unsure_states
 from flexarm_bringup.fault_drill.process_rows import passed_since
 
 HIT = 100.0
@@ -27,3 +30,21 @@ def test_commands_that_pass_afterwards_count_and_silence_is_no_proof() -> None:
     told = [(HIT + 1.25, status(HIT + 0.005, 739)), (HIT + 1.3, status(HIT + 1.3, 742))]
     assert passed_since(told, HIT) == 3
     assert passed_since([], HIT) == math.inf
+
+
+def state(stamp: float, sigma: float, status: int = 0) -> Any:
+    """Return the state of one axis: theta, theta' and one more that does not count."""
+    msg = status_at(stamp)
+    msg.covariance = list(np.diag([sigma**2, 1e-8, 9.0]).ravel())
+    msg.status, msg.STARTING, msg.LOST = status, 3, 4
+    return msg
+
+
+def status_at(stamp: float) -> Any:
+    return status(stamp, 0)
+
+
+def test_states_are_unsure_until_the_first_with_a_small_3_sigma_that_may_be_used() -> None:
+    states = [state(0.0, 2.0), state(1.0, 0.5, status=3), state(2.0, 0.5), state(3.0, 2.0)]
+    assert unsure_states(states, np.array([2.0, 1.0]), 3.0) == {0.0, 1.0}
+    assert unsure_states(states, np.array([2.0, 1.0]), 2.9) == {0.0, 1.0, 2.0, 3.0}

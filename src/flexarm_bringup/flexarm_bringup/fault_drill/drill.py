@@ -15,6 +15,7 @@ from flexarm_bringup.fault_drill import (
     flood_rows,
     forgery_rows,
     frame_rows,
+    live_restart_rows,
     live_stop_rows,
     loop_rows,
     message_rows,
@@ -51,8 +52,9 @@ CONTROLLER_ROWS = _in_order(
     *model_rows.ROWS, *command_rows.ROWS, *solver_rows.ROWS, *restart_rows.ROWS, *stop_rows.ROWS
 )
 SYSTEM_ROWS = _in_order(
-    *nodes_rows.ROWS, *process_rows.ROWS, *partition_rows.ROWS, *parameter_rows.ROWS, *bag_rows.ROWS,
-    *forgery_rows.ROWS, *flood_rows.ROWS, *recording_rows.ROWS, *live_stop_rows.ROWS, *double_rows.ROWS,
+    *nodes_rows.ROWS, *process_rows.ROWS, *live_restart_rows.ROWS, *partition_rows.ROWS, *parameter_rows.ROWS,
+    *bag_rows.ROWS, *forgery_rows.ROWS, *flood_rows.ROWS, *recording_rows.ROWS, *live_stop_rows.ROWS,
+    *double_rows.ROWS,
 )  # fmt: skip
 TROUBLE = (
     ArithmeticError,

@@ -1,4 +1,4 @@
-"""Rows about processes: killed, frozen, started again in a motion.
+"""Rows about processes: killed and frozen in a motion.
 
 The graph runs by the clock and is watched as ``flexarm rig`` watches it. Times of torques and of the guard
 are their stamps, which follow the clock; without the rig there are none, and times of arrival count. Evidence
@@ -19,7 +19,6 @@ import numpy as np
 from flexarm_bringup.fault_drill.findings import Finding
 from flexarm_bringup.fault_drill.row import Row
 from flexarm_bringup.fault_drill.system_stand import SystemStand, passes, stamp
-from flexarm_controller.limits import limits_of
 
 if TYPE_CHECKING:
     from flexarm_bringup.fault_drill.heard import Arrival
@@ -36,8 +35,6 @@ IN_FLIGHT = 0.2  # s in which messages of the dead node may still come, and in w
 FADED = 0.05  # of the largest torque before
 WATCHED = 1.0  # s after the hit, and again after everybody is back
 FROZEN = 1.0  # s
-RECOVERY, WINDOW, E0S = 1.0, 0.1, 2.0  # s, s, multiples of e0
-ROUNDED = 1.0 + 1e-9
 
 
 def kills(stand: SystemStand) -> list[Finding]:
@@ -56,21 +53,13 @@ def freezes(stand: SystemStand) -> list[Finding]:
         return [finding for name in STREAMS for finding in _frozen(rig, name)]
 
 
-def restarts(stand: SystemStand) -> list[Finding]:
-    """Kill estimator and controller in a motion, arm again when they are back, move on."""
-    from flexarm_bringup.fault_drill.live_rig_node import live_rig
-
-    with live_rig(stand) as rig:
-        return [finding for name in ("estimator", "controller") for finding in _restarted(rig, name)]
-
-
 def _killed(rig: LiveRig, name: str) -> list[Finding]:
     rig.wait(lambda: rig.has_reserves, "reserves, as after some seconds of work")
-    hit = _hit(rig, name, signal.SIGKILL)
+    hit = strike(rig, name, signal.SIGKILL)
     rig.wait(lambda: name in rig.respawned, f"{name} to be started again")
     began = rig.respawned.pop(name)
-    rig.wait(lambda: bool(_news(rig, name, began)), f"{name} to be back")
-    back = _news(rig, name, began)[0][0] - hit
+    rig.wait(lambda: bool(news(rig, name, began)), f"{name} to be back")
+    back = news(rig, name, began)[0][0] - hit
     rig.listen(WATCHED)
     return [
         *_stopped(rig, name, hit, "killed"),
@@ -79,7 +68,7 @@ def _killed(rig: LiveRig, name: str) -> list[Finding]:
     ]
 
 
-def _news(rig: LiveRig, name: str, began: float) -> list[Arrival]:
+def news(rig: LiveRig, name: str, began: float) -> list[Arrival]:
     """Return what a node has said since it was started again; what is still in flight has older stamps."""
     since = began + IN_FLIGHT
     told = rig.after(STREAMS[name], since)
@@ -87,7 +76,7 @@ def _news(rig: LiveRig, name: str, began: float) -> list[Arrival]:
 
 
 def _frozen(rig: LiveRig, name: str) -> list[Finding]:
-    hit = _hit(rig, name, signal.SIGSTOP)
+    hit = strike(rig, name, signal.SIGSTOP)
     rig.listen(FROZEN)
     findings = _stopped(rig, name, hit, "frozen")
     woken = time.time()
@@ -110,7 +99,7 @@ def passed_since(told: Sequence[Arrival], hit: float) -> float:
     return passed[-1] - passed[0] if passed else math.inf
 
 
-def _hit(rig: LiveRig, name: str, number: int) -> float:
+def strike(rig: LiveRig, name: str, number: int) -> float:
     """Arm, move, send a signal to a node; return when."""
     rig.arm()
     rig.swing()
@@ -175,73 +164,7 @@ def _passed(rig: LiveRig, name: str, hit: float) -> int:
     return sum(passes(a[1]) for a in told if _when(name, a) > hit + SILENCE + NOTICED)
 
 
-def _restarted(rig: LiveRig, name: str) -> list[Finding]:
-    rig.arm()
-    rig.swing()
-    rig.listen(2.0 * WATCHED)
-    e0 = _rms(_tip_errors(rig, -math.inf))
-    _hit(rig, name, signal.SIGKILL)
-    rig.listen(WATCHED)
-    rig.arm()
-    armed = max(at for at, msg in rig.came["guard_status"] if not passes(msg))
-    rig.swing()
-    rig.listen(RECOVERY + WATCHED)
-    torques = np.array([msg.effort for at, msg in rig.after("applied_effort", armed - WINDOW)])
-    rate = limits_of(rig.stand.stand.arm.config).effort_rate * rig.stand.dt
-    return [
-        Finding(
-            f"{name}: cycles under the law while the estimate was not to be trusted", _blind(rig, armed), 0
-        ),
-        Finding(f"{name}: torque step / limit", float((abs(np.diff(torques, axis=0)) / rate).max()), ROUNDED),
-        Finding(
-            f"{name}: tip RMS within {E0S:g} e0 of the estimate again after",
-            _back(rig, armed, e0),
-            RECOVERY,
-            "s",
-        ),
-    ]
-
-
-def _blind(rig: LiveRig, since: float) -> int:
-    """Return how many states were answered by the law though they said not to trust them."""
-    doubtful = {
-        stamp(msg) for _, msg in rig.after("modal_state", since) if msg.status in (msg.LOST, msg.STARTING)
-    }
-    return sum(
-        msg.mode == msg.MPC and stamp(msg) in doubtful for _, msg in rig.after("controller_status", since)
-    )
-
-
-def _back(rig: LiveRig, since: float, e0: float) -> float:
-    """Return from when on the error of the tip stays within ``E0S`` e0 [s]."""
-    errors = _tip_errors(rig, since)
-    bad = [at for at, _ in errors if _rms([e for e in errors if at - WINDOW < e[0] <= at]) > E0S * e0]
-    return max(bad, default=since) - since
-
-
-def _tip_errors(rig: LiveRig, since: float) -> list[tuple[float, float]]:
-    """Return arrival and distance of the estimated tip from the true one [m], by stamp."""
-    true = {stamp(msg): np.array(msg.tip[:3]) for _, msg in rig.came["truth"]}
-    return [
-        (at, float(np.linalg.norm(_position(msg) - true[stamp(msg)])))
-        for at, msg in rig.after("end_effector", since)
-        if stamp(msg) in true
-    ]
-
-
-def _position(msg: object) -> np.ndarray:
-    point = msg.pose.pose.position  # type: ignore[attr-defined]
-    return np.array([point.x, point.y, point.z])
-
-
-def _rms(errors: Sequence[tuple[float, float]]) -> float:
-    return math.sqrt(sum(error**2 for _, error in errors) / max(len(errors), 1))
-
-
 ROWS = (
     Row(43, "a process is killed", "noticed, stopped, back; nothing moves before it is armed", kills, "N"),
     Row(44, "a process freezes for 1 s", "noticed, stopped; no old command is applied", freezes, "N"),
-    Row(
-        45, "estimator or controller killed in a move", "takes over when sure, without a jump", restarts, "N"
-    ),
 )
