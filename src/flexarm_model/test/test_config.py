@@ -322,3 +322,37 @@ def test_a_long_value_does_not_hide_what_is_allowed(tmp_path: Path) -> None:
     assert "sensorz: " in message
     assert "... : unknown key; allowed here: assumed, bodies" in message.replace(" ...:", " ... :")
     assert len(message) < 400 + len(str(tmp_path))
+
+
+@pytest.mark.parametrize(
+    ("changes", "low", "high"),
+    [
+        ({}, -np.radians(170) - 0.6, np.radians(170) + 0.6),  # 0.1 s at 6 rad/s beyond the range
+        ({"velocity: 6 rad/s\n": "velocity: 1 rad/s\n"}, -np.radians(170) - 0.1, np.radians(170) + 0.1),
+        ({"velocity: 6 rad/s\n": "\n"}, -np.radians(510), np.radians(510)),  # as far as the range is wide
+        ({"        lower: -170 deg\n": ""}, -100.0, np.radians(170) + 0.6),
+        ({"        lower: -170 deg\n        upper: 170 deg\n": ""}, -100.0, 100.0),
+        ({"sigma: 20 urad": "sigma: 20 urad, low: -9 rad"}, -9.0, np.radians(170) + 0.6),
+    ],
+)
+def test_an_encoder_says_nothing_that_its_axis_cannot_reach(
+    changes: dict[str, str], low: float, high: float, tmp_path: Path
+) -> None:
+    text = TEXT
+    for old, new in changes.items():
+        assert old in text
+        text = text.replace(old, new)
+    path = tmp_path / "arm.yaml"
+    path.write_text(text, encoding="utf-8")
+    (encoder,) = [sensor for sensor in load_config(path).sensors if sensor.kind == "encoder"]
+    assert (encoder.low, encoder.high) == pytest.approx((low, high))
+
+
+@pytest.mark.parametrize("path", sorted(SINGLE_LINK.parent.glob("*.yaml")), ids=lambda path: path.stem)
+def test_every_range_of_an_axis_is_well_inside_that_of_its_encoder(path: Path) -> None:
+    """The outermost hundredth of half a sensor's range is taken for clipped: no axis may stand there."""
+    config = load_config(path)
+    for sensor in config.sensors:
+        if sensor.kind == "encoder" and np.isfinite((axis := config.axes[sensor.site]).upper - axis.lower):
+            clipped = 0.01 * (sensor.high - sensor.low) / 2
+            assert sensor.low + clipped < axis.lower < axis.upper < sensor.high - clipped

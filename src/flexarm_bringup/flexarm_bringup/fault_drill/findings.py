@@ -14,6 +14,8 @@ import numpy as np
 from flexarm_bringup.fault_drill.stand import Bench, Trace
 from flexarm_estimator.estimate import Estimate
 
+USABLE = ("ok", "degraded")
+
 
 @dataclass(frozen=True)
 class Finding:
@@ -200,6 +202,20 @@ def honest(share: float) -> Measure:
         inside = (trace.t >= trial.start) & (trace.t < trial.end)
         within = float(np.mean(trace.error[inside] <= 3.0 * trace.sigma[inside]))
         return Finding(trial.name("share within 3 sigma"), within, share, at_least=True)
+
+    return measure
+
+
+def honest_while_usable(share: float) -> Measure:
+    """Measure the share within three sigmas of the estimates that a controller would use; all of none."""
+
+    def measure(trial: Trial) -> Finding:
+        """Measure it in the time of the fault."""
+        trace = trial.trace
+        inside = (trace.t >= trial.start) & (trace.t < trial.end)
+        used = inside & np.array([estimate.status in USABLE for estimate in trace.estimates])
+        within = float(np.mean(trace.error[used] <= 3.0 * trace.sigma[used])) if used.any() else 1.0
+        return Finding(trial.name("share within 3 sigma while usable"), within, share, at_least=True)
 
     return measure
 

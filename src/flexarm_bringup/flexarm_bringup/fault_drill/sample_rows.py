@@ -14,6 +14,7 @@ from flexarm_bringup.fault_drill.findings import (
     flagged_within,
     fused_at_most,
     honest,
+    honest_while_usable,
     lost_within,
     recovered_within,
     refused_all,
@@ -33,7 +34,7 @@ SHARES = {CAMERA: 0.1}  # of the samples; a camera takes too few in two seconds 
 SHARE = 0.02
 DENORMAL = 5e-324
 G = 9.80665  # m/s^2
-NO_BOUND = math.inf  # the matrix has none; measured all the same
+IN_DEGREES = SensorFault("wrong", factor=180.0 / math.pi)
 OPEN_LOOP_TIME, OPEN_LOOP_ERROR = 0.2, 2e-3  # s, m
 
 
@@ -192,14 +193,14 @@ ROWS = (
             ),
             Case(
                 one(ENCODER),
-                SensorFault("wrong", factor=180.0 / math.pi),
-                (tip_within(8.0), flagged_within(0.2)),
+                IN_DEGREES,
+                (tip_within(8.0), flagged_within(0.2), fused_at_most(0), honest_while_usable(0.99)),
                 "encoder",
             ),
             Case(
                 one(ACCELEROMETER),
                 SensorFault("wrong", factor=1.0 / G),
-                (tip_within(NO_BOUND),),
+                (tip_within(8.0), flagged_within(0.2)),  # the encoder's: the matrix has none of its own
                 "accelerometer",
             ),
         ),

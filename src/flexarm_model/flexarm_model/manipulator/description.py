@@ -20,6 +20,7 @@ Array = NDArray[np.float64]
 
 AXES = ("tx", "ty", "tz", "rx", "ry", "rz")
 WORLD = "world"
+_RUN_OVER = 0.1  # s at full speed past an end of the range: twice what a guard waits before it stops an arm
 
 
 @dataclass(frozen=True)
@@ -62,6 +63,15 @@ class Axis:
     upper: float = math.inf
     guess: float = 0.0
     damping_ratio: float = 0.0
+
+    @property
+    def possible(self) -> tuple[float, float]:
+        """Lowest and highest position that the axis can have at all, a little beyond its range [rad or m].
+
+        Without a limit of its velocity it may be as far beyond as the range is wide.
+        """
+        beyond = min(_RUN_OVER * self.velocity, self.upper - self.lower)
+        return self.lower - beyond, self.upper + beyond
 
 
 @dataclass(frozen=True)

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from flexarm_model.manipulator.description import Axis
 from flexarm_model.manipulator.sensor_spec import BiasSpec, SensorSpec
 from flexarm_model.settings.strict_yaml import Section
 from flexarm_model.settings.units import axis_dimension, si_unit
@@ -18,7 +19,7 @@ from flexarm_model.settings.units import axis_dimension, si_unit
 POSE_CHANNELS = ("tx", "ty", "tz", "rx", "ry", "rz")
 POSE_UNITS = dict(zip(POSE_CHANNELS, ("m", "m", "m", "rad", "rad", "rad"), strict=True))
 _FAR = 10.0  # no arm reaches this far [m], no rotation vector is that long [rad]
-_MANY_TURNS = 100.0  # rad or m; an encoder may count on
+_MANY_TURNS = 100.0  # rad or m; an encoder of an axis without limits may count on
 _STAMP_DELAY = (-0.1, 1.0)  # what a driver's stamps may be late; a clock that is further off must be set [s]
 
 
@@ -29,26 +30,25 @@ class SensorKind:
     Attributes:
         site: Where it sits: "axis" of a joint, "node" of a body, or "tip" (it watches the tool).
         units: SI unit of each of its possible channels, for a site.
-        read: Reads the rest of its YAML.
+        read: Reads the rest of its YAML: name, site, section; with the axis that it measures if it does.
     """
 
     site: str
     units: Callable[[str], dict[str, str]]
-    read: Callable[[str, str, Section], SensorSpec]
+    read: Callable[[str, str, Section, Axis | None], SensorSpec]
 
 
-def _encoder(name: str, site: str, section: Section) -> SensorSpec:
+def _encoder(name: str, site: str, section: Section, axis: Axis | None) -> SensorSpec:
+    assert axis is not None
     position = axis_dimension(site.split(".")[1], "position")
     sigma = section.quantity("sigma", position, above=0.0)
-    low, high = (
-        section.quantity("low", position, -_MANY_TURNS),
-        section.quantity("high", position, _MANY_TURNS),
-    )
+    low, high = np.clip(axis.possible, -_MANY_TURNS, _MANY_TURNS).tolist()
+    low, high = section.quantity("low", position, low), section.quantity("high", position, high)
     timing, bias = _timing(section), _bias(section, position)
     return SensorSpec(name, "encoder", site, ("position",), np.array([sigma]), *timing, low, high, bias=bias)
 
 
-def _strain_gauge(name: str, site: str, section: Section) -> SensorSpec:
+def _strain_gauge(name: str, site: str, section: Section, _: Axis | None) -> SensorSpec:
     sigma = section.quantity("sigma", "strain", above=0.0)
     reach = section.quantity("range", "strain", 0.02, above=0.0)  # foil gauges end at about 2 %
     limit = section.quantity("limit", "strain", math.inf, above=0.0)
@@ -68,7 +68,7 @@ def _strain_gauge(name: str, site: str, section: Section) -> SensorSpec:
     )
 
 
-def _accelerometer(name: str, site: str, section: Section) -> SensorSpec:
+def _accelerometer(name: str, site: str, section: Section, _: Axis | None) -> SensorSpec:
     sigma = section.quantity("sigma", "acceleration", above=0.0)
     reach = section.quantity("range", "acceleration", above=0.0)
     axes = section.choices("axes", ("x", "y", "z"))
@@ -78,7 +78,7 @@ def _accelerometer(name: str, site: str, section: Section) -> SensorSpec:
     )
 
 
-def _camera(name: str, site: str, section: Section) -> SensorSpec:
+def _camera(name: str, site: str, section: Section, _: Axis | None) -> SensorSpec:
     position = section.quantity("sigma", "length", above=0.0)
     angle = section.quantity("sigma_angle", "angle", above=0.0)
     sigma = np.array([position] * 3 + [angle] * 3)

@@ -234,13 +234,14 @@ def _read_sensor(
     name: str, section: Section, joints: tuple[Joint, ...], bodies: dict[str, Body], tip: NodeRef
 ) -> SensorSpec:
     kind = SENSOR_KINDS[section.choice("kind", tuple(SENSOR_KINDS))]
-    axes = tuple(f"{joint.name}.{axis.name}" for joint in joints for axis in joint.axes)
+    axes = {f"{joint.name}.{axis.name}": axis for joint in joints for axis in joint.axes}
     sites: dict[str, Callable[[], str]] = {
-        "axis": lambda: section.choice("axis", axes),
+        "axis": lambda: section.choice("axis", tuple(axes)),
         "node": lambda: str(_read_node(section, "node", bodies)),
         "tip": lambda: str(tip),
     }
-    sensor = kind.read(name, sites[kind.site](), section)
+    site = sites[kind.site]()
+    sensor = kind.read(name, site, section, axes.get(site))
     sensor = replace(sensor, stamp_delay=read_stamp_delay(section))
     section.done()
     return sensor
