@@ -24,6 +24,8 @@ from flexarm_bringup.faults import chosen_rows
 from flexarm_bringup.sim.plant import Plant
 from flexarm_model.tree.sensors import output_names
 
+STOPPING = (45, 53, 54)  # controller rows that the other arms play, too
+OTHERS = ("spatial_3tpt", "serial_6r", "variable_stiffness")
 FAST = (22, 25, 26, 27, 39, 40, 42)  # of the single link; the others wait for --all
 
 
@@ -42,6 +44,16 @@ def rows_and_machines() -> list[object]:
         for machine in MACHINES
         for family, rows in (("estimator", ESTIMATOR_ROWS), ("controller", CONTROLLER_ROWS))
         for number in rows
+    ] + [
+        pytest.param(
+            "controller",
+            number,
+            machine,
+            id=f"row {number} {machine}",
+            marks=(*marks_of(machine, number), pytest.mark.slow),
+        )
+        for machine in OTHERS
+        for number in STOPPING
     ]
 
 

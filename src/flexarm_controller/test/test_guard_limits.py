@@ -10,7 +10,9 @@ from served_arms import single_link
 
 from flexarm_controller.guard_settings import GuardSettings, guard_limits
 from flexarm_controller.guarding import pose_loads
+from flexarm_controller.guarding.derive import all_at_once
 from flexarm_controller.guarding.hold_rate import FINENESS, largest_hold_rate, spectral_radius
+from flexarm_controller.guarding.loads import Loads
 from flexarm_controller.guarding.pose_loads import PoseLoads, loads_of
 from flexarm_controller.guarding.strain_gauges import StrainGauges
 from flexarm_controller.limits import limits_of
@@ -53,6 +55,31 @@ def test_every_arm_gets_limits_that_its_motors_can_keep(name):
     torque = inertia * [known.deceleration for known in limits.ranges]
     assert (torque <= 0.5 * (1.0 + 1e-9) * described.effort).all()  # rounding
     assert limits.loads.fits(len(described.effort)) and 0.0 < limits.energy < math.inf
+
+
+@pytest.mark.parametrize("name", [*MACHINES[:2], *SLOW])
+def test_all_axes_may_brake_at_once(name):
+    """Whatever the signs, at home and at the named poses; counting M_ii alone serial_6r asks twice that."""
+    limits, tree = guarded(name), tree_of(name)
+    for pose in (tree.config.home, *tree.config.poses.values()):
+        loads = loads_of(linearize(tree, np.array(pose)))
+        asked = abs(np.array(loads.inertia)) @ limits.braking.deceleration + abs(np.array(loads.holding))
+        assert (asked <= np.array(limits.effort) * (1.0 + 1e-9)).all()  # rounding
+
+
+def loads_by_hand(inertia, holding):
+    nothing = (0.0,) * len(holding)
+    return Loads(nothing, holding, (nothing,) * len(holding), inertia, nothing)
+
+
+def test_axes_that_ask_too_much_of_a_motor_give_way_alike():
+    """Motor 2 has 6 of 10 N m left; 0.1, 2 and 4 N m are asked of it: axes 2 and 3 keep 5.9 of 6."""
+    coupled = loads_by_hand(((1.0, 0.1, 0.0), (0.1, 2.0, 4.0), (0.0, 4.0, 20.0)), (0.0, -4.0, 0.0))
+    held = loads_by_hand(coupled.inertia, (0.0, -10.0, 0.0))  # nothing is left: no deceleration would do
+    effort, a = np.array([10.0, 10.0, 100.0]), np.array([1.0, 1.0, 1.0])
+    np.testing.assert_allclose(all_at_once(a, [held, coupled], effort), [1.0, 5.9 / 6.0, 5.9 / 6.0])
+    assert all_at_once(a, [held], effort) is a
+    np.testing.assert_array_equal(all_at_once(0.9 * a, [coupled], effort), 0.9 * a)
 
 
 @pytest.mark.parametrize("name", [*MACHINES[:2], *SLOW])

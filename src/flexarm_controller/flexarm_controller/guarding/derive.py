@@ -1,14 +1,15 @@
 """The guard's limits from the description of an arm.
 
-The largest deceleration that is planned with at an end of a range, ``a``, is what a share ``s`` of the torque
-limit ``tau_max`` gives the inertia at home; less where the weight leaves less, at home or with an axis at an
-end of its range, than that and a quarter, and where twice the strain of a steady ``a`` would be beyond
-the limit of a gauge. A stop elsewhere is planned with ``a_s``, such that reaction costs half its way at a
-quarter of the velocity limit::
+The largest deceleration that one axis is planned with at an end of its range, ``a``, is what a share ``s`` of
+the torque limit ``tau_max`` gives the inertia at home; less where the weight leaves less, at home or with an
+axis at an end of its range, than that and a quarter, and where twice the strain of a steady ``a`` would be
+beyond the limit of a gauge. A stop elsewhere is planned with ``a_s``, such that reaction costs half its way
+at a quarter of the velocity limit, and that all axes may brake at once, there and at the named poses::
 
     a = min(s tau_max / M_ii, (tau_max - |h|) / 1.25 M_ii)      a <= eps_max / 2 |d eps / d theta''|
     b = a t / 2     t = 7 T + (1 + s) tau_max / (d tau / d t)     a <= v_max / t
     a_s = min(a, v_max / 16 t_s)     t_s = 4 T + (1 + s) tau_max / 2 (d tau / d t)
+    |h_i| + sum_j |M_ij| a_s,j <= tau_max,i     less for all j with much of the sum, where it is more
     E = k (v' |M| v / 2 + (|h| v + v' D v) 250 ms)       v: velocity limits
 
 ``b`` covers the time until braking acts, and its taper. ``E``: an arm within its velocity limits takes no
@@ -18,6 +19,7 @@ allows for a payload and for what the links store.
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -26,6 +28,7 @@ from numpy.typing import NDArray
 from flexarm_controller.guarding.hold_rate import largest_hold_rate
 from flexarm_controller.guarding.joint_range import JointRange
 from flexarm_controller.guarding.limits import Braking, GuardLimits
+from flexarm_controller.guarding.loads import Loads
 from flexarm_controller.guarding.pose_loads import loads_of
 from flexarm_controller.limits import Limits, limits_of
 from flexarm_controller.program.equilibrium import build_equilibrium
@@ -44,6 +47,7 @@ TAPER = 4.0  # periods in which braking takes away the rest of a velocity
 HEADROOM = 1.25  # torque left by the weight over torque of the deceleration
 NOTICED = 2.0  # periods by which the drives' velocity is late
 FAST = 0.25  # of the velocity limit: from there on a stop keeps its way
+COUPLED = 0.05  # of the torque left by the weight: an axis that asks more of another's motor gives way
 OVERSHOOT = 2.0  # largest strain over steady strain when a deceleration begins at once
 
 
@@ -87,10 +91,13 @@ def guard_limits(config: ManipulatorConfig, tree: ReducedTree, settings: GuardSe
     home, limits = linearize(tree), limits_of(config)
     ramp = (1.0 + settings.braking_share) * limits.effort / limits.effort_rate
     reaction = (NOTICING + TAPER) * dt + ramp
-    a = np.minimum(_deceleration(tree, home, limits, settings.braking_share), limits.velocity / reaction)
+    loads = [loads_of(home), *_loads(tree, _ends(home, limits))]
+    own = _deceleration(home, loads, limits, settings.braking_share)
+    a = np.minimum(own, limits.velocity / reaction)
     _refuse_weak(config, a)
     noticed = LEAD * dt + NOTICED * dt + ramp / 2.0
-    stopping = np.minimum(a, FAST * limits.velocity / (4.0 * noticed))
+    alone = np.minimum(a, FAST * limits.velocity / (4.0 * noticed))
+    stopping = all_at_once(alone, [*loads, *_loads(tree, config.poses.values())], limits.effort)
     ends = zip(limits.position_low, limits.position_high, a, a * reaction / 2.0, strict=True)
     return GuardLimits(
         effort=_row(limits.effort),
@@ -102,7 +109,7 @@ def guard_limits(config: ManipulatorConfig, tree: ReducedTree, settings: GuardSe
             rate=settings.braking_gain * largest_hold_rate(home, dt),
             lead=LEAD * dt,
         ),
-        loads=loads_of(home),
+        loads=loads[0],
         period=dt,
         max_age=settings.max_age,
         arming_time=settings.arming_time,
@@ -124,33 +131,56 @@ def _refuse_weak(config: ManipulatorConfig, a: Array) -> None:
             )
 
 
-def _deceleration(tree: ReducedTree, home: ReducedModel, limits: Limits, share: float) -> Array:
-    """Return what braking gives the axes wherever they are [rad/s^2] or [m/s^2], (n_theta,)."""
+def all_at_once(a: Array, loads: Iterable[Loads], effort: Array) -> Array:
+    """Return decelerations that all axes may brake with at once [rad/s^2] or [m/s^2], (n_theta,).
+
+    Where they ask too much of a motor, those that ask much of it are made smaller by the same factor.
+
+    Args:
+        a: Of every axis alone, (n_theta,).
+        loads: Of the poses at which they are to be kept; where holding takes all torque they cannot be.
+        effort: Torque limits [N m] or [N], (n_theta,).
+    """
+    for known in loads:
+        spare = effort - abs(np.array(known.holding))
+        for row, left in zip(abs(np.array(known.inertia)), spare, strict=True):
+            asked = row * a
+            much = asked > COUPLED * left
+            if asked.sum() > left > 0.0:
+                a = np.where(much, a * (left - asked[~much].sum()) / asked[much].sum(), a)
+    return a
+
+
+def _deceleration(home: ReducedModel, loads: Sequence[Loads], limits: Limits, share: float) -> Array:
+    """Return what braking gives an axis wherever it is [rad/s^2] or [m/s^2], (n_theta,)."""
     m = home.n_theta
     gauges = [home.outputs.names.index(name) for name in limits.gauges]
     bending = home.outputs.C_pos[gauges, m:] @ build_equilibrium(home).X[m : home.n, 2 * m :]
     with np.errstate(divide="ignore"):
         unstrained = limits.strain[:, None] / (OVERSHOOT * abs(bending))  # (n_gauges, n_theta)
     found = [share * limits.effort / np.diag(home.M)[:m], *unstrained]
-    for model in _models(tree, home, limits):
-        loads = loads_of(model)
-        left = (limits.effort - abs(np.array(loads.holding))) / HEADROOM
-        found.append(left / np.diag(loads.inertia))
+    for known in loads:
+        left = (limits.effort - abs(np.array(known.holding))) / HEADROOM
+        found.append(left / np.diag(known.inertia))
     return np.asarray(np.min(found, axis=0))
 
 
-def _models(tree: ReducedTree, home: ReducedModel, limits: Limits) -> list[ReducedModel]:
-    """Return the arm at home and with one axis at an end of its range, as far as that can be."""
-    models = [home]
+def _ends(home: ReducedModel, limits: Limits) -> Iterator[Array]:
+    """Give the poses with one axis at an end of its range, the others at home."""
     for axis in range(home.n_theta):
         for end in (limits.position_low[axis], limits.position_high[axis]):
             pose = home.pose.copy()
             pose[axis] = end
-            try:
-                models.append(linearize(tree, pose))
-            except (PoseError, ClosureError):  # another axis ends the motion before
-                continue
-    return models
+            yield pose
+
+
+def _loads(tree: ReducedTree, poses: Iterable[Array]) -> Iterator[Loads]:
+    """Give the loads at poses, as far as the arm can be there."""
+    for pose in poses:
+        try:
+            yield loads_of(linearize(tree, pose))
+        except (PoseError, ClosureError):  # another axis ends the motion before
+            continue
 
 
 def _energy(model: ReducedModel, limits: Limits) -> float:
