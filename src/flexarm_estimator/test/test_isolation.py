@@ -14,7 +14,7 @@ from flexarm_estimator.isolation.channels import Channels
 from flexarm_estimator.isolation.consistency_run import NO_OFFSETS, ConsistencyRun
 from flexarm_estimator.isolation.hypotheses import Hypotheses, Rearrangement, rearrangements
 from flexarm_estimator.isolation.investigation import investigate
-from flexarm_estimator.isolation.isolation import Explanation, decide, is_silent, samples_at_limit
+from flexarm_estimator.isolation.isolation import Explanation, decide, is_silent, samples_at_limit, share_said
 from flexarm_estimator.isolation.isolation_watch import IsolationWatch
 from flexarm_estimator.isolation.window import StepMaker, Window
 from flexarm_estimator.judging.gate import Gate
@@ -261,3 +261,11 @@ def test_a_channel_that_is_well_again_is_cleared():
     named, cleared, others = find("sign is flipped", "root_strain", 0.5, end=1.2)
     assert named <= 1.2 < cleared <= 2.4
     assert not others
+
+
+def test_a_channel_that_says_nothing_says_the_least_share_of_what_is_predicted_for_it():
+    t = np.linspace(0.0, 1.0, 50)
+    z = np.sin(20.0 * t)
+    assert share_said(0.5 * z, z) == pytest.approx(0.25)
+    assert share_said(np.where(t < 0.1, 9.0, 1e-3 * z), z) == pytest.approx(1e-6)  # before it has settled
+    assert share_said(np.full(50, np.nan), z) == np.inf  # never the least

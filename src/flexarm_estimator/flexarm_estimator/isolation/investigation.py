@@ -26,6 +26,7 @@ from flexarm_estimator.isolation.isolation import (
     is_silent,
     leave_out_useless,
     samples_at_limit,
+    share_said,
     shortlist,
 )
 from flexarm_estimator.isolation.window import StepMaker, Window
@@ -39,7 +40,7 @@ _UNREMARKABLE = 1.2  # mean squared normalised innovation of any row up to which
 _WELL_EXPLAINED = 1.2  # misfit of a datum that leaves nothing to be explained
 _OFFSET = 5.0, 1.0  # sigmas of noise: offset, and half of its change over the window, of a sound channel
 _OVERWHELMING = 3.0 * CLEAR  # squared sigmas gained that need no comparison with silent channels
-_MOST = 2  # silent channels that are left out in turn
+_MOST = 2  # silent channels that are left out in turn, beside the one that says least of what is expected
 _RIVALS = 2  # others that are left out when something stays unexplained
 
 
@@ -146,7 +147,9 @@ def _explain(
         return told
     noise = case.floor(window)
     order = shortlist(well, hypotheses)
-    candidates = [channel for channel in order if is_silent(window.y[:, channel], noise[channel])][:_MOST]
+    silent = [channel for channel in order if is_silent(window.y[:, channel], noise[channel])]
+    shares = {channel: share_said(window.y[:, channel], well.predicted[:, channel]) for channel in silent}
+    candidates = list(dict.fromkeys([*silent[:_MOST], *sorted(silent, key=shares.__getitem__)[:1]]))
     if told is not None and told.spread > _WELL_EXPLAINED:
         candidates += [channel for channel in order[:_RIVALS] if channel not in candidates]
     explanations += yield from _leave_out(case, window, ignored, well, hypotheses, candidates)

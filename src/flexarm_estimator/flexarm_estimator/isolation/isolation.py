@@ -219,6 +219,12 @@ def is_silent(y: Array, noise: float) -> bool:
     return bool(square <= QUIET**2 * noise * y.size or abs(float(y[1:].dot(y[:-1]))) <= 0.5 * square)
 
 
+def share_said(y: Array, z: Array) -> float:
+    """Return the variance of what a channel said, (k,), over that of what was predicted for it, z (k,)."""
+    settled = np.isfinite(y) & (np.arange(len(y)) >= SETTLING * len(y))
+    return float(y[settled].var() / max(z[settled].var(), 1e-300)) if settled.any() else np.inf
+
+
 def _follows(y: Array, z: Array) -> bool:
     """Return whether a channel shows what the others predict for it."""
     if y.size < AT_LIMIT:
