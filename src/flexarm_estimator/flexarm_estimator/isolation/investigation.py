@@ -40,7 +40,7 @@ _UNREMARKABLE = 1.2  # mean squared normalised innovation of any row up to which
 _WELL_EXPLAINED = 1.2  # misfit of a datum that leaves nothing to be explained
 _OFFSET = 5.0, 1.0  # sigmas of noise: offset, and half of its change over the window, of a sound channel
 _OVERWHELMING = 3.0 * CLEAR  # squared sigmas gained that need no comparison with silent channels
-_MOST = 2  # silent channels that are left out in turn, beside the one that says least of what is expected
+_MOST = 2  # silent channels that are left out in turn, beside the one that says least of what it should
 _RIVALS = 2  # others that are left out when something stays unexplained
 
 
@@ -148,8 +148,10 @@ def _explain(
     noise = case.floor(window)
     order = shortlist(well, hypotheses)
     silent = [channel for channel in order if is_silent(window.y[:, channel], noise[channel])]
-    shares = {channel: share_said(window.y[:, channel], well.predicted[:, channel]) for channel in silent}
-    candidates = list(dict.fromkeys([*silent[:_MOST], *sorted(silent, key=shares.__getitem__)[:1]]))
+    candidates = silent[:_MOST]
+    if told is not None:  # whom it would blame may be sound
+        shares = {channel: share_said(window.y[:, channel], well.predicted[:, channel]) for channel in silent}
+        candidates += [c for c in sorted(silent, key=shares.__getitem__)[:1] if c not in candidates]
     if told is not None and told.spread > _WELL_EXPLAINED:
         candidates += [channel for channel in order[:_RIVALS] if channel not in candidates]
     explanations += yield from _leave_out(case, window, ignored, well, hypotheses, candidates)
