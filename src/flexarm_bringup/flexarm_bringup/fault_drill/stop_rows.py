@@ -183,7 +183,7 @@ def _braked_after(stop: Stop) -> int:
 def _approach(stand: ControllerStand, axis: int, speed: float) -> tuple[Array, Array, bool]:
     """Return position and torque of an axis driven at a share of its speed limit, and if it was stopped.
 
-    The torque is that beyond what holds the arm.
+    The torque that is returned is that beyond what holds the arm, and so is the one that drives it.
     """
     hardware = _at_start(stand)
     guard, limits = hardware.guard, stand.limits
@@ -193,7 +193,7 @@ def _approach(stand: ControllerStand, axis: int, speed: float) -> tuple[Array, A
     span = limits.position_high[axis] - limits.position_low[axis]
     rows, stopped = [], False
     for k in range(round(APPROACH * span / abs(wanted[axis]) / stand.dt)):
-        push = STIFF * inertia * (wanted - hardware.motors.theta_dot)
+        push = guard.holding + STIFF * inertia * (wanted - hardware.motors.theta_dot)
         hardware.choose_torque(GuardCommand(hardware.t, k, 1, tuple(map(float, push))))
         rows.append((hardware.rig.plant.theta[axis], hardware.tau[axis] - guard.holding[axis]))
         stopped |= guard.mode != ARMED
