@@ -1,5 +1,6 @@
 """Figures of a run by the clock, and the processes and the description that it starts with."""
 
+import argparse
 import os
 import subprocess
 import sys
@@ -10,7 +11,7 @@ import pytest
 import yaml
 
 from flexarm_bringup.realtime.answered import AnsweredPeriods
-from flexarm_bringup.realtime.command import to_and_fro, write_manipulator
+from flexarm_bringup.realtime.command import add_arguments, chosen_settings, to_and_fro, write_manipulator
 from flexarm_bringup.realtime.figures import Counts, Figures
 from flexarm_bringup.realtime.late_cycles import LateCycles
 from flexarm_bringup.realtime.processes import command_line, processes
@@ -131,6 +132,22 @@ def test_the_reference_fills_the_time_and_comes_back():
 
 
 GIVEN = {"controller": {"period": 0.002, "law": "mpc", "delay_periods": 2}, "estimator": {"gate": 30.0}}
+
+
+@pytest.mark.parametrize(
+    ("asked", "delay", "period", "is_tuned"),
+    [("", 2, 0.005, True), ("--delay 1", 1, 0.005, True), ("--rate 500", 2, 0.002, False)],
+)
+def test_the_nodes_get_what_was_chosen_for_the_arm_at_its_own_rate(
+    asked: str, delay: int, period: float, is_tuned: bool
+) -> None:
+    parser = argparse.ArgumentParser()
+    add_arguments(parser)
+    settings = chosen_settings(parser.parse_args(asked.split()))
+    assert settings["controller"]["delay_periods"] == delay
+    assert settings["controller"]["period"] == pytest.approx(period)
+    assert ("stiffness_modes" in settings.get("estimator", {})) == is_tuned
+    assert ("input_jerk" in settings["controller"]) == is_tuned
 
 
 def test_two_nodes_in_one_process_keep_their_names_and_parameters(tmp_path):

@@ -55,8 +55,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add rate, length, load and how the nodes are composed."""
     parser.add_argument("--preset", default="geared", help="preset of the single link (default: geared)")
     parser.add_argument(
-        "--rate", type=number(above=0.0), default=0.0, metavar="HZ", help="control rate (default: its own)"
-    )
+        "--rate", type=number(above=0.0), default=0.0, metavar="HZ",
+        help="control rate, with the nodes' default weights (default: its own, with the arm's)",
+    )  # fmt: skip
     parser.add_argument(
         "--minutes", type=number(above=0.0), default=1 / 3, metavar="M", help="how long (default: 20 s)"
     )
@@ -109,11 +110,16 @@ def measure(args: argparse.Namespace, folder: Path) -> Figures:
 def chosen_settings(args: argparse.Namespace) -> dict[str, dict[str, Any]]:
     """Return the parameters of the nodes, by node: what was chosen for the arm, but for what was asked for.
 
+    Weights and horizon were chosen for the arm's own rate; at another one the defaults are used.
+
     Raises:
         ConfigError: There is no such preset.
     """
     settings = node_settings(task_for(ARM), args.preset)
-    asked = {"law": args.law, "delay_periods": args.delay, "period": 1.0 / args.rate if args.rate else None}
+    if args.rate:
+        delay = settings["controller"]["delay_periods"]
+        settings = {"controller": {"period": 1.0 / args.rate, "delay_periods": delay}}
+    asked = {"law": args.law, "delay_periods": args.delay}
     settings["controller"].update({key: value for key, value in asked.items() if value is not None})
     return settings
 
