@@ -72,7 +72,8 @@ class Arm:
         path: Name or file.
         signs: Which way every axis turns.
         ramp: Share of the time that the axes accelerate, and brake; what their velocity limits leave.
-        settings: Of controller and estimator where the arm has no moves file.
+        settings: Of controller and estimator where the arm has no moves file: these alone, not what an arm
+            that nobody has tuned gets beside them.
     """
 
     path: str
@@ -119,9 +120,7 @@ def task_of(arm: Arm, duration: float, kind: str, changes: Mapping[str, bool]) -
     task = task_for(arm.path)
     profile = Trapezoid(1.0, duration, arm.ramp * duration, arm.ramp * duration)
     move = ByAxes({axis: sign * ANGLE for axis, sign in arm.signs.items()}, profile)
-    settings = {name: dict(values) for name, values in task.settings.items()}
-    for name, values in arm.settings.items():
-        settings.setdefault(name, {}).update(values)
+    settings = {name: dict(values) for name, values in (arm.settings or task.settings).items()}
     settings.setdefault("estimator", {})["filter"] = kind
     settings.setdefault("schedule", {})["angle"] = NEW_MODEL
     settings.setdefault("mpc", {}).update(changes)

@@ -3,9 +3,11 @@
 When doubts of the state come in a row (``gate``), the recent past is played again under one hypothesis after
 the other (``search``), a piece at every tick.
 
-Where that names nobody, the sensors contradict each other: none is excluded, and while one of those that
-locate the axes is among them the state must not be used. A sensor that is excluded is compared on, without
-being fused, and readmitted when it has agreed with the others for ``distrust``.
+Where that names nobody, the sensors contradict each other, or the arm moves otherwise than the model says, as
+a served model does on a fast move: then all of them contradict every past that is played without a doubt, but
+those that locate the axes agree with the state in use, which was widened on the way. None is excluded; the
+state must not be used while one that locates the axes contradicts both. A sensor that is excluded is compared
+on, without being fused, and readmitted when it has agreed with the others for ``distrust``.
 """
 
 from __future__ import annotations
@@ -18,6 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexarm_estimator.exclusion.agreement import Comparison, compare
+from flexarm_estimator.exclusion.replay import refused_sensors
 from flexarm_estimator.exclusion.search import Search
 from flexarm_estimator.history import SAME_INSTANT, History, Instant
 from flexarm_estimator.judging.gate import Gate
@@ -54,7 +57,7 @@ class FaultExclusion:
         """Forget everything at ``t`` [s]."""
         self._search: Search | None = None
         self._next, self._undecided_at = t, -math.inf
-        self._disagreeing: frozenset[str] = frozenset()
+        self._disagreeing = self._refused = frozenset[str]()
         self._excluded: dict[str, _Excluded] = {}
         self._readmitted: dict[str, _Excluded] = {}
 
@@ -66,7 +69,7 @@ class FaultExclusion:
     def contradiction(self, t: float) -> str:
         """Return which sensors contradict each other about where the axes are; empty when none do."""
         is_current = t - self._undecided_at <= _CURRENT or self._search is not None
-        if not (is_current and self._health.locates(self._disagreeing)):
+        if not (is_current and self._health.locates(self._disagreeing & self._refused)):
             return ""
         return f"{', '.join(sorted(self._disagreeing))} cannot be reconciled with the others"
 
@@ -89,15 +92,17 @@ class FaultExclusion:
 
     def _begin(self, t: float, history: History, parts: Parts) -> None:
         if t - self._undecided_at > _CURRENT:  # the search before was about something else
-            self._disagreeing = frozenset()
+            self._disagreeing = self._refused = frozenset()
         self._search = Search(self._gate, self._health, history, parts)
 
     def _conclude(self, search: Search, t: float) -> list[Finding]:
         replay = search.outcome
         if replay is None:
             self._undecided_at, self._disagreeing = t, search.disagreeing or self._disagreeing
+            self._refused = refused_sensors(search.history.instants)
             return []
-        self._undecided_at, self._disagreeing = -math.inf, frozenset()
+        self._undecided_at = -math.inf
+        self._disagreeing = self._refused = frozenset()
         search.history.instants[:] = replay.instants
         self._gate.calm()
         faulty = replay.without

@@ -112,8 +112,7 @@ class Replay:
     @property
     def disagreeing(self) -> frozenset[str]:
         """Sensors that do not agree with the state, whatever those say that were not played yet."""
-        few = {name: max(_FEW, _SPIKES * count) for name, count in self._offered.items()}
-        return frozenset(name for name, count in self._refused.items() if count > few[name])
+        return _more_than_spikes(self._refused, self._offered)
 
     @property
     def is_consistent(self) -> bool:
@@ -193,6 +192,17 @@ def heard_sensors(instants: Sequence[Instant]) -> list[str]:
     """Return the sensors that were heard, in order."""
     found = (name for instant in instants[1:] for name in (*instant.refused, *instant.fused))
     return list(dict.fromkeys(found))
+
+
+def refused_sensors(instants: Sequence[Instant]) -> frozenset[str]:
+    """Return the sensors that do not agree with the state in use, widened where it was doubted."""
+    refused = Counter(chain.from_iterable(instant.refused for instant in instants))
+    fused = Counter(chain.from_iterable(instant.fused for instant in instants))
+    return _more_than_spikes(refused, refused + fused)
+
+
+def _more_than_spikes(refused: Counter[str], offered: Counter[str]) -> frozenset[str]:
+    return frozenset(name for name, count in refused.items() if count > max(_FEW, _SPIKES * offered[name]))
 
 
 def _offered(instant: Instant, without: str = "") -> dict[str, Measurement]:
