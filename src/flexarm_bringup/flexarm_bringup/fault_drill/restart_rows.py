@@ -97,8 +97,8 @@ def _run(stand: ControllerStand, restarted: str, k0: int) -> Run:
         rows.append((error, np.array(hardware.tau), command.mode, sigma))
         samples = hardware.advance()
         hardware.choose_torque(command.for_guard(k + 1, 1))
-    error, tau, modes, sigma = zip(*rows, strict=True)
-    return Run(np.array(error), np.array(tau), modes, np.array(sigma), hardware.guard.reason)
+    errors, torques, modes, sigmas = zip(*rows, strict=True)
+    return Run(np.array(errors), np.array(torques), modes, np.array(sigmas), hardware.guard.reason)
 
 
 ROWS = (

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from operator import le
 from struct import Struct
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -56,7 +56,8 @@ class Panel:
 
     def read(self, measurements: Sequence[Measurement], t: float) -> bytes:
         """Return what the sensors say at ``t`` [s] (``Scan.data``); nothing if one wants a closer look."""
-        said, array = [], np.ndarray
+        said: list[Any] = []  # arrays are buffers
+        array = np.ndarray
         for (_, stamp, y, R), shape in zip(measurements, self._shapes, strict=False):
             if stamp != t or R is not None or type(y) is not array or y.dtype != _FLOAT or y.shape != shape:
                 return b""
