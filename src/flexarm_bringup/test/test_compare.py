@@ -101,3 +101,14 @@ def test_a_recording_may_end_in_the_middle_of_an_instant(tmp_path: Path) -> None
     longer = check_bag(write_bag(tmp_path / "longer", 6))
     assert compare_bags(whole, longer, [JOINTS, MODAL]).is_equal
     assert not compare_bags(longer, whole, [JOINTS, MODAL]).is_equal
+
+
+def test_a_node_that_ended_just_before_the_others_may_go_on_in_the_other_bag(tmp_path: Path) -> None:
+    whole = check_bag(write_bag(tmp_path / "bag", 20))
+    cut = without(without(whole, MODAL, 19 * PERIOD_NS), MODAL, 18 * PERIOD_NS)
+    assert compare_bags(cut, whole, [JOINTS, MODAL]).is_equal
+    early = cut
+    for k in range(5, 18):
+        early = without(early, MODAL, k * PERIOD_NS)
+    assert not compare_bags(early, whole, [JOINTS, MODAL]).is_equal
+    assert not compare_bags(whole, cut, [JOINTS, MODAL]).is_equal

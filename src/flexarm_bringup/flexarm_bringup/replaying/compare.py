@@ -3,13 +3,14 @@
 Two numbers a, b of a field agree when ``|a - b| <= atol + rtol |a|``; NaN agrees with NaN; strings,
 integers and lengths must be equal. Messages are paired by topic, stamp and order, so that one that
 is missing or too many is named and does not shift the rest; the time of their arrival does not matter.
-A recording may end in the middle of an instant: from its last stamp on, numbers of messages are free.
+A recording may end in the middle of an instant: from its last stamp on, numbers of messages are free. Nodes
+do not end all at once: a topic that ends within ``CLOSING_NS`` of the recording may go on in the other bag.
 """
 
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, fields, is_dataclass
 from fnmatch import fnmatchcase
 from itertools import chain
@@ -22,6 +23,7 @@ from flexarm_bringup.bags.cdr import header_stamp_ns
 from flexarm_bringup.topics import NAMESPACE, find_stream
 
 IGNORED = float("inf")
+CLOSING_NS = 50_000_000  # so long the drives move on without a command, and the clock of lockstep with them
 
 
 @dataclass(frozen=True)
@@ -114,15 +116,24 @@ def compare_bags(
     rank = {topic: i for i, topic in enumerate(topics)}
     divergences = []
     compared = dict.fromkeys(topics, 0)
-    end_ns = max((stamp_ns for _, stamp_ns in ours), default=0)
+    ends = _ends(ours, topics)
     for key in sorted({*ours, *theirs}, key=lambda key: (key[1], rank[key[0]])):
         topic, stamp_ns = key
         compared[topic] += min(len(ours[key]), len(theirs[key]))
         differences = _differences(topic, ours[key], theirs[key], tolerances)
-        if stamp_ns < end_ns:
+        if stamp_ns < ends[topic]:
             differences = chain(_surplus(ours[key], theirs[key]), differences)
         divergences += [Divergence(stamp_ns, topic, field, text) for field, text in differences]
     return Comparison(compared, tuple(divergences))
+
+
+def _ends(groups: Iterable[tuple[str, int]], topics: Sequence[str]) -> dict[str, int]:
+    """Return from which stamp on [ns] numbers of messages are free, by topic."""
+    last = dict.fromkeys(topics, 0)
+    for topic, stamp_ns in groups:
+        last[topic] = max(last[topic], stamp_ns)
+    end_ns = max(last.values(), default=0)
+    return {topic: at + 1 if end_ns - CLOSING_NS < at < end_ns else end_ns for topic, at in last.items()}
 
 
 def grouped(bag: Bag, topics: Sequence[str]) -> defaultdict[tuple[str, int], list[Record]]:
