@@ -16,10 +16,6 @@ _THROWN = (
     "motors 2 and 3 at their limits against each other ask 147 of its 150 N m of motor 5, twice that while "
     "the drives swing: axis 5 is thrown on until their torques have turned (docs/guard.md, Measured)"
 )
-_AT_ONCE = (
-    "a new estimator says ok at once, and a law that was at work goes on: 2 cycles with 3 sigma of 138 and "
-    "29 deviations, of at most 20; with nodes the guard stops the arm meanwhile"
-)
 _LATE = (
     "e0 is 17 um, so 2 e0 is less than the 50 um of one frame of the camera; a new estimator is back within "
     "it after 1.9 s instead of 1 s, off by 0.10 mm meanwhile"
@@ -31,7 +27,6 @@ MISSED = {
     ("single_link", 17): _CAMERA,
     ("serial_6r", 45): _LATE,
     ("serial_6r", 53): _THROWN,
-    ("variable_stiffness", 45): _AT_ONCE,
 }
 WITH_NODES = {  # of every machine
     43: "where others use the cores (3RRR, load 8 to 12) the first message of a node came after 2.1 and 3.3 "
