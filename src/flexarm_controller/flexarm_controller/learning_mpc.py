@@ -25,7 +25,7 @@ from flexarm_model.served.reduced_model import ReducedModel
 
 Array = NDArray[np.float64]
 Steps = tuple[tuple[int, ...], tuple[int, ...]]  # of stiffness and of inertia; none before the first state
-KEPT = 24  # programs; the oldest gives way
+KEPT = 10  # programs of 0.3 MB; the one not used for longest gives way
 
 
 class LearningMpc:
@@ -63,11 +63,11 @@ class LearningMpc:
         steps = self._learn(state, reference)
         if steps == self._steps:
             return
-        if steps not in self._programs:
-            while len(self._programs) >= KEPT:
-                del self._programs[next(iter(self._programs))]
-            self._programs[steps] = self._build(steps)
-        self._steps, self._mpc = steps, self._programs[steps]
+        found = self._programs.pop(steps, None)
+        while len(self._programs) >= KEPT:
+            del self._programs[next(iter(self._programs))]
+        self._mpc = self._programs[steps] = found or self._build(steps)
+        self._steps = steps
 
     def _learn(self, state: ArmState, reference: Reference) -> Steps:
         (stiffness, inertia), (softer, heavier) = self._steps, self._sizes
