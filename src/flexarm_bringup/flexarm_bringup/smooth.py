@@ -27,7 +27,7 @@ from flexarm_bringup.page.report import Cells, Column, Page, Table, add_report_a
 from flexarm_bringup.progress import Progress
 
 Array = NDArray[np.float64]
-LAG = 0.3  # s
+LAG, LONGEST = 0.3, 1.8  # s; an estimator keeps two seconds of its past
 UNUSABLE = 2
 MICRO = 1e6
 
@@ -37,7 +37,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("bag", type=Path, help="folder of a recorded bag")
     parser.add_argument(
         "--lag",
-        type=number(above=0.0),
+        type=number(above=0.0, at_most=LONGEST),
         default=LAG,
         metavar="S",
         help=f"how far later counts (default: {LAG} s)",

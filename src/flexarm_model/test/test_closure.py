@@ -8,7 +8,7 @@ from arms import arm
 from machines import machine, machine_tree
 
 from flexarm_model.served.linearize import close_at
-from flexarm_model.tree.closure import close_loops, null_space
+from flexarm_model.tree.closure import close_loops, null_space, solve_positions
 from flexarm_model.tree.closure_error import ClosureError
 from flexarm_model.tree.reduced_tree import ReducedTree
 
@@ -58,8 +58,18 @@ def test_legs_that_cannot_reach_are_refused_by_name() -> None:
     tree = machine_tree("planar_3rrr")
     q = tree.loops.home.copy()
     q[tree.actuated] += [3.0, 0.0, 0.0]
-    with pytest.raises(ClosureError, match="planar_3rrr"):
+    with pytest.raises(
+        ClosureError, match=r"planar_3rrr: .* this pose: \d\S* m or rad stay open after 50 iter"
+    ):
         close_loops(tree.constraints, q, tree.loops.dependent, "planar_3rrr")
+
+
+def test_a_home_that_cannot_close_is_refused_with_its_gap() -> None:
+    rows = np.array([0.25]), np.array([[0.0, 0.0]])
+    with pytest.raises(
+        ClosureError, match=r"at home the loops do not close: 0.25 m or rad stay open after 50 it"
+    ):
+        solve_positions(lambda q: rows, np.zeros(2), np.array([0]), "at home")
 
 
 def test_a_loop_that_moves_with_the_motors_held_is_singular() -> None:

@@ -135,7 +135,7 @@ def solve_positions(evaluate: Evaluate, start: Array, movable: NDArray[np.intp],
         step = np.linalg.lstsq(G[:, movable], -c, rcond=RANK_TOLERANCE)[0]
         q[movable] += step * min(1.0, LONGEST_STEP / max(abs(step).max(), 1e-300))
     raise ClosureError(
-        f"{what} the loops do not close: {abs(evaluate(q)[0]).max():.3g} m or rad stay open "
+        f"{what} the loops do not close: {abs(evaluate(q)[0]).max():.3g} m or rad stay open after "
         f"{ITERATIONS} iterations; set 'guess' of the passive axes nearer, or check the lengths"
     )
 
