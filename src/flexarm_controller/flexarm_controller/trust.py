@@ -3,7 +3,6 @@
 What counts is ``3 sigma`` of every coordinate of the state, in deviations that cost 1 (the weights of the
 predictive controller): an estimator that has just begun anew vouches for its state long before it knows the
 modes. Once the law has taken over, a growing sigma does not stop it: that is the estimator's own judgement.
-One that leaps from sure to unsure within a period is that of an estimator that has begun anew.
 """
 
 from __future__ import annotations
@@ -16,15 +15,14 @@ from flexarm_controller.settings import MpcConfig
 from flexarm_model.served.reduced_model import ReducedModel
 
 Array = NDArray[np.float64]
-LEAP = 5.0  # times 3 sigma of the period before: what is forgotten, not what is unlearned
 
 
 class Trust:
-    """Opens once the estimate is sure, closes when it was interrupted or has begun anew."""
+    """Opens once the estimate is sure, closes when it was interrupted."""
 
     def __init__(self, limit: float) -> None:
         """Open at ``3 sigma <= limit`` in deviations that cost 1."""
-        self._limit, self._is_open, self._before = limit, False, 0.0
+        self._limit, self._is_open = limit, False
 
     def close(self) -> None:
         """Ask for a sure estimate again."""
@@ -37,12 +35,9 @@ class Trust:
             sigma: Of x = [theta; eta; theta'; eta'], (2 n,), or (0,).
             scale: Cost of a deviation, its square root, (2 n,).
         """
-        if not sigma.size:
+        if self._is_open or not sigma.size:
             return ""
-        before, largest = self._before, float(3.0 * (sigma * scale).max())
-        self._before = largest
-        if self._is_open and largest <= max(self._limit, LEAP * before):
-            return ""
+        largest = float(3.0 * (sigma * scale).max())
         self._is_open = largest <= self._limit
         if self._is_open:
             return ""
