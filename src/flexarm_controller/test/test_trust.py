@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+
 from flexarm_controller.trust import Trust
 
 LIMIT = 20.0  # deviations that cost 1, at 3 sigma
