@@ -18,7 +18,7 @@ _THROWN = (
 )
 _AT_ONCE = (
     "a new estimator says ok at once, and a law that was at work goes on for some cycles (11 and 2) with 3 "
-    "sigma above the limit; to leave it when sigma leaps would leave it in fast moves, too, where the state is "
+    "sigma above the limit; to leave it when sigma leaps would leave it in fast moves, too, where a state is "
     "widened (docs/nonlinear.md, two links: 71 mm off its path instead of 20)"
 )
 _LATE = (
