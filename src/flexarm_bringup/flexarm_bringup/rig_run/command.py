@@ -14,7 +14,6 @@ from __future__ import annotations
 import argparse
 import math
 import os
-import signal
 import sys
 import time
 from collections.abc import Callable
@@ -23,6 +22,7 @@ from datetime import datetime
 from pathlib import Path
 
 from flexarm_bringup.arguments import new_folder, number, output_folder
+from flexarm_bringup.processes.asked_to_end import noting_signals
 from flexarm_bringup.processes.doubles import refuse_doubles
 from flexarm_bringup.processes.graph import Process, with_drift, with_markers
 from flexarm_bringup.processes.supervisor import Supervisor
@@ -40,7 +40,6 @@ examples:
 """
 OK, ENDED, REFUSED = 0, 1, 2
 REFUSALS = (2, 3)  # of a node: wrong configuration, name taken
-ENDING = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 LOOK_PERIOD = 0.01  # s between two looks at the processes
 
 
@@ -71,31 +70,23 @@ def run(args: argparse.Namespace) -> int:
         """Print a line with the time since the start."""
         print(f"[{time.monotonic() - started:6.2f} s] {text}", flush=True)
 
-    try:
-        graph = _graph(args)
-        for ending in ENDING:
-            signal.signal(ending, signal.default_int_handler)
-        for key, value in defaults().items():
-            os.environ.setdefault(key, value)  # who watches is one of them
-        refuse_doubles(graph)
-        supervisor = Supervisor(graph, args.log or _log_folder())
-    except (ConfigError, FileNotFoundError, NameTakenError) as error:
-        print(f"flexarm rig: {error}", file=sys.stderr)
-        return REFUSED
-    except KeyboardInterrupt:
-        say("ended before all were started")
-        return OK
-    code = OK
-    try:
-        say(f"{', '.join(supervisor.pids)} started; logs: {supervisor.log('*')}")
-        code = _watch(supervisor, say, args.seconds)
-    except KeyboardInterrupt:
-        say("ending")
-    finally:
-        for ending in ENDING:
-            signal.signal(ending, signal.SIG_IGN)  # who is impatient must not keep us from ending all
-        supervisor.stop()
-    say("ended: " + ", ".join(f"{name} {ended}" for name, ended in supervisor.exit_codes().items()))
+    with noting_signals() as asked_to_end:
+        try:
+            graph = _graph(args)
+            for key, value in defaults().items():
+                os.environ.setdefault(key, value)  # who watches is one of them
+            refuse_doubles(graph)
+            if asked_to_end():
+                say("ended before any was started")
+                return OK
+            supervisor = Supervisor(graph, args.log or _log_folder())
+        except (ConfigError, FileNotFoundError, NameTakenError) as error:
+            print(f"flexarm rig: {error}", file=sys.stderr)
+            return REFUSED
+        with supervisor:
+            say(f"{', '.join(supervisor.pids)} started; logs: {supervisor.log('*')}")
+            code = _watch(supervisor, say, args.seconds, asked_to_end)
+        say("ended: " + ", ".join(f"{name} {ended}" for name, ended in supervisor.exit_codes().items()))
     return code
 
 
@@ -117,13 +108,21 @@ def _log_folder() -> Path:
     return root / f"flexarm-{datetime.now():%Y%m%d-%H%M%S}-{os.getpid()}"
 
 
-def _watch(supervisor: Supervisor, say: Callable[[str], None], seconds: float | None) -> int:
+def _watch(
+    supervisor: Supervisor,
+    say: Callable[[str], None],
+    seconds: float | None,
+    asked_to_end: Callable[[], bool],
+) -> int:
     """Tell what happens until somebody ends it, or an essential process has ended for good."""
     from flexarm_bringup.rig_run.watch_node import watching
 
     end = time.monotonic() + (math.inf if seconds is None else seconds)
     with watching(tuple(supervisor.pids), say) as watch, supervisor.telling(watch.stop_motion):
         while time.monotonic() < end:
+            if asked_to_end():
+                say("ending")
+                break
             watch.spin(LOOK_PERIOD)
             if watch.all_ready:
                 supervisor.provide()
