@@ -16,11 +16,6 @@ _THROWN = (
     "motors 2 and 3 at their limits against each other ask 147 of its 150 N m of motor 5, twice that while "
     "the drives swing: axis 5 is thrown on until their torques have turned (docs/guard.md, Measured)"
 )
-_AT_ONCE = (
-    "a new estimator says ok at once, and a law that was at work goes on for some cycles (11 and 2) with 3 "
-    "sigma above the limit; to leave it when sigma leaps would leave it in fast moves, too, where a state is "
-    "widened (docs/nonlinear.md, two links: 71 mm off its path instead of 20)"
-)
 _LATE = (
     "e0 is 17 um, so 2 e0 is less than the 50 um of one frame of the camera; a new estimator is back within "
     "it after 1.9 s instead of 1 s, off by 0.10 mm meanwhile"
@@ -30,13 +25,10 @@ MISSED = {
     ("single_link", 4): _CAMERA,
     ("single_link", 9): _CAMERA,
     ("single_link", 17): _CAMERA,
-    ("planar_3rrr", 45): _AT_ONCE,
-    ("variable_stiffness", 45): _AT_ONCE,
     ("serial_6r", 45): _LATE,
     ("serial_6r", 53): _THROWN,
 }
 WITH_NODES = {  # of every machine
-    45: "in one process the law goes on with a new estimator; with nodes the guard stops the arm meanwhile",
     43: "where others use the cores (3RRR, load 8 to 12) the first message of a node came after 2.1 and 3.3 "
     "s (2) in 2 of 13 kills; alone both arms keep all",
 }

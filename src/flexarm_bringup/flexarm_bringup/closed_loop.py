@@ -242,5 +242,5 @@ def arm_state(estimate: Estimate) -> ArmState:
     sigma = np.sqrt(estimate.P.diagonal()[: 2 * at.n])
     return ArmState(
         estimate.t, estimate.model_id, x[at.theta], x[at.eta], x[at.theta_dot], x[at.eta_dot], x[at.d],
-        usable, estimate.reason, sigma, x[at.s], stiffness,
+        usable, estimate.reason, sigma, x[at.s], stiffness, estimate.age,
     )  # fmt: skip

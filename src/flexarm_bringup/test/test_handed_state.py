@@ -25,7 +25,7 @@ def estimate(rng: np.random.Generator, status: str = "ok", **parts: int) -> Esti
     layout = StateLayout(MODEL.n, MODEL.n_theta, biases=("root_strain.axial",), **parts)
     root = rng.normal(size=(layout.n_x, layout.n_x))
     return Estimate(
-        1.0, MODEL.model_id, rng.normal(size=layout.n_x), root @ root.T, layout, status, "why", (),
+        1.0, MODEL.model_id, rng.normal(size=layout.n_x), root @ root.T, layout, status, "why", (), 1.25,
         np.eye(4), np.zeros(6), np.eye(6), np.eye(6),
     )  # fmt: skip
 

@@ -188,6 +188,7 @@ class Controller:
 
     def _fault(self, state: ArmState) -> str:
         """Return why the state cannot be used; empty when it can."""
+        self._trust.follow(state.t, state.age)
         fault = self._unusable(state)
         if fault:
             self._trust.close()

@@ -60,7 +60,7 @@ def state_from_msg(msg: ModalState, model: ReducedModel, epoch_ns: int) -> ArmSt
     )
     usable, sigma = msg.status in _USABLE, _sigma(msg.covariance, 2 * (n + m))
     return ArmState(
-        t, msg.model_id, theta, eta, theta_dot, eta_dot, d, usable, msg.reason, sigma, sag, stiffness
+        t, msg.model_id, theta, eta, theta_dot, eta_dot, d, usable, msg.reason, sigma, sag, stiffness, msg.age
     )
 
 

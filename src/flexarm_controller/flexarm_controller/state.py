@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -29,6 +30,7 @@ class ArmState:
         sigma: Standard deviations of ``x``, (2 n,), or (0,) where nobody tells them.
         sag: Static deflection of the slowest modes that the model leaves out [kg^0.5 m], (at most n_eta,).
         stiffness: Learned relative error of the stiffness of the slowest modes [1], (at most n_eta,).
+        age: Time since the estimator began, or began anew [s]; inf where nobody tells it.
     """
 
     t: float
@@ -43,6 +45,7 @@ class ArmState:
     sigma: Array = field(default_factory=lambda: np.zeros(0))
     sag: Array = field(default_factory=lambda: np.zeros(0))
     stiffness: Array = field(default_factory=lambda: np.zeros(0))
+    age: float = math.inf
 
     @cached_property
     def told(self) -> Array:

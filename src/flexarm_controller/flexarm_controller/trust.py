@@ -1,11 +1,14 @@
 """Whether an estimate is sure enough for the law to take over, after a start or an interruption.
 
+Interrupted is an estimate that cannot be used, and one that began after the last one that came.
 What counts is ``3 sigma`` of every coordinate of the state, in deviations that cost 1 (the weights of the
 predictive controller): an estimator that has just begun anew vouches for its state long before it knows the
 modes. Once the law has taken over, a growing sigma does not stop it: that is the estimator's own judgement.
 """
 
 from __future__ import annotations
+
+import math
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +18,7 @@ from flexarm_controller.settings import MpcConfig
 from flexarm_model.served.reduced_model import ReducedModel
 
 Array = NDArray[np.float64]
+ROUNDED = 1e-6  # s; of instants
 
 
 class Trust:
@@ -22,7 +26,13 @@ class Trust:
 
     def __init__(self, limit: float) -> None:
         """Open at ``3 sigma <= limit`` in deviations that cost 1."""
-        self._limit, self._is_open = limit, False
+        self._limit, self._is_open, self._t = limit, False, math.inf
+
+    def follow(self, t: float, age: float) -> None:
+        """Close if the estimate for ``t``, which began ``age`` before [s], began after the last one came."""
+        if age < abs(t - self._t) - ROUNDED:
+            self.close()
+        self._t = t
 
     def close(self) -> None:
         """Ask for a sure estimate again."""

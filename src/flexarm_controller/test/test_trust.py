@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from flexarm_controller.trust import Trust
@@ -29,3 +31,28 @@ def test_a_sigma_that_grows_does_not_close_it() -> None:
 
 def test_who_tells_no_sigma_is_believed() -> None:
     assert not Trust(LIMIT).fault(np.zeros(0), SCALE)
+
+
+def test_an_estimate_that_began_after_the_last_one_came_closes_it() -> None:
+    trust = Trust(LIMIT)
+
+    def is_open(t: float, age: float, deviations: float = 40.0) -> bool:
+        trust.follow(t, age)
+        return not trust.fault(sigma(deviations), SCALE)
+
+    assert is_open(1.000, 0.500, 10.0)
+    assert is_open(1.005, 0.505)  # the same estimator: what it knows less is its own business
+    assert is_open(1.020, 0.520)  # also when some have been missed
+    assert not is_open(1.025, 0.0)  # another one
+    assert is_open(1.030, 0.005, 10.0)
+    assert not is_open(1.050, 0.010)  # the first ones of another one have been missed
+    assert is_open(1.055, 0.015, 10.0)
+    assert not is_open(0.2, 0.0)  # the clock has jumped back
+
+
+def test_an_estimate_that_does_not_tell_its_age_goes_on() -> None:
+    trust = Trust(LIMIT)
+    trust.follow(1.0, math.inf)
+    assert not trust.fault(sigma(10.0), SCALE)
+    trust.follow(1.005, math.inf)
+    assert not trust.fault(sigma(40.0), SCALE)

@@ -72,6 +72,7 @@ def state_to_msg(estimate: Estimate, model: ReducedModel, stamp_ns: int) -> Moda
     msg.header.stamp = ns_to_stamp(stamp_ns)
     msg.header.frame_id = BASE_FRAME
     msg.model_id, msg.reason, msg.status = estimate.model_id, estimate.reason, _STATUS[estimate.status]
+    msg.age = estimate.age
     msg.joint_names, msg.names = list(model.theta_names), list(model.eta_names)
     msg.theta, msg.theta_dot = floats(estimate.theta), floats(estimate.theta_dot)
     msg.eta, msg.eta_dot, msg.disturbance = floats(estimate.eta), floats(estimate.eta_dot), floats(estimate.d)

@@ -51,6 +51,7 @@ class Estimate(NamedTuple):  # not a dataclass: made in every step, at a third o
         status: May it be used? "ok" and "degraded" yes, "lost" and "starting" no.
         reason: Why it is not "ok"; empty when it is.
         sensors: Health of every sensor.
+        age: Time since the estimator began, or began anew: start, reset, jump of the clock [s].
         T_world_tip: Pose of the tip, (4, 4).
         twist_tip: Its velocity [linear; angular] in world axes [m/s, rad/s], (6,).
         cov_tip_pose: Covariance of position and rotation vector, world axes, (6, 6).
@@ -65,6 +66,7 @@ class Estimate(NamedTuple):  # not a dataclass: made in every step, at a third o
     status: Status
     reason: str
     sensors: tuple[SensorReport, ...]
+    age: float
     T_world_tip: Array
     twist_tip: Array
     cov_tip_pose: Array

@@ -142,7 +142,7 @@ class Estimator:
 
     def set_belief(self, belief: Belief) -> None:
         """Go on from a state that is known from elsewhere; samples from before it are ignored."""
-        self._clock.is_running = True
+        self._clock.is_running, self._began = True, self._t
         self._history = History(Instant(self._t, self._u, belief), self.config.history)
 
     def retune(self, specs: tuple[SensorSpec, ...], config: EstimatorConfig) -> None:
@@ -181,7 +181,7 @@ class Estimator:
 
     def _restart(self, t: float, x: Array) -> None:
         """Forget everything but the position ``x``, as seen just before ``t``."""
-        self._t = t
+        self._t = self._began = t
         belief = Belief(x, self._parts.process.P0)
         self._history = History(Instant(t - _START, self._u, belief), self.config.history)
         self._reception = Reception(self.specs, self.config, self.health)
@@ -240,6 +240,6 @@ class Estimator:
         if status == "lost" and self.health.is_stranded(t):  # who excluded them knew no more than they
             self._restart_here(t)
         return Estimate(
-            t, self.model.model_id, tip.x, tip.P, layout, status, reason, reports,
+            t, self.model.model_id, tip.x, tip.P, layout, status, reason, reports, t - self._began,
             tip.T_world_tip, tip.twist, tip.cov_pose, tip.cov_twist,
         )  # fmt: skip

@@ -220,3 +220,16 @@ def test_a_watch_that_cannot_place_the_tip_forgets_and_the_step_goes_on():
     estimator._watches.all += (blind,)
     estimate = estimator.step([], np.zeros(1), 0.0)
     assert np.isfinite(estimate.x).all() and blind.restarts >= 1
+
+
+def test_the_estimate_tells_how_long_ago_it_began_anew():
+    estimator, t, ages = Estimator(strip_model(), StripKinematics(), SENSORS, CONFIG), 10.0, []
+    for event in (None, None, "reset", None, "known", None, "jump", None, "back", None):
+        t += {"jump": 100.0, "back": -100.0}.get(str(event), DT)
+        if event == "reset":
+            estimator.reset()
+        if event == "known":
+            t -= DT  # the next step belongs to the instant that is known
+            estimator.set_belief(Belief(np.zeros(9), np.eye(9)))
+        ages.append(estimator.step([], np.zeros(1), t).age / DT)
+    assert ages == pytest.approx([0, 1, 0, 1, 0, 1, 0, 1, 0, 1], abs=1e-6)

@@ -25,5 +25,5 @@ def told_estimate(state: Any, tip: Any, t: float) -> Estimate:
     motion = tip_from_msg(tip)
     return Estimate(
         t, state.model_id, np.array(x), np.array(P), layout, cast("Status", status), state.reason, sensors,
-        motion.T_world_tip, motion.twist, motion.cov_pose, motion.cov_twist,
+        state.age, motion.T_world_tip, motion.twist, motion.cov_pose, motion.cov_twist,
     )  # fmt: skip

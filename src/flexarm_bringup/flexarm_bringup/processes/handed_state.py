@@ -40,5 +40,5 @@ class HandedState:
         sigma = np.sqrt(np.where(variances >= 0.0, variances, np.inf))
         return ArmState(
             t, told.model_id, told.theta, told.eta, told.theta_dot, told.eta_dot, told.d,
-            told.status in _USABLE, told.reason, sigma, told.x[layout.s], told.stiffness,
+            told.status in _USABLE, told.reason, sigma, told.x[layout.s], told.stiffness, told.age,
         )  # fmt: skip
