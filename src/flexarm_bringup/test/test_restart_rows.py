@@ -11,7 +11,18 @@ from flexarm_controller.trust import Trust
 pytestmark = pytest.mark.slow
 
 
-def test_a_law_that_does_not_wait_for_a_sure_estimate_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(Trust, "fault", lambda self, sigma, scale: "")
-    missed = [finding for finding in restarts(stand_of("single_link", "controller")) if not finding.passed]
-    assert "estimator: of these under the law" in [finding.what for finding in missed]
+def under_the_law() -> tuple[int, float]:
+    """Return the unsure cycles of a new estimator of the 3RRR, and in how many of them the law acted."""
+    found = next(f for f in restarts(stand_of("planar_3rrr", "controller")) if "under the law" in f.what)
+    return int(found.what.split()[2]), found.measured
+
+
+def test_a_new_estimator_in_one_process_is_trusted_when_it_is_sure() -> None:
+    unsure, acted = under_the_law()
+    assert unsure >= 5 and acted == 0
+
+
+def test_a_law_that_does_not_see_a_new_estimator_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(Trust, "follow", lambda self, t, age: None)
+    unsure, acted = under_the_law()
+    assert acted == unsure >= 5

@@ -57,7 +57,7 @@ def restarts(stand: ControllerStand) -> list[Finding]:
         back = (int(bad[-1]) + 1) * stand.dt if bad.size else 0.0
         steps = abs(np.diff(run.tau, axis=0)) / (stand.limits.effort_rate * stand.dt)
         if what == "estimator":  # a controller that begins anew is told an estimate that is sure
-            findings += _blind(run.sigma[k0:], run.modes[k0:], stand.config.start_sigma)
+            findings.append(_blind(run.sigma[k0:], run.modes[k0:], stand.config.start_sigma))
         findings += [
             Finding(f"{what}: torque step / limit, guard's output", float(steps.max()), ROUNDED),
             Finding(f"{what}: tip RMS within {BACK:g} e0 again after", back, 1.0, "s"),
@@ -66,14 +66,12 @@ def restarts(stand: ControllerStand) -> list[Finding]:
     return findings
 
 
-def _blind(sigma: Array, modes: tuple[str, ...], limit: float) -> tuple[Finding, Finding]:
-    """Return whether the law acted before the estimate had become sure, and that it had been unsure."""
+def _blind(sigma: Array, modes: tuple[str, ...], limit: float) -> Finding:
+    """Return in how many of the cycles before the estimate had become sure the law acted."""
     sure = np.flatnonzero(sigma <= limit)
     unsure = int(sure[0]) if sure.size else len(sigma)
-    return (
-        Finding("estimator: cycles until 3 sigma were small", unsure, 1, at_least=True),
-        Finding("estimator: of these under the law", modes[:unsure].count("mpc"), 0),
-    )
+    what = f"estimator: of {unsure} cycles until 3 sigma were small, under the law"
+    return Finding(what, modes[:unsure].count("mpc"), 0)
 
 
 def _run(stand: ControllerStand, restarted: str, k0: int) -> Run:
