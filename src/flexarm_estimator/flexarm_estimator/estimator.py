@@ -82,7 +82,7 @@ class Estimator:
         self.health = Health(sensors, locating, config)
         self._exclusion = FaultExclusion(self._gate, self.health, config.distrust)
         self._u = np.append(np.zeros(model.n_theta), 1.0)
-        self._clock = Clock()
+        self._clock, self._t, self._began = Clock(), 0.0, 0.0
         self._restart(0.0, self._operating_point())
         self._tip = TipReporter()
         self._tip.describe(self._parts.tip, self._history.now.belief)
@@ -142,7 +142,8 @@ class Estimator:
 
     def set_belief(self, belief: Belief) -> None:
         """Go on from a state that is known from elsewhere; samples from before it are ignored."""
-        self._clock.is_running, self._began = True, self._t
+        self._clock.is_running = True
+        self._began = self._t
         self._history = History(Instant(self._t, self._u, belief), self.config.history)
 
     def retune(self, specs: tuple[SensorSpec, ...], config: EstimatorConfig) -> None:
