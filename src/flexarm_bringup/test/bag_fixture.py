@@ -47,6 +47,7 @@ def modal_state(stamp_ns: int, **changes: Any) -> bytes:
         covariance=np.eye(7).ravel(),
         status=0,
         reason=changes.get("reason", ""),
+        age=0.5,
         sensors=[health],
     )
     return bytes(types.serialize_cdr(message, "flexarm_interfaces/msg/ModalState"))
