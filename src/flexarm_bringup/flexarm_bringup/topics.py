@@ -92,6 +92,8 @@ STREAMS = (
     Stream("controller_debug", "flexarm_interfaces/msg/ControllerDebug", "controller", "control rate",
            "tip and vibration that the plan leads to, where the time went; while somebody listens",
            depth=10, is_optional=True),
+    Stream("feedback_gains", "flexarm_interfaces/msg/FeedbackGains", "controller", "control rate",
+           "law about the state in which a command begins to act; while somebody listens", is_optional=True),
     Stream("predicted", "trajectory_msgs/msg/JointTrajectory", "controller", "10-20 Hz",
            "plan of the controller", is_optional=True),
     Stream("markers", "visualization_msgs/msg/MarkerArray", "markers", "10-20 Hz",

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 from flexarm_controller.command import ControlCommand
-from flexarm_controller.conversions import debug_to_msg, notice_msg, status_to_msg
+from flexarm_controller.conversions import debug_to_msg, gains_to_msg, notice_msg, status_to_msg
 from flexarm_controller.debug import Insight
 from flexarm_controller.state import ArmState
 from flexarm_model.conversions import ns_to_stamp
@@ -70,10 +70,15 @@ class AnswerTeller:
         self._said, self._said_ns = ("", ""), 0
         self._insight: Insight | None = None
         self._is_debug_wanted: Callable[[], bool] = lambda: False
+        self._are_gains_wanted: Callable[[], bool] = lambda: False
 
     def tell_debug(self, insight: Insight, is_wanted: Callable[[], bool]) -> None:
         """Tell what is expected of every plan from now on, while it is wanted."""
         self._insight, self._is_debug_wanted = insight, is_wanted
+
+    def tell_gains(self, are_wanted: Callable[[], bool]) -> None:
+        """Tell the law about every command's state from now on, while it is wanted."""
+        self._are_gains_wanted = are_wanted
 
     def tell(self, answer: Answer) -> list[Outgoing]:
         """Return the status of an answer if it is due."""
@@ -94,8 +99,10 @@ class AnswerTeller:
             model: In use.
             state: That is answered.
         """
-        told: list[Outgoing] = []
-        if self._insight is None or answer.command is None:
+        if answer.command is None:
+            return []
+        told = self._gains(answer.command, model, answer.stamp_ns)
+        if self._insight is None:
             return told
         if self._is_debug_wanted():
             expected = self._insight.look(model, state, answer.command)
@@ -104,3 +111,9 @@ class AnswerTeller:
             told.append(Outgoing("controller_debug", msg))
         self._insight.note(answer.command)
         return told
+
+    def _gains(self, command: ControlCommand, model: ReducedModel, stamp_ns: int) -> list[Outgoing]:
+        if command.local is None or not self._are_gains_wanted():
+            return []
+        msg = gains_to_msg(command, command.local(), model.theta_names, model.eta_names, stamp_ns)
+        return [Outgoing("feedback_gains", msg)]

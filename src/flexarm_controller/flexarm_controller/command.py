@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from flexarm_controller.guarding.messages import GuardCommand
+from flexarm_controller.local_law import LocalLaw
 from flexarm_controller.reference import Reference
 
 Array = NDArray[np.float64]
@@ -34,6 +36,8 @@ class ControlCommand(NamedTuple):  # not a dataclass: one is made in every perio
         theta: Estimate of the axes [rad] or [m], (n_theta,).
         split: CPU time of bringing the program up to date, its solution, and the rest [s]; zeros where the
             law does not tell.
+        local: Works out the law about the state in which the torque begins to act; to be asked before the
+            next step. None where another rung than the law made the torque, or the law cannot tell.
     """
 
     t: float
@@ -51,6 +55,7 @@ class ControlCommand(NamedTuple):  # not a dataclass: one is made in every perio
     reference: Reference | None
     theta: Array
     split: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    local: Callable[[], LocalLaw] | None = None
 
     def for_guard(self, sequence: int, token: int) -> GuardCommand:
         """Return it as the guard takes it, with its number in a session; for any model."""

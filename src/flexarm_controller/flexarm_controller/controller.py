@@ -137,6 +137,7 @@ class Controller:
             state.t, state.t + self._delay, tau, self.model.model_id, choice.mode, choice.reason,
             result.status, result.iterations, result.residual, ended - started, active,
             planned, self.reference, state.theta, split,
+            cycle.plan.local if choice.rung == LAW else None,
         )  # fmt: skip
 
     def work_ahead(self) -> None:

@@ -6,6 +6,8 @@ Publishes
         second (see ``answer``), and at once for every reference or model that is taken or refused.
     ~/margins (std_msgs/String, latched): see ``margins/arming_node``.
     controller_debug (flexarm_interfaces/ControllerDebug): one per joint_commands while somebody listens.
+    feedback_gains (flexarm_interfaces/FeedbackGains): one per joint_commands that the law itself made, while
+        somebody listens.
     motion_status, reference: see ``motion/tip_goals_node``.
     ~/models (std_msgs/String, latched): receipt of the models taken and prepared so far.
     /diagnostics (diagnostic_msgs/DiagnosticArray): 1 Hz.
@@ -21,12 +23,13 @@ In real time only the newest state is answered when several wait: what was misse
 from __future__ import annotations
 
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 from flexarm_interfaces.msg import (
     ControllerDebug,
     ControllerStatus,
+    FeedbackGains,
     JointCommand,
     ReducedModel,
 )
@@ -98,7 +101,10 @@ class ControllerNode(ManagedNode):
         goals = MotionExchange(config, self._tip, motion, period, self.exchange)
         self._goals = TipGoals(self, goals, self._publish)
         self.exchange.write_commands(CommandWriter(serialize_message).write)
-        self.exchange.teller.tell_debug(Insight(self._tip.at, inputs.mpc, period), self._has_debug_listener)
+        self.exchange.teller.tell_debug(
+            Insight(self._tip.at, inputs.mpc, period), self._listens("controller_debug")
+        )
+        self.exchange.teller.tell_gains(self._listens("feedback_gains"))
         self._connect()
 
     def _exchange(
@@ -144,8 +150,9 @@ class ControllerNode(ManagedNode):
         self.exchange.work_ahead()
         self._goals.update()
 
-    def _has_debug_listener(self) -> bool:
-        return bool(self._outlets["controller_debug"].get_subscription_count())
+    def _listens(self, topic: str) -> Callable[[], bool]:
+        """Return a function that tells whether somebody listens to a topic of ours."""
+        return lambda: bool(self._outlets[topic].get_subscription_count())
 
     def _publish(self, outgoing: Sequence[Outgoing]) -> None:
         for out in outgoing:
@@ -161,6 +168,7 @@ class ControllerNode(ManagedNode):
         self._outlets["controller_debug"] = self.create_publisher(
             ControllerDebug, "controller_debug", RELIABLE_QOS
         )
+        self._outlets["feedback_gains"] = self.create_publisher(FeedbackGains, "feedback_gains", quality)
         self._outlets.update(self._goals.outlets)
         self._receipts = self.create_publisher(String, "~/models", LATCHED_QOS)
         self.create_subscription(ReducedModel, "model", self.on_model, MODELS_QOS)

@@ -7,13 +7,14 @@ from collections.abc import Sequence
 
 import numpy as np
 from builtin_interfaces.msg import Duration
-from flexarm_interfaces.msg import ControllerDebug, ControllerStatus, JointCommand, ModalState
+from flexarm_interfaces.msg import ControllerDebug, ControllerStatus, FeedbackGains, JointCommand, ModalState
 from geometry_msgs.msg import Point
 from numpy.typing import NDArray
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
 from flexarm_controller.command import ControlCommand
 from flexarm_controller.debug import Expectation
+from flexarm_controller.local_law import LocalLaw
 from flexarm_controller.reference import Reference
 from flexarm_controller.state import ArmState
 from flexarm_model.conversions import (
@@ -144,6 +145,18 @@ def debug_to_msg(
     msg.modal_energy, msg.mode_energy = floats(expected.energy), floats(expected.mode_energy)
     msg.update_time, msg.solve_time, msg.check_time = map(float, command.split)
     msg.backend, msg.solver_status = backend if command.mode == "mpc" else "", command.solver_status
+    msg.limits_active = list(command.limits_active)
+    return msg
+
+
+def gains_to_msg(
+    command: ControlCommand, law: LocalLaw, names: tuple[str, ...], mode_names: tuple[str, ...], stamp_ns: int
+) -> FeedbackGains:
+    """Return the law about the state in which a command begins to act, stamped like the state used [ns]."""
+    msg = FeedbackGains(model_id=command.model_id, joint_names=list(names), names=list(mode_names))
+    msg.header.stamp, msg.acts_at = ns_to_stamp(stamp_ns), ns_to_stamp(acts_ns(command, stamp_ns))
+    msg.x, msg.x_next = floats(law.x), floats(law.x_next)
+    msg.effort, msg.gain = floats(command.tau), floats(law.gain)
     msg.limits_active = list(command.limits_active)
     return msg
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Protocol
 
 import numpy as np
@@ -19,6 +19,7 @@ from flexarm_controller.firm_mpc import FirmMpc, Soft
 from flexarm_controller.joint_pd import JointPd
 from flexarm_controller.learning_mpc import LearningMpc
 from flexarm_controller.limits import Limits
+from flexarm_controller.local_law import LocalLaw
 from flexarm_controller.lqr import Lqr
 from flexarm_controller.moving_mpc import MovingMpc
 from flexarm_controller.mpc import Mpc, Plan
@@ -38,6 +39,7 @@ from flexarm_model.served.reduced_model import ReducedModel
 from flexarm_model.tree.reduced_tree import ReducedTree
 
 Array = NDArray[np.float64]
+LawAbout = Callable[[ArmState, Array, Array], LocalLaw]  # state, torques sent, torque
 
 
 class Planner(Protocol):
@@ -63,14 +65,15 @@ class Feedback(Protocol):
 class OnePeriod:
     """A feedback law as a planner."""
 
-    def __init__(self, feedback: Feedback) -> None:
-        """Plan one period by ``feedback``."""
-        self._feedback = feedback
+    def __init__(self, feedback: Feedback, law_about: LawAbout | None = None) -> None:
+        """Plan one period by ``feedback``; ``law_about`` tells what it does near a state."""
+        self._feedback, self._law_about = feedback, law_about
 
     def step(self, state: ArmState, reference: Reference, sent: Array) -> Plan:
         """Return the plan of one period; see ``Planner``."""
         torque = self._feedback.step(state, reference, sent)
-        return Plan(torque[None], QpResult(torque, "", 0, 0.0, True), ())
+        local = None if self._law_about is None else partial(self._law_about, state, sent.copy(), torque)
+        return Plan(torque[None], QpResult(torque, "", 0, 0.0, True), (), local=local)
 
     def work_ahead(self) -> None:
         """Do nothing; see ``Planner``."""
@@ -141,12 +144,18 @@ def build_mpc(model: ReducedModel, given: LawInputs) -> Planner:
     return FirmMpc(soft, *arguments) if mpc.firm_time else soft
 
 
+def build_lqr(model: ReducedModel, given: LawInputs) -> Planner:
+    """Build the linear-quadratic regulator as the law that is asked for."""
+    lqr = Lqr(model, given.mpc, given.config.period)
+    return OnePeriod(lqr, lqr.law_about)
+
+
 LAWS: Mapping[str, Callable[[ReducedModel, LawInputs], Planner]] = {
     "mpc": build_mpc,
     "nmpc": lambda model, given: NonlinearMpc(
         model, given.nonlinear_arm, given.limits, given.mpc, given.nmpc
     ),
-    "lqr": lambda model, given: OnePeriod(Lqr(model, given.mpc, given.config.period)),
+    "lqr": build_lqr,
     "pd": lambda model, given: OnePeriod(JointPd(model, given.config, given.mpc.delay_periods)),
 }
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from flexarm_controller.local_law import LocalLaw
 from flexarm_controller.program.cost import build_cost, complete
 from flexarm_controller.program.delay import Delay
 from flexarm_controller.program.equilibrium import build_equilibrium
@@ -40,7 +41,7 @@ class Lqr:
             gain = complete(system.A, system.B, cost).gain
         else:
             system, cost, rest, gain = stage.system, stage.cost, stage.rest, stage.completion.gain
-        self._gain, self._equilibrium = gain, rest
+        self._system, self._gain, self._equilibrium = system, gain, rest
         self._shift = rest_shift(cost, rest)
         self._delay = Delay(model, system, config, dt)
 
@@ -61,3 +62,11 @@ class Lqr:
         error = x - equilibrium.X @ r - equilibrium.x_0
         before = sent[-1] - torque_r
         return np.asarray(sent[-1] - self._gain @ np.concatenate([error, before]))
+
+    def law_about(self, state: ArmState, sent: Array, torque: Array) -> LocalLaw:
+        """Return the law about the state in which a ``torque`` that follows those ``sent`` begins to act."""
+        s, sag, first = self._system, np.zeros(state.x.size), state.theta.size
+        sag[first : first + state.sag.size] = state.sag
+        x = self._delay.advance(state.vibration, state.d, sent)
+        x_next = s.A @ x + s.B @ (torque + state.d) + s.c
+        return LocalLaw(x + sag, x_next + sag, torque, -self._gain[:, : x.size])

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexarm_controller.limits import Limits
+from flexarm_controller.local_law import Program
 from flexarm_controller.mpc import Mpc, Plan
 from flexarm_controller.program.foresight import Foresight
 from flexarm_controller.program.moving import Condensed, MovingProgram, Segment
@@ -66,8 +67,10 @@ class MovingMpc:
         instants: Array = state.t + self._fixed.lead + self._instants
         samples = reference.stacked(instants)
         condensed = self._ready.condensed
-        vectors = self._program.vectors(condensed, p_now, samples)
-        return self._fixed.solve(self._ready.solver, condensed.A, vectors)
+        program = Program(
+            condensed.P, condensed.A, lambda known: self._program.vectors(condensed, known, samples)
+        )
+        return self._fixed.solve(self._ready.solver, program, p_now)
 
     def work_ahead(self) -> None:
         """Condense the program of the next period."""

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Callable
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from flexarm_controller.limits import Limits
+from flexarm_controller.local_law import LocalLaw, Program, answer_per_state
 from flexarm_controller.program.delay import Delay, torques_kept
 from flexarm_controller.program.interior import Interior
 from flexarm_controller.program.preview import Preview
@@ -34,12 +37,15 @@ class Plan(NamedTuple):  # not a dataclass: one is made in every period
         result: Answer of the solver.
         limits_active: Names of the limits that bind.
         laps: CPU time of the thread when the solver began and ended [s]; zero where nobody looked.
+        local: Works out the law about the state in which the plan begins, to be asked before the next step;
+            None where it cannot be said.
     """
 
     torques: Array
     result: QpResult
     limits_active: tuple[str, ...]
     laps: tuple[float, float] = (0.0, 0.0)
+    local: Callable[[], LocalLaw] | None = None
 
     @property
     def is_empty(self) -> bool:
@@ -89,7 +95,7 @@ class Mpc:
         began = time.thread_time()
         v, margin = self._interior.look(self._measured(state, sent), added)
         if margin < 0.0:
-            return self.solve(self._solver, self.problem.rows.A, self._vectors(state, sent, gradient))
+            return self.solve(self._solver, self._program(gradient), self.known_now(state, sent))
         x = np.zeros(self.problem.q_0.size)
         x[: v.size] = v
         laps = began, time.thread_time()
@@ -97,19 +103,19 @@ class Mpc:
         active: tuple[str, ...] = ()
         if margin <= BINDING:
             active = self._binding(self.problem.rows.A @ x, *self._vectors(state, sent, gradient)[1:])
-        return self._plan(result, laps, active)
+        return self._plan(result, laps, active, partial(self._law_inside, gradient, x))
 
-    def solve(self, solver: QpSolver, A: Array, vectors: tuple[Array, Array, Array]) -> Plan:
-        """Return the plan that ``solver`` finds for a program with the rows ``A`` and these (q, l, u)."""
-        q, l, u = vectors  # noqa: E741
+    def solve(self, solver: QpSolver, program: Program, known: Array) -> Plan:
+        """Return the plan that ``solver`` finds for a program and what is known now, (n_now,)."""
+        q, l, u = program.vectors(known)  # noqa: E741
         began = time.thread_time()
         result = solver.solve(q, l, u, self._warm, self._budget)
         laps = began, time.thread_time()
         if not result.solved:
             self._warm = None
             return Plan(self._empty, result, (), laps)
-        active = () if result.margin > BINDING else self._binding(A @ result.x, l, u)
-        return self._plan(result, laps, active)
+        active = () if result.margin > BINDING else self._binding(program.A @ result.x, l, u)
+        return self._plan(result, laps, active, partial(self._law_about, program, known, result.x))
 
     def work_ahead(self) -> None:
         """Set up a solver that no state needed so far: the next one may."""
@@ -132,11 +138,34 @@ class Mpc:
     def _vectors(self, state: ArmState, sent: Array, gradient: Array) -> tuple[Array, Array, Array]:
         return self.problem.vectors(self.known_now(state, sent), gradient)
 
-    def _plan(self, result: QpResult, laps: tuple[float, float], active: tuple[str, ...] = ()) -> Plan:
+    def _program(self, gradient: Array) -> Program:
+        """Return the program for what the reference adds to the gradient, (n_z,)."""
+        problem = self.problem
+        return Program(problem.P, problem.rows.A, lambda known: problem.vectors(known, gradient))
+
+    def _law_inside(self, gradient: Array, z: Array) -> LocalLaw:
+        """Return the law about the state of the last step, which no limit touched."""
+        return self._law_about(self._program(gradient), self._E.dot(self._z) + self._e, z)
+
+    def _law_about(self, program: Program, known: Array, z: Array) -> LocalLaw:
+        """Return the law about the state in which the plan begins to act."""
+        at, T = self._known, self.problem.T[: self._known.n_u]
+        gain, tau, s = T @ answer_per_state(program, known, at.x, z, BINDING), T @ z, self.problem.system
+        x, sag = known[at.x], np.zeros(at.n_x)
+        sag[at.n_u : at.n_x // 2] = known[at.s]
+        return LocalLaw(x + sag, s.A @ x + s.B @ (tau + known[at.d]) + s.c + sag, tau, gain)
+
+    def _plan(
+        self,
+        result: QpResult,
+        laps: tuple[float, float],
+        active: tuple[str, ...],
+        local: Callable[[], LocalLaw],
+    ) -> Plan:
         """Return the plan of an answer that may be used."""
         self._warm = result.x
         torques = (result.x[self._held] * self._unit).reshape(self._known.N, self._known.n_u)
-        return Plan(torques, result, active, laps)
+        return Plan(torques, result, active, laps, local)
 
     def _binding(self, y: Array, l: Array, u: Array) -> tuple[str, ...]:  # noqa: E741
         near = np.flatnonzero((u - y < BINDING) | (y - l < BINDING))

@@ -83,6 +83,19 @@ def test_commands_quote_the_session_and_count_from_one_in_each(exchange, model):
         exchange.on_guard_status(GuardStatus(session_token=0))
 
 
+def test_gains_are_told_while_somebody_wants_them(exchange, model):
+    exchange.on_model(model_to_msg(model))
+    exchange.on_guard_status(GuardStatus(session_token=3))
+    assert "feedback_gains" not in answers(exchange.on_modal_state(state(model, 0)))
+    exchange.teller.tell_gains(lambda: True)
+    told = answers(exchange.on_modal_state(state(model, 1)))
+    gains, command = told["feedback_gains"], told["joint_commands"]
+    assert (gains.model_id, gains.header.stamp) == (model.model_id, command.header.stamp)
+    assert (gains.acts_at, list(gains.effort)) == (command.acts_at, list(command.effort))
+    assert (len(gains.x), len(gains.gain)) == (2 * model.n, 2 * model.n * model.n_theta)
+    assert gains.gain[0] < 0.0 and gains.gain[model.n] < 0.0  # more angle or speed, less torque
+
+
 @pytest.mark.parametrize("heard", [(5, 0, 6), (5, 6)], ids=["stop heard", "stop missed"])
 def test_a_motion_does_not_outlive_its_session(exchange, model, heard):
     exchange.on_model(model_to_msg(model))

@@ -22,6 +22,7 @@ from flexarm_controller.controller import Controller
 from flexarm_controller.guard import GuardLimits
 from flexarm_controller.laws import Planner
 from flexarm_controller.limits import Limits, limits_of
+from flexarm_controller.local_law import Program
 from flexarm_controller.mpc import Mpc, Plan
 from flexarm_controller.program.equilibrium import build_equilibrium
 from flexarm_controller.program.prediction import plant
@@ -166,12 +167,13 @@ class SpoiltMpc(Mpc):
     def step(self, state: ArmState, reference: Reference, sent: Array) -> Plan:
         """Plan by the solver in every cycle: where no limit binds nobody would ask for the spoilt vectors."""
         gradient, _ = self._preview.look(reference, state.t + self.lead)
-        return self.solve(self._solver, self.problem.rows.A, self._vectors(state, sent, gradient))
+        return self.solve(self._solver, self._program(gradient), self.known_now(state, sent))
 
-    def solve(self, solver: QpSolver, A: Array, vectors: Vectors) -> Plan:
+    def solve(self, solver: QpSolver, program: Program, known: Array) -> Plan:
         """Return the plan for the spoilt vectors."""
         self._cycle += 1
-        return super().solve(solver, A, self.spoil(self._cycle, self, vectors))
+        vectors = self.spoil(self._cycle, self, program.vectors(known))
+        return super().solve(solver, program._replace(vectors=lambda _: vectors), known)
 
 
 def with_law(controller: Controller, law: Planner) -> Controller:

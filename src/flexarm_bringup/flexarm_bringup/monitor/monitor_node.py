@@ -2,7 +2,7 @@
 
 Subscribes
     every topic of the table (``topics``) that somebody publishes, best effort, so that no publisher ever
-    waits for it; not ``controller_debug``, because listening to it would make the controller work more.
+    waits for it; not ``controller_debug`` and ``feedback_gains``, which the controller makes for listeners.
     /diagnostics of all nodes.
 
 Messages are kept as bytes; only the newest of each topic are read, once per picture. Listening to a rig at
@@ -44,7 +44,9 @@ from flexarm_model.settings.diagnosis import Verdict
 
 LOOK_PERIOD = 1.0  # s between two looks for new topics
 FORGET = 5.0  # s after which what a node said of its health is dropped
-UNWATCHED = frozenset({"controller_debug", "model", "/diagnostics", "robot_description", "tick"})
+UNWATCHED = frozenset(
+    {"controller_debug", "feedback_gains", "model", "/diagnostics", "robot_description", "tick"}
+)
 
 
 class MonitorNode(Node):  # type: ignore[misc]
