@@ -11,7 +11,7 @@ Publishes
     ~/ready (std_msgs/Bool, latched).
 Subscribes
     applied_effort (sensor_msgs/JointState): torque from the stamp on, sealed by the guard.
-    ~/faults (std_msgs/String): see ``rig_health_node``.
+    ~/faults (std_msgs/String), ~/clock_jump (std_msgs/Float64): see ``rig_health_node``.
 Services
     ~/attach (std_srvs/Trigger): see ``drive_side_node``.
 
@@ -100,10 +100,11 @@ class RigNode(ManagedNode):
         limits = drive_limits(self.config, self.drives.rig, self.settings.silence)
         self._side = DriveSide(self, limits, self.settings.lockstep)
         period = None if self.settings.lockstep else self.drives.rig.dt
-        self._health = RigHealth(self, self.drives, self.config, period, self._thresholds)
+        self._health = RigHealth(self, self.drives, self.config, period, self._thresholds, self.jump)
         self._period_ns = self.drives.rig.period_ns
         self._voice = RigVoice(self, self.drives, self.config, self.settings.lockstep)
         self._begin()
+        self._jump_ns = 0
         self._ahead: list[Sample] | None = None  # in real time: of the tick that comes, not yet told
         self._statuses = 0  # of the guard, announced so far
         self._connect()
@@ -166,6 +167,12 @@ class RigNode(ManagedNode):
         self._ahead = None
         self._voice.say(samples, self.stamp_of)
         self.drives.tau = self._side.choose(self.drives.state().velocity)
+        self._epoch_ns += self._jump_ns
+        self._jump_ns = 0
+
+    def jump(self, by_ns: int) -> None:
+        """Let all stamps be later by so much from the period after the next on [ns]."""
+        self._jump_ns += by_ns
 
     def _look_ahead(self) -> None:
         """Find out what there will be to tell at the tick that comes, and put it into words."""

@@ -13,6 +13,7 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 from rclpy.serialization import deserialize_message
+from std_msgs.msg import Float64, String
 from std_srvs.srv import Trigger
 from trajectory_msgs.msg import JointTrajectory
 
@@ -26,7 +27,7 @@ from flexarm_bringup.rig_run.watch_node import WatchNode
 from flexarm_bringup.topics import NAMESPACE, find_stream
 from flexarm_controller.conversions import reference_to_msg
 from flexarm_controller.reference import hold
-from flexarm_model.ros.node import MODELS_QOS
+from flexarm_model.ros.node import MODELS_QOS, RELIABLE_QOS
 
 Array = NDArray[np.float64]
 TOPICS = (
@@ -64,6 +65,8 @@ class LiveRig:
         self.respawned: dict[str, float] = {}
         self.has_reserves = False
         self._references = ear.node.create_publisher(JointTrajectory, "reference", 10)
+        self._faults = ear.node.create_publisher(String, "rig/faults", RELIABLE_QOS)
+        self._jumps = ear.node.create_publisher(Float64, "rig/clock_jump", RELIABLE_QOS)
         self._goals = swings(stand)
         self._arm = ear.node.create_client(Trigger, "guard/arm")
         self._ask_at = 0.0
@@ -99,6 +102,14 @@ class LiveRig:
         names = tuple(self.stand.stand.arm.config.actuated)
         msg = reference_to_msg(hold(next(self._goals)), names, stamp.sec * 10**9 + stamp.nanosec)
         self._references.publish(msg)
+
+    def tell_faults(self, text: str) -> None:
+        """Give the rig's sensors faults from now on, as its topic ``faults`` has them."""
+        self._faults.publish(String(data=text))
+
+    def jump_clock(self, by: float) -> None:
+        """Let all stamps of the rig be so many seconds later from now on."""
+        self._jumps.publish(Float64(data=by))
 
     def after(self, topic: str, since: float) -> list[Arrival]:
         """Return what came on a topic after a time."""
