@@ -58,6 +58,17 @@ ring(41)
 stamps = dict(sent)
 print(node.tick, stamps["joint_states"] - first == stamps["strain"] - first == 41 * period)
 """
+JUMPING = """
+from std_msgs.msg import Float64
+told = []
+for k, by in enumerate((0.0, 7.0, float("nan"), -50.0, 0.0), start=1):
+    ring(k - 1 + module.PATIENCE)
+    node._health.on_clock_jump(Float64(data=by))
+    ring(k)
+    assert len({stamp for _, stamp in sent}) == 1, sent
+    told.append(sent[0][1])
+print([round(1e-9 * (after - before - period), 6) for before, after in zip(told, told[1:])])
+"""
 
 
 def said(code: str, environment: dict[str, str]) -> tuple[list[str], str]:
@@ -86,3 +97,9 @@ def test_after_a_stall_nothing_is_told_of_the_time_that_was_skipped(ros_environm
     printed, logged = said(STALLED, ros_environment)
     assert printed == ["2 True"]
     assert "skips" in logged
+
+
+def test_the_clock_jumps_for_all_sensors_from_the_next_period_on(ros_environment: dict[str, str]) -> None:
+    printed, logged = said(JUMPING, ros_environment)
+    assert printed == ["[0.0, 7.0, 0.0, -50.0]"]
+    assert "clock_jump: nan s is not within 1e+06 s" in logged
