@@ -13,6 +13,7 @@ from __future__ import annotations
 import time
 from collections import Counter
 from collections.abc import Callable, Iterable
+from functools import partial
 from typing import Any
 
 import rclpy
@@ -33,6 +34,8 @@ from flexarm_model.ros.node import LATCHED_QOS, LOCKSTEP_QOS, RELIABLE_QOS, even
 PARTNERS = ("model", "estimator", "controller", "guard", "rig")
 PATIENCE = 60.0  # s until everything is ready, and for every answer
 PREPARATION = 4.0  # s between sending the reference and its start
+TRIES = 3
+Wait = Callable[[str, Callable[[], bool]], None]
 NAMES = ("INACTIVE", "MPC", "LQR", "SHIFTED_PLAN", "DAMPING", "HOLD", "PD", "NONLINEAR")
 MODES = {getattr(ControllerStatus, name): name.lower() for name in NAMES}
 
@@ -107,25 +110,36 @@ class Driver(Node):
         )
 
     def _begin(self, reference: Reference, failed: Callable[[], str]) -> None:
-        def wait(what: str, holds: Callable[[], bool]) -> None:
-            """Listen until a condition holds."""
-            deadline = time.monotonic() + PATIENCE
-            while not holds():
-                if failed() or time.monotonic() > deadline:
-                    raise DriverError(
-                        failed() or f"waited {PATIENCE:g} s for {what}: {self._answer or 'nothing'}"
-                    )
-                self._executor.spin_once(timeout_sec=0.05)
-
+        """Wait until all are ready, and set out; a machine that stood still meanwhile has another try."""
+        wait = partial(self._wait, failed)
         wait("the nodes to be ready", lambda: all(self._ready.values()))
         wait("the guard", lambda: self._guard.ticks > 0 and self._publisher.get_subscription_count() > 1)
+        wait("guard/arm", self._client.service_is_ready)
+        for _ in range(TRIES):
+            self._set_out(reference, wait)
+            if self._guard.mode == GuardStatus.ARMED:
+                return
+        why = f"the guard stopped the arm {TRIES} times before the start: {self._guard.reason}"
+        raise DriverError(f"{why}; does something else use this machine?")
+
+    def _set_out(self, reference: Reference, wait: Wait) -> None:
+        """Send the reference, arm, and wait until the reference begins."""
+        self._answer = ""
         zero_ns = stamp_to_ns(self._guard.header.stamp) + round(PREPARATION * NS_PER_S)
         self._publisher.publish(reference_to_msg(reference, self._names, zero_ns))
         wait("the reference to be accepted", lambda: self._answer.startswith("reference accepted"))
-        wait("guard/arm", self._client.service_is_ready)
         self._client.call_async(Trigger.Request())
         wait("the guard to be armed", lambda: self._guard.mode == GuardStatus.ARMED)
         wait("the start", lambda: stamp_to_ns(self._guard.header.stamp) >= zero_ns)
+
+    def _wait(self, failed: Callable[[], str], what: str, holds: Callable[[], bool]) -> None:
+        """Listen until a condition holds."""
+        deadline = time.monotonic() + PATIENCE
+        while not holds():
+            if failed() or time.monotonic() > deadline:
+                waited = f"waited {PATIENCE:g} s for {what}: {self._answer or 'nothing'}"
+                raise DriverError(failed() or waited)
+            self._executor.spin_once(timeout_sec=0.05)
 
     def _counts(self) -> Counts:
         g, s = self._guard, self._status
