@@ -177,12 +177,12 @@ class ControllerNode(ManagedNode):
         conditions = {
             "a model": lambda: self.exchange.controller is not None,
             "margins": lambda: self._arming.is_known,
-            "the estimator": lambda: self.count_publishers(self.resolve_topic_name("modal_state")) > 0,
+            "the estimator": lambda: self.has_publisher("modal_state"),
             "the rig": lambda: self._outlets["joint_commands"].get_subscription_count() > 0,
-            "the guard": lambda: self.count_publishers(self.resolve_topic_name("guard_status")) > 0,
+            "the guard": lambda: self.has_publisher("guard_status"),
         }
         if self.settings.lockstep:
-            conditions["ticks"] = lambda: self.count_publishers(self.resolve_topic_name("tick")) > 0
+            conditions["ticks"] = lambda: self.has_publisher("tick")
         self.tell_ready(conditions, LIBRARIES)
         self._diagnostics = Diagnostics(self, self._health.verdicts)
 

@@ -1,8 +1,7 @@
 """Guard node: stands between the controller and the drives; nothing else reaches the motors.
 
 Publishes
-    applied_effort (sensor_msgs/JointState), guard_status (flexarm_interfaces/GuardStatus): see
-        ``guard_voice_node``.
+    applied_effort, guard_status: see ``guard_voice_node``.
     ~/models (std_msgs/String, latched): receipt of the models taken so far.
     ~/ready (std_msgs/Bool, latched): true once the drives obey this guard.
 Subscribes
@@ -45,6 +44,7 @@ from flexarm_model.process.ahead import made
 from flexarm_model.ros.alarm import Alarm
 from flexarm_model.ros.bytes_node import subscribe_bytes
 from flexarm_model.ros.declared_node import declare_configs, load_arm, told_by
+from flexarm_model.ros.floodgate import Floodgate
 from flexarm_model.ros.lockstep import Lockstep, Messages
 from flexarm_model.ros.managed_node import LifeSettings, ManagedNode
 from flexarm_model.ros.node import (
@@ -83,8 +83,8 @@ class GuardNode(ManagedNode):
         """Start stopped."""
         self.exchange = made(GuardExchange, self._config, self._limits, 0 if self.settings.lockstep else None)
         self.guard = self.exchange.guard
-        patience, reserve = self.settings.patience, self.settings.answer_time
-        self._cycle = GuardCycle(self.exchange.period_ns * 1e-9, patience, reserve)
+        period = self.exchange.period_ns * 1e-9
+        self._cycle = GuardCycle(period, self.settings.patience, self.settings.answer_time)
         self._lockstep = Lockstep(SENSORS, self.on_tick_complete)
         self._margins = ""
         self._connect()
@@ -101,9 +101,9 @@ class GuardNode(ManagedNode):
         elif topic == "strain":
             self.exchange.on_strain(msg)
         else:
-            now = self._look_at_clock()
-            self._cycle.begin(now, self.exchange.on_drive_states(msg))
+            self._cycle.begin(now := self._look_at_clock(), self.exchange.on_drive_states(msg))
             self._wait(now)
+            self._floodgate.begin_period()
             self._answer_when_due()
 
     def on_command(self, msg: JointCommand) -> None:
@@ -128,6 +128,7 @@ class GuardNode(ManagedNode):
     def on_alarm(self) -> None:
         """Answer without a command when there is no more time for one; notice that the drives are silent."""
         now = self._look_at_clock()
+        self._floodgate.poll()
         if self._cycle.is_open:
             self._answer()
             return
@@ -219,7 +220,8 @@ class GuardNode(ManagedNode):
         for topic, kind in zip(SENSORS, (JointState, StrainArray), strict=True):
             subscribe_bytes(self, kind, topic, partial(self.on_sensor, topic), newest)
         self.create_subscription(ReducedModel, "model", self.on_model, MODELS_QOS)
-        subscribe_bytes(self, JointCommand, "joint_commands", self.on_command, commands, self.exchange.refuse)
+        heard = JointCommand, "joint_commands", self.on_command, commands, self.exchange.refuse
+        asked = subscribe_bytes(self, *heard)
         self.create_subscription(String, "controller/margins", self.on_margins, LATCHED_QOS)
         self.create_subscription(Empty, "stop", lambda msg: self._stop("stopped by topic stop"), RELIABLE_QOS)
         self.create_service(Trigger, "~/arm", self.on_arm)
@@ -228,6 +230,7 @@ class GuardNode(ManagedNode):
         if lockstep:
             self.create_subscription(Tick, "tick", self.on_tick, LOCKSTEP_QOS)
         else:
+            self._floodgate = Floodgate(self, asked)
             self._wait(self._now())
         self.tell_ready(self._conditions())
 
@@ -236,13 +239,10 @@ class GuardNode(ManagedNode):
         conditions: dict[str, Callable[[], bool]] = {"the drives": lambda: not self._drives.refusal}
         if self.settings.lockstep:
             for topic in (*SENSORS, "tick", "joint_commands"):
-                conditions[topic] = partial(self._has_publisher, topic)
+                conditions[topic] = partial(self.has_publisher, topic)
             conditions["drives and estimator"] = lambda: self._voice.listeners()[0] > 1
             conditions["the controller"] = lambda: self._voice.listeners()[1] > 0
         return conditions
-
-    def _has_publisher(self, topic: str) -> bool:
-        return bool(self.count_publishers(self.resolve_topic_name(topic)))
 
 
 def main() -> int:

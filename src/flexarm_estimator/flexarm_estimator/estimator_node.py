@@ -211,16 +211,13 @@ class EstimatorNode(ManagedNode):
         conditions: dict[str, Callable[[], bool]] = {"a model": lambda: self.exchange.estimator is not None}
         wanted = (*self.exchange.topics, "tick") if self.settings.lockstep else ("joint_states",)
         for topic in wanted:
-            conditions[topic] = partial(self._has_publisher, topic)
+            conditions[topic] = partial(self.has_publisher, topic)
         if self.settings.lockstep:
             conditions["the controller"] = lambda: self._outlets["modal_state"].get_subscription_count() > 0
         return conditions
 
     def _refuse(self, topic: str, reason: str) -> None:
         self.exchange.notes.note(topic, reason)  # told on /diagnostics
-
-    def _has_publisher(self, topic: str) -> bool:
-        return self.count_publishers(self.resolve_topic_name(topic)) > 0
 
 
 def main() -> int:

@@ -14,7 +14,7 @@ Services
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -52,8 +52,10 @@ class ManagedNode(LifecycleNode):  # type: ignore[misc]
         name_held: What holds its name on this machine.
         is_active: Between activation and deactivation.
         is_finished: It was shut down by a transition; the process ends.
+        polled: Subscriptions that no executor hears.
     """
 
+    polled: tuple[Any, ...] = ()
     _fast_logger: NodeLogger | None = None  # rclpy asks for it before this class has begun
 
     def __init__(self, name: str) -> None:
@@ -71,6 +73,15 @@ class ManagedNode(LifecycleNode):  # type: ignore[misc]
         self._hook_error: BaseException | None = None
         self._is_started = False
         self._unconfigured = self._inactive = self._made()
+
+    @property
+    def subscriptions(self) -> Iterator[Any]:
+        """Return what an executor is to hear: all subscriptions but those that are polled."""
+        return (each for each in super().subscriptions if each not in self.polled)
+
+    def has_publisher(self, topic: str) -> bool:
+        """Return whether somebody speaks on a topic."""
+        return bool(self.count_publishers(self.resolve_topic_name(topic)))
 
     def get_logger(self) -> NodeLogger:
         """Return the logger of this node, a fast one."""
@@ -150,7 +161,7 @@ class ManagedNode(LifecycleNode):  # type: ignore[misc]
             self.trigger_shutdown()
 
     def _end_activity(self) -> None:
-        self.is_active = False
+        self.is_active, self.polled = False, ()
         if self._flag is not None:
             self._flag.withdraw()
         self._do("deactivate")
