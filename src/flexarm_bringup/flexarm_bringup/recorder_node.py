@@ -77,7 +77,8 @@ class RecorderNode(ManagedNode):
         settings, life = declare_configs(self)
         config = load_arm(self, settings.manipulator, settings.preset)
         accelerometers = [spec.name for spec in config.sensors if spec.kind == "accelerometer"]
-        wanted = {"tick": settings.lockstep, "controller_debug": settings.debug, "feedback_gains": False}
+        wanted = {"tick": settings.lockstep, "controller_debug": settings.debug}
+        wanted |= dict.fromkeys(("feedback_gains", "predicted"), False)  # they follow from the others
         self._streams = [s for s in streams(accelerometers) if wanted.get(s.topic, True)]
         self._settings, self.failure, self._lost = settings, "", 0
         self.start(life)

@@ -17,6 +17,7 @@ pytestmark = pytest.mark.ros
 from flexarm_interfaces.msg import ModalState, ReducedModel  # noqa: E402
 from sensor_msgs.msg import JointState  # noqa: E402
 from std_msgs.msg import String  # noqa: E402
+from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint  # noqa: E402
 from visualization_msgs.msg import Marker, MarkerArray  # noqa: E402
 
 from flexarm_bringup.display.conversions import FRAME  # noqa: E402
@@ -28,7 +29,7 @@ from flexarm_model.ros.node import LATCHED_QOS, MODELS_QOS, RELIABLE_QOS, events
 from flexarm_model.served.linearize import linearize  # noqa: E402
 from flexarm_model.tree.reduced_tree import ReducedTree  # noqa: E402
 
-THETA, ETA = 0.3, [2e-3, 0.0, 0.0]
+THETA, ETA, PLANNED = 0.3, [2e-3, 0.0, 0.0], 0.5
 
 
 @pytest.fixture
@@ -40,6 +41,11 @@ def viewer(ros_environment: dict[str, str], monkeypatch: pytest.MonkeyPatch) -> 
         yield rclpy.create_node("viewer", namespace="flexarm")
     finally:
         rclpy.try_shutdown()
+
+
+def planned(markers: Any) -> Any:
+    """Return the marker of the controller's plan."""
+    return next(marker for marker in markers.markers if marker.ns == "tip, planned")
 
 
 def shown(viewer: Any, model: Any, log: Path) -> dict[str, Any]:
@@ -54,14 +60,17 @@ def shown(viewer: Any, model: Any, log: Path) -> dict[str, Any]:
     models = viewer.create_publisher(ReducedModel, "model", MODELS_QOS)
     states = viewer.create_publisher(ModalState, "modal_state", RELIABLE_QOS)
     models.publish(model_to_msg(model))
+    plans = viewer.create_publisher(JointTrajectory, "predicted", RELIABLE_QOS)
+    points = [JointTrajectoryPoint(positions=[THETA]), JointTrajectoryPoint(positions=[PLANNED])]
     state = ModalState(model_id=model.model_id, joint_names=["base.rz"], theta=[THETA], eta=ETA)
     executor = events_executor()
     executor.add_node(viewer)
     node = str(find_executable("flexarm_bringup", "markers_node"))
     with log.open("wb") as out, subprocess.Popen([node], stdout=out, stderr=out) as process:
         deadline = time.monotonic() + 60.0
-        while len(heard) < 3 and time.monotonic() < deadline:
+        while (len(heard) < 3 or not planned(heard["markers"]).points) and time.monotonic() < deadline:
             state.header.stamp.nanosec = (state.header.stamp.nanosec + 1) % 1000
+            plans.publish(JointTrajectory(points=points))
             states.publish(state)
             executor.spin_once(timeout_sec=0.02)
         process.terminate()
@@ -80,6 +89,10 @@ def test_the_tip_is_shown_where_the_model_has_it(viewer: Any, tmp_path: Path) ->
     assert (tip.header.frame_id, tip.type) == (FRAME, Marker.SPHERE)
     for at in (tip.pose.position, strip.points[-1]):
         assert [at.x, at.y, at.z] == pytest.approx(expected, abs=1e-9)
+    path = planned(heard["markers"])
+    goal = tree.tip_pose(model.q0 + model.Phi @ np.array([PLANNED, 0.0, 0.0, 0.0]))[:3, 3].tolist()
+    assert (path.type, path.action, len(path.points)) == (Marker.LINE_STRIP, Marker.ADD, 2)
+    assert [path.points[-1].x, path.points[-1].y, path.points[-1].z] == pytest.approx(goal, abs=1e-9)
     moved = dict(zip(heard["segment_states"].name, heard["segment_states"].position, strict=True))
     assert moved["base.rz"] == pytest.approx(THETA)
     assert sum(value for name, value in moved.items() if name.endswith(".rz")) > THETA  # it bends on

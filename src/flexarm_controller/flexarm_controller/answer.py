@@ -7,18 +7,26 @@ alone, so that a replay tells the same.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 from flexarm_controller.command import ControlCommand
-from flexarm_controller.conversions import debug_to_msg, gains_to_msg, notice_msg, status_to_msg
+from flexarm_controller.conversions import (
+    debug_to_msg,
+    gains_to_msg,
+    notice_msg,
+    predicted_to_msg,
+    status_to_msg,
+)
 from flexarm_controller.debug import Insight
 from flexarm_controller.state import ArmState
 from flexarm_model.conversions import ns_to_stamp
 from flexarm_model.served.reduced_model import ReducedModel
 
 MOST_RATE = 200.0  # Hz; as often as an arm of that control rate needs to tell every answer
+GAP_NS = 50_000_000  # between two predicted motions, 20 a second
 EARLY = 0.25  # periods by which a stamp may be early
 
 
@@ -69,16 +77,12 @@ class AnswerTeller:
         self._backend, self._gap_ns = backend, 1e9 * (1.0 / MOST_RATE - EARLY * period) if is_live else 0.0
         self._said, self._said_ns = ("", ""), 0
         self._insight: Insight | None = None
-        self._is_debug_wanted: Callable[[], bool] = lambda: False
-        self._are_gains_wanted: Callable[[], bool] = lambda: False
+        self._listens: Callable[[str], bool] = lambda topic: False
+        self._predicted_ns = -math.inf
 
-    def tell_debug(self, insight: Insight, is_wanted: Callable[[], bool]) -> None:
-        """Tell what is expected of every plan from now on, while it is wanted."""
-        self._insight, self._is_debug_wanted = insight, is_wanted
-
-    def tell_gains(self, are_wanted: Callable[[], bool]) -> None:
-        """Tell the law about every command's state from now on, while it is wanted."""
-        self._are_gains_wanted = are_wanted
+    def tell_more(self, insight: Insight, listens: Callable[[str], bool]) -> None:
+        """Tell from now on what is told only while somebody listens; by topic, see ``look_ahead``."""
+        self._insight, self._listens = insight, listens
 
     def tell(self, answer: Answer) -> list[Outgoing]:
         """Return the status of an answer if it is due."""
@@ -99,21 +103,38 @@ class AnswerTeller:
             model: In use.
             state: That is answered.
         """
-        if answer.command is None:
+        command, insight = answer.command, self._insight
+        if command is None or insight is None:
             return []
-        told = self._gains(answer.command, model, answer.stamp_ns)
-        if self._insight is None:
-            return told
-        if self._is_debug_wanted():
-            expected = self._insight.look(model, state, answer.command)
-            msg = debug_to_msg(answer.command, expected, self._insight.period, self._backend, model.eta_names)
+        told = [
+            *self._gains(command, model, answer.stamp_ns),
+            *self._predicted(insight, answer, model, state),
+        ]
+        if self._listens("controller_debug"):
+            expected = insight.look(model, state, command)
+            msg = debug_to_msg(command, expected, insight.period, self._backend, model.eta_names)
             msg.header.stamp = ns_to_stamp(answer.stamp_ns)
             told.append(Outgoing("controller_debug", msg))
-        self._insight.note(answer.command)
+        insight.note(command)
         return told
 
     def _gains(self, command: ControlCommand, model: ReducedModel, stamp_ns: int) -> list[Outgoing]:
-        if command.local is None or not self._are_gains_wanted():
+        """Return the law about the states that a command leads through, where the law can tell."""
+        if command.local is None or not self._listens("feedback_gains"):
             return []
         msg = gains_to_msg(command, command.local(), model.theta_names, model.eta_names, stamp_ns)
         return [Outgoing("feedback_gains", msg)]
+
+    def _predicted(
+        self, insight: Insight, answer: Answer, model: ReducedModel, state: ArmState
+    ) -> list[Outgoing]:
+        """Return the motion that a plan leads to, so many times a second."""
+        since_ns = answer.stamp_ns - self._predicted_ns
+        if 0 <= since_ns < GAP_NS or not self._listens("predicted") or answer.command is None:
+            return []
+        states = insight.states(model, state, answer.command)
+        if not len(states):
+            return []
+        self._predicted_ns = answer.stamp_ns
+        msg = predicted_to_msg(answer.command, states, model.theta_names, insight.period, answer.stamp_ns)
+        return [Outgoing("predicted", msg)]

@@ -8,6 +8,8 @@ Publishes
     controller_debug (flexarm_interfaces/ControllerDebug): one per joint_commands while somebody listens.
     feedback_gains (flexarm_interfaces/FeedbackGains): one per joint_commands that the law itself made, while
         somebody listens.
+    predicted (trajectory_msgs/JointTrajectory): motion of the axes that the plan leads to, from the time on
+        from which it acts; 20 a second while somebody listens.
     motion_status, reference: see ``motion/tip_goals_node``.
     ~/models (std_msgs/String, latched): receipt of the models taken and prepared so far.
     /diagnostics (diagnostic_msgs/DiagnosticArray): 1 Hz.
@@ -23,7 +25,7 @@ In real time only the newest state is answered when several wait: what was misse
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 
 from flexarm_interfaces.msg import (
@@ -101,10 +103,7 @@ class ControllerNode(ManagedNode):
         goals = MotionExchange(config, self._tip, motion, period, self.exchange)
         self._goals = TipGoals(self, goals, self._publish)
         self.exchange.write_commands(CommandWriter(serialize_message).write)
-        self.exchange.teller.tell_debug(
-            Insight(self._tip.at, inputs.mpc, period), self._listens("controller_debug")
-        )
-        self.exchange.teller.tell_gains(self._listens("feedback_gains"))
+        self.exchange.teller.tell_more(Insight(self._tip.at, inputs.mpc, period), self._listens)
         self._connect()
 
     def _exchange(
@@ -150,9 +149,8 @@ class ControllerNode(ManagedNode):
         self.exchange.work_ahead()
         self._goals.update()
 
-    def _listens(self, topic: str) -> Callable[[], bool]:
-        """Return a function that tells whether somebody listens to a topic of ours."""
-        return lambda: bool(self._outlets[topic].get_subscription_count())
+    def _listens(self, topic: str) -> bool:
+        return bool(self._outlets[topic].get_subscription_count())
 
     def _publish(self, outgoing: Sequence[Outgoing]) -> None:
         for out in outgoing:
@@ -165,9 +163,8 @@ class ControllerNode(ManagedNode):
             # deep: what it says of a reference must reach a slow commander among the states' answers
             "controller_status": self.create_publisher(ControllerStatus, "controller_status", LOCKSTEP_QOS),
         }
-        self._outlets["controller_debug"] = self.create_publisher(
-            ControllerDebug, "controller_debug", RELIABLE_QOS
-        )
+        for topic, kind in (("controller_debug", ControllerDebug), ("predicted", JointTrajectory)):
+            self._outlets[topic] = self.create_publisher(kind, topic, RELIABLE_QOS)
         self._outlets["feedback_gains"] = self.create_publisher(FeedbackGains, "feedback_gains", quality)
         self._outlets.update(self._goals.outlets)
         self._receipts = self.create_publisher(String, "~/models", LATCHED_QOS)

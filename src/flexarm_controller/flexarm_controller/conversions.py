@@ -161,6 +161,30 @@ def gains_to_msg(
     return msg
 
 
+def predicted_to_msg(
+    command: ControlCommand, states: Array, names: tuple[str, ...], period: float, stamp_ns: int
+) -> JointTrajectory:
+    """Return the motion of the axes that a command's plan leads to, from when it begins to act.
+
+    Args:
+        command: With its plan, (k, n_theta).
+        states: At the begin and after each period of the plan, (k + 1, 2 n).
+        names: Actuated axes.
+        period: Between two of them [s].
+        stamp_ns: Of the state that the command answers [ns].
+    """
+    msg = JointTrajectory(joint_names=list(names))
+    msg.header.stamp, msg.header.frame_id = ns_to_stamp(acts_ns(command, stamp_ns)), "base"
+    n, m = states.shape[1] // 2, len(names)
+    for k, x in enumerate(states):
+        sec, nanosec = divmod(round(k * period * NS_PER_S), NS_PER_S)
+        point = JointTrajectoryPoint(time_from_start=Duration(sec=sec, nanosec=nanosec))
+        point.positions, point.velocities = floats(x[:m]), floats(x[n : n + m])
+        point.effort = floats(command.plan[min(k, len(command.plan) - 1)])
+        msg.points.append(point)
+    return msg
+
+
 def notice_msg(reason: str, stamp_ns: int) -> ControllerStatus:
     """Return a status that only tells something: a reference taken or refused, a model refused."""
     msg = ControllerStatus(mode=ControllerStatus.INACTIVE, reason=reason)

@@ -68,8 +68,10 @@ class Insight:
             self._sent = np.zeros((torques_kept(self._config, self.period), command.tau.size))
         self._sent[:-1], self._sent[-1] = self._sent[1:].copy(), command.tau
 
-    def look(self, model: ReducedModel, state: ArmState, command: ControlCommand) -> Expectation:
-        """Return what a command's plan leads to; to be asked before the command is noted.
+    def states(self, model: ReducedModel, state: ArmState, command: ControlCommand) -> Array:
+        """Return the states that a command's plan leads through, from when it begins to act, (k + 1, 2 n).
+
+        None without a plan, or where the state is of no use; to be asked before the command is noted.
 
         Args:
             model: The served model in use.
@@ -78,18 +80,22 @@ class Insight:
         """
         if self._ahead is None or self._ahead.model.model_id != model.model_id:
             self._ahead = _Ahead(model, self._config, self.period)
+        if state.model_id != model.model_id or not (state.is_finite and command.plan.size):
+            return np.zeros((0, 2 * model.n))
+        sent = np.zeros((torques_kept(self._config, self.period), command.tau.size))
+        vibrations = self._ahead.states(state, sent if self._sent is None else self._sent, command.plan)
+        return np.asarray(vibrations + _sag(model, state))
+
+    def look(self, model: ReducedModel, state: ArmState, command: ControlCommand) -> Expectation:
+        """Return what a command's plan leads to; see ``states``."""
         if state.model_id != model.model_id or not state.is_finite:
             return Expectation(NO_TIP, np.zeros(0), np.full(model.n_eta, np.nan))
-        ahead = self._ahead
         now = vibration_energy(model, state.vibration[None])[0]
-        if not command.plan.size:
+        states = self.states(model, state, command)
+        if self._ahead is None or not len(states):
             return Expectation(NO_TIP, np.zeros(0), now)
-        sent = np.zeros((torques_kept(self._config, self.period), command.tau.size))
-        states = ahead.states(state, sent if self._sent is None else self._sent, command.plan)
-        sag = np.zeros(2 * model.n)
-        sag[model.n_theta : model.n_theta + state.sag.size] = state.sag
-        tip = np.array([self._tip(q) for q in ahead.coordinates(states + sag)])
-        return Expectation(tip, vibration_energy(model, states).sum(axis=1), now)
+        tip = np.array([self._tip(q) for q in self._ahead.coordinates(states)])
+        return Expectation(tip, vibration_energy(model, states - _sag(model, state)).sum(axis=1), now)
 
 
 class _Ahead:
@@ -114,6 +120,13 @@ class _Ahead:
         """Return the coordinates of the dynamics tree, (k, n_q)."""
         model = self.model
         return np.asarray(model.q0 + (states[:, : model.n] - model.xi0) @ model.Phi.T)
+
+
+def _sag(model: ReducedModel, state: ArmState) -> Array:
+    """Return the static deflection that a model lacks as a state, (2 n,)."""
+    sag = np.zeros(2 * model.n)
+    sag[model.n_theta : model.n_theta + state.sag.size] = state.sag
+    return sag
 
 
 def vibration_energy(model: ReducedModel, states: Array) -> Array:

@@ -13,6 +13,7 @@ from flexarm_interfaces.msg import ControllerStatus, GuardStatus, ModalState  # 
 from flexarm_controller.command_writer import CommandWriter  # noqa: E402
 from flexarm_controller.controller import Controller  # noqa: E402
 from flexarm_controller.conversions import command_to_msg, reference_to_msg, state_from_msg  # noqa: E402
+from flexarm_controller.debug import Insight  # noqa: E402
 from flexarm_controller.exchange import ControllerExchange  # noqa: E402
 from flexarm_controller.limits import limits_of  # noqa: E402
 from flexarm_controller.reference import hold  # noqa: E402
@@ -87,13 +88,33 @@ def test_gains_are_told_while_somebody_wants_them(exchange, model):
     exchange.on_model(model_to_msg(model))
     exchange.on_guard_status(GuardStatus(session_token=3))
     assert "feedback_gains" not in answers(exchange.on_modal_state(state(model, 0)))
-    exchange.teller.tell_gains(lambda: True)
+    insight = Insight(lambda q: np.zeros(3), MpcConfig(), ControllerConfig().period)
+    exchange.teller.tell_more(insight, lambda topic: topic == "feedback_gains")
     told = answers(exchange.on_modal_state(state(model, 1)))
     gains, command = told["feedback_gains"], told["joint_commands"]
     assert (gains.model_id, gains.header.stamp) == (model.model_id, command.header.stamp)
     assert (gains.acts_at, list(gains.effort)) == (command.acts_at, list(command.effort))
     assert (len(gains.x), len(gains.gain)) == (2 * model.n, 2 * model.n * model.n_theta)
     assert gains.gain[0] < 0.0 and gains.gain[model.n] < 0.0  # more angle or speed, less torque
+
+
+def test_the_predicted_motion_is_told_20_times_a_second_and_begins_when_the_plan_acts(exchange, model):
+    exchange.on_model(model_to_msg(model))
+    exchange.on_guard_status(GuardStatus(session_token=3))
+    config = MpcConfig()
+    insight = Insight(lambda q: np.zeros(3), config, ControllerConfig().period)
+    exchange.teller.tell_more(insight, lambda topic: topic == "predicted")
+    told = [answers(exchange.on_modal_state(state(model, k, theta_dot=[0.4]))) for k in range(31)]
+    assert [k for k, each in enumerate(told) if "predicted" in each] == [0, 10, 20, 30]
+    command, predicted = (told[20][topic] for topic in ("joint_commands", "predicted"))
+    assert predicted.header.stamp == command.acts_at and predicted.joint_names == command.names
+    assert len(predicted.points) == config.horizon + 1
+    assert list(predicted.points[0].effort) == pytest.approx(list(command.effort))
+    lead = 0.4 * config.delay_periods * ControllerConfig().period  # rad
+    assert predicted.points[0].positions[0] == pytest.approx(0.1 + lead, abs=5e-4)
+    assert abs(predicted.points[-1].velocities[0]) < 0.4  # it is brought to rest
+    seconds = [point.time_from_start.sec + 1e-9 * point.time_from_start.nanosec for point in predicted.points]
+    assert np.diff(seconds) == pytest.approx(np.full(config.horizon, ControllerConfig().period))
 
 
 @pytest.mark.parametrize("heard", [(5, 0, 6), (5, 6)], ids=["stop heard", "stop missed"])

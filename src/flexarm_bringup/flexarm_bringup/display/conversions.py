@@ -18,18 +18,26 @@ Array = NDArray[np.float64]
 
 FRAME = "base"
 LINK_WIDTH, JOINT_SIZE, TIP_SIZE = 0.012, 0.025, 0.02  # of the arm's size
+PLAN_WIDTH = 0.005  # of the arm's size
+NO_PLAN = np.zeros((0, 3))
 LEAST = 1e-4  # m; smallest axis of the tip's ellipsoid that is drawn
-ELASTIC, RIGID, JOINT, TIP, DOUBT = (
+ELASTIC, RIGID, JOINT, TIP, DOUBT, PLAN = (
     (0.20, 0.47, 0.80, 1.0),
     (0.45, 0.45, 0.45, 1.0),
     (0.15, 0.15, 0.15, 1.0),
     (0.90, 0.35, 0.10, 1.0),
     (0.90, 0.35, 0.10, 0.3),
+    (0.10, 0.60, 0.30, 1.0),
 )
 
 
-def markers_msg(
-    lines: Sequence[Line], elastic: frozenset[str], joints: Array, tip: Array, three_sigma: Array
+def markers_msg(  # noqa: PLR0913, everything that is drawn
+    lines: Sequence[Line],
+    elastic: frozenset[str],
+    joints: Array,
+    tip: Array,
+    three_sigma: Array,
+    plan: Array = NO_PLAN,
 ) -> MarkerArray:
     """Return the arm as markers in the frame "base".
 
@@ -39,6 +47,7 @@ def markers_msg(
         joints: Where it has joints [m], (n, 3).
         tip: Where its tip is [m], (3,).
         three_sigma: Of the tip's position, zero where it is not known [m], (3,).
+        plan: Where the tip will go by the controller's plan [m], (k, 3); empty without one.
     """
     points = np.concatenate([line.points for line in lines])
     size = float(np.ptp(points, axis=0).max(initial=0.0)) or 1.0
@@ -55,7 +64,15 @@ def markers_msg(
     at_tip = [_sphere("tip", tip, np.full(3, TIP_SIZE * size), TIP)]
     if three_sigma.any():
         at_tip.append(_sphere("tip, 3 sigma", tip, np.maximum(2.0 * three_sigma, LEAST), DOUBT))
-    return MarkerArray(markers=[*found, spheres, *at_tip])
+    return MarkerArray(markers=[*found, spheres, *at_tip, _path(plan, PLAN_WIDTH * size)])
+
+
+def _path(points: Array, width: float) -> Marker:
+    """Return a line, or what takes it away where there are no points."""
+    marker = _marker("tip, planned", 0, Marker.LINE_STRIP, PLAN)
+    marker.scale.x, marker.points = width, _points(points)
+    marker.action = Marker.ADD if len(points) > 1 else Marker.DELETE
+    return marker
 
 
 def segments_msg(positions: Mapping[str, float], stamp: Any) -> JointState:

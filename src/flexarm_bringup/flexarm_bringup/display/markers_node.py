@@ -1,13 +1,15 @@
 """Markers node: the arm as it bends, for RViz and Foxglove. It only listens and is never in the loop.
 
 Publishes
-    markers (visualization_msgs/MarkerArray): links, joints, tip with its 3-sigma ellipsoid, in "base".
+    markers (visualization_msgs/MarkerArray): links, joints, tip with its 3-sigma ellipsoid, where the
+        controller plans to move it, in "base".
     robot_description (std_msgs/String, latched): URDF with segment joints along every body that bends.
     segment_states (sensor_msgs/JointState): position of all its joints [rad or m], for robot_state_publisher.
     ~/ready (std_msgs/Bool, latched): true once the description is out.
 Subscribes
     modal_state (flexarm_interfaces/ModalState), model (flexarm_interfaces/ReducedModel, latched),
-    end_effector (nav_msgs/Odometry: covariance of the tip), all best effort.
+    end_effector (nav_msgs/Odometry: covariance of the tip), predicted (trajectory_msgs/JointTrajectory: the
+        controller's plan), all best effort.
 
 Coordinates of the tree are those of the served model (``shape``); elastic modes too small to be seen are
 shown ``magnification`` times as large. Everything goes out ``rate`` times a second, whatever comes in.
@@ -28,15 +30,16 @@ from rclpy.node import Node
 from rclpy.serialization import deserialize_message
 from sensor_msgs.msg import JointState
 from std_msgs.msg import String
+from trajectory_msgs.msg import JointTrajectory
 from visualization_msgs.msg import MarkerArray
 
-from flexarm_bringup.display.conversions import markers_msg, segments_msg
+from flexarm_bringup.display.conversions import NO_PLAN, markers_msg, segments_msg
 from flexarm_bringup.display.segment_graph import SegmentGraph
 from flexarm_bringup.display.shape import coordinates
 from flexarm_bringup.display.urdf import urdf
 from flexarm_bringup.model_view.mechanism_lines import MechanismLines
 from flexarm_bringup.monitor.model_book import ModelBook
-from flexarm_model.conversions import model_from_msg
+from flexarm_model.conversions import model_from_msg, stamp_to_ns
 from flexarm_model.ros.declared_node import declare_configs, load_arm
 from flexarm_model.ros.node import (
     LATCHED_QOS,
@@ -46,11 +49,15 @@ from flexarm_model.ros.node import (
     ReadyFlag,
     run_node,
 )
+from flexarm_model.served.reduced_model import ReducedModel
 from flexarm_model.settings.arm_settings import ArmSettings
 from flexarm_model.settings.parameters import parameter
 from flexarm_model.tree.reduced_tree import ReducedTree
 
 Array = NDArray[np.float64]
+HEARD = (("modal_state", ModalState), ("end_effector", Odometry), ("predicted", JointTrajectory))
+RECENT_NS = 500_000_000  # of a plan
+CORNERS = 10  # of its path, about
 
 
 @dataclass(frozen=True)
@@ -92,8 +99,20 @@ class MarkersNode(Node):  # type: ignore[misc]
         self._shown = raw
         q = coordinates(model, np.array(state.theta), np.array(state.eta), self.settings.magnification)
         lines, joints, tip = self._lines.lines(q), self._lines.joints(q), self._lines.tip(q)[:3, 3]
-        self._markers.publish(markers_msg(lines, self._elastic, joints, tip, self._three_sigma()))
+        plan = self._plan(model, stamp_to_ns(state.header.stamp))
+        self._markers.publish(markers_msg(lines, self._elastic, joints, tip, self._three_sigma(), plan))
         self._segments.publish(segments_msg(self._graph.values(q), state.header.stamp))
+
+    def _plan(self, model: ReducedModel, now_ns: int) -> Array:
+        """Return where the tip goes by the plan, modes at rest [m], (k, 3); empty without a recent one."""
+        raw = self._newest.get("predicted")
+        plan = deserialize_message(raw, JointTrajectory) if raw else JointTrajectory()
+        age_ns = now_ns - stamp_to_ns(plan.header.stamp)
+        if not plan.points or abs(age_ns) > RECENT_NS:
+            return NO_PLAN
+        at_rest = np.zeros(model.n_eta)
+        poses = [np.array(point.positions) for point in plan.points[:: max(len(plan.points) // CORNERS, 1)]]
+        return np.array([self._lines.tip(coordinates(model, theta, at_rest, 1.0))[:3, 3] for theta in poses])
 
     def _three_sigma(self) -> Array:
         raw = self._newest.get("end_effector")
@@ -108,7 +127,7 @@ class MarkersNode(Node):  # type: ignore[misc]
         self._description = self.create_publisher(String, "robot_description", LATCHED_QOS)
         self._description.publish(String(data=description))
         self.create_subscription(ReducedModelMsg, "model", self._models.add, MODELS_QOS, raw=True)
-        for topic, kind in (("modal_state", ModalState), ("end_effector", Odometry)):
+        for topic, kind in HEARD:
             self.create_subscription(kind, topic, self._keeper(topic), SENSOR_QOS, raw=True)
         self.create_timer(
             1.0 / self.settings.rate, self.on_timer, clock=Clock(clock_type=ClockType.STEADY_TIME)

@@ -80,7 +80,9 @@ def _build_player(bag: Bag) -> tuple[Player, Callable[[], str]]:
     controller = ControllerExchange(config, laws, mpc, epoch_ns, Clocks(cpu=lambda: 0.0), motion)
     if len(written_for(bag)) > len(WRITTEN):
         tip = TipKinematics(ReducedTree(config))
-        controller.teller.tell_debug(Insight(tip.at, mpc, laws.period), lambda: True)
+        controller.teller.tell_more(
+            Insight(tip.at, mpc, laws.period), lambda topic: topic == "controller_debug"
+        )
     estimator = EstimatorExchange(
         config, apply_overrides(EstimatorConfig, settings.get("estimator", {})), epoch_ns
     )
