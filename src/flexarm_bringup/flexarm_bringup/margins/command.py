@@ -2,6 +2,7 @@
 
   flexarm margins single_link --preset light_hub       named poses, and some along the moves
   flexarm margins serial_6r --along 9 --html m.html    more poses, and poles and margins as figures
+  flexarm margins variable_stiffness --grid 4          also at 4 x 4 x 4 poses within the axes' ranges
   flexarm margins single_link --set estimator.modal_force=1e-3    what if the filter were more sure?
   flexarm margins single_link --set controller.law=pd             another law: pd, lqr, mpc
 
@@ -20,6 +21,7 @@ from typing import Any
 
 from flexarm_bringup.arguments import whole
 from flexarm_bringup.margins.page import build_page
+from flexarm_bringup.margins.poses import MOST_POSES, Poses
 from flexarm_bringup.margins.study import run_study
 from flexarm_bringup.page.report import add_report_arguments, publish
 from flexarm_bringup.progress import Progress
@@ -46,6 +48,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help=f"poses along its moves (default {ALONG})",
     )
     parser.add_argument(
+        "--grid",
+        type=whole(at_least=0),
+        default=0,
+        metavar="N",
+        help=f"also N values of every axis within its range, all combinations, at most {MOST_POSES} (0)",
+    )
+    parser.add_argument(
         "--set", action="append", default=[], metavar="SECTION.KEY=VALUE",
         help=f"change one of the settings; sections: {', '.join(SECTIONS)}",
     )  # fmt: skip
@@ -59,7 +68,7 @@ def run(args: argparse.Namespace) -> int:
     try:
         task = with_settings(task_for(args.name), args.set)
         preset = task.presets[0] if args.preset is None else args.preset
-        study = run_study(task, preset, args.along, config, progress.say)
+        study = run_study(task, preset, Poses(args.along, args.grid), config, progress.say)
     except (ConfigError, ParameterError, ValueError) as error:
         progress.done()
         print(f"flexarm margins: {error}", file=sys.stderr)

@@ -22,6 +22,7 @@ from flexarm_controller.margins.verdict import (
 from flexarm_controller.settings import MarginConfig
 
 MOST_SHOWN = 40  # paths in a table
+MOST_REFUSED = 5  # poses that are told one by one
 MODE_COLUMNS = [
     Column("path"), Column("served"), Column("axes free\n[Hz]", ".1f"),
     Column("as described\ngain [dB]", ".1f"), Column("\ndelay [ms]", ".2f"),
@@ -146,12 +147,24 @@ def _remarks(study: Study, config: MarginConfig) -> dict[str, Sequence[str]]:
     most = max(free, default=0.0)
     left_out = ", ".join(study.left_out) or "none"
     return {
+        **_refused(study),
         "What was closed": [
             f"the described arm with {config.extra_modes} more modes per body, up to {most:.0f} Hz",
             f"sensors left out of the settled filter (late or slow): {left_out}",
             f"latency: the controller's delay_periods of {study.dt * MS:.3g} ms; limits do not bind",
             f"gain of {ALL_TORQUES}: what reaches the arm against what the filter is told",
-        ]
+        ],
+    }
+
+
+def _refused(study: Study) -> dict[str, Sequence[str]]:
+    """Return the poses of the grid without a result."""
+    if not study.refused:
+        return {}
+    said = [f"{label}: {why}" for label, why in study.refused[:MOST_REFUSED]]
+    more = len(study.refused) - len(said)
+    return {
+        f"Poses of the grid left out: {len(study.refused)}": said + ([f"and {more} more"] if more else [])
     }
 
 

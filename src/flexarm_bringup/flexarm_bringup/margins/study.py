@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from flexarm_bringup.static_arm import StaticArm
-from flexarm_bringup.tasks.course import plan_course
+from flexarm_bringup.margins.poses import Poses
 from flexarm_bringup.tasks.task import Task
 from flexarm_controller.laws import LawInputs
 from flexarm_controller.limits import limits_of
@@ -27,7 +26,6 @@ from flexarm_model.served.linearize import linearize
 from flexarm_model.tree.reduced_tree import ReducedTree
 
 Array = NDArray[np.float64]
-SAME = 1e-6  # rad or m between poses that are one
 
 
 @dataclass(frozen=True)
@@ -58,6 +56,7 @@ class Study:
         served: Modes that the controller knows.
         left_out: Sensors that the settled filter does without.
         poses: In the order looked at.
+        refused: Poses of the grid that the arm cannot take, or at which the loop cannot be judged, and why.
     """
 
     task: Task
@@ -66,6 +65,7 @@ class Study:
     served: tuple[str, ...]
     left_out: tuple[str, ...]
     poses: tuple[PoseResult, ...]
+    refused: tuple[tuple[str, str], ...] = ()
 
     @property
     def cases(self) -> list[Case]:
@@ -122,14 +122,14 @@ class Loop:
 
 
 def run_study(
-    task: Task, preset: str, along: int, margins: MarginConfig, say: Callable[[str], None]
+    task: Task, preset: str, poses: Poses, margins: MarginConfig, say: Callable[[str], None]
 ) -> Study:
     """Look at every pose.
 
     Args:
         task: Of the manipulator.
         preset: Of its description.
-        along: How many poses along its moves.
+        poses: At which.
         margins: What is wanted.
         say: Is told what comes next.
 
@@ -140,29 +140,26 @@ def run_study(
     config, task = load_config(find_manipulator(task.manipulator), preset), task.under(preset)
     laws = task.make("controller", ControllerConfig), task.make("mpc", MpcConfig)
     loop = Loop(config, task.make("estimator", EstimatorConfig), laws, margins)
-    found = []
-    for label, pose in _poses(loop, task, along).items():
+    found, refused = [], []
+    grid = poses.of_grid(config)
+    for label, pose in poses.asked(loop.tree, task, loop.dt).items():
         say(f"pose {label}")
-        locked = tuple(linearize(loop.tree, pose).omega / (2.0 * np.pi))
-        look = loop.look(pose)
-        found.append(PoseResult(label, locked, tuple(look.cases), tuple(look.firm)))
+        found.append(_look(loop, label, pose))
+    for k, (label, pose) in enumerate(grid.items(), start=1):
+        say(f"grid, pose {k} of {len(grid)}: {label}")
+        try:
+            found.append(_look(loop, label, pose))
+        except (ValueError, np.linalg.LinAlgError) as error:
+            refused.append((label, str(error)))
     estimator = loop.estimator()
     left_out = settled_filter(estimator, loop.dt).left_out
-    return Study(task, preset, loop.dt, estimator.model.eta_names, left_out, tuple(found))
+    return Study(task, preset, loop.dt, estimator.model.eta_names, left_out, tuple(found), tuple(refused))
 
 
-def _poses(loop: Loop, task: Task, along: int) -> Mapping[str, Array]:
-    """Return the named poses and some along the moves, each but once."""
-    named = {"home": loop.config.home, **loop.config.poses}
-    course = plan_course(StaticArm(loop.tree), task, loop.dt)
-    times = np.linspace(course.legs[0].start, course.legs[-1].end, along) if along else np.zeros(0)
-    for t in times:
-        named[f"{t:.2f} s"] = course.reference.position(float(t))
-    kept: dict[str, Array] = {}
-    for label, pose in named.items():
-        if all(abs(pose - other).max() > SAME for other in kept.values()):
-            kept[label] = pose
-    return kept
+def _look(loop: Loop, label: str, pose: Array) -> PoseResult:
+    locked = tuple(linearize(loop.tree, pose).omega / (2.0 * np.pi))
+    look = loop.look(pose)
+    return PoseResult(label, locked, tuple(look.cases), tuple(look.firm))
 
 
 def worst_of(cases: Sequence[Case], name: str) -> tuple[Case, Case] | None:

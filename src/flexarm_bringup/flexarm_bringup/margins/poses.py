@@ -1,0 +1,79 @@
+"""The poses at which a closed loop is looked at: named ones, some along the moves, a grid of the ranges."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexarm_bringup.static_arm import StaticArm
+from flexarm_bringup.tasks.course import plan_course
+from flexarm_bringup.tasks.task import Task
+from flexarm_model.manipulator.description import ManipulatorConfig
+from flexarm_model.served.pose_grid import grid_poses
+from flexarm_model.settings.strict_yaml import ConfigError
+from flexarm_model.tree.reduced_tree import ReducedTree
+
+Array = NDArray[np.float64]
+MOST_POSES = 1000  # of a grid
+SAME = 1e-6  # rad or m between poses that are one
+
+
+@dataclass(frozen=True)
+class Poses:
+    """Which poses are wanted beside the named ones.
+
+    Attributes:
+        along: So many along the moves.
+        grid: So many values of every axis evenly within its range, all combinations; half a step from its
+            ends, where its position limit binds and the law is another one.
+    """
+
+    along: int = 0
+    grid: int = 0
+
+    def asked(self, tree: ReducedTree, task: Task, dt: float) -> Mapping[str, Array]:
+        """Return named poses and those along the moves, each but once, by label.
+
+        Args:
+            tree: The arm.
+            task: Its moves.
+            dt: Control period [s].
+        """
+        named = {"home": tree.config.home, **tree.config.poses}
+        course = plan_course(StaticArm(tree), task, dt)
+        begin, end = course.legs[0].start, course.legs[-1].end
+        for t in np.linspace(begin, end, self.along):
+            named[f"{t:.2f} s"] = course.reference.position(float(t))
+        kept: dict[str, Array] = {}
+        for label, pose in named.items():
+            if all(abs(pose - other).max() > SAME for other in kept.values()):
+                kept[label] = pose
+        return kept
+
+    def of_grid(self, config: ManipulatorConfig) -> Mapping[str, Array]:
+        """Return the poses of the grid by label.
+
+        Raises:
+            ConfigError: There are too many, or an axis has no ends.
+        """
+        if not self.grid:
+            return {}
+        axes = config.actuated
+        if self.grid ** len(axes) > MOST_POSES:
+            fitting = math.floor(MOST_POSES ** (1 / len(axes)) + 1e-9)
+            why = f"{self.grid ** len(axes)} poses of {len(axes)} axes, at most {MOST_POSES}"
+            raise ConfigError(f"--grid {self.grid}: {why}: up to --grid {fitting}")
+        for name, axis in axes.items():
+            if not math.isfinite(axis.upper - axis.lower):
+                raise ConfigError(f"--grid {self.grid}: axis '{name}' has no ends")
+        shares = (np.arange(self.grid) + 0.5) / self.grid
+        values = [(axis.lower + shares * (axis.upper - axis.lower)).tolist() for axis in axes.values()]
+        return {_label(pose): pose for pose in grid_poses(values).values}
+
+
+def _label(pose: Sequence[float] | Array) -> str:
+    return ", ".join(f"{value:.3g}" for value in pose)
