@@ -14,6 +14,7 @@ from flexarm_bringup.sim.sensor_fault_text import parse_faults
 from flexarm_bringup.soak.memory import Life, MemoryLog, resident_mb
 from flexarm_bringup.soak.outcome import Outcome
 from flexarm_bringup.soak.script import VICTIMS, Script, move, random_fault, random_goal
+from flexarm_bringup.soak.worst import KEPT, Moment, WorstMoments
 from flexarm_model.reading.config import load_config
 from flexarm_model.reading.manipulator_file import find_manipulator
 
@@ -147,3 +148,15 @@ def test_the_same_seed_does_the_same() -> None:
     assert a.victim() == b.victim() and random_fault(a.rng, SINGLE.sensors) == random_fault(
         b.rng, SINGLE.sensors
     )
+
+
+def test_the_worst_moments_are_kept_each_but_once_and_with_what_was_going_on() -> None:
+    worst = WorstMoments()
+    for k in range(100_000):
+        t = 0.02 * k
+        peak = int(t) % 100 == 7  # one second in a hundred, 20 of them
+        error = 1e-3 * (int(t) // 100 + 1) * (1.0 + 0.01 * (k % 50)) if peak else 1e-5
+        worst.note(Moment(t, error, "moving", True, "ok", f"fault {int(t) // 100}"))
+    kept = worst.worst
+    assert len(kept) == KEPT and [each.fault for each in kept] == [f"fault {19 - k}" for k in range(KEPT)]
+    assert all(each.error == pytest.approx(1.49e-3 * (20 - k)) for k, each in enumerate(kept))

@@ -4,6 +4,8 @@ import numpy as np
 import pytest
 
 from flexarm_estimator.judging.gate import Gate
+from flexarm_estimator.judging.short_term import HELD, SHIFT
+from flexarm_estimator.measurement import Measurement
 from flexarm_estimator.settings import EstimatorConfig
 
 CONFIG = EstimatorConfig()
@@ -94,3 +96,23 @@ def test_a_sensor_alone_may_have_a_narrower_gate(lone_gate, is_held):
     gate = Gate({"a": [1.0], "b": [1.0]}, EstimatorConfig(gate=25.0, lone_gate=lone_gate))
     held = gate._past["a"].record.jump < 10.0
     assert held is is_held
+
+
+def say(gate, sensor, t, sigmas):
+    """Let a sensor say something new, and return why it is not fused."""
+    gate.meet([Measurement(sensor, t, np.array([t]))])
+    told = gate.judge(sensor, t, np.array([sigmas]), np.eye(1))
+    gate.note([told])
+    return told.reason
+
+
+def test_a_jump_is_not_the_arms_because_the_mean_of_another_sensor_is_a_little_off():
+    """An encoder whose sign flipped in a move was followed for 0.1 s: the camera's mean had 3.1 sigmas."""
+    rng, t = np.random.default_rng(2), 0.0
+    gate = Gate({"encoder": [1.0], "camera": [1.0]}, CONFIG)
+    while t < 5.0 and gate._past["camera"].mean.score < 3.1:
+        t += 0.005
+        assert not say(gate, "encoder", t, 0.3 * rng.normal())
+        say(gate, "camera", t, 1.5 + 0.3 * rng.normal())
+    assert gate._past["camera"].mean.score >= 3.1
+    assert [say(gate, "encoder", t + 0.005 * k, 1e4) for k in (1, 2, 3)] == [HELD, HELD, SHIFT]

@@ -13,6 +13,7 @@ from flexarm_bringup.page.report import Cells, Check, Column, Page, Table
 from flexarm_bringup.realtime.late_cycles import LateCycles, late_checks, standstill_rows
 from flexarm_bringup.realtime.standstill import Witnesses
 from flexarm_bringup.soak.memory import Life
+from flexarm_bringup.soak.worst import Moment
 
 GROWTH = 10.0  # MB; more is a leak
 MM = 1e3
@@ -35,6 +36,7 @@ class Outcome:
         errors: Subjects of /diagnostics that became an error, and how often.
         failure: Why it ended early; empty when it did not.
         witnesses: Of standstills of the machine itself; None without.
+        worst: Moments in which the estimate was farthest from the truth.
     """
 
     name: str
@@ -49,6 +51,7 @@ class Outcome:
     errors: Mapping[str, int]
     failure: str = ""
     witnesses: Witnesses | None = None
+    worst: Sequence[Moment] = ()
 
     def checks(self) -> list[Check]:
         """Return the bounds, and whether they were kept."""
@@ -89,7 +92,11 @@ class Outcome:
                 [[name, value] for name, value in standstill_rows(self.witnesses)],
             ),
         ]
-        items += [self._tip(), _counted("subjects of /diagnostics that became an error", self.errors)]
+        items += [
+            self._tip(),
+            self._moments(),
+            _counted("subjects of /diagnostics that became an error", self.errors),
+        ]
         data = {"lives": [vars(life) for life in self.lives]}
         return Page("flexarm soak", lead, [*items, self._curves()], self.checks(), data=data)
 
@@ -115,6 +122,15 @@ class Outcome:
             error = MM * np.array(values or [np.nan])
             rows.append([what, len(values), float(np.sqrt((error**2).mean())), float(error.max())])
         return Table("tip: estimate from truth", columns, rows)
+
+    def _moments(self) -> Table:
+        columns = [Column("at, s", ".2f"), Column("error, mm", ".1f"), Column("while"), Column("usable")]
+        columns += [Column("the estimator said"), Column("last fault of a sensor")]
+        rows: list[Cells] = [
+            [at.t, MM * at.error, at.doing, "yes" if at.is_usable else "no", at.said, at.fault]
+            for at in self.worst
+        ]
+        return Table("tip: farthest from the truth", columns, rows)
 
     def _curves(self) -> Figure:
         with drawing() as plot:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import signal
 import time
-from collections import Counter
+from collections import Counter, defaultdict
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -21,6 +21,7 @@ from flexarm_bringup.soak.memory import MemoryLog
 from flexarm_bringup.soak.outcome import Outcome
 from flexarm_bringup.soak.script import Script, move, random_fault, random_goal
 from flexarm_bringup.soak.soak_node import SoakNode, start_of
+from flexarm_bringup.soak.worst import Moment, WorstMoments
 from flexarm_model.manipulator.description import ManipulatorConfig
 
 PATIENCE = 120.0  # s until everything is ready for the first time, and after every kill
@@ -28,7 +29,6 @@ STEP = 0.02  # s between two looks
 MEMORY_PERIOD = 1.0  # s
 ARM_PERIOD = 0.5  # s between two attempts
 LEAD, REST = 2.0, 0.8  # s before a move, for the models on its way, and after it
-DOING = ("moving", "standing", "stopped")
 
 
 @dataclass(frozen=True)
@@ -81,7 +81,8 @@ class _Run:
         self._job, self._node, self._supervisor, self._say = job, node, supervisor, say
         self._script = Script(job.seed, job.fault_every, job.kill_every)
         self._memory, self._counts = MemoryLog(), Counter[str]()
-        self._tip_errors: dict[str, list[float]] = {name: [] for name in DOING}
+        self._tip_errors: defaultdict[str, list[float]] = defaultdict(list)
+        self._worst, self._fault = WorstMoments(), "none yet"
         self._end_ns = -1  # of the move, and of the rest after it
         self._goal: np.ndarray | None = None
         self._began = self._looked = self._asked = self._ready_at = time.monotonic()
@@ -108,6 +109,7 @@ class _Run:
             self._tip_errors,
             dict(self._node.errors),
             self._failure,
+            worst=self._worst.worst,
         )
 
     @property
@@ -132,11 +134,12 @@ class _Run:
     def _look(self) -> None:
         """Keep memory and tip error; see to processes that have ended."""
         self._tend()
-        error = self._node.tip_error()
-        if error is not None and np.isfinite(error):
+        look = self._node.tip()
+        if look is not None:
             is_moving = self._node.now_ns < self._end_ns
-            what = "stopped" if not self._node.is_armed else "moving" if is_moving else "standing"
-            self._tip_errors[what].append(error)
+            doing = "stopped" if not self._node.is_armed else "moving" if is_moving else "standing"
+            self._tip_errors[doing if look.is_usable else f"{doing}, state not to be used"].append(look.error)
+            self._worst.note(Moment(self._t, look.error, doing, look.is_usable, look.said, self._fault))
         now = time.monotonic()
         if now - self._looked >= MEMORY_PERIOD:
             self._looked = now
@@ -163,7 +166,9 @@ class _Run:
     def _break(self, event: str, is_ready: bool) -> None:
         """Break a sensor, or kill a process while all are there."""
         if event == "fault":
-            self._node.break_sensor(random_fault(self._script.rng, self._job.config.sensors))
+            fault = random_fault(self._script.rng, self._job.config.sensors)
+            self._node.break_sensor(fault)
+            self._fault = f"{fault}, from {self._t:.2f} s on"
             self._counts["faults of sensors"] += 1
         elif is_ready:
             victim = self._script.victim()

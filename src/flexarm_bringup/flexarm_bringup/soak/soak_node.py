@@ -13,7 +13,7 @@ from __future__ import annotations
 import time
 from collections import Counter
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from diagnostic_msgs.msg import DiagnosticArray
@@ -37,7 +37,16 @@ from flexarm_model.settings.diagnosis import Level
 
 Array = NDArray[np.float64]
 
+USABLE = (ModalState.OK, ModalState.DEGRADED)
 STREAMS = {"modal_state": ModalState, "end_effector": Odometry, "truth": Truth}
+
+
+class TipLook(NamedTuple):
+    """Error of the tip [m], whether the state may be used, and what the estimator says of it."""
+
+    error: float
+    is_usable: bool
+    said: str
 
 
 class SoakNode(Node):  # type: ignore[misc]
@@ -103,20 +112,23 @@ class SoakNode(Node):  # type: ignore[misc]
         """Return the actuated axes of a usable estimate, (n_theta,); None without one."""
         raw = self._arrivals["modal_state"].newest
         state = None if raw is None else deserialize_message(raw, ModalState)
-        usable = state is not None and state.status in (ModalState.OK, ModalState.DEGRADED)
+        usable = state is not None and state.status in USABLE
         return np.array(state.theta) if usable and state is not None else None
 
-    def tip_error(self) -> float | None:
-        """Return how far the newest estimate of the tip is from the truth [m]."""
+    def tip(self) -> TipLook | None:
+        """Return the error of the newest estimate of the tip, and what the estimator said of it."""
         estimates, truths = self._arrivals["end_effector"], self._arrivals["truth"]
         stamp = newest_common(estimates, truths)
-        if stamp is None:
+        raw = None if stamp is None else self._arrivals["modal_state"].at(stamp)
+        if stamp is None or raw is None:
             return None
         pair = (
             deserialize_message(estimates.at(stamp) or b"", Odometry),
             deserialize_message(truths.at(stamp) or b"", Truth),
         )
-        return tip_of(pair[0], pair, np.nan).error
+        state, error = deserialize_message(raw, ModalState), tip_of(pair[0], pair, np.nan).error
+        said = f"{state.age:.2f} s old: {state.reason or 'ok'}"
+        return TipLook(float(error), state.status in USABLE, said) if np.isfinite(error) else None
 
     def try_to_arm(self) -> None:
         """Ask the guard, unless an answer is still to come."""

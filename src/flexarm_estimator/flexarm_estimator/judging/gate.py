@@ -29,7 +29,7 @@ from flexarm_estimator.settings import EstimatorConfig
 from flexarm_estimator.steps.joint_step import PreparedStep
 
 Array = NDArray[np.float64]
-_ALSO, _SHARE = 3.0, 0.9  # score of another mean, and over the own, that makes a bias doubtful
+_ALSO, _SHARE = 3.0, 0.9  # score of another mean, and over the own or the jump, that makes a shift doubtful
 _SHORTEST = 1e-3  # s
 _TOGETHER = 2  # refusals in a row of several sensors at once that make the state doubtful
 
@@ -193,7 +193,7 @@ class Gate:
         others = [past for name, past in self._past.items() if name != sensor]
         if any(abs(past.surprised_at - own.surprised_at) <= SAME_INSTANT for past in others):
             return True
-        least = max(_ALSO, _SHARE * own.mean.score)
+        least = max(_ALSO, _SHARE * max(own.mean.score, own.surprise))
         return reason == SHIFT and any(past.mean.score > least for past in others)
 
     def _find_doubters(self, verdicts: Iterable[Verdict]) -> set[str]:

@@ -224,6 +224,11 @@ class ShortTerm:
         """Stamp of the first sample that is held [s]; infinite if there is none."""
         return self._held[0].sample.t if self._held else math.inf
 
+    @property
+    def surprise(self) -> float:
+        """Size of the jump that is held, normalised; 0 if there is none."""
+        return self._held[0].normalised if self._held else 0.0
+
     def _in_sigmas(self, nu: Array) -> float:
         """Return the largest innovation of a channel over the sensor's noise."""
         largest = 0.0
