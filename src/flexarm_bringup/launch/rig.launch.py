@@ -89,6 +89,7 @@ def on_exit(process, returns, stop):
     crashes = []
 
     def follow(context):
+        """Stop the motion, or end everything."""
         if context.is_shutdown:
             return
         code = context.locals.event.returncode

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
 from flexarm_bringup.cli import main
 from flexarm_bringup.margins.poses import Poses
+from flexarm_bringup.margins.study import Loop
 from flexarm_model.reading.config import load_config
 from flexarm_model.reading.manipulator_file import find_manipulator
 
@@ -35,12 +37,27 @@ def test_the_grid_stands_beside_the_other_poses(tmp_path: Path, capsys: pytest.C
     found = {case["pose"]: case["theta"] for case in json.loads(data.read_text())["cases"]}
     assert list(found) == ["home", "-1.48", "1.48"]
     assert found["1.48"] == pytest.approx([1.4835], abs=1e-4)
-    assert "Poses of the grid left out" not in capsys.readouterr().out
+    assert "Poses of the grid out of reach" not in capsys.readouterr().out
+
+
+def test_a_pose_without_a_law_that_can_be_judged_is_not_kept(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    look = Loop.look
+
+    def no_law_ahead(loop: Loop, pose: Any = None) -> Any:
+        if pose is not None and pose[0] > 1.0:
+            raise np.linalg.LinAlgError("no law stabilises that arm")
+        return look(loop, pose)
+
+    monkeypatch.setattr(Loop, "look", no_law_ahead)
+    assert main(["margins", "single_link", "--along", "0", "--grid", "2"]) == 1
+    assert "no law stabilises that arm" in capsys.readouterr().out
 
 
 @pytest.mark.slow
 def test_poses_that_the_arm_cannot_take_are_told_and_left_out(capsys: pytest.CaptureFixture[str]) -> None:
     main(["margins", "planar_3rrr", "--along", "0", "--grid", "2"])
     said = capsys.readouterr().out
-    assert "Poses of the grid left out: " in said
+    assert "Poses of the grid out of reach: " in said
     assert "pose home" in said

@@ -84,7 +84,7 @@ class Insight:
             return np.zeros((0, 2 * model.n))
         sent = np.zeros((torques_kept(self._config, self.period), command.tau.size))
         vibrations = self._ahead.states(state, sent if self._sent is None else self._sent, command.plan)
-        return np.asarray(vibrations + _sag(model, state))
+        return np.asarray(vibrations + state.deflection)
 
     def look(self, model: ReducedModel, state: ArmState, command: ControlCommand) -> Expectation:
         """Return what a command's plan leads to; see ``states``."""
@@ -95,7 +95,7 @@ class Insight:
         if self._ahead is None or not len(states):
             return Expectation(NO_TIP, np.zeros(0), now)
         tip = np.array([self._tip(q) for q in self._ahead.coordinates(states)])
-        return Expectation(tip, vibration_energy(model, states - _sag(model, state)).sum(axis=1), now)
+        return Expectation(tip, vibration_energy(model, states - state.deflection).sum(axis=1), now)
 
 
 class _Ahead:
@@ -120,13 +120,6 @@ class _Ahead:
         """Return the coordinates of the dynamics tree, (k, n_q)."""
         model = self.model
         return np.asarray(model.q0 + (states[:, : model.n] - model.xi0) @ model.Phi.T)
-
-
-def _sag(model: ReducedModel, state: ArmState) -> Array:
-    """Return the static deflection that a model lacks as a state, (2 n,)."""
-    sag = np.zeros(2 * model.n)
-    sag[model.n_theta : model.n_theta + state.sag.size] = state.sag
-    return sag
 
 
 def vibration_energy(model: ReducedModel, states: Array) -> Array:

@@ -65,8 +65,7 @@ class Lqr:
 
     def law_about(self, state: ArmState, sent: Array, torque: Array) -> LocalLaw:
         """Return the law about the state in which a ``torque`` that follows those ``sent`` begins to act."""
-        s, sag, first = self._system, np.zeros(state.x.size), state.theta.size
-        sag[first : first + state.sag.size] = state.sag
+        s, sag = self._system, state.deflection
         x = self._delay.advance(state.vibration, state.d, sent)
         x_next = s.A @ x + s.B @ (torque + state.d) + s.c
         return LocalLaw(x + sag, x_next + sag, torque, -self._gain[:, : x.size])

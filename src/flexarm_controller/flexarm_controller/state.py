@@ -58,6 +58,13 @@ class ArmState:
         return self.told[: self.told.size - self.d.size - self.sag.size]
 
     @cached_property
+    def deflection(self) -> Array:
+        """Return the sag as a state, (2 n,)."""
+        state, first = np.zeros(self.x.size), self.theta.size
+        state[first : first + self.sag.size] = self.sag
+        return state
+
+    @cached_property
     def vibration(self) -> Array:
         """Return x counted from where the arm rests, with the modes less their sag, (2 n,)."""
         if not self.sag.size:

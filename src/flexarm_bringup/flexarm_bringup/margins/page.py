@@ -22,7 +22,7 @@ from flexarm_controller.margins.verdict import (
 from flexarm_controller.settings import MarginConfig
 
 MOST_SHOWN = 40  # paths in a table
-MOST_REFUSED = 5  # poses that are told one by one
+MOST_TOLD = 5  # poses out of reach, one by one
 MODE_COLUMNS = [
     Column("path"), Column("served"), Column("axes free\n[Hz]", ".1f"),
     Column("as described\ngain [dB]", ".1f"), Column("\ndelay [ms]", ".2f"),
@@ -44,7 +44,14 @@ def build_page(study: Study, config: MarginConfig, figures: Sequence[Figure]) ->
         f"flexarm margins: {name}",
         lead,
         [_mode_table(study, config), _pose_table(study, config), *_firm_table(study, config), *figures],
-        [*(_check(study, pose, config) for pose in study.poses), *_firm_checks(study, config)],
+        [
+            *(_check(study, pose, config) for pose in study.poses),
+            *(
+                Check(f"pose {label}", "a law that can be judged", why, False)
+                for label, why in study.unjudged
+            ),
+            *_firm_checks(study, config),
+        ],
         _remarks(study, config),
         {
             "cases": [_case_data(pose, case) for pose in study.poses for case in pose.cases],
@@ -147,7 +154,7 @@ def _remarks(study: Study, config: MarginConfig) -> dict[str, Sequence[str]]:
     most = max(free, default=0.0)
     left_out = ", ".join(study.left_out) or "none"
     return {
-        **_refused(study),
+        **_out_of_reach(study),
         "What was closed": [
             f"the described arm with {config.extra_modes} more modes per body, up to {most:.0f} Hz",
             f"sensors left out of the settled filter (late or slow): {left_out}",
@@ -157,15 +164,12 @@ def _remarks(study: Study, config: MarginConfig) -> dict[str, Sequence[str]]:
     }
 
 
-def _refused(study: Study) -> dict[str, Sequence[str]]:
-    """Return the poses of the grid without a result."""
-    if not study.refused:
-        return {}
-    said = [f"{label}: {why}" for label, why in study.refused[:MOST_REFUSED]]
-    more = len(study.refused) - len(said)
-    return {
-        f"Poses of the grid left out: {len(study.refused)}": said + ([f"and {more} more"] if more else [])
-    }
+def _out_of_reach(study: Study) -> dict[str, Sequence[str]]:
+    """Return the poses of the grid that the arm cannot take."""
+    poses = study.out_of_reach
+    said = [f"{label}: {why}" for label, why in poses[:MOST_TOLD]]
+    said += [f"and {len(poses) - MOST_TOLD} more"] if len(poses) > MOST_TOLD else []
+    return {f"Poses of the grid out of reach: {len(poses)}": said} if poses else {}
 
 
 def _case_data(pose: PoseResult, case: Case) -> dict[str, object]:

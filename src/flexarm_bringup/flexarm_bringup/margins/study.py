@@ -56,7 +56,8 @@ class Study:
         served: Modes that the controller knows.
         left_out: Sensors that the settled filter does without.
         poses: In the order looked at.
-        refused: Poses of the grid that the arm cannot take, or at which the loop cannot be judged, and why.
+        out_of_reach: Poses of the grid that the arm cannot take, and why.
+        unjudged: Those at which there is no law or no answer of it, and why.
     """
 
     task: Task
@@ -65,7 +66,8 @@ class Study:
     served: tuple[str, ...]
     left_out: tuple[str, ...]
     poses: tuple[PoseResult, ...]
-    refused: tuple[tuple[str, str], ...] = ()
+    out_of_reach: tuple[tuple[str, str], ...] = ()
+    unjudged: tuple[tuple[str, str], ...] = ()
 
     @property
     def cases(self) -> list[Case]:
@@ -140,7 +142,7 @@ def run_study(
     config, task = load_config(find_manipulator(task.manipulator), preset), task.under(preset)
     laws = task.make("controller", ControllerConfig), task.make("mpc", MpcConfig)
     loop = Loop(config, task.make("estimator", EstimatorConfig), laws, margins)
-    found, refused = [], []
+    found, out_of_reach, unjudged = [], [], []
     grid = poses.of_grid(config)
     for label, pose in poses.asked(loop.tree, task, loop.dt).items():
         say(f"pose {label}")
@@ -148,12 +150,19 @@ def run_study(
     for k, (label, pose) in enumerate(grid.items(), start=1):
         say(f"grid, pose {k} of {len(grid)}: {label}")
         try:
+            linearize(loop.tree, pose)
+        except ValueError as error:
+            out_of_reach.append((label, str(error)))
+            continue
+        try:
             found.append(_look(loop, label, pose))
         except (ValueError, np.linalg.LinAlgError) as error:
-            refused.append((label, str(error)))
+            unjudged.append((label, str(error)))
     estimator = loop.estimator()
     left_out = settled_filter(estimator, loop.dt).left_out
-    return Study(task, preset, loop.dt, estimator.model.eta_names, left_out, tuple(found), tuple(refused))
+    served = estimator.model.eta_names
+    poses_left = tuple(out_of_reach), tuple(unjudged)
+    return Study(task, preset, loop.dt, served, left_out, tuple(found), *poses_left)
 
 
 def _look(loop: Loop, label: str, pose: Array) -> PoseResult:

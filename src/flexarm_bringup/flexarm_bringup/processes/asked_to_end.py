@@ -20,6 +20,7 @@ def noting_signals() -> Iterator[Callable[[], bool]]:
     came: list[int] = []
 
     def note(number: int, frame: FrameType | None) -> None:
+        """Remember that a signal came."""
         came.append(number)
 
     before = {number: signal.signal(number, note) for number in ENDING}

@@ -19,7 +19,7 @@ class Moment:
         doing: What the arm was doing.
         is_usable: Whether the estimator vouched for its state.
         said: What it said of it.
-        fault: The last fault that a sensor was given, and how long before [s].
+        fault: The last fault that a sensor was given, and when [s].
     """
 
     t: float

@@ -191,9 +191,10 @@ class Gate:
         """Return whether others are surprised, too: then something did happen to the arm."""
         own = self._past[sensor]
         others = [past for name, past in self._past.items() if name != sensor]
-        if any(abs(past.surprised_at - own.surprised_at) <= SAME_INSTANT for past in others):
+        at, size = own.surprise
+        if any(abs(past.surprise[0] - at) <= SAME_INSTANT for past in others):
             return True
-        least = max(_ALSO, _SHARE * max(own.mean.score, own.surprise))
+        least = max(_ALSO, _SHARE * max(own.mean.score, size))
         return reason == SHIFT and any(past.mean.score > least for past in others)
 
     def _find_doubters(self, verdicts: Iterable[Verdict]) -> set[str]:

@@ -220,14 +220,9 @@ class ShortTerm:
         return int(self.record.scanned) + self._singly
 
     @property
-    def surprised_at(self) -> float:
-        """Stamp of the first sample that is held [s]; infinite if there is none."""
-        return self._held[0].sample.t if self._held else math.inf
-
-    @property
-    def surprise(self) -> float:
-        """Size of the jump that is held, normalised; 0 if there is none."""
-        return self._held[0].normalised if self._held else 0.0
+    def surprise(self) -> tuple[float, float]:
+        """Stamp [s] and normalised size of the jump that is held; infinite and 0 if there is none."""
+        return (self._held[0].sample.t, self._held[0].normalised) if self._held else (math.inf, 0.0)
 
     def _in_sigmas(self, nu: Array) -> float:
         """Return the largest innovation of a channel over the sensor's noise."""

@@ -56,5 +56,6 @@ class Floodgate:
     def _turn(self, *, is_closed: bool) -> None:
         """Take the subscription from the executor, or give it back."""
         self.is_closed, self._calm = is_closed, 0
-        self._node.polled = (self._subscription,) if is_closed else ()
+        others = tuple(each for each in self._node.polled if each is not self._subscription)
+        self._node.polled = (*others, self._subscription) if is_closed else others
         self._node.executor.wake()
