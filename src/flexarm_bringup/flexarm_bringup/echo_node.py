@@ -25,6 +25,7 @@ from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.signals import SignalHandlerOptions
 
 from flexarm_bringup.arguments import number
+from flexarm_bringup.processes.spinning import spin_once
 from flexarm_bringup.topics import NAMESPACE
 from flexarm_model.ros.node import events_executor
 
@@ -86,7 +87,7 @@ class _Echo:
         executor = events_executor()
         executor.add_node(self._node)
         while not (self._failure or (self._args.once and self._heard)):
-            executor.spin_once(timeout_sec=0.1)
+            spin_once(executor, 0.1)
         executor.shutdown()
         if self._failure:
             print(f"flexarm echo: {self._failure}", file=sys.stderr)
@@ -155,7 +156,7 @@ def _fields(value: Any) -> list[str]:
 def _list(node: Node, wait: float) -> int:
     end = time.monotonic() + wait
     while time.monotonic() < end:
-        rclpy.spin_once(node, timeout_sec=0.1)
+        time.sleep(0.1)
     for name, kind in sorted(_topics(node).items()):
         nodes = ", ".join(sorted({info.node_name for info in node.get_publishers_info_by_topic(name)}))
         print(f"{name:42} {kind:42} {nodes}")
@@ -174,7 +175,7 @@ def _await_type(node: Node, topic: str, wait: float) -> str:
         kind = _topics(node).get(topic, "")
         if kind:
             return kind
-        rclpy.spin_once(node, timeout_sec=0.05)
+        time.sleep(0.05)
     return ""
 
 

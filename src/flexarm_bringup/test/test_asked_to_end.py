@@ -36,3 +36,19 @@ def test_a_signal_that_comes_while_python_forks_is_not_lost(tmp_path: Path) -> N
     """)
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=False)
     assert (done.returncode, done.stderr) == (0, "")
+
+
+def test_an_exception_that_comes_while_python_forks_comes_after_it(tmp_path: Path) -> None:
+    program = textwrap.dedent(f"""
+        import os, signal
+        from pathlib import Path
+        from flexarm_bringup.processes.child import start_child
+
+        os.register_at_fork(after_in_parent=lambda: os.kill(os.getpid(), signal.SIGINT))
+        try:
+            start_child(["true"], dict(os.environ), Path({str(tmp_path / "log")!r}))
+        except KeyboardInterrupt:
+            print("heard")
+    """)
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stdout, done.stderr) == (0, "heard\n", "")

@@ -16,6 +16,7 @@ from rclpy.time import Time
 
 from flexarm_bringup.doctor.finding import Finding
 from flexarm_bringup.processes.graph import rig_graph
+from flexarm_bringup.processes.spinning import spin_once
 from flexarm_bringup.topics import NAMESPACE
 from flexarm_model.ros.node import LATEST_QOS, MODELS_QOS, events_executor
 
@@ -52,7 +53,7 @@ def _listen(node: Node) -> dict[str, Any]:
     executor.add_node(node)
     end = time.monotonic() + LISTEN
     while time.monotonic() < end:
-        executor.spin_once(timeout_sec=0.1)
+        spin_once(executor, 0.1)
     executor.shutdown()
     return heard
 

@@ -14,6 +14,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
+from flexarm_bringup.processes.asked_to_end import holding_signals_back
 from flexarm_model.process.life_line import MARK
 from flexarm_model.process.parent import ending_with
 
@@ -56,7 +57,7 @@ def start_child(command: Sequence[str], environment: Mapping[str, str], log: Pat
     """
     ours, theirs = socket.socketpair()
     try:
-        with theirs, log.open("ab") as out:
+        with theirs, log.open("ab") as out, holding_signals_back():
             process = subprocess.Popen(
                 command,
                 env={**environment, MARK: "1"},

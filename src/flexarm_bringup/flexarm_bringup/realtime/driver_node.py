@@ -23,6 +23,7 @@ from std_msgs.msg import Bool
 from std_srvs.srv import Trigger
 from trajectory_msgs.msg import JointTrajectory
 
+from flexarm_bringup.processes.spinning import spin_once
 from flexarm_bringup.realtime.answered import AnsweredPeriods
 from flexarm_bringup.realtime.figures import Counts, Figures
 from flexarm_bringup.realtime.late_cycles import LateCycles
@@ -102,7 +103,7 @@ class Driver(Node):
         self._late.begin()
         start, began = self._counts(), time.monotonic()
         while time.monotonic() - began < seconds and self._guard.mode == GuardStatus.ARMED and not failed():
-            self._executor.spin_once(timeout_sec=0.05)
+            spin_once(self._executor, 0.05)
         stop = failed() or ("" if self._guard.mode == GuardStatus.ARMED else self._guard.reason)
         counts = self._counts().since(start)
         return Figures(
@@ -139,7 +140,7 @@ class Driver(Node):
             if failed() or time.monotonic() > deadline:
                 waited = f"waited {PATIENCE:g} s for {what}: {self._answer or 'nothing'}"
                 raise DriverError(failed() or waited)
-            self._executor.spin_once(timeout_sec=0.05)
+            spin_once(self._executor, 0.05)
 
     def _counts(self) -> Counts:
         g, s = self._guard, self._status

@@ -18,6 +18,7 @@ from rclpy.signals import SignalHandlerOptions
 from std_msgs.msg import Bool, Empty
 
 from flexarm_bringup.processes.graph import Process
+from flexarm_bringup.processes.spinning import spin_once
 from flexarm_model.ros.node import LATCHED_QOS, LATEST_QOS, RELIABLE_QOS, events_executor
 
 ARM = "ros2 service call /flexarm/guard/arm std_srvs/srv/Trigger"
@@ -69,7 +70,7 @@ class WatchNode(Node):  # type: ignore[misc]
 
     def spin(self, seconds: float) -> None:
         """Hear what comes within a short time."""
-        self._executor.spin_once(timeout_sec=seconds)
+        spin_once(self._executor, seconds)
 
     def end(self) -> None:
         """Leave the graph."""

@@ -28,6 +28,7 @@ from trajectory_msgs.msg import JointTrajectory
 
 from flexarm_bringup.monitor.arrivals import Arrivals, newest_common
 from flexarm_bringup.monitor.conversions import tip_of
+from flexarm_bringup.processes.spinning import spin_once
 from flexarm_bringup.realtime.late_cycles import LateCycles
 from flexarm_controller.conversions import reference_to_msg
 from flexarm_controller.reference import Reference
@@ -101,7 +102,7 @@ class SoakNode(Node):  # type: ignore[misc]
         """Hear what comes within a while [s]."""
         end = time.monotonic() + seconds
         while (left := end - time.monotonic()) > 0.0:
-            self._executor.spin_once(timeout_sec=left)
+            spin_once(self._executor, left)
 
     def begin_counting(self) -> None:
         """Count guard cycles from now on: who starts is late."""
