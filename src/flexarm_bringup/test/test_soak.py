@@ -160,3 +160,5 @@ def test_the_worst_moments_are_kept_each_but_once_and_with_what_was_going_on() -
     kept = worst.worst
     assert len(kept) == KEPT and [each.fault for each in kept] == [f"fault {19 - k}" for k in range(KEPT)]
     assert all(each.error == pytest.approx(1.49e-3 * (20 - k)) for k, each in enumerate(kept))
+    worst.note(Moment(2000.5, 1.0, "stopped", False, "lost", "fault 20"))
+    assert worst.worst[:-1] == kept and not worst.worst[-1].is_usable

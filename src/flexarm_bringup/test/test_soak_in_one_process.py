@@ -33,9 +33,7 @@ pytestmark = pytest.mark.slow
 
 Array = NDArray[np.float64]
 PAUSE = 2.8  # s between two moves
-FAULT_EVERY = 3.2  # s
-SEED, SECONDS = 20, 112.0  # an encoder's sign flips in a move at 110.1 s
-BOUND = 10e-3  # m; the worst is a stuck gauge, 2.2 mm
+BOUND = 10e-3  # m
 
 
 def moves(rng: np.random.Generator, config: ManipulatorConfig, seconds: float) -> Reference:
@@ -49,11 +47,20 @@ def moves(rng: np.random.Generator, config: ManipulatorConfig, seconds: float) -
     return Reference(*(np.concatenate(part) for part in zip(*parts, strict=True)))
 
 
-def test_a_usable_state_stays_near_the_truth_while_sensors_fail_at_random() -> None:
+@pytest.mark.parametrize(
+    ("seed", "every", "seconds"),
+    [
+        pytest.param(20, 3.2, 112.0, id="an encoder's sign flips in a move at 110.1 s"),
+        pytest.param(42, 4.0, 98.0, id="an encoder sticks at 95.2 s while the arm creeps"),
+    ],
+)
+def test_a_usable_state_stays_near_the_truth_while_sensors_fail_at_random(
+    seed: int, every: float, seconds: float
+) -> None:
     task = task_for("single_link")
     config = load_config(find_manipulator(task.manipulator), task.presets[0])
-    settings = loop_settings(task, "mpc", RigSettings(seed=SEED))
-    hardware, script = Hardware(config, settings.rig), Script(SEED + 100, FAULT_EVERY, 0.0)
+    settings = loop_settings(task, "mpc", RigSettings(seed=seed))
+    hardware, script = Hardware(config, settings.rig), Script(seed + 100, every, 0.0)
     worst, faults = WorstMoments(), ["none yet"]
 
     def look(rig: Hardware, estimate: Estimate) -> Mapping[str, Array]:
@@ -66,9 +73,9 @@ def test_a_usable_state_stays_near_the_truth_while_sensors_fail_at_random() -> N
             worst.note(Moment(rig.t, error, "", True, estimate.reason, faults[-1]))
         return {}
 
-    reference: Any = moves(np.random.default_rng(SEED), config, 500.0)
-    run_loop(hardware, ReducedTree(config), reference, SECONDS, settings, look)
+    reference: Any = moves(np.random.default_rng(seed), config, 500.0)
+    run_loop(hardware, ReducedTree(config), reference, seconds, settings, look)
     for at in worst.worst:
         print(f"{at.t:7.2f} s  {1e3 * at.error:5.1f} mm  {at.said}  |  {at.fault}")
-    assert len(faults) > 30
+    assert len(faults) > 20
     assert worst.worst[0].error <= BOUND

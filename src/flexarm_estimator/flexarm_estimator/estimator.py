@@ -180,13 +180,13 @@ class Estimator:
         x[: self.model.n] = self.model.xi0
         return x
 
-    def _restart(self, t: float, x: Array) -> None:
+    def _restart(self, t: float, x: Array, is_contested: bool = False) -> None:
         """Forget everything but the position ``x``, as seen just before ``t``."""
         self._t = self._began = t
         belief = Belief(x, self._parts.process.P0)
         self._history = History(Instant(t - _START, self._u, belief), self.config.history)
         self._reception = Reception(self.specs, self.config, self.health)
-        self.health.restart(t)
+        self.health.restart(t, is_contested)
         self._gate.restart()
         self._exclusion.restart(t)
         self._watches.restart(t)
@@ -199,11 +199,11 @@ class Estimator:
             self._restart_here(t)
         return trouble
 
-    def _restart_here(self, t: float) -> None:
+    def _restart_here(self, t: float, is_contested: bool = False) -> None:
         """Start anew where the axes are said to be: the best guess; all that moves has died out."""
         x, layout = self._history.now.belief.x.copy(), self._parts.layout
         x[layout.n_theta : layout.b.start] = 0.0
-        self._restart(t, x)
+        self._restart(t, x, is_contested)
 
     def _take_torque(self, tau: Array) -> list[str]:
         """Hold ``tau`` over the period; keep the last one when it cannot be used."""
@@ -239,7 +239,7 @@ class Estimator:
         doubts = "; ".join([said for said in (*trouble, doubt, self._gate.doubt(t)) if said])
         status, reason = self.health.judge(t, tip.sigma, reports, doubts, self._exclusion.contradiction(t))
         if status == "lost" and self.health.is_stranded(t):  # who excluded them knew no more than they
-            self._restart_here(t)
+            self._restart_here(t, is_contested=True)
         return Estimate(
             t, self.model.model_id, tip.x, tip.P, layout, status, reason, reports, t - self._began,
             tip.T_world_tip, tip.twist, tip.cov_pose, tip.cov_twist,

@@ -182,3 +182,27 @@ def test_when_all_who_tell_where_the_axes_are_are_at_fault_they_are_heard_anew()
     ]
     assert "lost" in {estimate.status for estimate in told}
     assert told[-1].status == "ok"
+
+
+def test_an_encoder_that_sticks_while_the_arm_creeps_is_not_believed_against_the_camera() -> None:
+    """No sample is sudden, and the state follows the encoder; nobody can tell which of the two is right."""
+    estimator, rng = (
+        Estimator(strip_model(), StripKinematics(), SENSORS, EstimatorConfig()),
+        np.random.default_rng(5),
+    )
+    stuck_from, until = 200, 560
+    theta, told, errors = 0.5, [], []
+    for k in range(700):
+        theta += DT * 0.03 * min(1.0, max(0.0, (k - stuck_from) / 200))  # up to 19 mm/s at the tip
+        samples = standing(theta, k, rng)
+        if stuck_from <= k < until:
+            stuck = Measurement("encoder", k * DT, np.array([0.5]))
+            samples = [stuck if sample.sensor == "encoder" else sample for sample in samples]
+        told.append(estimator.step(samples, np.zeros(1), k * DT))
+        errors.append(0.64 * abs(float(told[-1].theta[0]) - theta))
+    usable = [estimate.status in ("ok", "degraded") for estimate in told]
+    assert max(error for error, is_usable in zip(errors, usable, strict=True) if is_usable) <= 8e-3
+    assert max(errors[:until]) > 15e-3
+    assert any("camera, encoder cannot be reconciled" in estimate.reason for estimate in told[:until])
+    assert told[until - 50].status == "lost"
+    assert all(usable[-50:]) and max(errors[-50:]) < 5e-4

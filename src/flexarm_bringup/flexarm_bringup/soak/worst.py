@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from operator import attrgetter
 
-KEPT = 8
+KEPT = 5
 APART = 1.0  # s; what lies closer together is one moment
 
 
@@ -31,25 +32,30 @@ class Moment:
 
 
 class WorstMoments:
-    """Keeps the few worst ones."""
+    """Keeps the few worst ones, of the states that were vouched for and of those that were not."""
 
     def __init__(self) -> None:
         """Keep nothing yet."""
-        self._kept: list[Moment] = []
+        self._kept: dict[bool, list[Moment]] = {True: [], False: []}
 
     def note(self, moment: Moment) -> None:
         """Look at a moment; they come in their order."""
-        last = self._kept[-1] if self._kept else None
+        kept = self._kept[moment.is_usable]
+        last = kept[-1] if kept else None
         if last is not None and moment.t - last.t < APART:
             if moment.error > last.error:
-                self._kept[-1] = moment
+                kept[-1] = moment
             return
-        self._kept.append(moment)
-        if len(self._kept) > 2 * KEPT:
-            worst = self.worst
-            self._kept = [each for each in self._kept if each in worst or each is moment]
+        kept.append(moment)
+        if len(kept) > 2 * KEPT:
+            worst = _worst(kept)
+            kept[:] = [each for each in kept if each in worst or each is moment]
 
     @property
     def worst(self) -> tuple[Moment, ...]:
-        """The worst ones, the worst first."""
-        return tuple(sorted(self._kept, key=attrgetter("error"), reverse=True)[:KEPT])
+        """The worst ones, the worst first; those that were vouched for come before all others."""
+        return _worst(self._kept[True]) + _worst(self._kept[False])
+
+
+def _worst(moments: Iterable[Moment]) -> tuple[Moment, ...]:
+    return tuple(sorted(moments, key=attrgetter("error"), reverse=True)[:KEPT])

@@ -71,7 +71,8 @@ class FaultExclusion:
         is_current = t - self._undecided_at <= _CURRENT or self._search is not None
         if not (is_current and self._health.locates(self._disagreeing & self._refused)):
             return ""
-        return f"{', '.join(sorted(self._disagreeing))} cannot be reconciled with the others"
+        others = " with the others" if len(self._disagreeing) == 1 else ""
+        return f"{', '.join(sorted(self._disagreeing))} cannot be reconciled{others}"
 
     def look(self, view: View, history: History, parts: Parts) -> list[Finding]:
         """Return who is excluded or readmitted; goes on with what is at hand, a piece at a time."""

@@ -1,7 +1,8 @@
 """Which one hypothesis explains the recent past on which sensors disagree, a piece at every tick.
 
 From the belief before the first doubt, without each sensor in turn, where every sensor that tells where the
-axes are had agreed with that belief before: who is wrong now contradicts a past that it shared; then from a
+axes are had agreed with that belief before: who is wrong now contradicts a past that it shared. But the past
+may have followed the other one, astray and slowly: where that explains as much, nobody is named. Then from a
 broad start, with all sensors: the state was wrong, and only that; then from a broad start, without each
 sensor in turn. A hypothesis that is refuted is played no further. The one that is left follows until now.
 """
@@ -9,7 +10,10 @@ sensor in turn. A hypothesis that is refuted is played no further. The one that 
 from __future__ import annotations
 
 import math
-from collections.abc import Generator
+from collections.abc import Generator, Iterable
+
+import numpy as np
+from numpy.typing import NDArray
 
 from flexarm_estimator.adoption import carry_over
 from flexarm_estimator.exclusion.replay import Replay, heard_sensors
@@ -19,6 +23,7 @@ from flexarm_estimator.judging.gate import Gate
 from flexarm_estimator.judging.health import Health
 from flexarm_estimator.parts import Parts
 
+Array = NDArray[np.float64]
 WORK = 400e3  # multiplications at one tick, about
 _OVERHEAD = 12e3  # of them that could be done while an instant is prepared
 _SETUP = 80e3  # while a replay is set up, or follows
@@ -67,7 +72,8 @@ class Search:
             found = yield from self._leave_out(is_broad=False)
             for agreeing in (found, [replay for replay in found if replay.without in doubters]):
                 if len(agreeing) == 1:
-                    return (yield from self._catch_up(agreeing[0]))
+                    self.disagreeing = self._rivals(agreeing[0].without, found)
+                    return None if self.disagreeing else (yield from self._catch_up(agreeing[0]))
             self._replays.clear()
         whole = self._begin("", is_broad=True)
         yield from self._play(whole, to_the_end=True)
@@ -90,10 +96,33 @@ class Search:
     def _begin(self, without: str, is_broad: bool) -> Replay:
         instants, parts = self.history.instants, self._parts
         start = instants[0].belief
-        start = Belief(start.x, parts.process.P0) if is_broad else start
+        start = Belief(start.x, parts.process.P0) if is_broad else self._start_without(without, start)
         self._left -= _SETUP
         self._replays.append(Replay(parts.fusion, self._gate.bound, instants, start, without))
         return self._replays[-1]
+
+    def _start_without(self, name: str, start: Belief) -> Belief:
+        """Return a belief without what a sensor may have said, all too slowly to be doubted, of its axes."""
+        layout, P = self._parts.layout, start.P.copy()
+        seen = np.flatnonzero(self._axes_told(name))
+        for at in (seen + layout.theta.start, seen + layout.theta_dot.start):
+            P[at, at] += self._parts.process.P0[at, at]
+        return Belief(start.x, P)
+
+    def _rivals(self, suspect: str, found: Iterable[Replay]) -> frozenset[str]:
+        """Return a suspect and those without whom the others agree as well, and whom the state follows more.
+
+        A state goes astray with whoever tells an axis best, and then it is the others who seem to be wrong.
+        """
+        own = self._axes_told(suspect)
+        better = {r.without for r in found if np.any((own > 0.0) & (self._axes_told(r.without) > own))}
+        return frozenset({suspect, *better} if better else ())
+
+    def _axes_told(self, name: str) -> Array:
+        """Return how well a sample tells each axis, ``1 / sigma^2``, (n_theta,)."""
+        model, x = self._parts.sensors.all()[name], self.history.instants[0].belief.x
+        H = model.jacobian(x)[:, self._parts.layout.theta] * model.locates
+        return np.asarray(np.sum(H * np.linalg.solve(model.R, H), axis=0))
 
     def _play(self, replay: Replay, to_the_end: bool = False) -> Generator[None, None, None]:
         while not replay.is_done and (to_the_end or replay.is_consistent):

@@ -6,7 +6,7 @@ the newest sample was refused, "faulty" when a watch has put it out of use. The 
 when a sensor is stale, faulty, doubted by a watch or refused ``reopen_after`` times in a row; "lost"
 when nothing has come from any for its latency and one sample period (or ``time_out``), when nothing has
 located the axes for ``position_time_out``, or when the tip's covariance is too large; "starting" until it
-was good once.
+was good once. Where all who locate the axes had been at fault, it is good when all of them agree.
 """
 
 from __future__ import annotations
@@ -27,6 +27,7 @@ from flexarm_estimator.watches.watch import Finding
 from flexarm_model.manipulator.sensor_spec import SensorSpec
 
 _PERIODS = 3.0  # sample periods of silence that are normal
+_AGREED = 3  # samples in a row
 
 
 class Health:
@@ -62,13 +63,17 @@ class Health:
         self.refusals = Tally()
         self.restart(0.0)
 
-    def restart(self, t: float) -> None:
-        """Begin anew at ``t``: ages count from here, counts go on."""
-        self._has_started, self._started = False, t
+    def restart(self, t: float, is_contested: bool = False) -> None:
+        """Begin anew at ``t``: ages count from here, counts go on.
+
+        Where the axes are may be contested: then it is known when all who tell it have agreed for a while.
+        """
+        self._has_started, self._started, self._is_contested = False, t, is_contested
         for record in self._records.values():
             record.newest_accepted = record.newest_valid = t
             record.first_accepted = math.inf
-            record.refused_in_a_row, record.reason = 0, "no sample yet"
+            record.refused_in_a_row, record.accepted_before = 0, record.accepted
+            record.reason = "no sample yet"
             record.faults.clear()
             record.remarks.clear()
         self._note_soundness()
@@ -79,10 +84,7 @@ class Health:
         if sensor not in self._records:
             self.unknown += 1
             return
-        record = self._records[sensor]
-        record.rejected += 1
-        record.refused_in_a_row += 1
-        record.reason = reason
+        self._records[sensor].refuse(reason)
 
     def note_verdicts(self, verdicts: Iterable[Verdict]) -> None:
         """Count what the gate said."""
@@ -100,9 +102,7 @@ class Health:
                 if t < record.first_accepted:
                     record.first_accepted = t
             elif reason != HELD:
-                record.rejected += 1
-                record.refused_in_a_row += 1
-                record.reason = reason
+                record.refuse(reason)
 
     def switch(self, sensor: str, is_off: bool) -> None:
         """Switch a sensor off or on by hand.
@@ -135,7 +135,7 @@ class Health:
         """Return whether whoever tells where the axes are is at fault for so long that nobody can know."""
         newest = -math.inf
         for record in self._records.values():
-            if record.locates and not record.is_off and t - record.newest_valid <= record.time_out:
+            if self._tells(record, t):
                 if not record.faults:
                     return False
                 newest = max(newest, record.newest_accepted)
@@ -202,7 +202,21 @@ class Health:
             return "nothing locates the axes"
         if not tip_sigma <= self._config.lost_sigma:
             return f"tip is uncertain by {tip_sigma:.2g} m"
-        return ""
+        return self._why_contested(t) if self._is_contested else ""
+
+    def _why_contested(self, t: float) -> str:
+        """Return who has yet to agree with the others about where the axes are; empty once all have."""
+        waiting = [
+            name
+            for name, record in self._records.items()
+            if self._tells(record, t) and not record.faults and record.accepted_in_a_row < _AGREED
+        ]
+        self._is_contested = bool(waiting)
+        return f"{', '.join(waiting)} told another position, and may yet" if waiting else ""
+
+    def _tells(self, record: SensorRecord, t: float) -> bool:
+        """Return whether a sensor speaks, and of where the axes are."""
+        return record.locates and not record.is_off and t - record.newest_valid <= record.time_out
 
     def _is_doubtful(self, report: SensorReport) -> bool:
         if report.status == "rejected":

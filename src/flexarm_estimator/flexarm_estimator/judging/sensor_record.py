@@ -27,6 +27,7 @@ class SensorRecord:
     accepted: int = 0
     rejected: int = 0
     refused_in_a_row: int = 0
+    accepted_before: int = 0  # the last that was refused
     first_accepted: float = math.inf
     newest_accepted: float = 0.0
     newest_valid: float = 0.0
@@ -41,9 +42,20 @@ class SensorRecord:
         return "; ".join(self.faults.values())
 
     @property
+    def accepted_in_a_row(self) -> int:
+        """Samples since the last that was refused."""
+        return self.accepted - self.accepted_before
+
+    @property
     def remark(self) -> str:
         """What else they say."""
         return "; ".join(self.remarks.values())
+
+    def refuse(self, reason: str) -> None:
+        """Count a sample that is not used."""
+        self.rejected += 1
+        self.refused_in_a_row += 1
+        self.accepted_before, self.reason = self.accepted, reason
 
 
 def time_out(spec: SensorSpec, config: EstimatorConfig, periods: float) -> float:
