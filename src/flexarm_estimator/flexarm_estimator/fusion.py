@@ -19,8 +19,8 @@ from flexarm_estimator.filters.served import ServedSteps
 from flexarm_estimator.filters.step_source import StepSource
 from flexarm_estimator.history import Instant
 from flexarm_estimator.judging.reopening import SIZES, Reopening
+from flexarm_estimator.judging.repeats import REPEATING
 from flexarm_estimator.judging.sample_judge import SampleJudge, Verdict
-from flexarm_estimator.judging.short_term import FROZEN, SAME
 from flexarm_estimator.state.process import ProcessModel
 from flexarm_estimator.state.sensors import SensorModels
 from flexarm_estimator.state.state_limits import StateLimits
@@ -174,7 +174,7 @@ class Fusion:
         for sensor, _, is_accepted, _, _, reason, _ in verdicts:
             if is_accepted:
                 instant.fused[sensor] = instant.pending[sensor]
-            elif reason not in (FROZEN, SAME):
+            elif reason not in REPEATING:
                 instant.refused[sensor] = instant.pending[sensor]
             if not is_accepted and sensor in self._models.rows:
                 instant.prepared = None

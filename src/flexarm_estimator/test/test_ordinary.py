@@ -35,7 +35,10 @@ def contents(past):
     test, m = past.record.test.contents, past.record.test.contents.m
     numbers = [getattr(past.record, name) for name, kind in past.record._fields_ if kind is ctypes.c_double]
     numbers += [getattr(test, name) for name in ("count", "since", "score", "onset")]
-    channels = (test.mean, test.square, test.low, test.high, past.record.reference)
+    record = past.record
+    numbers.append(record.zigzags)
+    channels = (test.mean, test.square, test.low, test.high, record.reference)
+    channels += (record.predicted, record.said, record.step)
     return [*numbers, *(value for array in channels for value in array[:m])]
 
 
@@ -72,6 +75,22 @@ def test_a_thousand_ordinary_instants_leave_the_same_bits():
         scores.append(fast[0].mean.score)
     assert len(scores) > 500
     assert max(scores) > 2.0
+
+
+def test_zigzags_at_rest_are_counted_alike():
+    rng, fast, slow = np.random.default_rng(2), memories(), memories()
+    ordinary = Ordinary(fast, load_ordinary())
+    for k in range(400):
+        y = 0.1 * rng.standard_normal(sum(SIZES))
+        nu, nis = y - 0.01 * math.sin(0.1 * k), [1.0] * len(SIZES)
+        samples = [Measurement("s", 0.005 * k, part) for part in np.split(y, np.cumsum(SIZES)[:-1])]
+        for past, sample in zip(fast, samples, strict=True):
+            past.meet(sample)
+        assert ordinary.take(Run(nu, nis, y), 0.005 * k) is not None
+        one_by_one(slow, samples, nu, nis, 0.005 * k)
+    counts = [past.record.zigzags for past in fast]
+    assert counts == [past.record.zigzags for past in slow]
+    assert 80 < counts[0] < counts[1]
 
 
 @pytest.mark.parametrize("nis", [math.nan, math.inf, -1.0, 1.01 * THRESHOLD])

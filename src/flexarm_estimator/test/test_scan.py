@@ -84,7 +84,7 @@ def test_a_scan_is_met_like_its_samples_one_by_one():
             meetings.meet((), scan)
             scanned += meetings._scan is not None
             found.append([meetings.find(name, scan.t) for name in NAMES])
-            found[-1].append([(p.heard, p.record.repeats, p.record.since) for p in past.values()])
+            found[-1].append([(p.repeats.heard, p.record.repeats, p.record.since) for p in past.values()])
         assert found[0] == found[1]
     assert 100 < scanned < 300
 

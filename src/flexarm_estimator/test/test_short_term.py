@@ -4,8 +4,11 @@ import math
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
-from flexarm_estimator.judging.short_term import FROZEN, HELD, SAME, SHIFT, ShortTerm
+from flexarm_estimator.judging.repeats import FROZEN, SAME, STUCK
+from flexarm_estimator.judging.short_term import HELD, SHIFT, ShortTerm
 from flexarm_estimator.measurement import Measurement
 from flexarm_estimator.watches.mean_shift import MeanTest
 
@@ -46,9 +49,36 @@ def test_a_value_that_repeats_while_the_prediction_moves_on_is_frozen_at_once():
 
 
 def test_a_value_that_has_never_repeated_before_is_not_believed_for_ten_samples():
-    sensor = used()
-    doubts = [sensor.say(0.01, 0.0)[0] for _ in range(14)]
+    """The arm has only moved yet: whether the sensor has noise when it rests nobody knows."""
+    sensor, rng = Sensor(), np.random.default_rng(1)
+    for k, noise in enumerate(SIGMA * rng.standard_normal(200)):
+        assert sensor.say(noise + SIGMA * k, SIGMA * k)[0] == ""
+    doubts = [sensor.say(200 * SIGMA + 0.01, 200 * SIGMA)[0] for _ in range(14)]
     assert doubts == [""] + 10 * [SAME] + 3 * [""]
+
+
+def test_a_value_that_never_repeated_at_rest_is_not_believed_at_all_until_it_changes():
+    sensor = used()
+    doubts = [sensor.say(0.01, 0.0)[0] for _ in range(40)]
+    assert doubts == [""] + 4 * [SAME] + 35 * [STUCK]
+    assert sensor.say(0.02, 0.0)[0] == ""
+    assert [sensor.say(0.01, 0.0)[0] for _ in range(7)] == [""] + 4 * [SAME] + 2 * [STUCK]
+
+
+def test_a_sensor_that_froze_before_its_noise_was_known_is_known_later():
+    sensor, rng = used(30), np.random.default_rng(2)
+    assert sensor.say(0.01, 0.0)[0] == "" and SAME in {sensor.say(0.01, 0.0)[0] for _ in range(20)}
+    assert sensor.say(0.01, 0.0)[0] == ""
+    for noise in SIGMA * rng.standard_normal(300):
+        assert sensor.say(noise, 0.0)[0] == ""
+    assert [sensor.say(0.01, 0.0)[0] for _ in range(7)] == [""] + 4 * [SAME] + 2 * [STUCK]
+
+
+def test_a_few_equal_values_are_no_rest():
+    sensor = used()
+    assert [sensor.say(0.01, 0.0)[0] for _ in range(4)] == [""] + 3 * [SAME]
+    assert sensor.say(0.02, 0.0)[0] == ""
+    assert [sensor.say(0.01, 0.0)[0] for _ in range(7)] == [""] + 4 * [SAME] + 2 * [STUCK]
 
 
 def test_a_slow_motion_finds_a_value_that_never_repeated_before_within_ten_samples():
@@ -66,6 +96,21 @@ def test_a_quantised_sensor_may_repeat_as_long_as_the_motion_is_less_than_a_step
         position = 0.05 * step * k if k < 200 else 10.0 * step
         doubts.append(sensor.say(step * round(position / step), position)[0])
     assert set(doubts) == {""}
+
+
+@given(
+    st.floats(0.001, 4.0), st.floats(0.0, 1.0), st.floats(0.0, 0.2), st.floats(0.0, 0.2), st.integers(0, 99)
+)
+def test_a_quantised_sensor_is_never_stuck(step, at, speed, noise, seed):
+    """Its steps are fine or coarse; it creeps, flickers between two steps or stands before it rests."""
+    rng, sensor = np.random.default_rng(seed), Sensor()
+    path = [at + speed * step * min(k, 300) for k in range(500)]
+    flicker = [noise * rng.standard_normal() if 300 < k < 400 else 0.0 for k in range(500)]
+    said = [
+        sensor.say(SIGMA * step * round((x + n * step) / step), SIGMA * x)[0]
+        for x, n in zip(path, flicker, strict=True)
+    ]
+    assert STUCK not in said
 
 
 def test_a_lone_jump_is_held_and_dropped_when_the_next_sample_does_not_show_it():

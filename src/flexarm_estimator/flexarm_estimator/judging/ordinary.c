@@ -1,6 +1,6 @@
 /* Innovations that nothing speaks against: judged and remembered, all sensors of an instant in one call.
  *
- * gate.py, short_term.py and watches/mean_shift.py have the reasons; the same operations in the same order, so
+ * gate.py, short_term.py, repeats.py and watches/mean_shift.py have the reasons; the same operations in the same order, so
  * that the bits are the same. What is out of the ordinary is left to them, untouched.
  */
 #include <math.h>
@@ -20,8 +20,8 @@ struct mean_test {
 
 struct memory {
     struct mean_test *test;
-    double *reference, *values;
-    int64_t scanned, repeats, held;
+    double *reference, *values, *predicted, *still, *said, *step;
+    int64_t scanned, repeats, held, zigzags;
     double since, threshold, biased, jump, limit, usual2, last;
 };
 
@@ -62,11 +62,26 @@ static void add(const struct rules *rules, struct mean_test *test, double t, con
         watch_swing(test, nu, y);
 }
 
+/* Values that go to and fro by more than their noise while the prediction is at rest. */
+static void note_zigzag(struct memory *past, const double *nu, const double *y)
+{
+    int is_at_rest = 1, is_zigzag = 0;
+    for (int64_t i = 0; i < past->test->m; i++) {
+        double predicted = y[i] - nu[i], step = y[i] - past->said[i], before = past->step[i];
+        double noise = 2.0 * past->still[i];
+        if (!(fabs(predicted - past->predicted[i]) <= past->still[i]))
+            is_at_rest = 0;
+        if (step * before < 0.0 && fabs(step) >= noise && fabs(before) >= noise)
+            is_zigzag = 1;
+        past->reference[i] = nu[i], past->predicted[i] = predicted, past->said[i] = y[i], past->step[i] = step;
+    }
+    past->zigzags += is_at_rest && is_zigzag;
+}
+
 static void remember(
     const struct rules *rules, struct memory *past, double t, const double *nu, const double *y, double z)
 {
-    for (int64_t i = 0; i < past->test->m; i++)
-        past->reference[i] = nu[i];
+    note_zigzag(past, nu, y);
     add(rules, past->test, t, nu, y);
     double most = rules->most * past->limit, counted = z < most ? z : most;
     past->usual2 += rules->memory * (counted * counted - past->usual2);

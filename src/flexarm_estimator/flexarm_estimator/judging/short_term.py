@@ -3,10 +3,7 @@
 The filter's own covariance ``S`` is cautious (it bears modes that are 10 % off), so much that is wrong with a
 sensor hides behind it. A sensor is therefore measured by its own past, too:
 
-* a value that **repeats** to the last bit while the prediction moves on by more than ``_STEP`` sigmas is not
-  fused: noise makes that impossible, and a quantised sensor would have gone on by a step (a step has
-  ``sqrt(12)`` sigmas of its own quantisation noise). A sensor whose values have never repeated before is not
-  believed when it starts, for ``_PATIENCE`` samples;
+* a value that **repeats** to the last bit is not fused when it should not (``repeats``);
 * a normalised innovation ``z = sqrt(nu' S^-1 nu / m)`` that **jumps** above the gate times its usual size is
   held until the next samples decide: if they are as large, something did happen, and it is fused after all.
 """
@@ -21,14 +18,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from flexarm_estimator.judging.memory_record import MemoryRecord
+from flexarm_estimator.judging.repeats import REPEATING, Repeats, Run
 from flexarm_estimator.measurement import Measurement
-from flexarm_estimator.watches.mean_shift import MeanRecord, MeanTest
+from flexarm_estimator.watches.mean_shift import MeanTest
 
 Array = NDArray[np.float64]
-_STEP = 4.0  # sigmas of the sensor; above sqrt(12)
-_NOISE = 1.5  # sigmas of the sensor: enough if it never repeats otherwise
-_PATIENCE = 10  # equal samples
-_NOVICE = 20  # samples before a prediction is good; values that must differ before repeating is suspicious
 _JUMP = 1.0  # times the usual size, over the gate in sigmas
 USUAL_MIN = 1e-3  # of z; rounding is no noise
 MEMORY = 0.02  # weight of the newest sample in the usual size
@@ -39,7 +34,6 @@ _LASTING = 0.5  # of a jump: the next sample shows the same
 MOST = 0.6  # of a jump: more does not count for what is usual
 _HELD_MAX = 2  # samples; the third one as large decides
 _AGREEMENT = 0.45  # of their mean: so far innovations of a shift may lie from it
-FROZEN, SAME = "repeats its value, though the arm moves", "repeats its value"
 HELD, JUMP, SHIFT = "waits for the next sample", "jumps by itself", "has shifted"
 
 
@@ -66,79 +60,29 @@ class Outcome(NamedTuple):
 NOTHING = Outcome([], [])
 
 
-class Run(NamedTuple):
-    """Samples in a row with the same values.
-
-    Attributes:
-        repeats: How many beyond the first; 0 for a new value.
-        since: Stamp of the first [s].
-        is_unheard_of: The sensor has never done so before.
-    """
-
-    repeats: int
-    since: float
-    is_unheard_of: bool
-
-
-class MemoryRecord(ctypes.Structure):
-    """What the next sample is judged by, where machine code finds it, too ("struct memory" of ordinary.c).
-
-    ``reference``: innovation of the first of equal samples, (m,). ``values``: of the newest sample, (m,).
-    ``scanned``: samples that came in scans. ``repeats``: of the newest values, said since ``since`` [s].
-    ``held``: samples that wait. ``threshold``: of nu' S^-1 nu. ``biased``: of the score of the mean.
-    ``limit``: of z, ``jump`` times what is usual. ``usual2``: mean of z^2. ``last``: z.
-    """
-
-    _fields_ = (
-        ("test", ctypes.POINTER(MeanRecord)),
-        *((name, ctypes.POINTER(ctypes.c_double)) for name in ("reference", "values")),
-        *((name, ctypes.c_int64) for name in ("scanned", "repeats", "held")),
-        *(
-            (name, ctypes.c_double)
-            for name in ("since", "threshold", "biased", "jump", "limit", "usual2", "last")
-        ),
-    )
-
-
 class ShortTerm:
     """The recent past of one sensor.
 
     Attributes:
         mean: The test of the mean of its innovations.
         record: What is remembered in numbers.
+        repeats: The judge of values that repeat.
     """
 
     def __init__(self, sigma: Sequence[float], gate: float, threshold: float = math.inf) -> None:
         """Begin with the noise of every channel, SI, (m,), and the filter's gate [sigma] and its chi^2."""
         self._sigma = [float(s) for s in sigma]
-        self._singly = self._repeated = (
-            0  # samples that came by themselves; of these, such with the same values
-        )
-        self._frozen_since = math.nan  # stamp of the values that were found to be frozen [s]
-        self._has_rested = False  # its values have repeated for good reason
         self._held: list[Held] = []
-        channels = ctypes.c_double * len(self._sigma)
-        self._reference, self._values = channels(), channels()
         self.mean, jump = MeanTest(self._sigma), _JUMP * gate
         self.record = MemoryRecord(
-            ctypes.pointer(self.mean.record), self._reference, self._values,
+            ctypes.pointer(self.mean.record),
             since=-math.inf, threshold=threshold, biased=_BIASED * gate, jump=jump, limit=jump, usual2=1.0,
         )  # fmt: skip
+        self.repeats = Repeats(self._sigma, self.record)
 
     def meet(self, sample: Measurement) -> Run:
         """Compare the values of a new sample with the one before."""
-        values, record = sample.y.tolist(), self.record
-        self._singly += 1
-        if values != self._values[:] or record.since == -math.inf:
-            if record.repeats:
-                self._has_rested |= self._frozen_since != record.since
-                record.repeats = 0
-            self._values[:], record.since = values, sample.t
-            return Run(0, sample.t, False)
-        self._repeated += 1
-        record.repeats += 1
-        is_unheard_of = self.heard - self._repeated > _NOVICE and not self._has_rested
-        return Run(record.repeats, record.since, is_unheard_of)
+        return self.repeats.meet(sample)
 
     def doubt(self, run: Run, nu: Array, z: float) -> str:
         """Return why a sample should not be fused, now or ever; empty when nothing speaks against it.
@@ -151,12 +95,8 @@ class ShortTerm:
         score, biased = self.mean.score, self.record.biased
         if z <= self.record.limit and not (run.repeats or self._held or score > biased):
             return ""
-        if run.repeats and self.heard > _NOVICE:
-            moved = self._moved(nu)
-            if moved > _STEP or (run.is_unheard_of and run.repeats >= _PATIENCE // 2 and moved > _NOISE):
-                return FROZEN
-            if run.is_unheard_of and run.repeats <= _PATIENCE:
-                return SAME
+        if run.repeats and (repeating := self.repeats.doubt(run, nu)):
+            return repeating
         if not self.mean.record.count:  # never fused: it cannot have left what it said
             return ""
         if score > biased and self.record.usual2 < _CAUTIOUS and self.mean.is_sudden(nu.tolist()):
@@ -169,12 +109,8 @@ class ShortTerm:
             self._hold([*self._held, Held(sample, nu, z)])
             return NOTHING
         values: list[float] = nu.tolist()
-        if run.repeats:
-            self._has_rested |= run.repeats > _PATIENCE and not doubt
-        else:
-            self._reference[:] = [*values]
-        if doubt and doubt in (FROZEN, SAME):
-            self._frozen_since = run.since if doubt == FROZEN else self._frozen_since
+        self.repeats.note(run, sample.y.tolist(), values, doubt)
+        if doubt in REPEATING:
             return NOTHING
         waiting = self._held
         if doubt == SHIFT:
@@ -215,11 +151,6 @@ class ShortTerm:
         return bool(is_large and self._in_sigmas(nu) > self.record.jump)
 
     @property
-    def heard(self) -> int:
-        """Number of samples so far."""
-        return int(self.record.scanned) + self._singly
-
-    @property
     def surprise(self) -> tuple[float, float]:
         """Stamp [s] and normalised size of the jump that is held; infinite and 0 if there is none."""
         return (self._held[0].sample.t, self._held[0].normalised) if self._held else (math.inf, 0.0)
@@ -230,17 +161,6 @@ class ShortTerm:
         for value, sigma in zip(nu.tolist(), self._sigma, strict=True):
             largest = max(largest, abs(value) / sigma)
         return largest
-
-    def _moved(self, nu: Array) -> float:
-        """Return how far the prediction has gone since the value is the same, in sigmas.
-
-        Part of the first innovation has been fused; how much is not known here.
-        """
-        farthest = 0.0
-        for now, first, sigma in zip(nu.tolist(), self._reference, self._sigma, strict=True):
-            low, high = (first, 0.0) if first < 0.0 else (0.0, first)
-            farthest = max(farthest, (now - high) / sigma, (low - now) / sigma)
-        return farthest
 
 
 def _agree(innovations: Sequence[Array]) -> bool:

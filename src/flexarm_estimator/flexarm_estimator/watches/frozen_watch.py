@@ -1,6 +1,6 @@
-"""Finds sensors that say the same again and again while the arm moves; takes them back when they speak again.
+"""Finds sensors that say the same again and again and should not; takes them back when they speak again.
 
-The gate does not fuse a value that repeats although the prediction has moved on; here the sensor is
+The gate does not fuse a value that repeats although it cannot (``repeats``); here the sensor is
 at fault when that has happened ``_PROOF`` times, and what it has said since the first of the equal samples
 is taken out of the state. It is sound again when its values have changed for ``probation`` seconds.
 """
@@ -11,7 +11,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
-from flexarm_estimator.judging.short_term import FROZEN
+from flexarm_estimator.judging.repeats import FROZEN, STUCK
 from flexarm_estimator.watches.watch import Finding, View, Watch
 
 _PROOF = 2  # samples: three equal ones with the first
@@ -46,8 +46,8 @@ class FrozenWatch(Watch):
             return ()
         findings: list[Finding] = []
         for sensor, _, is_accepted, _, _, reason, since in view.verdicts:
-            if reason == FROZEN:
-                findings += self._suspect(sensor, since, view.t)
+            if reason in (FROZEN, STUCK):
+                findings += self._suspect(sensor, since, view.t, reason)
             elif is_accepted and sensor in cases:
                 cases[sensor].frozen = 0
         if self._frozen:
@@ -60,7 +60,7 @@ class FrozenWatch(Watch):
         """See Watch."""
         self._cases, self._frozen = {}, set()
 
-    def _suspect(self, sensor: str, since: float, now: float) -> list[Finding]:
+    def _suspect(self, sensor: str, since: float, now: float, reason: str) -> list[Finding]:
         case = self._cases.setdefault(sensor, _Case())
         case.frozen += 1
         if case.frozen < _PROOF:
@@ -69,7 +69,8 @@ class FrozenWatch(Watch):
         case.probation = min(2.0 * case.probation, _LONGEST) if is_soon else _PROBATION
         case.frozen, case.changes, case.values = 0, 0, []
         self._frozen.add(sensor)
-        return [Finding(sensor, f"frozen since {since:.3f} s, though the arm moves", True, since)]
+        though = reason.partition(", ")[2]
+        return [Finding(sensor, f"frozen since {since:.3f} s, {though}", True, since)]
 
     def _hear(self, sensor: str, t: float, values: list[float], now: float) -> list[Finding]:
         case = self._cases[sensor]
