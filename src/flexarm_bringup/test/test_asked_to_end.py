@@ -44,6 +44,7 @@ def test_an_exception_that_comes_while_python_forks_comes_after_it(tmp_path: Pat
         from pathlib import Path
         from flexarm_bringup.processes.child import start_child
 
+        signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell may have had it ignored
         os.register_at_fork(after_in_parent=lambda: os.kill(os.getpid(), signal.SIGINT))
         try:
             start_child(["true"], dict(os.environ), Path({str(tmp_path / "log")!r}))

@@ -31,9 +31,11 @@ def ask(number: int) -> Executor:
 
 @pytest.fixture(autouse=True)
 def same_handlers() -> Iterator[None]:
+    ours = signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell may have had it ignored
     before = {number: signal.getsignal(number) for number in ENDING}
     yield
     assert {number: signal.getsignal(number) for number in ENDING} == before
+    signal.signal(signal.SIGINT, ours)
 
 
 def test_ctrl_c_in_the_middle_of_a_callback_comes_after_it() -> None:
