@@ -17,7 +17,11 @@ from planar_strip import (
 
 from flexarm_estimator.estimate import Estimate
 from flexarm_estimator.estimator import Estimator
+from flexarm_estimator.exclusion.fault_exclusion import FaultExclusion
 from flexarm_estimator.exclusion.replay import Replay, heard_sensors
+from flexarm_estimator.judging.gate import Gate
+from flexarm_estimator.judging.health import Health
+from flexarm_estimator.judging.sample_judge import FAR, Verdict
 from flexarm_estimator.measurement import Measurement
 from flexarm_estimator.settings import EstimatorConfig
 from flexarm_estimator.watches.watch import Finding
@@ -206,3 +210,29 @@ def test_an_encoder_that_sticks_while_the_arm_creeps_is_not_believed_against_the
     assert any("camera, encoder cannot be reconciled" in estimate.reason for estimate in told[:until])
     assert told[until - 50].status == "lost"
     assert all(usable[-50:]) and max(errors[-50:]) < 5e-4
+
+
+@pytest.mark.parametrize(
+    ("doubts", "is_hopeless"),
+    [
+        (["encoder", "root_strain", "camera", "encoder"], True),
+        (["encoder", "root_strain", "camera"], False),
+        (["root_strain"] * 9, False),
+    ],
+)
+def test_a_state_that_those_who_locate_the_axes_doubt_three_times_in_a_row_is_not_vouched_for(
+    doubts: list[str], is_hopeless: bool
+) -> None:
+    """Gauges and accelerometers may: the arm moves otherwise than a served model says on a fast move."""
+    config = EstimatorConfig()
+    gate = Gate({spec.name: spec.sigma.tolist() for spec in SENSORS}, config)
+    exclusion = FaultExclusion(gate, Health(SENSORS, {"encoder", "camera"}, config), config.distrust)
+    for k, sensor in enumerate(doubts):
+        for i in range(config.reopen_after):
+            t = 0.05 * k + 0.005 * i
+            gate.note([Verdict(sensor, t, False, np.ones(1), 9.0, FAR)])
+        gate.note_reopening([Verdict(sensor, t, False, np.ones(1), 9.0, FAR)], t)
+        gate.note([Verdict(sensor, t, True, np.zeros(1), 0.0)])
+    said = exclusion.contradiction(t)
+    assert ("doubted again and again, last by encoder" in said) == is_hopeless == bool(said)
+    assert not exclusion.contradiction(t + config.reopen_interval)

@@ -32,6 +32,7 @@ from flexarm_estimator.watches.watch import Finding, View
 Array = NDArray[np.float64]
 _PAUSE = 0.05  # s between two searches that came to nothing
 _CURRENT = 0.15  # s for which their outcome holds
+_HOPELESS = 3  # doubts in a row by who locates the axes: widening the state does not help
 _ENOUGH = 3  # samples that agree, at least
 _SOON = 2.0  # s: who is excluded again so soon is on probation for twice as long
 _LONGEST = 0.6  # s; at most for so long
@@ -67,12 +68,15 @@ class FaultExclusion:
         return self._gate.is_disputed or bool(self._excluded) or self._search is not None
 
     def contradiction(self, t: float) -> str:
-        """Return which sensors contradict each other about where the axes are; empty when none do."""
+        """Return who contradicts whom about where the axes are; empty when nobody does."""
         is_current = t - self._undecided_at <= _CURRENT or self._search is not None
-        if not (is_current and self._health.locates(self._disagreeing & self._refused)):
-            return ""
-        others = " with the others" if len(self._disagreeing) == 1 else ""
-        return f"{', '.join(sorted(self._disagreeing))} cannot be reconciled{others}"
+        if is_current and self._health.locates(self._disagreeing & self._refused):
+            others = " with the others" if len(self._disagreeing) == 1 else ""
+            return f"{', '.join(sorted(self._disagreeing))} cannot be reconciled{others}"
+        doubts = [sensors for sensors in self._gate.doubts if self._health.locates(sensors)]
+        if len(doubts) >= _HOPELESS and self._gate.is_upset(t):
+            return f"the state was doubted again and again, last by {', '.join(sorted(doubts[-1]))}"
+        return ""
 
     def look(self, view: View, history: History, parts: Parts) -> list[Finding]:
         """Return who is excluded or readmitted; goes on with what is at hand, a piece at a time."""

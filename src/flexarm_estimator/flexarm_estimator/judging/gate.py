@@ -31,6 +31,7 @@ from flexarm_estimator.steps.joint_step import PreparedStep
 Array = NDArray[np.float64]
 _ALSO, _SHARE = 3.0, 0.9  # score of another mean, and over the own or the jump, that makes a shift doubtful
 _SHORTEST = 1e-3  # s
+_KEPT = 9  # doubts in a row, at least
 _TOGETHER = 2  # refusals in a row of several sensors at once that make the state doubtful
 
 
@@ -39,7 +40,7 @@ class Gate:
 
     Attributes:
         is_disputed: The state was widened, and yet sensors contradict each other.
-        doubters: Sensors whose refusals led to the last widening.
+        doubts: Sensors whose refusals led to a widening, of every one of the last in a row.
         doubted_since: Stamp of the first refusal that led to the first of the widenings in a row [s].
     """
 
@@ -68,7 +69,7 @@ class Gate:
         self._new = Meetings(self._past, self._code)
         self._released: list[Measurement] = []
         self._dropped: list[Verdict] = []
-        self.doubters: set[str] = set()
+        self.doubts: list[set[str]] = []
         self.calm()
 
     def calm(self) -> None:
@@ -77,6 +78,11 @@ class Gate:
         self._reopened_at = -math.inf
         self.doubted_since = math.inf
         self.is_disputed = False
+
+    @property
+    def doubters(self) -> set[str]:
+        """Sensors whose refusals led to the last widening."""
+        return self.doubts[-1] if self.doubts else set()
 
     def bound(self, sensor: str) -> float:
         """Return what ``nu' S^-1 nu`` of a sensor may be."""
@@ -178,10 +184,11 @@ class Gate:
         """
         is_again = self.is_upset(t)
         self.is_disputed |= is_again
-        self.doubters, self._reopened_at = self._find_doubters(verdicts), t
-        since = min((self._refused_since[sensor] for sensor in self.doubters), default=t)
+        doubters, self._reopened_at = self._find_doubters(verdicts), t
+        self.doubts = [*self.doubts[-_KEPT:], doubters] if is_again else [doubters]
+        since = min((self._refused_since[sensor] for sensor in doubters), default=t)
         self.doubted_since = min(self.doubted_since, since) if is_again else since
-        return set(self.doubters), max(t - since, _SHORTEST)
+        return set(doubters), max(t - since, _SHORTEST)
 
     def is_upset(self, t: float) -> bool:
         """Return whether the state has been doubted lately: innovations tell of it, not of their sensors."""
