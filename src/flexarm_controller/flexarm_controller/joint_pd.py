@@ -8,9 +8,9 @@ needs: gravity and springs at the reference, friction, inertia; modes follow sta
 
 ``omega_1`` is the slowest mode with the axes locked: a joint loop well below it does not feel the modes, one
 well above it lets them ring. ``w`` also stays below what the control period can follow, and is lowered until
-the loop would bear twice the gains, with its delay and with the modes of the served model: a light motor on a
-heavy link would excite them. Nothing is known here of the modes' state, of the unmodelled torque or of the
-future.
+the loop would bear twice the gains, with its delay and latency (a share of a period counts as a whole one)
+and with the modes of the served model: a light motor on a heavy link would excite them. Nothing is known here
+of the modes' state, of the unmodelled torque or of the future.
 """
 
 from __future__ import annotations
@@ -18,10 +18,11 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from flexarm_controller.program.delay import split_delay, torques_kept
 from flexarm_controller.program.equilibrium import build_equilibrium
 from flexarm_controller.program.prediction import plant
 from flexarm_controller.reference import Reference
-from flexarm_controller.settings import ControllerConfig
+from flexarm_controller.settings import ControllerConfig, MpcConfig
 from flexarm_controller.state import ArmState
 from flexarm_model.served.reduced_model import ReducedModel
 
@@ -41,24 +42,25 @@ class JointPd:
         K_d: Torque per velocity error, (n_theta,).
     """
 
-    def __init__(self, model: ReducedModel, config: ControllerConfig, delay_periods: int) -> None:
+    def __init__(self, model: ReducedModel, config: ControllerConfig, mpc: MpcConfig) -> None:
         """Tune the loops by rule.
 
         Args:
             model: The served model.
             config: Bandwidth, damping ratio and period.
-            delay_periods: Periods between a state and the torque computed from it.
+            mpc: Delay and latency between a state and the torque computed from it.
         """
         slowest = model.omega[0] if model.n_eta else np.inf
         frequency = float(min(config.pd_bandwidth * slowest, FASTEST / config.period))
-        loop = _Loop(model, config.period, delay_periods)
+        loop = _Loop(model, config.period, torques_kept(mpc, config.period))
         for _ in range(TRIES):
             self._tune(model, frequency, config.pd_damping)
             if loop.is_stable(GAIN_MARGIN * self.K_p, GAIN_MARGIN * self.K_d):
                 break
             frequency *= LOWER
         self._equilibrium = build_equilibrium(model)
-        self._ahead = np.array([0.0, delay_periods * config.period])
+        whole, share = split_delay(mpc, config.period)
+        self._ahead = np.array([0.0, (whole + share) * config.period])
 
     def _tune(self, model: ReducedModel, frequency: float, damping_ratio: float) -> None:
         inertia = np.diag(model.M)[: model.n_theta]

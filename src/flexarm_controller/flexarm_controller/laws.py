@@ -156,7 +156,7 @@ LAWS: Mapping[str, Callable[[ReducedModel, LawInputs], Planner]] = {
         model, given.nonlinear_arm, given.limits, given.mpc, given.nmpc
     ),
     "lqr": build_lqr,
-    "pd": lambda model, given: OnePeriod(JointPd(model, given.config, given.mpc.delay_periods)),
+    "pd": lambda model, given: OnePeriod(JointPd(model, given.config, given.mpc)),
 }
 
 

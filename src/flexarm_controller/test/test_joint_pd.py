@@ -8,16 +8,22 @@ from served_arms import limits_of_hub, single_link, state_of, two_axes
 
 from flexarm_controller.controller import Controller
 from flexarm_controller.joint_pd import FASTEST, JointPd
+from flexarm_controller.laws import LAWS, LawInputs
+from flexarm_controller.margins.gate import Gate
+from flexarm_controller.margins.law_gain import find_law_gain
+from flexarm_controller.program.delay import torques_kept
 from flexarm_controller.program.prediction import plant
 from flexarm_controller.reference import hold
-from flexarm_controller.settings import ControllerConfig
+from flexarm_controller.settings import ControllerConfig, MarginConfig, MpcConfig
+from flexarm_model.served.steady_filter import SteadyFilter
 
 DT = 0.005
 SENT = np.zeros((1, 2))
 
 
-def law(model, delay=1, **settings):
-    return JointPd(model, ControllerConfig(law="pd", period=DT, **settings), delay)
+def law(model, delay=1, latency=0.0, **settings):
+    mpc = MpcConfig(delay_periods=delay, latency=latency)
+    return JointPd(model, ControllerConfig(law="pd", period=DT, **settings), mpc)
 
 
 def rigid(model):
@@ -65,9 +71,56 @@ def test_twice_the_gains_of_a_light_motor_still_bring_it_to_rest(delay):
     assert abs(x[0]) < 1e-3
 
 
+@pytest.mark.parametrize("latency", [0.4 * DT, DT, 3 * DT])
+def test_twice_the_gains_bring_a_light_hub_to_rest_whatever_the_latency(latency):
+    """The oracle holds every torque from the instant it begins to act."""
+    model = single_link("light_hub")
+    pd, parts = law(model, 1, latency), 5  # of a period
+    system, late = plant(model, DT / parts), round(parts * (1 + latency / DT))
+    x, waiting = np.array([0.1, 0, 0, 0, 0, 0, 0, 0]), [np.zeros(1)] * late
+    for _ in range(4000):
+        waiting += [-2 * (pd.K_p * x[0] + pd.K_d * x[4])] * parts
+        for _ in range(parts):
+            x = system.A @ x + system.B @ waiting.pop(0) + system.c
+    assert abs(x[0]) < 1e-3
+
+
+@pytest.mark.parametrize("periods_late", [0.0, 0.4, 2.0])
+def test_the_gate_judges_the_gains_that_the_motors_get(periods_late, monkeypatch):
+    model, limits = single_link("light_hub"), limits_of_hub("light_hub")
+    mpc = MpcConfig(time_limit=0.0, latency=periods_late * DT)
+    inputs, build, judged = LawInputs(limits, ControllerConfig(law="pd", period=DT), mpc), LAWS["pd"], []
+
+    def note(*given):
+        judged.append((build(*given), given[1].mpc))
+        raise ValueError("built")
+
+    monkeypatch.setitem(LAWS, "pd", note)
+    filter_ = SteadyFilter(model.model_id, DT, (), (), *[np.zeros((0, 0))] * 3)
+    assert Gate(None, inputs, MarginConfig()).judge(model, filter_) == "margins: built"
+    pairs = [(build(model, inputs), mpc), *judged]
+    kept = [torques_kept(settings, DT) for _, settings in pairs]
+    assert kept == [1 + int(np.ceil(periods_late))] * 2
+    live, at_gate = (find_law_gain(planner, model, limits.effort, kept[0]).x for planner, _ in pairs)
+    np.testing.assert_array_equal(live, at_gate)
+
+
+def test_the_feed_forward_is_that_of_the_instant_the_torque_begins_to_act():
+    asked = []
+
+    class Noted(Steady):
+        def sample(self, times):
+            asked.append(times)
+            return super().sample(times)
+
+    model = two_axes()
+    law(model, 2, 1.4 * DT).step(state_of(np.zeros(10), model, 0.3), Noted(*np.zeros((3, 2))), SENT)
+    np.testing.assert_allclose(asked, [[0.3, 0.3 + 3.4 * DT]], rtol=1e-12)
+
+
 def test_without_delay_a_rigid_joint_rings_as_the_oscillator_it_is_tuned_to():
     model = rigid(single_link())
-    pd = JointPd(model, ControllerConfig(law="pd", period=1e-4, pd_damping=0.3), 0)
+    pd = JointPd(model, ControllerConfig(law="pd", period=1e-4, pd_damping=0.3), MpcConfig(delay_periods=0))
     w, zeta, t = pd.frequency, 0.3, np.arange(5000) * 1e-4
     system, x, found = plant(model, 1e-4), np.zeros(8), []
     x[0] = 0.1

@@ -16,7 +16,7 @@ from flexarm_controller.guard_settings import GuardSettings, guard_limits
 from flexarm_controller.joint_pd import JointPd
 from flexarm_controller.program.prediction import plant
 from flexarm_controller.reference import hold
-from flexarm_controller.settings import ControllerConfig
+from flexarm_controller.settings import ControllerConfig, MpcConfig
 from flexarm_controller.state import ArmState
 from flexarm_model.manipulator.description import ManipulatorConfig
 from flexarm_model.modal.modes import damped_poles
@@ -67,7 +67,7 @@ class HeldArm:
         self.config, self.model = config, linearize(tree)
         self.ranges = guard_limits(config, tree, GuardSettings()).ranges
         self.dt = round(1e9 / config.rate_hz) * 1e-9
-        self._law = JointPd(self.model, ControllerConfig(period=self.dt), DELAY)
+        self._law = JointPd(self.model, ControllerConfig(period=self.dt), MpcConfig(delay_periods=DELAY))
         self._goal = hold(config.home)
         self.tau_rest = self.torque(config.home, np.zeros(self.model.n_theta))
 
