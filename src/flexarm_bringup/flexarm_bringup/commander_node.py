@@ -171,6 +171,8 @@ class Commander(Node):
         return False
 
     def _wait_for_end(self) -> bool:
+        if self._answer.startswith("reference dropped"):
+            raise SeriesError(self._answer)
         is_over = self._now_ns - self._zero_ns >= self._duration_ns
         if not is_over and self._guard.mode != GuardStatus.ARMED:
             raise SeriesError(f"guard stopped the arm: {self._guard.reason}")

@@ -104,10 +104,18 @@ class Controller:
         """Forget what was sent and planned, and the reference: the motors have been elsewhere."""
         kept = torques_kept(self._inputs.mpc, self.config.period)
         self._sent = np.zeros((kept, self._limits.effort.size))
+        self._has_begun = False
         self._t = np.inf
         self._former.drop()
         self._trust.close()
         self.reference, self._is_led = None, False
+
+    def drop_reference(self, before: float) -> float | None:
+        """Forget a reference that nobody follows yet and that begins before a time [s]; returns its begin."""
+        if self._is_led or self.reference is None or self.reference.t[0] >= before:
+            return None
+        begun, self.reference = float(self.reference.t[0]), None
+        return begun
 
     def follow(self, reference: Reference) -> str:
         """Take a reference if the axes can follow it; returns why not, or nothing.
@@ -123,6 +131,7 @@ class Controller:
     def step(self, state: ArmState) -> ControlCommand:
         """Return the torque that follows those already sent. Never raises, never leaves the limits."""
         started = self._clocks.cpu()
+        self._begin()
         self._note_missed(state.t)
         cycle = self._look(state)
         choice = choose(cycle)
@@ -143,6 +152,12 @@ class Controller:
     def work_ahead(self) -> None:
         """Let the law prepare for the next state; to be called when the torque is on its way."""
         self._laws.planner.work_ahead()
+
+    def _begin(self) -> None:
+        """Know what acts on an arm that is handed over: the guard holds weight and springs."""
+        if not self._has_begun:
+            self._sent[:] = np.clip(self._laws.damping.load, -self._limits.effort, self._limits.effort)
+            self._has_begun = True
 
     def _look(self, state: ArmState) -> Cycle:
         """Judge the state and ask the law."""

@@ -32,6 +32,7 @@ from flexarm_interfaces.msg import (
     ControllerDebug,
     ControllerStatus,
     FeedbackGains,
+    GuardStatus,
     JointCommand,
     ReducedModel,
 )
@@ -136,6 +137,10 @@ class ControllerNode(ManagedNode):
         """Take a state that another node of this process hands over."""
         self._states.on_state(told)
 
+    def join(self, msg: GuardStatus) -> None:
+        """Take the session of the guard, or say what of the last one is not gone on with."""
+        self._publish(self.exchange.on_guard_status(msg))
+
     def answer(self, told: ToldState) -> None:
         """Send the command for a state; everything else comes after it."""
         self._arming.look()
@@ -184,7 +189,7 @@ class ControllerNode(ManagedNode):
         self._diagnostics = Diagnostics(self, self._health.verdicts)
 
     def _subscribed_states(self) -> States:
-        duties = Duties(self.exchange.on_guard_status, self.answer, self.work_ahead)
+        duties = Duties(self.join, self.answer, self.work_ahead)
         if self.settings.lockstep:
             return TickedStates(self, duties)
         return PacedStates(self, duties, self._inputs.config.period)

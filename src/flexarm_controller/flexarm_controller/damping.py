@@ -16,6 +16,9 @@ class JointDamping:
     """``tau = tau_0 - rate M_tt theta'``: the inertia seen by each axis times a rate.
 
     ``tau_0`` holds weight and springs at the pose of the model, whatever becomes of the state.
+
+    Attributes:
+        load: ``tau_0``, (n_u,).
     """
 
     def __init__(self, model: ReducedModel, rate: float) -> None:
@@ -23,8 +26,8 @@ class JointDamping:
         rest = build_equilibrium(model)
         n = model.n_theta
         self._damping = rate * np.diag(model.M)[:n]
-        self._load = rest.U[:, :n] @ model.pose + rest.u_0
+        self.load = rest.U[:, :n] @ model.pose + rest.u_0
 
     def step(self, theta_dot: Array) -> Array:
         """Return the torque against a velocity, (n_u,); the load alone where it is not finite."""
-        return self._load - self._damping * np.where(np.abs(theta_dot) < HUGE, theta_dot, 0.0)
+        return self.load - self._damping * np.where(np.abs(theta_dot) < HUGE, theta_dot, 0.0)

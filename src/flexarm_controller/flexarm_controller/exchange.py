@@ -32,6 +32,8 @@ from flexarm_model.served.pending_models import PendingModels
 
 REFUSED = "reference refused: "
 GAP = 1.5  # periods between two states from which on a cycle was missed
+LATE = 0.2  # s that a reference may have begun before it comes
+TWICE_NS = 100_000_000  # a state that is older than the last by no more came twice or too late
 
 
 class ControllerExchange:
@@ -130,12 +132,24 @@ class ControllerExchange:
         if self.controller is not None and self.is_armed:
             self.controller.work_ahead()
 
-    def on_guard_status(self, msg: Any) -> None:
-        """Take the session token; whatever was planned is void when the session ends."""
-        if msg.session_token != self._token:
-            if self._token and self.controller is not None:  # also when the stop was not heard
-                self.controller.reset()
-            self._token, self._sequence = msg.session_token, 0
+    def on_guard_status(self, msg: Any) -> list[Outgoing]:
+        """Take the session token; whatever was planned is void when the session ends.
+
+        A reference that began while nobody was armed is not run after: the arm would rush to where it leads.
+        """
+        if msg.session_token == self._token:
+            return []
+        if self._token and self.controller is not None:  # also when the stop was not heard
+            self.controller.reset()
+        self._token, self._sequence = msg.session_token, 0
+        now = self._now
+        if self.controller is None or now is None:
+            return []
+        begun = self.controller.drop_reference(now - LATE)
+        if begun is None:
+            return []
+        reason = f"reference dropped: it began {now - begun:.3g} s ago, when the guard was not armed"
+        return [Outgoing("controller_status", notice_msg(reason, self._last_ns or 0))]
 
     def on_reference(self, msg: Any) -> list[Outgoing]:
         """Take a reference or refuse it; the answer says which, and why."""
@@ -154,6 +168,9 @@ class ControllerExchange:
     def on_state(self, told: ToldState) -> list[Outgoing]:
         """Answer a state with a command; without a session with nothing. What else there is: ``tell``."""
         stamp_ns = told.stamp_ns
+        if self._last_ns is not None and 0 <= self._last_ns - stamp_ns <= TWICE_NS:
+            self.answer = None
+            return []
         if self._epoch_ns is None:
             self._epoch_ns = stamp_ns
             self._foresee()
@@ -187,6 +204,13 @@ class ControllerExchange:
         """Let ``write`` make the messages of commands, of what ``command_to_msg`` takes."""
         self._write = write
 
+    @property
+    def _now(self) -> float | None:
+        """Stamp of the newest state [s]; None before the first."""
+        if self._last_ns is None or self._epoch_ns is None:
+            return None
+        return (self._last_ns - self._epoch_ns) * 1e-9
+
     def _foresee(self) -> None:
         """Tell the controller which models wait, and from when each holds."""
         if self.controller is not None and self._epoch_ns is not None:
@@ -201,8 +225,13 @@ class ControllerExchange:
         """
         if self.controller is None or self._epoch_ns is None:
             raise MotionError(self.model_fault or "no state yet")
-        model = self.controller.model
+        model, now = self.controller.model, self._now
         reference = reference_from_msg(msg, self._names, self._epoch_ns)
+        if now is not None and reference.t[0] < now - LATE:
+            raise MotionError(
+                f"it begins {now - reference.t[0]:.3g} s before the newest state, {LATE:g} s are allowed: "
+                "stamp it with the time at which it is to begin"
+            )
         reference, remark = admit(reference, model, self._limits, self._motion)
         fault = self.controller.follow(reference)
         if fault:

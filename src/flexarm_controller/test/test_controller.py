@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from served_arms import limits_of_hub, single_link, state_of, two_axes
+from served_arms import limits_of_hub, single_link, state_of, two_axes, two_axis_limits
 
 from flexarm_controller.controller import Controller
 from flexarm_controller.damping import JointDamping
@@ -193,6 +193,21 @@ def test_joint_damping_holds_the_load_of_an_arm_at_its_pose():
     for _ in range(200):
         x = system.A @ x + system.B @ damping.step(x[5:7]) + system.c
     np.testing.assert_allclose(x, np.concatenate([model.pose, rest, np.zeros(5)]), atol=1e-9)
+
+
+def test_an_arm_with_weight_is_taken_over_without_a_drop_of_its_torque():
+    """The guard has held the load until now; the rate limit is far too small to catch up with it."""
+    model, limits = two_axes(), two_axis_limits()
+    slow = replace(limits, effort_rate=limits.effort_rate * 1e-3)
+    arm = Controller(model, slow, ControllerConfig(), MpcConfig(delay_periods=2))
+    rest = -np.linalg.solve(model.K[2:, 2:], model.f0[2:])
+    x = np.concatenate([model.pose, rest, np.zeros(5)])
+    load = JointDamping(model, 8.0).load
+    assert abs(load).max() > 10.0 * (slow.effort_rate * DT).max()
+    for _ in range(2):
+        taus = [arm.step(state_of(x, model, k * DT)).tau for k in range(20)]
+        np.testing.assert_allclose(taus, np.tile(load, (20, 1)), atol=2.0 * (slow.effort_rate * DT).max())
+        arm.reset()
 
 
 def test_joint_damping_calms_the_flexible_arm_with_its_delay():

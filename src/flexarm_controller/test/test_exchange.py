@@ -16,7 +16,7 @@ from flexarm_controller.conversions import command_to_msg, reference_to_msg, sta
 from flexarm_controller.debug import Insight  # noqa: E402
 from flexarm_controller.exchange import ControllerExchange  # noqa: E402
 from flexarm_controller.limits import limits_of  # noqa: E402
-from flexarm_controller.reference import hold  # noqa: E402
+from flexarm_controller.reference import Reference, hold  # noqa: E402
 from flexarm_controller.settings import ControllerConfig, MpcConfig  # noqa: E402
 from flexarm_controller.time_budget import Clocks  # noqa: E402
 from flexarm_controller.told_state import SentState  # noqa: E402
@@ -163,6 +163,51 @@ def test_references_are_answered_at_once_with_the_reason(exchange, model):
     assert (
         answers(exchange.on_reference(inside))["controller_status"].reason == "reference accepted: 1 points"
     )
+
+
+def slow_move(begin, theta=1.5):
+    """Return the message of a move to ``theta`` in 10 s that begins ``begin`` seconds after the first state."""
+    return reference_to_msg(
+        Reference(
+            np.array([begin, begin + 10.0]), np.array([[0.1], [theta]]), np.zeros((2, 1)), np.zeros((2, 1))
+        ),
+        ("base.rz",),
+        1_000_000_000,
+    )
+
+
+@pytest.mark.parametrize(("begin", "is_taken"), [(5.0, True), (0.9, True), (0.0, False), (-20.0, False)])
+def test_a_reference_that_began_long_ago_is_refused_and_not_run_after(exchange, model, begin, is_taken):
+    exchange.on_model(model_to_msg(model))
+    exchange.on_guard_status(GuardStatus(session_token=3))
+    exchange.on_modal_state(state(model, 200))  # at 1 s
+    answer = answers(exchange.on_reference(slow_move(begin)))["controller_status"].reason
+    assert answer.startswith("reference accepted") == is_taken
+    assert is_taken or "before the newest state, 0.2 s are allowed" in answer
+
+
+@pytest.mark.parametrize(("armed_at", "is_kept"), [(0.8, True), (20.0, False)])
+def test_a_reference_that_began_before_anybody_was_armed_is_dropped(exchange, model, armed_at, is_kept):
+    exchange.on_model(model_to_msg(model))
+    exchange.on_modal_state(state(model, 0))
+    assert "accepted" in answers(exchange.on_reference(slow_move(0.8)))["controller_status"].reason
+    exchange.on_modal_state(state(model, round(200 * armed_at) - 1))
+    told = answers(exchange.on_guard_status(GuardStatus(session_token=3)))
+    assert is_kept == (told == {})
+    assert is_kept or "reference dropped: it began 19.2 s ago" in told["controller_status"].reason
+    exchange.on_modal_state(state(model, round(200 * armed_at)))
+    goal = exchange.controller.reference.theta[-1, 0]
+    assert goal == pytest.approx(1.5 if is_kept else 0.1)
+
+
+def test_a_state_that_comes_twice_or_too_late_is_not_answered(exchange, model):
+    exchange.on_model(model_to_msg(model))
+    exchange.on_guard_status(GuardStatus(session_token=3))
+    told = [answers(exchange.on_modal_state(state(model, k))) for k in (5, 5, 3, 6)]
+    assert ["joint_commands" in each for each in told] == [True, False, False, True]
+    assert told[3]["joint_commands"].sequence == 2 and told[1] == {}
+    back = answers(exchange.on_modal_state(state(model, -100)))  # the clock was set back by half a second
+    assert "joint_commands" in back
 
 
 def test_missed_cycles_are_counted_and_skipped(exchange, model):

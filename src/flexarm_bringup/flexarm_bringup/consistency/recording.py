@@ -147,9 +147,9 @@ class NoController:
         """Answer nothing."""
         return ()
 
-    def on_guard_status(self, msg: Any) -> None:
-        """Hear nothing."""
-        return
+    def on_guard_status(self, msg: Any) -> Iterable[Outgoing]:
+        """Answer nothing."""
+        return ()
 
     def on_modal_state(self, msg: Any) -> Iterable[Outgoing]:
         """Answer nothing."""

@@ -69,7 +69,7 @@ class ControllerSide(Protocol):
         """Take a reference or refuse it."""
         ...
 
-    def on_guard_status(self, msg: Any) -> None:
+    def on_guard_status(self, msg: Any) -> Iterable[Outgoing]:
         """Take the session."""
         ...
 
@@ -107,7 +107,7 @@ class Player:
         elif topic == "reference":
             yield from self._controller.on_reference(msg)
         elif topic == "guard_status":
-            self._controller.on_guard_status(msg)
+            yield from self._controller.on_guard_status(msg)
         elif topic == self._trigger:
             stamp_ns = stamp_to_ns(msg.header.stamp)
             self._intervene(index, stamp_ns)
