@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from served_arms import single_link
 
+from flexarm_controller.guard import ARMED, Guard, GuardCommand, GuardState
 from flexarm_controller.guard_settings import GuardSettings, guard_limits
 from flexarm_controller.guarding import pose_loads
 from flexarm_controller.guarding.derive import all_at_once
@@ -142,6 +143,24 @@ def test_new_loads_come_only_when_the_arm_has_moved_far_enough():
     assert follow.look(home * math.nan) is None
     beyond = follow.look(home + [0.0, 99.0, 0.0])
     assert beyond is not None and beyond.pose[1] == pytest.approx(math.pi)  # the end of its range
+
+
+@pytest.mark.parametrize("name", ["single_link", "variable_stiffness"])
+def test_an_arm_without_velocity_limits_has_no_limit_of_energy_and_runs(name):
+    """That is the default of a description; what its other limits are is finite all the same."""
+    bounded = load_config(find_manipulator(name))
+    joints = tuple(
+        replace(joint, axes=tuple(replace(axis, velocity=math.inf) for axis in joint.axes))
+        for joint in bounded.joints
+    )
+    open_ended = replace(bounded, joints=joints)
+    limits = guard_limits(open_ended, ReducedTree(open_ended), SETTINGS)
+    assert limits.energy == math.inf and all(map(math.isfinite, limits.braking.deceleration))
+    guard, count = Guard(limits), len(limits.effort)
+    assert guard.arm(0.0, 1)
+    state = GuardState((5.0,) * count, tuple(open_ended.home))
+    guard.step(GuardCommand(0.0, 1, 1, limits.loads.holding), state, limits.period)
+    assert guard.mode == ARMED, guard.reason
 
 
 def test_where_the_arm_cannot_stand_there_are_no_new_loads(monkeypatch):

@@ -71,6 +71,18 @@ def test_arm_whose_modes_do_not_feel_the_hub_is_as_fast_as_bang_bang():
     assert problem.solve(200).peak * 2.0 == pytest.approx(4 * ANGLE * M[0, 0], rel=1e-6)  # in 1 s
 
 
+@pytest.mark.parametrize(("name", "far"), [("velocity", 5.0), ("effort_rate", 1e6)])
+def test_a_limit_that_is_open_is_one_that_is_not_reached(plan, name, far):
+    """No limit of velocity is what a description without one means."""
+    problem, _ = plan
+    found, bounded = (
+        replace(problem, limits=replace(problem.limits, **{name: np.array([value])})).solve(60)
+        for value in (np.inf, far)
+    )
+    assert found.peak == pytest.approx(bounded.peak, rel=1e-6)  # of the program
+    assert abs(problem.missed(found)).max() < 1e-8
+
+
 def test_torque_that_is_scarce_costs_time(plan):
     problem, found = plan
     strong = fastest(replace(problem, limits=limits_of_hub(strain=1.0)), 100)

@@ -184,8 +184,10 @@ def _loads(tree: ReducedTree, poses: Iterable[Array]) -> Iterator[Loads]:
 
 
 def _energy(model: ReducedModel, limits: Limits) -> float:
-    """Return the energy that an arm within its velocity limits takes in 250 ms at most [J]."""
+    """Return the energy that an arm within its velocity limits takes in 250 ms at most [J]; inf without."""
     m, v = model.n_theta, limits.velocity
+    if not np.isfinite(v).all():
+        return float("inf")  # the products would be 0 inf where nothing is coupled or nothing weighs
     lost = abs(np.array(loads_of(model).holding)) @ v + v @ np.diag(np.diag(model.D)[:m]) @ v
     return float(v @ abs(model.M[:m, :m]) @ v / 2.0 + GuardLimits.energy_window * lost)
 

@@ -128,12 +128,18 @@ class RestToRest:
 
     @cached_property
     def _scale(self) -> Array:
-        """Return what states are of the order of: modes as they bend under the largest torque, (n_x,)."""
+        """Return what states are of the order of: modes as they bend under the largest torque, (n_x,).
+
+        Axes are as fast as they may be; without a limit, as the largest torque makes them over their way.
+        """
         model, m = self.model, self._n_u
-        push = abs(model.M[m:, :m]) @ (self.limits.effort / np.diag(model.M)[:m])
+        largest = self.limits.effort / np.diag(model.M)[:m]
+        push = abs(model.M[m:, :m]) @ largest
         bend = np.maximum(push, push.max(initial=0.0) * 1e-3 + np.finfo(float).tiny) / model.omega**2
         way = np.maximum(abs(self.goal - self.start), 1e-3)
-        return np.concatenate([way, bend, self.limits.velocity, bend * model.omega])
+        most = self.limits.velocity
+        velocity = np.where(np.isfinite(most), most, np.sqrt(2.0 * largest * way))
+        return np.concatenate([way, bend, velocity, bend * model.omega])
 
     def _dynamics(self, N: int) -> tuple[sparse.csr_matrix, Array]:
         s, S = self._system, self._scale
@@ -153,6 +159,8 @@ class RestToRest:
         change = sparse.kron(sparse.eye(N + 1, N) - sparse.eye(N + 1, N, k=-1), sparse.eye(m))
         ends = np.concatenate([self._hold(self.start), np.zeros((N - 1) * m), -self._hold(self.goal)])
         step = np.tile(self.limits.effort_rate * self.dt / self.limits.effort, N + 1)
+        kept = np.isfinite(step)  # an open rate is no row
+        change, step, ends = change.tocsr()[kept], step[kept], ends[kept]
         soft = build_soft_outputs(self.model, self.limits, WHOLE_LIMITS)
         rows, level = (
             np.vstack([soft.C, -soft.C]),
