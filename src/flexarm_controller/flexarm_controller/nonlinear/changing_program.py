@@ -8,7 +8,7 @@ torque before in the same units::
 
 A dual active-set method [Goldfarb1983] solves it, warm from the limits that bound the last time. With
 ``H = L L'`` a limit ``a' x <= b`` is a row ``m = L^-1 a``; only those of active limits are ever made, and
-the factor of their products grows and shrinks with them [Arnstrom2022]. (DAQP makes all rows first, which
+the factor of their products grows and shrinks with them [Arnstroem2022]. (DAQP makes all rows first, which
 takes as long as everything else in the step.) What it does not vouch for DAQP tries in the same period.
 """
 
