@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import fields
 
 import numpy as np
 from builtin_interfaces.msg import Duration
@@ -66,7 +67,7 @@ def state_from_msg(msg: ModalState, model: ReducedModel, epoch_ns: int) -> ArmSt
 
 
 def reference_from_msg(msg: JointTrajectory, names: tuple[str, ...], epoch_ns: int) -> Reference:
-    """Return the reference of a trajectory; missing velocities and accelerations are zero.
+    """Return the reference of a trajectory; what it leaves out: see ``trajectory_from_msg``.
 
     Raises:
         ReferenceMessageError: Names, lengths, times or numbers do not fit.
@@ -75,7 +76,7 @@ def reference_from_msg(msg: JointTrajectory, names: tuple[str, ...], epoch_ns: i
         trajectory = trajectory_from_msg(msg, names, epoch_ns)
     except TrajectoryMessageError as error:
         raise ReferenceMessageError(str(error)) from None
-    return Reference(trajectory.t, trajectory.theta, trajectory.theta_dot, trajectory.theta_ddot)
+    return Reference(*(getattr(trajectory, field.name) for field in fields(trajectory)))
 
 
 def reference_to_msg(reference: Reference, names: tuple[str, ...], epoch_ns: int) -> JointTrajectory:

@@ -1,5 +1,6 @@
 """Messages: round trips, and nothing malformed gets further than its conversion."""
 
+from itertools import pairwise
 from typing import get_args
 
 import numpy as np
@@ -8,7 +9,9 @@ from served_arms import limits_of_hub, single_link, state_of
 
 pytest.importorskip("flexarm_interfaces.msg")
 
+from builtin_interfaces.msg import Duration  # noqa: E402
 from flexarm_interfaces.msg import ControllerStatus, ModalState  # noqa: E402
+from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint  # noqa: E402
 
 from flexarm_controller.command import Mode  # noqa: E402
 from flexarm_controller.controller import Controller  # noqa: E402
@@ -103,12 +106,65 @@ def test_a_reference_survives_the_round_trip():
         np.testing.assert_array_equal(getattr(back, name), getattr(reference, name))
 
 
-def test_missing_velocities_and_accelerations_are_zero():
-    msg = reference_to_msg(example_reference(), ("base.rz",), EPOCH)
-    for point in msg.points:
-        point.velocities, point.accelerations = [], []
-    reference = reference_from_msg(msg, ("base.rz",), EPOCH)
-    assert not reference.theta_dot.any() and not reference.theta_ddot.any()
+def of_points(t, *columns):
+    """Return the message of positions, and velocities if there are any, of one axis."""
+    points = [JointTrajectoryPoint(time_from_start=Duration(nanosec=round(1e9 * at))) for at in t]
+    for name, values in zip(("positions", "velocities"), columns, strict=False):
+        for point, value in zip(points, values, strict=True):
+            setattr(point, name, [float(value)])
+    return JointTrajectory(joint_names=["base.rz"], points=points)
+
+
+def followed(t, *columns):
+    return reference_from_msg(of_points(t, *columns), ("base.rz",), 0)
+
+
+def assert_accelerations_are_those_of_the_motion(reference):
+    """Within every interval, by central differences of the velocity, up to either end."""
+    for begin, end in pairwise(reference.t):
+        times, dt = np.linspace(begin, end, 9)[1:-1], 1e-5
+        sides = [reference.sample(times + side)[1] for side in (dt, -dt)]
+        np.testing.assert_allclose(reference.sample(times)[2], (sides[0] - sides[1]) / (2 * dt), atol=1e-6)
+
+
+def test_missing_accelerations_are_those_of_the_cubics_on_either_side_of_a_point():
+    """By hand: 0 -> 0.16 in 0.4 s between rests takes 6 ... -6 rad/s^2, and staying there none."""
+    reference = followed([0.0, 0.5, 0.9], [0.0, 0.3, -0.2], [0.1, -0.4, 0.7])
+    assert_accelerations_are_those_of_the_motion(reference)
+    rests = followed([0.0, 0.4, 0.8], [0.0, 0.16, 0.16], [0.0, 0.0, 0.0])
+    np.testing.assert_allclose(rests.theta_ddot[:, 0], [6.0, 0.0, 0.0], atol=1e-12)
+    np.testing.assert_allclose(rests.theta_ddot_before[:, 0], [0.0, -6.0, 0.0], atol=1e-12)
+
+
+def test_a_motion_of_positions_alone_does_not_stop_at_every_point():
+    t = np.linspace(0.0, 0.9, 31)
+    s = t / 0.9
+    reference = followed(t, 10 * s**3 - 15 * s**4 + 6 * s**5)
+    times = np.linspace(0.0, 0.9, 500)
+    s = times / 0.9
+    asked = (30 * s**2 - 60 * s**3 + 30 * s**4) / 0.9, (60 * s - 180 * s**2 + 120 * s**3) / 0.81
+    _, theta_dot, theta_ddot = reference.sample(times[:-1])
+    assert abs(theta_dot[:, 0] - asked[0][:-1]).max() < 1e-3 * asked[0].max()
+    assert abs(theta_ddot[:, 0] - asked[1][:-1]).max() < 0.04 * asked[1].max()  # its jerk begins at once
+    assert_accelerations_are_those_of_the_motion(reference)
+    np.testing.assert_allclose(  # and nothing jumps between its ends
+        reference.theta_ddot[1:-1], reference.theta_ddot_before[1:-1], atol=1e-9
+    )
+
+
+def test_one_or_two_positions_are_a_rest_or_a_cubic_from_rest_to_rest():
+    reference = followed([0.0, 0.5], [0.0, 0.25])
+    assert not reference.theta_dot.any()
+    assert reference.sample([0.0])[2][0, 0] == pytest.approx(6.0)
+    assert not followed([0.0], [0.3]).sample([-1.0, 0.0, 1.0])[1].any()
+
+
+def test_accelerations_that_are_told_are_taken_as_they_are():
+    msg = of_points([0.0, 0.5, 0.9], [0.0, 0.3, -0.2], [0.1, -0.4, 0.7])
+    for point, value in zip(msg.points, (1.0, 2.0, 3.0), strict=True):
+        point.accelerations = [value]
+    reference = reference_from_msg(msg, ("base.rz",), 0)
+    assert reference.theta_ddot[:, 0].tolist() == [1.0, 2.0, 3.0] and reference.theta_ddot_before is None
 
 
 def spoil(msg, how):
@@ -122,6 +178,10 @@ def spoil(msg, how):
         msg.points[1].velocities = [float("nan")]
     elif how == "order":
         msg.points = msg.points[::-1]
+    elif how == "some velocities":
+        msg.points[1].velocities = []
+    elif how == "some accelerations":
+        msg.points[1].accelerations = []
     return msg
 
 
@@ -133,6 +193,8 @@ def spoil(msg, how):
         ("length", "positions"),
         ("nan", "not finite"),
         ("order", "time does not increase"),
+        ("some velocities", "velocities: every point needs 1 numbers, or none has any"),
+        ("some accelerations", "accelerations: every point needs 1 numbers, or none has any"),
     ],
 )
 def test_a_malformed_trajectory_is_refused_with_the_reason(how, text):

@@ -85,3 +85,17 @@ def test_a_motion_within_its_torque_is_left_alone_but_for_the_reserve():
     slowed, late = retime(asked, limits_of_hub(), model.theta_names, build_equilibrium(model))
     assert late == pytest.approx(0.0, abs=1e-9)
     np.testing.assert_allclose(slowed.position(1.9), asked.position(1.9), atol=1e-6)
+
+
+@pytest.mark.parametrize("share", [0.3, 0.8])
+def test_accelerations_that_jump_at_the_points_are_slowed_down_on_either_side(share):
+    """Rest to rest to rest: the torque by differences of the velocity that is followed, not as it is told."""
+    model, t = single_link(), np.array([0.0, 0.5, 0.8, 1.4])
+    equilibrium, theta = build_equilibrium(model), np.array([[0.0], [0.3], [0.3], [-0.1]])
+    asked = Reference.through(t, theta, np.zeros((4, 1)))
+    limits = limits_of_hub(effort=share * equilibrium.U[0, 2] * 6 * 0.3 / 0.5**2)
+    slowed, late = retime(asked, limits, model.theta_names, equilibrium)
+    ends = np.linspace(slowed.t[0], slowed.t[-1], 1001)
+    change = np.diff(slowed.sample(ends)[1], axis=0) / np.diff(ends)[:, None]
+    used = equilibrium.U[0, 2] * abs(change).max() / limits.effort[0]
+    assert late > 0.0 and 0.9 < used < 1.0

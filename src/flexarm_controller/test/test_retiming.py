@@ -111,6 +111,19 @@ def test_the_factor_is_the_least_that_keeps_torques_with_gravity_springs_and_fri
             assert find_excess(slow_down(motion, shorter), limits, (), equilibrium) is not None
 
 
+def test_without_accelerations_the_torque_is_that_of_the_cubics():
+    """6 angle / T^2 at both ends of a cubic between rests; stretched by the root of the ratio."""
+    model, limits = single_link(), limits_of_hub(effort=5.0)
+    equilibrium = build_equilibrium(model)
+    asked = Reference.through(np.array([0.0, 0.6, 0.9]), np.array([[0.0], [0.0], [0.5]]), np.zeros((3, 1)))
+    needed = equilibrium.U[0, 2] * 6 * 0.5 / 0.3**2
+    excess = find_excess(asked, limits, model.theta_names, equilibrium)
+    assert (excess.quantity, abs(excess.value)) == ("torque", pytest.approx(needed))
+    slowed, factor = stretch(asked, limits, model.theta_names, equilibrium)
+    assert factor == pytest.approx(np.sqrt(needed / 5.0), rel=1e-6)
+    np.testing.assert_allclose(slowed.before(slowed.t), asked.before(asked.t) / factor**2)
+
+
 def test_what_slowing_down_cannot_help_is_refused():
     model, limits = two_axes(), two_axis_limits(effort=(1.0, 0.2))
     with pytest.raises(MotionError, match="holding still on the way"):

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from array import array
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from builtin_interfaces.msg import Duration, Time
@@ -129,7 +130,10 @@ def filter_from_msg(msg: SteadyFilterMsg, n_u: int) -> SteadyFilter:
 
 
 def trajectory_from_msg(msg: JointTrajectory, names: Sequence[str], epoch_ns: int) -> Trajectory:
-    """Return the motion of the axes ``names``; missing velocities and accelerations are zero.
+    """Return the motion of the axes ``names``.
+
+    Without accelerations they are those of the cubics between the points; without velocities these are those
+    of the spline through them (`Trajectory.through`).
 
     Args:
         msg: The message.
@@ -143,16 +147,16 @@ def trajectory_from_msg(msg: JointTrajectory, names: Sequence[str], epoch_ns: in
         raise TrajectoryMessageError(f"joint_names are {list(msg.joint_names)}; expected {list(names)}")
     start = stamp_to_ns(msg.header.stamp) - epoch_ns
     times = [start + stamp_to_ns(point.time_from_start) for point in msg.points]
-    columns = []
-    for name in ("positions", "velocities", "accelerations"):
-        rows = [list(getattr(point, name)) for point in msg.points]
-        if name != "positions":
-            rows = [row or [0.0] * len(names) for row in rows]
-        if not rows or any(len(row) != len(names) for row in rows):
-            raise TrajectoryMessageError(f"{name}: every point needs {len(names)} numbers")
-        columns.append(np.array(rows))
+    theta, theta_dot, theta_ddot = (
+        _points(msg, name, len(names)) for name in ("positions", "velocities", "accelerations")
+    )
+    if theta is None:
+        raise TrajectoryMessageError(f"positions: every point needs {len(names)} numbers")
     try:
-        return Trajectory(np.array(times) * 1e-9, *columns)
+        motion = Trajectory.through(np.array(times) * 1e-9, theta, theta_dot)
+        return (
+            motion if theta_ddot is None else replace(motion, theta_ddot=theta_ddot, theta_ddot_before=None)
+        )
     except ValueError as error:
         raise TrajectoryMessageError(str(error)) from None
 
@@ -173,6 +177,16 @@ def verdict_from_msg(msg: DiagnosticStatus) -> Verdict:
     """Return the verdict of a status of /diagnostics, also of nodes that are not ours."""
     values = {pair.key: pair.value for pair in msg.values}
     return Verdict(msg.name, Level(min(msg.level[0], Level.STALE)), msg.message, values)
+
+
+def _points(msg: JointTrajectory, name: str, n_theta: int) -> Array | None:
+    """Return one quantity of all points, (k, n_theta); None where no point has it."""
+    rows = [list(getattr(point, name)) for point in msg.points]
+    if not any(rows):
+        return None
+    if any(len(row) != n_theta for row in rows):
+        raise TrajectoryMessageError(f"{name}: every point needs {n_theta} numbers, or none has any")
+    return np.array(rows)
 
 
 def _array(msg: ReducedModelMsg | SteadyFilterMsg, name: str, *shape: int) -> Array:

@@ -52,6 +52,7 @@ def _slowed(reference: Reference, effort: Array, equilibrium: Equilibrium) -> Re
     """Return the trajectory with as little lost time as torques within ``effort`` allow, (n_theta,)."""
     sigma = grid(reference)
     theta, theta_dot, theta_ddot = reference.sample(sigma)
+    before = reference.before(sigma)
     K, D, J = np.split(equilibrium.U, 3, axis=1)
     rest, viscous, bent, push = (
         theta @ K.T + equilibrium.u_0,
@@ -61,7 +62,7 @@ def _slowed(reference: Reference, effort: Array, equilibrium: Equilibrium) -> Re
     )
     left = effort - abs(rest) - abs(viscous)  # friction at full speed: never less than there is
     with np.errstate(divide="ignore"):
-        y = np.clip((left / abs(bent)).min(axis=1), SLOWEST, 1.0)
+        y = np.clip((left / np.maximum(abs(bent), abs(before @ J.T))).min(axis=1), SLOWEST, 1.0)
     change = 2.0 * np.diff(sigma)
     rows = [
         list(zip(*parts, strict=True))
@@ -72,15 +73,18 @@ def _slowed(reference: Reference, effort: Array, equilibrium: Equilibrium) -> Re
         bounds[k] = min(bounds[k], bounds[k + 1] + steps[k] * _room(rows[k], bounds[k + 1], -1.0))
     for k in range(len(bounds) - 1):  # getting up speed
         bounds[k + 1] = min(bounds[k + 1], bounds[k] + steps[k] * _room(rows[k], bounds[k], 1.0))
-    y = np.array(bounds)
+    return _travelled(reference, sigma, np.array(bounds))
+
+
+def _travelled(reference: Reference, sigma: Array, y: Array) -> Reference:
+    """Return the trajectory travelled with ``y`` (k,) at the old instants ``sigma`` [s], (k,)."""
+    theta, theta_dot, theta_ddot = reference.sample(sigma)
     speed, u = np.sqrt(y), np.gradient(y, sigma) / 2.0
-    times = np.append(0.0, np.cumsum(change / (speed[1:] + speed[:-1])))
-    return Reference(
-        reference.t[0] + times,
-        np.array(theta),
-        theta_dot * speed[:, None],
-        theta_ddot * y[:, None] + theta_dot * u[:, None],
-    )
+    t = reference.t[0] + np.append(0.0, np.cumsum(2.0 * np.diff(sigma) / (speed[1:] + speed[:-1])))
+    theta, slowed = np.array(theta), theta_dot * speed[:, None]
+    if reference.theta_ddot_before is not None:
+        return Reference.through(t, theta, slowed)
+    return Reference(t, theta, slowed, theta_ddot * y[:, None] + theta_dot * u[:, None])
 
 
 def _room(axes: list[tuple[float, float, float]], y: float, side: float) -> float:

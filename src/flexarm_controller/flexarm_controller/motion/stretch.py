@@ -52,12 +52,14 @@ def stretch(
 
 def slow_down(reference: Reference, factor: float) -> Reference:
     """Return the same path in ``factor`` times the time."""
+    before = reference.theta_ddot_before
     return replace(
         reference,
         t=reference.t[0] + factor * (reference.t - reference.t[0]),
         theta=np.array(reference.theta),
         theta_dot=reference.theta_dot / factor,
         theta_ddot=reference.theta_ddot / factor**2,
+        theta_ddot_before=None if before is None else before / factor**2,
     )
 
 
@@ -69,11 +71,13 @@ def _slow_enough(reference: Reference, limits: Limits) -> float:
 
 def _fastest(reference: Reference, limits: Limits, equilibrium: Equilibrium) -> float:
     """Return the largest x <= 1 that keeps the torques, on the grid."""
-    theta, theta_dot, theta_ddot = reference.sample(grid(reference))
+    times = grid(reference)
+    theta, theta_dot, theta_ddot = reference.sample(times)
     K, D, J = np.split(equilibrium.U, 3, axis=1)
-    c, b, a = theta @ K.T + equilibrium.u_0, theta_dot @ D.T, theta_ddot @ J.T
+    c, b = theta @ K.T + equilibrium.u_0, theta_dot @ D.T
     bounds = limits.effort * (1.0 - WITHIN)
-    rows = [(side * a, side * b, side * c - bounds) for side in (1.0, -1.0)]  # a x^2 + b x + c <= 0
+    pushes = [part @ J.T for part in (theta_ddot, reference.before(times))]  # of both sides of a jump
+    rows = [(side * a, side * b, side * c - bounds) for side in (1.0, -1.0) for a in pushes]
     forbidden = np.concatenate([_forbidden(*(part.ravel() for part in row)) for row in rows])
     low, high = forbidden.T
     x = 1.0

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from bisect import bisect_right
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Literal, Self
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.interpolate import CubicSpline
 
 Array = NDArray[np.float64]
 
@@ -21,12 +23,41 @@ class Trajectory:
         theta: Position [rad] or [m], (k, n_theta).
         theta_dot: Velocity [rad/s] or [m/s], (k, n_theta).
         theta_ddot: Acceleration [rad/s^2] or [m/s^2], (k, n_theta).
+        theta_ddot_before: Acceleration just before every instant, where it jumps there, (k, n_theta); None:
+            it never jumps.
     """
 
     t: Array
     theta: Array
     theta_dot: Array
     theta_ddot: Array
+    theta_ddot_before: Array | None = None
+
+    @classmethod
+    def through(cls, t: Array, theta: Array, theta_dot: Array | None = None) -> Self:
+        """Return the motion through points whose accelerations are those of its cubics.
+
+        Args:
+            t: Increasing instants [s], (k,).
+            theta: Position [rad] or [m], (k, n_theta).
+            theta_dot: Velocity [rad/s] or [m/s], (k, n_theta); None: that of the spline of continuous
+                acceleration with both ends at rest.
+
+        Raises:
+            ValueError: A shape does not fit or time does not increase; the message says which.
+        """
+        still = np.zeros_like(theta)
+        motion = cls(t, theta, still if theta_dot is None else theta_dot, still)
+        if theta_dot is None and t.size > 2:  # two points are a cubic from rest to rest as it is
+            between = CubicSpline(t, theta, bc_type="clamped")(t[1:-1], 1)
+            motion = replace(motion, theta_dot=np.vstack([still[:1], between, still[:1]]))
+        _, _, c2, c3, _, _, h = motion._cubics.swapaxes(0, 1)
+        begins, ends = 2 * c2 / h**2, (2 * c2 + 6 * c3) / h**2
+        return replace(
+            motion,
+            theta_ddot=np.vstack([begins, still[:1]]),
+            theta_ddot_before=np.vstack([still[:1], ends]),
+        )
 
     def __post_init__(self) -> None:
         """Check the shapes and make the arrays read-only.
@@ -35,11 +66,13 @@ class Trajectory:
             ValueError: A shape does not fit or time does not increase; the message says which.
         """
         shape = (self.t.size, *self.theta.shape[1:])
-        for name in ("theta", "theta_dot", "theta_ddot"):
-            value = getattr(self, name)
+        arrays = {name: getattr(self, name) for name in ("theta", "theta_dot", "theta_ddot")}
+        if self.theta_ddot_before is not None:
+            arrays["theta_ddot_before"] = self.theta_ddot_before
+        for name, value in arrays.items():
             if value.ndim != 2 or value.shape != shape:
                 raise ValueError(f"reference: {name} has shape {value.shape}, not {shape}")
-        for array in (self.t, self.theta, self.theta_dot, self.theta_ddot):
+        for array in (self.t, *arrays.values()):
             if not np.isfinite(array).all():
                 raise ValueError("reference: a value is not finite")
             array.flags.writeable = False
@@ -51,10 +84,15 @@ class Trajectory:
         n, stacked = self.theta.shape[1], self.stacked(times)
         return stacked[:, :n], stacked[:, n : 2 * n], stacked[:, 2 * n :]
 
-    def stacked(self, times: Array) -> Array:
-        """Return the same side by side, (len(times), 3 n_theta)."""
+    def before(self, times: Array) -> Array:
+        """Return the acceleration just before ``times`` [s] where it may jump, (len(times), n_theta)."""
+        side: Literal["left", "right"] = "right" if self.theta_ddot_before is None else "left"
+        return self.stacked(times, side)[:, 2 * self.theta.shape[1] :]
+
+    def stacked(self, times: Array, side: Literal["left", "right"] = "right") -> Array:
+        """Return what ``sample`` does side by side, (len(times), 3 n_theta); from which side, at a jump."""
         times = np.asarray(times, float)
-        i, (starts, lengths, pieces) = self.t.searchsorted(times, side="right"), self._pieces
+        i, (starts, lengths, pieces) = self.t.searchsorted(times, side=side), self._pieces
         s = np.minimum(np.maximum((times - starts[i]) / lengths[i], 0.0), 1.0)[:, None]
         c0, c1, c2, c3 = pieces[:, i]
         return np.asarray(c0 + s * (c1 + s * (c2 + s * c3)))
@@ -93,5 +131,6 @@ class Trajectory:
         h = np.broadcast_to(np.diff(self.t)[:, None], self.theta[1:].shape)
         v0, v1, step = self.theta_dot[:-1] * h, self.theta_dot[1:] * h, np.diff(self.theta, axis=0)
         c2, c3 = 3 * step - 2 * v0 - v1, -2 * step + v0 + v1
-        parts = [self.theta[:-1], v0, c2, c3, self.theta_ddot[:-1], self.theta_ddot[1:], h]
+        ends = self.theta_ddot if self.theta_ddot_before is None else self.theta_ddot_before
+        parts = [self.theta[:-1], v0, c2, c3, self.theta_ddot[:-1], ends[1:], h]
         return np.stack(parts, axis=1)
