@@ -48,6 +48,14 @@ def test_compliances_of_the_modes_add_up_to_that_of_a_cantilever(strip: ArmFacts
     assert np.sum(1 / strip.tip_stiffness) == pytest.approx(0.63**3 / (3 * EI), rel=0.01)
 
 
+def test_no_force_at_the_tip_bends_modes_that_move_it_by_rounding_only() -> None:
+    model = linearize(ReducedTree(load_config(find_manipulator("single_link")), use_compiler=False))
+    C_pos = model.outputs.C_pos.copy()
+    C_pos[model.outputs.rows("tip"), model.n_theta :] *= 1e-12
+    told = read_facts(replace(model, outputs=replace(model.outputs, C_pos=C_pos)))
+    assert np.isinf(told.tip_stiffness).all()
+
+
 def test_a_softer_strip_makes_the_energy_of_the_same_deflection_smaller(strip: ArmFacts) -> None:
     """Stiffness is proportional to the modulus, frequency to its root, whatever the masses."""
     changed = scale_weights(MPC, strip, facts(**{E_MODULUS: "156.375 GPa"}))

@@ -12,8 +12,10 @@ from scipy.linalg import solve_continuous_lyapunov
 from flexarm_estimator.adoption import map_parts
 from flexarm_estimator.estimator import Estimator
 from flexarm_estimator.settings import EstimatorConfig
+from flexarm_estimator.settled import settled_filter
 from flexarm_estimator.state.process import ProcessModel
 from flexarm_estimator.state.sag import sag_sigma
+from flexarm_model.served.reduced_model import ReducedModel
 
 SAGGING = EstimatorConfig(sag_modes=3, sag_error=2e-3, sag_time=4.0)
 
@@ -67,6 +69,28 @@ def test_forces_of_all_modes_are_equally_uncertain() -> None:
     model = strip_model()
     force = sag_sigma(model, SAGGING) * model.omega**2
     np.testing.assert_allclose(force, force[0])
+
+
+def hub_model(rounding: float) -> ReducedModel:
+    """Return the strip with its tip on the hub: no mode moves it, but for rounding."""
+    model = strip_model()
+    C_pos, tip = model.outputs.C_pos.copy(), model.outputs.rows("tip")
+    C_pos[tip, 1:] = rounding * C_pos[tip, 1:]
+    return replace(model, outputs=replace(model.outputs, C_pos=C_pos))
+
+
+@pytest.mark.parametrize("rounding", [0.0, 1e-13])
+def test_modes_that_do_not_move_the_tip_have_no_error_there_and_stay_where_they_are(rounding: float) -> None:
+    process = ProcessModel(hub_model(rounding), SAGGING)
+    s = process.layout.s
+    assert process.layout.n_s == 3  # as many as at a pose where they move it
+    assert not process.P0[s, s].any() and not process.system.Q[s, s].any()
+    plain, told = (
+        settled_filter(Estimator(hub_model(rounding), StripKinematics(), SENSORS, config), 0.005)
+        for config in (EstimatorConfig(), SAGGING)
+    )
+    rows = len(plain.L)
+    np.testing.assert_allclose(told.L[:rows], plain.L, rtol=1e-6, atol=1e-9 * abs(plain.L).max())
 
 
 def test_filter_finds_where_a_loaded_arm_rests() -> None:

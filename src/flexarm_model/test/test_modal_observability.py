@@ -11,7 +11,7 @@ from scipy.linalg import eigh
 
 from flexarm_model.manipulator.sensor_spec import SensorSpec
 from flexarm_model.modal.candidates import candidate_config, noise
-from flexarm_model.modal.observability import ENERGY, Swing, mode_reach, tip_energy
+from flexarm_model.modal.observability import ENERGY, Swing, mode_reach, tip_energy, tip_moves
 from flexarm_model.served.linearize import linearize
 from flexarm_model.served.reduced_model import Outputs, ReducedModel
 from flexarm_model.tree.reduced_tree import ReducedTree
@@ -173,6 +173,20 @@ def test_the_energy_of_a_swing_suits_the_machine() -> None:
     assert (moves * amplitude).max() == pytest.approx(2e-4) and np.argmax(moves * amplitude) == 0
     still = replace(model, outputs=replace(model.outputs, C_pos=np.zeros_like(model.outputs.C_pos)))
     assert tip_energy(still) == ENERGY
+
+
+def test_what_rounding_leaves_of_a_tip_that_no_mode_moves_is_no_movement() -> None:
+    model = linearize(tree("single_link"))
+    moves = tip_moves(model)
+    rows = model.outputs.rows("tip")[:3]
+    np.testing.assert_array_equal(moves, np.linalg.norm(model.outputs.C_pos[rows, model.n_theta :], axis=0))
+    C_pos = model.outputs.C_pos.copy()
+    C_pos[rows, model.n_theta :] *= 1e-12
+    hub = replace(model, outputs=replace(model.outputs, C_pos=C_pos))
+    assert not tip_moves(hub).any() and tip_energy(hub) == ENERGY
+    C_pos = C_pos.copy()
+    C_pos[rows, : model.n_theta] = 0.0  # a tip on the hub's axis: nothing at all moves it
+    assert not tip_moves(replace(model, outputs=replace(model.outputs, C_pos=C_pos))).any()
 
 
 def test_tables_that_make_no_sense_are_refused() -> None:

@@ -11,11 +11,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from flexarm_model.modal.observability import tip_moves
 from flexarm_model.modal.read_only import lock_arrays
 from flexarm_model.served.reduced_model import ReducedModel
 
 Array = NDArray[np.float64]
-UNMOVED = 1e-6  # of the largest tip displacement; such a mode does not move the tip
 
 
 @dataclass(frozen=True)
@@ -39,8 +39,7 @@ class ArmFacts:
 
 def read_facts(model: ReducedModel) -> ArmFacts:
     """Return the facts of a served model."""
-    rows = model.outputs.rows("tip")[:3]
-    moved = np.linalg.norm(model.outputs.C_pos[rows, model.n_theta :], axis=0)  # (n_eta,) [m / (kg^0.5 m)]
-    felt = moved > UNMOVED * moved.max(initial=np.finfo(float).tiny)
+    moved = tip_moves(model)
+    felt = moved > 0.0
     stiffness = np.where(felt, model.omega**2 / np.where(felt, moved, 1.0) ** 2, np.inf)
     return ArmFacts(model.omega / (2 * np.pi), model.zeta.copy(), stiffness)

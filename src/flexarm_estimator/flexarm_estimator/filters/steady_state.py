@@ -79,6 +79,7 @@ def covariance_after(step: JointStep, P0: Array, periods: int) -> Array:
     """Return the covariance after at least so many periods, the next power of two, (n_x, n_x)."""
     m, last = step.m, step.last
     scale = np.sqrt(np.diag(P0))
+    scale = np.where(scale > 0.0, scale, 1.0)  # a state that is certain keeps its unit
     H, A = step.T[:m] * scale, step.T[m:last] * (scale / scale[:, None])
     R, Q = step.noise[:m, :m], step.noise[m:last, m:last] / np.outer(scale, scale)
     S = step.noise[m:last, :m] / scale[:, None]

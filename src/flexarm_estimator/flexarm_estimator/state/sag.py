@@ -9,6 +9,7 @@ modes [kg^0.5 m]::
 
 ``w`` is white, so that ``s`` has the deviation ``sigma_i ~ 1 / omega_i^2`` of equal forces on all modes, and
 the tip that of ``sag_error``; ``T = sag_time`` is how long a pose lasts. The states are the last of x.
+Where none of these modes moves the tip, its error says nothing of them, and s stays zero.
 """
 
 from __future__ import annotations
@@ -20,6 +21,7 @@ from numpy.typing import NDArray
 from scipy.linalg import block_diag
 
 from flexarm_estimator.settings import EstimatorConfig
+from flexarm_model.modal.observability import tip_moves
 from flexarm_model.served.reduced_model import ReducedModel
 from flexarm_model.served.state_space import StateSpace
 
@@ -31,6 +33,8 @@ def sag_sigma(model: ReducedModel, config: EstimatorConfig) -> Array:
     per_force = 1.0 / model.omega[: config.sag_modes] ** 2
     if not per_force.size:
         return per_force
+    if not tip_moves(model)[: per_force.size].any():
+        return np.zeros(per_force.size)
     rows, first = model.outputs.rows("tip")[:3], model.n_theta
     tip = np.linalg.norm(model.outputs.C_pos[rows, first : first + per_force.size] * per_force)
     return np.asarray(config.sag_error * per_force / tip)
