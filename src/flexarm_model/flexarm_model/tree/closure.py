@@ -9,7 +9,8 @@ full rank; where it does not, the pose is singular and refused. Motions within t
 
 so that the actuated rates stay the first of u. Newton's iteration for positions moves only the
 ``dependent`` coordinates: axes with neither motor nor spring as far as they suffice, and of these the ones
-whose columns of G are the best conditioned at home.
+whose columns of G are the best conditioned at home. A home that closes upside down (``closure_rows``) is
+closed again from the start with rows that vanish at no other turn.
 """
 
 from __future__ import annotations
@@ -17,14 +18,12 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
-import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
 from flexarm_model.numeric.dense import pivots
 from flexarm_model.tree.closure_error import ClosureError
-from flexarm_model.tree.frame_graph import Closure
-from flexarm_model.tree.frames import Motion
+from flexarm_model.tree.closure_rows import ClosureRows
 
 Array = NDArray[np.float64]
 Evaluate = Callable[[Array], tuple[Array, Array]]
@@ -33,6 +32,7 @@ TOLERANCE = 1e-11  # of a constraint row [m or 1]
 ITERATIONS = 50
 LONGEST_STEP = 0.3  # of an axis in one iteration [rad or m]: far steps change the branch
 RANK_TOLERANCE = 1e-9  # smallest over largest pivot of G
+NUDGES = (0.0, 0.3)  # of where closing starts again [rad or m]: exactly upside down no way round is shorter
 SINGULAR = 1e-6  # smallest over largest singular value with the actuated axes held
 
 
@@ -51,45 +51,29 @@ class Loops:
     home: Array
 
 
-def closure_residual(closures: tuple[Closure, ...], motions: dict[int, Motion]) -> ca.SX:
-    """Return six rows per closure: displacement [m] and turn [1] of the node against the joint's end."""
-    rows = []
-    for closure in closures:
-        end, node = motions[closure.end], motions[closure.node]
-        turn = end.R.T @ node.R
-        tilt = ca.vertcat(turn[2, 1] - turn[1, 2], turn[0, 2] - turn[2, 0], turn[1, 0] - turn[0, 1]) / 2
-        rows.append(ca.vertcat(end.R.T @ (node.p - end.p), tilt))
-    return ca.vertcat(*rows) if rows else ca.SX(0, 1)
-
-
 def find_loops(
-    rows: ca.Function, start: Array, loose: NDArray[np.intp], sprung: NDArray[np.intp], name: str
+    rows: ClosureRows, start: Array, loose: NDArray[np.intp], sprung: NDArray[np.intp], name: str
 ) -> Loops:
     """Close the loops at home and choose rows and dependent coordinates.
 
     Args:
-        rows: q to all rows and their Jacobian.
+        rows: All rows over the coordinates.
         start: Where closing starts: guesses, and the actuated axes at home, (n_q,).
         loose: Axes with neither motor nor spring; they move first.
         sprung: Axes with a spring; they move where the loose ones do not suffice.
         name: Of the manipulator, for messages.
 
     Raises:
-        ClosureError: The loops cannot be closed from here, or the home pose is singular.
+        ClosureError: The loops cannot be closed from here or cannot move, or the home pose is singular.
     """
-
-    def evaluate(q: Array) -> tuple[Array, Array]:
-        """Return gaps (m,) and their Jacobian (m, n_q), kept."""
-        c, G = rows(q)
-        return np.array(c).ravel(), np.array(G)
-
-    if evaluate(start)[0].size == 0:
+    if not rows.names:
         none = np.zeros(0, dtype=np.intp)
         return Loops(none, none, start)
     movable = np.union1d(loose, sprung)
-    home = _close_home(evaluate, start, loose, movable, name)
-    G = evaluate(home)[1]
-    generic = _rank(evaluate(home + np.random.default_rng(0).normal(0.0, 0.1, home.size))[1])
+    _refuse_welded(rows, start, movable, name)
+    home = _close_home(rows, start, (loose, movable), name)
+    G = rows.near(home)[1]
+    generic = _rank(rows.near(_somewhere_near(home))[1])
     rank = _rank(G[:, movable])
     if rank < generic:
         raise ClosureError(
@@ -100,14 +84,51 @@ def find_loops(
     return Loops(kept, _choose_dependent(G[kept], loose, sprung), home)
 
 
+def _refuse_welded(rows: ClosureRows, start: Array, movable: NDArray[np.intp], name: str) -> None:
+    """Raise ClosureError where the loops cannot move with the actuated axes held, wherever home is."""
+    G = rows.near(_somewhere_near(start))[1]
+    needed, found = _rank(G), _rank(G[:, movable])
+    if found < needed:
+        raise ClosureError(
+            f"{name}: the loop of {', '.join(rows.names)} is stiff: its passive and sprung axes act on "
+            f"{found} of {needed} constraint rows; a loop needs passive or sprung axes, give its joints some"
+        )
+
+
+def _somewhere_near(q: Array) -> Array:
+    """Return q moved a little, so that no special pose hides what the loops can do, (n_q,)."""
+    return np.asarray(q + np.random.default_rng(0).normal(0.0, 0.1, q.size))
+
+
 def _close_home(
-    evaluate: Evaluate, start: Array, loose: NDArray[np.intp], movable: NDArray[np.intp], name: str
+    rows: ClosureRows, start: Array, movable: tuple[NDArray[np.intp], NDArray[np.intp]], name: str
 ) -> Array:
+    """Return q closed the right way round: with the first axes if they suffice, else with the second ones."""
     what = f"{name}: at the home pose"
     try:
-        return solve_positions(evaluate, start, loose, what)
+        return _close_upright(rows, start, movable[0], what)
     except ClosureError:
-        return solve_positions(evaluate, start, movable, what)
+        return _close_upright(rows, start, movable[1], what)
+
+
+def _close_upright(rows: ClosureRows, start: Array, movable: NDArray[np.intp], what: str) -> Array:
+    q = solve_positions(rows.near, start, movable, what)
+    turned = rows.upside_down(q)
+    if not turned:
+        return q
+    for nudge in NUDGES:
+        nudged = start.copy()
+        nudged[movable] += nudge * np.cos(np.arange(movable.size))  # no direction that a loop could prefer
+        try:
+            q = solve_positions(rows.near, solve_positions(rows.far, nudged, movable, what), movable, what)
+        except ClosureError:
+            continue
+        if not rows.upside_down(q):
+            return q
+    raise ClosureError(
+        f"{what} the loop of {', '.join(turned)} closes upside down, its ends turned by 180 deg against each "
+        "other, from these 'guess' values of the passive axes; set them nearer"
+    )
 
 
 def _choose_dependent(G: Array, loose: NDArray[np.intp], sprung: NDArray[np.intp]) -> NDArray[np.intp]:
@@ -133,7 +154,7 @@ def solve_positions(evaluate: Evaluate, start: Array, movable: NDArray[np.intp],
         if abs(c).max() <= TOLERANCE:
             return q
         step = np.linalg.lstsq(G[:, movable], -c, rcond=RANK_TOLERANCE)[0]
-        q[movable] += step * min(1.0, LONGEST_STEP / max(abs(step).max(), 1e-300))
+        q[movable] += step * min(1.0, LONGEST_STEP / max(abs(step).max(initial=0.0), 1e-300))
     raise ClosureError(
         f"{what} the loops do not close: {abs(evaluate(q)[0]).max():.3g} m or rad stay open after "
         f"{ITERATIONS} iterations; set 'guess' of the passive axes nearer, or check the lengths"

@@ -24,7 +24,8 @@ from flexarm_model.bodies.superelement import Superelement
 from flexarm_model.manipulator.description import Axis, ManipulatorConfig, NodeRef
 from flexarm_model.numeric.compiled import FunctionTable
 from flexarm_model.tree.closing import Closing, make_closing
-from flexarm_model.tree.closure import closure_residual, find_loops, null_space
+from flexarm_model.tree.closure import find_loops, null_space
+from flexarm_model.tree.closure_rows import ClosureRows
 from flexarm_model.tree.composite_inertia import WORTHWHILE, composite_mass
 from flexarm_model.tree.coordinates import assumed_home, dampers, lay_out, stiffness
 from flexarm_model.tree.frame_graph import FrameGraph
@@ -72,13 +73,12 @@ class ReducedTree:
             self._graph, self.bodies, self._at, self._motions, (self._q, self._v, self._a)
         )
         self._M = self._mass()
-        self._residual = closure_residual(self._graph.closures, self._motions)
-        rows = ca.Function("rows", [self._q], [self._residual, ca.jacobian(self._residual, self._q)])
+        self._rows = ClosureRows(self._graph.closures, self._motions, self._q)
         start, at = assumed_home(config, self._at), self._at
-        self.loops = find_loops(rows, start, at.loose_axes, at.sprung_axes, config.name)
+        self.loops = find_loops(self._rows, start, at.loose_axes, at.sprung_axes, config.name)
         self._last_closed = self.loops.home, self.loops.home
         self.K, lossy = stiffness(self._at, self.bodies)
-        self.D = dampers(self._at, self.bodies) + self._modal_damping(lossy, rows)
+        self.D = dampers(self._at, self.bodies) + self._modal_damping(lossy)
 
     @property
     def n_q(self) -> int:
@@ -226,19 +226,19 @@ class ReducedTree:
 
     def _loop_expressions(self) -> Expressions:
         q, force = self._q, ca.SX.sym("lambda", self.n_c)
-        c = self._residual[self.loops.rows.tolist()]
+        c = self._rows.residual[self.loops.rows.tolist()]
         G = ca.jacobian(c, q)
         return {
             "constraints": ([q], [c, G]),
             "constraint_stiffness": ([q, force], [ca.jacobian(G.T @ force, q)]),
         }
 
-    def _modal_damping(self, lossy: Array, rows: ca.Function) -> Array:
+    def _modal_damping(self, lossy: Array) -> Array:
         """Return the damping that the ratios of bodies and springs mean, (n_q, n_q)."""
         if not lossy.any():
             return np.zeros_like(lossy)
         home = self.loops.home
         M = ca.Function("M", [self._q], [self._M])
-        G = np.array(rows(home)[1])[self.loops.rows]
+        G = self._rows.near(home)[1][self.loops.rows]
         N = null_space(G, self.actuated, f"{self.config.name}: the home pose")
         return modal_damping(np.array(M(home)), self.K, lossy, N[:, len(self.actuated) :])
