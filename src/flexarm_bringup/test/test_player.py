@@ -48,8 +48,9 @@ class Sides:
         self.calls.append("reference")
         return [Sent("controller_status", message_class("flexarm_interfaces/msg/ControllerStatus")())]
 
-    def on_guard_status(self, msg: Any) -> None:
+    def on_guard_status(self, msg: Any) -> list[Sent]:
         self.calls.append("guard")
+        return []
 
     def on_modal_state(self, msg: Any) -> list[Sent]:
         self.calls.append(f"answer {stamp_to_ns(msg.header.stamp) // PERIOD_NS}")
