@@ -16,7 +16,7 @@ class MpcConfig:
         (1,) * 4 + (2,) * 18, "Periods over which each planned torque is held; sum = horizon.", minimum=1
     )
     delay_periods: int = parameter(
-        1, "Periods between a state and the torque computed from it.", minimum=0, maximum=10
+        1, "Periods between a state and the torque computed from it; 0 is as 1.", minimum=0, maximum=10
     )
     position_error: float = parameter(0.0092, "Joint error that costs 1.", "rad", minimum=1e-9)
     velocity_error: float = parameter(0.088, "Joint velocity error that costs 1.", "rad/s", minimum=1e-9)

@@ -10,7 +10,7 @@ from flexarm_controller.lqr import Lqr
 from flexarm_controller.mpc import Mpc
 from flexarm_controller.program.delay import Delay, split_delay, torques_kept
 from flexarm_controller.program.prediction import plant
-from flexarm_controller.reference import hold
+from flexarm_controller.reference import Reference, hold
 from flexarm_controller.settings import ControllerConfig, MpcConfig
 from flexarm_model.served.state_space import state_space
 
@@ -35,7 +35,7 @@ def test_the_state_is_brought_to_where_the_first_torque_acts(periods, latency):
     x, d = rng.standard_normal(10), rng.standard_normal(2)
     sent = rng.standard_normal((torques_kept(config, DT), 2))
     delay = Delay(model, plant(model, DT), config, DT)
-    total = periods * DT + latency
+    total = max(periods, 1) * DT + latency  # nothing acts in the period of its own state
     assert delay.lead == pytest.approx(total)
     expected, at = x, 0.0
     while at < total - 1e-12:  # torque by torque, back from the end: each acts for a period
@@ -44,6 +44,42 @@ def test_the_state_is_brought_to_where_the_first_torque_acts(periods, latency):
         expected = held(model, expected, sent[len(sent) - age] + d, until - at)
         at = until
     np.testing.assert_allclose(delay.advance(x, d, sent), expected, rtol=1e-9, atol=1e-9)
+
+
+@pytest.mark.parametrize(("periods", "latency"), DELAYS)
+@pytest.mark.parametrize("law", ["mpc", "lqr"])
+def test_the_law_foresees_the_state_in_which_its_command_begins_to_act(periods, latency, law):
+    """The oracle lets a torque act from a latency after the instant that its command tells the guard."""
+    mpc = MpcConfig(delay_periods=periods, latency=latency, time_limit=0.0)
+    controller = Controller(LINK, limits_of_hub(), ControllerConfig(law=law), mpc)
+    controller.follow(hold(np.array([0.02])))
+    parts = 20  # of a period
+    fine, x, acting, due, found = plant(LINK, DT / parts), np.zeros(8), np.zeros(1), {}, []
+    for i in range(15 * parts):
+        if i % parts == 0:
+            command = controller.step(state_of(x, LINK, i // parts * DT))
+            due[round((command.acts_at + latency) / DT * parts)] = (command.tau, command.local().x)
+        if i in due:
+            acting, foreseen = due[i]
+            found.append(abs(foreseen - x).max())
+        x = fine.A @ x + fine.B @ acting + fine.c
+    assert len(found) > 10 and max(found) < 1e-9
+
+
+@pytest.mark.parametrize(("periods", "latency"), DELAYS)
+def test_the_feed_forward_is_that_of_the_instant_a_command_begins_to_act(periods, latency, monkeypatch):
+    asked, sample = [], Reference.sample
+
+    def note(reference, times):
+        asked.append(times)
+        return sample(reference, times)
+
+    monkeypatch.setattr(Reference, "sample", note)
+    mpc = MpcConfig(delay_periods=periods, latency=latency)
+    command = Controller(LINK, limits_of_hub(), ControllerConfig(law="pd"), mpc).step(
+        state_of(np.zeros(8), LINK, 0.3)
+    )
+    np.testing.assert_allclose(asked, [[0.3, command.acts_at + latency]], rtol=1e-12)
 
 
 def test_a_latency_of_whole_periods_is_the_same_as_so_many_periods():

@@ -29,8 +29,7 @@ def run(model, limits, config, reference, steps, d=None, x=None):
         plan = mpc.step(state_of(x, model, k * DT, d), reference, sent)
         assert not plan.is_empty
         new = plan.torques[0]
-        acting = sent[0] if config.delay_periods else new
-        x = system.A @ x + system.B @ (acting + d) + system.c
+        x = system.A @ x + system.B @ (sent[0] + d) + system.c
         sent = np.vstack([sent[1:], new])
         states.append(x)
         torques.append(new)

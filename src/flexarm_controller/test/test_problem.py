@@ -18,7 +18,7 @@ from flexarm_controller.reference import Reference, hold
 from flexarm_controller.settings import MpcConfig
 
 DT = 0.01
-SHORT = MpcConfig(horizon=12, blocks=(1,) * 12, delay_periods=0)
+SHORT = MpcConfig(horizon=12, blocks=(1,) * 12)
 
 
 def solve_with_states(model, limits, config, x_0, d, before, reference):  # noqa: C901, PLR0915
@@ -117,6 +117,12 @@ def moving(model, axis_goal):
     return Reference(t, model.pose + theta, rate, acceleration)
 
 
+def a_period_before(model, x_0, d, torque):
+    """Return the state from which a torque brings the arm to ``x_0`` at 0, when the first chosen acts."""
+    s = plant(model, DT)
+    return state_of(np.linalg.solve(s.A, x_0 - s.B @ (torque + d) - s.c), model, -DT, d)
+
+
 def binding(limits_active):
     return {name.split(":")[0] for name in limits_active}
 
@@ -158,7 +164,9 @@ def test_the_condensed_program_gives_the_torques_of_the_one_with_all_states(name
     reference = moving(model, goal)
     x_0 = np.concatenate([model.pose, 1e-3 * np.ones(model.n_eta), np.zeros(model.n)])
     d, before = np.full(model.n_theta, 0.1), np.full(model.n_theta, 0.2)
-    plan = Mpc(model, limits, config, DT).step(state_of(x_0, model, 0.0, d), reference, before[None])
+    plan = Mpc(model, limits, config, DT).step(
+        a_period_before(model, x_0, d, before), reference, before[None]
+    )
     assert expected <= binding(plan.limits_active)
     assert expected or not plan.limits_active
     sparse_torques = solve_with_states(model, limits, config, x_0, d, before, reference)

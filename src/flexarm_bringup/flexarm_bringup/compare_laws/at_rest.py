@@ -68,7 +68,7 @@ def floors_at_rest(
     filter_ = settled_filter(estimator, dt)
     signal, rows, look = _signal(model, task, config, dt)
     mpc = replace(task.make("mpc", MpcConfig), time_limit=0.0, foresight=False)
-    delay = torques_kept(mpc, dt) if mpc.delay_periods or mpc.latency else 0
+    delay = torques_kept(mpc, dt)
     mpc, found = replace(mpc, delay_periods=delay, latency=0.0), []
     for name in laws:
         control = replace(task.make("controller", ControllerConfig), law=name, period=dt)

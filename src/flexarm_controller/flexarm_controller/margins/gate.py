@@ -24,7 +24,7 @@ from flexarm_controller.margins.law_gain import find_law_gain
 from flexarm_controller.margins.loop import ClosedLoop, close_loop
 from flexarm_controller.margins.short_law import ShortCase, examine_short
 from flexarm_controller.margins.verdict import firm_verdict, frequency_errors, verdict
-from flexarm_controller.program.delay import split_delay
+from flexarm_controller.program.delay import torques_kept
 from flexarm_controller.settings import MarginConfig
 from flexarm_model.bodies.model_order import with_more_modes
 from flexarm_model.manipulator.description import ManipulatorConfig
@@ -55,8 +55,7 @@ class Gate:
             config: What is wanted.
         """
         self._arm, self._config = arm, config
-        whole, share = split_delay(inputs.mpc, inputs.config.period)
-        delay = whole + (share > 0.0)
+        delay = torques_kept(inputs.mpc, inputs.config.period)
         # at rest no other model is to come, and no answer may depend on the clock
         mpc = replace(inputs.mpc, delay_periods=delay, latency=0.0, foresight=False, time_limit=0.0)
         self._inputs = replace(inputs, mpc=mpc)

@@ -7,8 +7,9 @@ the torque that acts now was sent one period before the whole ones, and goes on 
     x <- A(f dt) x + B(f dt) (u + d) + c(f dt)           the hold that is split, if f > 0
     x <- A(dt) x + B(dt) (u + d) + c(dt)                 for every other torque on its way
 
-which is exact for any delay. The program's grid begins where the first chosen torque does. All of it
-together is one affine map of what is measured.
+which is exact for any delay. Nothing acts in the period of its own state: ``delay_periods`` 0 is as 1. The
+program's grid begins where the first chosen torque does. All of it together is one affine map of what is
+measured.
 """
 
 from __future__ import annotations
@@ -27,17 +28,17 @@ WHOLE = 1e-6  # of a period; a share below it is none
 
 
 def split_delay(config: MpcConfig, dt: float) -> tuple[int, float]:
-    """Return the delay as whole periods and the share of one that is left [1], in [0, 1)."""
+    """Return the delay as whole periods, at least one, and the share of one that is left [1], in [0, 1)."""
     periods = config.latency / dt
     whole = int(np.floor(periods + WHOLE))
     share = periods - whole
-    return config.delay_periods + whole, share if share > WHOLE else 0.0
+    return max(config.delay_periods, 1) + whole, share if share > WHOLE else 0.0
 
 
 def torques_kept(config: MpcConfig, dt: float) -> int:
-    """Return how many of the torques sent a law needs: those on their way, at least the last one."""
+    """Return how many of the torques sent a law needs: those on their way."""
     whole, share = split_delay(config, dt)
-    return max(whole + (share > 0.0), 1)
+    return whole + (share > 0.0)
 
 
 class Delay:
