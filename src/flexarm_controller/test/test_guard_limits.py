@@ -17,8 +17,6 @@ from flexarm_controller.guarding.loads import Loads
 from flexarm_controller.guarding.pose_loads import PoseLoads, loads_of
 from flexarm_controller.guarding.strain_gauges import StrainGauges
 from flexarm_controller.limits import limits_of
-from flexarm_controller.motion.approach import KEPT, Approach
-from flexarm_controller.motion.settings import MotionConfig
 from flexarm_model.reading.config import load_config
 from flexarm_model.reading.manipulator_file import find_manipulator
 from flexarm_model.served.linearize import PoseError, linearize
@@ -81,18 +79,6 @@ def test_axes_that_ask_too_much_of_a_motor_give_way_alike():
     np.testing.assert_allclose(all_at_once(a, [held, coupled], effort), [1.0, 5.9 / 6.0, 5.9 / 6.0])
     assert all_at_once(a, [held], effort) is a
     np.testing.assert_array_equal(all_at_once(0.9 * a, [coupled], effort), 0.9 * a)
-
-
-@pytest.mark.parametrize("name", [*MACHINES[:2], *SLOW])
-def test_the_guard_lets_an_arm_approach_the_ends_as_fast_as_motions_are_planned(name):
-    tree = tree_of(name)
-    limits, known = limits_of(tree.config), guarded(name).ranges
-    plan = Approach(linearize(tree), limits, MotionConfig())
-    for axis, ends in enumerate(known):
-        for share in (0.02, 0.05, 0.1, 0.2, 0.5, 1.0):
-            d = share * (ends.high - ends.low)
-            planned = KEPT * (math.sqrt(2.0 * plan._a[axis] * d) - plan._b[axis])
-            assert min(planned, limits.velocity[axis]) <= ends.allowed(d) * 1.02
 
 
 def test_the_numbers_of_a_single_link_are_those_by_hand():

@@ -155,7 +155,7 @@ def test_planned_motions_keep_their_share_of_the_torques_and_nearly_use_it(seed)
     far = np.full(2, 20.0)  # from the ends, which would slow it down
     limits = replace(two_axis_limits(effort=(30.0, 20.0)), position_low=-far, position_high=far)
     goal = np.random.default_rng(seed).uniform(-1.8, 1.8, 2)
-    motion = MotionPlanner(model, limits, config).move(at_rest(0.3, -0.2), goal)
+    motion = MotionPlanner(model, limits, config, ()).move(at_rest(0.3, -0.2), goal)
     dt, theta, theta_dot, theta_ddot = sampled(motion)
     U, u_0 = build_equilibrium(model).U, build_equilibrium(model).u_0
     share = abs(np.hstack([theta, theta_dot, theta_ddot]) @ U.T + u_0) / limits.effort
@@ -166,18 +166,18 @@ def test_planned_motions_keep_their_share_of_the_torques_and_nearly_use_it(seed)
 
 def test_a_goal_that_cannot_be_held_is_refused_with_the_axis_and_the_torque():
     with pytest.raises(MotionError, match=r"axis a.rz: holding still takes .* of the 0.8 N m"):
-        MotionPlanner(two_axes(), two_axis_limits(effort=(1.0, 6.0)), MotionConfig()).move(
+        MotionPlanner(two_axes(), two_axis_limits(effort=(1.0, 6.0)), MotionConfig(), ()).move(
             at_rest(0.3, -0.2), np.zeros(2)
         )
     with pytest.raises(MotionError, match=r"axis base.rz: goal 4 is outside -3 ... 3"):
-        MotionPlanner(single_link(), limits_of_hub(), MotionConfig()).move(at_rest(0.0), np.array([4.0]))
+        MotionPlanner(single_link(), limits_of_hub(), MotionConfig(), ()).move(at_rest(0.0), np.array([4.0]))
 
 
 def test_a_new_goal_on_the_way_continues_position_velocity_and_acceleration():
     model, limits, config = single_link(), limits_of_hub(), MotionConfig()
-    first = MotionPlanner(model, limits, config).move(at_rest(0.0), np.array([1.0]))
+    first = MotionPlanner(model, limits, config, ()).move(at_rest(0.0), np.array([1.0]))
     t = 0.4 * float(first.t[-1])
-    second = MotionPlanner(model, limits, config).move(state_at(first, t), np.array([-0.5]), t)
+    second = MotionPlanner(model, limits, config, ()).move(state_at(first, t), np.array([-0.5]), t)
     joined = splice(first, second, 0.1)
     for at in (0.1, 0.5 * (0.1 + t), t - 1e-9):
         np.testing.assert_allclose(np.hstack(joined.sample([at])), np.hstack(first.sample([at])), atol=1e-5)
@@ -189,9 +189,9 @@ def test_a_new_goal_on_the_way_continues_position_velocity_and_acceleration():
 
 def test_a_stop_on_the_way_comes_to_rest_within_the_torque():
     model, limits, config = single_link(), limits_of_hub(), MotionConfig()
-    first = MotionPlanner(model, limits, config).move(at_rest(0.0), np.array([2.0]))
+    first = MotionPlanner(model, limits, config, ()).move(at_rest(0.0), np.array([2.0]))
     t = 0.3 * float(first.t[-1])
-    halt = splice(first, MotionPlanner(model, limits, config).stop(state_at(first, t), t), t)
+    halt = splice(first, MotionPlanner(model, limits, config, ()).stop(state_at(first, t), t), t)
     assert halt.t[-1] < first.t[-1] and not halt.theta_dot[-1].any()
     assert find_excess(halt, limits, model.theta_names, build_equilibrium(model)) is None
 
@@ -201,23 +201,3 @@ def test_a_resting_reference_spliced_with_a_motion_rests_until_it_begins():
     joined = splice(hold(np.array([0.2]), 0.0), motion, 0.5)
     assert joined.t[0] == 0.5 and not joined.sample([0.9])[1].any()
     assert joined.position(0.9)[0] == pytest.approx(0.2)
-
-
-def test_a_motion_towards_the_end_of_an_axis_can_be_braked_before_it():
-    """Braking as the guard does, simulated: it begins late and never exceeds its share of the torque."""
-    model, limits, config = single_link(), limits_of_hub(), MotionConfig(motion_effort=1.0)
-    motion = MotionPlanner(model, limits, config).move(at_rest(0.0), np.array([2.9]), 0.0)
-    inertia, dt = model.M[0, 0], 1e-3
-    most = min(0.5 * limits.effort[0] / inertia, 6.0 / (0.02 + 1.5 / 100 + 1 / 15))
-    for t in np.linspace(0.0, motion.t[-1], 60):
-        state = state_at(motion, t)
-        q, v = state.theta[0], state.theta_dot[0]
-        q += v * (0.02 + 1.5 / 100)  # nothing brakes yet
-        while v > 1e-3:
-            v -= min(most, 15.0 * v) * dt
-            q += v * dt
-        assert q < limits.position_high[0]
-    free = move(at_rest(0.0), np.array([2.9]), axis_limits(model, limits, [np.zeros(1)], config))
-    assert free.t[-1] < motion.t[-1] < 2.5 * free.t[-1]
-    with pytest.raises(MotionError, match=r"goal 2.999 is within .* of the end of its range"):
-        MotionPlanner(model, limits, config).move(at_rest(0.0), np.array([2.999]), 0.0)

@@ -13,6 +13,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from flexarm_controller.guard_settings import GuardSettings, guard_limits
 from flexarm_controller.limits import Limits
 from flexarm_controller.motion.planner import MotionPlanner
 from flexarm_controller.motion.point_to_point import state_at
@@ -74,7 +75,12 @@ class MotionServer:
             limits: Of the arm.
             config: Shares of the limits, tolerances.
             period: Of the states [s].
+
+        Raises:
+            ConfigError: A motor cannot hold the weight of the arm everywhere; the guard refuses it as well.
         """
+        guard = GuardSettings(braking_share=config.guard_braking_share)
+        self._ranges = guard_limits(tip.tree.config, tip.tree, guard).ranges
         self._tip, self._limits, self._config, self._period = tip, limits, config, period
         self._pursuit: Pursuit | None = None
         self._goals = 0
@@ -94,9 +100,7 @@ class MotionServer:
             before = arm.reference or hold(state.theta, state.t)
             begin = state_at(before, start)
             theta = self._tip.solve(goal, begin.theta)
-            motion = MotionPlanner(arm.model, self._limits, self._config).move(
-                begin, theta, start, goal.duration
-            )
+            motion = self._planner(arm).move(begin, theta, start, goal.duration)
             self._follow(arm, splice(before, motion, state.t + self._period))
         except MotionError as error:
             self._told.append(Progress(state.t, 0, "rejected", reason=str(error)))
@@ -129,9 +133,7 @@ class MotionServer:
         if arm.reference is None or (not active and arm.reference.t[-1] <= now):
             return Answer(False, "nothing moves")
         try:
-            halt = MotionPlanner(arm.model, self._limits, self._config).stop(
-                state_at(arm.reference, now), now
-            )
+            halt = self._planner(arm).stop(state_at(arm.reference, now), now)
             self._follow(arm, halt)
         except MotionError as error:
             return Answer(False, str(error))
@@ -165,6 +167,9 @@ class MotionServer:
         if pursuit is None or pursuit.point is None or not is_known:
             return float("nan")
         return float(np.linalg.norm(self._tip.position(arm.model, state) - pursuit.point))
+
+    def _planner(self, arm: Follower) -> MotionPlanner:
+        return MotionPlanner(arm.model, self._limits, self._config, self._ranges)
 
     def _follow(self, arm: Follower, reference: Reference) -> None:
         fault = arm.follow(reference)

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from flexarm_controller.guarding.joint_range import JointRange
 from flexarm_controller.limits import Limits
 from flexarm_controller.motion.approach import Approach
 from flexarm_controller.motion.axis_limits import AxisLimits, axis_limits
@@ -28,11 +30,20 @@ ENOUGH = 1.005  # a wider box than this times the one before is worth a try
 class MotionPlanner:
     """Plans motions of the arm whose served model it has; torques are those of the model's pose."""
 
-    def __init__(self, model: ReducedModel, limits: Limits, config: MotionConfig) -> None:
-        """Keep within the shares of ``limits`` that ``config`` allows."""
+    def __init__(
+        self, model: ReducedModel, limits: Limits, config: MotionConfig, ranges: Sequence[JointRange]
+    ) -> None:
+        """Keep within the shares of ``limits`` that ``config`` allows, and within ``ranges`` of the guard.
+
+        Args:
+            model: The served model.
+            limits: Of the arm.
+            config: Shares of the limits, and the ramp.
+            ranges: How fast the guard lets every axis approach its ends; empty for axes without ends.
+        """
         self._model, self._limits, self._config = model, limits, config
         self._equilibrium = build_equilibrium(model)
-        self._approach = Approach(model, limits, config)
+        self._approach = Approach(ranges, model.theta_names)
 
     def move(self, start: MotionState, goal: Array, t: float = 0.0, duration: float = 0.0) -> Reference:
         """Return the motion to rest at ``goal`` (n_theta,), beginning at ``t`` [s].

@@ -20,14 +20,8 @@ class MotionConfig:
     motion_ramp: float = parameter(
         0.25, "Least time from zero to full acceleration, in periods of the slowest mode.", "1", 0.0, 10.0
     )
-    guard_braking_rate: float = parameter(
-        15.0,
-        "Rate at which the guard's braking brings the axes to rest, for motions near an end.",
-        "1/s",
-        0.1,
-    )
     guard_braking_share: float = parameter(
-        0.5, "Share of the torque limit that it brakes with at most.", "1", 0.05, 1.0
+        0.5, "Guard's braking_share, for motions near an end.", "1", 0.05, 1.0
     )
     motion_lead: float = parameter(
         0.05, "Time between taking a goal of the tip and leaving what was followed before.", "s", 0.0, 10.0

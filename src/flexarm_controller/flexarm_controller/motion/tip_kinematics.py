@@ -46,18 +46,22 @@ class TipGoal:
 
 
 class TipKinematics:
-    """The tip of one description."""
+    """The tip of one description.
+
+    Attributes:
+        tree: Its dynamics.
+    """
 
     def __init__(self, tree: ReducedTree) -> None:
         """Prepare; the first solution would otherwise wait for compilers."""
-        self._tree = tree
+        self.tree = tree
         self._held, self._resting = held_mechanism(tree), resting_mechanism(tree)
         self._home = np.array(tree.config.home, float)
         self._resting.jacobian(self._home)
 
     def at(self, q: Array) -> Array:
         """Return where the tip is at coordinates of the dynamics tree [m], (3,)."""
-        return np.asarray(self._tree.tip_pose(q)[:3, 3])
+        return np.asarray(self.tree.tip_pose(q)[:3, 3])
 
     def position(self, model: ReducedModel, state: ArmState) -> Array:
         """Return where the tip is in a state of the served model [m], (3,)."""

@@ -1,0 +1,105 @@
+"""Motions towards the ends of axes: the guard lets every one of them pass, and could brake it in time."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from served_arms import limits_of_hub, single_link
+
+from flexarm_controller.guard import GuardState
+from flexarm_controller.guard_settings import GuardSettings, guard_limits
+from flexarm_controller.guarding.checks import too_fast
+from flexarm_controller.guarding.joint_range import JointRange
+from flexarm_controller.limits import limits_of
+from flexarm_controller.motion.axis_limits import axis_limits
+from flexarm_controller.motion.motion_server import MotionServer
+from flexarm_controller.motion.planner import MotionPlanner
+from flexarm_controller.motion.point_to_point import MotionState, move, state_at
+from flexarm_controller.motion.refusals import MotionError
+from flexarm_controller.motion.settings import MotionConfig
+from flexarm_controller.motion.tip_kinematics import TipGoal, TipKinematics
+from flexarm_controller.state import ArmState
+from flexarm_model.reading.config import load_config
+from flexarm_model.reading.manipulator_file import find_manipulator
+from flexarm_model.served.linearize import linearize
+from flexarm_model.tree.reduced_tree import ReducedTree
+
+DT = 0.005  # s, period of the motors
+
+
+def at_rest(*theta):
+    return MotionState(np.array(theta, float), np.zeros(len(theta)), np.zeros(len(theta)))
+
+
+def stopped_by(limits, motion):
+    """Return the first thing that the guard says against a motion that is followed exactly."""
+    theta, theta_dot, _ = motion.sample(np.linspace(motion.t[0], motion.t[-1], 1000))
+    states = (GuardState(tuple(v), tuple(q)) for q, v in zip(theta, theta_dot, strict=True))
+    said = (too_fast(state, limits) for state in states)
+    return next(filter(None, said), "")
+
+
+def test_a_motion_towards_the_end_of_an_axis_can_be_braked_before_it():
+    """Braking as the guard does, simulated: it begins late and never exceeds its share of the torque."""
+    model, limits, config = single_link(), limits_of_hub(), MotionConfig(motion_effort=1.0)
+    ramp, taper = 1.5 / 100, 4 * DT  # s, until the torque is there, and of the last velocity
+    reaction = 3 * DT + ramp + taper
+    a = min(0.5 * limits.effort[0] / model.M[0, 0], 6.0 / reaction)
+    ranges = (JointRange(-3.0, 3.0, a, a * reaction / 2),)
+    motion = MotionPlanner(model, limits, config, ranges).move(at_rest(0.0), np.array([2.9]))
+    dt = 1e-3
+    for t in np.linspace(0.0, motion.t[-1], 60):
+        state = state_at(motion, t)
+        q, v = state.theta[0], state.theta_dot[0]
+        q += v * (3 * DT + ramp)  # nothing brakes yet
+        while v > 1e-3:
+            v -= min(a, v / taper) * dt
+            q += v * dt
+        assert q < limits.position_high[0]
+    free = move(at_rest(0.0), np.array([2.9]), axis_limits(model, limits, [np.zeros(1)], config))
+    assert free.t[-1] < motion.t[-1] < 2.5 * free.t[-1]
+    with pytest.raises(MotionError, match=r"goal 2.999 is within .* of the end of its range"):
+        MotionPlanner(model, limits, config, ranges).move(at_rest(0.0), np.array([2.999]))
+
+
+@pytest.mark.parametrize(
+    ("name", "preset", "angle"),
+    [("planar_3rrr", "geared", 0.5), ("single_link", "light_hub", 2.9)],
+)
+def test_the_guard_lets_pass_what_is_planned_for_it(name, preset, angle):
+    """On planar_3rrr strain and the inertia at the ends let it brake less than the inertia at home would."""
+    config = load_config(find_manipulator(name), preset)
+    tree, change = ReducedTree(config), np.zeros(len(config.actuated))
+    change[0] = angle
+    known, limits, model = guard_limits(config, tree, GuardSettings()), limits_of(config), linearize(tree)
+    start, goal = config.home - change, config.home + change
+    motion = MotionPlanner(model, limits, MotionConfig(), known.ranges).move(at_rest(*start), goal)
+    assert stopped_by(known, motion) == ""
+    hurried = MotionPlanner(model, limits, MotionConfig(), ()).move(at_rest(*start), goal)
+    assert "too fast" in stopped_by(known, hurried)
+
+
+class Still:
+    """Rests at zero, and keeps what it is to follow."""
+
+    def __init__(self, model):
+        self.model, self.reference = model, None
+
+    def follow(self, reference):
+        self.reference = reference
+        return ""
+
+
+def test_goals_of_the_tip_keep_the_guards_bound_where_a_gauge_bears_little():
+    config = load_config(find_manipulator("single_link"), "geared")
+    config = replace(config, sensors=tuple(replace(s, limit=min(s.limit, 1e-4)) for s in config.sensors))
+    tree = ReducedTree(config)
+    arm, pose = Still(linearize(tree)), np.eye(4)
+    pose[:3, 3] = 0.64 * np.cos(2.8), 0.64 * np.sin(2.8), 0.0
+    zero, still = np.zeros(1), np.zeros(3)
+    state = ArmState(0.0, arm.model.model_id, zero, still, zero, still, zero)
+    server = MotionServer(TipKinematics(tree), limits_of(config), MotionConfig(), DT)
+    answer = server.move_tip(TipGoal(pose), arm, state)
+    assert answer.is_accepted, answer.reason
+    assert arm.reference.theta[-1, 0] == pytest.approx(2.8, abs=0.01)
+    assert stopped_by(guard_limits(config, tree, GuardSettings()), arm.reference) == ""
