@@ -17,9 +17,11 @@ from flexarm_bringup.compare_laws.checks import all_checks
 from flexarm_bringup.compare_laws.comparison import Comparison
 from flexarm_bringup.compare_laws.judged import CompareResult, LegFigures, TrueRecord, judge_leg
 from flexarm_bringup.compare_laws.legs import compared_legs
+from flexarm_bringup.compare_laws.page import build_page
 from flexarm_bringup.compare_laws.runs import CompareJob, run_compare_job, with_effort
 from flexarm_bringup.compare_laws.schemes import LQR, MPC, PD, SERVO, WORST, Case, plan_case, sample_motion
 from flexarm_bringup.compare_laws.sweep import SweepPoint, shortest
+from flexarm_bringup.page.report import Table
 from flexarm_bringup.tasks.course import Leg
 from flexarm_bringup.tasks.task import Task, load_task
 from flexarm_bringup.tasks.task_for import task_for
@@ -143,6 +145,35 @@ def test_mpc_is_held_to_shapers_that_have_motors_and_the_others_are_told() -> No
     ]  # fmt: skip
     checks = all_checks(task_for("single_link"), [result(SERVO, WORST, 2.0), *rows])
     assert [check.passed for check in checks] == [True, True, True]
+
+
+def stopped(row: CompareResult) -> CompareResult:
+    return replace(row, legs=(replace(row.legs[0], residual=0.0),), stopped="command is 100 ms old")
+
+
+def test_a_run_that_was_stopped_is_told_and_wins_nothing(case: Case) -> None:
+    """It stands still, so that it leaves nothing at all."""
+    rows = [
+        result(SERVO, WORST, 2.0), result(MPC, WORST, 0.05), result(MPC, "ZVD", 0.03),
+        *(result(law, "ZVD", 0.06, error) for law in (SERVO, PD) for error in (-0.1, 0.1)),
+        *(result(MPC, WORST, 0.05, error) for error in (-0.1, 0.1)),
+        result(LQR, WORST, 0.3, is_scarce=True), result(MPC, WORST, 0.05, is_scarce=True),
+    ]  # fmt: skip
+    laws = {law: [stopped(r) if r.law == law else r for r in rows] for law in (LQR, MPC, PD)}
+    checks = {law: {c.name: c for c in all_checks(case.task, changed)} for law, changed in laws.items()}
+    assert not any(check.passed for check in checks[MPC].values())
+    assert checks[MPC]["MPC is never stopped"].found == "4"
+    missed = [check.found for check in checks[LQR].values() if not check.passed]
+    assert missed == ["none: LQG was stopped"]
+    assert not any("shaper" in name for name in checks[PD])  # no shaper that MPC could be held to
+    config = load_config(find_manipulator("single_link"), "geared")
+    page = build_page(case, config, laws[MPC], None)
+    tables = [item for item in page.items if isinstance(item, Table)]
+    notes = [note for table in tables for note in table.notes]
+    assert "MPC, worst profile: command is 100 ms old" in notes
+    assert "MPC, worst profile, f +10 %: command is 100 ms old" in notes
+    told = [row for table in tables[:3] for row in table.rows if row[0] == "MPC"]
+    assert told and all(cell is None for row in told for cell in row[2:])
 
 
 def test_mpc_shakes_the_single_link_less_at_rest_than_joint_pd() -> None:

@@ -5,17 +5,21 @@ from __future__ import annotations
 import json
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
 from flexarm_bringup.cli import main
 from flexarm_bringup.closed_loop import Effort
-from flexarm_bringup.sim_run.report import gain_db, is_stable
+from flexarm_bringup.page.report import Table
+from flexarm_bringup.sim_run.report import build_page, gain_db, is_stable
 from flexarm_bringup.sim_run.study import NOMINAL, LegResult, SimResult, Trace, run_sim_job, sim_jobs
 from flexarm_bringup.tasks.course import Leg
 from flexarm_bringup.tasks.task_for import task_for
 from flexarm_bringup.tip_vibration import Residual
+from flexarm_model.reading.config import load_config
+from flexarm_model.reading.manipulator_file import find_manipulator
 
 pytestmark = pytest.mark.thorough
 
@@ -30,10 +34,12 @@ moves: {out: {by: {base.rz: 10 deg}, duration: 0.5 s, ramps: [0.3 s, 96 ms]}}
 """
 
 
-def result(law: str, acceleration: float, growth: float = 0.1, guard: str = "") -> SimResult:
+def result(
+    law: str, acceleration: float, growth: float = 0.1, guard: str = "", lost: float = 0.0
+) -> SimResult:
     leg = LegResult(Leg("out", 0.5, 1.0), Residual(acceleration, 1e-3, 0.1, growth), 1e-3, 0.5)
     trace = Trace(np.zeros(1), np.zeros((1, 3)), np.zeros((1, 1)))
-    return SimResult("", "as described", law, (leg,), Effort(0.5, 4.0, 0, 0.0, 0.0, guard), trace)
+    return SimResult("", "as described", law, (leg,), Effort(0.5, 4.0, 0, 0.0, lost, guard), trace)
 
 
 def test_the_command_prints_and_writes_the_table(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -81,3 +87,29 @@ def test_a_run_is_unstable_when_stopped_or_when_its_vibration_grows_beyond_the_b
     assert is_stable(result("mpc", 2.0, growth=0.5), baseline)
     assert not is_stable(result("mpc", 2.0, growth=1.5), baseline)
     assert not is_stable(result("mpc", 0.1, guard="no command for 50 ms"), baseline)
+    assert not is_stable(result("mpc", 0.0, lost=1.0), baseline)  # it stood still
+
+
+@pytest.mark.parametrize(
+    ("told", "changes"),
+    [
+        ("the guard stopped it: no command for 50 ms", {"guard": "no command for 50 ms"}),
+        ("no usable state or no plan in 100 % of the periods", {"lost": 1.0}),
+    ],
+)
+@pytest.mark.parametrize("law", ["pd", "mpc"])
+def test_a_run_that_stood_still_is_told_and_is_no_gain(told: str, changes: dict[str, Any], law: str) -> None:
+    task = replace(task_for("single_link"), presets=("",), gain_db=0.0, speed=1.0)
+    pair = {"pd": result("pd", 1.0), "mpc": result("mpc", 0.5)}
+    config = load_config(find_manipulator("single_link"))
+    sound = build_page(task, {"": config}, list(pair.values()), (), 1)
+    assert all(check.passed for check in sound.checks)
+    pair[law] = result(law, 0.0, **changes)
+    page = build_page(task, {"": config}, list(pair.values()), (), 1)
+    (table,) = [item for item in page.items if isinstance(item, Table)]
+    assert f"as described, {law.upper()}: {told}" in table.notes
+    rows = {row[2]: row for row in table.rows}
+    assert rows["MPC"][4] is None and rows[law.upper()][6] is None  # no gain, no settling
+    assert rows[law.upper()][9] is False
+    assert page.checks[0].found == f"none: {law.upper()} did not lead the arm"
+    assert not page.checks[0].passed

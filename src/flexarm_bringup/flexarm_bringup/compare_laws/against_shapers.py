@@ -77,6 +77,6 @@ def _worst_of(rows: Sequence[CompareResult], law: str, errors: Sequence[float]) 
     """Return the worst residual at these errors by motion, where there is one at each [m/s^2]."""
     found: dict[str, list[float]] = {}
     for row in rows:
-        if row.law == law and row.legs and row.frequency_error in errors:
+        if row.law == law and row.has_ended and row.frequency_error in errors:
             found.setdefault(row.motion, []).append(row.residual)
     return {motion: max(left) for motion, left in found.items() if len(left) == len(errors)}

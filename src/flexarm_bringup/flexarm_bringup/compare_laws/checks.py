@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 from flexarm_bringup.compare_laws.against_shapers import REALISABLE, ROBUST_ERRORS, is_shaped, rivalries
 from flexarm_bringup.compare_laws.judged import CompareResult
-from flexarm_bringup.compare_laws.schemes import LQR, MPC, SERVO, WORST
+from flexarm_bringup.compare_laws.schemes import LAW_NAMES, LQR, MPC, SERVO, WORST
 from flexarm_bringup.page.report import Check
 from flexarm_bringup.residual import decibels
 from flexarm_bringup.tasks.task import Task
@@ -26,6 +26,7 @@ def all_checks(task: Task, results: Sequence[CompareResult]) -> list[Check]:
     return [
         *_gains(task, rows, base),
         *_against_shapers(rows),
+        *_stopped(rows),
         *_scarce(task, scarce),
         *_other_presets(task, results, base),
     ]
@@ -52,12 +53,21 @@ def _against_shapers(rows: Sequence[CompareResult]) -> list[Check]:
     return [Check(r.name, "at most 0 dB", r.text, r.gap <= 0.0) for r in judged]
 
 
+def _stopped(rows: Sequence[CompareResult]) -> list[Check]:
+    """Return a missed bound where MPC was stopped: a row that is left out of the others cannot miss them."""
+    stopped = [r for r in rows if r.law == MPC and not r.has_ended]
+    return [Check("MPC is never stopped", "0", f"{len(stopped)}", False)] if stopped else []
+
+
 def _scarce(task: Task, rows: Sequence[CompareResult]) -> list[Check]:
     bound, by_law = task.compare.scarce_gain_db, {r.law: r for r in rows if r.frequency_error == 0.0}
     if bound is None or not {LQR, MPC} <= by_law.keys():
         return []
-    gain = decibels(by_law[LQR].residual, by_law[MPC].residual)
     name = "half the worst profile's peak torque: MPC's gain on the clipped LQG"
+    stopped = ", ".join(LAW_NAMES[law] for law in (LQR, MPC) if not by_law[law].has_ended)
+    if stopped:
+        return [Check(name, f"at least {bound:g} dB", f"none: {stopped} was stopped", False)]
+    gain = decibels(by_law[LQR].residual, by_law[MPC].residual)
     return [Check(name, f"at least {bound:g} dB", f"{gain:.1f} dB", gain >= bound)]
 
 

@@ -19,7 +19,7 @@ QUIET_MM = 1e-3  # lower end of the axis [mm]
 
 def draw(case: Case, results: Sequence[CompareResult]) -> list[Figure]:
     """Return the figures of the first preset."""
-    rows = [r for r in results if r.preset == results[0].preset and not r.is_scarce and r.legs]
+    rows = [r for r in results if r.preset == results[0].preset and not r.is_scarce and r.has_ended]
     return [_robustness(case, rows, base_of(results)), _coming_to_rest(case, rows)]
 
 

@@ -56,7 +56,7 @@ class CompareResult:
         motion, law: Of the scheme.
         is_scarce: Whether its torque was scarce.
         legs: Figures of every move; empty when it could not be run.
-        stopped: Why it was refused, or the guard stopped it; empty when all went well.
+        stopped: Why it was refused or stopped, or that it had no state; empty when all went well.
         t: Times since the end of the first move [s], (k,).
         off: Distance of the tip from its goal then [m], (k,).
     """
@@ -73,18 +73,23 @@ class CompareResult:
 
     @property
     def residual(self) -> float:
-        """Residual of all moves together, RMS [m/s^2]; inf when it could not be run."""
-        return float(np.sqrt(np.mean([leg.residual**2 for leg in self.legs]))) if self.legs else np.inf
+        """Residual of all moves together, RMS [m/s^2]; inf when they were not done."""
+        return float(np.sqrt(np.mean([leg.residual**2 for leg in self.legs]))) if self.has_ended else np.inf
+
+    @property
+    def has_ended(self) -> bool:
+        """Whether the moves were done: a run that was stopped is quiet, which says nothing of its law."""
+        return bool(self.legs) and not self.stopped
 
     @property
     def settling(self) -> float:
         """Latest settling after the end of a move [s]; inf for never."""
-        return max((leg.settling for leg in self.legs), default=np.inf)
+        return max(leg.settling for leg in self.legs) if self.has_ended else np.inf
 
     @property
     def moving(self) -> float:
         """Longest time from leaving a start to staying at a goal [s]; inf for never."""
-        return max((leg.moving for leg in self.legs), default=np.inf)
+        return max(leg.moving for leg in self.legs) if self.has_ended else np.inf
 
     @property
     def rest_error(self) -> float:

@@ -96,7 +96,7 @@ def _why(case: Case) -> str:
 
 
 def _cells(result: CompareResult, base: float) -> list[Cell]:
-    if not result.legs:
+    if not result.has_ended:
         return [LAW_NAMES[result.law], result.motion, *[None] * (len(COLUMNS) - 2)]
     torque = result.peak_torque
     return [
@@ -122,7 +122,7 @@ def _robust(preset: str, rows: Sequence[CompareResult], base: float) -> Table:
     errors = sorted({r.frequency_error for r in rows})
     cells: list[list[Cell]] = []
     for key, of_error in _by_scheme(rows).items():
-        level = {e: decibels(r.residual, base) if r.legs else None for e, r in of_error.items()}
+        level = {e: decibels(r.residual, base) if r.has_ended else None for e, r in of_error.items()}
         within = [v for e, v in level.items() if v is not None and abs(e) <= 0.1 + 1e-9]
         cells.append([*key, *(level.get(e) for e in errors), max(within, default=None)])
     columns = [
@@ -130,13 +130,18 @@ def _robust(preset: str, rows: Sequence[CompareResult], base: float) -> Table:
         *(Column(f"f {100 * e:+.0f} %", ".1f") for e in errors),
         Column("worst\nto ±10 %", ".1f"),
     ]
-    return Table(_title("Residual with the frequencies off [dB]", preset), columns, cells)
+    notes = [
+        f"{LAW_NAMES[r.law]}, {r.motion}, f {100 * r.frequency_error:+.0f} %: {r.stopped}"
+        for r in rows
+        if r.frequency_error and r.legs and r.stopped
+    ]
+    return Table(_title("Residual with the frequencies off [dB]", preset), columns, cells, notes)
 
 
 def _settling(preset: str, rows: Sequence[CompareResult]) -> Table:
     errors = sorted({r.frequency_error for r in rows})
     cells: list[list[Cell]] = [
-        [*key, *(of_error[e].settling if e in of_error else None for e in errors)]
+        [*key, *(of_error[e].settling if e in of_error and of_error[e].has_ended else None for e in errors)]
         for key, of_error in _by_scheme(rows).items()
     ]
     columns = [*COLUMNS[:2], *(Column(f"f {100 * e:+.0f} %", ".3f") for e in errors)]
@@ -224,7 +229,7 @@ def _plain(result: CompareResult, base: float) -> dict[str, Cell]:
         "preset": result.preset, "law": result.law, "motion": result.motion,
         "scarce_torque": result.is_scarce,
         "frequency_error": result.frequency_error, "residual_m_s2": finite(result.residual),
-        "db": finite(decibels(result.residual, base)) if result.legs else None,
+        "db": finite(decibels(result.residual, base)) if result.has_ended else None,
         "settling_s": finite(result.settling), "moving_s": finite(result.moving),
         "rest_error_m": finite(result.rest_error), "peak_torque": finite(result.peak_torque),
         "peak_strain": finite(result.peak_strain), "stopped": result.stopped,

@@ -21,7 +21,7 @@ from flexarm_bringup.parallel import run_parallel
 from flexarm_bringup.servo_run import lead
 from flexarm_bringup.sim.hardware import Hardware
 from flexarm_bringup.sim.rig import Rig, RigSettings
-from flexarm_bringup.sim_run.study import loop_settings
+from flexarm_bringup.sim_run.study import loop_settings, lost_state
 from flexarm_bringup.tasks.task import Task
 from flexarm_estimator.estimate import Estimate
 from flexarm_model.manipulator.description import Joint, ManipulatorConfig
@@ -102,7 +102,7 @@ class _Arm:
         settings = loop_settings(self._job.task.under(self._job.preset), scheme.law, self._rig)
         hardware = Hardware(config, self._rig, plant=self._plant)
         ticks, effort = run_loop(hardware, self._trees[key], scheme.reference, scheme.end, settings, _observe)
-        return stack_rows(ticks, self._limits), effort.guard
+        return stack_rows(ticks, self._limits), effort.guard or lost_state(effort)
 
     def _result(self, scheme: Scheme, record: TrueRecord | None, stopped: str) -> CompareResult:
         job, legs, t, off = self._job, [], np.zeros(0), np.zeros(0)

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from flexarm_bringup.page.figures import Figure
 from flexarm_bringup.page.report import Cell, Check, Column, Page, Table
 from flexarm_bringup.residual import decibels
-from flexarm_bringup.sim_run.study import NOMINAL, LegResult, SimResult
+from flexarm_bringup.sim_run.study import NOMINAL, SimResult
 from flexarm_bringup.tasks.task import Task
 from flexarm_model.manipulator.description import ManipulatorConfig
 
@@ -77,12 +77,12 @@ def gain_db(pair: dict[str, SimResult]) -> float:
 
 
 def is_stable(result: SimResult, baseline: SimResult) -> bool:
-    """Tell whether a run ends well: no stop, and no vibration that stays above the baseline's and grows."""
+    """Tell whether a run ends well: no stop, a state, no vibration that is above the baseline's and grows."""
     feeds = any(
         leg.residual.growth > GROWS and leg.residual.acceleration > other.residual.acceleration
         for leg, other in zip(result.legs, baseline.legs, strict=True)
     )
-    return not result.effort.guard and not feeds
+    return not result.failure and not feeds
 
 
 def by_condition(results: Sequence[SimResult]) -> dict[tuple[str, str], dict[str, SimResult]]:
@@ -97,34 +97,41 @@ def _table(task: Task, config: ManipulatorConfig, preset: str, results: Sequence
     pairs = by_condition(results)
     nominal = pairs[preset, NOMINAL][BASELINE]
     rows: list[list[Cell]] = []
-    for (of, condition), pair in pairs.items():
-        if of != preset:
-            continue
-        for i, leg in enumerate(pair[BASELINE].legs):
+    own = {condition: pair for (of, condition), pair in pairs.items() if of == preset}
+    for condition, pair in own.items():
+        for i in range(len(pair[BASELINE].legs)):
             for law, result in pair.items():
                 end: list[Cell] = [is_stable(result, nominal), result.effort.speed]
-                rows.append([condition, leg.leg.name, law.upper(), *_cells(result, i, leg), *end])
+                leg = result.legs[i]
+                rows.append([condition, leg.leg.name, law.upper(), *_cells(result, i, pair[BASELINE]), *end])
     adopted = pairs[preset, NOMINAL][LAW].effort
     notes = [
         f"control rate {config.rate_hz:g} Hz, {config.modes} modes; window "
         f"{task.watch.begin:g} to {task.watch.end:g} s after a move, up to {task.watch.cutoff_hz:g} Hz; "
         f"settled within {1e3 * task.watch.tolerance:g} mm",
         f"{adopted.served} models adopted on the way, {_each_ms(adopted.adopt_time, adopted.served)}",
+        *(f"{r.condition}, {r.law.upper()}: {r.failure}" for pair in own.values() for r in _failed(pair)),
     ]
     return Table(f"Preset {preset or 'as in the file'}", COLUMNS, rows, notes)
 
 
-def _cells(result: SimResult, i: int, baseline: LegResult) -> list[Cell]:
-    leg = result.legs[i]
-    left = leg.residual
+def _cells(result: SimResult, i: int, baseline: SimResult) -> list[Cell]:
+    """Return the figures of a move; of a run that failed no gain and no settling, for it may have stood."""
+    leg, other = result.legs[i], baseline.legs[i]
+    left, failed = leg.residual, bool(result.failure)
+    gain = None if failed or baseline.failure else decibels(left.acceleration, other.residual.acceleration)
     return [
         left.acceleration,
-        decibels(left.acceleration, baseline.residual.acceleration),
+        gain,
         1e3 * left.distance,
-        left.settling,
+        None if failed else left.settling,
         1e3 * leg.tracking,
         100 * leg.peak,
     ]
+
+
+def _failed(pair: dict[str, SimResult]) -> list[SimResult]:
+    return [result for result in pair.values() if result.failure]
 
 
 def _each_ms(seconds: float, count: int) -> str:
@@ -138,9 +145,13 @@ def worth_checks(task: Task, results: Sequence[SimResult]) -> list[Check]:
     for (preset, condition), pair in by_condition(results).items():
         if preset != first:
             continue
-        gain = gain_db(pair)
         name = f"{condition}: MPC below joint PD, all moves"
         wanted = f"at least {task.gain_db:g} dB"
+        if failed := _failed(pair):
+            text = ", ".join(result.law.upper() for result in failed)
+            checks.append(Check(name, wanted, f"none: {text} did not lead the arm", False))
+            continue
+        gain = gain_db(pair)
         checks.append(Check(name, wanted, f"{gain:.1f} dB", gain >= task.gain_db))
     nominal = {p: pair[BASELINE] for (p, c), pair in by_condition(results).items() if c == NOMINAL}
     shaky = [r for r in results if r.law == LAW and not is_stable(r, nominal[r.preset])]

@@ -41,6 +41,7 @@ CONDITIONS = {
     "frequency -10 %": RigSettings(frequency_scale=0.9),
     "frequency +10 %": RigSettings(frequency_scale=1.1),
 }
+MOST_LOST = 0.1  # share of the periods without a state or plan; the first ones wait for the camera
 
 
 @dataclass(frozen=True)
@@ -103,6 +104,19 @@ class SimResult:
     def acceleration(self) -> float:
         """Residual of all moves together, RMS [m/s^2]."""
         return float(np.sqrt(np.mean([leg.residual.acceleration**2 for leg in self.legs])))
+
+    @property
+    def failure(self) -> str:
+        """Why its figures say nothing of the law: the guard's reason, or no state; empty when they do."""
+        guard = self.effort.guard
+        return f"the guard stopped it: {guard}" if guard else lost_state(self.effort)
+
+
+def lost_state(effort: Effort) -> str:
+    """Return in how many periods the law did not lead the arm; empty when they are few."""
+    if effort.unusable <= MOST_LOST:
+        return ""
+    return f"no usable state or no plan in {100 * effort.unusable:.0f} % of the periods"
 
 
 def sim_jobs(task: Task, presets: Sequence[str], conditions: Sequence[str], seed: int = SEED) -> list[SimJob]:
