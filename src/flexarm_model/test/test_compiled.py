@@ -78,6 +78,14 @@ def test_results_are_shaped_as_the_function_says() -> None:
     assert vector == pytest.approx(np.sin([1.0, 2.0, 3.0]))
 
 
+def test_a_column_is_a_vector_unless_it_is_said_to_be_a_matrix() -> None:
+    x = ca.SX.sym("x", 2)
+    columns = {"columns": ca.Function("columns", [x], [x, 2 * x])}
+    for how in (False, True):
+        vector, matrix = compile_functions(columns, how, {"columns": (1,)})["columns"](np.array([1.0, 2.0]))
+        assert vector.shape == (2,) and np.array_equal(matrix, [[2.0], [4.0]])
+
+
 def test_a_matrix_input_goes_in_as_it_stands() -> None:
     A = ca.SX.sym("A", 2, 3)
     given = np.arange(6.0).reshape(2, 3)

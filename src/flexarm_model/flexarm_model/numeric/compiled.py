@@ -13,7 +13,7 @@ import re
 import shutil
 import subprocess
 import tempfile
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from functools import cache
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -44,14 +44,23 @@ class FastFunction:
     """A CasADi function on fixed NumPy buffers: no allocation per call.
 
     Inputs are copied into ``inputs``; results appear in ``outputs`` and are overwritten by the next
-    call. Matrices are column-major, as CasADi stores them.
+    call. Matrices are column-major, as CasADi stores them; one with a single column is a vector unless it is
+    said to be a matrix.
 
     Attributes:
         library: Where its machine code is; None on the virtual machine.
     """
 
-    def __init__(self, function: ca.Function, library: Path | None = None) -> None:
-        """Wrap a function whose outputs are dense."""
+    def __init__(
+        self, function: ca.Function, library: Path | None = None, matrices: Collection[int] = ()
+    ) -> None:
+        """Wrap a function whose outputs are dense.
+
+        Args:
+            function: The function.
+            library: Where its machine code is.
+            matrices: Outputs that stay matrices (n, 1) where they have one column.
+        """
         self.name: str = function.name()
         self.library = library
         self._function = function  # keeps the library loaded
@@ -64,7 +73,9 @@ class FastFunction:
         for i, flat in enumerate(flat_out):
             self._buffer.set_res(i, flat.data)
         self.inputs = [_shaped(flat, function.size_in(i)) for i, flat in enumerate(flat_in)]
-        self.outputs = tuple(_shaped(flat, function.size_out(i)) for i, flat in enumerate(flat_out))
+        self.outputs = tuple(
+            _shaped(flat, function.size_out(i), i in matrices) for i, flat in enumerate(flat_out)
+        )
 
     @property
     def sizes(self) -> WorkSizes:
@@ -81,33 +92,40 @@ class FastFunction:
 
 
 def compile_functions(
-    functions: Mapping[str, ca.Function], use_compiler: bool = True
+    functions: Mapping[str, ca.Function],
+    use_compiler: bool = True,
+    matrices: Mapping[str, Collection[int]] | None = None,
 ) -> dict[str, FastFunction]:
     """Compile functions together, or load them from the cache.
 
     Args:
         functions: By name; SX or MX functions.
         use_compiler: False runs them on CasADi's virtual machine.
+        matrices: By name, the outputs that stay matrices (n, 1) where they have one column.
     """
+    kept = matrices or {}
     dense = {name: _densify(name, function) for name, function in functions.items()}
     compiler = find_compiler() if use_compiler else None
     library = _library(dense, compiler) if compiler else None
     if library is None:
-        return {name: FastFunction(function) for name, function in dense.items()}
-    return {name: FastFunction(ca.external(name, str(library)), library) for name in dense}
+        return {name: FastFunction(function, None, kept.get(name, ())) for name, function in dense.items()}
+    return {
+        name: FastFunction(ca.external(name, str(library)), library, kept.get(name, ())) for name in dense
+    }
 
 
 class FunctionTable(Mapping[str, FastFunction]):
     """Functions of a model by name, each compiled (or loaded from the cache) when it is first asked for."""
 
-    def __init__(self, functions: Mapping[str, ca.Function], use_compiler: bool = True) -> None:
-        """Keep the functions.
-
-        Args:
-            functions: By name; SX or MX functions.
-            use_compiler: False runs them on CasADi's virtual machine.
-        """
+    def __init__(
+        self,
+        functions: Mapping[str, ca.Function],
+        use_compiler: bool = True,
+        matrices: Mapping[str, Collection[int]] | None = None,
+    ) -> None:
+        """Keep the functions; see ``compile_functions`` for the arguments."""
         self._functions, self._use_compiler = dict(functions), use_compiler
+        self._matrices = matrices
         self._ready: dict[str, FastFunction] = {}
 
     def __getitem__(self, name: str) -> FastFunction:
@@ -117,7 +135,8 @@ class FunctionTable(Mapping[str, FastFunction]):
             KeyError: There is none of this name.
         """
         if name not in self._ready:
-            self._ready[name] = compile_functions({name: self._functions[name]}, self._use_compiler)[name]
+            one = {name: self._functions[name]}
+            self._ready[name] = compile_functions(one, self._use_compiler, self._matrices)[name]
         return self._ready[name]
 
     def __iter__(self) -> Iterator[str]:
@@ -129,10 +148,14 @@ class FunctionTable(Mapping[str, FastFunction]):
         return len(self._functions)
 
 
-def _shaped(flat: Array, size: tuple[int, int]) -> Array:
-    """View a buffer as a vector (one column) or a column-major matrix."""
+def _shaped(flat: Array, size: tuple[int, int], is_matrix: bool = False) -> Array:
+    """View a buffer as a column-major matrix, or as a vector where it has one column and is no matrix."""
     rows, columns = size
-    return flat[: rows * columns] if columns == 1 else flat[: rows * columns].reshape(size, order="F")
+    return (
+        flat[: rows * columns]
+        if columns == 1 and not is_matrix
+        else flat[: rows * columns].reshape(size, order="F")
+    )
 
 
 def find_compiler() -> str | None:

@@ -37,6 +37,11 @@ from flexarm_model.tree.sensors import Point, sensor_outputs
 Array = NDArray[np.float64]
 Expressions: TypeAlias = dict[str, tuple[list[ca.SX], list[ca.SX]]]
 
+_MATRICES = {  # outputs of the functions that are matrices, of an arm with a single coordinate, too
+    **dict.fromkeys(("mass_matrix", "motion", "stiffness", "tip_jacobian", "constraint_stiffness"), (0,)),
+    **{"output_rows": (1, 2, 3), "constraints": (1,)},
+}
+
 
 class ReducedTree:
     """Dynamics of a manipulator in joint axes and elastic coordinates.
@@ -143,7 +148,7 @@ class ReducedTree:
     @cached_property
     def functions(self) -> FunctionTable:
         """The same, each compiled when it is first asked for."""
-        return FunctionTable(self.expressions, self._use_compiler)
+        return FunctionTable(self.expressions, self._use_compiler, _MATRICES)
 
     @cached_property
     def closing(self) -> Closing:
