@@ -51,15 +51,25 @@ class Limits:
                 raise ValueError(f"limits.{field.name}: {value} is not {length} numbers")
             if not field.name.startswith("position") and (value <= 0).any():
                 raise ValueError(f"limits.{field.name}: {value} must be positive")
-        if not np.isfinite(self.effort).all() or (self.position_low >= self.position_high).any():
-            raise ValueError(
-                f"limits: effort {self.effort} must be finite and position_low {self.position_low} "
-                f"below position_high {self.position_high}"
-            )
+        if not np.isfinite(self.effort).all():
+            raise ValueError(f"limits.effort: {self.effort} must be finite")
+        if (self.position_low >= self.position_high).any():
+            raise ValueError(f"limits.position_low: {self.position_low} not below {self.position_high}")
 
 
 def limits_of(config: ManipulatorConfig) -> Limits:
-    """Return the limits that the description gives the controller."""
+    """Return the limits that the description gives the controller.
+
+    Raises:
+        ValueError: An actuated axis has no effort, without which no law and no guard can be made.
+    """
+    missing = [name for name, axis in config.actuated.items() if not np.isfinite(axis.effort)]
+    if missing:
+        unit = "N m" if missing[0].rpartition(".")[2].startswith("r") else "N"
+        raise ValueError(
+            f"{', '.join(missing)}: effort is missing; an actuated axis must have it, its largest torque or "
+            f"force, such as 'effort: 20 {unit}'"
+        )
     axes = list(config.actuated.values())
     gauges = [spec for spec in config.sensors if spec.kind == "strain_gauge"]
     return Limits(

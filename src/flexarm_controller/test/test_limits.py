@@ -41,6 +41,18 @@ def test_limits_come_from_the_description():
     assert limits.gauges == ("root_strain.strain",) and limits.strain[0] == pytest.approx(1e-3)
 
 
+def test_an_axis_without_effort_is_named_and_nothing_else_is_blamed():
+    config = load_config(find_manipulator("single_link"), "light_hub")
+    joint, *others = config.joints
+    bare = replace(joint.axes[0], effort=np.inf, lower=-np.inf, upper=np.inf, velocity=np.inf)
+    with pytest.raises(ValueError, match=r"^base\.rz: effort is missing; .*'effort: 20 N m'$"):
+        limits_of(replace(config, joints=(replace(joint, axes=(bare,)), *others)))
+    with pytest.raises(ValueError, match=r"^limits\.effort: \[inf\] must be finite$"):
+        replace(limits_of_hub(), effort=np.array([np.inf]))
+    with pytest.raises(ValueError, match=r"^limits\.position_low: \[4\.\]"):
+        replace(limits_of_hub(), position_low=np.array([4.0]))
+
+
 def test_settings_that_do_not_fit_together_are_refused():
     with pytest.raises(ParameterError, match="blocks: they sum to 3, not to horizon 40"):
         MpcConfig(blocks=(1, 2))
