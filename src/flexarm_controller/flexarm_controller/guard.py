@@ -19,6 +19,7 @@ from flexarm_controller.guarding.joint_range import JointRange
 from flexarm_controller.guarding.limits import Braking, GuardLimits
 from flexarm_controller.guarding.loads import Loads
 from flexarm_controller.guarding.messages import GuardCommand, GuardState
+from flexarm_controller.guarding.rest_watch import RestWatch
 from flexarm_controller.guarding.stop_brake import StopBrake
 
 __all__ = ["Braking", "Guard", "GuardCommand", "GuardLimits", "GuardState", "JointRange", "Loads"]
@@ -64,15 +65,35 @@ class Guard:
         self._reach = [rate * limits.period for rate in limits.effort_rate]  # of a torque in a period
         self._brakes = [StopBrake(limits, axis) for axis in range(len(limits.effort))]
         self._is_braking = False
+        self._rest = RestWatch(len(limits.effort), limits.period, limits.rest_velocity)
+
+    @property
+    def has_watched(self) -> bool:
+        """Whether it has been told for long enough how the arm moves, also before the last stop."""
+        return self.mode != STOPPED or self._rest.is_full
+
+    def unready(self, must_know: bool = False) -> str:
+        """Return why it cannot be armed now; empty when it can, or is.
+
+        Args:
+            must_know: Time does not stand until it is armed: it has to have watched the arm for long enough.
+        """
+        if self.mode == BRAKING:
+            return f"still braking: {self.reason}"
+        if must_know and not self.has_watched:
+            return self._rest.judge() or "drives have not told for long enough how the arm moves"
+        return self._rest.judge() if self.mode == STOPPED else ""
 
     def arm(self, t: float, token: int) -> bool:
         """Let commands pass that quote ``token``, or the session that is armed already go on.
 
         Returns:
-            False while the arm is still braking, and for token 0, which means "not armed".
+            False while it is ``unready``, and for token 0, which means "not armed".
         """
-        if self.mode != STOPPED or token == 0:
-            return self.mode == ARMED
+        if self.mode == ARMED:
+            return True
+        if token == 0 or self.unready():
+            return False
         self.mode, self.reason, self.refusal, self.token = ARMED, "", "", token
         self._sequence, self._used, self._deadline = -1, -math.inf, t + self.limits.arming_time
         return True
@@ -81,6 +102,7 @@ class Guard:
         """Latch a stop."""
         if self.mode == ARMED:
             self.mode, self.reason, self.token = BRAKING, reason, 0
+            self._rest.forget()
 
     def serve(self, model_id: str, t: float) -> None:
         """Note which model is served from now on; commands of the one before pass for a while."""
@@ -106,6 +128,7 @@ class Guard:
         """
         self.ticks += 1
         self.energy = self._window.add(self._tau, state.velocity)
+        self._rest.add(state.velocity)
         holding = zip(self._loads.holding_at(state.position), self.limits.effort, strict=True)
         self.holding = [max(-most, min(most, held)) for held, most in holding]
         self._set_bounds(state)
@@ -190,7 +213,7 @@ class Guard:
             for brake, q, v in axes:
                 brake.begin(q, v)
             self._is_braking = True
-        if self.mode == BRAKING and all(abs(v) <= self.limits.rest_velocity for v in velocity):
+        if self.mode == BRAKING and self._rest.is_full and not self._rest.judge():
             self.mode = STOPPED
         turning = self._loads.accelerating([brake.acceleration(q, v) for brake, q, v in axes])
         return [h + tau for h, tau in zip(self.holding, turning, strict=True)]

@@ -3,7 +3,7 @@
 Publishes
     applied_effort, guard_status: see ``guard_voice_node``.
     ~/models (std_msgs/String, latched): receipt of the models taken so far.
-    ~/ready (std_msgs/Bool, latched): true once the drives obey this guard.
+    ~/ready (std_msgs/Bool, latched): true once the drives obey this guard and have told how the arm moves.
 Subscribes
     drive_states (sensor_msgs/JointState): position and velocity as the drives measure them for themselves.
     strain (flexarm_interfaces/StrainArray), model (flexarm_interfaces/ReducedModel, latched).
@@ -11,7 +11,7 @@ Subscribes
     stop (std_msgs/Empty): latches a stop.
     rig/attached (std_msgs/String, latched): see ``drives.attachment_node``. tick (lockstep only).
 Services
-    ~/arm, ~/stop (std_srvs/Trigger): let commands pass, unless the controller's margins are too small; stop.
+    ~/arm, ~/stop (std_srvs/Trigger): let commands pass, unless the arm moves or margins are too small; stop.
 Calls
     rig/attach (std_srvs/Trigger): see ``drives.attachment_node``.
 
@@ -85,8 +85,7 @@ class GuardNode(ManagedNode):
         self.guard = self.exchange.guard
         period = self.exchange.period_ns * 1e-9
         self._cycle = GuardCycle(period, self.settings.patience, self.settings.answer_time)
-        self._lockstep = Lockstep(SENSORS, self.on_tick_complete)
-        self._margins = ""
+        self._lockstep, self._margins = Lockstep(SENSORS, self.on_tick_complete), ""
         self._connect()
 
     def deactivate(self) -> None:
@@ -150,11 +149,10 @@ class GuardNode(ManagedNode):
 
     def on_arm(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         """Arm the guard with a new session token."""
-        refusal = self._margins or self._drives.refusal
-        if not refusal and not self.guard.arm(self.exchange.t, 1 + secrets.randbits(62)):
-            refusal = f"still braking: {self.guard.reason}"
+        refusal = self._margins or self._drives.refusal or self.guard.unready(not self.settings.lockstep)
         response.success, response.message = not refusal, refusal or "armed"
         if not refusal:
+            self.guard.arm(self.exchange.t, 1 + secrets.randbits(62))
             self._voice.say()
             self._resume()
         return response
@@ -242,6 +240,8 @@ class GuardNode(ManagedNode):
                 conditions[topic] = partial(self.has_publisher, topic)
             conditions["drives and estimator"] = lambda: self._voice.listeners()[0] > 1
             conditions["the controller"] = lambda: self._voice.listeners()[1] > 0
+        else:
+            conditions["their states"] = lambda: self.guard.has_watched
         return conditions
 
 

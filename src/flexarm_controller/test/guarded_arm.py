@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 from flexarm_controller.guard import Braking, Guard, GuardCommand, GuardLimits, GuardState, Loads
+from flexarm_controller.guarding.rest_watch import REST_TIME
 
 TOKEN = 7
 WEIGHTLESS = Loads(
@@ -29,6 +30,14 @@ def armed(t=0.0, **changes):
     guard = Guard(replace(LIMITS, **changes))
     assert guard.arm(t, TOKEN)
     return guard
+
+
+def stand(guard, t=0.0, state=REST):
+    """Let an arm stand still under a guard for as long as it takes until that counts as rest; return when."""
+    periods = round(REST_TIME / guard.limits.period)
+    for k in range(periods):
+        guard.step(None, state, t + k * guard.limits.period)
+    return t + periods * guard.limits.period
 
 
 def command(t, sequence=1, effort=(0.3, 0.1), token=TOKEN, model_id=""):

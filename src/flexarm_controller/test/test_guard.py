@@ -5,7 +5,7 @@ import math
 from pathlib import Path
 
 import pytest
-from guarded_arm import LIMITS, MOVING, REST, STEP, TOKEN, armed, command
+from guarded_arm import LIMITS, MOVING, REST, STEP, TOKEN, armed, command, stand
 
 import flexarm_controller
 from flexarm_controller.guard import ARMED, BRAKING, NOT_ARMED_YET, STOPPED, Guard, GuardState
@@ -14,7 +14,7 @@ SOURCE = Path(flexarm_controller.__file__).parent
 PURE = [
     "guard.py",
     *(f"guarding/{name}.py" for name in ("checks", "energy", "joint_range", "limits", "loads", "messages")),
-    "guarding/stop_brake.py",
+    *(f"guarding/{name}.py" for name in ("rest_watch", "stop_brake")),
 ]
 
 
@@ -157,11 +157,13 @@ def test_silence_of_50_ms_brakes_and_rest_stops():
     assert guard.ticks_without_command == 11
     assert not guard.arm(0.1, 8)
     guard.step(None, REST, 0.1)
+    assert guard.mode == BRAKING
+    t = stand(guard, 0.105)
     assert guard.mode == STOPPED and guard.reason == "no command for 50 ms"
-    guard.step(command(0.1, 99, token=8), REST, 0.1)
+    guard.step(command(t, 99, token=8), REST, t)
     assert guard.refusal
-    assert guard.arm(0.1, 8) and (guard.token, guard.reason, guard.refusal) == (8, "", "")
-    guard.step(command(0.1, 0, token=8), REST, 0.1)  # a new session counts and dates anew
+    assert guard.arm(t, 8) and (guard.token, guard.reason, guard.refusal) == (8, "", "")
+    guard.step(command(t, 0, token=8), REST, t)  # a new session counts and dates anew
     assert guard.passed == 2
 
 
@@ -218,7 +220,7 @@ def test_rest_is_up_to_the_rest_velocity_of_every_axis():
     for velocity, mode in (((0.01, -0.01), STOPPED), ((0.0, 0.0101), BRAKING), ((-0.0101, 0.0), BRAKING)):
         guard = armed()
         guard.stop("test")
-        guard.step(None, GuardState(velocity, (0.0, 0.0)), 0.0)
+        stand(guard, 0.0, GuardState(velocity, (0.0, 0.0)))
         assert guard.mode == mode
 
 

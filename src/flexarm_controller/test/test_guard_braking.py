@@ -4,7 +4,7 @@ import math
 from dataclasses import replace
 
 import pytest
-from guarded_arm import LIMITS, TOKEN, WEIGHTLESS, armed, command
+from guarded_arm import LIMITS, TOKEN, WEIGHTLESS, armed, command, stand
 
 from flexarm_controller.guard import ARMED, BRAKING, STOPPED, Braking, Guard, GuardState, JointRange
 from flexarm_controller.guarding.stop_brake import StopBrake
@@ -224,7 +224,7 @@ def test_an_armed_guard_holds_the_arm_until_the_first_command_and_brakes_anew_af
     assert guard.mode == ARMED and tau == pytest.approx([-0.1 * 25.0 * 0.1, 0.0])
     guard.step(command(0.005), GuardState((0.0, 0.0), (0.2, 0.0)), 0.005)
     guard.stop("test")
-    guard.step(None, GuardState((0.0, 0.0), (0.2, 0.0)), 0.01)
+    stand(guard, 0.01, GuardState((0.0, 0.0), (0.2, 0.0)))
     assert guard.mode == STOPPED and guard._brakes[0].end == 0.2
 
 

@@ -173,11 +173,11 @@ def test_a_new_session_begins_its_own_sequence():
     exchange = armed()
     play(exchange, 1, command(1, sequence=100))
     exchange.guard.stop("button")
-    for k in range(2, 50):
+    for k in range(2, 60):
         play(exchange, k)
     assert exchange.guard.mode == STOPPED
     exchange.guard.arm(exchange.t, 8)
-    play(exchange, 50, command(50, (0.5,), token=8, sequence=1))
+    play(exchange, 60, command(60, (0.5,), token=8, sequence=1))
     assert exchange.guard.passed == 2
 
 

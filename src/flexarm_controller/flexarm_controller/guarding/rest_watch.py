@@ -1,0 +1,56 @@
+"""Whether the arm is at rest: the mean velocity of every axis over the last quarter of a second.
+
+A single velocity tells little: an axis that rings is at rest twice in every period, and what drives make of
+the steps of their encoders can be ten times the velocity that counts as rest. The mean is how far the axis
+has gone over the time it took; noise and ringing go out of it.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from collections.abc import Sequence
+
+REST_TIME = 0.25  # s over which an axis is watched
+
+
+class RestWatch:
+    """Velocities of the last periods."""
+
+    def __init__(self, axes: int, period: float, rest: float) -> None:
+        """Watch an arm.
+
+        Args:
+            axes: How many there are [1].
+            period: Of the motors [s].
+            rest: Mean velocity up to which an axis is at rest [rad/s] or [m/s].
+        """
+        self._axes, self._rest, self._is_silent = axes, rest, False
+        self._told: deque[tuple[float, ...]] = deque(maxlen=max(1, round(REST_TIME / period)))
+
+    @property
+    def is_full(self) -> bool:
+        """Whether the whole time has been watched."""
+        return len(self._told) == self._told.maxlen
+
+    def add(self, velocity: Sequence[float]) -> None:
+        """Take the velocities of a period [rad/s] or [m/s]; an unknown one makes forget those before it."""
+        self._is_silent = len(velocity) != self._axes or not all(map(math.isfinite, velocity))
+        if self._is_silent:
+            self.forget()
+        else:
+            self._told.append(tuple(velocity))
+
+    def forget(self) -> None:
+        """Begin to watch anew."""
+        self._told.clear()
+
+    def judge(self) -> str:
+        """Return which axis moves, or that nobody knows; empty when none does, as far as was watched."""
+        if self._is_silent:
+            return "drives do not tell the velocity of every axis"
+        for axis, told in enumerate(zip(*self._told, strict=True)):
+            mean = sum(told) / len(told)
+            if not abs(mean) <= self._rest:
+                return f"axis {axis + 1} moves at {mean:.3g}, at rest it does up to {self._rest:.3g}"
+        return ""
