@@ -9,6 +9,10 @@ with displacement ``u``, rotation ``r``, curvature ``k`` and stretch ``e`` as ro
 displacements ``[ux uy uz rx ry rz]`` of all mesh nodes. Cubic Hermite functions in bending,
 linear ones in torsion and stretch [Przemieniecki1968, ch. 5 and 11]. The nodes of a rigid piece follow
 one of them (``rigid_pieces``); such a piece stores no energy.
+
+An element of length h resists with EI / h^3 against the EI / L^3 of the beam: the shorter it is, the more of
+the beam's stiffness is rounding, 1e-4 of it at h = L / 10000. An interface so close to an end of an element
+is held there; what its own place does is still interpolated where it is.
 """
 
 from __future__ import annotations
@@ -25,6 +29,8 @@ from flexarm_model.manipulator.body_spec import Beam, BeamPiece
 Array = NDArray[np.float64]
 
 GAUSS_POINTS = 6  # exact to degree 11: the foreshortening of cubic shapes squared needs 10
+SHORTEST = 1e-4  # an element's length over the beam's; shorter ones make the stiffness rounding
+_ROUNDING = 1e-9  # of an element's length against the shortest one [m]: mesh nodes are rounded so
 _DOF_OF = {"bend_y": (1, 5), "bend_z": (2, 4), "torsion": (3,), "stretch": (0,)}
 
 
@@ -78,10 +84,10 @@ class BeamMesh:
 
         Args:
             beam: The body.
-            interfaces: Nodes of the beam that must be mesh nodes.
+            interfaces: Nodes of the beam that must be mesh nodes, or so close to one that it stands for them.
 
         Raises:
-            ValueError: No piece of the beam is flexible.
+            ValueError: No piece of the beam is flexible, or one has elements that are too short.
         """
         self.beam = beam
         interfaces = list(interfaces)
@@ -89,8 +95,10 @@ class BeamMesh:
         cuts = [
             np.linspace(a, b, p.elements + 1) for a, b, p in zip(ends, ends[1:], beam.pieces, strict=False)
         ]
-        cuts.append(np.array([beam.nodes[name] for name in interfaces]))
-        self.nodes = np.unique(np.round(np.concatenate(cuts), 9))  # (n_nodes,)
+        _refuse_short_elements(beam)
+        self.nodes = _with_interfaces(
+            np.concatenate(cuts), [beam.nodes[name] for name in interfaces], SHORTEST * beam.length
+        )  # (n_nodes,)
         moving = sorted(
             6 * i + dof for i in range(self.nodes.size) for kind in beam.deformation for dof in _DOF_OF[kind]
         )
@@ -106,7 +114,7 @@ class BeamMesh:
         return 6 * self.nodes.size
 
     def dof(self, node: str) -> NDArray[np.intp]:
-        """Return the six displacement indices of a beam node that is a mesh node."""
+        """Return the six displacement indices of the mesh node that is, or stands for, a beam node."""
         index = int(np.argmin(abs(self.nodes - self.beam.nodes[node])))
         return np.arange(6 * index, 6 * index + 6, dtype=np.intp)
 
@@ -169,6 +177,27 @@ class BeamMesh:
         element = np.clip(np.searchsorted(self.nodes, x, side="right") - 1, 0, self.nodes.size - 2)
         h = np.diff(self.nodes)[element]
         return element, (x - self.nodes[element]) / h, h
+
+
+def _refuse_short_elements(beam: Beam) -> None:
+    """Raise ValueError where a flexible piece has elements too short for the beam."""
+    for i, piece in enumerate(beam.pieces):
+        length, shortest = piece.length / piece.elements, SHORTEST * beam.length
+        if not piece.rigid and length < shortest - _ROUNDING:
+            raise ValueError(
+                f"body '{beam.name}': the elements of pieces.{i} are {length:.3g} m long; they must be at "
+                f"least {shortest:.3g} m (1/10000 of the beam), or rounding is all its stiffness: give the "
+                "piece fewer elements, make it rigid, or make it part of its neighbour"
+            )
+
+
+def _with_interfaces(cuts: Array, interfaces: list[float], apart: float) -> Array:
+    """Return the ends of the elements, and interfaces farther than ``apart`` from any of them, sorted."""
+    nodes = np.unique(np.round(cuts, 9))
+    for x in np.unique(np.round(interfaces, 9)):
+        if abs(nodes - x).min() > apart:
+            nodes = np.append(nodes, x)
+    return np.asarray(np.sort(nodes))
 
 
 # displacements of an element's two ends that each deformation moves
