@@ -56,6 +56,9 @@ class Sides:
         self.calls.append(f"answer {stamp_to_ns(msg.header.stamp) // PERIOD_NS}")
         return [Sent("joint_commands", message_class("flexarm_interfaces/msg/JointCommand")())]
 
+    def work_ahead(self) -> None:
+        self.calls.append("ahead")
+
 
 def records(*topics: str) -> list[Record]:
     """One record per topic, all of the same instant, "topic@k" for instant k."""
@@ -88,7 +91,7 @@ def test_in_lockstep_the_tick_makes_the_estimator_act() -> None:
     sides = Sides()
     played = list(Player(sides, sides, lockstep=True).play(records(*BAG)))
     sensors = ["joint_states", "strain", "imu/tip"]
-    assert sides.calls == ["model", "model", "reference", *sensors, "guard", "step 1", "answer 1"]
+    assert sides.calls == ["model", "model", "reference", *sensors, "guard", "step 1", "answer 1", "ahead"]
     topics = [outgoing.topic for _, outgoing in played]
     assert topics == ["controller_status", "modal_state", "joint_commands", "end_effector"]
 
@@ -98,8 +101,8 @@ def test_in_real_time_the_joint_states_make_the_estimator_act() -> None:
     played = list(
         Player(sides, sides, lockstep=False).play(records("strain@1", "joint_states@1", "joint_states@2"))
     )
-    expected = ["strain", "joint_states", "step 1", "answer 1", "joint_states", "step 2", "answer 2"]
-    assert sides.calls == expected
+    first = ["strain", "joint_states", "step 1", "answer 1", "ahead"]
+    assert sides.calls == [*first, "joint_states", "step 2", "answer 2", "ahead"]
     assert [record.log_time_ns // PERIOD_NS for record, _ in played] == [1, 1, 1, 2, 2, 2]
 
 

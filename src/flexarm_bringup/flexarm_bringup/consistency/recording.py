@@ -154,3 +154,6 @@ class NoController:
     def on_modal_state(self, msg: Any) -> Iterable[Outgoing]:
         """Answer nothing."""
         return ()
+
+    def work_ahead(self) -> None:
+        """Do nothing."""

@@ -77,6 +77,10 @@ class ControllerSide(Protocol):
         """Answer a state."""
         ...
 
+    def work_ahead(self) -> None:
+        """Do what the node does when the answer is out."""
+        ...
+
 
 class Player:
     """Plays records; state lives in the two exchanges."""
@@ -127,6 +131,7 @@ class Player:
             yield outgoing
             if outgoing.topic == "modal_state":
                 yield from self._controller.on_modal_state(outgoing.msg)
+                self._controller.work_ahead()
 
 
 def _topic(record: Record) -> str:

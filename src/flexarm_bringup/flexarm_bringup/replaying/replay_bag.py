@@ -21,6 +21,7 @@ from flexarm_controller.debug import Insight
 from flexarm_controller.exchange import ControllerExchange
 from flexarm_controller.motion.settings import MotionConfig
 from flexarm_controller.motion.tip_kinematics import TipKinematics
+from flexarm_controller.nonlinear.settings import NmpcConfig
 from flexarm_controller.settings import ControllerConfig, MpcConfig
 from flexarm_controller.time_budget import Clocks
 from flexarm_estimator.exchange import EstimatorExchange
@@ -74,10 +75,11 @@ def _build_player(bag: Bag) -> tuple[Player, Callable[[], str]]:
     config, settings = configuration(bag)
     lockstep = check_ticks(bag) > 0
     epoch_ns = 0 if lockstep else None
-    laws = apply_overrides(ControllerConfig, settings.get("controller", {}))
-    mpc = replace(apply_overrides(MpcConfig, settings.get("controller", {})), time_limit=NO_TIME_LIMIT)
-    motion = apply_overrides(MotionConfig, settings.get("controller", {}))
-    controller = ControllerExchange(config, laws, mpc, epoch_ns, Clocks(cpu=lambda: 0.0), motion)
+    given = settings.get("controller", {})
+    laws, motion = apply_overrides(ControllerConfig, given), apply_overrides(MotionConfig, given)
+    mpc = replace(apply_overrides(MpcConfig, given), time_limit=NO_TIME_LIMIT)
+    nmpc = apply_overrides(NmpcConfig, given)
+    controller = ControllerExchange(config, laws, mpc, epoch_ns, Clocks(cpu=lambda: 0.0), motion, nmpc)
     if len(written_for(bag)) > len(WRITTEN):
         tip = TipKinematics(ReducedTree(config))
         controller.teller.tell_more(
