@@ -42,6 +42,28 @@ def test_a_jump_is_led_at_the_velocity_limit_and_ends_on_what_was_asked(asked):
     np.testing.assert_allclose(led.sample(times)[0], asked.sample(times)[0], atol=1e-12)
 
 
+@pytest.mark.parametrize("seed", range(20))
+def test_on_the_way_no_velocity_is_beyond_its_limit_between_the_samples_either(seed):
+    rng = np.random.default_rng(seed)
+    start, goal, v = rng.uniform(-1.0, 1.0, 2), rng.uniform(-1.0, 1.0, 2), rng.uniform(0.5, 3.0, 2)
+    led = without_jump(start, hold(goal), NOW, v, DT)
+    times = NOW + np.linspace(0.0, (abs(goal - start) / v).max() + 4 * DT, 20_000)
+    theta, theta_dot, _ = led.sample(times)
+    assert (abs(theta_dot) <= v * (1.0 + 1e-9)).all()  # rounding
+    low, high = np.minimum(start, goal) - 1e-12, np.maximum(start, goal) + 1e-12
+    assert ((theta >= low) & (theta <= high)).all()
+    np.testing.assert_allclose(theta[-1], goal, atol=1e-12)
+
+
+def test_what_follows_on_the_way_is_the_reference_with_its_accelerations():
+    t = np.linspace(NOW - 1.0, NOW + 3.0, 9)
+    asked = Reference.through(t, np.sin(np.outer(t, [1.0, 0.5])) * 0.2)
+    led = without_jump(asked.position(NOW) + [0.1, -0.02], asked, NOW, V, DT)
+    times = np.linspace(NOW + 0.05, NOW + 2.9, 1000)
+    for found, expected in zip(led.sample(times), asked.sample(times), strict=True):
+        np.testing.assert_allclose(found, expected, atol=1e-9)
+
+
 def test_the_controller_leads_to_a_reference_from_where_the_axes_are():
     model = single_link()
     controller = Controller(model, limits_of_hub())
