@@ -6,15 +6,26 @@ import re
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from flexarm_bringup.sim_run.study import NOMINAL, run_sim_job, sim_jobs
-from flexarm_bringup.tasks.task_for import SETTINGS, task_for
+from flexarm_bringup.static_arm import StaticArm
+from flexarm_bringup.tasks.course import plan_course
+from flexarm_bringup.tasks.task_for import SETTINGS, task_for, tour
+from flexarm_bringup.tasks.task_moves import ByAxes, ToPose
+from flexarm_controller.limits import limits_of
+from flexarm_model.manipulator.description import Joint, ManipulatorConfig
+from flexarm_model.motion.profiles import Trapezoid
+from flexarm_model.reading.config import load_config
+from flexarm_model.reading.manipulator_file import find_manipulator
+from flexarm_model.tree.reduced_tree import ReducedTree
 
 ROOT = Path(__file__).parents[3]
 FLAT, UPRIGHT = ROOT / "docs" / "two_link.yaml", Path(__file__).parent / "arms" / "crane.yaml"
 PAGE = ROOT / "docs" / "your_own_arm.md"
 SOFT = "stiffness -20 %"
+POSES = {"near": np.radians([20.0]), "far": np.radians([-40.0])}
 
 
 @pytest.mark.thorough
@@ -27,6 +38,58 @@ def test_an_arm_that_is_softer_than_described_tours_its_poses_and_rests_where_it
     assert mpc.effort.guard == ""
     assert mpc.effort.unusable < 0.01  # state lost: without states for where it rests 68 % of the periods
     assert max(leg.residual.distance for leg in mpc.legs) < 2e-3  # m, RMS; it swung by half a metre
+
+
+def with_first_axis(config: ManipulatorConfig, **changes: float) -> ManipulatorConfig:
+    name = next(iter(config.actuated))
+
+    def change(joint: Joint) -> Joint:
+        axes = (replace(a, **changes) if f"{joint.name}.{a.name}" == name else a for a in joint.axes)
+        return replace(joint, axes=tuple(axes))
+
+    return replace(config, joints=tuple(map(change, config.joints)))
+
+
+@pytest.mark.parametrize("name", [str(FLAT), str(UPRIGHT), "single_link", "planar_3rrr", "serial_6r"])
+def test_an_arm_that_can_do_the_tour_has_it_as_ever(name: str) -> None:
+    config = load_config(find_manipulator(name))
+    told = tour(name, config)
+    profile = Trapezoid(1.0, 1.0, 0.05, 0.05)
+    first = next(iter(config.actuated))
+    named = {f"to {pose}": ToPose(pose, profile) for pose in config.poses}
+    assert told.moves == {
+        **(named or {"out": ByAxes({first: np.radians(20.0)}, profile)}),
+        "home": ToPose("home", profile),
+    }
+    assert told.assumed[0].endswith(", 1 s a move")
+
+
+@pytest.mark.parametrize(
+    ("has_poses", "home_deg", "limits", "first_way_deg"),
+    [
+        (True, 0.0, {"velocity": 0.05}, None),  # rad/s: the poses are 20 deg away and more
+        (False, 0.0, {"velocity": 0.05}, 20.0),
+        (False, 160.0, {}, -20.0),  # of 170 deg
+        (False, 0.0, {"lower": np.radians(-10.0), "upper": np.radians(15.0)}, 12.0),
+        (False, 0.0, {"lower": np.radians(-15.0), "upper": np.radians(10.0)}, -12.0),
+    ],
+)
+def test_a_tour_keeps_within_the_positions_and_velocities_of_the_arm(
+    has_poses: bool, home_deg: float, limits: dict[str, float], first_way_deg: float | None
+) -> None:
+    described = load_config(find_manipulator("single_link"), "geared")
+    config = with_first_axis(described, **limits)
+    config = replace(config, home=np.radians([home_deg]), poses=POSES if has_poses else {})
+    task = tour("short", config)
+    course = plan_course(StaticArm(ReducedTree(config, use_compiler=False)), task, 0.005)
+    assert course.reference.fault(limits_of(config)) == ""
+    for leg in course.legs:
+        begin, end = (course.reference.position(t) for t in (leg.start, leg.end))
+        assert abs(end - begin).max() > np.radians(5.0)  # it does move
+    if first_way_deg is not None:
+        first = course.reference.position(course.legs[0].end) - np.radians(home_deg)
+        np.testing.assert_allclose(first, np.radians([first_way_deg]))
+    assert ("so that no axis is too fast" in task.assumed[0]) == ("velocity" in limits)
 
 
 def test_the_moves_file_of_the_page_has_the_settings_of_the_tour(tmp_path: Path) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from flexarm_bringup.tasks.task import FOLDER, Task, find_task, load_task
 from flexarm_bringup.tasks.task_moves import ByAxes, TaskMove, ToPose
@@ -14,9 +15,13 @@ from flexarm_model.reading.manipulator_file import find_manipulator
 from flexarm_model.reading.share import share_folders
 from flexarm_model.settings.strict_yaml import ConfigError, read_yaml
 
+Array = NDArray[np.float64]
 DURATION, RAMP = 1.0, 0.05  # s of every move, and of its ramps: short ones shake the arm
 WAIT = 2.5  # s
 STRIDE = {"t": 0.04, "r": np.radians(20.0)}  # of the first axis, where no pose is named [m or rad]
+EASY = 0.8  # of a velocity or a way that is shorter than the tour would have it
+ROUNDING = 1e-9  # of a limit
+SAMPLES = 1001  # of a profile, to find how fast it gets
 WATCH = Watch(0.1, 2.1, 50.0, 5e-4)
 SETTINGS = {  # of an arm nobody has tuned: it may be softer, heavier and under gravity
     "schedule": {"angle": 0.1, "length": 0.005},  # rad, m; the shipped arms: 0.05 to 0.13, 0.005
@@ -57,6 +62,9 @@ def task_for(name: str) -> Task:
 def tour(name: str, config: ManipulatorConfig, profile: Profile | None = None) -> Task:
     """Return the task of going to every named pose and home again, or of moving the first axis.
 
+    Where an axis would be too fast, the move takes longer; where there is no room, the first axis turns the
+    other way or less.
+
     Args:
         name: Of the manipulator.
         config: Its description.
@@ -68,12 +76,21 @@ def tour(name: str, config: ManipulatorConfig, profile: Profile | None = None) -
     if not config.actuated:
         raise ConfigError(f"manipulator: '{name}': no axis is actuated; expected at least one to move")
     profile = profile or Trapezoid(1.0, DURATION, RAMP, RAMP)
-    moves: dict[str, TaskMove] = {f"to {pose}": ToPose(pose, profile) for pose in config.poses}
+    home = np.array(config.home)
+    moves: dict[str, TaskMove] = {}
+    at = home
+    for pose, theta in config.poses.items():
+        moves[f"to {pose}"] = ToPose(pose, _slow_enough(profile, theta - at, config))
+        at = np.array(theta)
     if not moves:
-        axis = next(iter(config.actuated))
-        stride = STRIDE[axis.rpartition(".")[2][0]]
-        moves["out"] = ByAxes({axis: float(stride)}, profile)
-    moves["home"] = ToPose("home", profile)
+        axis, way = _stride(config)
+        at = home + np.eye(home.size)[0] * way
+        moves["out"] = ByAxes({axis: way}, _slow_enough(profile, at - home, config))
+    moves["home"] = ToPose("home", _slow_enough(profile, home - at, config))
+    longest = max(move.profile.duration for move in moves.values())
+    pace = f"{profile.duration:g} s a move"
+    if longest > profile.duration:
+        pace = f"up to {longest:.3g} s a move, so that no axis is too fast"
     return Task(
         manipulator=name,
         presets=("",),
@@ -85,9 +102,29 @@ def tour(name: str, config: ManipulatorConfig, profile: Profile | None = None) -
         gain_db=0.0,
         speed=1.0,
         assumed=(
-            "no moves file: a tour of the named poses (or one stride of the first axis), 1 s a move",
+            f"no moves file: a tour of the named poses (or one stride of the first axis), {pace}",
             "no settings tuned for this arm: a new model every 0.1 rad or 5 mm; "
             "where it rests and how soft it is are learned",
         ),
         settings=SETTINGS,
     )
+
+
+def _slow_enough(profile: Profile, way: Array, config: ManipulatorConfig) -> Profile:
+    """Return a profile, stretched if need be, on which no axis on its way (n_theta,) exceeds its velocity."""
+    limits = np.array([axis.velocity for axis in config.actuated.values()])
+    rate = abs(profile.sample(np.linspace(0.0, profile.duration, SAMPLES))[1]).max()
+    share = float((rate * abs(way) / limits).max())
+    return profile if share <= 1.0 + ROUNDING else profile.stretched(profile.duration * share / EASY)
+
+
+def _stride(config: ManipulatorConfig) -> tuple[str, float]:
+    """Return the first axis and how far it goes from home [rad or m]: forth, else back, else less."""
+    name, axis = next(iter(config.actuated.items()))
+    stride = float(STRIDE[name.rpartition(".")[2][0]])
+    ahead, behind = axis.upper - config.home[0], config.home[0] - axis.lower
+    if stride <= ahead:
+        return name, stride
+    if stride <= behind:
+        return name, -stride
+    return name, float(EASY * (ahead if ahead >= behind else -behind))
