@@ -48,13 +48,38 @@ def test_nothing_is_judged_while_the_arm_is_armed():
 def test_an_estimator_without_a_settled_filter_is_a_reason_too():
     arming = Arming(FakeGate())
     arming.take(None, "no sensor speaks in every control period")
+    assert arming.look(None, is_armed=False) and not arming.look(None, is_armed=False)  # once is enough
     assert arming.reason == "margins: no sensor speaks in every control period" and arming.is_known
+
+
+def test_a_filter_that_cannot_be_read_leaves_the_verdict_as_it_is_until_the_arm_is_disarmed():
+    arming = Arming(FakeGate(""))
+    arming.take(FILTER)
+    arming.look(MODEL, is_armed=False)
+    arming.take(None, "covariance: a number is not finite")
+    assert not arming.look(MODEL, is_armed=True) and arming.reason == ""
+    assert arming.look(MODEL, is_armed=False)
+    assert arming.reason == "margins: covariance: a number is not finite"
+
+
+def test_a_filter_replaces_what_was_wrong_with_the_one_before():
+    gate = FakeGate("", "margins: mode 2 is unstable")
+    arming = Arming(gate)
+    arming.take(None, "covariance: a number is not finite")
+    arming.take(FILTER)
+    assert arming.look(MODEL, is_armed=False) and arming.reason == ""
+    arming.take(FILTER)
+    arming.take(None, "gain: a number is not finite")  # nor is an older filter judged in its place
+    assert arming.look(MODEL, is_armed=False) and arming.reason == "margins: gain: a number is not finite"
+    assert gate.asked == 1
 
 
 def test_without_a_gate_everything_may_be_sent():
     arming = Arming(None)
     arming.take(FILTER)
     assert arming.reason == "" and arming.is_known and not arming.look(MODEL, is_armed=False)
+    arming.take(None, "no filter")
+    assert arming.reason == "" and not arming.look(MODEL, is_armed=False)
 
 
 def test_a_filter_of_an_earlier_model_is_a_reason_to_ask_for_one_of_the_model_in_use():

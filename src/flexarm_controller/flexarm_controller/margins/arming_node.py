@@ -69,7 +69,6 @@ class ArmingCheck:
             self._arming.take(filter_from_msg(msg, self._n_u))
         except ModelMessageError as error:
             self._arming.take(None, str(error))
-            self._tell()
         self.look()
 
     def look(self) -> None:
