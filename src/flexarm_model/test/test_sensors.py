@@ -129,3 +129,11 @@ def clamped_bar(kind: str, gauge: SensorSpec) -> ManipulatorConfig:
         arm("planar"), bodies={"bar": beam}, joints=(weld,), sensors=(gauge,), tip=NodeRef("bar", "end"),
         gravity=np.zeros(3), home=np.zeros(0),
     )  # fmt: skip
+
+
+@pytest.mark.parametrize("site", ["rod.end", "world.root"])
+def test_a_strain_gauge_where_nothing_strains_is_refused_by_name(site: str) -> None:
+    gauge = SensorSpec("gauge", "strain_gauge", site, ("strain",), np.array([1e-6]), offset=(1e-3, 0.0))
+    stiff = ReducedTree(replace(rod().config, sensors=(gauge,)), use_compiler=False)
+    with pytest.raises(ValueError, match=rf"sensor 'gauge': '{site}' is rigid, .* put it on a beam"):
+        _ = stiff.expressions

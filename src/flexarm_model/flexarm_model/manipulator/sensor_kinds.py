@@ -44,6 +44,10 @@ def _encoder(name: str, site: str, section: Section, axis: Axis | None) -> Senso
     sigma = section.quantity("sigma", position, above=0.0)
     low, high = np.clip(axis.possible, -_MANY_TURNS, _MANY_TURNS).tolist()
     low, high = section.quantity("low", position, low), section.quantity("high", position, high)
+    if not low < high:
+        key, other = ("high", f"low, {low:.6g}") if section.has("high") else ("low", f"high, {high:.6g}")
+        side = "above" if key == "high" else "below"
+        raise section.error(key, section.take(key), f"must be {side} {other} {si_unit(position)}")
     timing, bias = _timing(section), _bias(section, position)
     return SensorSpec(name, "encoder", site, ("position",), np.array([sigma]), *timing, low, high, bias=bias)
 
@@ -71,7 +75,7 @@ def _strain_gauge(name: str, site: str, section: Section, _: Axis | None) -> Sen
 def _accelerometer(name: str, site: str, section: Section, _: Axis | None) -> SensorSpec:
     sigma = section.quantity("sigma", "acceleration", above=0.0)
     reach = section.quantity("range", "acceleration", above=0.0)
-    axes = section.choices("axes", ("x", "y", "z"))
+    axes = section.choices("axes", ("x", "y", "z"), at_least=1)
     timing, bias = _timing(section), _bias(section, "acceleration")
     return SensorSpec(
         name, "accelerometer", site, axes, np.full(len(axes), sigma), *timing, -reach, reach, bias=bias

@@ -83,7 +83,7 @@ def _read_beam(name: str, section: Section) -> Beam:
         name,
         pieces,
         tuple(masses),
-        deformation=section.choices("deformation", DEFORMATIONS),
+        deformation=section.choices("deformation", DEFORMATIONS, at_least=1),
         damping_ratio=section.quantity("damping_ratio", "ratio", at_least=0.0),
         nodes=nodes,
         reduction=_read_reduction(section, nodes),

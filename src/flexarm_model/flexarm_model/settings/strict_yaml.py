@@ -153,10 +153,12 @@ class Section:
         return str(value)
 
     def choices(
-        self, key: str, allowed: Sequence[str], default: Sequence[str] | None = None
+        self, key: str, allowed: Sequence[str], default: Sequence[str] | None = None, *, at_least: int = 0
     ) -> tuple[str, ...]:
         """Return a list without repetition out of the texts allowed, in their order."""
         value = self.texts(key, default)
+        if len(value) < at_least:
+            raise self.error(key, list(value), f"expected at least {at_least} of {', '.join(allowed)}")
         if len(set(value)) != len(value) or not set(value) <= set(allowed):
             raise self.error(key, list(value), f"expected some of {', '.join(allowed)}, each once")
         return tuple(item for item in allowed if item in value)

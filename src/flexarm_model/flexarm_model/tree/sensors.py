@@ -15,7 +15,7 @@ import casadi as ca
 import numpy as np
 
 from flexarm_model.bodies.superelement import Superelement
-from flexarm_model.manipulator.description import ManipulatorConfig, NodeRef
+from flexarm_model.manipulator.description import WORLD, ManipulatorConfig, NodeRef
 from flexarm_model.manipulator.sensor_kinds import POSE_CHANNELS, POSE_UNITS, SENSOR_KINDS
 from flexarm_model.manipulator.sensor_spec import SensorSpec
 from flexarm_model.tree.frames import Motion, sparse
@@ -78,6 +78,11 @@ def _encoder(tree: MovingArm, motions: Motions, at: Point, sensor: SensorSpec) -
 
 def _strain_gauge(tree: MovingArm, motions: Motions, at: Point, sensor: SensorSpec) -> ca.SX:
     body, node = sensor.site.split(".")
+    if body == WORLD or not tree.elastic_coordinates(body):
+        raise ValueError(
+            f"sensor '{sensor.name}': '{sensor.site}' is rigid, a strain gauge reads zero there for ever; "
+            "put it on a beam"
+        )
     stretch, curvature_z, curvature_y = tree.bodies[body].nodes[node].strain  # (n,) each
     row = stretch - sensor.offset[0] * curvature_z - sensor.offset[1] * curvature_y
     if np.isnan(row).any():
