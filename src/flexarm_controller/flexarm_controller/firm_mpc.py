@@ -6,7 +6,8 @@ wants to be followed, from when it comes into sight until its end. What is left 
 quite as described, is the soft law's. Torque and its rate carry over, so a change is no jump.
 
 The firm law lasts for one motion and the horizon before it and no longer, whatever motions follow each
-other: it is due again when it was not for the length of a horizon. The gate judges it by that time.
+other: it is due again when it was not for the length of a horizon. The gate judges it by that time. A law
+made on the way, for another model, counts from where the row of such motions in the reference begins.
 """
 
 from __future__ import annotations
@@ -48,7 +49,7 @@ class FirmMpc:
         self.lasts = config.firm_time + self._ahead
         self._since, self._due = -math.inf, -math.inf  # when it set out, and when it was due last [s]
         self._reference: Reference | None = None
-        self._motions = np.zeros((0, 2))
+        self._spans = np.zeros((0, 3))  # first of the row, begin and end of every time it is due [s]
 
     def step(self, state: ArmState, reference: Reference, sent: Array) -> Plan:
         """Plan the torques that follow those already ``sent``; see ``Mpc``."""
@@ -62,19 +63,27 @@ class FirmMpc:
 
     def _is_firm(self, t: float, reference: Reference) -> bool:
         """Tell whether the firm law is due, and has not lasted too long."""
-        begin = self._due_since(t, reference)
-        if begin is None:
+        first = self._due_since(t, reference)
+        if first is None:
             return False
         if t - self._due > self._ahead:
-            self._since = begin
+            self._since = first
         self._due = t
         return t - self._since < self.lasts
 
     def _due_since(self, t: float, reference: Reference) -> float | None:
-        """Return since when a motion that is to be followed exactly is within reach; None if none is."""
+        """Return since when such motions have been within reach without a pause; None if none is."""
         if reference is not self._reference:
             self._reference = reference
-            self._motions = firm_motions(reference, self._model, self._longest, self._dt)
-        begin, end = self._motions[:, 0] - self._ahead, self._motions[:, 1]
-        due = begin[(begin <= t) & (t < end)]
+            motions = firm_motions(reference, self._model, self._longest, self._dt)
+            self._spans = _rows(motions[:, 0] - self._ahead, motions[:, 1], self._ahead)
+        first, begin, end = self._spans.T
+        due = first[(begin <= t) & (t < end)]
         return float(due[0]) if due.size else None
+
+
+def _rows(begin: Array, end: Array, pause: float) -> Array:
+    """Return where the row of every span begins, its begin and end [s], rows being a pause apart, (k, 3)."""
+    is_first = np.append(True, begin[1:] - end[:-1] > pause)[: begin.size]
+    row = np.cumsum(is_first) - 1
+    return np.column_stack([begin[is_first][row], begin, end])

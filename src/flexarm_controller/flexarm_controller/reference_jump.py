@@ -63,7 +63,7 @@ def _periods(t: float, dt: float, first: int, end: int) -> Array:
 
 
 def _joined(bridge: Array, reference: Reference, t: float, dt: float) -> Reference:
-    """Return positions and velocities, (2, k, n_theta), period by period from ``t`` on; then the reference."""
+    """Return positions and velocities, (2, k, n_theta), every period from ``t`` on; then the reference."""
     theta, theta_dot = bridge
     times, none, before = _periods(t, dt, 0, len(theta)), np.zeros_like(theta), reference.theta_ddot_before
     later = reference.t > times[-1] + CAUGHT_UP * dt

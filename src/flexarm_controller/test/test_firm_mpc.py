@@ -121,6 +121,23 @@ def test_a_law_made_on_the_way_counts_from_when_the_motion_came_into_sight(time_
     assert law._since == pytest.approx(START - CONFIG.horizon * DT, abs=2 * DT)
 
 
+@pytest.mark.parametrize("every", [0.1, 0.3])  # s
+def test_the_law_is_firm_no_longer_than_it_says_though_models_change_on_the_way(time_optimal, every):
+    model, limits = single_link(), limits_of_hub()
+    motion = np.concatenate([time_optimal, np.zeros(20)])
+    many = of_velocity(np.concatenate([np.tile(motion, 8), np.zeros(100), motion]))
+    soft, periods, law = Mpc(model, limits, CONFIG, DT), round(every / DT), None
+    is_firm = []
+    for k, t in enumerate(DT * np.arange(round(many.t[-1] / DT))):
+        if law is None or k % periods == 0:
+            law = FirmMpc(soft, model, limits, CONFIG, DT)
+        is_firm.append(law._is_firm(t, many))
+    runs = [len(run) * DT for run in "".join("x" if one else " " for one in is_firm).split()]
+    assert len(runs) == 2  # the first motions, as long as it may, and the one after the pause, whole
+    assert runs[0] == pytest.approx(law.lasts, abs=2 * DT) and runs[0] <= law.lasts + 1e-9
+    assert runs[1] == pytest.approx(DT * (time_optimal.size + CONFIG.horizon), abs=3 * DT)
+
+
 def test_firm_weights_are_the_soft_ones_for_firmness_one():
     assert firm(replace(CONFIG, firmness=1.0)) == replace(CONFIG, firmness=1.0)
     assert firm(CONFIG).position_error == CONFIG.position_error / CONFIG.firmness
