@@ -90,7 +90,16 @@ EDITS = [
     ("dot in a name", "  encoder: {", "  en.coder: {", ("sensors.en.coder", "without a dot")),
     ("sensor called tip", "  encoder: {", "  tip: {", ("sensors.tip", "other than tip")),
     ("body called world", "  hub:  ", "  world:  ", ("bodies.world", "other than world")),
-    ("number as a key", "nodes: {gauge", "nodes: {1: 5 mm, gauge", ("strip.nodes", "mapping of names")),
+    ("number as a key", "nodes: {gauge", "nodes: {1: 5 mm, gauge", ("line ", "key '1' is read as 1")),
+    ("yes as a key", "source:", "on: 1\nsource:", ("line ", "key 'on' is read as True", "quotes")),
+    ("date as a key", "source:", "2020-01-01: 1\nsource:", ("key '2020-01-01' is read as", "must be text")),
+    ("null as a key", "source:", "null: 1\nsource:", ("key 'null' is read as None", "must be text")),
+    ("list as a key", "source:", "? [a]\n: 1\nsource:", ("key a list", "['a']", "must be text")),
+    ("number in a pose", "served: {", "served: {poses: {1: [0 deg]}, ", ("key '1' is read as 1", "quotes")),
+    ("merge key", "source:", "a: &a {b: 1}\nc: {<<: *a}\nsource:", ("line ", "'<<'", "write their keys out")),
+    ("alias in itself", "source:", "foo: &foo [*foo]\nsource:", ("foo.0: holds itself by an alias",)),
+    ("mapping in itself", "source:", "foo: &foo {a: *foo}\nsource:", ("foo.a: holds itself by an alias",)),
+    ("nested too deeply", "source:", "a: " + "[" * 3000 + "\nsource:", ("nested too deeply",)),
     ("not YAML", "presets:", "presets: [", ("is not YAML",)),
     ("unknown unit of a rate", "rate: 30 Hz", "rate: 30 fps", ("camera.rate", "30 fps", "Hz, kHz")),
     ("negative latency", "latency: 60 ms", "latency: -60 ms", ("camera.latency", "must be at least 0")),
@@ -123,6 +132,12 @@ def test_a_wrong_description_is_refused_by_name(
     message = refused(tmp_path / "arm.yaml", TEXT.replace(old, new, 1))
     for fragment in expected:
         assert fragment in message
+
+
+def test_aliases_that_would_multiply_are_looked_through_once(tmp_path: Path) -> None:
+    text = "a0: &a0 [1]\n"
+    text += "".join(f"a{i}: &a{i} [{', '.join([f'*a{i - 1}'] * 9)}]\n" for i in range(1, 30))  # 9^29 in full
+    assert "format: is missing" in refused(tmp_path / "arm.yaml", text)
 
 
 def edited(**changes: Any) -> str:

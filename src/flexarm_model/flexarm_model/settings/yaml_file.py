@@ -1,0 +1,88 @@
+"""YAML files whose keys are all texts, each given once, and whose values end.
+
+YAML takes keys such as ``on``, ``1``, ``null`` or a date for something else than text, merges mappings by
+``<<``, and lets a value hold itself by an alias. A description means none of this: it is refused, by line.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+_MERGE = "tag:yaml.org,2002:merge"
+
+
+class ConfigError(ValueError):
+    """The description is wrong; the message names file, key, value and what is allowed."""
+
+
+def read_yaml(path: Path) -> dict[str, Any]:
+    """Read a YAML file whose top level is a mapping.
+
+    Raises:
+        ConfigError: It cannot be read, is not YAML, is empty, holds a key twice or one that is no text,
+            merges mappings, nests too deeply or holds itself.
+    """
+    try:
+        content = yaml.load(path.read_text(encoding="utf-8"), Loader=_Loader)  # noqa: S506 - a SafeLoader
+        _refuse_circles(content, "", (), set())
+    except OSError as error:
+        raise ConfigError(f"{path}: cannot be read ({error.strerror})") from None
+    except UnicodeDecodeError:
+        raise ConfigError(f"{path}: is not UTF-8 text") from None
+    except ConfigError as error:
+        raise ConfigError(f"{path}: {error}") from None
+    except yaml.YAMLError as error:
+        raise ConfigError(f"{path}: is not YAML: {' '.join(str(error).split())}") from None
+    except RecursionError:
+        raise ConfigError(f"{path}: lists or mappings are nested too deeply; expected a few levels") from None
+    if not isinstance(content, dict):
+        raise ConfigError(f"{path}: must hold keys and values at its top level")
+    return content
+
+
+class _Loader(yaml.SafeLoader):
+    """Safe loader that refuses a key that is given twice or is no text."""
+
+    def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Any, Any]:
+        """Return a mapping; ConfigError where a key is given twice, is no text, or merges another mapping."""
+        keys = [self._text(key) for key, _ in node.value]
+        for key in keys:
+            if keys.count(key) > 1:
+                raise ConfigError(
+                    f"line {node.start_mark.line + 1}: key '{key}' is given twice; give it once"
+                )
+        return super().construct_mapping(node, deep=deep)
+
+    def _text(self, node: yaml.Node) -> str:
+        line = f"line {node.start_mark.line + 1}"
+        if node.tag == _MERGE:
+            raise ConfigError(f"{line}: key '<<': mappings cannot be merged; write their keys out")
+        key = self.construct_object(node, deep=True)  # type: ignore[no-untyped-call]
+        if not isinstance(key, str):
+            written = f"'{node.value}'" if isinstance(node, yaml.ScalarNode) else "a list or mapping"
+            raise ConfigError(
+                f"{line}: key {written} is read as {key!r}; a key must be text: write it in quotes"
+            )
+        return key
+
+
+def _refuse_circles(value: object, key: str, around: tuple[int, ...], done: set[int]) -> None:
+    """Raise ConfigError where a value holds itself.
+
+    Args:
+        value: A value of the file, with the key where it stands.
+        key: Dotted.
+        around: Identities of what holds it.
+        done: Identities of what has been looked through; an alias is looked through once.
+    """
+    if not isinstance(value, dict | list) or id(value) in done:
+        return
+    if id(value) in around:
+        raise ConfigError(f"{key}: holds itself by an alias; write its content out")
+    inner = value.items() if isinstance(value, dict) else enumerate(value)
+    for name, item in inner:
+        _refuse_circles(item, f"{key}.{name}" if key else str(name), (*around, id(value)), done)
+    done.add(id(value))
