@@ -3,9 +3,9 @@
 It lets a command pass only while it is armed, and only one that is fresh, finite, of the right length, from
 this session and computed with the model that is served; it cuts torque and its rate to the limits. The last
 torque bridges one period without a command; then it fades, to what holds the arm at 50 ms. A command that
-cannot be meant, 50 ms of silence, an axis too fast for the end of its range, a strain beyond its limit, or
-motors that put in too much energy latch a stop: the arm is braked to rest and held there, and nothing moves
-it again before somebody arms the guard. All time comes from the caller.
+cannot be meant, 50 ms of silence, an axis too fast for the end of its range or for any place, a strain beyond
+its limit, or motors that put in too much energy latch a stop: the arm is braked to rest and held there, and
+nothing moves it again before somebody arms the guard. All time comes from the caller.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from flexarm_controller.guarding.checks import overstrained, too_fast, too_much_energy, unusable
+from flexarm_controller.guarding.checks import over_speed, overstrained, too_fast, too_much_energy, unusable
 from flexarm_controller.guarding.energy import EnergyWindow
 from flexarm_controller.guarding.joint_range import JointRange
 from flexarm_controller.guarding.limits import Braking, GuardLimits
@@ -161,6 +161,7 @@ class Guard:
         return (
             (unusable(meant.effort, len(self.limits.effort)) if meant else "")
             or too_fast(state, self.limits)
+            or over_speed(state.velocity, self.limits.velocity)
             or overstrained(state.strain, self.limits.strain)
             or too_much_energy(self.energy, self.limits)
         )

@@ -39,6 +39,32 @@ def test_strain_up_to_its_limit_and_silent_gauges_are_no_reason_to_stop(strain):
     assert strained(*strain).mode == ARMED
 
 
+FAST = (2.0, math.inf)  # the second axis may be as fast as it likes
+
+
+@pytest.mark.parametrize(
+    ("velocity", "why"),
+    [
+        ((2.01, 0.0), "axis 1 is faster than it may be: 2.01 of 2"),
+        ((-3.0, 9.0), "axis 1 is faster than it may be: -3 of 2"),
+        ((math.nan, 0.0), "axis 1 is faster than it may be: nan of 2"),
+        ((1.0,), "drives do not tell the velocity of every axis"),
+        ((), "drives do not tell the velocity of every axis"),
+    ],
+)
+def test_an_axis_that_is_faster_than_it_may_be_stops_the_arm_in_the_middle_of_its_range(velocity, why):
+    guard = armed(velocity=FAST)
+    guard.step(command(0.0), GuardState(velocity, (0.0, 0.0)), 0.0)
+    assert (guard.mode, guard.reason) == (BRAKING, why)
+
+
+@pytest.mark.parametrize("velocity", [(2.0, 0.0), (-2.0, 1e6), (0.0, math.inf), (0.0, math.nan)])
+def test_an_axis_up_to_its_velocity_limit_and_one_without_are_no_reason_to_stop(velocity):
+    guard = armed(velocity=FAST)
+    guard.step(command(0.0), GuardState(velocity, (0.0, 0.0)), 0.0)
+    assert guard.mode == ARMED
+
+
 @pytest.mark.parametrize("energy", [-3.0, 0.0, 2.0])
 def test_the_energy_of_the_window_is_the_sum_of_torque_times_velocity(energy):
     """E = tau v t at constant power, and nothing more once it has lasted for the window."""

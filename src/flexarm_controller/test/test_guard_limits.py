@@ -47,6 +47,7 @@ def test_every_arm_gets_limits_that_its_motors_can_keep(name):
     np.testing.assert_array_equal(limits.effort, described.effort)
     np.testing.assert_array_equal(limits.effort_rate, described.effort_rate)
     np.testing.assert_array_equal(limits.strain, described.strain)
+    np.testing.assert_allclose(limits.velocity, 1.2 * described.velocity, rtol=1e-12)  # rounding
     inertia = np.diag(limits.loads.inertia)
     braking = limits.braking
     for known, a, peak in zip(limits.ranges, braking.deceleration, braking.peak, strict=True):

@@ -1,8 +1,8 @@
 """Whatever arrives, no torque leaves its limits, and nothing that has to stop the arm leaves it armed.
 
 Limits of torque, of its rate and at the ends of ranges are checked, and what must stop the arm: an axis too
-fast for the end of its range, a strain beyond its limit, more energy in 250 ms than the cap, a command that
-cannot be meant. All of it is computed here again, from the formulas in docs/guard.md.
+fast for the end of its range or for any place, a strain beyond its limit, more energy in 250 ms than the cap,
+a command that cannot be meant. All of it is computed here again, from the formulas in docs/guard.md.
 """
 
 import math
@@ -30,10 +30,11 @@ RANGED = replace(
     ranges=(JointRange(-1.0, 2.0, 10.0, 0.5), JointRange(-math.inf, math.inf, 10.0, 0.5)),
     strain=(1e-3,),
     energy=0.5,
+    velocity=(4.0, math.inf),
 )
 HEAVY = replace(RANGED, loads=replace(WEIGHTLESS, holding=(0.7, -2.0), stiffness=((0.5, 0.1), (0.1, 0.0))))
 ARMS = (LIMITS, RANGED, HEAVY)
-BLINDFOLDS = ("too_fast", "overstrained", "too_much_energy", "unusable")
+BLINDFOLDS = ("too_fast", "over_speed", "overstrained", "too_much_energy", "unusable")
 pytestmark = pytest.mark.thorough
 
 
@@ -72,6 +73,13 @@ def is_too_fast(state, limits):
     return False
 
 
+def is_over_speed(velocity, limits):
+    """Return whether an axis with a velocity limit is beyond it, or nobody knows."""
+    if len(velocity) != len(limits):
+        return bool(limits)
+    return any(not abs(v) <= most * CLEARLY for v, most in zip(velocity, limits, strict=True) if most < math.inf)
+
+
 def is_overstrained(strain, limits):
     """Return whether a gauge tells a strain beyond its limit, or gauges speak that are not there."""
     if len(strain) not in (0, len(limits)):
@@ -96,6 +104,7 @@ def must_stop(command, state, energy, limits):
     """Return whether an arm must not stay armed."""
     return (
         is_too_fast(state, limits)
+        or is_over_speed(state.velocity, limits.velocity)
         or is_overstrained(state.strain, limits.strain)
         or not energy <= limits.energy * CLEARLY
         or is_meaningless(command, limits)

@@ -31,6 +31,16 @@ def too_fast(state: GuardState, limits: GuardLimits) -> str:
     return ""
 
 
+def over_speed(velocity: Sequence[float], limits: Sequence[float]) -> str:
+    """Return which axis is faster than it may be anywhere; empty when none is, or there are no limits."""
+    if limits and len(velocity) != len(limits):
+        return "drives do not tell the velocity of every axis"
+    for axis, (v, most) in enumerate(zip(velocity, limits, strict=False)):
+        if most < math.inf and not abs(v) <= most:  # also when it is not a number
+            return f"axis {axis + 1} is faster than it may be: {v:.3g} of {most:.3g}"
+    return ""
+
+
 def overstrained(strain: Sequence[float], limits: Sequence[float]) -> str:
     """Return which gauge is strained beyond its limit; a silent gauge (NaN) is none, nor are no gauges."""
     if not strain:

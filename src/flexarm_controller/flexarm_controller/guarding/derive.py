@@ -68,6 +68,9 @@ class GuardSettings:
     energy_margin: float = parameter(
         2.0, "Energy that the motors may put in within 250 ms over what the arm can take.", "1", 1.0, 100.0
     )
+    velocity_margin: float = parameter(
+        1.2, "Velocity that stops the arm over the limit of the description.", "1", 1.0, 10.0
+    )
     strain_margin: float = parameter(
         1.0, "Strain that stops the arm over the limit of the description.", "1", 0.1, 10.0
     )
@@ -115,6 +118,7 @@ def guard_limits(config: ManipulatorConfig, tree: ReducedTree, settings: GuardSe
         arming_time=settings.arming_time,
         rest_velocity=settings.rest_velocity,
         ranges=tuple(JointRange(*map(float, end)) for end in ends),
+        velocity=_row(settings.velocity_margin * limits.velocity),
         strain=_row(settings.strain_margin * limits.strain),
         energy=settings.energy_margin * _energy(home, limits),
         changeover=settings.changeover,

@@ -42,6 +42,7 @@ class GuardLimits:
         arming_time: Time the controller has for its first command [s].
         rest_velocity: Below this an axis is at rest [rad/s] or [m/s].
         ranges: Where the axes may be; empty for anywhere.
+        velocity: How fast they may be [rad/s] or [m/s]; inf, or empty, for any velocity.
         strain: Largest strain of every gauge; empty for any [1].
         energy: Largest energy that the motors put in over ``energy_window`` [J].
         energy_window: Time over which it is summed [s].
@@ -57,6 +58,7 @@ class GuardLimits:
     arming_time: float = 2.0
     rest_velocity: float = 0.01
     ranges: tuple[JointRange, ...] = ()
+    velocity: tuple[float, ...] = ()
     strain: tuple[float, ...] = ()
     energy: float = math.inf
     energy_window: float = 0.25
