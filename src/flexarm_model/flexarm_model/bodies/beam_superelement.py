@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from flexarm_model.bodies.beam import BeamMesh, section_inertia
 from flexarm_model.bodies.reduction import count_modes_below, craig_bampton, guyan, mode_basis
 from flexarm_model.bodies.superelement import NodeShape, Superelement
-from flexarm_model.manipulator.body_spec import Beam
+from flexarm_model.manipulator.body_spec import Beam, Reduction
 
 Array = NDArray[np.float64]
 
@@ -24,7 +24,7 @@ def reduce_beam(beam: Beam, interfaces: Collection[str], *, second_order: bool =
         second_order: Whether to add the second-order fields; linear models do without, and many modes must.
 
     Raises:
-        ValueError: More modes are asked for than there are.
+        ValueError: More modes are asked for than there are, or a displacement has no mass.
     """
     used = [name for name in beam.nodes if name in interfaces or name in beam.reduction.retain]
     mesh = BeamMesh(beam, used)
@@ -61,18 +61,36 @@ def _modes(mesh: BeamMesh, used: list[str]) -> tuple[Array, Array]:
     free = np.setdiff1d(mesh.active, _frame_constraints(mesh))
     inner = np.ix_(free, free)
     boundary = np.flatnonzero(np.isin(free, _boundary(mesh, used)))
-    n_modes = max(reduction.modes - boundary.size, 0)
-    if reduction.method == "guyan" and reduction.modes:
-        basis = guyan(M[inner], K[inner], boundary)
-    else:  # without a static mode to keep the body follows its root
-        n_modes += count_modes_below(M[inner], K[inner], boundary, reduction.f_max)
-        basis = craig_bampton(M[inner], K[inner], boundary, n_modes)
-    if basis.shape[1] < reduction.modes:
-        raise ValueError(
-            f"body '{mesh.beam.name}': {reduction.modes} modes asked for, {basis.shape[1]} available"
-        )
-    modes, omega = mode_basis(M[inner], K[inner], basis, reduction.modes or basis.shape[1])
+    available = boundary.size if reduction.method == "guyan" else free.size
+    if reduction.modes > available:
+        name = mesh.beam.name
+        raise ValueError(f"body '{name}': {reduction.modes} modes asked for, {available} available")
+    try:
+        basis = _basis(M[inner], K[inner], boundary, reduction)
+        modes, omega = mode_basis(M[inner], K[inner], basis, reduction.modes or basis.shape[1])
+    except np.linalg.LinAlgError:
+        raise ValueError(_describe_massless(mesh.beam)) from None
     return T[:, free] @ modes, omega
+
+
+def _basis(M: Array, K: Array, boundary: NDArray[np.intp], reduction: Reduction) -> Array:
+    """Return the basis that the reduction asks for, over the free displacements, (n, n_b)."""
+    if reduction.method == "guyan" and reduction.modes:
+        return guyan(M, K, boundary)
+    n_modes = max(
+        reduction.modes - boundary.size, 0
+    )  # without a static mode to keep the body follows its root
+    return craig_bampton(M, K, boundary, n_modes + count_modes_below(M, K, boundary, reduction.f_max))
+
+
+def _describe_massless(beam: Beam) -> str:
+    """Return what to say of a beam whose mass matrix is not positive definite."""
+    empty = [f"pieces.{i}" for i, piece in enumerate(beam.pieces) if not piece.density and not piece.rigid]
+    where = f"{', '.join(empty)} without density" if empty else "displacements without mass"
+    return (
+        f"body '{beam.name}': {where}: its modes need mass everywhere; give it density, or keep the static "
+        "shapes of nodes with mass alone (method: guyan)"
+    )
 
 
 def _boundary(mesh: BeamMesh, used: list[str]) -> NDArray[np.intp]:

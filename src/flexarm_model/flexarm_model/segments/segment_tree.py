@@ -231,7 +231,10 @@ class SegmentTree:
         Z = np.zeros((self.n_q, e.size))
         Z[e, np.arange(e.size)] = 1.0
         Z = Z @ null_space(self.loops.jacobian(home)[:, e])
-        return modal_damping(self.mass_matrix(home), self.K, self.K * lossy, Z)
+        names = [f"segment coordinate {i}" for i in range(self.n_q)]
+        for name, index in self.axes.items():
+            names[index] = name
+        return modal_damping(self.mass_matrix(home), self.K, self.K * lossy, Z, names)
 
 
 def _interpolate(at: float, x: Array, y: Array) -> float:

@@ -96,7 +96,7 @@ def assemble(
     M, D, K, K_lossy = (T.T @ matrix @ T for matrix in _matrices(graph))
     driven = np.array([names.index(name) for name in config.actuated], dtype=int)
     B = np.eye(len(names))[:, driven]
-    D += modal_damping(M, K, K_lossy, np.delete(np.eye(len(names)), driven, axis=1))
+    D += modal_damping(M, K, K_lossy, np.delete(np.eye(len(names)), driven, axis=1), names)
     rows = {
         f"{name}.{node}": graph.node_rows(NodeRef(name, node)) @ T
         for name, body in graph.bodies.items()

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from flexarm_model.bodies.reduction import mode_basis
 from flexarm_model.served.reduced_model import Outputs, ReducedModel
 from flexarm_model.settings.units import axis_dimension, si_unit
+from flexarm_model.tree.massless import describe_massless
 from flexarm_model.tree.reduced_tree import ReducedTree
 from flexarm_model.tree.sensors import output_names, output_units
 
@@ -42,16 +43,19 @@ def linearize(tree: ReducedTree, pose: Array | None = None, modes: int | None = 
         modes: Number of modes; None is what the description asks for.
 
     Raises:
-        PoseError: Wrong length, not finite, outside the axes' limits, no stable equilibrium, or more modes
-            asked for than exist.
+        PoseError: Wrong length, not finite, outside the axes' limits, no stable equilibrium, more modes asked
+            for than exist, or a coordinate without mass.
     """
     config = tree.config
     pose = check_pose(tree, config.home if pose is None else pose)
     q0, force, (M, D, K, f0) = _settle(tree, pose)
     K += constraint_stiffness(tree, q0, force)
     n, n_eta = len(tree.actuated), config.modes if modes is None else modes
+    N = tree.motions_within(q0)
     try:
-        T, omega = _shapes(tree.motions_within(q0), (M + M.T) / 2, K, n, n_eta)
+        T, omega = _shapes(N, (M + M.T) / 2, K, n, n_eta)
+    except np.linalg.LinAlgError:
+        raise PoseError(f"pose {pose.tolist()}: {describe_massless(M, N[:, n:], tree.coordinates)}") from None
     except PoseError as error:
         raise PoseError(f"pose {pose.tolist()}: {error}") from None
     M_r, D_r, K_r = (T.T @ matrix @ T for matrix in (M, D, K))

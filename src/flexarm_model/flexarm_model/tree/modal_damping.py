@@ -11,15 +11,18 @@ nothing is not damped.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 
 from flexarm_model.numeric.dense import eigh
+from flexarm_model.tree.massless import describe_massless
 
 Array = NDArray[np.float64]
 
 
-def modal_damping(M: Array, K: Array, K_lossy: Array, Z: Array) -> Array:
+def modal_damping(M: Array, K: Array, K_lossy: Array, Z: Array, names: Sequence[str]) -> Array:
     """Return the damping over all coordinates, (n_q, n_q).
 
     Args:
@@ -27,12 +30,19 @@ def modal_damping(M: Array, K: Array, K_lossy: Array, Z: Array) -> Array:
         K: Stiffness of springs and bodies, (n_q, n_q).
         K_lossy: The same, every part times its ratio, (n_q, n_q).
         Z: Motions with the actuated axes locked, within the loops, (n_q, n_z).
+        names: Of the coordinates, for messages, (n_q,).
+
+    Raises:
+        ValueError: A motion has no mass; names its coordinates.
     """
     D = np.zeros_like(M)
     if not K_lossy.any() or not Z.shape[1]:
         return D
     M_z, K_z = Z.T @ M @ Z, Z.T @ K @ Z
-    value, Phi = eigh((K_z + K_z.T) / 2, (M_z + M_z.T) / 2)
+    try:
+        value, Phi = eigh((K_z + K_z.T) / 2, (M_z + M_z.T) / 2)
+    except np.linalg.LinAlgError:
+        raise ValueError(describe_massless(M, Z, names)) from None
     strained = value > 1e-12 * value[-1]
     loss = np.einsum("ik,ij,jk->k", Phi, Z.T @ K_lossy @ Z, Phi)
     rate = np.where(strained, 2 * loss / np.sqrt(np.where(strained, value, 1.0)), 0.0)  # 2 zeta omega

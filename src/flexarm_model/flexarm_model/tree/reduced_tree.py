@@ -246,4 +246,5 @@ class ReducedTree:
         M = ca.Function("M", [self._q], [self._M])
         G = self._rows.near(home)[1][self.loops.rows]
         N = null_space(G, self.actuated, f"{self.config.name}: the home pose")
-        return modal_damping(np.array(M(home)), self.K, lossy, N[:, len(self.actuated) :])
+        Z = N[:, len(self.actuated) :]
+        return modal_damping(np.array(M(home)), self.K, lossy, Z, self.coordinates)

@@ -1,0 +1,26 @@
+"""Which coordinates carry no mass: what a mass matrix without a Cholesky factor lacks."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+SHARE = 0.5  # of the largest coordinate of the motion without mass: smaller ones are carried along
+
+
+def describe_massless(M: Array, Z: Array, names: Sequence[str]) -> str:
+    """Return what to say of a mass matrix that is not positive definite.
+
+    Args:
+        M: Mass, (n_q, n_q).
+        Z: Motions within the loops with the actuated axes locked, (n_q, n_z), n_z > 0.
+        names: Of the coordinates, (n_q,).
+    """
+    vectors = np.linalg.eigh(Z.T @ (M + M.T) @ Z)[1]
+    motion = abs(Z @ vectors[:, 0])  # the slowest to resist
+    moving = [name for name, size in zip(names, motion, strict=True) if size > SHARE * motion.max()]
+    return f"{', '.join(moving)} moves no mass: give the body that it moves mass or inertia"
