@@ -27,6 +27,7 @@ __all__ = ["Braking", "Guard", "GuardCommand", "GuardLimits", "GuardState", "Joi
 STOPPED, ARMED, BRAKING = "stopped", "armed", "braking"
 NOT_ARMED_YET = "not armed yet"
 BRIDGED = 1  # periods without a command for which the last torque is kept
+SAME = 0.5  # periods by which an age may be beyond its limit: stamps are rounded, and come once a period
 
 
 class Guard:
@@ -174,12 +175,22 @@ class Guard:
             return "command of another session"
         if not (command.sequence > self._sequence and command.t > self._used):
             return f"command {command.sequence} is not newer than {self._sequence}"
-        if not -self.limits.period < t - command.t <= self.limits.max_age:
-            return f"command is {1e3 * (t - command.t):.0f} ms old"
+        if mistimed := self._mistimed(command, t):
+            return mistimed
         if self.model_id not in ("", command.model_id) and not (
             command.model_id == self._before and t <= self._until
         ):
             return f"command computed with model '{command.model_id}', served is '{self.model_id}'"
+        return ""
+
+    def _mistimed(self, command: GuardCommand, t: float) -> str:
+        """Return what is wrong with the times of a command; empty when nothing is."""
+        period, most, delay = self.limits.period, self.limits.max_age, command.acts_at - command.t
+        if not -period < t - command.t <= most + SAME * period:
+            return f"command is {1e3 * (t - command.t):.0f} ms old"
+        if delay > most - (BRIDGED - SAME) * period:
+            after, age = f"{1e3 * delay:.0f} ms after its state", f"{1e3 * most:.0f} ms"
+            return f"command acts {after}: of {age} no period is left"
         return ""
 
     def _pass(self, command: GuardCommand) -> Sequence[float]:
@@ -193,14 +204,14 @@ class Guard:
     def _bridge(self, t: float) -> Sequence[float]:
         """Return the torque of a period without a command; nothing before the first one, or after a stop."""
         self.ticks_without_command += math.isfinite(self._used)
-        if not t <= self._deadline:  # also when t is not a number
+        if not t <= self._deadline + SAME * self.limits.period:  # also when t is not a number
             why = f"; refused: {self.refusal}" if self.refusal else ""
             self.stop(f"no command for {1e3 * self.limits.max_age:.0f} ms{why}")
             return ()
         if not math.isfinite(self._used):
             return ()
         self._silent += 1
-        left = self._deadline - t
+        left = max(0.0, self._deadline - t)
         fading = left / (left + self.limits.period) if self._silent > BRIDGED else 1.0
         return [h + fading * (tau - h) for tau, h in zip(self._tau, self.holding, strict=True)]
 

@@ -77,7 +77,8 @@ def is_over_speed(velocity, limits):
     """Return whether an axis with a velocity limit is beyond it, or nobody knows."""
     if len(velocity) != len(limits):
         return bool(limits)
-    return any(not abs(v) <= most * CLEARLY for v, most in zip(velocity, limits, strict=True) if most < math.inf)
+    pairs = zip(velocity, limits, strict=True)
+    return any(not abs(v) <= most * CLEARLY for v, most in pairs if most < math.inf)
 
 
 def is_overstrained(strain, limits):
