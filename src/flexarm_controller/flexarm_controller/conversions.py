@@ -20,12 +20,11 @@ from flexarm_controller.reference import Reference
 from flexarm_controller.state import ArmState
 from flexarm_model.conversions import (
     NS_PER_S,
-    TrajectoryMessageError,
     floats,
     ns_to_stamp,
     stamp_to_ns,
-    trajectory_from_msg,
 )
+from flexarm_model.motion.conversions import TrajectoryMessageError, trajectory_from_msg
 from flexarm_model.served.reduced_model import ReducedModel
 
 Array = NDArray[np.float64]

@@ -1,4 +1,4 @@
-"""Stamps, trajectories, reduced models, settled filters and verdicts, between the core's types and messages.
+"""Stamps, reduced models, settled filters and verdicts, between the core's types and messages.
 
 Matrices travel row major, frequencies in Hz for the reader. ``omega`` is read back from the modal
 stiffness ``omega^2``, because a square root undoes a square bit for bit and a factor 2 pi does
@@ -10,7 +10,6 @@ from __future__ import annotations
 
 from array import array
 from collections.abc import Sequence
-from dataclasses import replace
 
 import numpy as np
 from builtin_interfaces.msg import Duration, Time
@@ -18,9 +17,7 @@ from diagnostic_msgs.msg import DiagnosticStatus, KeyValue
 from flexarm_interfaces.msg import ReducedModel as ReducedModelMsg
 from flexarm_interfaces.msg import SteadyFilter as SteadyFilterMsg
 from numpy.typing import NDArray
-from trajectory_msgs.msg import JointTrajectory
 
-from flexarm_model.motion.trajectory import Trajectory
 from flexarm_model.served.reduced_model import Outputs, ReducedModel
 from flexarm_model.served.steady_filter import SteadyFilter
 from flexarm_model.settings.diagnosis import Level, Verdict
@@ -31,10 +28,6 @@ NS_PER_S = 1_000_000_000
 
 class ModelMessageError(ValueError):
     """A reduced model or settled filter message cannot be used; the text says which field and why."""
-
-
-class TrajectoryMessageError(ValueError):
-    """A trajectory cannot be followed; the text says why."""
 
 
 def stamp_to_ns(stamp: Time | Duration) -> int:
@@ -129,38 +122,6 @@ def filter_from_msg(msg: SteadyFilterMsg, n_u: int) -> SteadyFilter:
     return SteadyFilter(msg.model_id, msg.period, tuple(msg.rows), tuple(msg.left_out), F, G, L)
 
 
-def trajectory_from_msg(msg: JointTrajectory, names: Sequence[str], epoch_ns: int) -> Trajectory:
-    """Return the motion of the axes ``names``.
-
-    Without accelerations they are those of the cubics between the points; without velocities these are those
-    of the spline through them (`Trajectory.through`).
-
-    Args:
-        msg: The message.
-        names: Actuated axes, "joint.axis".
-        epoch_ns: Stamp that is time zero [ns].
-
-    Raises:
-        TrajectoryMessageError: Names, lengths, times or numbers do not fit.
-    """
-    if list(msg.joint_names) != list(names):
-        raise TrajectoryMessageError(f"joint_names are {list(msg.joint_names)}; expected {list(names)}")
-    start = stamp_to_ns(msg.header.stamp) - epoch_ns
-    times = [start + stamp_to_ns(point.time_from_start) for point in msg.points]
-    theta, theta_dot, theta_ddot = (
-        _points(msg, name, len(names)) for name in ("positions", "velocities", "accelerations")
-    )
-    if theta is None:
-        raise TrajectoryMessageError(f"positions: every point needs {len(names)} numbers")
-    try:
-        motion = Trajectory.through(np.array(times) * 1e-9, theta, theta_dot)
-        return (
-            motion if theta_ddot is None else replace(motion, theta_ddot=theta_ddot, theta_ddot_before=None)
-        )
-    except ValueError as error:
-        raise TrajectoryMessageError(str(error)) from None
-
-
 def verdict_to_msg(verdict: Verdict, node: str) -> DiagnosticStatus:
     """Return a verdict of a node as a status of /diagnostics."""
     pairs = [KeyValue(key=key, value=value) for key, value in verdict.values.items()]
@@ -177,16 +138,6 @@ def verdict_from_msg(msg: DiagnosticStatus) -> Verdict:
     """Return the verdict of a status of /diagnostics, also of nodes that are not ours."""
     values = {pair.key: pair.value for pair in msg.values}
     return Verdict(msg.name, Level(min(msg.level[0], Level.STALE)), msg.message, values)
-
-
-def _points(msg: JointTrajectory, name: str, n_theta: int) -> Array | None:
-    """Return one quantity of all points, (k, n_theta); None where no point has it."""
-    rows = [list(getattr(point, name)) for point in msg.points]
-    if not any(rows):
-        return None
-    if any(len(row) != n_theta for row in rows):
-        raise TrajectoryMessageError(f"{name}: every point needs {n_theta} numbers, or none has any")
-    return np.array(rows)
 
 
 def _array(msg: ReducedModelMsg | SteadyFilterMsg, name: str, *shape: int) -> Array:

@@ -34,15 +34,9 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 from trajectory_msgs.msg import JointTrajectory
 
-from flexarm_model.conversions import (
-    NS_PER_S,
-    TrajectoryMessageError,
-    floats,
-    model_to_msg,
-    stamp_to_ns,
-    trajectory_from_msg,
-)
+from flexarm_model.conversions import NS_PER_S, floats, model_to_msg, stamp_to_ns
 from flexarm_model.manipulator.start_pose import starting_at
+from flexarm_model.motion.conversions import TrajectoryMessageError, trajectory_from_msg
 from flexarm_model.process.ahead import made
 from flexarm_model.ros.bytes_node import subscribe_bytes
 from flexarm_model.ros.declared_node import declare_configs, load_arm, told_by

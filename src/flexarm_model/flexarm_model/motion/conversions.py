@@ -1,0 +1,64 @@
+"""Trajectories from messages, with what their points leave out.
+
+Beside the other conversions because of the spline, whose library takes as long to load as a guard.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+from trajectory_msgs.msg import JointTrajectory
+
+from flexarm_model.conversions import stamp_to_ns
+from flexarm_model.motion.trajectory import Trajectory
+
+Array = NDArray[np.float64]
+
+
+class TrajectoryMessageError(ValueError):
+    """A trajectory cannot be followed; the text says why."""
+
+
+def trajectory_from_msg(msg: JointTrajectory, names: Sequence[str], epoch_ns: int) -> Trajectory:
+    """Return the motion of the axes ``names``.
+
+    Without accelerations they are those of the cubics between the points; without velocities these are those
+    of the spline through them (`Trajectory.through`).
+
+    Args:
+        msg: The message.
+        names: Actuated axes, "joint.axis".
+        epoch_ns: Stamp that is time zero [ns].
+
+    Raises:
+        TrajectoryMessageError: Names, lengths, times or numbers do not fit.
+    """
+    if list(msg.joint_names) != list(names):
+        raise TrajectoryMessageError(f"joint_names are {list(msg.joint_names)}; expected {list(names)}")
+    start = stamp_to_ns(msg.header.stamp) - epoch_ns
+    times = [start + stamp_to_ns(point.time_from_start) for point in msg.points]
+    theta, theta_dot, theta_ddot = (
+        _points(msg, name, len(names)) for name in ("positions", "velocities", "accelerations")
+    )
+    if theta is None:
+        raise TrajectoryMessageError(f"positions: every point needs {len(names)} numbers")
+    try:
+        motion = Trajectory.through(np.array(times) * 1e-9, theta, theta_dot)
+        return (
+            motion if theta_ddot is None else replace(motion, theta_ddot=theta_ddot, theta_ddot_before=None)
+        )
+    except ValueError as error:
+        raise TrajectoryMessageError(str(error)) from None
+
+
+def _points(msg: JointTrajectory, name: str, n_theta: int) -> Array | None:
+    """Return one quantity of all points, (k, n_theta); None where no point has it."""
+    rows = [list(getattr(point, name)) for point in msg.points]
+    if not any(rows):
+        return None
+    if any(len(row) != n_theta for row in rows):
+        raise TrajectoryMessageError(f"{name}: every point needs {n_theta} numbers, or none has any")
+    return np.array(rows)
