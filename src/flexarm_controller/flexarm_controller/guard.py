@@ -27,7 +27,7 @@ __all__ = ["Braking", "Guard", "GuardCommand", "GuardLimits", "GuardState", "Joi
 STOPPED, ARMED, BRAKING = "stopped", "armed", "braking"
 NOT_ARMED_YET = "not armed yet"
 BRIDGED = 1  # periods without a command for which the last torque is kept
-SAME = 0.5  # periods by which an age may be beyond its limit: stamps are rounded, and come once a period
+ROUNDED = 0.1  # periods by which an age may be beyond its limit: stamps are rounded, and come once a period
 
 
 class Guard:
@@ -186,9 +186,9 @@ class Guard:
     def _mistimed(self, command: GuardCommand, t: float) -> str:
         """Return what is wrong with the times of a command; empty when nothing is."""
         period, most, delay = self.limits.period, self.limits.max_age, command.acts_at - command.t
-        if not -period < t - command.t <= most + SAME * period:
+        if not -period < t - command.t <= most + ROUNDED * period:
             return f"command is {1e3 * (t - command.t):.0f} ms old"
-        if delay > most - (BRIDGED - SAME) * period:
+        if delay > most - (BRIDGED - ROUNDED) * period:
             after, age = f"{1e3 * delay:.0f} ms after its state", f"{1e3 * most:.0f} ms"
             return f"command acts {after}: of {age} no period is left"
         return ""
@@ -204,7 +204,7 @@ class Guard:
     def _bridge(self, t: float) -> Sequence[float]:
         """Return the torque of a period without a command; nothing before the first one, or after a stop."""
         self.ticks_without_command += math.isfinite(self._used)
-        if not t <= self._deadline + SAME * self.limits.period:  # also when t is not a number
+        if not t <= self._deadline + ROUNDED * self.limits.period:  # also when t is not a number
             why = f"; refused: {self.refusal}" if self.refusal else ""
             self.stop(f"no command for {1e3 * self.limits.max_age:.0f} ms{why}")
             return ()
