@@ -59,7 +59,7 @@ class Guard:
         self.age, self.energy = -1.0, 0.0
         self._sequence, self._used = -1, -math.inf  # of the newest command let through
         self._deadline, self._silent = 0.0, 0
-        self._before, self._until = "", -math.inf  # model served before, and when it ends to be valid
+        self._before, self._since = "", math.inf  # model served before, and when it was replaced
         self._loads, self._window = limits.loads, EnergyWindow(limits.energy_window, limits.period)
         self._tau, self.holding = [0.0] * len(limits.effort), list(limits.loads.holding)
         self._low, self._high = [-e for e in limits.effort], list(limits.effort)
@@ -108,7 +108,7 @@ class Guard:
     def serve(self, model_id: str, t: float) -> None:
         """Note which model is served from now on; commands of the one before pass for a while."""
         if model_id != self.model_id:
-            self._before, self._until = self.model_id, t + self.limits.changeover
+            self._before, self._since = self.model_id, t
             self.model_id = model_id
 
     def carry(self, loads: Loads) -> None:
@@ -178,7 +178,7 @@ class Guard:
         if mistimed := self._mistimed(command, t):
             return mistimed
         if self.model_id not in ("", command.model_id) and not (
-            command.model_id == self._before and t <= self._until
+            command.model_id == self._before and 0.0 <= t - self._since <= self.limits.changeover
         ):
             return f"command computed with model '{command.model_id}', served is '{self.model_id}'"
         return ""

@@ -4,7 +4,7 @@ import math
 from dataclasses import replace
 
 import pytest
-from guarded_arm import LIMITS, REST, armed, command
+from guarded_arm import LIMITS, REST, TOKEN, armed, command, stand
 
 from flexarm_controller.guard import ARMED, BRAKING, GuardState
 from flexarm_controller.guarding.checks import too_much_energy
@@ -150,6 +150,20 @@ def test_commands_of_the_model_before_pass_for_the_changeover_and_no_longer():
         assert (guard.passed, guard.mode) == (passed, ARMED)
     guard.step(command(2.02, 203, model_id="new"), REST, 2.02)
     assert guard.passed == 3
+
+
+def test_a_clock_that_is_set_back_does_not_lengthen_the_changeover():
+    guard = armed(1000.0)
+    guard.serve("old", 999.0)
+    guard.serve("new", 1000.0)
+    guard.step(command(1000.0, 1, model_id="old"), REST, 1000.0)
+    guard.stop("clock")
+    t = stand(guard, 0.0)
+    assert guard.passed == 1 and guard.arm(t, TOKEN)
+    guard.step(command(t, 2, model_id="old"), REST, t)
+    assert guard.refusal == "command computed with model 'old', served is 'new'"
+    guard.step(command(t + 0.001, 3, model_id="new"), REST, t + 0.005)
+    assert (guard.passed, guard.refused) == (2, 1)
 
 
 def test_to_serve_the_same_model_again_does_not_lengthen_the_changeover():
