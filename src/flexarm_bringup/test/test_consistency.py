@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 
-from flexarm_bringup.consistency.command import MACHINES
+from flexarm_bringup.consistency.command import MACHINES, jobs
 from flexarm_bringup.consistency.drawn_truth import DrawnTruth
 from flexarm_bringup.consistency.monte_carlo import (
     STATE,
@@ -21,6 +22,7 @@ from flexarm_bringup.consistency.nees import Square, band, mean_of, normalised_s
 from flexarm_bringup.consistency.observables import Observables, TrueArm
 from flexarm_bringup.consistency.page import build_page
 from flexarm_bringup.consistency.rig_run import NOMINAL, SOFT, RigJob, run_rig_job
+from flexarm_bringup.tasks.task import find_task
 from flexarm_bringup.tasks.task_for import task_for
 from flexarm_estimator.estimator import Estimator
 from flexarm_model.tree.reduced_tree import ReducedTree
@@ -169,3 +171,14 @@ def test_page_says_which_bound_is_missed() -> None:
     assert not page.passed
     assert [check.found for check in page.checks] == ["camera"]
     assert "7 runs" in page.to_text()
+
+
+def test_files_of_one_machine_are_told_apart_and_a_machine_alone_has_its_name(tmp_path: Path) -> None:
+    given = Path(find_task("single_link")).read_text(encoding="utf-8")
+    for name in ("slow", "fast"):
+        (tmp_path / f"{name}.yaml").write_text(f"{given}\nmanipulator: single_link\n", encoding="utf-8")
+    slow, fast = (str(tmp_path / f"{name}.yaml") for name in ("slow", "fast"))
+    todo = jobs([slow, fast, "planar_3rrr", slow], 1, 1)
+    wanted = [f"single_link, {slow}", f"single_link, {fast}", "planar_3rrr", f"single_link, {slow} #2"]
+    assert list(dict.fromkeys(job.label for job in todo)) == wanted
+    assert [job.label for job in jobs(["single_link"], 1, 1)] == ["single_link"] * 3

@@ -73,8 +73,21 @@ def jobs(names: Sequence[str], seed: int, runs: int) -> list[Job]:
         ConfigError: There is no such machine, or something is wrong with its description or moves.
     """
     tasks = [task_for(name) for name in names]
-    todo: list[Job] = [RigJob(task, condition, seed) for task in tasks for condition in CONDITIONS]
-    return todo + [Drawing(task, runs, PERIODS, seed) for task in tasks]
+    named = list(zip(labels(names, [task.manipulator for task in tasks]), tasks, strict=True))
+    rig: list[Job] = [
+        RigJob(task, condition, seed, label) for label, task in named for condition in CONDITIONS
+    ]
+    return rig + [Drawing(task, runs, PERIODS, seed, label) for label, task in named]
+
+
+def labels(names: Sequence[str], machines: Sequence[str]) -> list[str]:
+    """Return what tells jobs apart: the machine, its file where several are of it, a number if the same."""
+    told: list[str] = []
+    for name, machine in zip(names, machines, strict=True):
+        label = machine if name == machine or machines.count(machine) == 1 else f"{machine}, {name}"
+        again = sum(one == label or one.startswith(f"{label} #") for one in told)
+        told.append(f"{label} #{again + 1}" if again else label)
+    return told
 
 
 def work(job: Job) -> Sequence[Result]:

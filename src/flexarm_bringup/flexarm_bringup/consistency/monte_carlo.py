@@ -46,12 +46,13 @@ SWAY, SWAY_HZ = 0.3, 3.0  # torques of the runs as acceleration [rad/s^2 or m/s^
 
 @dataclass(frozen=True)
 class Drawing:
-    """What to draw: a machine's task, number of runs, periods of each, seed."""
+    """What to draw: a machine's task, number of runs, periods of each, seed; a label, its name if empty."""
 
     task: Task
     runs: int = 100
     steps: int = 60
     seed: int = 1
+    label: str = ""
 
 
 @dataclass(frozen=True)
@@ -138,7 +139,7 @@ def run_drawing(drawing: Drawing) -> list[DrawnResult]:
     share = 1.0 / len(seen)
     bands = {name: band(sum(square.rank for square in squares), share) for name, squares in seen.items()}
     means = {name: mean_of(squares) for name, squares in seen.items()}
-    return [DrawnResult(drawing.task.manipulator, means, bands)]
+    return [DrawnResult(drawing.label or drawing.task.manipulator, means, bands)]
 
 
 def full_square(e: Array, P: Array) -> Square:

@@ -38,11 +38,12 @@ CONDITIONS = {NOMINAL: RigSettings(), SOFT: RigSettings(frequency_scale=float(np
 
 @dataclass(frozen=True)
 class RigJob:
-    """A machine's task, what is wrong with the arm, and the seed of the sensors' noise."""
+    """A machine's task, what is wrong with the arm, the noise's seed; a label, the machine's if empty."""
 
     task: Task
     condition: str
     seed: int = 1
+    label: str = ""
 
 
 @dataclass(frozen=True)
@@ -99,7 +100,7 @@ def run_rig_job(job: RigJob) -> list[RigResult]:
     estimates = [estimate for estimate in witness.estimates if estimate.t >= task.lead]
     return [
         RigResult(
-            name=task.manipulator,
+            name=job.label or task.manipulator,
             condition=job.condition,
             nees=mean_of(squares),
             by_kind=_by_kind(judged),
