@@ -80,8 +80,8 @@ def _strain_gauge(tree: MovingArm, motions: Motions, at: Point, sensor: SensorSp
     body, node = sensor.site.split(".")
     if body == WORLD or not tree.elastic_coordinates(body):
         raise ValueError(
-            f"sensor '{sensor.name}': '{sensor.site}' is rigid or keeps no mode, a strain gauge reads zero there for ever; "
-            "put it on a beam that keeps some"
+            f"sensor '{sensor.name}': '{sensor.site}' is rigid or keeps no mode, a strain gauge reads "
+            "zero there for ever; put it on a beam that keeps some"
         )
     stretch, curvature_z, curvature_y = tree.bodies[body].nodes[node].strain  # (n,) each
     row = stretch - sensor.offset[0] * curvature_z - sensor.offset[1] * curvature_y
