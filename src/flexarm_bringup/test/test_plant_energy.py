@@ -9,12 +9,11 @@ from typing import Any
 import numpy as np
 import pytest
 
+from flexarm_bringup.cli import main
 from flexarm_bringup.sim.explicit_steps import ExplicitSteps
 from flexarm_bringup.sim.implicit_steps import ImplicitSteps
 from flexarm_bringup.sim.perturb import PlantSettings
 from flexarm_bringup.sim.plant import Plant
-from flexarm_bringup.sim_run.study import NOMINAL, run_sim_job, sim_jobs
-from flexarm_bringup.tasks.task_for import task_for
 from flexarm_model.manipulator.description import Joint, ManipulatorConfig
 from flexarm_model.reading.config import load_config
 from flexarm_model.reading.manipulator_file import find_manipulator
@@ -71,25 +70,9 @@ def test_energy_drifts_by_less_than_1e_4_in_ten_seconds(name: str) -> None:
     assert abs(plant.tree.constraints(plant.q)[0]).max(initial=0.0) < 1e-9
 
 
-def test_a_loop_of_rigid_bodies_keeps_its_energy_on_many_turns() -> None:
-    """Nothing rings that would say how fine the steps must be; its inertia changes all the time."""
-    config = without_losses(load_config(RIGID_LOOP))
-    plant = Plant(config, 1.0 / config.rate_hz)
-    while plant.theta_dot[0] < 3.0:  # rad/s, its limit
-        plant.drive(np.array([0.2]))
-    records = []
-    for _ in range(10 * round(config.rate_hz)):
-        plant.drive(np.zeros(1))
-        records.append(energy(plant))
-    assert abs(np.array(records) - records[0]).max() < 0.01 * records[0]
-    assert abs(plant.tree.constraints(plant.q)[0]).max() < 1e-9
-
-
-def test_a_loop_of_rigid_bodies_does_its_tour() -> None:
-    (job,) = sim_jobs(task_for(str(RIGID_LOOP)), [""], [NOMINAL])
-    pd, mpc = run_sim_job(job)
-    assert pd.failure == mpc.failure == ""
-    assert max(leg.residual.distance for leg in mpc.legs) < 2e-4  # m; its encoder has 0.1 mm there
+def test_a_loop_of_rigid_bodies_is_refused_by_name(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["sim", str(RIGID_LOOP), "--nominal"]) == 2
+    assert "'rigid_four_bar': a loop without any elastic mode" in capsys.readouterr().err
 
 
 def test_both_integrators_move_an_arm_alike() -> None:

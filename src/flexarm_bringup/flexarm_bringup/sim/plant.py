@@ -22,7 +22,6 @@ from flexarm_model.tree.reduced_tree import ReducedTree
 Array = NDArray[np.float64]
 
 MOST_EXPLICIT = 60  # substeps per period; with more of them implicit steps are faster
-RIGID_STEP = 1e-3  # s; where nothing rings, speeds change from step to step: at 3 rad/s by less than 1 %
 RESOLUTION = 0.5  # rad that the fastest served mode turns in a step: 2 % slower there, 0.1 % at a quarter
 
 
@@ -96,7 +95,11 @@ class Plant:
 
 
 def choose_steps(tree: ReducedTree, dt: float, friction: float) -> Steps:
-    """Return the integrator that fits: explicit for open arms whose modes are all slow enough."""
+    """Return the integrator that fits: explicit for open arms whose modes are all slow enough.
+
+    Raises:
+        ValueError: It is a loop of rigid bodies.
+    """
     if not tree.n_c:
         substeps = substeps_needed(tree, dt)
         if substeps <= MOST_EXPLICIT:
@@ -104,5 +107,6 @@ def choose_steps(tree: ReducedTree, dt: float, friction: float) -> Steps:
     from flexarm_bringup.sim.implicit_steps import ImplicitSteps  # loads SciPy
 
     omega = linearize(tree).omega
-    steps = omega[-1] * dt / RESOLUTION if omega.size else dt / RIGID_STEP
-    return ImplicitSteps(tree, dt, max(1, int(np.ceil(steps))), friction)
+    if not omega.size:
+        raise ValueError(f"'{tree.config.name}': a loop without any elastic mode cannot be simulated")
+    return ImplicitSteps(tree, dt, max(1, int(np.ceil(omega[-1] * dt / RESOLUTION))), friction)
