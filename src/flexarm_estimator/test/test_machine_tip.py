@@ -1,5 +1,7 @@
 """The tip in machine code: the same as with NumPy, and as honest where the loops do not close."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from machines import machine
@@ -9,11 +11,14 @@ from flexarm_estimator.tool.machine_tip import MachineTip, make_tip
 from flexarm_estimator.tool.rotation_log import exp_rotation, log_rotation
 from flexarm_estimator.tool.tip import PlainTip
 from flexarm_model.numeric.compiled import find_compiler
+from flexarm_model.reading.config import load_config
 from flexarm_model.served.linearize import linearize
+from flexarm_model.tree.closing import RATES, MachineClosing
 from flexarm_model.tree.closure_error import ClosureError
 from flexarm_model.tree.reduced_tree import ReducedTree
 
 pytestmark = pytest.mark.skipif(find_compiler() is None, reason="no C compiler")
+ARMS = Path(__file__).resolve().parents[2] / "flexarm_bringup" / "test" / "arms"
 BEYOND = 3  # states that are not of the arm: disturbances, biases
 
 
@@ -101,3 +106,18 @@ def test_a_state_or_covariance_that_is_not_finite_leaves_no_sigma():
         size = both_ways("single_link")[2].size
         for x, P in ((np.full(size, np.nan), np.eye(size)), (np.zeros(size), np.full((size, size), np.inf))):
             assert np.isnan(tip.describe(Belief(x, P)).sigma)
+
+
+def test_the_rows_of_a_tip_fit_into_a_loop_of_fewer_coordinates():
+    """A four-bar has four; what follows its loops had room for as many rows, and six were written."""
+    tree = ReducedTree(load_config(ARMS / "rigid_four_bar.yaml"))
+    closing, m = tree.closing, tree.n_c
+    assert isinstance(closing, MachineClosing) and tree.n_q < RATES
+    assert closing._work.size >= m * (m + RATES)
+    model = linearize(tree)
+    x = np.append(model.xi0, np.zeros(model.n + BEYOND))
+    (T, J), (T_plain, J_plain) = (
+        tip.locate(x) for tip in (make_tip(model, tree, x.size), PlainTip(model, tree))
+    )
+    np.testing.assert_allclose(T, T_plain, atol=1e-10)
+    np.testing.assert_allclose(J, J_plain, atol=1e-9)

@@ -9,7 +9,7 @@ struct loops {
     double tolerance, longest_step;
     const int64_t *dependent; /* m coordinates */
     struct function *rows;    /* q -> c (m), G (m, n) */
-    double *work;             /* m (m + rows of J) */
+    double *work;             /* m (m + most rows of J) */
 };
 
 static void gather(const struct loops *s, const double *G, double *A)

@@ -25,6 +25,7 @@ from flexarm_model.tree.closure import (
 
 Array = NDArray[np.float64]
 SOURCE = Path(__file__).with_name("closing.c")
+RATES = 6  # of a tip: so many rows other C code has follow the loops, also of an arm with fewer coordinates
 
 
 class Closing(ABC):
@@ -83,15 +84,17 @@ class MachineClosing(Closing):
 
     Attributes:
         address: Where the layout for C is.
-        code: The library; ``flexarm_close(layout, q, v)`` serves other C code, too.
+        code: The library; ``flexarm_close(layout, q, v)`` serves other C code, too, and so does
+            ``flexarm_follow(layout, q, k, J)`` with at most ``RATES`` rows.
     """
 
     def __init__(self, rows: FastFunction, loops: Loops, name: str, code: ctypes.PyDLL) -> None:
         """Bind the function q -> (c, G), which is compiled."""
         self._plain, self._rows, self.code = PlainClosing(rows, loops, name), MachineCode(rows), code
         m, n = rows.outputs[1].shape
+        self._most = max(n, RATES)
         self._dependent = np.array(loops.dependent, dtype=np.int64)
-        self._q, self._v, self._work = np.zeros(n), np.zeros(n), np.zeros(m * (m + n))
+        self._q, self._v, self._work = np.zeros(n), np.zeros(n), np.zeros(m * (m + self._most))
         sizes = (n, m, ITERATIONS, TOLERANCE, LONGEST_STEP)
         places = (self._dependent.ctypes.data, self._rows.address, self._work.ctypes.data)
         self._layout = _Layout(*sizes, *places)
@@ -116,7 +119,7 @@ class MachineClosing(Closing):
         """See Closing."""
         rows: Array = np.array(J, order="F")
         self._q[:] = q
-        fits = len(rows) <= self._q.size
+        fits = len(rows) <= self._most
         if not fits or not self._follow(*self._at, ctypes.c_int64(len(rows)), ctypes.c_void_p(_place(rows))):
             return self._plain.follow(J, q)
         return rows
