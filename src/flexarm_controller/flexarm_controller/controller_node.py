@@ -67,7 +67,8 @@ from flexarm_model.settings.arm_settings import LoopSettings
 from flexarm_model.settings.diagnosis import DiagnosticsConfig
 from flexarm_model.tree.reduced_tree import ReducedTree
 
-LIBRARIES = ("scipy.optimize",)  # for goals of the tip at the end of an axis
+# for goals of the tip at the end of an axis, and for references that give positions alone
+LIBRARIES = ("scipy.optimize", "scipy.interpolate")
 
 
 class ControllerNode(ManagedNode):

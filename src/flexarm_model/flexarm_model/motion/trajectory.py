@@ -9,7 +9,6 @@ from typing import Literal, Self
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import CubicSpline
 
 Array = NDArray[np.float64]
 
@@ -49,6 +48,8 @@ class Trajectory:
         still = np.zeros_like(theta)
         motion = cls(t, theta, still if theta_dot is None else theta_dot, still)
         if theta_dot is None and t.size > 2:  # two points are a cubic from rest to rest as it is
+            from scipy.interpolate import CubicSpline  # for few references, of the many who import this
+
             between = CubicSpline(t, theta, bc_type="clamped")(t[1:-1], 1)
             motion = replace(motion, theta_dot=np.vstack([still[:1], between, still[:1]]))
         _, _, c2, c3, _, _, h = motion._cubics.swapaxes(0, 1)
