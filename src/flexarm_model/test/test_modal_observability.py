@@ -11,9 +11,10 @@ from scipy.linalg import eigh
 
 from flexarm_model.manipulator.sensor_spec import SensorSpec
 from flexarm_model.modal.candidates import candidate_config, noise
-from flexarm_model.modal.observability import ENERGY, Swing, mode_reach, tip_energy, tip_moves
+from flexarm_model.modal.observability import ENERGY, Swing, mode_reach, tip_energy
 from flexarm_model.served.linearize import linearize
 from flexarm_model.served.reduced_model import Outputs, ReducedModel
+from flexarm_model.served.tip_moves import tip_moves
 from flexarm_model.tree.reduced_tree import ReducedTree
 
 OMEGA = np.array([30.0, 30.0, 200.0])

@@ -11,9 +11,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from flexarm_model.modal.observability import tip_moves
 from flexarm_model.modal.read_only import lock_arrays
 from flexarm_model.served.reduced_model import ReducedModel
+from flexarm_model.served.tip_moves import tip_moves
 
 Array = NDArray[np.float64]
 

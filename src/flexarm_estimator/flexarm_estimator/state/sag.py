@@ -21,9 +21,9 @@ from numpy.typing import NDArray
 from scipy.linalg import block_diag
 
 from flexarm_estimator.settings import EstimatorConfig
-from flexarm_model.modal.observability import tip_moves
 from flexarm_model.served.reduced_model import ReducedModel
 from flexarm_model.served.state_space import StateSpace
+from flexarm_model.served.tip_moves import tip_moves
 
 Array = NDArray[np.float64]
 

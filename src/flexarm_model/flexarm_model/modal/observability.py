@@ -26,6 +26,7 @@ from flexarm_model.modal.modes import Modes, model_modes
 from flexarm_model.modal.read_only import lock_arrays
 from flexarm_model.modal.tracking import group_modes
 from flexarm_model.served.reduced_model import Outputs, ReducedModel
+from flexarm_model.served.tip_moves import tip_moves
 
 Array = NDArray[np.float64]
 
@@ -34,8 +35,6 @@ TIP_AMPLITUDE = 1e-4  # m; an arm that shakes by this is not at rest
 SEEN = 1.0  # signal that one sample shows: as large as the noise
 DRIVEN = 0.1  # share of the swing that a motor takes up in a quasi-static push
 CLOSE = 1e-3  # relative distance of frequencies below which modes are judged together
-UNMOVED = 1e-6  # of the tip's largest displacement in any coordinate of unit mass: less is rounding
-HEAVIEST = 1e6  # kg; no arm is heavier, so its tip moves by 1e-3 kg^-0.5 at least where it moves at all
 
 
 @dataclass(frozen=True)
@@ -167,18 +166,6 @@ def tip_energy(model: ReducedModel, amplitude: float = TIP_AMPLITUDE) -> float:
     """
     largest = float((tip_moves(model) / model.omega).max(initial=0.0))  # per root of twice the energy
     return (amplitude / largest) ** 2 / 2 if largest > 0.0 else ENERGY
-
-
-def tip_moves(model: ReducedModel) -> Array:
-    """Return by how much each mode moves the tip [kg^-0.5], (n_eta,); exactly 0 where that is rounding.
-
-    A tip on a hub or on a guided slider is moved by the axes alone. What the numbers then leave there is
-    compared with what the tip does in any coordinate, axes included, each scaled to unit mass.
-    """
-    column = np.linalg.norm(model.outputs.C_pos[model.outputs.rows("tip")[:3]], axis=0)
-    largest = max((column / np.sqrt(np.diag(model.M))).max(), 1.0 / np.sqrt(HEAVIEST))
-    moved = column[model.n_theta :]
-    return np.where(moved > UNMOVED * largest, moved, 0.0)
 
 
 def _signals(
