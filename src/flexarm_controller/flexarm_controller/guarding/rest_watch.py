@@ -50,7 +50,7 @@ class RestWatch:
         if self._is_silent:
             return "drives do not tell the velocity of every axis"
         for axis, told in enumerate(zip(*self._told, strict=True)):
-            mean = sum(told) / len(told)
+            mean = math.fsum(told) / len(told)
             if not abs(mean) <= self._rest:
                 return f"axis {axis + 1} moves at {mean:.3g}, at rest it does up to {self._rest:.3g}"
         return ""
