@@ -212,7 +212,7 @@ class Health:
             if self._tells(record, t) and not record.faults and record.accepted_in_a_row < _AGREED
         ]
         self._is_contested = bool(waiting)
-        return f"{', '.join(waiting)} told another position, and may yet" if waiting else ""
+        return f"began anew, waits for {', '.join(waiting)} to agree" if waiting else ""
 
     def _tells(self, record: SensorRecord, t: float) -> bool:
         """Return whether a sensor speaks, and of where the axes are."""

@@ -77,9 +77,8 @@ def _basis(M: Array, K: Array, boundary: NDArray[np.intp], reduction: Reduction)
     """Return the basis that the reduction asks for, over the free displacements, (n, n_b)."""
     if reduction.method == "guyan" and reduction.modes:
         return guyan(M, K, boundary)
-    n_modes = max(
-        reduction.modes - boundary.size, 0
-    )  # without a static mode to keep the body follows its root
+    # without a static mode to keep the body follows its root
+    n_modes = max(reduction.modes - boundary.size, 0)
     return craig_bampton(M, K, boundary, n_modes + count_modes_below(M, K, boundary, reduction.f_max))
 
 
