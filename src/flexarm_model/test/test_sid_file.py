@@ -56,8 +56,8 @@ def foreign(body: Superelement, path: Path) -> Superelement:
 def test_a_superelement_comes_back_bit_for_bit(body: Superelement, tmp_path: Path) -> None:
     write_sid(body, tmp_path / "body.sid")
     back = read_sid(tmp_path / "body.sid")
-    assert back.name == body.name and back.mass == body.mass
-    for item in ("s", "P", "omega", "K", "own_damping"):  # a ratio comes back as the damping it means
+    assert back.name == body.name and back.mass == body.mass and back.damping_ratio == body.damping_ratio
+    for item in ("s", "P", "omega", "K", "D", "own_damping"):
         assert same(np.ascontiguousarray(getattr(back, item)), np.ascontiguousarray(getattr(body, item))), (
             item
         )

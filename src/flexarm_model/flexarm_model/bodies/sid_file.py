@@ -24,7 +24,8 @@ from flexarm_model.settings.strict_yaml import ConfigError
 Array = NDArray[np.float64]
 
 _OWN = "flexarm"
-_VERSION = 1
+_VERSION = 2
+_READ = (1, 2)  # the first holds no damping ratio: there De is all that is known of the damping
 
 
 def write_sid(body: Superelement, path: Path) -> None:
@@ -67,7 +68,10 @@ def read_sid(path: Path) -> Superelement:
         for k, (name, node) in enumerate(nodes.items())
     }
     omega, P = own.array("omega", (n,)), own.array("P", (n_f, n_f, 3, 3))
-    return Superelement(own.values["name"], refmod.number("mass"), s[:n_f], P, omega, K, D, nodes)
+    ratio = 0.0
+    if own.number("version") > 1:
+        ratio, D = own.number("damping_ratio"), own.array("D", (n, n))
+    return Superelement(own.values["name"], refmod.number("mass"), s[:n_f], P, omega, K, D, nodes, ratio)
 
 
 def _part(body: Superelement) -> Iterator[str]:
@@ -94,6 +98,8 @@ def _own(body: Superelement, digest: str) -> Iterator[str]:
     strain = np.array([node.strain for node in body.nodes.values()]).reshape(len(body.nodes), 3, body.n)
     yield from (_OWN, f"version = {_VERSION}", f"digest = {digest}", f"name = {body.name}")
     yield f"fields = {body.s.shape[0]}"
+    yield f"damping_ratio = {float(body.damping_ratio)!r}"
+    yield from format_array("D", body.D)
     yield from format_array("omega", body.omega)
     yield from format_array("P", body.P)
     yield from format_array("strain", strain)
@@ -133,8 +139,8 @@ def _check_shapes(modal: Block, matrices: dict[str, Taylor], n: int) -> None:
 
 
 def _check_own(own: Block, lines: list[str]) -> None:
-    if own.number("version") != _VERSION:
-        raise own.error(f"version {own.values['version']}: expected {_VERSION}")
+    if own.number("version") not in _READ:
+        raise own.error(f"version {own.values['version']}: expected one of {', '.join(map(str, _READ))}")
     if own.values.get("digest") != _hash(lines[: own.line - 1]):
         raise own.error(f"the part before was changed; remove the block '{_OWN}' or write the file anew")
 
