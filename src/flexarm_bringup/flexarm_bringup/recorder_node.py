@@ -37,6 +37,7 @@ from flexarm_bringup.conversions import deserialise
 from flexarm_bringup.message_class import message_class
 from flexarm_bringup.provenance import provenance
 from flexarm_bringup.topics import Stream, streams
+from flexarm_model.manipulator.imu import imus
 from flexarm_model.reading.manipulator_file import find_manipulator
 from flexarm_model.ros.declared_node import declare_configs, load_arm, told_by
 from flexarm_model.ros.managed_node import LifeSettings, ManagedNode
@@ -76,10 +77,9 @@ class RecorderNode(ManagedNode):
         settings: RecorderSettings
         settings, life = declare_configs(self)
         config = load_arm(self, settings.manipulator, settings.preset)
-        accelerometers = [spec.name for spec in config.sensors if spec.kind == "accelerometer"]
         wanted = {"tick": settings.lockstep, "controller_debug": settings.debug}
         wanted |= dict.fromkeys(("feedback_gains", "predicted"), False)  # they follow from the others
-        self._streams = [s for s in streams(accelerometers) if wanted.get(s.topic, True)]
+        self._streams = [s for s in streams(tuple(imus(config.sensors))) if wanted.get(s.topic, True)]
         self._settings, self.failure, self._lost = settings, "", 0
         self.start(life)
 

@@ -24,6 +24,7 @@ from flexarm_bringup.sim.tick_writer import TickWriter
 from flexarm_bringup.topics import streams
 from flexarm_model.conversions import ns_to_stamp
 from flexarm_model.manipulator.description import ManipulatorConfig
+from flexarm_model.manipulator.imu import imus
 from flexarm_model.ros.node import LOCKSTEP_QOS, PERIODIC_QOS
 
 
@@ -40,11 +41,10 @@ class RigVoice:
             is_lockstep: Every tick says what was sent.
         """
         self._drives, self._config, self._is_lockstep = drives, config, is_lockstep
-        accelerometers = [spec.name for spec in config.sensors if spec.kind == "accelerometer"]
         quality = LOCKSTEP_QOS if is_lockstep else PERIODIC_QOS
         self._outlets = {
             stream.topic: node.create_publisher(message_class(stream.type), stream.topic, quality)
-            for stream in streams(accelerometers)
+            for stream in streams(tuple(imus(config.sensors)))
             if stream.publisher == "rig"
         }
         self._writer = TickWriter(config, drives, serialize_message)

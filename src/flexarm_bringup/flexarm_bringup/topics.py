@@ -2,7 +2,7 @@
 
 Recorder, replay, bag checks and the documentation read it; within an instant messages are logged
 in its order, which is the order of cause and effect. Topics are relative to the namespace
-``/flexarm`` unless they start with a slash. ``imu/*`` stands for one topic per accelerometer.
+``/flexarm`` unless they start with a slash. ``imu/*`` stands for one topic per IMU.
 """
 
 from __future__ import annotations
@@ -60,8 +60,8 @@ STREAMS = (
            "position and velocity as the drives measure them for themselves; the guard's", is_optional=True),
     Stream("strain", "flexarm_interfaces/msg/StrainArray", "rig", "gauge rate",
            "surface strain with its standard deviation", depth=10, is_sensor=True),
-    Stream("imu/*", "sensor_msgs/msg/Imu", "rig", "accelerometer rate",
-           "specific force of one accelerometer (+g at rest)", depth=10, is_sensor=True),
+    Stream("imu/*", "sensor_msgs/msg/Imu", "rig", "rate of its sensors",
+           "what accelerometer (+g at rest) or gyroscope of one unit feels", depth=10, is_sensor=True),
     Stream("camera/pose", "geometry_msgs/msg/PoseWithCovarianceStamped", "rig", "30-60 Hz",
            "pose of the tip, stamped at exposure", depth=10, is_sensor=True),
     Stream("applied_effort", "sensor_msgs/msg/JointState", "guard", "motor period",
@@ -106,12 +106,12 @@ STREAMS = (
 SENSOR_TOPICS = tuple(stream.topic for stream in STREAMS if stream.is_sensor)
 
 
-def streams(accelerometers: Sequence[str]) -> tuple[Stream, ...]:
-    """Return the table with ``imu/*`` written out, one topic per accelerometer."""
+def streams(imus: Sequence[str]) -> tuple[Stream, ...]:
+    """Return the table with ``imu/*`` written out, one topic per IMU."""
     written: list[Stream] = []
     for stream in STREAMS:
         if stream.topic.endswith("/*"):
-            written += [replace(stream, topic=stream.topic[:-1] + name) for name in accelerometers]
+            written += [replace(stream, topic=stream.topic[:-1] + name) for name in imus]
         else:
             written.append(stream)
     return tuple(written)

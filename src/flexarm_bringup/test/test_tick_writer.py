@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -19,6 +20,10 @@ from flexarm_bringup.sim.drives import Drives  # noqa: E402
 from flexarm_bringup.sim.sensor_fault_text import parse_faults  # noqa: E402
 from flexarm_bringup.sim.tick_writer import TickWriter  # noqa: E402
 from flexarm_controller.drives.conversions import drive_state_msg  # noqa: E402
+from flexarm_estimator.messages.sensor_messages import SensorReader  # noqa: E402
+from flexarm_model.manipulator.description import ManipulatorConfig  # noqa: E402
+from flexarm_model.manipulator.imu import INERTIAL  # noqa: E402
+from flexarm_model.manipulator.sensor_spec import SensorSpec  # noqa: E402
 from flexarm_model.reading.config import load_config  # noqa: E402
 from flexarm_model.reading.manipulator_file import find_manipulator  # noqa: E402
 
@@ -39,9 +44,17 @@ def is_same(written: Any, msg: Any) -> bool:
     return str(serialization.deserialize_message(written, kind)) == str(msg)
 
 
+def described(arm: str) -> ManipulatorConfig:
+    """Return an arm whose first accelerometer shares its unit with a gyroscope."""
+    config = load_config(find_manipulator(arm))
+    felt = next(spec for spec in config.sensors if spec.kind == "accelerometer")
+    rate = SensorSpec("rate", "gyroscope", felt.site, ("y", "z"), np.full(2, 1e-3), imu=felt.name)
+    return replace(config, sensors=(*config.sensors, rate))
+
+
 @pytest.mark.parametrize("arm", FAULTS)
 def test_bytes_of_a_tick_are_its_messages(arm: str) -> None:
-    config = load_config(find_manipulator(arm))
+    config = described(arm)
     drives = Drives(config, faults=parse_faults(FAULTS[arm], config.sensors))
     writes: list[type] = []
 
@@ -52,12 +65,15 @@ def test_bytes_of_a_tick_are_its_messages(arm: str) -> None:
     def stamp_of(tick: int) -> int:
         return EPOCH_NS + tick * drives.rig.period_ns
 
+    reader = SensorReader(config)
     writer, rng, axes = TickWriter(config, drives, serialise), np.random.default_rng(1), set[int]()
     samples = drives.observe()
     drives.is_released = True
     for tick in range(TICKS):
         now_ns, state = stamp_of(tick), drives.state()
         told, written = samples_to_msgs(config, samples, stamp_of), writer.sensors(samples, stamp_of)
+        read = {(s.sensor, *s.y) for out in told for s in reader.read(out.topic, out.msg, 0.0).samples}
+        assert read >= {(s.sensor, *s.y) for s in samples if s.kind in INERTIAL}
         assert [out.topic for out in told] == [out.topic for out in written]
         assert all(is_same(a.msg, b.msg) for a, b in zip(written, told, strict=True))
         joints = joint_state_msg(drives, now_ns)

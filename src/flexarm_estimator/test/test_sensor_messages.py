@@ -1,5 +1,7 @@
 """Messages of real drivers: what can be used of them, and the reason for what cannot."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -8,6 +10,7 @@ from planar_strip import single_link
 from scipy.spatial.transform import Rotation
 
 from flexarm_estimator.messages.sensor_messages import SensorReader
+from flexarm_model.manipulator.sensor_spec import SensorSpec
 
 pytestmark = pytest.mark.ros
 StrainArray = pytest.importorskip(
@@ -165,3 +168,53 @@ def test_no_message_raises(names, some, others, covariance):
             reading = READER.read(topic, msg, 0.0)
             assert reading.samples or reading.refusals or not names
         READER.read_torque("applied_effort", messages[0][1])
+
+
+def unit(**told):
+    """Return a message of a unit: ``acceleration`` and ``rate`` in all axes, their covariances if given."""
+    msg = Imu()
+    msg.header.frame_id = "strip.sensor"
+    for field, short in (("linear_acceleration", "acceleration"), ("angular_velocity", "rate")):
+        vector, value = getattr(msg, field), told.get(short)
+        vector.x, vector.y, vector.z = [0.0 if value is None else value] * 3
+        covariance = told.get(f"{short}_covariance", np.zeros(9) if value is not None else [-1.0, *[0.0] * 8])
+        getattr(msg, f"{field}_covariance")[:] = np.array(covariance, dtype=float)
+    return msg
+
+
+@pytest.fixture(scope="module")
+def unit_reader():
+    config = single_link()
+    rate = SensorSpec("rate", "gyroscope", "strip.sensor", ("z",), np.array([1e-3]), imu="tip_accelerometer")
+    return SensorReader(replace(config, sensors=(*config.sensors, rate)))
+
+
+@pytest.mark.parametrize(
+    ("told", "read"),
+    [
+        ({"acceleration": 1.5, "rate": 0.2}, {"tip_accelerometer": 1.5, "rate": 0.2}),
+        ({"rate": 0.2}, {"rate": 0.2}),
+        ({"acceleration": 1.5}, {"tip_accelerometer": 1.5}),
+        ({}, {}),
+    ],
+)
+def test_a_unit_says_what_it_measures(unit_reader, told, read):
+    """REP 145: -1 in the first place marks a part that is not measured, whatever stands in the others."""
+    reading = unit_reader.read("imu/tip_accelerometer", unit(**told), 1.0)
+    assert {sample.sensor: float(sample.y[0]) for sample in reading.samples} == read
+    refused = {refusal.source: refusal.reason for refusal in reading.refusals}
+    assert set(refused) == (set() if read else {"tip_accelerometer", "rate"})
+    assert read or "angular velocity is not measured" in refused["rate"]
+
+
+def test_an_accelerometer_without_the_first_axis_is_absent_too(unit_reader):
+    """Its own axis has a covariance of zero in such a message: zero was read as a sample."""
+    reading = READER.read("imu/tip_accelerometer", unit(rate=0.2), 1.0)
+    assert not reading.samples and "acceleration is not measured" in reading.refusals[0].reason
+
+
+def test_what_a_unit_tells_of_its_noise_is_its_own(unit_reader):
+    told = unit(acceleration=1.5, rate=0.2, rate_covariance=np.diag([1.0, 1.0, 4e-4]).ravel())
+    samples = {s.sensor: s.R for s in unit_reader.read("imu/tip_accelerometer", told, 1.0).samples}
+    assert samples["tip_accelerometer"] is None
+    np.testing.assert_array_equal(samples["rate"], [[4e-4]])

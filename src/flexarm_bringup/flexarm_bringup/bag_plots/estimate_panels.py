@@ -65,16 +65,31 @@ def draw_strain(plot: Plot, series: BagSeries) -> None:
     axes.legend(fontsize=8, ncols=4, loc="lower left", bbox_to_anchor=(0.0, 1.0))
 
 
-def draw_accelerations(plot: Plot, series: BagSeries) -> None:
-    """Draw the specific force of every accelerometer."""
-    topics = series.topics("imu/*")
-    for topic, axes in zip(topics, stacked(plot, len(topics)), strict=True):
-        force = series.column(topic, lambda msg: [getattr(msg.linear_acceleration, axis) for axis in "xyz"])
-        for i, name in enumerate("xyz"):
-            if np.isfinite(force[:, i]).any() and force[:, i].any():
-                line(axes, series.times(topic), force[:, i], label=name)
-        axes.set_ylabel(f"{topic.rpartition('/')[2]}\n[m/s²]")
+def draw_inertial(plot: Plot, series: BagSeries) -> None:
+    """Draw what accelerometers feel and gyroscopes tell, unit by unit."""
+    found = [
+        (topic, unit, felt)
+        for topic in series.topics("imu/*")
+        for field, unit in (("linear_acceleration", "m/s²"), ("angular_velocity", "rad/s"))
+        if (felt := _felt(series, topic, field))
+    ]
+    for (topic, unit, felt), axes in zip(found, stacked(plot, max(len(found), 1)), strict=False):
+        for name, (t, values) in felt.items():
+            line(axes, t, values, label=name)
+        axes.set_ylabel(f"{topic.rpartition('/')[2]}\n[{unit}]")
         axes.legend(fontsize=8, ncols=3)
+
+
+def _felt(series: BagSeries, topic: str, field: str) -> dict[str, tuple[Array, Array]]:
+    """Return times and values of the axes of a part of an IMU that tells something."""
+    values = series.column(topic, lambda msg: [getattr(getattr(msg, field), axis) for axis in "xyz"])
+    told = series.column(topic, lambda msg: getattr(msg, f"{field}_covariance")[0::4])
+    t, felt = series.times(topic), {}
+    for i, name in enumerate("xyz"):  # REP 145: -1 marks what is not measured, often in the first place only
+        known = (told[:, i] > 0.0) | ((told[:, i] == 0.0) & (told[:, 0] >= 0.0))
+        if values[known, i].any():
+            felt[name] = t[known], values[known, i]
+    return felt
 
 
 def draw_sensors(plot: Plot, series: BagSeries) -> None:

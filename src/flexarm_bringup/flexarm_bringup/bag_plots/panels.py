@@ -5,7 +5,7 @@ from __future__ import annotations
 from flexarm_bringup.bag_plots.control_panels import draw_energy, draw_limits, draw_rungs, draw_times
 from flexarm_bringup.bag_plots.drift_panel import draw_drift
 from flexarm_bringup.bag_plots.estimate_panels import (
-    draw_accelerations,
+    draw_inertial,
     draw_modes,
     draw_sensors,
     draw_strain,
@@ -30,7 +30,8 @@ PANELS = (
           ("modal_state", "model"), draw_energy, ("controller_debug",)),
     Panel("strain", "Strain at the gauges, and its limit (dashed red) where it comes near.", ("strain",),
           draw_strain, ("truth",)),
-    Panel("accelerations", "What the accelerometers feel (+g at rest).", ("imu/*",), draw_accelerations),
+    Panel("accelerations", "What the accelerometers feel (+g at rest), and how fast gyroscopes turn.",
+          ("imu/*",), draw_inertial),
     Panel("sensors", "Health of every sensor, and its innovations in sigmas (band: 3).",
           ("modal_state",), draw_sensors, (), 4.8),
     Panel("limits", "Limits of the controller's program that bound.", ("controller_status",), draw_limits,

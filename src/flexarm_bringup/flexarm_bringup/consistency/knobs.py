@@ -117,4 +117,10 @@ def _changed(settings: EstimatorConfig, values: Mapping[str, float]) -> Estimato
     return replace(settings, **values)  # type: ignore[arg-type]  # all of them are numbers
 
 
-_UNITS = {"encoder": "rad or m", "strain_gauge": "1", "accelerometer": "m/s^2", "camera": "m (and rad)"}
+_UNITS = {
+    "encoder": "rad or m",
+    "strain_gauge": "1",
+    "accelerometer": "m/s^2",
+    "gyroscope": "rad/s",
+    "camera": "m (and rad)",
+}

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexarm_bringup.excite.held_arm import HeldArm
-from flexarm_bringup.identify.measurement import COMMON, KIND_OF_UNIT, SourceError
+from flexarm_bringup.identify.measurement import COMMON, KIND_OF_UNIT, LEFT_OUT, SourceError
 from flexarm_bringup.sim.hardware import Hardware
 from flexarm_bringup.sim.sample import Sample
 from flexarm_controller.guard import ARMED, GuardCommand
@@ -75,7 +75,7 @@ class Driven:
 
 
 def channels(config: ManipulatorConfig) -> tuple[Channel, ...]:
-    """Return the channels that are sampled in every period, in the order of the description."""
+    """Return the channels that are sampled in every period and tell of shapes, in the order described."""
     units, rows = output_units(config), {name: row for row, name in enumerate(output_names(config))}
     return tuple(
         Channel(name, rows[name], units[rows[name]], spec, float(sigma))
@@ -83,6 +83,7 @@ def channels(config: ManipulatorConfig) -> tuple[Channel, ...]:
         if not spec.rate_hz
         for channel, sigma in zip(spec.channels, spec.sigma, strict=True)
         for name in (f"{spec.name}.{channel}",)
+        if units[rows[name]] not in LEFT_OUT
     )
 
 

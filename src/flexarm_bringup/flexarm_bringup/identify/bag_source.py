@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from flexarm_bringup.bags.bag_reader import Bag, check_bag, decode
 from flexarm_bringup.bags.bag_writer import BagError
 from flexarm_bringup.identify.acted_torque import acted
-from flexarm_bringup.identify.measurement import COMMON, KIND_OF_UNIT, Records, SourceError
+from flexarm_bringup.identify.measurement import COMMON, KIND_OF_UNIT, LEFT_OUT, Records, SourceError
 from flexarm_bringup.replaying.replay_bag import configuration
 from flexarm_bringup.topics import NAMESPACE
 from flexarm_estimator.messages.inbox import TORQUE_TOPIC
@@ -57,7 +57,7 @@ def read_bag(path: Path, described: ManipulatorConfig | None = None) -> Records:
     sampled = {
         name: np.interp(t, *values)
         for name, values in outputs.items()
-        if name in units and np.diff(values[0]).max() <= LONGEST_GAP
+        if units.get(name, LEFT_OUT[0]) not in LEFT_OUT and np.diff(values[0]).max() <= LONGEST_GAP
     }
     if not sampled:
         raise SourceError(f"{path}: no gauge, accelerometer or encoder without gaps over {LONGEST_GAP:g} s")

@@ -19,6 +19,7 @@ Complex = NDArray[np.complex128]
 Cell = tuple[str, str]  # output, input
 COMMON = "receptance"  # kind of outputs that do not say another one
 KIND_OF_UNIT = {"m/s^2": "accelerance"}  # of displacements as any other output is
+LEFT_OUT = ("rad/s",)  # gyroscopes: a quarter of a period off the others, no real shape holds both
 SAME_LINE = 1e-6  # relative distance of lines that are the same
 
 

@@ -16,8 +16,10 @@ from sensor_msgs.msg import Imu, JointState
 from flexarm_bringup.sim.drives import Drives
 from flexarm_bringup.sim.rig import Truth
 from flexarm_bringup.sim.sample import Sample
+from flexarm_estimator.messages.sensor_messages import INERTIAL_FIELDS
 from flexarm_model.conversions import floats, ns_to_stamp
 from flexarm_model.manipulator.description import ManipulatorConfig
+from flexarm_model.manipulator.imu import unit_of
 from flexarm_model.manipulator.sensor_spec import SensorSpec
 from flexarm_model.numeric.rotation import quaternion_from_vector
 
@@ -123,21 +125,23 @@ def strain_msg(specs: Mapping[str, SensorSpec], samples: Sequence[Sample], stamp
 
 
 def sample_msg(spec: SensorSpec, sample: Sample, stamp_ns: int) -> Outgoing:
-    """Return a sample of a sensor that has messages of its own: accelerometer, camera."""
+    """Return a sample of a sensor that has messages of its own: a part of an IMU, a camera."""
     return _CONVERT[sample.kind](spec, sample, stamp_ns)
 
 
 def _imu(spec: SensorSpec, sample: Sample, stamp_ns: int) -> Outgoing:
-    msg = Imu()
+    """Return a message of a unit that holds this one of its parts."""
+    msg, field = Imu(), INERTIAL_FIELDS[spec.kind]
     msg.header.stamp = ns_to_stamp(stamp_ns)
     msg.header.frame_id = spec.site
     covariance = np.diag([-1.0, -1.0, -1.0])  # REP 145: -1 marks what is not measured
+    for part in (*INERTIAL_FIELDS.values(), "orientation"):
+        getattr(msg, f"{part}_covariance")[0] = -1.0
     for channel, value, sigma in zip(spec.channels, sample.y, spec.sigma, strict=True):
-        setattr(msg.linear_acceleration, channel, float(value))
+        setattr(getattr(msg, field), channel, float(value))
         covariance["xyz".index(channel), "xyz".index(channel)] = sigma**2
-    msg.linear_acceleration_covariance = covariance.ravel()
-    msg.angular_velocity_covariance[0] = msg.orientation_covariance[0] = -1.0
-    return Outgoing(f"imu/{spec.name}", msg)
+    getattr(msg, f"{field}_covariance")[:] = covariance.ravel()
+    return Outgoing(f"imu/{unit_of(spec)}", msg)
 
 
 def _camera(spec: SensorSpec, sample: Sample, stamp_ns: int) -> Outgoing:
@@ -154,5 +158,6 @@ def _camera(spec: SensorSpec, sample: Sample, stamp_ns: int) -> Outgoing:
 
 _CONVERT: dict[str, Callable[[SensorSpec, Sample, int], Outgoing]] = {
     "accelerometer": _imu,
+    "gyroscope": _imu,
     "camera": _camera,
 }

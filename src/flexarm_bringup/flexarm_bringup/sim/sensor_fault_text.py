@@ -51,7 +51,12 @@ _WORDS_OF: dict[str, tuple[str, ...]] = {  # of each kind, the first one first
     "bias": ("bias", "ramp"),
     "nan": ("value", "share"),
 }
-_DIMENSIONS = {"strain_gauge": "strain", "accelerometer": "acceleration", "camera": "length"}
+_DIMENSIONS = {
+    "strain_gauge": "strain",
+    "accelerometer": "acceleration",
+    "gyroscope": "angular velocity",
+    "camera": "length",
+}
 _NUMERIC = re.compile(r"[-+]?(\d|\.\d|inf|nan)")
 
 

@@ -120,4 +120,4 @@ def _pose(plant: Plant, y: Array, noise: Array) -> Array:
     return np.concatenate([T[:3, 3] + noise[:3], log_rotation(R)])
 
 
-_READ = {"encoder": _rows, "strain_gauge": _rows, "accelerometer": _rows, "camera": _pose}
+_READ = dict.fromkeys(("encoder", "strain_gauge", "accelerometer", "gyroscope"), _rows) | {"camera": _pose}

@@ -20,7 +20,9 @@ from flexarm_bringup.sim.conversions import (
 from flexarm_bringup.sim.drives import Drives
 from flexarm_bringup.sim.sample import Sample
 from flexarm_controller.drives.conversions import drive_state_msg
+from flexarm_estimator.messages.sensor_messages import INERTIAL_FIELDS
 from flexarm_model.manipulator.description import ManipulatorConfig
+from flexarm_model.manipulator.imu import unit_of
 from flexarm_model.ros.message_writer import STAMP, MessageWriter, Serialise, stamp_values
 
 _JOINTS = (*STAMP, "position", "velocity", "effort")
@@ -40,10 +42,12 @@ class TickWriter:
         """
         self._drives = drives
         self._specs = {spec.name: spec for spec in config.sensors}
-        accelerations = [f"linear_acceleration.{channel}" for channel in _CHANNELS]
         self._joint_states, self._drive_states = (MessageWriter(_JOINTS, serialise) for _ in range(2))
         self._strain = MessageWriter((*STAMP, "strain"), serialise)
-        self._imu = MessageWriter((*STAMP, *accelerations), serialise)
+        self._imu = {
+            kind: MessageWriter((*STAMP, *(f"{field}.{channel}" for channel in _CHANNELS)), serialise)
+            for kind, field in INERTIAL_FIELDS.items()
+        }
 
     def drive_states(self, stamp_ns: int) -> Any:
         """Return what the drives measure for themselves, and the torque that acted until the stamp [ns]."""
@@ -69,8 +73,8 @@ class TickWriter:
         """
         written = [self._gauges(together, stamp_of(tick)) for tick, together in gauges(samples).items()]
         for sample in samples:
-            if sample.kind == "accelerometer":
-                written.append(self._acceleration(sample, stamp_of(sample.tick)))
+            if sample.kind in self._imu:
+                written.append(self._inertial(sample, stamp_of(sample.tick)))
             elif sample.kind == "camera":
                 written.append(sample_msg(self._specs[sample.sensor], sample, stamp_of(sample.tick)))
         return written
@@ -81,9 +85,10 @@ class TickWriter:
         raw = self._strain.write(names, values, lambda: strain_msg(self._specs, samples, stamp_ns).msg)
         return Outgoing("strain", raw)
 
-    def _acceleration(self, sample: Sample, stamp_ns: int) -> Outgoing:
+    def _inertial(self, sample: Sample, stamp_ns: int) -> Outgoing:
         spec = self._specs[sample.sensor]
         told = dict(zip(spec.channels, sample.y.tolist(), strict=True))
         values = [*stamp_values(stamp_ns), *((told.get(channel, 0.0),) for channel in _CHANNELS)]
-        raw = self._imu.write(sample.sensor, values, lambda: sample_msg(spec, sample, stamp_ns).msg)
-        return Outgoing(f"imu/{sample.sensor}", raw)
+        write = self._imu[sample.kind].write
+        raw = write(sample.sensor, values, lambda: sample_msg(spec, sample, stamp_ns).msg)
+        return Outgoing(f"imu/{unit_of(spec)}", raw)

@@ -7,7 +7,7 @@ covariances of zeros and frames of their own; whatever cannot be used comes back
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -16,10 +16,12 @@ from numpy.typing import NDArray
 from flexarm_estimator.measurement import Measurement
 from flexarm_estimator.messages.readings import Reading, Refusal
 from flexarm_model.manipulator.description import ManipulatorConfig
+from flexarm_model.manipulator.imu import imus
 from flexarm_model.manipulator.sensor_spec import SensorSpec
 
 Array = NDArray[np.float64]
 BASE_FRAME = "base"
+INERTIAL_FIELDS = {"accelerometer": "linear_acceleration", "gyroscope": "angular_velocity"}  # of an Imu
 _UNIT_TOLERANCE = 0.05  # of the norm of a quaternion; drivers round, but not that much
 _OVERLOAD = 10.0  # of an axis' largest torque; no motor gives that
 _MOST_TORQUE = 1e6  # N m or N; of axes without a limit
@@ -48,8 +50,8 @@ class SensorReader:
             self._read["strain"] = self._read_strain
         if self._cameras:
             self._read["camera/pose"] = self._read_camera
-        for spec in by_kind["accelerometer"].values():
-            self._read[f"imu/{spec.name}"] = _imu_reader(spec)
+        for unit, specs in imus(config.sensors).items():
+            self._read[f"imu/{unit}"] = _imu_reader(unit, specs)
 
     @property
     def topics(self) -> tuple[str, ...]:
@@ -133,22 +135,44 @@ class SensorReader:
         return Reading([Measurement(spec.name, t, y, R)])
 
 
-def _imu_reader(spec: SensorSpec) -> Callable[[Any, float], Reading]:
-    rows, covariances = ["xyz".index(channel) for channel in spec.channels], _Covariances(spec)
+def _imu_reader(unit: str, specs: Sequence[SensorSpec]) -> Callable[[Any, float], Reading]:
+    parts = [_InertialPart(spec) for spec in specs]
 
     def read(msg: Any, t: float) -> Reading:
-        """Read a message of the sensor."""
-        if msg.header.frame_id != spec.site:
-            return Reading([], [Refusal(spec.name, f"frame '{msg.header.frame_id}' is not '{spec.site}'")])
-        told = np.asarray(msg.linear_acceleration_covariance, dtype=np.float64).tolist()
-        if any(told[4 * i] < 0.0 for i in rows):  # REP 145: not measured
-            return Reading([], [Refusal(spec.name, "driver says that acceleration is not measured")])
-        acceleration = msg.linear_acceleration
-        y = np.array([getattr(acceleration, channel) for channel in spec.channels])
-        R = covariances.pick([told[3 * i + j] for i in rows for j in rows])
-        return Reading([Measurement(spec.name, t, y, R)])
+        """Read a message of the unit; one that carries some of its parts only is in order."""
+        frame = msg.header.frame_id
+        strangers = [part.name for part in parts if part.frame != frame]
+        if strangers:
+            reason = f"frame '{frame}' is not '{parts[0].frame}'"
+            return Reading([], [Refusal(name, reason) for name in strangers])
+        samples = [sample for part in parts if (sample := part.read(msg, t)) is not None]
+        if samples:
+            return Reading(samples)
+        return Reading([], [Refusal(part.name, part.absence) for part in parts])
 
     return read
+
+
+class _InertialPart:
+    """Reads what one sensor of a unit says in its messages."""
+
+    def __init__(self, spec: SensorSpec) -> None:
+        self.name, self.frame = spec.name, spec.site
+        self._field = INERTIAL_FIELDS[spec.kind]
+        self._channels, self._covariances = spec.channels, _Covariances(spec)
+        self._rows = ["xyz".index(channel) for channel in spec.channels]
+        self.absence = f"driver says that {self._field.replace('_', ' ')} is not measured"
+
+    def read(self, msg: Any, t: float) -> Measurement | None:
+        """Return the sample; None where the driver says that it is not measured (REP 145)."""
+        told = np.asarray(getattr(msg, f"{self._field}_covariance"), dtype=np.float64).tolist()
+        known = [told[4 * i] for i in self._rows]
+        if min(known) < 0.0 or (told[0] < 0.0 and not any(known)):
+            return None
+        vector = getattr(msg, self._field)
+        y = np.array([getattr(vector, channel) for channel in self._channels])
+        R = self._covariances.pick([told[3 * i + j] for i in self._rows for j in self._rows])
+        return Measurement(self.name, t, y, R)
 
 
 class _Covariances:
@@ -173,4 +197,4 @@ def _rotation_vector(x: float, y: float, z: float, w: float) -> tuple[float, flo
     return x * scale, y * scale, z * scale
 
 
-_KINDS = ("encoder", "strain_gauge", "accelerometer", "camera")
+_KINDS = ("encoder", "strain_gauge", "camera")  # those of IMUs stand by their unit

@@ -72,14 +72,18 @@ def _strain_gauge(name: str, site: str, section: Section, _: Axis | None) -> Sen
     )
 
 
-def _accelerometer(name: str, site: str, section: Section, _: Axis | None) -> SensorSpec:
-    sigma = section.quantity("sigma", "acceleration", above=0.0)
-    reach = section.quantity("range", "acceleration", above=0.0)
-    axes = section.choices("axes", ("x", "y", "z"), at_least=1)
-    timing, bias = _timing(section), _bias(section, "acceleration")
-    return SensorSpec(
-        name, "accelerometer", site, axes, np.full(len(axes), sigma), *timing, -reach, reach, bias=bias
-    )
+def _inertial(kind: str, dimension: str) -> Callable[[str, str, Section, Axis | None], SensorSpec]:
+    """Return what reads a part of an inertial measurement unit."""
+
+    def read(name: str, site: str, section: Section, _: Axis | None) -> SensorSpec:
+        sigma = section.quantity("sigma", dimension, above=0.0)
+        reach = section.quantity("range", dimension, above=0.0)
+        axes = section.choices("axes", ("x", "y", "z"), at_least=1)
+        timing, bias, imu = _timing(section), _bias(section, dimension), section.text("imu", "")
+        noise = np.full(len(axes), sigma)
+        return SensorSpec(name, kind, site, axes, noise, *timing, -reach, reach, bias=bias, imu=imu)
+
+    return read
 
 
 def _camera(name: str, site: str, section: Section, _: Axis | None) -> SensorSpec:
@@ -130,6 +134,11 @@ def _encoder_units(site: str) -> dict[str, str]:
 SENSOR_KINDS: dict[str, SensorKind] = {
     "encoder": SensorKind("axis", _encoder_units, _encoder),
     "strain_gauge": SensorKind("node", lambda site: {"strain": "1"}, _strain_gauge),
-    "accelerometer": SensorKind("node", lambda site: dict.fromkeys("xyz", "m/s^2"), _accelerometer),
+    "accelerometer": SensorKind(
+        "node", lambda site: dict.fromkeys("xyz", "m/s^2"), _inertial("accelerometer", "acceleration")
+    ),
+    "gyroscope": SensorKind(
+        "node", lambda site: dict.fromkeys("xyz", "rad/s"), _inertial("gyroscope", "angular velocity")
+    ),
     "camera": SensorKind("tip", lambda site: POSE_UNITS, _camera),
 }

@@ -47,6 +47,7 @@ class SensorSpec:
         limit: Largest strain allowed at a gauge [1].
         stamp_delay: Stamp minus instant of the sample: how late the driver stamps [s].
         bias: What its channels may be off by; None for nothing.
+        imu: Unit whose messages carry an accelerometer or gyroscope; empty for one of its own name.
     """
 
     name: str
@@ -62,3 +63,4 @@ class SensorSpec:
     limit: float = math.inf
     stamp_delay: float = 0.0
     bias: BiasSpec | None = None
+    imu: str = ""

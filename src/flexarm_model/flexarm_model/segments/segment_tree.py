@@ -177,6 +177,11 @@ class SegmentTree:
         felt = motion.linear + np.cross(velocity.angular, velocity.linear) - R.T @ self.config.gravity
         return np.asarray(felt)
 
+    def node_rate(self, q: Array, v: Array, node: NodeRef) -> Array:
+        """Return what a gyroscope at the node tells, in the node's axes [rad/s], (3,)."""
+        pin.forwardKinematics(self.model, self.data, q, v)
+        return np.array(self._places[node][1].actInv(self.data.v[self._places[node][0]]).angular)
+
     def strain(self, q: Array, sensor: SensorSpec) -> float:
         """Return the strain at a gauge: spring angles are curvature times length, interpolated."""
         body = NodeRef(*sensor.site.split("."))

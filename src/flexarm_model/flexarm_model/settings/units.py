@@ -54,10 +54,12 @@ UNITS: dict[str, dict[str, float]] = {
     "angle drift": _drift(_ANGLES),
     "strain drift": _drift(_STRAINS),
     "acceleration drift": _drift(_ACCELERATIONS),
+    "angular velocity drift": _drift(_per_second(_ANGLES)),
     "length rate": _per_second(_LENGTHS),
     "angle rate": _per_second(_ANGLES),
     "strain rate": _per_second(_STRAINS),
     "acceleration rate": _per_second(_ACCELERATIONS),
+    "angular velocity rate": _per_second(_per_second(_ANGLES)),
 }
 
 _ALONG = {"position": "length", "inertia": "mass", "effort": "force", "effort rate": "force rate"}

@@ -2,7 +2,8 @@
 
 Rows stand in the order of the YAML's sensors; the tool's six rows come last. Pose rows (camera, tool)
 are displacements from the operating point in the node's own axes, so they do not depend on where a
-planar arm points; the pose itself is ``tip_pose``. Accelerometers feel gravity (REP 145: +g at rest).
+planar arm points; the pose itself is ``tip_pose``. Accelerometers feel gravity (REP 145: +g at rest);
+gyroscopes tell the angular velocity of their node in its own axes.
 """
 
 from __future__ import annotations
@@ -96,6 +97,11 @@ def _accelerometer(tree: MovingArm, motions: Motions, at: Point, sensor: SensorS
     return ca.vertcat(*[motion.a["xyz".index(channel)] for channel in sensor.channels])
 
 
+def _gyroscope(tree: MovingArm, motions: Motions, at: Point, sensor: SensorSpec) -> ca.SX:
+    motion = tree.node_motion(motions, NodeRef(*sensor.site.split(".")))
+    return ca.vertcat(*[motion.w["xyz".index(channel)] for channel in sensor.channels])
+
+
 def _camera(tree: MovingArm, motions: Motions, at: Point, sensor: SensorSpec) -> ca.SX:
     return _displacement(tree.node_motion(motions, NodeRef(*sensor.site.split("."))), at)
 
@@ -112,5 +118,6 @@ _OUTPUT: dict[str, Callable[[MovingArm, Motions, Point, SensorSpec], ca.SX]] = {
     "encoder": _encoder,
     "strain_gauge": _strain_gauge,
     "accelerometer": _accelerometer,
+    "gyroscope": _gyroscope,
     "camera": _camera,
 }
