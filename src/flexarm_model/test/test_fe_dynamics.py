@@ -146,15 +146,6 @@ def test_the_segment_tree_says_that_it_has_no_segments_for_it(config: Manipulato
         SegmentTree(config, 4)
 
 
-def test_a_gauge_on_an_imported_body_is_refused(tmp_path: Path) -> None:
-    path = write_arm(tmp_path, block(2))
-    content = yaml.safe_load(path.read_text(encoding="utf-8"))
-    gauge = {"kind": "strain_gauge", "node": "solid.end", "offset": ["1 mm", "0 mm"], "sigma": "1 ustrain"}
-    path.write_text(yaml.safe_dump({**content, "sensors": {"gauge": gauge}}), encoding="utf-8")
-    with pytest.raises(ValueError, match="sensor 'gauge': no strain is known at 'solid.end'"):
-        linearize(ReducedTree(load_config(path), use_compiler=False))
-
-
 def test_an_accelerometer_and_the_tip_move_with_the_interface(tmp_path: Path) -> None:
     path = write_arm(tmp_path, block(6))
     content = yaml.safe_load(path.read_text(encoding="utf-8"))

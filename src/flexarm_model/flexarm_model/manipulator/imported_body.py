@@ -104,10 +104,12 @@ class SuperelementBody:
         name: Name of the body.
         path: File.
         nodes: Position of every node in the body frame [m], (3,) each.
+        strain: Its strain shapes as in ``NodeShape``, (3, n) each; NaN where the file knows none.
         digest: Hash of the file's content.
     """
 
     name: str
     path: Path
     nodes: dict[str, Array]
+    strain: dict[str, Array]
     digest: str

@@ -6,8 +6,7 @@ import copy
 import hashlib
 import json
 import math
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -15,13 +14,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexarm_model.manipulator.body_spec import Body
-from flexarm_model.manipulator.description import AXES, WORLD, Axis, Joint, ManipulatorConfig, NodeRef
+from flexarm_model.manipulator.description import AXES, WORLD, Axis, Joint, ManipulatorConfig
 from flexarm_model.manipulator.imported_body import ImportedBody, SuperelementBody
 from flexarm_model.manipulator.parameter_law import ParameterLaws, read_parameters
-from flexarm_model.manipulator.sensor_kinds import SENSOR_KINDS, read_stamp_delay
-from flexarm_model.manipulator.sensor_spec import SensorSpec
 from flexarm_model.numeric.rotation import rotation_from_rpy
-from flexarm_model.reading.config_bodies import read_bodies
+from flexarm_model.reading.config_bodies import read_bodies, read_node
+from flexarm_model.reading.config_sensors import read_sensors
 from flexarm_model.settings.strict_yaml import ConfigError, Section, read_yaml
 from flexarm_model.settings.units import axis_dimension, si_unit
 
@@ -60,8 +58,8 @@ def load_config(
         bodies=bodies,
         joints=joints,
         closures=closures,
-        tip=(tip := _read_node(top, "tip", bodies)),
-        sensors=_read_sensors(top, (*joints, *closures), bodies, tip),
+        tip=(tip := read_node(top, "tip", bodies)),
+        sensors=read_sensors(top, joints, closures, bodies, tip),
         assumed=top.texts("assumed", ()),
         fitted=top.texts("fitted", ()),
         parameters={name: parameter.value for name, parameter in parameters.items()},
@@ -71,14 +69,6 @@ def load_config(
         _change(content, unused)
     top.done()
     return config
-
-
-def _read_sensors(
-    top: Section, joints: tuple[Joint, ...], bodies: dict[str, Body], tip: NodeRef
-) -> tuple[SensorSpec, ...]:
-    top.section("sensors", {}).names(taken=("tip",))  # the tool's own output rows are called so
-    sections = top.sections("sensors", {})
-    return tuple(_read_sensor(name, section, joints, bodies, tip) for name, section in sections)
 
 
 def _read_served(served: Section, joints: Sequence[Joint]) -> dict[str, Any]:
@@ -148,17 +138,6 @@ def _index(target: object, part: str) -> Any:
     return int(part) if isinstance(target, list) else part
 
 
-def _read_node(section: Section, key: str, bodies: dict[str, Body]) -> NodeRef:
-    text = section.text(key)
-    body, _, node = text.partition(".")
-    if body == WORLD and not node:
-        return NodeRef(WORLD, "root")
-    known = [WORLD] + [f"{name}.{node}" for name, item in bodies.items() for node in item.nodes]
-    if f"{body}.{node}" not in known:
-        raise section.error(key, text, f"no such node; known: {', '.join(known)}")
-    return NodeRef(body, node)
-
-
 def _read_joints(top: Section, bodies: dict[str, Body], laws: ParameterLaws) -> list[Joint]:
     joints = []
     for name, section in top.sections("joints"):
@@ -170,7 +149,7 @@ def _read_joints(top: Section, bodies: dict[str, Body], laws: ParameterLaws) -> 
         axes_section = section.section("axes", {})
         axes = [_read_axis(axes_section.section(axis), axis, laws) for axis in AXES if axes_section.has(axis)]
         axes_section.done()
-        parent, child = _read_node(section, "parent", bodies), _read_node(section, "child", bodies)
+        parent, child = read_node(section, "parent", bodies), read_node(section, "child", bodies)
         if child.body == WORLD or parent.body == child.body:
             raise section.error("child", str(child), "must be a node of another body than the parent's")
         joints.append(Joint(name, parent, child, placement, tuple(axes)))
@@ -228,23 +207,6 @@ def _sort_joints(
         if name not in placed:
             raise top.error(f"bodies.{name}", name, "dangles: no joint has a node of it as child")
     return tuple(ordered), tuple(closures)
-
-
-def _read_sensor(
-    name: str, section: Section, joints: tuple[Joint, ...], bodies: dict[str, Body], tip: NodeRef
-) -> SensorSpec:
-    kind = SENSOR_KINDS[section.choice("kind", tuple(SENSOR_KINDS))]
-    axes = {f"{joint.name}.{axis.name}": axis for joint in joints for axis in joint.axes}
-    sites: dict[str, Callable[[], str]] = {
-        "axis": lambda: section.choice("axis", tuple(axes)),
-        "node": lambda: str(_read_node(section, "node", bodies)),
-        "tip": lambda: str(tip),
-    }
-    site = sites[kind.site]()
-    sensor = kind.read(name, site, section, axes.get(site))
-    sensor = replace(sensor, stamp_delay=read_stamp_delay(section))
-    section.done()
-    return sensor
 
 
 __all__ = ["ConfigError", "load_config"]

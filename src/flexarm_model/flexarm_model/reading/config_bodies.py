@@ -16,7 +16,7 @@ from flexarm_model.manipulator.body_spec import (
     Reduction,
     RigidBody,
 )
-from flexarm_model.manipulator.description import WORLD
+from flexarm_model.manipulator.description import WORLD, NodeRef
 from flexarm_model.reading.config_imported import read_imported, read_superelement
 from flexarm_model.settings.strict_yaml import Section
 
@@ -39,6 +39,22 @@ def read_bodies(top: Section) -> dict[str, Body]:
         bodies[name] = _READERS[kind](name, section)
         section.done()
     return bodies
+
+
+def read_node(section: Section, key: str, bodies: dict[str, Body]) -> NodeRef:
+    """Return the node "body.node", or "world", that a key names.
+
+    Raises:
+        ConfigError: There is none; lists those there are.
+    """
+    text = section.text(key)
+    body, _, node = text.partition(".")
+    if body == WORLD and not node:
+        return NodeRef(WORLD, "root")
+    known = [WORLD] + [f"{name}.{node}" for name, item in bodies.items() for node in item.nodes]
+    if f"{body}.{node}" not in known:
+        raise section.error(key, text, f"no such node; known: {', '.join(known)}")
+    return NodeRef(body, node)
 
 
 def _read_rigid(name: str, section: Section) -> RigidBody:

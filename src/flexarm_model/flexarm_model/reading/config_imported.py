@@ -78,10 +78,11 @@ def read_superelement(name: str, section: Section) -> SuperelementBody:
     """
     path = _path(section, "file")
     try:
-        nodes = {node: shape.r for node, shape in read_sid(path).nodes.items()}
+        shapes = read_sid(path).nodes
     except ConfigError as error:
         raise section.error("file", section.text("file"), str(error)) from None
-    return SuperelementBody(name, path, nodes, _digest(section, [path]))
+    nodes, strain = ({node: getattr(shapes[node], item) for node in shapes} for item in ("r", "strain"))
+    return SuperelementBody(name, path, nodes, strain, _digest(section, [path]))
 
 
 def _read_units(section: Section) -> FileUnits:

@@ -1,0 +1,169 @@
+"""A sensor that would measure nothing for ever is refused with file, key, value and what is allowed."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import yaml
+from arms import FOLDER
+from fe_bodies import bracket, load_arm
+
+from flexarm_model.bodies.sid_file import write_sid
+from flexarm_model.manipulator.sensor_spec import SensorSpec
+from flexarm_model.reading.config import load_config
+from flexarm_model.served.linearize import linearize
+from flexarm_model.settings.strict_yaml import ConfigError
+from flexarm_model.tree.reduced_tree import ReducedTree
+
+ARM = FOLDER.parents[3] / "docs/two_link.yaml"
+GAUGE = {"kind": "strain_gauge", "offset": ["2 mm", "0 mm"], "sigma": "1 ustrain"}
+IMU = {"kind": "accelerometer", "axes": ["y"], "sigma": "0.03 m/s^2", "range": "50 g"}
+HUB = {"type": "rigid", "mass": "1 kg", "inertia": [*["1 kg m^2"] * 3, *["0 kg m^2"] * 3]}
+
+
+def write(folder: Path, sensor: dict[str, Any], **forearm: Any) -> Path:
+    """Write the arm with rigid ends on its forearm, a pedestal, and the sensor."""
+    content = yaml.safe_load(ARM.read_text(encoding="utf-8"))
+    beam = content["bodies"]["forearm"]
+    ends = [{"length": "20 mm", "rigid": True}, {"length": "30 mm", "rigid": True}]
+    beam["pieces"] = [ends[0], *beam["pieces"], ends[1]]
+    beam["nodes"] = {
+        "gauge": "10 mm",
+        "inner": "20 mm",
+        "middle": "100 mm",
+        "outer": "320 mm",
+        "tip": "350 mm",
+    }
+    beam.update(forearm)
+    bodies = {"pedestal": {**HUB, "nodes": {"top": ["0 mm", "0 mm", "1 m"]}}, **content["bodies"]}
+    content["joints"]["shoulder"]["parent"] = "pedestal.top"
+    foot = {"parent": "world", "child": "pedestal.root"}
+    sensors = {"encoder": content["sensors"]["shoulder_encoder"], "sensor": sensor}
+    content.update(bodies=bodies, joints={"foot": foot, **content["joints"]}, sensors=sensors)
+    path = folder / "arm.yaml"
+    path.write_text(yaml.safe_dump(content, sort_keys=False), encoding="utf-8")
+    return path
+
+
+def refusal(path: Path) -> str:
+    with pytest.raises(ConfigError) as caught:
+        load_config(path)
+    return str(caught.value)
+
+
+@pytest.mark.parametrize("node", ["forearm.root", "forearm.gauge", "forearm.outer", "forearm.tip"])
+def test_a_gauge_on_a_rigid_piece_of_a_beam_is_refused(tmp_path: Path, node: str) -> None:
+    message = refusal(path := write(tmp_path, {**GAUGE, "node": node}))
+    assert message.startswith(f"{path}: sensors.sensor.node: '{node}': lies on a rigid piece")
+    assert message.endswith("a gauge needs a flexible place: from 0.02 m to below 0.32 m")
+
+
+@pytest.mark.parametrize("node", ["forearm.inner", "forearm.middle", "upper.root", "upper.gauge"])
+def test_a_gauge_on_a_flexible_piece_is_read_and_measures(tmp_path: Path, node: str) -> None:
+    model = linearize(ReducedTree(load_config(write(tmp_path, {**GAUGE, "node": node})), use_compiler=False))
+    assert abs(model.outputs.C_pos[1, 2:]).max() > 1e-3  # strain per mode; the whole beam reaches 1e-2
+
+
+def test_every_refused_place_reads_zero_where_the_check_is_passed_by(tmp_path: Path) -> None:
+    """The check agrees with the mesh: a node at the seam belongs to the piece behind it."""
+    config = load_config(write(tmp_path, {**GAUGE, "node": "forearm.middle"}))
+    strain = {
+        name: abs(shape.strain).max()
+        for name, shape in ReducedTree(config, use_compiler=False).bodies["forearm"].nodes.items()
+    }
+    for name, value in strain.items():
+        assert (value > 1e-3) == (name in ("inner", "middle")), (name, value)
+
+
+@pytest.mark.parametrize("node", ["world", "pedestal.top", "elbow_motor.root"])
+def test_a_gauge_on_what_has_no_strain_is_refused(tmp_path: Path, node: str) -> None:
+    message = refusal(write(tmp_path, {**GAUGE, "node": node}))
+    assert f"sensors.sensor.node: '{node}': no strain is known" in message
+    assert message.endswith("expected a flexible place of a beam (upper, forearm)")
+
+
+@pytest.mark.parametrize(
+    ("deformation", "offset", "strains"),
+    [
+        (["bend_y"], ["2 mm", "0 mm"], True),
+        (["bend_y"], ["0 mm", "2 mm"], False),
+        (["bend_z"], ["2 mm", "0 mm"], False),
+        (["bend_y", "torsion"], ["0 mm", "0 mm"], False),
+        (["bend_y", "stretch"], ["0 mm", "0 mm"], True),
+    ],
+)
+def test_a_gauge_on_the_neutral_axis_is_refused(
+    tmp_path: Path, deformation: list[str], offset: list[str], strains: bool
+) -> None:
+    reduction = {"method": "craig_bampton", "modes": 3}
+    gauge = {**GAUGE, "node": "forearm.middle", "offset": offset}
+    path = write(tmp_path, gauge, deformation=deformation, reduction=reduction)
+    if strains:
+        load_config(path)
+    else:
+        assert f"sensors.sensor.offset: {offset}: nothing strains there: 'forearm'" in refusal(path)
+
+
+@pytest.mark.parametrize("node", ["world", "pedestal.root", "pedestal.top"])
+def test_an_accelerometer_that_never_moves_is_refused(tmp_path: Path, node: str) -> None:
+    message = refusal(path := write(tmp_path, {**IMU, "node": node}))
+    assert message.startswith(f"{path}: sensors.sensor.node: '{node}': never moves")
+
+
+@pytest.mark.parametrize("node", ["upper.root", "elbow_motor.root", "forearm.tip"])
+def test_an_accelerometer_on_the_arm_is_read(tmp_path: Path, node: str) -> None:
+    load_config(write(tmp_path, {**IMU, "node": node}))
+
+
+def test_the_root_of_a_beam_that_is_clamped_to_the_world_never_moves_and_its_end_does(tmp_path: Path) -> None:
+    for node, stands in (("upper.root", True), ("upper.gauge", False), ("elbow_motor.root", False)):
+        path = write(tmp_path, {**IMU, "node": node})
+        content = yaml.safe_load(path.read_text(encoding="utf-8"))
+        del content["joints"]["shoulder"]["axes"]
+        content["sensors"]["encoder"]["axis"] = "elbow.rz"
+        content["served"] = {"modes": 4, "home": ["60 deg"], "rate": "200 Hz"}
+        path.write_text(yaml.safe_dump(content, sort_keys=False), encoding="utf-8")
+        if stands:
+            assert f"sensors.sensor.node: '{node}': never moves" in refusal(path)
+        else:
+            load_config(path)
+
+
+def test_a_gauge_on_a_body_from_a_file_needs_strain_in_the_file(tmp_path: Path) -> None:
+    config = load_config(write(tmp_path, {**GAUGE, "node": "forearm.middle"}))
+    body = ReducedTree(config, use_compiler=False).bodies["forearm"]
+    write_sid(body, tmp_path / "whole.sid")
+    part = (tmp_path / "whole.sid").read_text(encoding="utf-8").partition("\nflexarm\n")[0]
+    (tmp_path / "standard.sid").write_text(part + "\n", encoding="utf-8")
+    for file, node, strains in (
+        ("whole", "middle", True),
+        ("whole", "tip", False),
+        ("standard", "middle", False),
+    ):
+        path = write(tmp_path, {**GAUGE, "node": f"forearm.{node}"})
+        content = yaml.safe_load(path.read_text(encoding="utf-8"))
+        content["bodies"]["forearm"] = {"type": "superelement", "file": f"{file}.sid"}
+        path.write_text(yaml.safe_dump(content, sort_keys=False), encoding="utf-8")
+        if strains:
+            model = linearize(ReducedTree(load_config(path), use_compiler=False))
+            assert np.isfinite(model.outputs.C_pos[1]).all()
+        else:
+            assert f"sensors.sensor.node: 'forearm.{node}': no strain is known" in refusal(path)
+
+
+def test_a_gauge_on_an_imported_body_is_refused(tmp_path: Path) -> None:
+    config = load_arm(tmp_path, bracket())
+    path = tmp_path / "arm.yaml"
+    content = yaml.safe_load(path.read_text(encoding="utf-8"))
+    content["sensors"] = {"sensor": {**GAUGE, "node": "solid.end"}}
+    path.write_text(yaml.safe_dump(content), encoding="utf-8")
+    assert "sensors.sensor.node: 'solid.end': no strain is known" in refusal(path)
+    spec = SensorSpec(
+        "sensor", "strain_gauge", "solid.end", ("strain",), np.array([1e-6]), offset=(1e-3, 0.0)
+    )
+    with pytest.raises(ValueError, match="sensor 'sensor': no strain is known at 'solid.end'"):
+        linearize(ReducedTree(replace(config, sensors=(spec,)), use_compiler=False))
