@@ -12,6 +12,7 @@ from flexarm_bringup.static_arm import StaticArm
 from flexarm_bringup.tasks.task import Task
 from flexarm_bringup.tasks.task_moves import AxisMotion
 from flexarm_controller.reference import Reference
+from flexarm_model.settings.strict_yaml import ConfigError
 
 Array = NDArray[np.float64]
 AT_ONCE = 1e-6  # s in which an acceleration may jump where a move starts
@@ -66,7 +67,7 @@ def plan_course(arm: StaticArm, task: Task, dt: float) -> Course:
         dt: Control period [s].
 
     Raises:
-        ValueError: The arm cannot do a move; says which and why.
+        ConfigError: The arm cannot do a move; names the file, if there is one, the move, and why.
     """
     home = arm.named_pose(task.start) if isinstance(task.start, str) else arm.vector(task.start)
     theta = home
@@ -75,7 +76,8 @@ def plan_course(arm: StaticArm, task: Task, dt: float) -> Course:
         try:
             motions[name] = move.plan(arm, theta, dt)
         except ValueError as error:
-            raise ValueError(f"move '{name}': {error}") from error
+            where = f"{task.file}: moves.{name}" if task.file else f"move '{name}'"
+            raise ConfigError(f"{where}: {error}") from error
         theta = motions[name].theta[-1]
     reference, legs, end = lay_out(motions, task.lead, task.wait)
     t = _tip_times(legs)

@@ -22,6 +22,7 @@ from flexarm_estimator.drift.settings import DriftConfig
 from flexarm_estimator.settings import EstimatorConfig
 from flexarm_model.served.model_schedule import ScheduleSettings
 from flexarm_model.settings.overrides import apply_overrides
+from flexarm_model.settings.parameters import ParameterError
 from flexarm_model.settings.strict_yaml import ConfigError, Section, read_yaml
 
 FORMAT = "flexarm-moves/1"
@@ -47,6 +48,7 @@ class Task:
         settings: What differs from the defaults of estimator, controller and schedule, by section.
         compare: How "flexarm compare" compares laws on it.
         preset_settings: What differs from ``settings`` under a preset, by preset and section.
+        file: Where it was read; empty for a task that no file holds.
     """
 
     manipulator: str
@@ -62,6 +64,7 @@ class Task:
     settings: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
     compare: Comparison = field(default_factory=Comparison)
     preset_settings: Mapping[str, Mapping[str, Mapping[str, Any]]] = field(default_factory=dict)
+    file: str = ""
 
     def make(self, section: str, config_class: type[Settings]) -> Settings:
         """Return settings: defaults with the task's values."""
@@ -102,24 +105,18 @@ def load_task(path: Path) -> Task:
 
     Raises:
         ConfigError: Anything is wrong with it; names file, key, value and what is allowed.
-        ParameterError: A setting is outside its range.
     """
     top = Section(read_yaml(path), str(path))
     top.choice("format", (FORMAT,))
-    watch = top.section("watch")
+    wait = top.quantity("wait", "time", above=0.0)
     task = Task(
         manipulator=top.text("manipulator", path.stem),
-        presets=top.texts("presets", ("",)),
+        presets=_read_presets(top),
         start=_read_start(top),
         lead=top.quantity("lead", "time", 0.5, above=0.0),
-        wait=top.quantity("wait", "time", above=0.0),
-        moves={name: read_move(section) for name, section in top.sections("moves")},
-        watch=Watch(
-            watch.quantity("from", "time"),
-            watch.quantity("to", "time"),
-            watch.quantity("below", "frequency", above=0.0),
-            watch.quantity("tolerance", "length", above=0.0),
-        ),
+        wait=wait,
+        moves=_read_moves(top),
+        watch=_read_watch(top.section("watch"), wait),
         gain_db=top.quantity("gain_db", "ratio", 12.0),
         speed=top.quantity("speed", "ratio", 5.0, above=0.0),
         assumed=top.texts("assumed", ()),
@@ -128,13 +125,55 @@ def load_task(path: Path) -> Task:
         preset_settings={
             preset: _read_settings(section) for preset, section in top.sections("preset_settings", {})
         },
+        file=str(path),
     )
-    watch.done()
     top.done()
-    for variant in (task, *map(task.under, task.preset_settings)):
-        for name, config_class in SECTIONS.items():
-            variant.make(name, config_class)
+    _check_settings(task, "settings")
+    for preset in task.preset_settings:
+        _check_settings(task.under(preset), f"preset_settings.{preset}")
     return task
+
+
+def _read_presets(top: Section) -> tuple[str, ...]:
+    presets = top.texts("presets", ("",))
+    if not presets or len(set(presets)) < len(presets):
+        allowed = "expected at least one, each once; leave the key out for none"
+        raise top.error("presets", list(presets), allowed)
+    return presets
+
+
+def _read_moves(top: Section) -> dict[str, TaskMove]:
+    moves = {name: read_move(section) for name, section in top.sections("moves")}
+    if not moves:
+        raise top.error("moves", moves, "expected at least one move")
+    return moves
+
+
+def _read_watch(section: Section, wait: float) -> Watch:
+    """Return how moves are judged: in a window of the time [s] that the arm waits after each."""
+    watch = Watch(
+        section.quantity("from", "time", at_least=0.0),
+        section.quantity("to", "time"),
+        section.quantity("below", "frequency", above=0.0),
+        section.quantity("tolerance", "length", above=0.0),
+    )
+    if not watch.begin < watch.end <= wait:
+        allowed = f"must be after 'from', {watch.begin:g} s, and within the wait, {wait:g} s"
+        raise section.error("to", section.take("to"), allowed)
+    section.done()
+    return watch
+
+
+def _check_settings(task: Task, key: str) -> None:
+    """Raise ConfigError where a setting is outside its range."""
+    for name, config_class in SECTIONS.items():
+        try:
+            task.make(name, config_class)
+        except ParameterError as error:
+            field_name, _, allowed = str(error).partition(": ")
+            given = task.settings.get(name, {})
+            section = Section(dict(given), task.file, f"{key}.{name}")
+            raise section.error(field_name, given.get(field_name, "the default"), allowed) from None
 
 
 def _read_start(top: Section) -> str | dict[str, float]:

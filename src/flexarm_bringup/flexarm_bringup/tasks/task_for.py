@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 from numpy.typing import NDArray
 
 from flexarm_bringup.tasks.task import FOLDER, Task, find_task, load_task
+from flexarm_bringup.tasks.task_check import ROUNDING, SAMPLES, check_against_arm
 from flexarm_bringup.tasks.task_moves import ByAxes, TaskMove, ToPose
 from flexarm_bringup.tip_vibration import Watch
 from flexarm_model.manipulator.description import ManipulatorConfig
@@ -20,8 +23,6 @@ DURATION, RAMP = 1.0, 0.05  # s of every move, and of its ramps: short ones shak
 WAIT = 2.5  # s
 STRIDE = {"t": 0.04, "r": np.radians(20.0)}  # of the first axis, where no pose is named [m or rad]
 EASY = 0.8  # of a velocity or a way that is shorter than the tour would have it
-ROUNDING = 1e-9  # of a limit
-SAMPLES = 1001  # of a profile, to find how fast it gets
 WATCH = Watch(0.1, 2.1, 50.0, 5e-4)
 SETTINGS = {  # of an arm nobody has tuned: it may be softer, heavier and under gravity
     "schedule": {"angle": 0.1, "length": 0.005},  # rad, m; the shipped arms: 0.05 to 0.13, 0.005
@@ -52,11 +53,18 @@ def task_for(name: str) -> Task:
     """
     is_path = name.endswith((".yaml", ".yml"))
     if is_path and read_yaml(find_manipulator(name)).get("format") != FORMAT:
-        return load_task(find_task(name))
+        return _checked(find_task(name))
     known = [share / FOLDER / f"{name}.yaml" for share in share_folders("flexarm_bringup")]
     if not is_path and any(path.is_file() for path in known):
-        return load_task(find_task(name))
+        return _checked(find_task(name))
     return tour(name, load_config(find_manipulator(name)))
+
+
+def _checked(path: Path) -> Task:
+    """Return the task of a moves file that its arm can do."""
+    task = load_task(path)
+    check_against_arm(task)
+    return task
 
 
 def tour(name: str, config: ManipulatorConfig, profile: Profile | None = None) -> Task:

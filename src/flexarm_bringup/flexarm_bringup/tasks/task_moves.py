@@ -24,6 +24,7 @@ from flexarm_model.kinematics.paths import (
     straight_move,
     travel,
 )
+from flexarm_model.manipulator.description import AXES
 from flexarm_model.motion.profiles import Profile, Quintic, Trapezoid
 from flexarm_model.settings.strict_yaml import Section
 from flexarm_model.settings.units import axis_dimension
@@ -147,10 +148,21 @@ def read_move(section: Section) -> TaskMove:
 
 
 def read_axes(section: Section) -> dict[str, float]:
-    """Return positions by axis "joint.axis" [rad or m]."""
+    """Return positions by axis "joint.axis" [rad or m].
+
+    Raises:
+        ConfigError: There is none, a name is not of that form, or a value is wrong.
+    """
+    names = section.names(dots=True)
+    if not names:
+        raise section.error("", {}, "expected at least one axis, as 'joint.rz: 10 deg'")
+    for name in names:
+        joint, _, axis = name.rpartition(".")
+        if not joint or axis not in AXES:
+            allowed = f"expected the name of a joint, a dot and one of {', '.join(AXES)}"
+            raise section.error(name, section.take(name), allowed)
     return {
-        axis: section.quantity(axis, axis_dimension(axis.rpartition(".")[2], "position"))
-        for axis in section.names(dots=True)
+        axis: section.quantity(axis, axis_dimension(axis.rpartition(".")[2], "position")) for axis in names
     }
 
 
@@ -164,7 +176,10 @@ def _read_to(section: Section) -> TaskMove:
 
 def _read_shift(section: Section) -> TaskMove:
     keep = section.flag("keep_orientation")
-    return ShiftTip(section.quantities("shift", ["length"] * 3), keep, _read_profile(section))
+    shift = section.quantities("shift", ["length"] * 3)
+    if not shift.any():
+        raise section.error("shift", section.take("shift"), "moves nothing; expected a way of the tip")
+    return ShiftTip(shift, keep, _read_profile(section))
 
 
 def _read_square(section: Section) -> TaskMove:
@@ -175,6 +190,10 @@ def _read_square(section: Section) -> TaskMove:
         inner.quantity("speed", "velocity", above=0.0),
         inner.quantity("acceleration", "acceleration", above=0.0),
     )
+    try:
+        _ = square.profile
+    except ValueError as error:
+        raise section.error("square", section.take("square"), str(error)) from None
     inner.done()
     return square
 
@@ -196,7 +215,7 @@ def _read_profile(section: Section) -> Profile:
     try:
         return Trapezoid(1.0, duration, float(first), float(last))
     except ValueError as error:
-        raise section.error("ramps", [first, last], str(error)) from None
+        raise section.error("ramps", section.take("ramps"), f"{error} (the duration)") from None
 
 
 def _straight(start: Array, way: Array, profile: Profile, dt: float) -> AxisMotion:
