@@ -18,12 +18,13 @@ from pathlib import Path
 
 PACKAGE = Path(__file__).resolve().parents[1] / "src/flexarm_controller"
 CODE = ("guard", *(f"guarding/{name}" for name in ("checks", "energy", "joint_range", "limits", "loads")))
-CODE += ("guarding/messages", "guarding/rest_watch", "guarding/stop_brake")
+CODE += ("guarding/messages", "guarding/plausibility", "guarding/rest_watch", "guarding/stop_brake")
 TESTS = (
     "test_guard",
     "test_guard_age",
     "test_guard_braking",
     "test_guard_checks",
+    "test_guard_plausibility",
     "test_guard_ranges",
     "test_guard_rest",
     "guarded_arm",

@@ -3,9 +3,9 @@
 It lets a command pass only while it is armed, and only one that is fresh, finite, of the right length, from
 this session and computed with the model that is served; it cuts torque and its rate to the limits. The last
 torque bridges one period without a command; then it fades, to what holds the arm at 50 ms. A command that
-cannot be meant, 50 ms of silence, an axis too fast for the end of its range or for any place, a strain beyond
-its limit, or motors that put in too much energy latch a stop: the arm is braked to rest and held there, and
-nothing moves it again before somebody arms the guard. All time comes from the caller.
+cannot be meant, 50 ms of silence, positions and velocities that cannot both be true, an axis too fast for the
+end of its range or for any place, a strain beyond its limit, or motors that put in too much energy latch a
+stop: the arm is braked to rest and held there, until somebody arms the guard. All time comes from the caller.
 """
 
 from __future__ import annotations
@@ -19,6 +19,7 @@ from flexarm_controller.guarding.joint_range import JointRange
 from flexarm_controller.guarding.limits import Braking, GuardLimits
 from flexarm_controller.guarding.loads import Loads
 from flexarm_controller.guarding.messages import GuardCommand, GuardState
+from flexarm_controller.guarding.plausibility import Plausibility
 from flexarm_controller.guarding.rest_watch import RestWatch
 from flexarm_controller.guarding.stop_brake import StopBrake
 
@@ -67,6 +68,7 @@ class Guard:
         self._brakes = [StopBrake(limits, axis) for axis in range(len(limits.effort))]
         self._is_braking = False
         self._rest = RestWatch(len(limits.effort), limits.period, limits.rest_velocity)
+        self._plausibility = Plausibility(limits)
 
     @property
     def has_watched(self) -> bool:
@@ -83,7 +85,7 @@ class Guard:
             return f"still braking: {self.reason}"
         if must_know and not self.has_watched:
             return self._rest.judge() or "drives have not told for long enough how the arm moves"
-        return self._rest.judge() if self.mode == STOPPED else ""
+        return (self._plausibility.fault or self._rest.judge()) if self.mode == STOPPED else ""
 
     def arm(self, t: float, token: int) -> bool:
         """Let commands pass that quote ``token``, or the session that is armed already go on.
@@ -97,6 +99,7 @@ class Guard:
             return False
         self.mode, self.reason, self.refusal, self.token = ARMED, "", "", token
         self._sequence, self._used, self._deadline = -1, -math.inf, t + self.limits.arming_time
+        self._plausibility.trust()
         return True
 
     def stop(self, reason: str) -> None:
@@ -128,6 +131,8 @@ class Guard:
             Torque [N m] or force [N] per axis, always finite and within the limits.
         """
         self.ticks += 1
+        state = self._plausibility.look(state, t)
+        self._is_braking &= not self._plausibility.has_switched
         self.energy = self._window.add(self._tau, state.velocity)
         self._rest.add(state.velocity)
         holding = zip(self._loads.holding_at(state.position), self.limits.effort, strict=True)
@@ -142,8 +147,8 @@ class Guard:
 
     def _follow(self, command: GuardCommand | None, state: GuardState, t: float) -> Sequence[float]:
         """Return the torque to follow; nothing unless armed and commanded, or after a stop."""
-        if self.mode == ARMED:
-            self._stop_for(self._fault(command, state))
+        if self.mode == ARMED and (fault := self._fault(command, state)):
+            self.stop(fault)
         if command is not None:
             self.refusal = self._refuse(command, t)
             self.refused += bool(self.refusal)
@@ -151,16 +156,12 @@ class Guard:
                 return self._pass(command)
         return self._bridge(t) if self.mode == ARMED else ()
 
-    def _stop_for(self, fault: str) -> None:
-        """Latch a stop if there is a fault."""
-        if fault:
-            self.stop(fault)
-
     def _fault(self, command: GuardCommand | None, state: GuardState) -> str:
         """Return why the arm has to be stopped; empty when it has not."""
         meant = command if command is not None and command.token == self.token else None
         return (
             (unusable(meant.effort, len(self.limits.effort)) if meant else "")
+            or self._plausibility.fault
             or too_fast(state, self.limits)
             or over_speed(state.velocity, self.limits.velocity)
             or overstrained(state.strain, self.limits.strain)

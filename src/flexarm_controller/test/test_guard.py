@@ -14,7 +14,7 @@ SOURCE = Path(flexarm_controller.__file__).parent
 PURE = [
     "guard.py",
     *(f"guarding/{name}.py" for name in ("checks", "energy", "joint_range", "limits", "loads", "messages")),
-    *(f"guarding/{name}.py" for name in ("rest_watch", "stop_brake")),
+    *(f"guarding/{name}.py" for name in ("plausibility", "rest_watch", "stop_brake")),
 ]
 
 

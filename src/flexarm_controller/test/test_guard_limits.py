@@ -95,6 +95,22 @@ def test_the_numbers_of_a_single_link_are_those_by_hand():
     assert limits.braking.taper == pytest.approx(50.0) and limits.braking.lead == pytest.approx(0.01)
 
 
+def test_what_positions_and_velocities_may_differ_by_is_that_of_encoders_and_offset():
+    """20 urad of the link's encoder, 30 of them, and 0.01 rad/s for 250 ms; delays of ten milliseconds."""
+    assert guarded("single_link").noise == pytest.approx((30.0 * 20e-6 + 0.0025,))
+    assert guarded("single_link").velocity_delay == 0.01
+    tree = tree_of("single_link")
+    blind = replace(tree.config, rate_hz=100.0, sensors=())
+    wished = replace(SETTINGS, position_noise=5.0, velocity_offset=0.02, velocity_delay=0.005)
+    for config, settings, noise, delay in (
+        (blind, SETTINGS, 0.0025, 0.02),
+        (blind, wished, 0.005, 0.02),
+        (tree.config, wished, 5.0 * 20e-6 + 0.005, 0.01),
+    ):
+        limits = guard_limits(config, tree, settings)
+        assert (limits.noise, limits.velocity_delay) == (pytest.approx((noise,)), delay)
+
+
 def test_a_gauge_that_bears_little_makes_braking_gentler():
     """Static strain of a strip whose root is accelerated, E I kappa = sum m x a, at 5 mm from the clamp."""
     tree = tree_of("single_link")

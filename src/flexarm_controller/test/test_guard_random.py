@@ -1,8 +1,8 @@
 """Whatever arrives, no torque leaves its limits, and nothing that has to stop the arm leaves it armed.
 
 Limits of torque, of its rate and at the ends of ranges are checked, and what must stop the arm: an axis too
-fast for the end of its range or for any place, a strain beyond its limit, more energy in 250 ms than the cap,
-a command that cannot be meant. All of it is computed here again, from the formulas in docs/guard.md.
+fast for the end of its range or for any place, a way that is not the integral of its velocity, a strain beyond
+its limit, more energy in 250 ms than the cap, a command that cannot be meant. All of it is computed here again, from the formulas in docs/guard.md.
 """
 
 import math
@@ -25,6 +25,7 @@ ROUNDING = 1e-12
 CLEARLY = 1.0 + 1e-9  # by which what must stop the arm is beyond its limit: the guard may round
 SPECIAL = (math.nan, math.inf, -math.inf, 1e308, -1e308, 5e-324, 0.0)
 ENERGY_WINDOW = 0.25  # s
+COMPARED = 0.25  # s; of ways and velocities
 RANGED = replace(
     LIMITS,
     ranges=(JointRange(-1.0, 2.0, 10.0, 0.5), JointRange(-math.inf, math.inf, 10.0, 0.5)),
@@ -33,8 +34,10 @@ RANGED = replace(
     velocity=(4.0, math.inf),
 )
 HEAVY = replace(RANGED, loads=replace(WEIGHTLESS, holding=(0.7, -2.0), stiffness=((0.5, 0.1), (0.1, 0.0))))
-ARMS = (LIMITS, RANGED, HEAVY)
-BLINDFOLDS = ("too_fast", "over_speed", "overstrained", "too_much_energy", "unusable")
+CHECKED = replace(RANGED, noise=(0.003, 0.004))
+ARMS = (LIMITS, RANGED, HEAVY, CHECKED)
+CHECKS = ("too_fast", "over_speed", "overstrained", "too_much_energy", "unusable")
+BLINDFOLDS = ("guarding.plausibility.Plausibility._judge", *(f"guard.{check}" for check in CHECKS))
 pytestmark = pytest.mark.thorough
 
 
@@ -88,6 +91,37 @@ def is_overstrained(strain, limits):
     return any(abs(value) > most * CLEARLY for value, most in zip(strain, limits, strict=False))
 
 
+class Ways:
+    """Ways and velocities of an arm since both were known, or for as long as they are compared."""
+
+    def __init__(self, limits):
+        self._limits, self._told = limits, []
+
+    def cannot_be(self, state):
+        """Return whether an axis tells another way than the integral of its velocity, or nobody knows."""
+        noise, T = self._limits.noise, self._limits.period
+        if not noise:
+            return False
+        if not len(state.position) == len(state.velocity) == len(noise):
+            self._told = []
+            return True
+        self._told += [(state.position, state.velocity)] * (
+            1 if self._told else 2
+        )  # nothing before the first
+        found = any(self._is_off(axis, most) for axis, most in enumerate(noise) if len(self._told) > 2)
+        if found or len(self._told) == 2 + round(COMPARED / T):
+            self._told = self._told[-2:]  # the next way begins here; what was before tells its first step
+        return found
+
+    def _is_off(self, axis, most):
+        T, q = self._limits.period, [position[axis] for position, _ in self._told]
+        v = [velocity[axis] for _, velocity in self._told]
+        at_first = max(abs(q[1] - q[0]) / T, abs(v[1]))  # in this order: one that is no number does not count
+        fastest = max(abs(v[-1]), at_first, abs(q[-1] - q[-2]) / T)
+        late = 2.0 * self._limits.velocity_delay * fastest
+        return not abs(q[-1] - q[1] - T * sum(v[2:])) <= (most + late) * CLEARLY
+
+
 def power(torque, velocity):
     """Return the power of the motors [W]; an axis whose velocity cannot be true counts as at rest."""
     parts = [tau * v for tau, v in zip(torque, velocity, strict=False)]
@@ -101,10 +135,11 @@ def is_meaningless(command, limits):
     return len(command.effort) != len(limits.effort) or not all(map(math.isfinite, command.effort))
 
 
-def must_stop(command, state, energy, limits):
+def must_stop(command, state, energy, limits, cannot_be):
     """Return whether an arm must not stay armed."""
     return (
-        is_too_fast(state, limits)
+        cannot_be
+        or is_too_fast(state, limits)
         or is_over_speed(state.velocity, limits.velocity)
         or is_overstrained(state.strain, limits.strain)
         or not energy <= limits.energy * CLEARLY
@@ -114,7 +149,7 @@ def must_stop(command, state, energy, limits):
 
 def run(guard, sequence):
     """Play (command, velocity, position, strain, action) period by period; return what passed."""
-    limits, work = guard.limits, []
+    limits, work, ways = guard.limits, [], Ways(guard.limits)
     last = [0.0] * len(limits.effort)
     for k, (arrived, velocity, position, strain, action) in enumerate(sequence):
         t = k * limits.period
@@ -129,7 +164,8 @@ def run(guard, sequence):
         torque = guard.step(arrived, state, t)
         check_torque(guard, last, torque, position)
         energy = sum(work[-round(ENERGY_WINDOW / limits.period) :])
-        assert guard.mode != ARMED or not must_stop(arrived, state, energy, limits)
+        cannot_be = ways.cannot_be(state)
+        assert guard.mode != ARMED or not must_stop(arrived, state, energy, limits, cannot_be)
         last = torque
     assert guard.passed + guard.refused == sum(item[0] is not None for item in sequence)
     return guard.passed
@@ -173,7 +209,7 @@ class Motion:
         ends = [(-1.0, 1.0) if math.isinf(end.low) else (end.low, end.high) for end in limits.ranges]
         self._ends = ends or [(-1.0, 1.0)] * len(limits.effort)
         self._place = [random.uniform(0.1, 0.9) for _ in limits.effort]
-        is_fast = random.random() < 0.4
+        self._lie, is_fast = 1.0, random.random() < 0.4
         self._velocity = [is_fast * random.gauss(0.0, 0.5) * self._fastest(i) for i in range(len(self._push))]
 
     def _fastest(self, axis):
@@ -190,14 +226,29 @@ class Motion:
             push[0] = random.choice(SPECIAL)
         return tuple(push[: random.randrange(len(push))] if random.random() < 0.01 else push)
 
+    def _go_on(self):
+        """Tell another place, which is that of a constant velocity where the guard compares them."""
+        random, limits = self._random, self._limits
+        if not limits.noise:
+            return [random.gauss(0.0, 0.02) + (random.random() < 0.005) for _ in self._place]
+        axes = zip(self._velocity, self._ends, strict=True)
+        self._place = [
+            at + v * limits.period / (high - low)
+            for at, (v, (low, high)) in zip(self._place, axes, strict=True)
+        ]
+        if random.random() < 0.005:
+            self._velocity[0] *= random.choice((-1.0, 0.0, 3.0))
+            self._place[0] += random.choice((0.0, 0.001))
+        return [(random.random() < 0.0005) for _ in self._place]
+
     def state(self):
-        random = self._random
-        around = [random.gauss(0.0, 0.02) + (random.random() < 0.005) for _ in self._place]
+        random, around = self._random, self._go_on()
         position = [
             low + (at + d) * (high - low)
             for at, d, (low, high) in zip(self._place, around, self._ends, strict=True)
         ]
-        velocity = list(self._velocity)
+        velocity = [v * self._lie for v in self._velocity]
+        self._lie = random.choice((-1.0, 0.0, 2.0)) if random.random() < 0.002 else self._lie
         if random.random() < 0.02:
             position[-1], velocity[-1] = number(random), number(random)
         strain = [random.gauss(0.0, 0.3) * most for most in self._limits.strain]
@@ -240,7 +291,7 @@ def test_no_output_leaves_the_limits_in_ten_thousand_random_commands():
 
 @pytest.mark.parametrize("check", BLINDFOLDS)
 def test_a_guard_that_leaves_out_a_check_is_found(check, monkeypatch):
-    monkeypatch.setattr(f"flexarm_controller.guard.{check}", lambda *arguments: "")
+    monkeypatch.setattr(f"flexarm_controller.{check}", lambda *arguments: "")
     with pytest.raises((AssertionError, ValueError)):  # a check here; or lists of different lengths in it
         run_random(10_000, seed=1)
 

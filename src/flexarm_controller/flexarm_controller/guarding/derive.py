@@ -11,6 +11,7 @@ at a quarter of the velocity limit, and that all axes may brake at once, there a
     a_s = min(a, v_max / 16 t_s)     t_s = 4 T + (1 + s) tau_max / 2 (d tau / d t)
     |h_i| + sum_j |M_ij| a_s,j <= tau_max,i     less for all j with much of the sum, where it is more
     E = k (v' |M| v / 2 + (|h| v + v' D v) 250 ms)       v: velocity limits
+    noise = k_q sigma + 250 ms v_offset                  sigma: of the axis' encoder
 
 ``b`` covers the time until braking acts, and its taper. ``E``: an arm within its velocity limits takes no
 more than it needs to reach them all from rest, to rise as fast as it can and to overcome its friction; ``k``
@@ -30,6 +31,7 @@ from flexarm_controller.guarding.joint_range import JointRange
 from flexarm_controller.guarding.limits import Braking, GuardLimits
 from flexarm_controller.guarding.loads import Loads
 from flexarm_controller.guarding.pose_loads import loads_of
+from flexarm_controller.guarding.rest_watch import REST_TIME
 from flexarm_controller.limits import Limits, limits_of
 from flexarm_controller.program.equilibrium import build_equilibrium
 from flexarm_model.manipulator.description import ManipulatorConfig
@@ -70,6 +72,19 @@ class GuardSettings:
     )
     velocity_margin: float = parameter(
         1.2, "Velocity that stops the arm over the limit of the description.", "1", 1.0, 10.0
+    )
+    position_noise: float = parameter(
+        30.0,
+        "Noise of the drives' positions that is believed, over that of the described encoders.",
+        "1",
+        0.0,
+        1e4,
+    )
+    velocity_offset: float = parameter(
+        0.01, "Offset of the drives' velocity that is believed.", "rad/s", 1e-6, 1.0
+    )
+    velocity_delay: float = parameter(
+        0.01, "Delay of the drives' velocity that is believed, if more than two periods.", "s", 0.0, 0.1
     )
     strain_margin: float = parameter(
         1.0, "Strain that stops the arm over the limit of the description.", "1", 0.1, 10.0
@@ -121,6 +136,8 @@ def guard_limits(config: ManipulatorConfig, tree: ReducedTree, settings: GuardSe
         velocity=_row(settings.velocity_margin * limits.velocity),
         strain=_row(settings.strain_margin * limits.strain),
         energy=settings.energy_margin * _energy(home, limits),
+        noise=_row(settings.position_noise * _encoder_sigma(config) + settings.velocity_offset * REST_TIME),
+        velocity_delay=max(settings.velocity_delay, NOTICED * dt),
         changeover=settings.changeover,
     )
 
@@ -167,6 +184,12 @@ def _deceleration(home: ReducedModel, loads: Sequence[Loads], limits: Limits, sh
         left = (limits.effort - abs(np.array(known.holding))) / HEADROOM
         found.append(left / np.diag(known.inertia))
     return np.asarray(np.min(found, axis=0))
+
+
+def _encoder_sigma(config: ManipulatorConfig) -> Array:
+    """Return the noise of the axes' encoders [rad] or [m], (n_theta,); 0 where none is described."""
+    sigma = {spec.site: spec.sigma.item(0) for spec in config.sensors if spec.kind == "encoder"}
+    return np.array([sigma.get(name, 0.0) for name in config.actuated])
 
 
 def _ends(home: ReducedModel, limits: Limits) -> Iterator[Array]:

@@ -46,6 +46,9 @@ class GuardLimits:
         strain: Largest strain of every gauge; empty for any [1].
         energy: Largest energy that the motors put in over ``energy_window`` [J].
         energy_window: Time over which it is summed [s].
+        noise: By how much the way of every axis and the integral of its velocity may differ over
+            ``rest_watch.REST_TIME`` [rad] or [m]; empty for by any.
+        velocity_delay: By how much the drives' velocity may be late [s].
         changeover: Time for which commands of the model served before still pass [s].
     """
 
@@ -62,4 +65,6 @@ class GuardLimits:
     strain: tuple[float, ...] = ()
     energy: float = math.inf
     energy_window: float = 0.25
+    noise: tuple[float, ...] = ()
+    velocity_delay: float = 0.01
     changeover: float = 1.0

@@ -1,0 +1,132 @@
+"""Whether what drives tell of an axis can be true: its way against the integral of its velocity.
+
+Over a quarter of a second at most, from a position q_0 with velocity v_0 on,
+
+    |q - q_0 - T sum v| <= noise + 2 delay max(|v|, |v_0|, |q - q_before| / T)
+
+and likewise with the step to q_0. ``noise`` is what encoders and an offset of the velocity make of it; a
+velocity that is late by ``delay`` makes ``delay |v - v_0|`` of it, v as it is and not as it is told. Where
+states were lost it begins anew, for nobody knows that way.
+
+An axis that fails is doubted until the guard is armed again. A position that changes is believed, and its
+velocity is that of the axis. Where it stands it may be frozen, and to brake an arm that stands is less bad than
+to let one run on: the told velocity is believed until the position changes.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+from flexarm_controller.guarding.limits import GuardLimits
+from flexarm_controller.guarding.messages import GuardState
+from flexarm_controller.guarding.rest_watch import REST_TIME
+
+UNTOLD = "drives do not tell position and velocity of every axis"
+SMOOTHING = 0.4  # share of the newest difference in the velocity of a position, as in ``hold_rate``
+STANDS = 0.25  # of the velocity told: what moves slower by its position may stand there
+LOST = 1.5  # periods between two states from which on one is missing
+
+
+class Plausibility:
+    """Compares positions and velocities of the axes.
+
+    Attributes:
+        fault: Which axis told what cannot be true, until all have been plausible for the whole time.
+        has_switched: From this period on the velocity of an axis is that of its position.
+    """
+
+    def __init__(self, limits: GuardLimits) -> None:
+        """Know nothing yet; without ``limits.noise`` everything is plausible."""
+        self._noise, self._lag, self._period = limits.noise, 2.0 * limits.velocity_delay, limits.period
+        self._least, self._lost = min(limits.noise, default=0.0), LOST * limits.period
+        self._most = max(1, round(REST_TIME / limits.period))
+        self._from: Sequence[float] = (0.0,) * len(limits.noise)  # q_0
+        self._before, self._fastest = self._from, list(self._from)  # at the begin, as told or by the step
+        self._off, self._count = list(self._from), 0  # q - q_0 - T sum v
+        self._t, self.fault, self.has_switched = -math.inf, "", False
+        self._own: dict[int, float] = {}  # velocity of the position of a doubted axis
+        self._moved: set[int] = set()  # doubted axes whose position has changed
+
+    def look(self, state: GuardState, t: float) -> GuardState:
+        """Return the state with velocities that can be believed; called once a period, at ``t`` [s]."""
+        if not self._noise:
+            return state
+        v, q, _ = state
+        self.has_switched = False
+        if not len(q) == len(v) == len(self._noise):
+            self._t, self.fault = -math.inf, UNTOLD
+            return state
+        since, self._t = t - self._t, t
+        if is_next := 0.0 < since < self._lost:
+            axes, period = zip(self._off, q, self._before, v, strict=False), self._period
+            self._off = [off + (at - before) - period * told for off, at, before, told in axes]
+            self._count += 1
+            if not math.hypot(*self._off) <= self._least or self._count == self._most:
+                self._compare(q, v)
+        else:
+            self._before = q
+            self._begin(q, v)
+        if self._own:
+            state = state._replace(velocity=self._believed(q, v, is_next))
+        self._before = q
+        return state
+
+    def trust(self) -> None:
+        """Believe all velocities again."""
+        self._own.clear()
+        self._moved.clear()
+
+    def _begin(self, q: Sequence[float], v: Sequence[float]) -> None:
+        """Begin to compare anew."""
+        axes = zip(q, self._before, v, strict=True)
+        self._fastest = [max(abs(at - before) / self._period, abs(told)) for at, before, told in axes]
+        self._from = q
+        self._off, self._count = [0.0] * len(q), 0
+
+    def _compare(self, q: Sequence[float], v: Sequence[float]) -> None:
+        """Judge, and begin anew after the whole time, or with a new doubt."""
+        fault = self._judge(q, v)
+        if fault or self._count == self._most:
+            self.fault = fault
+            self._begin(q, v)
+
+    def _judge(self, q: Sequence[float], v: Sequence[float]) -> str:
+        """Doubt the axes whose difference is not that of a late velocity either; return the first of them."""
+        found = []
+        for axis, noise in enumerate(self._noise):
+            way = q[axis] - self._from[axis]
+            by_velocity = way - self._off[axis]
+            step = (q[axis] - self._before[axis]) / self._period
+            late = self._lag * max(abs(v[axis]), self._fastest[axis], abs(step))
+            if not abs(self._off[axis]) <= noise + late:
+                after = f"{1e3 * self._count * self._period:.0f} ms"
+                found.append(
+                    f"axis {axis + 1} went {way:.3g} in {after}, its velocity says {by_velocity:.3g}"
+                )
+                self._doubt(axis, step, by_velocity / self._count / self._period)
+        return found[0] if found else ""
+
+    def _doubt(self, axis: int, step: float, told: float) -> None:
+        """Begin to make a velocity of the position of an axis that went at ``step`` in the last period."""
+        self._own.setdefault(axis, step if math.isfinite(step) else 0.0)
+        if abs(step) > STANDS * abs(told):
+            self._use_position(axis)
+
+    def _use_position(self, axis: int) -> None:
+        """Take the velocity of an axis from its position from now on."""
+        self.has_switched |= axis not in self._moved
+        self._moved.add(axis)
+
+    def _believed(self, q: Sequence[float], v: Sequence[float], is_next: bool) -> tuple[float, ...]:
+        """Return the velocities that can be believed; ``is_next``: no state between this and the last."""
+        believed = list(v)
+        for axis, own in self._own.items():
+            step = (q[axis] - self._before[axis]) / self._period
+            if is_next and math.isfinite(step):
+                self._own[axis] = own + SMOOTHING * (step - own)
+            if abs(q[axis] - self._from[axis]) > self._noise[axis]:
+                self._use_position(axis)
+            if axis in self._moved or not math.isfinite(v[axis]):
+                believed[axis] = self._own[axis]
+        return tuple(believed)
