@@ -13,6 +13,7 @@ from arms import FOLDER
 from fe_bodies import bracket, load_arm
 
 from flexarm_model.bodies.sid_file import write_sid
+from flexarm_model.manipulator.imu import imus
 from flexarm_model.manipulator.sensor_spec import SensorSpec
 from flexarm_model.reading.config import load_config
 from flexarm_model.served.linearize import linearize
@@ -167,3 +168,44 @@ def test_a_gauge_on_an_imported_body_is_refused(tmp_path: Path) -> None:
     )
     with pytest.raises(ValueError, match="sensor 'sensor': no strain is known at 'solid.end'"):
         linearize(ReducedTree(replace(config, sensors=(spec,)), use_compiler=False))
+
+
+def write_unit(folder: Path, **changes: Any) -> Path:
+    """Write an arm whose accelerometer and gyroscope share the unit of the former."""
+    path = write(folder, {**IMU, "node": "forearm.tip"})
+    content = yaml.safe_load(path.read_text(encoding="utf-8"))
+    rate = {"kind": "gyroscope", "node": "forearm.tip", "axes": ["z"], "sigma": "0.1 deg/s", "imu": "sensor"}
+    content["sensors"]["rate"] = {**rate, "range": "2000 deg/s", **changes}
+    path.write_text(yaml.safe_dump(content, sort_keys=False), encoding="utf-8")
+    return path
+
+
+def test_a_gyroscope_may_share_the_unit_of_an_accelerometer(tmp_path: Path) -> None:
+    config = load_config(write_unit(tmp_path, bias={"sigma": "1 deg/s", "drift": "0.01 deg/s/sqrt(s)",
+                                                     "limit": "5 deg/s", "rate": "0.1 deg/s/s"}))  # fmt: skip
+    assert {unit: [spec.name for spec in specs] for unit, specs in imus(config.sensors).items()} == {
+        "sensor": ["sensor", "rate"]
+    }
+    rate = config.sensors[-1]
+    assert rate.sigma == pytest.approx(np.radians([0.1])) and rate.high == pytest.approx(np.radians(2000))
+    assert rate.bias is not None and rate.bias.rate == pytest.approx(np.radians(0.1))
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"node": "forearm.middle"}, "sits at 'forearm.tip' with 'sensor', not at 'forearm.middle'"),
+        ({"kind": "accelerometer", "sigma": "1 m/s^2", "range": "1 g"}, "has accelerometer 'sensor' already"),
+        ({"imu": "tip unit"}, "expected a name that a topic may bear"),
+        ({"imu": "über"}, "expected a name that a topic may bear"),
+        ({"imu": "2nd"}, "expected a name that a topic may bear"),
+    ],
+)
+def test_a_unit_that_cannot_be_is_refused(tmp_path: Path, changes: dict[str, str], words: str) -> None:
+    message = refusal(path := write_unit(tmp_path, **changes))
+    assert message.startswith(f"{path}: sensors.rate.imu: '{changes.get('imu', 'sensor')}': ")
+    assert words in message
+
+
+def test_a_gyroscope_that_never_turns_is_refused(tmp_path: Path) -> None:
+    assert "never moves" in refusal(write_unit(tmp_path, node="pedestal.top", imu="own"))

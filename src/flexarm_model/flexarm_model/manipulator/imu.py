@@ -10,7 +10,6 @@ from collections.abc import Iterable
 
 from flexarm_model.manipulator.sensor_spec import SensorSpec
 
-
 INERTIAL = ("accelerometer", "gyroscope")
 
 

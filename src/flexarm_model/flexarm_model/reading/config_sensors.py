@@ -12,6 +12,7 @@ from flexarm_model.bodies.rigid_pieces import stretches
 from flexarm_model.manipulator.body_spec import Beam, Body, RigidBody
 from flexarm_model.manipulator.description import WORLD, Joint, NodeRef
 from flexarm_model.manipulator.imported_body import SuperelementBody
+from flexarm_model.manipulator.imu import INERTIAL, misfit, unit_of
 from flexarm_model.manipulator.sensor_kinds import SENSOR_KINDS, read_stamp_delay
 from flexarm_model.manipulator.sensor_spec import SensorSpec
 from flexarm_model.reading.config_bodies import read_node
@@ -37,7 +38,7 @@ def read_sensors(
     """
     top.section("sensors", {}).names(taken=("tip",))  # the tool's own output rows are called so
     standing = _standing(joints, bodies)
-    sensors = []
+    sensors: list[SensorSpec] = []
     for name, section in top.sections("sensors", {}):
         sensor = _read_sensor(name, section, (*joints, *closures), bodies, tip)
         if sensor.kind == "strain_gauge":
@@ -45,6 +46,8 @@ def read_sensors(
         if sensor.site in standing and SENSOR_KINDS[sensor.kind].site == "node":
             never = f"never moves: {sensor.kind} there measures nothing of the arm"
             raise section.error("node", section.take("node"), f"{never}; expected a node that does")
+        if sensor.kind in INERTIAL and (fault := misfit(sensor, sensors)):
+            raise section.error("imu", unit_of(sensor), fault)
         sensors.append(sensor)
     return tuple(sensors)
 
