@@ -1,8 +1,9 @@
 """Whatever arrives, no torque leaves its limits, and nothing that has to stop the arm leaves it armed.
 
 Limits of torque, of its rate and at the ends of ranges are checked, and what must stop the arm: an axis too
-fast for the end of its range or for any place, a way that is not the integral of its velocity, a strain beyond
-its limit, more energy in 250 ms than the cap, a command that cannot be meant. All of it is computed here again, from the formulas in docs/guard.md.
+fast for the end of its range or for any place, a way that is not the integral of its velocity, a strain
+beyond its limit, more energy in 250 ms than the cap, a command that cannot be meant. All of it is computed
+here again, from the formulas in docs/guard.md.
 """
 
 import math

@@ -9,8 +9,8 @@ velocity that is late by ``delay`` makes ``delay |v - v_0|`` of it, v as it is a
 states were lost it begins anew, for nobody knows that way.
 
 An axis that fails is doubted until the guard is armed again. A position that changes is believed, and its
-velocity is that of the axis. Where it stands it may be frozen, and to brake an arm that stands is less bad than
-to let one run on: the told velocity is believed until the position changes.
+velocity is that of the axis. Where it stands it may be frozen, and to brake an arm that stands is less bad
+than to let one run on: the told velocity is believed until the position changes.
 """
 
 from __future__ import annotations
