@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -10,6 +11,7 @@ import pytest
 from flexarm_bringup.static_arm import StaticArm
 from flexarm_bringup.tasks.course import plan_course
 from flexarm_bringup.tasks.task import find_task, load_task
+from flexarm_bringup.tasks.task_for import tour
 from flexarm_controller.settings import MpcConfig
 from flexarm_model.reading.config import load_config
 from flexarm_model.settings.strict_yaml import ConfigError
@@ -124,6 +126,16 @@ def test_what_the_arm_cannot_do_is_refused_by_the_moves_name(
 ) -> None:
     with pytest.raises(ValueError, match=words):
         plan_course(arm, load_task(write(tmp_path, TASK.replace(old, new))), 0.005)
+
+
+def test_a_pose_where_loops_do_not_close_is_refused_by_the_moves_name() -> None:
+    config = load_config(Path(__file__).parents[2] / "flexarm_model/test/arms/five_bar.yaml")
+    config = replace(config, poses={"apart": np.array([3.3, 0.2])})
+    arm = StaticArm(ReducedTree(config, use_compiler=False))
+    with pytest.raises(
+        ConfigError, match=r"move 'to apart': five_bar: pose 'apart' \[3.3, 0.2\]: .* do not close"
+    ):
+        plan_course(arm, tour("five_bar", config), 0.005)
 
 
 def test_the_tasks_that_come_along_can_be_read() -> None:

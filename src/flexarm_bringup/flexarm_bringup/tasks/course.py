@@ -75,6 +75,7 @@ def plan_course(arm: StaticArm, task: Task, dt: float) -> Course:
     for name, move in task.moves.items():
         try:
             motions[name] = move.plan(arm, theta, dt)
+            arm.pose(motions[name].theta[-1])  # it exists: loops close, nothing buckles
         except ValueError as error:
             where = f"{task.file}: moves.{name}" if task.file else f"move '{name}'"
             raise ConfigError(f"{where}: {error}") from error
