@@ -50,6 +50,11 @@ class DriveSide:
         self._publisher.publish(String())
         node.create_service(Trigger, "~/attach", self.on_attach)
 
+    @property
+    def are_brakes_closed(self) -> bool:
+        """What the holding brakes are to be from now on."""
+        return self._watchdog.are_brakes_closed
+
     def on_attach(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         """Give a guard its secret, or the reason why not."""
         is_taken = self.is_running if self._is_lockstep else not self._watchdog.has_let_go
@@ -80,6 +85,8 @@ class DriveSide:
             self._node.get_logger().warning(text, throttle_duration_sec=5.0)
         else:
             self._effort = sealed.effort
+            if mark.is_driving:
+                self._watchdog.open_brakes()
         return mark
 
     def choose(self, velocity: Sequence[float]) -> list[float]:

@@ -16,8 +16,8 @@ Services
     ~/attach (std_srvs/Trigger): see ``drive_side_node``.
 
 In real time an alarm advances the arm by the time that has passed, once a period; the newest torque acts for
-a period, and without one the drives' watchdog brakes. In lockstep the arm advances by one period for every
-torque, from the first one on and as soon as everybody is ready.
+a period, and without one the drives' watchdog brakes, and closes the brakes. In lockstep the arm advances by
+one period for every torque, from the first one on and as soon as everybody is ready.
 """
 
 from __future__ import annotations
@@ -72,6 +72,9 @@ class RigNodeSettings(LoopSettings):
         ("estimator", "controller", "guard"), "Nodes that must be ready before the first tick in lockstep."
     )
     silence: float = parameter(0.05, "Silence of the guard after which the drives let go.", "s", 0.01, 1.0)
+    brake_time: float = parameter(
+        0.1, "Damping after which the drives that have let go close their brakes at the latest.", "s", 0.0, 10.0
+    )
     faults: str = parameter("", "Faults of sensors: 'root_strain: off 1 3; camera: delayed 60 ms'.")
 
 
@@ -97,7 +100,8 @@ class RigNode(ManagedNode):
         """Build the hardware at rest."""
         plant = made(_plant_of, self.config, self._simulation)
         self.drives = Drives(self.config, self._simulation, plant, self._faults)
-        limits = drive_limits(self.config, self.drives.rig, self.settings.silence)
+        silence, brake_time = self.settings.silence, self.settings.brake_time
+        limits = drive_limits(self.config, self.drives.rig, silence, brake_time)
         self._side = DriveSide(self, limits, self.settings.lockstep)
         period = None if self.settings.lockstep else self.drives.rig.dt
         self._health = RigHealth(self, self.drives, self.config, period, self._thresholds, self.jump)
@@ -144,7 +148,8 @@ class RigNode(ManagedNode):
         mark = self._side.take(msg, oldest_ns)
         if mark is None:
             return
-        self.drives.is_released |= mark.is_driving
+        if not self._side.are_brakes_closed:
+            self.drives.open_brakes()
         if not self.settings.lockstep:
             self._look_ahead()
             return
@@ -167,6 +172,8 @@ class RigNode(ManagedNode):
         self._ahead = None
         self._voice.say(samples, self.stamp_of)
         self.drives.tau = self._side.choose(self.drives.state().velocity)
+        if self._side.are_brakes_closed:
+            self.drives.close_brakes()
         self._epoch_ns += self._jump_ns
         self._jump_ns = 0
 

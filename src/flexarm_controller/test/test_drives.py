@@ -12,7 +12,7 @@ from flexarm_controller.drives.seal import Mark, Seal
 from flexarm_controller.drives.watchdog import BRIDGED, DriveLimits, DriveWatchdog
 
 T = 0.005
-LIMITS = DriveLimits((10.0, 4.0), (1000.0, 400.0), (2.0, 0.5), (5.0, 2.0), T)
+LIMITS = DriveLimits((10.0, 4.0), (1000.0, 400.0), (2.0, 0.5), (5.0, 2.0), T, (0.1, 0.2))
 STILL = (0.0, 0.0)
 SECRET = "5e" * 16
 TORQUES, MARK = [1.25, -0.5], Mark(True, 3)
@@ -119,6 +119,75 @@ def test_torques_that_cannot_be_meant_count_as_silence(effort):
     watchdog = obeying()
     assert watchdog.step(effort, STILL) == TORQUES
     assert watchdog.silent == 1
+
+
+def released():
+    watchdog = obeying()
+    watchdog.open_brakes()
+    assert not watchdog.are_brakes_closed
+    return watchdog
+
+
+def periods_until_closed(watchdog, velocity):
+    """Return after how many periods of silence the brakes are closed; None: not within a second."""
+    for k in range(1, round(1.0 / T)):
+        watchdog.step(None, velocity)
+        if watchdog.are_brakes_closed:
+            return k
+    return None
+
+
+def test_brakes_are_closed_until_the_attached_guard_drives():
+    watchdog = DriveWatchdog(LIMITS)
+    watchdog.open_brakes()  # nobody is attached who could
+    assert watchdog.are_brakes_closed
+    watchdog.attach()
+    assert watchdog.are_brakes_closed
+    watchdog.step(TORQUES, (9.0, 9.0))
+    assert watchdog.are_brakes_closed
+    watchdog.open_brakes()
+    assert not watchdog.are_brakes_closed
+
+
+@pytest.mark.parametrize(
+    ("velocity", "closed"),
+    [
+        (STILL, 0.05),
+        ((0.1, -0.2), 0.05),
+        ((0.11, 0.0), 0.15),
+        ((0.0, -0.21), 0.15),
+        ((math.nan, 0.0), 0.15),
+        ((math.inf, -9.0), 0.15),
+    ],
+)
+def test_brakes_close_when_a_silent_guard_s_arm_is_slow_or_has_been_damped_for_a_tenth_of_a_second(
+    velocity, closed
+):
+    assert periods_until_closed(released(), velocity) == pytest.approx(closed / T, abs=1.0)
+
+
+def test_brakes_close_as_soon_as_damping_has_made_the_arm_slow():
+    watchdog, count = released(), 0
+    while not watchdog.are_brakes_closed:
+        count += 1
+        watchdog.step(None, (1.0 if count < 20 else 0.1, 0.0))
+    assert count == 20
+
+
+def test_brakes_stay_open_as_long_as_the_guard_speaks_and_closed_until_another_one_drives():
+    watchdog = released()
+    for _ in range(200):
+        watchdog.step(TORQUES, STILL)
+    assert not watchdog.are_brakes_closed
+    assert periods_until_closed(watchdog, STILL) == round(0.05 / T)
+    watchdog.open_brakes()
+    watchdog.step(TORQUES, (9.0, 9.0))
+    assert watchdog.are_brakes_closed  # once closed it does not matter what moves
+    watchdog.attach()
+    watchdog.step(TORQUES, STILL)
+    assert watchdog.are_brakes_closed  # a new guard that stands
+    watchdog.open_brakes()
+    assert periods_until_closed(watchdog, (9.0, 0.0)) == pytest.approx(0.15 / T, abs=1.0)  # anew
 
 
 def test_no_torque_leaves_its_limits_and_none_changes_faster_than_it_may():

@@ -3,16 +3,21 @@
 In one motor period the arm moves under the torque chosen before, and the sensors speak; then somebody chooses
 the torque that acts from now on. A drive knows its axis from an encoder of its own. A fault of the sensor
 ``encoder`` is one on the way to the estimator: it spoils what ``joint_states`` tells, not what the drive does
-with its motor. On a real rig a drive whose own encoder fails cannot commutate: it switches itself off, and
-``drive_states`` ends.
+with its motor. On a real rig a drive whose own encoder fails cannot commutate: it switches itself off, closes
+its brake, and ``drive_states`` ends.
+
+Brakes that close take the velocity of their axes within 50 ms, or longer where that needs more torque than
+the half of what the motor has; then the axes stand, and the links ring on.
 """
 
 from __future__ import annotations
 
 import copy
+import math
 from collections.abc import Mapping
 
 import numpy as np
+from numpy.typing import NDArray
 
 from flexarm_bringup.sim.motor_side import MotorSide
 from flexarm_bringup.sim.plant import Plant
@@ -23,8 +28,12 @@ from flexarm_controller.drives.watchdog import DriveLimits
 from flexarm_controller.guard import GuardState
 from flexarm_model.manipulator.description import ManipulatorConfig
 
+Array = NDArray[np.float64]
+
 DAMPING_GAIN = 0.075  # share of an axis' velocity that joint damping takes away in a motor period
-BRAKING_SHARE = 0.5  # of the torque limit that it takes at most
+BRAKING_SHARE = 0.5  # of the torque limit that it takes at most, and that a brake has beside what it holds
+SLOW = 0.05  # of the velocity limit: brakes may close
+BRAKE_TIME = 0.05  # s in which a brake takes the velocity of its axis at the soonest
 
 
 class Drives:
@@ -55,6 +64,9 @@ class Drives:
         self.tau: list[float] = [0.0] * len(self.names)
         self.acted = list(self.tau)
         self.is_released = False
+        self._slowing: Array | None = (
+            None  # of brakes that have closed [rad/s^2], (n_theta,); at first none has
+        )
 
     @property
     def t(self) -> float:
@@ -68,7 +80,25 @@ class Drives:
     def advance(self) -> list[Sample]:
         """Move by one period under the torque chosen before; return what the sensors deliver."""
         self.acted = list(self.tau)
-        return self._measure(self.rig.step(np.array(self.acted)) if self.is_released else self.rig.rest())
+        if self.is_released:
+            return self._measure(self.rig.step(np.array(self.acted)))
+        if self._slowing is None:
+            return self._measure(self.rig.rest())
+        stop = -self.rig.plant.theta_dot / self.rig.dt
+        return self._measure(self.rig.servo(np.clip(stop, -self._slowing, self._slowing)))
+
+    def open_brakes(self) -> None:
+        """Let the arm move."""
+        self.is_released = True
+
+    def close_brakes(self) -> None:
+        """Bring the axes to rest, where they are open, and hold them there."""
+        if self.is_released:
+            plant = self.rig.plant
+            inertia = np.diag(plant.tree.mass_matrix(plant.q))[plant.tree.actuated]
+            torque = [BRAKING_SHARE * axis.effort for axis in self.rig.config.actuated.values()]
+            self._slowing = np.minimum(np.array(torque) / inertia, abs(plant.theta_dot) / BRAKE_TIME)
+            self.is_released = False
 
     def state(self, strain: tuple[float, ...] = ()) -> GuardState:
         """Return what the drives measure now, beside what the gauges told."""
@@ -87,13 +117,14 @@ class Drives:
         return samples
 
 
-def drive_limits(config: ManipulatorConfig, rig: Rig, silence: float) -> DriveLimits:
+def drive_limits(config: ManipulatorConfig, rig: Rig, silence: float, brake_time: float) -> DriveLimits:
     """Return the drives' limits: the axes' own, and damping that fits their inertia at home.
 
     Args:
         config: The manipulator.
         rig: The simulated arm.
         silence: Of the guard, after which the drives let go [s].
+        brake_time: After which they close their brakes then at the latest [s].
     """
     tree = rig.plant.tree
     inertia = np.diag(tree.mass_matrix(rig.plant.q))[tree.actuated]
@@ -104,5 +135,7 @@ def drive_limits(config: ManipulatorConfig, rig: Rig, silence: float) -> DriveLi
         damping=tuple(float(DAMPING_GAIN / rig.dt * value) for value in inertia),
         braking=tuple(BRAKING_SHARE * axis.effort for axis in axes),
         period=rig.dt,
+        brake_velocity=tuple(SLOW * axis.velocity if axis.velocity < math.inf else 0.0 for axis in axes),
         silence=silence,
+        brake_time=brake_time,
     )

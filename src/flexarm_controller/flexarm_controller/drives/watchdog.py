@@ -3,7 +3,8 @@
 The last torque bridges two periods; then it fades, to nothing when the guard has been silent for 50 ms. From
 then on the drives obey nobody: joint damping, ``tau = -d theta'`` up to the braking torque, until a guard
 attaches anew. No torque changes faster than its limit allows. They know nothing of loads: an arm that gravity
-pulls needs brakes that close.
+pulls would sink for ever. So the holding brakes close as soon as all axes are slow enough for them, or when
+the drives have damped for long enough, and open only where a guard drives again.
 """
 
 from __future__ import annotations
@@ -25,8 +26,10 @@ class DriveLimits:
         damping: Torque per velocity of an arm that nobody guards [N m s/rad] or [N s/m].
         braking: Largest torque of it [N m] or [N].
         period: Motor period [s].
+        brake_velocity: Up to which the brakes may close before they must [rad/s] or [m/s].
         silence: Of the guard, after which the drives let go [s].
-        rest_velocity: Below this an axis is at rest [rad/s] or [m/s].
+        brake_time: From then on, after which the brakes close whatever the velocity [s].
+        rest_velocity: Mean velocity up to which an axis is at rest [rad/s] or [m/s].
     """
 
     effort: tuple[float, ...]
@@ -34,7 +37,9 @@ class DriveLimits:
     damping: tuple[float, ...]
     braking: tuple[float, ...]
     period: float
+    brake_velocity: tuple[float, ...]
     silence: float = 0.05
+    brake_time: float = 0.1
     rest_velocity: float = 0.01
 
 
@@ -45,6 +50,7 @@ class DriveWatchdog:
         silent: Periods since the guard's last torque [1].
         has_let_go: The guard was silent for too long, or there has been none.
         missed: Periods without a torque of an attached guard [1].
+        are_brakes_closed: What the holding brakes are to be.
     """
 
     def __init__(self, limits: DriveLimits) -> None:
@@ -52,16 +58,22 @@ class DriveWatchdog:
         self._limits = limits
         self._most = max(round(limits.silence / limits.period), BRIDGED + 1)
         self._tau = [0.0] * len(limits.effort)
+        self._alone, self._longest = 0, round(limits.brake_time / limits.period)  # periods of damping
         self.silent = self.missed = 0
-        self.has_let_go = True
+        self.has_let_go = self.are_brakes_closed = True
 
     def attach(self) -> None:
-        """Obey a guard from now on."""
-        self.silent, self.has_let_go = 0, False
+        """Obey a guard from now on; the brakes stay as they are."""
+        self.silent = self._alone = 0
+        self.has_let_go = False
 
     def is_at_rest(self, velocity: Sequence[float]) -> bool:
         """Tell whether every axis is."""
         return all(abs(v) <= self._limits.rest_velocity for v in velocity)
+
+    def open_brakes(self) -> None:
+        """Let the arm move: the guard that is obeyed says that it drives."""
+        self.are_brakes_closed &= self.has_let_go
 
     def step(self, effort: Sequence[float] | None, velocity: Sequence[float]) -> list[float]:
         """Return the torque [N m] or [N] of the period that starts now, one per axis.
@@ -76,6 +88,7 @@ class DriveWatchdog:
             self.missed += not is_usable
             self.has_let_go = self.silent >= self._most
         if self.has_let_go:
+            self._brake(velocity)
             wanted: Sequence[float] = self._damping(velocity)
         elif is_usable and effort is not None:
             wanted = effort
@@ -88,6 +101,12 @@ class DriveWatchdog:
         """Return the share of the last torque that is kept; the line ends when the drives let go."""
         left = self._most - self.silent
         return left / (left + 1) if self.silent > BRIDGED else 1.0
+
+    def _brake(self, velocity: Sequence[float]) -> None:
+        """Close the brakes of an arm that is slow, or that has been damped for long enough."""
+        slow = zip(velocity, self._limits.brake_velocity, strict=True)
+        self.are_brakes_closed |= self._alone >= self._longest or all([abs(v) <= most for v, most in slow])
+        self._alone += 1
 
     def _damping(self, velocity: Sequence[float]) -> list[float]:
         """Return the braking torque; a velocity that cannot be true brakes with nothing."""
