@@ -77,13 +77,11 @@ def plan_course(arm: StaticArm, task: Task, dt: float) -> Course:
             motions[name] = move.plan(arm, theta, dt)
             arm.pose(motions[name].theta[-1])  # it exists: loops close, nothing buckles
         except ValueError as error:
-            where = f"{task.file}: moves.{name}" if task.file else f"move '{name}'"
-            raise ConfigError(f"{where}: {error}") from error
+            raise _refusal(task, name, error) from error
         theta = motions[name].theta[-1]
     reference, legs, end = lay_out(motions, task.lead, task.wait)
     t = _tip_times(legs)
-    tip = np.array([arm.pose(row)[:3, 3] for row in reference.sample(t)[0]])
-    return Course(home, reference, legs, end, t, tip)
+    return Course(home, reference, legs, end, t, _tip(arm, task, reference, legs, t))
 
 
 def lay_out(
@@ -100,6 +98,23 @@ def lay_out(
     parts = ("t", "theta", "theta_dot", "theta_ddot")
     reference = Reference(*(np.concatenate([getattr(piece, part) for piece in pieces]) for part in parts))
     return reference, tuple(legs), clock
+
+
+def _tip(arm: StaticArm, task: Task, reference: Reference, legs: Sequence[Leg], t: Array) -> Array:
+    """Return where the resting tip is at times t (k,) [m], (k, 3)."""
+    tip = []
+    for now, theta in zip(t, reference.sample(t)[0], strict=True):
+        try:
+            tip.append(arm.pose(theta)[:3, 3])
+        except ValueError as error:
+            raise _refusal(task, next(leg.name for leg in legs if now <= leg.end), error) from error
+    return np.array(tip)
+
+
+def _refusal(task: Task, move: str, error: ValueError) -> ConfigError:
+    """Return the error for a move that the arm cannot do."""
+    where = f"{task.file}: moves.{move}" if task.file else f"move '{move}'"
+    return ConfigError(f"{where}: {error}")
 
 
 def _rest(theta: Array, t: float) -> AxisMotion:

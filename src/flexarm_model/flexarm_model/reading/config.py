@@ -178,6 +178,9 @@ def _read_axis(section: Section, name: str, laws: ParameterLaws) -> Axis:
     )
     if not axis.lower < axis.upper:
         raise section.error("upper", section.take("upper"), f"must be above lower, {section.take('lower')}")
+    if section.has("guess") and not axis.lower <= axis.guess <= axis.upper:
+        allowed = f"must lie within [{axis.lower:.6g}, {axis.upper:.6g}] {si_unit(dimension('position'))}"
+        raise section.error("guess", section.take("guess"), allowed)
     section.done()
     return axis
 

@@ -45,12 +45,13 @@ def linearize(tree: ReducedTree, pose: Array | None = None, modes: int | None = 
         modes: Number of modes; None is what the description asks for.
 
     Raises:
-        PoseError: Wrong length, not finite, outside the axes' limits, no stable equilibrium, more modes asked
-            for than exist, or a coordinate without mass.
+        PoseError: Wrong length, not finite, outside the axes' limits, also those of passive axes, no stable
+            equilibrium, more modes asked for than exist, or a coordinate without mass.
     """
     config = tree.config
     pose = check_pose(tree, config.home if pose is None else pose)
     q0, force, (M, D, K, f0) = _settle(tree, pose)
+    _refuse_beyond_stops(tree, pose, q0)
     K += constraint_stiffness(tree, q0, force)
     n, n_eta = len(tree.actuated), config.modes if modes is None else modes
     N = tree.motions_within(q0)
@@ -128,6 +129,19 @@ def check_pose(tree: ReducedTree, pose: Array) -> Array:
             limits = f"[{axis.lower:.6g}, {axis.upper:.6g}] {unit}"
             raise PoseError(f"pose: {name} = {value:.6g} {unit} is not finite or outside {limits}")
     return pose
+
+
+def _refuse_beyond_stops(tree: ReducedTree, pose: Array, q: Array) -> None:
+    """Raise PoseError where passive axes rest at q (n_q,) outside their limits; whole turns are free."""
+    for i in sorted(set(range(len(tree.axes))) - set(tree.actuated)):
+        axis, at = tree.axes[i], float(q[i])
+        if axis.name.startswith("r") and np.isfinite(middle := (axis.lower + axis.upper) / 2):
+            at += 2 * np.pi * round((middle - at) / (2 * np.pi))
+        if not axis.lower - CLOSED <= at <= axis.upper + CLOSED:
+            unit = si_unit(axis_dimension(axis.name, "position"))
+            limits = f"[{axis.lower:.6g}, {axis.upper:.6g}] {unit}"
+            passive = f"needs the passive {tree.axis_names[i]} at {at:.6g}, outside {limits}"
+            raise PoseError(f"pose {np.round(pose, 6).tolist()}: {passive}")
 
 
 def constraint_stiffness(tree: ReducedTree, q: Array, force: Array) -> Array:
