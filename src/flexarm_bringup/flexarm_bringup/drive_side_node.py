@@ -44,7 +44,6 @@ class DriveSide:
         self._node, self._limits, self._is_lockstep = node, limits, is_lockstep
         self._attachment, self._watchdog = Attachment(), DriveWatchdog(limits)
         self._effort: Sequence[float] | None = None  # since the last choice
-        self._velocity: Sequence[float] = [0.0] * len(limits.effort)
         self._before, self.is_running = "", False
         self._publisher = node.create_publisher(String, "~/attached", LATCHED_QOS)
         self._publisher.publish(String())
@@ -61,8 +60,8 @@ class DriveSide:
         response.success = False
         if is_taken:
             response.message = f"the drives obey guard {self._attachment.fingerprint}"
-        elif not self._watchdog.is_at_rest(self._velocity):
-            response.message = "the arm still moves"
+        elif moves := self._watchdog.unready(not self._is_lockstep):
+            response.message = f"the arm still moves: {moves}"
         else:
             secret = secrets.token_hex(SECRET_BYTES)
             self._attachment.attach(secret)
@@ -91,7 +90,7 @@ class DriveSide:
 
     def choose(self, velocity: Sequence[float]) -> list[float]:
         """Return the torque of the period that starts now [N m] or [N]; ``velocity`` of the axes, SI."""
-        effort, self._effort, self._velocity = self._effort, None, velocity
+        effort, self._effort = self._effort, None
         had_let_go = self._watchdog.has_let_go
         tau = self._watchdog.step(effort, velocity)
         if self._watchdog.has_let_go and not had_let_go:

@@ -73,7 +73,7 @@ class RigNodeSettings(LoopSettings):
     )
     silence: float = parameter(0.05, "Silence of the guard after which the drives let go.", "s", 0.01, 1.0)
     brake_time: float = parameter(
-        0.1, "Damping after which the drives that have let go close their brakes at the latest.", "s", 0.0, 10.0
+        0.1, "Damping after which drives that have let go close their brakes at the latest.", "s", 0.0, 10.0
     )
     faults: str = parameter("", "Faults of sensors: 'root_strain: off 1 3; camera: delayed 60 ms'.")
 

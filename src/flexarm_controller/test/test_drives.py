@@ -204,8 +204,35 @@ def test_no_torque_leaves_its_limits_and_none_changes_faster_than_it_may():
         last = tau
 
 
-def test_rest_is_below_the_rest_velocity_of_every_axis():
+def watch(watchdog, velocities):
+    for v in velocities:
+        watchdog.step(None, (0.0, v))
+    return watchdog
+
+
+def test_a_guard_may_attach_where_the_arm_has_been_at_rest_for_a_quarter_of_a_second():
     watchdog = DriveWatchdog(LIMITS)
-    assert watchdog.is_at_rest((0.01, -0.01))
-    assert not watchdog.is_at_rest((0.0, 0.011))
-    assert not watchdog.is_at_rest((math.nan, 0.0))
+    unknown = "the arm has not been watched for long enough"
+    assert watchdog.unready() == unknown and watchdog.unready(must_know=False) == ""
+    assert watch(watchdog, [0.0] * 49).unready() == unknown
+    assert watch(watchdog, [0.6]).unready() == "axis 2 moves at 0.012, at rest it does up to 0.01"
+    assert watch(watchdog, [0.0] * 50).unready() == ""
+
+
+def test_an_axis_that_swings_is_not_at_rest_where_it_turns_and_one_with_noise_is():
+    """At 1 Hz one sample of the swing is as slow as rest; noise is thirty times as fast as rest."""
+    swing = [0.5 * math.sin(2.0 * math.pi * T * (k + 0.5)) for k in range(101)]
+    assert abs(swing[99]) < LIMITS.rest_velocity
+    assert watch(DriveWatchdog(LIMITS), swing[:100]).unready().startswith("axis 2 moves at 0.3")
+    rng = random.Random(3)
+    told = [rng.gauss(0.0, 3e-4) for _ in range(201)]  # rad, of an encoder
+    noise = [(b - a) / T for a, b in zip(told, told[1:], strict=False)]
+    assert max(map(abs, noise[-50:])) > 0.1
+    assert watch(DriveWatchdog(LIMITS), noise).unready() == ""
+
+
+@pytest.mark.parametrize("v", [math.nan, math.inf])
+def test_where_nobody_knows_how_the_arm_moves_no_guard_may_attach(v):
+    watchdog = watch(DriveWatchdog(LIMITS), [0.0] * 60)
+    assert watch(watchdog, [v]).unready() == "drives do not tell the velocity of every axis"
+    assert watch(watchdog, [v]).unready(must_know=False) == "drives do not tell the velocity of every axis"

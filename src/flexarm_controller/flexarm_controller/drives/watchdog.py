@@ -13,6 +13,8 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from flexarm_controller.guarding.rest_watch import RestWatch
+
 BRIDGED = 2  # periods without a torque of the guard for which the last one is kept
 
 
@@ -58,6 +60,7 @@ class DriveWatchdog:
         self._limits = limits
         self._most = max(round(limits.silence / limits.period), BRIDGED + 1)
         self._tau = [0.0] * len(limits.effort)
+        self._rest = RestWatch(len(limits.effort), limits.period, limits.rest_velocity)
         self._alone, self._longest = 0, round(limits.brake_time / limits.period)  # periods of damping
         self.silent = self.missed = 0
         self.has_let_go = self.are_brakes_closed = True
@@ -67,9 +70,15 @@ class DriveWatchdog:
         self.silent = self._alone = 0
         self.has_let_go = False
 
-    def is_at_rest(self, velocity: Sequence[float]) -> bool:
-        """Tell whether every axis is."""
-        return all(abs(v) <= self._limits.rest_velocity for v in velocity)
+    def unready(self, must_know: bool = True) -> str:
+        """Return why no guard may attach now; empty when one may.
+
+        Args:
+            must_know: Time does not stand until then: the arm must have been watched for long enough.
+        """
+        if must_know and not self._rest.is_full:
+            return self._rest.judge() or "the arm has not been watched for long enough"
+        return self._rest.judge()
 
     def open_brakes(self) -> None:
         """Let the arm move: the guard that is obeyed says that it drives."""
@@ -82,6 +91,7 @@ class DriveWatchdog:
             effort: What the guard sent for it; None for nothing.
             velocity: Of the axes [rad/s] or [m/s].
         """
+        self._rest.add(velocity)
         is_usable = effort is not None and len(effort) == len(self._tau) and all(map(math.isfinite, effort))
         if not self.has_let_go:
             self.silent = 0 if is_usable else self.silent + 1
