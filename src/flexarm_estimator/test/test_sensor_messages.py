@@ -210,7 +210,7 @@ def test_a_unit_says_what_it_measures(unit_reader, told, read):
 def test_an_accelerometer_without_the_first_axis_is_absent_too(unit_reader):
     """Its own axis has a covariance of zero in such a message: zero was read as a sample."""
     reading = READER.read("imu/tip_accelerometer", unit(rate=0.2), 1.0)
-    assert not reading.samples and "acceleration is not measured" in reading.refusals[0].reason
+    assert not reading.samples and "linear acceleration is not measured" in reading.refusals[0].reason
 
 
 def test_what_a_unit_tells_of_its_noise_is_its_own(unit_reader):
