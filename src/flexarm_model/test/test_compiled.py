@@ -11,7 +11,8 @@ import numpy as np
 import pytest
 from arms import arm, random_states, tree
 
-from flexarm_model.numeric.compiled import FastFunction, cache_folder, compile_functions, find_compiler
+from flexarm_model.numeric.compiled import FastFunction, compile_functions, find_compiler
+from flexarm_model.numeric.library_cache import cache_folder
 from flexarm_model.tree.reduced_tree import ReducedTree
 
 needs_compiler = pytest.mark.skipif(find_compiler() is None, reason="no C compiler")

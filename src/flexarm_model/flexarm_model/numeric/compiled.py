@@ -1,17 +1,12 @@
 """CasADi functions as machine code, cached by content; CasADi's virtual machine without a compiler.
 
-Both give the same numbers. The cache lives in ``$FLEXARM_CACHE`` (default: the user's cache folder)
-and is keyed by the hash of the generated C code and the compiler's flags.
+Both give the same numbers; where the cache is: library_cache.py.
 """
 
 from __future__ import annotations
 
-import hashlib
-import logging
 import os
-import re
 import shutil
-import subprocess
 import tempfile
 from collections.abc import Collection, Iterator, Mapping
 from functools import cache
@@ -22,13 +17,11 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
+from flexarm_model.numeric.library_cache import FLAGS, build_library
+
 Array = NDArray[np.float64]
 
-FLAGS = ("-O1", "-fPIC", "-shared", "-ffp-contract=off")  # -O3 takes minutes and gains little
 GENERATED = ("-Og", *FLAGS[1:])  # the same speed for straight code, compiled in two thirds of the time
-HEADER = Path(__file__).with_name("machine_code.h")  # what C files written by hand share
-LONG_SOURCE = 1_000_000  # bytes of C; from here on compiling takes seconds, and is announced
-LOG = logging.getLogger("flexarm")
 
 
 class WorkSizes(NamedTuple):
@@ -168,37 +161,6 @@ def _find_compiler(path: str | None) -> str | None:
     """Look along a path once; a model that is adopted while the arm moves asks again."""
     found = (shutil.which(name, path=path) for name in ("gcc", "cc", "g++", "clang"))
     return next((compiler for compiler in found if compiler), None)
-
-
-def cache_folder() -> Path:
-    """Return the folder of the compiled code."""
-    if chosen := os.environ.get("FLEXARM_CACHE"):
-        return Path(chosen)
-    return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "flexarm"
-
-
-def build_library(source: Path, compiler: str, flags: tuple[str, ...] = FLAGS) -> Path | None:
-    """Return the shared library of a C file, from the cache or new; None when the compiler fails."""
-    made_of = _text(source) + HEADER.read_bytes() + " ".join((compiler, *flags)).encode()
-    digest = hashlib.sha256(made_of).hexdigest()[:24]
-    target = cache_folder() / f"{digest}.so"
-    if not target.exists():
-        if source.stat().st_size > LONG_SOURCE:
-            LOG.info("compiling %.1f MB of C; once, then it is kept", source.stat().st_size / 1e6)
-        target.parent.mkdir(parents=True, exist_ok=True)
-        built = target.with_suffix(f".{os.getpid()}.tmp")
-        command = [compiler, "-x", "c", str(source), f"-I{HEADER.parent}", *flags, "-o", str(built), "-lm"]
-        if subprocess.run(command, check=False, capture_output=True).returncode:
-            return None
-        built.replace(target)  # atomic: another process may build the same
-    return target
-
-
-def _text(source: Path) -> bytes:
-    """Return a C file and the headers beside it that it names."""
-    text = source.read_bytes()
-    named = (source.parent / name.decode() for name in re.findall(rb'#include "([^"]+)"', text))
-    return text + b"".join(header.read_bytes() for header in named if header.exists())
 
 
 def _densify(name: str, function: ca.Function) -> ca.Function:

@@ -11,7 +11,8 @@ from pathlib import Path
 
 import numpy as np
 
-from flexarm_model.numeric.compiled import FLAGS, FastFunction, build_library, cache_folder, find_compiler
+from flexarm_model.numeric.compiled import FastFunction, find_compiler
+from flexarm_model.numeric.library_cache import FLAGS, build_library, cache_folder
 
 FAST = ("-std=c99", "-O3", *FLAGS[1:])  # for the few loops that are written by hand
 
@@ -74,5 +75,5 @@ def _load(source: Path, compiler: str, flags: tuple[str, ...], folder: Path) -> 
 
 @cache
 def _open(library: Path) -> ctypes.PyDLL:
-    """Load a library; its name is the hash of its content."""
+    """Load a library; its name is the hash of what it is made of."""
     return ctypes.PyDLL(str(library))

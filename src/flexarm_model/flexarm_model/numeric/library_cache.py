@@ -1,0 +1,124 @@
+"""Shared libraries of C code, kept from one start to the next.
+
+The folder is ``$FLEXARM_CACHE`` (default: the user's cache folder). A library is named by the hash of its
+C code, of the compiler with its version and flags, and of the machine's architecture. Its last bytes are the
+hash of all before them: one that a power cut or a full disk left in pieces is built anew. It has to be found
+before it is opened, for opening a library without its end stops the process (SIGBUS).
+"""
+
+from __future__ import annotations
+
+import _ctypes
+import hashlib
+import logging
+import os
+import platform
+import re
+import subprocess
+import tempfile
+from functools import cache
+from pathlib import Path
+
+FLAGS = ("-O1", "-fPIC", "-shared", "-ffp-contract=off")  # -O3 takes minutes and gains little
+HEADER = Path(__file__).with_name("machine_code.h")  # what C files written by hand share
+LONG_SOURCE = 1_000_000  # bytes of C; from here on compiling takes seconds, and is announced
+SEAL = 16  # bytes of the hash at a library's end
+LOG = logging.getLogger("flexarm")
+
+
+def cache_folder() -> Path:
+    """Return the folder of the compiled code."""
+    if chosen := os.environ.get("FLEXARM_CACHE"):
+        return Path(chosen)
+    return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "flexarm"
+
+
+def build_library(source: Path, compiler: str, flags: tuple[str, ...] = FLAGS) -> Path | None:
+    """Return the shared library of a C file, from the cache or new.
+
+    Returns:
+        Its path; None, with one line about why, where the compiler fails or the folder cannot be used.
+    """
+    made_of = (_text(source), HEADER.read_bytes(), *(part.encode() for part in (*_maker(compiler), *flags)))
+    target = cache_folder() / f"{hashlib.sha256(bytes(1).join(made_of)).hexdigest()[:24]}.so"
+    if _is_whole(target) and _opens(target):
+        return target
+    if source.stat().st_size > LONG_SOURCE:
+        LOG.info("compiling %.1f MB of C; once, then it is kept", source.stat().st_size / 1e6)
+    try:
+        return _build(source, [compiler, "-x", "c", str(source), f"-I{HEADER.parent}", *flags], target)
+    except OSError as error:
+        _tell(f"compiled code cannot be kept in {target.parent}: {error.strerror}; slower code runs instead")
+        return None
+
+
+def _build(source: Path, command: list[str], target: Path) -> Path | None:
+    """Compile in a folder of its own beside the target: others, on other machines too, may build the same.
+
+    Raises:
+        OSError: The folder cannot be made or written to.
+    """
+    target.parent.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory(prefix=f"{target.stem}.", suffix=".tmp", dir=target.parent) as folder:
+        built = Path(folder) / target.name
+        made = subprocess.run([*command, "-o", str(built), "-lm"], check=False, capture_output=True)
+        if made.returncode:
+            _tell(f"the C compiler {command[0]} fails{_first_error(made.stderr)}; slower code runs instead")
+            return None
+        code = built.read_bytes()
+        built.write_bytes(code + _seal(code))
+        if not _opens(built):
+            _tell(f"code compiled into {target.parent} cannot be run from there; slower code runs instead")
+            return None
+        built.replace(target)  # atomic
+    return target
+
+
+def _first_error(stderr: bytes) -> str:
+    """Return the compiler's first complaint with a colon before it; nothing where it has none."""
+    lines = [line for line in stderr.decode(errors="replace").splitlines() if "error" in line]
+    return f": {lines[0]}" if lines else ""
+
+
+def _is_whole(library: Path) -> bool:
+    """Whether a library is there and ends with the hash of what it holds."""
+    try:
+        content = library.read_bytes()
+    except OSError:
+        return False
+    return content[-SEAL:] == _seal(content[:-SEAL])
+
+
+def _opens(library: Path) -> bool:
+    """Whether this machine can load a library: not one made for another C library, or in a folder noexec."""
+    try:
+        handle = _ctypes.dlopen(str(library), os.RTLD_NOW)
+    except OSError:
+        return False
+    _ctypes.dlclose(handle)
+    return True
+
+
+def _seal(code: bytes) -> bytes:
+    """Return the hash that a library ends with."""
+    return hashlib.blake2b(code, digest_size=SEAL).digest()
+
+
+@cache
+def _maker(compiler: str) -> tuple[str, str, str]:
+    """Return what tells compilers apart: path, version, architecture."""
+    told = subprocess.run([compiler, "--version"], check=False, capture_output=True)
+    return compiler, told.stdout.decode(errors="replace"), platform.machine()
+
+
+@cache
+def _tell(trouble: str) -> None:
+    """Log a trouble once."""
+    LOG.warning("%s", trouble)
+
+
+def _text(source: Path) -> bytes:
+    """Return a C file and the headers beside it that it names."""
+    text = source.read_bytes()
+    named = (source.parent / name.decode() for name in re.findall(rb'#include "([^"]+)"', text))
+    return text + b"".join(header.read_bytes() for header in named if header.exists())
