@@ -29,7 +29,8 @@ from flexarm_estimator.settings import EstimatorConfig
 from flexarm_estimator.steps.joint_step import PreparedStep
 
 Array = NDArray[np.float64]
-_ALSO, _SHARE = 3.0, 0.9  # score of another mean, and over the own or the jump, that makes a shift doubtful
+_ALSO = 3.0  # score of another mean that makes a shift doubtful
+_OF_MEAN, _OF_JUMP = 0.9, 0.25  # and its least share of the own score, and of the size of the own jump
 _SHORTEST = 1e-3  # s
 _KEPT = 9  # doubts in a row, at least
 _TOGETHER = 2  # refusals in a row of several sensors at once that make the state doubtful
@@ -201,7 +202,7 @@ class Gate:
         at, size = own.surprise
         if any(abs(past.surprise[0] - at) <= SAME_INSTANT for past in others):
             return True
-        least = max(_ALSO, _SHARE * max(own.mean.score, size))
+        least = max(_ALSO, _OF_MEAN * own.mean.score, _OF_JUMP * size)
         return reason == SHIFT and any(past.mean.score > least for past in others)
 
     def _find_doubters(self, verdicts: Iterable[Verdict]) -> set[str]:
