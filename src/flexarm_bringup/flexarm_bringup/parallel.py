@@ -1,14 +1,20 @@
-"""Independent jobs on all cores, in processes of their own; results come in the order of the jobs."""
+"""Independent jobs on all cores, in processes of their own; results come in the order of the jobs.
+
+No worker outlives who gave it work: the kernel ends it with that process, Ctrl-C or an error at once.
+"""
 
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Sequence
+import signal
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
-from multiprocessing import get_context
+from contextlib import contextmanager
+from multiprocessing import active_children, get_context
 from typing import TypeVar
 
 from flexarm_model.process.announce import announce_on_stderr
+from flexarm_model.process.parent import ending_with
 
 Job = TypeVar("Job")
 Result = TypeVar("Result")
@@ -28,12 +34,38 @@ def run_parallel(
         done: Told after each job how many of how many are done.
         workers: Number of processes; None takes the cores there are.
     """
-    workers = min(workers or len(os.sched_getaffinity(0)), max(len(todo), 1))
     results: dict[int, Sequence[Result]] = {}
-    spawn = get_context("spawn")
-    with ProcessPoolExecutor(workers, mp_context=spawn, initializer=announce_on_stderr) as pool:
+    with worker_pool(min(workers or cores(), max(len(todo), 1))) as pool:
         futures = {pool.submit(run, job): i for i, job in enumerate(todo)}
         for future in as_completed(futures):
             results[futures[future]] = future.result()
             done(len(results), len(todo))
     return [result for i in range(len(todo)) for result in results[i]]
+
+
+def cores() -> int:
+    """Return how many this process may use."""
+    return len(os.sched_getaffinity(0))
+
+
+@contextmanager
+def worker_pool(workers: int) -> Iterator[ProcessPoolExecutor]:
+    """Offer so many processes for the time of a block; an error in it ends them, whatever they do."""
+    others, spawn = set(active_children()), get_context("spawn")
+    pool = ProcessPoolExecutor(workers, mp_context=spawn, initializer=_begin, initargs=(os.getpid(),))
+    try:
+        yield pool
+    except BaseException:
+        for worker in set(active_children()) - others:
+            worker.terminate()
+        raise
+    finally:
+        pool.shutdown(cancel_futures=True)
+
+
+def _begin(parent: int) -> None:
+    """Begin a worker: Ctrl-C is its parent's affair, and so is when it ends."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    announce_on_stderr()
+    if not ending_with(parent)():
+        raise SystemExit(1)

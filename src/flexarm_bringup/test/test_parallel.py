@@ -1,6 +1,13 @@
-"""Jobs in processes of their own: order of the results, progress, and what a worker has to say."""
+"""Jobs in processes of their own: order of results, progress, what a worker has to say, when it ends."""
 
 import logging
+import os
+import select
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
 
 import pytest
 
@@ -21,3 +28,33 @@ def test_results_come_in_the_order_of_the_jobs_and_workers_announce_long_work(
     said = capfd.readouterr().err
     assert "flexarm: at work on 3" in said
     assert "flexarm: at work on 1" in said
+
+
+def sleep(job: int) -> list[int]:
+    os.write(1, b"asleep\n")
+    time.sleep(60)
+    return []
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGKILL])
+def test_workers_end_with_who_gave_them_work(number: int) -> None:
+    """SIGTERM, which timeouts and service managers send, left them behind; Ctrl-C waited for their work."""
+    begin = "signal.signal(signal.SIGINT, signal.default_int_handler)"  # also where a shell ignores it
+    work = "run_parallel(test_parallel.sleep, [1, 2, 3], lambda *done: None, workers=2)"
+    script = "import signal, test_parallel\nfrom flexarm_bringup.parallel import run_parallel\n"
+    script += f"if __name__ == '__main__':\n    {begin}\n    {work}\n"
+    command = [sys.executable, "-c", script]
+    environment = {**os.environ, "PYTHONPATH": f"{Path(__file__).parent}:{os.environ.get('PYTHONPATH', '')}"}
+    with subprocess.Popen(
+        command, env=environment, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, start_new_session=True
+    ) as parent:
+        assert parent.stdout is not None
+        try:
+            assert [os.read(parent.stdout.fileno(), 7) for _ in range(2)] == [b"asleep\n"] * 2
+            parent.send_signal(number)
+            assert select.select([parent.stdout], [], [], 10.0)[0]
+            assert os.read(parent.stdout.fileno(), 1) == b""  # nobody is left who could write
+            parent.wait(10.0)
+        finally:
+            if parent.poll() is None:
+                os.killpg(parent.pid, signal.SIGKILL)

@@ -12,6 +12,7 @@ import pytest
 
 from flexarm_bringup.arguments import STDOUT
 from flexarm_bringup.page.figures import drawing, to_figure
+from flexarm_bringup.page.page_template import PAGE, STYLE, render
 from flexarm_bringup.page.report import UNWRITABLE, Check, Column, Page, Table, add_report_arguments, publish
 
 TABLE = Table(
@@ -91,3 +92,10 @@ def test_a_file_that_cannot_be_written_in_the_end_is_named(capsys: pytest.Captur
 def test_rows_must_fit_the_columns() -> None:
     with pytest.raises(ValueError, match="has not 1 cells"):
         Table("t", [Column("a")], [[1, 2]])
+
+
+def test_the_style_of_a_page_is_what_a_browser_reads() -> None:
+    """Browsers decode no entities between style tags: fonts, captions and colours of verdicts were lost."""
+    style = render(PAGE, page=Page("title", "lead")).split("<style>")[1].split("</style>")[0]
+    assert style.strip() == STYLE.strip()
+    assert "&" not in style

@@ -65,7 +65,7 @@ PAGE = """\
 <html lang="en"><head><meta charset="utf-8">
 <meta name="viewport" content="width=device-width, initial-scale=1">
 <title>{{ page.title }}</title><style>
-{{ style }}
+{{ style | safe }}
 </style></head><body>
 <h1>{{ page.title }}</h1>
 <p class="lead">{{ page.lead }}</p>

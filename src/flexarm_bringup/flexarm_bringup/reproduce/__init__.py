@@ -16,13 +16,11 @@ from __future__ import annotations
 
 import argparse
 import importlib
-import os
-from concurrent.futures import ProcessPoolExecutor
-from multiprocessing import get_context
 from pathlib import Path
 
 from flexarm_bringup.arguments import STDOUT
 from flexarm_bringup.page.report import Cell, Column, Page, Table, add_report_arguments, publish
+from flexarm_bringup.parallel import cores, worker_pool
 from flexarm_bringup.progress import Progress
 
 SEEDS = {  # each offers main(figures) -> Page
@@ -69,7 +67,7 @@ def compare(seed: str, figures: bool) -> Page:
 def compare_all(figures: bool) -> dict[str, Page]:
     """Return the pages of all papers, made on all cores."""
     progress = Progress()
-    with ProcessPoolExecutor(len(os.sched_getaffinity(0)), mp_context=get_context("spawn")) as pool:
+    with worker_pool(cores()) as pool:
         futures = {seed: pool.submit(compare, seed, figures) for seed in SLOWEST_FIRST}
         pages: dict[str, Page] = {}
         for seed in SEEDS:
