@@ -19,6 +19,7 @@ from typing import Any
 import numpy as np
 from scipy import io, sparse
 
+from flexarm_model.fe_import.matlab_file import read_variables
 from flexarm_model.fe_import.table import open_text, read_table, whole_numbers
 from flexarm_model.manipulator.imported_body import MatrixFile
 from flexarm_model.settings.strict_yaml import ConfigError
@@ -44,10 +45,14 @@ def read_matrix(file: MatrixFile) -> Any:
         raise ConfigError(f"{file.path}: suffix '{suffix}': expected one of {', '.join(_READERS)}")
     if file.variable and suffix != ".mat":
         raise ConfigError(f"{file.path}: variable '{file.variable}': only a .mat file has variables")
-    matrix = sparse.csr_array(_READERS[suffix](file))
-    rows, columns = matrix.shape
+    found = _READERS[suffix](file)
+    rows, columns = found.shape
     if rows != columns or rows == 0:
         raise ConfigError(f"{file.path}: is {rows} x {columns}; expected a square matrix")
+    try:
+        matrix = sparse.csr_array(found)
+    except MemoryError:
+        raise ConfigError(f"{file.path}: is {rows} x {columns}, too large for this computer") from None
     if matrix.dtype.kind not in "fiu" or not np.isfinite(matrix.data).all():
         raise ConfigError(f"{file.path}: expected real, finite entries")
     matrix = _complete(matrix.astype(float))
@@ -56,15 +61,9 @@ def read_matrix(file: MatrixFile) -> Any:
 
 
 def _read_matlab(file: MatrixFile) -> Any:
-    try:
-        content = _quietly(io.loadmat, file.path)
-    except OSError as error:
-        raise ConfigError(f"{file.path}: cannot be read ({error.strerror or error})") from None
-    except (ValueError, TypeError, NotImplementedError, io.matlab.MatReadError) as error:
-        raise ConfigError(f"{file.path}: is not a MATLAB file of version 4 to 7.2: {error}") from None
     matrices = {
         name: value
-        for name, value in content.items()
+        for name, value in read_variables(file.path).items()
         if not name.startswith("__") and (sparse.issparse(value) or getattr(value, "size", 0) > 1)
     }
     name = file.variable or (next(iter(matrices)) if len(matrices) == 1 else "")
@@ -83,7 +82,9 @@ def _read_text_matrix(file: MatrixFile) -> Any:
 
 def _read_matrix_market(file: MatrixFile) -> Any:
     try:
-        return _quietly(io.mmread, file.path)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", DeprecationWarning)  # of sparse arrays to come: either is taken
+            return io.mmread(file.path)
     except (ValueError, OverflowError, TypeError) as error:
         raise ConfigError(f"{file.path}: is not a Matrix Market file of a real matrix: {error}") from None
 
@@ -94,13 +95,6 @@ def _read_abaqus(file: MatrixFile) -> Any:
     i, j = (whole_numbers(file.path, table[:, k], name) - 1 for k, name in ((0, "row"), (1, "column")))
     n = int(max(i.max(), j.max())) + 1
     return sparse.coo_array((table[:, 2], (i, j)), shape=(n, n))
-
-
-def _quietly(read: Callable[[Path], Any], path: Path) -> Any:
-    """Read without SciPy's warning that it will return sparse arrays: either kind is taken here."""
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", DeprecationWarning)
-        return read(path)
 
 
 def _first_line(path: Path) -> str:
