@@ -75,8 +75,12 @@ WRONG_MATRICES = [
     ("Abaqus' other format", "k.mtx", "1,1, 1,1, 4.0\n", ("line 1", "FORMAT=COORDINATE")),
     ("not a number", "k.mtx", "** a\n1 1 4.0\n2 2 x\n", ("line 3", "'2 2 x'")),
     ("NaN", "k.mtx", "1 1 4.0\n2 2 nan\n", ("line 2", "nan")),
-    ("row zero", "k.mtx", "0 1 4.0\n", ("row 0", "at least 1")),
+    ("row zero", "k.mtx", "0 1 4.0\n", ("row 0", "from 1 to 2147483647")),
     ("half a row", "k.mtx", "1.5 1 4.0\n", ("row 1.5", "whole number")),
+    ("a row beyond all", "k.mtx", "1e300 1 4.0\n", ("row 1e+300", "from 1 to 2147483647")),
+    ("a row beyond memory", "k.mtx", "1000000000000,1,4.0\n1,1,1\n", ("row 1e+12", "from 1 to 2147483647")),
+    ("Fortran's exponent in the first row", "k.mtx", "1,1,4.0D0\n2,2,5.0\n", ("line 1", "4.0D0")),
+    ("Python's underscore", "k.mtx", "1 1 4_0\n2 2 5.0\n", ("line 1", "'1 1 4_0'")),
     ("no entries", "k.mtx", "** nothing\n", ("holds no rows", "row, column, value")),
     (
         "broken Matrix Market",
@@ -120,6 +124,18 @@ def test_a_set_names_rows_and_weights(tmp_path: Path) -> None:
     assert index.tolist() == [2, 0] and weight.tolist() == [2.5, 0.5]
 
 
+@pytest.mark.parametrize("heading", ["", "label, weight\n", "nodes of the flange\n"])
+def test_no_row_is_lost_to_a_mark_or_a_heading(heading: str, tmp_path: Path) -> None:
+    """Excel's "CSV UTF-8" begins with U+FEFF: the first row was taken for headings."""
+    path = tmp_path / "set.txt"
+    path.write_text(f"{heading}7, 2.5\n1, 0.5\n", encoding="utf-8-sig")
+    assert read_set(path, np.array([1, 2, 7]))[0].tolist() == [2, 0]
+
+
+def test_no_entry_of_a_matrix_is_lost_to_a_mark(tmp_path: Path) -> None:
+    assert np.array_equal(read(tmp_path / "k.mtx", "\ufeff1,1,2.0\n2,2,3.0\n2,1,1.0\n"), [[2, 1], [1, 3]])
+
+
 @pytest.mark.parametrize(
     ("content", "expected"),
     [
@@ -127,6 +143,12 @@ def test_a_set_names_rows_and_weights(tmp_path: Path) -> None:
         ("1\n2\n1\n", ("node label 1", "given twice")),
         ("1 0\n", ("node label 1", "weight 0 must be above 0")),
         ("1 1 1\n", ("line 1", "node label and weight")),
+        ("1O\n1\n2\n", ("line 1", "'1O'", "node label")),
+        ("7 bolt A\n1\n2\n", ("line 1", "'7 bolt A'")),
+        ("bolt 7\n1\n", ("line 1", "'bolt 7'")),
+        ("nan\n1\n", ("line 1", "'nan'")),
+        ("-.5x\n1\n", ("line 1", "'-.5x'")),
+        ("1e300\n", ("node label 1e+300", "whole number from 1")),
         ("", ("holds no rows",)),
     ],
 )

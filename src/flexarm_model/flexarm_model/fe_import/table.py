@@ -1,12 +1,13 @@
 """Tables of numbers in text: node coordinates, node sets, matrices in coordinate format.
 
 One row per line; columns separated by commas, semicolons or blanks. Empty lines, lines that begin with
-``#``, ``%`` or ``*``, and one line of headings are skipped.
+``#``, ``%`` or ``*``, and one line of headings are skipped: words, none of which begins as a number does.
 """
 
 from __future__ import annotations
 
 import itertools
+import re
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -21,17 +22,19 @@ Array = NDArray[np.float64]
 
 _COMMENTS = ("#", "%", "*")
 _TO_BLANKS = str.maketrans(",;\t", "   ")
+_AS_A_NUMBER = re.compile(r"[+-]?\.?\d")
+_LARGEST = int(np.iinfo(np.int32).max)  # of a label, row or column
 
 
 @contextmanager
 def open_text(path: Path) -> Iterator[TextIO]:
-    """Open a text file.
+    """Open a text file in UTF-8, with or without the mark of it (U+FEFF) that some programs put in front.
 
     Raises:
         ConfigError: It cannot be read.
     """
     try:
-        with path.open(encoding="utf-8") as file:
+        with path.open(encoding="utf-8-sig") as file:
             yield file
     except OSError as error:
         raise ConfigError(f"{path}: cannot be read ({error.strerror})") from None
@@ -67,14 +70,14 @@ def read_table(path: Path, columns: tuple[int, ...], row: str) -> Array:
 
 
 def whole_numbers(path: Path, column: Array, what: str) -> NDArray[np.intp]:
-    """Return a column as whole numbers, at least 1.
+    """Return a column as whole numbers from 1 to 2147483647.
 
     Raises:
         ConfigError: One of them is not.
     """
-    wrong = column[(column != np.round(column)) | (column < 1)]
+    wrong = column[(column != np.round(column)) | (column < 1) | (column > _LARGEST)]
     if wrong.size:
-        raise ConfigError(f"{path}: {what} {wrong[0]:g}: expected a whole number, at least 1")
+        raise ConfigError(f"{path}: {what} {wrong[0]:g}: expected a whole number from 1 to {_LARGEST}")
     return column.astype(np.intp)
 
 
@@ -85,7 +88,7 @@ def _rows(lines: Iterable[str]) -> Iterator[tuple[int, str]]:
         content = line.translate(_TO_BLANKS).strip()
         if not content or content.startswith(_COMMENTS):
             continue
-        if not is_first or _numbers(content) is not None:
+        if not is_first or _numbers(content) or any(map(_AS_A_NUMBER.match, content.split())):
             yield number, content
         is_first = False
 
@@ -102,6 +105,8 @@ def _wrong_row(path: Path, columns: tuple[int, ...], row: str) -> ConfigError:
 
 
 def _numbers(content: str) -> list[float] | None:
+    if "_" in content:  # Python's own way to write 1000 as 1_000
+        return None
     try:
         return [float(word) for word in content.split()]
     except ValueError:
