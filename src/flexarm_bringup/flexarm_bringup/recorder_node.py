@@ -32,6 +32,7 @@ from std_msgs.msg import Bool
 
 from flexarm_bringup.bags.bag_writer import BagError, BagWriter
 from flexarm_bringup.bags.cdr import header_stamp_ns
+from flexarm_bringup.bags.described_arm import files_to_keep
 from flexarm_bringup.bags.log_order import ArrivalLog, LockstepLog
 from flexarm_bringup.conversions import deserialise
 from flexarm_bringup.message_class import message_class
@@ -87,9 +88,9 @@ class RecorderNode(ManagedNode):
         """Create the bag."""
         settings = self._settings
         path = find_manipulator(settings.manipulator)
-        about = provenance(settings.manipulator, path, settings.preset, settings.settings)
+        about = provenance(path.stem, path, settings.preset, settings.settings)
         try:
-            self._bag = BagWriter(Path(settings.bag), self._streams, about)
+            self._bag = BagWriter(Path(settings.bag), self._streams, about, files=files_to_keep(path))
         except BagError as error:
             with told_by(self, "bag"):
                 raise ParameterError(f"bag: {error}") from error

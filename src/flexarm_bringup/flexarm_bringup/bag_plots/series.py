@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from flexarm_bringup.bags.bag_reader import Bag, decode
 from flexarm_bringup.bags.bag_writer import BagError
-from flexarm_bringup.replaying.replay_bag import configuration
+from flexarm_bringup.bags.configuration import configuration
 from flexarm_bringup.topics import NAMESPACE
 from flexarm_model.manipulator.description import ManipulatorConfig
 from flexarm_model.settings.strict_yaml import ConfigError

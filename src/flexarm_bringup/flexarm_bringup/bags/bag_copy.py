@@ -7,6 +7,7 @@ from pathlib import Path
 
 from flexarm_bringup.bags.bag_reader import Bag, Record, check_bag
 from flexarm_bringup.bags.bag_writer import BagWriter
+from flexarm_bringup.bags.described_arm import kept_files
 from flexarm_bringup.topics import Stream, find_stream
 
 OTHER = "other"  # publisher of a topic that is not in the table
@@ -27,7 +28,7 @@ def copy_bag(bag: Bag, folder: Path, records: Iterable[Record]) -> Bag:
         find_stream(topic.name) or Stream(topic.name, topic.type, OTHER, "", "") for topic in bag.topics
     ]
     offered = {topic.name: topic.qos for topic in bag.topics}
-    with BagWriter(folder, streams, bag.custom, offered) as writer:
+    with BagWriter(folder, streams, bag.custom, offered, kept_files(bag.path)) as writer:
         for record in records:
             writer.write(record.name, record.log_time_ns, record.cdr)
     return check_bag(folder)

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import shutil
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from types import MappingProxyType, TracebackType
@@ -49,6 +50,7 @@ class BagWriter:
         streams: Sequence[Stream],
         custom: Mapping[str, str],
         offered: Mapping[str, Sequence[Qos]] = MappingProxyType({}),
+        files: Mapping[str, Path] = MappingProxyType({}),
     ) -> None:
         """Create the bag.
 
@@ -57,6 +59,7 @@ class BagWriter:
             streams: Topics that may be written; each appears in the bag, even without messages.
             custom: Kept in the metadata: git hash, configuration.
             offered: QoS of a topic's publishers where it is not that of its row in the table.
+            files: Copied into the folder, by relative name: those that the description names.
 
         Raises:
             BagError: ``path`` exists or cannot be created.
@@ -70,7 +73,10 @@ class BagWriter:
         try:
             self._writer.open()
             (path / ORIGIN_FILE).write_text(json.dumps(dict(custom)), encoding="utf8")
+            _keep(files, path)
         except OSError as error:
+            self._writer.abort()
+            shutil.rmtree(path, ignore_errors=True)  # or it would stand in the way of the next attempt
             raise BagError(f"{path} cannot be created: {error}") from error
         types = bag_types()
         self._connections = {
@@ -159,6 +165,12 @@ class _DataFile(McapWriter):  # type: ignore[misc]
 
 class _Writer(Writer):  # type: ignore[misc]
     STORAGE_PLUGINS = {StoragePlugin.MCAP: _DataFile}
+
+
+def _keep(files: Mapping[str, Path], folder: Path) -> None:
+    for name, source in files.items():
+        (folder / name).parent.mkdir(parents=True, exist_ok=True)
+        shutil.copyfile(source, folder / name)
 
 
 def _offered_qos(stream: Stream) -> Qos:

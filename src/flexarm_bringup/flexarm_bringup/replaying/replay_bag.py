@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-import json
-import tempfile
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 from flexarm_bringup.bags.bag_reader import Bag, check_bag
 from flexarm_bringup.bags.bag_writer import BagError, BagWriter
 from flexarm_bringup.bags.cdr import header_stamp_ns
+from flexarm_bringup.bags.configuration import configuration as configuration
 from flexarm_bringup.conversions import serialise
 from flexarm_bringup.provenance import git_hash
 from flexarm_bringup.replaying.player import Player
@@ -26,8 +24,6 @@ from flexarm_controller.settings import ControllerConfig, MpcConfig
 from flexarm_controller.time_budget import Clocks
 from flexarm_estimator.exchange import EstimatorExchange
 from flexarm_estimator.settings import EstimatorConfig
-from flexarm_model.manipulator.description import ManipulatorConfig
-from flexarm_model.reading.config import load_config
 from flexarm_model.settings.overrides import apply_overrides
 from flexarm_model.tree.reduced_tree import ReducedTree
 
@@ -89,18 +85,3 @@ def _build_player(bag: Bag) -> tuple[Player, Callable[[], str]]:
         config, apply_overrides(EstimatorConfig, settings.get("estimator", {})), epoch_ns
     )
     return Player(estimator, controller, lockstep), lambda: estimator.model_fault
-
-
-def configuration(bag: Bag) -> tuple[ManipulatorConfig, dict[str, dict[str, Any]]]:
-    """Return the manipulator and the settings of the nodes that a bag was recorded with."""
-    missing = [key for key in ("description", "preset", "settings") if key not in bag.custom]
-    if missing:
-        raise BagError(f"{bag.path}: does not say with which {', '.join(missing)} it was recorded")
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / f"{bag.custom.get('manipulator', 'bag')}.yaml"
-        path.write_text(bag.custom["description"], encoding="utf8")
-        config = load_config(path, bag.custom["preset"])
-    try:
-        return config, dict(json.loads(bag.custom["settings"]))
-    except ValueError as error:
-        raise BagError(f"{bag.path}: its settings are not JSON: {error}") from error
