@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 
-from flexarm_bringup.margins.study import PoseResult, Study, worst_of
+from flexarm_bringup.margins.study import PoseResult, Study, has_path, worst_of
 from flexarm_bringup.page.figures import Figure
 from flexarm_bringup.page.report import Cells, Check, Column, Page, Table
 from flexarm_controller.margins.case import ALL_TORQUES, Case
@@ -25,7 +25,7 @@ MOST_SHOWN = 40  # paths in a table
 MOST_TOLD = 5  # poses out of reach, one by one
 MODE_COLUMNS = [
     Column("path"), Column("served"), Column("axes free\n[Hz]", ".1f"),
-    Column("as described\ngain [dB]", ".1f"), Column("\ndelay [ms]", ".2f"),
+    Column("as described\ngain [dB]", ".1f"), Column("\npose"), Column("as described\ndelay [ms]", ".2f"),
     Column("worst\ngain [dB]", ".1f"), Column("\nfrequencies [%]", "+.0f"), Column("\npose"),
     Column("worst\ndelay [ms]", ".2f"), Column("\nfrequencies [%]", "+.0f"), Column("\npose"), Column(""),
 ]  # fmt: skip
@@ -36,7 +36,7 @@ def build_page(study: Study, config: MarginConfig, figures: Sequence[Figure]) ->
     errors = ", ".join(f"{PERCENT * error:+.0f}" for error in frequency_errors(config))
     lead = (
         "The loop of settled filter, law and delay, closed on the arm with more modes than are served, at "
-        f"{len(study.poses)} pose(s) and with all frequencies off by {errors} %. Gain: how far the force on "
+        f"{_count(study)} and with all frequencies off by {errors} %. Gain: how far the force on "
         "a mode may be from what is modelled; delay: how late it may be."
     )
     name = study.task.manipulator + (f", preset {study.preset}" if study.preset else "")
@@ -60,12 +60,23 @@ def build_page(study: Study, config: MarginConfig, figures: Sequence[Figure]) ->
     )
 
 
+def _count(study: Study) -> str:
+    """Return how many poses were looked at, in words."""
+    judged, not_judged = len(study.poses), len(study.unjudged)
+    told = f" ({not_judged} more could not be judged)" if not_judged else ""
+    return f"{judged} pose{'s' * (judged != 1)}{told}"
+
+
 def _mode_table(study: Study, config: MarginConfig) -> Table:
     cases = study.cases
     names = list(dict.fromkeys(margin.name for case in cases for margin in case.margins))
     short = {item.name for item in shortfalls(cases, config, study.dt)}
     rows = [_mode_row(study, name, name in short) for name in names[:MOST_SHOWN]]
-    notes = ["as described: at the first pose that is stable so", "served: the controller knows the mode"]
+    notes = [
+        "as described: with no frequency off, the smallest over the poses that are stable so",
+        "worst: the smallest over these poses and all frequency errors",
+        "served: the controller knows the mode; axes free: as described, at the first of these poses",
+    ]
     notes.append(f"delays up to {MOST * study.dt * MS:.3g} ms were looked at")
     if len(names) > MOST_SHOWN:
         notes.append(f"{len(names) - MOST_SHOWN} faster modes are in the JSON file")
@@ -74,20 +85,27 @@ def _mode_table(study: Study, config: MarginConfig) -> Table:
 
 def _mode_row(study: Study, name: str, is_short: bool) -> Cells:
     cases = study.cases
-    having = [case for case in cases if any(margin.name == name for margin in case.margins)]
-    plain = next((case for case in having if not case.frequency_error), having[0])
     worst = worst_of(cases, name)
     assert worst is not None  # the name is of a case that has it
     gain, delay = worst
     label = {id(case): pose.label for pose in study.poses for case in pose.cases}
-    here = plain.margin(name)
+    described = [case for case in cases if not case.frequency_error]
+    free = next(case.margin(name).frequency for case in [*described, gain] if has_path(case, name))
     return [
-        spoken(name), name in study.served if here.frequency else None, here.frequency or None,
-        here.gain.decibels, here.delay * MS,
+        spoken(name), name in study.served if free else None, free or None,
+        *_as_described(worst_of(described, name), name, label),
         gain.margin(name).gain.decibels, gain.frequency_error * PERCENT, label[id(gain)],
         delay.margin(name).delay * MS, delay.frequency_error * PERCENT, label[id(delay)],
         "SHORT" if is_short else "",
     ]  # fmt: skip
+
+
+def _as_described(worst: tuple[Case, Case] | None, name: str, label: Mapping[int, str]) -> Cells:
+    """Return gain [dB], the pose of it, delay [ms]; nothing where no pose is stable as described."""
+    if worst is None:
+        return [None, "", None]
+    gain, delay = worst
+    return [gain.margin(name).gain.decibels, label[id(gain)], delay.margin(name).delay * MS]
 
 
 def _pose_table(study: Study, config: MarginConfig) -> Table:

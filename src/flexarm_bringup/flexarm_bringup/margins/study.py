@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -23,9 +23,12 @@ from flexarm_model.manipulator.description import ManipulatorConfig
 from flexarm_model.reading.config import load_config
 from flexarm_model.reading.manipulator_file import find_manipulator
 from flexarm_model.served.linearize import linearize
+from flexarm_model.settings.parameters import ParameterError
+from flexarm_model.settings.strict_yaml import ConfigError
 from flexarm_model.tree.reduced_tree import ReducedTree
 
 Array = NDArray[np.float64]
+Unjudged = list[tuple[str, str]]  # label of a pose, and why
 
 
 @dataclass(frozen=True)
@@ -57,7 +60,7 @@ class Study:
         left_out: Sensors that the settled filter does without.
         poses: In the order looked at.
         out_of_reach: Poses of the grid that the arm cannot take, and why.
-        unjudged: Those at which there is no law or no answer of it, and why.
+        unjudged: Those, named or not, at which there is no law or no answer of it, and why.
     """
 
     task: Task
@@ -137,32 +140,50 @@ def run_study(
 
     Raises:
         ConfigError: Preset or description are wrong.
-        ValueError: The arm cannot do its moves, or a pose has no model.
+        ValueError: The arm cannot do its moves, or home has no model.
     """
     config, task = load_config(find_manipulator(task.manipulator), preset), task.under(preset)
     laws = task.make("controller", ControllerConfig), task.make("mpc", MpcConfig)
     loop = Loop(config, task.make("estimator", EstimatorConfig), laws, margins)
-    found, out_of_reach, unjudged = [], [], []
     grid = poses.of_grid(config)
-    for label, pose in poses.asked(loop.tree, task, loop.dt).items():
-        say(f"pose {label}")
-        found.append(_look(loop, label, pose))
-    for k, (label, pose) in enumerate(grid.items(), start=1):
-        say(f"grid, pose {k} of {len(grid)}: {label}")
-        try:
-            linearize(loop.tree, pose)
-        except ValueError as error:
-            out_of_reach.append((label, str(error)))
-            continue
-        try:
-            found.append(_look(loop, label, pose))
-        except (ValueError, np.linalg.LinAlgError) as error:
-            unjudged.append((label, str(error)))
+    found, unjudged = _judged(
+        loop, poses.asked(loop.tree, task, loop.dt), lambda k, label: say(f"pose {label}")
+    )
+    within, out_of_reach = _within_reach(loop.tree, grid)
+    of_grid = _judged(loop, within, lambda k, label: say(f"grid, pose {k} of {len(within)}: {label}"))
     estimator = loop.estimator()
     left_out = settled_filter(estimator, loop.dt).left_out
     served = estimator.model.eta_names
-    poses_left = tuple(out_of_reach), tuple(unjudged)
-    return Study(task, preset, loop.dt, served, left_out, tuple(found), *poses_left)
+    poses_left = tuple(out_of_reach), (*unjudged, *of_grid[1])
+    return Study(task, preset, loop.dt, served, left_out, (*found, *of_grid[0]), *poses_left)
+
+
+def _within_reach(tree: ReducedTree, poses: Mapping[str, Array]) -> tuple[dict[str, Array], Unjudged]:
+    """Return those poses that the arm can take, by label, and the others with the reason."""
+    within, beyond = {}, []
+    for label, pose in poses.items():
+        try:
+            linearize(tree, pose)
+            within[label] = pose
+        except ValueError as error:
+            beyond.append((label, str(error)))
+    return within, beyond
+
+
+def _judged(
+    loop: Loop, poses: Mapping[str, Array], say: Callable[[int, str], None]
+) -> tuple[list[PoseResult], Unjudged]:
+    """Return what was found at every pose, and why nothing was at the others: one must not hide the rest."""
+    found, unjudged = [], []
+    for k, (label, pose) in enumerate(poses.items(), start=1):
+        say(k, label)
+        try:
+            found.append(_look(loop, label, pose))
+        except (ConfigError, ParameterError):  # of the settings, not of the pose
+            raise
+        except (ValueError, np.linalg.LinAlgError) as error:
+            unjudged.append((label, str(error)))
+    return found, unjudged
 
 
 def _look(loop: Loop, label: str, pose: Array) -> PoseResult:
@@ -173,8 +194,13 @@ def _look(loop: Loop, label: str, pose: Array) -> PoseResult:
 
 def worst_of(cases: Sequence[Case], name: str) -> tuple[Case, Case] | None:
     """Return the cases with the smallest gain and delay margin of a path; None where none is stable."""
-    having = [case for case in cases if any(margin.name == name for margin in case.margins)]
+    having = [case for case in cases if has_path(case, name)]
     if not having:
         return None
     by_gain = min(having, key=lambda case: case.margin(name).gain.decibels)
     return by_gain, min(having, key=lambda case: case.margin(name).delay)
+
+
+def has_path(case: Case, name: str) -> bool:
+    """Say whether a case has margins of a path; one of an unstable loop has none."""
+    return any(margin.name == name for margin in case.margins)

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexarm_controller.laws import Planner
+from flexarm_controller.mpc import Plan
 from flexarm_controller.program.equilibrium import build_equilibrium
 from flexarm_controller.reference import hold
 from flexarm_controller.state import ArmState
@@ -65,12 +66,21 @@ def find_law_gain(planner: Planner, model: ReducedModel, effort: Array, delay: i
         state = ArmState(0.0, model.model_id, theta, eta, theta_dot, eta_dot, p[2 * n : 2 * n + n_u])
         plan = planner.step(state, reference, p[2 * n + n_u :].reshape(count, n_u))
         if plan.is_empty or plan.limits_active:
-            why = plan.result.status if plan.is_empty else f"limits bind: {', '.join(plan.limits_active)}"
-            raise ValueError(f"the law cannot be judged at rest at pose {model.pose.tolist()}: {why}")
+            at = ", ".join(f"{value:.4g}" for value in model.pose)
+            raise ValueError(f"the law cannot be judged at rest at pose ({at}): {_why(plan)}")
         return np.array(plan.torques[0])
 
     columns = np.column_stack([_slope(answer, at_rest, k, effort) for k in range(at_rest.size)])
     return LawGain(columns[:, : 2 * n], columns[:, 2 * n : 2 * n + n_u], columns[:, 2 * n + n_u :])
+
+
+def _why(plan: Plan) -> str:
+    """Return why a plan is no answer to small deviations."""
+    if plan.is_empty:
+        return plan.result.status
+    at_end = any(name.startswith("position:") for name in plan.limits_active)
+    hint = "; it lies at, or too near to, the end of that range" if at_end else ""
+    return f"limits bind: {', '.join(plan.limits_active)}{hint}"
 
 
 def _slope(answer: Callable[[Array], Array], at: Array, k: int, effort: Array) -> Array:
