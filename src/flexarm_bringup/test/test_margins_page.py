@@ -1,0 +1,108 @@
+"""The page of margins: what its columns hold, what its figures show, and poses that cannot be judged."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from drawn import box_of, drawn_by, overlapping
+
+from flexarm_bringup.cli import main
+from flexarm_bringup.margins import drawing
+from flexarm_bringup.margins.page import build_page
+from flexarm_bringup.margins.study import PoseResult, Study
+from flexarm_bringup.page.report import Table
+from flexarm_bringup.tasks.task_for import task_for
+from flexarm_controller.margins.case import ALL_TORQUES, Case, Margin
+from flexarm_controller.margins.gain_margin import GainMargin
+from flexarm_controller.settings import MarginConfig
+from flexarm_model.reading.manipulator_file import find_manipulator
+
+CONFIG, DT = MarginConfig(), 0.005
+MODES = 30  # as many as the six-axis arm has
+
+
+def case(decibels: float, error: float = 0.0, radius: float = 0.9) -> Case:
+    """Return a case all of whose modes have a gain margin, and one eigenvalue of such a size."""
+    gain, names = GainMargin(10.0 ** (decibels / 20.0), 0.0), [f"mode_{k + 1}" for k in range(MODES)]
+    margins = tuple(Margin(name, 1.0 + k, gain, 4 * DT, True) for k, name in enumerate(names))
+    torques = Margin(ALL_TORQUES, 0.0, gain, 4 * DT, True)
+    poles = np.array([radius * np.exp(1.0j), 0.5 + 0.1j])
+    grows = radius >= 1.0
+    return Case(
+        (0.0,), error, -1.0, "mode_1", 1.0, () if grows else (torques, *margins), poles, ("axes", "axes")
+    )
+
+
+def study(**poses: tuple[Case, ...]) -> Study:
+    results = tuple(PoseResult(label, (1.0,), cases) for label, cases in poses.items())
+    return Study(task_for("single_link"), "geared", DT, ("mode_1",), (), results)
+
+
+def first_table(of: Study) -> Table:
+    table = build_page(of, CONFIG, []).items[0]
+    assert isinstance(table, Table)
+    return table
+
+
+def cell(table: Table, path: str, column: str) -> object:
+    row = next(row for row in table.rows if row[0] == path)
+    return row[[item.title.replace("\n", " ") for item in table.columns].index(column)]
+
+
+def test_as_described_is_the_smallest_over_poses_and_its_pose_is_named() -> None:
+    table = first_table(study(home=(case(13.0), case(9.0, 0.1)), stretched=(case(5.2), case(6.0, 0.1))))
+    assert cell(table, "mode 1", "as described gain [dB]") == pytest.approx(5.2)
+    assert table.texts()[1][4] == "stretched"
+    assert cell(table, "mode 1", "worst gain [dB]") == pytest.approx(5.2)
+
+
+def test_a_loop_that_is_stable_only_with_other_frequencies_has_no_margin_as_described() -> None:
+    table = first_table(study(home=(case(0.0, radius=1.1), case(9.0, 0.1))))
+    assert cell(table, "mode 1", "as described gain [dB]") is None
+    assert cell(table, "mode 1", "worst gain [dB]") == pytest.approx(9.0)
+
+
+def test_a_pose_at_the_end_of_a_range_is_told_by_name_and_the_others_go_on(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    arm = tmp_path / "at_the_end.yaml"
+    text = find_manipulator("single_link").read_text(encoding="utf8")
+    assert "home: [0 deg], " in text and "upper: 170 deg" in text
+    arm.write_text(
+        text.replace("home: [0 deg], ", "home: [0 deg], poses: {stop: [170 deg]}, "), encoding="utf8"
+    )
+    assert main(["margins", str(arm), "--preset", "geared", "--along", "0"]) == 1
+    said = capsys.readouterr().out
+    (stop,) = [line for line in said.splitlines() if "pose stop" in line]
+    assert stop.strip().startswith("MISSED") and "position:base.rz" in stop and "end of that range" in stop
+    (home,) = [line for line in said.splitlines() if "pose home" in line and "dB" in line]
+    assert home.strip().startswith("ok") and home.rstrip().endswith("kept")
+    assert "1 pose (1 more could not be judged)" in said
+
+
+def test_what_grows_is_marked_and_every_colour_is_in_the_legend(monkeypatch: pytest.MonkeyPatch) -> None:
+    of = study(home=(case(9.0), case(0.0, 0.1, radius=1.05)))
+    poles, _ = drawn_by(monkeypatch, drawing, lambda: drawing.draw(of, CONFIG))
+    (axes,) = poles.axes
+    shown = {group.get_label(): group for group in axes.collections}
+    assert np.abs(shown[drawing.GROWS].get_offsets() @ [1.0, 1.0j]).min() > 1.0
+    assert np.abs(shown[drawing.OTHERS].get_offsets() @ [1.0, 1.0j]).max() < 1.0
+    (legend,) = poles.legends
+    assert [text.get_text() for text in legend.get_texts()] == list(shown)
+    assert not legend.get_window_extent().overlaps(axes.get_window_extent())
+
+
+def test_the_labels_of_the_bars_can_be_read_and_cut_bars_say_so(monkeypatch: pytest.MonkeyPatch) -> None:
+    of = study(home=(case(12.0), case(3.0, -0.1)), stretched=(case(70.0),))
+    long = study(home=(case(70.0, -0.1),))
+    for each, arrow in ((of, False), (long, True)):
+        _, bars = drawn_by(monkeypatch, drawing, lambda each=each: drawing.draw(each, CONFIG))
+        for axes in bars.axes:
+            labels = list(axes.texts)
+            assert len(labels) == MODES + 1 and overlapping(labels) == []
+            top = axes.get_window_extent().y1
+            assert all(box_of(label).y1 <= top for label in labels)
+        assert all(label.get_text().endswith("\u2192") == arrow for label in bars.axes[0].texts)
+        assert not any(label.get_text().endswith("\u2192") for label in bars.axes[1].texts)
