@@ -107,20 +107,21 @@ class Ways:
             self._told = []
             return True
         self._told += [(state.position, state.velocity)] * (
-            1 if self._told else 2
+            1 if self._told else 3
         )  # nothing before the first
-        found = any(self._is_off(axis, most) for axis, most in enumerate(noise) if len(self._told) > 2)
-        if found or len(self._told) == 2 + round(COMPARED / T):
-            self._told = self._told[-2:]  # the next way begins here; what was before tells its first step
+        found = any(self._is_off(axis, most) for axis, most in enumerate(noise) if len(self._told) > 3)
+        if found or len(self._told) == 3 + round(COMPARED / T):
+            self._told = self._told[-3:]  # the next way begins here; what was before tells how fast
         return found
 
     def _is_off(self, axis, most):
         T, q = self._limits.period, [position[axis] for position, _ in self._told]
         v = [velocity[axis] for _, velocity in self._told]
-        at_first = max(abs(q[1] - q[0]) / T, abs(v[1]))  # in this order: one that is no number does not count
-        fastest = max(abs(v[-1]), at_first, abs(q[-1] - q[-2]) / T)
+        steps = [abs(b - a) / T for a, b in zip(q, q[1:], strict=False)]
+        at_first = max(min(steps[1], 2.0 * steps[0]), abs(v[2]))  # in this order: NaN last does not count
+        fastest = max(abs(v[-1]), at_first, min(steps[-1], 2.0 * steps[-2]))
         late = 2.0 * self._limits.velocity_delay * fastest
-        return not abs(q[-1] - q[1] - T * sum(v[2:])) <= (most + late) * CLEARLY
+        return not abs(q[-1] - q[2] - T * sum(v[3:])) <= (most + late) * CLEARLY
 
 
 def power(torque, velocity):

@@ -2,11 +2,12 @@
 
 Over a quarter of a second at most, from a position q_0 with velocity v_0 on,
 
-    |q - q_0 - T sum v| <= noise + 2 delay max(|v|, |v_0|, |q - q_before| / T)
+    |q - q_0 - T sum v| <= noise + 2 delay max(|v|, |v_0|, step / T)
 
-and likewise with the step to q_0. ``noise`` is what encoders and an offset of the velocity make of it; a
-velocity that is late by ``delay`` makes ``delay |v - v_0|`` of it, v as it is and not as it is told. Where
-states were lost it begins anew, for nobody knows that way.
+where ``step`` is the last one, but at most twice the one before: an axis that jumps is not fast. ``noise`` is
+what encoders and an offset of the velocity make of it; a velocity that is late by ``delay`` makes
+``delay |v - v_0|`` of it, v as it is and not as it is told, which at q_0 is judged by the step to it as well.
+Where states were lost it begins anew, for nobody knows that way.
 
 An axis that fails is doubted until the guard is armed again. A position that changes is believed, and its
 velocity is that of the axis. Where it stands it may be frozen, and to brake an arm that stands is less bad
@@ -25,6 +26,7 @@ from flexarm_controller.guarding.rest_watch import REST_TIME
 UNTOLD = "drives do not tell position and velocity of every axis"
 SMOOTHING = 0.4  # share of the newest difference in the velocity of a position, as in ``hold_rate``
 STANDS = 0.25  # of the velocity told: what moves slower by its position may stand there
+SUDDEN = 2.0  # times the last step; what is more is a jump
 LOST = 1.5  # periods between two states from which on one is missing
 
 
@@ -42,7 +44,8 @@ class Plausibility:
         self._least, self._lost = min(limits.noise, default=0.0), LOST * limits.period
         self._most = max(1, round(REST_TIME / limits.period))
         self._from: Sequence[float] = (0.0,) * len(limits.noise)  # q_0
-        self._before, self._fastest = self._from, list(self._from)  # at the begin, as told or by the step
+        self._before = self._earlier = self._from  # the last two
+        self._fastest = list(self._from)  # at the begin, as told or by the step
         self._off, self._count = list(self._from), 0  # q - q_0 - T sum v
         self._t, self.fault, self.has_switched = -math.inf, "", False
         self._own: dict[int, float] = {}  # velocity of the position of a doubted axis
@@ -65,11 +68,11 @@ class Plausibility:
             if not math.hypot(*self._off) <= self._least or self._count == self._most:
                 self._compare(q, v)
         else:
-            self._before = q
+            self._before = self._earlier = q
             self._begin(q, v)
         if self._own:
             state = state._replace(velocity=self._believed(q, v, is_next))
-        self._before = q
+        self._before, self._earlier = q, self._before
         return state
 
     def trust(self) -> None:
@@ -79,8 +82,7 @@ class Plausibility:
 
     def _begin(self, q: Sequence[float], v: Sequence[float]) -> None:
         """Begin to compare anew."""
-        axes = zip(q, self._before, v, strict=True)
-        self._fastest = [max(abs(at - before) / self._period, abs(told)) for at, before, told in axes]
+        self._fastest = [max(self._step(axis, at), abs(v[axis])) for axis, at in enumerate(q)]
         self._from = q
         self._off, self._count = [0.0] * len(q), 0
 
@@ -97,15 +99,20 @@ class Plausibility:
         for axis, noise in enumerate(self._noise):
             way = q[axis] - self._from[axis]
             by_velocity = way - self._off[axis]
-            step = (q[axis] - self._before[axis]) / self._period
-            late = self._lag * max(abs(v[axis]), self._fastest[axis], abs(step))
+            late = self._lag * max(abs(v[axis]), self._fastest[axis], self._step(axis, q[axis]))
             if not abs(self._off[axis]) <= noise + late:
                 after = f"{1e3 * self._count * self._period:.0f} ms"
                 found.append(
                     f"axis {axis + 1} went {way:.3g} in {after}, its velocity says {by_velocity:.3g}"
                 )
+                step = (q[axis] - self._before[axis]) / self._period
                 self._doubt(axis, step, by_velocity / self._count / self._period)
         return found[0] if found else ""
+
+    def _step(self, axis: int, q: float) -> float:
+        """Return how fast an axis is by its position; one that was slower by half the period before jumps."""
+        before = self._before[axis]
+        return min(abs(q - before), SUDDEN * abs(before - self._earlier[axis])) / self._period
 
     def _doubt(self, axis: int, step: float, told: float) -> None:
         """Begin to make a velocity of the position of an axis that went at ``step`` in the last period."""
