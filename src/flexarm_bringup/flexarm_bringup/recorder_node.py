@@ -6,7 +6,8 @@ Publishes
     /diagnostics (diagnostic_msgs/DiagnosticArray): 1 Hz; an error as soon as the disk refuses.
     ~/ready (std_msgs/Bool, latched): true once nothing that the partners send can be missed any more.
 
-The bag is closed on SIGINT and SIGTERM. Log times are those of arrival, or of the ticks in lockstep.
+The bag is closed on SIGINT and SIGTERM. Log times are those of arrival, or of the ticks in lockstep. When the
+disk refuses, the node goes on without writing, for the arm may be moving, and its exit code will be 1.
 
 That a publisher is known here does not mean that it knows this subscriber yet. The proof is its latched
 ``<partner>/ready``, subscribed to last: it arrives when the partner has matched that subscription, and
@@ -68,7 +69,12 @@ class RecorderSettings(ArmSettings):
 
 
 class RecorderNode(ManagedNode):
-    """Receives serialised messages and hands them to the log."""
+    """Receives serialised messages and hands them to the log.
+
+    Attributes:
+        failure: Why nothing is written any more; empty while all is well.
+        exit_code: Of the process: 1 after a failure.
+    """
 
     SETTINGS = (RecorderSettings, LifeSettings)
 
@@ -81,7 +87,7 @@ class RecorderNode(ManagedNode):
         wanted = {"tick": settings.lockstep, "controller_debug": settings.debug}
         wanted |= dict.fromkeys(("feedback_gains", "predicted"), False)  # they follow from the others
         self._streams = [s for s in streams(tuple(imus(config.sensors))) if wanted.get(s.topic, True)]
-        self._settings, self.failure, self._lost = settings, "", 0
+        self._settings, self.failure, self._lost, self.exit_code = settings, "", 0, 0
         self.start(life)
 
     def configure(self) -> None:
@@ -102,17 +108,25 @@ class RecorderNode(ManagedNode):
 
     def deactivate(self) -> None:
         """Write what waits."""
-        self._lost += self._log.close()
+        missing = self._log.close()  # what it writes now may be lost, too
+        self._lost += missing
 
     def release(self) -> None:
         """Close the bag, say what became of it."""
         try:
             self._bag.close()
         except OSError as error:
-            self._fail(error)
-        counts, lost = self._bag.counts, self._lost
-        level = self.get_logger().error if lost or self.failure else self.get_logger().info
-        level(f"{sum(counts.values())} messages in {self._bag.path}, {lost} lost {self.failure}".rstrip())
+            if not self.failure:
+                self._note(error)  # its topics are gone by now
+        count, path = sum(self._bag.counts.values()), self._bag.path
+        if self.failure:  # what waited for the disk then is in the count, and not all of it may be there
+            self.get_logger().error(
+                f"at most {count} messages in {path}, {self._lost} lost: {self.failure}; "
+                "what is whole of it: flexarm recover"
+            )
+        else:
+            level = self.get_logger().error if self._lost else self.get_logger().info
+            level(f"{count} messages in {path}, {self._lost} lost")
 
     def on_message(self, stream: Stream, cdr: bytes) -> None:
         """Log a message; a tick also tells what belongs to its instant."""
@@ -168,17 +182,22 @@ class RecorderNode(ManagedNode):
 
     def _write(self, name: str, log_time_ns: int, cdr: bytes) -> None:
         if self.failure:
+            self._lost += 1
             return
         try:
             self._bag.write(name, log_time_ns, cdr)
         except OSError as error:
+            self._lost += 1
             self._fail(error)
 
     def _fail(self, error: OSError) -> None:
         if not self.failure:
-            self.failure = f"recording ended: {error}"
-            self.get_logger().error(self.failure)
+            self._note(error)
             self.on_diagnostics()
+
+    def _note(self, error: OSError) -> None:
+        self.failure, self.exit_code = f"recording ended: {error}", 1
+        self.get_logger().error(self.failure)
 
 
 def main() -> int:

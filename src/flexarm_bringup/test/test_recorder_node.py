@@ -1,5 +1,6 @@
 """The recorder takes everything that is sent, closes its bag on a signal and survives a full disk."""
 
+import re
 import signal
 import subprocess
 import sys
@@ -118,18 +119,28 @@ def test_in_real_time_messages_are_logged_as_they_arrive(
     assert times[0] > 1_600_000_000_000_000_000
 
 
+@pytest.mark.parametrize(("size", "is_in_the_middle"), [(40_000, True), (60_000, False)])
 def test_a_full_disk_is_reported_and_does_not_end_the_node(
-    ros_environment: dict[str, str], tmp_path: Path
+    size: int, is_in_the_middle: bool, ros_environment: dict[str, str], tmp_path: Path
 ) -> None:
-    limit = textwrap.dedent("""
+    """In the middle of the messages, or when all are written and the index is not."""
+    limit = textwrap.dedent(f"""
         import resource, signal
+        import flexarm_bringup.bags.bag_writer
         import flexarm_bringup.recorder_node
+        flexarm_bringup.bags.bag_writer.CHUNK = 2000  # the disk is asked sooner
         signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
-        resource.setrlimit(resource.RLIMIT_FSIZE, (20_000, 20_000))
+        resource.setrlimit(resource.RLIMIT_FSIZE, ({size}, {size}))
     """)
     code, said = record(ros_environment, tmp_path / "bag", signal.SIGINT, "lockstep:=true", limit=limit)
-    assert code == 0, said
-    assert "recording ended: [Errno 27] File too large" in said
+    assert code == 1, said
+    told = re.search(
+        r"at most (\d+) messages in .*, (\d+) lost: recording ended: \[Errno 27\] File too", said
+    )
+    assert told, said
+    kept, lost = map(int, told.groups())
+    assert (lost > 0) == is_in_the_middle
+    assert 250 <= kept + lost <= 260  # five topics of 50 ticks, and /diagnostics
     assert "Traceback" not in said
 
 

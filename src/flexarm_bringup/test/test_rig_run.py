@@ -3,6 +3,7 @@
 import contextlib
 import os
 import re
+import resource
 import signal
 import subprocess
 import sys
@@ -52,6 +53,26 @@ def test_the_graph_becomes_ready_comes_back_after_a_crash_and_ends_with_its_comm
     assert out.splitlines()[-1].endswith("ended: model 0, estimator 0, controller 0, guard 0, rig 0")
     assert not any(Path(f"/proc/{pid}").exists() for pid, _ in nodes)
     assert took <= 1.0 * max(1.0, os.getloadavg()[0])  # 1 s on an idle machine; here others are at work
+
+
+@pytest.mark.ros
+def test_a_bag_whose_disk_is_full_is_told_at_once_and_the_end_is_1(
+    tmp_path: Path, ros_environment: dict[str, str]
+) -> None:
+    command = [*COMMAND, "--log", str(tmp_path / "log"), "--bag", str(tmp_path / "bag")]
+    with subprocess.Popen(command, env=ros_environment, stdout=subprocess.PIPE, text=True) as process:
+        try:
+            wait_for(process, "all ready")
+            recorder = child(process.pid, "flexarm:recorder")
+            _, hard = resource.prlimit(recorder, resource.RLIMIT_FSIZE)
+            resource.prlimit(recorder, resource.RLIMIT_FSIZE, (1000, hard))
+            wait_for(process, "recorder: recording ended: [Errno 27] File too large")
+        finally:
+            process.send_signal(signal.SIGINT)
+        out, _ = process.communicate(timeout=60.0)
+    assert process.returncode == 1, out
+    assert "recorder 1, model 0" in out  # nobody else ended of it
+    assert f"to save what is: flexarm recover {tmp_path / 'bag'}" in out
 
 
 @pytest.mark.ros

@@ -56,7 +56,7 @@ def full_disk(stand: SystemStand) -> list[Finding]:
         Finding("error on /diagnostics after", told, TOLD, "s"),
         Finding(f"messages recovered / the {written} taken", recovered / written, SHARE, at_least=True),
         Finding("recorder died of it", float(died), 0),
-        Finding("exit code of the recorder in the end", float(codes[RECORDER]), 0),
+        Finding("exit code of the recorder in the end", float(codes[RECORDER]), 1, at_least=True),
     ]
 
 

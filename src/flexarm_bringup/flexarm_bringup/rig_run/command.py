@@ -5,7 +5,8 @@ guard does, and who has ended. When model, estimator, controller, guard or rig c
 and the process started again; nothing moves before the guard is armed again. The nodes see this machine only
 unless ROS_AUTOMATIC_DISCOVERY_RANGE says else.
 
-Exit codes of this command: 0 ended by Ctrl-C, 1 an essential process ended for good, 2 wrong configuration.
+Exit codes of this command: 0 ended by Ctrl-C; 1 an essential process ended for good, or the bag is not whole;
+2 wrong configuration.
 Exit codes of a node: 0 asked to end, 2 wrong configuration, 3 its name is taken, minus N: signal N ended it.
 """
 
@@ -86,7 +87,11 @@ def run(args: argparse.Namespace) -> int:
         with supervisor:
             say(f"{', '.join(supervisor.pids)} started; logs: {supervisor.log('*')}")
             code = _watch(supervisor, say, args.seconds, asked_to_end)
-        say("ended: " + ", ".join(f"{name} {ended}" for name, ended in supervisor.exit_codes().items()))
+        codes = supervisor.exit_codes()
+        say("ended: " + ", ".join(f"{name} {ended}" for name, ended in codes.items()))
+    if codes.get("recorder"):
+        say(f"the bag is not whole; to save what is: flexarm recover {args.bag} --output NEW")
+        return code or ENDED
     return code
 
 

@@ -3,7 +3,8 @@
 Publishes
     stop (std_msgs/Empty): the guard latches a stop.
 Subscribes
-    <name>/ready (std_msgs/Bool, latched) of every process, guard_status (flexarm_interfaces/GuardStatus).
+    <name>/ready (std_msgs/Bool, latched) of every process, guard_status (flexarm_interfaces/GuardStatus),
+    /diagnostics (diagnostic_msgs/DiagnosticArray): what the recorder cannot write.
 """
 
 from __future__ import annotations
@@ -12,6 +13,7 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 
 import rclpy
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from flexarm_interfaces.msg import GuardStatus
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
@@ -22,6 +24,7 @@ from flexarm_bringup.processes.spinning import spin_once
 from flexarm_model.ros.node import LATCHED_QOS, LATEST_QOS, RELIABLE_QOS, events_executor
 
 ARM = "ros2 service call /flexarm/guard/arm std_srvs/srv/Trigger"
+RECORDER = "flexarm/recorder"  # name of its status
 _MODES = {GuardStatus.STOPPED: "stopped", GuardStatus.ARMED: "armed", GuardStatus.BRAKING: "braking"}
 
 
@@ -53,13 +56,14 @@ class WatchNode(Node):  # type: ignore[misc]
         """
         super().__init__("watch", namespace="flexarm", start_parameter_services=False)
         self.ready = dict.fromkeys(names, False)
-        self._say, self._guard = say, ""
+        self._say, self._guard, self._recorder = say, "", ""
         self._stop = self.create_publisher(Empty, "stop", RELIABLE_QOS)
         for name in names:
             self.create_subscription(
                 Bool, f"{name}/ready", lambda msg, name=name: self.on_ready(name, msg.data), LATCHED_QOS
             )
         self.create_subscription(GuardStatus, "guard_status", self.on_guard_status, LATEST_QOS)
+        self.create_subscription(DiagnosticArray, "/diagnostics", self.on_diagnostics, RELIABLE_QOS)
         self._executor = events_executor()
         self._executor.add_node(self)
 
@@ -92,6 +96,14 @@ class WatchNode(Node):  # type: ignore[misc]
         if told != self._guard:
             self._guard = told
             self._say(told)
+
+    def on_diagnostics(self, msg: DiagnosticArray) -> None:
+        """Tell once that the recorder has failed: it is not essential, the motion goes on."""
+        for status in msg.status:
+            is_error = status.name == RECORDER and status.level == DiagnosticStatus.ERROR
+            if is_error and status.message != self._recorder:
+                self._recorder = status.message
+                self._say(f"recorder: {status.message}")
 
     def stop_motion(self, process: Process) -> None:
         """Stop the motion when an essential process has ended; may be called from any thread."""
