@@ -16,6 +16,7 @@ from flexarm_model.reading.manipulator_file import find_manipulator
 
 Array = NDArray[np.float64]
 SHOWN_DEG = 30.0
+FAR = 2.0  # times the largest torque: a limit beyond would make the curves flat
 CURVES = ((SERVO, "A"), (SERVO, "B"), ("lqr", "A"), ("mpc", "A"), ("mpc", "ZVD"))
 
 
@@ -117,19 +118,20 @@ def _modes(outcome: Outcome) -> Figure:
 
 
 def _torque(outcomes: dict[tuple[str, str], Outcome]) -> Figure:
+    """Draw the torques as large as they are; a limit far beyond them is told, not drawn."""
     config = load_config(find_manipulator("single_link"), "geared")
     limit = next(iter(config.actuated.values())).effort
-    with drawing(9.0, 3.2) as plot:
+    shown = [outcomes[key] for key in (("lqr", "A"), ("mpc", "A"), ("mpc", "ZVD"))]
+    largest = max(float(abs(outcome.slot.tau[:, 0]).max()) for outcome in shown)
+    is_near = limit < FAR * largest
+    with drawing(9.0, 3.6) as plot:
         axes = plot.subplots()
-        for key in (("lqr", "A"), ("mpc", "A"), ("mpc", "ZVD")):
-            outcome = outcomes[key]
-            axes.plot(
-                _after_start(outcome), outcome.move.sign * outcome.slot.tau[:, 0], label=outcome.row.scheme
-            )
-        for bound in (-limit, limit):
+        for outcome in shown:
+            torque = outcome.move.sign * outcome.slot.tau[:, 0]
+            axes.plot(_after_start(outcome), torque, label=outcome.row.scheme)
+        for bound in (-limit, limit) if is_near else ():
             axes.axhline(bound, color="#c0392b", linewidth=1.0, linestyle="--")
         axes.set(xlabel="time since the start of the move [s]", ylabel="torque [N m]", xlim=(-0.1, 2.0))
-        axes.legend(fontsize=8)
-        return to_figure(
-            plot, f"Torque at the joint against its limit of {limit:g} N m (dashed), geared hub."
-        )
+        plot.legend(*axes.get_legend_handles_labels(), loc="outside lower center", ncols=3, fontsize=8)
+        told = "dashed" if is_near else f"not drawn: the largest torque is {largest:.2g} N m"
+        return to_figure(plot, f"Torque at the joint, limit {limit:g} N m ({told}), geared hub.")
