@@ -15,6 +15,7 @@ from scipy.optimize import linear_sum_assignment
 
 from flexarm_bringup.identify.seen_shapes import SeenShapes, find_channels
 from flexarm_bringup.page.report import Cells, Column, Page, Table
+from flexarm_model.identification.described_arm import DescribedArm
 from flexarm_model.identification.described_modes import described_modes, read_unknown
 from flexarm_model.identification.described_shapes import described_shapes
 from flexarm_model.identification.model_update import (
@@ -79,10 +80,11 @@ def fit_description(
     """
     path = find_manipulator(fitting.manipulator)
     pose = np.array(fitting.pose) if fitting.pose else load_config(path, fitting.preset).home
-    modes_of = described_modes(path, fitting.preset, fitting.motors_locked)
+    arm = DescribedArm(path, fitting.preset, fitting.motors_locked)
+    modes_of = described_modes(path, fitting.preset, fitting.motors_locked, arm)
     unknowns = read_unknowns(fitting.manipulator, fitting.preset, fitting.parameters)
     tables = [match(modes_of({}, at)[0], at, modes) for at, modes in [(pose, fit), *others]]
-    at_sensors = seen_shapes(path, fitting, fit)
+    at_sensors = seen_shapes(path, fitting, fit, arm)
     serve: Serve = modes_of
     if at_sensors is not None:
         tables[0] = at_sensors.told(tables[0], fit)
@@ -113,12 +115,12 @@ def read_unknowns(manipulator: str, preset: str, parameters: Sequence[str]) -> l
     return unknowns
 
 
-def seen_shapes(path: Path, fitting: Fitting, fit: PoleFit) -> SeenShapes | None:
+def seen_shapes(path: Path, fitting: Fitting, fit: PoleFit, arm: DescribedArm) -> SeenShapes | None:
     """Return how shapes are to be compared; None where fewer than two outputs are the description's."""
     columns, names = find_channels(load_config(path, fitting.preset), fitting.outputs)
     if len(names) < 2 or fit.model.residues.shape[1] != len(fitting.outputs):
         return None
-    return SeenShapes(described_shapes(path, fitting.preset, fitting.motors_locked, names), columns)
+    return SeenShapes(described_shapes(path, fitting.preset, fitting.motors_locked, names, arm), columns)
 
 
 def match(described_hz: Array, pose: Array, fit: PoleFit) -> ModeTable:

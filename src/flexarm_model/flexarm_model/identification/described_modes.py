@@ -1,4 +1,4 @@
-"""Frequencies and damping of a description with changed values, without compiling its dynamics."""
+"""Frequencies and damping of a description with changed values, and those values themselves."""
 
 from __future__ import annotations
 
@@ -9,32 +9,28 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from flexarm_model.identification.described_arm import DescribedArm
 from flexarm_model.identification.model_update import Serve, Unknown
-from flexarm_model.modal.modes import normal_modes
-from flexarm_model.reading.config import load_config
-from flexarm_model.served.linear_assembly import assemble
 from flexarm_model.settings.strict_yaml import ConfigError, read_yaml
 
 Array = NDArray[np.float64]
-RIGID_HZ = 1e-3  # below it a mode is the free motion of a motor
 
 
-def described_modes(path: Path, preset: str, motors_locked: bool) -> Serve:
+def described_modes(path: Path, preset: str, motors_locked: bool, arm: DescribedArm | None = None) -> Serve:
     """Return what serves the modes of a description for given changes and pose.
 
     Args:
         path: The description.
         preset: Its preset.
         motors_locked: Modes with the actuated axes held, as under a brake, instead of free.
+        arm: The same arm where its answers are shared; None makes one.
     """
+    described = arm or DescribedArm(path, preset, motors_locked)
 
     def serve(changes: Mapping[str, str | float], pose: Array) -> tuple[Array, Array]:
         """Return frequencies [Hz] and damping ratios [1] of the elastic modes, (k,) each."""
-        config = load_config(path, preset, changes)
-        built = assemble(config, dict(zip(config.actuated, map(float, pose), strict=True)))
-        modes = normal_modes(*(built.locked() if motors_locked else (built.M, built.D, built.K)))
-        elastic = modes.f_hz > RIGID_HZ
-        return modes.f_hz[elastic], modes.zeta[elastic]
+        modes = described.modes(changes, pose)
+        return modes.omega / (2 * np.pi), modes.zeta
 
     return serve
 

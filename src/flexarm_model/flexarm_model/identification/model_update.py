@@ -27,6 +27,7 @@ Array = NDArray[np.float64]
 IDENTIFIED = 0.5  # posterior over prior sigma up to which the data have told a parameter
 MODEL_F, MODEL_ZETA, MODEL_PHI = 5e-4, 0.02, 0.05  # relative errors that a model may have anyway
 STEP = 1e-4  # of ln p, for the derivative
+DONE = 1e-6  # relative: far below any sigma; every further round needs a model per unknown
 
 
 @dataclass(frozen=True)
@@ -155,7 +156,9 @@ def _fit(
         """Return what the modes are off in their sigmas, and the unknowns in their spreads."""
         return np.concatenate([_misfit(serve, unknowns, tables, full(x))[0], x / spread[where]])
 
-    found = least_squares(residual, np.zeros(len(free)), diff_step=STEP, x_scale=spread[where], xtol=1e-8)
+    found = least_squares(
+        residual, np.zeros(len(free)), diff_step=STEP, x_scale=spread[where], ftol=DONE, xtol=DONE
+    )
     x = full(found.x)
     weighted, log_f = _misfit(serve, unknowns, tables, x)
     J, S = np.empty((weighted.size, len(unknowns))), np.empty((log_f.size, len(unknowns)))

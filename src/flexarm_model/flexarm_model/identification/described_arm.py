@@ -1,0 +1,100 @@
+"""Modes of a description with changed values at a pose, from the same linear model that is served.
+
+Gravity bends and stiffens and loops are closed at the pose, as in ``linearize``, but no mode is left out. Its
+dynamics are not compiled: they are needed once per set of values.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import eigh
+
+from flexarm_model.modal.read_only import lock_arrays
+from flexarm_model.reading.config import load_config
+from flexarm_model.served.linearize import linearize
+from flexarm_model.served.reduced_model import Outputs
+from flexarm_model.tree.reduced_tree import ReducedTree
+
+Array = NDArray[np.float64]
+Changes = Mapping[str, str | float]
+RIGID_HZ = 1e-3  # below it a mode is the free motion of a motor
+ROUNDING = 1e-7  # of the fastest frequency: below it a frequency is rounding
+KEPT = 256  # answers: those of a fit's derivatives are asked for again when it ends
+
+
+@dataclass(frozen=True)
+class ArmModes:
+    """Normal modes of an arm at a pose, slowest first; the free motion of a motor is none.
+
+    Attributes:
+        omega: Angular frequencies [rad/s], (r,).
+        zeta: Damping ratios [1], (r,).
+        shapes: In the coordinates of ``outputs``, mass-normalised, (n, r).
+        outputs: What the sensors see of the coordinates.
+    """
+
+    omega: Array
+    zeta: Array
+    shapes: Array
+    outputs: Outputs
+
+    def __post_init__(self) -> None:
+        """Make the arrays read-only."""
+        lock_arrays(self)
+
+
+class DescribedArm:
+    """A description whose values change; an answer that was given is kept."""
+
+    def __init__(self, path: Path, preset: str, motors_locked: bool) -> None:
+        """Take a description.
+
+        Args:
+            path: Its file.
+            preset: Its preset.
+            motors_locked: Modes with the actuated axes held, as under a brake, instead of free.
+        """
+        self._path, self._preset, self._motors_locked = path, preset, motors_locked
+        self._given: dict[tuple[object, ...], ArmModes] = {}
+        self._last: tuple[object, ReducedTree] | None = None
+
+    def modes(self, changes: Changes, pose: Array) -> ArmModes:
+        """Return the modes of the changed arm at a pose [rad or m], (n_theta,).
+
+        Raises:
+            ConfigError: A value cannot be changed as asked.
+            PoseError, ClosureError: There is no model at this pose.
+        """
+        values = tuple(sorted(changes.items()))
+        key = (values, tuple(map(float, pose)))
+        if key not in self._given:
+            if len(self._given) >= KEPT:
+                self._given.pop(next(iter(self._given)))
+            self._given[key] = self._solve(self._tree(values), pose)
+        return self._given[key]
+
+    def _tree(self, values: tuple[tuple[str, str | float], ...]) -> ReducedTree:
+        """Return the dynamics; poses are asked for one after the other of the same values."""
+        if self._last is None or self._last[0] != values:
+            config = load_config(self._path, self._preset, dict(values))
+            self._last = values, ReducedTree(config, use_compiler=False)
+        return self._last[1]
+
+    def _solve(self, tree: ReducedTree, pose: Array) -> ArmModes:
+        every = tree.n_q - tree.loops.dependent.size - len(tree.actuated)
+        model = linearize(tree, pose, every)
+        first = model.n_theta if self._motors_locked else 0
+        M, D, K = (matrix[first:, first:] for matrix in (model.M, model.D, model.K))
+        squares, phi = eigh(K, M) if len(K) else (np.zeros(0), np.zeros((0, 0)))
+        slowest = max(2 * np.pi * RIGID_HZ, ROUNDING * float(np.sqrt(abs(squares).max(initial=0.0))))
+        elastic = squares > slowest**2
+        omega, phi = np.sqrt(squares[elastic]), phi[:, elastic]
+        zeta = np.einsum("ir,ij,jr->r", phi, D, phi) / (2 * omega)
+        shapes = np.zeros((model.M.shape[0], omega.size))
+        shapes[first:] = phi
+        return ArmModes(omega, zeta, shapes, model.outputs)

@@ -1,0 +1,85 @@
+"""The modes that values are fitted to are the served ones: with gravity, and with loops closed at the pose."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from flexarm_model.identification.described_arm import DescribedArm
+from flexarm_model.identification.described_modes import described_modes, read_unknown
+from flexarm_model.identification.model_update import ModeTable, update_model
+from flexarm_model.reading.config import load_config
+from flexarm_model.reading.manipulator_file import find_manipulator
+from flexarm_model.served.linearize import linearize
+from flexarm_model.tree.reduced_tree import ReducedTree
+
+STIFFNESS = "bodies.strip.pieces.0.youngs_modulus"
+COLUMN = """
+format: flexarm/1
+name: column
+source: made up for the tests
+gravity: [-9.81 m/s^2, 0 m/s^2, 0 m/s^2]
+bodies:
+  strip:
+    type: beam
+    pieces:
+      - {length: 500 mm, section: {shape: rectangle, along_y: 4 mm, along_z: 20 mm}, youngs_modulus: 200 GPa,
+         density: 1 kg/m^3, elements: 8}
+    deformation: [bend_y]
+    damping_ratio: 0.01
+    nodes: {tip: 500 mm}
+    point_masses: [{name: weight, at: 500 mm, mass: 4 kg}]
+    reduction: {method: craig_bampton, modes: 3, frame: clamped}
+joints:
+  base: {parent: world, child: strip.root, axes: {ty: {actuated: true, rotor_inertia: 1 kg}}}
+tip: strip.tip
+served: {modes: 2, home: [0 m], rate: 200 Hz}
+"""
+
+
+@pytest.fixture
+def column(tmp_path: Path) -> Path:
+    path = tmp_path / "column.yaml"
+    path.write_text(COLUMN, encoding="utf-8")
+    return path
+
+
+def test_a_column_near_its_buckling_load_tells_its_stiffness(column: Path) -> None:
+    """At 19 % of its buckling load; without what the weight takes off, 163 GPa were found."""
+    config = load_config(column)
+    model = linearize(ReducedTree(config, use_compiler=False))
+    f_hz, zeta = model.omega[:1] / (2 * np.pi), model.zeta[:1]
+    table = ModeTable(config.home, f_hz, 1e-4 * f_hz, zeta, 0.1 * zeta)
+    before = read_unknown(column, "", STIFFNESS, 0.3)
+    start = type(before)(before.path, 230.0, before.unit, before.spread)
+    update = update_model(described_modes(column, "", True), [start], [table])
+    assert float(str(update.changes[STIFFNESS]).split()[0]) == pytest.approx(200.0, rel=1e-3)
+    assert update.sensitivity[0, 0] == pytest.approx(0.5 / (1 - 0.19), rel=0.02)  # f^2 ~ E - 0.19 E_0
+
+
+@pytest.mark.parametrize("name", ["planar_3rrr", "spatial_3tpt", "variable_stiffness"])
+def test_modes_are_the_served_ones_at_every_pose(name: str) -> None:
+    path = find_manipulator(name)
+    config = load_config(path)
+    tree, serve = ReducedTree(config, use_compiler=False), described_modes(path, "", True)
+    for pose in [config.home, *config.poses.values()][:3]:
+        model = linearize(tree, pose)
+        f_hz, zeta = serve({}, pose)
+        assert f_hz[: model.n_eta] == pytest.approx(model.omega / (2 * np.pi), rel=1e-7)
+        assert zeta[: model.n_eta] == pytest.approx(model.zeta, rel=1e-6)
+
+
+def test_free_motors_add_no_mode_but_what_gravity_makes_of_them(column: Path) -> None:
+    """A slide that nothing holds has none; the column moves with it."""
+    home = np.zeros(1)
+    locked, free = (DescribedArm(column, "", held).modes({}, home).omega for held in (True, False))
+    assert locked.size == free.size and free[0] > locked[0]
+
+
+def test_an_answer_that_was_given_is_given_again(column: Path) -> None:
+    arm, home = DescribedArm(column, "", True), np.zeros(1)
+    first = arm.modes({STIFFNESS: "210 GPa"}, home)
+    arm.modes({}, home)
+    assert arm.modes({STIFFNESS: "210 GPa"}, home) is first
