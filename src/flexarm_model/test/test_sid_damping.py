@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import hashlib
+import re
 from pathlib import Path
 
 import numpy as np
@@ -17,6 +19,16 @@ from flexarm_model.tree.reduced_tree import ReducedTree
 
 ARM = FOLDER.parents[3] / "docs/two_link.yaml"
 BEAMS = ("upper", "forearm")
+
+
+def older(text: str, version: int) -> str:
+    """Return a file with a block of versions 1 or 2, whose digest is of the part before the block."""
+    part, _, own = text.partition("\nflexarm\n")
+    digest = hashlib.sha256("\n".join(line.strip() for line in part.splitlines()).encode()).hexdigest()[:16]
+    own = re.sub(
+        r"digest = \w+", f"digest = {digest}", own.replace("version = 3\n", f"version = {version}\n")
+    )
+    return f"{part}\nflexarm\n{own}"
 
 
 def through_files(folder: Path, tree: ReducedTree) -> Path:
@@ -47,7 +59,7 @@ def test_a_file_of_the_first_version_and_a_foreign_one_have_the_damping_matrix(t
     for name in BEAMS:
         path = tmp_path / f"{name}.sid"
         text = path.read_text(encoding="utf-8")
-        first = text.replace("version = 2\n", "version = 1\n").replace("damping_ratio = 0.01\n", "")
+        first = older(text, 1).replace("damping_ratio = 0.01\n", "")
         for content in (text.partition("\nflexarm\n")[0] + "\n", first):
             path.write_text(content, encoding="utf-8")
             back = read_sid(path)
@@ -60,9 +72,9 @@ def test_a_file_of_the_first_version_and_a_foreign_one_have_the_damping_matrix(t
 def test_a_block_of_another_version_or_without_its_ratio_is_refused(tmp_path: Path) -> None:
     through_files(tmp_path, ReducedTree(load_config(ARM), use_compiler=False))
     path = tmp_path / "upper.sid"
-    text = path.read_text(encoding="utf-8")
+    text = older(path.read_text(encoding="utf-8"), 2)
     for old, new, expected in (
-        ("version = 2\n", "version = 3\n", "flexarm: version 3: expected one of 1, 2"),
+        ("version = 2\n", "version = 4\n", "flexarm: version = 4: expected a whole number from 1 to 3"),
         ("damping_ratio = 0.01\n", "", "flexarm: 'damping_ratio = <number>' is missing"),
     ):
         path.write_text(text.replace(old, new), encoding="utf-8")

@@ -226,7 +226,7 @@ def test_an_edited_part_does_not_keep_the_old_block(tmp_path: Path) -> None:
     write_sid(beam(), path)
     text = path.read_text(encoding="utf-8")
     path.write_text(text.replace("mass = ", "mass = 1", 1), encoding="utf-8")
-    with pytest.raises(ConfigError, match="flexarm: the part before was changed"):
+    with pytest.raises(ConfigError, match="flexarm: the file was changed"):
         read_sid(path)
 
 

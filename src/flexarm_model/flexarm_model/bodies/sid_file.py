@@ -14,24 +14,26 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from flexarm_model.bodies.sid_terms import ORDERED, sid_integrals, sid_matrices
+from flexarm_model.bodies.sid_checks import check_matrices, check_own, matrix_shapes, own_frequencies
+from flexarm_model.bodies.sid_terms import sid_integrals, sid_matrices
 from flexarm_model.bodies.sid_text import Block, Taylor, format_array, format_taylor, parse_blocks
-from flexarm_model.bodies.superelement import NodeShape, Superelement
-from flexarm_model.numeric.dense import eigh
+from flexarm_model.bodies.superelement import NodeShape, Superelement, pairs
 from flexarm_model.numeric.rotation import skew
 from flexarm_model.settings.strict_yaml import ConfigError
 
 Array = NDArray[np.float64]
 
 _OWN = "flexarm"
-_VERSION = 2
-_READ = (1, 2)  # the first holds no damping ratio: there De is all that is known of the damping
+_VERSION = 3  # its digest is of the whole file; that of those before, of the part that every program knows
+_READ = (1, 2, 3)  # the first holds no damping ratio: there De is all that is known of the damping
+_MOST = 1000  # coordinates
 
 
 def write_sid(body: Superelement, path: Path) -> None:
     """Write a superelement."""
-    part = list(_part(body))
-    path.write_text("\n".join([*part, *_own(body, _hash(part))]) + "\n", encoding="utf-8")
+    lines = [*_part(body), *_own(body)]
+    lines += [f"digest = {_hash(lines)}", f"end {_OWN}"]
+    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
 
 
 def read_sid(path: Path) -> Superelement:
@@ -50,28 +52,37 @@ def read_sid(path: Path) -> Superelement:
     modal = file.block("part").block("modal")
     own = file.find(_OWN)
     if own is not None:
-        _check_own(own, lines)
-    refmod = modal.block("refmod")
-    n = int(refmod.number("nelastq"))
-    matrices = {name: modal.block(name).taylor(n) for name in ORDERED if name != "ksigma"}
-    _check_shapes(modal, matrices, n)
+        _check_digest(own, lines)
+    n = modal.block("refmod").whole_number("nelastq", range(_MOST + 1))
+    matrices = {name: modal.block(name).taylor(n, shape) for name, shape in matrix_shapes(n).items()}
+    check_matrices(modal, matrices)
     nodes = {block.label: _read_node(block, n) for block in modal.block("frame").blocks}
-    s, P = sid_integrals(matrices)
-    K, D = matrices["Ke"].m0, matrices["De"].m0
     if own is None:
-        omega = np.sqrt(np.maximum(eigh(K, matrices["Me"].m0)[0], 0.0)) if n else np.zeros(0)
-        return Superelement(path.stem, refmod.number("mass"), s, P, omega, K, D, nodes)
-    n_f = int(own.number("fields"))
-    strain = own.array("strain", (len(nodes), 3, n))
+        s, P = sid_integrals(matrices)
+        omega, mass = own_frequencies(modal, matrices), modal.block("refmod").number("mass")
+        return Superelement(path.stem, mass, s, P, omega, matrices["Ke"].m0, matrices["De"].m0, nodes)
+    body = _read_own(own, modal, matrices, nodes)
+    check_own(own, modal, matrices, body)
+    return body
+
+
+def _read_own(
+    own: Block, modal: Block, matrices: dict[str, Taylor], nodes: dict[str, NodeShape]
+) -> Superelement:
+    """Return the superelement that our own block completes."""
+    n = matrices["Me"].m0.shape[0]
+    n_f = own.whole_number("fields", range(n + 1, n + 2 + len(pairs(n))))
+    strain = own.array("strain", (len(nodes), 3, n), may_be_unknown=True)
     nodes = {
         name: NodeShape(node.r, node.Phi, node.Psi, node.G, strain[k])
         for k, (name, node) in enumerate(nodes.items())
     }
     omega, P = own.array("omega", (n,)), own.array("P", (n_f, n_f, 3, 3))
-    ratio = 0.0
+    s, mass, K = sid_integrals(matrices)[0][:n_f], modal.block("refmod").number("mass"), matrices["Ke"].m0
+    ratio, D = 0.0, matrices["De"].m0
     if own.number("version") > 1:
         ratio, D = own.number("damping_ratio"), own.array("D", (n, n))
-    return Superelement(own.values["name"], refmod.number("mass"), s[:n_f], P, omega, K, D, nodes, ratio)
+    return Superelement(own.text("name"), mass, s, P, omega, K, D, nodes, ratio)
 
 
 def _part(body: Superelement) -> Iterator[str]:
@@ -93,17 +104,16 @@ def _part(body: Superelement) -> Iterator[str]:
     yield from ("end modal", "end part")
 
 
-def _own(body: Superelement, digest: str) -> Iterator[str]:
-    """Yield the lines of what only flexarm knows."""
+def _own(body: Superelement) -> Iterator[str]:
+    """Yield the lines of what only flexarm knows, without their end."""
     strain = np.array([node.strain for node in body.nodes.values()]).reshape(len(body.nodes), 3, body.n)
-    yield from (_OWN, f"version = {_VERSION}", f"digest = {digest}", f"name = {body.name}")
+    yield from (_OWN, f"version = {_VERSION}", f"name = {body.name}")
     yield f"fields = {body.s.shape[0]}"
     yield f"damping_ratio = {float(body.damping_ratio)!r}"
     yield from format_array("D", body.D)
     yield from format_array("omega", body.omega)
     yield from format_array("P", body.P)
     yield from format_array("strain", strain)
-    yield f"end {_OWN}"
 
 
 def _node_matrices(node: NodeShape) -> dict[str, Taylor]:
@@ -120,30 +130,24 @@ def _node_matrices(node: NodeShape) -> dict[str, Taylor]:
 
 
 def _read_node(block: Block, n: int) -> NodeShape:
-    origin, phi, psi, AP = (block.block(name).taylor(n) for name in ("origin", "phi", "psi", "AP"))
+    shapes = {"origin": (3, 1), "phi": (3, n), "psi": (3, n), "AP": (3, 3)}
+    origin, phi, psi, AP = (block.block(name).taylor(n, shape) for name, shape in shapes.items())
     if not np.array_equal(AP.m0, np.eye(3)):
         raise block.error("AP: the node's axes must be those of the body")
     G = np.zeros((3, n, n)) if phi.m1 is None else phi.m1
     return NodeShape(origin.m0[:, 0], phi.m0, psi.m0, G, np.full((3, n), np.nan))
 
 
-def _check_shapes(modal: Block, matrices: dict[str, Taylor], n: int) -> None:
-    shapes = {
-        "mdCM": (3, 1), "J": (3, 3), "Ct": (n, 3), "Cr": (n, 3), "Me": (n, n), "Gr": (3, 3 * n),
-        "Ge": (n, 3 * n), "Oe": (n, 6), "Ke": (n, n), "De": (n, n),
-    }  # fmt: skip
-    for name, shape in shapes.items():
-        if matrices[name].m0.shape != shape:
-            found = matrices[name].m0.shape
-            raise modal.block(name).error(f"is {found[0]} x {found[1]}; expected {shape[0]} x {shape[1]}")
-
-
-def _check_own(own: Block, lines: list[str]) -> None:
-    if own.number("version") not in _READ:
-        raise own.error(f"version {own.values['version']}: expected one of {', '.join(map(str, _READ))}")
-    if own.values.get("digest") != _hash(lines[: own.line - 1]):
-        raise own.error(f"the part before was changed; remove the block '{_OWN}' or write the file anew")
+def _check_digest(own: Block, lines: list[str]) -> None:
+    version = own.whole_number("version", range(_READ[0], _READ[-1] + 1))
+    hashed = lines if version == _VERSION else lines[: own.line - 1]
+    if own.values.get("digest") != _hash(hashed):
+        where = "the file" if version == _VERSION else "the part before"
+        raise own.error(f"{where} was changed; remove the block '{_OWN}' or write the file anew")
 
 
 def _hash(lines: list[str]) -> str:
-    return hashlib.sha256("\n".join(line.strip() for line in lines).encode()).hexdigest()[:16]
+    """Return the hash of lines, but for the one that holds it and the last."""
+    told = (line.strip() for line in lines)
+    known = "\n".join(line for line in told if not line.startswith("digest =") and line != f"end {_OWN}")
+    return hashlib.sha256(known.encode()).hexdigest()[:16]

@@ -20,6 +20,7 @@ Numbers are written so that they read back bit for bit.
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
@@ -33,8 +34,10 @@ from flexarm_model.settings.strict_yaml import ConfigError
 Array = NDArray[np.float64]
 Index = tuple[int, ...]
 
-_ENTRY = re.compile(r"(\w+)\s*\(([\d\s,]+)\)\s*=\s*(.*)")
-_FULL, _SYMMETRIC = 3, 2
+_ENTRY = re.compile(r"(\w+)\s*\((.*?)\)\s*=\s*(.*)")
+_INDEX = re.compile(r"\s*\d{1,9}\s*(,\s*\d{1,9}\s*)*")
+_SYMMETRIC, _FULL = 2, 3
+_STRUCTURES = range(_FULL + 1)
 
 
 @dataclass(frozen=True)
@@ -91,17 +94,44 @@ class Block:
         """Return the number of a key.
 
         Raises:
-            ConfigError: It is missing or no number.
+            ConfigError: It is missing or no finite number.
         """
         if key not in self.values:
             raise self.error(f"'{key} = <number>' is missing")
         return self._number(self.values[key], self.line)
 
-    def array(self, key: str, shape: Index) -> Array:
-        """Return the entries of a key as an array; those that are not given are zero.
+    def whole_number(self, key: str, allowed: range) -> int:
+        """Return the whole number of a key.
 
         Raises:
-            ConfigError: An index lies outside of the shape, or a value is no number.
+            ConfigError: It is missing or none of those allowed.
+        """
+        value = self.number(key)
+        if value not in allowed:
+            limits = f"from {allowed[0]} to {allowed[-1]}"
+            raise self.error(f"{key} = {self.values[key]}: expected a whole number {limits}")
+        return int(value)
+
+    def text(self, key: str) -> str:
+        """Return the text of a key.
+
+        Raises:
+            ConfigError: It is missing.
+        """
+        if key not in self.values:
+            raise self.error(f"'{key} = <text>' is missing")
+        return self.values[key]
+
+    def array(self, key: str, shape: Index, may_be_unknown: bool = False) -> Array:
+        """Return the entries of a key as an array; those that are not given are zero.
+
+        Args:
+            key: Which.
+            shape: Of the array.
+            may_be_unknown: Whether an entry may be NaN.
+
+        Raises:
+            ConfigError: An index lies outside of the shape, or a value is no finite number.
         """
         array = np.zeros(shape)
         for (name, index), (text, line) in self.entries.items():
@@ -110,30 +140,42 @@ class Block:
                     not 1 <= i <= n for i, n in zip(index, shape, strict=False)
                 ):
                     raise self.error(f"{key}{index}: expected indices up to {shape}", line)
-                array[tuple(i - 1 for i in index)] = self._number(text, line)
+                unknown = may_be_unknown and text == "nan"
+                array[tuple(i - 1 for i in index)] = np.nan if unknown else self._number(text, line)
         return array
 
-    def taylor(self, n: int) -> Taylor:
-        """Return the block as a matrix over n coordinates."""
-        rows, columns = int(self.number("nrow")), int(self.number("ncol"))
-        m0 = self.array("m0", (rows, columns))
-        m1 = self.array("m1", (rows, columns, n)) if self.number("order") >= 1 else None
-        if int(self.number("structure")) == _SYMMETRIC:
+    def taylor(self, n: int, shape: tuple[int, int]) -> Taylor:
+        """Return the block as a matrix of a shape over n coordinates.
+
+        Raises:
+            ConfigError: It has another shape, or holds what has no place in it.
+        """
+        found = self.number("nrow"), self.number("ncol")
+        if found != shape:
+            raise self.error(f"is {found[0]:g} x {found[1]:g}; expected {shape[0]} x {shape[1]}")
+        m0 = self.array("m0", shape)
+        m1 = self.array("m1", (*shape, n)) if self.whole_number("order", range(2)) else None
+        if self.whole_number("structure", _STRUCTURES) == _SYMMETRIC:
+            if shape[0] != shape[1]:
+                raise self.error(f"structure = {_SYMMETRIC}: is {shape[0]} x {shape[1]}, not symmetric")
             m0, m1 = _mirror(m0), None if m1 is None else _mirror(m1)
         return Taylor(m0, m1)
 
     def _number(self, text: str, line: int) -> float:
         try:
-            return float(text.replace("D", "E").replace("d", "e"))
+            value = float(text.replace("D", "E").replace("d", "e"))
         except ValueError:
             raise self.error(f"'{text}' is not a number", line) from None
+        if not math.isfinite(value):
+            raise self.error(f"'{text}' is not a finite number", line)
+        return value
 
 
 def parse_blocks(path: Path, lines: Iterable[str]) -> Block:
     """Return the file as one block that holds the others.
 
     Raises:
-        ConfigError: Blocks are not closed in their order.
+        ConfigError: Blocks are not closed in their order, or indices are none.
     """
     stack = [Block(path, 1, "")]
     for number, raw in enumerate(lines, 1):
@@ -146,7 +188,7 @@ def parse_blocks(path: Path, lines: Iterable[str]) -> Block:
                 raise top.error(f"'{line}' closes no block", number)
             stack.pop()
         elif entry:
-            index = tuple(int(i) for i in entry[2].split(","))
+            index = _read_index(entry[2], top, number)
             top.entries[(entry[1], index)] = (entry[3], number)
         elif "=" in line and not line.startswith("new "):
             key, _, value = line.partition("=")
@@ -158,6 +200,12 @@ def parse_blocks(path: Path, lines: Iterable[str]) -> Block:
     if len(stack) > 1:
         raise stack[-1].error(f"is not closed by 'end {stack[-1].name}'")
     return stack[0]
+
+
+def _read_index(text: str, block: Block, line: int) -> Index:
+    if not _INDEX.fullmatch(text):
+        raise block.error(f"'{text.strip()}': expected whole numbers between commas as indices", line)
+    return tuple(int(i) for i in text.split(","))
 
 
 def format_taylor(name: str, matrix: Taylor, n: int) -> Iterator[str]:
