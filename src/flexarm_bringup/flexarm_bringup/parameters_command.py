@@ -97,9 +97,14 @@ def page() -> str:
 
 def parameters_of(node: str) -> Iterator[Field[Any]]:
     """Yield the fields of a node's settings classes, in the order in which it declares them."""
-    module, name = NODES[node].split(":")
-    for kind in getattr(importlib.import_module(module), name).SETTINGS:
+    for kind in settings_of(node):
         yield from fields(kind)
+
+
+def settings_of(node: str) -> tuple[type[Any], ...]:
+    """Return the settings classes that a node declares its parameters from."""
+    module, name = NODES[node].split(":")
+    return tuple(getattr(importlib.import_module(module), name).SETTINGS)
 
 
 def _lines(node: str) -> list[str]:

@@ -8,6 +8,7 @@ from pathlib import Path
 from flexarm_bringup.bags.bag_reader import Bag
 from flexarm_bringup.regress.case import Case, open_pinned, read_case
 from flexarm_bringup.regress.playing import MODEL, Played, configured, play
+from flexarm_bringup.regress.settings_check import check_settings
 from flexarm_bringup.replaying.compare import Comparison, Divergence, compare_bags
 from flexarm_bringup.replaying.replay_bag import NEEDED, OUTPUTS, configuration
 from flexarm_bringup.tick_check import check_ticks
@@ -70,13 +71,15 @@ def open_case(folder: Path) -> Opened:
     """Read a case and prove its bags.
 
     Raises:
-        ConfigError, ParameterError: Expectations, description or settings are not understood.
+        ConfigError, ParameterError: Expectations, description or settings are not understood; a setting
+            is of no node.
         BagError: A bag is not whole or not the one that is meant.
     """
     case = read_case(folder)
     bag = configured(open_pinned(case.bag, NEEDED), case)
     golden = open_pinned(case.golden, OUTPUTS[:1])
     configuration(bag)
+    check_settings(bag, case)
     check_ticks(bag)
     return Opened(case, bag, golden)
 

@@ -14,6 +14,7 @@ from flexarm_bringup.regress.case import BAG, GOLDEN, Case, Pinned, pin, write_c
 from flexarm_bringup.regress.drift import Moved, find_moved
 from flexarm_bringup.regress.judge import compare, open_case
 from flexarm_bringup.regress.playing import MODEL, Played, configured, play
+from flexarm_bringup.regress.settings_check import check_settings
 from flexarm_bringup.replaying.compare import TOLERANCES
 from flexarm_bringup.replaying.replay_bag import NEEDED, configuration
 from flexarm_bringup.tick_check import check_ticks
@@ -65,6 +66,7 @@ def make_case(folder: Path, source: Source) -> Case:
         )  # fmt: skip
         bag = configured(bag, draft)
         configuration(bag)
+        check_settings(bag, draft)
         check_ticks(bag)
         golden = write_golden(_faultless(play(bag)), folder / GOLDEN)
     except BaseException:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import fields
 from typing import Any, TypeVar, get_args, get_origin, get_type_hints
 
@@ -29,6 +29,20 @@ def apply_overrides(config_class: type[Config], given: Mapping[str, Any]) -> Con
     config = config_class(**values)
     validate(config)
     return config
+
+
+def check_overrides(config_classes: Sequence[type[Any]], given: Mapping[str, Any]) -> None:
+    """Check that what is given is for settings classes that share one mapping, as those of a node do.
+
+    Raises:
+        ParameterError: None of them has such a field, or a value is of the wrong type or outside its range.
+    """
+    allowed = sorted({item.name for kind in config_classes for item in fields(kind)})
+    for name in given:
+        if name not in allowed:
+            raise ParameterError(f"{name}: unknown; allowed: {', '.join(allowed)}")
+    for kind in config_classes:
+        apply_overrides(kind, given)
 
 
 def _coerce(name: str, value: Any, hint: Any) -> Any:
