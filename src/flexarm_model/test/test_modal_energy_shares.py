@@ -6,11 +6,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from arms import arm, bar, tip_mass, tree
+from arms import arm, bar, tip_mass, tree, with_modes
+from scipy.spatial.transform import Rotation
 
 from flexarm_model.manipulator.body_spec import Beam, RigidBody
 from flexarm_model.manipulator.description import WORLD, Axis, Joint, ManipulatorConfig, NodeRef
-from flexarm_model.modal.energy_shares import GRAVITY, energy_shares
+from flexarm_model.modal.energy_shares import GRAVITY, _kinds, energy_shares
 from flexarm_model.served.linearize import linearize
 from flexarm_model.tree.reduced_tree import ReducedTree
 
@@ -90,3 +91,28 @@ def test_the_largest_are_listed_largest_first() -> None:
     listed = shares.largest(0, 0.05)
     values = [share for _, share in listed]
     assert values == sorted(values, reverse=True) and min(values) >= 0.05
+
+
+@pytest.mark.parametrize(
+    ("turned", "bends_y", "bends_z"),
+    [
+        ([0.0, 0.0, 0.0], "bends along y", "bends along z"),
+        ([0.0, 0.0, 90.0], "bends along x", "bends along z"),
+        ([0.0, -90.0, 0.0], "bends along y", "bends along x"),
+        ([0.0, 0.0, 45.0], "bends along x and -y", "bends along z"),
+    ],
+)
+def test_a_body_that_lies_another_way_in_its_frame_bends_and_twists_as_it_did(
+    turned: list[float], bends_y: str, bends_z: str
+) -> None:
+    """A bar along x as files may hold it, and its nodes turned into another body frame (`orientation`)."""
+    arm_tree = ReducedTree(with_modes(sprung_bar(1e6), 12), use_compiler=False)
+    R, body = Rotation.from_euler("xyz", turned, degrees=True).as_matrix(), arm_tree.bodies["bar"]
+    nodes = {
+        name: replace(node, r=R @ node.r, Phi=R @ node.Phi, Psi=R @ node.Psi)
+        for name, node in body.nodes.items()
+    }
+    said = {"bends along y": bends_y, "bends along z": bends_z}
+    straight = _kinds(body)
+    assert {"twists", *said} <= set(straight)
+    assert _kinds(replace(body, nodes=nodes)) == [said.get(kind, kind) for kind in straight]

@@ -1,7 +1,8 @@
 """Where a mode stores its strain energy: in which body, bent which way, in which joint's spring.
 
 With the modes mass-normalised, a mode's energy is ``omega^2 / 2`` per unit amplitude; what springs and
-bodies do not hold is held by gravity and by the loads in the loops::
+bodies do not hold is held by gravity and by the loads in the loops. A body twists about the direction in
+which its nodes lie apart and bends across it::
 
     share_i = phi_i' K_i phi_i / omega^2          sum_i share_i + share_gravity = 1
 """
@@ -20,9 +21,9 @@ from flexarm_model.tree.reduced_tree import ReducedTree
 
 Array = NDArray[np.float64]
 
-TURNING = ("twists", "bends along z", "bends along y")  # what turns about x, y, z only
 STRETCHES, MIXED = "stretches", "deforms"
 PURE = 0.1  # share of anything else that is still let pass
+SIDEWAYS = 0.2  # part of a direction along an axis from which on the axis is named
 GRAVITY = "gravity and load"
 
 
@@ -78,19 +79,52 @@ def energy_shares(tree: ReducedTree, model: ReducedModel) -> EnergyShares:
 def _kinds(body: Superelement) -> list[str]:
     """Return what each elastic coordinate of a body does, by how its nodes turn and move, (n,)."""
     nodes = body.nodes.values()
+    frame = _frame(np.array([node.r for node in nodes]))
+    names = _turning(frame)
     return [
         _kind(
-            np.array([abs(node.Psi[:, k]) for node in nodes]).max(axis=0),
-            np.array([abs(node.Phi[:, k]) for node in nodes]).max(axis=0),
+            np.array([abs(frame @ node.Psi[:, k]) for node in nodes]).max(axis=0),
+            np.array([abs(frame @ node.Phi[:, k]) for node in nodes]).max(axis=0),
+            names,
         )
         for k in range(body.n)
     ]
 
 
-def _kind(turn: Array, move: Array) -> str:
-    """Return the kind of a motion with these largest turns and moves about and along x, y, z, (3,) each."""
+def _frame(r: Array) -> Array:
+    """Return the direction in which nodes at ``r``, (m, 3), lie apart, and two across it, as rows, (3, 3).
+
+    A beam's is its x; a body of files may be turned, and long any way.
+    """
+    _, extent, directions = np.linalg.svd(r - r.mean(axis=0))
+    along = directions[0] if extent[0] > 0.0 else np.eye(3)[0]
+    along = along * np.sign(along[np.argmax(abs(along))])
+    across = np.roll(np.eye(3), -1, axis=0)[np.argmax(abs(along))]  # y of a body along x
+    across = across - along * (along @ across)
+    across /= np.linalg.norm(across)
+    return np.array([along, across, np.cross(along, across)])
+
+
+def _turning(frame: Array) -> tuple[str, str, str]:
+    """Return what a motion is called that turns about one row of the frame only."""
+    return ("twists", f"bends along {_spoken(frame[2])}", f"bends along {_spoken(frame[1])}")
+
+
+def _spoken(direction: Array) -> str:
+    """Return a direction by the body's axes: "y", "x and -y"."""
+    direction = direction * np.sign(direction[np.argmax(abs(direction))])
+    named = [
+        ("-" if part < 0.0 else "") + axis
+        for axis, part in zip("xyz", direction, strict=True)
+        if abs(part) > SIDEWAYS
+    ]
+    return " and ".join(named)
+
+
+def _kind(turn: Array, move: Array, names: tuple[str, str, str]) -> str:
+    """Return the kind of a motion with these largest turns and moves about and along the frame, (3,) each."""
     axis = int(np.argmax(turn))
     if not turn.any():
         return STRETCHES
     others = np.delete(turn, axis).max()
-    return MIXED if others > PURE * turn[axis] or move[0] > PURE * move.max(initial=0.0) else TURNING[axis]
+    return MIXED if others > PURE * turn[axis] or move[0] > PURE * move.max(initial=0.0) else names[axis]
