@@ -5,12 +5,15 @@ from __future__ import annotations
 import importlib.machinery
 import importlib.util
 import io
+import os
 import subprocess
 import sys
 from pathlib import Path
 from types import ModuleType
 
 import pytest
+
+from flexarm_bringup.cli import COMMANDS, CUT_OFF
 
 ROOT = Path(__file__).resolve().parents[1]
 
@@ -264,6 +267,72 @@ def test_a_benchmark_that_does_not_exist_brings_nothing(
     assert machine == []
 
 
+def test_a_folder_without_what_compares_with_other_engines_brings_none(
+    flexarm: ModuleType, machine: list[str], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    (flexarm.ROOT / "benchmarks").mkdir()
+    (flexarm.ROOT / "benchmarks" / "bench_engines.py").touch()
+    (flexarm.ROOT / "requirements.bench.lock").write_text("engine==1\n")
+    other = tmp_path / "other"
+    other.mkdir()
+    monkeypatch.setattr(flexarm, "forward", lambda place, rest: 2)
+    place = flexarm.prepare()
+    machine.clear()
+    for arguments in (["--folder", str(other)], [f"--folder={other}"]):
+        assert flexarm.run_bench(place, arguments) == 2
+    assert machine == []
+    (other / "bench_engines.py").touch()
+    flexarm.run_bench(place, ["--folder", str(other)])
+    assert machine == ["installing"]
+
+
+@pytest.mark.parametrize("arguments", [["--help"], ["-h", "--ros-args", "-p", "a:=b"]])
+def test_a_node_that_is_asked_for_help_is_not_started(
+    flexarm: ModuleType,
+    machine: list[str],
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+    arguments: list[str],
+) -> None:
+    place, started = flexarm.prepare(), []
+    folder = place.install / "flexarm_model" / "lib" / "flexarm_model"
+    folder.mkdir(parents=True)
+    (folder / "model_node").touch()
+    monkeypatch.setattr(flexarm, "replace_by", lambda argv, environ: started.append(argv) or 0)
+    assert flexarm.run_executable(place, ["flexarm_model", "model_node", *arguments]) == 0
+    assert "usage: ./flexarm run flexarm_model model_node" in capsys.readouterr().out and not started
+    assert flexarm.run_executable(place, ["--help"]) == 0
+    assert "  flexarm_model model_node\n" in capsys.readouterr().out
+    assert flexarm.run_executable(place, ["flexarm_model", "model_node", "--ros-args", "--help"]) == 0
+    assert len(started) == 1  # that is for ROS to say
+
+
+def test_a_misspelt_command_of_this_file_is_answered_with_the_right_one(
+    flexarm: ModuleType, machine: list[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for wrong, right in (("buidl", "build"), ("tests", "test"), ("cleen", "clean"), ("shel", "shell")):
+        with pytest.raises(flexarm.Stop, match=f"no command '{wrong}': {right}\\? "):
+            flexarm.main([wrong])
+    assert machine == []
+    forwarded: list[str] = []
+    monkeypatch.setattr(flexarm, "forward", lambda place, arguments: forwarded.extend(arguments) or 0)
+    monkeypatch.setattr(flexarm, "run_bench", lambda place, arguments: 0)
+    for command in COMMANDS:
+        assert flexarm.main([command]) == 0
+    assert forwarded == [command for command in COMMANDS if command != "bench"]
+
+
+def test_a_reader_that_has_seen_enough_of_the_help_ends_it_without_a_word() -> None:
+    for arguments in ([], ["--help"]):
+        command = [sys.executable, str(ROOT / "flexarm"), *arguments]
+        with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as process:
+            assert process.stdout is not None and process.stderr is not None
+            process.stdout.readline()
+            process.stdout.close()  # as "| head -1" does
+            assert process.stderr.read() == b""
+        assert process.returncode in (0, CUT_OFF)
+
+
 @pytest.mark.parametrize("command", ["build", "env", "clean"])
 def test_what_takes_no_arguments_does_nothing_with_some(
     flexarm: ModuleType, command: str, machine: list[str], capsys: pytest.CaptureFixture[str]
@@ -283,6 +352,8 @@ def test_benchmarks_run_without_the_other_engines_when_those_cannot_be_had(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     (flexarm.ROOT / "requirements.bench.lock").write_text("engine==1\n")
+    (flexarm.ROOT / "benchmarks").mkdir()
+    (flexarm.ROOT / "benchmarks" / "bench_engines.py").touch()
     place = flexarm.prepare()
 
     def fail(*_: object) -> None:

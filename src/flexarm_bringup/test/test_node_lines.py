@@ -1,4 +1,4 @@
-"""Lines of the documentation that start a node with an arm: the preset they leave to it is one of that arm."""
+"""Lines of the documentation that start a node with an arm: the preset they leave to it is one of the arm."""
 
 from __future__ import annotations
 
