@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import json
+from pathlib import Path
+
 import pytest
 import yaml
 from arms import SINGLE_LINK
@@ -41,6 +44,98 @@ def test_items_join_the_list_with_its_old_ones(tmp_path) -> None:
 
 def test_a_missing_list_is_made() -> None:
     assert yaml.safe_load(add_items("a: 1\n", "fitted", ["x"])) == {"a": 1, "fitted": ["x"]}
+
+
+LISTS = [
+    "a: 1\nfitted:\n  - old\n    text\nb: 2\n",
+    "a: 1\nfitted:\n- old\nb: 2\n",
+    "fitted:\n      - old\n",
+    "fitted:\n  - old",
+    "fitted:\n- old  # why",
+    "fitted: []\nb: 2",
+    "fitted:\nb: 2\n",
+    "fitted:",
+    "fitted: ~ # none\n",
+    "fitted: [old, 'b, c',]  # why\nb: 2\n",
+    "fitted:\n  - |\n    old\n\n    text\nb: 2\n",
+    "fitted: [\n  old,\n]\n",
+    "fitted:\n  -\n    old\n",
+    "fitted:\n  # first\n  - old\n  # last\nb: 1\n",
+    "a: 1",
+]
+
+
+@pytest.mark.parametrize("before", LISTS)
+def test_items_join_a_list_however_it_is_written(before: str) -> None:
+    was = yaml.safe_load(before)
+    new = ['E: 156 GPa "now"', "[a, b] # {c}", "- x"]
+    for _ in range(2):
+        is_now = yaml.safe_load(before := add_items(before, "fitted", new))
+        assert is_now == {**was, "fitted": [*(was.get("fitted") or []), *new]}
+        was = is_now
+
+
+@pytest.mark.parametrize("text", ["fitted: a text\n", "fitted: {a: 1}\n", "fitted: 5\n"])
+def test_items_join_nothing_but_a_list(text: str) -> None:
+    with pytest.raises(ConfigError, match="'fitted': is not a list"):
+        add_items(text, "fitted", ["x"])
+
+
+def test_a_list_that_cannot_be_added_to_is_refused() -> None:
+    with pytest.raises(ConfigError, match="'fitted': cannot be added to"):
+        add_items("a: 1\n...\n", "fitted", ["x"])
+
+
+def test_a_value_is_not_changed_twice() -> None:
+    with pytest.raises(ConfigError, match="twice"):
+        edit_values("a: [1, 2]\n", {"a.1": 3, "a.01": 4})
+
+
+SHARED = """# two legs
+half: &half {length: 18 mm, rigid: true}  # a half
+legs:
+  one: &leg               # the first
+    ratio: &ratio 0.01    # guessed
+    pieces:
+      - *half
+      - {length: &long 100 mm, E: 70 GPa}
+  two: *leg               # as the first
+  three: {ratio: *ratio, pieces: [*half, {length: *long}]}
+"""
+
+
+def test_a_value_behind_an_alias_is_changed_where_it_is_asked_for_alone() -> None:
+    """Two changes of one shared value were both written over it: 0.0123 and 0.0123 made 0.012323."""
+    changes = {"legs.one.ratio": 0.0123, "legs.two.ratio": 0.0123, "legs.two.pieces.0.length": "1 mm"}
+    edited = edit_values(SHARED, changes)
+    expected = json.loads(json.dumps(yaml.safe_load(SHARED)))  # without what is shared
+    expected["legs"]["one"]["ratio"] = expected["legs"]["two"]["ratio"] = 0.0123
+    expected["legs"]["two"]["pieces"][0]["length"] = "1 mm"
+    assert yaml.safe_load(edited) == expected
+    assert all(comment in edited for comment in ("# two legs", "# a half", "# the first", "# as the first"))
+    assert "pieces: [*half, {length: *long}]" in edited  # what stays equal stays shared
+
+
+def test_a_value_behind_an_anchor_is_changed_there_alone() -> None:
+    edited = yaml.safe_load(edit_values(SHARED, {"half.length": "1 mm", "legs.one.pieces.1.length": "2 mm"}))
+    assert edited["half"]["length"] == "1 mm" and edited["legs"]["one"]["pieces"][1]["length"] == "2 mm"
+    for leg in ("one", "two", "three"):
+        assert edited["legs"][leg]["pieces"][0]["length"] == "18 mm"
+    for leg in ("two", "three"):
+        assert edited["legs"][leg]["pieces"][1]["length"] == "100 mm"
+
+
+def test_a_text_without_aliases_of_the_value_stays_as_it_is() -> None:
+    edited = edit_values(SHARED, {"legs.three.ratio": 0.02})
+    assert edited == SHARED.replace("three: {ratio: *ratio", "three: {ratio: 0.02")
+
+
+def test_parts_that_a_shipped_arm_shares_are_changed_one_by_one(tmp_path: Path) -> None:
+    source = SINGLE_LINK.with_name("planar_3rrr.yaml")
+    values = {f"bodies.first_{k}.pieces.1.youngs_modulus": f"{70 + k}.5 GPa" for k in (1, 2, 3)}
+    (path := tmp_path / "arm.yaml").write_text(edit_values(source.read_text(), values))
+    for config in (load_config(path), load_config(source, changes=values)):
+        assert [config.bodies[f"first_{k}"].pieces[1].E for k in (1, 2, 3)] == [71.5e9, 72.5e9, 73.5e9]
 
 
 def test_a_new_description_has_another_identity(tmp_path) -> None:

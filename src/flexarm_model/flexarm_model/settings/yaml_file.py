@@ -2,6 +2,7 @@
 
 YAML takes keys such as ``on``, ``1``, ``null`` or a date for something else than text, merges mappings by
 ``<<``, and lets a value hold itself by an alias. A description means none of this: it is refused, by line.
+An alias stands for a copy: who changes what stands in one place does not change it in another.
 """
 
 from __future__ import annotations
@@ -11,6 +12,7 @@ from typing import Any
 
 import yaml
 
+MOST = 100_000  # values of a file, aliases written out
 _MERGE = "tag:yaml.org,2002:merge"
 
 
@@ -23,11 +25,13 @@ def read_yaml(path: Path) -> dict[str, Any]:
 
     Raises:
         ConfigError: It cannot be read, is not YAML, is empty, holds a key twice or one that is no text,
-            merges mappings, nests too deeply or holds itself.
+            merges mappings, nests too deeply, holds itself or too much.
     """
     try:
         content = yaml.load(path.read_text(encoding="utf-8"), Loader=_Loader)  # noqa: S506 - a SafeLoader
-        _refuse_circles(content, "", (), set())
+        if _count_values(content, "", (), {}) > MOST:
+            raise ConfigError(f"its aliases stand for more than {MOST} values; write out what is meant")
+        content = _write_out(content)
     except OSError as error:
         raise ConfigError(f"{path}: cannot be read ({error.strerror})") from None
     except UnicodeDecodeError:
@@ -69,20 +73,34 @@ class _Loader(yaml.SafeLoader):
         return key
 
 
-def _refuse_circles(value: object, key: str, around: tuple[int, ...], done: set[int]) -> None:
-    """Raise ConfigError where a value holds itself.
+def _count_values(value: object, key: str, around: tuple[int, ...], counted: dict[int, int]) -> int:
+    """Return how many values there are with every alias written out.
 
     Args:
         value: A value of the file, with the key where it stands.
         key: Dotted.
         around: Identities of what holds it.
-        done: Identities of what has been looked through; an alias is looked through once.
+        counted: By identity, how many are in what has been looked through: an alias is looked through once.
+
+    Raises:
+        ConfigError: A value holds itself.
     """
-    if not isinstance(value, dict | list) or id(value) in done:
-        return
+    if not isinstance(value, dict | list):
+        return 1
     if id(value) in around:
         raise ConfigError(f"{key}: holds itself by an alias; write its content out")
-    inner = value.items() if isinstance(value, dict) else enumerate(value)
-    for name, item in inner:
-        _refuse_circles(item, f"{key}.{name}" if key else str(name), (*around, id(value)), done)
-    done.add(id(value))
+    if id(value) not in counted:
+        inner = value.items() if isinstance(value, dict) else enumerate(value)
+        within = (*around, id(value))
+        counted[id(value)] = 1 + sum(
+            _count_values(item, f"{key}.{name}" if key else str(name), within, counted)
+            for name, item in inner
+        )
+    return counted[id(value)]
+
+
+def _write_out(value: Any) -> Any:
+    """Return a value of which no part is a part of another, too."""
+    if isinstance(value, dict):
+        return {name: _write_out(item) for name, item in value.items()}
+    return [_write_out(item) for item in value] if isinstance(value, list) else value
