@@ -113,8 +113,8 @@ def read_case(folder: Path) -> Case:
     return case
 
 
-def write_case(case: Case) -> None:
-    """Write the expectations of a case into its folder."""
+def write_case(case: Case, name: str = EXPECT_FILE) -> None:
+    """Write the expectations of a case into its folder, under that name."""
     content: dict[str, Any] = {"format": FORMAT, "about": case.about}
     content |= {key: getattr(case, key) for key in ("manipulator", "preset") if getattr(case, key)}
     if case.settings:
@@ -127,12 +127,17 @@ def write_case(case: Case) -> None:
     }
     content["tolerances"] = [_tolerance_content(item) for item in case.tolerances]
     text = yaml.safe_dump(content, sort_keys=False, width=100, allow_unicode=True)
-    (case.folder / EXPECT_FILE).write_text(_HEAD + text, encoding="utf8")
+    (case.folder / name).write_text(_HEAD + text, encoding="utf8")
 
 
 def pin(bag: Bag) -> Pinned:
     """Return what a bag is now."""
     return Pinned(bag.path, _digests(bag.path), {name: count for name, count in bag.counts.items() if count})
+
+
+def is_pinned(pinned: Pinned) -> bool:
+    """Return whether all files of a bag are still those that were pinned."""
+    return pinned.path.is_dir() and _digests(pinned.path) == dict(pinned.sha256)
 
 
 def open_pinned(pinned: Pinned, required: Sequence[str] = ()) -> Bag:

@@ -22,10 +22,10 @@ import sys
 from pathlib import Path
 
 from flexarm_bringup.arguments import number, output_folder
-from flexarm_bringup.page.report import Page, Table, add_report_arguments, publish
+from flexarm_bringup.page.report import Check, Page, Table, add_report_arguments, publish
 from flexarm_bringup.progress import Progress
 from flexarm_bringup.regress.case import find_cases
-from flexarm_bringup.regress.judge import DIVERGED, UNUSABLE, Verdict, judge
+from flexarm_bringup.regress.judge import DIVERGED, UNUSABLE, Verdict, judge, one_line
 from flexarm_bringup.regress.making import Source, make_case, update_case
 from flexarm_bringup.regress.page import build_page, moved_table
 from flexarm_bringup.regress.picture import write_picture
@@ -60,9 +60,9 @@ def run(args: argparse.Namespace) -> int:
             return publish(_new(args), args)
         folders = find_cases(args.folder)
         if args.update:
-            return publish(_update(args.folder, folders), args)
+            return _update(args, folders)
     except (ValueError, OSError) as error:  # BagError, ConfigError, ParameterError
-        print(f"flexarm regress: {' '.join(str(error).split())}", file=sys.stderr)
+        print(f"flexarm regress: {one_line(error)}", file=sys.stderr)
         return UNUSABLE
     verdicts = _judge_all(folders)
     if args.png:
@@ -97,15 +97,25 @@ def _judge_all(folders: list[Path]) -> list[Verdict]:
     return verdicts
 
 
-def _update(folder: Path, folders: list[Path]) -> Page:
-    """Renew every case."""
+def _update(args: argparse.Namespace, folders: list[Path]) -> int:
+    """Renew every case that can be; return the exit code."""
     items: list[Table] = []
+    checks: list[Check] = []
     for path in folders:
-        moved = update_case(path)
+        try:
+            moved = update_case(path)
+        except (ValueError, OSError) as error:  # BagError, ConfigError, ParameterError
+            checks.append(Check(path.name, "renewed", f"left as it was: {one_line(error)}", False))
+            print(f"flexarm regress: {one_line(error)}", file=sys.stderr)
+            continue
+        checks.append(
+            Check(path.name, "renewed", f"{len(moved)} fields moved" if moved else "as before", True)
+        )
         items += [moved_table(path.name, moved)] if moved else []
-    still = len(folders) - len(items)
-    lead = f"{len(folders)} cases renewed; in {still} of them nothing moved."
-    return Page(f"Regression of {folder}, renewed", lead, items)
+    renewed = sum(check.passed for check in checks)
+    lead = f"{renewed} cases renewed; in {renewed - len(items)} of them nothing moved."
+    code = publish(Page(f"Regression of {args.folder}, renewed", lead, items, checks), args)
+    return code if renewed == len(folders) else UNUSABLE
 
 
 def _new(args: argparse.Namespace) -> Page:

@@ -60,7 +60,7 @@ def judge(folder: Path) -> Verdict:
         opened = open_case(folder)
         played = play(opened.bag)
     except (ValueError, OSError) as error:  # BagError, ConfigError, ParameterError
-        return Verdict(folder, UNUSABLE, _line(error))
+        return Verdict(folder, UNUSABLE, one_line(error))
     comparison = compare(opened, played)
     code = PASSED if comparison.is_equal else DIVERGED
     reason = "" if comparison.is_equal else str(comparison.divergences[0])
@@ -112,5 +112,6 @@ def _miscounted(opened: Opened, played: Bag, topic: str) -> list[Divergence]:
     return [Divergence(last_ns, topic, "", f"{found} message(s), {expected} expected")]
 
 
-def _line(error: Exception) -> str:
+def one_line(error: Exception) -> str:
+    """Return what an error says, in one line."""
     return " ".join(str(error).split()) or type(error).__name__

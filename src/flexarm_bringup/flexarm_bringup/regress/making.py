@@ -5,6 +5,7 @@ from __future__ import annotations
 import shutil
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 
 from flexarm_bringup.bags.bag_copy import copy_bag
@@ -14,6 +15,7 @@ from flexarm_bringup.regress.case import BAG, GOLDEN, Case, Pinned, pin, write_c
 from flexarm_bringup.regress.drift import Moved, find_moved
 from flexarm_bringup.regress.judge import compare, open_case
 from flexarm_bringup.regress.playing import MODEL, Played, configured, play
+from flexarm_bringup.regress.replacing import finish_replacing, replace_golden
 from flexarm_bringup.regress.settings_check import check_settings
 from flexarm_bringup.replaying.compare import TOLERANCES
 from flexarm_bringup.replaying.replay_bag import NEEDED, configuration
@@ -68,12 +70,11 @@ def make_case(folder: Path, source: Source) -> Case:
         configuration(bag)
         check_settings(bag, draft)
         check_ticks(bag)
-        golden = write_golden(_faultless(play(bag)), folder / GOLDEN)
+        case = replace(draft, golden=pin(write_golden(_faultless(play(bag)), folder / GOLDEN)))
+        write_case(case)
     except BaseException:
         shutil.rmtree(folder, ignore_errors=True)
         raise
-    case = replace(draft, golden=pin(golden))
-    write_case(case)
     return case
 
 
@@ -85,17 +86,15 @@ def update_case(folder: Path) -> list[Moved]:
 
     Raises:
         BagError, ConfigError, ParameterError: The case cannot be judged.
+        OSError: Something cannot be written; the case is as it was.
     """
+    finish_replacing(folder)
     opened = open_case(folder)
     played = _faultless(outcome := play(opened.bag))
     golden, case = opened.golden, opened.case
     moved = find_moved(golden, played, topics_of(golden, played), case.tolerances)
     if moved or not compare(opened, outcome).is_equal:
-        fresh = case.golden.path.with_name(f"{case.golden.path.name}.new")
-        write_golden(played, fresh)
-        shutil.rmtree(case.golden.path)
-        fresh.rename(case.golden.path)
-        write_case(replace(case, golden=pin(check_bag(case.golden.path))))
+        replace_golden(case, partial(write_golden, played))
     return moved
 
 

@@ -1,0 +1,86 @@
+"""Golden bag and expectations of a case replaced together: both, or neither when anything fails.
+
+The new bag and the new ``expect.yaml`` are written beside the old ones first. Who is killed while they change
+places leaves the old bag beside them, and the next update puts it back or throws it away.
+"""
+
+from __future__ import annotations
+
+import os
+import shutil
+from collections.abc import Callable
+from contextlib import suppress
+from dataclasses import replace
+from pathlib import Path
+
+from flexarm_bringup.bags.bag_reader import Bag
+from flexarm_bringup.regress.case import EXPECT_FILE, Case, is_pinned, pin, read_case, write_case
+
+NEW, OLD = ".new", ".old"  # ends of names
+
+
+def replace_golden(case: Case, write: Callable[[Path], Bag]) -> None:
+    """Let another bag be what is expected of a case.
+
+    Args:
+        case: Of before.
+        write: Writes the bag into a folder that it creates, and reads it back.
+
+    Raises:
+        OSError, BagError: Something cannot be written; the case is as it was.
+    """
+    golden, expect = case.golden.path, case.folder / EXPECT_FILE
+    fresh, draft = _beside(golden, NEW), _beside(expect, NEW)
+    try:
+        _remove(fresh)  # of an update that was interrupted
+        if not os.access(expect, os.W_OK):
+            raise PermissionError(f"{expect}: may not be written")
+        pinned = replace(pin(write(fresh)), path=golden)
+        write_case(replace(case, golden=pinned), draft.name)
+        _swap(fresh, golden, lambda: draft.replace(expect))
+    finally:
+        _remove(fresh)
+        draft.unlink(missing_ok=True)
+
+
+def finish_replacing(folder: Path) -> None:
+    """Bring what an interrupted update left of a case in order: the bag that its expectations mean stays.
+
+    Raises:
+        ConfigError: The expectations are not understood.
+    """
+    golden = read_case(folder).golden
+    old = _beside(golden.path, OLD)
+    if not old.exists():
+        return
+    if not is_pinned(golden):
+        _remove(golden.path)
+        old.rename(golden.path)
+    _remove(old)
+
+
+def _swap(fresh: Path, golden: Path, then: Callable[[], object]) -> None:
+    """Put a folder in the place of another and do what belongs to it, or neither."""
+    old = _beside(golden, OLD)
+    golden.rename(old)
+    try:
+        fresh.rename(golden)
+        then()
+    except BaseException:
+        with suppress(OSError):  # it has not come that far
+            golden.rename(fresh)
+        old.rename(golden)
+        raise
+    _remove(old)
+
+
+def _beside(path: Path, end: str) -> Path:
+    return path.with_name(f"{path.name}{end}")
+
+
+def _remove(folder: Path) -> None:
+    """Remove a folder, or the link to one, if it is there."""
+    if folder.is_symlink():
+        folder.unlink()
+    elif folder.exists():
+        shutil.rmtree(folder)
