@@ -323,9 +323,11 @@ def test_a_misspelt_command_of_this_file_is_answered_with_the_right_one(
 
 
 def test_a_reader_that_has_seen_enough_of_the_help_ends_it_without_a_word() -> None:
+    buffered = {name: value for name, value in os.environ.items() if name != "PYTHONUNBUFFERED"}
     for arguments in ([], ["--help"]):
         command = [sys.executable, str(ROOT / "flexarm"), *arguments]
-        with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as process:
+        pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
+        with subprocess.Popen(command, env=buffered, **pipes) as process:  # type: ignore[call-overload]
             assert process.stdout is not None and process.stderr is not None
             process.stdout.readline()
             process.stdout.close()  # as "| head -1" does
