@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import argparse
 import importlib.util
 from pathlib import Path
 
 import pytest
 
-from flexarm_bringup.bench import FLOORS, build_page
+from flexarm_bringup.bench import BOUNDS, FLOORS, add_arguments, build_page
 
-BENCHMARKS = Path(__file__).parents[3] / "benchmarks"
+ROOT = Path(__file__).parents[3]
+BENCHMARKS = ROOT / "benchmarks"
 INSTALLED = importlib.util.find_spec("sys")
 
 
@@ -55,6 +57,44 @@ def test_nothing_is_said_of_competitors_when_all_were_measured(monkeypatch: pyte
     without(monkeypatch)
     text = build_page({name: dict(floors) for name, floors in FLOORS.items()}).to_text()
     assert "not" not in text
+
+
+@pytest.mark.parametrize(
+    ("row", "wanted", "names"),
+    [
+        ("estimator step, single link", "(60 us wanted)", ["single_link_estimator_median_us"]),
+        ("the same, two-link arm", "(100 us wanted)", ["two_link_estimator_median_us"]),
+        ("the same, 6R, 35 states", "(250 us wanted)", ["serial_6r_estimator_median_us"]),
+        ("MPC step, 8 states", "(80 / 250 us wanted)", ["8_states_mpc_median_us", "8_states_mpc_p99_us"]),
+        (
+            "the same, 18 states, 3 inputs",
+            "(200 / 900 us)",
+            ["18_states_mpc_median_us", "18_states_mpc_p99_us"],
+        ),
+        ("the same, 6R, 26 states", "(800 / 2000 us)", ["26_states_mpc_median_us", "26_states_mpc_p99_us"]),
+        ("nonlinear MPC step", "(400 / 700 us)", ["nmpc_step_median_us", "nmpc_step_p99_us"]),
+    ],
+)
+def test_what_the_readme_says_is_wanted_is_what_decides(row: str, wanted: str, names: list[str]) -> None:
+    (line,) = [
+        line for line in (ROOT / "README.md").read_text(encoding="utf8").splitlines() if f"| {row}" in line
+    ]
+    assert wanted in line
+    assert [float(word) for word in wanted.strip("()").split() if word.isdigit()] == [
+        BOUNDS[name] for name in names
+    ]
+    stems = {name.replace("_median_us", "").replace("_p99_us", "") for name in names}
+    assert {key for key in BOUNDS if key.rpartition("_")[0].rpartition("_")[0] in stems} == set(names)
+
+
+def test_the_help_tells_every_bound() -> None:
+    parser = argparse.ArgumentParser()
+    add_arguments(parser)
+    told = " ".join(parser.format_help().split())
+    for name, value in BOUNDS.items():
+        assert f"{name} at most {value:g}" in told
+    for floors in FLOORS.values():
+        assert all(f"{name} at least {value:g}" in told for name, value in floors.items())
 
 
 @pytest.mark.parametrize(
