@@ -88,6 +88,11 @@ def find_cases(folder: Path) -> list[Path]:
     return found
 
 
+def case_name(case: Path, folder: Path) -> str:
+    """Return what a case is called among those of a folder: its path in there, or its own name."""
+    return case.resolve().name if case == folder else case.relative_to(folder).as_posix()
+
+
 def read_case(folder: Path) -> Case:
     """Read the expectations of a case.
 

@@ -21,11 +21,11 @@ import math
 import sys
 from pathlib import Path
 
-from flexarm_bringup.arguments import number, output_folder
+from flexarm_bringup.arguments import STDOUT, number, output_folder
 from flexarm_bringup.page.report import Check, Page, Table, add_report_arguments, publish
 from flexarm_bringup.progress import Progress
-from flexarm_bringup.regress.case import find_cases
-from flexarm_bringup.regress.judge import DIVERGED, UNUSABLE, Verdict, judge, one_line
+from flexarm_bringup.regress.case import case_name, find_cases
+from flexarm_bringup.regress.judge import DIVERGED, PASSED, UNUSABLE, Verdict, judge, one_line
 from flexarm_bringup.regress.making import Source, make_case, update_case
 from flexarm_bringup.regress.page import build_page, moved_table
 from flexarm_bringup.regress.picture import write_picture
@@ -64,13 +64,11 @@ def run(args: argparse.Namespace) -> int:
     except (ValueError, OSError) as error:  # BagError, ConfigError, ParameterError
         print(f"flexarm regress: {one_line(error)}", file=sys.stderr)
         return UNUSABLE
-    verdicts = _judge_all(folders)
+    verdicts = _judge_all(args.folder, folders)
+    codes = [verdict.code for verdict in verdicts]
     if args.png:
-        diverged = [verdict for verdict in verdicts if verdict.code == DIVERGED]
-        for verdict in diverged:
-            print(f"drew {write_picture(verdict, args.png)}")
-    publish(build_page(args.folder, verdicts, bool(args.html)), args)
-    return max(verdict.code for verdict in verdicts)
+        codes.append(_draw(args, verdicts))
+    return max(*codes, publish(build_page(args.folder, verdicts, bool(args.html)), args))
 
 
 def _check_arguments(args: argparse.Namespace) -> None:
@@ -85,10 +83,26 @@ def _check_arguments(args: argparse.Namespace) -> None:
             raise ValueError(f"--settings: {args.settings}: expected parameters by node")
 
 
-def _judge_all(folders: list[Path]) -> list[Verdict]:
+def _draw(args: argparse.Namespace, verdicts: list[Verdict]) -> int:
+    """Draw what diverged; return the exit code."""
+    for verdict in verdicts:
+        if verdict.code == DIVERGED:
+            try:
+                path = write_picture(verdict, args.png, case_name(verdict.folder, args.folder))
+            except OSError as error:  # a full disk, say
+                print(
+                    f"flexarm regress: {args.png}: cannot be drawn into: {one_line(error)}", file=sys.stderr
+                )
+                return UNUSABLE
+            if args.json != STDOUT:
+                print(f"drew {path}")
+    return PASSED
+
+
+def _judge_all(root: Path, folders: list[Path]) -> list[Verdict]:
     progress, verdicts = Progress(), []
     for k, folder in enumerate(folders):
-        progress.say(f"playing: case {k + 1} of {len(folders)}, {folder.name}")
+        progress.say(f"playing: case {k + 1} of {len(folders)}, {case_name(folder, root)}")
         verdicts.append(judge(folder))
     progress.done()
     for verdict in verdicts:
@@ -102,16 +116,15 @@ def _update(args: argparse.Namespace, folders: list[Path]) -> int:
     items: list[Table] = []
     checks: list[Check] = []
     for path in folders:
+        name = case_name(path, args.folder)
         try:
             moved = update_case(path)
         except (ValueError, OSError) as error:  # BagError, ConfigError, ParameterError
-            checks.append(Check(path.name, "renewed", f"left as it was: {one_line(error)}", False))
+            checks.append(Check(name, "renewed", f"left as it was: {one_line(error)}", False))
             print(f"flexarm regress: {one_line(error)}", file=sys.stderr)
             continue
-        checks.append(
-            Check(path.name, "renewed", f"{len(moved)} fields moved" if moved else "as before", True)
-        )
-        items += [moved_table(path.name, moved)] if moved else []
+        checks.append(Check(name, "renewed", f"{len(moved)} fields moved" if moved else "as before", True))
+        items += [moved_table(name, moved)] if moved else []
     renewed = sum(check.passed for check in checks)
     lead = f"{renewed} cases renewed; in {renewed - len(items)} of them nothing moved."
     code = publish(Page(f"Regression of {args.folder}, renewed", lead, items, checks), args)

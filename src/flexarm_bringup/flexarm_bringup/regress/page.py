@@ -8,6 +8,7 @@ from pathlib import Path
 
 from flexarm_bringup.page.figures import Figure
 from flexarm_bringup.page.report import Cell, Check, Column, Page, Table
+from flexarm_bringup.regress.case import case_name
 from flexarm_bringup.regress.drift import Moved, find_moved
 from flexarm_bringup.regress.judge import DIVERGED, PASSED, UNUSABLE, Verdict
 from flexarm_bringup.regress.making import topics_of
@@ -21,16 +22,20 @@ NS_PER_S = 1e9
 def build_page(folder: Path, verdicts: Sequence[Verdict], with_figures: bool) -> Page:
     """Return what became of all cases of a folder."""
     items: list[Table | Figure] = []
-    for verdict in verdicts:
+    names = [case_name(verdict.folder, folder) for verdict in verdicts]
+    for name, verdict in zip(names, verdicts, strict=True):
         if verdict.code == DIVERGED and verdict.comparison:
-            items.append(_divergences(verdict.folder.name, verdict.comparison))
+            items.append(_divergences(name, verdict.comparison))
             if verdict.played and verdict.golden and verdict.case:
                 topics = topics_of(verdict.golden, verdict.played)
                 moved = find_moved(verdict.golden, verdict.played, topics, verdict.case.tolerances)
-                items += [moved_table(verdict.folder.name, moved)] if moved else []
+                items += [moved_table(name, moved)] if moved else []
             if with_figures:
-                items.append(figure(verdict))
-    checks = [Check(v.folder.name, "as expected", _found(v), v.code == PASSED) for v in verdicts]
+                items.append(figure(verdict, name))
+    checks = [
+        Check(name, "as expected", _found(v), v.code == PASSED)
+        for name, v in zip(names, verdicts, strict=True)
+    ]
     passed = sum(verdict.code == PASSED for verdict in verdicts)
     lead = f"{passed} of {len(verdicts)} cases pass. Played by stamp; no clock has a say."
     return Page(f"Regression of {folder}", lead, items, checks, data={"cases": [_data(v) for v in verdicts]})

@@ -25,20 +25,29 @@ S_PER_NS = 1e-9
 FIRST: dict[str, Any] = {"color": "#c0392b", "linewidth": 1.0, "linestyle": "--"}
 
 
-def figure(verdict: Verdict) -> Figure:
-    """Return the divergence of a case as a figure of the page."""
+def figure(verdict: Verdict, name: str) -> Figure:
+    """Return the divergence of a case, called so, as a figure of the page."""
     with drawing(WIDTH, HEIGHT) as plot:
         _draw(plot, verdict)
-        return to_figure(plot, f"{verdict.folder.name}: {verdict.reason}")
+        return to_figure(plot, f"{name}: {verdict.reason}")
 
 
-def write_picture(verdict: Verdict, folder: Path) -> Path:
-    """Write the divergence of a case as a PNG into a folder; return its path."""
-    folder.mkdir(parents=True, exist_ok=True)
-    path = folder / f"{verdict.folder.resolve().name}.png"
+def write_picture(verdict: Verdict, folder: Path, name: str) -> Path:
+    """Write the divergence of a case as a PNG into a folder; return its path.
+
+    Args:
+        verdict: What diverged.
+        folder: Created if need be.
+        name: Of the case; one with slashes is drawn into folders of the folder.
+
+    Raises:
+        OSError: It cannot be written.
+    """
+    path = folder / f"{name}.png"
+    path.parent.mkdir(parents=True, exist_ok=True)
     with drawing(WIDTH, HEIGHT) as plot:
         _draw(plot, verdict)
-        plot.suptitle(f"{verdict.folder.name}: {verdict.reason}"[:110], fontsize=9)
+        plot.suptitle(f"{name}: {verdict.reason}"[:110], fontsize=9)
         plot.savefig(path, dpi=DPI, facecolor="white")
     return path
 
