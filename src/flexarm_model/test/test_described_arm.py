@@ -1,4 +1,4 @@
-"""The modes that values are fitted to are the served ones: with gravity, and with loops closed at the pose."""
+"""The modes that values are fitted to are those served: with gravity, and with loops closed at the pose."""
 
 from __future__ import annotations
 

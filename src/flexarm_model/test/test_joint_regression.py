@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from arms import SINGLE_LINK
@@ -134,3 +136,24 @@ def test_loops_unknown_axes_and_short_motions_are_refused(pendulum: ManipulatorC
     short = JointMotion(("base.ry",), np.zeros((300, 1)), np.zeros((300, 1)), DT)
     with pytest.raises(ValueError, match="too short"):
         identify_joints(pendulum, short, 4.0)
+
+
+def test_the_rotor_of_a_body_without_mass_counts(tmp_path: Path) -> None:
+    """A motor side described by its inertia alone; it was lost, and 0.6 found for a rotor of 0.1 kg m^2."""
+    inertia = "inertia: [0.5 kg m^2, 0.5 kg m^2, 0.5 kg m^2, 0 kg m^2, 0 kg m^2, 0 kg m^2]"
+    path = tmp_path / "pendulum.yaml"
+    path.write_text(PENDULUM.replace("mass: 0 kg}", f"mass: 0 kg, {inertia}}}"), encoding="utf-8")
+    rigid = RigidLimit(load_config(path), ["base.ry", "gear.ry"])
+    torques = [
+        rigid.torques(np.array([np.pi / 2, 0.0]), np.zeros(2), np.array([a, 0.0])).sum(axis=1)[0]
+        for a in (0.0, 1.0)
+    ]
+    assert torques[1] - torques[0] == pytest.approx(0.5 + AT_LEVER, rel=1e-9)
+
+
+def test_nothing_is_told_where_nothing_moves_or_pushes(pendulum: ManipulatorConfig) -> None:
+    """A sigma before of nothing made zero friction a finding."""
+    still = np.zeros((3000, 1))
+    result = identify_joints(pendulum, JointMotion(("base.ry",), still, still, DT), 4.0)
+    assert not any(of(result, "base.ry", name).is_told for name in ("rotor", "viscous", "Coulomb"))
+    assert all(p.prior > 0.0 for p in result.parameters)

@@ -2,7 +2,7 @@
 
 What the watch sees of an arm is the torque that acted and the samples, whoever chose the torque; an hour
 takes a few minutes this way. Gains follow the joint law's rule: a third of the slowest mode, damping ratio
-0.7.
+0.7, and no faster than the period can follow, which is all that bounds a rigid arm.
 """
 
 from __future__ import annotations
@@ -20,6 +20,7 @@ from flexarm_model.served.reduced_model import ReducedModel
 
 Array = NDArray[np.float64]
 BANDWIDTH, DAMPING = 1.0 / 3.0, 0.7  # of the slowest mode; ratio
+FASTEST = 0.25  # of the joint loop [rad per period]
 CHUNK = 2000  # periods whose reference is sampled at once
 
 Hear = Callable[[Rig, list[Sample], Array], None]
@@ -36,13 +37,14 @@ def drive_alone(rig: Rig, model: ReducedModel, reference: Reference, end: float,
         end: When to stop [s].
         hear: Is told every tick.
     """
-    inertia, omega = np.diag(model.M)[: model.n_theta], BANDWIDTH * float(model.omega[0])
+    inertia, omega = np.diag(model.M)[: model.n_theta], BANDWIDTH * slowest(model, rig.dt)
     stiffness, damper = inertia * omega**2, 2 * DAMPING * inertia * omega
     limit = np.array([axis.effort for axis in rig.config.actuated.values()])
     motors = MotorSide(rig.config, rig.dt)
     motors.update(rig.observe())
-    for first in range(0, round(end / rig.dt), CHUNK):
-        times = np.asarray((first + np.arange(CHUNK)) * rig.dt, dtype=np.float64)
+    periods = round(end / rig.dt)
+    for first in range(0, periods, CHUNK):
+        times = np.asarray(np.arange(first, min(first + CHUNK, periods)) * rig.dt, dtype=np.float64)
         wanted = reference.sample(times)
         for theta, theta_dot, theta_ddot in zip(*wanted, strict=True):
             tau = stiffness * (theta - motors.theta) + damper * (theta_dot - motors.theta_dot)
@@ -50,3 +52,14 @@ def drive_alone(rig: Rig, model: ReducedModel, reference: Reference, end: float,
             samples = rig.step(tau)
             motors.update(samples)
             hear(rig, samples, tau)
+
+
+def slowest(model: ReducedModel, dt: float) -> float:
+    """Return the frequency that joint loops and motions keep below [rad/s]: the slowest mode, if it is slow.
+
+    Args:
+        model: Served; perhaps without a mode.
+        dt: Period [s].
+    """
+    followed = FASTEST / (BANDWIDTH * dt)
+    return min(float(model.omega[0]), followed) if model.n_eta else followed

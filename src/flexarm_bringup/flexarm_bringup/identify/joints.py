@@ -7,22 +7,27 @@ for it: every axis by a few slow sines of its own frequencies, under joint PD on
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-from flexarm_bringup.drift_run.drives_alone import drive_alone
+from flexarm_bringup.drift_run.drives_alone import drive_alone, slowest
 from flexarm_bringup.excite.rig_source import RIG, rig_settings
 from flexarm_bringup.identify.bag_source import read_bag
 from flexarm_bringup.identify.measurement import Records, SourceError
 from flexarm_bringup.identify.table_source import read_table
-from flexarm_bringup.page.report import Cells, Column, Page, Table
+from flexarm_bringup.page.report import Cells, Check, Column, Page, Table
 from flexarm_bringup.sim.rig import Rig, RigSettings
 from flexarm_bringup.sim.sample import Sample
 from flexarm_controller.reference import Reference
-from flexarm_model.identification.joint_regression import JointMotion, JointResult, identify_joints
+from flexarm_model.identification.joint_regression import (
+    JointMotion,
+    JointParameter,
+    JointResult,
+    identify_joints,
+)
 from flexarm_model.manipulator.description import Axis, ManipulatorConfig
 from flexarm_model.reading.config import load_config
 from flexarm_model.reading.manipulator_file import find_manipulator
@@ -34,6 +39,7 @@ Array = NDArray[np.float64]
 CUTOFF = 0.2  # of the slowest mode: below it the arm is rigid to 4 %
 SLOWEST, FASTEST, SINES = 0.1, 1.0 / 8.0, 3  # Hz; of the slowest mode; per axis
 STRIDE, SPEED, TORQUE = 0.3, 0.4, 0.3  # rad or m at most; shares of the limits of velocity and torque
+LEAST_ROOM = 1e-3  # rad or m
 DURATION = 30.0  # s
 RAMP = 2.0  # s in which the sines begin
 PERCENT = 100.0
@@ -51,7 +57,7 @@ def joints_page(args: argparse.Namespace, say: Callable[[str], None]) -> Page:
         raise SourceError("--joints needs --manipulator NAME: links and gravity come from its description")
     config = load_config(find_manipulator(args.manipulator), args.preset)
     model = linearize(ReducedTree(config))
-    slowest_hz = float(model.omega[0]) / (2 * np.pi)
+    slowest_hz = slowest(model, 1.0 / config.rate_hz) / (2 * np.pi)
     if args.files == [Path(RIG)]:
         motion = move_rig(config, model, rig_settings(args.perturb), DURATION, say)
     else:
@@ -64,12 +70,18 @@ def motion_of(records: Records, config: ManipulatorConfig) -> JointMotion:
     """Return the motion in records whose outputs have the encoders' names and inputs the axes'.
 
     Raises:
-        SourceError: There is no encoder among them.
+        SourceError: There is no encoder among them, or no torque of a motor.
     """
     sites = {f"{spec.name}.position": spec.site for spec in config.sensors if spec.kind == "encoder"}
     found = {sites[name]: values for name, values in records.outputs.items() if name in sites}
     if not found:
         raise SourceError(f"no encoder was recorded: expected outputs {', '.join(sites) or 'of encoders'}")
+    missing = [axis for axis in found if axis in config.actuated and axis not in records.inputs]
+    if missing:
+        there = ", ".join(records.inputs) or "none"
+        raise SourceError(
+            f"no torque of {', '.join(missing)} was recorded (in a table: 'in:{missing[0]}'); inputs: {there}"
+        )
     length = next(iter(found.values())).size
     tau = [records.inputs.get(axis, np.zeros(length)) for axis in found]
     return JointMotion(
@@ -92,10 +104,14 @@ def move_rig(
         settings: How the rig differs.
         duration: Of the motion [s].
         say: Is told how far it is.
+
+    Raises:
+        SourceError: It has no motor or encoder, or a motor has no room at home.
     """
+    sites = {spec.name: spec.site for spec in config.sensors if spec.kind == "encoder"}
+    _refuse_stuck(config, sites)
     say("rig: building")
     rig = Rig(config, settings)
-    sites = {spec.name: spec.site for spec in config.sensors if spec.kind == "encoder"}
     rows: list[dict[str, float]] = []
     torques: list[Array] = []
 
@@ -113,10 +129,24 @@ def move_rig(
     return JointMotion(tuple(sites.values()), q, np.column_stack(tau), rig.dt)
 
 
+def _refuse_stuck(config: ManipulatorConfig, sites: Mapping[str, str]) -> None:
+    """Refuse an arm that cannot be moved, or whose motion nobody measures."""
+    if not config.actuated:
+        raise SourceError(f"{config.name} has no motor: nothing moves its joints")
+    if not sites:
+        raise SourceError(f"{config.name} has no encoder: nobody measures how its joints move")
+    for (name, axis), home in zip(config.actuated.items(), config.home, strict=True):
+        if min(axis.upper - home, home - axis.lower) < LEAST_ROOM:
+            raise SourceError(
+                f"{name}: home at {home:.6g} leaves no room in {axis.lower:.6g} to {axis.upper:.6g}; "
+                f"expected at least {LEAST_ROOM:g} rad or m on either side"
+            )
+
+
 def slow_sines(config: ManipulatorConfig, model: ReducedModel, duration: float, dt: float) -> Reference:
     """Return the reference: sines below the modes, of other frequencies for every axis, within its limits."""
     t = np.asarray(np.arange(0.0, duration + dt, dt), dtype=np.float64)
-    highest = FASTEST * float(model.omega[0]) / (2 * np.pi)
+    highest = FASTEST * slowest(model, dt) / (2 * np.pi)
     count = SINES * model.n_theta
     f_hz = np.linspace(SLOWEST, max(highest, 2 * SLOWEST), count).reshape(SINES, model.n_theta)
     ramp = np.clip(t / RAMP, 0.0, 1.0)
@@ -156,9 +186,13 @@ def build_page(
     ]  # fmt: skip
     rows: list[Cells] = [
         [p.axis, p.name, p.unit, p.described, p.value if p.is_told else None, p.sigma, p.prior,
-         "tells it" if p.is_told else "does not tell it"]
+         _said(p)]
         for p in result.parameters
     ]  # fmt: skip
+    impossible = [f"{p.axis} {p.name}" for p in result.parameters if p.is_impossible]
+    checks = [
+        Check("no parameter is found below zero", "none", ", ".join(impossible) or "none", not impossible)
+    ]
     notes = [
         f"condition number {result.condition:.3g} of the scaled regressor; 1 is best",
         f"least told: {result.weakest}",
@@ -171,8 +205,14 @@ def build_page(
     suited: list[Cells] = [[a, float(f), PERCENT * float(m), float(c)] for a, f, m, c in values]
     named = ", ".join(path.name for path in files)
     lead = f"{named}: {len(motion.q) * motion.dt:.0f} s of {config.name} moving."
-    return Page("Joints", lead, [Table("Parameters of the joints", heads, rows, notes),
-                                 Table(REMARKS, quality, suited)])  # fmt: skip
+    items = [Table("Parameters of the joints", heads, rows, notes), Table(REMARKS, quality, suited)]
+    return Page("Joints", lead, items, checks)
+
+
+def _said(parameter: JointParameter) -> str:
+    if parameter.is_impossible:
+        return "tells what cannot be"
+    return "tells it" if parameter.is_told else "does not tell it"
 
 
 def _records(path: Path, config: ManipulatorConfig) -> Records:

@@ -26,6 +26,7 @@ from flexarm_model.identification.regressor_quality import balance_sizes, condit
 from flexarm_model.identification.rigid_limit import RigidLimit
 from flexarm_model.manipulator.description import ManipulatorConfig
 from flexarm_model.modal.read_only import lock_arrays
+from flexarm_model.settings.units import axis_dimension, si_unit
 
 Array = NDArray[np.float64]
 SMOOTHER, LEAST_SMOOTHER = 25.0, 5.0  # cut-off of positions over the regression's: friction rings the modes
@@ -33,7 +34,9 @@ EDGES = 1.0  # of the regression's cut-off: this many periods at both ends do no
 SLOPE = 0.01  # velocity over which Coulomb friction turns its sign [rad/s or m/s]
 LINK_SPREAD = 0.02  # one sigma of a link's relative error
 IDENTIFIED = 0.5  # of the sigma before, up to which a parameter counts as told
-RELATIVE_PRIOR = 1.0  # of rotor inertia and stiffness
+LEAST, LEAST_TORQUE = 1e-6, 1e-9  # SI; a sigma before, where description or motion says 0
+SIGNIFICANT, NEGLIGIBLE = 3.0, 0.05  # sigmas, and sigmas before
+OFFSET = "offset"  # the one parameter of an axis that may be negative
 NYQUIST_SHARE = 0.8
 
 
@@ -85,6 +88,12 @@ class JointParameter:
         """The motion has told it."""
         return self.sigma <= IDENTIFIED * self.prior
 
+    @property
+    def is_impossible(self) -> bool:
+        """It is below zero by more than its uncertainty and what a description may leave out."""
+        least = max(SIGNIFICANT * self.sigma, NEGLIGIBLE * self.prior)
+        return self.name != OFFSET and self.is_told and self.value < -least
+
 
 @dataclass(frozen=True)
 class JointResult:
@@ -128,8 +137,10 @@ def identify_joints(config: ManipulatorConfig, motion: JointMotion, cutoff_hz: f
         cutoff_hz: Of the regression; well below the slowest mode [Hz].
 
     Raises:
-        ValueError: The motion is too short, or the arm is not an open one.
+        ValueError: The motion is too short or not finite, or the arm is not an open one.
     """
+    if not (np.isfinite(motion.q).all() and np.isfinite(motion.tau).all()):
+        raise ValueError(f"positions or torques of {', '.join(motion.axes)} are not finite at some samples")
     rigid = RigidLimit(config, motion.axes)
     sigma = white_noise(motion.q)
     q, v, a = _derivatives(motion, cutoff_hz, smoothest(sigma, motion.dt, SLOPE))
@@ -175,27 +186,26 @@ def _regressors(
     columns = [_Column(name, "links beyond, over described", "1", 1.0, LINK_SPREAD) for name in rigid.bodies]
     parts = [links]
     for k, name in enumerate(rigid.axes):
-        axis, size = config.axes[name], float(np.sqrt(np.mean(tau[:, k] ** 2)))
+        axis, size = config.axes[name], max(float(np.sqrt(np.mean(tau[:, k] ** 2))), LEAST_TORQUE)
         speed = float(np.sqrt(np.mean(v[:, k] ** 2)))
         if axis.actuated:
             own = {
-                ("rotor inertia", "kg m^2"): (
-                    a,
-                    axis.rotor_inertia,
-                    RELATIVE_PRIOR * max(axis.rotor_inertia, 1e-6),
-                ),
-                ("viscous friction", "N m s/rad"): (v, axis.damping, size / max(speed, SLOPE)),
-                ("Coulomb friction", "N m"): (np.tanh(v / SLOPE), 0.0, max(size, 1e-9)),
-                ("offset", "N m"): (np.ones_like(v), 0.0, max(size, 1e-9)),
+                ("rotor inertia", "inertia"): (a, axis.rotor_inertia, max(axis.rotor_inertia, LEAST)),
+                ("viscous friction", "damping"): (v, axis.damping, size / max(speed, SLOPE)),
+                ("Coulomb friction", "effort"): (np.tanh(v / SLOPE), 0.0, size),
+                (OFFSET, "effort"): (np.ones_like(v), 0.0, size),
             }
         else:
             own = {
-                ("stiffness", "N m/rad"): (q, axis.stiffness, RELATIVE_PRIOR * axis.stiffness),
-                ("damping", "N m s/rad"): (v, axis.damping, 10.0 * max(axis.damping, 1e-6)),
+                ("stiffness", "stiffness"): (q, axis.stiffness, max(axis.stiffness, LEAST)),
+                ("damping", "damping"): (v, axis.damping, 10.0 * max(axis.damping, LEAST)),
             }
         blurs = {} if axis.actuated else {"stiffness": noise[0][k], "damping": noise[1][k]}
-        for (what, unit), (values, described, prior) in own.items():
-            column = np.zeros((len(q), len(rigid.axes), 1))
+        for (what, quantity), (values, described, prior) in own.items():
+            unit, column = (
+                si_unit(axis_dimension(axis.name, quantity)),
+                np.zeros((len(q), len(rigid.axes), 1)),
+            )
             column[:, k, 0] = values[:, k]
             parts.append(column)
             columns.append(_Column(name, what, unit, described, prior, float(blurs.get(what, 0.0))))

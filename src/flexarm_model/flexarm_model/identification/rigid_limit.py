@@ -98,6 +98,6 @@ def _lock(full: pin.Model, moving: set[int], q: Array) -> pin.Model:
         else:
             place[j] = parent, on * data.liMi[j]
         joint, placement = place[j]
-        if joint and full.inertias[j].mass > 0.0:
+        if joint and abs(full.inertias[j].toDynamicParameters()).max() > 0.0:  # a rotor has no mass, too
             model.appendBodyToJoint(joint, pin.Inertia(full.inertias[j]), placement)
     return model
