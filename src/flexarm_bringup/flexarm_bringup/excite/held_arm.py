@@ -62,7 +62,10 @@ class HeldArm:
 
         Raises:
             PoseError: There is no model at the home pose.
+            ValueError: There is no motor.
         """
+        if not config.actuated:
+            raise ValueError(f"{config.name} has no motor: nothing can hold or excite it")
         tree = ReducedTree(config)
         self.config, self.model = config, linearize(tree)
         self.ranges = guard_limits(config, tree, GuardSettings()).ranges
@@ -82,13 +85,34 @@ class HeldArm:
     def elastic_poles(self) -> Complex:
         """Poles of the served modes with the motors free, slowest first [rad/s], (n_eta,)."""
         poles = damped_poles(self.model.M, self.model.D, self.model.K)
-        return np.asarray(poles[np.argsort(abs(poles))][-self.model.n_eta :])
+        return np.asarray(poles[np.argsort(abs(poles))][poles.size - self.model.n_eta :])
 
     @property
     def settling_time(self) -> float:
         """Time in which the joint loops come to rest [s]."""
         decay = ControllerConfig().pd_damping * self._law.frequency
         return float(min(6.0 / decay, LONGEST_SETTLING))
+
+    def rooms(self) -> dict[str, tuple[float, float]]:
+        """Return what every limit on torque and range leaves at rest, and its size, SI, by name."""
+        rooms: dict[str, tuple[float, float]] = {}
+        for (name, axis), home, tau in zip(
+            self.config.actuated.items(), self.config.home, self.tau_rest, strict=True
+        ):
+            distance = min(axis.upper - home, home - axis.lower)
+            rooms[f"torque of {name}"] = axis.effort - abs(float(tau)), axis.effort
+            rooms[f"range of {name}"] = float(distance), axis.upper - axis.lower
+        limits = {spec.name: (spec.limit, spec.low, spec.high) for spec in self.config.sensors}
+        for row, name in self.sensed_rows():
+            limit, low, high = limits[name.rpartition(".")[0]]
+            y0 = float(self.model.outputs.y0[row])
+            rooms[f"range of {name}"] = min(limit - abs(y0), high - y0, y0 - low), min(limit, high - low)
+        return rooms
+
+    def sensed_rows(self) -> list[tuple[int, str]]:
+        """Return rows of the model's outputs that belong to sensors, and their names "sensor.channel"."""
+        outputs = self.model.outputs
+        return [(row, outputs.names[row]) for spec in self.config.sensors for row in outputs.rows(spec.name)]
 
     def respond(self, added: Array) -> Answer:
         """Return the answer to a torque added from rest on, (n, n_theta) [N m or N]."""

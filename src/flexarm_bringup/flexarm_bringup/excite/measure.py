@@ -97,14 +97,20 @@ def channels_used(config: ManipulatorConfig, ignore: Sequence[str]) -> tuple[Cha
     """Return the channels that are not to be left out.
 
     Raises:
-        SourceError: One that is to be left out does not exist.
+        SourceError: One that is to be left out does not exist, or none would be left.
     """
     every = channels(config)
     unknown = sorted(set(ignore) - {name for channel in every for name in (channel.name, channel.spec.name)})
     if unknown:
         names = ", ".join(channel.name for channel in every)
         raise SourceError(f"--ignore-channel {', '.join(unknown)}: not one of {names}")
-    return tuple(c for c in every if not {c.name, c.spec.name} & set(ignore))
+    used = tuple(c for c in every if not {c.name, c.spec.name} & set(ignore))
+    if not used:
+        raise SourceError(
+            f"{config.name}: no encoder, gauge or accelerometer that samples in every period"
+            + (f" is left without {', '.join(ignore)}" if every else "; modes cannot be identified")
+        )
+    return used
 
 
 def check_sensors(arm: HeldArm, plan: Plan) -> Generator[Array, Driven, tuple[Finding, ...]]:

@@ -30,6 +30,10 @@ def plan_table(tested: Tested) -> Table:
     ]
     if len(plan.signs) > 1:
         notes.append("all axes push in every run, with the signs of a Hadamard matrix")
+    if plan.mirrored:
+        notes.append(
+            f"too fast for the rate, served modes show where there are none: {', '.join(plan.mirrored)}"
+        )
     late = late_share(tested)
     if late:
         notes.append(

@@ -24,6 +24,7 @@ USABLE = 1 / 2.56  # of the rate
 LINES_PER_BANDWIDTH = 2.0
 SHORTEST, LONGEST = 4.0, 40.0  # of a period [s]
 RATE_COUNTS = 1 / 3  # a torque's rate harms nothing; beyond its limit the guard would change the signal
+LEAST_ROOM = 1e-3  # of a limit; with less there is nothing to excite with
 DIED_OUT = 9.0  # time constants of the slowest decay until nothing is left of the start, in a softer arm too
 
 
@@ -58,6 +59,7 @@ class Plan:
         used: Share of it that the model predicts [1].
         skipped: Periods before the record begins [1].
         periods: Periods recorded [1].
+        mirrored: Served modes that sampling shows inside the band where there is none, in words.
     """
 
     excitation: Excitation
@@ -67,6 +69,7 @@ class Plan:
     used: float
     skipped: int
     periods: int
+    mirrored: tuple[str, ...] = ()
 
     def added(self, run: int) -> Array:
         """Return the torque added in a run, the periods before the record too, (n, n_theta)."""
@@ -85,6 +88,7 @@ def plan_excitation(arm: HeldArm, wish: Wish) -> Plan:
     Raises:
         ValueError: The wish does not fit the arm; says why.
     """
+    refuse_without_room(arm)
     elastic = arm.elastic_poles
     band = wish.band_hz or _band(arm)
     bandwidth = 2 * float((-elastic.real).min()) / (2 * np.pi)
@@ -98,7 +102,41 @@ def plan_excitation(arm: HeldArm, wish: Wish) -> Plan:
     alone = np.array([wish.share / worst for worst, _ in each])
     worst, binding = max(_worst(arm, np.outer(signal.signal, row * alone)) for row in signs)
     amplitude = alone * min(1.0, wish.share / worst)
-    return Plan(signal, signs, amplitude, binding, min(worst, wish.share), skipped, wish.periods)
+    mirrored = _mirrored(np.asarray(abs(elastic) / (2 * np.pi)), 1.0 / arm.dt, band)
+    return Plan(signal, signs, amplitude, binding, min(worst, wish.share), skipped, wish.periods, mirrored)
+
+
+def refuse_without_room(arm: HeldArm) -> None:
+    """Refuse an arm that cannot be excited, or has no mode that its rate can show.
+
+    Raises:
+        ValueError: Says why, and what is expected.
+    """
+    name, pose = arm.config.name, np.round(arm.config.home, 6).tolist()
+    if not arm.model.n_eta:
+        raise ValueError(f"{name} serves no mode: a rigid arm has none to identify; see --joints")
+    slowest, usable = float(abs(arm.elastic_poles).min()) / (2 * np.pi), USABLE / arm.dt
+    if slowest > usable:
+        raise ValueError(
+            f"{name}: its slowest mode, {slowest:.4g} Hz, lies above {usable:.4g} Hz, which is what "
+            f"samples at {1 / arm.dt:g} Hz can show; expected a rate of {slowest / USABLE:.4g} Hz or more"
+        )
+    full = [
+        limit
+        for limit, (room, size) in arm.rooms().items()
+        if room <= LEAST_ROOM * (size if np.isfinite(size) else 0.0)
+    ]
+    if full:
+        raise ValueError(
+            f"{name}: at rest at {pose} nothing is left of {', '.join(full)}; expected another pose (--pose)"
+        )
+
+
+def _mirrored(f_hz: Array, rate_hz: float, band_hz: tuple[float, float]) -> tuple[str, ...]:
+    """Return modes that samples show at another frequency within the band."""
+    seen = abs(f_hz - rate_hz * np.round(f_hz / rate_hz))
+    inside = (f_hz > rate_hz / 2) & (seen >= band_hz[0]) & (seen <= band_hz[1])
+    return tuple(f"{f:.4g} Hz at {at:.4g} Hz" for f, at in zip(f_hz[inside], seen[inside], strict=True))
 
 
 def _band(arm: HeldArm) -> tuple[float, float]:
@@ -115,23 +153,19 @@ def _worst(arm: HeldArm, added: Array) -> tuple[float, str]:
 def _uses(arm: HeldArm, answer: Answer) -> dict[str, float]:
     """Return the share of what every limit leaves at rest, by name."""
     uses: dict[str, float] = {}
+    rooms = arm.rooms()
     for i, (name, axis) in enumerate(arm.config.actuated.items()):
-        theta, rest = abs(answer.theta[:, i]).max(), arm.config.home[i]
-        distance = min(axis.upper - rest, rest - axis.lower)
+        theta, (distance, _) = abs(answer.theta[:, i]).max(), rooms[f"range of {name}"]
         speed = min(axis.velocity, arm.ranges[i].allowed(distance))
         jump = abs(np.diff(answer.tau[:, i], prepend=0.0)).max() / arm.dt
         uses |= {
-            f"torque of {name}": _share(abs(answer.tau[:, i]).max(), axis.effort - abs(arm.tau_rest[i])),
+            f"torque of {name}": _share(abs(answer.tau[:, i]).max(), rooms[f"torque of {name}"][0]),
             f"torque rate of {name}": RATE_COUNTS * _share(jump, axis.effort_rate),
             f"velocity of {name}": _share(abs(answer.theta_dot[:, i]).max(), speed),
             f"range of {name}": _share(theta, distance),
         }
-    rows = arm.model.outputs
-    for spec in arm.config.sensors:
-        for row in rows.rows(spec.name):
-            y0 = rows.y0[row]
-            room = min(spec.limit - abs(y0), spec.high - y0, y0 - spec.low)
-            uses[f"range of {rows.names[row]}"] = _share(abs(answer.y[:, row]).max(), room)
+    for row, name in arm.sensed_rows():
+        uses[f"range of {name}"] = _share(abs(answer.y[:, row]).max(), rooms[f"range of {name}"][0])
     return uses
 
 

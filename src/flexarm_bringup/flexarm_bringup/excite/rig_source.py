@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Callable, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
@@ -12,12 +12,13 @@ import numpy as np
 
 from flexarm_bringup.excite.drive import Drive
 from flexarm_bringup.excite.held_arm import HeldArm
-from flexarm_bringup.excite.measure import Tested, measure
+from flexarm_bringup.excite.measure import Tested, channels_used, measure
 from flexarm_bringup.excite.plan import Wish, plan_excitation
 from flexarm_bringup.identify.measurement import Records, SourceError
 from flexarm_bringup.sim.hardware import Hardware
 from flexarm_bringup.sim.rig import RigSettings
 from flexarm_bringup.sim.sensor_fault_text import parse_faults
+from flexarm_model.manipulator.start_pose import starting_at
 from flexarm_model.reading.config import load_config
 from flexarm_model.reading.manipulator_file import find_manipulator
 from flexarm_model.settings.overrides import apply_overrides
@@ -94,9 +95,8 @@ def run_rig_test(test: RigTest, say: Callable[[str], None]) -> Tested:
         SourceError: A channel cannot be used, or the guard stopped the arm.
     """
     say("model: building")
-    config = load_config(find_manipulator(test.manipulator), test.preset)
-    if test.pose:
-        config = replace(config, home=np.array(test.pose))
+    config = starting_at(load_config(find_manipulator(test.manipulator), test.preset), test.pose)
+    channels_used(config, test.ignore)
     arm = HeldArm(config)
     plan = plan_excitation(arm, test.wish)
     say("rig: building")
