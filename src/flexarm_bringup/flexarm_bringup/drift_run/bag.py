@@ -58,7 +58,7 @@ def watch_messages(
     """
     exchange = DriftExchange(config, estimator, settings)
     t, modes, alarms, told = list[float](), list[tuple[ModeNow, ...]](), list[tuple[float, str]](), set[str]()
-    start_ns: int | None = None
+    start_ns, now = None, 0.0
     for name, msg in messages:
         topic = name.removeprefix(f"{NAMESPACE}/")
         if topic == "model":
@@ -78,5 +78,11 @@ def watch_messages(
     if exchange.watch is None:
         raise ValueError(exchange.fault)
     if not t:
-        raise ValueError(f"no {TIME} after its model: there is nothing to watch")
+        raise ValueError(_nothing_watched(start_ns, now))
     return Watched(np.array(t), tuple(modes), tuple(alarms), "", exchange.watch.proposal)
+
+
+def _nothing_watched(start_ns: int | None, seconds: float) -> str:
+    if start_ns is None:
+        return f"no {TIME} after its model: there is nothing to watch"
+    return f"{seconds:.2f} s of {TIME} after its model are too short: no mode is running yet"

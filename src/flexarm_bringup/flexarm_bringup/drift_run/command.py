@@ -80,6 +80,11 @@ def _simulate(args: argparse.Namespace, progress: Progress) -> Page:
     preset = task.presets[0] if args.preset is None else args.preset
     config = load_config(find_manipulator(task.manipulator), preset)
     duration = 60.0 * args.minutes
+    if args.change and duration / 2 < SOON:
+        raise ValueError(
+            f"--minutes {args.minutes:g}: a change half-way leaves {duration / 2:g} s to be told, "
+            f"which may take {SOON:g} s; expected at least {2 * SOON / 60:.2g}, or --change 0"
+        )
     drill = Drill(duration, 1.0 + args.change / PERCENT, duration / 2, args.seed, args.law)
     watched = run_drill(config, task, drill, say=progress.say)
     title = f"Drill of the drift watch: {task.manipulator}" + (f", preset {preset}" if preset else "")
