@@ -178,3 +178,15 @@ def test_a_witness_does_not_outlive_who_started_it():
     while witness.exists() and time.monotonic() < end:
         time.sleep(0.05)
     assert not witness.exists()
+
+
+@pytest.mark.parametrize(
+    "wrong", [["--law", "abc"], ["--delay", "0"], ["--rate", "-1"], ["--minutes", "nan"]]
+)
+def test_a_wrong_option_is_refused_before_any_node_is_started(wrong, capsys):
+    parser = argparse.ArgumentParser()
+    add_arguments(parser)
+    with pytest.raises(SystemExit) as stop:
+        parser.parse_args(wrong)
+    assert stop.value.code == 2
+    assert wrong[0] in capsys.readouterr().err

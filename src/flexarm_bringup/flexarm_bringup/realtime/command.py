@@ -19,7 +19,7 @@ import sys
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager, nullcontext
-from dataclasses import replace
+from dataclasses import fields, replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -40,6 +40,7 @@ from flexarm_bringup.tasks.node_settings import node_settings
 from flexarm_bringup.tasks.task_for import task_for
 from flexarm_controller.due_commands import FARTHEST
 from flexarm_controller.reference import Reference
+from flexarm_controller.settings import ControllerConfig
 from flexarm_model.reading.config import load_config
 from flexarm_model.reading.manipulator_file import find_manipulator
 from flexarm_model.settings.strict_yaml import ConfigError, read_yaml
@@ -49,6 +50,7 @@ ANGLE = 0.5236  # rad, 30 degrees out and back
 ZETA = 0.015  # damping ratio that the shaper counts on
 GRID = 0.01  # s between points of the reference; cubics in between
 USAGE = 2
+LAWS = {item.name: item for item in fields(ControllerConfig)}["law"].metadata["choices"]
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -67,7 +69,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--delay", type=whole(at_least=1, at_most=FARTHEST - 1), metavar="PERIODS",
         help="periods between a state and its torque, which the law counts on (default: what was chosen)",
     )  # fmt: skip
-    parser.add_argument("--law", help="law of the controller (default: mpc)")
+    parser.add_argument("--law", choices=LAWS, help="law of the controller (default: mpc)")
     add_report_arguments(parser)
 
 
