@@ -3,16 +3,20 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
-from arms import arm
+import yaml
+from arms import SINGLE_LINK, arm
 from scipy.linalg import eigh
 
 from flexarm_model.manipulator.body_spec import Beam
 from flexarm_model.manipulator.description import ManipulatorConfig
+from flexarm_model.reading.config import load_config
 from flexarm_model.segments.segment_tree import SegmentTree
 from flexarm_model.served.linearize import linearize
+from flexarm_model.tree.modal_damping import modal_damping
 from flexarm_model.tree.reduced_tree import ReducedTree
 
 ARMS = ("planar", "spatial")
@@ -65,3 +69,40 @@ def test_what_strains_nothing_is_not_damped() -> None:
     model = linearize(ReducedTree(with_ratios("planar", [0.02] * 9), use_compiler=False))
     n = len(model.theta_names)
     assert abs(model.D[:n, :n]).max() < 1e-9 * abs(model.M[:n, :n]).max()
+
+
+@pytest.mark.parametrize("turned", [False, True])
+@pytest.mark.parametrize("stiff", [1e6, 1e12, 1e15])
+def test_slow_modes_keep_their_ratios_beside_one_that_is_very_fast(stiff: float, turned: bool) -> None:
+    """Springs on unit masses have 2 zeta omega each; slow ones lost theirs beside one 1e6 times as fast."""
+    k, zeta = np.array([1.0, 4.0, 0.0, stiff]), np.array([0.01, 0.05, 0.0, 0.02])
+    Q = np.linalg.qr(np.random.default_rng(3).standard_normal((4, 4)))[0] if turned else np.eye(4)
+    D = modal_damping(np.eye(4), np.diag(k), np.diag(zeta * k), Q, list("abcd"))
+    assert np.diag(D) == pytest.approx(2 * zeta * np.sqrt(k), rel=1e-7)
+    assert abs(D - np.diag(np.diag(D)))[:3, :3].max() < 1e-6
+
+
+def test_a_pendulum_with_a_stiff_axis_at_its_end_has_the_ratio_of_its_spring(tmp_path: Path) -> None:
+    content = yaml.safe_load(SINGLE_LINK.read_text(encoding="utf-8"))
+    content["bodies"] = {
+        "hub": {"type": "rigid", "mass": "1 kg", "inertia": ["1 kg m^2"] * 3 + ["0 kg m^2"] * 3},
+        "arm": {"type": "rigid", "mass": "1 kg", "nodes": {"end": ["1 m", "0 m", "0 m"]}},
+        "ball": {"type": "rigid", "mass": "1 g"},
+    }
+    base = {"actuated": True, "effort": "1 N m", "rotor_inertia": "0.1 kg m^2"}
+    content["joints"] = {
+        "base": {"parent": "world", "child": "hub.root", "axes": {"rz": base}},
+        "hinge": {"parent": "hub.root", "child": "arm.root",
+                  "axes": {"rz": {"stiffness": "1 N m/rad", "damping_ratio": 0.02}}},
+        "slide": {"parent": "arm.end", "child": "ball.root",
+                  "axes": {"tx": {"stiffness": "1e12 N/m", "damping_ratio": 0.03}}},
+    }  # fmt: skip
+    content["sensors"] = {"encoder": {"kind": "encoder", "axis": "base.rz", "sigma": "20 urad"}}
+    content["served"] = {"modes": 2, "home": ["0 deg"], "rate": "200 Hz"}
+    content |= {"tip": "arm.end", "gravity": ["0 m/s^2"] * 3}
+    for key in ("presets", "parameters"):
+        content.pop(key, None)
+    (path := tmp_path / "arm.yaml").write_text(yaml.safe_dump(content), encoding="utf-8")
+    model = linearize(ReducedTree(load_config(path), use_compiler=False))
+    assert model.omega[1] > 0.99e6 * model.omega[0]
+    assert model.zeta == pytest.approx([0.02, 0.03], rel=1e-6)

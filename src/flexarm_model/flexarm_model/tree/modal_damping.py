@@ -21,6 +21,9 @@ from flexarm_model.tree.massless import describe_massless
 
 Array = NDArray[np.float64]
 
+SLOW = 1e-8  # of the largest squared frequency: slower modes are looked at by themselves
+ROUNDING = 1e3 * np.finfo(float).eps  # relative, of a component of a mode
+
 
 def modal_damping(M: Array, K: Array, K_lossy: Array, Z: Array, names: Sequence[str]) -> Array:
     """Return the damping over all coordinates, (n_q, n_q).
@@ -43,11 +46,35 @@ def modal_damping(M: Array, K: Array, K_lossy: Array, Z: Array, names: Sequence[
         value, Phi = eigh((K_z + K_z.T) / 2, (M_z + M_z.T) / 2)
     except np.linalg.LinAlgError:
         raise ValueError(describe_massless(M, Z, names)) from None
-    strained = value > 1e-12 * value[-1]
+    value, Phi = _resolve(K, Z, value, Phi)
     loss = np.einsum("ik,ij,jk->k", Phi, Z.T @ K_lossy @ Z, Phi)
+    slow, u = value < SLOW * value.max(), Z @ Phi
+    loss[slow] = np.einsum("ik,ij,jk->k", u[:, slow], K_lossy, u[:, slow])
+    strained = value > 0.0
     rate = np.where(strained, 2 * loss / np.sqrt(np.where(strained, value, 1.0)), 0.0)  # 2 zeta omega
     D_z = M_z @ (Phi * rate) @ Phi.T @ M_z
     resisting = np.flatnonzero(np.diag(K))
     B = np.linalg.pinv(Z[resisting])
     D[np.ix_(resisting, resisting)] = B.T @ D_z @ B
     return (D + D.T) / 2
+
+
+def _resolve(K: Array, Z: Array, value: Array, Phi: Array) -> tuple[Array, Array]:
+    """Return squared frequencies and modes that rounding beside the fast modes did not make; others are zero.
+
+    An eigenvalue is exact to rounding of the largest one only, and slow modes may be mixed. Their strain
+    energy tells them apart: it holds the fast modes' squared share.
+    """
+    slow = int(np.sum(value < SLOW * value.max()))
+    if not slow:
+        return value, Phi
+    u = Z @ Phi[:, :slow]
+    turn = np.linalg.eigh(u.T @ K @ u)[1]
+    u, error = u @ turn, ROUNDING * abs(Z) @ abs(Phi[:, :slow] @ turn)
+    strain = np.einsum("ik,ij,jk->k", u, K, u)
+    mixed = abs(K - np.diag(np.diag(K)))
+    noise = np.einsum("ik,ij,jk->k", error, abs(K), error) + np.einsum("ik,ij,jk->k", error, mixed, abs(u))
+    found = np.where(strain > noise, strain, 0.0)
+    order = np.argsort(found)
+    found, modes = _resolve(K, Z, found[order], (Phi[:, :slow] @ turn)[:, order])
+    return np.concatenate([found, value[slow:]]), np.hstack([modes, Phi[:, slow:]])
