@@ -46,6 +46,14 @@ def test_a_case_is_not_made_with_settings_of_no_node(
     assert not (tmp_path / "case").exists()
 
 
+def test_a_case_is_not_made_with_a_mark_that_hides_it(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    new = ("--new", str(tmp_path / "case"), "--from", str(GOLDEN / "bag"))
+    assert "markers: 'xfail': is no mark of a case" in refusal(capsys, *new, "--mark", "xfail")
+    assert not (tmp_path / "case").exists()
+
+
 def test_a_case_with_settings_of_no_node_is_not_judged(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

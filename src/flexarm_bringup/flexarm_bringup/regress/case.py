@@ -27,6 +27,7 @@ from flexarm_model.settings.strict_yaml import ConfigError, Section, read_yaml
 EXPECT_FILE = "expect.yaml"
 FORMAT = "flexarm-regress/1"
 BAG, GOLDEN = "bag", "golden"
+HIDING = ("skip", "skipif", "xfail")  # marks of pytest; flexarm_pytest ignores them, too
 _HEAD = """\
 # What must come of the bag beside it: `flexarm regress` compares, `--update` renews golden/ and this file.
 # A number may differ by atol + rtol |number|, atol in its SI unit; the first pattern that fits a field holds,
@@ -79,10 +80,13 @@ class Case:
 def find_cases(folder: Path) -> list[Path]:
     """Return the folders of all cases in a folder, by name; the folder itself may be one.
 
+    A file of that name that neither speaks of our format nor has a bag beside it is of another project.
+
     Raises:
         ConfigError: There is none.
     """
-    found = sorted(path.parent for path in folder.rglob(EXPECT_FILE))
+    paths = folder.rglob(EXPECT_FILE)
+    found = sorted(path.parent for path in paths if path.parent == folder or _is_ours(path))
     if not found:
         raise ConfigError(f"{folder}: no case here: no folder with an {EXPECT_FILE}")
     return found
@@ -112,7 +116,7 @@ def read_case(folder: Path) -> Case:
         section.text("manipulator", ""),
         section.text("preset", ""),
         "" if settings is None else json.dumps(settings),
-        section.texts("markers", ()),
+        _read_markers(section),
     )
     section.done()
     return case
@@ -185,6 +189,24 @@ def _read_pinned(section: Section, folder: Path) -> Pinned:
         )
     section.done()
     return pinned
+
+
+def _read_markers(section: Section) -> tuple[str, ...]:
+    """Return the marks, without those under which pytest would let a case pass that does not."""
+    markers = section.texts("markers", ())
+    for name in markers:
+        if not name or name.startswith("_") or name in HIDING:
+            raise section.error("markers", name, f"is no mark of a case, nor are {', '.join(HIDING)}")
+    return markers
+
+
+def _is_ours(path: Path) -> bool:
+    if any((path.parent / name).is_dir() for name in (BAG, GOLDEN)):
+        return True
+    try:
+        return FORMAT.partition("/")[0] in path.read_text(encoding="utf8", errors="replace")
+    except OSError:
+        return True  # judging says why it cannot be read
 
 
 def _read_tolerance(section: Section) -> Tolerance:

@@ -11,7 +11,7 @@ from pathlib import Path
 from flexarm_bringup.bags.bag_copy import copy_bag
 from flexarm_bringup.bags.bag_reader import Bag, check_bag
 from flexarm_bringup.bags.bag_writer import BagError, BagWriter
-from flexarm_bringup.regress.case import BAG, GOLDEN, Case, Pinned, pin, write_case
+from flexarm_bringup.regress.case import BAG, GOLDEN, Case, Pinned, pin, read_case, write_case
 from flexarm_bringup.regress.drift import Moved, find_moved
 from flexarm_bringup.regress.judge import compare, open_case
 from flexarm_bringup.regress.playing import MODEL, Played, configured, play
@@ -72,10 +72,10 @@ def make_case(folder: Path, source: Source) -> Case:
         check_ticks(bag)
         case = replace(draft, golden=pin(write_golden(_faultless(play(bag)), folder / GOLDEN)))
         write_case(case)
+        return read_case(folder)  # what it would refuse later, marks say, it refuses now
     except BaseException:
         shutil.rmtree(folder, ignore_errors=True)
         raise
-    return case
 
 
 def update_case(folder: Path) -> list[Moved]:
