@@ -166,8 +166,9 @@ def test_a_run_that_was_stopped_is_told_and_wins_nothing(case: Case) -> None:
     missed = [check.found for check in checks[LQR].values() if not check.passed]
     assert missed == ["none: LQG was stopped"]
     assert not any("shaper" in name for name in checks[PD])  # no shaper that MPC could be held to
-    config = load_config(find_manipulator("single_link"), "geared")
+    config = replace(load_config(find_manipulator("single_link"), "geared"), fitted=())
     page = build_page(case, config, laws[MPC], None)
+    assert all(page.remarks.values())  # no heading above nothing
     tables = [item for item in page.items if isinstance(item, Table)]
     notes = [note for table in tables for note in table.notes]
     assert "MPC, worst profile: command is 100 ms old" in notes

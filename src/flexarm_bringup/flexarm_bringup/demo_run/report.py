@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Sequence
 
+from flexarm_bringup.assumptions import rests_on
 from flexarm_bringup.demo_run.sessions import SessionRun
 from flexarm_bringup.demo_run.study import SERVO, Outcome, Row
 from flexarm_bringup.page.figures import Figure
@@ -50,7 +51,7 @@ def build_page(study: Sequence[Outcome], sessions: Sequence[SessionRun], figures
         "after the motion.",
         items=[figures[0], *tables, *figures[1:]],
         checks=[*_study_checks(rows, base), *_limit_checks([*rows, *recorded]), *_session_checks(sessions)],
-        remarks={"assumed": config.assumed, "fitted": config.fitted, "read it so": _CAVEATS},
+        remarks={**rests_on(config), "read it so": _CAVEATS},
         data={"rows": [_plain(row, base) for row in [*rows, *recorded]]},
     )
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
+from flexarm_bringup.assumptions import rests_on
 from flexarm_bringup.demo_run.report import REAL_TIME_DB, WITHOUT_COMMAND
 from flexarm_bringup.demo_run.task_session import TaskRun, torque_difference
 from flexarm_bringup.page.figures import Figure
@@ -64,8 +65,7 @@ def build_page(
         items=[*tables, *figures],
         checks=[*_checks(task, configs, found), *_failed(failures or {})],
         remarks={
-            "assumed": [*config.assumed, *task.assumed],
-            "fitted": config.fitted,
+            **rests_on(config, task.assumed),
             "read it so": [real_time_note(config), *_CAVEATS],
         },
         data={"rate_hz": config.rate_hz, "bags": [str(run.session.bag) for run in runs]},
