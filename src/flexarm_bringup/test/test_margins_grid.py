@@ -29,6 +29,8 @@ def test_the_poses_fill_the_ranges_evenly_and_leave_their_ends_out() -> None:
 def test_too_many_poses_are_refused_with_how_many_there_may_be(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["margins", "serial_6r", "--grid", "4"]) == 2
     assert "--grid 4: 4096 poses of 6 axes, at most 1000: up to --grid 3" in capsys.readouterr().err
+    assert main(["margins", "single_link", "--grid", "2000"]) == 2
+    assert "--grid 2000: 2000 poses of 1 axis, at most 1000: up to --grid 1000" in capsys.readouterr().err
 
 
 def test_the_grid_stands_beside_the_other_poses(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -6,7 +6,8 @@ finds, shaped (ZV, MZV, ZVD, EI, two and three humps, for one or two modes), wit
 no mode ringing; as described and with all frequencies up to 20 % off. A linear program gives the time-optimal
 limit.
 
-On 2 quiet cores 1 to 3 minutes (serial_6r: 7); with --quick half a minute (serial_6r: 2).
+On 2 quiet cores 1 to 3 minutes (serial_6r: 7), with --quick half a minute (serial_6r: 2). --sweep makes it
+several times as much, a busy machine too.
 """
 
 from __future__ import annotations

@@ -65,7 +65,8 @@ class Poses:
         axes = config.actuated
         if self.grid ** len(axes) > MOST_POSES:
             fitting = math.floor(MOST_POSES ** (1 / len(axes)) + 1e-9)
-            why = f"{self.grid ** len(axes)} poses of {len(axes)} axes, at most {MOST_POSES}"
+            plural = "es" if len(axes) > 1 else "is"
+            why = f"{self.grid ** len(axes)} poses of {len(axes)} ax{plural}, at most {MOST_POSES}"
             raise ConfigError(f"--grid {self.grid}: {why}: up to --grid {fitting}")
         for name, axis in axes.items():
             if not math.isfinite(axis.upper - axis.lower):
