@@ -86,6 +86,8 @@ def page(bag: Bag, replayed: Bag, comparison: Comparison | None) -> Page:
     """Return what there is to say about a replay."""
     code, ours = bag.custom.get("git", "unknown code"), replayed.custom["git"]
     lead = f"{sum(bag.counts.values())} messages, recorded by {code}, replayed by {ours}."
+    if not bag.has_checksum:
+        lead += " The bag has no checksum of its data: changed bytes may pass unnoticed."
     columns = [Column("topic"), Column("recorded", "d"), Column("replayed", "d")]
     rows: list[Cells] = [[name, bag.counts.get(name, 0), replayed.counts[name]] for name in replayed.counts]
     items = [Table("Messages", columns, rows)]
