@@ -17,6 +17,7 @@ import math
 import sys
 from collections.abc import Iterator
 from dataclasses import Field, fields
+from pathlib import Path
 from typing import Any
 
 import yaml
@@ -26,6 +27,7 @@ from flexarm_bringup.topics import NAMESPACE
 from flexarm_model.settings.strict_yaml import ConfigError
 
 USAGE = 2
+FILE = ".yaml"  # how a manipulator ends that is no name
 
 NODES = {
     "model": "flexarm_model.model_node:ModelNode",
@@ -81,6 +83,8 @@ def parameter_file(arm: str | None, preset: str | None) -> str:
     nodes = {}
     for row in arm_graph(arm, preset, lockstep=True):  # without what is this machine's
         values = {name: value for name, value in row.parameters.items() if name != "lockstep"}
+        if values.get("manipulator", "").endswith(FILE):  # nodes are started elsewhere
+            values["manipulator"] = str(Path(values["manipulator"]).resolve())
         nodes[f"{NAMESPACE}/{row.name}"] = {"ros__parameters": values}
     return yaml.safe_dump(nodes, sort_keys=False)
 

@@ -4,6 +4,7 @@ import re
 from pathlib import Path
 
 import pytest
+import yaml
 
 from flexarm_bringup import cli
 from flexarm_bringup.parameters_command import NODES, page, parameters_of
@@ -38,3 +39,17 @@ def test_one_nodes_parameters_fit_a_terminal_line_each(capsys):
 
 def test_a_parameter_file_may_name_every_node_that_there_is() -> None:
     assert set(FLEXARM_NODES) == set(NODES)
+
+
+def test_the_file_of_an_arm_of_ones_own_works_from_any_folder(tmp_path, monkeypatch, capsys):
+    (tmp_path / "mine.yaml").write_bytes((PAGE.parent / "two_link.yaml").read_bytes())
+    monkeypatch.chdir(tmp_path)
+    assert cli.main(["parameters", "--arm", "mine.yaml"]) == 0
+    nodes = yaml.safe_load(capsys.readouterr().out)
+    told = {node["ros__parameters"].get("manipulator") for node in nodes.values()} - {None}
+    assert told == {str(tmp_path / "mine.yaml")}
+
+
+def test_the_file_of_a_shipped_arm_has_its_name(capsys):
+    assert cli.main(["parameters", "--arm", "planar_3rrr"]) == 0
+    assert "manipulator: planar_3rrr\n" in capsys.readouterr().out
