@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import argparse
 import importlib
+import io
 import os
 import select
 import sys
@@ -122,6 +123,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     Raises:
         SystemExit: After ``--help``, or when the arguments are wrong (code 2).
     """
+    _make_writable()
     arguments = list(sys.argv[1:] if argv is None else argv)
     chosen = next((item for item in arguments if not item.startswith("-")), "")
     try:
@@ -159,6 +161,25 @@ def build_parser(chosen: str) -> argparse.ArgumentParser:
             module.add_arguments(subparser)
             subparser.set_defaults(subparser=subparser)
     return parser
+
+
+def _make_writable() -> None:
+    """Let a command print whatever becomes of it: its exit code tells of its work, not of the terminal.
+
+    A stream that the caller closed leads nowhere; a character that a terminal does not have is a "?".
+    """
+    for name, mode in (("stdin", "r"), ("stdout", "w"), ("stderr", "w")):
+        stream = getattr(sys, name)
+        if stream is None:  # in this order each gets its own number again, which no file or socket may have
+            setattr(sys, name, open(os.devnull, mode, encoding="utf8"))  # noqa: SIM115 - as long as we live
+        elif mode == "w" and isinstance(stream, io.TextIOWrapper) and _may_raise(stream):
+            stream.reconfigure(errors="replace")
+
+
+def _may_raise(stream: io.TextIOWrapper) -> bool:
+    """Return whether a stream raises at characters that it does not have; of UTF-8 with escapes none."""
+    is_escaping = stream.errors == "surrogateescape"
+    return stream.errors == "strict" or (is_escaping and "utf" not in stream.encoding.lower())
 
 
 def _is_cut_off() -> bool:
