@@ -27,7 +27,7 @@ from flexarm_bringup.topics import NAMESPACE
 from flexarm_model.settings.strict_yaml import ConfigError
 
 USAGE = 2
-FILE = ".yaml"  # how a manipulator ends that is no name
+FILE = (".yaml", ".yml")  # how a manipulator ends that is no name
 
 NODES = {
     "model": "flexarm_model.model_node:ModelNode",
