@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from flexarm_model.bodies.superelement import Superelement
 from flexarm_model.manipulator.description import WORLD, Joint, ManipulatorConfig, NodeRef
+from flexarm_model.manipulator.sensor_kinds import SENSOR_KINDS
 from flexarm_model.tree.coordinates import Coordinates
 from flexarm_model.tree.frames import (
     Motion,
@@ -86,7 +87,7 @@ class FrameGraph:
             self._place_body(joint)
         self.closures = tuple(self._close(joint) for joint in config.closures)
         for sensor in config.sensors:
-            if "." in sensor.site and sensor.site not in at.axes:
+            if SENSOR_KINDS[sensor.kind].site != "axis":
                 self.frame_of(NodeRef(*sensor.site.split(".")))
         self.frame_of(config.tip)
 
