@@ -48,6 +48,28 @@ def test_it_is_named_where_modes_are_sought() -> None:
         linearize(stiff)
 
 
+def with_motor(mass: float, rotor_inertia: float) -> ManipulatorConfig:
+    """Return the single link with a motor at its tip that turns a body."""
+    config = arm("single_link")
+    wrist = RigidBody("wrist", mass, np.zeros(3), np.eye(3) * mass * 1e-4, {"root": np.zeros(3)})
+    axis = Axis("rz", actuated=True, rotor_inertia=rotor_inertia, effort=1.0)
+    joint = Joint("wrist", NodeRef("strip", "tip"), NodeRef("wrist", "root"), np.eye(4), (axis,))
+    bodies, home = {**config.bodies, "wrist": wrist}, np.append(config.home, 0.0)
+    return replace(config, bodies=bodies, joints=(*config.joints, joint), home=home)
+
+
+def test_a_motor_that_moves_no_mass_is_named() -> None:
+    """Its model had a mass of zero, and whoever solved with it ended without a word of why."""
+    with pytest.raises(PoseError, match=r"^pose \[0\.0, 0\.0\]: wrist\.rz moves no mass"):
+        linearize(ReducedTree(with_motor(0.0, 0.0), use_compiler=False))
+
+
+@pytest.mark.parametrize(("mass", "rotor_inertia"), [(1e-6, 0.0), (0.0, 1e-12)])
+def test_a_motor_that_moves_little_has_a_model(mass: float, rotor_inertia: float) -> None:
+    model = linearize(ReducedTree(with_motor(mass, rotor_inertia), use_compiler=False))
+    assert model.M[1, 1] == pytest.approx(mass * 1e-4 + rotor_inertia, rel=1e-6)
+
+
 def test_with_mass_the_same_arm_has_modes() -> None:
     assert linearize(ReducedTree(with_tail(0.02, mass=0.1), use_compiler=False)).omega.size
 
@@ -70,6 +92,12 @@ def test_its_static_shapes_need_mass_at_the_nodes_alone() -> None:
     mass = replace(tip_mass(0.2)[0], inertia=1e-4)
     beam = replace(bar(point_masses=(mass,), reduction=guyan), pieces=(EMPTY,))
     assert reduce_body(beam, {"root", "end"}).omega.size == 2
+
+
+def test_a_beam_without_mass_and_modes_is_a_rigid_link_without_mass() -> None:
+    beam = replace(bar(reduction=Reduction("guyan", 0, "clamped")), pieces=(EMPTY,))
+    body = reduce_body(beam, {"root"})
+    assert body.n == 0 and body.mass == 0.0 and body.P.shape == (1, 1, 3, 3) and not body.P.any()
 
 
 def test_more_modes_than_a_beam_has_are_counted_as_they_were_written() -> None:

@@ -39,14 +39,13 @@ def reduce_beam(beam: Beam, interfaces: Collection[str], *, second_order: bool =
     weight = {"centre": centre, **dict(zip("xyz", second.T, strict=True))}
     N = _fields(mesh, basis, x, second_order)
     s = np.einsum("k,kai->ai", weight["centre"], N["centre"])
-    P = np.sum(
-        [
-            np.einsum("k,kai,kbj->abij", weight[key], N[key], N[key], optimize=True)
-            for key in N
-            if weight[key].any()
-        ],
-        axis=0,
-    )
+    products = [
+        np.einsum("k,kai,kbj->abij", weight[key], N[key], N[key], optimize=True)
+        for key in N
+        if weight[key].any()
+    ]
+    n_f = N["centre"].shape[1]
+    P = np.sum(products, axis=0) if products else np.zeros((n_f, n_f, 3, 3))
     K = np.diag(omega**2)
     D = beam.damping_time * K
     nodes = {name: _node_shape(mesh, basis, station) for name, station in beam.nodes.items()}

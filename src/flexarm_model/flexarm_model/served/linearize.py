@@ -18,7 +18,7 @@ from flexarm_model.bodies.reduction import mode_basis
 from flexarm_model.served.reduced_model import Outputs, ReducedModel
 from flexarm_model.settings.units import axis_dimension, si_unit
 from flexarm_model.tree.closure_error import ClosureError
-from flexarm_model.tree.massless import describe_massless
+from flexarm_model.tree.massless import describe_massless, has_mass
 from flexarm_model.tree.reduced_tree import ReducedTree
 from flexarm_model.tree.sensors import output_names, output_units
 
@@ -61,6 +61,8 @@ def linearize(tree: ReducedTree, pose: Array | None = None, modes: int | None = 
         raise PoseError(f"pose {pose.tolist()}: {describe_massless(M, N[:, n:], tree.coordinates)}") from None
     except PoseError as error:
         raise PoseError(f"pose {pose.tolist()}: {error}") from None
+    if not has_mass(N.T @ M @ N):
+        raise PoseError(f"pose {pose.tolist()}: {describe_massless(M, N, tree.coordinates)}")
     M_r, D_r, K_r = (T.T @ matrix @ T for matrix in (M, D, K))
     M_r[n:, n:], K_r[n:, n:] = np.eye(n_eta), np.diag(omega**2)  # what they are but for round-off
     K_r[:n, n:] = K_r[n:, :n] = 0.0

@@ -10,6 +10,19 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 
 SHARE = 0.5  # of the largest coordinate of the motion without mass: smaller ones are carried along
+ROUNDING = 1e-13  # of the mass that every coordinate has by itself: a motion with less has none
+
+
+def has_mass(M: Array) -> bool:
+    """Return whether every motion has mass, be it little beside that of others.
+
+    Args:
+        M: Mass, symmetric, (n, n).
+    """
+    own = np.sqrt(np.maximum(np.diag(M), 0.0))
+    if not (own > 0.0).all():
+        return False
+    return bool(np.linalg.eigvalsh(M / np.outer(own, own))[:1].min(initial=1.0) > ROUNDING)
 
 
 def describe_massless(M: Array, Z: Array, names: Sequence[str]) -> str:
