@@ -55,6 +55,32 @@ def test_the_graph_becomes_ready_comes_back_after_a_crash_and_ends_with_its_comm
     assert took <= 1.0 * max(1.0, os.getloadavg()[0])  # 1 s on an idle machine; here others are at work
 
 
+@pytest.mark.parametrize("domain", ["abc", "233", "-1", "1.5"])
+def test_a_domain_that_is_none_is_refused_before_anything_is_started(
+    domain: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setenv("ROS_DOMAIN_ID", domain)
+    assert main(["rig"]) == 2
+    said = capsys.readouterr()
+    assert said.err == f"flexarm rig: ROS_DOMAIN_ID: '{domain}': expected a whole number, 0 to 232\n"
+    assert "started" not in said.out
+
+
+@pytest.mark.ros
+def test_a_service_manager_that_gives_no_home_gets_its_nodes(
+    tmp_path: Path, ros_environment: dict[str, str]
+) -> None:
+    environment = {k: v for k, v in ros_environment.items() if k not in ("HOME", "ROS_LOG_DIR", "ROS_HOME")}
+    command = [*COMMAND, "--log", str(tmp_path / "log")]
+    with subprocess.Popen(command, env=environment, stdout=subprocess.PIPE, text=True) as process:
+        try:
+            wait_for(process, "all ready")
+        finally:
+            process.send_signal(signal.SIGINT)
+        process.communicate(timeout=60.0)
+    assert process.returncode == 0
+
+
 @pytest.mark.ros
 def test_a_bag_whose_disk_is_full_is_told_at_once_and_the_end_is_1(
     tmp_path: Path, ros_environment: dict[str, str]

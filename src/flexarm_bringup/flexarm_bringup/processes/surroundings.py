@@ -1,24 +1,34 @@
 """Environment of nodes that are started together: where the user says nothing, this holds.
 
-They find each other on this machine only, BLAS has one thread, and Fast DDS finds who starts again soon and
+They find each other on this machine only, BLAS has one thread, ROS has a folder for its logs where a service
+manager gives no home, and Fast DDS finds who starts again soon and
 keeps no memory of messages that are gone (``config/middleware/fastdds.xml``); profiles of the user's own win.
 """
 
 from __future__ import annotations
 
 import os
+import tempfile
 from collections.abc import Mapping
+from pathlib import Path
 
+from flexarm_model.process.ros_arguments import domain
 from flexarm_model.reading.share import share_folders
+from flexarm_model.settings.strict_yaml import ConfigError
 
 PROFILES = "FASTRTPS_DEFAULT_PROFILES_FILE"
 LIFE = "FLEXARM_LIFE"  # read by that file
+LOGS = "ROS_LOG_DIR"
+HIGHEST_DOMAIN = 232  # the ports of the next one are beyond the last, 65535 (DDSI-RTPS, 9.6.1.1)
+_PLACES_OF_LOGS = (LOGS, "ROS_HOME", "HOME")  # that rcl knows
 _OWN = (PROFILES, "FASTDDS_DEFAULT_PROFILES_FILE", "RMW_FASTRTPS_USE_QOS_FROM_XML")
 
 
 def defaults(environment: Mapping[str, str] = os.environ) -> dict[str, str]:
     """Return variables for those that the user has not set; his own win."""
     chosen = {"ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST", "OMP_NUM_THREADS": "1"}
+    if not any(environment.get(name) for name in _PLACES_OF_LOGS):
+        chosen[LOGS] = str(_home() / ".ros" / "log")
     places = (folder / "config" / "middleware" / "fastdds.xml" for folder in share_folders("flexarm_bringup"))
     profiles = next((place for place in places if place.is_file()), None)
     if profiles is not None and not any(environment.get(name) for name in _OWN):
@@ -26,6 +36,24 @@ def defaults(environment: Mapping[str, str] = os.environ) -> dict[str, str]:
     return chosen
 
 
+def check_domain(environment: Mapping[str, str] = os.environ) -> None:
+    """Check that nodes can be started in the ROS domain of an environment.
+
+    Raises:
+        ConfigError: It is no domain; the message says what is allowed.
+    """
+    number = domain(environment)
+    if not (number.isascii() and number.isdigit() and int(number) <= HIGHEST_DOMAIN):
+        raise ConfigError(f"ROS_DOMAIN_ID: '{number}': expected a whole number, 0 to {HIGHEST_DOMAIN}")
+
+
 def of_life(count: int) -> dict[str, str]:
     """Return what tells a process started ``count`` times before to hear at other ports than last time."""
     return {LIFE: "1" if count % 2 else ""}
+
+
+def _home() -> Path:
+    try:
+        return Path.home()  # of the user, where the environment says none
+    except RuntimeError:  # nobody knows the user: a container, say
+        return Path(tempfile.gettempdir()) / f"flexarm-{os.getuid()}"

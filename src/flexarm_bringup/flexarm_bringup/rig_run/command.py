@@ -27,7 +27,7 @@ from flexarm_bringup.processes.asked_to_end import noting_signals
 from flexarm_bringup.processes.doubles import refuse_doubles
 from flexarm_bringup.processes.graph import Process, with_drift, with_markers
 from flexarm_bringup.processes.supervisor import Supervisor
-from flexarm_bringup.processes.surroundings import defaults
+from flexarm_bringup.processes.surroundings import check_domain, defaults
 from flexarm_bringup.tasks.node_settings import arm_graph
 from flexarm_bringup.tasks.task_for import task_for
 from flexarm_model.process.single_instance import NameTakenError
@@ -76,6 +76,7 @@ def run(args: argparse.Namespace) -> int:
             graph = _graph(args)
             for key, value in defaults().items():
                 os.environ.setdefault(key, value)  # who watches is one of them
+            check_domain()
             refuse_doubles(graph)
             if asked_to_end():
                 say("ended before any was started")
