@@ -139,6 +139,13 @@ def test_noise_alone_has_no_modes(n_in: int) -> None:
         assert identify_modes(Frf(COARSE, H)).fit is None
 
 
+@pytest.mark.parametrize("size", [1.0, 1e-7])
+def test_a_response_without_a_mode_has_none_even_without_noise(size: float) -> None:
+    """A pole of rounding stands out of rounding: 21 Hz of a response of one on every line."""
+    lines = 0.5 * np.arange(1.0, 101.0)
+    assert identify_modes(Frf(lines, np.full((lines.size, 1, 1), size + 0.0j))).fit is None
+
+
 def test_a_mode_that_few_orders_show_does_not_last() -> None:
     _, clean = pair(12.0)
     chart = poles_of_orders(clean, range(2, 20))

@@ -25,6 +25,7 @@ LINES_PER_ORDER = 3  # lines for every order of the chart, so that noise cannot 
 MOST_POLES = 80  # of the highest order, all inputs together; its eigenvalues take most of the time
 STANDS_OUT = 4.0  # standard deviations of a mode's frequency per bandwidth, and of its size
 ALIKE = 0.9  # assurance criterion from which two participations are the same [1]
+ROUNDING = 1e-12  # of a response's size: what is left of one without noise is rounding, not noise
 LARGEST_DAMPING = 0.15  # beyond it a pole is a slope, not a resonance [1]
 
 
@@ -124,11 +125,14 @@ def _doubles(fit: PoleFit, frf: Frf) -> NDArray[np.bool_]:
 def _prominence(fit: PoleFit, frf: Frf, weight: Array | None) -> Array:
     """Return the size of every mode over what the noise alone would give it, (r,)."""
     counts = np.ones((frf.f_hz.size, 1)) if weight is None else weight.reshape(frf.f_hz.size, -1)
-    left = abs(frf.H - fit.model.frf(frf.f_hz).H) ** 2 * counts[:, :, None]
-    noise = np.sqrt(left.sum(axis=0) / np.maximum(counts.sum(axis=0), 1.0)[:, None])  # (n_out, n_in)
+    noise, size = (
+        np.sqrt((abs(H) ** 2 * counts[:, :, None]).sum(axis=0) / np.maximum(counts.sum(axis=0), 1.0)[:, None])
+        for H in (frf.H - fit.model.frf(frf.f_hz).H, frf.H)
+    )  # (n_out, n_in) each
+    noise = np.maximum(noise, np.maximum(ROUNDING * size, np.finfo(float).tiny))
     shape = abs(frf.s) ** frf.power
     values = []
     for pole, residue in zip(fit.model.poles, fit.model.residues, strict=True):
         curve = shape / abs(frf.s - pole)  # of a residue of one
-        values.append(np.sqrt(np.sum((abs(residue) / np.maximum(noise, 1e-300)) ** 2) * np.sum(curve**2)))
+        values.append(np.sqrt(np.sum((abs(residue) / noise) ** 2) * np.sum(curve**2)))
     return np.asarray(np.array(values) / np.sqrt(frf.H[0].size))
