@@ -123,6 +123,12 @@ def test_a_well_known_frequency_takes_the_shortest_shaper_and_a_doubtful_one_a_l
     assert names == ["ZV", "ZVD", "EI"]
 
 
+def test_every_damping_has_a_shaper() -> None:
+    """EI has no positive impulses from a damping ratio of about 0.9 on; the whole proposal was refused."""
+    assert choose_shaper(4.3, 0.95, 0.02).shaper.name == "ZV"
+    assert choose_shaper(4.3, 1.2, 0.02).shaper.delays == (0.0,)
+
+
 def test_settings_go_into_a_moves_file_and_its_comments_stay(tmp_path) -> None:
     old = find_task("single_link").read_text(encoding="utf-8")
     values = {"mpc": {"horizon": 49, "modal_energy": 9e-5, "blocks": (1,) * 49}, "schedule": {"angle": 0.1}}

@@ -7,7 +7,8 @@ complex sum [Singer1990].
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import suppress
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,6 +18,7 @@ from flexarm_model.motion.shapers import Shaper, mzv, zv, zvd
 
 LEFT = 0.05  # of the vibration, at most
 SIGMAS = 3.0
+NONE = Shaper("none", (0.0,), (1.0,))
 SHAPERS: tuple[Callable[[float, float], Shaper], ...] = (zv, mzv, zvd, ei)
 
 
@@ -40,11 +42,16 @@ class ShaperChoice:
 
 
 def choose_shaper(f_hz: float, zeta: float, doubt: float) -> ShaperChoice:
-    """Return the shaper of a mode whose frequency is known to ``doubt``, one sigma, relative [1]."""
+    """Return the shaper of a mode whose frequency is known to ``doubt``, one sigma, relative [1].
+
+    Some shapers do not exist for a heavily damped mode; one that does not vibrate needs none.
+    """
     omega, band = 2 * np.pi * f_hz, SIGMAS * doubt
+    if zeta >= 1.0:
+        return ShaperChoice(NONE, f_hz, zeta, band, 0.0)
     choices = [
         ShaperChoice(shaper, f_hz, zeta, band, _worst(shaper, omega, zeta, band))
-        for shaper in (make(omega, zeta) for make in SHAPERS)
+        for shaper in _existing(omega, zeta)
     ]
     good = [choice for choice in choices if choice.left <= LEFT]
     return good[0] if good else min(choices, key=lambda choice: choice.left)
@@ -55,6 +62,12 @@ def vibration_left(shaper: Shaper, omega: float, zeta: float) -> float:
     pole = -zeta * omega + 1j * omega * np.sqrt(1 - zeta**2)
     since = shaper.duration - np.array(shaper.delays)
     return float(abs(np.array(shaper.amplitudes) @ np.exp(pole * since)))
+
+
+def _existing(omega: float, zeta: float) -> Iterator[Shaper]:
+    for make in SHAPERS:
+        with suppress(ValueError):  # no positive impulses
+            yield make(omega, zeta)
 
 
 def _worst(shaper: Shaper, omega: float, zeta: float, band: float) -> float:
