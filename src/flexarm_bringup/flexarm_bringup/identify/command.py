@@ -36,14 +36,14 @@ from flexarm_bringup.excite.page import check_table
 from flexarm_bringup.identify.fittable import fittable
 from flexarm_bringup.identify.halves import Halves, judge_halves, with_halves
 from flexarm_bringup.identify.joints import joints_page
-from flexarm_bringup.identify.measurement import SourceError
+from flexarm_bringup.identify.measurement import SourceError, known_outputs
 from flexarm_bringup.identify.modal_tests import modal_tests
 from flexarm_bringup.identify.options import add_arguments
 from flexarm_bringup.identify.other_poses import read_pose
 from flexarm_bringup.identify.output_only import output_only_page
 from flexarm_bringup.identify.page import build_page
 from flexarm_bringup.identify.retuning import moves_beside, retune
-from flexarm_bringup.identify.run import Request, Result, identify, known_outputs
+from flexarm_bringup.identify.run import Request, Result, identify
 from flexarm_bringup.identify.sources import Averaging, of_records, read_records, read_sources
 from flexarm_bringup.identify.updating import (
     Fitting,
@@ -73,15 +73,15 @@ def run(args: argparse.Namespace) -> int:
             progress.done()
             return publish(page, args)
         _check(args)
+        band, ignored = _band(args), args.ignore_channel
         tested, items = modal_tests(args)
         if args.output_only:
             records = tested or read_records(args.files, args.kind)
-            band = tuple(args.band) if args.band else None
-            return publish(output_only_page(args.files, records, band, args.ignore_channel, items), args)
+            return publish(output_only_page(args.files, records, band, ignored, items), args)
         source = of_records(tested, averaging) if tested else read_sources(args.files, args.kind, averaging)
         request = Request(
-            tuple(args.band) if args.band else None, args.coherence, args.manipulator or "", args.preset,
-            args.motors == "locked", known_outputs(source, args.ignore_channel),
+            band, args.coherence, args.manipulator or "", args.preset, args.motors == "locked",
+            known_outputs(source.responses.outputs, ignored, ignored if tested else ()),
         )  # fmt: skip
         result = identify(source, request)
         others = [read_pose(text, args.kind, averaging, request) for text in args.also]
@@ -96,6 +96,15 @@ def run(args: argparse.Namespace) -> int:
         print(f"flexarm identify: {error}", file=sys.stderr)
         return UNUSABLE
     return publish(page, args)
+
+
+def _band(args: argparse.Namespace) -> tuple[float, float] | None:
+    if not args.band:
+        return None
+    low, high = args.band
+    if low >= high:
+        raise ValueError(f"--band {low:g} {high:g}: expected LOW below HIGH")
+    return float(low), float(high)
 
 
 def _check(args: argparse.Namespace) -> None:

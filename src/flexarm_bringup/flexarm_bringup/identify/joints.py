@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 from flexarm_bringup.drift_run.drives_alone import drive_alone, slowest
 from flexarm_bringup.excite.rig_source import RIG, rig_settings
 from flexarm_bringup.identify.bag_source import read_bag
-from flexarm_bringup.identify.measurement import Records, SourceError
-from flexarm_bringup.identify.table_source import read_table
+from flexarm_bringup.identify.measurement import COMMON, Records, SourceError
+from flexarm_bringup.identify.sources import read_records
 from flexarm_bringup.page.report import Cells, Check, Column, Page, Table
 from flexarm_bringup.sim.rig import Rig, RigSettings
 from flexarm_bringup.sim.sample import Sample
@@ -218,7 +218,4 @@ def _said(parameter: JointParameter) -> str:
 def _records(path: Path, config: ManipulatorConfig) -> Records:
     if path.is_dir():
         return read_bag(path, config)
-    found = read_table(path, "receptance")
-    if not isinstance(found, Records):
-        raise SourceError(f"{path}: holds responses; --joints needs a bag or records in time")
-    return found
+    return read_records([path], COMMON)[0]

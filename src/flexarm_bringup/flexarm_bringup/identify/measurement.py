@@ -149,3 +149,21 @@ def merge(parts: Sequence[Responses]) -> Responses:
     }
     kinds = {output: kind for part in parts for output, kind in part.kinds.items()}
     return Responses(first.f_hz, cells, coherence, first.kind, kinds, first.band_hz)
+
+
+def known_outputs(outputs: Sequence[str], names: Sequence[str], among: Sequence[str] = ()) -> tuple[str, ...]:
+    """Return the outputs that names stand for: of a channel, or of a sensor with all its channels.
+
+    Args:
+        outputs: That were measured.
+        names: To look for.
+        among: More names that are known, of outputs that are left out already.
+
+    Raises:
+        SourceError: A name stands for none.
+    """
+    known = {*outputs, *(output.partition(".")[0] for output in outputs), *among}
+    unknown = [name for name in names if name not in known]
+    if unknown:
+        raise SourceError(f"--ignore-channel {', '.join(unknown)}: not one of {', '.join(outputs)}")
+    return tuple(o for o in outputs if o in names or o.partition(".")[0] in names)

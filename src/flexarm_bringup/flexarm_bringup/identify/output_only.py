@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from scipy.signal import welch
 
 from flexarm_bringup.identify.chart_figure import chart_figure
-from flexarm_bringup.identify.measurement import Records, SourceError
+from flexarm_bringup.identify.measurement import Records, SourceError, known_outputs
 from flexarm_bringup.identify.shapes_figure import shapes_figure
 from flexarm_bringup.page.figures import Figure, drawing, to_figure
 from flexarm_bringup.page.report import Cells, Column, Page, Table
@@ -38,12 +38,13 @@ def output_only_page(
         measured: How it was measured.
 
     Raises:
-        SourceError: There are several records, or this one is too short.
+        SourceError: There are several records, this one is too short, or an output to ignore is not in it.
     """
     record = records[0]
     if len(records) > 1:
         raise SourceError(f"--output-only takes one record, not {len(records)}")
-    names = [name for name in record.outputs if name not in ignore and name.partition(".")[0] not in ignore]
+    left_out = known_outputs(tuple(record.outputs), ignore, ignore if measured else ())
+    names = [name for name in record.outputs if name not in left_out]
     names = [name for name in names if np.std(record.outputs[name]) > STILL * abs(record.outputs[name]).max()]
     if not names:
         raise SourceError("no output moves")

@@ -7,7 +7,6 @@ the coherence tells.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -161,15 +160,15 @@ def draws_for(frf: Frf) -> int:
     return int(np.clip(EVERY_DRAW // frf.H.size, FEWEST_DRAWS, DRAWS))
 
 
-def known_outputs(source: Source, names: Sequence[str]) -> tuple[str, ...]:
-    """Return the outputs that names stand for: of a channel, or of a sensor with all its channels."""
-    outputs = source.responses.outputs
-    return tuple(o for o in outputs if o in names or o.partition(".")[0] in names)
-
-
 def band_of(responses: Responses, wanted: tuple[float, float] | None) -> tuple[float, float]:
-    """Return the band that was wanted, else the one that was excited, else all lines above 0 Hz [Hz]."""
+    """Return the band that was wanted, else the one that was excited, else all lines above 0 Hz [Hz].
+
+    Raises:
+        ValueError: There is no more than one line.
+    """
     f_hz = responses.f_hz
+    if f_hz.size < 2:
+        raise ValueError(f"{f_hz.size} line(s) of frequency; a mode needs many")
     return wanted or responses.band_hz or (float(f_hz[0] or f_hz[1]), float(f_hz[-1]))
 
 

@@ -8,6 +8,8 @@ Responses: a column ``f_hz`` and per response ``OUTPUT/INPUT.re`` and ``OUTPUT/I
 from __future__ import annotations
 
 import csv
+import zipfile
+from collections import Counter
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -20,6 +22,7 @@ from scipy.io.matlab import MatReadError
 from flexarm_bringup.identify.measurement import COMMON, Cell, Records, Responses, SourceError
 
 Array = NDArray[np.float64]
+SIDES = ("in:", "out:", "ref:")
 EVEN = 1e-3  # relative scatter of the time steps that is still even
 
 
@@ -27,26 +30,49 @@ def read_table(path: Path, kind: str) -> Responses | Records:
     """Return what a table holds; its outputs are ``kind`` of a displacement.
 
     Raises:
-        SourceError: It cannot be read, or columns are missing.
+        SourceError: It cannot be read, or columns are missing, doubled or of different length.
     """
+    reader = READERS.get(path.suffix.lower())
+    if reader is None:
+        raise SourceError(f"{path}: '{path.suffix}' is not one of {', '.join(READERS)}")
     try:
-        columns = READERS[path.suffix](path)
-    except (OSError, ValueError, KeyError, NotImplementedError, MatReadError) as error:
+        columns = reader(path)
+    except (OSError, EOFError, ValueError, KeyError, NotImplementedError, *DAMAGED) as error:
         raise SourceError(f"{path}: cannot be read: {error}") from error
     if "f_hz" in columns:
+        _refuse_other_lengths(path, columns, "f_hz")
         return _responses(path, columns, kind)
     if "t" in columns:
+        _refuse_other_lengths(path, columns, "t")
         return _records(path, columns, kind)
     named = ", ".join(list(columns)[:8])
     raise SourceError(f"{path}: columns {named}; needed is 'f_hz' for responses or 't' for records in time")
 
 
+def _refuse_other_lengths(path: Path, columns: Mapping[str, Any], first: str) -> None:
+    """Refuse columns that are not one number per line or sample."""
+    rows = np.shape(columns[first])
+    for name, values in columns.items():
+        shape = np.shape(values)
+        if _is_column(name) and not (len(shape) == 1 and shape == rows):
+            raise SourceError(
+                f"{path}: '{name}' has the shape {shape}, '{first}' {rows}; expected columns alike"
+            )
+
+
+def _is_column(name: str) -> bool:
+    return name in ("t", "f_hz") or "/" in name or name.startswith(SIDES)
+
+
 def _read_csv(path: Path) -> dict[str, Any]:
-    with path.open(newline="", encoding="utf-8") as file:
+    with path.open(newline="", encoding="utf-8-sig") as file:
         rows = list(csv.reader(file))
     if len(rows) < 2:
         raise ValueError("no rows under the header")
     header = [name.strip() for name in rows[0]]
+    doubled = [name for name, count in Counter(header).items() if count > 1]
+    if doubled:
+        raise ValueError(f"more than one column is named {', '.join(map(repr, doubled))}")
     wrong = next((number for number, row in enumerate(rows, 1) if len(row) != len(header)), 0)
     if wrong:
         raise ValueError(f"line {wrong} has not {len(header)} columns")
@@ -55,8 +81,12 @@ def _read_csv(path: Path) -> dict[str, Any]:
 
 
 def _read_mat(path: Path) -> dict[str, Any]:
-    found = {name: np.squeeze(value) for name, value in loadmat(path).items() if not name.startswith("__")}
-    return {_from_matlab(name): value for name, value in found.items()}
+    found = {
+        _from_matlab(name): np.squeeze(value)
+        for name, value in loadmat(path).items()
+        if not name.startswith("__")
+    }
+    return {name: np.atleast_1d(value) if _is_column(name) else value for name, value in found.items()}
 
 
 def _from_matlab(name: str) -> str:
@@ -71,6 +101,7 @@ def _read_npz(path: Path) -> dict[str, Any]:
         return {name: file[name] for name in file.files}
 
 
+DAMAGED = (zipfile.BadZipFile, MatReadError)
 READERS = {".csv": _read_csv, ".mat": _read_mat, ".npz": _read_npz}
 
 
@@ -109,13 +140,34 @@ def _records(path: Path, columns: Mapping[str, Any], kind: str) -> Records:
             sides[side][channel] = np.real(np.asarray(values))
     if not sides["out"]:
         raise SourceError(f"{path}: no output: name columns 'out:NAME' and 'in:NAME'")
+    instruments = _instruments(path, sides["in"], sides["ref"])
     kinds = {name[5:]: str(value) for name, value in columns.items() if name.startswith("kind:")}
     if set(kinds) >= set(sides["out"]):
         kind = COMMON
     kinds = {name: value for name, value in kinds.items() if value != kind}
-    band = np.real(columns["band_hz"]) if "band_hz" in columns else None
+    band, repeats = _band(path, columns), int(np.real(columns.get("repeats", 0)))
+    if not 0 <= repeats <= t.size:
+        raise SourceError(f"{path}: 'repeats' is {repeats}; expected 0 to the {t.size} samples")
     return Records(
-        1.0 / float(steps.mean()), sides["in"], sides["out"], kind, kinds, sides["ref"],
-        int(np.real(columns.get("repeats", 0))), bool(columns.get("is_held", False)),
-        None if band is None else (float(band[0]), float(band[1])),
+        1.0 / float(steps.mean()), sides["in"], sides["out"], kind, kinds, instruments, repeats,
+        bool(columns.get("is_held", False)), band,
     )  # fmt: skip
+
+
+def _instruments(path: Path, inputs: Mapping[str, Array], asked: Mapping[str, Array]) -> dict[str, Array]:
+    """Return what was asked of the inputs, in their order; of all or of none."""
+    if asked and set(asked) != set(inputs):
+        raise SourceError(
+            f"{path}: 'ref:' of {', '.join(asked)}, 'in:' of {', '.join(inputs) or 'none'}; "
+            "expected the same names"
+        )
+    return {name: asked[name] for name in inputs if name in asked}
+
+
+def _band(path: Path, columns: Mapping[str, Any]) -> tuple[float, float] | None:
+    if "band_hz" not in columns:
+        return None
+    band = np.atleast_1d(np.real(columns["band_hz"]))
+    if band.shape != (2,) or not 0.0 <= band[0] < band[1]:
+        raise SourceError(f"{path}: 'band_hz' is {band.tolist()}; expected its lower and its upper end [Hz]")
+    return float(band[0]), float(band[1])

@@ -102,8 +102,11 @@ def output_poles(y: Array, rate_hz: float, band_hz: tuple[float, float]) -> tupl
     """Return the stable poles in the band for every even order, with their shapes at the outputs.
 
     Raises:
-        ValueError: The record is not finite or too short for the band.
+        ValueError: The record is not finite or too short for the band, or the band is none.
     """
+    low, high = band_hz
+    if not 0.0 < low < high:
+        raise ValueError(f"band {low:g} to {high:g} Hz: expected a lower end above 0 Hz, below the upper one")
     m = y.shape[1]
     reach = max(4, int(np.ceil(PERIODS * rate_hz / band_hz[0])), -(-MOST_ORDER // m))
     if not np.isfinite(y).all() or len(y) < 20 * reach:

@@ -1,0 +1,106 @@
+"""Tables that are damaged, doubled or of different length are refused by file and column."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from flexarm_bringup import cli
+from flexarm_bringup.identify.measurement import Records, SourceError
+from flexarm_bringup.identify.table_source import read_table
+
+N = 3000
+T = np.arange(N) * 0.01
+
+
+def columns(**more: Any) -> dict[str, Any]:
+    rng = np.random.default_rng(0)
+    return {"t": T, "in:u": rng.standard_normal(N), "out:a": rng.standard_normal(N), **more}
+
+
+def saved(path: Path, **more: Any) -> Path:
+    np.savez(path, **columns(**more))
+    return path
+
+
+@pytest.mark.parametrize(
+    ("more", "said"),
+    [
+        ({"t": T[:500]}, "'in:u' has the shape"),
+        ({"out:b": np.zeros((N, 2))}, "'out:b' has the shape"),
+        ({"t": np.float64(3.0)}, "'t' has the shape"),
+        ({"band_hz": np.array([3.0])}, "'band_hz' is"),
+        ({"band_hz": np.array([9.0, 3.0])}, "'band_hz' is"),
+        ({"repeats": -5}, "'repeats' is -5"),
+        ({"repeats": 10**9}, "'repeats' is 1000000000"),
+        ({"ref:x": np.zeros(N)}, "'ref:' of x, 'in:' of u"),
+    ],
+)
+def test_columns_that_do_not_fit_are_named(more: dict[str, Any], said: str, tmp_path: Path) -> None:
+    with pytest.raises(SourceError, match=said):
+        read_table(saved(tmp_path / "run.npz", **more), "receptance")
+
+
+def test_instruments_go_by_name_and_not_by_their_place(tmp_path: Path) -> None:
+    more = {"in:v": T, "ref:v": 2 * T, "ref:u": 3 * T}
+    records = read_table(saved(tmp_path / "run.npz", **more), "receptance")
+    assert isinstance(records, Records) and list(records.instruments) == list(records.inputs) == ["u", "v"]
+    assert records.instruments["v"][-1] == 2 * T[-1]
+
+
+def test_what_else_a_file_holds_is_nobodys_business(tmp_path: Path) -> None:
+    path = saved(tmp_path / "run.npz", operator=np.array("somebody"), calibration=np.eye(3))
+    assert isinstance(read_table(path, "receptance"), Records)
+
+
+def test_a_file_that_is_cut_off_is_refused_by_name(tmp_path: Path) -> None:
+    whole, cut = saved(tmp_path / "whole.npz"), tmp_path / "cut.npz"
+    cut.write_bytes(whole.read_bytes()[:5000])
+    with pytest.raises(SourceError, match=r"cut.npz: cannot be read"):
+        read_table(cut, "receptance")
+
+
+@pytest.mark.parametrize("name", ["run.csv", "RUN.CSV"])
+def test_a_byte_order_mark_and_capitals_are_read(name: str, tmp_path: Path) -> None:
+    path = tmp_path / name
+    path.write_text("\ufefft,in:u,out:a\n0,1,2\n0.1,1,2\n0.2,1,2\n", encoding="utf-8")
+    assert isinstance(read_table(path, "receptance"), Records)
+
+
+def test_a_column_that_is_there_twice_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "run.csv"
+    path.write_text("f_hz,a/u.re,a/u.im,a/u.re\n1,1,0,2\n2,1,0,2\n", encoding="utf-8")
+    with pytest.raises(SourceError, match="more than one column is named 'a/u.re'"):
+        read_table(path, "receptance")
+
+
+def test_another_kind_of_file_is_refused_with_those_that_can_be_read(tmp_path: Path) -> None:
+    with pytest.raises(SourceError, match=r"'.txt' is not one of .csv, .mat, .npz"):
+        read_table(tmp_path / "run.txt", "receptance")
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["--ignore-channel", "typo"], "typo: not one of a"),
+        (["--output-only", "--ignore-channel", "typo"], "typo: not one of a"),
+        (["--band", "9", "3"], "expected LOW below HIGH"),
+        (["--output-only", "--band", "9", "3"], "expected LOW below HIGH"),
+        (["--output-only", "--band", "0", "10"], "expected a lower end above 0 Hz"),
+    ],
+)
+def test_options_that_do_not_fit_a_file_are_refused(
+    words: list[str], said: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert cli.main(["identify", str(saved(tmp_path / "run.npz")), *words]) == 2
+    assert said in capsys.readouterr().err
+
+
+def test_a_single_line_of_frequency_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = tmp_path / "one.csv"
+    path.write_text("f_hz,a/u.re,a/u.im\n0,1,0\n", encoding="utf-8")
+    assert cli.main(["identify", str(path)]) == 2
+    assert "1 line(s) of frequency" in capsys.readouterr().err
