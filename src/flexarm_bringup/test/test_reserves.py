@@ -5,12 +5,14 @@ import signal
 import subprocess
 import sys
 import textwrap
+import time
 from pathlib import Path
 
 import pytest
 from test_supervisor import is_alive, until
 
 from flexarm_bringup.processes.graph import Process
+from flexarm_bringup.processes.reserves import TAKEN_WITHIN
 from flexarm_bringup.processes.supervisor import Supervisor
 from flexarm_model.process.single_instance import NameTakenError, claim_name
 
@@ -62,6 +64,25 @@ def test_a_reserve_that_has_loaded_takes_the_place_of_a_process_that_crashed(
         assert len(said(supervisor)) == 4  # nothing was loaded again
         assert supervisor.stop()["left"] != 0
     assert not is_alive(int(loaded))
+
+
+def test_a_reserve_that_hangs_is_ended_and_the_process_started_anew(
+    tmp_path: Path, environment: dict[str, str]
+) -> None:
+    with start(tmp_path, environment, ROW) as supervisor:
+        first = supervisor.pids["left"]
+        until(lambda: ["works", str(first), "None"] in said(supervisor))
+        until(supervisor.provide)
+        (hanging,) = (int(pid) for what, pid, *_ in said(supervisor)[2:] if what == "loaded")
+        os.kill(hanging, signal.SIGSTOP)
+        os.kill(first, signal.SIGKILL)
+        until(lambda: bool(supervisor.exit_codes()))
+        started = time.monotonic()
+        assert [ending.returns for ending in supervisor.tend()] == [True]
+        assert time.monotonic() - started < TAKEN_WITHIN + 1.0  # starting a process takes some milliseconds
+        assert supervisor.pids["left"] not in (first, hanging)
+        assert not is_alive(hanging)
+        until(lambda: any(line[:2] == ["works", str(supervisor.pids["left"])] for line in said(supervisor)))
 
 
 def test_a_process_comes_back_without_a_reserve_that_has_loaded(

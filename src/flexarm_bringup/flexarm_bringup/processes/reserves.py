@@ -6,14 +6,21 @@ it takes no longer than writing a byte. There is one for every process, its own 
 
 from __future__ import annotations
 
+import fcntl
 import signal
 import socket
+import struct
+import termios
+import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from flexarm_bringup.processes.child import Child
 from flexarm_bringup.processes.graph import Process
 from flexarm_model.process.reserve import COME, LOADED
+
+TAKEN_WITHIN = 1.0  # s; one that is awake hears its call within milliseconds, on a busy machine within 0.1 s
+_LOOK_PERIOD = 1e-3  # s
 
 
 @dataclass
@@ -38,7 +45,7 @@ class Reserve:
             return
 
     def call(self) -> bool:
-        """Call it to its place; return whether it goes there."""
+        """Call it to its place; return whether it goes there: one that hangs, or is swapped out, does not."""
         self.hear()
         if not self.is_loaded or self.child.poll() is not None:
             return False
@@ -46,6 +53,11 @@ class Reserve:
             self.child.line.sendall(COME)
         except OSError:  # it ends just now
             return False
+        deadline = time.monotonic() + TAKEN_WITHIN
+        while _has_unread(self.child.line):
+            if time.monotonic() > deadline:
+                return False
+            time.sleep(_LOOK_PERIOD)
         return True
 
     def end(self) -> None:
@@ -90,3 +102,12 @@ class Reserves:
         for reserve in self._waiting.values():
             reserve.end()
         self._waiting.clear()
+
+
+def _has_unread(line: socket.socket) -> bool:
+    """Return whether the other end has not read all yet (SIOCOUTQ of a Unix socket; unix(7))."""
+    try:
+        (waiting,) = struct.unpack("i", fcntl.ioctl(line, termios.TIOCOUTQ, b"\0" * 4))
+    except OSError:  # a kernel that does not tell
+        return False
+    return bool(waiting)
