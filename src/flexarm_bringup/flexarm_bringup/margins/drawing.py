@@ -64,24 +64,18 @@ def _draw_margins(study: Study, config: MarginConfig) -> Figure:
             worst = worst_of(study.cases, name)
             assert worst is not None  # the name is of a case that has it
             gain, delay = worst
-            db = gain.margin(name).gain.decibels
-            _bar(
-                upper,
-                i,
-                min(db, HIGHEST_DB),
-                wanted_gain_db(name, gain, config),
-                _above(gain, db > HIGHEST_DB),
-            )
-            wanted = wanted_delay(delay, config, study.dt)
-            _bar(lower, i, delay.margin(name).delay * MS, wanted * MS, _above(delay))
+            db, here = gain.margin(name).gain.decibels, delay.margin(name)
+            wanted_db, wanted = wanted_gain_db(name, gain, config), wanted_delay(delay, config, study.dt)
+            _bar(upper, i, min(db, HIGHEST_DB), wanted_db, _above(gain, db > HIGHEST_DB))
+            _bar(lower, i, here.delay * MS, wanted * MS, _above(delay, here.is_delay_open))
         upper.set(ylabel="gain margin [dB]", ylim=(0.0, HEADROOM * HIGHEST_DB))
         lower.set_ylabel("delay margin [ms]")
         lower.set_ylim(0.0, HEADROOM * max(lower.get_ylim()[1], MOST * study.dt * MS))
         lower.set_xticks(range(len(names)), [spoken(name) for name in names], rotation=90, fontsize=7)
         caption = (
-            "Smallest margins of every path over poses and frequency errors (that error above each bar); "
-            f"the line is what is wanted there. An arrow: it goes on beyond {HIGHEST_DB:.0f} dB; "
-            f"delays were looked at up to {MOST * study.dt * MS:.3g} ms."
+            "Smallest margins of every path over poses and frequency errors (that error above each bar); the "
+            f"line is what is wanted there. Under an arrow a bar goes on, beyond {HIGHEST_DB:.0f} dB or the "
+            f"{MOST * study.dt * MS:.3g} ms up to which delays were looked at."
         )
         return to_figure(plot, caption)
 
@@ -93,6 +87,6 @@ def _bar(axes: Any, i: int, value: float, wanted: float, text: str) -> None:
     axes.annotate(text, (i, value), (0, 3), rotation=90, fontsize=6, **place)
 
 
-def _above(case: Case, is_cut: bool = False) -> str:
-    """Return what stands above a bar."""
-    return f"{case.frequency_error * PERCENT:+.0f} %" + ("  \u2192" if is_cut else "")  # turned: it points up
+def _above(case: Case, is_cut: bool) -> str:
+    """Return what stands above a bar: where it was found, or that it goes on."""
+    return "\u2192" if is_cut else f"{case.frequency_error * PERCENT:+.0f} %"  # turned: it points up
