@@ -5,16 +5,18 @@
   flexarm plot BAG --png DIR              one picture per panel into a folder instead
   flexarm plot BAG --topics strain /imu   only what concerns these topics; any topic, also of other robots
 
-Topics are relative to /flexarm unless they begin with a slash. What the bag lacks is said. A bag of another
-robot has its numbers drawn, topic by topic. Exit code 2 and the reason when a bag cannot be used.
+Topics are relative to /flexarm unless they begin with a slash. What the bag lacks is said, and why a panel is
+left out whose messages are not as they should be. A bag of another robot has its numbers drawn, topic by
+topic. Exit code 2 and the reason when a bag cannot be used, none of it be drawn, or a picture not be written.
 """
 
 from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
+from typing import TypeVar
 
 from flexarm_bringup.arguments import output_folder
 from flexarm_bringup.bag_plots.fields_panel import fields_panel
@@ -30,6 +32,10 @@ UNUSABLE = 2
 WIDTH = 9.0  # inch
 DPI = 110
 MOST_FOREIGN = 12  # topics of another robot's bag that are drawn unasked
+# what a panel may raise whose messages lack elements, or do not belong together
+ODD = (ArithmeticError, AttributeError, LookupError, TypeError, ValueError)
+
+Drawn = TypeVar("Drawn")
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -50,11 +56,22 @@ def run(args: argparse.Namespace) -> int:
     except ValueError as error:  # BagError
         print(f"flexarm plot: {error}", file=sys.stderr)
         return UNUSABLE
-    if args.png:
-        write_pictures(series, panels, args.png)
-    elif not args.html:
+    if not args.png and not args.html:
         args.html = Path(f"{args.bag.resolve().name}.html")
-    return publish(build_page(series, panels, panels if args.html else ()), args)
+    failed: dict[str, str] = {}
+    try:
+        if args.png:
+            failed |= draw_each(panels, lambda panel: write_picture(panel, series, args.png))[1]
+        figures, more = draw_each(panels if args.html else (), lambda panel: draw(panel, series))
+    except OSError as error:  # a full disk, say
+        print(f"flexarm plot: {args.png}: cannot be written ({error.strerror})", file=sys.stderr)
+        return UNUSABLE
+    failed |= more
+    if len(failed) == len(panels):
+        reasons = "; ".join(f"{name}: {reason}" for name, reason in failed.items())
+        print(f"flexarm plot: {series.path}: nothing of it can be drawn: {reasons}", file=sys.stderr)
+        return UNUSABLE
+    return publish(build_page(series, panels, figures, failed), args)
 
 
 def choose(series: BagSeries, topics: Sequence[str]) -> list[Panel]:
@@ -84,18 +101,35 @@ def choose(series: BagSeries, topics: Sequence[str]) -> list[Panel]:
     return ready
 
 
-def build_page(series: BagSeries, panels: Sequence[Panel], drawn: Sequence[Panel]) -> Page:
-    """Return the page: the figures of ``drawn``, and what is missing."""
+def build_page(
+    series: BagSeries, panels: Sequence[Panel], figures: Sequence[Figure], failed: Mapping[str, str]
+) -> Page:
+    """Return the page: the figures, what is missing, and why panels could not be drawn, by their names."""
     counted = sum(series.counts.values())
     arm = f" of {series.config.name} ({series.config.preset or 'no preset'})" if series.config else ""
     lead = f"{counted} messages{arm}. Time zero is the first estimate, or the first measurement without one."
-    figures = [draw(panel, series) for panel in drawn]
-    rows: list[Cells] = [
-        [panel.name, ", ".join(panel.missing(series)) or "-", "drawn" if panel in panels else "left out"]
-        for panel in [*PANELS, *(panel for panel in panels if panel not in PANELS)]
-    ]
+    rows: list[Cells] = []
+    for panel in [*PANELS, *(panel for panel in panels if panel not in PANELS)]:
+        became = "drawn" if panel in panels else "left out"
+        if panel.name in failed:
+            became = f"left out: {failed[panel.name]}"
+        rows.append([panel.name, ", ".join(panel.missing(series)) or "-", became])
     table = Table("Panels", [Column("panel"), Column("topics missing"), Column("")], rows)
     return Page(f"Bag {series.path.name}", lead, [*figures, table])
+
+
+def draw_each(
+    panels: Sequence[Panel], action: Callable[[Panel], Drawn]
+) -> tuple[list[Drawn], dict[str, str]]:
+    """Return what could be drawn, and the reasons of the other panels by their names."""
+    drawn, failed = list[Drawn](), dict[str, str]()
+    for panel in panels:
+        try:
+            drawn.append(action(panel))
+        except ODD as error:
+            text = " ".join(str(error).split())
+            failed[panel.name] = text if isinstance(error, BagError) else f"{type(error).__name__}: {text}"
+    return drawn, failed
 
 
 def draw(panel: Panel, series: BagSeries) -> Figure:
@@ -105,17 +139,22 @@ def draw(panel: Panel, series: BagSeries) -> Figure:
         return to_figure(plot, panel.title)
 
 
-def write_pictures(series: BagSeries, panels: Sequence[Panel], folder: Path) -> list[Path]:
-    """Write one picture per panel, dark on white; return their paths."""
-    folder.mkdir(parents=True, exist_ok=True)
-    written = []
-    for panel in panels:
-        with drawing(WIDTH, panel.height) as plot:
-            panel.draw(plot, series)
-            plot.suptitle(panel.title, fontsize=10)
-            written.append(folder / f"{panel.name}.png")
-            plot.savefig(written[-1], dpi=DPI, facecolor="white")
-    return written
+def write_picture(panel: Panel, series: BagSeries, folder: Path) -> Path:
+    """Write the picture of a panel, dark on white; return its path.
+
+    Raises:
+        OSError: It cannot be written; nothing of it is left.
+    """
+    path = folder / f"{panel.name}.png"
+    with drawing(WIDTH, panel.height) as plot:
+        panel.draw(plot, series)
+        plot.suptitle(panel.title, fontsize=10)
+        try:
+            plot.savefig(path, dpi=DPI, facecolor="white")
+        except OSError:
+            path.unlink(missing_ok=True)
+            raise
+    return path
 
 
 def _names(panel: Panel, series: BagSeries) -> set[str]:

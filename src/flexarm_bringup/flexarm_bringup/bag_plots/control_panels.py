@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from flexarm_bringup.bag_plots.panel import line, name_rows, stacked, strip
 from flexarm_bringup.bag_plots.series import BagSeries, constant_names
+from flexarm_bringup.bags.bag_writer import BagError
 from flexarm_controller.debug import vibration_energy
 from flexarm_model.served.reduced_model import Outputs, ReducedModel
 
@@ -105,7 +106,11 @@ def _expected(series: BagSeries) -> tuple[Array, Array]:
 
 
 def estimated_energy(series: BagSeries) -> tuple[Array, Array]:
-    """Return times (k,) and the vibration of every mode [J], (k, n_eta), with the model of each state."""
+    """Return times (k,) and the vibration of every mode [J], (k, n_eta), with the model of each state.
+
+    Raises:
+        BagError: No state has a model.
+    """
     models = {msg.model_id: _model(msg) for msg in series.messages("model")}
     t, rows = [], []
     for instant, msg in zip(series.times("modal_state"), series.messages("modal_state"), strict=True):
@@ -116,7 +121,9 @@ def estimated_energy(series: BagSeries) -> tuple[Array, Array]:
             x = np.concatenate([msg.theta, eta, msg.theta_dot, msg.eta_dot])
             t.append(float(instant))
             rows.append(vibration_energy(model, x[None])[0])
-    return np.array(t), np.array(rows).reshape(len(t), -1)
+    if not t:
+        raise BagError("no estimate is of a model that the bag holds")
+    return np.array(t), np.array(rows)
 
 
 def _model(msg: Any) -> ReducedModel:

@@ -41,8 +41,10 @@ def draw_modes(plot: Plot, series: BagSeries) -> None:
 
 
 def mode_sigma(covariance: Array, n_theta: int, n_eta: int) -> Array:
-    """Return one sigma of the modes from the covariance of a modal state, row major, (n_eta,)."""
+    """Return one sigma of the modes from the covariance of a modal state, row major, (n_eta,); else NaN."""
     size = round(len(covariance) ** 0.5)
+    if size**2 != len(covariance) or size < n_theta + n_eta:
+        return np.full(n_eta, np.nan)
     variance = np.asarray(covariance, float).reshape(size, size).diagonal()[n_theta : n_theta + n_eta]
     return np.asarray(np.sqrt(np.maximum(variance, 0.0)))
 
@@ -106,4 +108,5 @@ def draw_sensors(plot: Plot, series: BagSeries) -> None:
     name_rows(top, names, colours)
     bottom.axhspan(0.0, GATE, color="#888888", alpha=0.15, linewidth=0)
     bottom.set(xlabel="time [s]", ylabel="normalised innovation [1]", ylim=(0.0, None))
-    bottom.legend(fontsize=8, ncols=4)
+    if names:
+        bottom.legend(fontsize=8, ncols=4)

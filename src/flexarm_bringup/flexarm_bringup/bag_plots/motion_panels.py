@@ -24,10 +24,12 @@ STYLES = {"reference": "--", "estimate": "-", "truth": ":"}
 
 
 def references(series: BagSeries) -> list[tuple[float, Reference]]:
-    """Return the references of a bag in the order sent, each with when it was sent [s]."""
+    """Return the references of a bag that have points, in the order sent, each with when it was sent [s]."""
     found = []
     for msg, t in zip(series.messages("reference"), series.times("reference"), strict=True):
         points = [p for p in msg.points if len(p.positions)]
+        if not points:
+            continue
         since = [p.time_from_start.sec + 1e-9 * p.time_from_start.nanosec for p in points]
         theta = np.array([p.positions for p in points], float)
         rates = (np.array([_or_zero(getattr(p, name), p) for p in points]) for name in _RATES)
@@ -36,9 +38,12 @@ def references(series: BagSeries) -> list[tuple[float, Reference]]:
 
 
 def asked(series: BagSeries, times: Array) -> Array:
-    """Return what the references in force ask of the axes, (k, n_theta); NaN before the first."""
+    """Return what the references in force ask of the axes, (k, n_theta); NaN before the first.
+
+    It is (k, 0) where there is none.
+    """
     sent = references(series)
-    theta = np.full((times.size, sent[0][1].theta.shape[1]), np.nan)
+    theta = np.full((times.size, sent[0][1].theta.shape[1] if sent else 0), np.nan)
     for t, reference in sent:
         after = times >= t
         theta[after] = reference.sample(times[after])[0]
@@ -53,9 +58,7 @@ def draw_tip(plot: Plot, series: BagSeries) -> None:
     wanted = _wanted_tip(series)
     if wanted is not None:
         curves["reference"] = wanted
-    moving = [
-        i for i in range(3) if max(np.ptp(y[:, i][np.isfinite(y[:, i])]) for _, y in curves.values()) > STILL
-    ]
+    moving = [i for i in range(3) if max(_range(y[:, i]) for _, y in curves.values()) > STILL]
     panels = stacked(plot, max(len(moving), 1) + (wanted is not None))
     for axes, i in zip(panels, moving or [0], strict=False):
         for name, (t, y) in curves.items():
@@ -80,7 +83,7 @@ def _draw_distance(axes: Any, curves: dict[str, tuple[Array, Array]]) -> None:
 
 def _wanted_tip(series: BagSeries) -> tuple[Array, Array] | None:
     """Return where the reference's tip would rest, (k,) and (k, 3); None without reference or description."""
-    if series.config is None or not series.has("reference"):
+    if series.config is None or not references(series):
         return None
     tip = TipKinematics(ReducedTree(series.config))
     times = np.linspace(max(series.times("reference")[0], 0.0), series.end, ASKED)
@@ -93,11 +96,12 @@ def draw_joints(plot: Plot, series: BagSeries) -> None:
     t, theta = series.times("joint_states"), series.column("joint_states", lambda msg: msg.position)
     wanted = asked(series, t) if series.has("reference") else None
     for i, axes in enumerate(stacked(plot, len(first.name))):
-        line(axes, t, theta[:, i], label="measured")
+        if i < theta.shape[1]:
+            line(axes, t, theta[:, i], label="measured")
         if wanted is not None and i < wanted.shape[1]:
             line(axes, t, wanted[:, i], label="reference", linestyle="--")
         axes.set_ylabel(f"{first.name[i]}\n[{'m' if _is_linear(first.name[i]) else 'rad'}]")
-        if i == 0:
+        if i == 0 and axes.lines:
             axes.legend(fontsize=8, ncols=2)
 
 
@@ -106,15 +110,16 @@ def draw_torques(plot: Plot, series: BagSeries) -> None:
     first = series.messages("applied_effort")[0]
     t, tau = series.times("applied_effort"), series.column("applied_effort", lambda msg: msg.effort)
     limits = [axis.effort for axis in series.config.actuated.values()] if series.config else []
+    wanted = series.column("joint_commands", lambda msg: msg.effort)
     for i, axes in enumerate(stacked(plot, len(first.name))):
-        if series.has("joint_commands"):
-            wanted = series.column("joint_commands", lambda msg: msg.effort)
+        if wanted.ndim == 2 and i < wanted.shape[1]:
             line(axes, series.times("joint_commands"), wanted[:, i], label="commanded", linestyle="--")
-        line(axes, t, tau[:, i], label="applied")
-        near = reach(axes, tau[:, i], limits[i]) if i < len(limits) else ""
-        axes.set_title(near, fontsize=8, loc="right")
+        if i < tau.shape[1]:
+            line(axes, t, tau[:, i], label="applied")
+            near = reach(axes, tau[:, i], limits[i]) if i < len(limits) else ""
+            axes.set_title(near, fontsize=8, loc="right")
         axes.set_ylabel(f"{first.name[i]}\n[{'N' if _is_linear(first.name[i]) else 'N m'}]")
-        if i == 0:
+        if i == 0 and axes.lines:
             axes.legend(fontsize=8, ncols=2)
 
 
@@ -138,6 +143,12 @@ _RATES = ("velocities", "accelerations")
 
 def _or_zero(values: Any, point: Any) -> Array:
     return np.asarray(values if len(values) else np.zeros(len(point.positions)), float)
+
+
+def _range(y: Array) -> float:
+    """Return how far apart the numbers of a signal lie; 0 where it has none."""
+    known = y[np.isfinite(y)]
+    return float(np.ptp(known)) if known.size else 0.0
 
 
 def _position(msg: Any) -> list[float]:

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexarm_bringup.bag_plots.series import BagSeries, spells, thin
+from flexarm_bringup.bags.bag_writer import BagError
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure as Plot
@@ -95,7 +96,13 @@ def name_rows(axes: Any, rows: Sequence[str], colours: dict[str, str]) -> None:
 
 
 def stacked(plot: Plot, count: int) -> Any:
-    """Return axes one above the other with one axis of time, (count,)."""
+    """Return axes one above the other with one axis of time, (count,).
+
+    Raises:
+        BagError: There are none to be drawn.
+    """
+    if count < 1:
+        raise BagError("its messages hold nothing to draw")
     panels = plot.subplots(count, 1, sharex=True, squeeze=False)[:, 0]
     panels[-1].set_xlabel(TIME)
     return panels
