@@ -29,7 +29,8 @@ WORTH = [
     ("angle drift", "3 urad/sqrt(s)", 3e-6), ("strain drift", "0.5 ustrain/sqrt(s)", 5e-7),
     ("acceleration drift", "1 g/sqrt(s)", 9.80665), ("length rate", "2 um/s", 2e-6),
     ("angle rate", "3 urad/s", 3e-6), ("strain rate", "0.3 ustrain/s", 3e-7),
-    ("acceleration rate", "1 m/s^2/s", 1.0),
+    ("acceleration rate", "1 m/s^2/s", 1.0), ("angular velocity drift", "2 mrad/s/sqrt(s)", 2e-3),
+    ("angular velocity rate", "180 deg/s/s", math.pi),
 ]  # fmt: skip
 
 
