@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+import re
 from collections.abc import Mapping
 from typing import Any
 
@@ -13,6 +15,8 @@ from flexarm_model.settings.strict_yaml import ConfigError
 Values = Mapping[str, Mapping[str, Any]]
 EXACT = 6  # digits of a number
 STEP = 2  # spaces
+NOTHING = "tag:yaml.org,2002:null"
+COMMENT = re.compile("#.*")
 
 
 def with_settings(text: str, sections: Values, manipulator: str, preset: str = "") -> str:
@@ -58,10 +62,41 @@ def _put(text: str, path: tuple[str, ...], values: Mapping[str, Any]) -> str:
 
 
 def _put_one(text: str, path: tuple[str, ...], name: str, value: str) -> str:
+    """Put one value, and check that nothing else changed by it.
+
+    Raises:
+        ConfigError: What leads to it is no mapping, or it cannot be put there alone.
+    """
+    new = _write_one(text, path, name, value)
+    expected = content = _read(text)
+    for part in path:
+        if content.get(part) is None:
+            content[part] = {}
+        content = content[part]
+    content[name] = yaml.safe_load(value)
+    try:
+        is_right = _read(new) == expected
+    except yaml.YAMLError:
+        is_right = False
+    if not is_right:
+        raise ConfigError(f"'{'.'.join((*path, name))}': cannot be changed as the file is written")
+    return new
+
+
+def _read(text: str) -> Any:
+    """Return the content with its aliases written out."""
+    return json.loads(json.dumps(yaml.safe_load(text), default=str))
+
+
+def _write_one(text: str, path: tuple[str, ...], name: str, value: str) -> str:
     node, missing = yaml.compose(text, Loader=yaml.SafeLoader), list(path)
     while missing and (inner := _child(node, missing[0])) is not None:
         node = inner
         missing.pop(0)
+    if isinstance(node, yaml.ScalarNode) and node.tag == NOTHING:
+        before = text[: node.start_mark.index].rstrip(" ")
+        parts = "".join(f"{part}: {{" for part in missing)
+        return f"{before} {{{parts}{name}: {value}{'}' * len(missing)}}}{text[node.end_mark.index :]}"
     if not isinstance(node, yaml.MappingNode):
         raise ConfigError(f"'{'.'.join(path)}': is not a mapping that values can be put into")
     old = None if missing else _child(node, name)
@@ -69,8 +104,10 @@ def _put_one(text: str, path: tuple[str, ...], name: str, value: str) -> str:
         return text[: old.start_mark.index] + value + text[old.end_mark.index :]
     if node.flow_style:
         opened = "".join(f"{part}: {{" for part in missing)
-        comma = ", " if node.value else ""
         end = node.end_mark.index - 1
+        comma = ", " if node.value else ""
+        if node.value and "," in COMMENT.sub("", text[node.value[-1][1].end_mark.index : end]):
+            comma = " "
         return text[:end] + comma + opened + f"{name}: {value}" + "}" * len(missing) + text[end:]
     return _insert_lines(text, node, [*missing, f"{name}: {value}"])
 
