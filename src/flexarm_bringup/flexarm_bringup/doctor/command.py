@@ -20,6 +20,7 @@ from flexarm_bringup.arguments import STDOUT, folder, output_file
 from flexarm_bringup.doctor.finding import Finding
 from flexarm_bringup.doctor.installation import look_at_installation
 from flexarm_bringup.doctor.machine import look_at_machine
+from flexarm_bringup.doctor.shared_memory import look_at_shared_memory
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -50,6 +51,7 @@ def run(args: argparse.Namespace) -> int:
 
 def _look(args: argparse.Namespace) -> Iterator[Finding]:
     yield from look_at_machine(args.folder)
+    yield from look_at_shared_memory()
     yield from look_at_installation()
     if not args.offline:
         from flexarm_bringup.doctor.graph_node import look_at_graph
