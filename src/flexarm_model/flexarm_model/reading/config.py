@@ -174,8 +174,11 @@ def _read_axis(section: Section, name: str, laws: ParameterLaws) -> Axis:
         lower=section.quantity("lower", dimension("position"), -math.inf),
         upper=section.quantity("upper", dimension("position"), math.inf),
         guess=section.quantity("guess", dimension("position"), 0.0),
-        damping_ratio=section.quantity("damping_ratio", "ratio", 0.0, at_least=0.0),
+        damping_ratio=section.quantity("damping_ratio", "ratio", 0.0, at_least=0.0, below=1.0),
     )
+    if axis.damping_ratio and (axis.actuated or not axis.stiffness):
+        allowed = "has no effect; it is of the modes of a spring: an axis with stiffness and without motor"
+        raise section.error("damping_ratio", section.take("damping_ratio"), allowed)
     if not axis.lower < axis.upper:
         raise section.error("upper", section.take("upper"), f"must be above lower, {section.take('lower')}")
     if section.has("guess") and not axis.lower <= axis.guess <= axis.upper:

@@ -23,6 +23,7 @@ from flexarm_model.settings.strict_yaml import Section
 REDUCTIONS = ("craig_bampton", "guyan")
 FRAMES = ("clamped", "chord")
 INTERFACES = ("welded", "pinned")
+PRINTED = 1e-5  # of the largest principal moment: what six digits of another program leave undecided
 MOST_ELEMENTS = 200  # of a piece; the time that a body takes grows with their third power
 
 
@@ -61,13 +62,15 @@ def _read_rigid(name: str, section: Section) -> RigidBody:
     mass = section.quantity("mass", "mass", at_least=0.0)
     ixx, iyy, izz, ixy, ixz, iyz = section.quantities("inertia", ["inertia"] * 6, (0.0,) * 6)
     inertia = np.array([[ixx, ixy, ixz], [ixy, iyy, iyz], [ixz, iyz, izz]])
-    low, middle, high = np.linalg.eigvalsh(inertia)
-    if low < 0 or low + middle < high * (1 - 1e-9):
+    (low, middle, high), turn = np.linalg.eigh(inertia)
+    if low < -PRINTED * high or low + middle < high * (1 - PRINTED):
         raise section.error(
             "inertia",
             inertia.tolist(),
             "principal moments must be positive, none above the sum of the others",
         )
+    if low < 0:
+        inertia = turn @ np.diag([0.0, max(middle, 0.0), high]) @ turn.T
     nodes = {"root": np.zeros(3)}
     outer = section.section("nodes", {})
     for node in outer.names(taken=("root",)):
@@ -100,7 +103,7 @@ def _read_beam(name: str, section: Section) -> Beam:
         pieces,
         tuple(masses),
         deformation=section.choices("deformation", DEFORMATIONS, at_least=1),
-        damping_ratio=section.quantity("damping_ratio", "ratio", at_least=0.0),
+        damping_ratio=section.quantity("damping_ratio", "ratio", at_least=0.0, below=1.0),
         nodes=nodes,
         reduction=_read_reduction(section, nodes),
         damping_time=section.quantity("damping_time", "time", 0.0, at_least=0.0),

@@ -64,7 +64,7 @@ def read_imported(name: str, section: Section) -> ImportedBody:
         x=(x * units.length - points["root"]) @ R.T,
         sets=sets,
         nodes={node: R @ (point - points["root"]) for node, point in points.items()},
-        damping_ratio=0.0 if damping else section.quantity("damping_ratio", "ratio", at_least=0.0),
+        damping_ratio=0.0 if damping else section.quantity("damping_ratio", "ratio", at_least=0.0, below=1.0),
         reduction=_read_reduction(section.section("reduction"), tuple(sets)),
         digest=_digest(section, files),
     )

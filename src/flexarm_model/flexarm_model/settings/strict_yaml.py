@@ -74,12 +74,20 @@ class Section:
         *,
         above: float | None = None,
         at_least: float | None = None,
+        below: float | None = None,
     ) -> float:
-        """Return the SI value of a quantity, checked against a bound."""
+        """Return the SI value of a quantity, checked against bounds."""
         value = self.take(key, _MISSING if default is None else default)
         if key not in self._content:
             return float(value)
-        return self._number(key, value, dimension, above, at_least)
+        number = self._number(key, value, dimension)
+        if above is not None and not number > above:
+            raise self.error(key, value, f"must be above {above:g}")
+        if at_least is not None and not number >= at_least:
+            raise self.error(key, value, f"must be at least {at_least:g}")
+        if below is not None and not number < below:
+            raise self.error(key, value, f"must be below {below:g}")
+        return number
 
     def quantities(
         self, key: str, dimensions: Sequence[str], default: Sequence[float] | None = None
@@ -91,7 +99,7 @@ class Section:
         if not isinstance(value, list) or len(value) != len(dimensions):
             raise self.error(key, value, f"expected a list of {len(dimensions)}")
         pairs = zip(value, dimensions, strict=True)
-        return np.array([self._number(key, item, dimension, None, None) for item, dimension in pairs])
+        return np.array([self._number(key, item, dimension) for item, dimension in pairs])
 
     def text(self, key: str, default: str | None = None) -> str:
         """Return a text."""
@@ -183,15 +191,8 @@ class Section:
     def _inside(self, key: str) -> str:
         return ".".join(part for part in (self.key, key) if part)
 
-    def _number(
-        self, key: str, value: object, dimension: str, above: float | None, at_least: float | None
-    ) -> float:
+    def _number(self, key: str, value: object, dimension: str) -> float:
         try:
-            number = parse_quantity(value, dimension)
+            return parse_quantity(value, dimension)
         except ValueError as error:
             raise self.error(key, value, str(error)) from None
-        if above is not None and not number > above:
-            raise self.error(key, value, f"must be above {above:g}")
-        if at_least is not None and not number >= at_least:
-            raise self.error(key, value, f"must be at least {at_least:g}")
-        return number
