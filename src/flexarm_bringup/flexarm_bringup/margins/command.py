@@ -59,7 +59,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help=f"change one of the settings; sections: {', '.join(SECTIONS)}",
     )  # fmt: skip
     add_report_arguments(parser)
-    parser.epilog = "Exit code 1 when a margin falls short, or cannot be judged, at any pose; 2 when the input cannot be used."
+    parser.epilog = (
+        "Exit code 1 when a margin falls short, or cannot be judged, at any pose; "
+        "2 when the input cannot be used."
+    )
 
 
 def run(args: argparse.Namespace) -> int:
