@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from flexarm_bringup.sim.perturb import PlantSettings, perturb
+from flexarm_model.manipulator.body_spec import Beam
 from flexarm_model.manipulator.description import ManipulatorConfig
 from flexarm_model.reading.config import load_config
 from flexarm_model.served.linearize import linearize
@@ -77,3 +79,13 @@ def test_damping_of_all_modes_scales_and_frequencies_stay(config: ManipulatorCon
     before, after = (linearize(ReducedTree(each, use_compiler=False)) for each in (config, real))
     assert after.zeta == pytest.approx(1.8 * before.zeta, rel=1e-9)
     assert after.omega == pytest.approx(before.omega, rel=1e-12)
+
+
+def test_a_beam_of_few_elements_keeps_what_it_has(config: ManipulatorConfig) -> None:
+    """Three modes more than there are were asked for, and the arm could not be simulated."""
+    strip = config.bodies["strip"]
+    assert isinstance(strip, Beam)
+    pieces = tuple(replace(piece, elements=2) for piece in strip.pieces)
+    coarse = replace(config, bodies={**config.bodies, "strip": replace(strip, pieces=pieces)})
+    tree = ReducedTree(perturb(coarse, PlantSettings()), use_compiler=False)
+    assert tree.bodies["strip"].n == 4  # three, and not six

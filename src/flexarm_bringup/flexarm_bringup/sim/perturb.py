@@ -9,13 +9,12 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Any, TypeVar
+from typing import Any
 
-from flexarm_model.manipulator.body_spec import Beam, Body, Reduction, RigidBody
+from flexarm_model.bodies.model_order import with_more_modes
+from flexarm_model.manipulator.body_spec import Beam, Body, RigidBody
 from flexarm_model.manipulator.description import Joint, ManipulatorConfig
-from flexarm_model.manipulator.imported_body import ImportedBody, ImportedReduction
-
-AnyReduction = TypeVar("AnyReduction", Reduction, ImportedReduction)
+from flexarm_model.manipulator.imported_body import ImportedBody
 
 
 @dataclass(frozen=True)
@@ -25,7 +24,7 @@ class PlantSettings:
     Attributes:
         frequency_scale: Real over described natural frequencies, by the stiffness of everything elastic [1].
         mass_scale: Real over described point masses [1].
-        extra_modes: Elastic coordinates per flexible body beyond those described.
+        extra_modes: Elastic coordinates per flexible body beyond those described, as far as it has them.
         friction: Coulomb friction of the actuated axes [N m or N], (n_theta,) or one for all.
         body_mass_scale: Real over described masses of rigid bodies and beams, their point masses too [1].
         damping_scale: Real over described damping of beams and of springs of axes [1].
@@ -50,7 +49,8 @@ def perturb(config: ManipulatorConfig, settings: PlantSettings) -> ManipulatorCo
     joints, closures = (
         tuple(_change_joint(joint, settings) for joint in group) for group in (config.joints, config.closures)
     )
-    return replace(config, bodies=changed, joints=joints, closures=closures)
+    changed_arm = replace(config, bodies=changed, joints=joints, closures=closures)
+    return with_more_modes(changed_arm, settings.extra_modes)
 
 
 def _change_joint(joint: Joint, settings: PlantSettings) -> Joint:
@@ -95,20 +95,12 @@ def _change_beam(beam: Beam, settings: PlantSettings) -> Beam:
         point_masses=masses,
         damping_ratio=beam.damping_ratio * settings.damping_scale,
         damping_time=beam.damping_time * settings.damping_scale,
-        reduction=_more_modes(beam.reduction, settings),
     )
 
 
 def _change_imported(body: ImportedBody, settings: PlantSettings) -> ImportedBody:
     stiffness = body.stiffness_scale * settings.frequency_scale**2
-    return replace(body, stiffness_scale=stiffness, reduction=_more_modes(body.reduction, settings))
-
-
-def _more_modes(reduction: AnyReduction, settings: PlantSettings) -> AnyReduction:
-    """Return the reduction with the extra modes, where it says how many Craig-Bampton modes to keep."""
-    if reduction.modes and reduction.method == "craig_bampton":
-        return replace(reduction, modes=reduction.modes + settings.extra_modes)
-    return reduction
+    return replace(body, stiffness_scale=stiffness)
 
 
 _CHANGES: dict[type, Callable[[Any, PlantSettings], Body]] = {

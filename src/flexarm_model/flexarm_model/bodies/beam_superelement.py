@@ -26,7 +26,7 @@ def reduce_beam(beam: Beam, interfaces: Collection[str], *, second_order: bool =
     Raises:
         ValueError: More modes are asked for than there are, or a displacement has no mass.
     """
-    used = [name for name in beam.nodes if name in interfaces or name in beam.reduction.retain]
+    used = _used(beam, interfaces)
     mesh = BeamMesh(beam, used)
     basis, omega = _modes(mesh, used)
     at = mesh.stations()
@@ -53,11 +53,30 @@ def reduce_beam(beam: Beam, interfaces: Collection[str], *, second_order: bool =
     return Superelement(beam.name, mass, s, P, omega, K, D, nodes, beam.damping_ratio)
 
 
+def count_modes(beam: Beam, interfaces: Collection[str]) -> int:
+    """Return how many modes a beam can keep: the displacements of its elements that are free.
+
+    Args:
+        beam: The body.
+        interfaces: Its nodes that joints use.
+    """
+    return int(_free(BeamMesh(beam, _used(beam, interfaces))).size)
+
+
+def _used(beam: Beam, interfaces: Collection[str]) -> list[str]:
+    return [name for name in beam.nodes if name in interfaces or name in beam.reduction.retain]
+
+
+def _free(mesh: BeamMesh) -> NDArray[np.intp]:
+    """Return the displacements that the floating frame leaves to the deformation."""
+    return np.setdiff1d(mesh.active, _frame_constraints(mesh))
+
+
 def _modes(mesh: BeamMesh, used: list[str]) -> tuple[Array, Array]:
     """Return the reduced basis over all nodal displacements (n_dof, n) and the frequencies (n,)."""
     reduction, T = mesh.beam.reduction, mesh.transformation
     M, K = (T.T @ matrix @ T for matrix in mesh.matrices())
-    free = np.setdiff1d(mesh.active, _frame_constraints(mesh))
+    free = _free(mesh)
     inner = np.ix_(free, free)
     boundary = np.flatnonzero(np.isin(free, _boundary(mesh, used)))
     available = boundary.size if reduction.method == "guyan" else free.size

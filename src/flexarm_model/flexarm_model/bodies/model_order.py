@@ -10,6 +10,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from flexarm_model.bodies.beam_superelement import count_modes
 from flexarm_model.bodies.body_reduction import reduce_to_first_order
 from flexarm_model.manipulator.body_spec import Beam, Body, RigidBody
 from flexarm_model.manipulator.description import ManipulatorConfig
@@ -34,7 +35,10 @@ def with_modes_below(config: ManipulatorConfig, f_max: float) -> ManipulatorConf
 
 
 def with_more_modes(config: ManipulatorConfig, extra: int) -> ManipulatorConfig:
-    """Return the manipulator with ``extra`` more modes of every body that says how many to keep."""
+    """Return the manipulator with ``extra`` more modes of every body that says how many to keep.
+
+    A beam of few elements keeps all it has.
+    """
 
     def richer(body: Body) -> Body:
         """Return the body with more modes."""
@@ -43,7 +47,10 @@ def with_more_modes(config: ManipulatorConfig, extra: int) -> ManipulatorConfig:
         kept = body.reduction
         if not kept.modes or kept.method != "craig_bampton":
             return body
-        return replace(body, reduction=replace(kept, modes=kept.modes + extra))  # type: ignore[arg-type,type-var]
+        modes = kept.modes + extra
+        if isinstance(body, Beam):
+            modes = max(kept.modes, min(modes, count_modes(body, _interfaces(config, body.name))))
+        return replace(body, reduction=replace(kept, modes=modes))  # type: ignore[arg-type,type-var]
 
     return replace(config, bodies={name: richer(body) for name, body in config.bodies.items()})
 
@@ -73,6 +80,12 @@ def with_rigid_beams(config: ManipulatorConfig) -> ManipulatorConfig:
     return replace(
         config, bodies={name: rigid(body) for name, body in config.bodies.items()}, sensors=sensors
     )
+
+
+def _interfaces(config: ManipulatorConfig, body: str) -> set[str]:
+    """Return the nodes of a body that joints use."""
+    joints = (*config.joints, *config.closures)
+    return {ref.node for joint in joints for ref in (joint.parent, joint.child) if ref.body == body}
 
 
 def _with_reduction(config: ManipulatorConfig, method: str, f_max: float) -> ManipulatorConfig:
