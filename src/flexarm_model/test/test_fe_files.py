@@ -89,6 +89,7 @@ WRONG_MATRICES = [
         ("k.mtx", "Matrix Market", "Line 4"),
     ),
     ("complex", "k.mtx", BANNER.replace("real", "complex") + "1 1 1\n1 1 1.0 2.0\n", ("real, finite",)),
+    ("pattern", "k.mtx", BANNER.replace("real", "pattern") + "1 1 1\n1 1\n", ("pattern", "real entries")),
     ("not square", "k.mtx", BANNER + "2 3 1\n1 1 1.0\n", ("2 x 3", "square")),
     ("not MATLAB", "k.mat", "hello", ("k.mat", "no MATLAB file of version 4 to 7.2")),
 ]

@@ -89,3 +89,9 @@ def test_an_axis_along_and_an_axis_about_share_no_unit(quantity: str) -> None:
 
 def test_values_are_kept_in_the_unit_of_worth_one() -> None:
     assert all(UNITS[dimension][si_unit(dimension)] == 1.0 for dimension in UNITS)
+
+
+@pytest.mark.parametrize("text", ["5_00 mm", "1_0.5 mm", "1e1_0 mm"])
+def test_an_underscore_is_no_part_of_a_number(text: str) -> None:
+    with pytest.raises(ValueError, match="is not a number"):
+        parse_quantity(text, "length")

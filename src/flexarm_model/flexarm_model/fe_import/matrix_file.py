@@ -81,6 +81,8 @@ def _read_text_matrix(file: MatrixFile) -> Any:
 
 
 def _read_matrix_market(file: MatrixFile) -> Any:
+    if "pattern" in _first_line(file.path).lower().split():
+        raise ConfigError(f"{file.path}: says where entries are (pattern), not what; expected real entries")
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", DeprecationWarning)  # of sparse arrays to come: either is taken

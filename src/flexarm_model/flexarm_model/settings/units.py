@@ -100,6 +100,8 @@ def parse_quantity(text: object, dimension: str) -> float:
         wrong = f"unit '{unit}' is not one of {dimension}" if unit else "has no unit after a space"
         raise ValueError(f"{wrong}; expected {_example(dimension)}")
     try:
+        if "_" in number:  # Python's own way to write 1000 as 1_000
+            raise ValueError(number)
         value = float(number) * UNITS[dimension][unit]
     except ValueError:
         raise ValueError(f"'{number}' is not a number; expected {_example(dimension)}") from None
