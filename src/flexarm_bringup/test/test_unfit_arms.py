@@ -176,3 +176,15 @@ def test_a_bag_too_short_for_the_watch_is_refused_as_such(capsys: pytest.Capture
     """It holds 200 joint states after its model; none, it was said."""
     bag = Path(__file__).resolve().parents[3] / "tests" / "golden" / "single_link" / "bag"
     assert "1.00 s of joint_states after its model are too short" in refusal(capsys, "drift", bag)
+
+
+@pytest.mark.parametrize(
+    ("also", "said"),
+    [("0.1,0.2={}", "pose has 2 values; expected 1"), ("3.1={}", "outside"), ("0.1={}x", "no such file")],
+)
+def test_another_pose_that_cannot_be_is_refused_before_the_rig_moves(
+    also: str, said: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    arm, path = small_arm(tmp_path), record(tmp_path / "run.npz")
+    words = ["identify", "rig", "--manipulator", arm, "--also", also.format(path)]
+    assert said in (told := refusal(capsys, *words)) and "rig: building" not in told

@@ -39,7 +39,7 @@ from flexarm_bringup.identify.joints import joints_page
 from flexarm_bringup.identify.measurement import SourceError, known_outputs
 from flexarm_bringup.identify.modal_tests import modal_tests
 from flexarm_bringup.identify.options import add_arguments
-from flexarm_bringup.identify.other_poses import read_pose
+from flexarm_bringup.identify.other_poses import read_pose, refuse_unusable
 from flexarm_bringup.identify.output_only import output_only_page
 from flexarm_bringup.identify.page import build_page
 from flexarm_bringup.identify.retuning import moves_beside, retune
@@ -73,6 +73,7 @@ def run(args: argparse.Namespace) -> int:
             progress.done()
             return publish(page, args)
         _check(args)
+        refuse_unusable(args.also, args.manipulator, args.preset)
         band, ignored = _band(args), args.ignore_channel
         tested, items = modal_tests(args)
         if args.output_only:

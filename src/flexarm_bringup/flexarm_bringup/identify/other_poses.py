@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -10,7 +11,9 @@ from numpy.typing import NDArray
 from flexarm_bringup.identify.measurement import SourceError
 from flexarm_bringup.identify.run import Request, identify
 from flexarm_bringup.identify.sources import Averaging, read_sources
+from flexarm_model.identification.described_arm import DescribedArm
 from flexarm_model.modal.fit import PoleFit
+from flexarm_model.reading.manipulator_file import find_manipulator
 
 Array = NDArray[np.float64]
 
@@ -27,6 +30,31 @@ def read_pose(text: str, kind: str, averaging: Averaging, request: Request) -> t
     Raises:
         SourceError: The text or the file cannot be used, or there is no mode in it.
     """
+    pose, path = _split(text)
+    fit = identify(read_sources([path], kind, averaging), request).found.fit
+    if fit is None:
+        raise SourceError(f"--also {path}: no mode was identified")
+    return pose, fit
+
+
+def refuse_unusable(texts: Sequence[str], manipulator: str, preset: str) -> None:
+    """Refuse poses that the arm cannot have, and files that are not there, before anything is measured.
+
+    Raises:
+        SourceError: A text or its file cannot be used.
+        PoseError, ClosureError: There is no model at a pose.
+    """
+    if not texts:
+        return
+    arm = DescribedArm(find_manipulator(manipulator), preset, False)
+    for text in texts:
+        pose, path = _split(text)
+        if not path.exists():
+            raise SourceError(f"--also '{text}': {path}: no such file")
+        arm.modes({}, pose)
+
+
+def _split(text: str) -> tuple[Array, Path]:
     axes, equals, name = text.partition("=")
     try:
         pose = np.array([float(part) for part in axes.split(",")])
@@ -34,7 +62,4 @@ def read_pose(text: str, kind: str, averaging: Averaging, request: Request) -> t
         equals = ""
     if not equals:
         raise SourceError(f"--also '{text}': expected POSE=FILE, such as 0.1,-0.2=run.csv")
-    fit = identify(read_sources([Path(name)], kind, averaging), request).found.fit
-    if fit is None:
-        raise SourceError(f"--also {name}: no mode was identified")
-    return pose, fit
+    return pose, Path(name)
