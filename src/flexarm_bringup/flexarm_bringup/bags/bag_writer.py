@@ -10,7 +10,8 @@ from __future__ import annotations
 import hashlib
 import json
 import shutil
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from types import MappingProxyType, TracebackType
 
@@ -141,6 +142,24 @@ class BagWriter:
     ) -> None:
         """Close, also when something else failed: half a bag is worth reading."""
         self.close()
+
+
+@contextmanager
+def whole_or_nothing(folder: Path) -> Iterator[None]:
+    """Remove a folder that is being created when that fails: half of it would be in the way of the next try.
+
+    Raises:
+        BagError: It exists already, or the disk refuses.
+    """
+    if folder.exists():
+        raise BagError(f"{folder} exists already")
+    try:
+        yield
+    except BaseException as error:
+        shutil.rmtree(folder, ignore_errors=True)
+        if isinstance(error, OSError) and error.errno:
+            raise BagError(f"{folder} cannot be written: {error.strerror}") from error
+        raise
 
 
 class _DataFile(McapWriter):  # type: ignore[misc]

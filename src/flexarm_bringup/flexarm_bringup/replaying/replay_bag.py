@@ -7,7 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from flexarm_bringup.bags.bag_reader import Bag, check_bag
-from flexarm_bringup.bags.bag_writer import BagError, BagWriter
+from flexarm_bringup.bags.bag_writer import BagError, BagWriter, whole_or_nothing
 from flexarm_bringup.bags.cdr import header_stamp_ns
 from flexarm_bringup.bags.configuration import configuration as configuration
 from flexarm_bringup.conversions import serialise
@@ -25,6 +25,7 @@ from flexarm_controller.time_budget import Clocks
 from flexarm_estimator.exchange import EstimatorExchange
 from flexarm_estimator.settings import EstimatorConfig
 from flexarm_model.settings.overrides import apply_overrides
+from flexarm_model.settings.parameters import ParameterError
 from flexarm_model.tree.reduced_tree import ReducedTree
 
 NEEDED = (f"{NAMESPACE}/model", f"{NAMESPACE}/joint_states")  # without these there is nothing to replay
@@ -45,10 +46,23 @@ def replay(bag: Bag, folder: Path) -> Bag:
         The new bag, read back.
 
     Raises:
-        BagError: The bag lacks messages or its configuration, its model is refused, or ``folder`` exists.
+        BagError: The bag lacks messages or its configuration, its model is refused, or ``folder`` exists or
+            cannot be written; nothing of it is there then.
         ConfigError, ParameterError: Its configuration is not understood.
     """
-    player, fault = _build_player(bag)
+    try:
+        player, fault = _build_player(bag)
+    except ParameterError as error:
+        raise ParameterError(f"{bag.path}: its settings: {error}") from None
+    with whole_or_nothing(folder):
+        if not _write(bag, folder, player):
+            reason = fault() or "its model was taken, but no estimate came of its measurements"
+            raise BagError(f"{bag.path}: gives no {OUTPUTS[0]}: {reason}")
+        return check_bag(folder)
+
+
+def _write(bag: Bag, folder: Path, player: Player) -> int:
+    """Play a bag into a new one; return the number of estimates."""
     written = written_for(bag)
     by_topic = {stream.topic: stream for stream in written}
     with BagWriter(folder, written, {**bag.custom, "git": git_hash(), "replay": "true"}) as writer:
@@ -56,9 +70,7 @@ def replay(bag: Bag, folder: Path) -> Bag:
             stream = by_topic[outgoing.topic]
             cdr = serialise(outgoing.msg, stream.type)
             writer.write(stream.name, header_stamp_ns(cdr) or record.log_time_ns, cdr)
-    if not writer.counts[OUTPUTS[0]]:
-        raise BagError(f"{bag.path}: gives no {OUTPUTS[0]}: {fault()}")
-    return check_bag(folder)
+    return writer.counts[OUTPUTS[0]]
 
 
 def written_for(bag: Bag) -> tuple[Stream, ...]:
