@@ -75,7 +75,7 @@ def play(bag: Bag) -> Played:
 
     Raises:
         ConfigError, ParameterError: The settings are not understood.
-        OSError: The machine has no room for what is played.
+        BagError, OSError: The machine has no room for what is played.
     """
     faults: dict[str, str] = {}
     records: list[Record] = []
@@ -85,7 +85,7 @@ def play(bag: Bag) -> Played:
         except (ConfigError, ParameterError):
             raise  # what is asked for is not understood
         except FAULTS as error:
-            if isinstance(error, OSError) and error.errno in _MACHINE:
+            if _is_of_machine(error):
                 raise
             text = " ".join(str(error).split())
             faults[topic] = text if isinstance(error, BagError) else f"{type(error).__name__}: {text}"
@@ -108,6 +108,12 @@ def models(bag: Bag) -> Iterator[Record]:
             model = linearize(tree, np.array(msg.pose))
             again = model_to_msg(model, stamp_to_ns(msg.header.stamp), msg.header.frame_id)
             yield replace(record, cdr=serialise(again, record.type))
+
+
+def _is_of_machine(error: BaseException) -> bool:
+    return any(
+        isinstance(each, OSError) and each.errno in _MACHINE for each in (error, error.__cause__)
+    )  # a replay tells it as a BagError
 
 
 def _messages(bag: Bag) -> Sequence[Record]:
