@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from flexarm_bringup.tasks.centripetal import centripetal_error
 from flexarm_bringup.tasks.task import FOLDER, Task, find_task, load_task
 from flexarm_bringup.tasks.task_check import ROUNDING, SAMPLES, check_against_arm
 from flexarm_bringup.tasks.task_moves import ByAxes, TaskMove, ToPose
@@ -24,7 +27,8 @@ WAIT = 2.5  # s
 STRIDE = {"t": 0.04, "r": np.radians(20.0)}  # of the first axis, where no pose is named [m or rad]
 EASY = 0.8  # of a velocity or a way that is shorter than the tour would have it
 WATCH = Watch(0.1, 2.1, 50.0, 5e-4)
-SETTINGS = {  # of an arm nobody has tuned: it may be softer, heavier and under gravity
+# of an arm nobody has tuned: it may be softer, heavier and under gravity
+SETTINGS: dict[str, dict[str, Any]] = {
     "schedule": {"angle": 0.1, "length": 0.005},  # rad, m; the shipped arms: 0.05 to 0.13, 0.005
     "estimator": {
         "disturbance_drift": 0.3,  # rad/s^2/sqrt(s); what changes with pose and speed between two models
@@ -84,17 +88,18 @@ def tour(name: str, config: ManipulatorConfig, profile: Profile | None = None) -
     if not config.actuated:
         raise ConfigError(f"manipulator: '{name}': no axis is actuated; expected at least one to move")
     profile = profile or Trapezoid(1.0, DURATION, RAMP, RAMP)
-    home = np.array(config.home)
-    moves: dict[str, TaskMove] = {}
-    at = home
-    for pose, theta in config.poses.items():
-        moves[f"to {pose}"] = ToPose(pose, _slow_enough(profile, theta - at, config))
-        at = np.array(theta)
-    if not moves:
-        axis, way = _stride(config)
-        at = home + np.eye(home.size)[0] * way
-        moves["out"] = ByAxes({axis: way}, _slow_enough(profile, at - home, config))
-    moves["home"] = ToPose("home", _slow_enough(profile, home - at, config))
+    home, goals = np.array(config.home), list(config.poses.values())
+    stride = {} if goals else dict([_stride(config)])
+    if stride:
+        goals = [home + np.eye(home.size)[0] * next(iter(stride.values()))]
+    ways = np.diff([home, *goals, home], axis=0)
+    profiles = [_slow_enough(profile, way, config) for way in ways]
+    moves: dict[str, TaskMove] = {
+        f"to {pose}": ToPose(pose, own) for pose, own in zip(config.poses, profiles, strict=False)
+    }
+    if stride:
+        moves["out"] = ByAxes(stride, profiles[0])
+    moves["home"] = ToPose("home", profiles[-1])
     longest = max(move.profile.duration for move in moves.values())
     pace = f"{profile.duration:g} s a move"
     if longest > profile.duration:
@@ -114,15 +119,29 @@ def tour(name: str, config: ManipulatorConfig, profile: Profile | None = None) -
             "no settings tuned for this arm: a new model every 0.1 rad or 5 mm; "
             "where it rests and how soft it is are learned",
         ),
-        settings=SETTINGS,
+        settings=_settings(config, profiles, ways),
     )
+
+
+def _settings(
+    config: ManipulatorConfig, profiles: Sequence[Profile], ways: Array
+) -> dict[str, dict[str, Any]]:
+    """Return what is expected of an arm nobody has tuned that goes ways (k, n_theta) on profiles."""
+    pairs = zip(profiles, ways, strict=True)
+    fastest = np.max([_peak_rate(profile) * abs(way) for profile, way in pairs], axis=0)
+    error = centripetal_error(config, dict(zip(config.actuated, fastest.tolist(), strict=True)))
+    return {**SETTINGS, "estimator": {**SETTINGS["estimator"], "acceleration_error": error}}
+
+
+def _peak_rate(profile: Profile) -> float:
+    """Return how fast a profile gets [1/s]."""
+    return float(abs(profile.sample(np.linspace(0.0, profile.duration, SAMPLES))[1]).max())
 
 
 def _slow_enough(profile: Profile, way: Array, config: ManipulatorConfig) -> Profile:
     """Return a profile, stretched if need be, on which no axis on its way (n_theta,) exceeds its velocity."""
     limits = np.array([axis.velocity for axis in config.actuated.values()])
-    rate = abs(profile.sample(np.linspace(0.0, profile.duration, SAMPLES))[1]).max()
-    share = float((rate * abs(way) / limits).max())
+    share = float((_peak_rate(profile) * abs(way) / limits).max())
     return profile if share <= 1.0 + ROUNDING else profile.stretched(profile.duration * share / EASY)
 
 
