@@ -68,8 +68,8 @@ def test_setup_names_the_plugin_so_that_pytest_finds_it() -> None:
 def test_a_case_passes_or_fails_with_its_reason_and_no_traceback(folder: pytest.Pytester) -> None:
     pytest.importorskip("rclpy", reason="needs ROS")
     add_case(folder)
-    golden = Path(__file__).parents[3] / "tests" / "golden"
-    shutil.copytree(golden, folder.path / "golden")
+    golden = Path(__file__).parents[3] / "tests" / "golden" / "single_link"
+    shutil.copytree(golden, folder.path / "single_link")
     folder.makeini("[pytest]\n")
     result = folder.runpytest_subprocess(*PLUGIN)  # NumPy cannot be loaded twice in one process
     result.assert_outcomes(passed=1, failed=1)
