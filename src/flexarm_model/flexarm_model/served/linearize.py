@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from flexarm_model.bodies.reduction import mode_basis
 from flexarm_model.served.reduced_model import Outputs, ReducedModel
+from flexarm_model.served.rest import Settled, come_to_rest, is_stable
 from flexarm_model.settings.units import axis_dimension, si_unit
 from flexarm_model.tree.closure_error import ClosureError
 from flexarm_model.tree.massless import describe_massless, has_mass
@@ -102,9 +103,8 @@ def _shapes(N: Array, M: Array, K: Array, n: int, n_eta: int) -> tuple[Array, Ar
     """
     N_t, Z = N[:, :n], N[:, n:]
     if n_eta > Z.shape[1]:
-        raise PoseError(
-            f"{n_eta} modes asked for, {Z.shape[1]} exist; serve fewer or keep more in the bodies"
-        )
+        exist = f"{n_eta} modes asked for, {Z.shape[1]} exist"
+        raise PoseError(f"{exist}; serve fewer or keep more in the bodies")
     T, omega = N[:, : n + n_eta].copy(), np.zeros(0)
     if Z.shape[1]:
         Phi, omega = mode_basis(M, (K + K.T) / 2, Z, Z.shape[1])
@@ -163,21 +163,28 @@ def find_equilibrium(tree: ReducedTree, pose: Array) -> tuple[Array, Array]:
     return _settle(tree, pose)[:2]
 
 
-def _settle(tree: ReducedTree, pose: Array) -> tuple[Array, Array, tuple[Array, ...]]:
+def _settle(tree: ReducedTree, pose: Array) -> Settled:
     """Return coordinates, forces in the loops, and mass, damping, stiffness and forces at rest."""
-    q = close_at(tree, pose)
+    start, e = close_at(tree, pose), np.setdiff1d(np.arange(tree.n_q), tree.actuated)
+    found, unbalanced = _balance(tree, start.copy(), e)
+    if not tree.n_c and (found is None or not is_stable(found[2][2], e)):
+        below = come_to_rest(tree.linearisation, start, e)
+        found = found if below is None else _balance(tree, below, e)[0]
+    if found is None:
+        raise PoseError(f"no stable equilibrium at pose {pose.tolist()}: unbalanced force {unbalanced:.3g}")
+    return found
+
+
+def _balance(tree: ReducedTree, q: Array, e: NDArray[np.intp]) -> tuple[Settled | None, float]:
+    """Return where forces balance by Newton's iteration from q, or None, and what was left [N or N m]."""
     force = np.zeros(tree.n_c)
-    e = np.setdiff1d(np.arange(tree.n_q), tree.actuated)
     for _ in range(MAX_ITERATIONS):
         parts = tree.linearisation(q)
-        _, _, K, f = parts
-        c, G = tree.constraints(q)
+        (_, _, K, f), (c, G) = parts, tree.constraints(q)
         unbalanced = f[e] + G[:, e].T @ force
-        if not e.size or (
-            abs(unbalanced).max() <= EQUILIBRIUM_TOLERANCE * max(1.0, abs(f).max())
-            and abs(c).max(initial=0.0) <= CLOSED
-        ):
-            return q, force, parts
+        near = EQUILIBRIUM_TOLERANCE * max(1.0, abs(f).max(initial=0.0))
+        if abs(unbalanced).max(initial=0.0) <= near and abs(c).max(initial=0.0) <= CLOSED:
+            return (q, force, parts), 0.0
         K_e = (K + constraint_stiffness(tree, q, force))[np.ix_(e, e)]
         system = np.block([[K_e, G[:, e].T], [G[:, e], np.zeros((tree.n_c, tree.n_c))]])
         try:
@@ -186,9 +193,7 @@ def _settle(tree: ReducedTree, pose: Array) -> tuple[Array, Array, tuple[Array, 
             break
         q[e] += step[: e.size]
         force += step[e.size :]
-    raise PoseError(
-        f"no stable equilibrium at pose {pose.tolist()}: unbalanced force {abs(unbalanced).max():.3g}"
-    )
+    return None, float(abs(unbalanced).max())
 
 
 def close_at(tree: ReducedTree, pose: Array) -> Array:
