@@ -28,6 +28,7 @@ TESTS = (
     "test_guard_plausibility",
     "test_guard_ranges",
     "test_guard_rest",
+    "test_plausibility",
     "guarded_arm",
     "conftest",
 )
