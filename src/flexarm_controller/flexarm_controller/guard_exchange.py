@@ -40,7 +40,7 @@ class GuardExchange:
             epoch_ns: Stamp that is time zero [ns]; None takes the first state's.
         """
         tree = ReducedTree(config)
-        self._config, self._epoch_ns, self._max_age = config, epoch_ns, settings.max_age
+        self._config, self._epoch_ns = config, epoch_ns
         self.names, self.period_ns = tuple(config.actuated), round(NS_PER_S / config.rate_hz)
         self.guard = Guard(guard_limits(config, tree, settings))
         self._loads, self._gauges = PoseLoads(tree), StrainGauges(config)
@@ -105,7 +105,7 @@ class GuardExchange:
         if self._epoch_ns is None:
             self._epoch_ns = stamp_ns
         passed = round((stamp_ns - self.stamp_ns) / self.period_ns) if self.stamp_ns >= 0 else 1
-        if not 0 < passed * self.period_ns <= self._max_age * NS_PER_S:
+        if not 0 < passed * self.period_ns <= self.guard.limits.max_age * NS_PER_S:
             self.guard.stop(f"clock of the drives jumped by {1e-9 * (stamp_ns - self.stamp_ns):.3g} s")
         self._state, self.stamp_ns = drive_state_from_msg(msg, self.names), stamp_ns
         return max(passed, 1)

@@ -82,8 +82,8 @@ class GuardNode(ManagedNode):
     def activate(self) -> None:
         """Start stopped."""
         self.exchange = made(GuardExchange, self._config, self._limits, 0 if self.settings.lockstep else None)
-        self.guard = self.exchange.guard
-        period = self.exchange.period_ns * 1e-9
+        self.guard, period = self.exchange.guard, self.exchange.period_ns * 1e-9
+        self._silence = self.settings.longest_silence(period)
         self._cycle = GuardCycle(period, self.settings.patience, self.settings.answer_time)
         self._lockstep, self._margins = Lockstep(SENSORS, self.on_tick_complete), ""
         self._connect()
@@ -131,8 +131,8 @@ class GuardNode(ManagedNode):
         if self._cycle.is_open:
             self._answer()
             return
-        if self._cycle.silence(now) > self.settings.drive_silence:
-            self.guard.stop(f"drives silent for {1e3 * self.settings.drive_silence:.0f} ms")
+        if self._cycle.silence(now) > self._silence:
+            self.guard.stop(f"drives silent for {1e3 * self._silence:.0f} ms")
         self._voice.say_when_due()
         self._wait(now)
 
@@ -201,13 +201,13 @@ class GuardNode(ManagedNode):
     def _look_at_clock(self) -> float:
         """Return the time [s]; a guard that has not run for too long knows nothing of what happened."""
         now = self._now()
-        if (stood := self._cycle.look(now)) > self._limits.max_age:
+        if (stood := self._cycle.look(now)) > self.guard.limits.max_age:
             self.guard.stop(f"guard did not run for {1e3 * stood:.0f} ms")
         return now
 
     def _wait(self, now: float) -> None:
         """Set the alarm to when an answer has to go out, or the next one, or the drives will be silent."""
-        wait, silent = self._cycle.wait(now), self.settings.drive_silence - self._cycle.silence(now)
+        wait, silent = self._cycle.wait(now), self._silence - self._cycle.silence(now)
         self.alarm.due = now + (min(wait, silent) if silent > 0.0 else wait)
 
     def _connect(self) -> None:

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from flexarm_controller.guarding.derive import GuardSettings, guard_limits
+from flexarm_controller.guarding.derive import SILENT, GuardSettings, guard_limits
 from flexarm_model.settings.arm_settings import LoopSettings
 from flexarm_model.settings.parameters import parameter
 
@@ -20,4 +20,10 @@ class GuardNodeSettings(LoopSettings):
     answer_time: float = parameter(
         0.0007, "Least part of a period that is left for such an answer, up to half of it.", "s", 0.0, 0.1
     )
-    drive_silence: float = parameter(0.035, "Silence of the drives that stops the arm.", "s", 0.005, 1.0)
+    drive_silence: float = parameter(
+        0.035, "Silence of the drives that stops the arm; at least three periods.", "s", 0.005, 1.0
+    )
+
+    def longest_silence(self, period: float) -> float:
+        """Return the silence of the drives that stops an arm of so long a period [s]."""
+        return max(self.drive_silence, SILENT * period)

@@ -43,6 +43,7 @@ from flexarm_model.tree.closure_error import ClosureError
 from flexarm_model.tree.reduced_tree import ReducedTree
 
 Array = NDArray[np.float64]
+SILENT = 3.0  # periods of a slow arm that controller or drives may be silent at least: one may be lost
 NOTICING = 3.0  # periods until a speed that is too high has been measured and judged
 LEAD = 2.0  # periods from a measurement to the middle of the period with the torque that answers it
 TAPER = 4.0  # periods in which braking takes away the rest of a velocity
@@ -57,7 +58,9 @@ OVERSHOOT = 2.0  # largest strain over steady strain when a deceleration begins 
 class GuardSettings:
     """Settings of the guard."""
 
-    max_age: float = parameter(0.05, "Silence of the controller that stops the arm.", "s", 0.005, 1.0)
+    max_age: float = parameter(
+        0.05, "Silence of the controller that stops the arm; at least three periods.", "s", 0.005, 1.0
+    )
     arming_time: float = parameter(2.0, "Time the controller has for its first command.", "s", 0.05, 60.0)
     braking_gain: float = parameter(
         0.4, "Gain of holding over the one with which the arm would ring up.", "1", 0.01, 0.9
@@ -129,7 +132,7 @@ def guard_limits(config: ManipulatorConfig, tree: ReducedTree, settings: GuardSe
         ),
         loads=loads[0],
         period=dt,
-        max_age=settings.max_age,
+        max_age=max(settings.max_age, SILENT * dt),
         arming_time=settings.arming_time,
         rest_velocity=settings.rest_velocity,
         ranges=tuple(JointRange(*map(float, end)) for end in ends),
