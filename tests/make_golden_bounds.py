@@ -26,7 +26,7 @@ from flexarm_bringup.conversions import deserialise, serialise
 from flexarm_bringup.regress.making import Source, make_case
 from flexarm_bringup.regress.playing import MODEL, models
 from flexarm_bringup.replaying.replay_bag import OUTPUTS
-from flexarm_model.conversions import ns_to_stamp, stamp_to_ns
+from flexarm_model.conversions import floats, ns_to_stamp, stamp_to_ns
 
 FOLDER = Path(__file__).parent / "golden"
 RECORDED, CASE = FOLDER / "single_link" / "bag", FOLDER / "bounds_and_bad_samples"
@@ -80,7 +80,7 @@ def bad_bag(recorded: Bag, folder: Path) -> Bag:
 
 
 def _about_another_pose(msg: Any) -> None:
-    msg.pose = np.array([POSE])
+    msg.pose = floats([POSE])
     msg.header.stamp = ns_to_stamp(MODEL_NS)
 
 

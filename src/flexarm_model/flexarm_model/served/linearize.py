@@ -247,4 +247,4 @@ def _branch(tree: ReducedTree, q: Array) -> tuple[float, Array]:
     """
     G = tree.constraints(q)[1]
     G_d = G[:, tree.loops.dependent]
-    return float(np.linalg.slogdet(G_d)[0]), -np.linalg.solve(G_d, G[:, tree.actuated])
+    return float(np.linalg.slogdet(G_d)[0]), np.asarray(-np.linalg.solve(G_d, G[:, tree.actuated]))
