@@ -24,6 +24,7 @@ from __future__ import annotations
 
 import time
 from dataclasses import dataclass
+from functools import partial
 
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Bool
@@ -217,9 +218,7 @@ class RigNode(ManagedNode):
         subscribe_bytes(self, JointState, "applied_effort", self.on_effort, newest)
         self._partners = dict.fromkeys(self.settings.partners if self.settings.lockstep else (), False)
         for name in self._partners:
-            self.create_subscription(
-                Bool, f"{name}/ready", lambda msg, name=name: self.on_ready(name, msg), LATCHED_QOS
-            )
+            self.create_subscription(Bool, f"{name}/ready", partial(self.on_ready, name), LATCHED_QOS)
         self.tell_ready({"hardware": lambda: True})
         if not self.settings.lockstep:
             self._wait()

@@ -45,6 +45,24 @@ class LifeSettings:
     )
 
 
+class _UntilGone:
+    """What is called with messages, until the subscription goes.
+
+    The executor may hold one that has come before: the callback would find its publishers destroyed, and the
+    node would end by that.
+    """
+
+    def __init__(self, callback: Callable[[Any], None]) -> None:
+        self._callback: Callable[[Any], None] | None = callback
+
+    def __call__(self, msg: Any) -> None:
+        if self._callback is not None:
+            self._callback(msg)
+
+    def end(self) -> None:
+        self._callback = None
+
+
 class ManagedNode(LifecycleNode):  # type: ignore[misc]
     """Base of flexarm's nodes; a node class calls ``start`` at the end of its constructor.
 
@@ -64,6 +82,7 @@ class ManagedNode(LifecycleNode):  # type: ignore[misc]
         Raises:
             NameTakenError: A node of this name is running; this one has said nothing yet.
         """
+        self._until_gone = dict[Any, _UntilGone]()  # callbacks of subscriptions
         super().__init__(name, namespace="flexarm")
         self.name_held = claim_name(self.get_fully_qualified_name(), str(self.context.get_domain_id()))
         self.is_active = self.is_finished = False
@@ -78,6 +97,21 @@ class ManagedNode(LifecycleNode):  # type: ignore[misc]
     def subscriptions(self) -> Iterator[Any]:
         """Return what an executor is to hear: all subscriptions but those that are polled."""
         return (each for each in super().subscriptions if each not in self.polled)
+
+    def create_subscription(
+        self, kind: Any, topic: str, callback: Callable[[Any], None], *args: Any, **more: Any
+    ) -> Any:
+        """Subscribe as every node does, until it is destroyed: see ``_UntilGone``."""
+        heard = _UntilGone(callback)
+        made = super().create_subscription(kind, topic, heard, *args, **more)
+        self._until_gone[made] = heard
+        return made
+
+    def destroy_subscription(self, subscription: Any) -> bool:
+        """Hear nothing of it any more."""
+        if heard := self._until_gone.pop(subscription, None):
+            heard.end()
+        return bool(super().destroy_subscription(subscription))
 
     def has_publisher(self, topic: str) -> bool:
         """Return whether somebody speaks on a topic."""

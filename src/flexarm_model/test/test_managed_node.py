@@ -1,0 +1,51 @@
+"""A managed node that was deactivated hears nothing that its executor had taken before."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from typing import Any
+
+import pytest
+
+pytestmark = pytest.mark.ros
+rclpy = pytest.importorskip("rclpy")
+
+from std_msgs.msg import Bool  # noqa: E402
+
+from flexarm_model.ros.managed_node import LifeSettings, ManagedNode  # noqa: E402
+
+
+class Echo(ManagedNode):
+    """Repeats what it hears."""
+
+    def activate(self) -> None:
+        self.outlet = self.create_publisher(Bool, "~/said", 1)
+        self.made = self.create_subscription(Bool, "~/heard", self.on_bool, 1)
+        self.heard: list[bool] = []
+
+    def on_bool(self, msg: Any) -> None:
+        self.heard.append(msg.data)
+        self.outlet.publish(msg)
+
+
+@pytest.fixture(scope="module")
+def echo() -> Iterator[Echo]:
+    rclpy.init(domain_id=int(os.environ.get("ROS_DOMAIN_ID", "0")))
+    node = Echo("echo_until_gone")
+    node.start(LifeSettings())
+    yield node
+    node.destroy_node()
+    rclpy.shutdown()
+
+
+def test_what_was_taken_before_the_end_is_not_heard_after_it(echo: Echo) -> None:
+    """It was, and the node ended by a publisher that was gone: one of twenty deactivated controllers."""
+    taken = echo.made.callback
+    taken(Bool(data=True))
+    echo.trigger_deactivate()
+    taken(Bool(data=False))
+    assert echo.heard == [True]
+    echo.trigger_activate()  # and hears again
+    echo.made.callback(Bool(data=True))
+    assert echo.heard == [True] and len(echo._until_gone) == 1
