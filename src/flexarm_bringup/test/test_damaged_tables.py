@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.io import savemat
 
 from flexarm_bringup import cli
 from flexarm_bringup.identify.measurement import Records, SourceError
@@ -61,6 +62,18 @@ def test_a_file_that_is_cut_off_is_refused_by_name(tmp_path: Path) -> None:
     cut.write_bytes(whole.read_bytes()[:5000])
     with pytest.raises(SourceError, match=r"cut.npz: cannot be read"):
         read_table(cut, "receptance")
+
+
+def test_a_damaged_matlab_file_is_refused_before_scipy_reads_it(tmp_path: Path) -> None:
+    """A type that does not exist led SciPy to memory that is not its own, which ends the process."""
+    path = tmp_path / "run.mat"
+    savemat(path, {"t": T, "in_u": np.ones_like(T), "out_a": np.ones_like(T)})
+    assert isinstance(read_table(path, "receptance"), Records)
+    content = bytearray(path.read_bytes())
+    content[128] = 200  # type of the first element
+    path.write_bytes(bytes(content))
+    with pytest.raises(SourceError, match=r"run.mat: is damaged.* type 200"):
+        read_table(path, "receptance")
 
 
 @pytest.mark.parametrize("name", ["run.csv", "RUN.CSV"])

@@ -16,10 +16,10 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.io import loadmat
-from scipy.io.matlab import MatReadError
 
 from flexarm_bringup.identify.measurement import COMMON, Cell, Records, Responses, SourceError
+from flexarm_model.fe_import.matlab_file import read_variables
+from flexarm_model.settings.strict_yaml import ConfigError
 
 Array = NDArray[np.float64]
 SIDES = ("in:", "out:", "ref:")
@@ -37,7 +37,9 @@ def read_table(path: Path, kind: str) -> Responses | Records:
         raise SourceError(f"{path}: '{path.suffix}' is not one of {', '.join(READERS)}")
     try:
         columns = reader(path)
-    except (OSError, EOFError, ValueError, KeyError, NotImplementedError, *DAMAGED) as error:
+    except ConfigError as error:  # names the file
+        raise SourceError(str(error)) from error
+    except (OSError, EOFError, ValueError, KeyError, NotImplementedError, zipfile.BadZipFile) as error:
         raise SourceError(f"{path}: cannot be read: {error}") from error
     if "f_hz" in columns:
         _refuse_other_lengths(path, columns, "f_hz")
@@ -83,7 +85,7 @@ def _read_csv(path: Path) -> dict[str, Any]:
 def _read_mat(path: Path) -> dict[str, Any]:
     found = {
         _from_matlab(name): np.squeeze(value)
-        for name, value in loadmat(path).items()
+        for name, value in read_variables(path).items()
         if not name.startswith("__")
     }
     return {name: np.atleast_1d(value) if _is_column(name) else value for name, value in found.items()}
@@ -101,7 +103,6 @@ def _read_npz(path: Path) -> dict[str, Any]:
         return {name: file[name] for name in file.files}
 
 
-DAMAGED = (zipfile.BadZipFile, MatReadError)
 READERS = {".csv": _read_csv, ".mat": _read_mat, ".npz": _read_npz}
 
 

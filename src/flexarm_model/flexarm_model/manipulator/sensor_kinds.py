@@ -76,6 +76,7 @@ def _inertial(kind: str, dimension: str) -> Callable[[str, str, Section, Axis | 
     """Return what reads a part of an inertial measurement unit."""
 
     def read(name: str, site: str, section: Section, _: Axis | None) -> SensorSpec:
+        """Read the sensor; ``imu`` names the unit that carries it."""
         sigma = section.quantity("sigma", dimension, above=0.0)
         reach = section.quantity("range", dimension, above=0.0)
         axes = section.choices("axes", ("x", "y", "z"), at_least=1)

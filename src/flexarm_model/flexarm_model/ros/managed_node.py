@@ -60,6 +60,7 @@ class _UntilGone:
             self._callback(msg)
 
     def end(self) -> None:
+        """Call nothing any more."""
         self._callback = None
 
 
