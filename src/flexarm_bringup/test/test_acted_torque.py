@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from flexarm_bringup.excite.acted_excitation import OLDEST, acted_excitation
-from flexarm_bringup.excite.measure import Tested
+from flexarm_bringup.excite.measure import MeasuredTest
 from flexarm_bringup.excite.page import late_share
 from flexarm_bringup.identify.acted_torque import acted
 
@@ -96,4 +96,4 @@ def test_the_page_tells_how_often_another_excitation_acted_than_was_asked(late: 
         plan=SimpleNamespace(added=lambda run: asked),
         records=(SimpleNamespace(instruments=dict(zip("ab", acted_part.T, strict=True))),),
     )
-    assert late_share(cast(Tested, tested)) == pytest.approx(late / (N - SKIPPED))
+    assert late_share(cast(MeasuredTest, tested)) == pytest.approx(late / (N - SKIPPED))

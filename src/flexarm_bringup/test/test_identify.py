@@ -136,7 +136,7 @@ def test_records_give_modes_with_both_uncertainties_and_a_page(tmp_path, capsys)
         ("e.csv", "t,out:a\n0,1\n1,2\n2,2\n", "no input"),
         ("f.uff", "not a universal file", "f.uff"),
         ("g.xyz", "", "not one of .uff"),
-        ("h.mat", "no matlab", "cannot be read"),
+        ("h.mat", "no matlab", "no MATLAB file"),
     ],
 )
 def test_a_file_that_cannot_be_used_is_refused_with_its_name_and_the_reason(

@@ -12,7 +12,7 @@ from flexarm_bringup.bags.bag_reader import Bag, check_bag, decode
 from flexarm_bringup.bags.bag_writer import BagError
 from flexarm_bringup.excite.acted_excitation import acted_excitation
 from flexarm_bringup.excite.drive import Channel, Driven, channels
-from flexarm_bringup.excite.measure import SensorCheckError, Tested, channels_used, record_of
+from flexarm_bringup.excite.measure import SensorCheckError, MeasuredTest, channels_used, record_of
 from flexarm_bringup.excite.told import ToldTest, from_text
 from flexarm_bringup.identify.bag_source import LONGEST_GAP, NS, held, listen
 from flexarm_bringup.identify.measurement import SourceError
@@ -27,7 +27,7 @@ EXCITATION, TOLD = f"{NAMESPACE}/excitation", f"{NAMESPACE}/excite/test"
 COMMANDS = f"{NAMESPACE}/joint_commands"
 
 
-def read_test(path: Path) -> Tested | None:
+def read_test(path: Path) -> MeasuredTest | None:
     """Return the modal test in a bag; None where it holds none that came to its end.
 
     Raises:
@@ -53,7 +53,7 @@ def read_test(path: Path) -> Tested | None:
         raise SourceError(f"{path}: no torque or excitation of {', '.join(missing)}")
     driven = [_driven(path, heard, config, told, start_ns * NS) for start_ns in told.starts_ns]
     records = tuple(record_of(config, run, told.plan, used) for run in driven)
-    return Tested(axes, told.plan, told.findings, records)
+    return MeasuredTest(axes, told.plan, told.findings, records)
 
 
 def _asked(bag: Bag, config: ManipulatorConfig) -> Heard:

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from flexarm_bringup.excite.drive import Driven, channels
 from flexarm_bringup.excite.held_arm import HeldArm
-from flexarm_bringup.excite.measure import SensorCheckError, Tested, modal_test
+from flexarm_bringup.excite.measure import SensorCheckError, MeasuredTest, modal_test
 from flexarm_bringup.excite.plan import Plan
 from flexarm_bringup.excite.told import ToldTest
 from flexarm_bringup.identify.measurement import SourceError
@@ -64,7 +64,7 @@ class LiveTest:
         self._first = {channel.spec.name: i for i, channel in reversed([*enumerate(self._channels)])}
         self._steps = modal_test(arm, plan, ignore, say)
         self._pool = None if is_lockstep else ThreadPoolExecutor(1)
-        self._thought: Future[Array | Tested] | None = None
+        self._thought: Future[Array | MeasuredTest] | None = None
         self._starts: list[int] = []
         self._start_ns: int | None = None
         self._begin(next(self._steps))
@@ -141,14 +141,14 @@ class LiveTest:
             except SourceError as error:
                 self._thought.set_exception(error)
 
-    def _go_on(self, driven: Driven) -> Array | Tested:
+    def _go_on(self, driven: Driven) -> Array | MeasuredTest:
         try:
             return self._steps.send(driven)
         except StopIteration as end:
-            tested: Tested = end.value
+            tested: MeasuredTest = end.value
             return tested
 
-    def _take_thought(self, thought: Future[Array | Tested]) -> None:
+    def _take_thought(self, thought: Future[Array | MeasuredTest]) -> None:
         self._thought = None
         try:
             found = thought.result()
@@ -158,7 +158,7 @@ class LiveTest:
         except SourceError as error:
             self.failure = str(error)
         else:
-            if isinstance(found, Tested):
+            if isinstance(found, MeasuredTest):
                 runs = tuple(self._starts[-len(self._plan.signs) :])
                 self.told = ToldTest(self._plan, found.findings, self._ignored, runs)
             else:

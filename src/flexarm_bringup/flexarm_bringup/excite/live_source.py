@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from flexarm_bringup.excite.bag import read_test
-from flexarm_bringup.excite.measure import Tested
+from flexarm_bringup.excite.measure import MeasuredTest
 from flexarm_bringup.excite.options import JOIN, LOCKSTEP
 from flexarm_bringup.excite.rig_source import RigTest
 from flexarm_bringup.identify.measurement import SourceError
@@ -23,7 +23,7 @@ PARTNERS = ("model", "guard", "rig")
 EXCITE, RECORDER = "excite", "recorder"
 
 
-def run_live_test(test: RigTest, mode: str, folder: Path, say: Callable[[str], None]) -> Tested:
+def run_live_test(test: RigTest, mode: str, folder: Path, say: Callable[[str], None]) -> MeasuredTest:
     """Run the excite node and a recorder, beside the graph that runs or with one of their own.
 
     Args:

@@ -36,7 +36,7 @@ class SensorCheckError(SourceError):
 
 
 @dataclass(frozen=True)
-class Tested:
+class MeasuredTest:
     """A modal test.
 
     Attributes:
@@ -52,11 +52,11 @@ class Tested:
     records: tuple[Records, ...]
 
 
-Steps = Generator[Array, Driven, Tested]
+Steps = Generator[Array, Driven, MeasuredTest]
 """A modal test as stretches of time: yields torques to add, (n, n_theta), is sent what happened."""
 
 
-def measure(drive: Drive, plan: Plan, ignore: Sequence[str], say: Callable[[str], None]) -> Tested:
+def measure(drive: Drive, plan: Plan, ignore: Sequence[str], say: Callable[[str], None]) -> MeasuredTest:
     """Do a modal test at once; see ``modal_test``."""
     steps = modal_test(drive.arm, plan, ignore, say)
     added = next(steps)
@@ -64,7 +64,7 @@ def measure(drive: Drive, plan: Plan, ignore: Sequence[str], say: Callable[[str]
         try:
             added = steps.send(drive.run(added))
         except StopIteration as end:
-            tested: Tested = end.value
+            tested: MeasuredTest = end.value
             return tested
 
 
@@ -90,7 +90,7 @@ def modal_test(arm: HeldArm, plan: Plan, ignore: Sequence[str], say: Callable[[s
         say(f"run: {run + 1} of {len(plan.signs)}, {plan.seconds / len(plan.signs):.0f} s each")
         driven = yield plan.added(run)
         records.append(record_of(arm.config, driven, plan, used))
-    return Tested(axes, plan, findings, tuple(records))
+    return MeasuredTest(axes, plan, findings, tuple(records))
 
 
 def channels_used(config: ManipulatorConfig, ignore: Sequence[str]) -> tuple[Channel, ...]:

@@ -8,14 +8,14 @@ from collections.abc import Sequence
 import numpy as np
 
 from flexarm_bringup.excite.acted_excitation import SAME
-from flexarm_bringup.excite.measure import Tested
+from flexarm_bringup.excite.measure import MeasuredTest
 from flexarm_bringup.page.report import Cells, Column, Table
 from flexarm_model.identification.sensor_check import Finding
 
 PERCENT = 100.0
 
 
-def plan_table(tested: Tested) -> Table:
+def plan_table(tested: MeasuredTest) -> Table:
     """Return what was excited, why so much, and how much of it did not come in time."""
     plan, axes = tested.plan, tested.axes
     signal, (low, high) = plan.excitation, plan.excitation.band_hz
@@ -43,7 +43,7 @@ def plan_table(tested: Tested) -> Table:
     return Table("Excitation", [Column("axis"), Column("peak torque\n[N m] or [N]", ".4g")], rows, notes)
 
 
-def late_share(tested: Tested) -> float:
+def late_share(tested: MeasuredTest) -> float:
     """Return in what share of the recorded periods another excitation acted than was asked of them [1]."""
     others = []
     for run, record in enumerate(tested.records):

@@ -12,7 +12,7 @@ import numpy as np
 
 from flexarm_bringup.excite.drive import Drive
 from flexarm_bringup.excite.held_arm import HeldArm
-from flexarm_bringup.excite.measure import Tested, channels_used, measure
+from flexarm_bringup.excite.measure import MeasuredTest, channels_used, measure
 from flexarm_bringup.excite.plan import Wish, plan_excitation
 from flexarm_bringup.identify.measurement import Records, SourceError
 from flexarm_bringup.sim.hardware import Hardware
@@ -87,7 +87,7 @@ def rig_settings(given: Sequence[str]) -> RigSettings:
     return apply_overrides(RigSettings, values)
 
 
-def run_rig_test(test: RigTest, say: Callable[[str], None]) -> Tested:
+def run_rig_test(test: RigTest, say: Callable[[str], None]) -> MeasuredTest:
     """Build the rig, check its sensors, excite it.
 
     Raises:

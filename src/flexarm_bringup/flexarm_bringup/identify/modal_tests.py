@@ -8,7 +8,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from flexarm_bringup.excite.bag import read_test
-from flexarm_bringup.excite.measure import Tested
+from flexarm_bringup.excite.measure import MeasuredTest
 from flexarm_bringup.excite.page import check_table, plan_table
 from flexarm_bringup.excite.rig_source import RIG, RigTest, rig_test, run_rig_test, save_records
 from flexarm_bringup.identify.measurement import Records, SourceError
@@ -33,7 +33,7 @@ def modal_tests(args: argparse.Namespace) -> tuple[tuple[Records, ...], list[Tab
     ]
 
 
-def _of_rig(args: argparse.Namespace) -> Tested:
+def _of_rig(args: argparse.Namespace) -> MeasuredTest:
     """Excite the simulated rig."""
     progress = Progress()
     if args.save is None and args.update is not None:
@@ -45,7 +45,7 @@ def _of_rig(args: argparse.Namespace) -> Tested:
         progress.done()
 
 
-def _over_dds(args: argparse.Namespace, test: RigTest, say: Callable[[str], None]) -> Tested:
+def _over_dds(args: argparse.Namespace, test: RigTest, say: Callable[[str], None]) -> MeasuredTest:
     """Excite it as nodes, and keep bag and log files where that is wanted."""
     from flexarm_bringup.excite.live_source import run_live_test
 
@@ -57,7 +57,7 @@ def _over_dds(args: argparse.Namespace, test: RigTest, say: Callable[[str], None
     return run_live_test(test, args.nodes, args.bag, say)
 
 
-def _of_bags(files: list[Path]) -> tuple[Tested, ...]:
+def _of_bags(files: list[Path]) -> tuple[MeasuredTest, ...]:
     """Return what was excited in bags; nothing unless all files are such bags."""
     found = [read_test(path) if (path / "metadata.yaml").is_file() else None for path in files]
     tests = tuple(tested for tested in found if tested is not None)
