@@ -12,7 +12,7 @@ from flexarm_bringup.bags.bag_reader import Bag, check_bag, decode
 from flexarm_bringup.bags.bag_writer import BagError
 from flexarm_bringup.excite.acted_excitation import acted_excitation
 from flexarm_bringup.excite.drive import Channel, Driven, channels
-from flexarm_bringup.excite.measure import SensorCheckError, MeasuredTest, channels_used, record_of
+from flexarm_bringup.excite.measure import MeasuredTest, SensorCheckError, channels_used, record_of
 from flexarm_bringup.excite.told import ToldTest, from_text
 from flexarm_bringup.identify.bag_source import LONGEST_GAP, NS, held, listen
 from flexarm_bringup.identify.measurement import SourceError

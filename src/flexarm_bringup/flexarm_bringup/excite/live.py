@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from flexarm_bringup.excite.drive import Driven, channels
 from flexarm_bringup.excite.held_arm import HeldArm
-from flexarm_bringup.excite.measure import SensorCheckError, MeasuredTest, modal_test
+from flexarm_bringup.excite.measure import MeasuredTest, SensorCheckError, modal_test
 from flexarm_bringup.excite.plan import Plan
 from flexarm_bringup.excite.told import ToldTest
 from flexarm_bringup.identify.measurement import SourceError
