@@ -182,12 +182,25 @@ def measure_moving(name: str, seconds: float) -> dict[str, float]:
     }
 
 
+def measure_losses(name: str, seconds: float) -> dict[str, float]:
+    """Measure the step with a robust loss over its horizon."""
+    arm, robust = build(name, seconds), EstimatorConfig(loss="huber")
+    estimator = start(arm.config, arm.tree, robust)
+    spent = time_each(
+        lambda tick: estimator.step(tick.samples, tick.u[:-1], tick.t), arm.ticks[: 3 * WARM_UP]
+    )[WARM_UP:]
+    return {
+        f"{name}_huber_median_us": float(np.median(spent)),
+        f"{name}_huber_p99_us": float(np.percentile(spent, 99)),
+    }
+
+
 def main(seconds: float = 20.0) -> dict[str, float]:
     """Measure; returns sizes, times in microseconds and ratios."""
     found: dict[str, float] = {}
     for name in ARMS:
         found |= measure(name, seconds)
-    found |= measure_moving("two_link", seconds)
+    found |= measure_moving("two_link", seconds) | measure_losses("single_link", seconds)
     differences = found["two_link_finite_difference_median_us"]
     found["ratio_finite_difference_to_step"] = differences / found["two_link_estimator_ordinary_us"]
     found["ratio_finite_difference_to_extended"] = differences / found["two_link_extended_median_us"]

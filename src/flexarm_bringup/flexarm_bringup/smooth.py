@@ -3,6 +3,7 @@
   flexarm smooth BAG                      how much better is the past known, at the tip and per mode?
   flexarm smooth BAG --csv states.csv     write tip and modes of every instant
   flexarm smooth BAG --lag 1.0 --html report.html
+  flexarm smooth BAG --loss huber         outliers that the gate lets pass count less
 
 For what is looked at after a run: identification, a report, a test of the estimator on a rig that has no
 truth of its own. The tip's error is against the truth where the bag has it (the simulated rig records it).
@@ -25,6 +26,7 @@ from flexarm_bringup.consistency.smoothing import Late, run_smoother, tip_error
 from flexarm_bringup.page.figures import Figure, drawing, to_figure
 from flexarm_bringup.page.report import Cells, Column, Page, Table, add_report_arguments, publish
 from flexarm_bringup.progress import Progress
+from flexarm_estimator.robust.losses import LOSSES
 
 Array = NDArray[np.float64]
 LAG, LONGEST = 0.3, 1.8  # s; an estimator keeps two seconds of its past
@@ -43,6 +45,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help=f"how far later counts (default: {LAG} s)",
     )
     parser.add_argument(
+        "--loss",
+        choices=("square", *LOSSES),
+        help="what a sample costs that is off; found over the lag (default: as in the bag)",
+    )
+    parser.add_argument(
         "--csv", type=output_file, metavar="FILE", help="write tip and modes of every instant"
     )
     add_report_arguments(parser)
@@ -57,7 +64,7 @@ def run(args: argparse.Namespace) -> int:
         progress.say("filtering")
         now = track_of(NONE, run_estimator(recording))
         progress.say("smoothing")
-        late = run_smoother(recording, args.lag)
+        late = run_smoother(recording, args.lag, args.loss)
     except ValueError as error:  # BagError; ConfigError or ParameterError of the configuration in the bag
         progress.done()
         print(f"flexarm smooth: {error}", file=sys.stderr)
@@ -93,11 +100,12 @@ def build_page(
     args: argparse.Namespace, now: Track, late: Late, truth: Mapping[int, Array], figures: list[Figure]
 ) -> Page:
     """Return what there is to say about a bag."""
+    looked = f"smoother, {args.lag:g} s later" + (f", loss {args.loss}" if args.loss else "")
     rows: list[Cells] = [
         [name, _micro(tip_error(at, tip, truth)), MICRO * float(np.sqrt(np.mean(sigma**2))), len(at)]
         for name, at, tip, sigma in (
             ("filter, as it was told then", now.stamps_ns, now.tip, now.tip_sigma),
-            (f"smoother, {args.lag:g} s later", late.stamps_ns.tolist(), late.tip, late.tip_sigma),
+            (looked, late.stamps_ns.tolist(), late.tip, late.tip_sigma),
         )
     ]
     heads = [Column("estimate"), Column("tip error\n[um RMS]", ".1f"), Column("told sigma\n[um RMS]", ".1f")]

@@ -25,6 +25,7 @@ from flexarm_estimator.judging.sample_judge import Verdict
 from flexarm_estimator.measurement import Measurement
 from flexarm_estimator.messages.torque_input import torque_input
 from flexarm_estimator.parts import Parts, PartsMaker
+from flexarm_estimator.robust.moving_horizon import horizon_of
 from flexarm_estimator.settings import EstimatorConfig
 from flexarm_estimator.tool.report import TipReporter
 from flexarm_estimator.tool.tip import Kinematics
@@ -75,7 +76,7 @@ class Estimator:
         self.specs, self.config, self._use_compiler = sensors, config, use_compiler
         self._gate = Gate({spec.name: spec.sigma.tolist() for spec in sensors}, config, use_compiler)
         self._maker = PartsMaker(kinematics, sensors, config, self._gate)
-        self._delays = StampDelays(sensors)
+        self._delays, self._horizon = StampDelays(sensors), horizon_of(config)
         self._watches = Watches(sensors, config, self._delays)
         self._use(self.prepare(model))
         locating = {name for name, model in self._parts.sensors.all().items() if model.locates}
@@ -110,6 +111,8 @@ class Estimator:
         touched += [history.insert_scan(scan)] if scan else []
         verdicts = self._compute(touched) + self._resolve()
         self.health.note_verdicts(verdicts)
+        if self._horizon is not None:
+            self._horizon.settle(self._parts, history.instants)
         now, is_ordinary = history.now, all([verdict.is_accepted for verdict in verdicts])
         self._heed(View(self._t, self._u, now.belief, samples, verdicts, now.inputs, is_ordinary))
         self._history.forget(self._gate.needs(self._t))
@@ -155,6 +158,7 @@ class Estimator:
         validate(config)
         self.specs, self.config, self._maker = specs, config, self._maker.retuned(specs, config)
         self._reception.retune(specs, config)
+        self._horizon = horizon_of(config)
         self.adopt(self.model)
 
     def refuse(self, sensor: str, reason: str) -> None:

@@ -21,6 +21,15 @@ class EstimatorConfig:
         "extended or unscented on that motion.",
         choices=("linear", "corrected", "extended", "unscented"),
     )
+    loss: str = parameter(
+        "square",
+        "What a sample costs that is off: its square (the Kalman filter), or less beyond a sigma or two, "
+        "found over the horizon in every step; takes milliseconds.",
+        choices=("square", "huber", "cauchy"),
+    )
+    horizon: float = parameter(
+        0.1, "Samples of the last so many seconds are weighed by that loss", "s", 0.0, 2.0
+    )
     frequency_error: float = parameter(
         0.10, "Relative error of the modes' frequencies that the filter must bear", "1", 0.0, 0.5
     )

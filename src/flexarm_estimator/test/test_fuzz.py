@@ -51,10 +51,11 @@ def assert_sound(estimate):
         assert np.isfinite([report.age, report.normalised]).all()
 
 
+@pytest.mark.parametrize("loss", ["square", "huber"])
 @settings(max_examples=60, deadline=None, derandomize=True, suppress_health_check=list(HealthCheck))
-@given(st.lists(st.tuples(st.lists(SAMPLES, max_size=4), TORQUES, TIMES), min_size=1, max_size=12))
-def test_garbage_never_raises_and_never_gets_out(steps):
-    estimator = Estimator(strip_model(), StripKinematics(), SENSORS, EstimatorConfig())
+@given(steps=st.lists(st.tuples(st.lists(SAMPLES, max_size=4), TORQUES, TIMES), min_size=1, max_size=12))
+def test_garbage_never_raises_and_never_gets_out(loss, steps):
+    estimator = Estimator(strip_model(), StripKinematics(), SENSORS, EstimatorConfig(loss=loss))
     for k in range(20):
         estimator.step(arriving(RECORD, k), RECORD.tau[k], float(RECORD.t[k]))
     for i, (samples, tau, t) in enumerate(steps):

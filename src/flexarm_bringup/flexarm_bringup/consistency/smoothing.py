@@ -36,18 +36,20 @@ class Late(NamedTuple):
     eta_dot: Array
 
 
-def run_smoother(recording: Recording, lag: float) -> Late:
+def run_smoother(recording: Recording, lag: float, loss: str | None = None) -> Late:
     """Feed a bag to an estimator that keeps so long a past, and look back.
 
     Args:
         recording: The bag.
         lag: What came so much later counts [s].
+        loss: What a sample costs that is off, found over the lag (``EstimatorConfig.loss``); None: as it was.
 
     Raises:
         BagError: No model of the bag is taken.
     """
     settings = recording.settings
     settings = replace(settings, history=max(settings.history, lag + settings.max_gap + SAME_INSTANT))
+    settings = settings if loss is None else replace(settings, loss=loss, horizon=lag)
     exchange = EstimatorExchange(recording.config, settings, recording.epoch_ns)
     looking = _LookingBack(exchange, lag)
     for _ in Player(looking, NoController(), recording.lockstep).play(recording.bag.records):

@@ -1,0 +1,1 @@
+"""Robust losses over a moving horizon."""
