@@ -10,11 +10,12 @@ import numpy as np
 import pytest
 
 from flexarm_bringup.consistency.ablation import NONE, Track
-from flexarm_bringup.consistency.smoothing import Late, tip_error
+from flexarm_bringup.consistency.recording import open_recording
+from flexarm_bringup.consistency.smoothing import Late, run_smoother, tip_error
 from flexarm_bringup.smooth import build_page, draw, since, write_csv
 
 STAMPS = (0, 10, 20, 30)
-ARGS = argparse.Namespace(bag=Path("bag"), lag=0.3)
+ARGS = argparse.Namespace(bag=Path("bag"), lag=0.3, loss=None)
 
 
 def late(off: float) -> Late:
@@ -54,3 +55,16 @@ def test_the_page_compares_with_the_truth_or_says_that_there_is_none(truth: dict
     assert ("no truth" in text) == (not truth)
     assert ("4000.0" in text and "1000.0" in text) == bool(truth)
     assert ("truth" in figure.caption) == bool(truth)
+
+
+def test_a_loss_of_squares_is_the_smoother_and_another_is_not(bag_of_golden: Path) -> None:
+    recording = open_recording(bag_of_golden)
+    runs = [run_smoother(recording, 0.1, loss) for loss in (None, "square", "huber")]
+    np.testing.assert_array_equal(runs[0].tip, runs[1].tip)
+    moved = np.linalg.norm(runs[2].tip - runs[0].tip, axis=1)
+    assert 0.0 < moved.max() < 1e-4  # nothing is off in this bag
+
+
+@pytest.fixture
+def bag_of_golden() -> Path:
+    return Path(__file__).parents[3] / "tests" / "golden" / "single_link" / "bag"
