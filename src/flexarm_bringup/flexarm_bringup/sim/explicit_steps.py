@@ -6,6 +6,7 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
+from flexarm_bringup.sim.backlash import gaps_of
 from flexarm_bringup.sim.friction import FRICTION_SLOPE
 from flexarm_model.numeric.compiled import compile_functions
 from flexarm_model.served.linearize import linearize
@@ -44,6 +45,7 @@ class ExplicitSteps:
             friction: Coulomb friction of the actuated axes [N m or N].
         """
         self._tree, self._dt, self.substeps, self._friction = tree, dt, substeps, friction
+        self._gaps = gaps_of(tree)
         functions = {"drive": self._advance(servo=False), "servo": self._advance(servo=True)}
         self._functions = compile_functions(functions)
 
@@ -82,7 +84,7 @@ class ExplicitSteps:
         return ca.Function("advance", [q, v, u], [q_end, v_end, rate(q_end, v_end, u)])
 
     def _drive_rate(self, q: ca.SX, v: ca.SX, tau: ca.SX) -> ca.SX:
-        force = ca.SX.zeros(self._tree.n_q)
+        force = self._gaps.expression(q, v)
         for i, axis in enumerate(self._tree.actuated):
             force[axis] = tau[i] - self._friction * ca.tanh(v[axis] / FRICTION_SLOPE)
         return self._tree.expressions["forward_dynamics"](q, v, force)
@@ -91,6 +93,7 @@ class ExplicitSteps:
         t = self._tree.actuated
         e = [i for i in range(self._tree.n_q) if i not in t]
         M, h = self._tree.expressions["mass_matrix"](q), self._tree.expressions["bias"](q, v)
+        h -= self._gaps.expression(q, v)
         a = ca.SX.zeros(self._tree.n_q)
         a[t] = acceleration
         if e:

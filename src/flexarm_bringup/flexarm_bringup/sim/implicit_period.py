@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from scipy.linalg import cython_blas, cython_lapack
 from scipy.linalg.lapack import dgesv, dposv
 
+from flexarm_bringup.sim.backlash import gaps_of
 from flexarm_bringup.sim.friction import FRICTION_SLOPE, friction_and_slope
 from flexarm_bringup.sim.implicit_parts import EntriesLayout, find_parts
 from flexarm_model.numeric.machine_code import MachineCode, load_code
@@ -62,6 +63,7 @@ class PlainPeriod(Period):
         self._t = np.array(tree.actuated, dtype=int)
         self._free = np.setdiff1d(np.arange(n + m), [] if stepping.is_driven else self._t)
         self._constant = np.asfortranarray(h**2 / 4 * tree.K + h / 2 * tree.D)
+        self._gaps = gaps_of(tree)
         self._matrix, self._right = np.zeros((n + m, n + m), order="F"), np.zeros(n + m)
 
     def advance(self, q: Array, v: Array, u: Array) -> tuple[Array, Array, Array]:
@@ -94,6 +96,10 @@ class PlainPeriod(Period):
             A[t, t] += h / 2 * slope
         else:
             change[t] = h * u
+        if (gaps := self._gaps.index).size:
+            force, stiffness, damping = self._gaps.released(middle[gaps], v[gaps])
+            b[gaps] += h * force
+            A[gaps, gaps] -= h**2 / 4 * stiffness + h / 2 * damping
         free = self._free
         right = b[free] - A[np.ix_(free, t)] @ change[t]
         change[free] = self._solve(np.asfortranarray(A[np.ix_(free, free)]), right)
@@ -111,6 +117,8 @@ class _Layout(ctypes.Structure):
         *((name, ctypes.c_int64) for name in ("n", "m", "free", "heavy", "axes", "substeps")),
         *((name, ctypes.c_double) for name in ("h", "friction", "slope")),
         *((name, ctypes.c_void_p) for name in ("axis", "order", "constant")),
+        ("gaps", ctypes.c_int64),
+        *((name, ctypes.c_void_p) for name in ("gap", "half", "stiffness", "damping")),
         *((name, EntriesLayout) for name in ("inside", "across", "among", "led", "loop")),
         *((name, ctypes.c_void_p) for name in ("mass", "bias", "rows", "loops", "close")),
         *((name, ctypes.c_void_p) for name in ("dsyr2k", "dposv", "work")),
@@ -129,11 +137,13 @@ class MachinePeriod(Period):
         self._axis, k = np.array(t, dtype=np.int64), self._parts.free
         self._mass, self._bias = (MachineCode(tree.functions[name]) for name in ("mass_matrix", "bias"))
         self._work = np.zeros(2 * n + k * k + k + (k + 1) * m + m * (k + 1) + m * m)
-        arrays = (self._axis, self._parts.order, self._constant)
+        arrays, gaps = (self._axis, self._parts.order, self._constant), gaps_of(tree)
+        self._gaps = gaps.index, gaps.half, gaps.stiffness, gaps.damping
         blas = (routine(cython_blas, "dsyr2k"), routine(cython_lapack, "dposv"))
         self._layout = _Layout(
             n, m, k, self._parts.heavy, len(t), stepping.substeps, h, stepping.friction, FRICTION_SLOPE,
-            *map(place, arrays), *(entries.layout for entries in self._parts.entries),
+            *map(place, arrays), gaps.index.size, *map(place, self._gaps),
+            *(entries.layout for entries in self._parts.entries),
             self._mass.address, self._bias.address, *self._loops(tree), *blas, place(self._work),
         )  # fmt: skip
         self._q, self._v, self._dv, self._u = np.zeros(n), np.zeros(n), np.zeros(n), np.zeros(len(t))

@@ -23,6 +23,9 @@ struct period {
     double h, friction, slope;           /* s, N m, rad/s */
     const int64_t *axis, *order;         /* actuated axes; free coordinates, the m dependent ones, the others */
     const double *constant;              /* h^2/4 K + h/2 D, (n, n) */
+    int64_t gaps;                        /* springs with play: where they are, half of it, their springs in contact */
+    const int64_t *gap;
+    const double *half, *stiffness, *damping;
     struct runs inside;                  /* of M + constant: the lower triangle of the free coordinates */
     struct entries across, among, led;   /* dependent by free; dependent by dependent; all by prescribed */
     struct entries loop;                 /* of G; its columns are counted in the order */
@@ -94,6 +97,22 @@ static void carry(const struct period *s, const double *M, const double *b, cons
     s->dsyr2k("L", "N", &size, &inner, &one, (double *)XY, &lead, W, &size, &one, S, &size);
 }
 
+/* Take what springs without play bear too much out of M and b; backlash.py has the equations. */
+static void release(const struct period *s, const double *middle, const double *v, double *M, double *b)
+{
+    for (int64_t g = 0; g < s->gaps; g++) {
+        int64_t i = s->gap[g];
+        double k = s->stiffness[g], d = s->damping[g], side = middle[i] < 0.0 ? -1.0 : 1.0;
+        double depth = side * middle[i] - s->half[g];
+        if (depth > 0.0 && k * depth + d * side * v[i] > 0.0) {
+            b[i] += s->h * (side * k * s->half[g]);
+        } else {
+            b[i] += s->h * (k * middle[i] + d * v[i]);
+            M[i + i * s->n] -= s->h * s->h / 4 * k + s->h / 2 * d;
+        }
+    }
+}
+
 /* dv of one step from (q, v); prescribed parts of dv are given and kept. Returns 0 when there is none. */
 static int64_t change(const struct period *s, const double *v, const double *u, double *M, double *dv, double *work)
 {
@@ -108,6 +127,7 @@ static int64_t change(const struct period *s, const double *v, const double *u, 
         b[i] += s->h * (u[a] - s->friction * ramp);
         M[i + i * n] += s->h / 2 * s->friction * (1 - ramp * ramp) / s->slope;
     }
+    release(s, s->work, v, M, b);
     for (int64_t e = 0; e < s->led.count; e++) {
         double a = M[s->led.from[e]] + s->constant[s->led.from[e]];
         b[s->led.row[e]] -= a * dv[s->led.column[e]];

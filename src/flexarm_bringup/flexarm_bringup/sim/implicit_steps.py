@@ -10,6 +10,8 @@ one linear system gives the change of velocity, loops included [Hairer2006]::
 Second order but for the terms of velocity (gyroscopic, centrifugal), which are taken at the old velocity;
 stable for every frequency, and without numerical damping of linear modes (they only get slower by
 (w h)^2/12). After each period the dependent coordinates are moved onto the loops.
+
+A spring with play is in its gap or in contact throughout a step, as it is at q*; see ``backlash``.
 """
 
 from __future__ import annotations

@@ -11,6 +11,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
 
+from flexarm_bringup.sim.backlash import find_gears
 from flexarm_model.bodies.model_order import with_more_modes
 from flexarm_model.manipulator.body_spec import Beam, Body, RigidBody
 from flexarm_model.manipulator.description import Joint, ManipulatorConfig
@@ -29,6 +30,7 @@ class PlantSettings:
         body_mass_scale: Real over described masses of rigid bodies and beams, their point masses too [1].
         damping_scale: Real over described damping of beams and of springs of axes [1].
         rotor_scale: Real over described rotor inertias [1].
+        backlash: Total play of every gear beyond that described [rad or m].
     """
 
     frequency_scale: float = 1.0
@@ -38,22 +40,32 @@ class PlantSettings:
     body_mass_scale: float = 1.0
     damping_scale: float = 1.0
     rotor_scale: float = 1.0
+    backlash: float = 0.0
 
 
 def perturb(config: ManipulatorConfig, settings: PlantSettings) -> ManipulatorConfig:
-    """Return the description of the arm as it really is; bodies that were reduced elsewhere stay."""
+    """Return the description of the arm as it really is; bodies that were reduced elsewhere stay.
+
+    Raises:
+        ValueError: Play is asked for and the arm has no gear.
+    """
     changed = {
         name: _CHANGES[type(body)](body, settings) if type(body) in _CHANGES else body
         for name, body in config.bodies.items()
     }
+    gears = find_gears(config) if settings.backlash else set()
+    if settings.backlash and not gears:
+        wanted = "no spring at the node that a motor moves, along its axis"
+        raise ValueError(f"'{config.name}': backlash: {settings.backlash:g}: it has no gear ({wanted})")
     joints, closures = (
-        tuple(_change_joint(joint, settings) for joint in group) for group in (config.joints, config.closures)
+        tuple(_change_joint(joint, settings, gears) for joint in group)
+        for group in (config.joints, config.closures)
     )
     changed_arm = replace(config, bodies=changed, joints=joints, closures=closures)
     return with_more_modes(changed_arm, settings.extra_modes)
 
 
-def _change_joint(joint: Joint, settings: PlantSettings) -> Joint:
+def _change_joint(joint: Joint, settings: PlantSettings, gears: set[str]) -> Joint:
     stiffness, damping = settings.frequency_scale**2, settings.damping_scale
     axes = tuple(
         replace(
@@ -61,6 +73,7 @@ def _change_joint(joint: Joint, settings: PlantSettings) -> Joint:
             stiffness=axis.stiffness * stiffness,
             damping_ratio=axis.damping_ratio * damping,
             rotor_inertia=axis.rotor_inertia * settings.rotor_scale,
+            backlash=axis.backlash + settings.backlash * (f"{joint.name}.{axis.name}" in gears),
         )
         for axis in joint.axes
     )

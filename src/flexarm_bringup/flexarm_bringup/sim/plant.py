@@ -1,9 +1,9 @@
 """The arm that is really there: a nonlinear model the controller does not know.
 
-The reduced tree of the same description with more elastic coordinates, perturbed parameters and
-friction, integrated with fixed substeps over one control period: explicit where that is fast, linearly
-implicit for loops and stiff arms. With ``servo`` the actuated axes follow a prescribed acceleration
-instead of a torque: the ideal servo that open-loop motions are compared on.
+The reduced tree of the same description with more elastic coordinates, perturbed parameters, friction
+and the play of its gears, integrated with fixed substeps over one control period: explicit where that is
+fast, linearly implicit for loops and stiff arms. With ``servo`` the actuated axes follow a prescribed
+acceleration instead of a torque: the ideal servo that open-loop motions are compared on.
 """
 
 from __future__ import annotations
@@ -13,10 +13,11 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from flexarm_bringup.sim.backlash import gaps_of, rest_at_home
 from flexarm_bringup.sim.explicit_steps import ExplicitSteps, substeps_needed
 from flexarm_bringup.sim.perturb import PlantSettings, perturb
 from flexarm_model.manipulator.description import ManipulatorConfig
-from flexarm_model.served.linearize import find_equilibrium, linearize
+from flexarm_model.served.linearize import linearize
 from flexarm_model.tree.reduced_tree import ReducedTree
 
 Array = NDArray[np.float64]
@@ -62,8 +63,8 @@ class Plant:
         return self._steps.substeps
 
     def reset(self) -> None:
-        """Go back to rest at the home pose."""
-        self.q, _ = find_equilibrium(self.tree, self.tree.config.home)
+        """Go back to rest at the home pose, gears on the side to which they are loaded."""
+        self.q = rest_at_home(self.tree, gaps_of(self.tree))
         self.v = np.zeros(self.tree.n_q)
         self.a = np.zeros(self.tree.n_q)
 

@@ -53,6 +53,9 @@ class RigSettings:
     rotor_scale: float = parameter(
         1.0, "Real over described rotor inertias of the actuated axes.", minimum=0.1, maximum=10.0
     )
+    backlash: float = parameter(
+        0.0, "Total play of every gear beyond that described.", "rad or m", minimum=0.0, maximum=0.1
+    )
 
     @property
     def plant(self) -> PlantSettings:

@@ -49,6 +49,8 @@ class Axis:
         lower, upper: Lowest and highest position [rad or m].
         damping_ratio: Of every mode that strains this spring alone [1].
         guess: Where the axis stands, about, at the home pose [rad or m]; closing a loop starts there.
+        backlash: Total play of this spring [rad or m], half of it on either side of zero; there it bears
+            nothing in the simulated rig. Models of the arm take the gear as engaged: as if there were none.
     """
 
     name: str
@@ -63,6 +65,7 @@ class Axis:
     upper: float = math.inf
     guess: float = 0.0
     damping_ratio: float = 0.0
+    backlash: float = 0.0
 
     @property
     def possible(self) -> tuple[float, float]:

@@ -24,6 +24,7 @@ from flexarm_model.settings.strict_yaml import ConfigError, Section, read_yaml
 from flexarm_model.settings.units import axis_dimension, si_unit
 
 FORMAT = "flexarm/1"
+OF_SPRINGS = {"damping_ratio": "of the modes", "backlash": "the play"}  # what nothing but a spring has
 FROM_FILES = (ImportedBody, SuperelementBody)  # their content is part of the identity
 
 
@@ -175,10 +176,12 @@ def _read_axis(section: Section, name: str, laws: ParameterLaws) -> Axis:
         upper=section.quantity("upper", dimension("position"), math.inf),
         guess=section.quantity("guess", dimension("position"), 0.0),
         damping_ratio=section.quantity("damping_ratio", "ratio", 0.0, at_least=0.0, below=1.0),
+        backlash=section.quantity("backlash", dimension("position"), 0.0, at_least=0.0),
     )
-    if axis.damping_ratio and (axis.actuated or not axis.stiffness):
-        allowed = "has no effect; it is of the modes of a spring: an axis with stiffness and without motor"
-        raise section.error("damping_ratio", section.take("damping_ratio"), allowed)
+    for key, meant in OF_SPRINGS.items():
+        if getattr(axis, key) and (axis.actuated or not axis.stiffness):
+            allowed = f"has no effect; it is {meant} of a spring: an axis with stiffness and without motor"
+            raise section.error(key, section.take(key), allowed)
     if not axis.lower < axis.upper:
         raise section.error("upper", section.take("upper"), f"must be above lower, {section.take('lower')}")
     if section.has("guess") and not axis.lower <= axis.guess <= axis.upper:

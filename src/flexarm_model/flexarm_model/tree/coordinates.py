@@ -1,4 +1,9 @@
-"""What the coordinates of a manipulator are: axes of joints, axes of closures, elastic coordinates."""
+"""What the coordinates of a manipulator are: axes of joints, axes of closures, elastic coordinates.
+
+Gears count as engaged: a spring with ``backlash`` has its whole stiffness here, in its gap too, and so have
+the models that follow. That is the describing function of the dead zone for loads far above the play
+[Nordin2002]; the simulated rig takes away what a gap does not bear.
+"""
 
 from __future__ import annotations
 
