@@ -14,6 +14,7 @@ from flexarm_bringup.sim.rig import Rig, RigSettings
 from flexarm_bringup.sim.sample import Sample
 from flexarm_bringup.sim.sensor_fault_text import faults_text, parse_faults
 from flexarm_bringup.sim.sensor_faults import KINDS, Arrival, FaultLine, SensorFault
+from flexarm_model.manipulator.sensor_kinds import POSE_CHANNELS
 from flexarm_model.manipulator.sensor_spec import SensorSpec
 from flexarm_model.reading.config import load_config
 from flexarm_model.reading.manipulator_file import find_manipulator
@@ -21,7 +22,7 @@ from flexarm_model.settings.strict_yaml import ConfigError
 
 DT = 0.005  # s
 GAUGE = SensorSpec("gauge", "strain_gauge", "strip.root", ("strain",), np.array([1e-6]))
-CAMERA = SensorSpec("camera", "camera", "tip", tuple("abcdef"), np.full(6, 1e-3), rate_hz=50.0)
+CAMERA = SensorSpec("camera", "camera", "tip", POSE_CHANNELS, np.full(6, 1e-3), rate_hz=50.0)
 SENSORS = (GAUGE, CAMERA, SensorSpec("motor", "encoder", "base.rz", ("position",), np.array([1e-5])))
 N = 400  # ticks
 

@@ -20,7 +20,7 @@ from flexarm_estimator.measurement import Measurement
 from flexarm_estimator.parts import Parts
 from flexarm_estimator.state.process import Transition
 from flexarm_estimator.steps.stack import Stack, stack_rows
-from flexarm_estimator.tool.rotation_log import exp_rotation, log_rotation
+from flexarm_estimator.tool.seen_pose import seen_pose
 
 Array = NDArray[np.float64]
 
@@ -101,8 +101,8 @@ class DrawnTruth:
         for name, camera in self._parts.sensors.poses.items():
             if i % self._camera_every[name]:
                 continue
-            T = self._parts.tip.pose(x)
-            noise = np.zeros(6) if rng is None else np.sqrt(camera.R.diagonal()) * rng.standard_normal(6)
-            turned = log_rotation(exp_rotation(noise[3:]) @ T[:3, :3])
-            frames.append(Measurement(name, t, np.concatenate([T[:3, 3] + noise[:3], turned])))
+            sigma = np.sqrt(camera.R.diagonal())
+            noise = np.zeros(sigma.size) if rng is None else sigma * rng.standard_normal(sigma.size)
+            y = seen_pose(self._parts.tip.pose(x), camera.channels, noise)
+            frames.append(Measurement(name, t, y))
         return frames

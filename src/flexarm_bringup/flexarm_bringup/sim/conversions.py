@@ -20,10 +20,12 @@ from flexarm_estimator.messages.sensor_messages import INERTIAL_FIELDS
 from flexarm_model.conversions import floats, ns_to_stamp
 from flexarm_model.manipulator.description import ManipulatorConfig
 from flexarm_model.manipulator.imu import unit_of
+from flexarm_model.manipulator.sensor_kinds import POSE_CHANNELS
 from flexarm_model.manipulator.sensor_spec import SensorSpec
 from flexarm_model.numeric.rotation import quaternion_from_vector
 
 Array = NDArray[np.float64]
+UNSEEN = 1e6  # m^2 or rad^2; variance that says that a camera does not see a channel
 
 
 @dataclass(frozen=True)
@@ -149,10 +151,13 @@ def _camera(spec: SensorSpec, sample: Sample, stamp_ns: int) -> Outgoing:
     msg.header.stamp = ns_to_stamp(stamp_ns)
     msg.header.frame_id = "base"
     position, orientation = msg.pose.pose.position, msg.pose.pose.orientation
-    position.x, position.y, position.z = map(float, sample.y[:3])
-    turned = quaternion_from_vector(sample.y[3:])
+    pose, variance = np.zeros(6), np.full(6, UNSEEN)
+    seen = [POSE_CHANNELS.index(channel) for channel in spec.channels]
+    pose[seen], variance[seen] = sample.y, spec.sigma**2
+    position.x, position.y, position.z = map(float, pose[:3])
+    turned = quaternion_from_vector(pose[3:])
     orientation.x, orientation.y, orientation.z, orientation.w = turned
-    msg.pose.covariance = np.diag(spec.sigma**2).ravel()
+    msg.pose.covariance = np.diag(variance).ravel()
     return Outgoing("camera/pose", msg)
 
 

@@ -29,11 +29,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexarm_bringup.sim.sample import Sample
+from flexarm_model.manipulator.sensor_kinds import ROTATION
 from flexarm_model.manipulator.sensor_spec import SensorSpec
 
 Array = NDArray[np.float64]
 _SLACK = 1e-9  # s; ticks are rounded
-_PLACES = {"camera": slice(0, 3)}  # channels that a factor and a saturation reach; all where none is named
 
 
 @dataclass(frozen=True)
@@ -163,7 +163,7 @@ def _garbage(line: FaultLine, arrival: Arrival) -> list[Arrival]:
 
 def _wrong(line: FaultLine, arrival: Arrival) -> list[Arrival]:
     fault, sample = line.fault, arrival.sample
-    place = _PLACES.get(line.spec.kind, slice(None))
+    place = [channel not in ROTATION for channel in line.spec.channels]  # no factor, no limit turns a pose
     y = sample.y.copy()
     y[place] = np.clip(fault.factor * y[place], -fault.limit, fault.limit)
     tick = sample.tick + round(fault.stamp / line.dt)

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from flexarm_bringup.sim.plant import Plant
 from flexarm_bringup.sim.sample import Sample
 from flexarm_bringup.sim.sensor_faults import Arrival, FaultLine, SensorFault
-from flexarm_estimator.tool.rotation_log import exp_rotation, log_rotation
+from flexarm_estimator.tool.seen_pose import seen_pose
 from flexarm_model.manipulator.sensor_spec import SensorSpec
 
 Array = NDArray[np.float64]
@@ -82,7 +82,7 @@ class SensorSimulator:
     def sample(self, tick: int, plant: Plant, outputs: Array) -> list[Sample]:
         """Expose if it is time and return what arrives at this tick."""
         if self._is_due(tick):
-            y = self._read(plant, outputs[self.rows], self._next_noise())
+            y = self._read(self.spec, plant, outputs[self.rows], self._next_noise())
             sample = Sample(self.spec.name, self.spec.kind, tick, y)
             if self._is_prompt and not self._waiting:
                 return [sample]
@@ -109,15 +109,13 @@ class SensorSimulator:
         return due
 
 
-def _rows(plant: Plant, y: Array, noise: Array) -> Array:
+def _rows(spec: SensorSpec, plant: Plant, y: Array, noise: Array) -> Array:
     return y + noise
 
 
-def _pose(plant: Plant, y: Array, noise: Array) -> Array:
-    """Return position and rotation vector of the tip, disturbed in the world's axes."""
-    T = plant.tip_pose()
-    R = exp_rotation(noise[3:]).dot(T[:3, :3])
-    return np.concatenate([T[:3, 3] + noise[:3], log_rotation(R)])
+def _pose(spec: SensorSpec, plant: Plant, y: Array, noise: Array) -> Array:
+    """Return what is seen of the tip's pose, disturbed in the world's axes."""
+    return seen_pose(plant.tip_pose(), spec.channels, noise)
 
 
 _READ = dict.fromkeys(("encoder", "strain_gauge", "accelerometer", "gyroscope"), _rows) | {"camera": _pose}

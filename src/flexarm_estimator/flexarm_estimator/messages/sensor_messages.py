@@ -17,6 +17,7 @@ from flexarm_estimator.measurement import Measurement
 from flexarm_estimator.messages.readings import Reading, Refusal
 from flexarm_model.manipulator.description import ManipulatorConfig
 from flexarm_model.manipulator.imu import imus
+from flexarm_model.manipulator.sensor_kinds import POSE_CHANNELS, ROTATION
 from flexarm_model.manipulator.sensor_spec import SensorSpec
 
 Array = NDArray[np.float64]
@@ -37,6 +38,9 @@ class SensorReader:
         self._encoders = by_kind["encoder"]
         self._gauges = by_kind["strain_gauge"]
         self._cameras = by_kind["camera"]
+        seen = next((spec.channels for spec in self._cameras.values()), ())
+        self._seen = [POSE_CHANNELS.index(channel) for channel in seen]  # of the pose in a message
+        self._sees_rotation = bool(set(seen) & set(ROTATION))
         self._covariances = {
             spec.name: _Covariances(spec) for spec in (*self._gauges.values(), *self._cameras.values())
         }
@@ -127,12 +131,15 @@ class SensorReader:
             return Reading([], [Refusal(spec.name, reason)])
         position, q = msg.pose.pose.position, msg.pose.pose.orientation
         norm = math.sqrt(q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w)
-        if not abs(norm - 1.0) <= _UNIT_TOLERANCE:  # also NaN
+        if self._sees_rotation and not abs(norm - 1.0) <= _UNIT_TOLERANCE:  # also NaN
             return Reading([], [Refusal(spec.name, f"quaternion has norm {norm:.3g}")])
-        y = np.array([position.x, position.y, position.z, *_rotation_vector(q.x, q.y, q.z, q.w)])
+        pose = [position.x, position.y, position.z, *_rotation_vector(q.x, q.y, q.z, q.w)]
         told = np.asarray(msg.pose.covariance, dtype=np.float64).tolist()
+        if len(self._seen) < len(pose):
+            pose = [pose[i] for i in self._seen]
+            told = [told[6 * i + j] for i in self._seen for j in self._seen]
         R = self._covariances[spec.name].pick(told)
-        return Reading([Measurement(spec.name, t, y, R)])
+        return Reading([Measurement(spec.name, t, np.array(pose), R)])
 
 
 def _imu_reader(unit: str, specs: Sequence[SensorSpec]) -> Callable[[Any, float], Reading]:

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexarm_estimator.tool.tip import Tip, pose_difference
+from flexarm_model.manipulator.sensor_kinds import POSE_CHANNELS
 from flexarm_model.manipulator.sensor_spec import SensorSpec
 from flexarm_model.served.reduced_model import ReducedModel
 from flexarm_model.served.state_space import StateSpace
@@ -27,11 +28,12 @@ class MeasurementModel(ABC):
         name: Name of the sensor.
         R: Covariance of its noise, (m, m).
         locates: It tells where the actuated axes are, without integrating.
+        channels: What it delivers.
     """
 
     def __init__(self, spec: SensorSpec, locates: bool) -> None:
         """Take the noise from the description."""
-        self.name = spec.name
+        self.name, self.channels = spec.name, spec.channels
         self.R = np.diag(np.asarray(spec.sigma, dtype=np.float64) ** 2)
         self.locates = locates
 
@@ -99,7 +101,7 @@ class LinearRows(MeasurementModel):
 
 
 class TipPose(MeasurementModel):
-    """Pose of the tip seen by a camera: y = [position; rotation vector], (6,).
+    """Pose of the tip seen by a camera: y = [position; rotation vector], or the channels of it that it sees.
 
     Innovation ``[p - p(x); log(R R(x)')]``; its Jacobian is exact where the innovation is zero, and
     of first order in it elsewhere.
@@ -108,25 +110,38 @@ class TipPose(MeasurementModel):
     def __init__(self, spec: SensorSpec, tip: Tip, n_x: int) -> None:
         """Bind the sensor to the kinematics of the tip."""
         super().__init__(spec, locates=True)
-        self._tip = tip
-        self._H = np.zeros((6, n_x))
+        self._tip, self._H = tip, np.zeros((len(spec.channels), n_x))
+        self._rows = [POSE_CHANNELS.index(channel) for channel in spec.channels]
+        self._is_whole = len(self._rows) == len(POSE_CHANNELS)
 
     def innovation(self, y: Array, x: Array, u: Array) -> Array:
-        """Return position [m] and rotation [rad] from the predicted to the measured pose, (6,)."""
-        return pose_difference(y, self._tip.pose(x))
+        """Return position [m] and rotation [rad] from the predicted to the measured pose, (m,)."""
+        return self._seen(pose_difference(self._pose(y), self._tip.pose(x)))
 
     def jacobian(self, x: Array) -> Array:
-        """Return the tip's Jacobian in world axes, zero for velocities and disturbance, (6, n_x)."""
+        """Return the tip's Jacobian in world axes, zero for velocities and disturbance, (m, n_x)."""
         return self._pad(self._tip.locate(x)[1])
 
     def linearise(self, y: Array, x: Array, u: Array) -> tuple[Array, Array]:
-        """Return innovation (6,) and Jacobian (6, n_x)."""
-        nu, J = self._tip.compare(y, x)
-        return nu, self._pad(J)
+        """Return innovation (m,) and Jacobian (m, n_x)."""
+        nu, J = self._tip.compare(self._pose(y), x)
+        return self._seen(nu), self._pad(J)
+
+    def _pose(self, y: Array) -> Array:
+        """Return a sample as a pose (6,); what is not seen is zero."""
+        if self._is_whole:
+            return y
+        pose = np.zeros(len(POSE_CHANNELS))
+        pose[self._rows] = y
+        return pose
+
+    def _seen(self, rows: Array) -> Array:
+        """Return the rows (6, ...) that are seen."""
+        return rows if self._is_whole else rows[self._rows]
 
     def _pad(self, J: Array) -> Array:
         H = self._H.copy()
-        H[:, : J.shape[1]] = J
+        H[:, : J.shape[1]] = self._seen(J)
         return H
 
 

@@ -23,6 +23,7 @@ from flexarm_estimator.watches.stamp_delays import StampDelays
 from flexarm_estimator.watches.tip_prediction import TipPrediction
 from flexarm_estimator.watches.tip_track import TipTrack
 from flexarm_estimator.watches.watch import Finding, View, Watch
+from flexarm_model.manipulator.sensor_kinds import TRANSLATION
 
 Array = NDArray[np.float64]
 _EARLIEST, _LATEST, _STEP = -0.02, 0.2, 0.005  # s; the delays that are compared
@@ -35,7 +36,7 @@ _MOST_BEHIND = 5  # steps; from here on the work is done in one with a frame, to
 
 
 class LatencyWatch(Watch):
-    """Calibrates the stamps of all cameras of an arm: of all sensors that see the tip's pose."""
+    """Calibrates the stamps of all cameras of an arm: of those that see all of the tip's position."""
 
     def __init__(self, delays: StampDelays, config: EstimatorConfig) -> None:
         """Start without frames.
@@ -89,8 +90,9 @@ class LatencyWatch(Watch):
             self._track = TipTrack(self._length, min(parts.model.omega, default=0.0))
         self._follow_tip(at_once=True)
         self._prediction = TipPrediction(parts)
-        for name in parts.sensors.poses:
-            self._lines.setdefault(name, _Line(name, self._config.latency_memory))
+        for name, model in parts.sensors.poses.items():
+            if model.channels[:3] == TRANSLATION:
+                self._lines.setdefault(name, _Line(name, self._config.latency_memory))
 
     def values(self) -> dict[str, dict[str, float]]:
         """See Watch."""

@@ -16,7 +16,8 @@ from flexarm_model.manipulator.sensor_spec import BiasSpec, SensorSpec
 from flexarm_model.settings.strict_yaml import Section
 from flexarm_model.settings.units import axis_dimension, si_unit
 
-POSE_CHANNELS = ("tx", "ty", "tz", "rx", "ry", "rz")
+TRANSLATION, ROTATION = ("tx", "ty", "tz"), ("rx", "ry", "rz")
+POSE_CHANNELS = TRANSLATION + ROTATION
 POSE_UNITS = dict(zip(POSE_CHANNELS, ("m", "m", "m", "rad", "rad", "rad"), strict=True))
 _FAR = 10.0  # no arm reaches this far [m], no rotation vector is that long [rad]
 _MANY_TURNS = 100.0  # rad or m; an encoder of an axis without limits may count on
@@ -88,10 +89,16 @@ def _inertial(kind: str, dimension: str) -> Callable[[str, str, Section, Axis | 
 
 
 def _camera(name: str, site: str, section: Section, _: Axis | None) -> SensorSpec:
+    """Read what sees the tip: its pose, or of it what ``axes`` names; a laser tracker sees no rotation."""
+    axes = section.choices("axes", POSE_CHANNELS, POSE_CHANNELS, at_least=1)
+    places, turns = ([axis for axis in axes if axis in part] for part in (TRANSLATION, ROTATION))
+    if not places or len(turns) not in (0, len(ROTATION)):
+        text = f"expected some of {', '.join(TRANSLATION)}; and {', '.join(ROTATION)} all together or none"
+        raise section.error("axes", list(axes), text)
     position = section.quantity("sigma", "length", above=0.0)
-    angle = section.quantity("sigma_angle", "angle", above=0.0)
-    sigma = np.array([position] * 3 + [angle] * 3)
-    return SensorSpec(name, "camera", site, POSE_CHANNELS, sigma, *_timing(section), -_FAR, _FAR)
+    angle = section.quantity("sigma_angle", "angle", above=0.0) if turns else 0.0
+    sigma = np.array([position] * len(places) + [angle] * len(turns))
+    return SensorSpec(name, "camera", site, axes, sigma, *_timing(section), -_FAR, _FAR)
 
 
 def read_stamp_delay(section: Section) -> float:

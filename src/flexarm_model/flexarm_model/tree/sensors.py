@@ -103,7 +103,8 @@ def _gyroscope(tree: MovingArm, motions: Motions, at: Point, sensor: SensorSpec)
 
 
 def _camera(tree: MovingArm, motions: Motions, at: Point, sensor: SensorSpec) -> ca.SX:
-    return _displacement(tree.node_motion(motions, NodeRef(*sensor.site.split("."))), at)
+    pose = _displacement(tree.node_motion(motions, NodeRef(*sensor.site.split("."))), at)
+    return ca.vertcat(*[pose[POSE_CHANNELS.index(channel)] for channel in sensor.channels])
 
 
 def _displacement(motion: Motion, at: Point) -> ca.SX:
