@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from flexarm_model.bodies import body_reduction
+from flexarm_model.bodies.superelement import Superelement
 from flexarm_model.identification.described_arm import DescribedArm
 from flexarm_model.identification.described_modes import described_modes, read_unknown
 from flexarm_model.identification.model_update import ModeTable, update_model
+from flexarm_model.manipulator.body_spec import Body
 from flexarm_model.reading.config import load_config
 from flexarm_model.reading.manipulator_file import find_manipulator
 from flexarm_model.served.linearize import linearize
@@ -83,3 +87,27 @@ def test_an_answer_that_was_given_is_given_again(column: Path) -> None:
     first = arm.modes({STIFFNESS: "210 GPa"}, home)
     arm.modes({}, home)
     assert arm.modes({STIFFNESS: "210 GPa"}, home) is first
+
+
+def test_only_the_body_that_changes_is_reduced_again(column: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """An imported body of the same arm would take its seconds in every trial."""
+    reduced: list[str] = []
+
+    def reduce(body: Body, interfaces: Collection[str]) -> Superelement:
+        reduced.append(body.name)
+        return body_reduction_before(body, interfaces)
+
+    body_reduction_before = body_reduction.reduce_body
+    monkeypatch.setattr(body_reduction, "reduce_body", reduce)
+    text = column.read_text(encoding="utf-8").replace(
+        "\nbodies:", "\nbodies:\n  hub: {type: rigid, mass: 2 kg}"
+    )
+    text = text.replace("parent: world, child: strip.root", "parent: world, child: hub.root")
+    fixed = "\njoints:\n  weld: {parent: hub.root, child: strip.root}"
+    column.write_text(text.replace("\njoints:", fixed), encoding="utf-8")
+    home = np.zeros(1)
+    kept = DescribedArm(column, "", True)
+    for changes in ({}, {STIFFNESS: "210 GPa"}, {"bodies.hub.mass": "3 kg", STIFFNESS: "210 GPa"}):
+        modes = kept.modes(changes, home)
+    assert reduced == ["hub", "strip", "strip", "hub"]
+    assert modes.omega == pytest.approx(DescribedArm(column, "", True).modes(changes, home).omega, rel=1e-15)

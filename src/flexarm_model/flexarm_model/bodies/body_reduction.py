@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pickle
 from collections.abc import Callable, Collection
 from dataclasses import replace
 from functools import partial
@@ -34,6 +35,22 @@ def reduce_body(body: Body, interfaces: Collection[str]) -> Superelement:
 def reduce_to_first_order(body: Body, interfaces: Collection[str]) -> Superelement:
     """Reduce a body for a linear model: without second-order fields, so that many modes cost little."""
     return _FIRST_ORDER[type(body)](body, interfaces)
+
+
+class KeptReductions:
+    """Reduces bodies as ``reduce_body`` does, each again only when its description or its use has changed."""
+
+    def __init__(self) -> None:
+        """Start with none."""
+        self._kept: dict[str, tuple[bytes, Superelement]] = {}
+
+    def __call__(self, body: Body, interfaces: Collection[str]) -> Superelement:
+        """Reduce a body; see ``reduce_body``."""
+        described = pickle.dumps((body, sorted(interfaces)))  # exact, and names every value
+        before = self._kept.get(body.name)
+        if before is None or before[0] != described:
+            before = self._kept[body.name] = described, reduce_body(body, interfaces)
+        return before[1]
 
 
 def _reduce_rigid(body: RigidBody, interfaces: Collection[str]) -> Superelement:

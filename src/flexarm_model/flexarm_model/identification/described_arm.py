@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import eigh
 
+from flexarm_model.bodies.body_reduction import KeptReductions
 from flexarm_model.modal.read_only import lock_arrays
 from flexarm_model.reading.config import load_config
 from flexarm_model.served.linearize import linearize
@@ -62,6 +63,7 @@ class DescribedArm:
         self._path, self._preset, self._motors_locked = path, preset, motors_locked
         self._given: dict[tuple[object, ...], ArmModes] = {}
         self._last: tuple[object, ReducedTree] | None = None
+        self._reduce = KeptReductions()  # those of finite elements take longer than all the rest
 
     def modes(self, changes: Changes, pose: Array) -> ArmModes:
         """Return the modes of the changed arm at a pose [rad or m], (n_theta,).
@@ -82,7 +84,7 @@ class DescribedArm:
         """Return the dynamics; poses are asked for one after the other of the same values."""
         if self._last is None or self._last[0] != values:
             config = load_config(self._path, self._preset, dict(values))
-            self._last = values, ReducedTree(config, use_compiler=False)
+            self._last = values, ReducedTree(config, use_compiler=False, reduce=self._reduce)
         return self._last[1]
 
     def _solve(self, tree: ReducedTree, pose: Array) -> ArmModes:

@@ -39,7 +39,7 @@ def inertia_forces(
     w = ca.skew(motion.w)
     W = ca.skew(motion.dw) + w @ w
     s = sparse(body.s).T  # (3, n_f)
-    P, P_dot, P_ddot = (_contract(body, u) for u in (z, z_dot, z_ddot))  # list over b of (3, 3)
+    P, P_dot, P_ddot = _contract(body, ca.horzcat(z, z_dot, z_ddot))  # list over b of (3, 3)
     force = body.mass * motion.a + W @ (s @ z) + 2 * w @ (s @ z_dot) + s @ z_ddot
     moments = [W @ P[b] + 2 * w @ P_dot[b] + P_ddot[b] for b in range(z.numel())]  # int a_rel N_b'
     S = motion.a @ (s @ z).T
@@ -50,7 +50,13 @@ def inertia_forces(
     return force, moment_about, J.T @ generalised
 
 
-def _contract(body: Superelement, u: ca.SX) -> list[ca.SX]:
-    """Return ``sum_a u_a P_ab`` for every b, (3, 3) each."""
+def _contract(body: Superelement, u: ca.SX) -> list[list[ca.SX]]:
+    """Return ``sum_a u_a P_ab`` for every column u of (n_f, k) and every b, (3, 3) each.
+
+    One product with P as a matrix makes the same expressions as a sum over matrices does, term by term, in a
+    fraction of the time.
+    """
     n_f = body.s.shape[0]
-    return [sum((u[a] * sparse(body.P[a, b]) for a in range(n_f)), ca.SX(3, 3)) for b in range(n_f)]
+    rows = body.P.transpose(1, 3, 2, 0).reshape(9 * n_f, n_f)  # b, then a (3, 3) column by column; by a
+    columns = ca.horzsplit(sparse(rows) @ u)
+    return [[ca.reshape(part, 3, 3) for part in ca.vertsplit(column, 9)] for column in columns]

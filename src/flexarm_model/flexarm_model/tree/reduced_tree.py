@@ -19,7 +19,7 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from flexarm_model.bodies.body_reduction import reduce_body
+from flexarm_model.bodies.body_reduction import Reducer, reduce_body
 from flexarm_model.bodies.superelement import Superelement
 from flexarm_model.manipulator.description import Axis, ManipulatorConfig, NodeRef
 from flexarm_model.numeric.compiled import FunctionTable
@@ -53,12 +53,15 @@ class ReducedTree:
         loops: Rows that close the loops, and the coordinates that follow them.
     """
 
-    def __init__(self, config: ManipulatorConfig, *, use_compiler: bool = True) -> None:
+    def __init__(
+        self, config: ManipulatorConfig, *, use_compiler: bool = True, reduce: Reducer = reduce_body
+    ) -> None:
         """Build the equations.
 
         Args:
             config: The manipulator.
             use_compiler: False evaluates on CasADi's virtual machine instead of compiled code.
+            reduce: What makes superelements of bodies.
 
         Raises:
             ValueError: A body cannot be reduced as asked.
@@ -67,10 +70,10 @@ class ReducedTree:
         self.config, self._use_compiler = config, use_compiler
         used = {ref for joint in (*config.joints, *config.closures) for ref in (joint.parent, joint.child)}
         self.bodies: dict[str, Superelement] = {
-            name: reduce_body(body, {ref.node for ref in used if ref.body == name})
+            name: reduce(body, {ref.node for ref in used if ref.body == name})
             for name, body in config.bodies.items()
         }
-        self._at = lay_out(config, self.bodies)
+        at = self._at = lay_out(config, self.bodies)
         self._q, self._v, self._a = (ca.SX.sym(name, self._at.n) for name in "qva")
         self._graph = FrameGraph(config, self.bodies, self._at, self._q)
         self._motions = self._graph.motions(self._q, self._v, self._a)
@@ -79,8 +82,9 @@ class ReducedTree:
         )
         self._M = self._mass()
         self._rows = ClosureRows(self._graph.closures, self._motions, self._q)
-        start, at = assumed_home(config, self._at), self._at
-        self.loops = find_loops(self._rows, start, at.loose_axes, at.sprung_axes, config.name)
+        self.loops = find_loops(
+            self._rows, assumed_home(config, at), at.loose_axes, at.sprung_axes, config.name
+        )
         self._last_closed = self.loops.home, self.loops.home
         self.K, lossy = stiffness(self._at, self.bodies)
         self.D = dampers(self._at, self.bodies) + self._modal_damping(lossy)
@@ -221,8 +225,7 @@ class ReducedTree:
         return composite_mass(self._graph, self.bodies, self._at, self._motions, (self._q, self._a))
 
     def _at_rest(self, expressions: list[ca.SX]) -> list[ca.SX]:
-        zero = ca.SX.zeros(self.n_q)
-        return list(ca.substitute(expressions, [self._v, self._a], [zero, zero]))
+        return list(ca.substitute(expressions, [self._v, self._a], [ca.SX.zeros(self.n_q)] * 2))
 
     def _open_expressions(self, M: ca.SX, h: ca.SX) -> Expressions:
         force = ca.SX.sym("f", self.n_q)
@@ -245,6 +248,5 @@ class ReducedTree:
         home = self.loops.home
         M = ca.Function("M", [self._q], [self._M])
         G = self._rows.near(home)[1][self.loops.rows]
-        N = null_space(G, self.actuated, f"{self.config.name}: the home pose")
-        Z = N[:, len(self.actuated) :]
+        Z = null_space(G, self.actuated, f"{self.config.name}: the home pose")[:, len(self.actuated) :]
         return modal_damping(np.array(M(home)), self.K, lossy, Z, self.coordinates)
