@@ -67,7 +67,7 @@ def test_drives_whose_own_velocity_is_stuck_are_stopped_by_the_guard_and_braked(
             assert speed == pytest.approx(1.0, abs=0.1)
         if k >= 300:
             told.velocity = [0.0]
-    assert guard.mode == STOPPED and guard.reason.startswith("axis 1 went ")
+    assert guard.mode == STOPPED and guard.reason.startswith("axis 1 (base.rz) went ")
     way, a = hardware.rig.plant.theta[0] - begin, guard.limits.braking.deceleration[0]
     assert way < 0.04 * 1.0 + 1.05 * 1.0**2 / (2.0 * a)
     assert abs(hardware.rig.plant.theta_dot[0]) < 0.01

@@ -67,7 +67,7 @@ class Guard:
         self._reach = [rate * limits.period for rate in limits.effort_rate]  # of a torque in a period
         self._brakes = [StopBrake(limits, axis) for axis in range(len(limits.effort))]
         self._is_braking = False
-        self._rest = RestWatch(len(limits.effort), limits.period, limits.rest_velocity)
+        self._rest = RestWatch(len(limits.effort), limits.period, limits.rest_velocity, limits.label)
         self._plausibility = Plausibility(limits)
 
     @property
@@ -163,7 +163,7 @@ class Guard:
             (unusable(meant.effort, len(self.limits.effort)) if meant else "")
             or self._plausibility.fault
             or too_fast(state, self.limits)
-            or over_speed(state.velocity, self.limits.velocity)
+            or over_speed(state.velocity, self.limits)
             or overstrained(state.strain, self.limits.strain)
             or too_much_energy(self.energy, self.limits)
         )

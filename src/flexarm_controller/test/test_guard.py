@@ -13,8 +13,8 @@ from flexarm_controller.guard import ARMED, BRAKING, NOT_ARMED_YET, STOPPED, Gua
 SOURCE = Path(flexarm_controller.__file__).parent
 PURE = [
     "guard.py",
-    *(f"guarding/{name}.py" for name in ("checks", "energy", "joint_range", "limits", "loads", "messages")),
-    *(f"guarding/{name}.py" for name in ("plausibility", "rest_watch", "stop_brake")),
+    *(f"guarding/{name}.py" for name in ("axis_label", "checks", "energy", "joint_range", "limits", "loads")),
+    *(f"guarding/{name}.py" for name in ("messages", "plausibility", "rest_watch", "stop_brake")),
 ]
 
 

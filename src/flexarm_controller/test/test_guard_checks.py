@@ -6,7 +6,8 @@ from dataclasses import replace
 import pytest
 from guarded_arm import LIMITS, REST, TOKEN, armed, command, stand
 
-from flexarm_controller.guard import ARMED, BRAKING, GuardState
+from flexarm_controller.guard import ARMED, BRAKING, Guard, GuardState, JointRange
+from flexarm_controller.guarding.axis_label import AxisLabel
 from flexarm_controller.guarding.checks import too_much_energy
 from flexarm_controller.guarding.energy import EnergyWindow
 
@@ -183,3 +184,40 @@ def test_before_a_model_is_served_commands_of_any_model_pass():
     guard.serve("first", 0.01)
     guard.step(command(0.01, 3), REST, 0.01)  # of the time before, in the changeover
     assert guard.passed == 3
+
+
+LABELS = (AxisLabel("axis 1 (base.rz)", "rad"), AxisLabel("axis 2 (slide.tx)", "m"))
+RANGES = (JointRange(-1.0, 2.0, 10.0, 0.5),) * 2
+
+
+@pytest.mark.parametrize(
+    ("changes", "state", "why"),
+    [
+        (
+            {"velocity": (9.0, 0.3)},
+            GuardState((0.0, 0.4), (0.0, 0.0)),
+            "axis 2 (slide.tx) is faster than it may be: 0.4 m/s of 0.3 m/s",
+        ),
+        (
+            {"ranges": RANGES},
+            GuardState((3.0, 0.0), (1.9, 0.0)),
+            "axis 1 (base.rz) at 1.9 rad is too fast for the end of its range: 3 rad/s of 0.914 rad/s",
+        ),
+        (
+            {"noise": (0.01, 0.002)},
+            GuardState((0.0, 0.0), (0.0, 0.05)),
+            "axis 2 (slide.tx) went 0.05 m in 5 ms, its velocity says 0 m",
+        ),
+    ],
+)
+def test_a_reason_names_the_axis_and_its_unit(changes, state, why):
+    guard = armed(labels=LABELS, **changes)
+    guard.step(command(0.0), REST, 0.0)
+    guard.step(command(0.005, 2), state, 0.005)
+    assert (guard.mode, guard.reason) == (BRAKING, why)
+
+
+def test_what_keeps_a_guard_from_being_armed_names_the_axis_and_its_unit():
+    guard = Guard(replace(LIMITS, labels=LABELS))
+    guard.step(None, GuardState((0.0, -0.011), (0.0, 0.0)), 0.0)
+    assert guard.unready() == "axis 2 (slide.tx) moves at -0.011 m/s, at rest it does up to 0.01 m/s"

@@ -40,6 +40,17 @@ def guarded(name):
     return guard_limits(tree.config, tree, SETTINGS)
 
 
+@pytest.mark.parametrize(
+    ("name", "label"),
+    [
+        ("single_link", ("axis 1 (base.rz)", "rad")),
+        pytest.param("spatial_3tpt", ("axis 1 (drive_1.tx)", "m"), marks=pytest.mark.slow),
+    ],
+)
+def test_the_guard_calls_axes_as_the_description_does(name, label):
+    assert guarded(name).labels[0] == label
+
+
 @pytest.mark.parametrize("name", [*MACHINES[:2], *SLOW])
 def test_every_arm_gets_limits_that_its_motors_can_keep(name):
     """A stop at the planned deceleration takes no more torque than its share, wherever the arm is."""

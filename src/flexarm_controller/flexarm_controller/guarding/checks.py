@@ -25,19 +25,22 @@ def too_fast(state: GuardState, limits: GuardLimits) -> str:
     if not len(state.velocity) == len(state.position) == len(limits.ranges):
         return "drives do not tell position and velocity of every axis"
     for axis, (q, v, known) in enumerate(zip(state.position, state.velocity, limits.ranges, strict=True)):
-        fault = known.judge(axis, q, v, limits.rest_velocity)
-        if fault:
-            return fault
+        allowed = known.allowed_at(q, v)
+        if not abs(v) <= allowed + limits.rest_velocity:  # also when it is not a number
+            label = limits.label(axis)
+            much = f"{label.velocity(v)} of {label.velocity(allowed)}"
+            return f"{label.name} at {label.position(q, 4)} is too fast for the end of its range: {much}"
     return ""
 
 
-def over_speed(velocity: Sequence[float], limits: Sequence[float]) -> str:
+def over_speed(velocity: Sequence[float], limits: GuardLimits) -> str:
     """Return which axis is faster than it may be anywhere; empty when none is, or there are no limits."""
-    if limits and len(velocity) != len(limits):
+    if limits.velocity and len(velocity) != len(limits.velocity):
         return "drives do not tell the velocity of every axis"
-    for axis, (v, most) in enumerate(zip(velocity, limits, strict=False)):
+    for axis, (v, most) in enumerate(zip(velocity, limits.velocity, strict=False)):
         if most < math.inf and not abs(v) <= most:  # also when it is not a number
-            return f"axis {axis + 1} is faster than it may be: {v:.3g} of {most:.3g}"
+            label = limits.label(axis)
+            return f"{label.name} is faster than it may be: {label.velocity(v)} of {label.velocity(most)}"
     return ""
 
 

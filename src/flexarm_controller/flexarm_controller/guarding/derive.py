@@ -26,6 +26,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from flexarm_controller.guarding.axis_label import AxisLabel
 from flexarm_controller.guarding.hold_rate import largest_hold_rate
 from flexarm_controller.guarding.joint_range import JointRange
 from flexarm_controller.guarding.limits import Braking, GuardLimits
@@ -39,6 +40,7 @@ from flexarm_model.served.linearize import PoseError, linearize
 from flexarm_model.served.reduced_model import ReducedModel
 from flexarm_model.settings.parameters import parameter
 from flexarm_model.settings.strict_yaml import ConfigError
+from flexarm_model.settings.units import axis_dimension, si_unit
 from flexarm_model.tree.closure_error import ClosureError
 from flexarm_model.tree.reduced_tree import ReducedTree
 
@@ -142,6 +144,7 @@ def guard_limits(config: ManipulatorConfig, tree: ReducedTree, settings: GuardSe
         noise=_row(settings.position_noise * _encoder_sigma(config) + settings.velocity_offset * REST_TIME),
         velocity_delay=max(settings.velocity_delay, NOTICED * dt),
         changeover=settings.changeover,
+        labels=tuple(_labels(config)),
     )
 
 
@@ -153,6 +156,12 @@ def _refuse_weak(config: ManipulatorConfig, a: Array) -> None:
                 "everywhere between the ends of the ranges, so nothing could stop it; a stronger motor or "
                 "nearer ends are needed"
             )
+
+
+def _labels(config: ManipulatorConfig) -> Iterator[AxisLabel]:
+    """Give what messages call the actuated axes."""
+    for i, (name, axis) in enumerate(config.actuated.items()):
+        yield AxisLabel(f"axis {i + 1} ({name})", si_unit(axis_dimension(axis.name, "position")))
 
 
 def all_at_once(a: Array, loads: Iterable[Loads], effort: Array) -> Array:

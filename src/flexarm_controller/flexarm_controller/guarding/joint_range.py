@@ -43,9 +43,6 @@ class JointRange:
         """Return the share of the torque that may push the axis towards an end at a distance [1]."""
         return 1.0 if distance >= self.band else max(0.0, distance / self.band)
 
-    def judge(self, axis: int, q: float, v: float, rest: float) -> str:
-        """Return why an axis must not move so; empty when it may, as it may below ``rest``."""
-        allowed = self.allowed(self.high - q if v > 0.0 else q - self.low)
-        if abs(v) <= allowed + rest:
-            return ""
-        return f"axis {axis + 1} at {q:.4g} is too fast for the end of its range: {v:.3g} of {allowed:.3g}"
+    def allowed_at(self, q: float, v: float) -> float:
+        """Return how fast an axis at q that moves with v may approach the end ahead [rad/s] or [m/s]."""
+        return self.allowed(self.high - q if v > 0.0 else q - self.low)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+from flexarm_controller.guarding.axis_label import AxisLabel, number_axis
 from flexarm_controller.guarding.joint_range import JointRange
 from flexarm_controller.guarding.loads import Loads
 
@@ -50,6 +51,7 @@ class GuardLimits:
             ``rest_watch.REST_TIME`` [rad] or [m]; empty for by any.
         velocity_delay: By how much the drives' velocity may be late [s].
         changeover: Time for which commands of the model served before still pass [s].
+        labels: What messages call the axes; empty for their numbers.
     """
 
     effort: tuple[float, ...]
@@ -68,3 +70,8 @@ class GuardLimits:
     noise: tuple[float, ...] = ()
     velocity_delay: float = 0.01
     changeover: float = 1.0
+    labels: tuple[AxisLabel, ...] = ()
+
+    def label(self, axis: int) -> AxisLabel:
+        """Return what messages call an axis."""
+        return self.labels[axis] if self.labels else number_axis(axis)

@@ -42,6 +42,7 @@ class Plausibility:
         """Know nothing yet; without ``limits.noise`` everything is plausible."""
         self._noise, self._lag, self._period = limits.noise, 2.0 * limits.velocity_delay, limits.period
         self._least, self._lost = min(limits.noise, default=0.0), LOST * limits.period
+        self._label = limits.label
         self._most = max(1, round(REST_TIME / limits.period))
         self._from: Sequence[float] = (0.0,) * len(limits.noise)  # q_0
         self._before = self._earlier = self._from  # the last two
@@ -101,10 +102,9 @@ class Plausibility:
             by_velocity = way - self._off[axis]
             late = self._lag * max(abs(v[axis]), self._fastest[axis], self._step(axis, q[axis]))
             if not abs(self._off[axis]) <= noise + late:
-                after = f"{1e3 * self._count * self._period:.0f} ms"
-                found.append(
-                    f"axis {axis + 1} went {way:.3g} in {after}, its velocity says {by_velocity:.3g}"
-                )
+                label, after = self._label(axis), f"{1e3 * self._count * self._period:.0f} ms"
+                told = label.position(by_velocity)
+                found.append(f"{label.name} went {label.position(way)} in {after}, its velocity says {told}")
                 step = (q[axis] - self._before[axis]) / self._period
                 self._doubt(axis, step, by_velocity / self._count / self._period)
         return found[0] if found else ""

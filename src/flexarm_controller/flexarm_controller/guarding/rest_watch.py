@@ -9,7 +9,9 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+
+from flexarm_controller.guarding.axis_label import AxisLabel, number_axis
 
 REST_TIME = 0.25  # s over which an axis is watched
 
@@ -17,15 +19,18 @@ REST_TIME = 0.25  # s over which an axis is watched
 class RestWatch:
     """Velocities of the last periods."""
 
-    def __init__(self, axes: int, period: float, rest: float) -> None:
+    def __init__(
+        self, axes: int, period: float, rest: float, label: Callable[[int], AxisLabel] = number_axis
+    ) -> None:
         """Watch an arm.
 
         Args:
             axes: How many there are [1].
             period: Of the motors [s].
             rest: Mean velocity up to which an axis is at rest [rad/s] or [m/s].
+            label: What messages call an axis, from 0.
         """
-        self._axes, self._rest, self._is_silent = axes, rest, False
+        self._axes, self._rest, self._label, self._is_silent = axes, rest, label, False
         self._told: deque[tuple[float, ...]] = deque(maxlen=max(1, round(REST_TIME / period)))
 
     @property
@@ -52,5 +57,7 @@ class RestWatch:
         for axis, told in enumerate(zip(*self._told, strict=True)):
             mean = math.fsum(told) / len(told)
             if not abs(mean) <= self._rest:
-                return f"axis {axis + 1} moves at {mean:.3g}, at rest it does up to {self._rest:.3g}"
+                label = self._label(axis)
+                rest = label.velocity(self._rest)
+                return f"{label.name} moves at {label.velocity(mean)}, at rest it does up to {rest}"
         return ""
