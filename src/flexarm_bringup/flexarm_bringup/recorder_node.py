@@ -39,6 +39,7 @@ from flexarm_bringup.conversions import deserialise
 from flexarm_bringup.message_class import message_class
 from flexarm_bringup.provenance import provenance
 from flexarm_bringup.topics import Stream, streams
+from flexarm_model.manipulator.cameras import cameras
 from flexarm_model.manipulator.imu import imus
 from flexarm_model.reading.manipulator_file import find_manipulator
 from flexarm_model.ros.declared_node import declare_configs, load_arm, told_by
@@ -86,7 +87,8 @@ class RecorderNode(ManagedNode):
         config = load_arm(self, settings.manipulator, settings.preset)
         wanted = {"tick": settings.lockstep, "controller_debug": settings.debug}
         wanted |= dict.fromkeys(("feedback_gains", "predicted"), False)  # they follow from the others
-        self._streams = [s for s in streams(tuple(imus(config.sensors))) if wanted.get(s.topic, True)]
+        table = streams(imus(config.sensors), cameras(config.sensors))
+        self._streams = [stream for stream in table if wanted.get(stream.topic, True)]
         self._settings, self.failure, self._lost, self.exit_code = settings, "", 0, 0
         self.start(life)
 

@@ -23,6 +23,7 @@ from flexarm_bringup.sim.sample import Sample
 from flexarm_bringup.sim.tick_writer import TickWriter
 from flexarm_bringup.topics import streams
 from flexarm_model.conversions import ns_to_stamp
+from flexarm_model.manipulator.cameras import cameras
 from flexarm_model.manipulator.description import ManipulatorConfig
 from flexarm_model.manipulator.imu import imus
 from flexarm_model.ros.node import LOCKSTEP_QOS, PERIODIC_QOS
@@ -44,7 +45,7 @@ class RigVoice:
         quality = LOCKSTEP_QOS if is_lockstep else PERIODIC_QOS
         self._outlets = {
             stream.topic: node.create_publisher(message_class(stream.type), stream.topic, quality)
-            for stream in streams(tuple(imus(config.sensors)))
+            for stream in streams(imus(config.sensors), cameras(config.sensors))
             if stream.publisher == "rig"
         }
         self._writer = TickWriter(config, drives, serialize_message)

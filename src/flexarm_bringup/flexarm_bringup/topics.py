@@ -2,13 +2,15 @@
 
 Recorder, replay, bag checks and the documentation read it; within an instant messages are logged
 in its order, which is the order of cause and effect. Topics are relative to the namespace
-``/flexarm`` unless they start with a slash. ``imu/*`` stands for one topic per IMU.
+``/flexarm`` unless they start with a slash. ``imu/*`` stands for one topic per IMU, ``camera/*`` per camera.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
+
+from flexarm_model.manipulator.cameras import USUAL
 
 NAMESPACE = "/flexarm"
 
@@ -18,7 +20,7 @@ class Stream:
     """One topic.
 
     Attributes:
-        topic: Relative name; ``imu/*`` is a family.
+        topic: Relative name; ``imu/*`` and ``camera/*`` are families.
         type: Message type, "package/msg/Name".
         publisher: Node that publishes it; "user" for what comes from outside.
         rate: When it is sent, for the reader.
@@ -62,7 +64,7 @@ STREAMS = (
            "surface strain with its standard deviation", depth=10, is_sensor=True),
     Stream("imu/*", "sensor_msgs/msg/Imu", "rig", "rate of its sensors",
            "what accelerometer (+g at rest) or gyroscope of one unit feels", depth=10, is_sensor=True),
-    Stream("camera/pose", "geometry_msgs/msg/PoseWithCovarianceStamped", "rig", "30-60 Hz",
+    Stream("camera/*", "geometry_msgs/msg/PoseWithCovarianceStamped", "rig", "rate of the camera",
            "pose of the tip, stamped at exposure", depth=10, is_sensor=True),
     Stream("applied_effort", "sensor_msgs/msg/JointState", "guard", "motor period",
            "torque that the guard lets through, sealed; what a rig driver subscribes to", is_sensor=True),
@@ -106,12 +108,13 @@ STREAMS = (
 SENSOR_TOPICS = tuple(stream.topic for stream in STREAMS if stream.is_sensor)
 
 
-def streams(imus: Sequence[str]) -> tuple[Stream, ...]:
-    """Return the table with ``imu/*`` written out, one topic per IMU."""
+def streams(imus: Iterable[str], cameras: Iterable[str] = (USUAL,)) -> tuple[Stream, ...]:
+    """Return the table with its families written out, one topic per IMU and per camera."""
     written: list[Stream] = []
+    families = {"imu/*": tuple(imus), "camera/*": tuple(cameras)}
     for stream in STREAMS:
-        if stream.topic.endswith("/*"):
-            written += [replace(stream, topic=stream.topic[:-1] + name) for name in imus]
+        if stream.topic in families:
+            written += [replace(stream, topic=stream.topic[:-1] + name) for name in families[stream.topic]]
         else:
             written.append(stream)
     return tuple(written)

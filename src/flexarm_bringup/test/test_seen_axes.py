@@ -19,10 +19,12 @@ from flexarm_bringup.sim_run.study import loop_settings
 from flexarm_bringup.static_arm import StaticArm
 from flexarm_bringup.tasks.course import plan_course
 from flexarm_bringup.tasks.task_for import task_for
+from flexarm_bringup.topics import streams
 from flexarm_estimator.estimate import Estimate
 from flexarm_estimator.estimator import Estimator
 from flexarm_estimator.messages.sensor_messages import SensorReader
 from flexarm_estimator.settings import EstimatorConfig
+from flexarm_model.manipulator.cameras import cameras
 from flexarm_model.manipulator.description import ManipulatorConfig
 from flexarm_model.reading.config import load_config
 from flexarm_model.reading.manipulator_file import find_manipulator
@@ -152,3 +154,41 @@ def test_a_wrong_unit_reaches_places_and_not_turns(tmp_path: Path) -> None:
     line = FaultLine(SensorFault("wrong", factor=1000.0), spec, 0.005, 1)
     (arrival,) = line.carry(Arrival(12, Sample("camera", "camera", 0, np.full(4, 0.1))))
     np.testing.assert_allclose(arrival.sample.y, [100.0, 0.1, 0.1, 0.1])
+
+
+TWO = CAMERA + "\n  tracker: " + TRACKER.replace("camera,", "camera, topic: tracker,")
+
+
+def test_two_look_at_the_tip_each_on_a_topic_of_its_own(tmp_path: Path) -> None:
+    config = arm(tmp_path, TWO)
+    reader = SensorReader(config)
+    assert {"camera/pose", "camera/tracker"} <= set(reader.topics)
+    for spec in config.sensors[-2:]:
+        said = Sample(spec.name, "camera", 3, np.full(len(spec.channels), 0.1))
+        written = sample_msg(spec, said, 15_000_000)
+        (read,) = reader.read(written.topic, written.msg, 0.015).samples
+        assert read.sensor == spec.name and read.R is None
+    told = {s.topic for s in streams((), cameras(config.sensors)) if s.topic.startswith("camera")}
+    assert told == {"camera/pose", "camera/tracker"}
+
+
+@pytest.mark.parametrize(
+    ("second", "message"),
+    [
+        (TRACKER, "is the topic of 'camera' already"),
+        (TRACKER.replace("camera,", "camera, topic: a b,"), "a name that a topic may bear"),
+    ],
+)
+def test_two_on_one_topic_are_refused(tmp_path: Path, second: str, message: str) -> None:
+    """The second would never be heard, and the first be told what the second saw."""
+    with pytest.raises(ConfigError, match=message) as refused:
+        arm(tmp_path, CAMERA + "\n  tracker: " + second)
+    assert "arm.yaml" in str(refused.value) and "sensors.tracker.topic" in str(refused.value)
+
+
+def test_two_know_the_tip_better_than_one(tmp_path: Path) -> None:
+    fault = "encoder: off 0.6 2.5"
+    one, _ = run(arm(tmp_path, CAMERA), fault)
+    two, last = run(arm(tmp_path, TWO), fault)
+    assert np.sqrt(np.mean(two**2)) < 0.6 * np.sqrt(np.mean(one**2))
+    assert not any(report.rejected for report in last.sensors)

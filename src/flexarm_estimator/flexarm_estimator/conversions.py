@@ -17,7 +17,7 @@ from nav_msgs.msg import Odometry
 from numpy.typing import NDArray
 
 from flexarm_estimator.estimate import Estimate, SensorReport
-from flexarm_estimator.messages.sensor_messages import BASE_FRAME
+from flexarm_estimator.messages.camera_messages import BASE_FRAME
 from flexarm_model.conversions import floats, ns_to_stamp
 from flexarm_model.numeric.rotation import quaternion, rotation_from_quaternion
 from flexarm_model.served.reduced_model import ReducedModel

@@ -11,7 +11,7 @@ Publishes
     ~/ready (std_msgs/Bool, latched): true once it has a model and its topics are connected.
 Subscribes
     model (flexarm_interfaces/ReducedModel, latched), joint_states (sensor_msgs/JointState: encoders),
-    strain (flexarm_interfaces/StrainArray), imu/<name> (sensor_msgs/Imu), camera/pose
+    strain (flexarm_interfaces/StrainArray), imu/<name> (sensor_msgs/Imu), camera/<name>
     (geometry_msgs/PoseWithCovarianceStamped), applied_effort (sensor_msgs/JointState: torque from its
     stamp on), tick (flexarm_interfaces/Tick, lockstep only).
 Services, all done at the next step or refused with the reason
@@ -73,8 +73,8 @@ CLOSING_TOPIC = "joint_states"  # closes a period
 DIAGNOSTICS_PERIOD = 1.0  # s
 AHEAD = (EstimatorExchange, EstimatorConfig, None)  # see flexarm_model.process.ahead
 LIBRARIES = ("filterpy.kalman",)  # for steps with refused rows
-_TYPES = {"joint_states": JointState, "strain": StrainArray, "camera/pose": PoseWithCovarianceStamped}
-_TYPES["applied_effort"] = JointState
+_TYPES = {"joint_states": JointState, "strain": StrainArray, "applied_effort": JointState}
+_FAMILIES = {"imu": Imu, "camera": PoseWithCovarianceStamped}
 _SERVICES: tuple[tuple[type, str, Callable[[Any], Intervention]], ...] = (
     (Trigger, "reset", lambda request: Reset()),
     (SetStateService, "set_state", lambda request: known_state_from_msg(request.state)),
@@ -188,7 +188,7 @@ class EstimatorNode(ManagedNode):
         self._receipts = self.create_publisher(String, "~/models", LATCHED_QOS)
         self.create_subscription(ReducedModel, "model", self.on_model, MODELS_QOS)
         for topic in self.exchange.topics:
-            kind = _TYPES.get(topic, Imu)
+            kind = _TYPES.get(topic) or _FAMILIES[topic.partition("/")[0]]
             take, refuse = partial(self.on_sensor, topic), partial(self._refuse, topic)
             subscribe_bytes(self, kind, topic, take, self._quality(topic), refuse)
         if self.settings.lockstep:

@@ -42,6 +42,7 @@ from flexarm_bringup.excite.told import to_text
 from flexarm_bringup.series import Series, SeriesError
 from flexarm_estimator.messages.inbox import TORQUE_TOPIC
 from flexarm_model.conversions import floats, stamp_to_ns
+from flexarm_model.manipulator.cameras import CAMERA
 from flexarm_model.manipulator.start_pose import starting_at
 from flexarm_model.ros.declared_node import declare_configs, load_arm, told_by
 from flexarm_model.ros.node import LATCHED_QOS, LOCKSTEP_QOS, MODELS_QOS, RELIABLE_QOS, run_node
@@ -231,7 +232,9 @@ class ExciteNode(Node):  # type: ignore[misc]
         self.create_subscription(GuardStatus, "guard_status", self._on_guard, quality)
         self.create_subscription(JointState, "joint_states", self._on_joint_states, LOCKSTEP_QOS)
         self.create_subscription(JointState, TORQUE_TOPIC, self._test.on_torque, LOCKSTEP_QOS)
-        for topic in set(self._test.topics) - {"joint_states", "camera/pose"}:
+        for topic in self._test.topics:
+            if topic == "joint_states" or topic.startswith(f"{CAMERA}/"):
+                continue
             kind = StrainArray if topic == "strain" else Imu
             self.create_subscription(kind, topic, partial(self._test.on_sensor, topic), LOCKSTEP_QOS)
         for name in self._ready:

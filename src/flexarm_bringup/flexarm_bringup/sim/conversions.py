@@ -18,6 +18,7 @@ from flexarm_bringup.sim.rig import Truth
 from flexarm_bringup.sim.sample import Sample
 from flexarm_estimator.messages.sensor_messages import INERTIAL_FIELDS
 from flexarm_model.conversions import floats, ns_to_stamp
+from flexarm_model.manipulator.cameras import camera_topic
 from flexarm_model.manipulator.description import ManipulatorConfig
 from flexarm_model.manipulator.imu import unit_of
 from flexarm_model.manipulator.sensor_kinds import POSE_CHANNELS
@@ -158,7 +159,7 @@ def _camera(spec: SensorSpec, sample: Sample, stamp_ns: int) -> Outgoing:
     turned = quaternion_from_vector(pose[3:])
     orientation.x, orientation.y, orientation.z, orientation.w = turned
     msg.pose.covariance = np.diag(variance).ravel()
-    return Outgoing("camera/pose", msg)
+    return Outgoing(camera_topic(spec), msg)
 
 
 _CONVERT: dict[str, Callable[[SensorSpec, Sample, int], Outgoing]] = {

@@ -17,6 +17,7 @@ from flexarm_estimator.drift.settings import DriftConfig
 from flexarm_estimator.messages.sensor_messages import SensorReader
 from flexarm_estimator.settings import EstimatorConfig
 from flexarm_model.conversions import NS_PER_S, ModelMessageError, model_from_msg, stamp_to_ns
+from flexarm_model.manipulator.cameras import CAMERA
 from flexarm_model.manipulator.description import ManipulatorConfig
 from flexarm_model.served.pending_models import PendingModels
 from flexarm_model.served.reduced_model import ReducedModel
@@ -53,7 +54,7 @@ class DriftExchange:
     @property
     def topics(self) -> tuple[str, ...]:
         """Relative topics that ``on_sensor`` wants."""
-        return (*(name for name in self._reader.topics if name != "camera/pose"), TORQUE_TOPIC)
+        return (*(name for name in self._reader.topics if not name.startswith(f"{CAMERA}/")), TORQUE_TOPIC)
 
     def on_model(self, msg: Any) -> None:
         """Take a model of the same description, to be used from its stamp on; the first one at once."""

@@ -14,19 +14,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexarm_estimator.measurement import Measurement
+from flexarm_estimator.messages.camera_messages import CameraReader
+from flexarm_estimator.messages.covariances import CovarianceReader
 from flexarm_estimator.messages.readings import Reading, Refusal
+from flexarm_model.manipulator.cameras import camera_topic, cameras
 from flexarm_model.manipulator.description import ManipulatorConfig
 from flexarm_model.manipulator.imu import imus
-from flexarm_model.manipulator.sensor_kinds import POSE_CHANNELS, ROTATION
 from flexarm_model.manipulator.sensor_spec import SensorSpec
 
 Array = NDArray[np.float64]
-BASE_FRAME = "base"
 INERTIAL_FIELDS = {"accelerometer": "linear_acceleration", "gyroscope": "angular_velocity"}  # of an Imu
-_UNIT_TOLERANCE = 0.05  # of the norm of a quaternion; drivers round, but not that much
 _OVERLOAD = 10.0  # of an axis' largest torque; no motor gives that
 _MOST_TORQUE = 1e6  # N m or N; of axes without a limit
-_SAME = 1e-9  # relative; a covariance that repeats the description is not worth carrying
 
 
 class SensorReader:
@@ -37,13 +36,7 @@ class SensorReader:
         by_kind = {kind: {s.name: s for s in config.sensors if s.kind == kind} for kind in _KINDS}
         self._encoders = by_kind["encoder"]
         self._gauges = by_kind["strain_gauge"]
-        self._cameras = by_kind["camera"]
-        seen = next((spec.channels for spec in self._cameras.values()), ())
-        self._seen = [POSE_CHANNELS.index(channel) for channel in seen]  # of the pose in a message
-        self._sees_rotation = bool(set(seen) & set(ROTATION))
-        self._covariances = {
-            spec.name: _Covariances(spec) for spec in (*self._gauges.values(), *self._cameras.values())
-        }
+        self._covariances = {spec.name: CovarianceReader(spec) for spec in self._gauges.values()}
         self._axes = tuple(config.actuated)
         efforts = np.array([axis.effort for axis in config.actuated.values()])
         self._most_torque = np.where(np.isfinite(efforts), _OVERLOAD * efforts, _MOST_TORQUE).tolist()
@@ -52,8 +45,8 @@ class SensorReader:
         self._read: dict[str, Callable[[Any, float], Reading]] = {"joint_states": self._read_joints}
         if self._gauges:
             self._read["strain"] = self._read_strain
-        if self._cameras:
-            self._read["camera/pose"] = self._read_camera
+        for camera in cameras(config.sensors).values():
+            self._read[camera_topic(camera)] = CameraReader(camera).read
         for unit, specs in imus(config.sensors).items():
             self._read[f"imu/{unit}"] = _imu_reader(unit, specs)
 
@@ -123,24 +116,6 @@ class SensorReader:
             reading.samples.append(Measurement(name, t, np.array([msg.strain[i]]), R))
         return reading
 
-    def _read_camera(self, msg: Any, t: float) -> Reading:
-        """Read the pose of the tip; the topic carries one camera."""
-        spec = next(iter(self._cameras.values()))
-        if msg.header.frame_id != BASE_FRAME:
-            reason = f"frame '{msg.header.frame_id}' is not '{BASE_FRAME}'"
-            return Reading([], [Refusal(spec.name, reason)])
-        position, q = msg.pose.pose.position, msg.pose.pose.orientation
-        norm = math.sqrt(q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w)
-        if self._sees_rotation and not abs(norm - 1.0) <= _UNIT_TOLERANCE:  # also NaN
-            return Reading([], [Refusal(spec.name, f"quaternion has norm {norm:.3g}")])
-        pose = [position.x, position.y, position.z, *_rotation_vector(q.x, q.y, q.z, q.w)]
-        told = np.asarray(msg.pose.covariance, dtype=np.float64).tolist()
-        if len(self._seen) < len(pose):
-            pose = [pose[i] for i in self._seen]
-            told = [told[6 * i + j] for i in self._seen for j in self._seen]
-        R = self._covariances[spec.name].pick(told)
-        return Reading([Measurement(spec.name, t, np.array(pose), R)])
-
 
 def _imu_reader(unit: str, specs: Sequence[SensorSpec]) -> Callable[[Any, float], Reading]:
     parts = [_InertialPart(spec) for spec in specs]
@@ -166,7 +141,7 @@ class _InertialPart:
     def __init__(self, spec: SensorSpec) -> None:
         self.name, self.frame = spec.name, spec.site
         self._field = INERTIAL_FIELDS[spec.kind]
-        self._channels, self._covariances = spec.channels, _Covariances(spec)
+        self._channels, self._covariances = spec.channels, CovarianceReader(spec)
         self._rows = ["xyz".index(channel) for channel in spec.channels]
         self.absence = f"driver says that {self._field.replace('_', ' ')} is not measured"
 
@@ -182,26 +157,4 @@ class _InertialPart:
         return Measurement(self.name, t, y, R)
 
 
-class _Covariances:
-    """Tells covariances worth carrying from those that repeat the description of a sensor."""
-
-    def __init__(self, spec: SensorSpec) -> None:
-        self._known = np.diag(np.square(spec.sigma)).ravel().tolist()
-        self._shape = (len(spec.sigma), len(spec.sigma))
-
-    def pick(self, told: list[float]) -> Array | None:
-        """Return what a message told row by row, (m, m); None when that is known or says nothing (zeros)."""
-        is_known = all(abs(a - b) <= _SAME * b for a, b in zip(told, self._known, strict=True))
-        return None if is_known or not any(told) else np.array(told).reshape(self._shape)
-
-
-def _rotation_vector(x: float, y: float, z: float, w: float) -> tuple[float, float, float]:
-    """Return axis times angle in [-pi, pi] of a quaternion that need not be exactly of unit length."""
-    sine = math.sqrt(x * x + y * y + z * z)
-    if sine == 0.0:
-        return 0.0, 0.0, 0.0
-    scale = 2.0 * math.atan2(sine, abs(w)) / sine * (1.0 if w >= 0.0 else -1.0)
-    return x * scale, y * scale, z * scale
-
-
-_KINDS = ("encoder", "strain_gauge", "camera")  # those of IMUs stand by their unit
+_KINDS = ("encoder", "strain_gauge")  # IMUs and cameras have topics of their own

@@ -98,7 +98,8 @@ def _camera(name: str, site: str, section: Section, _: Axis | None) -> SensorSpe
     position = section.quantity("sigma", "length", above=0.0)
     angle = section.quantity("sigma_angle", "angle", above=0.0) if turns else 0.0
     sigma = np.array([position] * len(places) + [angle] * len(turns))
-    return SensorSpec(name, "camera", site, axes, sigma, *_timing(section), -_FAR, _FAR)
+    topic = section.text("topic", "")
+    return SensorSpec(name, "camera", site, axes, sigma, *_timing(section), -_FAR, _FAR, topic=topic)
 
 
 def read_stamp_delay(section: Section) -> float:

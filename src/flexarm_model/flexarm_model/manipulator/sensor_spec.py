@@ -48,6 +48,7 @@ class SensorSpec:
         stamp_delay: Stamp minus instant of the sample: how late the driver stamps [s].
         bias: What its channels may be off by; None for nothing.
         imu: Unit whose messages carry an accelerometer or gyroscope; empty for one of its own name.
+        topic: Of a camera, below ``camera/``; empty for the usual one.
     """
 
     name: str
@@ -64,3 +65,4 @@ class SensorSpec:
     stamp_delay: float = 0.0
     bias: BiasSpec | None = None
     imu: str = ""
+    topic: str = ""

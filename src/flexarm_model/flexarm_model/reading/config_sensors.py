@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from flexarm_model.bodies.rigid_pieces import stretches
 from flexarm_model.manipulator.body_spec import Beam, Body, RigidBody
+from flexarm_model.manipulator.cameras import CAMERA, USUAL, camera_misfit
 from flexarm_model.manipulator.description import WORLD, Joint, NodeRef
 from flexarm_model.manipulator.imported_body import SuperelementBody
 from flexarm_model.manipulator.imu import INERTIAL, misfit, unit_of
@@ -48,6 +49,8 @@ def read_sensors(
             raise section.error("node", section.take("node"), f"{never}; expected a node that does")
         if sensor.kind in INERTIAL and (fault := misfit(sensor, sensors)):
             raise section.error("imu", unit_of(sensor), fault)
+        if sensor.kind == CAMERA and (fault := camera_misfit(sensor, sensors)):
+            raise section.error("topic", sensor.topic or USUAL, fault)
         sensors.append(sensor)
     return tuple(sensors)
 
