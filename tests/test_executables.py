@@ -10,6 +10,8 @@ from pathlib import Path
 
 import pytest
 
+from flexarm_bringup.parameters_command import NODES, parameters_of
+from flexarm_model.process.node_source import Source, node_parameters
 from flexarm_model.process.single_instance import claim_name
 
 SOURCE = Path(__file__).resolve().parents[1] / "src"
@@ -45,6 +47,41 @@ def test_a_second_node_is_refused_before_its_libraries_are_loaded() -> None:
         done = subprocess.run(command, env=environment, capture_output=True, text=True, check=True)
         assert held.readable() and done.stdout == "3 []\n"
         assert f"guard_node: node /flexarm/left runs already in ROS domain {DOMAIN}" in done.stderr
+
+
+@pytest.mark.parametrize("package", PACKAGES)
+def test_every_node_says_what_it_does_and_which_parameters_it_has_instead_of_starting(package: str) -> None:
+    for executable, _, _ in ENTRY.findall((SOURCE / package / "setup.py").read_text()):
+        code = SECOND.replace("flexarm_controller", package).replace("guard_node", executable)
+        command = [sys.executable, "-c", code, "--help"]
+        done = subprocess.run(command, capture_output=True, text=True, check=True, timeout=20)
+        said = done.stdout
+        assert said.startswith(f"usage: ros2 run {package} {executable} [--ros-args") and said.endswith(
+            "0 []\n"
+        )
+        assert "--ros-args -p NAME:=VALUE" in said and re.search(r"^  \w+ +.*  \[.+\]$", said, re.MULTILINE)
+
+
+@pytest.mark.parametrize("node", sorted(NODES))
+def test_the_help_has_every_parameter_that_the_node_declares(node: str) -> None:
+    found = node_parameters(Source(NODES[node].split(":")[0]))
+    declared = {item.name: item for item in parameters_of(node)}
+    assert {name: (item.default, item.metadata) for name, item in found.items()} == {
+        name: (item.default, item.metadata) for name, item in declared.items()
+    }
+
+
+def test_nodes_in_one_process_have_the_parameters_of_both() -> None:
+    both = node_parameters(Source("flexarm_bringup.processes.composed_node"))
+    assert set(both) == {item.name for node in ("estimator", "controller") for item in parameters_of(node)}
+
+
+def test_a_domain_that_is_none_is_refused_before_libraries_are_loaded() -> None:
+    environment = {**os.environ, "ROS_DOMAIN_ID": "lab"}
+    command = [sys.executable, "-c", SECOND]
+    done = subprocess.run(command, env=environment, capture_output=True, text=True, check=True)
+    assert done.stdout == "2 []\n"
+    assert done.stderr == "guard_node: ROS_DOMAIN_ID: 'lab': expected a whole number, 0 to 232\n"
 
 
 HEARD = """

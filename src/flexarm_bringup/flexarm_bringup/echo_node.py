@@ -26,8 +26,10 @@ from rclpy.signals import SignalHandlerOptions
 
 from flexarm_bringup.arguments import number
 from flexarm_bringup.processes.spinning import spin_once
+from flexarm_bringup.processes.surroundings import check_domain
 from flexarm_bringup.topics import NAMESPACE
 from flexarm_model.ros.node import events_executor
+from flexarm_model.settings.strict_yaml import ConfigError
 
 UNUSABLE = 2
 DISCOVERY = 3.0  # s; how long a topic may take to be seen
@@ -47,9 +49,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Print until the first message (``--once``) or Ctrl-C; exit code 2 when there is no such topic."""
+    """Print until the first message (``--once``) or Ctrl-C; exit code 2 without such a topic or domain."""
     if args.topic is None and (args.once or args.field or args.hz):
         print("flexarm echo: --once, --field and --hz need a topic", file=sys.stderr)
+        return UNUSABLE
+    try:
+        check_domain()
+    except ConfigError as error:
+        print(f"flexarm echo: {error}", file=sys.stderr)
         return UNUSABLE
     rclpy.init(signal_handler_options=SignalHandlerOptions.NO)  # Ctrl-C raises here
     node = Node("echo", namespace="flexarm", start_parameter_services=False)

@@ -13,7 +13,6 @@ from __future__ import annotations
 
 import argparse
 import importlib
-import math
 import sys
 from collections.abc import Iterator
 from dataclasses import Field, fields
@@ -24,6 +23,7 @@ import yaml
 
 from flexarm_bringup.tasks.node_settings import arm_graph
 from flexarm_bringup.topics import NAMESPACE
+from flexarm_model.settings.parameter_text import allowed_text, table_lines, value_text
 from flexarm_model.settings.strict_yaml import ConfigError
 
 USAGE = 2
@@ -112,35 +112,10 @@ def settings_of(node: str) -> tuple[type[Any], ...]:
 
 
 def _lines(node: str) -> list[str]:
-    rows = [_row(item) for item in parameters_of(node)]
-    width = max(len(row[0]) for row in rows)
-    return [
-        f"{name:{width}}  {default}{'' if unit == '1' else ' ' + unit}   {text}  [{allowed}]"
-        for name, default, unit, allowed, text in rows
-    ]
+    return table_lines([_row(item) for item in parameters_of(node)])
 
 
 def _row(item: Field[Any]) -> tuple[str, str, str, str, str]:
     about = item.metadata
-    return item.name, _value(item.default), about["unit"], _allowed(item), about["text"]
-
-
-def _value(value: Any) -> str:
-    if isinstance(value, tuple):
-        return f"[{', '.join(map(_value, value))}]"
-    if isinstance(value, str):
-        return f'"{value}"'
-    return str(value).lower() if isinstance(value, bool) else f"{value:.6g}"
-
-
-def _allowed(item: Field[Any]) -> str:
-    low, high = item.metadata["minimum"], item.metadata["maximum"]
-    if item.metadata["choices"]:
-        return ", ".join(item.metadata["choices"])
-    if isinstance(item.default, bool):
-        return "true, false"
-    if math.isinf(low) and math.isinf(high):
-        return "any"
-    if math.isinf(high):
-        return f"at least {low:.6g}"
-    return f"at most {high:.6g}" if math.isinf(low) else f"{low:.6g} to {high:.6g}"
+    allowed = allowed_text(item.default, about)
+    return item.name, value_text(item.default), about["unit"], allowed, about["text"]

@@ -69,6 +69,18 @@ def test_the_command_writes_json_alone_when_asked() -> None:
     assert {"verdict", "subject", "text", "cure"} == set(json.loads(found.stdout)[0])
 
 
+@pytest.mark.parametrize("domain", ["many", "233", "²"])
+def test_the_graph_of_a_domain_that_is_none_is_not_listened_to(domain: str) -> None:
+    """It ended with a traceback of rclpy after the finding that says why."""
+    command = [sys.executable, "-m", "flexarm_bringup.cli", "doctor", "--json", "-"]
+    environment = {**os.environ, "ROS_DOMAIN_ID": domain}
+    done = subprocess.run(command, capture_output=True, text=True, check=False, env=environment)
+    assert done.returncode == 1 and not done.stderr
+    found = next(item for item in json.loads(done.stdout) if item["subject"] == "domain")
+    said = f"ROS_DOMAIN_ID: '{domain}': expected a whole number, 0 to 232"
+    assert (found["verdict"], found["text"], found["cure"]) == ("FAULT", said, "take 0 to 101")
+
+
 PATIENCE = 60.0  # s
 TWINS = "2 nodes are called /flexarm/rig"
 TALKERS = """

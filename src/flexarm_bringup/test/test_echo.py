@@ -10,6 +10,7 @@ import pytest
 import yaml
 from flexarm_interfaces.msg import ControllerStatus, ModalState, SensorHealth
 
+from flexarm_bringup.cli import main
 from flexarm_bringup.echo_node import pick
 
 PUBLISHER = """
@@ -45,6 +46,15 @@ def test_a_nested_field_is_picked():
 def test_a_field_that_is_not_there_is_refused_with_those_that_are(field, message):
     with pytest.raises(AttributeError, match=message):
         pick(ControllerStatus(), field)
+
+
+def test_a_domain_that_is_none_is_refused(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setenv("ROS_DOMAIN_ID", "lab")
+    assert main(["echo", "modal_state"]) == 2
+    error = capsys.readouterr().err
+    assert error == "flexarm echo: ROS_DOMAIN_ID: 'lab': expected a whole number, 0 to 232\n"
 
 
 def echo(environment: dict[str, str], *arguments: str) -> subprocess.CompletedProcess[str]:

@@ -131,6 +131,15 @@ def test_without_a_terminal_frames_are_plain_text() -> None:
     assert "\x1b" not in out.getvalue()
 
 
+def test_a_domain_that_is_none_is_told_instead_of_a_rig_that_is_silent(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setenv("ROS_DOMAIN_ID", "300")
+    assert cli.main(["monitor", "--once", "--wait", "1"]) == 2
+    error = capsys.readouterr().err
+    assert error == "flexarm monitor: ROS_DOMAIN_ID: '300': expected a whole number, 0 to 232\n"
+
+
 def test_a_description_that_is_not_there_is_told_before_the_rig_is_looked_for(
     capsys: pytest.CaptureFixture[str],
 ) -> None:

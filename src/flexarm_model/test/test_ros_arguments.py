@@ -2,7 +2,7 @@
 
 import pytest
 
-from flexarm_model.process.ros_arguments import domain, node_name, values_of
+from flexarm_model.process.ros_arguments import asks_help, domain, node_name, values_of
 
 NAMES = [
     ([], "/flexarm/guard"),
@@ -61,4 +61,18 @@ def test_the_domain_is_that_of_the_environment() -> None:
         "0",
         "7",
     ]
-    assert domain({"ROS_DOMAIN_ID": "lab"}) == "lab"
+
+
+@pytest.mark.parametrize("value", ["lab", "-1", "1.5", "233", " ", "²", "٣"])
+def test_what_is_no_domain_is_refused_with_variable_value_and_what_is_allowed(value: str) -> None:
+    with pytest.raises(ValueError, match=f"^ROS_DOMAIN_ID: '{value}': expected a whole number, 0 to 232$"):
+        domain({"ROS_DOMAIN_ID": value})
+
+
+@pytest.mark.parametrize(
+    ("line", "asks"),
+    [("--help", True), ("-h --ros-args -p a:=1", True), ("--ros-args -p a:=1 -- --help", True),
+     ("--ros-args --help", False), ("--ros-args -h", False), ("", False)],
+)  # fmt: skip
+def test_help_is_asked_of_the_node_outside_of_what_is_for_ros(line: str, asks: bool) -> None:
+    assert asks_help(line.split()) == asks

@@ -21,6 +21,7 @@ from flexarm_bringup.doctor.finding import Finding
 from flexarm_bringup.doctor.installation import look_at_installation
 from flexarm_bringup.doctor.machine import look_at_machine
 from flexarm_bringup.doctor.shared_memory import look_at_shared_memory
+from flexarm_bringup.processes.surroundings import has_domain
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -53,7 +54,7 @@ def _look(args: argparse.Namespace) -> Iterator[Finding]:
     yield from look_at_machine(args.folder)
     yield from look_at_shared_memory()
     yield from look_at_installation()
-    if not args.offline:
+    if not args.offline and has_domain():  # what is none was told with the installation
         from flexarm_bringup.doctor.graph_node import look_at_graph
 
         yield from look_at_graph()

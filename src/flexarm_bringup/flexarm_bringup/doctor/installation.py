@@ -8,6 +8,7 @@ from collections.abc import Iterator, Mapping
 from flexarm_bringup.doctor.finding import Finding
 from flexarm_bringup.installed import find_executable
 from flexarm_bringup.processes.graph import rig_graph
+from flexarm_model.process.ros_arguments import domain
 
 DOMAINS = range(0, 102)  # those whose ports leave the ephemeral ones of Linux alone
 
@@ -30,12 +31,15 @@ def _executable(package: str, executable: str, environment: Mapping[str, str]) -
 
 
 def _domain(environment: Mapping[str, str]) -> Finding:
-    value = environment.get("ROS_DOMAIN_ID", "0") or "0"
-    if value.isdigit() and int(value) in DOMAINS:
+    cure = f"take {DOMAINS.start} to {DOMAINS.stop - 1}"
+    try:
+        value = domain(environment)
+    except ValueError as error:
+        return Finding("FAULT", "domain", str(error), cure)
+    if int(value) in DOMAINS:
         return Finding("ok", "domain", f"ROS_DOMAIN_ID {value}")
-    return Finding(
-        "FAULT", "domain", f"ROS_DOMAIN_ID '{value}'", f"take {DOMAINS.start} to {DOMAINS.stop - 1}"
-    )
+    why = f"ROS_DOMAIN_ID {value}: its ports may be in use, they are among those that Linux gives to others"
+    return Finding("FAULT", "domain", why, cure)
 
 
 def _range(environment: Mapping[str, str]) -> Finding:

@@ -16,6 +16,7 @@ import math
 import sys
 
 from flexarm_bringup.arguments import number
+from flexarm_bringup.processes.surroundings import check_domain
 from flexarm_model.reading.config import load_config
 from flexarm_model.reading.manipulator_file import find_manipulator
 from flexarm_model.settings.strict_yaml import ConfigError
@@ -40,8 +41,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Draw until Ctrl-C; exit code 2 when ``--once`` finds nothing or the description cannot be read."""
+    """Draw until Ctrl-C; exit code 2 when ``--once`` finds nothing, or description or domain are no such."""
     try:
+        check_domain()
         if args.manipulator:
             load_config(find_manipulator(args.manipulator))
     except ConfigError as error:

@@ -19,7 +19,6 @@ from flexarm_model.settings.strict_yaml import ConfigError
 PROFILES = "FASTRTPS_DEFAULT_PROFILES_FILE"
 LIFE = "FLEXARM_LIFE"  # read by that file
 LOGS = "ROS_LOG_DIR"
-HIGHEST_DOMAIN = 232  # the ports of the next one are beyond the last, 65535 (DDSI-RTPS, 9.6.1.1)
 _PLACES_OF_LOGS = (LOGS, "ROS_HOME", "HOME")  # that rcl knows
 _OWN = (PROFILES, "FASTDDS_DEFAULT_PROFILES_FILE", "RMW_FASTRTPS_USE_QOS_FROM_XML")
 
@@ -42,9 +41,19 @@ def check_domain(environment: Mapping[str, str] = os.environ) -> None:
     Raises:
         ConfigError: It is no domain; the message says what is allowed.
     """
-    number = domain(environment)
-    if not (number.isascii() and number.isdigit() and int(number) <= HIGHEST_DOMAIN):
-        raise ConfigError(f"ROS_DOMAIN_ID: '{number}': expected a whole number, 0 to {HIGHEST_DOMAIN}")
+    try:
+        domain(environment)
+    except ValueError as error:
+        raise ConfigError(str(error)) from None
+
+
+def has_domain(environment: Mapping[str, str] = os.environ) -> bool:
+    """Say whether nodes can be started in the ROS domain of an environment."""
+    try:
+        check_domain(environment)
+    except ConfigError:
+        return False
+    return True
 
 
 def of_life(count: int) -> dict[str, str]:

@@ -20,7 +20,7 @@ from importlib import import_module
 from flexarm_model.process.life_line import hold_until_the_end, take_line
 from flexarm_model.process.parent import end_with_parent
 from flexarm_model.process.reserve import is_reserve, stand_by
-from flexarm_model.process.ros_arguments import domain, node_name
+from flexarm_model.process.ros_arguments import asks_help, domain, node_name
 from flexarm_model.process.single_instance import NameTakenError, claim_name
 
 NAMESPACE = "flexarm"
@@ -37,10 +37,14 @@ def run_executable(module: str, nodes: Sequence[str]) -> int:
         nodes: Names of its nodes, before they are renamed.
 
     Returns:
-        Exit code: 3 when a name is taken, else that of ``main``.
+        Exit code: 0 for help, 2 when there is no such ROS domain, 3 when a name is taken, else that of
+        ``main``.
     """
     for number in STOPPING:
         signal.signal(number, signal.SIG_DFL)  # as long as nothing moves a signal ends the process at once
+    if asks_help(sys.argv[1:]):
+        print(import_module("flexarm_model.process.node_help").node_help(module), end="")
+        return 0
     os.environ[DISCOVERY_RANGE] = os.environ.get(DISCOVERY_RANGE) or "LOCALHOST"
     end_with_parent()
     line = take_line()
@@ -52,7 +56,7 @@ def run_executable(module: str, nodes: Sequence[str]) -> int:
     try:
         for node in nodes:
             held.append(claim_name(node_name(node, NAMESPACE, sys.argv), domain(os.environ)))
-    except NameTakenError as error:
+    except (ValueError, NameTakenError) as error:
         print(f"{module.rpartition('.')[2]}: {error}", file=sys.stderr)
-        return EXIT_NAME_TAKEN
+        return EXIT_NAME_TAKEN if isinstance(error, NameTakenError) else EXIT_CONFIGURATION
     return int(import_module(module).main())

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 
+HIGHEST_DOMAIN = 232  # the ports of the next one are beyond the last, 65535 (DDSI-RTPS, 9.6.1.1)
 _REMAP = ("-r", "--remap")
 _KINDS = {"__node": "node", "__name": "node", "__ns": "space"}
 
@@ -15,6 +16,16 @@ def values_of(arguments: Sequence[str], options: Sequence[str]) -> Iterator[str]
         inside = option == "--ros-args" or (inside and option != "--")
         if inside and option in options:
             yield value
+
+
+def asks_help(arguments: Sequence[str]) -> bool:
+    """Return whether arguments for the node, not those for ROS, ask for help."""
+    inside = False
+    for argument in arguments:
+        inside = argument == "--ros-args" or (inside and argument != "--")
+        if not inside and argument in ("-h", "--help"):
+            return True
+    return False
 
 
 def node_name(name: str, space: str, arguments: Sequence[str]) -> str:
@@ -35,6 +46,12 @@ def node_name(name: str, space: str, arguments: Sequence[str]) -> str:
 
 
 def domain(environment: Mapping[str, str]) -> str:
-    """Return the ROS domain, as rcl reads it; what is no number is left to rcl to refuse."""
+    """Return the ROS domain, as rcl reads it.
+
+    Raises:
+        ValueError: It is no domain; the message names variable and value and says what is allowed.
+    """
     text = environment.get("ROS_DOMAIN_ID") or "0"
-    return str(int(text)) if text.isdecimal() else text
+    if not (text.isascii() and text.isdigit() and int(text) <= HIGHEST_DOMAIN):
+        raise ValueError(f"ROS_DOMAIN_ID: '{text}': expected a whole number, 0 to {HIGHEST_DOMAIN}")
+    return str(int(text))
