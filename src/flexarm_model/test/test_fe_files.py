@@ -106,6 +106,19 @@ def test_a_wrong_matrix_is_refused_by_name(
         assert fragment in str(caught.value)
 
 
+@pytest.mark.parametrize("format_", [sparse.csc_matrix, np.asarray], ids=["sparse", "full"])
+def test_a_logical_matlab_matrix_is_refused_and_not_read_as_ones(format_: Any, tmp_path: Path) -> None:
+    """``spones(K) > 0`` beside K, or ``K ~= 0``, is where K has entries; SciPy makes ones of it."""
+    K = np.array([[2.0, 1.0], [1.0, 3.0]])
+    path = tmp_path / "k.mat"
+    io.savemat(path, {"pattern": format_(K != 0.0), "K": format_(K)})
+    assert np.array_equal(read_matrix(MatrixFile(path, "K")).toarray(), K)
+    with pytest.raises(
+        ConfigError, match=f"{path}: variable 'pattern': is logical, .* expected real entries"
+    ):
+        read_matrix(MatrixFile(path, "pattern"))
+
+
 def test_a_variable_is_for_matlab_only(tmp_path: Path) -> None:
     with pytest.raises(ConfigError, match="variable 'K': only a .mat file"):
         read(tmp_path / "k.mtx", "1 1 4.0\n", variable="K")

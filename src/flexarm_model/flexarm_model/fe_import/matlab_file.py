@@ -50,6 +50,11 @@ def read_variables(path: Path) -> dict[str, Any]:
     return variables
 
 
+def logical_variables(path: Path) -> set[str]:
+    """Return which variables of a file that ``read_variables`` has read are logical: SciPy gives numbers."""
+    return {name for name, _, kind in io.whosmat(path) if kind == "logical"}
+
+
 def _check(elements: bytes, order: str, kinds: tuple[int, ...]) -> None:
     """Refuse elements of another type, or that do not end where they should.
 

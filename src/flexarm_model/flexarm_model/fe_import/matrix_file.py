@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 from scipy import io, sparse
 
-from flexarm_model.fe_import.matlab_file import read_variables
+from flexarm_model.fe_import.matlab_file import logical_variables, read_variables
 from flexarm_model.fe_import.table import open_text, read_table, whole_numbers
 from flexarm_model.manipulator.imported_body import MatrixFile
 from flexarm_model.settings.strict_yaml import ConfigError
@@ -70,6 +70,11 @@ def _read_matlab(file: MatrixFile) -> Any:
     if name not in matrices:
         known = ", ".join(matrices) or "none"
         raise ConfigError(f"{file.path}: variable '{name}': expected one of its matrices: {known}")
+    if name in logical_variables(file.path):
+        raise ConfigError(
+            f"{file.path}: variable '{name}': is logical, says where entries are and not what they are; "
+            "expected real entries"
+        )
     value = matrices[name]
     if not sparse.issparse(value) and (value.ndim != 2 or value.dtype.kind not in "fiu"):
         raise ConfigError(f"{file.path}: variable '{name}': expected a real matrix")
