@@ -71,6 +71,29 @@ def test_a_free_solid_has_six_rigid_modes_and_no_problem() -> None:
         assert fragment in checks.text()
 
 
+def test_size_and_mass_over_it_are_told() -> None:
+    checks = check_model(model(block()))
+    assert checks.size == pytest.approx([LENGTH, WIDTH, HEIGHT], rel=1e-12)
+    assert checks.density == pytest.approx(ALUMINIUM.density, rel=1e-9) and checks.suspicions == []
+    assert "0.4, 0.02, 0.016" in checks.text() and "suspicions" not in checks.text()
+
+
+@pytest.mark.parametrize(("scale", "side"), [(1e-3, "too heavy"), (1e3, "too light")])
+def test_a_solid_in_another_unit_of_length_is_told(scale: float, side: str) -> None:
+    """Its matrices, and so its frequencies, are the same: mm taken for m, and m for mm, passed all checks."""
+    checks = check_model(replace(model(bracket()), x=scale * bracket().x))
+    assert checks.problems == [] and checks.n_rigid == 6
+    (said,) = checks.suspicions
+    assert said.startswith(side) and "units of length" in said and said in checks.text()
+
+
+@pytest.mark.parametrize(("scale", "is_odd"), [(1e-3, True), (4.0, False), (1e3, True)])
+def test_a_solid_in_another_unit_of_mass_is_told(scale: float, is_odd: bool) -> None:
+    """A block of gold, four times as heavy as aluminium, and more, is none."""
+    sound = model(block())
+    assert bool(check_model(replace(sound, M=scale * sound.M)).suspicions) == is_odd
+
+
 def test_a_free_slender_block_rings_like_a_beam() -> None:
     found = check_model(model(block(20))).elastic_hz
     area = WIDTH * HEIGHT

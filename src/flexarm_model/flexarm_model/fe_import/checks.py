@@ -24,6 +24,8 @@ Array = NDArray[np.float64]
 SYMMETRY = 1e-6  # largest departure, relative to the largest entry: what seven digits in a file leave
 RIGID_FORCE = 1e-6  # force against a rigid motion, relative to the largest stiffness times that motion
 RIGID_MODE = 1e-6  # squared frequency, relative to the estimate of the first elastic one
+DENSITY = (10.0, 25e3)  # kg/m^3 of the box about a solid: an airy frame's, more than osmium's
+SHELL_DOF = 6  # per node; shells and beams have no thickness in their nodes
 N_LOWEST = 10  # modes of the free body that are looked at
 
 
@@ -41,6 +43,8 @@ class Checks:
         n_rigid: Modes without stiffness.
         elastic_hz: The slowest of the others [Hz].
         rigid: Mass, centre of mass and inertia.
+        size: Of the box about its nodes, body axes [m], (3,).
+        is_solid: Its nodes have no rotations.
     """
 
     name: str
@@ -52,6 +56,26 @@ class Checks:
     n_rigid: int
     elastic_hz: Array
     rigid: RigidMass
+    size: Array
+    is_solid: bool
+
+    @property
+    def density(self) -> float:
+        """Mass over the volume of the box about the nodes [kg/m^3]; inf where that is flat."""
+        volume = float(np.prod(self.size))
+        return self.rigid.mass / volume if volume > 0.0 else np.inf
+
+    @property
+    def suspicions(self) -> list[str]:
+        """What is odd and may be meant, in sentences: a solid's matrices do not know how large it is."""
+        low, high = DENSITY
+        if not self.is_solid or low <= self.density <= high:
+            return []
+        side = "heavy" if self.density > high else "light"
+        return [
+            f"too {side} for its size: {self.density:.3g} kg/m^3 in the box about it, expected {low:g} to "
+            f"{high:g}: are the units of length (mm or m) and mass those of the files?"
+        ]
 
     @property
     def problems(self) -> list[str]:
@@ -78,10 +102,13 @@ class Checks:
             "rigid modes": f"{self.n_rigid}",
             "slowest elastic modes [Hz]": ", ".join(f"{f:.5g}" for f in self.elastic_hz),
             "mass [kg]": f"{self.rigid.mass:.6g}",
+            "size x, y, z [m]": ", ".join(f"{c:.6g}" for c in self.size),
+            "mass over that box [kg/m^3]": f"{self.density:.4g}",
             "centre of mass [m]": ", ".join(f"{c:.6g}" for c in self.rigid.com),
             "inertia xx yy zz [kg m^2]": ", ".join(f"{c:.6g}" for c in np.diag(J)),
             "inertia xy xz yz [kg m^2]": ", ".join(f"{c:.6g}" for c in (J[0, 1], J[0, 2], J[1, 2])),
             "problems": "; ".join(self.problems) or "none",
+            **({"suspicions": "; ".join(self.suspicions)} if self.suspicions else {}),
         }
         return "\n".join([f"body '{self.name}'", *(f"  {key:30}{value}" for key, value in rows.items())])
 
@@ -109,6 +136,8 @@ def check_model(model: FeModel) -> Checks:
         n_rigid=value.size - elastic.size,
         elastic_hz=np.sqrt(elastic) / (2 * np.pi),
         rigid=rigid_mass(model),
+        size=np.ptp(model.x, axis=0),
+        is_solid=model.dof_per_node < SHELL_DOF,
     )
 
 
