@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from flexarm_bringup.closed_loop import run_loop
+from flexarm_bringup.closed_loop import measurements, run_loop
 from flexarm_bringup.sim.conversions import UNSEEN, sample_msg
 from flexarm_bringup.sim.hardware import Hardware
 from flexarm_bringup.sim.rig import RigSettings
@@ -192,3 +192,22 @@ def test_two_know_the_tip_better_than_one(tmp_path: Path) -> None:
     two, last = run(arm(tmp_path, TWO), fault)
     assert np.sqrt(np.mean(two**2)) < 0.6 * np.sqrt(np.mean(one**2))
     assert not any(report.rejected for report in last.sensors)
+
+
+def test_at_rest_nobody_is_told_to_stamp_late(tmp_path: Path) -> None:
+    """The tracker sees less noise than encoder and gauge predict."""
+    config = arm(tmp_path, TWO)
+    tree = ReducedTree(config)
+    settings = loop_settings(task_for("single_link"), "mpc", RigSettings())
+    estimator, hardware = (
+        Estimator(linearize(tree), tree, config.sensors, settings.estimator),
+        Hardware(config),
+    )
+    samples, said = hardware.observe(), set()
+    for _ in range(1600):
+        told = estimator.step(measurements(samples, hardware), np.array(hardware.acted), hardware.t)
+        said |= {report.reason for report in told.sensors if report.reason and report.accepted}
+        samples = hardware.advance()
+        hardware.choose_torque(None)
+    assert not said
+    assert "stamp delay found [s]" not in estimator.figures()["tracker"]

@@ -51,6 +51,24 @@ def test_an_arm_at_rest_tells_nothing():
     assert fit(0.06, 1, motion=lambda t: np.zeros((t.size, 3))) is None
 
 
+def at_rest(seed, predicted, frames=800):
+    """Return the fit of frames of 50 um beside predictions that scatter by so much in one direction [m]."""
+    rng, made = np.random.default_rng(seed), LatencyFit(CANDIDATES, 1e9)
+    noise = np.zeros((frames + CANDIDATES.size, 3))
+    noise[:, 1] = predicted * rng.normal(size=len(noise))
+    for k in range(frames):
+        y = 5e-5 * rng.normal(size=3)
+        made.add(y - noise[k : k + CANDIDATES.size][::-1], 0.01)
+    return made
+
+
+def test_the_noise_of_the_prediction_is_no_motion():
+    """A tracker as good as the encoder: what its frames and the predictions have in common is chance."""
+    fits = [at_rest(seed, 6e-5) for seed in range(40)]
+    assert any(made.result() is not None for made in fits)
+    assert all(made.result(noise=6e-5**2) is None for made in fits)
+
+
 def test_too_few_frames_tell_nothing():
     assert fit(0.06, 1, frames=20) is None
 

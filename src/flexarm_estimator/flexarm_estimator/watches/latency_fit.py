@@ -11,6 +11,9 @@ of one residual ``s^2 = J_min / (3 (sum w - 1))``::
 
     sigma_tau^2 = s^2 / sum w |v - mean v|^2 = 2 s^2 / J''
 
+The prediction has noise of variance ``q`` (all directions together). Of an arm at rest J differs between two
+delays by that alone, by ``sqrt(8 N q) s + sqrt(4 N) q`` (one sigma, N frames); a minimum has to be deeper.
+
 What the model gets wrong in proportion to position or acceleration does not move the minimum: over moves
 from rest to rest both are orthogonal to the velocity.
 """
@@ -33,7 +36,7 @@ SOURCE = Path(__file__).with_name("latency_fit.c")
 _LEAST_FRAMES = 30.0  # sum of weights below which nothing is said
 _MOST_SIGMA = 0.002  # s; a worse fit says that the arm has not moved enough
 _APART = 2  # steps of the grid around the minimum that belong to it
-_BETTER = 25.0  # a second minimum must be worse by so many variances of a residual (five sigmas)
+_BETTER = 5.0  # sigmas by which a second minimum must be worse
 
 
 @dataclass(frozen=True)
@@ -110,8 +113,12 @@ class LatencyFit:
         self._weight = keep * self._weight + 1.0
         return keep
 
-    def result(self) -> Latency | None:
-        """Return the delay; None when too little has moved to tell."""
+    def result(self, noise: float = 0.0) -> Latency | None:
+        """Return the delay; None when too little has moved to tell.
+
+        Args:
+            noise: Variance of the predicted positions, all directions together [m^2].
+        """
         if self._weight < _LEAST_FRAMES:
             return None
         x, y, z = (self._sum * self._sum).T
@@ -128,11 +135,12 @@ class LatencyFit:
         shift = 0.5 * (before - after) / bend
         variance = max(least - 0.125 * (before - after) ** 2 / bend, 0.0) / (3.0 * (self._weight - 1.0))
         sigma = step * math.sqrt(2.0 * variance / bend)
-        if sigma > _MOST_SIGMA or self._is_ambiguous(J, best, variance):
+        if sigma > _MOST_SIGMA or self._is_ambiguous(J, best, variance, noise):
             return None
         return Latency(float(self.candidates[best]) + shift * step, sigma)
 
-    def _is_ambiguous(self, J: list[float], best: int, variance: float) -> bool:
-        """Return whether a delay far from the best one fits about as well (a periodic motion)."""
+    def _is_ambiguous(self, J: list[float], best: int, variance: float, noise: float) -> bool:
+        """Return whether a delay far from the best one fits about as well (a periodic motion, or none)."""
         rival = min(J[: max(best - _APART, 0)] + J[best + _APART + 1 :], default=math.inf)
-        return rival < J[best] + _BETTER * variance
+        chance = math.sqrt(8.0 * self._weight * noise * variance) + math.sqrt(4.0 * self._weight) * noise
+        return rival < J[best] + _BETTER * _BETTER * variance + _BETTER * chance

@@ -132,7 +132,7 @@ class LatencyWatch(Watch):
 
     def _judge(self, line: _Line) -> list[Finding]:
         """Find out the delay anew; approach what was found out, tell what has changed."""
-        elapsed = line.read()
+        elapsed = line.read(self._prediction.variance)
         if line.latency is None:
             return []
         used, found = self._delays.of(line.camera), line.latency
@@ -182,10 +182,14 @@ class _Line:
             self.unread += since
             self._fit.compare(track, stamp, position, since)
 
-    def read(self) -> float:
-        """Find out the delay; return the time since that was done before [s]."""
+    def read(self, noise: float) -> float:
+        """Find out the delay; return the time since that was done before [s].
+
+        Args:
+            noise: Variance of the predicted positions [m^2].
+        """
         elapsed, self.unread = self.unread, 0.0
-        self.latency = self._fit.result()
+        self.latency = self._fit.result(noise)
         return elapsed
 
     def _look_ahead(self) -> None:

@@ -24,6 +24,7 @@ class TipPrediction:
 
     Attributes:
         sensors: Those that read positions: encoders and gauges.
+        variance: Of their noise in the tip's position, all directions together [m^2].
     """
 
     def __init__(self, parts: Parts) -> None:
@@ -31,7 +32,9 @@ class TipPrediction:
         rows = {name: model for name, model in parts.sensors.rows.items() if not model.D_w.any()}
         self.sensors = frozenset(rows)
         self._rows, self._parts = rows, parts
-        self._sight = parts.tip.sight(*self._map())
+        gain, constant = self._map()
+        self._sight = parts.tip.sight(gain, constant)
+        self.variance = self._noise(gain)
 
     def position(self, samples: Mapping[str, Measurement]) -> Array | None:
         """Return the tip's position [m], (3,), from samples of all ``sensors``.
@@ -45,6 +48,14 @@ class TipPrediction:
             return self._sight.position(values)
         except ClosureError:
             return None
+
+    def _noise(self, gain: Array) -> float:
+        """Return the variance of the position at the operating point [m^2]."""
+        model, noise = self._parts.model, [np.diag(row.R) for row in self._rows.values()]
+        x = np.zeros(gain.shape[0])
+        x[: model.n] = model.xi0
+        moved = self._parts.tip.locate(x)[1][:3].dot(gain[: model.n])
+        return float((moved * moved).dot(np.concatenate([*noise, np.zeros(0)])).sum())
 
     def _map(self) -> tuple[Array, Array]:
         """Return gain (n_x, m) and constant (n_x,) of ``x = gain y + constant``."""
