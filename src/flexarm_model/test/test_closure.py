@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+import re
+from pathlib import Path
+
 import numpy as np
 import pytest
 from arms import arm
+from four_bar import CRANK, GROUND, four_bar
 from machines import machine, machine_tree
 
+from flexarm_model.reading.config import load_config
 from flexarm_model.served.linearize import close_at
 from flexarm_model.tree.closure import close_loops, null_space, solve_positions
 from flexarm_model.tree.closure_error import ClosureError
@@ -70,6 +75,30 @@ def test_a_home_that_cannot_close_is_refused_with_its_gap() -> None:
         ClosureError, match=r"at home the loops do not close: 0.25 m or rad stay open after 50 it"
     ):
         solve_positions(lambda q: rows, np.zeros(2), np.array([0]), "at home")
+
+
+def test_a_home_where_a_loop_cannot_close_names_loop_gap_and_what_to_change(tmp_path: Path) -> None:
+    """The bars are 0.55 m long together, the pivots 0.64 m apart."""
+    four_bar(tmp_path)
+    path = tmp_path / "four_bar.yaml"
+    path.write_text(path.read_text().replace("position: [0.3 m", "position: [0.68 m"), encoding="utf-8")
+    said = (
+        r"four_bar: at the home pose the loop of ground does not close: its ends are still (0\.\d+) m apart, "
+    )
+    with pytest.raises(ClosureError, match=rf"^{said}.*; set the 'guess' of .*, move 'home' .*") as caught:
+        ReducedTree(load_config(path), use_compiler=False)
+    found = re.match(said, str(caught.value))
+    assert found and float(found[1]) >= 0.085  # what the bars are too short by
+
+
+def test_the_gap_of_a_loop_is_how_far_its_ends_are_and_how_much_they_are_turned(tmp_path: Path) -> None:
+    """What turns about the pin by an angle a goes by 2 sin(a/2) times its distance from there."""
+    tree, angle = ReducedTree(four_bar(tmp_path), use_compiler=False), 2.0  # rad, past 90 degrees
+    q = tree.loops.home.copy()
+    q[tree.axis_names.index("pin.rz")] += angle
+    pin = CRANK * np.array([np.cos(q[0]), np.sin(q[0])])
+    distance = float(np.linalg.norm([GROUND, 0.0] - pin))
+    assert tree._rows.gaps(q)["ground"] == pytest.approx((2 * np.sin(angle / 2) * distance, angle), rel=1e-9)
 
 
 def test_a_loop_that_moves_with_the_motors_held_is_singular() -> None:

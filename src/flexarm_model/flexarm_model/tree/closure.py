@@ -15,14 +15,14 @@ closed again from the start with rows that vanish at no other turn.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from flexarm_model.numeric.dense import pivots
-from flexarm_model.tree.closure_error import ClosureError
+from flexarm_model.tree.closure_error import ClosureError, OpenLoopsError
 from flexarm_model.tree.closure_rows import ClosureRows
 
 Array = NDArray[np.float64]
@@ -108,7 +108,26 @@ def _close_home(
     try:
         return _close_upright(rows, start, movable[0], what)
     except ClosureError:
-        return _close_upright(rows, start, movable[1], what)
+        try:
+            return _close_upright(rows, start, movable[1], what)
+        except OpenLoopsError as error:
+            raise ClosureError(f"{what} {_describe_open(rows.gaps(error.q))}") from None
+
+
+def _describe_open(gaps: Mapping[str, tuple[float, float]]) -> str:
+    """Return which loops stay open by how much [m, rad], and what can be done."""
+    left = []
+    for name, (shift, turn) in gaps.items():
+        parts = [f"{shift:.3g} m"] * (shift > TOLERANCE) + [f"{np.degrees(turn):.3g} deg"] * (
+            turn > TOLERANCE
+        )
+        if parts:
+            left.append(f"the loop of {name} does not close: its ends are still {' and '.join(parts)} apart")
+    cure = (
+        "set the 'guess' of its passive axes nearer to where it closes, move 'home' to where it can, or "
+        "check lengths and orientations on its way"
+    )
+    return f"{', and '.join(left)}, after {ITERATIONS} iterations; {cure}"
 
 
 def _close_upright(rows: ClosureRows, start: Array, movable: NDArray[np.intp], what: str) -> Array:
@@ -146,7 +165,7 @@ def solve_positions(evaluate: Evaluate, start: Array, movable: NDArray[np.intp],
     """Return q with the rows satisfied, moving only ``movable``; least change at every iteration.
 
     Raises:
-        ClosureError: The iteration does not arrive.
+        OpenLoopsError: The iteration does not arrive.
     """
     q = np.array(start)
     for _ in range(ITERATIONS):
@@ -155,10 +174,9 @@ def solve_positions(evaluate: Evaluate, start: Array, movable: NDArray[np.intp],
             return q
         step = np.linalg.lstsq(G[:, movable], -c, rcond=RANK_TOLERANCE)[0]
         q[movable] += step * min(1.0, LONGEST_STEP / max(abs(step).max(initial=0.0), 1e-300))
-    raise ClosureError(
-        f"{what} the loops do not close: {abs(evaluate(q)[0]).max():.3g} m or rad stay open after "
-        f"{ITERATIONS} iterations; set 'guess' of the passive axes nearer, or check the lengths"
-    )
+    left = f"{abs(evaluate(q)[0]).max():.3g} m or rad stay open after {ITERATIONS} iterations"
+    check = "set 'guess' of the passive axes nearer, or check the lengths"
+    raise OpenLoopsError(f"{what} the loops do not close: {left}; {check}", q)
 
 
 def close_loops(evaluate: Evaluate, q: Array, dependent: NDArray[np.intp], name: str) -> Array:

@@ -68,6 +68,13 @@ class ClosureRows:
         cosines = np.array(self._angles(q)).ravel()
         return tuple(name for name, cosine in zip(self.names, cosines, strict=True) if cosine < 0)
 
+    def gaps(self, q: Array) -> dict[str, tuple[float, float]]:
+        """Return by how much every closure is open, by name: distance [m] and turn [rad]."""
+        rows, cosines = self.near(q)[0].reshape(-1, 6), np.array(self._angles(q)).ravel()
+        shifts, sines = (np.linalg.norm(part, axis=1) for part in (rows[:, :3], rows[:, 3:]))
+        turns = np.arctan2(sines, cosines)
+        return dict(zip(self.names, zip(shifts.tolist(), turns.tolist(), strict=True), strict=True))
+
     @cached_property
     def _angles(self) -> ca.Function:
         return ca.Function("cosines", [self._q], [ca.vertcat(ca.SX(0, 1), *self._cosines)])
