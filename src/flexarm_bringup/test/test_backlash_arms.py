@@ -7,9 +7,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from geared_arm import PLAY, geared_arm
+from geared_arm import OMEGA, PLAY, geared_arm
+from test_plant_energy import energy, without_losses
 
-from flexarm_bringup.sim.backlash import find_gears, gaps_of, rest_at_home
+from flexarm_bringup.sim.backlash import Gaps, find_gears, gaps_of, rest_at_home, steps_for_teeth
 from flexarm_bringup.sim.implicit_period import MachinePeriod, PlainPeriod, Stepping, make_period
 from flexarm_bringup.sim.perturb import PlantSettings, perturb
 from flexarm_bringup.sim.plant import Plant
@@ -79,6 +80,42 @@ def test_a_worn_arm_stands_still_at_home_under_the_torques_that_hold_it(name: st
     assert abs(tree.constraints(q)[0]).max(initial=0.0) < 1e-9
     loaded = abs(q[gaps.index]) > gaps.half
     assert loaded.any()
+
+
+def test_six_undamped_gears_that_hit_for_a_second_keep_their_energy() -> None:
+    """In steps that follow the served modes alone it grew 100 times: light parts stand at stiff gears."""
+    config = without_losses(load_config(find_manipulator("serial_6r")))
+    plant = Plant(config, 1.0 / config.rate_hz, PlantSettings(extra_modes=1, backlash=ARCMIN))
+    push = 0.02 * np.array([axis.effort for axis in config.actuated.values()])
+    for _ in range(50):
+        plant.drive(push)
+    gaps = gaps_of(plant.tree)
+    start, engaged = energy_with_play(plant, gaps), []
+    for _ in range(500):
+        plant.drive(0 * push)
+        engaged.append(abs(plant.q[gaps.index]) > gaps.half)
+    assert np.all(np.abs(np.diff(engaged, axis=0)).sum(axis=0) > 10)  # each met its teeth and left them
+    assert energy_with_play(plant, gaps) == pytest.approx(start, rel=5e-3)
+
+
+def energy_with_play(plant: Plant, gaps: Gaps) -> float:
+    """Return the kinetic and elastic energy [J], that of the teeth instead of whole springs."""
+    delta = plant.q[gaps.index]
+    depth = np.maximum(abs(delta) - gaps.half, 0.0)
+    return energy(plant) + float(gaps.stiffness @ (depth**2 - delta**2)) / 2
+
+
+def test_teeth_ask_for_short_steps_and_arms_without_play_for_none() -> None:
+    config = load_config(find_manipulator("serial_6r"))
+    sound, play = (Plant(config, 2e-3, PlantSettings(backlash=b)) for b in (0.0, ARCMIN))
+    assert steps_for_teeth(sound.tree, 2e-3) == 1
+    assert play.substeps == steps_for_teeth(play.tree, 2e-3) > 4 * sound.substeps
+
+
+def test_steps_follow_the_oscillation_of_two_inertias_on_their_teeth(tmp_path: Path) -> None:
+    tree = ReducedTree(geared_arm(tmp_path))
+    assert steps_for_teeth(tree, 9.99 / OMEGA) == 10  # the lever alone would turn by 8.5 rad
+    assert steps_for_teeth(tree, 10.1 / OMEGA) == 11
 
 
 def test_the_gears_of_an_arm_are_the_springs_along_its_motors() -> None:

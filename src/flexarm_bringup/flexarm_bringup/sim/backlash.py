@@ -9,6 +9,11 @@ The damper acts in contact alone. The arm's equations have springs without play 
 what that is too much is given back as a force ("released") by both integrators. Without dampers each contact
 costs O(h^2), in the explicit scheme, too; where a damper is, its force jumps as the teeth meet, which costs
 O(h). Damping that is described as a ratio belongs to modes, not to a spring: it goes on in the gap.
+
+A tooth that goes deep within one step has energy that nobody gave it. What stands at a gear may be light, so
+steps are short beside its own oscillation on the teeth, w = sqrt(k (M^-1)_ii): ``steps_for_teeth``. The 6R
+without losses and with 1 arcmin of play then gains 0.1 percent in a second; in the steps of its served modes
+it gained 100 times what it had.
 """
 
 from __future__ import annotations
@@ -28,6 +33,7 @@ Array = NDArray[np.float64]
 LOADED = 1e-6  # of the largest force at rest: a spring that bears less lies in the middle of its gap
 AT_REST = 1e-10  # unbalanced force at rest, relative to the largest one
 MAX_ITERATIONS = 20
+TEETH = 1.0  # rad that what stands at a gear turns on its teeth in a step; half of it halves the error
 PARALLEL = 1e-6  # how far the cosine between the axes of a motor and its gear may be from one
 
 
@@ -84,6 +90,17 @@ def gaps_of(tree: ReducedTree) -> Gaps:
         np.array([axis.stiffness for _, axis in found]),
         np.array([axis.damping for _, axis in found]),
     )
+
+
+def steps_for_teeth(tree: ReducedTree, dt: float) -> int:
+    """Return how many integration steps a period [s] needs at least for the teeth of its gears; 1 without."""
+    gaps, q = gaps_of(tree), tree.loops.home
+    if not gaps.index.size:
+        return 1
+    N = tree.motions_within(q)
+    rows = N[gaps.index]
+    mobility = np.einsum("ij,ji->i", rows, np.linalg.solve(N.T @ tree.mass_matrix(q) @ N, rows.T))
+    return int(np.ceil(dt * np.sqrt(np.max(gaps.stiffness * mobility)) / TEETH))
 
 
 def rest_at_home(tree: ReducedTree, gaps: Gaps) -> Array:

@@ -13,7 +13,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from flexarm_bringup.sim.backlash import gaps_of, rest_at_home
+from flexarm_bringup.sim.backlash import gaps_of, rest_at_home, steps_for_teeth
 from flexarm_bringup.sim.explicit_steps import ExplicitSteps, substeps_needed
 from flexarm_bringup.sim.perturb import PlantSettings, perturb
 from flexarm_model.manipulator.description import ManipulatorConfig
@@ -101,8 +101,9 @@ def choose_steps(tree: ReducedTree, dt: float, friction: float) -> Steps:
     Raises:
         ValueError: It is a loop of rigid bodies.
     """
+    teeth = steps_for_teeth(tree, dt)
     if not tree.n_c:
-        substeps = substeps_needed(tree, dt)
+        substeps = max(substeps_needed(tree, dt), teeth)
         if substeps <= MOST_EXPLICIT:
             return ExplicitSteps(tree, dt, substeps, friction)
     from flexarm_bringup.sim.implicit_steps import ImplicitSteps  # loads SciPy
@@ -110,4 +111,4 @@ def choose_steps(tree: ReducedTree, dt: float, friction: float) -> Steps:
     omega = linearize(tree).omega
     if not omega.size:
         raise ValueError(f"'{tree.config.name}': a loop without any elastic mode cannot be simulated")
-    return ImplicitSteps(tree, dt, max(1, int(np.ceil(omega[-1] * dt / RESOLUTION))), friction)
+    return ImplicitSteps(tree, dt, max(teeth, int(np.ceil(omega[-1] * dt / RESOLUTION))), friction)
