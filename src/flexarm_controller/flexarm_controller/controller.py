@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexarm_controller.command import ControlCommand, Mode
+from flexarm_controller.interruption import Interruption
 from flexarm_controller.ladder import LAW, SHIFTED_PLAN, Choice, Cycle, FormerPlan, choose
 from flexarm_controller.laws import LawInputs, Laws, build_laws
 from flexarm_controller.limits import Limits
@@ -71,6 +72,8 @@ class Controller:
         self._delay = max(capped.delay_periods, 1) * period  # nothing acts sooner than the next period
         self._inputs = LawInputs(limits, self.config, capped, arm, nmpc or NmpcConfig())
         self._trust = Trust(self.config.start_sigma)
+        kept = (self.config.shifted_periods + 1) * period
+        self._interruption = Interruption(max(self.config.lost_after, kept))
         self._effort = limits.effort.tolist()
         self._reach = (limits.effort_rate * period).tolist()  # of a torque from one period to the next
         self._former = FormerPlan(limits.effort.size, period, self.config.shifted_periods)
@@ -108,6 +111,7 @@ class Controller:
         self._t = np.inf
         self._former.drop()
         self._trust.close()
+        self._interruption.clear()
         self.reference, self._is_led = None, False
 
     def drop_reference(self, before: float) -> float | None:
@@ -161,10 +165,10 @@ class Controller:
 
     def _look(self, state: ArmState) -> Cycle:
         """Judge the state and ask the law."""
-        fault, plan, refusal = self._fault(state), NO_PLAN, ""
+        fault, plan, refusal = self._outcome(state), NO_PLAN, ""
         if not self._is_led and not fault:
-            asked = self.reference or hold(state.theta, state.t)
-            self.reference, self._is_led = self._lead(state.theta, asked), True
+            self.reference, self._is_led = self._lead(state.theta, self._asked(state)), True
+            self._interruption.clear()
         reference = self.reference
         if reference is not None and not fault:
             plan, refusal = self._budget.ask(
@@ -173,6 +177,20 @@ class Controller:
         law, former = cast("Mode", self.config.law), self._former.ahead(state.t)
         rest = self.config.rest_velocity
         return Cycle(state, reference, self._sent, self._laws, fault, law, plan, refusal, former, rest)
+
+    def _outcome(self, state: ArmState) -> str:
+        """Return why the state cannot be used, empty when it can; give the motion up when that lasts."""
+        fault = self._trust.judge(state, self.model.model_id, self._former_id, self._laws.scale)
+        if self._interruption.ends_motion(state.t, fault) and self._is_led:
+            self.reference, self._is_led, self._interruption.has_ended_motion = None, False, True
+        return f"{fault}: the motion is given up" if self._interruption.has_ended_motion and fault else fault
+
+    def _asked(self, state: ArmState) -> Reference:
+        """Return what is to be followed from now on; after a motion was given up nothing that has begun."""
+        asked, is_over = self.reference, self._interruption.has_ended_motion
+        if asked is None or (is_over and asked.t[0] < state.t - self.config.lost_after):
+            return hold(state.theta, state.t)
+        return asked
 
     def _lead(self, theta: Array, reference: Reference) -> Reference:
         """Return what leads the axes from ``theta`` to a reference from now on."""
@@ -201,25 +219,6 @@ class Controller:
         if self._clocks.wall is None or not budget:
             return mpc
         return replace(mpc, time_limit=min(mpc.time_limit or budget, budget))
-
-    def _fault(self, state: ArmState) -> str:
-        """Return why the state cannot be used; empty when it can."""
-        self._trust.follow(state.t, state.age)
-        fault = self._unusable(state)
-        if fault:
-            self._trust.close()
-            return fault
-        return self._trust.fault(state.sigma, self._laws.scale)
-
-    def _unusable(self, state: ArmState) -> str:
-        if state.model_id != self.model.model_id:
-            is_behind = state.model_id == self._former_id
-            stale = "the estimator still uses the one before" if is_behind else "the controller lacks it"
-            ids = f"state belongs to model {state.model_id}, the controller has {self.model.model_id}"
-            return f"{ids}: {stale}"
-        if not state.is_finite:
-            return "state is not finite"
-        return "" if state.usable else f"estimator: {state.reason or 'state is not usable'}"
 
     def _limited(self, wanted: Array) -> Array:
         """Return the torque within its limits and within reach of the last one, (n_u,)."""

@@ -98,6 +98,9 @@ class ControllerConfig:
     rest_velocity: float = parameter(
         0.01, "Joint velocity below which damping becomes hold.", "rad/s", minimum=1e-6
     )
+    lost_after: float = parameter(
+        0.1, "A motion ends when no state could be used for so long; the arm stays there.", "s", 0.0, 60.0
+    )
     time_budget: float = parameter(
         0.8, "Share of the period that the law may take by the wall clock; 0 for no limit.", "1", 0.0, 10.0
     )

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from flexarm_controller.program.cost import build_cost
 from flexarm_controller.settings import MpcConfig
+from flexarm_controller.state import ArmState
 from flexarm_model.served.reduced_model import ReducedModel
 
 Array = NDArray[np.float64]
@@ -34,6 +35,22 @@ class Trust:
             self.close()
         self._t = t
 
+    def judge(self, state: ArmState, model_id: str, former_id: str, scale: Array) -> str:
+        """Return why a state cannot be used; empty when it can.
+
+        Args:
+            state: What has come.
+            model_id: Model in use.
+            former_id: The one before.
+            scale: See ``fault``.
+        """
+        self.follow(state.t, state.age)
+        fault = _unusable(state, model_id, former_id)
+        if fault:
+            self.close()
+            return fault
+        return self.fault(state.sigma, scale)
+
     def close(self) -> None:
         """Ask for a sure estimate again."""
         self._is_open = False
@@ -52,6 +69,16 @@ class Trust:
         if self._is_open:
             return ""
         return f"estimator: 3 sigma of the state is {largest:.3g} of at most {self._limit:.3g}"
+
+
+def _unusable(state: ArmState, model_id: str, former_id: str) -> str:
+    if state.model_id != model_id:
+        is_behind = state.model_id == former_id
+        stale = "the estimator still uses the one before" if is_behind else "the controller lacks it"
+        return f"state belongs to model {state.model_id}, the controller has {model_id}: {stale}"
+    if not state.is_finite:
+        return "state is not finite"
+    return "" if state.usable else f"estimator: {state.reason or 'state is not usable'}"
 
 
 def deviation_scale(model: ReducedModel, config: MpcConfig, dt: float) -> Array:

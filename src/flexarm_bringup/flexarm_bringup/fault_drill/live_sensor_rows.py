@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from flexarm_bringup.fault_drill.live_rig_node import LiveRig
 
 SAFE, LOST, BACK, LONGEST_STEP = 0.1, 0.3, 0.2, 0.1  # s
+RETURNED, STAYED = 2.0, 0.05  # s after the sensors have come back; share of the motion that is no motion
 RAMPED = 1.0 + 1e-9
 SHORTEST_JUMP = 1.0  # s; more than any gap between two torques
 ALL = ("encoder", "strain_gauge", "accelerometer", "camera")
@@ -77,12 +78,25 @@ def _ended(rig: LiveRig, hit: float, bound: float) -> list[Finding]:
     )
     ended = min(_law_left(rig, hit), _guard_stopped(rig, hit))
     acted = [msg for _, msg in rig.came["controller_status"] if stamp(msg) > hit + bound]
+    under_law = sum(msg.mode == msg.MPC for msg in acted)
     return [
         Finding("with nodes: state told to be lost after", lost, bound, "s"),
         Finding("with nodes: motion ended after", ended, bound, "s"),
         Finding("with nodes: torque rate / limit", _steepest(rig, hit), RAMPED),
-        Finding("with nodes: law again by itself, cycles", sum(msg.mode == msg.MPC for msg in acted), 0),
+        Finding("with nodes: law while the state is lost, cycles", under_law, 0),
+        Finding("with nodes: gone on when all was well again, share", _gone_on(rig), STAYED),
     ]
+
+
+def _gone_on(rig: LiveRig) -> float:
+    """Give the sensors back; return how far the arm then goes by itself, over the way that was asked for."""
+    course = rig.stand.stand.arm.course.reference.theta
+    asked = float(np.linalg.norm(course - course[0], axis=1).max())
+    since = stamp(rig.came["truth"][-1][1])
+    rig.tell_faults("")
+    rig.listen(RETURNED)
+    theta = np.array([msg.theta for _, msg in rig.came["truth"] if stamp(msg) >= since])
+    return float(np.linalg.norm(theta - theta[0], axis=1).max()) / asked
 
 
 def _jumped(rig: LiveRig, hit: float, by: float) -> list[Finding]:
