@@ -111,3 +111,18 @@ def test_only_the_body_that_changes_is_reduced_again(column: Path, monkeypatch: 
         modes = kept.modes(changes, home)
     assert reduced == ["hub", "strip", "strip", "hub"]
     assert modes.omega == pytest.approx(DescribedArm(column, "", True).modes(changes, home).omega, rel=1e-15)
+
+
+def test_an_update_steps_back_from_values_with_which_the_arm_buckles(column: Path) -> None:
+    """Measured near its buckling load; the first step from afar goes beyond it, where no model is."""
+    config, home = load_config(column, changes={STIFFNESS: "42 GPa"}), np.zeros(1)
+    model = linearize(ReducedTree(config, use_compiler=False))
+    f_hz, nan = model.omega[:1] / (2 * np.pi), np.full(1, np.nan)
+    table = ModeTable(home, f_hz, 1e-4 * f_hz, nan, nan)
+    update = update_model(
+        described_modes(column, "", True), [read_unknown(column, "", STIFFNESS, 3.0)], [table]
+    )
+    assert float(str(update.changes[STIFFNESS]).split()[0]) == pytest.approx(42.0, rel=1e-3)
+    assert update.refused and all(
+        trial.startswith(f"{STIFFNESS} = ") and "no stable equilibrium" in trial for trial in update.refused
+    )

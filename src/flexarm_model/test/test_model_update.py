@@ -11,11 +11,11 @@ from scipy.linalg import eigh
 
 from flexarm_model.identification.described_modes import described_modes, read_unknown
 from flexarm_model.identification.described_shapes import described_shapes, in_size
+from flexarm_model.identification.loose_directions import loose_directions
 from flexarm_model.identification.model_update import (
     ModeTable,
     Unknown,
     Update,
-    loose_directions,
     update_model,
 )
 from flexarm_model.reading.config import load_config
@@ -144,3 +144,28 @@ def test_a_frequency_nobody_measured_is_left_out() -> None:
 def test_a_parameter_that_is_none_is_refused(path: str) -> None:
     with pytest.raises(ConfigError, match=path.split(".")[-1]):
         unknown(path)
+
+
+def test_values_without_a_model_on_either_side_are_named() -> None:
+    def serve(changes, pose):
+        if changes["k"] != 2.0:
+            raise ValueError("no stable equilibrium")
+        return np.array([10.0]), np.array([0.01])
+
+    table = ModeTable(np.zeros(1), np.array([11.0]), np.array([0.01]), np.full(1, np.nan), np.full(1, np.nan))
+    with pytest.raises(ValueError, match=r"^no fit beside k = 1.9998\d*: no stable equilibrium$"):
+        update_model(serve, [Unknown("k", 2.0, "", 0.3)], [table])
+
+
+def test_where_one_side_has_no_model_the_other_tells_the_derivative() -> None:
+    """The spring may not be stiffer than it is described to be; the prior pulls there, the mode beyond."""
+
+    def serve(changes, pose):
+        if changes["k"] > 2.0:
+            raise ValueError("too stiff")
+        return np.array([10.0 * np.sqrt(changes["k"] / 2.0)]), np.array([0.01])
+
+    table = ModeTable(np.zeros(1), np.array([9.0]), np.array([0.01]), np.full(1, np.nan), np.full(1, np.nan))
+    update = update_model(serve, [Unknown("k", 2.0, "", 0.3)], [table])
+    assert update.changes["k"] == pytest.approx(2.0 * 0.81, rel=1e-4)
+    assert update.sensitivity[0, 0] == pytest.approx(0.5, rel=1e-3)

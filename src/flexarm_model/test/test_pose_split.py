@@ -31,3 +31,15 @@ def test_a_fit_that_holds_elsewhere_is_told_from_one_that_does_not() -> None:
     assert right.before == pytest.approx(0.1 / 1.1) and right.after == pytest.approx(0.0, abs=1e-12)
     assert right.holds and not wrong.holds and right.poses == 2
     assert check_poses(serve, {}, []) is None
+
+
+def test_fitted_values_without_a_model_at_a_pose_kept_back_are_named() -> None:
+    def buckles(changes, pose):
+        if changes:
+            raise ValueError("pose [0.0]: no stable equilibrium")
+        return serve(changes, pose)
+
+    with pytest.raises(
+        ValueError, match=r"^the fitted values .* kept back: k = 0.5: pose \[0.0\]: no stable"
+    ):
+        check_poses(buckles, {"k": 0.5}, [table(0.0, 11.0)])

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
+from flexarm_bringup.identify.whole_file import written_whole
 from flexarm_bringup.page.report import Page
 from flexarm_bringup.retune.moves_text import starting_text, with_settings
 from flexarm_bringup.retune.noise import frequency_doubt
@@ -58,9 +59,9 @@ def retune(
             run_trial(new, not_learning(proposal.new), task, new),
         )
     text = with_settings(_moves_text(manipulator), proposal.changes, str(description.resolve()), own)
-    output.write_text(text, encoding="utf-8")
-    if "moves:" in text:
-        load_task(output)
+    with written_whole(output, text) as written:
+        if "moves:" in text:
+            load_task(written)
     tables = retune_tables(proposal, trials, unlearned)
 
     def add(page: Page) -> Page:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import datetime
 import hashlib
 import math
+import os
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,21 +14,23 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
+from flexarm_bringup.bags.described_arm import KEYS
 from flexarm_bringup.identify.seen_shapes import SeenShapes, find_channels
+from flexarm_bringup.identify.whole_file import written_whole
 from flexarm_bringup.page.report import Cells, Column, Page, Table
 from flexarm_model.identification.described_arm import DescribedArm
 from flexarm_model.identification.described_modes import described_modes, read_unknown
 from flexarm_model.identification.described_shapes import described_shapes
+from flexarm_model.identification.loose_directions import loose_directions
 from flexarm_model.identification.model_update import (
     ModeTable,
     Serve,
     Unknown,
     Update,
-    loose_directions,
     update_model,
 )
 from flexarm_model.identification.pose_split import PoseTest, check_poses, split_poses
-from flexarm_model.identification.yaml_edit import add_items, edit_values
+from flexarm_model.identification.yaml_edit import add_items, edit_names, edit_values
 from flexarm_model.modal.fit import PoleFit
 from flexarm_model.reading.config import load_config
 from flexarm_model.reading.manipulator_file import find_manipulator
@@ -165,6 +168,7 @@ def update_table(update: Update) -> Table:
         for before, after in zip(update.before, update.after, strict=True)
     )
     notes.append(f"frequencies, model over measured: {errors}")
+    notes += [f"stepped back from values without a model: {trial}" for trial in update.refused[-1:]]
     return Table("Description fitted to the modes", heads, rows, notes)
 
 
@@ -187,11 +191,21 @@ def write_description(fitting: Fitting, update: Update, sources: Sequence[Path])
         raise ValueError("the data tell none of the parameters: there is nothing to write")
     path = find_manipulator(fitting.manipulator)
     text = edit_values(path.read_text(encoding="utf-8"), update.changes, fitting.preset)
+    text = edit_names(text, KEYS, lambda name: _seen_from(fitting.output, path, name))
     text = add_items(text, "fitted", [_provenance(update, name, sources) for name in update.changes])
-    fitting.output.write_text(text, encoding="utf-8")
-    old, new = load_config(path, fitting.preset), load_config(fitting.output, fitting.preset)
-    ids = [linearize(ReducedTree(config, use_compiler=False)).model_id for config in (new, old)]
+    old = load_config(path, fitting.preset)
+    with written_whole(fitting.output, text) as written:
+        new = load_config(written, fitting.preset)
+        ids = [linearize(ReducedTree(config, use_compiler=False)).model_id for config in (new, old)]
     return f"wrote {fitting.output}: model {ids[0]} at home, was {ids[1]}; config {new.config_id}"
+
+
+def _seen_from(output: Path | None, description: Path, name: str) -> str:
+    """Return how a file that a description names is named in another one."""
+    here, there = description.resolve().parent, (output or description).absolute().parent.resolve()
+    if here == there or Path(name).is_absolute():
+        return name
+    return os.path.relpath(here / name, there)
 
 
 def _provenance(update: Update, name: str, sources: Sequence[Path]) -> str:

@@ -8,7 +8,8 @@ Every unknown parameter is ``p = p_0 exp(x)``, so that it keeps its sign; prior 
 with shapes phi at the sensors of length one, where they are known. ``s`` holds the uncertainty of the
 measurement and a floor for what the model leaves out. What the data do not tell stays where the prior has it:
 a parameter counts as identified when its sigma has at least halved. Parameters that only act together show as
-a direction of the posterior that is as wide as the prior.
+a direction of the posterior that is as wide as the prior. Values with which the arm has no model, because it
+buckles say, are stepped back from, and told.
 """
 
 from __future__ import annotations
@@ -91,6 +92,7 @@ class Update:
         sensitivity: d ln f / d ln p of every frequency used, (m, n).
         before, after: Relative frequency errors, model over measurement minus one, (m,) each.
         changes: Values for ``load_config``, of the identified parameters only.
+        refused: Trials that were stepped back from: their values, and why they have no model.
     """
 
     unknowns: tuple[Unknown, ...]
@@ -101,6 +103,7 @@ class Update:
     before: Array
     after: Array
     changes: Mapping[str, str | float]
+    refused: tuple[str, ...] = ()
 
     @property
     def identified(self) -> NDArray[np.bool_]:
@@ -120,13 +123,16 @@ def update_model(serve: Serve, unknowns: Sequence[Unknown], tables: Sequence[Mod
     """Fit the unknowns; those that the data do not tell are left alone and the rest fitted again.
 
     Raises:
-        ValueError: There is nothing to fit, or the model has fewer modes than a table.
+        ValueError: There is nothing to fit, the model has fewer modes than a table, or none has a derivative
+            where the fit ends.
     """
     free = tuple(unknowns)
     if not free or not tables:
         raise ValueError("name at least one parameter and one measured mode")
+    refused: tuple[str, ...] = ()
     while True:
         update = _fit(serve, free, tables, tuple(unknowns))
+        refused += update.refused
         told = np.array([unknown in free for unknown in unknowns]) & update.identified
         still = tuple(unknown for unknown, is_told in zip(unknowns, told, strict=True) if is_told)
         if len(still) == len(free) or not still:
@@ -134,7 +140,7 @@ def update_model(serve: Serve, unknowns: Sequence[Unknown], tables: Sequence[Mod
                        in zip(unknowns, update.x, told, strict=True) if is_told}  # fmt: skip
             return Update(
                 tuple(unknowns), update.x, update.sigma, update.correlation, update.sensitivity,
-                update.before, update.after, changes,
+                update.before, update.after, changes, refused,
             )  # fmt: skip
         free = still
 
@@ -152,26 +158,65 @@ def _fit(
         whole[where] = x
         return whole
 
+    start, before = _misfit(serve, unknowns, tables, full(np.zeros(len(free))))
+    refused: list[str] = []
+
     def residual(x: Array) -> Array:
-        """Return what the modes are off in their sigmas, and the unknowns in their spreads."""
-        return np.concatenate([_misfit(serve, unknowns, tables, full(x))[0], x / spread[where]])
+        """Return what the modes are off in their sigmas, and the unknowns in their spreads; inf: no model."""
+        try:
+            return np.concatenate([_misfit(serve, unknowns, tables, full(x))[0], x / spread[where]])
+        except ValueError as error:
+            refused.append(_describe(unknowns, full(x), error))
+            return np.full(start.size + len(free), np.inf)
+
+    def jacobian(x: Array) -> Array:
+        """Return its derivative."""
+        return np.vstack([_slopes(serve, unknowns, tables, full(x), where)[0], np.diag(1 / spread[where])])
 
     found = least_squares(
-        residual, np.zeros(len(free)), diff_step=STEP, x_scale=spread[where], ftol=DONE, xtol=DONE
+        residual, np.zeros(len(free)), jac=jacobian, x_scale=spread[where], ftol=DONE, xtol=DONE
     )
     x = full(found.x)
-    weighted, log_f = _misfit(serve, unknowns, tables, x)
-    J, S = np.empty((weighted.size, len(unknowns))), np.empty((log_f.size, len(unknowns)))
-    for i in range(len(unknowns)):
-        moved = x.copy()
-        moved[i] += STEP
-        w, f = _misfit(serve, unknowns, tables, moved)
-        J[:, i], S[:, i] = (w - weighted) / STEP, (f - log_f) / STEP
+    log_f = _misfit(serve, unknowns, tables, x)[1]
+    J, S = _slopes(serve, unknowns, tables, x, range(len(unknowns)))
     covariance = np.linalg.inv(J.T @ J + np.diag(spread**-2.0))
     sigma = np.sqrt(np.diag(covariance))
-    before = np.expm1(_misfit(serve, unknowns, tables, np.zeros(len(unknowns)))[1])
     correlation = covariance / np.outer(sigma, sigma)
-    return Update(unknowns, x, sigma, correlation, S, before, np.expm1(log_f), {})
+    after = np.expm1(log_f)
+    return Update(unknowns, x, sigma, correlation, S, np.expm1(before), after, {}, tuple(refused))
+
+
+def _slopes(
+    serve: Serve, unknowns: Sequence[Unknown], tables: Sequence[ModeTable], x: Array, which: Sequence[int]
+) -> tuple[Array, Array]:
+    """Return the derivatives of what ``_misfit`` returns by some of the unknowns, a column each.
+
+    Raises:
+        ValueError: There is no model on either side of x.
+    """
+    weighted, log_f = _misfit(serve, unknowns, tables, x)
+    J, S = np.empty((weighted.size, len(which))), np.empty((log_f.size, len(which)))
+    for column, i in enumerate(which):
+        for step in (STEP, -STEP):
+            moved = x.copy()
+            moved[i] += step
+            try:
+                w, f = _misfit(serve, unknowns, tables, moved)
+            except ValueError as error:
+                if step < 0.0:
+                    raise ValueError(f"no fit beside {_describe(unknowns, moved, error)}") from None
+                continue
+            J[:, column], S[:, column] = (w - weighted) / step, (f - log_f) / step
+            break
+    return J, S
+
+
+def _describe(unknowns: Sequence[Unknown], x: Array, error: Exception) -> str:
+    """Return a trial's values and what is wrong with them."""
+    values = ", ".join(
+        f"{unknown.path} = {unknown.text(at)}" for unknown, at in zip(unknowns, x, strict=True)
+    )
+    return f"{values}: {error}"
 
 
 def _misfit(
@@ -203,20 +248,3 @@ def _shape_misfit(shapes: Array, table: ModeTable) -> Array:
     measured, seen = measured[known], seen[known]
     signs = np.where(np.sum(measured * seen, axis=1, keepdims=True) < 0.0, -1.0, 1.0)
     return np.asarray((signs * seen - measured).ravel() / MODEL_PHI)
-
-
-def loose_directions(update: Update) -> list[str]:
-    """Return, in words, combinations of parameters that the data do not tell."""
-    spread = np.array([unknown.spread for unknown in update.unknowns])
-    covariance = update.correlation * np.outer(update.sigma / spread, update.sigma / spread)
-    values, vectors = np.linalg.eigh(covariance)
-    lines = []
-    for value, vector in zip(values, vectors.T, strict=True):
-        parts = [
-            f"{weight:+.2f} {unknown.path}"
-            for weight, unknown in zip(vector, update.unknowns, strict=True)
-            if abs(weight) > 0.1
-        ]
-        if value > IDENTIFIED**2 and len(parts) > 1:
-            lines.append(f"only their combination is known, not {' '.join(parts)}")
-    return lines

@@ -45,10 +45,19 @@ def split_poses(tables: Sequence[ModeTable]) -> tuple[Sequence[ModeTable], Seque
 def check_poses(
     serve: Serve, changes: Mapping[str, str | float], tables: Sequence[ModeTable]
 ) -> PoseTest | None:
-    """Return what fitted changes are worth at poses kept back; None when there are none."""
+    """Return what fitted changes are worth at poses kept back; None when there are none.
+
+    Raises:
+        ValueError: With them there is no model at one of the poses.
+    """
     if not tables:
         return None
-    before, after = (_error(serve, given, tables) for given in ({}, changes))
+    before = _error(serve, {}, tables)
+    try:
+        after = _error(serve, changes, tables)
+    except ValueError as error:
+        values = ", ".join(f"{path} = {value}" for path, value in changes.items())
+        raise ValueError(f"the fitted values have no model at a pose kept back: {values}: {error}") from None
     return PoseTest(len(tables), before, after)
 
 

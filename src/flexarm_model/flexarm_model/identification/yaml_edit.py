@@ -6,7 +6,7 @@ path is one value, as it is when the file is read.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from typing import Any
 
 import yaml
@@ -34,6 +34,28 @@ def edit_values(text: str, changes: Mapping[str, str | float], preset: str = "")
         raise ConfigError(f"{', '.join(changes)}: name a value twice; give it once")
     for start, end, new in sorted(edits, reverse=True):
         text = text[:start] + new + text[end:]
+    return text
+
+
+def edit_names(text: str, keys: Collection[str], rename: Callable[[str], str]) -> str:
+    """Return the text of a description whose bodies, those of presets too, have other names of files.
+
+    Args:
+        text: Of a description.
+        keys: What names of files stand under; of a dotted path its last part counts.
+        rename: The new name from the old one.
+    """
+    names = {
+        value.start_mark.index: value
+        for part in ("bodies", "presets")
+        for node in _walk(_find(_compose(text), [part]))
+        if isinstance(node, yaml.MappingNode)
+        for key, value in node.value
+        if isinstance(value, yaml.ScalarNode) and key.value.rpartition(".")[2] in keys
+    }
+    for start, node in sorted(names.items(), reverse=True):
+        if (new := rename(node.value)) != node.value:
+            text = text[:start] + _one_line(new) + text[node.end_mark.index :]
     return text
 
 

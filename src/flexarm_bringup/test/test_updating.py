@@ -1,0 +1,116 @@
+"""A fitted description is written whole or not at all, and finds its files from where it is."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import yaml
+
+from flexarm_bringup.identify.updating import Fitting, update_table, write_description
+from flexarm_model.fe_import.hexahedra import Material, make_solid, write_solid
+from flexarm_model.identification.model_update import Unknown, Update
+from flexarm_model.reading.config import load_config
+
+DENSITY = "bodies.payload.mass"
+ARM = """
+format: flexarm/1
+name: solid_arm
+source: made up for the tests
+gravity: [0 m/s^2, 0 m/s^2, -9.81 m/s^2]
+bodies:
+  solid: &solid  # a block
+    type: imported
+    mass: {file: parts/mass.mtx}
+    stiffness: {file: 'parts/stiffness.mtx'}
+    nodes: parts/nodes.csv
+    units: {length: m, mass: kg}
+    interfaces:
+      root: {set: parts/root.txt, kind: rigid}
+      end: {set: parts/end.txt, kind: rigid}
+    damping_ratio: 0.01
+    reduction: {method: guyan}
+  payload: {type: rigid, mass: 200 g, nodes: {far: [10 mm, 0 mm, 0 mm]}}
+joints:
+  base: {parent: world, child: solid.root, axes: {rz: {actuated: true}}}
+  flange: {parent: solid.end, child: payload.root}
+tip: payload.far
+served: {modes: 1, home: [0 deg], rate: 200 Hz}
+presets:
+  again: {bodies.solid.mass.file: parts/mass.mtx, served.modes: 1}
+"""
+ONE = np.ones((1, 1))
+
+
+def write_arm(folder: Path) -> Path:
+    """Write the arm, with its files in a folder beside it."""
+    parts = folder / "parts"
+    parts.mkdir(parents=True)
+    solid = make_solid(
+        np.ones((4, 1, 1), dtype=bool), np.full(3, 0.02), Material(E=70e9, nu=0.3, density=2700.0)
+    )
+    x = solid.x[:, 0]
+    labels = {
+        "root": solid.select(lambda p: p[0] < 1e-9),
+        "end": solid.select(lambda p: p[0] > x.max() - 1e-9),
+    }
+    write_solid(solid, parts, labels, ".mtx")
+    path = folder / "arm.yaml"
+    path.write_text(ARM, encoding="utf-8")
+    return path
+
+
+def fitted(value: str = "250 g", refused: tuple[str, ...] = ()) -> Update:
+    """Return what a fit says of the payload."""
+    unknown = Unknown(DENSITY, 200.0, "g", 0.3)
+    small = np.full(1, 0.01)
+    return Update((unknown,), small, small, ONE, ONE, small, small, {DENSITY: value}, refused)
+
+
+@pytest.mark.parametrize("preset", ["", "again"])
+@pytest.mark.parametrize("place", ["mine.yaml", "fits/mine.yaml", "../mine.yaml"])
+def test_files_of_bodies_are_found_from_where_the_fitted_description_is(
+    place: str, preset: str, tmp_path: Path
+) -> None:
+    path = write_arm(tmp_path / "arms")
+    (tmp_path / "arms" / "fits").mkdir()
+    output = path.parent / place
+    assert f"wrote {output}" in write_description(Fitting(str(path), preset, (), output=output), fitted(), [])
+    new, old = load_config(output, preset), load_config(path, preset)
+    assert new.bodies["payload"].mass == 0.25 and new.bodies["solid"].digest == old.bodies["solid"].digest
+    assert "# a block" in output.read_text()
+    (path.parent / "parts").rename(tmp_path / "arms" / "gone")
+    with pytest.raises(ValueError, match="cannot be read"):
+        load_config(output)  # they are the same files, not others that happen to be there
+
+
+def test_absolute_names_and_those_beside_it_stay_as_they_are(tmp_path: Path) -> None:
+    path = write_arm(tmp_path)
+    path.write_text(ARM.replace("nodes: parts/", f"nodes: {tmp_path}/parts/"), encoding="utf-8")
+    bodies = yaml.safe_load(path.read_text())["bodies"]["solid"]
+    output = tmp_path / "mine.yaml"
+    write_description(Fitting(str(path), "", (), output=output), fitted(), [])
+    assert yaml.safe_load(output.read_text())["bodies"]["solid"] == bodies
+
+
+def test_a_description_that_cannot_be_used_does_not_replace_one_that_can(tmp_path: Path) -> None:
+    path = write_arm(tmp_path)
+    with pytest.raises(ValueError, match="mass"):
+        write_description(Fitting(str(path), "", (), output=path), fitted("-1 g"), [])
+    assert path.read_text() == ARM and sorted(item.name for item in tmp_path.iterdir()) == [
+        "arm.yaml",
+        "parts",
+    ]
+
+
+def test_a_description_written_over_itself_tells_both_models(tmp_path: Path) -> None:
+    path = write_arm(tmp_path)
+    said = write_description(Fitting(str(path), "", (), output=path), fitted(), [])
+    new, old = said.partition("model ")[2][:16], said.partition("was ")[2][:16]
+    assert new != old and load_config(path).bodies["payload"].mass == 0.25
+
+
+def test_trials_without_a_model_are_told() -> None:
+    notes = update_table(fitted(refused=("p = 1: far", "p = 2: no stable equilibrium"))).notes
+    assert "stepped back from values without a model: p = 2: no stable equilibrium" in notes
