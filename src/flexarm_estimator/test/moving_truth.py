@@ -20,7 +20,10 @@ from flexarm_model.served.reduced_model import ReducedModel
 
 Array = NDArray[np.float64]
 ARM = "variable_stiffness"  # three servos, three springs, gravity: its modes turn and change with the pose
-SENSORS = tuple(replace(spec, bias=None) for spec in machine(ARM).sensors)
+FAR = {"low": -100.0, "high": 100.0}  # rad; it swings out of its range, and its encoders count on
+SENSORS = tuple(
+    replace(spec, bias=None, **(FAR if spec.kind == "encoder" else {})) for spec in machine(ARM).sensors
+)
 DT = 1.0 / 200.0  # s
 SWING = np.array([0.25, 0.15, 0.15])  # N m about what holds the arm at home
 
