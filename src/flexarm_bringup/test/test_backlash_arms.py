@@ -20,6 +20,7 @@ from flexarm_model.numeric.compiled import find_compiler
 from flexarm_model.reading.config import load_config
 from flexarm_model.reading.manipulator_file import find_manipulator
 from flexarm_model.served.linearize import linearize
+from flexarm_model.settings.strict_yaml import ConfigError
 from flexarm_model.tree.reduced_tree import ReducedTree
 
 ARCMIN = np.pi / 10800  # rad
@@ -145,7 +146,7 @@ def test_wear_adds_to_the_play_that_is_described(tmp_path: Path) -> None:
 
 
 def test_wear_of_an_arm_without_gears_is_refused() -> None:
-    with pytest.raises(ValueError, match=r"'single_link': backlash: 0\.001: it has no gear"):
+    with pytest.raises(ConfigError, match=r"'single_link': backlash: 0\.001: it has no gear"):
         Plant(load_config(find_manipulator("single_link")), 5e-3, PlantSettings(backlash=1e-3))
 
 

@@ -101,12 +101,13 @@ def test_a_minute_of_arc_costs_the_6r_4_db_and_leaves_it_stable() -> None:
     assert worn.unusable < WAITING
     assert worn.residual < 1.8 * sound.residual
     assert worn.off_path < 2e-3
-    assert gain_db("serial_6r", 1.0) > 4.0
+    assert gain_db("serial_6r", 0.0) > gain_db("serial_6r", 1.0) > 4.0
 
 
 def test_of_five_minutes_the_estimator_must_be_told() -> None:
-    """The tip is 2 mm from where a tracker of 50 um may see it: the state is lost, and says so."""
+    """The tip rests 1.5 mm and 2.2 mrad off under a tracker of 50 um and 0.1 mrad: the loss is told."""
     assert moved("serial_6r", 5.0, "pd", False).unusable > 0.5
+    assert moved("serial_6r", 5.0, "mpc", False).unusable > 0.05
     told = [moved("serial_6r", 5.0, law, True) for law in ("pd", "mpc")]
     assert all(run.unusable < WAITING and run.off_path < 5e-3 for run in told)
     assert gain_db("serial_6r", 5.0, is_told=True) > 5.0

@@ -16,6 +16,7 @@ from flexarm_model.bodies.model_order import with_more_modes
 from flexarm_model.manipulator.body_spec import Beam, Body, RigidBody
 from flexarm_model.manipulator.description import Joint, ManipulatorConfig
 from flexarm_model.manipulator.imported_body import ImportedBody
+from flexarm_model.settings.strict_yaml import ConfigError
 
 
 @dataclass(frozen=True)
@@ -47,7 +48,7 @@ def perturb(config: ManipulatorConfig, settings: PlantSettings) -> ManipulatorCo
     """Return the description of the arm as it really is; bodies that were reduced elsewhere stay.
 
     Raises:
-        ValueError: Play is asked for and the arm has no gear.
+        ConfigError: Play is asked for and the arm has no gear.
     """
     changed = {
         name: _CHANGES[type(body)](body, settings) if type(body) in _CHANGES else body
@@ -56,7 +57,7 @@ def perturb(config: ManipulatorConfig, settings: PlantSettings) -> ManipulatorCo
     gears = find_gears(config) if settings.backlash else set()
     if settings.backlash and not gears:
         wanted = "no spring at the node that a motor moves, along its axis"
-        raise ValueError(f"'{config.name}': backlash: {settings.backlash:g}: it has no gear ({wanted})")
+        raise ConfigError(f"'{config.name}': backlash: {settings.backlash:g}: it has no gear ({wanted})")
     joints, closures = (
         tuple(_change_joint(joint, settings, gears) for joint in group)
         for group in (config.joints, config.closures)
