@@ -2,11 +2,14 @@
 
 What is patched is what a line of a diff would change; the case that is played has samples for every guard: a
 NaN, a duplicate with another value, an outlier.
+
+    python tests/planted_changes.py       # where each is named first, in half a minute
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import tempfile
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -22,13 +25,16 @@ import flexarm_estimator.tool.machine_tip as machine_tip
 import flexarm_model.bodies.beam as beam
 import flexarm_model.tree.sensors as sensors
 from flexarm_bringup.bags.bag_copy import copy_bag
-from flexarm_bringup.bags.bag_reader import Bag, Record
+from flexarm_bringup.bags.bag_reader import Bag, Record, check_bag
 from flexarm_bringup.conversions import deserialise, serialise
+from flexarm_bringup.regress.judge import judge
+from flexarm_bringup.regress.making import Source, make_case
 from flexarm_bringup.regress.playing import models
 from flexarm_controller.settings import MpcConfig
 from flexarm_estimator.judging.checks import SampleChecks
-from flexarm_estimator.messages.sensor_messages import SensorReader
+from flexarm_estimator.messages.camera_messages import CameraReader
 from flexarm_estimator.settings import EstimatorConfig
+from flexarm_model.manipulator.sensor_spec import SensorSpec
 from flexarm_model.tree.reduced_tree import ReducedTree
 
 Patch = pytest.MonkeyPatch
@@ -94,8 +100,13 @@ def _described(change: Callable[[Any], Any]) -> Callable[[Patch], None]:
     """Plant another reading of the description; its hash stays, as when the reader has the fault."""
 
     def plant(patch: Patch) -> None:
-        original = replay_bag.load_config
-        patch.setattr(replay_bag, "load_config", lambda *args: change(original(*args)))
+        original = replay_bag.configuration
+
+        def configuration(bag: Bag) -> Any:
+            config, settings = original(bag)
+            return change(config), settings
+
+        patch.setattr(replay_bag, "configuration", configuration)
 
     return plant
 
@@ -126,12 +137,16 @@ def sign_in_jacobian(patch: Patch) -> None:
 
 def swapped_axes(patch: Patch) -> None:
     original = sensor_messages._imu_reader
-    patch.setattr(sensor_messages, "_imu_reader", lambda spec: original(replace(spec, channels=("x",))))
+
+    def imu_reader(unit: str, specs: Sequence[SensorSpec]) -> Any:
+        return original(unit, [replace(spec, channels=("x",)) for spec in specs])
+
+    patch.setattr(sensor_messages, "_imu_reader", imu_reader)
 
 
 def camera_1_ms_late(patch: Patch) -> None:
-    original = SensorReader._read_camera
-    patch.setattr(SensorReader, "_read_camera", lambda self, msg, t: original(self, msg, t + 1e-3))
+    original = CameraReader.read
+    patch.setattr(CameraReader, "read", lambda self, msg, t: original(self, msg, t + 1e-3))
 
 
 def state_1_ms_late(patch: Patch) -> None:
@@ -173,6 +188,7 @@ def weaker(patch: Patch) -> None:
     patch.setattr(controller_exchange, "limits_of", limits_of)
 
 
+GOLDEN = Path(__file__).parent / "golden" / "single_link" / "bag"
 PLANTED = {
     "sign of an output row": Planted(sign_of_gauge, "model", "c_pos"),
     "sign in a Jacobian": Planted(sign_in_jacobian, "end_effector", "pose.covariance"),
@@ -190,3 +206,18 @@ PLANTED = {
     # a damping ratio is kept, so that the damping moves too; it comes before the stiffness in the message
     "stiffness 1 %": Planted(stiffer, "model", "damping"),
 }
+
+
+def main() -> None:
+    """Plant every change by itself and print where it is named first."""
+    with tempfile.TemporaryDirectory() as scratch:
+        bag = with_bad_samples(check_bag(GOLDEN), Path(scratch) / "recorded")
+        folder = make_case(Path(scratch) / "cases" / "bad_samples", Source(bag.path)).folder
+        for name, planted in PLANTED.items():
+            with pytest.MonkeyPatch.context() as patch:
+                planted.plant(patch)
+                print(f"{name}: {judge(folder).reason}")
+
+
+if __name__ == "__main__":
+    main()
