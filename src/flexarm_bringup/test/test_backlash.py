@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import casadi as ca
 import numpy as np
 import pytest
 from geared_arm import INTEGRATORS, LEVER, MASS, OMEGA, PERIOD, PLAY, ROTOR, STIFFNESS, GearedArm, geared_arm
@@ -21,10 +22,14 @@ rates = st.floats(-1.0, 1.0)
 DAMPING = 4.0  # N m s/rad
 
 
+def gear(damping: float) -> Gaps:
+    """Return the arm's gear, as the only coordinate."""
+    return Gaps(np.array([0]), np.array([PLAY / 2]), np.array([STIFFNESS]), np.array([damping]))
+
+
 def torque(delta: float, rate: float = 0.0, damping: float = 0.0) -> float:
     """Return what the teeth bear [N m]."""
-    gaps = Gaps(np.array([0]), np.array([PLAY / 2]), np.array([STIFFNESS]), np.array([damping]))
-    released = gaps.released(np.array([delta]), np.array([rate]))[0][0]
+    released = gear(damping).released(np.array([delta]), np.array([rate]))[0][0]
     return float(STIFFNESS * delta + damping * rate - released)
 
 
@@ -42,6 +47,14 @@ def test_the_teeth_never_pull_and_their_damper_takes_energy_alone(delta: float, 
     rounding = 1e-15 * (STIFFNESS + DAMPING)
     assert torque(delta, rate, DAMPING) * np.sign(delta) >= -rounding
     assert (torque(delta, rate, DAMPING) - torque(delta)) * rate >= -rounding
+
+
+@given(angles, rates)
+def test_what_is_compiled_releases_what_numpy_releases(delta: float, rate: float) -> None:
+    q, v = ca.SX.sym("q"), ca.SX.sym("v")
+    compiled = ca.Function("released", [q, v], [gear(DAMPING).expression(q, v)])
+    expected = gear(DAMPING).released(np.array([delta]), np.array([rate]))[0][0]
+    assert float(compiled(delta, rate)) == pytest.approx(expected, rel=1e-14, abs=1e-15)
 
 
 @both
