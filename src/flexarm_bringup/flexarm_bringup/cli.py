@@ -101,6 +101,14 @@ COMMANDS = {
         "flexarm_bringup.security.command", "policies for DDS-Security: what each node may say and hear"
     ),
     "echo": Command("flexarm_bringup.echo_node", "print the messages of a topic, or list the topics"),
+    "call": Command("flexarm_bringup.calling.call_node", "call a service of a running rig, or list them"),
+    "arm": Command("flexarm_bringup.calling.arm_node", "let commands pass: the arm may move from now on"),
+    "stop": Command(
+        "flexarm_bringup.calling.stop_node", "brake the arm; nothing moves before it is armed again"
+    ),
+    "goto": Command(
+        "flexarm_bringup.calling.goto_node", "move the tip to X Y [Z] and tell how far it has got"
+    ),
     "monitor": Command("flexarm_bringup.monitor.command", "watch a running rig in the terminal, live"),
     "parameters": Command("flexarm_bringup.parameters_command", "every node's parameters, unit and range"),
     "realtime": Command(

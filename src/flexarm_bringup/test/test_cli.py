@@ -4,13 +4,18 @@ from __future__ import annotations
 
 import argparse
 import os
+import re
 import subprocess
 import sys
 import types
+from pathlib import Path
 
 import pytest
 
 from flexarm_bringup import cli
+
+ROOT = Path(__file__).parents[3]
+LAUNCHER = {"build", "test", "run", "shell", "env", "clean"}  # of the file flexarm itself
 
 
 @pytest.fixture
@@ -54,6 +59,14 @@ def test_unknown_commands_are_usage_errors(capsys: pytest.CaptureFixture[str]) -
         cli.main(["fly"])
     assert stop.value.code == cli.USAGE
     assert "reproduce" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    "page", [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))], ids=lambda p: p.name
+)
+def test_every_command_that_a_page_names_exists(page: Path) -> None:
+    named = set(re.findall(r"\./flexarm ([a-z]+)", page.read_text(encoding="utf8")))
+    assert named <= LAUNCHER | set(cli.COMMANDS)
 
 
 def test_a_reader_that_has_seen_enough_ends_a_command_without_a_word() -> None:

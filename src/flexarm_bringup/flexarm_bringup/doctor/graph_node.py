@@ -132,5 +132,4 @@ def _guard(heard: dict[str, Any]) -> Iterator[Finding]:
         missed = f"{status.ticks_without_command} of {status.ticks} periods without a fresh command"
         yield Finding("ok", "guard", f"armed; {missed}")
     else:
-        cure = "ros2 service call /flexarm/guard/arm std_srvs/srv/Trigger"
-        yield Finding("hint", "guard", f"not armed: {status.reason or 'stopped'}", cure)
+        yield Finding("hint", "guard", f"not armed: {status.reason or 'stopped'}", "flexarm arm")

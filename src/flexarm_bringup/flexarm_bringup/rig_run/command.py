@@ -3,7 +3,7 @@
 The same table of processes as rig.launch.py, without ros2 launch. It prints who has become ready, what the
 guard does, and who has ended. When model, estimator, controller, guard or rig crashes, the motion is stopped
 and the process started again; nothing moves before the guard is armed again. The nodes see this machine only
-unless ROS_AUTOMATIC_DISCOVERY_RANGE says else.
+unless ROS_AUTOMATIC_DISCOVERY_RANGE says else. In another terminal flexarm arm, goto and stop move the arm.
 
 Exit codes of this command: 0 ended by Ctrl-C; 1 an essential process ended for good, or the bag is not whole;
 2 wrong configuration.

@@ -23,7 +23,7 @@ from flexarm_bringup.processes.graph import Process
 from flexarm_bringup.processes.spinning import spin_once
 from flexarm_model.ros.node import LATCHED_QOS, LATEST_QOS, RELIABLE_QOS, events_executor
 
-ARM = "ros2 service call /flexarm/guard/arm std_srvs/srv/Trigger"
+ARM, STOP = "flexarm arm", "flexarm stop"
 RECORDER = "flexarm/recorder"  # name of its status
 _MODES = {GuardStatus.STOPPED: "stopped", GuardStatus.ARMED: "armed", GuardStatus.BRAKING: "braking"}
 
@@ -88,7 +88,7 @@ class WatchNode(Node):  # type: ignore[misc]
         self.ready[name] = is_ready
         self._say(f"{name} {'ready' if is_ready else 'not ready any more'}")
         if is_ready and self.all_ready:
-            self._say(f"all ready; to let commands pass: {ARM}")
+            self._say(f"all ready; to let commands pass: {ARM}; to stop: {STOP}")
 
     def on_guard_status(self, msg: GuardStatus) -> None:
         """Tell a change."""

@@ -28,22 +28,31 @@ def read_yaml(path: Path) -> dict[str, Any]:
             merges mappings, nests too deeply, holds itself or too much.
     """
     try:
-        content = yaml.load(path.read_text(encoding="utf-8"), Loader=_Loader)  # noqa: S506 - a SafeLoader
-        if _count_values(content, "", (), {}) > MOST:
-            raise ConfigError(f"its aliases stand for more than {MOST} values; write out what is meant")
-        content = _write_out(content)
+        text = path.read_text(encoding="utf-8")
     except OSError as error:
         raise ConfigError(f"{path}: cannot be read ({error.strerror})") from None
     except UnicodeDecodeError:
         raise ConfigError(f"{path}: is not UTF-8 text") from None
+    return parse_yaml(text, str(path))
+
+
+def parse_yaml(text: str, source: str) -> dict[str, Any]:
+    """Return the mapping that a text holds; ``source`` begins the message of a ConfigError, as a path."""
+    try:
+        content = yaml.load(text, Loader=_Loader)  # noqa: S506 - a SafeLoader
+        if _count_values(content, "", (), {}) > MOST:
+            raise ConfigError(f"its aliases stand for more than {MOST} values; write out what is meant")
+        content = _write_out(content)
     except ConfigError as error:
-        raise ConfigError(f"{path}: {error}") from None
+        raise ConfigError(f"{source}: {error}") from None
     except yaml.YAMLError as error:
-        raise ConfigError(f"{path}: is not YAML: {' '.join(str(error).split())}") from None
+        raise ConfigError(f"{source}: is not YAML: {' '.join(str(error).split())}") from None
     except RecursionError:
-        raise ConfigError(f"{path}: lists or mappings are nested too deeply; expected a few levels") from None
+        raise ConfigError(
+            f"{source}: lists or mappings are nested too deeply; expected a few levels"
+        ) from None
     if not isinstance(content, dict):
-        raise ConfigError(f"{path}: must hold keys and values at its top level")
+        raise ConfigError(f"{source}: must hold keys and values at its top level")
     return content
 
 

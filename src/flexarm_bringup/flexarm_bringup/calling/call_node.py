@@ -1,0 +1,83 @@
+"""Call a service of a running rig, where there is no ros2 command.
+
+  flexarm call                             list the services; --all: those of every node, too
+  flexarm call guard/arm                   commands pass from now on
+  flexarm call controller/cancel           bring whatever moves to rest
+  flexarm call estimator/reset
+  flexarm call estimator/toggle_sensor "{name: root_strain, is_on: false}"
+  flexarm call controller/move_tip "{target: {position: {x: 0.5543, y: 0.32}}}"
+  flexarm call controller/change_state "{transition: {label: deactivate}}"
+
+Services are relative to /flexarm unless they begin with a slash; the request is YAML, what it leaves out has
+its default. The answer is printed as YAML. Shorter for what is needed most: flexarm arm, stop, goto.
+
+Exit codes: 0 done; 1 the answer says that it was not, or there is none; 2 no such service or field.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from typing import Any
+
+import yaml
+
+from flexarm_bringup.calling.caller_node import (
+    DONE,
+    NOT_DONE,
+    Caller,
+    CallError,
+    absolute,
+    add_wait,
+    calling,
+    offered,
+    service_class,
+    tell,
+)
+from flexarm_bringup.calling.request import RequestError, fill
+from flexarm_bringup.echo_node import pick
+from flexarm_model.settings.yaml_file import ConfigError, parse_yaml
+
+SUCCESS = ("success", "accepted")  # fields that say whether it was done
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the options."""
+    parser.add_argument("service", nargs="?", help="relative to /flexarm, or absolute; none: list them")
+    parser.add_argument("request", nargs="?", default="{}", help="YAML; what it leaves out has its default")
+    parser.add_argument("--all", action="store_true", help="list parameters' and life's services, too")
+    add_wait(parser)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Call, or list; return the exit code."""
+    try:
+        values = parse_yaml(args.request, "the request")
+        with calling("call") as caller:
+            if args.service is None:
+                return _list(caller, args.wait, args.all)
+            service = absolute(args.service)
+            kind = service_class(caller.type_of(service, args.wait))
+            request = kind.Request()
+            fill(request, values)
+            answer = caller.ask(service, kind, request, args.wait)
+    except (CallError, ConfigError, RequestError) as error:
+        return tell("call", error)
+    text = yaml.safe_dump(pick(answer, ""), sort_keys=False, default_flow_style=None, width=110)
+    print(text, end="")
+    return DONE if was_done(answer) else NOT_DONE
+
+
+def was_done(answer: Any) -> bool:
+    """Return whether an answer says that what was asked for was done; who says nothing has done it."""
+    return all(getattr(answer, name, True) for name in SUCCESS)
+
+
+def _list(caller: Caller, wait: float, is_all: bool) -> int:
+    caller.listen(wait)
+    found = caller.seen()
+    for name, kind in sorted((found if is_all else offered(found)).items()):
+        print(f"{name:42} {kind}")
+    if not found:
+        print("flexarm call: nobody offers any. Same ROS_DOMAIN_ID and discovery range?", file=sys.stderr)
+    return DONE
