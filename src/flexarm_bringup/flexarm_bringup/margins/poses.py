@@ -62,18 +62,26 @@ class Poses:
         """
         if not self.grid:
             return {}
-        axes = config.actuated
-        if self.grid ** len(axes) > MOST_POSES:
-            fitting = math.floor(MOST_POSES ** (1 / len(axes)) + 1e-9)
-            plural = "es" if len(axes) > 1 else "is"
-            why = f"{self.grid ** len(axes)} poses of {len(axes)} ax{plural}, at most {MOST_POSES}"
-            raise ConfigError(f"--grid {self.grid}: {why}: up to --grid {fitting}")
-        for name, axis in axes.items():
-            if not math.isfinite(axis.upper - axis.lower):
-                raise ConfigError(f"--grid {self.grid}: axis '{name}' has no ends")
-        shares = (np.arange(self.grid) + 0.5) / self.grid
-        values = [(axis.lower + shares * (axis.upper - axis.lower)).tolist() for axis in axes.values()]
-        return {_label(pose): pose for pose in grid_poses(values).values}
+        return {_label(pose): pose for pose in grid_poses(grid_values(config, self.grid)).values}
+
+
+def grid_values(config: ManipulatorConfig, n: int) -> list[list[float]]:
+    """Return ``n`` values of every actuated axis [rad or m], evenly, half a step from the ends of its range.
+
+    Raises:
+        ConfigError: There are too many combinations, or an axis has no ends.
+    """
+    axes = config.actuated
+    if n ** len(axes) > MOST_POSES:
+        fitting = math.floor(MOST_POSES ** (1 / len(axes)) + 1e-9)
+        plural = "es" if len(axes) > 1 else "is"
+        why = f"{n ** len(axes)} poses of {len(axes)} ax{plural}, at most {MOST_POSES}"
+        raise ConfigError(f"--grid {n}: {why}: up to --grid {fitting}")
+    for name, axis in axes.items():
+        if not math.isfinite(axis.upper - axis.lower):
+            raise ConfigError(f"--grid {n}: axis '{name}' has no ends")
+    shares = (np.arange(n) + 0.5) / n
+    return [(axis.lower + shares * (axis.upper - axis.lower)).tolist() for axis in axes.values()]
 
 
 def _label(pose: Sequence[float] | Array) -> str:

@@ -4,6 +4,8 @@
   flexarm model spatial_3tpt --pose A               at a pose that its file names
   flexarm model serial_6r --pose="0,-30 deg,..."    one value per actuated axis, rad and m without a unit
   flexarm model my_arm.yaml --html modes.html       with a drawing of every mode
+  flexarm model planar_3rrr --grid 4                how far each mode goes over 64 poses, by its shape
+  flexarm model single_link --sid bodies            its elastic bodies as files for other multibody programs
 
 The name is that of a manipulator that comes along, or a YAML file.
 """
@@ -13,20 +15,26 @@ from __future__ import annotations
 import argparse
 import re
 import sys
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-from flexarm_bringup.arguments import output_file
+from flexarm_bringup.arguments import new_folder, output_file, output_folder, whole
+from flexarm_bringup.margins.poses import grid_values
+from flexarm_bringup.model_view.grid_page import grid_page
 from flexarm_bringup.model_view.page import HZ, Analysis, analyse, build_page
 from flexarm_bringup.page.figures import Figure
 from flexarm_bringup.page.report import add_report_arguments, publish
 from flexarm_bringup.progress import Progress
+from flexarm_model.bodies.sid_file import write_sid
 from flexarm_model.manipulator.description import ManipulatorConfig
 from flexarm_model.reading.config import load_config
 from flexarm_model.reading.manipulator_file import find_manipulator
 from flexarm_model.served.linearize import PoseError, linearize
 from flexarm_model.served.model_file import save_model
+from flexarm_model.served.pose_grid import build_grid, grid_poses
+from flexarm_model.served.pose_grid_file import save_grid
 from flexarm_model.served.reduced_model import ReducedModel
 from flexarm_model.settings.units import axis_dimension, parse_quantity
 from flexarm_model.tree.reduced_tree import ReducedTree
@@ -51,6 +59,18 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--save", type=output_file, metavar="FILE", help="also save the model (docs/model_file.md)"
     )
+    parser.add_argument(
+        "--grid", type=whole(at_least=2), metavar="N", help="the modes over N values of every axis instead"
+    )
+    parser.add_argument(
+        "--save-grid",
+        type=new_folder,
+        metavar="FOLDER",
+        help="with --grid: save its models (docs/model_file.md)",
+    )
+    parser.add_argument(
+        "--sid", type=output_folder, metavar="FOLDER", help="also write its elastic bodies (docs/sid_file.md)"
+    )
     parser.epilog = "Exit code 2 when name, preset or pose cannot be used."
 
 
@@ -59,7 +79,10 @@ def run(args: argparse.Namespace) -> int:
     progress = Progress()
     try:
         progress.say(f"building {args.name}")
+        if args.grid or args.save_grid:
+            return show_grid(args, progress)
         tree, model, home = serve(args.name, args.preset, args.pose)
+        written = write_bodies(tree, args.sid) if args.sid else []
         if args.save:
             save_model(model, args.save)
     except (ValueError, OSError) as error:  # of configuration, body, pose, loop or file
@@ -73,7 +96,43 @@ def run(args: argparse.Namespace) -> int:
     code = publish(build_page(analysis, figures), args)
     if args.save:
         print(f"saved model {model.model_id} in {args.save}")
+    for path in written:
+        print(f"wrote {path}")
     return code
+
+
+def show_grid(args: argparse.Namespace, progress: Progress) -> int:
+    """Print the modes over a grid of poses; returns the exit code.
+
+    Raises:
+        ValueError: Name, preset or grid cannot be used; says what is allowed.
+    """
+    if not args.grid or args.sid or args.save or args.pose != HOME:
+        raise ValueError("--grid N goes with --save-grid, not with --pose, --save or --sid")
+    config = load_config(find_manipulator(args.name), args.preset)
+    poses = grid_poses(grid_values(config, args.grid))
+    progress.say(f"serving {len(poses.values)} poses")
+    grid = build_grid(ReducedTree(config), poses)
+    if args.save_grid:
+        save_grid(grid, args.save_grid)
+    progress.done()
+    return publish(grid_page(config, grid), args)
+
+
+def write_bodies(tree: ReducedTree, folder: Path) -> list[Path]:
+    """Write every body with elastic coordinates as standard input data; returns the files.
+
+    Raises:
+        ValueError: No body bends.
+        OSError: The folder cannot be written.
+    """
+    elastic = [name for name in tree.bodies if tree.elastic_coordinates(name)]
+    if not elastic:
+        raise ValueError(f"--sid: no body of '{tree.config.name}' bends")
+    folder.mkdir(parents=True, exist_ok=True)
+    for name in elastic:
+        write_sid(tree.bodies[name], folder / f"{name}.sid")
+    return [folder / f"{name}.sid" for name in elastic]
 
 
 def serve(name: str, preset: str, pose: str) -> tuple[ReducedTree, ReducedModel, ReducedModel]:
