@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import argparse
 import importlib
+import math
 import sys
 import time
 from typing import Any
@@ -33,6 +34,7 @@ from flexarm_model.settings.strict_yaml import ConfigError
 
 UNUSABLE = 2
 DISCOVERY = 3.0  # s; how long a topic may take to be seen
+SILENCE = 3.0  # s after which it is said that nothing has come
 DEPTH = 50
 WINDOW = 1.0  # s; over which a rate is told
 
@@ -76,6 +78,7 @@ class _Echo:
         self._topic = topic if topic.startswith("/") else f"{NAMESPACE}/{topic}"
         self._times: list[float] = []
         self._heard, self._failure = 0, ""
+        self._cut_off: BrokenPipeError | None = None  # raised in a callback, the executor prints it as fatal
 
     def run(self) -> int:
         """Listen and print; return the exit code."""
@@ -93,15 +96,22 @@ class _Echo:
         )
         executor = events_executor()
         executor.add_node(self._node)
-        while not (self._failure or (self._args.once and self._heard)):
+        patient_until = time.monotonic() + SILENCE
+        while not (self._failure or self._cut_off or (self._args.once and self._heard)):
             spin_once(executor, 0.1)
+            if not self._heard and time.monotonic() > patient_until:
+                patient_until = math.inf
+                said = f"nothing came within {SILENCE:g} s; it may be said only when something happens"
+                print(f"flexarm echo: {self._topic}: {said}. Ctrl-C ends", file=sys.stderr)
         executor.shutdown()
+        if self._cut_off:
+            raise self._cut_off
         if self._failure:
             print(f"flexarm echo: {self._failure}", file=sys.stderr)
         return UNUSABLE if self._failure else 0
 
     def _on_message(self, msg: Any) -> None:
-        if self._args.once and self._heard:
+        if self._cut_off or (self._args.once and self._heard):
             return
         self._heard += 1
         if self._args.hz:
@@ -113,19 +123,24 @@ class _Echo:
             self._failure = str(error)
             return
         text = yaml.safe_dump(value, sort_keys=False, default_flow_style=None, width=110)
-        print(text.removesuffix("...\n"), end="---\n" if not self._args.field else "", flush=True)
+        self._print(text.removesuffix("...\n") + ("---\n" if not self._args.field else ""))
 
     def _measure(self) -> None:
         self._times.append(time.monotonic())
         if self._times[-1] - self._times[0] < WINDOW:
             return
         steps = np.diff(self._times)
-        print(
+        self._print(
             f"{1 / steps.mean():8.2f} Hz   longest gap {1e3 * steps.max():7.2f} ms   "
-            f"jitter {1e3 * steps.std():6.2f} ms   {steps.size} messages",
-            flush=True,
+            f"jitter {1e3 * steps.std():6.2f} ms   {steps.size} messages\n"
         )
         self._times = self._times[-1:]
+
+    def _print(self, text: str) -> None:
+        try:
+            print(text, end="", flush=True)
+        except BrokenPipeError as error:
+            self._cut_off = error
 
 
 def pick(msg: Any, field: str) -> Any:

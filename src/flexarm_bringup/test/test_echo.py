@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import signal
 import subprocess
 import sys
 
@@ -10,7 +11,7 @@ import pytest
 import yaml
 from flexarm_interfaces.msg import ControllerStatus, ModalState, SensorHealth
 
-from flexarm_bringup.cli import main
+from flexarm_bringup.cli import CUT_OFF, INTERRUPTED, main
 from flexarm_bringup.echo_node import pick
 
 PUBLISHER = """
@@ -24,6 +25,20 @@ publisher = node.create_publisher(ControllerStatus, "said", LATCHED_QOS)
 publisher.publish(ControllerStatus(reason="hello: world", tracking_error=[0.5, -1.0]))
 print("ready", flush=True)
 sys.stdin.read()
+"""
+
+TALKER = """
+import rclpy
+from rclpy.node import Node
+from flexarm_interfaces.msg import ControllerStatus
+from flexarm_model.ros.node import RELIABLE_QOS
+rclpy.init()
+node = Node("talker", namespace="flexarm")
+often = node.create_publisher(ControllerStatus, "often", RELIABLE_QOS)
+never = node.create_publisher(ControllerStatus, "never", RELIABLE_QOS)
+node.create_timer(0.02, lambda: often.publish(ControllerStatus()))
+print("ready", flush=True)
+rclpy.spin(node)
 """
 
 
@@ -82,3 +97,28 @@ def test_a_latched_message_is_printed_once_and_an_unknown_topic_lists_what_there
                 break
         assert "/flexarm/said" in unknown.stderr
         talker.communicate("")
+
+
+@pytest.mark.ros
+def test_a_reader_that_has_enough_ends_it_quietly_and_a_silent_topic_is_told(
+    ros_environment: dict[str, str],
+) -> None:
+    pipe, line = subprocess.PIPE, [sys.executable, "-m", "flexarm_bringup.cli", "echo", "--wait", "60"]
+    talker = subprocess.Popen([sys.executable, "-c", TALKER], stdout=pipe, text=True, env=ros_environment)
+    try:
+        assert talker.stdout is not None and talker.stdout.readline() == "ready\n"
+        with subprocess.Popen([*line, "often"], stdout=pipe, stderr=pipe, env=ros_environment) as heard:
+            assert heard.stdout is not None and heard.stderr is not None
+            assert heard.stdout.read(10) == b"header:\n  "
+            heard.stdout.close()  # as head does
+            assert heard.stderr.read() == b""
+        assert heard.returncode == CUT_OFF
+        with subprocess.Popen([*line, "never"], stderr=pipe, text=True, env=ros_environment) as waiting:
+            assert waiting.stderr is not None
+            assert "/flexarm/never: nothing came within 3 s" in waiting.stderr.readline()
+            waiting.send_signal(signal.SIGINT)
+            assert waiting.stderr.read() == ""
+        assert waiting.returncode == INTERRUPTED
+    finally:
+        talker.kill()
+        talker.communicate()

@@ -22,7 +22,7 @@ from nav_msgs.msg import Odometry  # noqa: E402
 from rclpy.serialization import serialize_message  # noqa: E402
 from sensor_msgs.msg import JointState  # noqa: E402
 
-from flexarm_bringup.monitor.arrivals import Arrivals, newest_common, stamp_of  # noqa: E402
+from flexarm_bringup.monitor.arrivals import CATCH_UP, Arrivals, newest_common, stamp_of  # noqa: E402
 from flexarm_bringup.monitor.conversions import (  # noqa: E402
     axes_of,
     guard_from_msg,
@@ -66,11 +66,21 @@ def test_rates_and_jitter_are_those_of_the_arrivals() -> None:
     times = np.cumsum(rng.uniform(0.004, 0.006, 400))
     for t in times:
         arrivals.add(t, raw(t))
-    row, gaps = arrivals.row(times[-1] + 0.5), np.diff(times[times >= times[-1] + 0.5 - 3.0])
+    row, gaps = arrivals.row(times[-1] + 0.5), np.diff(times[times >= times[0] + CATCH_UP])
     assert row.rate_hz == pytest.approx(1 / gaps.mean(), rel=0.01)
     assert row.jitter == pytest.approx(gaps.std(), rel=0.05)
     assert (row.longest, row.age) == (pytest.approx(gaps.max()), pytest.approx(0.5))
     assert math.isnan(Arrivals("reference", True).row(1.0).rate_hz)
+
+
+def test_what_waited_before_the_first_look_is_no_rhythm() -> None:
+    arrivals = Arrivals("truth", True)
+    for t in [*np.linspace(0.0, 1e-3, 50), *np.arange(0.005, 2.0, 0.005)]:  # a queue, then 200 Hz
+        arrivals.add(t, raw(t))
+        row = arrivals.row(t)
+        assert math.isnan(row.rate_hz) or row.rate_hz == pytest.approx(200.0)
+        assert row.age == 0.0
+    assert row.rate_hz == pytest.approx(200.0) and row.longest == pytest.approx(0.005)
 
 
 def test_two_topics_are_compared_at_the_newest_instant_that_both_have() -> None:

@@ -10,6 +10,9 @@ import numpy as np
 from flexarm_bringup.monitor.picture import UNKNOWN, TopicRow
 
 WINDOW = 3.0  # s that a rate is told of
+CATCH_UP = (
+    0.5  # s from the first arrival on, in which what waited while others were subscribed to comes in one go
+)
 MOST = 5000  # arrivals kept
 RING = 32  # newest messages kept by stamp
 _STAMP = struct.Struct("<iI")  # builtin_interfaces/Time, little endian
@@ -24,14 +27,18 @@ class Arrivals:
         """Expect messages; stamped ones begin with a std_msgs/Header."""
         self.name = name
         self._is_stamped = is_stamped
-        self._times: deque[float] = deque(maxlen=MOST)
+        self._times: deque[float] = deque(maxlen=MOST)  # after catching up
+        self._first, self._last = UNKNOWN, UNKNOWN
         self._ring: dict[int, bytes] = {}
         self.newest: bytes | None = None
 
     def add(self, t: float, raw: bytes) -> None:
         """Note a message that arrived at ``t`` [s]."""
-        self._times.append(t)
-        self.newest = raw
+        if self.newest is None:
+            self._first = t
+        if t - self._first >= CATCH_UP:
+            self._times.append(t)
+        self._last, self.newest = t, raw
         if self._is_stamped:
             self._ring[stamp_of(raw)] = raw
             while len(self._ring) > RING:
@@ -46,10 +53,10 @@ class Arrivals:
         return list(self._ring)
 
     def row(self, t: float) -> TopicRow:
-        """Return the rhythm of the last seconds before ``t`` [s]."""
+        """Return the rhythm of the last seconds before ``t`` [s]; none is known while it catches up."""
         while len(self._times) > 1 and self._times[0] < t - WINDOW:
             self._times.popleft()
-        age = t - self._times[-1] if self._times else UNKNOWN
+        age = t - self._last
         gaps = np.diff(np.array(self._times))
         if not gaps.size:
             return TopicRow(self.name, UNKNOWN, UNKNOWN, UNKNOWN, age)

@@ -37,6 +37,7 @@ EPILOG = """\
 examples:
   flexarm rig                                     the single link, ready to be armed
   flexarm rig planar_3rrr --bag run1              another arm, recorded
+  flexarm rig my_moves.yaml                       an arm with the settings of a copy of its config/moves file
   flexarm rig --no-respawn --seconds 60           a crash ends it, and so do 60 s
 """
 OK, ENDED, REFUSED = 0, 1, 2
@@ -47,7 +48,10 @@ LOOK_PERIOD = 0.01  # s between two looks at the processes
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the options."""
     parser.add_argument(
-        "manipulator", nargs="?", default="single_link", help="name or .yaml of the arm; single_link"
+        "manipulator",
+        nargs="?",
+        default="single_link",
+        help="name or .yaml of the arm, or of its moves file: law, weights, parameters of nodes; single_link",
     )
     parser.add_argument("--preset", help="preset of that file; its first one")
     parser.add_argument("--bag", type=new_folder, help="folder to record into, which is made")
