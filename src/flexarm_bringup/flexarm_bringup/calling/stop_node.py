@@ -4,7 +4,7 @@
 
 Said on the topic stop and asked of the service guard/stop, whichever comes first, again and again until the
 guard says that it has stopped; then it is watched until the arm has been braked. No replacement for the
-switch that takes the power away: the command needs a computer, a network and about a second.
+switch that takes the power away: the command needs a computer, a network and a second or two.
 
 Exit codes: 0 stopped; 1 the guard was told, and has not said that it has stopped; 2 there is no guard.
 """
