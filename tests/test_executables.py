@@ -84,6 +84,43 @@ def test_a_domain_that_is_none_is_refused_before_libraries_are_loaded() -> None:
     assert done.stderr == "guard_node: ROS_DOMAIN_ID: 'lab': expected a whole number, 0 to 232\n"
 
 
+@pytest.mark.parametrize(
+    ("asked", "told"),
+    [
+        ({"ROS_SECURITY_ENABLE": "true"}, "ROS_SECURITY_STRATEGY: ''"),
+        ({"ROS_SECURITY_ENABLE": "1"}, "ROS_SECURITY_ENABLE: '1'"),
+        ({"ROS_SECURITY_ENABLE": "true", "ROS_SECURITY_STRATEGY": "Enforce"}, "ROS_SECURITY_KEYSTORE: ''"),
+    ],
+)
+def test_security_that_cannot_be_had_is_refused_before_libraries_are_loaded(
+    asked: dict[str, str], told: str
+) -> None:
+    environment = {**os.environ, "ROS_DOMAIN_ID": DOMAIN, **asked}
+    command = [sys.executable, "-c", SECOND]
+    done = subprocess.run(command, env=environment, capture_output=True, text=True, check=True)
+    assert done.stdout == "2 []\n"
+    assert done.stderr.startswith(f"guard_node: {told}: ") and done.stderr.count("\n") == 1
+
+
+ENCLAVE = """
+import sys
+from flexarm_model.process.executable import run_executable
+code = run_executable("spy", ["guard", "rig"])
+"""
+
+
+@pytest.mark.parametrize("name", ["guard", "left"])
+def test_a_node_runs_in_the_enclave_of_its_name(name: str, tmp_path: Path) -> None:
+    (tmp_path / "enclaves" / "flexarm" / name).mkdir(parents=True)
+    (tmp_path / "spy.py").write_text("import sys\ndef main():\n    print(*sys.argv[-3:])\n    return 0\n")
+    paths = os.pathsep.join((str(tmp_path), os.environ.get("PYTHONPATH", "")))
+    asked = {"ROS_SECURITY_ENABLE": "true", "ROS_SECURITY_STRATEGY": "Enforce"}
+    own = {"ROS_DOMAIN_ID": DOMAIN, "PYTHONPATH": paths, "ROS_SECURITY_KEYSTORE": str(tmp_path), **asked}
+    command = [sys.executable, "-c", ENCLAVE, "--ros-args", "-r", f"guard:__node:={name}"]
+    done = subprocess.run(command, env={**os.environ, **own}, capture_output=True, text=True)
+    assert done.stdout == f"--ros-args --enclave /flexarm/{name}\n", done.stderr
+
+
 HEARD = """
 import os
 from flexarm_model.process.executable import run_executable
@@ -163,7 +200,7 @@ def test_a_node_asks_for_what_its_reserve_has_made(module: str) -> None:
     with domain_id() as domain:
         own = {"ROS_DOMAIN_ID": str(domain), "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}
         code = f"import sys; sys.argv[0] = {module!r}\n{REHEARSED}"
-        command = [sys.executable, "-c", code, *ros_arguments(row, {})]
+        command = [sys.executable, "-c", code, *ros_arguments(row)]
         done = subprocess.run(
             command, env={**os.environ, **own}, capture_output=True, text=True, timeout=120.0, check=False
         )

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import os
+import re
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -81,3 +82,17 @@ def test_importing_a_package_limits_blas_before_numpy_is_loaded(package: str) ->
         [sys.executable, "-c", code], env=environ, capture_output=True, text=True, check=True
     )
     assert done.stdout.split() == ["1", "False"]
+
+
+INITIALISING = re.compile(r"^\s*rclpy\.init\(", re.MULTILINE)
+CHECKED = re.compile(r"\bcheck_(security|unsecured)\(")
+BEHIND = {  # a command that has checked starts them, or calls them after ``free_domains``
+    "driver_node.py", "flooder_node.py", "forger_node.py", "idle_node.py", "run_node.py",
+}  # fmt: skip
+
+
+def test_nobody_opens_a_ros_domain_without_a_look_at_the_security_that_is_asked_for() -> None:
+    texts = {path: path.read_text() for package in ALLOWED for path in modules_of(package)}
+    opening = {path for path, text in texts.items() if INITIALISING.search(text)}
+    wrong = {path.name for path in opening if not CHECKED.search(texts[path])} - BEHIND
+    assert len(opening) >= len(BEHIND) and not wrong, f"use flexarm_model.ros.tool_node: {wrong}"

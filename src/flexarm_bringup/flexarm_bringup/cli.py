@@ -15,6 +15,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from flexarm_model.process.announce import announce_on_stderr
+from flexarm_model.process.security import SecurityError
 
 os.environ.setdefault("OMP_NUM_THREADS", "1")  # before NumPy: small matrices lose by threads
 
@@ -148,6 +149,9 @@ def main(argv: Sequence[str] | None = None) -> int:
         code = int(importlib.import_module(COMMANDS[args.command].module).run(args))
         sys.stdout.flush()
         return code
+    except SecurityError as error:  # of every command that opens a ROS domain
+        print(f"flexarm {chosen}: {error}", file=sys.stderr)
+        return USAGE
     except KeyboardInterrupt:  # also while a command's libraries are loaded
         return INTERRUPTED
     except BrokenPipeError:

@@ -19,17 +19,16 @@ import time
 from typing import Any
 
 import numpy as np
-import rclpy
 import yaml
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
-from rclpy.signals import SignalHandlerOptions
 
 from flexarm_bringup.arguments import number
 from flexarm_bringup.processes.spinning import spin_once
 from flexarm_bringup.processes.surroundings import check_domain
 from flexarm_bringup.topics import NAMESPACE
 from flexarm_model.ros.node import events_executor
+from flexarm_model.ros.tool_node import in_domain
 from flexarm_model.settings.strict_yaml import ConfigError
 
 UNUSABLE = 2
@@ -60,13 +59,12 @@ def run(args: argparse.Namespace) -> int:
     except ConfigError as error:
         print(f"flexarm echo: {error}", file=sys.stderr)
         return UNUSABLE
-    rclpy.init(signal_handler_options=SignalHandlerOptions.NO)  # Ctrl-C raises here
-    node = Node("echo", namespace="flexarm", start_parameter_services=False)
-    try:
-        return _list(node, args.wait) if args.topic is None else _Echo(node, args).run()
-    finally:
-        node.destroy_node()
-        rclpy.try_shutdown()
+    with in_domain():
+        node = Node("echo", namespace="flexarm", start_parameter_services=False)
+        try:
+            return _list(node, args.wait) if args.topic is None else _Echo(node, args).run()
+        finally:
+            node.destroy_node()
 
 
 class _Echo:

@@ -18,6 +18,7 @@ from flexarm_bringup.fault_drill.drill import FAMILIES, MACHINES, RowResult, run
 from flexarm_bringup.page.report import Cell, Check, Column, Page, Table, add_report_arguments, publish
 from flexarm_bringup.progress import Progress
 from flexarm_bringup.tasks.task_for import task_for
+from flexarm_model.process.security import check_unsecured
 from flexarm_model.settings.strict_yaml import ConfigError
 
 REFUSED = 2
@@ -61,6 +62,8 @@ def run(args: argparse.Namespace) -> int:
     machines = tuple(args.names) or MACHINES
     try:
         rows = chosen_rows(args.rows, families)
+        if rows.get("system"):
+            check_unsecured()
         for machine in machines:
             task_for(machine)
         progress.say("recording the moves")

@@ -3,7 +3,8 @@
 ros2 launch flexarm_bringup rig.launch.py manipulator:=single_link preset:=light_hub bag:=/data/run1
 
 By the clock a crash of an essential node stops the motion, and the node comes back; nothing moves before the
-guard is armed again. In lockstep, with respawn:=false, and when it would crash again, it ends the run.
+guard is armed again. In lockstep, with respawn:=false, and when it would crash again, it ends the run. Where
+security is asked for, the nodes and who stops the motion run in enclaves of their own (docs/security.md).
 """
 
 import os
@@ -11,16 +12,15 @@ import os
 from launch.actions import DeclareLaunchArgument, OpaqueFunction, SetEnvironmentVariable
 from launch.substitutions import EnvironmentVariable, LaunchConfiguration
 from launch_ros.actions import Node
-from launch_ros.ros_adapters import get_ros_node
-from std_msgs.msg import Empty
 
 from flexarm_bringup.processes.doubles import refuse_doubles
-from flexarm_bringup.processes.graph import enclave_arguments, with_drift, with_markers
+from flexarm_bringup.processes.graph import with_drift, with_markers
+from flexarm_bringup.processes.secured import check_graph_security
+from flexarm_bringup.processes.stopper_node import StopperNode
 from flexarm_bringup.processes.supervisor import ON_PURPOSE, RESPAWNS
 from flexarm_bringup.processes.surroundings import defaults
 from flexarm_bringup.tasks.node_settings import arm_graph
 from flexarm_bringup.tasks.task_for import task_for
-from flexarm_bringup.topics import NAMESPACE
 from flexarm_model.process.parent import MARK as PARENT
 from launch import LaunchDescription
 
@@ -57,12 +57,13 @@ def nodes(context):
     may_return = given.pop("respawn").lower() == "true" and not given["lockstep"]
     is_shown = given.pop("markers").lower() == "true"
     is_watched = given.pop("drift").lower() == "true"
-    stop = get_ros_node(context).create_publisher(Empty, f"{NAMESPACE}/stop", 1)
     arm = given.pop("manipulator")
     graph = arm_graph(arm, given.pop("preset") or None, **given)
     graph = with_markers(graph) if is_shown else graph
     graph = with_drift(graph, task_for(arm).settings.get("drift")) if is_watched else graph
+    check_graph_security(graph)
     refuse_doubles(graph)
+    stop = StopperNode().stop
     return [node(process, may_return, stop) for process in graph]
 
 
@@ -75,7 +76,6 @@ def node(process, may_return, stop):
         name=process.name,
         parameters=[dict(process.parameters)],
         remappings=list(process.remaps.items()),
-        ros_arguments=enclave_arguments(process.name),
         output="screen",
         respawn=returns,
         respawn_max_retries=RESPAWNS,
@@ -96,6 +96,6 @@ def on_exit(process, returns, stop):
         crashes.append(code)
         if not returns or code in ON_PURPOSE or len(crashes) > RESPAWNS:
             raise RuntimeError(f"{process.name} ended with {code}")  # the action Shutdown would end with 0
-        stop.publish(Empty())
+        stop()
 
     return OpaqueFunction(function=follow)

@@ -50,6 +50,9 @@ def test_security_without_keys_or_not_enforced_is_a_fault(tmp_path: Path) -> Non
     keys = {"ROS_SECURITY_KEYSTORE": str(tmp_path)}
     assert of("security", installation(**on)).verdict == "FAULT"
     assert of("security", installation(**on, **keys, ROS_SECURITY_STRATEGY="Permissive")).verdict == "FAULT"
+    found = of("security", installation(**on, **keys, ROS_SECURITY_STRATEGY="Enforce"))
+    assert (found.verdict, "create_enclave" in found.cure) == ("FAULT", True)
+    (tmp_path / "enclaves" / "flexarm" / "tools").mkdir(parents=True)
     assert of("security", installation(**on, **keys, ROS_SECURITY_STRATEGY="Enforce")).verdict == "ok"
 
 

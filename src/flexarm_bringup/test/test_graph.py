@@ -11,7 +11,9 @@ import yaml
 from flexarm_bringup.processes.graph import Process, rig_graph, ros_arguments, with_drift, with_markers
 from flexarm_bringup.processes.timing import PRIORITIES, timing
 from flexarm_bringup.tasks.node_settings import arm_graph
+from flexarm_model.process.security import SecurityError
 
+STOPPER = "flexarm_bringup.processes.stopper_node"
 LAUNCH_FILE = Path(__file__).parents[1] / "launch" / "rig.launch.py"
 
 
@@ -96,28 +98,22 @@ def fake_launch(monkeypatch: pytest.MonkeyPatch) -> None:
         "launch.substitutions": ["EnvironmentVariable", "LaunchConfiguration"],
         "launch_ros": [],
         "launch_ros.actions": ["Node"],
-        "launch_ros.ros_adapters": [],
-        "std_msgs": [],
-        "std_msgs.msg": ["Empty"],
+        STOPPER: [],
     }
     for module, classes in names.items():
         fake = ModuleType(module)
         for name in classes:
             setattr(fake, name, type(name, (Recorded,), {}))
         monkeypatch.setitem(sys.modules, module, fake)
-    sys.modules["launch_ros.ros_adapters"].get_ros_node = lambda context: Stopped()  # type: ignore[attr-defined]
+    sys.modules[STOPPER].StopperNode = Stopped  # type: ignore[attr-defined]
 
 
 class Stopped:
-    """Stands for the node of ``launch``: counts what it says on the stop topic."""
+    """Stands for the node that stops the motion: counts how often it does."""
 
     count = 0
 
-    def create_publisher(self, kind: type, topic: str, depth: int) -> "Stopped":
-        assert (kind.__name__, topic) == ("Empty", "/flexarm/stop")
-        return self
-
-    def publish(self, msg: object) -> None:
+    def stop(self) -> None:
         Stopped.count += 1
 
 
@@ -158,6 +154,19 @@ def test_the_launch_file_starts_the_same_graph(monkeypatch: pytest.MonkeyPatch) 
     assert [node.on_exit is None for node in nodes] == [not process.essential for process in graph]
     assert not any(node.respawn for node in nodes)
     assert all(ends_all(node) for node in nodes if node.on_exit)
+
+
+def test_launched_with_security_that_cannot_be_had_nothing_is_started(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.setenv("ROS_SECURITY_ENABLE", "true")
+    monkeypatch.delenv("ROS_SECURITY_STRATEGY", raising=False)
+    with pytest.raises(SecurityError, match="ROS_SECURITY_STRATEGY: ''"):
+        launched(monkeypatch)
+    monkeypatch.setenv("ROS_SECURITY_STRATEGY", "Enforce")
+    monkeypatch.setenv("ROS_SECURITY_KEYSTORE", str(tmp_path))
+    with pytest.raises(SecurityError, match="create_enclave .* /flexarm/watch"):
+        launched(monkeypatch)
 
 
 def test_the_launch_file_shows_the_arm_when_asked(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -8,7 +8,20 @@ import pytest
 from flexarm_bringup.cli import main
 from flexarm_bringup.security.policy import NodeAccess, policy
 
-NODES = ("recorder", "model", "estimator", "controller", "guard", "rig")
+NODES = (
+    "recorder",
+    "model",
+    "estimator",
+    "controller",
+    "guard",
+    "rig",
+    "markers",
+    "drift",
+    "commander",
+    "excite",
+)
+TOOLS, OPERATOR = ("echo", "monitor", "doctor"), ("call", "arm", "stop", "goto")
+COMMANDING = ["controller", "excite"]
 
 
 def test_a_policy_has_one_enclave_per_node_with_its_rights_sorted_and_once() -> None:
@@ -25,19 +38,40 @@ def test_a_policy_has_one_enclave_per_node_with_its_rights_sorted_and_once() -> 
     assert [topic.text for topic in profile.findall("topics[@publish='ALLOW']/topic")] == ["/a", "/b"]
 
 
+def test_nodes_that_share_an_enclave_have_a_profile_each_in_it() -> None:
+    nodes = [NodeAccess(name, (f"/{name}",), (), (), (), "/flexarm/tools") for name in TOOLS]
+    root = ElementTree.fromstring(policy([*nodes, NodeAccess("guard", (), ("/c",), (), ())]))
+    assert [(item.get("path"), len(item.findall("profiles/profile"))) for item in root.iter("enclave")] == [
+        ("/flexarm/tools", 3), ("/flexarm/guard", 1)
+    ]  # fmt: skip
+
+
 @pytest.mark.ros
 @pytest.mark.slow
 def test_the_nodes_themselves_say_what_they_use(tmp_path: Path) -> None:
     assert main(["security", str(tmp_path)]) == 0
     root = ElementTree.parse(tmp_path / "flexarm.policy.xml").getroot()
-    assert [item.get("node") for item in root.iter("profile")] == list(NODES)
+    assert [item.get("node") for item in root.iter("profile")] == [*NODES, "watch", *TOOLS, *OPERATOR]
+    enclaves = [*NODES, "watch", "tools", "operator"]
+    assert [item.get("path") for item in root.iter("enclave")] == [f"/flexarm/{name}" for name in enclaves]
     assert allowed(root, "topics[@publish='ALLOW']/topic", "/flexarm/applied_effort") == ["guard"]
     assert allowed(root, "services[@request='ALLOW']/service", "/flexarm/rig/attach") == ["guard"]
-    assert allowed(root, "topics[@publish='ALLOW']/topic", "/flexarm/joint_commands") == ["controller"]
+    assert allowed(root, "topics[@publish='ALLOW']/topic", "/flexarm/joint_commands") == COMMANDING
     assert allowed(root, "topics[@publish='ALLOW']/topic", "/flexarm/strain") == ["rig"]
     assert allowed(root, "services[@reply='ALLOW']/service", "/flexarm/guard/arm") == ["guard"]
+    arming = ["commander", "excite", *OPERATOR]
+    assert allowed(root, "services[@request='ALLOW']/service", "/flexarm/guard/arm") == arming
+    stopping = ["excite", "watch", *OPERATOR]
+    assert allowed(root, "topics[@publish='ALLOW']/topic", "/flexarm/stop") == stopping
+    requests = "services[@request='ALLOW']/service"
+    for service in ("/flexarm/controller/move_tip", "/flexarm/estimator/reset", "/flexarm/guard/stop"):
+        assert set(allowed(root, requests, service)) >= set(OPERATOR)
+    for name in TOOLS:  # they hear everything and say nothing but what every node says
+        heard = topics(root, name, "subscribe")
+        assert heard >= topics(root, "rig", "publish") and "/flexarm/model" in heard
+        assert topics(root, name, "publish") == {"/parameter_events", "/rosout"}
     assert {path.name for path in tmp_path.iterdir()} == {
-        "flexarm.policy.xml", *(f"{name}.policy.xml" for name in NODES)
+        "flexarm.policy.xml", *(f"{name}.policy.xml" for name in enclaves)
     }  # fmt: skip
 
 
@@ -48,3 +82,9 @@ def allowed(root: ElementTree.Element, right: str, name: str) -> list[str | None
         for profile in root.iter("profile")
         if name in (item.text for item in profile.findall(right))
     ]
+
+
+def topics(root: ElementTree.Element, name: str, right: str) -> set[str | None]:
+    """Return what a node may publish or subscribe to."""
+    (profile,) = (item for item in root.iter("profile") if item.get("node") == name)
+    return {item.text for item in profile.findall(f"topics[@{right}='ALLOW']/topic")}

@@ -13,16 +13,16 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any
 
-import rclpy
 from rclpy.node import Node
-from rclpy.signals import SignalHandlerOptions
 
 from flexarm_bringup.arguments import number
 from flexarm_bringup.message_class import message_class
+from flexarm_bringup.processes.secured import OPERATOR
 from flexarm_bringup.processes.spinning import spin_once
 from flexarm_bringup.processes.surroundings import check_domain
 from flexarm_bringup.topics import NAMESPACE
 from flexarm_model.ros.node import events_executor
+from flexarm_model.ros.tool_node import in_domain
 from flexarm_model.settings.strict_yaml import ConfigError
 
 DONE, NOT_DONE, UNUSABLE = 0, 1, 2  # exit codes of who calls
@@ -100,18 +100,18 @@ def calling(command: str) -> Iterator[Caller]:
 
     Raises:
         CallError: The environment names no domain.
+        SecurityError: Security is asked for and cannot be had.
     """
     try:
         check_domain()
     except ConfigError as error:
         raise CallError(str(error)) from None
-    rclpy.init(signal_handler_options=SignalHandlerOptions.NO)  # Ctrl-C raises here
-    caller = Caller(command)
-    try:
-        yield caller
-    finally:
-        caller.end()
-        rclpy.try_shutdown()
+    with in_domain(OPERATOR):
+        caller = Caller(command)
+        try:
+            yield caller
+        finally:
+            caller.end()
 
 
 def add_wait(parser: argparse.ArgumentParser) -> None:

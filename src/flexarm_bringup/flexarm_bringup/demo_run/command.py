@@ -27,6 +27,7 @@ from flexarm_bringup.page.figures import standalone
 from flexarm_bringup.page.report import publish
 from flexarm_bringup.processes.session import Session, SessionError, run_session
 from flexarm_bringup.progress import Progress
+from flexarm_model.process.security import check_unsecured
 
 PRESETS = ("geared", "light_hub")
 REAL_TIME_TRIES = 2  # a computer that stands still for 50 ms once makes the guard stop the arm
@@ -69,6 +70,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Run the demo; returns the exit code."""
+    if not args.no_dds:
+        check_unsecured()
     stem = "demo" if args.name is None else Path(args.name).stem
     args.json = args.json or args.folder / f"{stem}.json"
     args.html = args.html or args.folder / f"{stem}.html"

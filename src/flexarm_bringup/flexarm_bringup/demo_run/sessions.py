@@ -15,6 +15,7 @@ from flexarm_bringup.demo_run.study import Job, Outcome, damping_ratio, outcome_
 from flexarm_bringup.processes.session import Session, SessionError
 from flexarm_bringup.record import RunRecord
 from flexarm_bringup.residual import GapError
+from flexarm_model.process.security import check_unsecured
 from flexarm_model.reading.config import load_config
 from flexarm_model.reading.manipulator_file import find_manipulator
 
@@ -57,7 +58,11 @@ def free_domains() -> Iterator[int]:
     """Yield ROS domains that no other test or demo on this machine has taken.
 
     They stay taken as long as this process lives: who took one may run nodes in it when the iterator is gone.
+
+    Raises:
+        SecurityError: Security is asked for: for such a domain there are no keys.
     """
+    check_unsecured()
     while True:
         _taken.append(domain_id())
         yield int(_taken[-1].__enter__())

@@ -18,10 +18,11 @@ from pathlib import Path
 
 from flexarm_bringup.arguments import STDOUT, folder, output_file
 from flexarm_bringup.doctor.finding import Finding
-from flexarm_bringup.doctor.installation import look_at_installation
+from flexarm_bringup.doctor.installation import look_at_installation, look_at_security
 from flexarm_bringup.doctor.machine import look_at_machine
 from flexarm_bringup.doctor.shared_memory import look_at_shared_memory
 from flexarm_bringup.processes.surroundings import has_domain
+from flexarm_model.process.security import SecurityError
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -54,10 +55,13 @@ def _look(args: argparse.Namespace) -> Iterator[Finding]:
     yield from look_at_machine(args.folder)
     yield from look_at_shared_memory()
     yield from look_at_installation()
-    if not args.offline and has_domain():  # what is none was told with the installation
+    if not args.offline and has_domain() and not look_at_security().cure:  # else told with the installation
         from flexarm_bringup.doctor.graph_node import look_at_graph
 
-        yield from look_at_graph()
+        try:
+            yield from look_at_graph()
+        except SecurityError as error:
+            yield Finding("FAULT", "security", f"the graph is not listened to: {error}")
 
 
 def _told(findings: Iterable[Finding], is_quiet: bool) -> Iterator[Finding]:

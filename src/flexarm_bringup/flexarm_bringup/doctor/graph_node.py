@@ -7,11 +7,9 @@ from collections import Counter
 from collections.abc import Iterator
 from typing import Any
 
-import rclpy
 from flexarm_interfaces.msg import ControllerStatus, GuardStatus, ModalState, ReducedModel
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, ReliabilityPolicy
-from rclpy.signals import SignalHandlerOptions
 from rclpy.time import Time
 
 from flexarm_bringup.doctor.finding import Finding
@@ -19,6 +17,7 @@ from flexarm_bringup.processes.graph import rig_graph
 from flexarm_bringup.processes.spinning import spin_once
 from flexarm_bringup.topics import NAMESPACE
 from flexarm_model.ros.node import LATEST_QOS, MODELS_QOS, events_executor
+from flexarm_model.ros.tool_node import in_domain
 
 LISTEN = 3.0  # s
 EXCHANGE = 5.0  # s, longest that nodes need to take over a new model
@@ -26,18 +25,21 @@ OWN = "doctor"
 
 
 def look_at_graph() -> Iterator[Finding]:
-    """Listen for a while and yield what runs; nothing runs is no fault."""
-    rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
-    node = Node(OWN, namespace="flexarm", start_parameter_services=False)
-    try:
-        heard = _listen(node)
-        yield from _nodes(node)
-        yield from _qualities(node)
-        yield from look_at_models(heard)
-        yield from _guard(heard)
-    finally:
-        node.destroy_node()
-        rclpy.try_shutdown()
+    """Listen for a while and yield what runs; nothing runs is no fault.
+
+    Raises:
+        SecurityError: Security is asked for and cannot be had.
+    """
+    with in_domain():
+        node = Node(OWN, namespace="flexarm", start_parameter_services=False)
+        try:
+            heard = _listen(node)
+            yield from _nodes(node)
+            yield from _qualities(node)
+            yield from look_at_models(heard)
+            yield from _guard(heard)
+        finally:
+            node.destroy_node()
 
 
 def _listen(node: Node) -> dict[str, Any]:

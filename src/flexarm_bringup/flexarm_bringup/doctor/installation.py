@@ -9,6 +9,14 @@ from flexarm_bringup.doctor.finding import Finding
 from flexarm_bringup.installed import find_executable
 from flexarm_bringup.processes.graph import rig_graph
 from flexarm_model.process.ros_arguments import domain
+from flexarm_model.process.security import (
+    KEYSTORE,
+    TOOLS,
+    SecurityError,
+    check_security,
+    is_security_asked_for,
+    with_enclave,
+)
 
 DOMAINS = range(0, 102)  # those whose ports leave the ephemeral ones of Linux alone
 
@@ -19,7 +27,7 @@ def look_at_installation(environment: Mapping[str, str] = os.environ) -> Iterato
         yield _executable(process.package, process.executable, environment)
     yield _domain(environment)
     yield _range(environment)
-    yield _security(environment)
+    yield look_at_security(environment)
 
 
 def _executable(package: str, executable: str, environment: Mapping[str, str]) -> Finding:
@@ -52,14 +60,13 @@ def _range(environment: Mapping[str, str]) -> Finding:
     )  # fmt: skip
 
 
-def _security(environment: Mapping[str, str]) -> Finding:
-    if environment.get("ROS_SECURITY_ENABLE", "").lower() != "true":
+def look_at_security(environment: Mapping[str, str] = os.environ) -> Finding:
+    """Return whether a tool such as this one gets the security that is asked for."""
+    if not is_security_asked_for(environment):
         return Finding("ok", "security", "not asked for")
-    folder = environment.get("ROS_SECURITY_KEYSTORE", "")
-    if folder and os.path.isdir(folder) and environment.get("ROS_SECURITY_STRATEGY") == "Enforce":
-        return Finding("ok", "security", f"keys in {folder}, enforced")
-    return Finding(
-        "FAULT", "security", f"asked for with keys in '{folder}' and strategy "
-        f"'{environment.get('ROS_SECURITY_STRATEGY', '')}'",
-        "set ROS_SECURITY_KEYSTORE to a folder and ROS_SECURITY_STRATEGY=Enforce",
-    )  # fmt: skip
+    try:
+        check_security(with_enclave((), TOOLS, environment), environment)
+    except SecurityError as error:
+        means, _, cure = str(error).partition("; ")
+        return Finding("FAULT", "security", means, cure)
+    return Finding("ok", "security", f"keys in {environment[KEYSTORE]}, enforced")

@@ -22,6 +22,8 @@ from flexarm_bringup.fault_drill.row import Row
 from flexarm_bringup.fault_drill.stand import Skipped
 from flexarm_bringup.fault_drill.system_stand import PATIENCE, SystemStand
 from flexarm_bringup.processes.supervisor import Supervisor
+from flexarm_model.process.executable import EXIT_CONFIGURATION
+from flexarm_model.process.security import ENABLE, ENFORCE, KEYSTORE, STRATEGY
 
 if TYPE_CHECKING:
     from flexarm_bringup.fault_drill.forger_node import Outcome
@@ -36,7 +38,7 @@ EARLY = 40  # of these, before the first command of the next one
 HEEDED = 0.25  # share of those with nothing wrong that is let through: they do come in time
 HEARD = 0.98  # share of those to be refused that is: a few may be lost on the way to the guard
 START = 20.0  # s; a node takes a second or two to start
-SECURED = {"ROS_SECURITY_ENABLE": "true", "ROS_SECURITY_STRATEGY": "Enforce"}
+SECURED = {ENABLE: "true", STRATEGY: ENFORCE}
 
 
 def forgeries(stand: SystemStand) -> list[Finding]:
@@ -151,15 +153,28 @@ def _frozen(pid: int) -> Iterator[None]:
 
 
 def _without_libraries(stand: SystemStand) -> list[Finding]:
-    environment = {**os.environ, **SECURED, "ROS_SECURITY_KEYSTORE": str(stand.folder())}
-    with Supervisor(stand.graph(), stand.folder(), environment) as supervisor:
-        ended = supervisor.wait(START)
-        codes = supervisor.exit_codes()
-    good = [name for name, code in codes.items() if code == 0]
-    running_on = 0 if ended else len(stand.graph()) - len(codes)
+    """Ask for security without a strategy, without keys, and with folders for keys but no libraries."""
+    empty, full = stand.folder(), stand.folder()
+    for row in stand.graph():
+        (full / "enclaves" / "flexarm" / row.name).mkdir(parents=True)
+    cases = {
+        f"{ENABLE} alone": {ENABLE: "true"},
+        "no keys": {**SECURED, KEYSTORE: str(empty)},
+        "no libraries": {**SECURED, KEYSTORE: str(full)},
+    }
     return [
-        Finding("nodes that run without the security they were asked for", len(good) + running_on, 0),
+        Finding(f"security asked for, {name}: nodes that run", _insecure(stand, case), 0)
+        for name, case in cases.items()
     ]
+
+
+def _insecure(stand: SystemStand, asked: dict[str, str]) -> int:
+    """Return how many nodes do not refuse as they should, with code 2."""
+    before = {key: value for key, value in os.environ.items() if not key.startswith("ROS_SECURITY")}
+    with Supervisor(stand.graph(), stand.folder(), {**before, **asked}) as supervisor:
+        supervisor.wait(START)
+        codes = supervisor.exit_codes()
+    return sum(codes.get(row.name) != EXIT_CONFIGURATION for row in stand.graph())
 
 
 def _hold(stand: SystemStand, ear: Ear) -> None:

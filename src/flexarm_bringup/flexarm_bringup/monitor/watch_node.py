@@ -7,13 +7,11 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
-import rclpy
-from rclpy.signals import SignalHandlerOptions
-
 from flexarm_bringup.monitor.drawing import draw, paint
 from flexarm_bringup.monitor.monitor_node import MonitorNode
 from flexarm_bringup.monitor.picture import Picture
 from flexarm_bringup.monitor.screen import Screen
+from flexarm_model.ros.tool_node import in_domain
 
 SETTLE = 1.5  # s; after the first word, until all have spoken, and then until rates are known
 
@@ -65,10 +63,9 @@ def _is_empty(picture: Picture) -> bool:
 
 @contextmanager
 def _listener(manipulator: str) -> Iterator[MonitorNode]:
-    rclpy.init(signal_handler_options=SignalHandlerOptions.NO)  # Ctrl-C raises here
-    node = MonitorNode(manipulator)
-    try:
-        yield node
-    finally:
-        node.close()
-        rclpy.try_shutdown()
+    with in_domain():
+        node = MonitorNode(manipulator)
+        try:
+            yield node
+        finally:
+            node.close()

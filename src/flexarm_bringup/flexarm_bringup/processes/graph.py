@@ -7,13 +7,11 @@ which name with which parameters. Everything else a node needs it learns from th
 from __future__ import annotations
 
 import json
-import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
 from flexarm_bringup.processes.timing import PRIORITIES, timing
-from flexarm_bringup.topics import NAMESPACE
 
 
 @dataclass(frozen=True)
@@ -104,20 +102,9 @@ def _shared(graph: Sequence[Process]) -> dict[str, Any]:
     return {key: graph[-1].parameters[key] for key in ("manipulator", "preset", "lockstep")}
 
 
-def enclave_of(node: str) -> str:
-    """Return the enclave of DDS-Security in which a node runs; the folder of its keys in the keystore."""
-    return f"{NAMESPACE}/{node}"
-
-
-def enclave_arguments(node: str, environment: Mapping[str, str] = os.environ) -> list[str]:
-    """Return the ROS arguments that put a node into its enclave; none where security is not asked for."""
-    is_wanted = environment.get("ROS_SECURITY_ENABLE", "").lower() == "true"
-    return ["--enclave", enclave_of(node)] if is_wanted else []
-
-
-def ros_arguments(process: Process, environment: Mapping[str, str] = os.environ) -> list[str]:
+def ros_arguments(process: Process) -> list[str]:
     """Return what comes after the executable on its command line."""
-    arguments = ["--ros-args", "-r", f"__node:={process.name}", *enclave_arguments(process.name, environment)]
+    arguments = ["--ros-args", "-r", f"__node:={process.name}"]
     for old, new in process.remaps.items():
         arguments += ["-r", f"{old}:={new}"]
     for key, value in process.parameters.items():

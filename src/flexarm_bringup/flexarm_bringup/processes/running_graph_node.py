@@ -21,6 +21,7 @@ from flexarm_bringup.processes.spinning import spin_once
 from flexarm_bringup.processes.supervisor import Supervisor
 from flexarm_bringup.processes.surroundings import defaults
 from flexarm_bringup.topics import NAMESPACE, find_stream
+from flexarm_model.process.security import check_unsecured
 from flexarm_model.ros.node import LATCHED_QOS, events_executor
 
 DEEP_QOS = QoSProfile(depth=5000)  # who listens late must not miss what was said
@@ -129,7 +130,11 @@ def running(
         folder: Gets the logs.
         extra: More of the environment, of the processes and of the ear.
         command: See ``Supervisor``.
+
+    Raises:
+        SecurityError: Security is asked for: for such a domain there are no keys.
     """
+    check_unsecured({**os.environ, **(extra or {})})
     with domain_id() as domain:
         own = {**defaults(), "ROS_DOMAIN_ID": str(domain), "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}
         own |= extra or {}

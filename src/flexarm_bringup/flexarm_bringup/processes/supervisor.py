@@ -187,7 +187,7 @@ class Supervisor:
 
     def _installed(self, process: Process) -> list[str]:
         path = find_executable(process.package, process.executable, self.environment)
-        return [str(path), *ros_arguments(process, self.environment)]
+        return [str(path), *ros_arguments(process)]
 
     def _may_return(self, process: Process, code: int) -> bool:
         if not process.respawn or code in ON_PURPOSE:

@@ -41,6 +41,7 @@ from flexarm_bringup.tasks.task_for import task_for
 from flexarm_controller.due_commands import FARTHEST
 from flexarm_controller.reference import Reference
 from flexarm_controller.settings import ControllerConfig
+from flexarm_model.process.security import check_unsecured
 from flexarm_model.reading.config import load_config
 from flexarm_model.reading.manipulator_file import find_manipulator
 from flexarm_model.settings.strict_yaml import ConfigError, read_yaml
@@ -75,6 +76,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Run and print the figures; returns the exit code."""
+    check_unsecured()
     progress = Progress()
     try:
         with tempfile.TemporaryDirectory(prefix="flexarm_realtime_") as folder:

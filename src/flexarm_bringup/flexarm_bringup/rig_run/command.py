@@ -26,10 +26,12 @@ from flexarm_bringup.arguments import new_folder, number, output_folder
 from flexarm_bringup.processes.asked_to_end import noting_signals
 from flexarm_bringup.processes.doubles import refuse_doubles
 from flexarm_bringup.processes.graph import Process, with_drift, with_markers
+from flexarm_bringup.processes.secured import check_graph_security
 from flexarm_bringup.processes.supervisor import Supervisor
 from flexarm_bringup.processes.surroundings import check_domain, defaults
 from flexarm_bringup.tasks.node_settings import arm_graph
 from flexarm_bringup.tasks.task_for import task_for
+from flexarm_model.process.security import is_security_asked_for
 from flexarm_model.process.single_instance import NameTakenError
 from flexarm_model.settings.strict_yaml import ConfigError
 
@@ -81,6 +83,7 @@ def run(args: argparse.Namespace) -> int:
             for key, value in defaults().items():
                 os.environ.setdefault(key, value)  # who watches is one of them
             check_domain()
+            _check_security(graph)
             refuse_doubles(graph)
             if asked_to_end():
                 say("ended before any was started")
@@ -111,6 +114,20 @@ def _graph(args: argparse.Namespace) -> tuple[Process, ...]:
     graph = with_markers(graph) if args.markers else graph
     graph = with_drift(graph, task_for(args.manipulator).settings.get("drift")) if args.drift else graph
     return tuple(replace(row, respawn=row.respawn and not args.no_respawn) for row in graph)
+
+
+def _check_security(graph: tuple[Process, ...]) -> None:
+    """Check, where security is asked for, that there are keys, and libraries: one node is tried.
+
+    Raises:
+        SecurityError: There are none.
+    """
+    check_graph_security(graph)
+    if is_security_asked_for():
+        from flexarm_bringup.rig_run.watch_node import watching
+
+        with watching((), lambda told: None):
+            pass
 
 
 def _log_folder() -> Path:

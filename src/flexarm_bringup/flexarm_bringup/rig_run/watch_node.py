@@ -12,16 +12,17 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 
-import rclpy
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from flexarm_interfaces.msg import GuardStatus
 from rclpy.node import Node
-from rclpy.signals import SignalHandlerOptions
 from std_msgs.msg import Bool, Empty
 
 from flexarm_bringup.processes.graph import Process
+from flexarm_bringup.processes.secured import WATCH
 from flexarm_bringup.processes.spinning import spin_once
+from flexarm_bringup.topics import NAMESPACE
 from flexarm_model.ros.node import LATCHED_QOS, LATEST_QOS, RELIABLE_QOS, events_executor
+from flexarm_model.ros.tool_node import in_domain
 
 ARM, STOP = "flexarm arm", "flexarm stop"
 RECORDER = "flexarm/recorder"  # name of its status
@@ -30,14 +31,17 @@ _MODES = {GuardStatus.STOPPED: "stopped", GuardStatus.ARMED: "armed", GuardStatu
 
 @contextmanager
 def watching(names: Sequence[str], say: Callable[[str], None]) -> Iterator[WatchNode]:
-    """Watch nodes from inside a program; signals are left to it."""
-    rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
-    node = WatchNode(names, say)
-    try:
-        yield node
-    finally:
-        node.end()
-        rclpy.try_shutdown()
+    """Watch nodes from inside a program; signals are left to it.
+
+    Raises:
+        SecurityError: Security is asked for and cannot be had.
+    """
+    with in_domain(f"{NAMESPACE}/{WATCH}"):
+        node = WatchNode(names, say)
+        try:
+            yield node
+        finally:
+            node.end()
 
 
 class WatchNode(Node):  # type: ignore[misc]
@@ -54,7 +58,7 @@ class WatchNode(Node):  # type: ignore[misc]
             names: Nodes of the graph.
             say: Told every change in one line.
         """
-        super().__init__("watch", namespace="flexarm", start_parameter_services=False)
+        super().__init__(WATCH, namespace="flexarm", start_parameter_services=False)
         self.ready = dict.fromkeys(names, False)
         self._say, self._guard, self._recorder = say, "", ""
         self._stop = self.create_publisher(Empty, "stop", RELIABLE_QOS)

@@ -1,23 +1,35 @@
-"""What every node of a running graph uses, asked of the graph itself."""
+"""What every node of a running graph uses, asked of the graph itself; and what tools may."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from contextlib import ExitStack
 
+from rclpy.node import Node
+
+from flexarm_bringup.processes.secured import OPERATOR, WATCH
 from flexarm_bringup.rig_run.watch_node import WatchNode, watching
+from flexarm_bringup.security.idle_node import made
 from flexarm_bringup.security.policy import NodeAccess
 from flexarm_bringup.topics import NAMESPACE
+from flexarm_model.process.security import TOOLS
 
 SETTLED = 1.0  # s without anything new
+LISTENING, COMMANDING = ("echo", "monitor", "doctor"), ("call", "arm", "stop", "goto")  # nodes of tools
+HALT = f"{NAMESPACE}/stop"
 
 
 def access_of(
-    names: Sequence[str], is_late: Callable[[], bool], say: Callable[[str], None]
+    names: Sequence[str],
+    idle: Callable[[], Sequence[str]],
+    is_late: Callable[[], bool],
+    say: Callable[[str], None],
 ) -> tuple[NodeAccess, ...]:
-    """Wait until the nodes are ready and nothing new appears; return what they use, without the asker.
+    """Wait until the nodes are ready and nothing new appears; return what they, the watch and tools use.
 
     Args:
-        names: Nodes in the namespace of flexarm.
+        names: Nodes in the namespace of flexarm that become ready.
+        idle: Returns nodes that are made and do nothing (``idle_node``), those that have not ended.
         is_late: Whether to give up.
         say: Told who has become ready.
 
@@ -25,17 +37,42 @@ def access_of(
         TimeoutError: They did not become ready.
     """
     with watching(names, say) as node:
-        while not all(node.ready.values()):
+        while missing := _missing(node, idle()):
             node.spin(0.05)
             if is_late():
-                missing = ", ".join(name for name, is_ready in node.ready.items() if not is_ready)
-                raise TimeoutError(f"not ready: {missing}")
+                raise TimeoutError(f"not ready: {', '.join(missing)}")
         before: tuple[NodeAccess, ...] = ()
-        while (now := tuple(_asked(node, name) for name in names)) != before:
+        while (now := tuple(_asked(node, name) for name in (*names, *idle(), WATCH))) != before:
             before = now
             for _ in range(20):
                 node.spin(SETTLED / 20)
-    return before
+        return (*before, *_tools(node, before, idle()))
+
+
+def _missing(node: WatchNode, idle: Sequence[str]) -> list[str]:
+    there = node.get_node_names()
+    waiting = [name for name, is_ready in node.ready.items() if not is_ready]
+    return [*waiting, *(name for name in idle if made(name) not in there)]
+
+
+def _tools(watch: WatchNode, nodes: Sequence[NodeAccess], idle: Sequence[str]) -> list[NodeAccess]:
+    """Return what tools may: listen to everything; or stop the arm, and call what nodes do not call."""
+    topics = tuple(sorted({topic for node in nodes for topic in (*node.publish, *node.subscribe)}))
+    offered = {service for node in nodes for service in node.reply}
+    between = {service for node in nodes if node.name not in idle for service in node.request}
+    services = tuple(sorted(offered - between))  # who attaches to the rig learns the secret of the drives
+    told = tuple(topic for topic in topics if topic.endswith("_status"))
+    found = []
+    with ExitStack() as stack:
+        for name in (*LISTENING, *COMMANDING):
+            made_here = Node(name, namespace="flexarm", start_parameter_services=False)
+            stack.callback(made_here.destroy_node)
+            own = _asked(watch, name)
+            if name in LISTENING:
+                found.append(NodeAccess(name, own.publish, topics, own.reply, (), TOOLS))
+            else:
+                found.append(NodeAccess(name, (*own.publish, HALT), told, own.reply, services, OPERATOR))
+    return found
 
 
 def _asked(node: WatchNode, name: str) -> NodeAccess:

@@ -1,5 +1,7 @@
 """Policies in the format of sros2 (version 0.2.0): one enclave per node, with what it uses and no more.
 
+The tools of the command line share enclaves: one for those that listen, one for those that command.
+
 ``ros2 security create_permission`` turns them into signed permissions of DDS-Security.
 Source: design.ros2.org, "ROS 2 Access Control Policies".
 """
@@ -10,7 +12,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from xml.etree import ElementTree
 
-from flexarm_bringup.processes.graph import enclave_of
 from flexarm_bringup.topics import NAMESPACE
 
 VERSION = "0.2.0"
@@ -26,6 +27,7 @@ class NodeAccess:
         subscribe: Topics.
         reply: Services that it offers.
         request: Services that it calls.
+        shared: Enclave that it shares with others; empty: its own.
     """
 
     name: str
@@ -33,20 +35,24 @@ class NodeAccess:
     subscribe: tuple[str, ...]
     reply: tuple[str, ...]
     request: tuple[str, ...]
+    shared: str = ""
 
     @property
     def enclave(self) -> str:
         """Path of its enclave."""
-        return enclave_of(self.name)
+        return self.shared or f"{NAMESPACE}/{self.name}"
 
 
 def policy(nodes: Sequence[NodeAccess]) -> str:
     """Return the policy of some nodes as XML."""
     root = ElementTree.Element("policy", version=VERSION)
     enclaves = ElementTree.SubElement(root, "enclaves")
+    profiles_of: dict[str, ElementTree.Element] = {}
     for node in nodes:
-        enclave = ElementTree.SubElement(enclaves, "enclave", path=node.enclave)
-        profiles = ElementTree.SubElement(enclave, "profiles")
+        if node.enclave not in profiles_of:
+            enclave = ElementTree.SubElement(enclaves, "enclave", path=node.enclave)
+            profiles_of[node.enclave] = ElementTree.SubElement(enclave, "profiles")
+        profiles = profiles_of[node.enclave]
         profile = ElementTree.SubElement(profiles, "profile", ns=NAMESPACE, node=node.name)
         _allow(profile, "service", "reply", node.reply)
         _allow(profile, "service", "request", node.request)

@@ -12,7 +12,7 @@ _KINDS = {"__node": "node", "__name": "node", "__ns": "space"}
 def values_of(arguments: Sequence[str], options: Sequence[str]) -> Iterator[str]:
     """Yield what follows one of the options in the ROS part of a command line."""
     inside = False
-    for option, value in zip(arguments, (*arguments[1:], ""), strict=True):
+    for option, value in zip(arguments, (*arguments, "")[1:], strict=True):
         inside = option == "--ros-args" or (inside and option != "--")
         if inside and option in options:
             yield value

@@ -12,6 +12,7 @@ import gc
 import signal
 import sys
 import time
+import warnings
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from typing import Any
@@ -31,6 +32,12 @@ from flexarm_model.process.heap import give_back_large_buffers
 from flexarm_model.process.loading import Loading
 from flexarm_model.process.process_title import set_process_title
 from flexarm_model.process.punctual import raise_priority, stay_on
+from flexarm_model.process.security import (
+    SecurityError,
+    check_security,
+    is_security_asked_for,
+    told_of_security,
+)
 from flexarm_model.process.single_instance import NameTakenError, claim_name
 from flexarm_model.ros.alarm import Alarm
 from flexarm_model.ros.parameter_file import parameter_sources
@@ -56,6 +63,7 @@ LAST_WORDS = 0.2  # s in which who asked a node to end hears the answer: words o
 _CONFIGURATION_ERRORS = (
     ParameterError,
     ConfigError,
+    SecurityError,
     rclpy_implementation.RCLError,  # parameter file or security settings that rcl refuses
     rclpy_implementation.UnknownROSArgsError,
 )
@@ -80,6 +88,8 @@ def run_node(factory: Callable[[], Node]) -> int:
     for number in STOPPING:
         signal.signal(number, signal.SIG_DFL)  # before anything moves a signal ends the process at once
     try:
+        check_security(sys.argv)  # also where it was not started by ``run_executable``
+        expect_refusals()
         parameter_sources(sys.argv)  # files are told wrong by us, before rcl does or does not
         rclpy.init(args=sys.argv, signal_handler_options=SignalHandlerOptions.NO)
         node = factory()
@@ -87,8 +97,7 @@ def run_node(factory: Callable[[], Node]) -> int:
             node.get_fully_qualified_name(), str(node.context.get_domain_id())
         )
     except (*_CONFIGURATION_ERRORS, NameTakenError) as error:
-        reason = " ".join(str(error).split())
-        print(f"{factory.__name__}: {reason}", file=sys.stderr)
+        print(f"{factory.__name__}: {told_of_security(str(error))}", file=sys.stderr)
         rclpy.try_shutdown()
         return EXIT_NAME_TAKEN if isinstance(error, NameTakenError) else EXIT_CONFIGURATION
     set_process_title(f"flexarm:{node.get_name()}")
@@ -98,6 +107,12 @@ def run_node(factory: Callable[[], Node]) -> int:
     with held:
         _spin(node, stopping)
     return int(getattr(node, "exit_code", 0))
+
+
+def expect_refusals() -> None:
+    """Let one line tell that security cannot be had: rclpy also warns that what it refused cannot end."""
+    if is_security_asked_for():
+        warnings.filterwarnings("ignore", "Failed to fini", RuntimeWarning)
 
 
 class ReadyFlag:

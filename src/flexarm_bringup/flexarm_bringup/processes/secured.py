@@ -1,0 +1,23 @@
+"""Refuses a graph that would not get the security it is asked for, before any process of it is started."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping, Sequence
+
+from flexarm_bringup.processes.graph import Process
+from flexarm_bringup.topics import NAMESPACE
+from flexarm_model.process.security import check_security, with_enclave
+
+OPERATOR = f"{NAMESPACE}/operator"  # enclave of tools that command
+WATCH = "watch"  # node of who started the graph, which stops the motion
+
+
+def check_graph_security(graph: Sequence[Process], environment: Mapping[str, str] = os.environ) -> None:
+    """Check that there are keys for every node of a graph and for who watches it, where they are asked for.
+
+    Raises:
+        SecurityError: There are none; the message says for whom, and what to do.
+    """
+    for name in (WATCH, *(process.name for process in graph)):
+        check_security(with_enclave((), f"{NAMESPACE}/{name}", environment), environment)
