@@ -17,6 +17,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from flexarm_bringup.assumptions import resting_on
 from flexarm_bringup.consistency.ablation import NONE, Ablation, Without, judge_tracks, run_ablation
 from flexarm_bringup.consistency.recording import open_recording
 from flexarm_bringup.page.figures import Figure, drawing, to_figure
@@ -55,7 +56,7 @@ def run(args: argparse.Namespace) -> int:
     results = judge_tracks(tracks, truth)
     figures = [draw(results, truth)] if args.html else []
     progress.done()
-    return publish(build_page(args.bag, results, truth, figures), args)
+    return publish(resting_on(build_page(args.bag, results, truth, figures), recording.config), args)
 
 
 def build_page(

@@ -14,6 +14,7 @@ import argparse
 import sys
 from collections.abc import Mapping, Sequence
 
+from flexarm_bringup.assumptions import arm_of, resting_on
 from flexarm_bringup.fault_drill.drill import FAMILIES, MACHINES, RowResult, run_drill
 from flexarm_bringup.page.report import Cell, Check, Column, Page, Table, add_report_arguments, publish
 from flexarm_bringup.progress import Progress
@@ -64,8 +65,7 @@ def run(args: argparse.Namespace) -> int:
         rows = chosen_rows(args.rows, families)
         if rows.get("system"):
             check_unsecured()
-        for machine in machines:
-            task_for(machine)
+        arms = [arm_of(task_for(machine)) for machine in machines]
         progress.say("recording the moves")
         results = run_drill(
             machines, rows, lambda done, of: progress.say(f"injecting faults: {done} of {of} groups of rows")
@@ -75,7 +75,7 @@ def run(args: argparse.Namespace) -> int:
         print(f"flexarm faults: {error}", file=sys.stderr)
         return REFUSED
     progress.done()
-    return publish(build_page(tuple(rows), machines, results), args)
+    return publish(resting_on(build_page(tuple(rows), machines, results), *arms), args)
 
 
 def chosen_rows(text: str | None, families: Sequence[str] = tuple(FAMILIES)) -> dict[str, tuple[int, ...]]:

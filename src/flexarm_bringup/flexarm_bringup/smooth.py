@@ -20,6 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexarm_bringup.arguments import number, output_file
+from flexarm_bringup.assumptions import resting_on
 from flexarm_bringup.consistency.ablation import NONE, Track, track_of
 from flexarm_bringup.consistency.recording import open_recording, run_estimator
 from flexarm_bringup.consistency.smoothing import Late, run_smoother, tip_error
@@ -75,7 +76,7 @@ def run(args: argparse.Namespace) -> int:
     truth = recording.true_tip()
     figures = [draw(now, late, truth)] if args.html else []
     progress.done()
-    return publish(build_page(args, now, late, truth, figures), args)
+    return publish(resting_on(build_page(args, now, late, truth, figures), recording.config), args)
 
 
 def since(late: Late, stamp_ns: int) -> Late:

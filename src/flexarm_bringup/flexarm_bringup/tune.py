@@ -19,6 +19,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from flexarm_bringup.assumptions import resting_on
 from flexarm_bringup.consistency.bag_epochs import read_epochs
 from flexarm_bringup.consistency.knobs import Noise, Parameter
 from flexarm_bringup.consistency.recording import Recording, open_recording, run_estimator
@@ -77,7 +78,7 @@ def run(args: argparse.Namespace) -> int:
         print(f"flexarm tune: {error}", file=sys.stderr)
         return UNUSABLE
     progress.done()
-    return publish(build_page(args.bag, noise, tuned, choices), args)
+    return publish(resting_on(build_page(args.bag, noise, tuned, choices), recording.config), args)
 
 
 def judge(recording: Recording, tuner: Tuner, noise: Noise, middle: float) -> Judgement:

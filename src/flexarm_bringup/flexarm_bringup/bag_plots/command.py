@@ -19,6 +19,7 @@ from pathlib import Path
 from typing import TypeVar
 
 from flexarm_bringup.arguments import output_folder
+from flexarm_bringup.assumptions import resting_on
 from flexarm_bringup.bag_plots.fields_panel import fields_panel
 from flexarm_bringup.bag_plots.panel import Panel
 from flexarm_bringup.bag_plots.panels import PANELS
@@ -71,7 +72,8 @@ def run(args: argparse.Namespace) -> int:
         reasons = "; ".join(f"{name}: {reason}" for name, reason in failed.items())
         print(f"flexarm plot: {series.path}: nothing of it can be drawn: {reasons}", file=sys.stderr)
         return UNUSABLE
-    return publish(build_page(series, panels, figures, failed), args)
+    arms = [series.config] if series.config else []  # a bag of another robot has none
+    return publish(resting_on(build_page(series, panels, figures, failed), *arms), args)
 
 
 def choose(series: BagSeries, topics: Sequence[str]) -> list[Panel]:

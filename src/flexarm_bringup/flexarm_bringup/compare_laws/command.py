@@ -20,6 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexarm_bringup.arguments import whole
+from flexarm_bringup.assumptions import arm_of, resting_on
 from flexarm_bringup.compare_laws.at_rest import floors_at_rest
 from flexarm_bringup.compare_laws.curves import draw
 from flexarm_bringup.compare_laws.legs import compared_legs
@@ -91,7 +92,7 @@ def run(args: argparse.Namespace) -> int:
     figures = draw(case, results[:rows]) if args.html else ()
     page = build_page(case, config, results[:rows], swept, figures, at_rest)
     progress.done()
-    return publish(page, args)
+    return publish(resting_on(page, arm_of(task)), args)
 
 
 def _plan(task: Task, is_quick: bool) -> tuple[Array, dict[str, Case]]:

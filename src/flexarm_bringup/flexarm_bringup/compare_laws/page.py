@@ -6,7 +6,6 @@ import math
 from collections.abc import Mapping, Sequence
 from types import MappingProxyType
 
-from flexarm_bringup.assumptions import rests_on
 from flexarm_bringup.compare_laws.against_shapers import rivalries
 from flexarm_bringup.compare_laws.at_rest import AtRest
 from flexarm_bringup.compare_laws.checks import all_checks, base_of
@@ -62,10 +61,7 @@ def build_page(
         lead=_lead(case),
         items=[*tables, *swept_tables, _bounds(case), *figures],
         checks=[*all_checks(task, results), *sweep_checks],
-        remarks={
-            **rests_on(config, task.assumed),
-            "read it so": _CAVEATS,
-        },
+        remarks={"read it so": _CAVEATS},
         data={"rows": [_plain(r, base) for r in results], "base_m_s2": base, "shaped_reference": case.chosen},
     )
 

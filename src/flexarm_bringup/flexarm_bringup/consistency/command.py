@@ -17,6 +17,7 @@ import sys
 from collections.abc import Sequence
 
 from flexarm_bringup.arguments import whole
+from flexarm_bringup.assumptions import arm_of, resting_on
 from flexarm_bringup.consistency.monte_carlo import Drawing, DrawnResult, run_drawing
 from flexarm_bringup.consistency.page import build_page
 from flexarm_bringup.consistency.rig_run import CONDITIONS, RigJob, RigResult, run_rig_job
@@ -63,7 +64,8 @@ def run(args: argparse.Namespace) -> int:
     progress.done()
     rig = [result for result in results if isinstance(result, RigResult)]
     drawn = [result for result in results if isinstance(result, DrawnResult)]
-    return publish(build_page(rig, drawn, args.runs), args)
+    arms = [arm_of(task_for(name)) for name in args.name]
+    return publish(resting_on(build_page(rig, drawn, args.runs), *arms), args)
 
 
 def jobs(names: Sequence[str], seed: int, runs: int) -> list[Job]:

@@ -17,6 +17,7 @@ from functools import partial
 from pathlib import Path
 
 from flexarm_bringup.arguments import output_file, output_folder
+from flexarm_bringup.assumptions import resting_on
 from flexarm_bringup.bags.bag_writer import BagError
 from flexarm_bringup.demo_run.figures import draw
 from flexarm_bringup.demo_run.report import build_page
@@ -28,6 +29,8 @@ from flexarm_bringup.page.report import publish
 from flexarm_bringup.processes.session import Session, SessionError, run_session
 from flexarm_bringup.progress import Progress
 from flexarm_model.process.security import check_unsecured
+from flexarm_model.reading.config import load_config
+from flexarm_model.reading.manipulator_file import find_manipulator
 
 PRESETS = ("geared", "light_hub")
 REAL_TIME_TRIES = 2  # a computer that stands still for 50 ms once makes the guard stop the arm
@@ -93,7 +96,8 @@ def _run_comparison(args: argparse.Namespace) -> int:
     progress.say("drawing")
     figures = draw(study, sessions)
     (args.folder / "still_tip.svg").write_text(standalone(figures[0]), encoding="utf-8")
-    page = build_page(study, sessions, figures)
+    arm = load_config(find_manipulator("single_link"), PRESETS[0])
+    page = resting_on(build_page(study, sessions, figures), arm)
     progress.done()
     return publish(page, args)
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Sequence
 
-from flexarm_bringup.assumptions import rests_on
 from flexarm_bringup.demo_run.sessions import SessionRun
 from flexarm_bringup.demo_run.study import SERVO, Outcome, Row
 from flexarm_bringup.page.figures import Figure
@@ -40,7 +39,6 @@ def build_page(study: Sequence[Outcome], sessions: Sequence[SessionRun], figures
     rows = [outcome.row for outcome in study]
     recorded = [outcome.row for run in sessions for outcome in run.outcomes]
     base = {row.angle_deg: row.figures.residual for row in rows if _is(row, SERVO, "A")}
-    config = load_config(find_manipulator("single_link"), "geared")
     tables = [_open_loop_table(rows, base), *(_closed_table(rows, preset, base) for preset in _presets(rows))]
     if sessions:
         tables.append(_session_table(sessions, rows, base))
@@ -51,7 +49,7 @@ def build_page(study: Sequence[Outcome], sessions: Sequence[SessionRun], figures
         "after the motion.",
         items=[figures[0], *tables, *figures[1:]],
         checks=[*_study_checks(rows, base), *_limit_checks([*rows, *recorded]), *_session_checks(sessions)],
-        remarks={**rests_on(config), "read it so": _CAVEATS},
+        remarks={"read it so": _CAVEATS},
         data={"rows": [_plain(row, base) for row in [*rows, *recorded]]},
     )
 

@@ -13,6 +13,7 @@ from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
 
+from flexarm_bringup.assumptions import arm_of, resting_on
 from flexarm_bringup.bags.bag_writer import BagError
 from flexarm_bringup.demo_run.sessions import free_domains
 from flexarm_bringup.demo_run.task_report import build_page
@@ -54,7 +55,7 @@ def run_task_demo(args: argparse.Namespace) -> int:
     configs = {preset: load_config(find_manipulator(task.manipulator), preset) for preset in task.presets}
     page = build_page(task, configs, results, runs, draw(task, results), failures)
     progress.done()
-    return publish(page, args)
+    return publish(resting_on(page, arm_of(task)), args)
 
 
 def _run_sessions(

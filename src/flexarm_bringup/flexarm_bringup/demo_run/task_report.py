@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from flexarm_bringup.assumptions import rests_on
 from flexarm_bringup.demo_run.report import REAL_TIME_DB, WITHOUT_COMMAND
 from flexarm_bringup.demo_run.task_session import TaskRun, torque_difference
 from flexarm_bringup.page.figures import Figure
@@ -64,10 +63,7 @@ def build_page(
         "models along a motion are made and prepared before it starts, and adopted by all at the same stamp.",
         items=[*tables, *figures],
         checks=[*_checks(task, configs, found), *_failed(failures or {})],
-        remarks={
-            **rests_on(config, task.assumed),
-            "read it so": [real_time_note(config), *_CAVEATS],
-        },
+        remarks={"read it so": [real_time_note(config), *_CAVEATS]},
         data={"rate_hz": config.rate_hz, "bags": [str(run.session.bag) for run in runs]},
     )
 

@@ -17,8 +17,10 @@ from pathlib import Path
 import numpy as np
 
 from flexarm_bringup.arguments import number, whole
+from flexarm_bringup.assumptions import arm_of, resting_on
 from flexarm_bringup.bags.bag_reader import check_bag
 from flexarm_bringup.bags.bag_writer import BagError
+from flexarm_bringup.bags.configuration import configuration
 from flexarm_bringup.drift_run.bag import watch_bag
 from flexarm_bringup.drift_run.figure import draw_watched
 from flexarm_bringup.drift_run.simulation import ALONE, Drill, Watched, run_drill
@@ -72,7 +74,9 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _of_bag(path: Path) -> Page:
-    return build_page(f"Drift in {path.name}", watch_bag(check_bag(path)), [])
+    bag = check_bag(path)
+    page = build_page(f"Drift in {path.name}", watch_bag(bag), [])
+    return resting_on(page, configuration(bag)[0])
 
 
 def _simulate(args: argparse.Namespace, progress: Progress) -> Page:
@@ -88,7 +92,7 @@ def _simulate(args: argparse.Namespace, progress: Progress) -> Page:
     drill = Drill(duration, 1.0 + args.change / PERCENT, duration / 2, args.seed, args.law)
     watched = run_drill(config, task, drill, say=progress.say)
     title = f"Drill of the drift watch: {task.manipulator}" + (f", preset {preset}" if preset else "")
-    return build_page(title, watched, _checks(watched, drill))
+    return resting_on(build_page(title, watched, _checks(watched, drill)), arm_of(task, preset))
 
 
 def _checks(watched: Watched, drill: Drill) -> list[Check]:

@@ -31,6 +31,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from flexarm_bringup.assumptions import resting_on
 from flexarm_bringup.excite.measure import SensorCheckError
 from flexarm_bringup.excite.page import check_table
 from flexarm_bringup.identify.fittable import fittable
@@ -55,6 +56,7 @@ from flexarm_bringup.identify.updating import (
 from flexarm_bringup.page.report import Page, publish
 from flexarm_bringup.progress import Progress
 from flexarm_model.modal.fit import PoleFit
+from flexarm_model.reading.config import load_config
 from flexarm_model.reading.manipulator_file import find_manipulator
 
 __all__ = ["add_arguments", "run"]
@@ -71,14 +73,15 @@ def run(args: argparse.Namespace) -> int:
             progress = Progress()
             page = joints_page(args, progress.say)
             progress.done()
-            return publish(page, args)
+            return publish(_told(page, args), args)
         _check(args)
         refuse_unusable(args.also, args.manipulator, args.preset)
         band, ignored = _band(args), args.ignore_channel
         tested, items = modal_tests(args)
         if args.output_only:
             records = tested or read_records(args.files, args.kind)
-            return publish(output_only_page(args.files, records, band, ignored, items), args)
+            page = output_only_page(args.files, records, band, ignored, items)
+            return publish(_told(page, args), args)
         source = of_records(tested, averaging) if tested else read_sources(args.files, args.kind, averaging)
         request = Request(
             band, args.coherence, args.manipulator or "", args.preset, args.motors == "locked",
@@ -88,7 +91,7 @@ def run(args: argparse.Namespace) -> int:
         others = [read_pose(text, args.kind, averaging, request) for text in args.also]
         halves = judge_halves(source, request, averaging)
         page = with_halves(build_page(args.files, result, items), halves)
-        page = _with_update(page, result, args, others, halves)
+        page = _told(_with_update(page, result, args, others, halves), args, args.update)
     except SensorCheckError as error:
         print(check_table(error.findings, error.axes).to_text())
         print(f"flexarm identify: {error}", file=sys.stderr)
@@ -97,6 +100,13 @@ def run(args: argparse.Namespace) -> int:
         print(f"flexarm identify: {error}", file=sys.stderr)
         return UNUSABLE
     return publish(page, args)
+
+
+def _told(page: Page, args: argparse.Namespace, written: Path | None = None) -> Page:
+    """Return the page with what the description rests on: the ``written`` one, else that of the arm."""
+    if not args.manipulator:
+        return page  # what was measured is held against nothing
+    return resting_on(page, load_config(written or find_manipulator(args.manipulator), args.preset))
 
 
 def _band(args: argparse.Namespace) -> tuple[float, float] | None:

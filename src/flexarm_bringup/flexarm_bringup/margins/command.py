@@ -20,6 +20,7 @@ from dataclasses import fields, replace
 from typing import Any
 
 from flexarm_bringup.arguments import whole
+from flexarm_bringup.assumptions import arm_of, resting_on
 from flexarm_bringup.margins.page import build_page
 from flexarm_bringup.margins.poses import MOST_POSES, Poses
 from flexarm_bringup.margins.study import run_study
@@ -82,7 +83,7 @@ def run(args: argparse.Namespace) -> int:
 
         figures = draw(study, config)
     progress.done()
-    return publish(build_page(study, config, figures), args)
+    return publish(resting_on(build_page(study, config, figures), arm_of(task, preset)), args)
 
 
 def with_settings(task: Task, changes: list[str]) -> Task:

@@ -21,6 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexarm_bringup.arguments import new_folder, output_file, output_folder, whole
+from flexarm_bringup.assumptions import resting_on
 from flexarm_bringup.margins.poses import grid_values
 from flexarm_bringup.model_view.grid_page import grid_page
 from flexarm_bringup.model_view.page import HZ, Analysis, analyse, build_page
@@ -93,7 +94,7 @@ def run(args: argparse.Namespace) -> int:
     analysis = analyse(tree, model, home)
     figures = draw(analysis) if args.html else []
     progress.done()
-    code = publish(build_page(analysis, figures), args)
+    code = publish(resting_on(build_page(analysis, figures), tree.config), args)
     if args.save:
         print(f"saved model {model.model_id} in {args.save}")
     for path in written:
@@ -116,7 +117,7 @@ def show_grid(args: argparse.Namespace, progress: Progress) -> int:
     if args.save_grid:
         save_grid(grid, args.save_grid)
     progress.done()
-    return publish(grid_page(config, grid), args)
+    return publish(resting_on(grid_page(config, grid), config), args)
 
 
 def write_bodies(tree: ReducedTree, folder: Path) -> list[Path]:

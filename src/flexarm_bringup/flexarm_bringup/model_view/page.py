@@ -93,13 +93,12 @@ def build_page(analysis: Analysis, figures: Sequence[Figure] = ()) -> Page:
     )
     items: list[Table | Figure] = [mode_table(analysis), *figures, *mac_tables(analysis)]
     items.append(reach_table(analysis))
-    remarks = {"Source": (config.source,)} if config.source else {}
+    remarks: dict[str, Sequence[str]] = {"Source": (config.source,)} if config.source else {}
     return Page(
         title,
         lead,
         items,
-        remarks=remarks
-        | {"Fitted": config.fitted or ("nothing",), "Assumed": config.assumed or ("nothing",)},
+        remarks=remarks,
         data=_data(analysis),
     )
 
@@ -139,7 +138,7 @@ def mac_tables(analysis: Analysis) -> list[Table]:
 def reach_table(analysis: Analysis) -> Table:
     """Return who sees every mode, who could, and who drives it."""
     reach = analysis.reach
-    titles = ["seen", "by (signal over noise)", "could be seen by", "driven", "by (share of the swing)"]
+    titles = ["seen", "by (signal over noise)", "could be seen by", "driven", "by (times the swing)"]
     columns = [Column("mode", ".0f"), Column("f [Hz]", ".5g"), *(Column(title) for title in titles)]
     rows: list[Cells] = []
     for k in range(reach.modes.omega.size):
@@ -168,8 +167,8 @@ def _measure(reach: ModeReach, swing: Swing) -> str:
     return (
         f"Every mode swings with {swing.energy:.2g} J, with which the one that moves the tip most moves it "
         f"{1e3 * TIP_AMPLITUDE:g} mm: what one sample shows over its noise (seen from "
-        f"{reach.sensors.enough:g}), and the share of the swing that a motor takes up in a quasi-static push "
-        f"at its limit (driven from {reach.motors.enough:g})."
+        f"{reach.sensors.enough:g}), and how far a motor at its limit pushes the mode, quasi-statically, in "
+        f"times the swing (driven from {reach.motors.enough:g})."
     )
 
 

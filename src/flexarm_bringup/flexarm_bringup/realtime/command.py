@@ -27,6 +27,7 @@ from typing import Any
 import yaml
 
 from flexarm_bringup.arguments import number, whole
+from flexarm_bringup.assumptions import resting_on
 from flexarm_bringup.demo_run.motions import motions, out_and_back, reference_of
 from flexarm_bringup.demo_run.sessions import free_domains
 from flexarm_bringup.page.report import Column, Page, Table, add_report_arguments, publish
@@ -87,7 +88,8 @@ def run(args: argparse.Namespace) -> int:
         return USAGE if isinstance(error, ConfigError) else 1
     finally:
         progress.done()
-    return publish(build_page(args, figures), args)
+    config = load_config(find_manipulator(ARM), args.preset)
+    return publish(resting_on(build_page(args, figures), config), args)
 
 
 def measure(args: argparse.Namespace, folder: Path) -> Figures:

@@ -21,7 +21,9 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 
+from flexarm_bringup.assumptions import resting_on
 from flexarm_bringup.bags.bag_reader import Bag, check_bag
+from flexarm_bringup.bags.configuration import configuration
 from flexarm_bringup.bags.foreign_bag import Fed, feed_bag, read_remaps
 from flexarm_bringup.page.report import Cells, Check, Column, Page, Table, add_report_arguments, publish
 from flexarm_bringup.replaying.compare import Comparison, compare_bags
@@ -64,7 +66,7 @@ def run(args: argparse.Namespace) -> int:
         print(f"flexarm replay: {error}", file=sys.stderr)
         return UNUSABLE
     comparison = compare_bags(golden, replayed, _shared(golden, replayed)) if golden else None
-    return publish(page(bag, replayed, comparison), args)
+    return publish(resting_on(page(bag, replayed, comparison), configuration(bag)[0]), args)
 
 
 def foreign_page(args: argparse.Namespace) -> Page:
@@ -79,7 +81,8 @@ def foreign_page(args: argparse.Namespace) -> Page:
     statuses = ", ".join(f"{count} {status}" for status, count in fed.statuses.items()) or "none"
     lead = f"Fed to the estimator of {config.name}. Estimates: {statuses}."
     data = {"ignored": fed.ignored, "estimates": fed.statuses}
-    return Page(f"Replay of {args.bag}", lead, _foreign_tables(fed, remaps), data=data)
+    told = Page(f"Replay of {args.bag}", lead, _foreign_tables(fed, remaps), data=data)
+    return resting_on(told, config)
 
 
 def page(bag: Bag, replayed: Bag, comparison: Comparison | None) -> Page:

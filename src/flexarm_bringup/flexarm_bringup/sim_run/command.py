@@ -10,6 +10,7 @@ import argparse
 import sys
 
 from flexarm_bringup.arguments import whole
+from flexarm_bringup.assumptions import arm_of, resting_on
 from flexarm_bringup.page.report import add_report_arguments, publish
 from flexarm_bringup.progress import Progress
 from flexarm_bringup.sim_run.figures import draw
@@ -58,4 +59,4 @@ def run(args: argparse.Namespace) -> int:
     configs = {preset: load_config(find_manipulator(task.manipulator), preset) for preset in presets}
     page = build_page(task, configs, results, draw(task, results) if args.html else (), args.seed)
     progress.done()
-    return publish(page, args)
+    return publish(resting_on(page, arm_of(task, presets[0])), args)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from flexarm_bringup.assumptions import rests_on
 from flexarm_bringup.page.figures import Figure
 from flexarm_bringup.page.report import Cell, Check, Column, Page, Table
 from flexarm_bringup.residual import decibels
@@ -55,10 +54,7 @@ def build_page(
         f"reference and torque limits. Noise of the rig: seed {seed}.",
         items=[*tables, *figures],
         checks=[*worth_checks(task, results), _speed_check(task, results)],
-        remarks={
-            **rests_on(config, task.assumed),
-            "read it so": [real_time_note(config), *_CAVEATS],
-        },
+        remarks={"read it so": [real_time_note(config), *_CAVEATS]},
         data={"seed": seed, "rate_hz": config.rate_hz, "real_time_over_dds": config.rate_hz <= FASTEST_DDS},
     )
 

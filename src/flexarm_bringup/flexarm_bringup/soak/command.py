@@ -20,6 +20,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from flexarm_bringup.arguments import number, output_folder, whole
+from flexarm_bringup.assumptions import resting_on
 from flexarm_bringup.page.report import add_report_arguments, publish
 from flexarm_bringup.processes.graph import Process
 from flexarm_bringup.progress import Progress
@@ -69,7 +70,7 @@ def run(args: argparse.Namespace) -> int:
         return USAGE
     finally:
         progress.done()
-    return publish(outcome.page(), args)
+    return publish(resting_on(outcome.page(), config), args)
 
 
 def graph_of(manipulator: str, preset: str | None) -> tuple[tuple[Process, ...], ManipulatorConfig]:
