@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexarm_bringup.fault_drill.controller_stand import ControllerStand
+from flexarm_bringup.fault_drill.drive_time import COUNTED, driven_periods
 from flexarm_bringup.fault_drill.findings import Finding
 from flexarm_bringup.fault_drill.motion_record import drive_state
 from flexarm_bringup.fault_drill.row import Row
@@ -26,7 +27,6 @@ FAST = 0.25  # of the velocity limit
 SPEEDS = (0.3, 0.6, 1.0)  # of the velocity limit
 APPROACH = 1.5  # times the time from one end of the range to the other at that speed
 STIFF = 20.0  # 1/s; of the loop that keeps the speed
-DRIVING = 1e-9  # of the largest power: below it nothing is driven
 
 
 @dataclass(frozen=True)
@@ -58,14 +58,17 @@ def stops(stand: ControllerStand) -> list[Finding]:
     a = np.array(hardware.guard.limits.braking.deceleration)
     v = np.array([abs(stop.theta_dot[0]) for stop in done])
     way = np.array([_way(stop) for stop in done])
-    braked = np.array([_braked_after(stop) for stop in done]) * stand.dt
+    rest = hardware.guard.limits.rest_velocity
+    driven = stand.dt * np.array(
+        [driven_periods((s.tau * s.theta_dot).sum(axis=1), s.theta_dot, rest) for s in done]
+    )
     fast = v >= FAST * velocity
     which = f"{fast.sum()} axes from {FAST:g} v_max on"
     return [
         Finding(f"stops that did not stay, of {STOPS}", sum(not stop.kept for stop in done), 0),
         Finding("stops that did not come to rest", sum(not stop.rested for stop in done), 0),
-        Finding("no drive after, 99th percentile", float(np.percentile(braked, 99)), stand.dt + 0.01, "s"),
-        Finding("no drive after, at most", float(braked.max()), 0.05, "s"),
+        Finding(f"last drive {COUNTED}, 99 %", float(np.percentile(driven, 99)), stand.dt + 0.01, "s"),
+        Finding("last drive, at most", float(driven.max()), 0.05, "s"),
         Finding(f"way / (v^2 / 2 a), {which}", _largest(way * 2 * a / v**2, fast), 1.05),
     ]  # fmt: skip
 
@@ -171,13 +174,6 @@ def _way(stop: Stop) -> Array:
     """Return how far each axis went on in its direction [rad] or [m], (n_theta,)."""
     onward = np.sign(stop.theta_dot[0]) * (stop.theta - stop.theta[0])
     return np.asarray(onward.max(axis=0))
-
-
-def _braked_after(stop: Stop) -> int:
-    """Return after how many periods the motors do not drive the arm any more."""
-    power = (stop.tau * stop.theta_dot).sum(axis=1)
-    driven = power > DRIVING * abs(power).max()
-    return int(np.argmin(driven)) if not driven.all() else len(driven)
 
 
 def _approach(stand: ControllerStand, axis: int, speed: float) -> tuple[Array, Array, bool]:
