@@ -4,7 +4,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from planar_strip import DT, SENSORS, StripKinematics, arriving, simulate, strip_model
+from planar_strip import DT, ENCODER, SENSORS, StripKinematics, arriving, simulate, strip_model
 
 from flexarm_estimator.estimator import Estimator
 from flexarm_estimator.filter import Belief, GuardedFilter, innovation_covariance
@@ -24,6 +24,7 @@ from flexarm_estimator.parts import PartsMaker
 from flexarm_estimator.settings import EstimatorConfig
 from flexarm_estimator.steps.stack import stack_rows
 from flexarm_estimator.watches.watch import View
+from flexarm_model.manipulator.sensor_spec import SensorSpec
 
 CONFIG = EstimatorConfig()
 QUIET = EstimatorConfig(
@@ -269,3 +270,17 @@ def test_a_channel_that_says_nothing_says_the_least_share_of_what_is_predicted_f
     assert share_said(0.5 * z, z) == pytest.approx(0.25)
     assert share_said(np.where(t < 0.1, 9.0, 1e-3 * z), z) == pytest.approx(1e-6)  # before it has settled
     assert share_said(np.full(50, np.nan), z) == np.inf  # never the least
+
+
+def test_sensors_of_several_channels_are_swapped_as_a_whole_where_all_of_both_may_be_at_fault():
+    wide = [
+        SensorSpec(name, "accelerometer", "strip.sensor", axes, np.full(len(axes), 0.1))
+        for name, axes in (("a", ("x", "y")), ("b", ("x", "y")), ("c", ("x", "z")), ("d", ("x",)))
+    ]
+    channels = Channels((ENCODER, *wide), ["encoder", "a", "b", "c", "d"])
+    assert channels.wide == [(1, 2), (3, 4), (5, 6)]
+    whole = [one for one in rearrangements(channels, channels.everybody).all if len(one.channels) > 2]
+    (swap,) = whole  # c looks another way, d has but one
+    assert swap.channels == (1, 2, 3, 4)
+    np.testing.assert_array_equal(np.arange(8.0)[swap.source] * swap.sign, [0, 3, 4, 1, 2, 5, 6, 7])
+    assert not [one for one in rearrangements(channels, frozenset({1, 2, 3})).all if len(one.channels) > 2]

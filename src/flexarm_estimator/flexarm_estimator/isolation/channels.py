@@ -79,6 +79,19 @@ class Channels:
         kinds = [channel.kind for channel in self.all]
         return [(i, j) for j in range(len(kinds)) for i in range(j) if kinds[i] == kinds[j]]
 
+    @cached_property
+    def twin_sensors(self) -> list[tuple[tuple[int, ...], tuple[int, ...]]]:
+        """Channels of the pairs of sensors of one kind with several channels each, which a plug exchanges."""
+        wide = self.wide
+        kinds = [[(self.all[i].kind, self.all[i].name) for i in places] for places in wide]
+        return [(wide[a], wide[b]) for b in range(len(wide)) for a in range(b) if kinds[a] == kinds[b]]
+
+    @cached_property
+    def wide(self) -> list[tuple[int, ...]]:
+        """Channels of every sensor that has several."""
+        found = [tuple(range(span.start, span.stop)) for span in self.spans.values()]
+        return [places for places in found if len(places) > 1]
+
     @property
     def everybody(self) -> frozenset[int]:
         """Numbers of all channels."""

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from flexarm_estimator.isolation.channels import Channels
 
 Array = NDArray[np.float64]
-FLIPPED = "sign is flipped"
+FLIPPED, SWAPPED = "sign is flipped", "swapped with {}"
 _KEPT = 32  # tables
 
 
@@ -68,7 +68,7 @@ class Hypotheses:
 
 @lru_cache(maxsize=_KEPT)
 def rearrangements(channels: Channels, trusted: frozenset[int]) -> Hypotheses:
-    """Return "all well", then every flipped sign and every swap.
+    """Return "all well", then every flipped sign and every swap of channels and of sensors that have several.
 
     Args:
         channels: All channels.
@@ -85,5 +85,10 @@ def rearrangements(channels: Channels, trusted: frozenset[int]) -> Hypotheses:
         if i in trusted and j in trusted:
             source = usual.copy()
             source[[i, j]] = j, i
-            found.append(Rearrangement((i, j), "swapped with {}", source, plus))
+            found.append(Rearrangement((i, j), SWAPPED, source, plus))
+    for one, other in channels.twin_sensors:
+        if trusted.issuperset((*one, *other)):
+            source = usual.copy()
+            source[[*one, *other]] = [*other, *one]
+            found.append(Rearrangement((*one, *other), SWAPPED, source, plus))
     return Hypotheses.of(found)

@@ -19,7 +19,6 @@ from flexarm_estimator.isolation.isolation import (
     CLEAR,
     Explanation,
     decide,
-    explain_by_leaving_out,
     explain_by_offset,
     explain_by_rearranging,
     explain_by_saturation,
@@ -29,6 +28,7 @@ from flexarm_estimator.isolation.isolation import (
     share_said,
     shortlist,
 )
+from flexarm_estimator.isolation.leaving_out import explain_by_leaving_out
 from flexarm_estimator.isolation.window import StepMaker, Window
 from flexarm_estimator.isolation.window_reading import Entry, read_window
 
@@ -111,7 +111,8 @@ def reconsider(case: Case, entries: deque[Entry], told: Explanation) -> Investig
     about = every.about(told.channels)
     well = yield from _run(case, window, ignored, about)
     explanations = explain_by_rearranging(well, about)
-    explanations += yield from _leave_out(case, window, ignored, well, about, told.channels)
+    told_channels = [(channel,) for channel in told.channels]
+    explanations += yield from _leave_out(case, window, ignored, well, about, told_channels)
     is_well = well.is_sound and all((explanation.gain <= -CLEAR / 2).all() for explanation in explanations)
     return told if is_well else None
 
@@ -154,7 +155,10 @@ def _explain(
         candidates += [c for c in sorted(silent, key=shares.__getitem__)[:1] if c not in candidates]
     if told is not None and told.spread > _WELL_EXPLAINED:
         candidates += [channel for channel in order[:_RIVALS] if channel not in candidates]
-    explanations += yield from _leave_out(case, window, ignored, well, hypotheses, candidates)
+    whole = [places for places in case.channels.wide if set(places) <= set(heard)]
+    mute = [places for places in whole if all(is_silent(window.y[:, i], noise[i]) for i in places)]
+    left_out = [(channel,) for channel in candidates] + mute
+    explanations += yield from _leave_out(case, window, ignored, well, hypotheses, left_out)
     explanations += yield from _saturate(case, window, ignored, well, heard)
     return decide(explanations)
 
@@ -189,18 +193,19 @@ def _leave_out(
     ignored: Mask,
     well: ConsistencyRun,
     hypotheses: Hypotheses,
-    candidates: Sequence[int],
+    candidates: Sequence[tuple[int, ...]],
 ) -> Generator[None, None, list[Explanation]]:
     found = []
-    for channel in candidates:
+    for channels in candidates:
         without = ignored.copy()
-        without[:, channel] = True
+        without[:, channels] = True
         run = yield from _run(case, window, without, case.all_well)
-        about = [i for i, hypothesis in enumerate(hypotheses.all) if not i or channel in hypothesis.channels]
+        about = [
+            i for i, one in enumerate(hypotheses.all) if not i or not set(channels).isdisjoint(one.channels)
+        ]
         fits = [well.misfit[:, i] for i in about]
         fit = min([*fits, well.least], key=lambda misfit: float(misfit.sum()))
-        noise = case.floor(window)[channel]
-        found.append(explain_by_leaving_out(channel, run, well, fit, window, noise))
+        found.append(explain_by_leaving_out(channels, run, well, fit, window, case.floor(window)))
     return found
 
 

@@ -33,10 +33,6 @@ SHARE = 0.25  # of it that each half must gain
 RIVAL = 20.0  # squared sigmas by which the best explanation of other channels must lose
 RIVAL_SHARE = 0.05  # of what is gained, by which it must lose, too
 PLAUSIBLE = 2.5  # misfit of a datum above which nothing is believed
-DETACHED = 120.0  # squared sigmas that calling a channel detached must gain; silence alone is suggestive
-EXPLAINED = 1.5  # misfit of a datum up to which a silent channel may be called detached
-MOSTLY = 4.0  # times the misfit that is left is gone without it: up to PLAUSIBLE that is as good
-FOLLOWS = 0.5  # correlation with what the others predict, from which on a channel is not detached
 QUIET = 3.0  # sigmas of noise that a detached channel may show
 STUCK = 0.5  # share of values that repeat the one before, from which on a channel is frozen
 AT_LIMIT = 5  # samples at the same largest value that make a saturation
@@ -86,37 +82,6 @@ def explain_by_offset(channel: int, run: ConsistencyRun) -> Explanation:
     excused = run.excused(channel)
     spread = max(1.0, run.spread(0) * float(excused.sum() / max(run.misfit[:, 0].sum(), 1e-300)))
     return Explanation((channel,), "", (run.misfit[:, 0] - excused) / spread, spread, is_excuse=True)
-
-
-def explain_by_leaving_out(
-    channel: int, run: ConsistencyRun, well: ConsistencyRun, fit: Array, window: Window, noise: float
-) -> Explanation:
-    """Return what it explains that a channel is detached, or wrong in another way.
-
-    Args:
-        channel: Left out in all steps.
-        run: Without it.
-        well: With it.
-        fit: Least misfit that this channel being in use can have in both halves, (2,).
-        window: What was said.
-        noise: Variance that a sample of the channel has at least.
-    """
-    y, z = window.y[:, channel], run.predicted[:, channel]
-    heard = np.isfinite(y)
-    heard[0] = False
-    y0, spread = np.nanmean(y), run.spread(0)
-    square = max(float(np.nanvar(y)), noise)
-    cost = np.where(heard, (np.nan_to_num(y) - y0) ** 2 / square + np.log(square), 0.0)
-    told = (well.total(0) - run.total(0) - window.halves(cost)) / spread
-    missed = (fit - run.misfit[:, 0]) / spread - window.halves(heard)  # a tight guess alone is no proof
-    settled = heard & (np.arange(len(y)) >= SETTLING * len(y))
-    follows = np.nanvar(y) > noise and _follows(y[settled], z[settled])  # else too faintly to matter
-    is_explained = spread <= EXPLAINED or MOSTLY * spread <= well.spread(0)  # never beyond PLAUSIBLE
-    is_detached = is_silent(y, noise) and not follows and is_explained
-    gain = np.minimum(told, missed)
-    words = f"is detached (says {y0:.3g} +- {np.sqrt(np.nanvar(y)):.1g} whatever the arm does)"
-    is_detached &= bool(gain.sum() >= DETACHED)
-    return Explanation((channel,), words if is_detached else "", gain, spread, needs_both=not is_detached)
 
 
 def explain_by_saturation(
@@ -223,11 +188,3 @@ def share_said(y: Array, z: Array) -> float:
     """Return the variance of what a channel said, (k,), over that of what was predicted for it, z (k,)."""
     settled = np.isfinite(y) & (np.arange(len(y)) >= SETTLING * len(y))
     return float(y[settled].var() / max(z[settled].var(), 1e-300)) if settled.any() else np.inf
-
-
-def _follows(y: Array, z: Array) -> bool:
-    """Return whether a channel shows what the others predict for it."""
-    if y.size < AT_LIMIT:
-        return True
-    y, z = y - y.mean(), z - z.mean()
-    return bool(abs(y.dot(z)) > FOLLOWS * np.sqrt(y.dot(y) * z.dot(z)))

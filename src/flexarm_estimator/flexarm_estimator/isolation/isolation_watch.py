@@ -221,12 +221,14 @@ class IsolationWatch(Watch):
 
     def _say(self, channel: int, explanation: Explanation) -> str:
         channels = self._channels.all
-        others = [channels[other] for other in explanation.channels if other != channel]
-        partner = " ".join(f"{other.sensor} {other.name}".strip() for other in others)
+        own, others = channels[channel], [channels[i] for i in explanation.channels if i != channel]
+        is_whole = len(others) > 1
+        names = [other.sensor if is_whole else f"{other.sensor} {other.name}".strip() for other in others]
+        partner = " ".join(dict.fromkeys(name for name in names if not is_whole or name != own.sensor))
         words = explanation.words.format(partner)
         gain = float(explanation.gain.sum())
         said = f"{words} ({gain:.0f} squared sigmas better explained than by a sound sensor)"
-        return f"{channels[channel].name}: {said}" if channels[channel].name else said
+        return f"{own.name}: {said}" if own.name and not is_whole else said
 
 
 def _not_held(view: View) -> Sequence[Measurement]:
