@@ -25,6 +25,8 @@ from flexarm_bringup.sim.plant import Plant
 from flexarm_model.tree.sensors import output_names
 
 STOPPING = (45, 53, 54)  # controller rows that the other arms play, too
+HEAVIER = (31, 33)  # estimator rows that these two play, too
+HEAVIER_ARMS = ("spatial_3tpt", "variable_stiffness")
 OTHERS = ("spatial_3tpt", "serial_6r", "variable_stiffness")
 FAST = (22, 25, 26, 27, 39, 40, 42)  # of the single link; the others wait for --all
 
@@ -46,14 +48,20 @@ def rows_and_machines() -> list[object]:
         for number in rows
     ] + [
         pytest.param(
-            "controller",
+            family,
             number,
             machine,
             id=f"row {number} {machine}",
             marks=(*marks_of(machine, number), pytest.mark.slow),
         )
-        for machine in OTHERS
-        for number in STOPPING
+        for family, machines, numbers in (
+            ("controller", OTHERS, STOPPING),
+            ("controller", ("variable_stiffness",), (35,)),
+            ("controller", ("serial_6r",), (35, 36, 39)),
+            ("estimator", HEAVIER_ARMS, HEAVIER),
+        )
+        for machine in machines
+        for number in numbers
     ]
 
 

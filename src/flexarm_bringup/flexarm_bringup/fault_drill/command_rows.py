@@ -28,6 +28,7 @@ FUZZED = 10_000
 DEMAND = 5.0  # times the torque there is
 ROUNDED = 1.0 + 1e-9
 NEAR = 0.02  # of a move: within it the axes have arrived
+WATCHED = 3.0  # times the first move and the rest after it
 REFERENCES = 300
 
 
@@ -46,7 +47,7 @@ def saturated(stand: ControllerStand) -> list[Finding]:
     )
     over = (abs(out) > limits.effort).sum()
     steps = abs(np.diff(out, axis=0, prepend=0.0)) / (limits.effort_rate * dt)
-    own = abs(np.diff(controlled, axis=0, prepend=0.0)) / (limits.effort_rate * dt)
+    own = abs(np.diff(controlled, axis=0, prepend=stand.holding[None])) / (limits.effort_rate * dt)
     return [
         Finding(f"torques beyond the limit, of {COMMANDS:,} commands", int(over), 0),
         Finding("torque steps beyond the rate limit", int((steps > ROUNDED).sum()), 0),
@@ -133,21 +134,36 @@ def _settling(stand: ControllerStand) -> Finding:
 def _arrival(stand: ControllerStand, limits: Limits) -> float:
     """Return when the axes have arrived for good after the first move began [s]; infinite if never.
 
-    The reference is taken as the controller's node takes it.
+    The reference is that of the first move alone, as an axis that only later moves use has no torque left
+    for them; it is taken as the controller's node takes it.
     """
     course, dt = stand.loop.course, stand.dt
     leg = course.legs[0]
     end = course.legs[1].start if len(course.legs) > 1 else course.end
     controller = stand.controller(limits=limits)
-    followed, _ = admit(course.reference, stand.model, limits, MotionConfig())
+    followed, _ = admit(_until(course.reference, end), stand.model, limits, MotionConfig())
     controller.follow(followed)
-    commands = list(stand.follow(controller, round((end - leg.start) / dt)))
+    commands = list(stand.follow(controller, round(WATCHED * (end - leg.start) / dt)))
     goal = course.reference.position(leg.end)
     theta = [followed.position(c.t) - c.tracking_error for c in commands]
     away = np.linalg.norm(np.array(theta) - goal, axis=1)
     size = float(np.linalg.norm(goal - course.reference.position(leg.start)))
     last = int(np.flatnonzero(away > NEAR * size)[-1])
     return commands[last + 1].t - leg.start if last + 1 < len(commands) else math.inf
+
+
+def _until(reference: Reference, end: float) -> Reference:
+    """Return what a reference says until a time at which it rests [s]."""
+    kept = reference.t <= end
+    before = reference.theta_ddot_before
+    return replace(
+        reference,
+        t=reference.t[kept],
+        theta=reference.theta[kept],
+        theta_dot=reference.theta_dot[kept],
+        theta_ddot=reference.theta_ddot[kept],
+        theta_ddot_before=None if before is None else before[kept],
+    )
 
 
 def _outside(rng: np.random.Generator, stand: ControllerStand) -> tuple[Array, Array]:

@@ -102,15 +102,39 @@ class ControllerStand:
         return round((leg.end - leg.start) / self.dt) + 2 * LEAD
 
     @cached_property
+    def holding(self) -> Array:
+        """Torque that holds the arm where the task starts, by the served model [N m or N], (n_theta,)."""
+        return np.asarray(self.held_at(np.asarray(self.loop.course.home)[None])[0])
+
+    def held_at(self, theta: Array) -> Array:
+        """Return the torques that hold the arm at positions [N m or N], (k, n_theta)."""
+        rest = build_equilibrium(self.model)
+        return np.asarray(theta @ rest.U[:, : self.model.n_theta].T + rest.u_0)
+
+    @cached_property
     def used(self) -> Array:
-        """Largest torques of the first move [N m or N], (n_theta,)."""
-        commands = self.follow(self.controller(), self.move_periods)
-        return np.asarray(np.max([abs(command.tau) for command in commands], axis=0))
+        """Largest torques of the first move beyond what holds the arm where it is [N m or N], (n_theta,)."""
+        commands = list(self.follow(self.controller(), self.move_periods))
+        reference = self.loop.course.reference
+        theta = np.array([reference.position(c.t) - c.tracking_error for c in commands])
+        tau = np.array([command.tau for command in commands])
+        return np.asarray(abs(tau - self.held_at(theta)).max(axis=0))
+
+    @cached_property
+    def weight(self) -> Array:
+        """Largest torques that hold the arm anywhere on its task [N m or N], (n_theta,)."""
+        reference = self.loop.course.reference
+        theta, _, _ = reference.sample(np.arange(reference.t[0], reference.t[-1], self.dt))
+        return np.asarray(abs(self.held_at(np.vstack([theta, reference.theta]))).max(axis=0))
 
     def scarce(self, share: float) -> Limits:
-        """Return limits with a share of the torque that the first move uses beyond that at rest."""
-        rest = np.abs(build_equilibrium(self.model).u_0)
-        effort = rest + share * np.maximum(self.used - rest, 1e-6 * self.limits.effort)
+        """Return limits that hold the arm anywhere on its task, and leave a share of what moves it.
+
+        Args:
+            share: Of the torque that the first move uses beyond what holds the arm.
+        """
+        moving = share * np.maximum(self.used, 1e-6 * self.limits.effort)
+        effort = np.minimum(self.weight + moving, self.limits.effort)
         rate = self.limits.effort_rate * effort / self.limits.effort
         return replace(self.limits, effort=effort, effort_rate=rate)
 
@@ -145,7 +169,7 @@ class ControllerStand:
         system, model = plant(self.model, self.dt), self.model
         rest = build_equilibrium(model)
         home = np.concatenate([self.loop.course.home, np.zeros(2 * model.n_theta)])
-        x, acting = rest.X @ home + rest.x_0, rest.U @ home + rest.u_0
+        x, acting = rest.X @ home + rest.x_0, self.holding
         first = max(round(self.loop.course.legs[0].start / self.dt) - LEAD, 0)
         for k in range(periods):
             state = state_of(model, x, (first + k) * self.dt)

@@ -21,7 +21,6 @@ from flexarm_bringup.fault_drill.row import Row
 from flexarm_controller.command import ControlCommand
 from flexarm_controller.guard import Guard, GuardCommand, GuardState
 from flexarm_controller.laws import Planner
-from flexarm_controller.limits import Limits
 from flexarm_controller.mpc import Mpc, Plan
 from flexarm_controller.pacing import Pacing
 from flexarm_controller.reference import Reference
@@ -52,7 +51,7 @@ def infeasible(stand: ControllerStand) -> list[Finding]:
         findings += [
             Finding(f"{backend}: plans used of an infeasible program", modes.count("mpc"), 0),
             Finding(f"{backend}: cycles on another rung than the table says", wrong, 0),
-            *_limits_kept(f"{backend}: ", commands, stand.limits, stand.dt),
+            *_limits_kept(f"{backend}: ", commands, stand),
         ]
     return findings
 
@@ -115,7 +114,7 @@ def raising(stand: ControllerStand) -> list[Finding]:
         Finding("errors that got out, or no answer", 60 - len(commands), 0),
         Finding("errors without a lower rung in the same cycle", sum(c.mode == "mpc" for c in bad), 0),
         Finding("cycles after an error without the law", sum(c.mode != "mpc" for c in good), 0),
-        *_limits_kept("", commands, stand.limits, stand.dt),
+        *_limits_kept("", commands, stand),
         *_hanging(stand),
     ]
 
@@ -210,10 +209,11 @@ def _poison(cycle: int, mpc: Mpc, vectors: Vectors) -> Vectors:
 
 
 def _limits_kept(
-    label: str, commands: Sequence[ControlCommand], limits: Limits, dt: float
+    label: str, commands: Sequence[ControlCommand], stand: ControllerStand
 ) -> tuple[Finding, Finding]:
-    tau = np.array([command.tau for command in commands])
-    steps = np.diff(tau, axis=0, prepend=0.0 * tau[:1]) / (limits.effort_rate * dt)
+    """Judge torques and their steps; the first begins at what holds the arm where it starts."""
+    tau, limits = np.array([command.tau for command in commands]), stand.limits
+    steps = np.diff(tau, axis=0, prepend=stand.holding[None]) / (limits.effort_rate * stand.dt)
     return (
         Finding(f"{label}torque / limit", float(abs(tau / limits.effort).max()), ROUNDED),
         Finding(f"{label}torque rate / limit", float(abs(steps).max()), ROUNDED),
