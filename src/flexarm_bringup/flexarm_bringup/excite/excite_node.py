@@ -232,9 +232,8 @@ class ExciteNode(Node):  # type: ignore[misc]
         self.create_subscription(GuardStatus, "guard_status", self._on_guard, quality)
         self.create_subscription(JointState, "joint_states", self._on_joint_states, LOCKSTEP_QOS)
         self.create_subscription(JointState, TORQUE_TOPIC, self._test.on_torque, LOCKSTEP_QOS)
-        for topic in self._test.topics:
-            if topic == "joint_states" or topic.startswith(f"{CAMERA}/"):
-                continue
+        others = [name for name in self._test.topics if not name.startswith(("joint_states", f"{CAMERA}/"))]
+        for topic in others:
             kind = StrainArray if topic == "strain" else Imu
             self.create_subscription(kind, topic, partial(self._test.on_sensor, topic), LOCKSTEP_QOS)
         for name in self._ready:
