@@ -179,13 +179,16 @@ def test_the_drives_obey_one_guard_and_a_topic_stops_it(tmp_path: Path) -> None:
         send_forged_torques(ear, 1000)
         efforts = np.array([msg.effort[0] for msg in ear.heard["joint_states"]])
         assert abs(efforts).max() < 1.0  # of the 14 N m of the forger; the arm is held, with what noise asks
-        if not is_armed(ear):  # a loaded machine may have been silent for 50 ms
-            arm(ear)
-        old = ear.latest("joint_commands")
         stop = ear.node.create_publisher(Empty, "stop", 10)
         ear.wait(lambda: stop.get_subscription_count() > 0, 10.0, "the guard")
-        stop.publish(Empty())
-        ear.wait(lambda: not is_armed(ear), 20.0, "the stop")
+        for _ in range(5):  # a loaded machine may have been silent for 50 ms, which stops it, too
+            if not is_armed(ear):
+                arm(ear)
+            old = ear.latest("joint_commands")
+            stop.publish(Empty())
+            ear.wait(lambda: not is_armed(ear), 20.0, "the stop")
+            if ear.latest("guard_status").reason == "stopped by topic stop":
+                break
         assert ear.latest("guard_status").reason == "stopped by topic stop"
         ear.wait(lambda: ear.latest("guard_status").mode == GuardStatus.STOPPED, 10.0, "rest")
         arm(ear)

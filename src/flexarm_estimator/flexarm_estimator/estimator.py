@@ -25,6 +25,7 @@ from flexarm_estimator.judging.sample_judge import Verdict
 from flexarm_estimator.measurement import Measurement
 from flexarm_estimator.messages.torque_input import torque_input
 from flexarm_estimator.parts import Parts, PartsMaker
+from flexarm_estimator.recomputation import compute
 from flexarm_estimator.robust.moving_horizon import horizon_of
 from flexarm_estimator.settings import EstimatorConfig
 from flexarm_estimator.tool.report import TipReporter
@@ -112,7 +113,7 @@ class Estimator:
         verdicts = self._compute(touched) + self._resolve()
         self.health.note_verdicts(verdicts)
         if self._horizon is not None:
-            self._horizon.settle(self._parts, history.instants)
+            self._horizon.settle(history.instants)
         now, is_ordinary = history.now, all([verdict.is_accepted for verdict in verdicts])
         self._heed(View(self._t, self._u, now.belief, samples, verdicts, now.inputs, is_ordinary))
         self._history.forget(self._gate.needs(self._t))
@@ -127,7 +128,7 @@ class Estimator:
         return self._maker.make(model, self._use_compiler)
 
     def adopt(self, model: ReducedModel | Parts) -> None:
-        """Go on with another served model of the same arm; the recent past is mapped too.
+        """Go on with another served model of the same arm; the recent past keeps the one of its time.
 
         Raises:
             ValueError: It is of another arm.
@@ -136,8 +137,7 @@ class Estimator:
         parts = model if isinstance(model, Parts) else self.prepare(model)
         mapping = carry_over(self._parts, parts)
         self._use(parts)
-        for instant in self._history.instants:
-            instant.carry_over(mapping.apply)
+        self._history.enter(parts, mapping)
 
     def reset(self) -> None:
         """Forget the state; the next step starts anew."""
@@ -147,7 +147,7 @@ class Estimator:
         """Go on from a state that is known from elsewhere; samples from before it are ignored."""
         self._clock.is_running = True
         self._began = self._t
-        self._history = History(Instant(self._t, self._u, belief), self.config.history)
+        self._history = History(Instant(self._t, self._u, self._parts, belief), self.config.history)
 
     def retune(self, specs: tuple[SensorSpec, ...], config: EstimatorConfig) -> None:
         """Go on with other noise of the same sensors and of the process.
@@ -188,7 +188,7 @@ class Estimator:
         """Forget everything but the position ``x``, as seen just before ``t``."""
         self._t = self._began = t
         belief = Belief(x, self._parts.process.P0)
-        self._history = History(Instant(t - _START, self._u, belief), self.config.history)
+        self._history = History(Instant(t - _START, self._u, self._parts, belief), self.config.history)
         self._reception = Reception(self.specs, self.config, self.health)
         self.health.restart(t, is_contested)
         self._gate.restart()
@@ -217,7 +217,7 @@ class Estimator:
 
     def _compute(self, touched: Sequence[int]) -> list[Verdict]:
         """Compute all instants from the first of those ``touched`` on."""
-        return self._parts.fusion.compute(self._history.instants, max(1, min(touched)))
+        return compute(self._history.instants, max(1, min(touched)))
 
     def _resolve(self) -> list[Verdict]:
         """Fuse what the gate had held back and lets go now; return the final verdicts on what it held."""
@@ -228,7 +228,7 @@ class Estimator:
         """Ask the watches; take what a sensor at fault has said out of the recent past."""
         findings = self._watches.look(view, self.health.heed)
         if self._exclusion.is_needed:
-            for finding in self._exclusion.look(view, self._history, self._parts):
+            for finding in self._exclusion.look(view, self._history):
                 self.health.heed(finding, "FaultExclusion")
         touched = [self._history.withdraw(f.sensor, f.since) for f in findings if f.since < math.inf]
         if touched:

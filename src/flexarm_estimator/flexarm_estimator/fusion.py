@@ -64,17 +64,17 @@ class Fusion:
         self._filter = GuardedFilter(n_x, process.system.n_u + 1)
         self._steps = JointStepCache(self._source, models.rows)
 
-    def compute(self, instants: Sequence[Instant], first: int) -> list[Verdict]:
-        """Compute the beliefs of ``instants`` from index ``first`` >= 1 on.
+    def compute(self, instants: Sequence[Instant], first: int, end: int) -> list[Verdict]:
+        """Compute the beliefs of ``instants[first:end]``, all of this model; ``first`` >= 1.
 
         Returns:
             The verdicts on their pending samples, which it empties.
         """
         verdicts: list[Verdict] = []
         i = first
-        while i < len(instants):
-            i += 0 if instants[i].pending else self._replay(instants, i)
-            if i < len(instants):
+        while i < end:
+            i += 0 if instants[i].pending else self._replay(instants, i, end)
+            if i < end:
                 before, instant = instants[i - 1], instants[i]
                 is_stepped = i == first and self._lacks_only_poses(before, instant)
                 verdicts += self._compute_one(before, instant, is_stepped)
@@ -96,17 +96,17 @@ class Fusion:
         sample = StackedSample(step.stack, samples, instant.scan) if step.stack else None
         return PreparedStep(dt, step, u, sample)
 
-    def _replay(self, instants: Sequence[Instant], first: int) -> int:
+    def _replay(self, instants: Sequence[Instant], first: int, end: int) -> int:
         """Compute instants in a row again that have only rows, all of them known; return how many."""
         if not self._source.is_constant:
             return 0
         steps, poses = list[PreparedStep](), self.poses
         start, t = instants[first - 1].belief, instants[first - 1].t
-        for instant in instants[first:]:
+        for instant in instants[first:end]:
             if instant.pending or instant.reopening is not None or not instant.fused.keys().isdisjoint(poses):
                 break
             step, dt = instant.prepared, instant.t - t
-            if step is None or step.dt != dt:  # as after another model was adopted
+            if step is None or step.dt != dt:
                 step = instant.prepared = self.prepare(start, dt, instant)
             steps.append(step)
             t = instant.t

@@ -3,14 +3,17 @@
 Every instant keeps what is needed to compute it again from the one before. A late sample is put
 into the instant of its stamp (a new one splits an interval; the torque of that interval holds on
 both sides), and all later instants are computed again. The oldest instant is the fixed start.
+
+Every instant belongs to the served model of its time. Where another one was adopted stands an instant
+of its own, at which nothing is sampled: the same time, the state in the coordinates of the new model.
 """
 
 from __future__ import annotations
 
 import math
 from bisect import bisect_left
-from collections.abc import Callable
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +23,10 @@ from flexarm_estimator.judging.reopening import Reopening
 from flexarm_estimator.judging.scan import Scan
 from flexarm_estimator.measurement import Measurement
 from flexarm_estimator.steps.joint_step import PreparedStep
+
+if TYPE_CHECKING:
+    from flexarm_estimator.adoption import StateMap
+    from flexarm_estimator.parts import Parts
 
 Array = NDArray[np.float64]
 SAME_INSTANT = 1e-6  # s; stamps closer than this are one instant
@@ -33,6 +40,8 @@ class Instant:
     Attributes:
         t: [s].
         u: [tau; 1] held over the interval that ends here, (n_u + 1,).
+        parts: Of the served model in whose coordinates the belief is.
+        belief: State at ``t`` given all samples up to ``t``.
         fused: Samples that belong to the state, by sensor.
         pending: Samples not judged yet, by sensor.
         refused: Samples that do not belong to the state, by sensor; kept for who looks for the one at fault.
@@ -40,11 +49,13 @@ class Instant:
         scan: Samples that came together; those of its sensors are among the others here, if any.
         prepared: Joint step that leads here, kept for computing again; None when it has to be made.
         reopening: The covariance was widened here because the state was doubted; None where it was not.
+        entry: Leads here from the instant before, which belongs to another model; None within one.
     """
 
     t: float
     u: Array
-    _belief: Belief
+    parts: Parts
+    belief: Belief
     fused: dict[str, Measurement] = field(default_factory=dict)
     pending: dict[str, Measurement] = field(default_factory=dict)
     refused: dict[str, Measurement] = field(default_factory=dict)
@@ -52,30 +63,11 @@ class Instant:
     inputs: Array = field(default_factory=lambda: _NOTHING)
     scan: Scan | None = None
     prepared: PreparedStep | None = None
-    _maps: tuple[Callable[[Belief], Belief], ...] = ()
-
-    @property
-    def belief(self) -> Belief:
-        """State at ``t`` given all samples up to ``t``."""
-        if self._maps:
-            for apply in self._maps:
-                self._belief = apply(self._belief)
-            self._maps = ()
-        return self._belief
-
-    @belief.setter
-    def belief(self, belief: Belief) -> None:
-        """Set it; what was mapped is forgotten."""
-        self._belief, self._maps = belief, ()
-
-    def carry_over(self, apply: Callable[[Belief], Belief]) -> None:
-        """Belong to another model, whose state ``apply`` gives; it is worked out when somebody looks."""
-        self._maps += (apply,)
-        self.prepared = None  # it is a step of the old model
+    entry: StateMap | None = None
 
     def accept(self, belief: Belief) -> None:
         """Take the state that all pending samples have led to; none had been fused before."""
-        self._belief, self._maps = belief, ()
+        self.belief = belief
         self.fused, self.pending = self.pending, self.fused
 
     @property
@@ -107,9 +99,15 @@ class History:
         now, count = self.instants[-1], len(self.instants)
         if t > now.t + SAME_INSTANT:
             self.instants.append(
-                Instant(t, u, now.belief, {}, {}, {}, None, _NOTHING)
+                Instant(t, u, now.parts, now.belief, {}, {}, {}, None, _NOTHING)
             )  # sooner than by default
         return count
+
+    def enter(self, parts: Parts, entry: StateMap) -> None:
+        """Go on with the parts of another model, into whose coordinates ``entry`` leads."""
+        now = self.instants[-1]
+        belief, inputs = entry.apply(now.belief), now.inputs
+        self.instants.append(Instant(now.t, now.u, parts, belief, inputs=inputs, entry=entry))
 
     def insert(self, sample: Measurement) -> int:
         """Put a sample into the instant of its stamp; return the index of that instant.
@@ -134,9 +132,11 @@ class History:
         index = len(instants) - 1
         if index > 1 and instants[-2].t >= t - SAME_INSTANT:  # most samples are of now
             index = max(1, bisect_left(instants, t - SAME_INSTANT, hi=index, key=_time))
-        instant = instants[index]
-        if instant.t - t > SAME_INSTANT:
-            instants.insert(index, Instant(t, instant.u, instants[index - 1].belief))
+        while index < len(instants) and instants[index].entry is not None:  # nothing is sampled there
+            index += 1
+        after = instants[min(index, len(instants) - 1)]
+        if index == len(instants) or after.t - t > SAME_INSTANT:
+            instants.insert(index, Instant(t, after.u, after.parts, instants[index - 1].belief))
         return index
 
     def withdraw(self, sensor: str, since: float) -> int:

@@ -70,21 +70,26 @@ class FixedLagSmoother:
         seen, self._seen = self._seen, self._estimator.past
         told = []
         if self._seen[1] is not seen[1]:  # the history began anew
-            told = self._tell(*seen, math.inf)
+            told = self._tell(seen[1], math.inf)
             self._told = -math.inf
-        return told + self._tell(*self._seen, t - self._lag)
+        return told + self._tell(self._seen[1], t - self._lag)
 
     def finish(self) -> list[Smoothed]:
         """Return the instants that are left, oldest first."""
-        return self._tell(*self._estimator.past, math.inf)
+        return self._tell(self._estimator.past[1], math.inf)
 
-    def _tell(self, parts: Parts, instants: Sequence[Instant], until: float) -> list[Smoothed]:
+    def _tell(self, instants: Sequence[Instant], until: float) -> list[Smoothed]:
         """Return what has not been told up to a time [s]; the first instant is the fixed start."""
         until += SAME_INSTANT
         due = [i for i in range(1, len(instants)) if self._told < instants[i].t <= until]
         if not due:
             return []
-        beliefs = smooth(parts.fusion, instants[due[0] :])
-        told = [Smoothed(instants[i].t, belief, parts) for i, belief in zip(due, beliefs, strict=False)]
-        self._told = told[-1].t
+        start = due[0]
+        beliefs = smooth(instants[start:])
+        told = [
+            Smoothed(instants[i].t, beliefs[i - start], instants[i].parts)
+            for i in due
+            if instants[i].entry is None  # nothing but another model's coordinates
+        ]
+        self._told = instants[due[-1]].t
         return told

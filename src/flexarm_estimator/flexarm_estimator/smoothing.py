@@ -20,11 +20,14 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg.lapack import dpotrf, dtrtrs
 
+from flexarm_estimator.adoption import StateMap
 from flexarm_estimator.filter import Belief
 from flexarm_estimator.fusion import Fusion
 from flexarm_estimator.history import Instant
 
 Array = NDArray[np.float64]
+_LEAST = 1e-300  # variance, to divide by
+_RANK = 1e-12  # of the largest eigenvalue; less is rounding
 
 
 class BackwardStep(NamedTuple):
@@ -46,18 +49,32 @@ class BackwardStep(NamedTuple):
         return Belief(self.gain.dot(later.x) + self.constant, (P + P.T) * 0.5)
 
 
-def smooth(fusion: Fusion, instants: Sequence[Instant]) -> list[Belief]:
+def smooth(instants: Sequence[Instant]) -> list[Belief]:
     """Return the belief of every instant given the samples of all of them.
 
     Args:
-        fusion: Filter that computed them.
         instants: In order of time, computed.
     """
     x, P = instants[-1].belief
     beliefs = [Belief(x.copy(), P.copy())]
     for before, instant in zip(instants[-2::-1], instants[:0:-1], strict=True):
-        beliefs.append(backward_step(fusion, before.belief, before.t, instant).apply(beliefs[-1]))
+        if instant.entry is None:
+            step = backward_step(instant.parts.fusion, before.belief, before.t, instant)
+        else:
+            step = leave(instant.entry, before.belief)
+        beliefs.append(step.apply(beliefs[-1]))
     return beliefs[::-1]
+
+
+def leave(entry: StateMap, before: Belief) -> BackwardStep:
+    """Return how the state ``before`` another model was adopted follows from that in its coordinates."""
+    x, P = entry.apply(before)
+    scale = np.sqrt(np.maximum(P.diagonal(), _LEAST))
+    inverse = np.linalg.pinv(P / np.outer(scale, scale), rcond=_RANK, hermitian=True)
+    gain = before.P.dot(entry.T.T).dot(inverse / np.outer(scale, scale))
+    lost = np.eye(before.x.size) - gain.dot(entry.T)
+    rest = lost.dot(before.P).dot(lost.T) + gain.dot(entry.added).dot(gain.T)
+    return BackwardStep(gain, before.x - gain.dot(x), rest)
 
 
 def backward_step(fusion: Fusion, before: Belief, t: float, instant: Instant) -> BackwardStep:
@@ -81,7 +98,7 @@ def backward_step(fusion: Fusion, before: Belief, t: float, instant: Instant) ->
         joint[: m + n, : m + n] += felt.dot(fusion.widen(instant.reopening)).dot(felt.T)
     joint[m + n :, : m + n] = reach.dot(before.P).T
     joint[m + n :, m + n :] = before.P
-    scale = np.sqrt(np.maximum(joint.diagonal(), 1e-300))
+    scale = np.sqrt(np.maximum(joint.diagonal(), _LEAST))
     L, info = dpotrf(joint / np.outer(scale, scale), lower=1, clean=1)
     if info != 0:  # rounding: what came later is left out
         return BackwardStep(np.zeros((n, n)), before.x, before.P)

@@ -97,19 +97,28 @@ def test_an_estimator_that_adopts_a_turned_model_goes_on_as_if_nothing_had_happe
     assert np.linalg.norm(b.T_world_tip[:3, 3] - a.T_world_tip[:3, 3]) < 3 * sigma
 
 
-def test_a_frame_from_before_the_adoption_is_fused_with_the_adopted_model():
-    """What it makes the filter compute again leads to the state of an estimator that had it in time."""
-    record = simulate(160, np.random.default_rng(5), camera_every=7)
+def test_samples_from_before_adoptions_lead_where_they_would_have_led_in_time():
+    """Frames 12 periods late, gauges 3, over five adoptions: each is fused with the model of its own time."""
+    record = simulate(165, np.random.default_rng(5), camera_every=7)
     late, in_time = (Estimator(MODEL, StripKinematics(), SENSORS, EstimatorConfig()) for _ in range(2))
-    for k in range(153):  # the frame of k = 140 arrives at once, or at 152
-        if k == 151:
-            late.adopt(turned_model())
-            in_time.adopt(turned_model())
-        a = late.step(arriving(record, k, 12), record.tau[k], k * DT)
-        b = in_time.step(arriving(record, k, 0 if k == 140 else 12), record.tau[k], k * DT)
+    turned = {60: 0.4, 61: -0.2, 90: 0.1, 148: 0.3, 151: 0.7}
+    last = 152  # sample
+    for k in range(last + 13):
+        if k in turned:
+            late.adopt(turned_model(turned[k]))
+            in_time.adopt(turned_model(turned[k]))
+        a = late.step(delayed(record, k, last), record.tau[k], k * DT)
+        b = in_time.step(record.samples[k] if k <= last else [], record.tau[k], k * DT)
     sigma = np.sqrt(np.diag(b.P))
-    # the process noise of mixed modes differs a little; with the old model's steps it would be 200 sigma
-    assert np.max(np.abs(a.x - b.x) / sigma) < 1.0
+    assert np.max(np.abs(a.x - b.x) / sigma) < 1e-9
+    assert np.max(np.abs(a.P - b.P) / np.outer(sigma, sigma)) < 1e-9
+
+
+def delayed(record, k, last):
+    """Return what of the samples up to ``last`` arrives at k: encoders at once, frames late, others a bit."""
+    delays = {"encoder": 0, "camera": 12}
+    taken = [(k - delays.get(spec.name, 3), spec.name) for spec in SENSORS]
+    return [s for i, name in taken if 0 <= i <= last for s in record.samples[i] if s.sensor == name]
 
 
 def test_a_model_of_another_arm_is_refused():

@@ -142,11 +142,11 @@ def test_the_past_that_is_kept_does_not_grow_while_all_contradict_all() -> None:
 def test_without_the_liar_and_only_without_it_the_others_agree() -> None:
     estimator, estimates, _ = feed(creeping, until=START + 65)
     assert "doubted by encoder" in estimates[-1].reason
-    parts, instants = estimator.past
+    _, instants = estimator.past
     before = [(instant.t, instant.belief.x.tobytes(), len(instant.fused)) for instant in instants]
     consistent = []
     for name in ("", *heard_sensors(instants)):
-        replay = Replay(parts.fusion, estimator._gate.bound, instants, instants[0].belief, name)
+        replay = Replay(estimator._gate.bound, instants, instants[0].belief, name)
         while not replay.is_done:
             replay.advance(7)
         consistent += [name] * replay.is_consistent

@@ -47,14 +47,14 @@ def test_no_tick_plays_more_than_a_piece_of_the_past(
 def test_a_replay_in_pieces_is_that_of_the_past_as_it_is_by_now() -> None:
     """Frames that come late change what has been played already; the oldest instants are forgotten."""
     estimator, _, _ = feed(creeping, until=START + 40)
-    parts, instants = estimator.past
-    replay = Replay(parts.fusion, estimator._gate.bound, instants, instants[0].belief, "encoder")
+    _, instants = estimator.past
+    replay = Replay(estimator._gate.bound, instants, instants[0].belief, "encoder")
     for k in range(START + 40, START + 64):
         replay.advance(6)
         estimator.step(creeping(k, arriving(RECORD, k, FRAMES)), RECORD.tau[k], float(RECORD.t[k]))
         assert replay.follow(estimator.past[1])
-    parts, instants = estimator.past
-    again = Replay(parts.fusion, estimator._gate.bound, instants, replay.instants[0].belief, "encoder")
+    _, instants = estimator.past
+    again = Replay(estimator._gate.bound, instants, replay.instants[0].belief, "encoder")
     for each in (replay, again):
         while not each.is_done:
             each.advance(6)

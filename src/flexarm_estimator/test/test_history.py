@@ -1,6 +1,7 @@
 import numpy as np
 import pytest
 
+from flexarm_estimator.adoption import StateMap
 from flexarm_estimator.filter import Belief
 from flexarm_estimator.history import History, Instant
 from flexarm_estimator.measurement import Measurement
@@ -13,7 +14,7 @@ def sample(t, sensor="a"):
 
 
 def filled(times, length=0.3):
-    history = History(Instant(0.0, np.array([0.0, 1.0]), BELIEF), length)
+    history = History(Instant(0.0, np.array([0.0, 1.0]), "parts", BELIEF), length)
     for i, t in enumerate(times):
         history.advance(t, np.array([float(i + 1), 1.0]))
     return history
@@ -48,24 +49,36 @@ def test_what_is_older_than_the_history_is_forgotten_but_its_last_instant():
     assert history.now.t == pytest.approx(1.0)
 
 
-def test_a_belief_goes_through_all_models_since_when_somebody_looks_and_not_before():
-    history, asked = filled([0.1, 0.2]), []
+def doubled(history):
+    history.enter("new parts", StateMap(2.0 * np.eye(2), np.zeros((2, 2))))
 
-    def doubled(belief):
-        asked.append("doubled")
-        return Belief(2.0 * belief.x, 4.0 * belief.P)
 
-    def moved(belief):
-        asked.append("moved")
-        return Belief(belief.x + 1.0, belief.P)
+def test_where_a_model_is_adopted_the_state_is_in_its_coordinates_and_the_past_is_not():
+    history = filled([0.1, 0.2])
+    history.now.belief = Belief(np.ones(2), np.eye(2))
+    doubled(history)
+    history.advance(0.3, np.zeros(2))
+    assert [instant.parts for instant in history.instants] == ["parts"] * 3 + ["new parts"] * 2
+    assert np.array_equal(history.instants[2].belief.x, [1.0, 1.0])
+    for instant in history.instants[3:]:
+        assert np.array_equal(instant.belief.x, [2.0, 2.0])
+        assert np.array_equal(instant.belief.P, 4.0 * np.eye(2))
+    assert history.insert(sample(0.25)) == 4
+    assert history.instants[4].parts == "new parts"
 
-    for apply in (doubled, moved):
-        for instant in history.instants:
-            instant.carry_over(apply)
-    assert not asked
-    for _ in range(2):  # once is enough
-        assert np.array_equal(history.now.belief.x, [1.0, 1.0])
-        assert np.array_equal(history.now.belief.P, 4.0 * np.eye(2))
-    assert asked == ["doubled", "moved"]
-    history.instants[0].belief = BELIEF  # computed again with the new model
-    assert np.array_equal(history.instants[0].belief.x, [0.0, 0.0])
+
+@pytest.mark.parametrize("off", [0.0, 5e-7, -5e-7])
+def test_a_sample_of_the_time_of_an_adoption_is_of_the_model_before(off):
+    history = filled([0.1, 0.2])
+    doubled(history)
+    doubled(history)
+    assert history.insert(sample(0.2 + off)) == 2
+
+
+def test_nothing_is_sampled_where_only_a_model_was_adopted():
+    """The start and two models at the same time: what is sampled within a microsecond comes after them."""
+    history = filled([])
+    doubled(history)
+    doubled(history)
+    assert history.insert(sample(5e-7)) == 3
+    assert history.instants[3].entry is None and history.instants[3].parts == "new parts"

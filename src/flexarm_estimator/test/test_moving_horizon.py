@@ -126,14 +126,14 @@ def test_settled_it_is_the_minimum_of_the_robust_loss_over_the_whole_record(use_
     running = Estimator(strip_model(), StripKinematics(), POSITIONS, CONFIG, use_compiler=use_compiler)
     for k in range(STEPS + 1):
         running.step(record.samples[k][:2], record.tau[k], float(record.t[k]))
-    parts, instants = running.past
-    plain = [belief.x for belief in smooth(parts.fusion, instants)]
+    _, instants = running.past
+    plain = [belief.x for belief in smooth(instants)]
     horizon = MovingHorizon(huber, 10.0)
     for _ in range(200):
-        if not horizon.settle(parts, instants):
+        if not horizon.settle(instants):
             break
     wanted = minimise(record, huber_of_square)
-    settled = smooth(parts.fusion, instants)
+    settled = smooth(instants)
     sigma = np.array([np.sqrt(belief.P.diagonal()) for belief in settled])
     off = abs(np.array([belief.x for belief in settled]) - wanted) / sigma
     without = abs(np.array(plain) - wanted) / sigma
@@ -146,9 +146,9 @@ def test_the_square_is_the_filter():
     running = estimator()
     for k in range(60):
         running.step(record.samples[k], record.tau[k], float(record.t[k]))
-    parts, instants = running.past
+    _, instants = running.past
     before = [instant.belief.x.copy() for instant in instants]
-    assert not MovingHorizon(lambda square: 1.0, 1.0).settle(parts, instants)
+    assert not MovingHorizon(lambda square: 1.0, 1.0).settle(instants)
     for instant, x in zip(instants, before, strict=True):
         np.testing.assert_array_equal(instant.belief.x, x)
 
@@ -196,16 +196,16 @@ def test_a_sample_keeps_what_it_said_and_gets_its_weight_back():
     running = estimator(CONFIG)
     for k in range(41):
         running.step(record.samples[k], record.tau[k], float(record.t[k]))
-    parts, instants = running.past
+    _, instants = running.past
     said = {(name, s.t): s for instant in instants for name, s in instant.fused.items()}
     states = [instant.belief.x for instant in instants]
     for _ in range(20):
-        MovingHorizon(huber, 1.0).settle(parts, instants)
+        MovingHorizon(huber, 1.0).settle(instants)
     weighed = [s for instant in instants for s in instant.fused.values() if isinstance(s, Weighed)]
     assert weighed and min(s.weight for s in weighed) < 0.5
     assert all(s.told is said[s.sensor, s.t] and s.y is s.told.y for s in weighed)
     for _ in range(2):
-        MovingHorizon(lambda square: 1.0, 1.0).settle(parts, instants)
+        MovingHorizon(lambda square: 1.0, 1.0).settle(instants)
     for instant, x in zip(instants, states, strict=True):
         np.testing.assert_allclose(instant.belief.x, x, rtol=0, atol=1e-12)
 

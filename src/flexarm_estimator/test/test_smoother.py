@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from joint_solution import Instant, solve_jointly
 from planar_strip import DT, ROW_SENSORS, SENSORS, StripKinematics, arriving, simulate, strip_model
+from test_adoption import turned_model
 
 from flexarm_estimator.estimator import Estimator
 from flexarm_estimator.measurement import Measurement
@@ -158,3 +159,22 @@ def test_a_time_jump_ends_what_was_before_it():
 def test_a_lag_that_the_estimator_does_not_keep_is_refused():
     with pytest.raises(ValueError, match="lag: 1.0 s is outside"):
         FixedLagSmoother(estimator(), 1.0)
+
+
+def test_looking_back_goes_through_models_that_were_adopted_on_the_way():
+    """There and back between two periods changes nothing but the coordinates on the way."""
+    record, told = simulate(STEPS, np.random.default_rng(8), camera_every=7), []
+    for adopts in (False, True):
+        running = estimator(CONFIG, SENSORS)
+        smoother = FixedLagSmoother(running, 0.2)
+        told.append([])
+        for k in range(STEPS + 1):
+            told[-1] += smoother.step(arriving(record, k, 3, np.inf), record.tau[k], float(record.t[k]))
+            if adopts and k % 10 == 5:
+                running.adopt(turned_model())
+                running.adopt(running.prepare(strip_model()))
+        told[-1] += smoother.finish()
+    plain, through = told
+    assert [late.t for late in through] == [late.t for late in plain]
+    for a, b in zip(plain, through, strict=True):
+        assert distance(b.belief, *a.belief) < 1e-8

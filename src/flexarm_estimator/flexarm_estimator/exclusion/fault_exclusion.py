@@ -26,7 +26,6 @@ from flexarm_estimator.history import SAME_INSTANT, History, Instant
 from flexarm_estimator.judging.gate import Gate
 from flexarm_estimator.judging.health import Health
 from flexarm_estimator.measurement import Measurement
-from flexarm_estimator.parts import Parts
 from flexarm_estimator.watches.watch import Finding, View
 
 Array = NDArray[np.float64]
@@ -78,27 +77,27 @@ class FaultExclusion:
             return f"the state was doubted again and again, last by {', '.join(sorted(doubts[-1]))}"
         return ""
 
-    def look(self, view: View, history: History, parts: Parts) -> list[Finding]:
+    def look(self, view: View, history: History) -> list[Finding]:
         """Return who is excluded or readmitted; goes on with what is at hand, a piece at a time."""
-        findings = self._compare(view.samples, history, parts) if self._excluded else []
+        findings = self._compare(view.samples, history) if self._excluded else []
         search = self._search
         if search is not None and search.history is not history:  # of a state that was given up
             search = self._search = None
         if search is None:
             if self._gate.is_disputed and view.t >= self._next:
-                self._begin(view.t, history, parts)
+                self._begin(view.t, history)
             return findings
-        search.advance(parts)
+        search.advance()
         if search.is_done:
             self._search, self._next = None, view.t + _PAUSE
             self._gate.is_disputed = False
             findings += self._conclude(search, view.t)
         return findings
 
-    def _begin(self, t: float, history: History, parts: Parts) -> None:
+    def _begin(self, t: float, history: History) -> None:
         if t - self._undecided_at > _CURRENT:  # the search before was about something else
             self._disagreeing = self._refused = frozenset()
-        self._search = Search(self._gate, self._health, history, parts)
+        self._search = Search(self._gate, self._health, history)
 
     def _conclude(self, search: Search, t: float) -> list[Finding]:
         replay = search.outcome
@@ -120,14 +119,14 @@ class FaultExclusion:
         self._excluded[faulty] = _Excluded(t, probation)
         return [Finding(faulty, "contradicts the others, which agree without it", is_fault=True)]
 
-    def _compare(self, samples: Iterable[Measurement], history: History, parts: Parts) -> list[Finding]:
+    def _compare(self, samples: Iterable[Measurement], history: History) -> list[Finding]:
         """Follow what excluded sensors say; return those that are readmitted."""
         found = []
         for sample in samples:
             sensor = self._excluded.get(sample.sensor)
             if sensor is None:
                 continue
-            if not _at_its_stamp(sample, history.instants, parts).nis <= self._gate.bound(sample.sensor):
+            if not _at_its_stamp(sample, history.instants).nis <= self._gate.bound(sample.sensor):
                 sensor.agrees_since, sensor.agreed = math.inf, 0
                 continue
             sensor.agrees_since, sensor.agreed = min(sensor.agrees_since, sample.t), sensor.agreed + 1
@@ -137,8 +136,8 @@ class FaultExclusion:
         return found
 
 
-def _at_its_stamp(sample: Measurement, instants: Sequence[Instant], parts: Parts) -> Comparison:
+def _at_its_stamp(sample: Measurement, instants: Sequence[Instant]) -> Comparison:
     """Compare a sample that is not fused with the state at its stamp."""
     at = bisect_right(instants, sample.t + SAME_INSTANT, key=lambda instant: instant.t)
     instant = instants[max(0, at - 1)]
-    return compare(sample, instant.belief, instant.u, parts)
+    return compare(sample, instant.belief, instant.u, instant.parts)

@@ -16,13 +16,12 @@ from itertools import chain
 import numpy as np
 from numpy.typing import NDArray
 
-from flexarm_estimator.adoption import StateMap
 from flexarm_estimator.filter import Belief
-from flexarm_estimator.fusion import Fusion
 from flexarm_estimator.history import SAME_INSTANT, Instant
 from flexarm_estimator.judging.gate import normalised_square
 from flexarm_estimator.judging.sample_judge import FAR, Verdict
 from flexarm_estimator.measurement import Measurement
+from flexarm_estimator.parts import Parts
 from flexarm_estimator.steps.joint_step import PreparedStep
 
 Array = NDArray[np.float64]
@@ -82,7 +81,6 @@ class Replay:
 
     def __init__(
         self,
-        fusion: Fusion,
         bound: Callable[[str], float],
         instants: Sequence[Instant],
         start: Belief,
@@ -91,16 +89,15 @@ class Replay:
         """Begin.
 
         Args:
-            fusion: Of the model in use.
             bound: Thresholds of ``nu' S^-1 nu``.
             instants: As they are; they are not changed.
             start: Belief at the first of them.
             without: Name of the sensor; empty for none.
         """
         self.without, self._judge = without, ReplayJudge(bound)
-        self._fusion = fusion.judged_by(self._judge)
         first = instants[0]
-        self.instants = [Instant(first.t, first.u, start)]
+        self.instants = [Instant(first.t, first.u, first.parts, start, entry=first.entry)]
+        self._bring(first.parts)
         self._next = 1
         self._add(instants[1:])
 
@@ -135,8 +132,11 @@ class Replay:
         Returns:
             Whether what has been computed reaches to where the past begins by now; else nothing is changed.
         """
-        first = bisect_left(self.instants, instants[0].t - SAME_INSTANT, hi=self._next, key=_time)
-        if first == self._next or self.instants[first].t > instants[0].t + SAME_INSTANT:
+        own, start = self.instants, instants[0]
+        first = bisect_left(own, start.t - SAME_INSTANT, hi=self._next, key=_time)
+        while first < self._next and own[first].entry is not start.entry:
+            first += 1  # a model that was adopted at the same time
+        if first == self._next or own[first].t > start.t + SAME_INSTANT:
             return False
         del self.instants[:first]
         alike, most = 1, min(self._next - first, len(instants))
@@ -147,11 +147,9 @@ class Replay:
         self._add(instants[alike:])
         return True
 
-    def carry_over(self, fusion: Fusion, mapping: StateMap) -> None:
-        """Go on with another model, into whose state ``mapping`` leads."""
-        self._fusion = fusion.judged_by(self._judge)
-        for instant in self.instants[: self._next]:
-            instant.carry_over(mapping.apply)
+    def _bring(self, parts: Parts) -> None:
+        """Fuse with a model from now on."""
+        self._parts, self._fusion = parts, parts.fusion.judged_by(self._judge)
 
     def _compute(self, before: Instant, instant: Instant) -> int:
         """Compute an instant, all rows at once and again without those that are far off; then the poses.
@@ -159,23 +157,31 @@ class Replay:
         Returns:
             In how many ordinary ones' time, about.
         """
+        if instant.entry is not None:
+            instant.belief = instant.entry.apply(before.belief)
+            return 1
+        if instant.parts is not self._parts:
+            self._bring(instant.parts)
         pair, pending, self._judge.far = (before, instant), instant.pending, []
         poses = {name: pending.pop(name) for name in self._fusion.poses if name in pending}
-        self._fusion.compute(pair, 1)
+        self._fusion.compute(pair, 1, 2)
         if self._judge.far:
             for name in self._judge.far:
                 instant.refused[name] = instant.fused.pop(name)
             instant.prepared = None
-            self._fusion.compute(pair, 1)
+            self._fusion.compute(pair, 1, 2)
         if poses:
             instant.pending.update(poses)
-            self._fusion.compute(pair, 1)
+            self._fusion.compute(pair, 1, 2)
         return 1 + len(poses) + (_REFUSED if instant.refused else 0)
 
     def _add(self, instants: Iterable[Instant]) -> None:
         """Put instants to be computed behind those that are there, and count anew."""
         start = self.instants[0].belief
-        self.instants += [Instant(i.t, i.u, start, {}, _offered(i, self.without), {}) for i in instants]
+        self.instants += [
+            Instant(i.t, i.u, i.parts, start, {}, _offered(i, self.without), {}, entry=i.entry)
+            for i in instants
+        ]
         played, rest = self.instants[1 : self._next], self.instants[self._next :]
         self._refused = Counter(chain.from_iterable([instant.refused for instant in played]))
         heard = [samples for instant in played for samples in (instant.fused, instant.refused)]
@@ -184,7 +190,7 @@ class Replay:
     def _is_alike(self, own: Instant, other: Instant) -> bool:
         """Return whether the same was said at an instant as when it was computed."""
         mine, theirs = _offered(own), _offered(other, self.without)
-        is_same = own.t == other.t and mine.keys() == theirs.keys()
+        is_same = own.t == other.t and own.entry is other.entry and mine.keys() == theirs.keys()
         return is_same and all([sample is theirs[name] for name, sample in mine.items()])
 
 

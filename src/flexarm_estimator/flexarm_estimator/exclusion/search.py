@@ -15,13 +15,11 @@ from collections.abc import Generator, Iterable
 import numpy as np
 from numpy.typing import NDArray
 
-from flexarm_estimator.adoption import carry_over
 from flexarm_estimator.exclusion.replay import Replay, heard_sensors
 from flexarm_estimator.filter import Belief
 from flexarm_estimator.history import History
 from flexarm_estimator.judging.gate import Gate
 from flexarm_estimator.judging.health import Health
-from flexarm_estimator.parts import Parts
 
 Array = NDArray[np.float64]
 WORK = 400e3  # multiplications at one tick, about
@@ -42,22 +40,18 @@ class Search:
         disagreeing: Sensors that do not agree with any state when all are heard.
     """
 
-    def __init__(self, gate: Gate, health: Health, history: History, parts: Parts) -> None:
+    def __init__(self, gate: Gate, health: Health, history: History) -> None:
         """Begin; the first piece is played when it is asked for."""
-        self._gate, self._health, self.history, self._parts = gate, health, history, parts
+        self._gate, self._health, self.history = gate, health, history
         self.is_done, self.outcome = False, None
         self.disagreeing: frozenset[str] = frozenset()
         self._replays: list[Replay] = []  # that may be the outcome yet
         self._left = 0.0
         self._course = self._run(frozenset(gate.doubters))
 
-    def advance(self, parts: Parts) -> None:
-        """Play a piece with the model in use now."""
-        if parts is not self._parts:
-            mapping = carry_over(self._parts, parts)
-            for replay in self._replays:
-                replay.carry_over(parts.fusion, mapping)
-            self._parts = parts
+    def advance(self) -> None:
+        """Play a piece."""
+        parts = self.history.now.parts
         m, n_x = sum(len(model.R) for model in parts.sensors.rows.values()), parts.layout.n_x
         self._cost = _OVERHEAD + (m + n_x) * n_x * (n_x + m)  # of an ordinary instant
         self._left = max(WORK, _SETUP + _LEAST * self._cost)
@@ -94,19 +88,20 @@ class Search:
         return list(self._replays)
 
     def _begin(self, without: str, is_broad: bool) -> Replay:
-        instants, parts = self.history.instants, self._parts
-        start = instants[0].belief
-        start = Belief(start.x, parts.process.P0) if is_broad else self._start_without(without, start)
+        instants, start = self.history.instants, self.history.instants[0].belief
+        start = (
+            Belief(start.x, instants[0].parts.process.P0) if is_broad else self._start_without(without, start)
+        )
         self._left -= _SETUP
-        self._replays.append(Replay(parts.fusion, self._gate.bound, instants, start, without))
+        self._replays.append(Replay(self._gate.bound, instants, start, without))
         return self._replays[-1]
 
     def _start_without(self, name: str, start: Belief) -> Belief:
         """Return a belief without what a sensor may have said, all too slowly to be doubted, of its axes."""
-        layout, P = self._parts.layout, start.P.copy()
+        parts, P = self.history.instants[0].parts, start.P.copy()
         seen = np.flatnonzero(self._axes_told(name))
-        for at in (seen + layout.theta.start, seen + layout.theta_dot.start):
-            P[at, at] += self._parts.process.P0[at, at]
+        for at in (seen + parts.layout.theta.start, seen + parts.layout.theta_dot.start):
+            P[at, at] += parts.process.P0[at, at]
         return Belief(start.x, P)
 
     def _rivals(self, suspect: str, found: Iterable[Replay]) -> frozenset[str]:
@@ -120,8 +115,9 @@ class Search:
 
     def _axes_told(self, name: str) -> Array:
         """Return how well a sample tells each axis, ``1 / sigma^2``, (n_theta,)."""
-        model, x = self._parts.sensors.all()[name], self.history.instants[0].belief.x
-        H = model.jacobian(x)[:, self._parts.layout.theta] * model.locates
+        start = self.history.instants[0]
+        model = start.parts.sensors.all()[name]
+        H = model.jacobian(start.belief.x)[:, start.parts.layout.theta] * model.locates
         return np.asarray(np.sum(H * np.linalg.solve(model.R, H), axis=0))
 
     def _play(self, replay: Replay, to_the_end: bool = False) -> Generator[None, None, None]:

@@ -28,7 +28,7 @@ from flexarm_estimator.filter import Belief
 from flexarm_estimator.history import Instant
 from flexarm_estimator.judging.gate import normalised_square
 from flexarm_estimator.measurement import Measurement
-from flexarm_estimator.parts import Parts
+from flexarm_estimator.recomputation import compute
 from flexarm_estimator.robust.losses import LOSSES, Loss
 from flexarm_estimator.settings import EstimatorConfig
 from flexarm_estimator.smoothing import smooth
@@ -73,23 +73,22 @@ class MovingHorizon:
         """Weigh by ``loss`` over ``length`` seconds."""
         self._loss, self._length = loss, length
 
-    def settle(self, parts: Parts, instants: Sequence[Instant]) -> bool:
+    def settle(self, instants: Sequence[Instant]) -> bool:
         """Weigh the samples anew and compute their instants again; return whether anything has changed.
 
         Args:
-            parts: In use.
             instants: The recent past, computed; the first is the fixed start.
         """
         begin = instants[-1].t - self._length
         first = next((i for i, instant in enumerate(instants) if i and instant.t > begin), len(instants))
-        beliefs = smooth(parts.fusion, instants[first - 1 :])
+        beliefs = smooth(instants[first - 1 :])
         weighed = [
             index
             for index, pair in enumerate(pairwise(beliefs), first)
-            if self._weigh(instants[index], _noises(parts, instants[index], instants[index - 1].t, *pair))
+            if self._weigh(instants[index], _noises(instants[index], instants[index - 1].t, *pair))
         ]
         if weighed:
-            parts.fusion.compute(instants, weighed[0])
+            compute(instants, weighed[0])
         return bool(weighed)
 
     def _weigh(self, instant: Instant, noises: Iterable[_Noise]) -> bool:
@@ -105,11 +104,12 @@ class MovingHorizon:
         return changed
 
 
-def _noises(parts: Parts, instant: Instant, t: float, before: Belief, after: Belief) -> Iterator[_Noise]:
+def _noises(instant: Instant, t: float, before: Belief, after: Belief) -> Iterator[_Noise]:
     """Return the noise in the samples of an instant, given the states at ``t`` [s] and at it."""
+    parts = instant.parts
     names = tuple([name for name in parts.sensors.rows if name in instant.fused])
     if names:
-        yield from _of_rows(parts, instant, names, instant.t - t, before, after)
+        yield from _of_rows(instant, names, instant.t - t, before, after)
     for name, model in parts.sensors.poses.items():
         if name in instant.fused:
             told = _told(instant.fused[name])
@@ -121,10 +121,10 @@ def _noises(parts: Parts, instant: Instant, t: float, before: Belief, after: Bel
 
 
 def _of_rows(
-    parts: Parts, instant: Instant, names: tuple[str, ...], dt: float, before: Belief, after: Belief
+    instant: Instant, names: tuple[str, ...], dt: float, before: Belief, after: Belief
 ) -> Iterator[_Noise]:
     """Return the noise in the samples of sensors that are rows; nothing where rounding forbids it."""
-    u, steps = instant.inputs, parts.steps
+    u, parts, steps = instant.inputs, instant.parts, instant.parts.steps
     step = steps.transition(before, dt, u).at(before.x, u)
     stack = steps.rows(names, after, u).at(after.x, u)
     told = [_told(instant.fused[name]) for name in names]
