@@ -37,13 +37,8 @@ _HEAVY_SPRINGS = (
     "with mass +50 % the tip is off by 1.506 e0 (1.5) and what is left of vibration is 3.8 times the nominal "
     "(2); with stiffness -30 % beside it 2.8 e0 (2.5)"
 )
-_CRAWLS = (
-    "with a fifth of the torque that moves it the whole move is slowed down by 229 s (motion/retime.py, axis "
-    "motor_1.rz): not there after three times the move and the rest behind it; why was not examined"
-)
 
 MISSED = {
-    ("serial_6r", 35): _CRAWLS,
     ("spatial_3tpt", 31): _HEAVY,
     ("spatial_3tpt", 33): _HEAVY,
     ("variable_stiffness", 31): _HEAVY_SPRINGS,

@@ -1,5 +1,7 @@
 """References that need more torque than there is: slowed down where they need it, on the same path."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.integrate import quad
@@ -9,6 +11,7 @@ from test_retiming import quintic, random_path, torque
 from flexarm_controller.motion.excess import find_excess
 from flexarm_controller.motion.refusals import MotionError
 from flexarm_controller.motion.retime import RESERVE, retime
+from flexarm_controller.motion.stretch import stretch
 from flexarm_controller.program.equilibrium import build_equilibrium
 from flexarm_controller.reference import Reference
 from flexarm_model.motion.profiles import Trapezoid
@@ -40,6 +43,56 @@ def test_it_takes_as_long_as_the_speeds_that_accelerating_and_braking_allow(shar
     slowed, late = retime(asked, limits_of_hub(effort=effort), model.theta_names, equilibrium)
     assert slowed.t[-1] - slowed.t[0] == pytest.approx(expected, rel=0.02)  # grid of 0.6 ms
     assert late == pytest.approx(slowed.t[-1] - asked.t[-1])
+
+
+def test_friction_beyond_the_torque_at_full_speed_takes_as_long_as_the_speed_that_it_allows():
+    """Counted at full speed, however slow the motion, it left no torque and a hundredth of the speed."""
+    model, friction = single_link(), 200.0  # N m s/rad: the inertia's share of the time is 2 ms
+    D = model.D.copy()
+    D[0, 0] = friction
+    asked, top = worst_profile(), ANGLE / (DURATION - sum(RAMPS) / 2)
+    effort = 0.4 * friction * top
+    ramp = sum(RAMPS)
+    breadth = RESERVE * effort / (friction * top)  # of the full speed
+
+    def slowness(share):  # of a ramp: speed over what friction allows
+        return max(1.0, share / breadth)
+
+    expected = ramp * quad(slowness, 0.0, 1.0, points=[breadth])[0] + (DURATION - ramp) / breadth
+    slowed, _ = retime(
+        asked, limits_of_hub(effort=effort), model.theta_names, build_equilibrium(replace(model, D=D))
+    )
+    assert slowed.t[-1] - slowed.t[0] == pytest.approx(expected, rel=0.02)
+
+
+@pytest.mark.parametrize("seed", range(8))
+@pytest.mark.parametrize("share", [0.02, 0.2, 0.6])  # of the torque that moves the arm
+def test_it_is_never_slower_than_the_whole_trajectory_stretched(seed, share):
+    model = two_axes()
+    equilibrium, asked = build_equilibrium(model), random_path(seed, 2.0)
+    asked = Reference(asked.t, asked.theta + model.pose, asked.theta_dot, asked.theta_ddot)
+    still = Reference(asked.t, asked.theta, 0 * asked.theta, 0 * asked.theta)
+    at_rest, needed = (abs(torque(motion, equilibrium)).max(axis=0) for motion in (still, asked))
+    spare = share * np.maximum(needed - at_rest, 0.1)
+    given, wanted = (
+        two_axis_limits(effort=at_rest + part * spare, strain=(50.0, 50.0)) for part in (1.0, RESERVE)
+    )
+    slowed, _ = retime(asked, given, model.theta_names, equilibrium)
+    stretched, factor = stretch(asked, wanted, model.theta_names, equilibrium)
+    assert factor > 1.0
+    assert slowed.t[-1] <= stretched.t[-1] + 1e-3
+
+
+def test_a_trajectory_that_would_take_too_long_is_refused_by_axis_torque_and_instant():
+    model = single_link()
+    D = model.D.copy()
+    D[0, 0] = 200.0
+    equilibrium, asked = build_equilibrium(replace(model, D=D)), worst_profile()
+    limits = limits_of_hub(effort=10.0)  # 176 N m of friction
+    with pytest.raises(MotionError, match=r"\d times its time, 10 allowed: axis base.rz: torque -?1\d\d"):
+        retime(asked, limits, model.theta_names, equilibrium, 10.0)
+    _, late = retime(asked, limits, model.theta_names, equilibrium, 20.0)
+    assert 9.0 * DURATION < late < 19.0 * DURATION
 
 
 @pytest.mark.parametrize("seed", range(4))
@@ -76,7 +129,7 @@ def test_holding_too_heavy_an_arm_is_not_cured_by_being_slow():
     equilibrium = build_equilibrium(model)
     limits = two_axis_limits(effort=0.5 * abs(equilibrium.u_0))
     path = random_path(1, 0.8)
-    with pytest.raises(MotionError, match="does not help"):
+    with pytest.raises(MotionError, match=r"does not help: axis \w.rz: torque .* of it -?[\d.]+ to hold"):
         retime(path, limits, model.theta_names, equilibrium)
 
 

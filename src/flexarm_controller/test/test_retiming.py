@@ -132,6 +132,15 @@ def test_what_slowing_down_cannot_help_is_refused():
         stretch(quintic(3.5, 2.0), limits_of_hub(), ("base.rz",), build_equilibrium(single_link()))
 
 
+def test_a_stretch_beyond_the_factor_allowed_is_refused_by_axis_and_limit():
+    model, limits = single_link(), replace(limits_of_hub(), velocity=np.array([0.1]))
+    motion, equilibrium = quintic(1.0, 1.0), build_equilibrium(model)
+    match = "18.8 times its time; with 10 as allowed: axis base.rz: velocity 0.1875 rad/s is beyond the limit"
+    with pytest.raises(MotionError, match=match):
+        stretch(motion, limits, model.theta_names, equilibrium, 10.0)
+    assert stretch(motion, limits, model.theta_names, equilibrium, 20.0)[1] == pytest.approx(18.75, rel=1e-3)
+
+
 def test_a_slowed_profile_is_the_profile_of_the_longer_time():
     times = np.linspace(0.0, 1.0, 11)
     slowed = slow_down(sample_profile(_Column(Quintic(1.0, 1.0)), times), 1.7)

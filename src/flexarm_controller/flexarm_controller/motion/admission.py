@@ -34,10 +34,10 @@ def admit(
     if excess is None:
         return reference, ""
     if config.excess == "stretch":
-        slowed, factor = stretch(reference, limits, names, equilibrium)
+        slowed, factor = stretch(reference, limits, names, equilibrium, config.excess_slowdown)
         return slowed, f"stretched in time by {factor:.4g}: {excess}"
     if excess.quantity == "torque" and config.excess == "retime":
-        slowed, late = retime(reference, limits, names, equilibrium)
+        slowed, late = retime(reference, limits, names, equilibrium, config.excess_slowdown)
         return slowed, f"slowed down where torque is short, ends {late:.3f} s later: {excess}"
     if excess.quantity == "torque" and config.excess == "tell":
         return reference, f"the arm will lag: {excess}"

@@ -42,15 +42,23 @@ class Excess:
     t: float
 
     def __str__(self) -> str:
-        is_linear = self.name.rpartition(".")[2].startswith("t")
-        length = "m" if is_linear else "rad"
-        units = {"position": length, "velocity": f"{length}/s", "torque": "N" if is_linear else "N m"}
+        length = "m" if _is_linear(self.name) else "rad"
+        units = {"position": length, "velocity": f"{length}/s", "torque": torque_unit(self.name)}
         unit = units[self.quantity]
         what = "leaves the joint limits: position" if self.quantity == "position" else self.quantity
         return (
             f"axis {self.name}: {what} {self.value:.4g} {unit} is beyond the limit {self.limit:.4g} {unit} "
             f"at {self.t:.3f} s"
         )
+
+
+def torque_unit(name: str) -> str:
+    """Return the unit of the torque of an axis by its name, "joint.axis"."""
+    return "N" if _is_linear(name) else "N m"
+
+
+def _is_linear(name: str) -> bool:
+    return name.rpartition(".")[2].startswith("t")
 
 
 def find_excess(

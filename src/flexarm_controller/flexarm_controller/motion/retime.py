@@ -12,68 +12,139 @@ brakes too late, shoots over its goal and has to come back.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from flexarm_controller.limits import Limits
-from flexarm_controller.motion.excess import find_excess
+from flexarm_controller.motion.excess import find_excess, roots_within, torque_unit
 from flexarm_controller.motion.refusals import MotionError
 from flexarm_controller.motion.stretch import grid
 from flexarm_controller.program.equilibrium import Equilibrium
 from flexarm_controller.reference import Reference
 
 Array = NDArray[np.float64]
-RESERVE = 0.95  # share of the torque that a motion may need: the rest is the feedback's
+RESERVE = 0.95  # share of the torque beyond what holds the arm that a motion may need: the rest is feedback's
 SHRINK, TRIES = 0.97, 12  # of that share, when the grid was too coarse
-SLOWEST = 1e-4  # of y: a hundredth of the speed
 STILL = 1e-9  # rad/s or m/s
 
 
+@dataclass(frozen=True)
+class _Path:
+    """What the path asks of every axis at the old instants ``sigma`` [s]; the parts of tau, each (k, n).
+
+    Attributes:
+        sigma: The instants [s], (k,).
+        rest: ``K theta + u_0``.
+        viscous: ``D theta'``.
+        bent, before: ``J theta''`` from the instant on and up to it.
+        push: ``J theta'``.
+    """
+
+    sigma: Array
+    rest: Array
+    viscous: Array
+    bent: Array
+    before: Array
+    push: Array
+
+    def asked(self) -> Array:
+        """Return the torques at full speed with the larger magnitude, (k, n)."""
+        after, before = (self.rest + self.viscous + part for part in (self.bent, self.before))
+        return np.where(abs(after) > abs(before), after, before)
+
+
 def retime(
-    reference: Reference, limits: Limits, names: Sequence[str], equilibrium: Equilibrium
+    reference: Reference,
+    limits: Limits,
+    names: Sequence[str],
+    equilibrium: Equilibrium,
+    longest: float = np.inf,
 ) -> tuple[Reference, float]:
     """Return the trajectory within the torques, beginning when it did, and by how much it ends later [s].
 
+    Args:
+        reference: Asked for.
+        limits: Of the arm.
+        names: Of the axes, "joint.axis".
+        equilibrium: Torque that goes with a motion.
+        longest: Of its time that it may take [1].
+
     Raises:
-        MotionError: Slowing down does not help: rest takes too much torque.
+        MotionError: Slowing down does not help: rest takes too much torque; or it takes too long.
     """
-    share = RESERVE
+    path, share = _path(reference, equilibrium), RESERVE
+    _check_rest(path, limits, names)
     for _ in range(TRIES):
-        slowed = _slowed(reference, share * limits.effort, equilibrium)
+        reach = abs(path.rest) + share * (limits.effort - abs(path.rest))
+        speed = _speeds(path, reach)
+        slowed = _travelled(reference, path.sigma, _bounds(path, reach, speed.min(axis=1) ** 2))
         excess = find_excess(slowed, limits, names, equilibrium)
         if excess is None:
-            return slowed, float(slowed.t[-1] - reference.t[-1])
+            late = float(slowed.t[-1] - reference.t[-1])
+            factor = 1.0 + late / float(reference.t[-1] - reference.t[0])
+            if factor > longest:
+                raise MotionError(
+                    f"it would take {factor:.3g} times its time, {longest:g} allowed: "
+                    f"{_bottleneck(path, speed, limits, names)}"
+                )
+            return slowed, late
         share *= SHRINK
     raise MotionError(f"slowing down does not help: {excess}")
 
 
-def _slowed(reference: Reference, effort: Array, equilibrium: Equilibrium) -> Reference:
-    """Return the trajectory with as little lost time as torques within ``effort`` allow, (n_theta,)."""
+def _path(reference: Reference, equilibrium: Equilibrium) -> _Path:
+    """Return the parts of the torque along the path, on a grid."""
     sigma = grid(reference)
     theta, theta_dot, theta_ddot = reference.sample(sigma)
-    before = reference.before(sigma)
     K, D, J = np.split(equilibrium.U, 3, axis=1)
-    rest, viscous, bent, push = (
-        theta @ K.T + equilibrium.u_0,
-        theta_dot @ D.T,
-        theta_ddot @ J.T,
-        theta_dot @ J.T,
+    rest, before = theta @ K.T + equilibrium.u_0, reference.before(sigma) @ J.T
+    return _Path(sigma, rest, theta_dot @ D.T, theta_ddot @ J.T, before, theta_dot @ J.T)
+
+
+def _check_rest(path: _Path, limits: Limits, names: Sequence[str]) -> None:
+    used = abs(path.rest) / limits.effort
+    k, axis = divmod(int(used.argmax()), used.shape[1])
+    if used[k, axis] >= 1.0:
+        raise MotionError(f"slowing down does not help: {_told(path, k, axis, limits, names)}")
+
+
+def _bottleneck(path: _Path, speed: Array, limits: Limits, names: Sequence[str]) -> str:
+    """Return which axis allows the least share of the speed, ``speed`` (k, n), and where."""
+    k, axis = divmod(int(speed.argmin()), speed.shape[1])
+    return _told(path, k, axis, limits, names)
+
+
+def _told(path: _Path, k: int, axis: int, limits: Limits, names: Sequence[str]) -> str:
+    asked, rest, limit = path.asked()[k, axis], path.rest[k, axis], limits.effort[axis]
+    return (
+        f"axis {names[axis]}: torque {asked:.4g} {torque_unit(names[axis])}, of it {rest:.4g} to hold still, "
+        f"with a limit of {limit:.4g} at {path.sigma[k] - path.sigma[0]:.3f} s"
     )
-    left = effort - abs(rest) - abs(viscous)  # friction at full speed: never less than there is
-    with np.errstate(divide="ignore"):
-        y = np.clip((left / np.maximum(abs(bent), abs(before @ J.T))).min(axis=1), SLOWEST, 1.0)
-    change = 2.0 * np.diff(sigma)
-    rows = [
-        list(zip(*parts, strict=True))
-        for parts in zip(left.tolist(), bent.tolist(), push.tolist(), strict=True)
+
+
+def _speeds(path: _Path, reach: Array) -> Array:
+    """Return the least ``sqrt(y)`` at which a torque without ``u`` comes to ``reach``, else 1, (k, n)."""
+    crossings = [
+        roots_within(path.rest - side * reach, path.viscous, bent)
+        for side in (1.0, -1.0)
+        for bent in (path.bent, path.before)
     ]
-    bounds, steps = y.tolist(), change.tolist()
+    found = np.concatenate(crossings)
+    return np.asarray(np.where(found > 0.0, found, 1.0).min(axis=0))
+
+
+def _bounds(path: _Path, reach: Array, y: Array) -> Array:
+    """Return the largest y within ``y`` (k,) that braking in time and getting up speed allow, (k,)."""
+    parts = (path.rest, path.viscous, path.bent, path.push, reach)
+    rows = [list(zip(*row, strict=True)) for row in zip(*(part.tolist() for part in parts), strict=True)]
+    bounds, steps = y.tolist(), (2.0 * np.diff(path.sigma)).tolist()
     for k in range(len(bounds) - 2, -1, -1):  # braking in time
         bounds[k] = min(bounds[k], bounds[k + 1] + steps[k] * _room(rows[k], bounds[k + 1], -1.0))
     for k in range(len(bounds) - 1):  # getting up speed
         bounds[k + 1] = min(bounds[k + 1], bounds[k] + steps[k] * _room(rows[k], bounds[k], 1.0))
-    return _travelled(reference, sigma, np.array(bounds))
+    return np.array(bounds)
 
 
 def _travelled(reference: Reference, sigma: Array, y: Array) -> Reference:
@@ -87,11 +158,12 @@ def _travelled(reference: Reference, sigma: Array, y: Array) -> Reference:
     return Reference(t, theta, slowed, theta_ddot * y[:, None] + theta_dot * u[:, None])
 
 
-def _room(axes: list[tuple[float, float, float]], y: float, side: float) -> float:
+def _room(axes: list[tuple[float, float, float, float, float]], y: float, side: float) -> float:
     """Return the largest ``side u`` that every axis' torque allows at ``y``; not below zero."""
-    room = np.inf
-    for left, bent, push in axes:
+    room, speed = np.inf, y**0.5
+    for rest, viscous, bent, push, reach in axes:
         if abs(push) > STILL:
-            against = side * bent * y if push > 0.0 else -side * bent * y
-            room = min(room, (left - against) / abs(push))
+            without = rest + speed * viscous + y * bent
+            against = without if side * push > 0.0 else -without
+            room = min(room, (reach - against) / abs(push))
     return max(room, 0.0)

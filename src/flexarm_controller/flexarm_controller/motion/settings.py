@@ -32,6 +32,13 @@ class MotionConfig:
         "it, or stretch it and those beyond a velocity limit in time.",
         choices=("retime", "tell", "refuse", "stretch"),
     )
+    excess_slowdown: float = parameter(
+        10.0,
+        "A reference that must be slowed down to more than this many times its own time is refused.",
+        "1",
+        1.0,
+        1000.0,
+    )
     settle_distance: float = parameter(5e-4, "Tip counts as settled so near its goal.", "m", 1e-6, 1.0)
     settle_time: float = parameter(0.1, "It must stay there so long.", "s", 0.0, 10.0)
     settle_patience: float = parameter(

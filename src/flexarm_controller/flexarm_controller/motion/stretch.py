@@ -31,14 +31,29 @@ WITHIN = 1e-9  # of a limit
 
 
 def stretch(
-    reference: Reference, limits: Limits, names: Sequence[str], equilibrium: Equilibrium
+    reference: Reference,
+    limits: Limits,
+    names: Sequence[str],
+    equilibrium: Equilibrium,
+    longest: float = np.inf,
 ) -> tuple[Reference, float]:
     """Return the trajectory within the limits, beginning when it did, and the factor of its time.
 
+    Args:
+        reference: Asked for.
+        limits: Of the arm.
+        names: Of the axes, "joint.axis".
+        equilibrium: Torque that goes with a motion.
+        longest: Factor above which the trajectory is refused [1].
+
     Raises:
-        MotionError: Slowing down does not help: positions are outside, or rest takes too much torque.
+        MotionError: Slowing down does not help: positions are outside, or rest takes too much torque; or it
+            takes too long.
     """
     factor = 1.0 / min(_fastest(reference, limits, equilibrium), _slow_enough(reference, limits))
+    if factor > longest:
+        excess = find_excess(slow_down(reference, longest), limits, names, equilibrium)
+        raise MotionError(f"it would take {factor:.3g} times its time; with {longest:g} as allowed: {excess}")
     for _ in range(STEPS):
         slowed = slow_down(reference, factor)
         excess = find_excess(slowed, limits, names, equilibrium)
