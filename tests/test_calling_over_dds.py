@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -18,29 +19,31 @@ from flexarm_bringup.processes.running_graph_node import Ear, running
 
 pytestmark = pytest.mark.ros
 
-WAIT = ("--wait", "30")  # s; others may use the cores
+PATIENCE = 60.0  # s; others may use the cores
+WAIT = ("--wait", f"{PATIENCE:g}")
 LONG = ("--time", "60")  # s of simulated time, some of ours
 AWAY = ("-0.32", "0.5543")  # m; as far from the axis as the tip is
 
 
 def command(*arguments: str) -> subprocess.CompletedProcess[str]:
     line = [sys.executable, "-m", "flexarm_bringup.cli", *arguments]
-    return subprocess.run(line, capture_output=True, text=True, timeout=120, check=False)
+    return subprocess.run(line, capture_output=True, text=True, timeout=3 * PATIENCE, check=False)
 
 
 def goto(ear: Ear) -> subprocess.Popen[str]:
-    """Begin a long motion in a process of its own, and return once it is under way."""
-    ear.listen(0.5)  # to what is still told of the motion before
-    before = max((msg.goal_id for msg in ear.heard["motion_status"]), default=0)
+    """Begin a long motion in a process of its own, and return once that knows it to be under way."""
     line = [sys.executable, "-m", "flexarm_bringup.cli", "goto", *AWAY, *LONG, *WAIT]
     moving = subprocess.Popen(line, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    assert moving.stdout is not None
+    said = re.match(r"goal (\d+) accepted, ", moving.stdout.readline())
+    assert said, moving.communicate()
+    under_way = (int(said[1]), MotionStatus.EXECUTING)
 
     def is_under_way() -> bool:
-        told = ear.latest("motion_status")
         assert moving.poll() is None, moving.communicate()
-        return bool(told.goal_id > before and told.state == MotionStatus.EXECUTING)
+        return any((msg.goal_id, msg.state) == under_way for msg in ear.heard["motion_status"])
 
-    ear.wait(is_under_way, 60.0, "a motion")
+    ear.wait(is_under_way, PATIENCE, "a motion")
     return moving
 
 
@@ -57,8 +60,8 @@ def test_a_rig_is_armed_moved_cancelled_stopped_and_armed_again_by_commands(tmp_
         assert early.returncode == 1 and "refused: " in early.stderr
         armed = command("arm", *WAIT)
         assert (armed.returncode, armed.stdout) == (0, "armed\n"), armed.stderr
-        ear.wait(lambda: mode(ear) == GuardStatus.ARMED, 20.0, "the guard to be armed")
-        ear.wait(lambda: len(ear.heard["modal_state"]) > 20, 20.0, "states")
+        ear.wait(lambda: mode(ear) == GuardStatus.ARMED, PATIENCE, "the guard to be armed")
+        ear.wait(lambda: len(ear.heard["modal_state"]) > 20, PATIENCE, "states")
 
         done = command("goto", "0.5543", "0.32", *WAIT)
         assert done.returncode == 0, done.stderr
@@ -68,19 +71,19 @@ def test_a_rig_is_armed_moved_cancelled_stopped_and_armed_again_by_commands(tmp_
 
         moving = goto(ear)
         moving.send_signal(signal.SIGINT)
-        said, wrong = moving.communicate(timeout=60)
+        said, wrong = moving.communicate(timeout=2 * PATIENCE)
         assert moving.returncode == 130 and said.endswith("coming to rest\n"), said + wrong
-        ear.wait(lambda: ear.latest("motion_status").state == MotionStatus.CANCELED, 20.0, "the cancel")
+        ear.wait(lambda: ear.latest("motion_status").state == MotionStatus.CANCELED, PATIENCE, "the cancel")
 
         moving = goto(ear)
         stopped = command("stop", *WAIT)
         assert stopped.returncode == 0 and "stopped: stopped by " in stopped.stdout
-        ear.wait(lambda: mode(ear) != GuardStatus.ARMED, 20.0, "the guard to stop")
-        said, _ = moving.communicate(timeout=60)
+        ear.wait(lambda: mode(ear) != GuardStatus.ARMED, PATIENCE, "the guard to stop")
+        said, _ = moving.communicate(timeout=2 * PATIENCE)
         assert moving.returncode == 1 and "given up: " in said
 
         assert command("arm", *WAIT).returncode == 0  # again, after a stop
-        ear.wait(lambda: mode(ear) == GuardStatus.ARMED, 20.0, "the guard to be armed")
+        ear.wait(lambda: mode(ear) == GuardStatus.ARMED, PATIENCE, "the guard to be armed")
         _assert_a_frozen_guard_is_stopped_when_it_goes_on(supervisor.pids["guard"])
 
 
@@ -96,7 +99,7 @@ def _assert_a_frozen_guard_is_stopped_when_it_goes_on(pid: int) -> None:
             stopping.communicate(timeout=3.0)
     finally:
         os.kill(pid, signal.SIGCONT)
-    said, _ = stopping.communicate(timeout=60)
+    said, _ = stopping.communicate(timeout=2 * PATIENCE)
     assert stopping.returncode == 0 and "stopped: stopped by " in said
 
 
