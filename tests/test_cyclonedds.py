@@ -51,7 +51,7 @@ LOOPBACK = """
   </Discovery>
 </Domain></CycloneDDS>
 """
-PATIENCE = 30.0  # s; discovery takes 0.01-3.2 s, more on a busy machine
+PATIENCE = 60.0  # s; discovery takes 0.01-3.2 s, more on a busy machine
 
 
 @dataclass

@@ -21,7 +21,7 @@ def shell(command: str, **environment: str) -> subprocess.CompletedProcess[str]:
         encoding="utf8",
         errors="replace",
         check=False,
-        timeout=120.0,
+        timeout=600.0,
     )
 
 

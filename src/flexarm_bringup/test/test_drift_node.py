@@ -11,7 +11,7 @@ rclpy = pytest.importorskip("rclpy", reason="needs ROS")
 pytestmark = pytest.mark.ros
 
 
-def spin_until(executor: object, is_true: Callable[[], bool], seconds: float = 20.0) -> bool:
+def spin_until(executor: object, is_true: Callable[[], bool], seconds: float = 60.0) -> bool:
     end = time.monotonic() + seconds
     while not is_true() and time.monotonic() < end:
         executor.spin_once(timeout_sec=0.1)  # type: ignore[attr-defined]

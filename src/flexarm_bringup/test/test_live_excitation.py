@@ -22,6 +22,7 @@ from flexarm_bringup.excite.rig_source import RigTest
 from flexarm_bringup.excite.settings import ExciteSettings, wish_of
 from flexarm_bringup.excite.told import ToldTest, from_text, to_text
 from flexarm_bringup.processes.graph import Process
+from flexarm_bringup.processes.supervisor import Supervisor
 from flexarm_bringup.sim.rig import RigSettings
 from flexarm_model.identification.sensor_check import Finding
 from flexarm_model.reading.config import load_config
@@ -29,6 +30,12 @@ from flexarm_model.reading.manipulator_file import find_manipulator
 from flexarm_model.settings.parameters import ParameterError
 
 PERIOD_NS = 5_000_000
+TRIES = 8  # a loaded machine may fall silent by itself
+# what stops the arm when the machine gives guard, drives or who excites no time
+SILENT = (
+    "no command for", "guard did not run", "drives silent", "clock of the drives jumped", "drives let go",
+    "drives have not told for long enough",
+)  # fmt: skip
 
 
 @pytest.fixture(scope="module")
@@ -115,10 +122,10 @@ def beside_a_controller(ros_environment: dict[str, str], monkeypatch: pytest.Mon
 
 
 def spin_to_its_end(node: Any) -> None:
-    """Let a node work until it is finished, 20 s at most."""
+    """Let a node work until it is finished, a minute at most."""
     from rclpy.executors import SingleThreadedExecutor
 
-    executor, end = SingleThreadedExecutor(), time.monotonic() + 20.0
+    executor, end = SingleThreadedExecutor(), time.monotonic() + 60.0
     executor.add_node(node)
     while not node.is_finished and time.monotonic() < end:
         executor.spin_once(timeout_sec=0.05)
@@ -146,18 +153,26 @@ def test_a_commander_whose_name_nobody_heard_keeps_the_test_from_beginning(
 
 @pytest.mark.ros
 def test_a_stop_of_the_guard_ends_the_test(tmp_path: Path) -> None:
-    """About 5 s, most of it starting up."""
+    """About 5 s, most of it starting up; again where the machine was silent for 50 ms, which stops it."""
     pytest.importorskip("rclpy", reason="needs ROS")
     from flexarm_bringup.processes.running_graph_node import running
 
-    rows = live_graph(RigTest("single_link", "geared"), "clock", tmp_path / "bag")
-    kept = tuple(_without_recorder(row) for row in rows if row.name != "recorder")
-    with running(kept, ("excitation", "guard_status"), tmp_path) as (supervisor, ear):
-        ear.wait(lambda: len(ear.heard["excitation"]) > 40, 40.0, "the excitation")
-        assert ear.call("guard/stop").success
-        ear.wait(lambda: "excite" in supervisor.exit_codes(), 10.0, "its end")
-        assert supervisor.exit_codes()["excite"] == 1
-        said = supervisor.log("excite").read_text(encoding="utf8")
+    for attempt in range(TRIES):
+        rows = live_graph(RigTest("single_link", "geared"), "clock", tmp_path / f"bag{attempt}")
+        kept = tuple(_without_recorder(row) for row in rows if row.name != "recorder")
+        with running(kept, ("excitation", "guard_status"), tmp_path / str(attempt)) as (supervisor, ear):
+
+            def has_ended(supervisor: Supervisor = supervisor) -> bool:
+                return "excite" in supervisor.exit_codes()
+
+            ear.wait(lambda: len(ear.heard["excitation"]) > 40 or has_ended(), 60.0, "the excitation")
+            assert ear.call("guard/stop").success
+            ear.wait(has_ended, 60.0, "its end")
+            assert supervisor.exit_codes()["excite"] == 1
+            said = supervisor.log("excite").read_text(encoding="utf8")
+        if not any(of_the_machine in said for of_the_machine in SILENT):
+            break
+        print(f"try {attempt}: the machine was silent before the guard was asked: {said}")
     assert "guard stopped the arm: stopped by ~/stop" in said
 
 

@@ -9,6 +9,7 @@ import signal
 import subprocess
 import sys
 import threading
+import time
 
 import pytest
 
@@ -16,6 +17,8 @@ from flexarm_bringup.monitor.screen import LEAVE
 
 pytestmark = pytest.mark.ros
 
+PATIENCE = 60.0  # s for what takes a second where nothing else runs
+SAID = ("stopped", "pressed", "refused 17", "joint_states", "rig: loop: late")
 SPEAKER = """
 import rclpy, sys
 from rclpy.node import Node
@@ -55,6 +58,11 @@ class Terminal:
             while data := os.read(self.master, 1 << 16):
                 self.shown += data
 
+    def wait_for(self, words: bytes) -> None:
+        end = time.monotonic() + PATIENCE
+        while words not in self.shown and time.monotonic() < end:
+            time.sleep(0.05)
+
     def text(self) -> str:
         os.close(self.slave)
         self._reader.join(5.0)
@@ -68,27 +76,37 @@ def test_one_frame_tells_what_is_said_and_ctrl_c_leaves_the_terminal_sane(
     with subprocess.Popen([sys.executable, "-c", SPEAKER], env=ros_environment) as speaker:
         live = subprocess.Popen(monitor(), env=own, stdout=terminal.slave, start_new_session=True)
         try:
-            done = subprocess.run(
-                monitor("--once"),
-                env=ros_environment, capture_output=True, text=True, timeout=60, check=False,
-            )  # fmt: skip
+            done = look_once(ros_environment)
+            terminal.wait_for(b"pressed")
             live.send_signal(signal.SIGINT)
-            assert live.wait(20) == 0
+            assert live.wait(PATIENCE) == 0
         finally:
             live.kill()
             speaker.kill()
     assert done.returncode == 0, done.stderr
-    for said in ("stopped", "pressed", "refused 17", "joint_states", "rig: loop: late"):
+    for said in SAID:
         assert said in done.stdout, done.stdout
     assert "\x1b" not in done.stdout
     shown = terminal.text()
     assert "pressed" in shown and shown.endswith(LEAVE)
 
 
+def look_once(environment: dict[str, str]) -> subprocess.CompletedProcess[str]:
+    """Look, again where the machine was too busy for all to be heard within the second that a look takes."""
+    for _ in range(5):
+        done = subprocess.run(
+            monitor("--once", "--wait", str(PATIENCE)),
+            env=environment, capture_output=True, text=True, timeout=3 * PATIENCE, check=False,
+        )  # fmt: skip
+        if all(said in done.stdout for said in SAID):
+            break
+    return done
+
+
 def test_beside_nobody_it_ends_2_and_says_where_it_listened(ros_environment: dict[str, str]) -> None:
     command = monitor("--once", "--wait", "0.3")
     done = subprocess.run(
-        command, env=ros_environment, capture_output=True, text=True, timeout=60, check=False
+        command, env=ros_environment, capture_output=True, text=True, timeout=3 * PATIENCE, check=False
     )
     assert done.returncode == 2
     assert f"domain {ros_environment['ROS_DOMAIN_ID']}" in done.stderr

@@ -44,7 +44,7 @@ RIG = textwrap.dedent("""
     executor = SingleThreadedExecutor()
     executor.add_node(node)
     def wait(holds):
-        deadline = time.monotonic() + 40.0
+        deadline = time.monotonic() + 60.0
         while not holds() and time.monotonic() < deadline:
             executor.spin_once(timeout_sec=0.05)
     sent = ["joint_states", "strain", "applied_effort"]
@@ -80,9 +80,9 @@ def record(
     )
     try:
         needed = ["tick"] if "lockstep:=true" in parameters else []
-        subprocess.run([sys.executable, "-c", RIG, *needed], env=environment, timeout=100.0, check=True)
+        subprocess.run([sys.executable, "-c", RIG, *needed], env=environment, timeout=300.0, check=True)
         recorder.send_signal(number)
-        _, said = recorder.communicate(timeout=20.0)
+        _, said = recorder.communicate(timeout=60.0)
     finally:
         recorder.kill()
     return recorder.returncode, said
@@ -129,6 +129,7 @@ def test_a_full_disk_is_reported_and_does_not_end_the_node(
         import flexarm_bringup.bags.bag_writer
         import flexarm_bringup.recorder_node
         flexarm_bringup.bags.bag_writer.CHUNK = 2000  # the disk is asked sooner
+        flexarm_bringup.recorder_node.DIAGNOSTICS_PERIOD = 1e6  # not the more the slower the machine
         signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
         resource.setrlimit(resource.RLIMIT_FSIZE, ({size}, {size}))
     """)
@@ -140,7 +141,7 @@ def test_a_full_disk_is_reported_and_does_not_end_the_node(
     assert told, said
     kept, lost = map(int, told.groups())
     assert (lost > 0) == is_in_the_middle
-    assert 250 <= kept + lost <= 260  # five topics of 50 ticks, and /diagnostics
+    assert 250 <= kept + lost <= 252  # five topics of 50 ticks, and that the disk is full on /diagnostics
     assert "Traceback" not in said
 
 
@@ -148,7 +149,7 @@ def test_an_existing_bag_is_refused_with_one_line(ros_environment: dict[str, str
     (tmp_path / "bag").mkdir()
     command = [sys.executable, "-c", RECORDER, "--ros-args", "-p", f"bag:={tmp_path / 'bag'}"]
     done = subprocess.run(
-        command, env=ros_environment, capture_output=True, text=True, timeout=30.0, check=False
+        command, env=ros_environment, capture_output=True, text=True, timeout=120.0, check=False
     )
     assert done.returncode == 2
     assert done.stderr.splitlines() == [

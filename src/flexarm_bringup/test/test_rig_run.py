@@ -43,16 +43,27 @@ def test_the_graph_becomes_ready_comes_back_after_a_crash_and_ends_with_its_comm
         assert {name for _, name in nodes} == {
             f"flexarm:{name}" for name in ("model", "estimator", "controller", "guard", "rig")
         }
-        started = time.monotonic()
-        process.send_signal(signal.SIGINT)
-        out, _ = process.communicate(timeout=30.0)
-        took = time.monotonic() - started
+        took, others = end_by_interrupt(process)
+        out, _ = process.communicate(timeout=60.0)
     finally:
         process.kill()
     assert process.returncode == 0
     assert out.splitlines()[-1].endswith("ended: model 0, estimator 0, controller 0, guard 0, rig 0")
     assert not any(Path(f"/proc/{pid}").exists() for pid, _ in nodes)
-    assert took <= 1.0 * max(1.0, os.getloadavg()[0])  # 1 s on an idle machine; here others are at work
+    assert took <= 1.0 * max(1.0, os.getloadavg()[0], others)  # 1 s on an idle machine; others may use it
+
+
+def end_by_interrupt(process: "subprocess.Popen[str]") -> tuple[float, float]:
+    """Interrupt a process; return how long it took to end [s], and how many threads meanwhile shared a core.
+
+    The average of the last minute knows nothing yet of who began to use the machine just now.
+    """
+    cores, waiting, started = len(os.sched_getaffinity(0)), [], time.monotonic()
+    process.send_signal(signal.SIGINT)
+    while process.poll() is None and time.monotonic() < started + 60.0:
+        waiting.append(int(Path("/proc/loadavg").read_text().split()[3].partition("/")[0]))
+        time.sleep(0.01)
+    return time.monotonic() - started, sum(waiting) / max(1, len(waiting)) / cores
 
 
 @pytest.mark.parametrize("domain", ["abc", "233", "-1", "1.5"])

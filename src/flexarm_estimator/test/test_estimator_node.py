@@ -29,7 +29,7 @@ from flexarm_model.tree.reduced_tree import ReducedTree  # noqa: E402
 
 PROGRAM = "import sys; from flexarm_estimator.estimator_node import main; sys.exit(main())"
 PERIOD_NS = 5_000_000
-PATIENCE = 30.0  # s; the first start compiles the arm
+PATIENCE = 90.0  # s; the first start compiles the arm, and others may use the cores
 
 
 def start(domain, *overrides, extra=()):
@@ -126,7 +126,7 @@ def test_every_tick_is_answered_by_one_state_and_nothing_bad_gets_out(domain):
         bench.wait(lambda: bench.diagnostics and "estimator: camera" in told(bench.diagnostics[-1]))
         assert "estimator: strain" in told(bench.diagnostics[-1])  # refused, by name
         process.send_signal(signal.SIGINT)
-        _, err = process.communicate(timeout=20.0)
+        _, err = process.communicate(timeout=PATIENCE)
     finally:
         process.kill()
         bench.close()

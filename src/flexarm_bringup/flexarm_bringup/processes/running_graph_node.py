@@ -25,7 +25,7 @@ from flexarm_model.process.security import check_unsecured
 from flexarm_model.ros.node import LATCHED_QOS, events_executor
 
 DEEP_QOS = QoSProfile(depth=5000)  # who listens late must not miss what was said
-START_UP = 40.0  # s that nodes may take to be ready
+START_UP = 120.0  # s that nodes may take to be ready; the first start on a machine compiles the arm
 ANSWER = 60.0  # s for a service, which takes some ms where nothing else runs
 
 
