@@ -48,6 +48,7 @@ class Answer(NamedTuple):  # not a dataclass: one is made in every period
         command: None where none was sent.
         missed_cycles: Control periods without an answer so far [1].
         overruns: Answers so far that took longer than the time budget [1].
+        notice: What became of a reference meanwhile; mostly empty.
     """
 
     stamp_ns: int
@@ -56,6 +57,7 @@ class Answer(NamedTuple):  # not a dataclass: one is made in every period
     command: ControlCommand | None = None
     missed_cycles: int = 0
     overruns: int = 0
+    notice: str = ""
 
     @property
     def solve_time(self) -> float:
@@ -85,7 +87,12 @@ class AnswerTeller:
         self._insight, self._listens = insight, listens
 
     def tell(self, answer: Answer) -> list[Outgoing]:
-        """Return the status of an answer if it is due."""
+        """Return the status of an answer if it is due, and before it what else there is to tell."""
+        notices = [answer.notice] if answer.notice else []
+        noted = [Outgoing("controller_status", notice_msg(text, answer.stamp_ns)) for text in notices]
+        return noted + self._status(answer)
+
+    def _status(self, answer: Answer) -> list[Outgoing]:
         since_ns, said = answer.stamp_ns - self._said_ns, (answer.mode, answer.reason)
         if said == self._said and 0 <= since_ns < self._gap_ns:
             return []

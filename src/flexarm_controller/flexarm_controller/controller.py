@@ -42,6 +42,7 @@ class Controller:
     Attributes:
         model: The model in use.
         reference: What is followed; None until the first usable state, then at least a hold.
+        notice: What became of a reference in the last step, besides what its command says; mostly empty.
     """
 
     def __init__(  # noqa: PLR0913, the arm is for the few laws that need more than the model
@@ -78,6 +79,7 @@ class Controller:
         self._reach = (limits.effort_rate * period).tolist()  # of a torque from one period to the next
         self._former = FormerPlan(limits.effort.size, period, self.config.shifted_periods)
         self.reference: Reference | None = None
+        self.notice = ""
         self._former_id = ""
         self.model = model
         self.adopt(model)
@@ -112,11 +114,11 @@ class Controller:
         self._former.drop()
         self._trust.close()
         self._interruption.clear()
-        self.reference, self._is_led = None, False
+        self.reference, self._is_led, self.notice = None, False, ""
 
     def drop_reference(self, before: float) -> float | None:
         """Forget a reference that nobody follows yet and that begins before a time [s]; returns its begin."""
-        if self._is_led or self.reference is None or self.reference.t[0] >= before:
+        if self._is_led or self.reference is None or not self.reference.t[0] < before:
             return None
         begun, self.reference = float(self.reference.t[0]), None
         return begun
@@ -166,8 +168,10 @@ class Controller:
     def _look(self, state: ArmState) -> Cycle:
         """Judge the state and ask the law."""
         fault, plan, refusal = self._outcome(state), NO_PLAN, ""
+        self.notice = self._drop_begun(state.t)
         if not self._is_led and not fault:
-            self.reference, self._is_led = self._lead(state.theta, self._asked(state)), True
+            asked = self.reference or hold(state.theta, state.t)
+            self.reference, self._is_led = self._lead(state.theta, asked), True
             self._interruption.clear()
         reference = self.reference
         if reference is not None and not fault:
@@ -185,12 +189,13 @@ class Controller:
             self.reference, self._is_led, self._interruption.has_ended_motion = None, False, True
         return f"{fault}: the motion is given up" if self._interruption.has_ended_motion and fault else fault
 
-    def _asked(self, state: ArmState) -> Reference:
-        """Return what is to be followed from now on; after a motion was given up nothing that has begun."""
-        asked, is_over = self.reference, self._interruption.has_ended_motion
-        if asked is None or (is_over and asked.t[0] < state.t - self.config.lost_after):
-            return hold(state.theta, state.t)
-        return asked
+    def _drop_begun(self, t: float) -> str:
+        """Drop what has begun after a motion was given up, at ``t`` [s]; return what there is to tell."""
+        is_over = self._interruption.has_ended_motion
+        begun = self.drop_reference(t - self.config.lost_after) if is_over else None
+        if begun is None:
+            return ""
+        return f"reference dropped: it began {t - begun:.3g} s ago, when the state was lost"
 
     def _lead(self, theta: Array, reference: Reference) -> Reference:
         """Return what leads the axes from ``theta`` to a reference from now on."""

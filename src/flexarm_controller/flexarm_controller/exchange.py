@@ -185,8 +185,9 @@ class ControllerExchange:
         if self.withheld or not self._token:
             self.answer = Answer(stamp_ns, "inactive", self.withheld or "guard is not armed")
             return []
-        command, overruns = self.controller.step(self.state), self.controller.overruns
-        self.answer = Answer(stamp_ns, command.mode, command.reason, command, self._missed, overruns)
+        command = self.controller.step(self.state)
+        rest = self._missed, self.controller.overruns, self.controller.notice
+        self.answer = Answer(stamp_ns, command.mode, command.reason, command, *rest)
         self._sequence += 1
         msg = self._write(command, self._names, self._sequence, self._token, stamp_ns)
         return [Outgoing("joint_commands", msg)]

@@ -186,6 +186,27 @@ def test_a_reference_that_began_long_ago_is_refused_and_not_run_after(exchange, 
     assert is_taken or "before the newest state, 0.2 s are allowed" in answer
 
 
+@pytest.mark.parametrize(("back", "is_kept"), [(75, True), (99, True), (180, False)])
+def test_a_reference_that_begins_while_the_state_is_lost_is_dropped_and_told_once(
+    exchange, model, back, is_kept
+):
+    """It begins in period 80; 0.1 s late it may be."""
+    exchange.on_model(model_to_msg(model))
+    exchange.on_guard_status(GuardStatus(session_token=3))
+    told = []
+    for k in range(200):
+        if k == 60:
+            answer = answers(exchange.on_reference(slow_move(0.4)))["controller_status"].reason
+            assert answer.startswith("reference accepted")
+        status = ModalState.LOST if 10 <= k < back else ModalState.OK
+        sent = exchange.on_modal_state(state(model, k, status=status))
+        told += [(k, out.msg.reason) for out in sent if out.topic == "controller_status"]
+    dropped = {k: reason for k, reason in told if reason.startswith("reference")}
+    reason = "reference dropped: it began 0.105 s ago, when the state was lost"
+    assert dropped == ({} if is_kept else {101: reason})
+    assert exchange.controller.reference.theta[-1, 0] == pytest.approx(1.5 if is_kept else 0.1)
+
+
 @pytest.mark.parametrize(("armed_at", "is_kept"), [(0.8, True), (20.0, False)])
 def test_a_reference_that_began_before_anybody_was_armed_is_dropped(exchange, model, armed_at, is_kept):
     exchange.on_model(model_to_msg(model))
