@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -13,7 +14,9 @@ from scipy.linalg import eigh
 
 from flexarm_model.manipulator.body_spec import Beam
 from flexarm_model.manipulator.description import ManipulatorConfig
+from flexarm_model.manipulator.start_pose import starting_at
 from flexarm_model.reading.config import load_config
+from flexarm_model.reading.manipulator_file import find_manipulator
 from flexarm_model.segments.segment_tree import SegmentTree
 from flexarm_model.served.linearize import linearize
 from flexarm_model.tree.modal_damping import modal_damping
@@ -106,3 +109,14 @@ def test_a_pendulum_with_a_stiff_axis_at_its_end_has_the_ratio_of_its_spring(tmp
     model = linearize(ReducedTree(load_config(path), use_compiler=False))
     assert model.omega[1] > 0.99e6 * model.omega[0]
     assert model.zeta == pytest.approx([0.02, 0.03], rel=1e-6)
+
+
+def test_ratios_hold_at_the_described_home_wherever_the_arm_starts() -> None:
+    """A node that is told where the arm starts has the same arm as one that is not."""
+    config = load_config(find_manipulator("planar_3rrr"))
+    elsewhere = starting_at(starting_at(config, config.home + [-0.2, 0.1, 0.2]), config.home - 0.1)
+    for tree in (ReducedTree, partial(SegmentTree, n_segments=2)):
+        D = tree(config).D
+        np.testing.assert_allclose(tree(elsewhere).D, D, rtol=0, atol=1e-9 * abs(D).max())
+        moved = replace(config, home=elsewhere.home)
+        assert abs(tree(moved).D - D).max() > 1e-3 * abs(D).max()

@@ -25,6 +25,7 @@ from flexarm_bringup.sim_run.study import loop_settings, lost_state
 from flexarm_bringup.tasks.task import Task
 from flexarm_estimator.estimate import Estimate
 from flexarm_model.manipulator.description import Joint, ManipulatorConfig
+from flexarm_model.manipulator.start_pose import starting_at
 from flexarm_model.reading.config import load_config
 from flexarm_model.reading.manipulator_file import find_manipulator
 from flexarm_model.served.linearize import find_equilibrium
@@ -71,7 +72,7 @@ class _Arm:
 
     def __init__(self, job: CompareJob) -> None:
         self._job = job
-        self._config = replace(load_config(find_manipulator(job.task.manipulator), job.preset), home=job.home)
+        self._config = starting_at(load_config(find_manipulator(job.task.manipulator), job.preset), job.home)
         self._rig = RigSettings(frequency_scale=1.0 + job.frequency_error)
         self._plant = Rig(self._config, self._rig).plant
         self._limits = np.array([axis.effort for axis in self._config.actuated.values()])

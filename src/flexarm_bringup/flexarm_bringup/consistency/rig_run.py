@@ -23,6 +23,7 @@ from flexarm_bringup.tasks.course import Course, plan_course
 from flexarm_bringup.tasks.task import Task
 from flexarm_estimator.estimate import Estimate
 from flexarm_model.manipulator.description import ManipulatorConfig
+from flexarm_model.manipulator.start_pose import starting_at
 from flexarm_model.reading.config import load_config
 from flexarm_model.reading.manipulator_file import find_manipulator
 from flexarm_model.served.linearize import linearize
@@ -90,7 +91,7 @@ def run_rig_job(job: RigJob) -> list[RigResult]:
     task = job.task
     config = load_config(find_manipulator(task.manipulator), task.presets[0])
     course = plan_course(StaticArm(ReducedTree(config)), task, 1 / config.rate_hz)
-    config = replace(config, home=course.home)
+    config = starting_at(config, course.home)
     settings = loop_settings(task, LAW, replace(CONDITIONS[job.condition], seed=job.seed))
     hardware = Hardware(config, settings.rig)
     witness = Witness(config)

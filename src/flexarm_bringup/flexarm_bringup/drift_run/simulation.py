@@ -28,6 +28,7 @@ from flexarm_estimator.drift.settings import DriftConfig
 from flexarm_estimator.estimate import Estimate
 from flexarm_estimator.settings import EstimatorConfig
 from flexarm_model.manipulator.description import ManipulatorConfig
+from flexarm_model.manipulator.start_pose import starting_at
 from flexarm_model.served.linearize import linearize
 from flexarm_model.served.model_schedule import ModelSchedule, ScheduleSettings, periods_between_looks
 from flexarm_model.tree.reduced_tree import ReducedTree
@@ -107,7 +108,7 @@ def run_drill(
     """
     tree, dt = ReducedTree(config), 1.0 / config.rate_hz
     home, reference = normal_moves(StaticArm(tree), task, dt, drill.duration, drill.seed)
-    config = replace(config, home=home)
+    config = starting_at(config, home)
     tree = ReducedTree(config)
     estimator, served = task.make("estimator", EstimatorConfig), task.make("schedule", ScheduleSettings)
     watched = settings or task.make("drift", DriftConfig)

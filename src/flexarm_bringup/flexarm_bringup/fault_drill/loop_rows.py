@@ -25,6 +25,7 @@ from flexarm_bringup.tasks.task import Task
 from flexarm_bringup.tasks.task_for import task_for
 from flexarm_estimator.estimate import Estimate
 from flexarm_model.manipulator.description import ManipulatorConfig
+from flexarm_model.manipulator.start_pose import starting_at
 from flexarm_model.reading.config import load_config
 from flexarm_model.reading.manipulator_file import find_manipulator
 from flexarm_model.tree.reduced_tree import ReducedTree
@@ -71,7 +72,7 @@ class LoopStand:
         self.task: Task = task_for(stand.name)
         config = load_config(find_manipulator(self.task.manipulator), self.task.presets[0])
         self.course: Course = plan_course(StaticArm(ReducedTree(config)), self.task, 1 / config.rate_hz)
-        self.config: ManipulatorConfig = replace(config, home=self.course.home)
+        self.config: ManipulatorConfig = starting_at(config, self.course.home)
         self.tree, self._seed = ReducedTree(self.config), stand.seed
 
     @property

@@ -18,6 +18,7 @@ from flexarm_bringup.tip_vibration import Residual, read_residual
 from flexarm_controller.settings import MpcConfig
 from flexarm_estimator.settings import EstimatorConfig
 from flexarm_model.manipulator.description import ManipulatorConfig
+from flexarm_model.manipulator.start_pose import starting_at
 from flexarm_model.tree.reduced_tree import ReducedTree
 
 Settings = tuple[EstimatorConfig, MpcConfig]
@@ -61,8 +62,8 @@ class Bench:
             ValueError: The arm cannot do the moves.
         """
         self._course = plan_course(StaticArm(ReducedTree(known)), task, 1 / known.rate_hz)
-        self._tree = ReducedTree(replace(known, home=self._course.home))
-        self._real, self._rig = replace(real, home=self._course.home), rig or RigSettings()
+        self._tree = ReducedTree(starting_at(known, self._course.home))
+        self._real, self._rig = starting_at(real, self._course.home), rig or RigSettings()
         self._task = task
         self._plant: Plant | None = None
 

@@ -25,6 +25,7 @@ from flexarm_controller.settings import ControllerConfig, MpcConfig
 from flexarm_estimator.estimate import Estimate
 from flexarm_estimator.settings import EstimatorConfig
 from flexarm_model.manipulator.description import ManipulatorConfig
+from flexarm_model.manipulator.start_pose import starting_at
 from flexarm_model.reading.config import load_config
 from flexarm_model.reading.manipulator_file import find_manipulator
 from flexarm_model.served.model_schedule import ScheduleSettings
@@ -144,7 +145,7 @@ def sim_jobs(task: Task, presets: Sequence[str], conditions: Sequence[str], seed
 def run_sim_job(job: SimJob) -> list[SimResult]:
     """Run every law of a job."""
     config = load_config(find_manipulator(job.task.manipulator), job.preset)
-    config = replace(config, home=job.course.home)
+    config = starting_at(config, job.course.home)
     tree, plant = ReducedTree(config), None
     rig = replace(CONDITIONS[job.condition], seed=job.seed)
     results = []

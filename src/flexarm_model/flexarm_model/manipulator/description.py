@@ -114,6 +114,7 @@ class ManipulatorConfig:
         rate_hz: Control rate [Hz].
         poses: Further poses by name, as ``home``.
         parameters: Named parameters that laws of axes follow, by name, SI.
+        damped_at: Where damping ratios hold, the described home, if the arm starts elsewhere; else None.
         assumed, fitted: What no source gives; what was fitted, and on what.
     """
 
@@ -134,6 +135,7 @@ class ManipulatorConfig:
     closures: tuple[Joint, ...] = ()
     poses: dict[str, Array] = field(default_factory=dict)
     parameters: dict[str, float] = field(default_factory=dict)
+    damped_at: Array | None = None
 
     @property
     def axes(self) -> dict[str, Axis]:

@@ -6,13 +6,16 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from flexarm_model.manipulator.description import ManipulatorConfig
 from flexarm_model.settings.strict_yaml import ConfigError
 
+Array = NDArray[np.float64]
 
-def starting_at(config: ManipulatorConfig, pose: Sequence[float]) -> ManipulatorConfig:
-    """Return the description with another home; its ``config_id`` stays, it is the same arm.
+
+def starting_at(config: ManipulatorConfig, pose: Sequence[float] | Array) -> ManipulatorConfig:
+    """Return the description with another home; its ``config_id`` stays, it is the same arm, equally damped.
 
     Args:
         config: The manipulator.
@@ -26,4 +29,5 @@ def starting_at(config: ManipulatorConfig, pose: Sequence[float]) -> Manipulator
     if len(pose) != len(config.actuated):
         names = ", ".join(config.actuated)
         raise ConfigError(f"start: {len(pose)} values; expected one each for {names}")
-    return replace(config, home=np.array(pose, dtype=float))
+    damped_at = config.home if config.damped_at is None else config.damped_at
+    return replace(config, home=np.array(pose, dtype=float), damped_at=damped_at)

@@ -232,7 +232,9 @@ class SegmentTree:
             lossy[self.axes[name]] = axis.damping_ratio
         if not lossy.any():
             return np.zeros((self.n_q, self.n_q))
-        home, e = self.close(self.config.home), self._unheld()
+        config = self.config
+        home = self.close(config.home if config.damped_at is None else config.damped_at)
+        e = self._unheld()
         Z = np.zeros((self.n_q, e.size))
         Z[e, np.arange(e.size)] = 1.0
         Z = Z @ null_space(self.loops.jacobian(home)[:, e])

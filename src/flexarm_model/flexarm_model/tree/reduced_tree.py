@@ -30,8 +30,8 @@ from flexarm_model.tree.composite_inertia import WORTHWHILE, composite_mass
 from flexarm_model.tree.coordinates import assumed_home, dampers, lay_out, stiffness
 from flexarm_model.tree.frame_graph import FrameGraph
 from flexarm_model.tree.frames import Motion, sparse
+from flexarm_model.tree.home_damping import home_damping
 from flexarm_model.tree.inertia import inertia_sweep, mass_matrix
-from flexarm_model.tree.modal_damping import modal_damping
 from flexarm_model.tree.sensors import Point, sensor_outputs
 
 Array = NDArray[np.float64]
@@ -86,8 +86,10 @@ class ReducedTree:
             self._rows, assumed_home(config, at), at.loose_axes, at.sprung_axes, config.name
         )
         self._last_closed = self.loops.home, self.loops.home
-        self.K, lossy = stiffness(self._at, self.bodies)
-        self.D = dampers(self._at, self.bodies) + self._modal_damping(lossy)
+        self.K, lossy = stiffness(at, self.bodies)
+        mass = ca.Function("M", [self._q], [self._M])
+        self.D = dampers(at, self.bodies)
+        self.D += home_damping(config, at, self._rows, self.loops, mass, (self.K, lossy))
 
     @property
     def n_q(self) -> int:
@@ -240,13 +242,3 @@ class ReducedTree:
             "constraints": ([q], [c, G]),
             "constraint_stiffness": ([q, force], [ca.jacobian(G.T @ force, q)]),
         }
-
-    def _modal_damping(self, lossy: Array) -> Array:
-        """Return the damping that the ratios of bodies and springs mean, (n_q, n_q)."""
-        if not lossy.any():
-            return np.zeros_like(lossy)
-        home = self.loops.home
-        M = ca.Function("M", [self._q], [self._M])
-        G = self._rows.near(home)[1][self.loops.rows]
-        Z = null_space(G, self.actuated, f"{self.config.name}: the home pose")[:, len(self.actuated) :]
-        return modal_damping(np.array(M(home)), self.K, lossy, Z, self.coordinates)
