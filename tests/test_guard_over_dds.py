@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import random
 import signal
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from itertools import groupby
@@ -30,6 +31,7 @@ MOVE_DEG = 60.0
 PERIOD_NS = 5_000_000
 SILENCE_NS = 50_000_000
 WATCHED_NS = 1_000_000_000
+NEW_NS = 300_000_000
 RATE_LIMIT = 2800.0 * 5e-3  # N m per period
 FAST = 0.2  # rad/s; slower than this the arm may be held where it stands
 TRIES = 8  # a loaded machine may fall silent by itself before the test does it
@@ -201,7 +203,7 @@ def test_a_node_that_stood_still_for_a_second_moves_nothing_with_what_is_old(
 
 
 def test_the_drives_obey_one_guard_and_a_topic_stops_it(tmp_path: Path) -> None:
-    with running(rig_graph(), TOPICS, tmp_path) as (_, ear):
+    with running(rig_graph(), TOPICS[:4], tmp_path) as (_, ear):
         ear.wait_ready("rig", "guard", "estimator", "controller")
         arm(ear)
         answer = ear.call("rig/attach")
@@ -212,6 +214,7 @@ def test_the_drives_obey_one_guard_and_a_topic_stops_it(tmp_path: Path) -> None:
         stop = ear.node.create_publisher(Empty, "stop", 10)
         ear.wait(lambda: stop.get_subscription_count() > 0, PATIENCE, "the guard")
         for _ in range(TRIES):  # a loaded machine may have been silent for 50 ms, which stops it, too
+            catch_up(ear)
             if not is_armed(ear):
                 arm(ear)
             old = ear.latest("joint_commands")
@@ -239,6 +242,16 @@ def send_forged_torques(ear: Ear, count: int) -> None:
             forged.header.frame_id = seal.write(Mark(True, k), stamp_to_ns(real.header.stamp), [14.0])
         forger.publish(forged if k % 2 else ear.heard["applied_effort"][rng.randrange(-100, -1)])
         ear.listen(0.001)
+        catch_up(ear)
+
+
+def catch_up(ear: Ear) -> None:
+    """Listen until what is heard is new: who speaks more than he listens is soon seconds behind."""
+
+    def is_new() -> bool:
+        return time.time_ns() - stamp_to_ns(ear.latest("joint_states").header.stamp) < NEW_NS
+
+    ear.wait(is_new, PATIENCE, "the ear to catch up")
 
 
 def assert_refused(ear: Ear, old: Any) -> None:
@@ -247,7 +260,7 @@ def assert_refused(ear: Ear, old: Any) -> None:
     before = max(stamps(ear.heard["applied_effort"]))  # forged ones that are still on their way are older
 
     def is_told(refused: int) -> bool:
-        old.header.stamp, old.effort = ear.latest("truth").header.stamp, [14.0]
+        old.header.stamp, old.effort = ear.latest("joint_states").header.stamp, [14.0]
         forger.publish(old)
         ear.listen(0.02)
         return bool(ear.latest("guard_status").refused >= refused)
