@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 
-pytestmark = pytest.mark.ros
+pytestmark = [pytest.mark.ros, pytest.mark.messages]
 pytest.importorskip("rclpy", reason="needs ROS")
 
 from flexarm_bringup import cli  # noqa: E402

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-pytestmark = pytest.mark.ros
+pytestmark = [pytest.mark.ros, pytest.mark.messages]
 pytest.importorskip("flexarm_interfaces.msg", reason="needs ROS and flexarm_interfaces")
 
 from estimator_exchange import EPOCH_NS, PERIOD_NS, exchange, model, model_conversions  # noqa: E402
