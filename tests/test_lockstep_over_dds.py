@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 from pathlib import Path
 
 import numpy as np
@@ -39,8 +38,6 @@ def test_nodes_equal_the_library_and_replay_equals_the_nodes(tmp_path: Path) -> 
     assert abs(nodes.eta[:n] - library.eta).max() < 1e-8
 
     recorded = check_bag(session.bag, NEEDED)
-    once, twice = (replay(recorded, tmp_path / name) for name in ("once", "twice"))
-    digests = {hashlib.sha256((bag.path / "data.mcap").read_bytes()).hexdigest() for bag in (once, twice)}
-    assert len(digests) == 1
-    differing = [d for d in compare_bags(recorded, once, OUTPUTS).divergences if d.field]
+    replayed = replay(recorded, tmp_path / "replayed")  # twice it is the same to the byte: test_replay.py
+    differing = [d for d in compare_bags(recorded, replayed, OUTPUTS).divergences if d.field]
     assert not differing, differing[:3]  # a message in flight at the end may be missing, none may differ
