@@ -14,7 +14,7 @@ struct tip {
     struct function *pose, *jacobian;  /* q -> T (4, 4); q -> J (6, n_q) */
     const void *loops;                 /* of the two functions below; null without loops */
     int64_t (*close)(const void *, double *, double *);
-    int64_t (*follow)(const void *, const double *, int64_t, double *);
+    int64_t (*follow)(const void *, int64_t, double *); /* where the loops were closed last */
     double *q, *J_q, *J, *moved;       /* (n_q,), (6, n_q), (6, n) row-major, (n,) */
     const double *x, *P;               /* the state */
     const double *y;                   /* a measured pose, [position; rotation vector] */
@@ -73,7 +73,7 @@ int64_t flexarm_locate_tip(const struct tip *s)
     if (!flexarm_place_tip(s))
         return 0;
     memcpy(s->J_q, evaluate(s->jacobian, s->q), RATES * s->n_q * sizeof *s->J_q);
-    if (s->loops && !s->follow(s->loops, s->q, RATES, s->J_q))
+    if (s->loops && !s->follow(s->loops, RATES, s->J_q))
         return 0;
     for (int64_t j = 0; j < s->n; j++) {
         double column[RATES] = {0.0};

@@ -161,6 +161,6 @@ def _loops(tree: ReducedTree) -> tuple[int, int, int]:
     code = tree.closing.code
     close, follow = (
         ctypes.cast(function, ctypes.c_void_p).value or 0
-        for function in (code.flexarm_close, code.flexarm_follow)
+        for function in (code.flexarm_close, code.flexarm_follow_closed)
     )
     return tree.closing.address, close, follow

@@ -57,14 +57,12 @@ int64_t flexarm_close(const struct loops *s, double *q, double *v)
     return 1;
 }
 
-/* Let rows J (k, n) follow the loops at the closed pose q: dependent rates follow the others, and their own
-   columns are zero. Returns 0 when the pose is singular. */
-int64_t flexarm_follow(const struct loops *s, const double *q, int64_t k, double *J)
+/* Let rows J (k, n) follow the loops where ``flexarm_close`` has just closed them: dependent rates follow the
+   others, and their own columns are zero. Returns 0 when the pose is singular. */
+int64_t flexarm_follow_closed(const struct loops *s, int64_t k, double *J)
 {
     double *A = s->work, *B = A + s->m * s->m;
     const double *G = s->rows->res[1];
-    s->rows->arg[0] = q;
-    s->rows->evaluate(s->rows->arg, s->rows->res, s->rows->iw, s->rows->w, 0);
     for (int64_t i = 0; i < s->m; i++) { /* A = G_d', B = J_d' */
         for (int64_t j = 0; j < s->m; j++)
             A[i * s->m + j] = G[j + s->dependent[i] * s->m];
@@ -81,4 +79,12 @@ int64_t flexarm_follow(const struct loops *s, const double *q, int64_t k, double
     for (int64_t i = 0; i < s->m; i++)
         memset(J + s->dependent[i] * k, 0, k * sizeof *J);
     return 1;
+}
+
+/* The same at any closed pose q. */
+int64_t flexarm_follow(const struct loops *s, const double *q, int64_t k, double *J)
+{
+    s->rows->arg[0] = q;
+    s->rows->evaluate(s->rows->arg, s->rows->res, s->rows->iw, s->rows->w, 0);
+    return flexarm_follow_closed(s, k, J);
 }

@@ -84,8 +84,8 @@ class MachineClosing(Closing):
 
     Attributes:
         address: Where the layout for C is.
-        code: The library; ``flexarm_close(layout, q, v)`` serves other C code, too, and so does
-            ``flexarm_follow(layout, q, k, J)`` with at most ``RATES`` rows.
+        code: The library; ``flexarm_close(layout, q, v)`` serves other C code, too, and so does,
+            right after it, ``flexarm_follow_closed(layout, k, J)`` with at most ``RATES`` rows.
     """
 
     def __init__(self, rows: FastFunction, loops: Loops, name: str, code: ctypes.PyDLL) -> None:
