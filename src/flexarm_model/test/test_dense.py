@@ -1,10 +1,10 @@
-"""Eigenvectors, exponential and pivots equal SciPy's."""
+"""Eigenvectors, exponential, pivots and blocks equal SciPy's."""
 
 import numpy as np
 import pytest
 from scipy import linalg
 
-from flexarm_model.numeric.dense import eigh, expm, pivots
+from flexarm_model.numeric.dense import block_diagonal, eigh, expm, pivots
 
 
 @pytest.mark.parametrize("n", [1, 4, 30])
@@ -57,3 +57,10 @@ def test_pivots_tell_the_rank() -> None:
     A = rng.normal(size=(6, 2)) @ rng.normal(size=(2, 5))
     lengths = pivots(A)[1]
     assert lengths[1] > 0.1 and lengths[2] < 1e-14 * lengths[0]
+
+
+@pytest.mark.parametrize("shapes", [[], [(2, 2)], [(2, 3), (1, 1), (0, 0), (3, 2)], [(0, 2), (2, 0)]])
+def test_blocks_stand_along_the_diagonal_as_scipy_puts_them(shapes: list[tuple[int, int]]) -> None:
+    blocks = [np.random.default_rng(4).normal(size=shape) for shape in shapes]
+    size = sum(rows for rows, _ in shapes), sum(columns for _, columns in shapes)
+    np.testing.assert_array_equal(block_diagonal(*blocks), linalg.block_diag(*blocks).reshape(size))

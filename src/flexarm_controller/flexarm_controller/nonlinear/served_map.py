@@ -13,9 +13,9 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import block_diag
 
 from flexarm_controller.nonlinear.arm_equations import Coordinates
+from flexarm_model.numeric.dense import block_diagonal
 from flexarm_model.served.reduced_model import ReducedModel
 
 Array = NDArray[np.float64]
@@ -45,8 +45,8 @@ def map_served(model: ReducedModel, coordinates: Coordinates, mass: Array) -> Se
     into, y_0 = _project(coordinates.T, model.Phi, origin - coordinates.q_c, mass, m)
     back, xi_0 = _project(model.Phi, coordinates.T, coordinates.q_c - origin, mass, m)
     return ServedMap(
-        block_diag(into, into), np.concatenate([y_0, np.zeros(len(into))]),
-        block_diag(back, back), np.concatenate([xi_0, np.zeros(len(back))]),
+        block_diagonal(into, into), np.concatenate([y_0, np.zeros(len(into))]),
+        block_diagonal(back, back), np.concatenate([xi_0, np.zeros(len(back))]),
     )  # fmt: skip
 
 

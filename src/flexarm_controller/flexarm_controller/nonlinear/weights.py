@@ -10,7 +10,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import block_diag
 
 from flexarm_controller.limits import Limits
 from flexarm_controller.nonlinear.served_map import ServedMap
@@ -20,6 +19,7 @@ from flexarm_controller.program.prediction import plant
 from flexarm_controller.program.soft_outputs import build_soft_outputs
 from flexarm_controller.program.target import rest_shift
 from flexarm_controller.settings import MpcConfig
+from flexarm_model.numeric.dense import block_diagonal
 from flexarm_model.served.reduced_model import ReducedModel
 
 Array = NDArray[np.float64]
@@ -72,7 +72,7 @@ def weigh(model: ReducedModel, served: ServedMap, limits: Limits, config: MpcCon
     rest, m = build_equilibrium(model), model.n_theta
     per_axis = np.vstack([served.into @ rest.X[:, :m], rest.U[:, :m]])
     P = complete(system.A, system.B, cost).P
-    ends = block_diag(back, np.eye(model.n_theta))
+    ends = block_diagonal(back, np.eye(model.n_theta))
     soft = build_soft_outputs(model, limits, config)
     track = back.T @ cost.Q @ back
     return Weights(

@@ -20,10 +20,10 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import block_diag
 
 from flexarm_controller.program.riccati import solve_riccati
 from flexarm_controller.settings import MpcConfig
+from flexarm_model.numeric.dense import block_diagonal
 from flexarm_model.served.reduced_model import ReducedModel
 
 Array = NDArray[np.float64]
@@ -98,7 +98,7 @@ def complete(A: Array, B: Array, cost: Cost) -> Completion:
     n_x, n_u = B.shape
     A_a = np.block([[A, B], [np.zeros((n_u, n_x)), np.eye(n_u)]])
     B_a = np.vstack([B, np.eye(n_u)])
-    Q_a = block_diag(cost.at_rest, cost.R)
+    Q_a = block_diagonal(cost.at_rest, cost.R)
     cross = np.vstack([np.zeros((n_x, n_u)), cost.R])
     P = solve_riccati((A_a, B_a), Q_a, cost.R + cost.S, cross)
     gain = np.linalg.solve(cost.R + cost.S + B_a.T @ P @ B_a, B_a.T @ P @ A_a + cross.T)

@@ -10,12 +10,12 @@ from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import block_diag
 
 from flexarm_controller.limits import Limits
 from flexarm_controller.program.moving import Segment
 from flexarm_controller.program.stage import Stage, build_stage
 from flexarm_controller.settings import MpcConfig
+from flexarm_model.numeric.dense import block_diagonal
 from flexarm_model.served.mode_change import mode_change
 from flexarm_model.served.reduced_model import ReducedModel
 from flexarm_model.tree.reduced_tree import ReducedTree
@@ -81,6 +81,6 @@ class Foresight:
     def _change(self, old: ReducedModel, new: ReducedModel) -> Array:
         pair = (old.model_id, new.model_id)
         if pair not in self._changes:
-            change = block_diag(np.eye(new.n_theta), mode_change(self._tree, old, new))
-            self._changes[pair] = block_diag(change, change)
+            change = block_diagonal(np.eye(new.n_theta), mode_change(self._tree, old, new))
+            self._changes[pair] = block_diagonal(change, change)
         return self._changes[pair]

@@ -13,13 +13,13 @@ from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import block_diag
 
 from flexarm_controller.limits import Limits
 from flexarm_controller.program.constraints import Constraints, constrain
 from flexarm_controller.program.penalties import Known, penalise
 from flexarm_controller.program.stage import Stage, build_stage
 from flexarm_controller.settings import MpcConfig
+from flexarm_model.numeric.dense import block_diagonal
 from flexarm_model.served.reduced_model import ReducedModel
 from flexarm_model.served.state_space import StateSpace
 
@@ -99,7 +99,7 @@ def build_problem(
     WL = e.weigh(e.L)
     curvature = (e.L.T @ WL) * scale * scale[:, None]  # of so few unknowns sooner than L, which is megabytes
     weight = float(n_v / np.trace(curvature))
-    P = block_diag((curvature + curvature.T) * weight / 2, SLACK_CURVATURE * np.eye(n_s))
+    P = block_diagonal((curvature + curvature.T) * weight / 2, SLACK_CURVATURE * np.eye(n_s))
     q_p = np.zeros((n_v + n_s, known.size))
     np.multiply(e.per_known(WL).T, weight * scale[:, None], out=q_p[:n_v])
     q_0 = np.append(weight * scale * (WL.T @ e.l), np.full(n_s, config.slack_price))

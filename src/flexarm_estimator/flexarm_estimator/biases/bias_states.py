@@ -14,9 +14,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import block_diag
 
 from flexarm_model.manipulator.sensor_spec import BiasSpec, SensorSpec
+from flexarm_model.numeric.dense import block_diagonal
 from flexarm_model.served.state_space import StateSpace
 
 Array = NDArray[np.float64]
@@ -88,9 +88,9 @@ def with_biases(system: StateSpace, rows: tuple[str, ...], states: Mapping[str, 
     drift = np.array([state.drift for state in states.values()])
     return replace(
         system,
-        A=block_diag(system.A, A),
+        A=block_diagonal(system.A, A),
         B=np.vstack([system.B, np.zeros((n_b, system.n_u))]),
         c=np.append(system.c, np.zeros(n_b)),
-        Q=block_diag(system.Q, np.diag(drift**2)),
+        Q=block_diagonal(system.Q, np.diag(drift**2)),
         C=np.hstack([system.C, added]),
     )

@@ -18,9 +18,9 @@ from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import block_diag
 
 from flexarm_estimator.settings import EstimatorConfig
+from flexarm_model.numeric.dense import block_diagonal
 from flexarm_model.served.reduced_model import ReducedModel
 from flexarm_model.served.state_space import StateSpace
 from flexarm_model.served.tip_moves import tip_moves
@@ -61,6 +61,6 @@ def with_sag(system: StateSpace, model: ReducedModel, config: EstimatorConfig) -
         A=np.block([[system.A, into], [np.zeros((sigma.size, system.n_x)), -rate]]),
         B=np.vstack([system.B, np.zeros((sigma.size, system.n_u))]),
         c=np.append(system.c, np.zeros(sigma.size)),
-        Q=block_diag(system.Q, np.diag(2.0 * sigma**2 / config.sag_time)),
+        Q=block_diagonal(system.Q, np.diag(2.0 * sigma**2 / config.sag_time)),
         C=np.hstack([system.C, model.outputs.C_acc @ pull]),
     )

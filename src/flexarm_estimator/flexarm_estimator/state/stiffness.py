@@ -19,9 +19,9 @@ from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import block_diag
 
 from flexarm_estimator.settings import EstimatorConfig
+from flexarm_model.numeric.dense import block_diagonal
 from flexarm_model.served.reduced_model import ReducedModel
 from flexarm_model.served.state_space import StateSpace
 
@@ -49,10 +49,10 @@ def with_stiffness(system: StateSpace, model: ReducedModel, config: EstimatorCon
     force[modes[:sagging], rest] = model.omega[:sagging] ** 2
     return replace(
         system,
-        A=block_diag(system.A, [[-1.0 / config.stiffness_time]]),
+        A=block_diagonal(system.A, np.array([[-1.0 / config.stiffness_time]])),
         B=np.vstack([system.B, np.zeros((1, system.n_u))]),
         c=np.append(system.c, 0.0),
-        Q=block_diag(system.Q, [[2.0 * config.stiffness_error**2 / config.stiffness_time]]),
+        Q=block_diagonal(system.Q, np.array([[2.0 * config.stiffness_error**2 / config.stiffness_time]])),
         C=np.hstack([system.C, np.zeros((system.C.shape[0], 1))]),
         learned=(force,),
     )

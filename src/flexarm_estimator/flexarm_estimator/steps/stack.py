@@ -11,13 +11,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import block_diag
 
 from flexarm_estimator.judging.scan import Scan
 from flexarm_estimator.measurement import Measurement
 from flexarm_estimator.state.process import Transition
 from flexarm_estimator.state.sensors import LinearRows
 from flexarm_estimator.steps.bilinear import Slope, tangent
+from flexarm_model.numeric.dense import block_diagonal
 
 Array = NDArray[np.float64]
 
@@ -79,7 +79,7 @@ def stack_rows(models: Sequence[LinearRows], force_cov: Array) -> Stack:
     edges = np.cumsum([0] + [model.C.shape[0] for model in models])
     spans = tuple(slice(int(a), int(b)) for a, b in zip(edges[:-1], edges[1:], strict=True))
     C, D, D_w = (np.vstack([getattr(model, field) for model in models]) for field in ("C", "D", "D_w"))
-    R = block_diag(*(model.R for model in models))
+    R = block_diagonal(*(model.R for model in models))
     total = R + D_w @ force_cov @ D_w.T
     learned = zip(*(model.slopes for model in models), strict=True)
     slopes = tuple(Slope(np.vstack(parts), np.zeros_like(D)) for parts in learned)

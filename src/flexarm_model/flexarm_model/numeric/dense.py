@@ -47,6 +47,17 @@ def expm(A: Array) -> Array:
     return result
 
 
+def block_diagonal(*blocks: Array) -> Array:
+    """Return a matrix with blocks (m_i, n_i) along its diagonal and zeros elsewhere, (sum m_i, sum n_i)."""
+    result = np.zeros((sum(len(block) for block in blocks), sum(block.shape[1] for block in blocks)))
+    row = column = 0
+    for block in blocks:
+        below, right = row + len(block), column + block.shape[1]
+        result[row:below, column:right] = block
+        row, column = below, right
+    return result
+
+
 def pivots(A: Array) -> tuple[NDArray[np.intp], Array]:
     """Return the order in which QR takes the columns, always the one that is longest outside of those before.
 
