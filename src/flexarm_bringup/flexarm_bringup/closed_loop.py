@@ -231,8 +231,8 @@ def observe_tick(hardware: Hardware, estimate: Estimate) -> dict[str, Array]:
 
 def measurements(samples: Sequence[Sample], hardware: Hardware) -> list[Measurement]:
     """Return samples of the rig as the estimator takes them."""
-    time_of = hardware.rig.time_of
-    return [Measurement(sensor, time_of(tick), y) for sensor, _, tick, y in samples]
+    time_of, now, t = hardware.rig.time_of, hardware.tick, hardware.t
+    return [Measurement(sensor, t if tick == now else time_of(tick), y) for sensor, _, tick, y in samples]
 
 
 def arm_state(estimate: Estimate) -> ArmState:

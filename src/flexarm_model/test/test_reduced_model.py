@@ -72,6 +72,9 @@ def test_rows_are_found_by_sensor_and_an_unknown_one_is_named_with_those_there_a
         "tip.ry",
         "tip.rz",
     ]
+    out.rows("tip").clear()
+    assert len(out.rows("tip")) == 6, "a list of its own for everybody who asks"
+    assert {name.split(".")[0] for name in out.names} == set(out.sensors)
     with pytest.raises(KeyError, match=r"'lidar' has no output row; known: camera, encoder"):
         out.rows("lidar")
 

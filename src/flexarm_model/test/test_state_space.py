@@ -80,6 +80,14 @@ def test_process_noise_is_its_integral(name: str) -> None:
     assert np.array_equal(found, found.T) and np.linalg.eigvalsh(found / scale).min() > -1e-9
 
 
+def test_what_feels_no_noise_has_none_and_is_else_the_same() -> None:
+    continuous = system("spatial")
+    noisy, quiet = (discretize(s, DT) for s in (continuous, replace(continuous, Q=0.0 * continuous.Q)))
+    assert not quiet.Q.any() and quiet.Q.shape == noisy.Q.shape
+    for field in ("A", "B", "c", "C", "D"):
+        np.testing.assert_array_equal(getattr(quiet, field), getattr(noisy, field))
+
+
 def test_two_half_steps_are_one_step() -> None:
     whole, half = discretize(system("spatial"), DT), discretize(system("spatial"), DT / 2)
     assert pytest.approx(whole.A, rel=1e-10, abs=1e-12) == half.A @ half.A

@@ -69,7 +69,7 @@ def constrain(
     return Constraints(
         np.vstack([part.A for part in parts]), np.vstack([part.b_now for part in parts]),
         np.concatenate([part.l for part in parts]), np.concatenate([part.u for part in parts]),
-        tuple(name for part in parts for name in part.names),
+        (*torque.names, *upper.names, *lower.names, *parts[-1].names),
         (slice(first, first + count), slice(first + count, first + 2 * count)),
     )  # fmt: skip
 

@@ -52,8 +52,7 @@ def _rows(model: ReducedModel, sensors: tuple[SensorSpec, ...]) -> list[int]:
     """Return the output rows that are measured; a pose sensor measures those of the tool."""
     found: list[int] = []
     for spec in sensors:
-        known = any(name.split(".")[0] == spec.name for name in model.outputs.names)
-        found += model.outputs.rows(spec.name if known else _TOOL)
+        found += model.outputs.rows(spec.name if spec.name in model.outputs.sensors else _TOOL)
     return list(dict.fromkeys(found))
 
 

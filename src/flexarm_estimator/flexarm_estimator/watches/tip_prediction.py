@@ -51,7 +51,7 @@ class TipPrediction:
 
     def _noise(self, gain: Array) -> float:
         """Return the variance of the position at the operating point [m^2]."""
-        model, noise = self._parts.model, [np.diag(row.R) for row in self._rows.values()]
+        model, noise = self._parts.model, [row.R.diagonal() for row in self._rows.values()]
         x = np.zeros(gain.shape[0])
         x[: model.n] = model.xi0
         moved = self._parts.tip.locate(x)[1][:3].dot(gain[: model.n])
@@ -68,7 +68,7 @@ class TipPrediction:
         P0 = parts.process.P0[:n, :n]
         models = list(self._rows.values())
         C = np.vstack([model.C[:, :n] for model in models])
-        R = np.diag(np.concatenate([np.diag(model.R) for model in models]))
+        R = np.diag(np.concatenate([model.R.diagonal() for model in models]))
         gain = np.zeros((n_x, C.shape[0]))
         gain[:n] = np.linalg.solve(C @ P0 @ C.T + R, C @ P0).T
         nothing = np.concatenate([model.innovation(np.zeros(model.R.shape[0]), x, u) for model in models])

@@ -12,6 +12,7 @@ of the dynamics. ``model_id`` is the hash of its content.
 from __future__ import annotations
 
 import hashlib
+from collections.abc import Collection
 from dataclasses import dataclass, fields
 from functools import cached_property
 
@@ -47,10 +48,22 @@ class Outputs:
         Raises:
             KeyError: No row has that sensor; the message lists those that exist.
         """
-        found = [i for i, name in enumerate(self.names) if name.split(".")[0] == sensor]
-        if not found:
-            known = sorted({name.split(".")[0] for name in self.names})
-            raise KeyError(f"sensor '{sensor}' has no output row; known: {', '.join(known)}")
+        if sensor not in self._by_sensor:
+            known = ", ".join(sorted(self._by_sensor))
+            raise KeyError(f"sensor '{sensor}' has no output row; known: {known}")
+        return self._by_sensor[sensor].copy()
+
+    @property
+    def sensors(self) -> Collection[str]:
+        """Names of the sensors that have rows, and "tip"."""
+        return self._by_sensor.keys()
+
+    @cached_property
+    def _by_sensor(self) -> dict[str, list[int]]:
+        """Indices of the rows of every sensor."""
+        found: dict[str, list[int]] = {}
+        for i, name in enumerate(self.names):
+            found.setdefault(name.split(".")[0], []).append(i)
         return found
 
 

@@ -122,10 +122,11 @@ def discretize(system: StateSpace, dt: float) -> StateSpace:
     held[:n_x, n_x : n_x + n_u] = system.B
     held[:n_x, -1] = system.c
     step = expm(held * dt)
-    van_loan = np.block([[-system.A, system.Q], [np.zeros((n_x, n_x)), system.A.T]])
-    noise = expm(van_loan * dt)
-    A = step[:n_x, :n_x]
-    Q = A @ noise[:n_x, n_x:]
+    A, nothing = step[:n_x, :n_x], np.zeros((n_x, n_x))
+    Q = nothing
+    if system.Q.any():
+        van_loan = np.block([[-system.A, system.Q], [nothing, system.A.T]])
+        Q = A @ expm(van_loan * dt)[:n_x, n_x:]
     return StateSpace(
         A,
         step[:n_x, n_x : n_x + n_u],
