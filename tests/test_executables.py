@@ -54,7 +54,7 @@ def test_every_node_says_what_it_does_and_which_parameters_it_has_instead_of_sta
     for executable, _, _ in ENTRY.findall((SOURCE / package / "setup.py").read_text()):
         code = SECOND.replace("flexarm_controller", package).replace("guard_node", executable)
         command = [sys.executable, "-c", code, "--help"]
-        done = subprocess.run(command, capture_output=True, text=True, check=True, timeout=20)
+        done = subprocess.run(command, capture_output=True, text=True, check=True, timeout=120)
         said = done.stdout
         assert said.startswith(f"usage: ros2 run {package} {executable} [--ros-args") and said.endswith(
             "0 []\n"

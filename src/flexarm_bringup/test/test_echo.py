@@ -117,7 +117,7 @@ def test_a_reader_that_has_enough_ends_it_quietly_and_a_silent_topic_is_told(
         assert waiting.stderr is not None
         assert "/flexarm/never: nothing came within 3 s" in waiting.stderr.readline()
         waiting.send_signal(signal.SIGINT)
-        assert waiting.communicate(timeout=30)[1] == ""
+        assert waiting.communicate(timeout=60)[1] == ""
         assert waiting.returncode == INTERRUPTED
     finally:
         talker.kill()

@@ -52,9 +52,9 @@ def test_workers_end_with_who_gave_them_work(number: int) -> None:
         try:
             assert [os.read(parent.stdout.fileno(), 7) for _ in range(2)] == [b"asleep\n"] * 2
             parent.send_signal(number)
-            assert select.select([parent.stdout], [], [], 10.0)[0]
+            assert select.select([parent.stdout], [], [], 40.0)[0]
             assert os.read(parent.stdout.fileno(), 1) == b""  # nobody is left who could write
-            parent.wait(10.0)
+            parent.wait(40.0)
         finally:
             if parent.poll() is None:
                 os.killpg(parent.pid, signal.SIGKILL)

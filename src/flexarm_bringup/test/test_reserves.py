@@ -26,7 +26,7 @@ import os, time
 print("loaded", os.getpid(), flush=True)
 def main():
     print("works", os.getpid(), os.environ.get("FLEXARM_RESERVE"), os.environ["FLEXARM_LIFE"], flush=True)
-    time.sleep(60)
+    time.sleep(300)
 """
 ROW = Process("tests", "x", "left")
 
@@ -79,7 +79,8 @@ def test_a_reserve_that_hangs_is_ended_and_the_process_started_anew(
         until(lambda: bool(supervisor.exit_codes()))
         started = time.monotonic()
         assert [ending.returns for ending in supervisor.tend()] == [True]
-        assert time.monotonic() - started < TAKEN_WITHIN + 1.0  # starting a process takes some milliseconds
+        busy = max(1.0, os.getloadavg()[0])  # starting a process takes some milliseconds, or more
+        assert time.monotonic() - started < TAKEN_WITHIN + 1.0 * busy
         assert supervisor.pids["left"] not in (first, hanging)
         assert not is_alive(hanging)
         until(lambda: any(line[:2] == ["works", str(supervisor.pids["left"])] for line in said(supervisor)))
@@ -88,7 +89,7 @@ def test_a_reserve_that_hangs_is_ended_and_the_process_started_anew(
 def test_a_process_comes_back_without_a_reserve_that_has_loaded(
     tmp_path: Path, environment: dict[str, str]
 ) -> None:
-    (tmp_path / "slow.py").write_text("import time\ntime.sleep(60)\n")
+    (tmp_path / "slow.py").write_text("import time\ntime.sleep(300)\n")
     with start(tmp_path, environment, ROW) as supervisor:
         assert not supervisor.provide() and not supervisor.provide()
         first = supervisor.pids["left"]
@@ -130,7 +131,7 @@ def test_reserves_end_with_the_supervisor_however_it_ends(
         while not supervisor.provide():
             time.sleep(0.01)
         print("there", flush=True)
-        time.sleep(60)
+        time.sleep(300)
     """)
     parent = subprocess.Popen(
         [sys.executable, "-c", program], env=environment, stdout=subprocess.PIPE, text=True

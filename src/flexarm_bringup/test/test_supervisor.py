@@ -17,13 +17,13 @@ from flexarm_bringup.processes.graph import Process
 from flexarm_bringup.processes.supervisor import RESPAWNS, Ending, Supervisor
 from flexarm_bringup.processes.surroundings import LIFE, PROFILES, of_life
 
-SLEEP = "import time; print('up', flush=True); time.sleep(60)"
+SLEEP = "import time; print('up', flush=True); time.sleep(300)"
 DEAF = "import signal; [signal.signal(n, signal.SIG_IGN) for n in (signal.SIGINT, signal.SIGTERM)];" + SLEEP
 POLITE = textwrap.dedent("""
     import signal, sys, time
     signal.signal(signal.SIGINT, lambda *_: sys.exit(0))
     print("up", flush=True)
-    time.sleep(60)
+    time.sleep(300)
 """)
 GRACE = ((signal.SIGINT, 0.3), (signal.SIGTERM, 0.3), (signal.SIGKILL, 10.0))
 
@@ -36,7 +36,7 @@ def start(folder: Path, *processes: Process) -> Supervisor:
     return Supervisor(processes, folder, command=lambda process: [sys.executable, "-c", process.executable])
 
 
-def until(holds: Callable[[], bool], seconds: float = 20.0) -> None:
+def until(holds: Callable[[], bool], seconds: float = 60.0) -> None:
     deadline = time.monotonic() + seconds
     while not holds():
         assert time.monotonic() < deadline
@@ -76,7 +76,7 @@ def test_the_end_of_an_essential_child_is_reported_with_its_last_words(tmp_path:
 def test_the_end_of_another_child_is_no_failure(tmp_path: Path) -> None:
     minor = Process("tests", "raise SystemExit(1)", "minor", essential=False)
     with start(tmp_path, minor) as supervisor:
-        assert supervisor.wait(20.0)
+        assert supervisor.wait(60.0)
         assert supervisor.exit_codes() == {"minor": 1}
         assert supervisor.failed() == ""
 
@@ -111,7 +111,7 @@ def test_the_end_of_a_child_is_told_once_and_without_looking(tmp_path: Path) -> 
 
 def test_the_end_of_a_child_is_told_while_the_rest_of_it_is_still_there(tmp_path: Path) -> None:
     """A process that is killed takes a while to give its memory back; one that sleeps stands for it."""
-    lets_go = "import os, time; print('up', flush=True); os.close(0); time.sleep(60)"
+    lets_go = "import os, time; print('up', flush=True); os.close(0); time.sleep(300)"
     told: list[str] = []
     with start(tmp_path, python(lets_go)) as supervisor:
         (name,) = supervisor.pids
@@ -160,7 +160,7 @@ def test_no_child_outlives_a_supervisor_that_is_killed(tmp_path: Path) -> None:
         names = [Process("tests", "x", name) for name in ("a", "b")]
         supervisor = Supervisor(names, Path({str(tmp_path)!r}), command=lambda process: command)
         print(*supervisor.pids.values(), flush=True)
-        time.sleep(60)
+        time.sleep(300)
     """)
     parent = subprocess.Popen([sys.executable, "-c", program], stdout=subprocess.PIPE, text=True)
     assert parent.stdout is not None
@@ -194,7 +194,7 @@ def test_installed_executables_are_started_with_their_parameters(tmp_path: Path)
     environment = {**os.environ, "AMENT_PREFIX_PATH": str(tmp_path), "_ROS_WHEELS_BOOTSTRAP_COMPLETE": "1"}
     process = Process("pkg", "probe_node", "probe", {"rate": 200.0})
     with Supervisor([process], tmp_path / "log", environment) as supervisor:
-        assert supervisor.wait(20.0)
+        assert supervisor.wait(60.0)
     assert supervisor.log("probe").read_text() == "--ros-args -r __node:=probe -p rate:=200.0\n"
     assert "_ROS_WHEELS_BOOTSTRAP_COMPLETE" not in supervisor.environment
 
