@@ -66,7 +66,7 @@ class Guard:
         self._low, self._high = [-e for e in limits.effort], list(limits.effort)
         self._reach = [rate * limits.period for rate in limits.effort_rate]  # of a torque in a period
         self._brakes = [StopBrake(limits, axis) for axis in range(len(limits.effort))]
-        self._is_braking = False
+        self._braked = 0  # periods since braking began
         self._rest = RestWatch(len(limits.effort), limits.period, limits.rest_velocity, limits.label)
         self._plausibility = Plausibility(limits)
 
@@ -132,7 +132,7 @@ class Guard:
         """
         self.ticks += 1
         state = self._plausibility.look(state, t)
-        self._is_braking &= not self._plausibility.has_switched
+        self._braked *= not self._plausibility.has_switched
         self.energy = self._window.add(self._tau, state.velocity)
         self._rest.add(state.velocity)
         holding = zip(self._loads.holding_at(state.position), self.limits.effort, strict=True)
@@ -198,7 +198,7 @@ class Guard:
         """Take a command and return its torque."""
         self._sequence, self._used = command.sequence, command.t
         self._deadline, self._silent = command.t + self.limits.max_age, 0
-        self._is_braking = False
+        self._braked = 0
         self.passed += 1
         return command.effort
 
@@ -222,10 +222,12 @@ class Guard:
         velocity = state.velocity if len(state.velocity) == len(unknown) else unknown
         position = state.position if len(state.position) == len(unknown) else unknown
         axes = list(zip(self._brakes, position, velocity, strict=True))
-        if not self._is_braking:
-            for brake, q, v in axes:
+        for brake, q, v in axes:
+            if self._braked == 0:
                 brake.begin(q, v)
-            self._is_braking = True
+            elif self._braked == 1:
+                brake.revise(q, v)
+        self._braked += 1
         if self.mode == BRAKING and self._rest.is_full and not self._rest.judge():
             self.mode = STOPPED
         turning = self._loads.accelerating([brake.acceleration(q, v) for brake, q, v in axes])

@@ -94,6 +94,32 @@ def test_without_ranges_a_stop_ends_at_its_way():
 
 
 @pytest.mark.parametrize("way", [1.0, -1.0])
+def test_an_axis_that_is_braked_already_when_it_is_stopped_stops_in_the_way_of_its_velocity_then(way):
+    """The velocity of the instant of the stop is told a period after it."""
+    guard = Guard(QUICK)
+    guard.arm(0.0, TOKEN)
+    guard.stop("test")
+    guard.step(None, GuardState((3.0 * way, 0.0), (0.0, 0.0)), 0.0)
+    fallen = fall(guard, [0.0, 0.0], [2.0 * way, 0.0])
+    assert 0.7 < fallen[-1][0][0] * way / (2.0**2 / 10.0) < 1.05
+
+
+@pytest.mark.parametrize("way", [1.0, -1.0])
+def test_the_end_of_a_stop_comes_nearer_only(way):
+    one = brake()
+    one.begin(0.0, 2.0 * way)  # ends at 0.4
+    one.revise(0.01 * way, 2.0 * way)
+    assert one.end == pytest.approx(0.4 * way)
+    one.revise(0.01 * way, math.nan)
+    assert one.end == pytest.approx(0.4 * way)
+    one.revise(0.02 * way, 1.0 * way)
+    assert one.end == pytest.approx(0.12 * way)
+    one.acceleration(0.03 * way, 0.0)
+    one.revise(0.01 * way, 0.0)
+    assert one.is_held and one.end == 0.03 * way
+
+
+@pytest.mark.parametrize("way", [1.0, -1.0])
 def test_deceleration_is_as_planned_and_more_where_way_is_lost(way):
     """max(5, v^2 / 2 d) + 10 (v - sqrt(10 d)), at most 15, with d less 0.01 v + 5 / 2 50^2 = 0.001."""
     one = brake()

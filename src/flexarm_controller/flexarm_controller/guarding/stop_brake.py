@@ -1,8 +1,10 @@
 """Braking of one axis: to rest within ``v^2 / 2 a``, then held where it came to rest.
 
 A stop at ``q`` with ``v`` sets the point ``q + v |v| / 2 a`` that must not be passed, nor an end of the
-range. On the way there the axis is decelerated by at least ``a``, more where reaction, load or elasticity
-have cost way, so that it is faster than planned at the distance d from that point,
+range. What drives tell of the instant of a stop comes a period after it; where the axis was being braked
+already that brings the point nearer, never farther away. On the way there the axis is decelerated by at
+least ``a``, more where reaction, load or elasticity have cost way, so that it is faster than planned at the
+distance d from that point,
 
     max(a, v^2 / 2 d) + r max(|v| - sqrt(2 a d), 0)     d less lead |v| + a / 2 s^2
 
@@ -41,8 +43,13 @@ class StopBrake:
     def begin(self, q: float, v: float) -> None:
         """Set the end of a stop from here, in the range where that can be."""
         self._way, self.is_held = math.copysign(1.0, v), False
-        end = q + v * abs(v) / (2.0 * self._deceleration)
-        self.end = max(q, min(end, self._high)) if v > 0.0 else min(q, max(end, self._low))
+        self.end = self._end_of(q, v)
+
+    def revise(self, q: float, v: float) -> None:
+        """Take what is told a period later: the end of the stop may come nearer."""
+        end = self._end_of(q, v)
+        if not self.is_held and v * self._way > 0.0 and (self.end - end) * self._way > 0.0:
+            self.end = end
 
     def acceleration(self, q: float, v: float) -> float:
         """Return the acceleration to brake or hold with [rad/s^2] or [m/s^2]; 0 where nothing is known."""
@@ -61,6 +68,11 @@ class StopBrake:
         planned = math.sqrt(2.0 * self._deceleration * max(distance, 0.0))
         excess = self._rate * max(abs(v) - planned, 0.0)
         return -self._way * min(most, max(self._deceleration, needed) + excess)
+
+    def _end_of(self, q: float, v: float) -> float:
+        """Return where a stop from here ends, in the range where that can be [rad] or [m]."""
+        end = q + v * abs(v) / (2.0 * self._deceleration)
+        return max(q, min(end, self._high)) if v > 0.0 else min(q, max(end, self._low))
 
     def _within(self, wanted: float, most: float) -> float:
         """Return what is wanted within a bound; 0 where it is not a number."""
