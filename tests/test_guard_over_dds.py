@@ -19,7 +19,7 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import Empty, String
 
 from flexarm_bringup.processes.graph import Process, rig_graph
-from flexarm_bringup.processes.running_graph_node import Ear, running
+from flexarm_bringup.processes.running_graph_node import Ear, WaitedTooLong, running
 from flexarm_bringup.processes.supervisor import Supervisor
 from flexarm_controller.drives.seal import Mark, Seal
 from flexarm_model.conversions import stamp_to_ns
@@ -31,7 +31,8 @@ MOVE_DEG = 60.0
 PERIOD_NS = 5_000_000
 SILENCE_NS = 50_000_000
 WATCHED_NS = 1_000_000_000
-NEW_NS = 300_000_000
+NEW_NS, DEAF_NS = 300_000_000, 5_000_000_000
+DEAF_TRIES = 3  # seen where 15 processes wanted two cores, after torques were forged
 RATE_LIMIT = 2800.0 * 5e-3  # N m per period
 FAST = 0.2  # rad/s; slower than this the arm may be held where it stands
 TRIES = 8  # a loaded machine may fall silent by itself before the test does it
@@ -203,29 +204,48 @@ def test_a_node_that_stood_still_for_a_second_moves_nothing_with_what_is_old(
 
 
 def test_the_drives_obey_one_guard_and_a_topic_stops_it(tmp_path: Path) -> None:
-    with running(rig_graph(), TOPICS[:4], tmp_path) as (_, ear):
-        ear.wait_ready("rig", "guard", "estimator", "controller")
-        arm(ear)
-        answer = ear.call("rig/attach")
-        assert not answer.success and answer.message.startswith("the drives obey guard")
-        send_forged_torques(ear, 1000)
-        efforts = np.array([msg.effort[0] for msg in ear.heard["joint_states"]])
-        assert abs(efforts).max() < 1.0  # of the 14 N m of the forger; the arm is held, with what noise asks
-        stop = ear.node.create_publisher(Empty, "stop", 10)
-        ear.wait(lambda: stop.get_subscription_count() > 0, PATIENCE, "the guard")
-        for _ in range(TRIES):  # a loaded machine may have been silent for 50 ms, which stops it, too
-            catch_up(ear)
-            if not is_armed(ear):
-                arm(ear)
-            old = ear.latest("joint_commands")
-            stop.publish(Empty())
-            ear.wait(lambda: not is_armed(ear), PATIENCE, "the stop")
-            if ear.latest("guard_status").reason == "stopped by topic stop":
-                break
-        assert ear.latest("guard_status").reason == "stopped by topic stop"
-        ear.wait(lambda: ear.latest("guard_status").mode == GuardStatus.STOPPED, PATIENCE, "rest")
-        arm(ear)
-        assert_refused(ear, old)
+    for attempt in range(DEAF_TRIES):
+        with running(rig_graph(), TOPICS[:4], tmp_path / str(attempt)) as (_, ear):
+            ear.wait_ready("rig", "guard", "estimator", "controller")
+            try:
+                assert_obeyed(ear)
+                return
+            except WaitedTooLong as error:
+                if not is_deaf(ear):
+                    raise
+                print(f"try {attempt}: the ear hears nothing any more: {error}")
+    pytest.fail(f"the ear went deaf in {DEAF_TRIES} tries")
+
+
+def is_deaf(ear: Ear) -> bool:
+    """Say whether what rig or guard say many times a second is not heard, whatever they do."""
+    newest = [max(stamps(ear.heard[topic]), default=0) for topic in ("joint_states", "guard_status")]
+    return time.time_ns() - min(newest) > DEAF_NS
+
+
+def assert_obeyed(ear: Ear) -> None:
+    """Check that forged torques and commands are refused, and that a topic stops the arm."""
+    arm(ear)
+    answer = ear.call("rig/attach")
+    assert not answer.success and answer.message.startswith("the drives obey guard")
+    send_forged_torques(ear, 1000)
+    efforts = np.array([msg.effort[0] for msg in ear.heard["joint_states"]])
+    assert abs(efforts).max() < 1.0  # of the 14 N m of the forger; the arm is held, with what noise asks
+    stop = ear.node.create_publisher(Empty, "stop", 10)
+    ear.wait(lambda: stop.get_subscription_count() > 0, PATIENCE, "the guard")
+    for _ in range(TRIES):  # a loaded machine may have been silent for 50 ms, which stops it, too
+        catch_up(ear)
+        if not is_armed(ear):
+            arm(ear)
+        old = ear.latest("joint_commands")
+        stop.publish(Empty())
+        ear.wait(lambda: not is_armed(ear), PATIENCE, "the stop")
+        if ear.latest("guard_status").reason == "stopped by topic stop":
+            break
+    assert ear.latest("guard_status").reason == "stopped by topic stop"
+    ear.wait(lambda: ear.latest("guard_status").mode == GuardStatus.STOPPED, PATIENCE, "rest")
+    arm(ear)
+    assert_refused(ear, old)
 
 
 def send_forged_torques(ear: Ear, count: int) -> None:
