@@ -120,6 +120,26 @@ def test_the_end_of_a_child_is_told_while_the_rest_of_it_is_still_there(tmp_path
         assert supervisor.tend() == []
 
 
+def test_a_child_that_cannot_be_started_again_is_told_and_the_others_go_on(tmp_path: Path) -> None:
+    """Its package has been taken away, or is just being built."""
+    tool, fails, stays = tmp_path / "tool", python("raise SystemExit(5)"), python(SLEEP)
+    tool.symlink_to(sys.executable)
+
+    def command(process: Process) -> list[str]:
+        return [str(tool if process is fails else sys.executable), "-c", process.executable]
+
+    with Supervisor((fails, stays), tmp_path / "log", command=command) as supervisor:
+        until(lambda: fails.name in supervisor.exit_codes())
+        tool.unlink()
+        (ending,) = supervisor.tend()
+        assert not ending.returns and supervisor.tend() == []
+        assert str(ending).startswith(
+            f"{fails.name} ended with 5: it said nothing; it cannot be started again"
+        )
+        assert str(tool) in str(ending)
+        assert is_alive(supervisor.pids[stays.name])
+
+
 @pytest.mark.parametrize("code", [0, 2, 3])
 def test_a_child_that_would_end_again_stays_away(code: int, tmp_path: Path) -> None:
     with start(tmp_path, python(f"raise SystemExit({code})")) as supervisor:

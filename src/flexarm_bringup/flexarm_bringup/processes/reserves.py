@@ -82,7 +82,10 @@ class Reserves:
         """
         for process in processes:
             if process.name not in self._waiting:
-                self._waiting[process.name] = Reserve(self._start(process))
+                try:
+                    self._waiting[process.name] = Reserve(self._start(process))
+                except OSError:  # its package is just being built, say: tried again the next time
+                    return False
             reserve = self._waiting[process.name]
             reserve.hear()
             if not reserve.is_loaded and reserve.child.poll() is None:

@@ -132,14 +132,16 @@ class Supervisor:
         endings = []
         for name, code in self.exit_codes().items():
             if name not in self._told:
-                process = self._processes[name]
-                endings.append(Ending(process, code, self._last_line(name), self._may_return(process, code)))
-                if endings[-1].returns:
-                    self._children[name].line.close()
-                    self._children[name] = self._reserves.call(name) or self._start(process)
-                    self._watch_end(name)
-                else:
+                process, words = self._processes[name], self._last_line(name)
+                returns = self._may_return(process, code)
+                try:
+                    if returns:
+                        self._bring_back(process)
+                except OSError as error:  # its package is just being built, say
+                    returns, words = False, f"{words}; it cannot be started again: {error}"
+                if not returns:
                     self._told.add(name)
+                endings.append(Ending(process, code, words, returns))
         return endings
 
     def provide(self) -> bool:
@@ -205,6 +207,12 @@ class Supervisor:
 
     def _open(self, process: Process, own: Mapping[str, str]) -> Child:
         return start_child(self._command(process), {**self.environment, **own}, self.log(process.name))
+
+    def _bring_back(self, process: Process) -> None:
+        fresh = self._reserves.call(process.name) or self._start(process)
+        self._children[process.name].line.close()
+        self._children[process.name] = fresh
+        self._watch_end(process.name)
 
     def _watch_end(self, name: str) -> None:
         if self._ends is not None:
