@@ -138,7 +138,7 @@ def time_core(arm: Arm, book: Any) -> float:
     for tick in arm.ticks[1 : 1 + IN_A_ROW]:
         rows = {sample.sensor: sample for sample in tick.samples if sample.sensor in arm.parts.sensors.rows}
         prepared.append(
-            fusion.prepare(belief, 1.0 / arm.config.rate_hz, Instant(tick.t, tick.u, belief, rows))
+            fusion.prepare(belief, 1.0 / arm.config.rate_hz, Instant(tick.t, tick.u, arm.parts, belief, rows))
         )
     runner = make_runner(book.x.size, book.R.shape[0])
     spent = time_each(lambda tick: runner.run(belief, prepared), arm.ticks[:WARM_UP])
