@@ -2,27 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
-from flexarm_estimator.fusion import Fusion
 from flexarm_estimator.history import Instant
 from flexarm_estimator.judging.sample_judge import Verdict
-from flexarm_estimator.parts import Parts
 
 
-def _own(parts: Parts) -> Fusion:
-    return parts.fusion
-
-
-def compute(
-    instants: Sequence[Instant], first: int, fusion_of: Callable[[Parts], Fusion] = _own
-) -> list[Verdict]:
+def compute(instants: Sequence[Instant], first: int) -> list[Verdict]:
     """Compute the beliefs of ``instants`` from index ``first`` >= 1 on, each with the model of its time.
 
     Args:
         instants: In order of time; the one before the first is known.
         first: Where to begin.
-        fusion_of: Gives what fuses the samples of a model; its own if not told.
 
     Returns:
         The verdicts on their pending samples, which it empties.
@@ -38,6 +29,6 @@ def compute(
         end = first + 1
         while end < count and instants[end].entry is None:
             end += 1
-        verdicts += fusion_of(instant.parts).compute(instants, first, end)
+        verdicts += instant.parts.fusion.compute(instants, first, end)
         first = end
     return verdicts

@@ -89,9 +89,8 @@ class Search:
 
     def _begin(self, without: str, is_broad: bool) -> Replay:
         instants, start = self.history.instants, self.history.instants[0].belief
-        start = (
-            Belief(start.x, instants[0].parts.process.P0) if is_broad else self._start_without(without, start)
-        )
+        broad = Belief(start.x, instants[0].parts.process.P0)
+        start = broad if is_broad else self._start_without(without, start)
         self._left -= _SETUP
         self._replays.append(Replay(self._gate.bound, instants, start, without))
         return self._replays[-1]

@@ -143,6 +143,11 @@ class ManipulatorConfig:
         return {f"{j.name}.{a.name}": a for j in (*self.joints, *self.closures) for a in j.axes}
 
     @property
+    def damping_pose(self) -> Array:
+        """Actuated axes at the pose where damping ratios hold [rad or m], (n_theta,)."""
+        return self.home if self.damped_at is None else self.damped_at
+
+    @property
     def actuated(self) -> dict[str, Axis]:
         """Actuated axes by their name "joint.axis"."""
         return {name: axis for name, axis in self.axes.items() if axis.actuated}

@@ -29,5 +29,4 @@ def starting_at(config: ManipulatorConfig, pose: Sequence[float] | Array) -> Man
     if len(pose) != len(config.actuated):
         names = ", ".join(config.actuated)
         raise ConfigError(f"start: {len(pose)} values; expected one each for {names}")
-    damped_at = config.home if config.damped_at is None else config.damped_at
-    return replace(config, home=np.array(pose, dtype=float), damped_at=damped_at)
+    return replace(config, home=np.array(pose, dtype=float), damped_at=config.damping_pose)

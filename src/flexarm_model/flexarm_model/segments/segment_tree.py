@@ -232,9 +232,7 @@ class SegmentTree:
             lossy[self.axes[name]] = axis.damping_ratio
         if not lossy.any():
             return np.zeros((self.n_q, self.n_q))
-        config = self.config
-        home = self.close(config.home if config.damped_at is None else config.damped_at)
-        e = self._unheld()
+        home, e = self.close(self.config.damping_pose), self._unheld()
         Z = np.zeros((self.n_q, e.size))
         Z[e, np.arange(e.size)] = 1.0
         Z = Z @ null_space(self.loops.jacobian(home)[:, e])

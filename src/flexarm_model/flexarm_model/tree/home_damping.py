@@ -44,7 +44,7 @@ def home_damping(
         return np.zeros_like(lossy)
     home = loops.home
     if config.damped_at is not None:
-        described = assumed_home(replace(config, home=config.damped_at), at)
+        described = assumed_home(replace(config, home=config.damping_pose), at)
         home = find_loops(rows, described, at.loose_axes, at.sprung_axes, config.name).home
     G = rows.near(home)[1][loops.rows]
     Z = null_space(G, at.actuated, f"{config.name}: the home pose")[:, len(at.actuated) :]
