@@ -5,11 +5,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cache
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from flexarm_bringup.closed_loop import run_loop
 from flexarm_bringup.sim.hardware import Hardware
@@ -18,12 +20,15 @@ from flexarm_bringup.sim_run.study import NOMINAL, SimJob, Trace, judge_leg, loo
 from flexarm_bringup.static_arm import StaticArm
 from flexarm_bringup.tasks.course import plan_course
 from flexarm_bringup.tasks.task_for import task_for
+from flexarm_estimator.estimate import Estimate
 from flexarm_model.manipulator.description import ManipulatorConfig
+from flexarm_model.manipulator.start_pose import starting_at
 from flexarm_model.reading.config import load_config
 from flexarm_model.reading.manipulator_file import find_manipulator
 from flexarm_model.served.linearize import linearize
 from flexarm_model.tree.reduced_tree import ReducedTree
 
+Array = NDArray[np.float64]
 ARCMIN = np.pi / 10800  # rad
 WAITING = 0.002  # share of the periods in which the first frame of the camera is awaited, worn or not
 pytestmark = pytest.mark.slow
@@ -37,15 +42,17 @@ class Moved:
         residual: RMS of the tip's acceleration after the moves [m/s^2].
         off_path: Farthest that the tip was off the way [m].
         unusable: Share of the periods without a usable state [1].
+        blamed: Sensors that were called faulty, all of them sound.
     """
 
     residual: float
     off_path: float
     unusable: float
+    blamed: frozenset[str]
 
 
 @cache
-def moved(name: str, arcmin: float, law: str, is_told: bool) -> Moved:
+def moved(name: str, arcmin: float, law: str, is_told: bool, seed: int = 1) -> Moved:
     """Run the moves of an arm whose gears all have this play.
 
     Args:
@@ -53,24 +60,31 @@ def moved(name: str, arcmin: float, law: str, is_told: bool) -> Moved:
         arcmin: Total play of every gear.
         law: Of the controller.
         is_told: The estimator expects the play in what the camera says of the tip.
+        seed: Of the noise.
     """
-    task, rig = task_for(name), RigSettings(backlash=arcmin * ARCMIN)
+    task, rig = task_for(name), RigSettings(backlash=arcmin * ARCMIN, seed=seed)
     config = load_config(find_manipulator(name))
     course = plan_course(StaticArm(ReducedTree(config)), task, 1 / config.rate_hz)
-    config = replace(config, home=course.home)
+    config = starting_at(config, course.home)
     known = expecting_play(config, rig.backlash) if is_told else config
     settings = loop_settings(task.under(""), law, rig)
     hardware = Hardware(config, rig)
     tree = ReducedTree(known)
-    ticks, effort = run_loop(hardware, tree, course.reference, course.end, settings, observe_tip)
+    blamed = set[str]()
+
+    def observe(hardware: Hardware, estimate: Estimate) -> Mapping[str, Array]:
+        blamed.update(report.name for report in estimate.sensors if report.status == "faulty")
+        return observe_tip(hardware, estimate)
+
+    ticks, effort = run_loop(hardware, tree, course.reference, course.end, settings, observe)
     t, tip, tau = (np.array([tick[key] for tick in ticks]) for key in ("t", "tip", "tau"))
     job = SimJob(task, "", NOMINAL, course)
     legs = [judge_leg(leg, Trace(t, tip, tau), job) for leg in course.legs]
     residual = float(np.sqrt(np.mean([leg.residual.acceleration**2 for leg in legs])))
-    found = Moved(residual, max(leg.tracking for leg in legs), effort.unusable)
+    found = Moved(residual, max(leg.tracking for leg in legs), effort.unusable, frozenset(blamed))
     how = f"{law}, told" if is_told else law
     print(
-        f"\n{name}, {arcmin:g} arcmin, {how}: residual {found.residual:.3f} m/s^2, "
+        f"\n{name}, {arcmin:g} arcmin, {how}, seed {seed}: residual {found.residual:.3f} m/s^2, "
         f"off path {1e3 * found.off_path:.2f} mm, without state {100 * found.unusable:.0f} %"
     )
     assert not effort.guard
@@ -90,9 +104,9 @@ def expecting_play(config: ManipulatorConfig, play: float) -> ManipulatorConfig:
     return replace(config, sensors=sensors)
 
 
-def gain_db(name: str, arcmin: float, is_told: bool = False) -> float:
+def gain_db(name: str, arcmin: float, is_told: bool = False, seed: int = 1) -> float:
     """Return how much less MPC leaves than joint PD [dB]."""
-    pd, mpc = (moved(name, arcmin, law, is_told) for law in ("pd", "mpc"))
+    pd, mpc = (moved(name, arcmin, law, is_told, seed) for law in ("pd", "mpc"))
     return float(20 * np.log10(pd.residual / mpc.residual))
 
 
@@ -108,9 +122,15 @@ def test_of_five_minutes_the_estimator_must_be_told() -> None:
     """The tip rests 1.5 mm and 2.2 mrad off under a tracker of 50 um and 0.1 mrad: the loss is told."""
     assert moved("serial_6r", 5.0, "pd", False).unusable > 0.5
     assert moved("serial_6r", 5.0, "mpc", False).unusable > 0.05
-    told = [moved("serial_6r", 5.0, law, True) for law in ("pd", "mpc")]
-    assert all(run.unusable < WAITING and run.off_path < 5e-3 for run in told)
-    assert gain_db("serial_6r", 5.0, is_told=True) > 5.0
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3, 4])
+def test_of_five_minutes_that_are_told_mpc_gains_and_no_sound_sensor_is_blamed(seed: int) -> None:
+    """Two encoders of the wrist, called swapped for 183 squared sigmas, once brought it near instability."""
+    pd, mpc = (moved("serial_6r", 5.0, law, True, seed) for law in ("pd", "mpc"))
+    assert all(run.unusable < WAITING and run.off_path < 5e-3 for run in (pd, mpc))
+    assert mpc.blamed == frozenset()
+    assert gain_db("serial_6r", 5.0, True, seed) > 5.0
 
 
 def test_soft_springs_with_play_stay_stable_and_mpc_is_worth_less() -> None:

@@ -60,6 +60,11 @@ class Explanation:
     is_excuse: bool = False
 
     @property
+    def total(self) -> float:
+        """Squared sigmas gained in both halves together."""
+        return float(self.gain.sum())
+
+    @property
     def is_clear(self) -> bool:
         """It explains far more than "all well"."""
         first, second = self.gain
@@ -138,14 +143,10 @@ def decide(explanations: Sequence[Explanation]) -> Explanation | None:
     named = [e for e in explanations if e.words and e.is_clear]
     if not named:
         return None
-    told = max(named, key=_total)
-    rivals = [_total(e) for e in explanations if e.is_excuse or set(e.channels) != set(told.channels)]
-    lead = max(RIVAL, RIVAL_SHARE * _total(told))
-    return told if _total(told) >= max(rivals, default=0.0) + lead else None
-
-
-def _total(explanation: Explanation) -> float:
-    return float(explanation.gain.sum())
+    told = max(named, key=lambda explanation: explanation.total)
+    rivals = [e.total for e in explanations if e.is_excuse or set(e.channels) != set(told.channels)]
+    lead = max(RIVAL, RIVAL_SHARE * told.total)
+    return told if told.total >= max(rivals, default=0.0) + lead else None
 
 
 def leave_out_useless(y: Array, ignored: NDArray[np.bool_], use_compiler: bool = True) -> list[int]:

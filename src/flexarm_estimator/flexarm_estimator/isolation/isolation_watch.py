@@ -3,6 +3,7 @@
 Every tick costs a place in a ring and a look at the verdicts. When innovations are larger than they should
 be, or a self-check is due, the ring is investigated (``investigation``): a small piece at every tick but
 those with late frames, or several at every tick where somebody is suspected.
+What a model error could say as well is told when a second window says the same (``second_opinion``).
 A channel that was named is investigated again and again, and cleared when all is well with it. One whose sign
 is flipped is cleared at once when ``_PLAIN`` samples in a row say what the others predict, which is far from
 nothing and from the opposite: an arm at rest shows no more than that.
@@ -23,6 +24,7 @@ from flexarm_estimator.isolation.consistency_steps import load_steps
 from flexarm_estimator.isolation.hypotheses import FLIPPED, rearrangements
 from flexarm_estimator.isolation.investigation import Case, Investigation, investigate, reconsider
 from flexarm_estimator.isolation.isolation import Explanation
+from flexarm_estimator.isolation.second_opinion import SecondOpinion
 from flexarm_estimator.isolation.window import StepMaker
 from flexarm_estimator.isolation.window_reading import Entry
 from flexarm_estimator.judging.short_term import HELD
@@ -78,6 +80,7 @@ class IsolationWatch(Watch):
         self._since = self._next = t
         self._told: list[Explanation] = []
         self._reconsidered: Explanation | None = None
+        self._opinion, self._last_tick = SecondOpinion(), 0  # that of the window at hand
         self._squares: dict[str, float] = {}
         self._plain: dict[str, int] = {}
         self._put_off = 0  # ticks in a row
@@ -160,14 +163,16 @@ class IsolationWatch(Watch):
 
     def _begin(self, t: float) -> None:
         """Open an investigation if there is reason and material for one."""
-        count = min(_LENGTH, self._ticks - self._suspected + 1) if self._suspected else _LENGTH
-        is_due = self._suspected or t >= self._since + _SELF_CHECK
+        self._opinion.expire(t)
+        first = max(self._suspected, self._opinion.first_tick)
+        count = min(_LENGTH, self._ticks - first + 1) if first else _LENGTH
+        is_due = first or t >= self._since + _SELF_CHECK
         if t < self._next or not is_due or not _SHORTEST <= count <= len(self._ring):
             return
         entries = self._ring.copy()
         for _ in range(len(entries) - count):
             entries.popleft()
-        self._since = entries[0].t
+        self._since, self._last_tick = entries[0].t, self._ticks
         faulty = frozenset(channel for told in self._told for channel in told.channels)
         case = self._case = Case(self._channels, faulty, self._maker, self._suspected > 0)
         self._reconsidered = self._told[0] if self._told and self._reconsidered is None else None
@@ -207,6 +212,8 @@ class IsolationWatch(Watch):
         if self._reconsidered is not None:
             self._told.remove(explanation)
             return [Finding(sensor, "", is_fault=True) for sensor in self._sensors(explanation)]
+        if not self._opinion.agrees(explanation, self._ring[-1].t, self._last_tick):
+            return []
         self._told.append(explanation)
         self._squares.clear()
         return [
@@ -226,8 +233,7 @@ class IsolationWatch(Watch):
         names = [other.sensor if is_whole else f"{other.sensor} {other.name}".strip() for other in others]
         partner = " ".join(dict.fromkeys(name for name in names if not is_whole or name != own.sensor))
         words = explanation.words.format(partner)
-        gain = float(explanation.gain.sum())
-        said = f"{words} ({gain:.0f} squared sigmas better explained than by a sound sensor)"
+        said = f"{words} ({explanation.total:.0f} squared sigmas better explained than by a sound sensor)"
         return f"{own.name}: {said}" if own.name and not is_whole else said
 
 

@@ -1,0 +1,57 @@
+"""What another model error could say by chance must be said twice, by windows that have nothing in common.
+
+An arm whose gears have play fits badly where it crosses the gap, and two sound gauges, swapped, or an encoder
+of the wrist in the place of the other explain some of it: a hundred squared sigmas, once. A channel that is
+wrong is wrong in the next window, too. What a plug that is off says needs no second window: it must be silent
+while the others move, which no model error makes a channel.
+"""
+
+from __future__ import annotations
+
+from flexarm_estimator.isolation.hypotheses import FLIPPED, SWAPPED
+from flexarm_estimator.isolation.isolation import Explanation
+
+BEYOND_CHANCE = 400.0  # squared sigmas that no model error has been seen to give a rearrangement at once
+PATIENCE = 2.0  # s; about the time to the next move
+_REARRANGED = FLIPPED, SWAPPED
+
+
+class SecondOpinion:
+    """Keeps an explanation until another window has said the same.
+
+    Attributes:
+        first_tick: The first tick that this other window may contain; 0 when nothing waits for it.
+    """
+
+    def __init__(self) -> None:
+        """Wait for nothing."""
+        self.first_tick, self._awaited, self._until = 0, None, 0.0
+        self._awaited: Explanation | None
+
+    def expire(self, t: float) -> None:
+        """Give up at ``t`` [s] what has waited too long."""
+        if self._awaited is not None and t > self._until:
+            self._awaited, self.first_tick = None, 0
+
+    def agrees(self, explanation: Explanation, t: float, last_tick: int) -> bool:
+        """Return whether an explanation may be told.
+
+        Args:
+            explanation: Of a window.
+            t: Now [s].
+            last_tick: Of that window.
+        """
+        is_repeated = self._awaited is not None and _is_same(self._awaited, explanation)
+        if is_repeated or explanation.total >= BEYOND_CHANCE or not _is_rearranged(explanation):
+            self._awaited, self.first_tick = None, 0
+            return True
+        self._awaited, self.first_tick, self._until = explanation, last_tick + 1, t + PATIENCE
+        return False
+
+
+def _is_same(one: Explanation, other: Explanation) -> bool:
+    return one.channels == other.channels and one.words == other.words
+
+
+def _is_rearranged(explanation: Explanation) -> bool:
+    return explanation.words in _REARRANGED

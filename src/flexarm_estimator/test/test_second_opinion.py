@@ -1,0 +1,49 @@
+"""What a model error could say by chance waits for a window that has nothing in common with the first."""
+
+import numpy as np
+import pytest
+
+from flexarm_estimator.isolation.hypotheses import FLIPPED, SWAPPED
+from flexarm_estimator.isolation.isolation import Explanation
+from flexarm_estimator.isolation.second_opinion import BEYOND_CHANCE, PATIENCE, SecondOpinion
+
+NOW, LAST = 3.0, 600  # s, tick
+
+
+def said(words: str, gain: float, *channels: int) -> Explanation:
+    return Explanation(channels or (1,), words, np.array([gain / 2, gain / 2]), 1.0)
+
+
+def test_a_rearrangement_is_told_when_a_later_window_says_the_same() -> None:
+    opinion = SecondOpinion()
+    assert not opinion.agrees(said(SWAPPED, 183.0, 3, 5), NOW, LAST)
+    assert opinion.first_tick == LAST + 1
+    assert opinion.agrees(said(SWAPPED, 70.0, 3, 5), NOW + 1.0, LAST + 200)
+    assert opinion.first_tick == 0
+
+
+@pytest.mark.parametrize("other", [said(FLIPPED, 90.0, 3), said(SWAPPED, 90.0, 3, 4)])
+def test_another_rearrangement_waits_in_its_place(other: Explanation) -> None:
+    opinion = SecondOpinion()
+    assert not opinion.agrees(said(SWAPPED, 183.0, 3, 5), NOW, LAST)
+    assert not opinion.agrees(other, NOW + 0.3, LAST + 60)
+    assert opinion.first_tick == LAST + 61
+    assert opinion.agrees(other, NOW + 0.6, LAST + 120)
+
+
+@pytest.mark.parametrize(
+    "explanation",
+    [said(FLIPPED, BEYOND_CHANCE), said("is detached (says 0 +- 1 whatever the arm does)", 130.0)],
+)
+def test_what_no_model_error_says_is_told_at_once(explanation: Explanation) -> None:
+    assert SecondOpinion().agrees(explanation, NOW, LAST)
+
+
+def test_a_second_opinion_that_comes_too_late_is_a_first_one() -> None:
+    opinion = SecondOpinion()
+    assert not opinion.agrees(said(FLIPPED, 90.0), NOW, LAST)
+    opinion.expire(NOW + PATIENCE)
+    assert opinion.first_tick == LAST + 1
+    opinion.expire(NOW + PATIENCE + 0.01)
+    assert opinion.first_tick == 0
+    assert not opinion.agrees(said(FLIPPED, 90.0), NOW + PATIENCE + 0.01, LAST + 500)
