@@ -175,9 +175,10 @@ def only(samples: Sequence[Measurement], *sensors: str) -> list[Measurement]:
 
 
 def _root(P: Array) -> Array:
+    """Return the symmetric root: the signs of eigenvectors differ from processor to processor."""
     scale = np.sqrt(np.diag(P))
     values, vectors = np.linalg.eigh(P / np.outer(scale, scale))
-    return scale[:, None] * vectors * np.sqrt(np.maximum(values, 0.0))
+    return scale[:, None] * ((vectors * np.sqrt(np.maximum(values, 0.0))) @ vectors.T)
 
 
 def run(

@@ -82,13 +82,17 @@ class DrawnTruth:
         return Drawn(np.array(states), tuple(samples))
 
     def _root(self, transition: Transition) -> Array:
-        """Return a root of the covariance of [w; v]; it may be singular."""
+        """Return a root of the covariance of [w; v], which may be singular.
+
+        The symmetric one: the signs of eigenvectors differ from processor to processor, and with them draws.
+        """
         M = self._stack.cross(transition)
         joint = np.block([[transition.Q, M], [M.T, self._stack.R_total]])
         scale = np.sqrt(joint.diagonal())
         scale[scale == 0.0] = 1.0
         values, vectors = np.linalg.eigh(joint / np.outer(scale, scale))
-        return np.asarray(scale[:, None] * vectors * np.sqrt(np.maximum(values, 0.0)))
+        root = (vectors * np.sqrt(np.maximum(values, 0.0))) @ vectors.T
+        return np.asarray(scale[:, None] * root)
 
     def _rows(self, x: Array, u: Array, v: Array, t: float) -> list[Measurement]:
         local = self._stack.at(x, u)
