@@ -29,7 +29,7 @@ from flexarm_model.settings.parameters import ParameterError
 from flexarm_model.settings.strict_yaml import ConfigError
 
 MACHINES = ("single_link", "planar_3rrr", "spatial_3tpt", "variable_stiffness", "serial_6r")
-RUNS, PERIODS = 100, 60  # of a truth drawn from the model
+RUNS, PERIODS = 300, 60  # of a truth drawn from the model
 REFUSED = 2
 Job = RigJob | Drawing
 Result = RigResult | DrawnResult
