@@ -15,6 +15,7 @@ from flexarm_bringup.fault_drill import (
     flood_rows,
     forgery_rows,
     frame_rows,
+    live_controller_rows,
     live_restart_rows,
     live_stop_rows,
     loop_rows,
@@ -54,7 +55,7 @@ CONTROLLER_ROWS = _in_order(
 SYSTEM_ROWS = _in_order(
     *nodes_rows.ROWS, *process_rows.ROWS, *live_restart_rows.ROWS, *partition_rows.ROWS, *parameter_rows.ROWS,
     *bag_rows.ROWS, *forgery_rows.ROWS, *flood_rows.ROWS, *recording_rows.ROWS, *live_stop_rows.ROWS,
-    *double_rows.ROWS,
+    *live_controller_rows.ROWS, *double_rows.ROWS,
 )  # fmt: skip
 TROUBLE = (
     ArithmeticError,
