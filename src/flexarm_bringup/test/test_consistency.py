@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from flexarm_bringup.consistency.command import MACHINES, jobs
+from flexarm_bringup.consistency.command import MACHINES, PERIODS, RUNS, jobs
 from flexarm_bringup.consistency.drawn_truth import DrawnTruth
 from flexarm_bringup.consistency.monte_carlo import (
     STATE,
@@ -126,7 +126,7 @@ def test_filter_is_consistent_on_a_truth_drawn_from_its_model() -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("name", MACHINES)
 def test_filter_of_every_machine_is_consistent_on_a_truth_drawn_from_its_model(name: str) -> None:
-    (result,) = run_drawing(Drawing(task_for(name), runs=100, steps=60))
+    (result,) = run_drawing(Drawing(task_for(name), RUNS, PERIODS))
     assert result.outside == []
 
 
