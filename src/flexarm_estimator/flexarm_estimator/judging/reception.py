@@ -15,7 +15,7 @@ from flexarm_estimator.settings import EstimatorConfig
 from flexarm_model.manipulator.sensor_spec import SensorSpec
 
 _STAMP = attrgetter("t")
-_FEWEST = 5  # samples that are cheaper to look at together than one by one
+_FEWEST = 3  # samples that are cheaper to look at together than one by one
 
 
 class Arrivals(NamedTuple):  # not a dataclass: made in every step
