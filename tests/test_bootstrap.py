@@ -322,6 +322,27 @@ def test_a_misspelt_command_of_this_file_is_answered_with_the_right_one(
     assert forwarded == [command for command in COMMANDS if command != "bench"]
 
 
+@pytest.mark.parametrize(("command", "builds"), [("stop", False), ("arm", True)])
+def test_a_stop_does_not_wait_for_a_build(
+    flexarm: ModuleType,
+    machine: list[str],
+    monkeypatch: pytest.MonkeyPatch,
+    command: str,
+    builds: bool,
+) -> None:
+    """What was built before the last edit stops the arm as well; an interrupted build is repaired first."""
+    monkeypatch.setattr(flexarm, "forward", lambda place, arguments: 0)
+    flexarm.prepare()
+    (flexarm.ROOT / "src" / "flexarm_model" / "package.xml").write_text("<package><!-- edited --></package>")
+    machine.clear()
+    assert flexarm.main([command]) == 0
+    assert ("building" in machine) == builds
+    (flexarm.prepare().workspace / "stamps" / "flexarm_interfaces").unlink()
+    machine.clear()
+    assert flexarm.main([command]) == 0
+    assert "building" in machine
+
+
 def test_a_reader_that_has_seen_enough_of_the_help_ends_it_without_a_word() -> None:
     buffered = {name: value for name, value in os.environ.items() if name != "PYTHONUNBUFFERED"}
     for arguments in ([], ["--help"]):
