@@ -10,6 +10,7 @@ from pathlib import Path
 
 import pytest
 
+from flexarm_bringup.demo_run.sessions import free_domains
 from flexarm_bringup.parameters_command import NODES, parameters_of
 from flexarm_model.process.node_source import Source, node_parameters
 from flexarm_model.process.single_instance import claim_name
@@ -18,13 +19,18 @@ SOURCE = Path(__file__).resolve().parents[1] / "src"
 PACKAGES = ("flexarm_model", "flexarm_estimator", "flexarm_controller", "flexarm_bringup")
 ENTRY = re.compile(r'"(\w+) = (\w+)\.executables:(\w+)"')
 RUN = re.compile(r'def (\w+)\(\).*?run_executable\("([\w.]+)", \[(.*?)\]\)', re.DOTALL)
-DOMAIN = "231"
 SECOND = """
 import sys
 from flexarm_controller.executables import guard_node
 code = guard_node()
 print(code, sorted({"numpy", "rclpy", "scipy", "casadi", "yaml"} & set(sys.modules)))
 """
+
+
+@pytest.fixture(scope="module")
+def domain() -> str:
+    """Return a ROS domain that nobody else on this machine uses."""
+    return str(next(free_domains()))
 
 
 @pytest.mark.parametrize("package", PACKAGES)
@@ -40,13 +46,13 @@ def test_every_node_of_a_package_is_started_by_its_executables(package: str) -> 
         assert "\ndef main() -> int:" in path.read_text()
 
 
-def test_a_second_node_is_refused_before_its_libraries_are_loaded() -> None:
-    with claim_name("/flexarm/left", DOMAIN) as held:
+def test_a_second_node_is_refused_before_its_libraries_are_loaded(domain: str) -> None:
+    with claim_name("/flexarm/left", domain) as held:
         command = [sys.executable, "-c", SECOND, "--ros-args", "-r", "__node:=left"]
-        environment = {**os.environ, "ROS_DOMAIN_ID": DOMAIN}
+        environment = {**os.environ, "ROS_DOMAIN_ID": domain}
         done = subprocess.run(command, env=environment, capture_output=True, text=True, check=True)
         assert held.readable() and done.stdout == "3 []\n"
-        assert f"guard_node: node /flexarm/left runs already in ROS domain {DOMAIN}" in done.stderr
+        assert f"guard_node: node /flexarm/left runs already in ROS domain {domain}" in done.stderr
 
 
 @pytest.mark.parametrize("package", PACKAGES)
@@ -93,9 +99,9 @@ def test_a_domain_that_is_none_is_refused_before_libraries_are_loaded() -> None:
     ],
 )
 def test_security_that_cannot_be_had_is_refused_before_libraries_are_loaded(
-    asked: dict[str, str], told: str
+    asked: dict[str, str], told: str, domain: str
 ) -> None:
-    environment = {**os.environ, "ROS_DOMAIN_ID": DOMAIN, **asked}
+    environment = {**os.environ, "ROS_DOMAIN_ID": domain, **asked}
     command = [sys.executable, "-c", SECOND]
     done = subprocess.run(command, env=environment, capture_output=True, text=True, check=True)
     assert done.stdout == "2 []\n"
@@ -110,12 +116,12 @@ code = run_executable("spy", ["guard", "rig"])
 
 
 @pytest.mark.parametrize("name", ["guard", "left"])
-def test_a_node_runs_in_the_enclave_of_its_name(name: str, tmp_path: Path) -> None:
+def test_a_node_runs_in_the_enclave_of_its_name(name: str, tmp_path: Path, domain: str) -> None:
     (tmp_path / "enclaves" / "flexarm" / name).mkdir(parents=True)
     (tmp_path / "spy.py").write_text("import sys\ndef main():\n    print(*sys.argv[-3:])\n    return 0\n")
     paths = os.pathsep.join((str(tmp_path), os.environ.get("PYTHONPATH", "")))
     asked = {"ROS_SECURITY_ENABLE": "true", "ROS_SECURITY_STRATEGY": "Enforce"}
-    own = {"ROS_DOMAIN_ID": DOMAIN, "PYTHONPATH": paths, "ROS_SECURITY_KEYSTORE": str(tmp_path), **asked}
+    own = {"ROS_DOMAIN_ID": domain, "PYTHONPATH": paths, "ROS_SECURITY_KEYSTORE": str(tmp_path), **asked}
     command = [sys.executable, "-c", ENCLAVE, "--ros-args", "-r", f"guard:__node:={name}"]
     done = subprocess.run(command, env={**os.environ, **own}, capture_output=True, text=True)
     assert done.stdout == f"--ros-args --enclave /flexarm/{name}\n", done.stderr
@@ -130,13 +136,13 @@ print(run_executable("spy", ["spy"]))
 
 @pytest.mark.parametrize(("asked", "used"), [(None, "LOCALHOST"), ("", "LOCALHOST"), ("SUBNET", "SUBNET")])
 def test_a_node_is_found_on_this_machine_alone_unless_the_user_says_else(
-    asked: str | None, used: str, tmp_path: Path
+    asked: str | None, used: str, tmp_path: Path, domain: str
 ) -> None:
     name = "ROS_AUTOMATIC_DISCOVERY_RANGE"
     spy = f"import os\ndef main():\n    print(os.environ['{name}'])\n    return 0\n"
     (tmp_path / "spy.py").write_text(spy)
     paths = os.pathsep.join((str(tmp_path), os.environ.get("PYTHONPATH", "")))
-    environment = {**os.environ, "ROS_DOMAIN_ID": DOMAIN, "PYTHONPATH": paths, name: asked or ""}
+    environment = {**os.environ, "ROS_DOMAIN_ID": domain, "PYTHONPATH": paths, name: asked or ""}
     if asked is None:
         del environment[name]
     done = subprocess.run([sys.executable, "-c", HEARD], env=environment, capture_output=True, text=True)

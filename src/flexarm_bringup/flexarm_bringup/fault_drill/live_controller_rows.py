@@ -26,12 +26,16 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 HANGS, PERIODS = 20, 3
-BITES = 0.9  # share of the hangs that leave a gap: others may end just before a period does
+BITES = (
+    0.5  # share of the hangs that leave a gap: others end just before a period does, or the rig left out one
+)
+STOPPED = 10  # periods without a command from which on the guard has stopped the arm, and nothing is due
 BETWEEN = 0.15  # s from one to the next
 SETTLE = 0.3  # s in which the last ones are told
 TOLD = 1e-9  # of the torque limit: what is another torque
 BESIDE = 0.01  # s beyond a period until a stop is told
 ROUNDED = 1.0 + 1e-9
+OWN_FAULT = "command "  # how the guard's reason begins then
 TRIES = 20  # until the guard sees one: of those that come in one period it looks at the newest
 TOPICS = ("guard_status", "joint_commands", "applied_effort")
 
@@ -54,7 +58,8 @@ def acts(stand: SystemStand) -> list[Finding]:
         commands = [msg for _, msg in rig.came["joint_commands"]]
         torques = {_number(msg, stand.dt): np.array(msg.effort) for _, msg in rig.came["applied_effort"]}
     limit = np.array([axis.effort for axis in stand.stand.arm.config.actuated.values()])
-    late = [_acts_after(gap, torques, TOLD * limit) for gap in _gaps(commands, stand.dt)]
+    found = [_acts_after(gap, torques, TOLD * limit) for gap in _gaps(commands, stand.dt)]
+    late = [after for after in found if after is not None]
     return [
         Finding(f"gaps of two periods and more, {HANGS} hangs", len(late), BITES * HANGS, at_least=True),
         Finding("guard acts after the last command / T", max(late, default=math.inf), 2.0),
@@ -70,8 +75,7 @@ def skips(stand: SystemStand) -> list[Finding]:
         _hang(rig)
         told = [msg for _, msg in rig.came["controller_status"]]
     at, of = np.array([pair for pair in sent if stamp(told[0]) <= pair[1] <= stamp(told[-1])]).T
-    without = round((of[-1] - of[0]) / stand.dt) - (len(of) - 1)
-    counted = told[-1].missed_cycles - told[0].missed_cycles
+    without, counted = _missed(told, stand.dt)
     return [
         Finding(f"periods without a command, {HANGS} hangs", without, HANGS, at_least=True),
         Finding("of these, not counted by the controller", abs(without - counted), 0),
@@ -121,42 +125,56 @@ def _gaps(commands: Sequence[Any], period: float) -> list[range]:
     return [range(a, b) for a, b in zip(meant, meant[1:], strict=False) if b - a > 2]
 
 
+def _missed(told: Sequence[Any], period: float) -> tuple[int, int]:
+    """Return periods without a command and how many of them were counted, while the arm was not stopped."""
+    told = [msg for msg in told if msg.mode != msg.INACTIVE]  # notices count nothing
+    missed = [
+        (_number(after, period) - _number(before, period) - 1, after.missed_cycles - before.missed_cycles)
+        for before, after in zip(told, told[1:], strict=False)
+    ]
+    short = [pair for pair in missed if pair[0] < STOPPED]
+    return sum(without for without, _ in short), sum(counted for _, counted in short)
+
+
 def _number(msg: Any, period: float) -> int:
     """Return the number of the period that a message is about."""
     return round(stamp(msg) / period)
 
 
-def _acts_after(gap: range, torques: dict[int, Any], least: Array) -> float:
-    """Return after how many periods the torque is another than that of the last command."""
-    last = torques.get(gap[0])
-    told = [torques.get(number) for number in gap[1:]]
-    if last is None or any(torque is None for torque in told):
-        return math.inf
-    changed = [bool((abs(torque - last) > least).any()) for torque in told]
+def _acts_after(gap: range, torques: dict[int, Any], least: Array) -> float | None:
+    """Return after how many periods the torque is another than that of the last command.
+
+    None: the rig left out a period itself, or the torque of one was not heard.
+    """
+    told = [torques.get(number) for number in gap]
+    if any(torque is None for torque in told):
+        return None
+    heard = np.array(told)
+    changed = (abs(heard[1:] - heard[0]) > least).any(axis=1).tolist()
     return float(1 + changed.index(True)) if any(changed) else math.inf
 
 
 def _one_spoilt(stand: SystemStand, ear: Ear, publisher: Any, what: str) -> list[Finding]:
     """Send a command that cannot be meant while the arm is held, and look at what the motors got."""
     stand.arm(ear)
-    told, known = ear.heard["guard_status"], len(ear.heard["guard_status"])
+    told = ear.heard["guard_status"]
     ear.heard["applied_effort"].clear()
-    stops, sent = list[Any](), 0.0
+    after, reason = math.inf, "nothing"
     for _ in range(TRIES):
         msg = _next_command(stand, ear)
         msg.effort = SPOILT[what](list(msg.effort))
-        sent = time.time()
+        known, sent = len(told), time.time()
         publisher.publish(msg)
         ear.listen(2.0 * stand.dt)
         stops = [status for status in told[known:] if status.mode != status.ARMED]
         if stops:
+            after, reason = stamp(stops[0]) - sent, stops[0].reason
+            ear.wait(lambda: told[-1].mode == told[-1].STOPPED, PATIENCE, "rest")
+        if reason.startswith(OWN_FAULT):
             break
-    after = stamp(stops[0]) - sent if stops else math.inf
-    reason = stops[0].reason if stops else "nothing"
-    ear.wait(lambda: not stops or told[-1].mode == told[-1].STOPPED, PATIENCE, "rest")
     return [
         Finding(f"{what}: stopping after", after, stand.dt + BESIDE, "s"),
-        Finding(f"{what}: stopped by '{reason}'", not reason.startswith("command "), 0),
+        Finding(f"{what}: stopped by '{reason}'", not reason.startswith(OWN_FAULT), 0),
         Finding(f"{what}: torques not finite, beyond a limit or its rate", _unsafe(stand, ear), 0),
     ]
 
@@ -172,7 +190,11 @@ def _next_command(stand: SystemStand, ear: Ear) -> Any:
         """Return those of the controller: what we send ourselves is heard, too."""
         return [msg for msg in heard if len(msg.effort) == axes and np.isfinite(msg.effort).all()]
 
-    ear.wait(lambda: bool(real()), PATIENCE, "a command")
+    told = ear.heard["guard_status"]
+    while not real():
+        ear.wait(lambda: bool(real()) or told[-1].mode == told[-1].STOPPED, PATIENCE, "a command")
+        if not real():  # nobody sends any: the machine stood still, and the guard has stopped
+            stand.arm(ear)
     return following(real()[-1], round(1e9 * stand.dt))
 
 

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from functools import cached_property
+import time
+from collections.abc import Sequence
+from functools import cached_property, partial
 from itertools import count
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -19,6 +21,7 @@ if TYPE_CHECKING:
     from flexarm_bringup.processes.running_graph_node import Ear
 
 PATIENCE = 30.0  # s for something that takes a second
+ATTEMPTS = 5  # to arm: where the machine stands still for 50 ms the guard stops again
 
 
 class SystemStand:
@@ -67,14 +70,28 @@ class SystemStand:
         return rig_graph(job.task.manipulator, job.preset, settings=task_settings(job, "mpc"))
 
     def arm(self, ear: Ear) -> None:
-        """Arm the guard and wait until commands pass.
+        """Arm the guard, again where it has stopped at once, and wait until commands pass.
 
         Raises:
-            WaitedTooLong: It does not come to that.
+            WaitedTooLong: It does not come to that; says why the guard stopped last.
         """
-        ear.wait(lambda: bool(ear.call("guard/arm").success), PATIENCE, "the guard to be armed")
-        ear.heard["guard_status"].clear()
-        ear.wait(lambda: any(map(passes, ear.heard["guard_status"])), PATIENCE, "commands to pass")
+        from flexarm_bringup.processes.running_graph_node import WaitedTooLong
+
+        told, said = ear.heard["guard_status"], ""
+        for _ in range(ATTEMPTS):
+            ear.wait(lambda: bool(ear.call("guard/arm").success), PATIENCE, f"the guard to be armed{said}")
+            told.clear()
+            ear.wait(partial(is_decided, told, time.time()), PATIENCE, f"commands to pass{said}")
+            if any(map(passes, told)):
+                return
+            said = f" after '{told[-1].reason}'"
+        raise WaitedTooLong(f"armed {ATTEMPTS} times, and no command passed{said}")
+
+
+def is_decided(told: Sequence[Any], armed: float) -> bool:
+    """Return whether commands pass, or the guard has stopped again since it was ``armed`` [s]."""
+    stopped = told and told[-1].mode == told[-1].STOPPED and stamp(told[-1]) > armed
+    return any(map(passes, told)) or bool(stopped)
 
 
 def passes(status: Any) -> bool:

@@ -25,8 +25,8 @@ class SecondOpinion:
 
     def __init__(self) -> None:
         """Wait for nothing."""
-        self.first_tick, self._awaited, self._until = 0, None, 0.0
-        self._awaited: Explanation | None
+        self.first_tick, self._until = 0, 0.0
+        self._awaited: Explanation | None = None
 
     def expire(self, t: float) -> None:
         """Give up at ``t`` [s] what has waited too long."""
