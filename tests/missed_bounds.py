@@ -57,7 +57,7 @@ WITH_NODES = {  # of every machine
 }
 BY_CLOCK = {  # which instants are hit is chance
     ("planar_3rrr", 53): "99 % of 40 stops have their last drive after 24 ms (15); 40 ms at most",
-    ("single_link", 53): "99 % of 40 stops: 5, 45, 48, 92 and 38 ms (15): stops next to rest, 4 to 32 mW",
+    ("single_link", 53): "99 % of 40 stops: 5, 45, 48, 91 and 38 ms (15): stops next to rest, 4 to 32 mW",
 }
 
 
