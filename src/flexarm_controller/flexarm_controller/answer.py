@@ -88,8 +88,7 @@ class AnswerTeller:
 
     def tell(self, answer: Answer) -> list[Outgoing]:
         """Return the status of an answer if it is due, and before it what else there is to tell."""
-        notices = [answer.notice] if answer.notice else []
-        noted = [Outgoing("controller_status", notice_msg(text, answer.stamp_ns)) for text in notices]
+        noted = [_notice(answer, answer.notice)] if answer.notice else []
         return noted + self._status(answer)
 
     def _status(self, answer: Answer) -> list[Outgoing]:
@@ -98,7 +97,7 @@ class AnswerTeller:
             return []
         self._said, self._said_ns = said, answer.stamp_ns
         if answer.command is None:
-            return [Outgoing("controller_status", notice_msg(answer.reason, answer.stamp_ns))]
+            return [_notice(answer, answer.reason)]
         msg = status_to_msg(answer.command, answer.missed_cycles, answer.overruns, answer.stamp_ns)
         return [Outgoing("controller_status", msg)]
 
@@ -145,3 +144,9 @@ class AnswerTeller:
         self._predicted_ns = answer.stamp_ns
         msg = predicted_to_msg(answer.command, states, model.theta_names, insight.period, answer.stamp_ns)
         return [Outgoing("predicted", msg)]
+
+
+def _notice(answer: Answer, text: str) -> Outgoing:
+    """Return a status that says something beside an answer, or in the place of one."""
+    msg = notice_msg(text, answer.stamp_ns, answer.missed_cycles, answer.overruns)
+    return Outgoing("controller_status", msg)

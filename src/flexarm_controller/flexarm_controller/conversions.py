@@ -185,8 +185,9 @@ def predicted_to_msg(
     return msg
 
 
-def notice_msg(reason: str, stamp_ns: int) -> ControllerStatus:
-    """Return a status that only tells something: a reference taken or refused, a model refused."""
+def notice_msg(reason: str, stamp_ns: int, missed: int = 0, overruns: int = 0) -> ControllerStatus:
+    """Return a status that tells of something, a reference taken or a model refused, and what is counted."""
     msg = ControllerStatus(mode=ControllerStatus.INACTIVE, reason=reason)
+    msg.missed_cycles, msg.overruns = missed, overruns
     msg.header.stamp = ns_to_stamp(stamp_ns)
     return msg

@@ -16,6 +16,7 @@ from flexarm_controller.conversions import (
     notice_msg,
     reference_from_msg,
 )
+from flexarm_controller.cycles import Cycles
 from flexarm_controller.laws import Laws
 from flexarm_controller.limits import limits_of
 from flexarm_controller.motion.admission import admit
@@ -31,9 +32,7 @@ from flexarm_model.manipulator.description import ManipulatorConfig
 from flexarm_model.served.pending_models import PendingModels
 
 REFUSED = "reference refused: "
-GAP = 1.5  # periods between two states from which on a cycle was missed
 LATE = 0.2  # s that a reference may have begun before it comes
-TWICE_NS = 100_000_000  # a state that is older than the last by no more came twice or too late
 
 
 class ControllerExchange:
@@ -74,8 +73,8 @@ class ControllerExchange:
         self._names = tuple(config.actuated)
         self._limits, self._motion = limits_of(config), motion or MotionConfig()
         self._epoch_ns = epoch_ns
-        self._token = self._sequence = self._missed = 0
-        self._last_ns: int | None = None
+        self._token = self._sequence = 0
+        self._cycles = Cycles(settings.period)
         self._pending: PendingModels[Laws] = PendingModels()
         self.controller: Controller | None = None
         self.state: ArmState | None = None
@@ -149,7 +148,7 @@ class ControllerExchange:
         if begun is None:
             return []
         reason = f"reference dropped: it began {now - begun:.3g} s ago, when the guard was not armed"
-        return [Outgoing("controller_status", notice_msg(reason, self._last_ns or 0))]
+        return self._notice(reason, self._cycles.last_ns or 0)
 
     def on_reference(self, msg: Any) -> list[Outgoing]:
         """Take a reference or refuse it; the answer says which, and why."""
@@ -159,7 +158,7 @@ class ControllerExchange:
             answer = f"{REFUSED}{error}"
         else:
             answer = "; ".join([f"reference accepted: {len(msg.points)} points", *remark])
-        return [Outgoing("controller_status", notice_msg(answer, stamp_to_ns(msg.header.stamp)))]
+        return self._notice(answer, stamp_to_ns(msg.header.stamp))
 
     def on_modal_state(self, msg: Any) -> list[Outgoing]:
         """Answer a state that was sent, and tell what there is to tell of the answer."""
@@ -168,25 +167,22 @@ class ControllerExchange:
     def on_state(self, told: ToldState) -> list[Outgoing]:
         """Answer a state with a command; without a session with nothing. What else there is: ``tell``."""
         stamp_ns = told.stamp_ns
-        if self._last_ns is not None and 0 <= self._last_ns - stamp_ns <= TWICE_NS:
+        if not self._cycles.note(stamp_ns):
             self.answer = None
             return []
         if self._epoch_ns is None:
             self._epoch_ns = stamp_ns
             self._foresee()
-        self._count_missed(stamp_ns)
         if self.controller is None:
-            self.answer = Answer(stamp_ns, "inactive", self.model_fault)
-            return []
+            return self._send_nothing(stamp_ns, self.model_fault)
         laws = self._pending.due(stamp_ns)
         if laws is not None and laws.model.model_id != self.controller.model.model_id:
             self.controller.adopt(laws)
         self.state = told.read(self.controller.model, self._epoch_ns)
         if self.withheld or not self._token:
-            self.answer = Answer(stamp_ns, "inactive", self.withheld or "guard is not armed")
-            return []
+            return self._send_nothing(stamp_ns, self.withheld or "guard is not armed")
         command = self.controller.step(self.state)
-        rest = self._missed, self.controller.overruns, self.controller.notice
+        rest = *self._counts, self.controller.notice
         self.answer = Answer(stamp_ns, command.mode, command.reason, command, *rest)
         self._sequence += 1
         msg = self._write(command, self._names, self._sequence, self._token, stamp_ns)
@@ -208,9 +204,9 @@ class ControllerExchange:
     @property
     def _now(self) -> float | None:
         """Stamp of the newest state [s]; None before the first."""
-        if self._last_ns is None or self._epoch_ns is None:
+        if self._cycles.last_ns is None or self._epoch_ns is None:
             return None
-        return (self._last_ns - self._epoch_ns) * 1e-9
+        return (self._cycles.last_ns - self._epoch_ns) * 1e-9
 
     def _foresee(self) -> None:
         """Tell the controller which models wait, and from when each holds."""
@@ -241,10 +237,16 @@ class ControllerExchange:
 
     def _refuse_model(self, msg: Any, reason: str) -> list[Outgoing]:
         self.model_fault = f"model refused: {reason}"
-        return [Outgoing("controller_status", notice_msg(self.model_fault, stamp_to_ns(msg.header.stamp)))]
+        return self._notice(self.model_fault, stamp_to_ns(msg.header.stamp))
 
-    def _count_missed(self, stamp_ns: int) -> None:
-        period_ns = self._settings.period * 1e9
-        if self._last_ns is not None and stamp_ns - self._last_ns > GAP * period_ns:
-            self._missed += round((stamp_ns - self._last_ns) / period_ns) - 1
-        self._last_ns = stamp_ns
+    def _send_nothing(self, stamp_ns: int, reason: str) -> list[Outgoing]:
+        self.answer = Answer(stamp_ns, "inactive", reason, None, *self._counts)
+        return []
+
+    def _notice(self, reason: str, stamp_ns: int) -> list[Outgoing]:
+        return [Outgoing("controller_status", notice_msg(reason, stamp_ns, *self._counts))]
+
+    @property
+    def _counts(self) -> tuple[int, int]:
+        """Missed cycles and overruns so far."""
+        return self._cycles.missed, 0 if self.controller is None else self.controller.overruns

@@ -242,6 +242,19 @@ def test_missed_cycles_are_counted_and_skipped(exchange, model):
     assert missed == [0, 0, 2, 2, 11]
 
 
+def test_what_is_counted_is_told_with_notices_and_while_nobody_is_armed_too(exchange, model):
+    """Who plots it saw it fall to zero with every reference and every stop."""
+    exchange.on_model(model_to_msg(model))
+    exchange.on_guard_status(GuardStatus(session_token=5))
+    for k in (1, 4):
+        exchange.on_modal_state(state(model, k))
+    (notice,) = exchange.on_reference(slow_move(5.0))
+    exchange.on_guard_status(GuardStatus(session_token=0))
+    told = answers(exchange.on_modal_state(state(model, 5)))["controller_status"]
+    assert [notice.msg.missed_cycles, told.missed_cycles] == [2, 2]
+    assert (notice.msg.mode, told.mode, told.reason) == (0, 0, "guard is not armed")
+
+
 def test_ten_thousand_malformed_states_never_raise_nor_leave_the_limits(exchange, model):
     exchange.on_model(model_to_msg(model))
     exchange.on_guard_status(GuardStatus(session_token=5))
