@@ -65,8 +65,7 @@ class Forger:
         self._asked: set[tuple[float, ...]] = set()  # torques that were made up: nobody else asks for them
         self._real: list[Any] = []  # commands of the session, the newest last
         self._looked = 0
-        self._publisher = ear.node.create_publisher(JointCommand, "joint_commands", RELIABLE_QOS)
-        ear.wait(lambda: self._publisher.get_subscription_count() > 1, PATIENCE, "the guard to be found")
+        self._publisher = command_publisher(ear)
 
     def attack(self, kind: Kind) -> Outcome:
         """Send all commands of a kind, each right after a real one, whose successor it claims to be."""
@@ -140,6 +139,13 @@ class Forger:
                 kept.append(msg)
         self._real = kept[-KEPT:]
         return int(kept[-1].sequence) if kept else 0
+
+
+def command_publisher(ear: Ear) -> Any:
+    """Return what sends commands beside the controller, when the guard hears it; ``ear`` hears them, too."""
+    publisher = ear.node.create_publisher(JointCommand, "joint_commands", RELIABLE_QOS)
+    ear.wait(lambda: publisher.get_subscription_count() > 1, PATIENCE, "the guard to be found")
+    return publisher
 
 
 def main(arguments: Sequence[str]) -> int:

@@ -86,15 +86,12 @@ def skips(stand: SystemStand) -> list[Finding]:
 
 def nonsense(stand: SystemStand) -> list[Finding]:
     """Send commands that cannot be meant, each as the one that follows next, until the guard has seen one."""
-    from flexarm_interfaces.msg import JointCommand
-
+    from flexarm_bringup.fault_drill.forger_node import command_publisher
     from flexarm_bringup.processes.running_graph_node import running
-    from flexarm_model.ros.node import RELIABLE_QOS
 
     with running(stand.graph(), TOPICS, stand.folder()) as (_, ear):
         ear.wait_ready("rig", "guard", "estimator", "controller")
-        publisher = ear.node.create_publisher(JointCommand, "joint_commands", RELIABLE_QOS)
-        ear.wait(lambda: publisher.get_subscription_count() > 1, PATIENCE, "the guard to be found")
+        publisher = command_publisher(ear)
         return [finding for what in SPOILT for finding in _one_spoilt(stand, ear, publisher, what)]
 
 
