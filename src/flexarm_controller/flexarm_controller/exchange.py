@@ -68,13 +68,11 @@ class ControllerExchange:
             motion: What becomes of references that are too fast.
             nmpc: What the nonlinear law adds to ``mpc``.
         """
-        self._config, self._settings, self._mpc, self._clocks = config, settings, mpc, clocks
-        self._nmpc = nmpc
-        self._names = tuple(config.actuated)
-        self._limits, self._motion = limits_of(config), motion or MotionConfig()
-        self._epoch_ns = epoch_ns
+        self._config, self._settings, self._clocks = config, settings, clocks
+        self._mpc, self._nmpc, self._motion = mpc, nmpc, motion or MotionConfig()
+        self._names, self._limits = tuple(config.actuated), limits_of(config)
+        self._epoch_ns, self._cycles = epoch_ns, Cycles(settings.period)
         self._token = self._sequence = 0
-        self._cycles = Cycles(settings.period)
         self._pending: PendingModels[Laws] = PendingModels()
         self.controller: Controller | None = None
         self.state: ArmState | None = None
