@@ -230,7 +230,22 @@ def test_swapped_sensors_of_several_axes_are_named_and_no_sound_gauge(law):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("law", "sensor"), [("pd", IN_SPACE[0]), ("mpc", IN_SPACE[1])])
+@pytest.mark.parametrize(("law", "sensor"), [("pd", IN_SPACE[0]), ("mpc", IN_SPACE[0]), ("mpc", IN_SPACE[1])])
 def test_a_detached_sensor_of_several_axes_is_named(law, sensor):
     found = arm("spatial_3tpt").run(law, faults=from_the_move({sensor: NOISE_ONLY}), words="")
     assert_named(found, [sensor], "is detached", START + 1.0)
+
+
+LAP = {
+    "detached gauge": ({"lower_arm_strain_y": NOISE_ONLY}, "is detached"),
+    "swapped gauges": (swapped("lower_arm_strain_y", "forearm_strain_y"), "swapped with"),
+}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("fault", LAP)
+def test_faults_of_the_six_axis_arm_are_named_within_a_second_of_its_lap(fault):
+    """Its filter bears corners of 5 rad/s^2 with frequencies 14 % off: these gauges say less than that."""
+    faults, words = LAP[fault]
+    found = arm("serial_6r").run("mpc", faults=from_the_move(faults, "serial_6r"), end=1.6, words="")
+    assert_named(found, faults, words, 0.52 + 1.0)

@@ -1,5 +1,6 @@
 """Channels at fault are named by how well the past is explained; on the strip in closed form."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -9,13 +10,15 @@ from planar_strip import DT, ENCODER, SENSORS, StripKinematics, arriving, simula
 from flexarm_estimator.estimator import Estimator
 from flexarm_estimator.filter import Belief, GuardedFilter, innovation_covariance
 from flexarm_estimator.filters.served import ServedSteps
-from flexarm_estimator.isolation import isolation_watch
+from flexarm_estimator.isolation import inquiry
+from flexarm_estimator.isolation.case import SHARES, Case, excess_of, fit_noise
 from flexarm_estimator.isolation.channels import Channels
 from flexarm_estimator.isolation.consistency_run import NO_OFFSETS, ConsistencyRun
 from flexarm_estimator.isolation.hypotheses import Hypotheses, Rearrangement, rearrangements
 from flexarm_estimator.isolation.investigation import investigate
 from flexarm_estimator.isolation.isolation import Explanation, decide, is_silent, samples_at_limit, share_said
 from flexarm_estimator.isolation.isolation_watch import IsolationWatch
+from flexarm_estimator.isolation.leaving_out import _own_story
 from flexarm_estimator.isolation.window import StepMaker, Window
 from flexarm_estimator.judging.gate import Gate
 from flexarm_estimator.judging.sample_judge import Verdict
@@ -125,7 +128,10 @@ def test_a_state_that_is_given_up_takes_nothing_from_what_is_investigated():
 
 
 def pieces_by_tick(monkeypatch, normalised, ticks=400):
-    """Return in which ticks there was a frame, and how many pieces of an investigation were done in each."""
+    """Return in which ticks there was a frame, and how many pieces of both inquiries were done in each.
+
+    Those of the usual one, then those of the close one, (2, ticks).
+    """
     done = []
 
     def counted(case, entries):
@@ -135,33 +141,79 @@ def pieces_by_tick(monkeypatch, normalised, ticks=400):
                 next(pieces)
             except StopIteration as end:
                 return end.value
-            done[-1] += 1
+            done[-1][int(case.is_close)] += 1
             yield
 
-    monkeypatch.setattr(isolation_watch, "investigate", counted)
+    monkeypatch.setattr(inquiry, "investigate", counted)
     watch, frames = IsolationWatch(SENSORS), []
     watch.use(PARTS)
     for k, t in enumerate(RECORD.t[:ticks].tolist()):
         u, said = np.append(RECORD.tau[k], 1.0), arriving(RECORD, k, 12)
         verdicts = [Verdict(sample.sensor, t, True, np.zeros(1), normalised) for sample in said]
-        done.append(0)
+        done.append([0, 0])
         frames.append(any(sample.sensor == "camera" for sample in said))
         watch.look(View(t, u, Belief(np.zeros(9), PARTS.process.P0), said, verdicts, u))
-    return np.array(frames), np.array(done)
+    return np.array(frames), np.array(done).T
 
 
-def test_a_self_check_is_one_small_piece_a_tick_and_none_beside_a_late_frame(monkeypatch):
-    frames, done = pieces_by_tick(monkeypatch, normalised=1.0)
-    assert done.sum() > 20
-    assert done.max() == 1
-    assert frames.any()
-    assert not done[frames].any()
+def test_without_suspicion_there_is_little_to_do_in_a_tick_and_hardly_ever_beside_a_late_frame(
+    monkeypatch,
+):
+    frames, (usual, close) = pieces_by_tick(monkeypatch, normalised=1.0)
+    assert usual.sum() > 20
+    assert close.sum() > 20
+    assert usual.max() == 4
+    assert close.max() in (4, 6)  # six in a look in which something seems to be remarkable
+    assert (usual > 0).mean() < 1 / 4
+    assert (close > 0).mean() < 1 / 4
+    assert (close > 4).mean() < 0.05
+    assert not (usual * close).any()
+    assert frames.sum() > 50
+    assert ((usual + close)[frames] > 0).mean() < 0.05  # where it is urgent, or has been put off for long
 
 
 def test_a_suspicion_is_followed_up_several_pieces_a_tick_also_beside_a_late_frame(monkeypatch):
-    frames, done = pieces_by_tick(monkeypatch, normalised=3.0)
-    assert done.max() > 1
-    assert done[frames].any()
+    frames, (usual, _) = pieces_by_tick(monkeypatch, normalised=3.0)
+    assert usual.max() > 1
+    assert usual[frames].any()
+
+
+def drained(pieces):
+    """Do all pieces and return what they return."""
+    while True:
+        try:
+            next(pieces)
+        except StopIteration as end:
+            return end.value
+
+
+@pytest.mark.parametrize(("times", "share"), [(0.1, 1.0), (2.5, 0.1), (10.0, 0.01)])
+@pytest.mark.parametrize("first", [60, 200, 300])
+def test_as_much_process_noise_is_counted_on_as_there_is(first, times, share):
+    """Of that with which the record was made: intensities are squares."""
+    names = ("motion_acceleration", "modal_force", "acceleration_noise")
+    told = {name: times * getattr(QUIET, name) for name in names}
+    parts = make_parts(replace(QUIET, **told), strip_model())
+    w = replace(window(first, 60), parts=[parts] * 60)
+    case = Case(CHANNELS, NOBODY, StepMaker(1e-5), is_urgent=False, is_close=True)
+    ignored = np.zeros(w.y.shape, dtype=bool)
+    for _ in SHARES:  # window after window
+        found = drained(fit_noise(case, w, ignored, case.all_well))
+        case.share, used = case.next_share, case.share
+    assert used == case.next_share == share
+    assert (excess_of(found, w, ignored) <= 1.0) == (times > 0.1)
+
+
+def test_a_channel_is_detached_only_where_the_others_know_that_it_should_say_more():
+    rng = np.random.default_rng(7)
+    noise, motion = rng.normal(size=60), 10.0 * np.sin(0.3 * np.arange(60))
+
+    def is_missed(z, S):
+        return _own_story(noise, z, np.full(60, S), 1.0).is_missed
+
+    assert is_missed(motion, 1.0)
+    assert not is_missed(0.1 * motion, 1.0)  # it could not say that over its noise
+    assert not is_missed(motion, 1e6)  # an axis whose place nobody else tells
 
 
 def test_an_offset_that_is_looked_for_is_excused():

@@ -1,5 +1,7 @@
 """What a model error could say by chance waits for a window that has nothing in common with the first."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -37,6 +39,17 @@ def test_another_rearrangement_waits_in_its_place(other: Explanation) -> None:
 )
 def test_what_no_model_error_says_is_told_at_once(explanation: Explanation) -> None:
     assert SecondOpinion().agrees(explanation, NOW, LAST)
+
+
+def test_an_opinion_that_leaves_much_unexplained_counts_for_nothing() -> None:
+    poor = replace(said(SWAPPED, 183.0, 3, 5), spread=1.4)
+    opinion = SecondOpinion()
+    assert not opinion.agrees(poor, NOW, LAST)
+    assert opinion.first_tick == 0
+    assert not opinion.agrees(said(SWAPPED, 183.0, 3, 5), NOW + 0.3, LAST + 60)
+    assert not opinion.agrees(poor, NOW + 0.6, LAST + 120)
+    assert opinion.first_tick == LAST + 61  # the other one still waits
+    assert opinion.agrees(said(SWAPPED, 183.0, 3, 5), NOW + 0.9, LAST + 180)
 
 
 def test_a_second_opinion_that_comes_too_late_is_a_first_one() -> None:

@@ -25,9 +25,9 @@ class Model:
 def made(monkeypatch: pytest.MonkeyPatch) -> list[tuple[Any, float]]:
     calls: list[tuple[Any, float]] = []
 
-    def make(parts: Any, dt: float, most: float) -> str:
+    def make(parts: Any, dt: float, most: float, share: float) -> str:
         calls.append((id(parts), dt))
-        return f"{id(parts)} {dt:g}"
+        return f"{id(parts)} {dt:g} {share:g}"
 
     monkeypatch.setattr(window, "_make", make)
     return calls
@@ -62,3 +62,15 @@ def test_gauges_that_a_filter_takes_for_worth_less_are_judged_as_what_they_are()
     np.testing.assert_allclose(noise[1e-4][:2, :2], noise[8e-6][:2, :2], rtol=1e-12, atol=1e-20)
     np.testing.assert_allclose(noise[8e-6][1, 1] - noise[0.0][1, 1], 8e-6**2, rtol=1e-6)
     assert noise[1e-4][2, 2] > noise[8e-6][2, 2] + 0.9
+
+
+def test_a_share_of_the_process_noise_leaves_that_of_the_sensors() -> None:
+    """Of variances that are linear in it: state, accelerometer, and what they share."""
+    parts, maker = make_parts(EstimatorConfig(), strip_model()), StepMaker(1e-5)
+    all_of_it, half, none = (maker.counting(share).step(parts, DT).noise for share in (1.0, 0.5, 0.0))
+    np.testing.assert_allclose(half, (all_of_it + none) / 2.0, rtol=1e-9, atol=1e-18)
+    m = len(CHANNELS.sigma)
+    np.testing.assert_allclose(none[:m, :m], np.diag(CHANNELS.sigma**2), rtol=1e-9, atol=1e-18)
+    assert not none[m:, m:].any()
+    assert maker.counting(1.0) is maker
+    assert maker.counting(0.5) is maker.counting(0.5)

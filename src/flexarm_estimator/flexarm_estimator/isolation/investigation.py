@@ -7,13 +7,11 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Generator, Sequence
-from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from flexarm_estimator.isolation.channels import Channels
-from flexarm_estimator.isolation.consistency_run import NO_OFFSETS, ConsistencyRun
+from flexarm_estimator.isolation.case import Case, Mask, excess_of, fit_noise, run_over
+from flexarm_estimator.isolation.consistency_run import ConsistencyRun
 from flexarm_estimator.isolation.hypotheses import Hypotheses, rearrangements
 from flexarm_estimator.isolation.isolation import (
     CLEAR,
@@ -29,58 +27,22 @@ from flexarm_estimator.isolation.isolation import (
     shortlist,
 )
 from flexarm_estimator.isolation.leaving_out import explain_by_leaving_out
-from flexarm_estimator.isolation.window import StepMaker, Window
+from flexarm_estimator.isolation.window import Window
 from flexarm_estimator.isolation.window_reading import Entry, read_window
 
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
-_WORK = 60e3  # multiplications in one piece, about
-_OVERHEAD = 3e3  # multiplications that could be done while a step is set up
 _UNREMARKABLE = 1.2  # mean squared normalised innovation of any row up to which nothing is looked for
+_STRIKING = 1.5  # the same, from which on a close look is urgent
 _WELL_EXPLAINED = 1.2  # misfit of a datum that leaves nothing to be explained
-_OFFSET = 5.0, 1.0  # sigmas of noise: offset, and half of its change over the window, of a sound channel
 _OVERWHELMING = 3.0 * CLEAR  # squared sigmas gained that need no comparison with silent channels
 _MOST = 2  # silent channels that are left out in turn, beside the one that says least of what it should
 _RIVALS = 2  # others that are left out when something stays unexplained
-
-
-@dataclass
-class Case:
-    """What is investigated.
-
-    Attributes:
-        channels: All channels.
-        faulty: Channels that are known to be at fault.
-        maker: Of joint steps, kept between investigations.
-        is_urgent: Somebody is suspected, or something is remarkable: several pieces are to be done at a time.
-    """
-
-    channels: Channels
-    faulty: frozenset[int]
-    maker: StepMaker
-    is_urgent: bool
-
-    @property
-    def offsets(self) -> Array:
-        """One sigma of a constant and of a ramp that make no channel faulty, (m, 2)."""
-        return np.outer(self.channels.sigma, _OFFSET)
-
-    @property
-    def all_well(self) -> Hypotheses:
-        """That and nothing else."""
-        return rearrangements(self.channels, frozenset())
-
-    def floor(self, window: Window) -> Array:
-        """Return the variance of every row with the force noise it feels, (m,)."""
-        return self.maker.step(window.parts[-1], window.t[-1] - window.t[-2]).floor
-
 
 Investigation = Generator[None, None, Explanation | None]
 
 
 def investigate(case: Case, entries: deque[Entry]) -> Investigation:
     """Look for a channel at fault among those that are not known to be."""
-    window = yield from read_window(case.channels, entries)
+    window = yield from read_window(case.channels, entries, case.pace)
     if window is None:
         return None
     yield
@@ -99,7 +61,7 @@ def investigate(case: Case, entries: deque[Entry]) -> Investigation:
 
 def reconsider(case: Case, entries: deque[Entry], told: Explanation) -> Investigation:
     """Return what was told if it no longer holds: all being well explains far more than any fault of it."""
-    window = yield from read_window(case.channels, entries)
+    window = yield from read_window(case.channels, entries, case.pace)
     if window is None:
         return None
     ignored = np.isnan(window.y)
@@ -109,11 +71,13 @@ def reconsider(case: Case, entries: deque[Entry], told: Explanation) -> Investig
     yield
     every = rearrangements(case.channels, case.channels.everybody)
     about = every.about(told.channels)
-    well = yield from _run(case, window, ignored, about)
+    well = yield from run_over(case, window, ignored, about)
     explanations = explain_by_rearranging(well, about)
     told_channels = [(channel,) for channel in told.channels]
     explanations += yield from _leave_out(case, window, ignored, well, about, told_channels)
-    is_well = well.is_sound and all((explanation.gain <= -CLEAR / 2).all() for explanation in explanations)
+    is_well = _is_fitted(case, window, ignored, well) and all(
+        (explanation.gain <= -CLEAR / 2).all() for explanation in explanations
+    )
     return told if is_well else None
 
 
@@ -124,13 +88,15 @@ def _look(
 
     Without a suspicion a first look does without offsets, which are half of the work.
     """
-    if not case.is_urgent:
-        first = yield from _run(case, window, ignored, hypotheses)
-        if _is_unremarkable(first):
+    if case.is_close or not case.is_urgent:
+        look = fit_noise if case.is_close else run_over
+        first = yield from look(case, window, ignored, hypotheses)
+        if not _is_remarkable(case, window, ignored, first):
             return None
-        case.is_urgent = True
-    well = yield from _run(case, window, ignored, hypotheses, case.offsets)
-    return None if _is_unremarkable(well) else well
+        marginal, gain = first.extremes
+        case.is_urgent |= not case.is_close or marginal >= _STRIKING or gain >= CLEAR / 2
+    well = yield from run_over(case, window, ignored, hypotheses, case.offsets)
+    return well if _is_remarkable(case, window, ignored, well) else None
 
 
 def _explain(
@@ -163,28 +129,16 @@ def _explain(
     return decide(explanations)
 
 
-def _is_unremarkable(well: ConsistencyRun) -> bool:
-    """Return whether there is nothing to explain, or nothing that could be."""
+def _is_remarkable(case: Case, window: Window, ignored: Mask, well: ConsistencyRun) -> bool:
+    """Return whether there is something to explain that could be."""
     marginal, gain = well.extremes
-    return not well.is_sound or (marginal < _UNREMARKABLE and gain < CLEAR / 2)
+    is_much = marginal >= _UNREMARKABLE or gain >= CLEAR / 2
+    return is_much and _is_fitted(case, window, ignored, well)
 
 
-def _run(
-    case: Case, window: Window, ignored: Mask, hypotheses: Hypotheses, offsets: Array = NO_OFFSETS
-) -> Generator[None, None, ConsistencyRun]:
-    run = ConsistencyRun(window, hypotheses, case.maker, ignored, offsets)
-    yield
-    m, n_x = window.y.shape[1], window.parts[0].layout.n_x
-    columns = len(hypotheses.all) + 2 * len(offsets)
-    steps = max(1, int(_WORK / (_OVERHEAD + (m + n_x) * (n_x * (n_x + m) + columns * (n_x + m / 2)))))
-    run.reserve()
-    yield
-    run.advance(1)  # the first one binds machine code
-    yield
-    while not run.is_done:
-        run.advance(steps)
-        yield
-    return run
+def _is_fitted(case: Case, window: Window, ignored: Mask, well: ConsistencyRun) -> bool:
+    """Return whether a run is sound and its process noise enough: offsets lead to other tangents."""
+    return well.is_sound and (case.share == 1.0 or excess_of(well, window, ignored) <= 1.0)
 
 
 def _leave_out(
@@ -199,7 +153,7 @@ def _leave_out(
     for channels in candidates:
         without = ignored.copy()
         without[:, channels] = True
-        run = yield from _run(case, window, without, case.all_well)
+        run = yield from run_over(case, window, without, case.all_well)
         about = [
             i for i, one in enumerate(hypotheses.all) if not i or not set(channels).isdisjoint(one.channels)
         ]
@@ -220,7 +174,7 @@ def _saturate(
             continue
         without = ignored.copy()
         without[at_limit, channel] = True
-        run = yield from _run(case, window, without, case.all_well)
+        run = yield from run_over(case, window, without, case.all_well)
         noise = case.floor(window)[channel]
         explanation = explain_by_saturation(channel, run, well, window, noise)
         found += [explanation] if explanation else []

@@ -22,6 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import log_ndtr
 
+from flexarm_estimator.isolation.channels import Channels
 from flexarm_estimator.isolation.consistency_run import ConsistencyRun
 from flexarm_estimator.isolation.consistency_steps import survey
 from flexarm_estimator.isolation.hypotheses import Hypotheses
@@ -30,6 +31,7 @@ from flexarm_estimator.isolation.window import Window
 Array = NDArray[np.float64]
 CLEAR = 60.0  # squared sigmas gained, after division by the misfit
 SHARE = 0.25  # of it that each half must gain
+ONE_HALF = 4.0 * CLEAR  # of what only one half need show
 RIVAL = 20.0  # squared sigmas by which the best explanation of other channels must lose
 RIVAL_SHARE = 0.05  # of what is gained, by which it must lose, too
 PLAUSIBLE = 2.5  # misfit of a datum above which nothing is believed
@@ -48,7 +50,7 @@ class Explanation:
         words: What is wrong with them; empty when this explanation only says that something is.
         gain: Squared sigmas gained on "all well" in each half, after division by the misfit left, (2,).
         spread: Misfit of a datum that is left, at least 1.
-        needs_both: Both halves must gain; else the first must not lose.
+        needs_both: Both halves must gain; else the second, or one of them much, and the other must not lose.
         is_excuse: Nobody is at fault when this explains best.
     """
 
@@ -68,9 +70,11 @@ class Explanation:
     def is_clear(self) -> bool:
         """It explains far more than "all well"."""
         first, second = self.gain
-        least = SHARE * CLEAR if self.needs_both else -CLEAR / 2
-        halves = first >= least and second >= SHARE * CLEAR
-        return bool(self.spread <= PLAUSIBLE and halves and first + second >= CLEAR)
+        enough, against = SHARE * CLEAR, -CLEAR / 2
+        halves = first >= (enough if self.needs_both else against) and second >= enough
+        if not self.needs_both and self.total >= ONE_HALF:  # in the other the arm may rest
+            halves = min(first, second) >= against
+        return bool(self.spread <= PLAUSIBLE and halves and self.total >= CLEAR)
 
 
 def explain_by_rearranging(run: ConsistencyRun, hypotheses: Hypotheses) -> list[Explanation]:
@@ -147,6 +151,17 @@ def decide(explanations: Sequence[Explanation]) -> Explanation | None:
     rivals = [e.total for e in explanations if e.is_excuse or set(e.channels) != set(told.channels)]
     lead = max(RIVAL, RIVAL_SHARE * told.total)
     return told if told.total >= max(rivals, default=0.0) + lead else None
+
+
+def say(channels: Channels, channel: int, explanation: Explanation) -> str:
+    """Return what is said of one of the channels that an explanation blames."""
+    own, others = channels.all[channel], [channels.all[i] for i in explanation.channels if i != channel]
+    is_whole = len(others) > 1
+    names = [other.sensor if is_whole else f"{other.sensor} {other.name}".strip() for other in others]
+    partner = " ".join(dict.fromkeys(name for name in names if not is_whole or name != own.sensor))
+    words = explanation.words.format(partner)
+    said = f"{words} ({explanation.total:.0f} squared sigmas better explained than by a sound sensor)"
+    return f"{own.name}: {said}" if own.name and not is_whole else said
 
 
 def leave_out_useless(y: Array, ignored: NDArray[np.bool_], use_compiler: bool = True) -> list[int]:

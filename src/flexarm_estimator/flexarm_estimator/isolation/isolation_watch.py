@@ -1,8 +1,13 @@
 """The watch that names a channel at fault: flipped, detached, saturated, swapped.
 
-Every tick costs a place in a ring and a look at the verdicts. When innovations are larger than they should
-be, or a self-check is due, the ring is investigated (``investigation``): a small piece at every tick but
-those with late frames, or several at every tick where somebody is suspected.
+Every tick costs a place in a ring and a look at the verdicts. Two inquiries (``inquiry``) investigate pieces
+of the ring:
+
+* the usual one when innovations are larger than they should be (``suspicion``), or a self-check is due;
+* the close one, now and then, where the arm has moved most (``excitation``), with no more process noise than
+  that window needs (``case``): a fault that drowns in it raises no suspicion.
+
+Each has one tick in four, but those with late frames, for a few small pieces, and every one if it is urgent.
 What a model error could say as well is told when a second window says the same (``second_opinion``).
 A channel that was named is investigated again and again, and cleared when all is well with it. One whose sign
 is flipped is cleared at once when ``_PLAIN`` samples in a row say what the others predict, which is far from
@@ -17,14 +22,21 @@ from __future__ import annotations
 import math
 from collections import deque
 from collections.abc import Mapping, Sequence
+from itertools import islice
+
+import numpy as np
+from numpy.typing import NDArray
 
 from flexarm_estimator.exclusion.agreement import compare
+from flexarm_estimator.isolation.case import Case
 from flexarm_estimator.isolation.channels import Channels
 from flexarm_estimator.isolation.consistency_steps import load_steps
+from flexarm_estimator.isolation.excitation import Excitation
 from flexarm_estimator.isolation.hypotheses import FLIPPED, rearrangements
-from flexarm_estimator.isolation.investigation import Case, Investigation, investigate, reconsider
-from flexarm_estimator.isolation.isolation import Explanation
-from flexarm_estimator.isolation.second_opinion import SecondOpinion
+from flexarm_estimator.isolation.inquiry import Conclusion, Inquiry
+from flexarm_estimator.isolation.isolation import say
+from flexarm_estimator.isolation.second_opinion import BEYOND_CHANCE, CLOSE_BEYOND_CHANCE, SecondOpinion
+from flexarm_estimator.isolation.suspicion import Suspicion
 from flexarm_estimator.isolation.window import StepMaker
 from flexarm_estimator.isolation.window_reading import Entry
 from flexarm_estimator.judging.short_term import HELD
@@ -33,21 +45,18 @@ from flexarm_estimator.parts import Parts
 from flexarm_estimator.watches.watch import Finding, View, Watch
 from flexarm_model.manipulator.sensor_spec import SensorSpec
 
-_LENGTH = 60  # ticks in the ring: 0.3 s at 200 Hz
+Array = NDArray[np.float64]
+_KEPT = 180  # ticks in the ring
+_LENGTH = 60  # ticks of the longest window: 0.3 s at 200 Hz
 _SHORTEST = 36  # ticks of the shortest window that is investigated
+_ROUND, _CLOSE_TURN, _AT_ONCE = 4, 2, 4  # ticks; in one of them each inquiry does so many pieces
+_ANEW = 30  # ticks, at least, of which the next close look is the first
+_REST = 45  # ticks after a close look
 _RESOLUTION = 1e-5  # s; periods that differ by less are one
 _SELF_CHECK = 1.0  # s between investigations without suspicion
-_PAUSE = 0.03  # s between two investigations
 _EVERY = 2  # ticks between two looks at the verdicts
-_MEMORY = 0.9  # of the mean squared innovation from one look to the next
-_MOST_OF_ONE = 100.0  # squared sigmas of one innovation
 _PLAIN = 10  # samples
 _FAR = 5.0  # sigma of the prediction from zero, from which on a sign is plain
-_SUSPICIOUS = 1.5  # mean squared normalised innovation of a sensor
-_BEFORE = 10  # ticks that something is wrong before it is suspected, at most
-_DOUBT = 400  # ticks of a suspicion after which the arm is no longer what it was
-_HASTE = 6  # pieces in one tick while somebody is suspected
-_MOST_PUT_OFF = 3  # ticks in a row
 _GAP = 0.1  # s; after a longer one the ring is of another time
 
 
@@ -69,117 +78,124 @@ class IsolationWatch(Watch):
             self._names = tuple(parts.sensors.rows)
             self._channels = Channels(self._specs, self._names, self._errors)
             self._maker = StepMaker(_RESOLUTION, self._channels.most)
+            self._excitation = Excitation(self._channels, _LENGTH)
             rearrangements(self._channels, self._channels.everybody)  # now, not in the middle of a motion
         self._theta, self._learned = parts.layout.theta, parts.layout.p
         self._is_learning = parts.layout.n_p > 0
 
     def _forget(self, t: float) -> None:
         """Begin anew at ``t`` [s]."""
-        self._ring: deque[Entry] = deque(maxlen=_LENGTH)
-        self._work: Investigation | None = None
-        self._since = self._next = t
-        self._told: list[Explanation] = []
-        self._reconsidered: Explanation | None = None
-        self._opinion, self._last_tick = SecondOpinion(), 0  # that of the window at hand
-        self._squares: dict[str, float] = {}
+        self._ring: deque[Entry] = deque(maxlen=_KEPT)
+        self._usual = Inquiry(t, SecondOpinion(BEYOND_CHANCE), _AT_ONCE)
+        self._close = Inquiry(t, SecondOpinion(CLOSE_BEYOND_CHANCE), _AT_ONCE)
+        self._suspicion, self._ticks = Suspicion(), 0
+        self._note_told()
         self._plain: dict[str, int] = {}
-        self._put_off = 0  # ticks in a row
-        self._ticks = self._suspected = 0  # the first tick of the present suspicion; 0 without
-        self._known: deque[tuple[float, ...]] = deque(maxlen=_BEFORE)  # learned, without suspicion
+        self._rests_until = 0  # tick
 
     def restart(self, t: float) -> None:
         """See Watch."""
         if not self._ring or not 0.0 <= t - self._ring[-1].t <= _GAP:
             self._forget(t)
-        elif self._told:
-            self._told, self._work, self._reconsidered = [], None, None
+        elif self._faulty:
+            for inquiry in (self._usual, self._close):
+                inquiry.told.clear()
+                inquiry.drop()
+            self._note_told()
 
     def look(self, view: View) -> Sequence[Finding]:
         """See Watch; with a filter that follows the arm far from its served model nothing can be said."""
         if self._is_blind:
             return ()
-        theta = view.belief.x[self._theta].copy()
-        learned = self._learned_before(view) if self._is_learning else ()
-        self._ring.append(Entry(view.t, view.u, theta, learned, _not_held(view), self._parts))
+        x = view.belief.x
+        learned = self._learned_before(x) if self._is_learning else ()
+        self._ring.append(Entry(view.t, view.u, x[self._theta].copy(), learned, _not_held(view), self._parts))
         self._ticks += 1
         if self._ticks % _EVERY == 0:
-            self._note(view)
-        plain = self._clear_signs(view) if self._told else []
+            self._suspicion.note(view, self._ticks, self._channels.spans, self._blamed)
+        self._excitation.tick(view.samples)
+        plain = self._clear_signs(view) if self._faulty else []
         if plain:
-            self._work, self._reconsidered = None, None
+            self._usual.drop()
+            self._close.drop()
             return plain
-        if self._work is None:
-            self._begin(view.t)
-            return ()
-        return self._go_on(self._work, view)
+        turn, found = self._ticks % _ROUND, []
+        if turn == 0 or self._suspicion.first_tick or self._usual.is_urgent:
+            found = self._inquire(view)
+        if turn == _CLOSE_TURN or self._close.is_urgent:
+            found = [*found, *self._look_closely(view)]
+        return found
 
-    def _go_on(self, work: Investigation, view: View) -> list[Finding]:
-        """Do a piece of the investigation: several if it is urgent, else none beside a late frame."""
-        self._case.is_urgent |= self._suspected > 0
-        if not self._case.is_urgent and self._put_off < _MOST_PUT_OFF and self._has_frame(view):
-            self._put_off += 1
-            return []
-        self._put_off = 0
-        pieces = 0
-        try:
-            while pieces < (_HASTE if self._case.is_urgent else 1):
-                next(work)
-                pieces += 1
-        except StopIteration as end:
-            self._work = None
-            self._next = view.t + _PAUSE
-            return self._conclude(end.value)
+    def _learned_before(self, x: Array) -> tuple[float, ...]:
+        """Return what had been learned of the arm before there was any suspicion, (n_p,)."""
+        return self._suspicion.learned_before(tuple(x[self._learned].tolist()), self._ticks)
+
+    def _inquire(self, view: View) -> list[Finding]:
+        """Go on with the usual inquiry."""
+        if self._usual.is_busy:
+            return self._go_on(self._usual, self._close, view)
+        self._begin_usual(view.t)
         return []
+
+    def _look_closely(self, view: View) -> list[Finding]:
+        """Go on with the close one."""
+        if not self._close.is_busy:
+            self._begin_close(view.t)
+            return []
+        found = self._go_on(self._close, self._usual, view)
+        if not self._close.is_busy:
+            self._rests_until = self._ticks + _REST
+        return found
+
+    def _note_told(self) -> None:
+        """Note what both inquiries have told by now: which channels are at fault, and which sensors."""
+        self._told = self._usual.told + self._close.told
+        self._faulty = frozenset(channel for told in self._told for channel in told.channels)
+        self._blamed = {self._channels.all[channel].sensor for channel in self._faulty}
+
+    def _go_on(self, inquiry: Inquiry, other: Inquiry, view: View) -> list[Finding]:
+        """Go on with an investigation; what it finds is news for the ``other`` inquiry, too."""
+        is_suspected = inquiry is self._usual and self._suspicion.first_tick > 0
+        end = inquiry.go_on(view.t, is_suspected, self._has_frame(view))
+        if end is None:
+            return []
+        other.drop()
+        return self._report(end, inquiry.since)
 
     def _has_frame(self, view: View) -> bool:
         """Return whether a camera has said something, for which the past is computed again."""
         spans = self._channels.spans
         return any([sample.sensor not in spans for sample in view.samples])
 
-    def _learned_before(self, view: View) -> tuple[float, ...]:
-        """Return what had been learned of the arm before there was any suspicion, (n_p,)."""
-        if not self._suspected or self._ticks - self._suspected > _DOUBT or not self._known:
-            self._known.append(tuple(view.belief.x[self._learned].tolist()))
-        return self._known[0]
-
-    def _note(self, view: View) -> None:
-        squares = self._squares
-        for sensor, _, _, _, normalised, _, _ in view.verdicts:
-            square = normalised**2
-            square = square if square < _MOST_OF_ONE else _MOST_OF_ONE
-            squares[sensor] = square + _MEMORY * (squares.get(sensor, 0.0) - square)
-        if len(view.verdicts) < len(view.samples):
-            self._note_unheard(view)
-        is_suspicious = max(squares.values(), default=0.0) >= _SUSPICIOUS
-        self._suspected = (self._suspected or self._ticks) if is_suspicious else 0
-
-    def _note_unheard(self, view: View) -> None:
-        """Suspect the sensors that something else has put out of use."""
-        heard = {verdict.sensor for verdict in view.verdicts}
-        known = {self._channels.all[channel].sensor for told in self._told for channel in told.channels}
-        for sample in view.samples:
-            if sample.sensor in self._channels.spans and sample.sensor not in heard | known:
-                self._squares[sample.sensor] = 2.0 * _SUSPICIOUS
-
-    def _begin(self, t: float) -> None:
-        """Open an investigation if there is reason and material for one."""
-        self._opinion.expire(t)
-        first = max(self._suspected, self._opinion.first_tick)
-        count = min(_LENGTH, self._ticks - first + 1) if first else _LENGTH
-        is_due = first or t >= self._since + _SELF_CHECK
-        if t < self._next or not is_due or not _SHORTEST <= count <= len(self._ring):
+    def _begin_usual(self, t: float) -> None:
+        """Open an investigation of the newest window if there is reason and material for one."""
+        if t < self._usual.next:
             return
-        entries = self._ring.copy()
-        for _ in range(len(entries) - count):
-            entries.popleft()
-        self._since, self._last_tick = entries[0].t, self._ticks
-        faulty = frozenset(channel for told in self._told for channel in told.channels)
-        case = self._case = Case(self._channels, faulty, self._maker, self._suspected > 0)
-        self._reconsidered = self._told[0] if self._told and self._reconsidered is None else None
-        if self._reconsidered is None:
-            self._work = investigate(case, entries)
-        else:
-            self._work = reconsider(case, entries, self._reconsidered)
+        suspected = self._suspicion.first_tick
+        first = max(suspected, self._usual.awaits(t))
+        count = min(_LENGTH, self._ticks - first + 1) if first else _LENGTH
+        is_due = first or t >= self._usual.since + _SELF_CHECK
+        if is_due and _SHORTEST <= count <= len(self._ring):
+            self._begin(self._usual, count, 0, Case(self._channels, self._faulty, self._maker, suspected > 0))
+
+    def _begin_close(self, t: float) -> None:
+        """Open an investigation of the window in which the arm has moved most since the one before."""
+        if t < self._close.next or not self._excitation.is_seen:
+            return
+        awaited = self._close.awaits(t)
+        if not awaited and self._ticks < self._rests_until:
+            return
+        earliest = max(self._close.last_tick + _ANEW, awaited + _LENGTH - 1)  # its last tick
+        ago = self._excitation.find(self._ticks - earliest + 1)
+        if ago is not None and len(self._ring) >= ago + _LENGTH:
+            share = self._close.share
+            case = Case(self._channels, self._faulty, self._maker, awaited > 0, is_close=True, share=share)
+            self._begin(self._close, _LENGTH, ago, case)
+
+    def _begin(self, inquiry: Inquiry, count: int, ago: int, case: Case) -> None:
+        """Let the window of ``count`` ticks that ended so many ticks ``ago`` be investigated."""
+        end = len(self._ring) - ago
+        inquiry.begin(case, deque(islice(self._ring, end - count, end)), self._ticks - ago)
 
     def _clear_signs(self, view: View) -> list[Finding]:
         """Clear sensors of a flipped sign that plainly say what the others predict."""
@@ -191,8 +207,9 @@ class IsolationWatch(Watch):
                     self._plain[name] = self._count_plain(told.channels[0], sample, view)
             if self._plain.get(name, 0) >= _PLAIN:
                 self._plain.pop(name)
-                self._told.remove(told)
-                found += [Finding(sensor, "", is_fault=True) for sensor in self._sensors(told)]
+                self._usual.forgive(told)
+                self._close.forgive(told)
+                found += self._report(Conclusion(told, is_told=False), view.t)
         return found
 
     def _count_plain(self, channel: int, sample: Measurement, view: View) -> int:
@@ -204,37 +221,16 @@ class IsolationWatch(Watch):
             return before
         return before + 1 if abs(nu[place]) <= _FAR * sigma else 0
 
-    def _conclude(self, explanation: Explanation | None) -> list[Finding]:
-        if explanation is None:
-            if self._reconsidered is not None:  # the next one first, the next time
-                self._told = [*self._told[1:], *self._told[:1]]
-            return []
-        if self._reconsidered is not None:
-            self._told.remove(explanation)
-            return [Finding(sensor, "", is_fault=True) for sensor in self._sensors(explanation)]
-        if not self._opinion.agrees(explanation, self._ring[-1].t, self._last_tick):
-            return []
-        self._told.append(explanation)
-        self._squares.clear()
-        return [
-            Finding(self._channels.all[channel].sensor, self._say(channel, explanation), True, self._since)
-            for channel in explanation.channels
-        ]
-
-    def _sensors(self, explanation: Explanation) -> list[str]:
-        still = {channel for told in self._told for channel in told.channels}
-        names = {self._channels.all[channel].sensor for channel in explanation.channels}
-        return sorted(names - {self._channels.all[channel].sensor for channel in still})
-
-    def _say(self, channel: int, explanation: Explanation) -> str:
-        channels = self._channels.all
-        own, others = channels[channel], [channels[i] for i in explanation.channels if i != channel]
-        is_whole = len(others) > 1
-        names = [other.sensor if is_whole else f"{other.sensor} {other.name}".strip() for other in others]
-        partner = " ".join(dict.fromkeys(name for name in names if not is_whole or name != own.sensor))
-        words = explanation.words.format(partner)
-        said = f"{words} ({explanation.total:.0f} squared sigmas better explained than by a sound sensor)"
-        return f"{own.name}: {said}" if own.name and not is_whole else said
+    def _report(self, end: Conclusion, since: float) -> list[Finding]:
+        """Return what is found of the sensors of an explanation whose window began ``since`` [s]."""
+        self._note_told()
+        channels, blamed = self._channels, end.explanation.channels
+        if end.is_told:
+            self._suspicion.rest()
+            told = [(channels.all[i].sensor, say(channels, i, end.explanation)) for i in blamed]
+            return [Finding(sensor, words, is_fault=True, since=since) for sensor, words in told]
+        cleared = {channels.all[i].sensor for i in blamed} - self._blamed
+        return [Finding(sensor, "", is_fault=True) for sensor in sorted(cleared)]
 
 
 def _not_held(view: View) -> Sequence[Measurement]:

@@ -15,6 +15,9 @@ Array = NDArray[np.float64]
 DETACHED = 120.0  # squared sigmas that calling a channel detached must gain; silence alone is suggestive
 EXPLAINED = 1.5  # misfit of a datum up to which a silent channel may be called detached
 MOSTLY = 4.0  # times the misfit that is left is gone without it: up to PLAUSIBLE that is as good
+EXCITED = 3.0  # times what a detached channel says the others must predict for it
+AUDIBLE = 1.5  # times its noise, too
+LOST = 30.0  # sigmas of the others' prediction in what changes of it, up to which they know the channel
 FOLLOWS = 0.5  # correlation with what the others predict, from which on a channel is not detached
 
 
@@ -37,7 +40,8 @@ def explain_by_leaving_out(
         noise: Variance that a sample of every channel has at least, (m,).
     """
     spread, least = run.spread(0), noise[list(channels)].tolist()
-    own = [_own_story(window.y[:, i], run.predicted[:, i], q) for i, q in zip(channels, least, strict=True)]
+    others = [(run.predicted[:, i], run.variance[:, i]) for i in channels]
+    own = [_own_story(window.y[:, i], *said, q) for i, said, q in zip(channels, others, least, strict=True)]
     cost, count = np.zeros(2), np.zeros(2)
     for story in own:
         cost += window.halves(story.cost)
@@ -45,7 +49,8 @@ def explain_by_leaving_out(
     told = (well.total(0) - run.total(0) - cost) / spread
     missed = (fit - run.misfit[:, 0]) / spread - count  # a tight guess alone is no proof
     is_explained = spread <= EXPLAINED or MOSTLY * spread <= well.spread(0)  # never beyond PLAUSIBLE
-    is_detached = all(story.is_alone for story in own) and is_explained
+    is_detached = is_explained and all(story.is_alone for story in own)
+    is_detached &= any(story.is_missed for story in own)
     gain = np.minimum(told, missed)
     says = ", ".join(story.words for story in own)
     words = f"is detached (says {says} whatever the arm does)"
@@ -59,11 +64,12 @@ class _Story(NamedTuple):
     cost: Array
     heard: Array
     is_alone: bool
+    is_missed: bool  # it should have said much more
     words: str
 
 
-def _own_story(y: Array, z: Array, noise: float) -> _Story:
-    """Return a channel that said y as a constant with noise, the others predicting z for it, (k,)."""
+def _own_story(y: Array, z: Array, S: Array, noise: float) -> _Story:
+    """Return a channel that said y as a constant with noise, the others predicting z +- sqrt(S), (k,)."""
     heard: NDArray[np.bool_] = np.isfinite(y)
     heard[0] = False
     y0, variance = np.nanmean(y), float(np.nanvar(y))
@@ -71,8 +77,11 @@ def _own_story(y: Array, z: Array, noise: float) -> _Story:
     cost = np.where(heard, (np.nan_to_num(y) - y0) ** 2 / square + np.log(square), 0.0)
     settled = heard & (np.arange(len(y)) >= SETTLING * len(y))
     follows = variance > noise and _follows(y[settled], z[settled])  # else too faintly to matter
+    expected = float(z[settled].var()) if settled.any() else 0.0
+    is_heard = expected >= max(EXCITED**2 * variance, AUDIBLE**2 * noise)
+    is_missed = is_heard and expected * LOST**2 >= float(S[settled].mean())
     words = f"{y0:.3g} +- {np.sqrt(variance):.1g}"
-    return _Story(cost, heard.astype(np.float64), is_silent(y, noise) and not follows, words)
+    return _Story(cost, heard.astype(np.float64), is_silent(y, noise) and not follows, is_missed, words)
 
 
 def _follows(y: Array, z: Array) -> bool:

@@ -12,6 +12,8 @@ from flexarm_estimator.isolation.hypotheses import FLIPPED, SWAPPED
 from flexarm_estimator.isolation.isolation import Explanation
 
 BEYOND_CHANCE = 400.0  # squared sigmas that no model error has been seen to give a rearrangement at once
+CLOSE_BEYOND_CHANCE = 1000.0  # the same of a close look, which shows errors of the model, too
+CONVINCING = 1.2  # misfit of a datum that an opinion below that may leave: a channel at fault explains all
 PATIENCE = 2.0  # s; about the time to the next move
 _REARRANGED = FLIPPED, SWAPPED
 
@@ -23,9 +25,9 @@ class SecondOpinion:
         first_tick: The first tick that this other window may contain; 0 when nothing waits for it.
     """
 
-    def __init__(self) -> None:
-        """Wait for nothing."""
-        self.first_tick, self._until = 0, 0.0
+    def __init__(self, beyond: float = BEYOND_CHANCE) -> None:
+        """Wait for nothing; from ``beyond`` squared sigmas on nothing will have to."""
+        self._beyond, self.first_tick, self._until = beyond, 0, 0.0
         self._awaited: Explanation | None = None
 
     def expire(self, t: float) -> None:
@@ -41,10 +43,13 @@ class SecondOpinion:
             t: Now [s].
             last_tick: Of that window.
         """
-        is_repeated = self._awaited is not None and _is_same(self._awaited, explanation)
-        if is_repeated or explanation.total >= BEYOND_CHANCE or not _is_rearranged(explanation):
+        is_convincing = explanation.spread <= CONVINCING
+        is_repeated = self._awaited is not None and _is_same(self._awaited, explanation) and is_convincing
+        if is_repeated or explanation.total >= self._beyond or not _is_rearranged(explanation):
             self._awaited, self.first_tick = None, 0
             return True
+        if not is_convincing:
+            return False
         self._awaited, self.first_tick, self._until = explanation, last_tick + 1, t + PATIENCE
         return False
 

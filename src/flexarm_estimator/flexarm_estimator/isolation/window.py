@@ -104,13 +104,25 @@ class StepMaker:
         resolution: Periods that differ by less are one [s].
     """
 
-    def __init__(self, resolution: float, most: Array | float = math.inf) -> None:
+    def __init__(self, resolution: float, most: Array | float = math.inf, share: float = 1.0) -> None:
         """Take periods as equal that differ by less than ``resolution`` [s].
 
-        ``most`` is the variance that every row has at most, without the force noise it feels, (m,).
+        Args:
+            resolution: [s].
+            most: Variance that every row has at most, without the force noise it feels, (m,).
+            share: Of the intensity of the process noise that is counted on.
         """
-        self.resolution, self._most = resolution, most
+        self.resolution, self._most, self._share = resolution, most, share
         self._steps: dict[int, tuple[Parts, dict[int, WindowStep]]] = {}
+        self._others: dict[float, StepMaker] = {}
+
+    def counting(self, share: float) -> StepMaker:
+        """Return one that counts on a share of the process noise this one does; the same every time."""
+        if share == 1.0:
+            return self
+        if share not in self._others:
+            self._others[share] = StepMaker(self.resolution, self._most, self._share * share)
+        return self._others[share]
 
     def step(self, parts: Parts, dt: float) -> WindowStep:
         """Return the step of a model over ``dt`` [s]; what is learned of it is at zero."""
@@ -123,16 +135,17 @@ class StepMaker:
         if count not in steps:
             if len(steps) >= _CACHE_SIZE:
                 steps.clear()
-            steps[count] = _make(parts, count * self.resolution, self._most)
+            steps[count] = _make(parts, count * self.resolution, self._most, self._share)
         return steps[count]
 
 
-def _make(parts: Parts, dt: float, most: Array | float) -> WindowStep:
+def _make(parts: Parts, dt: float, most: Array | float, share: float) -> WindowStep:
     at_rest, tau = Belief(np.zeros(parts.layout.n_x), parts.process.P0), np.zeros(parts.layout.n_theta + 1)
     transition = parts.steps.transition(at_rest, dt, tau)
     stack = parts.steps.rows(tuple(parts.sensors.rows), at_rest, tau)
-    excess = np.diag((stack.R.diagonal() - most).clip(0.0))
-    stack = replace(stack, R=stack.R - excess, R_total=stack.R_total - excess)
+    R = stack.R - np.diag((stack.R.diagonal() - most).clip(0.0))
+    stack = replace(stack, R=R, R_total=R + share * (stack.R_total - stack.R))
+    transition = replace(transition, Q=share * transition.Q, force_cross=share * transition.force_cross)
     step = JointStep(transition, stack)
     pairs = zip(transition.slopes, stack.slopes, strict=True)
     slopes = tuple(_join(transition, stack.C, after, at) for after, at in pairs)

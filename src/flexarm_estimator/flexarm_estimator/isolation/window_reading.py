@@ -40,8 +40,16 @@ class Entry(NamedTuple):
     parts: Parts
 
 
-def read_window(channels: Channels, entries: deque[Entry]) -> Generator[None, None, Window | None]:
-    """Return what the channels said, stamp by stamp; None when it is too little. Uses the entries up."""
+def read_window(
+    channels: Channels, entries: deque[Entry], pace: int = 1
+) -> Generator[None, None, Window | None]:
+    """Return what the channels said, stamp by stamp; None when it is too little.
+
+    Args:
+        channels: All of them.
+        entries: Of the window; used up.
+        pace: How many times as much is done in a piece.
+    """
     t, u, parts = [-math.inf], list[Array](), list[Parts]()
     y, taken, count, entry = channels.silence(len(entries)), 0, len(entries), entries[0]
     start = entry.theta
@@ -60,7 +68,7 @@ def read_window(channels: Channels, entries: deque[Entry]) -> Generator[None, No
                 parts.append(entry.parts)
             y[len(u) - 1, span] = said
         taken += len(entry.samples)
-        if taken >= _AT_A_TIME:
+        if taken >= pace * _AT_A_TIME:
             taken = 0
             yield
     yield
