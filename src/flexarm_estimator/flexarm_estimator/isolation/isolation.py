@@ -31,7 +31,7 @@ from flexarm_estimator.isolation.window import Window
 Array = NDArray[np.float64]
 CLEAR = 60.0  # squared sigmas gained, after division by the misfit
 SHARE = 0.25  # of it that each half must gain
-ONE_HALF = 4.0 * CLEAR  # of what only one half need show
+ONE_HALF = 400.0  # squared sigmas that one half alone may show: no model error has been seen to
 RIVAL = 20.0  # squared sigmas by which the best explanation of other channels must lose
 RIVAL_SHARE = 0.05  # of what is gained, by which it must lose, too
 PLAUSIBLE = 2.5  # misfit of a datum above which nothing is believed
