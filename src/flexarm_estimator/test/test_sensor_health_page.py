@@ -10,7 +10,7 @@ from flexarm_estimator.judging import repeats, sample_judge, short_term
 
 PACKAGE = Path(repeats.__file__).resolve().parents[1]
 PAGE = Path(__file__).resolve().parents[3] / "docs" / "sensor_health.md"
-SETTING = re.compile(r"[a-z_]+(: \{.*)?|\./flexarm.*|/diagnostics|…")
+SETTING = re.compile(r"[a-z0-9_]+(: \{.*)?|\./flexarm.*|/diagnostics|…")
 
 
 def quoted() -> list[str]:
