@@ -27,6 +27,7 @@ from flexarm_bringup.arguments import number
 from flexarm_bringup.processes.spinning import spin_once
 from flexarm_bringup.processes.surroundings import check_domain
 from flexarm_bringup.topics import NAMESPACE
+from flexarm_model.process.leaving import LEAVING, ends_within
 from flexarm_model.ros.node import events_executor
 from flexarm_model.ros.tool_node import in_domain
 from flexarm_model.settings.strict_yaml import ConfigError
@@ -60,11 +61,13 @@ def run(args: argparse.Namespace) -> int:
         print(f"flexarm echo: {error}", file=sys.stderr)
         return UNUSABLE
     with in_domain():
-        node = Node("echo", namespace="flexarm", start_parameter_services=False)
+        node, code = Node("echo", namespace="flexarm", start_parameter_services=False), UNUSABLE
         try:
-            return _list(node, args.wait) if args.topic is None else _Echo(node, args).run()
+            code = _list(node, args.wait) if args.topic is None else _Echo(node, args).run()
         finally:
-            node.destroy_node()
+            with ends_within(LEAVING, code):
+                node.destroy_node()
+    return code
 
 
 class _Echo:

@@ -15,7 +15,7 @@ import sys
 
 from std_srvs.srv import Trigger
 
-from flexarm_bringup.calling.caller_node import DONE, NOT_DONE, CallError, absolute, add_wait, calling, tell
+from flexarm_bringup.calling.caller_node import DONE, NOT_DONE, Caller, absolute, add_wait, operate
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -25,11 +25,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Arm; return the exit code."""
-    try:
-        with calling("arm") as caller:
-            answer = caller.ask(absolute("guard/arm"), Trigger, Trigger.Request(), args.wait)
-    except CallError as error:
-        return tell("arm", error)
+    return operate("arm", lambda caller: _arm(caller, args.wait))
+
+
+def _arm(caller: Caller, wait: float) -> int:
+    answer = caller.ask(absolute("guard/arm"), Trigger, Trigger.Request(), wait)
     if answer.success:
         print(answer.message)
         return DONE

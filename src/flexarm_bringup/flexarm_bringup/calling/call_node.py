@@ -26,17 +26,15 @@ from flexarm_bringup.calling.caller_node import (
     DONE,
     NOT_DONE,
     Caller,
-    CallError,
     absolute,
     add_wait,
-    calling,
     offered,
+    operate,
     service_class,
-    tell,
 )
-from flexarm_bringup.calling.request import RequestError, fill
+from flexarm_bringup.calling.request import fill
 from flexarm_bringup.echo_node import pick
-from flexarm_model.settings.yaml_file import ConfigError, parse_yaml
+from flexarm_model.settings.yaml_file import parse_yaml
 
 SUCCESS = ("success", "accepted")  # fields that say whether it was done
 
@@ -51,18 +49,16 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Call, or list; return the exit code."""
-    try:
-        values = parse_yaml(args.request, "the request")
-        with calling("call") as caller:
-            if args.service is None:
-                return _list(caller, args.wait, args.all)
-            service = absolute(args.service)
-            kind = service_class(caller.type_of(service, args.wait))
-            request = kind.Request()
-            fill(request, values)
-            answer = caller.ask(service, kind, request, args.wait)
-    except (CallError, ConfigError, RequestError) as error:
-        return tell("call", error)
+    return operate("call", lambda caller: _call(caller, args) if args.service else _list(caller, args))
+
+
+def _call(caller: Caller, args: argparse.Namespace) -> int:
+    values = parse_yaml(args.request, "the request")
+    service = absolute(args.service)
+    kind = service_class(caller.type_of(service, args.wait))
+    request = kind.Request()
+    fill(request, values)
+    answer = caller.ask(service, kind, request, args.wait)
     text = yaml.safe_dump(pick(answer, ""), sort_keys=False, default_flow_style=None, width=110)
     print(text, end="")
     return DONE if was_done(answer) else NOT_DONE
@@ -73,10 +69,10 @@ def was_done(answer: Any) -> bool:
     return all(getattr(answer, name, True) for name in SUCCESS)
 
 
-def _list(caller: Caller, wait: float, is_all: bool) -> int:
-    caller.listen(wait)
+def _list(caller: Caller, args: argparse.Namespace) -> int:
+    caller.listen(args.wait)
     found = caller.seen()
-    for name, kind in sorted((found if is_all else offered(found)).items()):
+    for name, kind in sorted((found if args.all else offered(found)).items()):
         print(f"{name:42} {kind}")
     if not found:
         print("flexarm call: nobody offers any. Same ROS_DOMAIN_ID and discovery range?", file=sys.stderr)

@@ -9,18 +9,19 @@ from __future__ import annotations
 import argparse
 import sys
 import time
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from typing import Any
 
 from rclpy.node import Node
 
 from flexarm_bringup.arguments import number
+from flexarm_bringup.calling.request import RequestError
 from flexarm_bringup.message_class import message_class
 from flexarm_bringup.processes.secured import OPERATOR
 from flexarm_bringup.processes.spinning import spin_once
 from flexarm_bringup.processes.surroundings import check_domain
 from flexarm_bringup.topics import NAMESPACE
+from flexarm_model.process.leaving import LEAVING, ends_within
 from flexarm_model.ros.node import events_executor
 from flexarm_model.ros.tool_node import in_domain
 from flexarm_model.settings.strict_yaml import ConfigError
@@ -94,24 +95,33 @@ class Caller(Node):  # type: ignore[misc]
         self.destroy_node()
 
 
-@contextmanager
-def calling(command: str) -> Iterator[Caller]:
-    """Give a caller inside the graph that the environment names; signals are left to Python.
+def operate(command: str, work: Callable[[Caller], int]) -> int:
+    """Let a command work inside the graph that the environment names; signals are left to Python.
+
+    Args:
+        command: Its name, which begins what it says.
+        work: What it does; returns the exit code. What cannot be called is told, and the code is 2.
+
+    Returns:
+        The exit code, with which the process ends by itself if it cannot leave the graph.
 
     Raises:
-        CallError: The environment names no domain.
         SecurityError: Security is asked for and cannot be had.
     """
     try:
         check_domain()
     except ConfigError as error:
-        raise CallError(str(error)) from None
+        return tell(command, error)
     with in_domain(OPERATOR):
-        caller = Caller(command)
+        caller, code = Caller(command), NOT_DONE
         try:
-            yield caller
+            code = work(caller)
+        except (CallError, ConfigError, RequestError) as error:
+            code = tell(command, error)
         finally:
-            caller.end()
+            with ends_within(LEAVING, code):
+                caller.end()
+    return code
 
 
 def add_wait(parser: argparse.ArgumentParser) -> None:

@@ -26,11 +26,9 @@ from flexarm_bringup.calling.caller_node import (
     DONE,
     NOT_DONE,
     Caller,
-    CallError,
     absolute,
     add_wait,
-    calling,
-    tell,
+    operate,
 )
 from flexarm_bringup.processes.asked_to_end import noting_signals
 from flexarm_model.ros.node import RELIABLE_QOS
@@ -65,12 +63,13 @@ def run(args: argparse.Namespace) -> int:
     request.target.orientation.w = 1.0
     place = request.target.position
     place.x, place.y, place.z = args.x, args.y, args.z
-    try:
-        # asked to end between the request and its answer, it would leave a motion that nobody watches
-        with calling("goto") as caller, noting_signals() as asked_to_end:
-            return _Goal(caller, args.wait, asked_to_end).run(request)
-    except CallError as error:
-        return tell("goto", error)
+    return operate("goto", lambda caller: _go(caller, args.wait, request))
+
+
+def _go(caller: Caller, wait: float, request: MoveTip.Request) -> int:
+    # asked to end between the request and its answer, it would leave a motion that nobody watches
+    with noting_signals() as asked_to_end:
+        return _Goal(caller, wait, asked_to_end).run(request)
 
 
 class _Goal:

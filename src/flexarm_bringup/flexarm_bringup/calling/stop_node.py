@@ -24,11 +24,9 @@ from flexarm_bringup.calling.caller_node import (
     NOT_DONE,
     UNUSABLE,
     Caller,
-    CallError,
     absolute,
     add_wait,
-    calling,
-    tell,
+    operate,
 )
 from flexarm_model.ros.node import LATEST_QOS, RELIABLE_QOS
 
@@ -43,11 +41,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Stop the arm; return the exit code."""
-    try:
-        with calling("stop") as caller:
-            return _Stop(caller).run(args.wait)
-    except CallError as error:
-        return tell("stop", error)
+    return operate("stop", lambda caller: _Stop(caller).run(args.wait))
 
 
 class _Stop:

@@ -18,9 +18,11 @@ import os
 import sys
 import time
 from collections.abc import Callable
+from contextlib import ExitStack
 from dataclasses import replace
 from datetime import datetime
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from flexarm_bringup.arguments import new_folder, number, output_folder
 from flexarm_bringup.processes.asked_to_end import noting_signals
@@ -34,6 +36,9 @@ from flexarm_bringup.tasks.task_for import task_for
 from flexarm_model.process.security import is_security_asked_for
 from flexarm_model.process.single_instance import NameTakenError
 from flexarm_model.settings.strict_yaml import ConfigError
+
+if TYPE_CHECKING:
+    from flexarm_bringup.rig_run.watch_node import WatchNode
 
 EPILOG = """\
 examples:
@@ -92,14 +97,30 @@ def run(args: argparse.Namespace) -> int:
         except (ConfigError, FileNotFoundError, NameTakenError) as error:
             print(f"flexarm rig: {error}", file=sys.stderr)
             return REFUSED
+        return _run(supervisor, say, args, asked_to_end)
+
+
+def _run(
+    supervisor: Supervisor,
+    say: Callable[[str], None],
+    args: argparse.Namespace,
+    asked_to_end: Callable[[], bool],
+) -> int:
+    """Run the nodes; who watches leaves the graph last, when nothing can be left behind any more."""
+    from flexarm_bringup.rig_run.watch_node import watching
+
+    with ExitStack() as at_last:
         with supervisor:
             say(f"{', '.join(supervisor.pids)} started; logs: {supervisor.log('*')}")
-            code = _watch(supervisor, say, args.seconds, asked_to_end)
+            watch = at_last.enter_context(watching(tuple(supervisor.pids), say))
+            with supervisor.telling(watch.stop_motion):
+                code = _watch(supervisor, watch, say, args.seconds, asked_to_end)
         codes = supervisor.exit_codes()
         say("ended: " + ", ".join(f"{name} {ended}" for name, ended in codes.items()))
-    if codes.get("recorder"):
-        say(f"the bag is not whole; to save what is: flexarm recover {args.bag} --output NEW")
-        return code or ENDED
+        if codes.get("recorder"):
+            say(f"the bag is not whole; to save what is: flexarm recover {args.bag} --output NEW")
+            code = code or ENDED
+        watch.exit_code = code
     return code
 
 
@@ -137,25 +158,23 @@ def _log_folder() -> Path:
 
 def _watch(
     supervisor: Supervisor,
+    watch: WatchNode,
     say: Callable[[str], None],
     seconds: float | None,
     asked_to_end: Callable[[], bool],
 ) -> int:
     """Tell what happens until somebody ends it, or an essential process has ended for good."""
-    from flexarm_bringup.rig_run.watch_node import watching
-
     end = time.monotonic() + (math.inf if seconds is None else seconds)
-    with watching(tuple(supervisor.pids), say) as watch, supervisor.telling(watch.stop_motion):
-        while time.monotonic() < end:
-            if asked_to_end():
-                say("ending")
-                break
-            watch.spin(LOOK_PERIOD)
-            if watch.all_ready:
-                supervisor.provide()
-            for ending in supervisor.tend():
-                say(str(ending))
-                watch.on_ending(ending.process)
-                if ending.process.essential and not ending.returns:
-                    return REFUSED if ending.code in REFUSALS else ENDED
+    while time.monotonic() < end:
+        if asked_to_end():
+            say("ending")
+            break
+        watch.spin(LOOK_PERIOD)
+        if watch.all_ready:
+            supervisor.provide()
+        for ending in supervisor.tend():
+            say(str(ending))
+            watch.on_ending(ending.process)
+            if ending.process.essential and not ending.returns:
+                return REFUSED if ending.code in REFUSALS else ENDED
     return OK

@@ -21,6 +21,7 @@ from flexarm_bringup.processes.graph import Process
 from flexarm_bringup.processes.secured import WATCH
 from flexarm_bringup.processes.spinning import spin_once
 from flexarm_bringup.topics import NAMESPACE
+from flexarm_model.process.leaving import LEAVING, ends_within
 from flexarm_model.ros.node import LATCHED_QOS, LATEST_QOS, RELIABLE_QOS, events_executor
 from flexarm_model.ros.tool_node import in_domain
 
@@ -49,6 +50,7 @@ class WatchNode(Node):  # type: ignore[misc]
 
     Attributes:
         ready: Whether each process is ready, by name.
+        exit_code: With which the process ends by itself if it cannot leave the graph; say when it is known.
     """
 
     def __init__(self, names: Sequence[str], say: Callable[[str], None]) -> None:
@@ -60,6 +62,7 @@ class WatchNode(Node):  # type: ignore[misc]
         """
         super().__init__(WATCH, namespace="flexarm", start_parameter_services=False)
         self.ready = dict.fromkeys(names, False)
+        self.exit_code = 1
         self._say, self._guard, self._recorder = say, "", ""
         self._stop = self.create_publisher(Empty, "stop", RELIABLE_QOS)
         for name in names:
@@ -82,8 +85,9 @@ class WatchNode(Node):  # type: ignore[misc]
 
     def end(self) -> None:
         """Leave the graph."""
-        self._executor.shutdown()
-        self.destroy_node()
+        with ends_within(LEAVING, self.exit_code):
+            self._executor.shutdown()
+            self.destroy_node()
 
     def on_ready(self, name: str, is_ready: bool) -> None:
         """Tell a change."""
