@@ -13,8 +13,8 @@ from flexarm_estimator.isolation.isolation import Explanation
 from flexarm_estimator.isolation.second_opinion import SecondOpinion
 
 PIECES = 4
-DETACHED = Explanation((1,), "is detached", np.array([90.0, 90.0]), 1.0)
-OTHER = Explanation((2,), "is detached", np.array([90.0, 90.0]), 1.0)
+DETACHED = Explanation((1,), "is detached", np.array([150.0, 150.0]), 1.0)
+OTHER = Explanation((2,), "is detached", np.array([150.0, 150.0]), 1.0)
 FLIPPED = Explanation((1,), "sign is flipped", np.array([90.0, 90.0]), 1.0)
 
 

@@ -60,6 +60,11 @@ class Case:
         return _PACE if self.is_close else 1
 
     @property
+    def is_borne_out(self) -> bool:
+        """No close look has had to count on all of the process noise: the model may be right."""
+        return not self.is_close or self.share < 1.0
+
+    @property
     def offsets(self) -> Array:
         """One sigma of a constant and of a ramp that make no channel faulty, (m, 2)."""
         return np.outer(self.channels.sigma, _OFFSET)
@@ -111,11 +116,11 @@ def run_over(
 ) -> Running:
     """Return the run of some hypotheses, and offsets, over a window without what is ``ignored``, (k, m)."""
     run = ConsistencyRun(window, hypotheses, case.steps, ignored, offsets)
-    yield
     m, n_x = window.y.shape[1], window.parts[0].layout.n_x
     columns = len(hypotheses.all) + 2 * len(offsets)
     step = _OVERHEAD + (m + n_x) * (n_x * (n_x + m) + columns * (n_x + m / 2))
-    steps = max(case.pace if window.parts[0].steps.is_constant else 1, int(_WORK / step))
+    pace = case.pace if window.parts[0].steps.is_constant else 1
+    steps = pace * max(1, int(_WORK / step))
     run.reserve()
     yield
     run.advance(1)  # the first one binds machine code

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Sequence
+from functools import reduce
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,40 +24,30 @@ _FAR = 10.0  # sigma of a single sample
 
 
 class Excitation:
-    """Looks at what the channels say, evenly apart in time.
-
-    Attributes:
-        is_seen: There is a window in which the arm moved.
-    """
+    """Looks at what the channels say, evenly apart in time."""
 
     def __init__(self, channels: Channels, length: int) -> None:
         """Begin with nothing seen; windows have ``length`` ticks."""
         self._channels, self._apart = channels, length // (_LOOKS - 1)
-        self._looks: deque[Array] = deque(maxlen=_LOOKS)
-        self._strengths: deque[float] = deque(maxlen=_KEPT)  # of the window that ends with each look
+        self._looks: deque[Sequence[Measurement]] = deque(maxlen=_KEPT + _LOOKS - 1)
+        self._strengths: list[float] | None = None  # of the window that ends with each look, once asked for
         self._since = 0  # ticks since the newest look
-        self.is_seen = False
 
     def tick(self, samples: Sequence[Measurement]) -> None:
         """Note what the sensors say, now and then."""
         self._since += 1
-        if self._since < self._apart:
-            return
-        self._since = 0
-        said, spans = self._channels.silence(1)[0], self._channels.spans
-        for sample in samples:
-            if sample.sensor in spans:
-                said[spans[sample.sensor]] = sample.y
-        self._looks.append(said)
-        if len(self._looks) == _LOOKS:
-            self._strengths.append(self._strength())
-            self.is_seen = any(self._strengths)
+        if self._since >= self._apart:
+            self._since = 0
+            self._looks.append(samples)
+            self._strengths = None
 
     def find(self, newest: int) -> int | None:
         """Return how many ticks ago the window ended in which the arm moved most; None: it was at rest.
 
         Only windows count that ended less than ``newest`` ticks ago.
         """
+        if self._strengths is None:
+            self._strengths = self._compare() if len(self._looks) >= _LOOKS else []
         best, ago = 0.0, None
         for i, strength in enumerate(reversed(self._strengths)):
             ended = self._since + i * self._apart
@@ -66,9 +57,20 @@ class Excitation:
                 best, ago = strength, ended
         return ago
 
-    def _strength(self) -> float:
-        """Return how much the channels curve over the newest window; 0 where none does beyond noise."""
-        said = np.array(self._looks)
-        curves = np.nan_to_num(np.abs(said[:-2] - 2.0 * said[1:-1] + said[2:])) / self._channels.sigma
-        largest = curves.max(axis=0)
-        return float(np.log1p(largest).sum()) if largest.max(initial=0.0) > _FAR else 0.0
+    def _compare(self) -> list[float]:
+        """Return how much the channels curve over every window; 0 where none does beyond noise."""
+        said, spans, sigma = (
+            self._channels.silence(len(self._looks)),
+            self._channels.spans,
+            self._channels.sigma,
+        )
+        for row, samples in zip(said, self._looks, strict=True):
+            for sample in samples:
+                if sample.sensor in spans:
+                    row[spans[sample.sensor]] = sample.y
+        curves = np.abs(said[:-2] - 2.0 * said[1:-1] + said[2:]) / sigma
+        inside, count = _LOOKS - 2, len(said) - _LOOKS + 1
+        largest = reduce(np.fmax, (curves[i : i + count] for i in range(inside)))  # NaN: nothing was said
+        strengths = np.log1p(np.fmax(largest, 0.0)).sum(axis=1)
+        seen = strengths * (largest > _FAR).any(axis=1)
+        return [float(strength) for strength in seen]

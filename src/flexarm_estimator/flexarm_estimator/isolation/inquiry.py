@@ -122,7 +122,8 @@ class Inquiry:
         if self._reconsidered is not None:
             self.told.remove(explanation)
             return Conclusion(explanation, is_told=False)
-        if not self._opinion.agrees(explanation, t, self.last_tick):
+        assert self._case is not None
+        if not self._opinion.agrees(explanation, t, self.last_tick, is_borne_out=self._case.is_borne_out):
             return None
         self.told.append(explanation)
         return Conclusion(explanation, is_told=True)

@@ -34,7 +34,7 @@ _UNREMARKABLE = 1.2  # mean squared normalised innovation of any row up to which
 _STRIKING = 1.5  # the same, from which on a close look is urgent
 _WELL_EXPLAINED = 1.2  # misfit of a datum that leaves nothing to be explained
 _OVERWHELMING = 3.0 * CLEAR  # squared sigmas gained that need no comparison with silent channels
-_MOST = 2  # silent channels that are left out in turn, beside the one that says least of what it should
+_MOST = 3  # silent channels that are left out in turn, beside the one that says least of what it should
 _RIVALS = 2  # others that are left out when something stays unexplained
 
 Investigation = Generator[None, None, Explanation | None]
@@ -45,14 +45,12 @@ def investigate(case: Case, entries: deque[Entry]) -> Investigation:
     window = yield from read_window(case.channels, entries, case.pace)
     if window is None:
         return None
-    yield
     ignored = np.zeros(window.y.shape, dtype=bool)
     if case.faulty:
         ignored[:, list(case.faulty)] = True
     heard = leave_out_useless(window.y, ignored)
     if not heard:  # all stand still: frozen, or without noise; none can be told wrong by another
         return None
-    yield
     hypotheses = rearrangements(case.channels, frozenset(heard))
     yield
     well = yield from _look(case, window, ignored, hypotheses)

@@ -126,6 +126,12 @@ class IsolationWatch(Watch):
             found = [*found, *self._look_closely(view)]
         return found
 
+    @property
+    def _checked(self) -> float:
+        """Since when [s] the window began that was looked at last: a close look is a self-check, too."""
+        usual = self._usual
+        return usual.since if usual.told else max(usual.since, self._close.since)
+
     def _learned_before(self, x: Array) -> tuple[float, ...]:
         """Return what had been learned of the arm before there was any suspicion, (n_p,)."""
         return self._suspicion.learned_before(tuple(x[self._learned].tolist()), self._ticks)
@@ -174,13 +180,13 @@ class IsolationWatch(Watch):
         suspected = self._suspicion.first_tick
         first = max(suspected, self._usual.awaits(t))
         count = min(_LENGTH, self._ticks - first + 1) if first else _LENGTH
-        is_due = first or t >= self._usual.since + _SELF_CHECK
+        is_due = first or t >= self._checked + _SELF_CHECK
         if is_due and _SHORTEST <= count <= len(self._ring):
             self._begin(self._usual, count, 0, Case(self._channels, self._faulty, self._maker, suspected > 0))
 
     def _begin_close(self, t: float) -> None:
         """Open an investigation of the window in which the arm has moved most since the one before."""
-        if t < self._close.next or not self._excitation.is_seen:
+        if t < self._close.next:
             return
         awaited = self._close.awaits(t)
         if not awaited and self._ticks < self._rests_until:

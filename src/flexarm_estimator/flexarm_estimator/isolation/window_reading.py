@@ -53,7 +53,6 @@ def read_window(
     t, u, parts = [-math.inf], list[Array](), list[Parts]()
     y, taken, count, entry = channels.silence(len(entries)), 0, len(entries), entries[0]
     start = entry.theta
-    yield
     while entries:  # letting go of all at once in the end would take longer than a piece
         entry = entries.popleft()
         for sensor, stamp, said, _ in entry.samples:
