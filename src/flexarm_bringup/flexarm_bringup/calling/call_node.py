@@ -49,7 +49,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Call, or list; return the exit code."""
-    return operate("call", lambda caller: _call(caller, args) if args.service else _list(caller, args))
+    work = _list if args.service is None else _call
+    return operate("call", lambda caller: work(caller, args))
 
 
 def _call(caller: Caller, args: argparse.Namespace) -> int:

@@ -59,16 +59,12 @@ class Excitation:
 
     def _compare(self) -> list[float]:
         """Return how much the channels curve over every window; 0 where none does beyond noise."""
-        said, spans, sigma = (
-            self._channels.silence(len(self._looks)),
-            self._channels.spans,
-            self._channels.sigma,
-        )
+        said, spans = self._channels.silence(len(self._looks)), self._channels.spans
         for row, samples in zip(said, self._looks, strict=True):
             for sample in samples:
                 if sample.sensor in spans:
                     row[spans[sample.sensor]] = sample.y
-        curves = np.abs(said[:-2] - 2.0 * said[1:-1] + said[2:]) / sigma
+        curves = np.abs(said[:-2] - 2.0 * said[1:-1] + said[2:]) / self._channels.sigma
         inside, count = _LOOKS - 2, len(said) - _LOOKS + 1
         largest = reduce(np.fmax, (curves[i : i + count] for i in range(inside)))  # NaN: nothing was said
         strengths = np.log1p(np.fmax(largest, 0.0)).sum(axis=1)
