@@ -8,11 +8,14 @@ security is asked for, the nodes and who stops the motion run in enclaves of the
 """
 
 import os
+from pathlib import Path
+from tempfile import mkdtemp
 
 from launch.actions import DeclareLaunchArgument, OpaqueFunction, SetEnvironmentVariable
 from launch.substitutions import EnvironmentVariable, LaunchConfiguration
 from launch_ros.actions import Node
 
+from flexarm_bringup.processes.composition import composed, renamed, write_parameters
 from flexarm_bringup.processes.doubles import refuse_doubles
 from flexarm_bringup.processes.graph import with_drift, with_markers
 from flexarm_bringup.processes.secured import check_graph_security
@@ -29,6 +32,7 @@ ARGUMENTS = {
     "preset": ("", "preset of that file; empty: the first that the arm's moves are for"),
     "lockstep": ("false", "true: nodes wait for each other; false: real time"),
     "bag": ("", "folder to record into; empty: do not record"),
+    "composed": ("false", "true: estimator and controller in one process"),
     "markers": ("false", "true: also show the arm to RViz and Foxglove"),
     "drift": ("false", "true: also watch whether the modes still run where they should"),
     "respawn": ("true", "by the clock, start crashed nodes again"),
@@ -55,10 +59,12 @@ def nodes(context):
     given = {name: LaunchConfiguration(name).perform(context) for name in ARGUMENTS}
     given["lockstep"] = given["lockstep"].lower() == "true"
     may_return = given.pop("respawn").lower() == "true" and not given["lockstep"]
+    is_composed = given.pop("composed").lower() == "true"
     is_shown = given.pop("markers").lower() == "true"
     is_watched = given.pop("drift").lower() == "true"
     arm = given.pop("manipulator")
     graph = arm_graph(arm, given.pop("preset") or None, **given)
+    graph = composed(graph) if is_composed else graph
     graph = with_markers(graph) if is_shown else graph
     graph = with_drift(graph, task_for(arm).settings.get("drift")) if is_watched else graph
     check_graph_security(graph)
@@ -73,15 +79,22 @@ def node(process, may_return, stop):
     return Node(
         package=process.package,
         executable=process.executable,
-        name=process.name,
-        parameters=[dict(process.parameters)],
-        remappings=list(process.remaps.items()),
+        **told(process),
         output="screen",
         respawn=returns,
         respawn_max_retries=RESPAWNS,
         respawn_delay=RESPAWN_DELAY,
         on_exit=on_exit(process, returns, stop) if process.essential else None,
     )
+
+
+def told(process):
+    """Return name, parameters and remaps; of several nodes in one process each keeps its own."""
+    if process.members:
+        path = write_parameters(process, Path(mkdtemp(prefix="flexarm_launch_")))
+        return {"exec_name": process.name, "parameters": [str(path)], "remappings": renamed(process)}
+    named = {"name": process.name, "parameters": [dict(process.parameters)]}
+    return {**named, "remappings": list(process.remaps.items())}
 
 
 def on_exit(process, returns, stop):

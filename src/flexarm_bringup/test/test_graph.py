@@ -8,6 +8,7 @@ from typing import Any
 import pytest
 import yaml
 
+from flexarm_bringup.processes.composition import composed
 from flexarm_bringup.processes.graph import Process, rig_graph, ros_arguments, with_drift, with_markers
 from flexarm_bringup.processes.timing import PRIORITIES, timing
 from flexarm_bringup.tasks.node_settings import arm_graph
@@ -80,6 +81,11 @@ def test_parameters_keep_their_type_on_the_command_line(value: Any) -> None:
     assert type(read) is type(value)
 
 
+def plain(parameters: Any) -> dict[str, Any]:
+    """Return parameters with lists for tuples, as a file has them."""
+    return {key: list(value) if isinstance(value, tuple) else value for key, value in parameters.items()}
+
+
 class Recorded(SimpleNamespace):
     """Stands for a class of ``launch``: keeps what it was made with."""
 
@@ -124,8 +130,8 @@ def launched(monkeypatch: pytest.MonkeyPatch, **given: str) -> list[Any]:
     actions = scope["generate_launch_description"]().arguments[0]
     declared = {item.arguments[0]: item.default_value for item in actions if hasattr(item, "default_value")}
     assert declared == {
-        "manipulator": "single_link", "preset": "", "lockstep": "false", "bag": "", "markers": "false",
-        "drift": "false", "respawn": "true",
+        "manipulator": "single_link", "preset": "", "lockstep": "false", "bag": "", "composed": "false",
+        "markers": "false", "drift": "false", "respawn": "true",
     }  # fmt: skip
     return list(actions[-1].function({**declared, **given}))
 
@@ -181,6 +187,22 @@ def test_the_launch_file_watches_for_drift_when_asked_with_the_settings_of_the_a
     nodes = launched(monkeypatch, manipulator="spatial_3tpt", preset="sim", drift="true")
     assert (nodes[-1].name, nodes[-1].executable, nodes[-1].on_exit) == ("drift", "drift_node", None)
     assert nodes[-1].parameters == [{"manipulator": "spatial_3tpt", "preset": "sim", "learning": 8.0}]
+
+
+def test_the_launch_file_puts_estimator_and_controller_into_one_process_when_asked(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    nodes = launched(monkeypatch, composed="true", markers="true")
+    row = next(row for row in composed(arm_graph("single_link")) if row.members)
+    both = next(node for node in nodes if node.executable == row.executable)
+    assert not hasattr(both, "name") and both.exec_name == "composed"  # a name would be that of both
+    written = yaml.safe_load(Path(both.parameters[0]).read_text(encoding="utf8"))
+    assert written["/flexarm/controller"]["ros__parameters"] == plain(row.members[1].parameters)
+    before = Stopped.count
+    ended(both, -9)
+    assert Stopped.count == before + 1 and both.respawn
+    with pytest.raises(ValueError, match="not in lockstep"):
+        launched(monkeypatch, composed="true", lockstep="true")
 
 
 def test_launched_by_the_clock_a_node_comes_back_and_the_motion_is_stopped(

@@ -8,13 +8,11 @@ import time
 from pathlib import Path
 
 import pytest
-import yaml
 
 from flexarm_bringup.realtime.answered import AnsweredPeriods
 from flexarm_bringup.realtime.command import add_arguments, chosen_settings, to_and_fro, write_manipulator
 from flexarm_bringup.realtime.figures import Counts, Figures
 from flexarm_bringup.realtime.late_cycles import LateCycles
-from flexarm_bringup.realtime.processes import command_line, processes
 from flexarm_bringup.realtime.standstill import Standstill, Witnesses
 from flexarm_model.reading.config import load_config
 
@@ -131,9 +129,6 @@ def test_the_reference_fills_the_time_and_comes_back():
     assert abs(reference.theta[-1, 0]) < 1e-9
 
 
-GIVEN = {"controller": {"period": 0.002, "law": "mpc", "delay_periods": 2}, "estimator": {"gate": 30.0}}
-
-
 @pytest.mark.parametrize(
     ("asked", "delay", "period", "is_tuned"),
     [("", 2, 0.005, True), ("--delay 1", 1, 0.005, True), ("--rate 500", 2, 0.002, False)],
@@ -148,20 +143,6 @@ def test_the_nodes_get_what_was_chosen_for_the_arm_at_its_own_rate(
     assert settings["controller"]["period"] == pytest.approx(period)
     assert ("stiffness_modes" in settings.get("estimator", {})) == is_tuned
     assert ("input_jerk" in settings["controller"]) == is_tuned
-
-
-def test_two_nodes_in_one_process_keep_their_names_and_parameters(tmp_path):
-    apart = processes("arm.yaml", "geared", GIVEN, False)
-    rows = processes("arm.yaml", "geared", GIVEN, True)
-    assert {row.name for row in apart} - {row.name for row in rows} == {"estimator", "controller"}
-    own = next(row for row in rows if row.name == "composed")
-    line = command_line(own, tmp_path)
-    assert "__node:=" not in " ".join(line) and Path(line[0]).name == "composed_node"
-    nodes = yaml.safe_load(Path(line[-1]).read_text(encoding="utf8"))
-    for row in apart:
-        if row.name in ("estimator", "controller"):
-            assert nodes[f"/flexarm/{row.name}"]["ros__parameters"] == dict(row.parameters)
-    assert nodes["/flexarm/controller"]["ros__parameters"]["period"] == 0.002
 
 
 def test_a_witness_does_not_outlive_who_started_it():

@@ -23,32 +23,44 @@ def test_an_arm_that_is_not_there_is_refused_by_name(capsys: pytest.CaptureFixtu
     assert "manipulator: 'single_lnk'" in said and "planar_3rrr" in said
 
 
+APART = {name: f"flexarm:{name}" for name in ("model", "estimator", "controller", "guard", "rig")}
+TOGETHER = {
+    "model": "flexarm:model", "composed": "flexarm:controller+estimator",
+    "guard": "flexarm:guard", "rig": "flexarm:rig",
+}  # fmt: skip
+
+
 @pytest.mark.ros
+@pytest.mark.parametrize(
+    ("options", "titles", "crashed"), [((), APART, "model"), (("--composed",), TOGETHER, "composed")]
+)
 def test_the_graph_becomes_ready_comes_back_after_a_crash_and_ends_with_its_command(
-    tmp_path: Path, ros_environment: dict[str, str]
+    options: tuple[str, ...],
+    titles: dict[str, str],
+    crashed: str,
+    tmp_path: Path,
+    ros_environment: dict[str, str],
 ) -> None:
-    command = [*COMMAND, "--log", str(tmp_path / "log")]
+    command = [*COMMAND, *options, "--log", str(tmp_path / "log")]
     process = subprocess.Popen(
         command, env=ros_environment, stdout=subprocess.PIPE, text=True, start_new_session=True
     )
     try:
         wait_for(process, "all ready")
-        os.kill(child(process.pid, "flexarm:model"), signal.SIGKILL)
-        wait_for(process, "model ended with -9, started again")
+        os.kill(child(process.pid, titles[crashed]), signal.SIGKILL)
+        wait_for(process, f"{crashed} ended with -9, started again")
         wait_for(process, "all ready")
         second = subprocess.run(COMMAND, env=ros_environment, capture_output=True, text=True, check=False)
         assert second.returncode == 2 and "node /flexarm/model runs already" in second.stderr
         assert "started" not in second.stdout  # nor has it told the guard of the first to stop
         nodes = children(process.pid)
-        assert {name for _, name in nodes} == {
-            f"flexarm:{name}" for name in ("model", "estimator", "controller", "guard", "rig")
-        }
+        assert {name for _, name in nodes} == set(titles.values())
         took, others = end_by_interrupt(process)
         out, _ = process.communicate(timeout=60.0)
     finally:
         process.kill()
     assert process.returncode == 0
-    assert out.splitlines()[-1].endswith("ended: model 0, estimator 0, controller 0, guard 0, rig 0")
+    assert out.splitlines()[-1].endswith("ended: " + ", ".join(f"{name} 0" for name in titles))
     assert not any(Path(f"/proc/{pid}").exists() for pid, _ in nodes)
     assert took <= 1.0 * max(1.0, os.getloadavg()[0], others)  # 1 s on an idle machine; others may use it
 
@@ -152,7 +164,7 @@ def children(parent: int) -> list[tuple[int, str]]:
     listed = subprocess.run(
         ["ps", "-o", "pid,args", "--ppid", str(parent)], capture_output=True, text=True, check=False
     )
-    found = re.findall(r"^ *(\d+) (flexarm:\w+)$", listed.stdout, re.MULTILINE)
+    found = re.findall(r"^ *(\d+) (flexarm:[\w+]+)$", listed.stdout, re.MULTILINE)
     return [(int(pid), name) for pid, name in found]
 
 

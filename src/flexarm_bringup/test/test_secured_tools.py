@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 from flexarm_bringup.cli import main
+from flexarm_bringup.processes.composition import composed
 from flexarm_bringup.processes.graph import rig_graph
 from flexarm_bringup.processes.secured import check_graph_security
 from flexarm_model.process.security import SecurityError
@@ -115,7 +116,11 @@ def test_a_graph_is_refused_by_the_first_node_without_keys(tmp_path: Path) -> No
     (tmp_path / "enclaves" / "flexarm" / "watch").rmdir()
     with pytest.raises(SecurityError, match="/flexarm/watch, or"):
         check_graph_security(rig_graph(), environment)
-    check_graph_security(rig_graph(), {})
+    with pytest.raises(
+        SecurityError, match="estimator and controller in one process: no enclave is for both"
+    ):
+        check_graph_security(composed(rig_graph()), environment)
+    check_graph_security(composed(rig_graph()), {})
 
 
 def keystore(folder: Path) -> dict[str, str]:

@@ -53,7 +53,7 @@ class LiveRig:
     def __init__(self, stand: SystemStand, supervisor: Supervisor, ear: Ear) -> None:
         """Begin to hear."""
         self.stand, self.ear, self._supervisor = stand, ear, supervisor
-        self._watch = WatchNode(tuple(supervisor.pids), lambda text: None)
+        self._watch = WatchNode(supervisor.nodes, lambda text: None)
         self.came: dict[str, Heard] = {}
         for topic in TOPICS:
             stream = find_stream(f"{NAMESPACE}/{topic}")

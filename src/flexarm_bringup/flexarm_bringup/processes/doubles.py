@@ -9,6 +9,7 @@ from __future__ import annotations
 import os
 from collections.abc import Mapping, Sequence
 
+from flexarm_bringup.processes.composition import node_names
 from flexarm_bringup.processes.graph import Process
 from flexarm_bringup.topics import NAMESPACE
 from flexarm_model.process.ros_arguments import domain
@@ -21,5 +22,5 @@ def refuse_doubles(graph: Sequence[Process], environment: Mapping[str, str] = os
     Raises:
         NameTakenError: One does; the message says which, and what to do.
     """
-    for process in graph:
-        claim_name(f"{NAMESPACE}/{process.name}", domain(environment)).close()
+    for name in node_names(graph):
+        claim_name(f"{NAMESPACE}/{name}", domain(environment)).close()

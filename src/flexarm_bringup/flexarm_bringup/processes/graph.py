@@ -16,16 +16,17 @@ from flexarm_bringup.processes.timing import PRIORITIES, timing
 
 @dataclass(frozen=True)
 class Process:
-    """One node as a process.
+    """One node as a process, or several of them in one (``composition``).
 
     Attributes:
         package: Package of the executable.
         executable: What ``ros2 run`` starts.
-        name: Node name, also of its log file.
+        name: Node name, also of its log file; where it has members only the latter.
         parameters: ROS parameters: booleans, numbers, strings, or lists of one of these.
         remaps: Topics to rename, from -> to.
         essential: Motion stops when this process ends.
         respawn: By the clock it is started again; in lockstep the run is over.
+        members: Rows of the nodes it holds, which have the parameters and remaps; none: it is one node.
     """
 
     package: str
@@ -35,6 +36,12 @@ class Process:
     remaps: Mapping[str, str] = field(default_factory=dict)
     essential: bool = True
     respawn: bool = True
+    members: tuple[Process, ...] = ()
+
+    @property
+    def nodes(self) -> tuple[str, ...]:
+        """Names of its nodes."""
+        return tuple(member.name for member in self.members) or (self.name,)
 
 
 def rig_graph(

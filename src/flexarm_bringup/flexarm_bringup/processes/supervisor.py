@@ -19,8 +19,9 @@ from types import TracebackType
 
 from flexarm_bringup.installed import find_executable
 from flexarm_bringup.processes.child import Child, start_child
+from flexarm_bringup.processes.composition import node_names, process_arguments
 from flexarm_bringup.processes.end_watch import EndWatch
-from flexarm_bringup.processes.graph import Process, ros_arguments
+from flexarm_bringup.processes.graph import Process
 from flexarm_bringup.processes.reserves import Reserves
 from flexarm_bringup.processes.surroundings import defaults, of_life
 from flexarm_model.process.reserve import MARK
@@ -98,6 +99,11 @@ class Supervisor:
     def pids(self) -> dict[str, int]:
         """Process number by name."""
         return {name: child.pid for name, child in self._children.items()}
+
+    @property
+    def nodes(self) -> tuple[str, ...]:
+        """Names of the nodes in all processes."""
+        return node_names(tuple(self._processes.values()))
 
     def log(self, name: str) -> Path:
         """Return the log file of a process."""
@@ -189,7 +195,7 @@ class Supervisor:
 
     def _installed(self, process: Process) -> list[str]:
         path = find_executable(process.package, process.executable, self.environment)
-        return [str(path), *ros_arguments(process)]
+        return [str(path), *process_arguments(process, self._log_folder)]
 
     def _may_return(self, process: Process, code: int) -> bool:
         if not process.respawn or code in ON_PURPOSE:

@@ -20,7 +20,6 @@ import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager, nullcontext
 from dataclasses import fields, replace
-from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -31,11 +30,12 @@ from flexarm_bringup.assumptions import resting_on
 from flexarm_bringup.demo_run.motions import motions, out_and_back, reference_of
 from flexarm_bringup.demo_run.sessions import free_domains
 from flexarm_bringup.page.report import Column, Page, Table, add_report_arguments, publish
+from flexarm_bringup.processes.composition import composed
+from flexarm_bringup.processes.graph import rig_graph
 from flexarm_bringup.processes.supervisor import Supervisor
 from flexarm_bringup.progress import Progress
 from flexarm_bringup.realtime.driver_node import DriverError, drive
 from flexarm_bringup.realtime.figures import Figures
-from flexarm_bringup.realtime.processes import command_line, processes
 from flexarm_bringup.realtime.standstill import Witnesses
 from flexarm_bringup.tasks.node_settings import node_settings
 from flexarm_bringup.tasks.task_for import task_for
@@ -101,13 +101,13 @@ def measure(args: argparse.Namespace, folder: Path) -> Figures:
     """
     manipulator = write_manipulator(folder, args.rate)
     config, settings = load_config(manipulator, args.preset), chosen_settings(args)
-    rows = processes(str(manipulator), args.preset, settings, args.composed)
+    graph = rig_graph(str(manipulator), args.preset, settings=settings)
+    graph = composed(graph) if args.composed else graph
     seconds = 60.0 * args.minutes
     own = {"ROS_DOMAIN_ID": str(next(free_domains())), "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}
     os.environ.update(own)
-    command = partial(command_line, folder=folder)
     load = busy_core() if args.load else nullcontext()
-    with Witnesses() as witnesses, load, Supervisor(rows, folder / "log", os.environ, command) as supervisor:
+    with Witnesses() as witnesses, load, Supervisor(graph, folder / "log", os.environ) as supervisor:
         period, moves = 1.0 / config.rate_hz, to_and_fro(seconds)
         figures = drive(config.actuated, period, moves, seconds, supervisor.failed)
     return replace(figures, witnesses=witnesses)

@@ -26,6 +26,7 @@ from typing import TYPE_CHECKING
 
 from flexarm_bringup.arguments import new_folder, number, output_folder
 from flexarm_bringup.processes.asked_to_end import noting_signals
+from flexarm_bringup.processes.composition import composed
 from flexarm_bringup.processes.doubles import refuse_doubles
 from flexarm_bringup.processes.graph import Process, with_drift, with_markers
 from flexarm_bringup.processes.secured import check_graph_security
@@ -66,6 +67,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--drift", action="store_true", help="also watch whether the modes run as they should"
     )
+    parser.add_argument("--composed", action="store_true", help="estimator and controller in one process")
     parser.add_argument(
         "--log", type=output_folder, help="folder of the log files; one of its own in ~/.ros/log"
     )
@@ -112,7 +114,7 @@ def _run(
     with ExitStack() as at_last:
         with supervisor:
             say(f"{', '.join(supervisor.pids)} started; logs: {supervisor.log('*')}")
-            watch = at_last.enter_context(watching(tuple(supervisor.pids), say))
+            watch = at_last.enter_context(watching(supervisor.nodes, say))
             with supervisor.telling(watch.stop_motion):
                 code = _watch(supervisor, watch, say, args.seconds, asked_to_end)
         codes = supervisor.exit_codes()
@@ -132,6 +134,7 @@ def _graph(args: argparse.Namespace) -> tuple[Process, ...]:
     """
     bag = str(args.bag.resolve()) if args.bag else ""
     graph = arm_graph(args.manipulator, args.preset, bag=bag)
+    graph = composed(graph) if args.composed else graph
     graph = with_markers(graph) if args.markers else graph
     graph = with_drift(graph, task_for(args.manipulator).settings.get("drift")) if args.drift else graph
     return tuple(replace(row, respawn=row.respawn and not args.no_respawn) for row in graph)

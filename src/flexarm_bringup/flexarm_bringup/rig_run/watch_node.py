@@ -3,7 +3,7 @@
 Publishes
     stop (std_msgs/Empty): the guard latches a stop.
 Subscribes
-    <name>/ready (std_msgs/Bool, latched) of every process, guard_status (flexarm_interfaces/GuardStatus),
+    <name>/ready (std_msgs/Bool, latched) of every node, guard_status (flexarm_interfaces/GuardStatus),
     /diagnostics (diagnostic_msgs/DiagnosticArray): what the recorder cannot write.
 """
 
@@ -49,7 +49,7 @@ class WatchNode(Node):  # type: ignore[misc]
     """Hears the graph.
 
     Attributes:
-        ready: Whether each process is ready, by name.
+        ready: Whether each node is ready, by name.
         exit_code: With which the process ends by itself if it cannot leave the graph; say when it is known.
     """
 
@@ -121,4 +121,4 @@ class WatchNode(Node):  # type: ignore[misc]
     def on_ending(self, process: Process) -> None:
         """Stop the motion when an essential process has ended; forget that it was ready."""
         self.stop_motion(process)
-        self.ready[process.name] = False
+        self.ready.update(dict.fromkeys(process.nodes, False))

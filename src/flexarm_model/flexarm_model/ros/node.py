@@ -101,7 +101,8 @@ def run_node(factory: Callable[[], Node]) -> int:
         print(f"{factory.__name__}: {told_of_security(str(error))}", file=sys.stderr)
         rclpy.try_shutdown()
         return EXIT_NAME_TAKEN if isinstance(error, NameTakenError) else EXIT_CONFIGURATION
-    set_process_title(f"flexarm:{node.get_name()}")
+    names = [each.get_name() for each in (node, *getattr(node, "companions", ()))]
+    set_process_title(f"flexarm:{'+'.join(names)}")
     stopping: list[int] = []
     for number in STOPPING:
         signal.signal(number, lambda received, _frame: stopping.append(received))
