@@ -13,6 +13,7 @@ from flexarm_bringup.processes.graph import Process, rig_graph, ros_arguments, w
 from flexarm_bringup.processes.timing import PRIORITIES, timing
 from flexarm_bringup.tasks.node_settings import arm_graph
 from flexarm_model.process.security import SecurityError
+from flexarm_model.ros.parameter_file import read_parameter_file
 
 STOPPER = "flexarm_bringup.processes.stopper_node"
 LAUNCH_FILE = Path(__file__).parents[1] / "launch" / "rig.launch.py"
@@ -162,6 +163,24 @@ def test_the_launch_file_starts_the_same_graph(monkeypatch: pytest.MonkeyPatch) 
     assert all(ends_all(node) for node in nodes if node.on_exit)
 
 
+def test_parameters_as_launch_ros_writes_them_are_read(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    """By the clock there are lists (``cores``), which launch_ros 0.26.6 writes as tuples of Python."""
+    monkeypatch.setattr("os.sched_getaffinity", lambda pid: {0, 1})
+    is_tagged = False
+    for node in launched(monkeypatch, manipulator="spatial_3tpt"):
+        given = {
+            key: tuple(value) if isinstance(value, list | tuple) else value
+            for key, value in node.parameters[0].items()
+        }
+        path = tmp_path / f"{node.name}.yaml"
+        path.write_text(yaml.dump({"/**": {"ros__parameters": given}}), encoding="utf8")
+        is_tagged |= "!!python/tuple" in path.read_text(encoding="utf8")
+        assert set(read_parameter_file(path).keys_for(f"/flexarm/{node.name}")) == set(given)
+    assert is_tagged
+
+
 def test_launched_with_security_that_cannot_be_had_nothing_is_started(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
@@ -190,8 +209,9 @@ def test_the_launch_file_watches_for_drift_when_asked_with_the_settings_of_the_a
 
 
 def test_the_launch_file_puts_estimator_and_controller_into_one_process_when_asked(
-    monkeypatch: pytest.MonkeyPatch,
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
     nodes = launched(monkeypatch, composed="true", markers="true")
     row = next(row for row in composed(arm_graph("single_link")) if row.members)
     both = next(node for node in nodes if node.executable == row.executable)

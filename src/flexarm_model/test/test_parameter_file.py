@@ -3,6 +3,7 @@
 from pathlib import Path
 
 import pytest
+import yaml
 
 from flexarm_model.ros.parameter_file import (
     COMMAND_LINE,
@@ -43,6 +44,18 @@ def test_a_section_is_for_the_nodes_that_rcl_gives_it_to(name: str, gets_it: boo
 def test_nested_namespaces_and_nested_keys_are_joined(tmp_path: Path) -> None:
     text = "flexarm:\n  controller:\n    ros__parameters: {a: {b: 1, c: [2]}, d: x}\n"
     assert read_parameter_file(written(tmp_path, text)).keys == {NODE: ("a.b", "a.c", "d")}
+
+
+def test_lists_as_launch_ros_writes_them_are_lists(tmp_path: Path) -> None:
+    """launch_ros 0.26.6 evaluates every list to a tuple, and ``yaml.dump`` tags it; rcl does not mind."""
+    written_by_launch = yaml.dump(
+        {"/**": {"ros__parameters": {"cores": (0, 1), "start": (0.5,), "names": ("a",)}}}
+    )
+    assert "!!python/tuple" in written_by_launch
+    source = read_parameter_file(written(tmp_path, written_by_launch))
+    assert source.keys_for(NODE) == ("cores", "names", "start")
+    with pytest.raises(ConfigError, match="is not YAML: could not determine a constructor"):
+        read_parameter_file(written(tmp_path, "/**: {ros__parameters: {a: !!python/object:os.system {}}}"))
 
 
 @pytest.mark.parametrize(

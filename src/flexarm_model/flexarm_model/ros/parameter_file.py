@@ -13,8 +13,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import yaml
+
 from flexarm_model.process.ros_arguments import values_of
-from flexarm_model.settings.strict_yaml import ConfigError, read_yaml
+from flexarm_model.settings.yaml_file import ConfigError, StrictLoader, read_yaml
 
 FLEXARM_NODES = (
     "model",
@@ -30,8 +32,20 @@ FLEXARM_NODES = (
 )
 HELD = "ros__parameters"
 COMMAND_LINE = "command line"
+TUPLE = "tag:yaml.org,2002:python/tuple"
 _FILE_OPTION, _VALUE_OPTIONS = "--params-file", ("-p", "--param")
 _OF_A_NODE = re.compile(r"(?P<node>[^:]+):(?P<key>[^:]+):=.*", re.DOTALL)
+
+
+class LaunchLoader(StrictLoader):
+    """Knows how launch_ros writes a list: as a tuple of Python, a tag that rcl reads past."""
+
+
+def _list(loader: LaunchLoader, node: yaml.SequenceNode) -> list[Any]:
+    return loader.construct_sequence(node, deep=True)
+
+
+LaunchLoader.add_constructor(TUPLE, _list)
 
 
 @dataclass(frozen=True)
@@ -79,7 +93,7 @@ def read_parameter_file(path: Path) -> ParameterSource:
         ConfigError: It cannot be read, is not YAML, is empty, gives a key twice, or does not have the form
             ``node: ros__parameters: key: value``.
     """
-    return ParameterSource(str(path), dict(_sections(path, read_yaml(path), "")))
+    return ParameterSource(str(path), dict(_sections(path, read_yaml(path, LaunchLoader), "")))
 
 
 def refuse_strangers(source: ParameterSource, node: str, beside: Sequence[str] = ()) -> None:

@@ -20,43 +20,7 @@ class ConfigError(ValueError):
     """The description is wrong; the message names file, key, value and what is allowed."""
 
 
-def read_yaml(path: Path) -> dict[str, Any]:
-    """Read a YAML file whose top level is a mapping.
-
-    Raises:
-        ConfigError: It cannot be read, is not YAML, is empty, holds a key twice or one that is no text,
-            merges mappings, nests too deeply, holds itself or too much.
-    """
-    try:
-        text = path.read_text(encoding="utf-8")
-    except OSError as error:
-        raise ConfigError(f"{path}: cannot be read ({error.strerror})") from None
-    except UnicodeDecodeError:
-        raise ConfigError(f"{path}: is not UTF-8 text") from None
-    return parse_yaml(text, str(path))
-
-
-def parse_yaml(text: str, source: str) -> dict[str, Any]:
-    """Return the mapping that a text holds; ``source`` begins the message of a ConfigError, as a path."""
-    try:
-        content = yaml.load(text, Loader=_Loader)  # noqa: S506 - a SafeLoader
-        if _count_values(content, "", (), {}) > MOST:
-            raise ConfigError(f"its aliases stand for more than {MOST} values; write out what is meant")
-        content = _write_out(content)
-    except ConfigError as error:
-        raise ConfigError(f"{source}: {error}") from None
-    except yaml.YAMLError as error:
-        raise ConfigError(f"{source}: is not YAML: {' '.join(str(error).split())}") from None
-    except RecursionError:
-        raise ConfigError(
-            f"{source}: lists or mappings are nested too deeply; expected a few levels"
-        ) from None
-    if not isinstance(content, dict):
-        raise ConfigError(f"{source}: must hold keys and values at its top level")
-    return content
-
-
-class _Loader(yaml.SafeLoader):
+class StrictLoader(yaml.SafeLoader):
     """Safe loader that refuses a key that is given twice or is no text."""
 
     def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Any, Any]:
@@ -80,6 +44,42 @@ class _Loader(yaml.SafeLoader):
                 f"{line}: key {written} is read as {key!r}; a key must be text: write it in quotes"
             )
         return key
+
+
+def read_yaml(path: Path, loader: type[StrictLoader] = StrictLoader) -> dict[str, Any]:
+    """Read a YAML file whose top level is a mapping; ``loader`` may know tags of who wrote it.
+
+    Raises:
+        ConfigError: It cannot be read, is not YAML, is empty, holds a key twice or one that is no text,
+            merges mappings, nests too deeply, holds itself or too much.
+    """
+    try:
+        text = path.read_text(encoding="utf-8")
+    except OSError as error:
+        raise ConfigError(f"{path}: cannot be read ({error.strerror})") from None
+    except UnicodeDecodeError:
+        raise ConfigError(f"{path}: is not UTF-8 text") from None
+    return parse_yaml(text, str(path), loader)
+
+
+def parse_yaml(text: str, source: str, loader: type[StrictLoader] = StrictLoader) -> dict[str, Any]:
+    """Return the mapping that a text holds; ``source`` begins the message of a ConfigError, as a path."""
+    try:
+        content = yaml.load(text, Loader=loader)  # noqa: S506 - a SafeLoader
+        if _count_values(content, "", (), {}) > MOST:
+            raise ConfigError(f"its aliases stand for more than {MOST} values; write out what is meant")
+        content = _write_out(content)
+    except ConfigError as error:
+        raise ConfigError(f"{source}: {error}") from None
+    except yaml.YAMLError as error:
+        raise ConfigError(f"{source}: is not YAML: {' '.join(str(error).split())}") from None
+    except RecursionError:
+        raise ConfigError(
+            f"{source}: lists or mappings are nested too deeply; expected a few levels"
+        ) from None
+    if not isinstance(content, dict):
+        raise ConfigError(f"{source}: must hold keys and values at its top level")
+    return content
 
 
 def _count_values(value: object, key: str, around: tuple[int, ...], counted: dict[int, int]) -> int:
