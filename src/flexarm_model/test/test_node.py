@@ -79,6 +79,20 @@ def test_a_node_becomes_ready_and_ends_in_order_on_a_signal(number: int) -> None
     assert lines[:2] == [expected + "\n", "Control rate [Hz]\n"]
 
 
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_who_is_asked_again_and_again_ends_as_if_asked_once(number: int) -> None:
+    """``ros2 launch`` without a terminal sends what its process group has had; Python's end would die of it."""
+    process = start()
+    assert process.stdout is not None
+    while process.stdout.readline() != "ready\n":
+        assert process.poll() is None
+    while process.poll() is None:
+        process.send_signal(number)
+        time.sleep(5e-4)
+    out, err = process.communicate(timeout=PATIENCE)
+    assert (process.returncode, out.splitlines()[-1]) == (0, "stopped"), err
+
+
 def test_a_second_node_of_the_same_name_ends_at_once_and_a_killed_one_leaves_its_name_free() -> None:
     first = start()
     assert first.stdout is not None

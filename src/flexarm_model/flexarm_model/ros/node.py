@@ -108,6 +108,8 @@ def run_node(factory: Callable[[], Node]) -> int:
         signal.signal(number, lambda received, _frame: stopping.append(received))
     with held:
         _spin(node, stopping)
+    for number in STOPPING:
+        signal.signal(number, signal.SIG_IGN)  # who asks again would hit Python while it ends
     return int(getattr(node, "exit_code", 0))
 
 
