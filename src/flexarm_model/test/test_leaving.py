@@ -8,7 +8,7 @@ import time
 
 import pytest
 
-from flexarm_model.process.leaving import ends_within
+from flexarm_model.process.leaving import end_within, ends_within
 
 PROGRAM = """
 import ctypes, time
@@ -36,6 +36,24 @@ def test_who_is_held_up_ends_with_his_code(code: int) -> None:
 def test_who_leaves_in_time_goes_on() -> None:
     ended = run(0, "pass")
     assert (ended.returncode, ended.stdout) == (9, "done, and left\n")
+
+
+def test_who_has_nothing_left_to_do_is_ended_while_python_ends() -> None:
+    program = (
+        "import atexit, ctypes\n"
+        "from flexarm_model.process.leaving import end_within\n"
+        "print('done', end='')\n"
+        "end_within(0.2, 7)\n"
+        f"atexit.register(lambda: {HOLDS_THE_LOCK})\n"
+    )
+    line = [sys.executable, "-c", program]
+    ended = subprocess.run(line, capture_output=True, text=True, timeout=50, check=False)
+    assert (ended.returncode, ended.stdout, ended.stderr) == (7, "done", "")
+
+
+def test_who_takes_it_back_goes_on() -> None:
+    end_within(0.05, 3)()
+    time.sleep(0.2)
 
 
 def test_the_time_is_over_with_the_block() -> None:

@@ -81,7 +81,7 @@ def test_a_node_becomes_ready_and_ends_in_order_on_a_signal(number: int) -> None
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_who_is_asked_again_and_again_ends_as_if_asked_once(number: int) -> None:
-    """``ros2 launch`` without a terminal sends what its process group has had; Python's end would die of it."""
+    """As ``ros2 launch`` does without a terminal: its process group has had the signal already."""
     process = start()
     assert process.stdout is not None
     while process.stdout.readline() != "ready\n":

@@ -10,7 +10,7 @@ from __future__ import annotations
 import ctypes
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 
 LEAVING = 2.0  # s; it takes 20 ms, some tenths of a second where others use the cores
@@ -39,6 +39,18 @@ def ends_within(seconds: float, code: int) -> Iterator[None]:
     What was printed is flushed first; nothing else is done then: no ``finally``, no ``atexit``. Where the C
     library has no timers that start threads, the block takes as long as it takes.
     """
+    take_back = end_within(seconds, code)
+    try:
+        yield
+    finally:
+        take_back()
+
+
+def end_within(seconds: float, code: int) -> Callable[[], None]:
+    """End the process with an exit code after so long [s], as ``ends_within``; returns what takes that back.
+
+    For who has nothing left to do but to end: a library may hold him up even while Python takes itself down.
+    """
     for stream in (sys.stdout, sys.stderr):
         with suppress(OSError, ValueError, AttributeError):
             stream.flush()
@@ -47,14 +59,10 @@ def ends_within(seconds: float, code: int) -> Iterator[None]:
     if library is None or library.timer_create(
         time.CLOCK_MONOTONIC, ctypes.byref(_exiting(library, code)), ctypes.byref(timer)
     ):
-        yield
-        return
+        return lambda: None
     first = divmod(round(seconds * 1e9), 10**9)
     library.timer_settime(timer, 0, ctypes.byref(_TimerSpec((0, 0), first)), None)
-    try:
-        yield
-    finally:
-        library.timer_delete(timer)
+    return lambda: library.timer_delete(timer)
 
 
 def _exiting(library: ctypes.CDLL, code: int) -> _SigEvent:

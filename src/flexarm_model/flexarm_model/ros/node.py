@@ -29,7 +29,7 @@ from std_msgs.msg import Bool
 from flexarm_model.process.announce import announce_on_stderr
 from flexarm_model.process.executable import EXIT_CONFIGURATION, EXIT_NAME_TAKEN, STOPPING
 from flexarm_model.process.heap import give_back_large_buffers
-from flexarm_model.process.leaving import LEAVING, ends_within
+from flexarm_model.process.leaving import LEAVING, end_within
 from flexarm_model.process.loading import Loading
 from flexarm_model.process.process_title import set_process_title
 from flexarm_model.process.punctual import raise_priority, stay_on
@@ -193,11 +193,11 @@ def _spin(node: Node, stopping: list[int]) -> None:
     finally:
         for each in (node, *companions):
             getattr(each, "stop", lambda: None)()
-        with ends_within(LEAVING, int(getattr(node, "exit_code", 0))):
-            executor.shutdown()
-            for each in (node, *companions):
-                each.destroy_node()
-            rclpy.try_shutdown()
+        end_within(LEAVING, int(getattr(node, "exit_code", 0)))  # all of it: Python's own end, too
+        executor.shutdown()
+        for each in (node, *companions):
+            each.destroy_node()
+        rclpy.try_shutdown()
 
 
 def _keep_time(node: Node) -> None:
