@@ -10,6 +10,7 @@ the newest state is answered when several wait, and commands are at least half a
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -112,15 +113,16 @@ class PacedStates:
         """Answer a state, or keep it until the next command may leave."""
         self._waiting = told
         if (wait := self._pacing.wait()) > 0.0:
-            self._later.timer_period_ns = round(1e9 * wait)
+            self._later.timer_period_ns = math.ceil(1e9 * wait)
             self._later.reset()
         else:
             self._answer()
 
     def on_later(self) -> None:
-        """Answer the newest state after a late answer."""
+        """Answer the newest state after a late answer; a timer that was due twice calls too early, too."""
         self._later.cancel()
-        self._answer()
+        if self._waiting is not None:
+            self.on_state(self._waiting)
 
     def _answer(self) -> None:
         if self._waiting is not None:
