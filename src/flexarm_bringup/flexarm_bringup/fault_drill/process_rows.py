@@ -114,8 +114,9 @@ def strike(rig: LiveRig, name: str, number: int) -> float:
 
 def _stopped(rig: LiveRig, name: str, hit: float, what: str) -> list[Finding]:
     """Return how soon it was noticed and how soon the arm was being stopped."""
-    let_go = (_silent_drives(rig, hit) if name == "guard" else _first_stop(rig, name, hit)) - hit
-    noticed = min(_own_torque(rig, name, hit) - hit, let_go)
+    told = rig.stand.dt if name == "guard" else 0.0  # drives tell of the period that ends with their stamp
+    let_go = (_silent_drives(rig, hit) if name == "guard" else _first_stop(rig, name, hit)) - told - hit
+    noticed = min(_own_torque(rig, name, hit) - told - hit, let_go)
     return [
         Finding(f"{name} {what}: noticed after", noticed, NOTICED, "s"),
         Finding(f"{name} {what}: stopping after", let_go, SILENCE + rig.stand.dt, "s"),
@@ -134,7 +135,7 @@ def _first_stop(rig: LiveRig, name: str, hit: float) -> float:
 
 
 def _own_torque(rig: LiveRig, name: str, hit: float) -> float:
-    """Return when a torque came that the dead node has not asked for; infinity if none did."""
+    """Return the stamp of the first torque that the dead node has not asked for; infinity if none came."""
     ordered, acted = DECIDES.get(name, OF_A_COMMAND)
     asked = [stamp(msg) for _, msg in rig.came[ordered] if stamp(msg) <= hit + IN_FLIGHT]
     last = max(asked, default=hit)
@@ -145,7 +146,7 @@ def _own_torque(rig: LiveRig, name: str, hit: float) -> float:
 
 
 def _silent_drives(rig: LiveRig, hit: float) -> float:
-    """Return when the torque of the drives, their own by then, is small or opposes the motion."""
+    """Return the stamp of the first torque of the drives' own that is small or opposes the motion."""
     since = _own_torque(rig, "guard", hit)
     states = [
         (stamp(msg), np.array(msg.effort), np.array(msg.velocity)) for _, msg in rig.came["drive_states"]
