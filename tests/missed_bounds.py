@@ -13,8 +13,8 @@ _CAMERA = (
 )
 
 _THROWN = (
-    "five of 336 axes go farther than 1.05 times the way of a stop, up to 1.58: axis 3 is thrown on by the "
-    "others, axis 5 brakes with 42 % of its torque (docs/guard.md, Measured)"
+    "the farthest of 336 axes goes 1.58 times the way of a stop (1.05), not examined; an earlier one was "
+    "thrown on by motors 2 and 3 at their limits (docs/guard.md, Measured)"
 )
 _LATE = (
     "e0 is 17 um, so 2 e0 is less than the 50 um of one frame of the camera; a new estimator is back within "

@@ -112,7 +112,8 @@ def _hanging(rig: LiveRig, hung: float) -> Iterator[None]:
 
 def _braked(rig: LiveRig, since: float) -> float:
     """Return when the drives began to act on a torque that the guard chose after it had stopped [s]."""
-    own = {tuple(msg.effort) for _, msg in rig.came["applied_effort"] if stamp(msg) >= since}
+    asked = {tuple(msg.effort) for _, msg in rig.came["joint_commands"]}  # whatever the guard says of itself
+    own = {tuple(msg.effort) for _, msg in rig.came["applied_effort"] if stamp(msg) >= since} - asked
     told = [msg for _, msg in rig.came["drive_states"] if stamp(msg) > since]
     acted = (stamp(msg) for msg in told if tuple(msg.effort) in own)
     return next(acted, math.inf) - rig.stand.dt  # a state tells of the period that ends with its stamp
