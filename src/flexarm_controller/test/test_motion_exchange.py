@@ -124,6 +124,7 @@ def test_a_malformed_goal_is_refused_with_the_field(config, model):
 
 SPOILT = (
     (lambda r: setattr(r, "duration", -1.0), "duration: -1.0 must be"),
+    (lambda r: setattr(r, "duration", 8000.0), "duration: 8000 s, at most 3600 s are allowed"),
     (lambda r: setattr(r, "tolerance", float("nan")), "tolerance: nan must be"),
     (lambda r: setattr(r.target.position, "x", float("inf")), "is not finite"),
     (lambda r: setattr(r.target.orientation, "w", 0.5), "has not length 1"),
@@ -171,3 +172,9 @@ def test_or_followed_or_refused_or_stretched_if_asked(config, model):
     assert length == pytest.approx(0.3 * factor, rel=1e-3) and factor > 1.1
     fast = swing(2.8, 0.5)  # 11.2 rad/s, 6 are allowed
     assert "velocity 11.2 rad/s is beyond the limit 6 rad/s at 0.250 s" in answer(strict, fast)
+
+
+def test_a_reference_of_hours_is_refused(config, model):
+    exchange, _ = arm_of(config, model)
+    days = answer(exchange, swing(0.1, 2.0**31 - 1.0))
+    assert days == "reference refused: it takes 2.14748e+09 s, at most 3600 s are allowed"

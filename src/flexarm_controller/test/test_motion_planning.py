@@ -122,6 +122,11 @@ def test_a_wished_duration_is_kept_or_refused_with_both_numbers():
         move(at_rest(0.0), np.array([1.0]), box, 0.0, 0.5)
 
 
+def test_what_ruckig_cannot_do_is_refused_also_where_its_python_does_not_know_the_result():
+    with pytest.raises(MotionError, match="-101 is not a valid Result"):
+        move(at_rest(0.0), np.array([1.0]), box_of((1.0, 4.0, 40.0)), 0.0, 1e6)
+
+
 @COUNT
 @given(box=BOX, speed=st.floats(-1, 1), push=st.floats(-1, 1))
 def test_a_stop_is_continuous_and_within_limits(box, speed, push):

@@ -1,12 +1,17 @@
 """Models along a trajectory: few, near it, and exact where it rests."""
 
+from typing import Literal
+
 import numpy as np
+import pytest
 from arms import arm, tree
+from numpy.typing import NDArray
 
 from flexarm_model.motion.trajectory import Trajectory
 from flexarm_model.served.linearize import linearize
-from flexarm_model.served.model_schedule import ModelSchedule, ScheduleSettings
+from flexarm_model.served.model_schedule import BLOCK, ModelSchedule, ScheduleSettings
 
+Array = NDArray[np.float64]
 PERIOD_NS = 5_000_000
 SPEED, FAR = 2.0, 1.0  # rad/s, rad
 
@@ -57,3 +62,19 @@ def test_a_motion_planned_ahead_has_the_models_that_come_up_tick_by_tick() -> No
             served.append((k * PERIOD_NS, model.model_id))
     assert served == [(stamp_ns, model.model_id) for stamp_ns, model in ahead]
     assert len(served) > 10
+
+
+def test_a_long_motion_is_looked_at_piece_by_piece(monkeypatch: pytest.MonkeyPatch) -> None:
+    sizes: list[int] = []
+    stacked = Trajectory.stacked
+
+    def noted(self: Trajectory, times: Array, *side: Literal["left", "right"]) -> Array:
+        """Note how many instants are asked for at once."""
+        sizes.append(len(times))
+        return stacked(self, times, *side)
+
+    monkeypatch.setattr(Trajectory, "stacked", noted)
+    schedule = ModelSchedule(tree("single_link"), arm("single_link"), there(), ScheduleSettings(angle=0.17))
+    poses = list(schedule.poses(np.zeros(1), 600.0, PERIOD_NS))
+    assert [pose for _, pose in poses] == [pose for _, pose in schedule.poses(np.zeros(1), 1.5, PERIOD_NS)]
+    assert len(poses) > 4 and max(sizes) <= BLOCK

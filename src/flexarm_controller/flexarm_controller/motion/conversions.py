@@ -16,6 +16,7 @@ from flexarm_controller.motion.refusals import MotionError
 from flexarm_controller.motion.tip_kinematics import TipGoal
 from flexarm_controller.reference import Reference
 from flexarm_model.conversions import NS_PER_S, ns_to_stamp
+from flexarm_model.motion.conversions import LONGEST
 from flexarm_model.numeric.rotation import quaternion, rotation_from_quaternion
 
 Array = NDArray[np.float64]
@@ -37,12 +38,14 @@ def goal_from_request(request: MoveTip.Request) -> TipGoal:
     """Return the goal of a request.
 
     Raises:
-        MotionError: A number is not finite or negative, or the quaternion has not length 1.
+        MotionError: A number is not finite, negative or too large, or the quaternion has not length 1.
     """
     for name in ("duration", "tolerance"):
         value = getattr(request, name)
         if not (np.isfinite(value) and value >= 0.0):
             raise MotionError(f"{name}: {value} must be a finite number of at least 0")
+    if request.duration > LONGEST:
+        raise MotionError(f"duration: {request.duration:g} s, at most {LONGEST} s are allowed")
     pose = pose_from_msg(request.target, request.with_orientation)
     return TipGoal(pose, request.with_orientation, request.duration, request.tolerance or TOLERANCE)
 

@@ -91,7 +91,7 @@ def _solve(wanted: ruckig.InputParameter, n: int) -> ruckig.Trajectory:
     motion = ruckig.Trajectory(n)
     try:
         result = ruckig.Ruckig(n).calculate(wanted, motion)
-    except ruckig.RuckigError as error:
+    except (ruckig.RuckigError, ValueError) as error:  # ValueError: a result that its Python does not know
         raise MotionError(" ".join(str(error).split())) from error
     if result not in (ruckig.Result.Working, ruckig.Result.Finished):
         raise MotionError(f"no motion within the limits: {result.name}")

@@ -12,10 +12,11 @@ import numpy as np
 from numpy.typing import NDArray
 from trajectory_msgs.msg import JointTrajectory
 
-from flexarm_model.conversions import stamp_to_ns
+from flexarm_model.conversions import NS_PER_S, stamp_to_ns
 from flexarm_model.motion.trajectory import Trajectory
 
 Array = NDArray[np.float64]
+LONGEST = 3600  # s that one motion may take
 
 
 class TrajectoryMessageError(ValueError):
@@ -34,19 +35,21 @@ def trajectory_from_msg(msg: JointTrajectory, names: Sequence[str], epoch_ns: in
         epoch_ns: Stamp that is time zero [ns].
 
     Raises:
-        TrajectoryMessageError: Names, lengths, times or numbers do not fit.
+        TrajectoryMessageError: Names, lengths, times or numbers do not fit, or it is too long.
     """
     if list(msg.joint_names) != list(names):
         raise TrajectoryMessageError(f"joint_names are {list(msg.joint_names)}; expected {list(names)}")
     start = stamp_to_ns(msg.header.stamp) - epoch_ns
-    times = [start + stamp_to_ns(point.time_from_start) for point in msg.points]
+    since = [stamp_to_ns(point.time_from_start) for point in msg.points]
+    if since and max(since) > LONGEST * NS_PER_S:
+        raise TrajectoryMessageError(f"it takes {max(since) * 1e-9:g} s, at most {LONGEST} s are allowed")
     theta, theta_dot, theta_ddot = (
         _points(msg, name, len(names)) for name in ("positions", "velocities", "accelerations")
     )
     if theta is None:
         raise TrajectoryMessageError(f"positions: every point needs {len(names)} numbers")
     try:
-        motion = Trajectory.through(np.array(times) * 1e-9, theta, theta_dot)
+        motion = Trajectory.through(np.array([start + ns for ns in since]) * 1e-9, theta, theta_dot)
         return (
             motion if theta_ddot is None else replace(motion, theta_ddot=theta_ddot, theta_ddot_before=None)
         )

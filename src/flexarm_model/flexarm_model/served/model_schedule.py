@@ -23,6 +23,7 @@ from flexarm_model.tree.reduced_tree import ReducedTree
 Array = NDArray[np.float64]
 FOREVER = 1e6
 LOOK_PERIOD = 0.005  # s between two looks at the reference, or one control period if that is longer
+BLOCK = 256  # looks at a time
 AT_REST = 0.05  # of the distance allowed: where the reference rests, models are worth being exact
 
 
@@ -89,15 +90,15 @@ class ModelSchedule:
             end: Of the motion [s].
             period_ns: See ``plan``.
         """
-        ticks: NDArray[np.int64] = np.arange(int(np.ceil(end * 1e9 / period_ns)) + 2) * period_ns
-        while ticks.size:
+        looks, k = int(np.ceil(end * 1e9 / period_ns)) + 2, 0
+        while k < looks:
+            ticks: NDArray[np.int64] = np.arange(k, min(k + BLOCK, looks)) * period_ns
             ahead, is_left = self._look(pose, np.asarray(ticks * 1e-9, dtype=np.float64))
-            k = int(is_left.argmax())
-            if not is_left[k]:
-                return
-            pose = ahead[k]
-            yield int(ticks[k]), pose
-            ticks = ticks[k + 1 :]
+            first = int(is_left.argmax())
+            if is_left[first]:
+                pose = ahead[first]
+                yield int(ticks[first]), pose
+            k += first + 1 if is_left[first] else ticks.size
 
     def make(self, pose: Array) -> ReducedModel:
         """Return the model of a pose, (n_theta,).
