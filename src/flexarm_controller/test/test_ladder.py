@@ -190,7 +190,8 @@ def test_a_resting_law_is_asked_again_when_stamps_go_back():
 @pytest.mark.parametrize("share", [0.0, 0.8])
 def test_without_a_wall_clock_or_a_budget_nothing_rests(share):
     wall = None if share else clocks(*np.ones(20)).wall
-    controller = Controller(MODEL, LIMITS, ControllerConfig(time_budget=share), clocks=Clocks(wall=wall))
+    settings, patient = ControllerConfig(time_budget=share), MpcConfig(time_limit=0.0)
+    controller = Controller(MODEL, LIMITS, settings, patient, clocks=Clocks(wall=wall))
     assert all(controller.step(state_of(MOVING, MODEL, k * DT)).mode == "mpc" for k in range(4))
     assert controller.overruns == 0
 
