@@ -147,3 +147,40 @@ def test_a_malformed_parameter_file_ends_the_node(tmp_path: pytest.TempPathFacto
     )
     assert result.returncode == 2
     assert "bad.yaml" in result.stderr.splitlines()[-1]
+
+
+COMPOSED = textwrap.dedent("""
+    import sys
+    from flexarm_model.ros.node import run_node
+    from rclpy.node import Node
+
+    class Beside(Node):
+        is_finished = False
+
+        def __init__(self):
+            super().__init__("beside")
+            self.create_timer(0.02, self.finish)
+
+        def finish(self):
+            self.is_finished = True
+
+        def stop(self):
+            print("beside stopped", flush=True)
+
+    class Main(Node):
+        def __init__(self):
+            super().__init__("main")
+            self.companions = (Beside(),)
+
+        def stop(self):
+            print("main stopped", flush=True)
+
+    sys.exit(run_node(Main))
+""")
+
+
+def test_a_process_of_two_nodes_ends_when_either_of_them_does() -> None:
+    done = subprocess.run(
+        [sys.executable, "-c", COMPOSED], capture_output=True, text=True, timeout=PATIENCE, check=False
+    )
+    assert (done.returncode, done.stdout) == (0, "main stopped\nbeside stopped\n"), done.stderr

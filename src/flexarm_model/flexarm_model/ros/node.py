@@ -185,7 +185,7 @@ def _spin(node: Node, stopping: list[int]) -> None:
         _keep_time(node)
         alarm = getattr(node, "alarm", Alarm(lambda: None, time.monotonic))
         with suppress(ExternalShutdownException):
-            while not (stopping or getattr(node, "is_finished", False)):
+            while not (stopping or any(getattr(each, "is_finished", False) for each in (node, *companions))):
                 executor.spin_once(timeout_sec=alarm.wait(SPIN_TIMEOUT))
                 alarm.look()
         if not stopping:
