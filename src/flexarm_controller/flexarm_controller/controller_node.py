@@ -24,6 +24,7 @@ In real time only the newest state is answered when several wait: what was misse
 
 from __future__ import annotations
 
+import secrets
 import time
 from collections.abc import Sequence
 from dataclasses import replace
@@ -67,6 +68,7 @@ from flexarm_model.settings.arm_settings import LoopSettings
 from flexarm_model.settings.diagnosis import DiagnosticsConfig
 from flexarm_model.tree.reduced_tree import ReducedTree
 
+GOALS = 100_000  # numbers of one life of the node: nobody shall take another's goal for his own
 # for goals of the tip at the end of an axis, and for references that give positions alone
 LIBRARIES = ("scipy.optimize", "scipy.interpolate")
 
@@ -102,7 +104,8 @@ class ControllerNode(ManagedNode):
         self._health = ControllerHealth(None if self.settings.lockstep else period, self._thresholds)
         self.exchange = self._exchange(config, inputs, motion)
         self._arming = ArmingCheck(self, config, inputs, self._margins, self.exchange)
-        goals = MotionExchange(config, self._tip, motion, period, self.exchange)
+        before = 0 if self.settings.lockstep else GOALS * secrets.randbelow(GOALS)
+        goals = MotionExchange(config, self._tip, motion, period, self.exchange, before)
         self._goals = TipGoals(self, goals, self._publish)
         self.exchange.write_commands(CommandWriter(serialize_message).write)
         self.exchange.teller.tell_more(Insight(self._tip.at, inputs.mpc, period), self._listens)

@@ -29,10 +29,11 @@ def link():
 class ExactArm:
     """Follows whatever it takes, without error; its states are one period apart."""
 
-    def __init__(self, link, **settings):
+    def __init__(self, link, goals=0, **settings):
         self.model, self.limits, tip = link
         self.reference = None
-        self.server = MotionServer(tip, self.limits, MotionConfig(motion_lead=LEAD, **settings), PERIOD)
+        config = MotionConfig(motion_lead=LEAD, **settings)
+        self.server = MotionServer(tip, self.limits, config, PERIOD, goals)
         self.t, self.bend = 0.0, 0.0
         self.told = []
 
@@ -204,3 +205,9 @@ def test_without_a_usable_state_nothing_begins(link):
     assert answer.reason == "the state is not usable: no encoder"
     arm.reference = hold(np.zeros(1))
     assert arm.cancel().reason == "nothing moves"
+
+
+def test_goals_are_numbered_from_the_last_one_of_another_life_on(link):
+    arm = ExactArm(link, goals=4_200_000)
+    assert [arm.move(angle).goal_id for angle in (0.2, 0.3)] == [4_200_001, 4_200_002]
+    assert not arm.cancel(1).is_accepted

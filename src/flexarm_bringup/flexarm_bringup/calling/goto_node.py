@@ -114,7 +114,9 @@ class _Goal:
 
     def _on_status(self, msg: MotionStatus) -> None:
         if msg.goal_id:
-            self._last[msg.goal_id], self._heard = msg, time.monotonic()
+            self._last[msg.goal_id] = msg
+        if msg.goal_id == self._goal:
+            self._heard = time.monotonic()
 
 
 def _line(status: MotionStatus) -> str:

@@ -39,6 +39,7 @@ class MotionExchange:
         motion: MotionConfig,
         period: float,
         exchange: ControllerExchange,
+        goals: int = 0,
     ) -> None:
         """Start without a goal.
 
@@ -48,9 +49,10 @@ class MotionExchange:
             motion: Limits and tolerances of motions.
             period: Of the controller [s].
             exchange: Of the controller that follows.
+            goals: Number of the last goal before.
         """
         self._exchange, self._names = exchange, tuple(config.actuated)
-        self._server = MotionServer(tip, limits_of(config), motion, period)
+        self._server = MotionServer(tip, limits_of(config), motion, period, goals)
 
     def on_move_tip(self, request: Any) -> tuple[Any, list[Outgoing]]:
         """Answer a goal; returns the response and what is to be sent."""

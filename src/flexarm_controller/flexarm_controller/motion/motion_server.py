@@ -67,7 +67,9 @@ class Answer:
 class MotionServer:
     """Owns the goal that is pursued."""
 
-    def __init__(self, tip: TipKinematics, limits: Limits, config: MotionConfig, period: float) -> None:
+    def __init__(
+        self, tip: TipKinematics, limits: Limits, config: MotionConfig, period: float, goals: int = 0
+    ) -> None:
         """Start without a goal.
 
         Args:
@@ -75,6 +77,7 @@ class MotionServer:
             limits: Of the arm.
             config: Shares of the limits, tolerances.
             period: Of the states [s].
+            goals: Number of the last goal before; the next one has the next.
 
         Raises:
             ConfigError: A motor cannot hold the weight of the arm everywhere; the guard refuses it as well.
@@ -83,7 +86,7 @@ class MotionServer:
         self._ranges = guard_limits(tip.tree.config, tip.tree, guard).ranges
         self._tip, self._limits, self._config, self._period = tip, limits, config, period
         self._pursuit: Pursuit | None = None
-        self._goals = 0
+        self._goals = goals
         self._told: list[Progress] = []
 
     def move_tip(self, goal: TipGoal, arm: Follower, state: ArmState) -> Answer:
