@@ -21,15 +21,19 @@ class GuardCycle:
         is_open: The newest state has not been answered.
     """
 
-    def __init__(self, period: float, patience: float, answer_time: float = 0.0) -> None:
+    def __init__(
+        self, period: float, patience: float, answer_time: float = 0.0, longest_silence: float = math.inf
+    ) -> None:
         """Wait for the first state.
 
         Args:
             period: Motor period [s].
             patience: Share of it to wait for a command [1].
             answer_time: Least time that is left for the answer, though at most half of the period [s].
+            longest_silence: After which drives are gone [s].
         """
         self._period, self._last = period, min(patience * period, period - min(answer_time, 0.5 * period))
+        self._longest_silence = longest_silence
         self._due = self._arrived = self._looked = -math.inf
         self.late, self.is_open = 0, False
 
@@ -60,6 +64,12 @@ class GuardCycle:
         last = self._due + self._last + (0.0 if self.is_open else self._period)
         return max(last - now, 0.0) if last > now or self.is_open else self._period
 
-    def silence(self, now: float) -> float:
-        """Return for how long the drives have said nothing [s]; inf before their first word."""
-        return now - self._arrived
+    def next_look(self, now: float) -> float:
+        """Return when to look again [s]: to answer, or because the drives may be silent."""
+        due, silent = now + self.wait(now), self._arrived + self._longest_silence
+        return min(due, silent) if silent > now else due
+
+    def silence(self, now: float) -> str:
+        """Return that the drives are silent; empty as long as they are not."""
+        is_silent = now - self._arrived > self._longest_silence
+        return f"drives silent for {1e3 * self._longest_silence:.0f} ms" if is_silent else ""

@@ -83,14 +83,15 @@ class GuardNode(ManagedNode):
         """Start stopped."""
         self.exchange = made(GuardExchange, self._config, self._limits, 0 if self.settings.lockstep else None)
         self.guard, period = self.exchange.guard, self.exchange.period_ns * 1e-9
-        self._silence = self.settings.longest_silence(period)
-        self._cycle = GuardCycle(period, self.settings.patience, self.settings.answer_time)
+        asked = self.settings
+        self._cycle = GuardCycle(period, asked.patience, asked.answer_time, asked.longest_silence(period))
         self._lockstep, self._margins = Lockstep(SENSORS, self.on_tick_complete), ""
         self._connect()
 
     def deactivate(self) -> None:
         """Latch a stop; the drives, which hear nothing any more, brake by themselves."""
         self._stop("guard deactivated")
+        self._voice.say()
         self.alarm.cancel()
 
     def on_sensor(self, topic: str, msg: JointState | StrainArray) -> None:
@@ -101,7 +102,7 @@ class GuardNode(ManagedNode):
             self.exchange.on_strain(msg)
         else:
             self._cycle.begin(now := self._look_at_clock(), self.exchange.on_drive_states(msg))
-            self._wait(now)
+            self.alarm.due = self._cycle.next_look(now)
             self._floodgate.begin_period()
             self._answer_when_due()
 
@@ -131,10 +132,10 @@ class GuardNode(ManagedNode):
         if self._cycle.is_open:
             self._answer()
             return
-        if self._cycle.silence(now) > self._silence:
-            self.guard.stop(f"drives silent for {1e3 * self._silence:.0f} ms")
+        if silence := self._cycle.silence(now):
+            self.guard.stop(silence)
         self._voice.say_when_due()
-        self._wait(now)
+        self.alarm.due = self._cycle.next_look(now)
 
     def on_model(self, msg: ReducedModel) -> None:
         """Take a model, to be served from its stamp on, or say why not."""
@@ -149,7 +150,8 @@ class GuardNode(ManagedNode):
 
     def on_arm(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         """Arm the guard with a new session token."""
-        refusal = self._margins or self._drives.refusal or self.guard.unready(not self.settings.lockstep)
+        refusal = self._margins or self._drives.refusal or self._cycle.silence(self._now())
+        refusal = refusal or self.guard.unready(not self.settings.lockstep)
         response.success, response.message = not refusal, refusal or "armed"
         if not refusal:
             self.guard.arm(self.exchange.t, 1 + secrets.randbits(62))
@@ -186,7 +188,7 @@ class GuardNode(ManagedNode):
         self._cycle.end(now := self._now())
         self.exchange.look_ahead()
         if not self.settings.lockstep:
-            self._wait(now)
+            self.alarm.due = self._cycle.next_look(now)
 
     def _resume(self) -> None:
         """In lockstep let time begin, or go on after a stop."""
@@ -204,11 +206,6 @@ class GuardNode(ManagedNode):
         if (stood := self._cycle.look(now)) > self.guard.limits.max_age:
             self.guard.stop(f"guard did not run for {1e3 * stood:.0f} ms")
         return now
-
-    def _wait(self, now: float) -> None:
-        """Set the alarm to when an answer has to go out, or the next one, or the drives will be silent."""
-        wait, silent = self._cycle.wait(now), self._silence - self._cycle.silence(now)
-        self.alarm.due = now + (min(wait, silent) if silent > 0.0 else wait)
 
     def _connect(self) -> None:
         lockstep = self.settings.lockstep
@@ -229,7 +226,7 @@ class GuardNode(ManagedNode):
             self.create_subscription(Tick, "tick", self.on_tick, LOCKSTEP_QOS)
         else:
             self._floodgate = Floodgate(self, asked)
-            self._wait(self._now())
+            self.alarm.due = self._cycle.next_look(self._now())
         self.tell_ready(self._conditions())
 
     def _conditions(self) -> dict[str, Callable[[], bool]]:

@@ -1,5 +1,6 @@
 """The settings of guard and guard node; the limits that follow from the former: ``guarding.derive``."""
 
+import math
 from dataclasses import dataclass
 
 from flexarm_controller.guarding.derive import SILENT, GuardSettings, guard_limits
@@ -25,5 +26,5 @@ class GuardNodeSettings(LoopSettings):
     )
 
     def longest_silence(self, period: float) -> float:
-        """Return the silence of the drives that stops an arm of so long a period [s]."""
-        return max(self.drive_silence, SILENT * period)
+        """Return the silence of the drives that stops an arm of so long a period [s]; in lockstep none does."""
+        return math.inf if self.lockstep else max(self.drive_silence, SILENT * period)

@@ -1,4 +1,4 @@
-"""A guard whose process stood still knows nothing of what happened: nothing that waits for it acts."""
+"""The guard node with a clock that is set: what it hears, says and refuses after a standstill or a silence."""
 
 import subprocess
 import sys
@@ -7,7 +7,7 @@ import pytest
 
 pytestmark = pytest.mark.ros
 domain_coordinator = pytest.importorskip("domain_coordinator", reason="needs ROS")
-CODE = """
+NODE = """
 import types, rclpy
 import flexarm_controller.guard_node as module
 from flexarm_interfaces.msg import JointCommand
@@ -29,6 +29,8 @@ def command(k):
     msg.header.stamp = ns_to_stamp(10**18 + k * period)
     node.on_command(msg)
 
+"""
+STANDSTILL = """
 state(0)
 guard.arm(node.exchange.t, 7)
 for k in (1, 2, 3):
@@ -41,15 +43,56 @@ print(guard.passed, guard.mode, guard.reason)
 """
 
 
+SILENCE = """
+from std_srvs.srv import Trigger
+node._margins, node._drives.refusal = "", ""
+guard.unready = lambda is_watched=True: ""
+
+def arm():
+    answer = node.on_arm(Trigger.Request(), Trigger.Response())
+    return answer.success, answer.message
+
+state(0)
+print(arm())
+node.on_stop(Trigger.Request(), Trigger.Response())
+clock[0] += 2.0
+print(arm(), guard.mode)
+"""
+LAST_WORDS = """
+said = []
+publish = node._voice._status.publish
+node._voice._status = types.SimpleNamespace(publish=lambda msg: said.append((msg.mode, msg.reason)))
+state(0)
+guard.arm(node.exchange.t, 7)
+node._voice.say()
+node.deactivate()
+print(*said[-1])
+"""
+
+
+def run(code, monkeypatch):
+    """Run lines beside a guard node of the single link that has just been made; returns what they print."""
+    monkeypatch.setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
+    with domain_coordinator.domain_id() as domain:
+        monkeypatch.setenv("ROS_DOMAIN_ID", str(domain))
+        done = subprocess.run(
+            [sys.executable, "-c", NODE + code], capture_output=True, text=True, check=False
+        )
+    assert done.returncode == 0, done.stderr
+    return done.stdout.strip()
+
+
 @pytest.mark.parametrize(
     ("stood", "said"),
     [(0.0, "3 armed"), (1.0, "2 braking guard did not run for 1000 ms")],
 )
 def test_a_command_that_waited_while_the_guard_stood_still_is_not_used(stood, said, monkeypatch):
-    monkeypatch.setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
-    with domain_coordinator.domain_id() as domain:
-        monkeypatch.setenv("ROS_DOMAIN_ID", str(domain))
-        code = CODE.replace("STOOD", str(stood))
-        done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stderr
-    assert done.stdout.strip() == said
+    assert run(STANDSTILL.replace("STOOD", str(stood)), monkeypatch) == said
+
+
+def test_nobody_is_told_armed_while_the_drives_are_silent(monkeypatch):
+    assert run(SILENCE, monkeypatch) == "(True, 'armed')\n(False, 'drives silent for 35 ms') braking"
+
+
+def test_a_guard_that_is_deactivated_says_that_it_stopped(monkeypatch):
+    assert run(LAST_WORDS, monkeypatch) == "2 guard deactivated"
