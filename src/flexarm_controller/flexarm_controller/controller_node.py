@@ -59,7 +59,9 @@ from flexarm_controller.states_node import Duties, PacedStates, States, TickedSt
 from flexarm_controller.time_budget import Clocks
 from flexarm_controller.told_state import ToldState
 from flexarm_model.manipulator.description import ManipulatorConfig
+from flexarm_model.motion.size import has_too_many_points
 from flexarm_model.process.ahead import made
+from flexarm_model.ros.bytes_node import subscribe_bytes
 from flexarm_model.ros.declared_node import declare_configs, load_arm
 from flexarm_model.ros.diagnostics_node import Diagnostics
 from flexarm_model.ros.managed_node import LifeSettings, ManagedNode
@@ -107,7 +109,7 @@ class ControllerNode(ManagedNode):
         before = 0 if self.settings.lockstep else GOALS * secrets.randbelow(GOALS)
         goals = MotionExchange(config, self._tip, motion, period, self.exchange, before)
         self._goals = TipGoals(self, goals, self._publish)
-        self.exchange.write_commands(CommandWriter(serialize_message).write)
+        self.exchange.write = CommandWriter(serialize_message).write
         self.exchange.teller.tell_more(Insight(self._tip.at, inputs.mpc, period), self._listens)
         self._connect()
 
@@ -136,6 +138,10 @@ class ControllerNode(ManagedNode):
         answer = self.exchange.on_reference(msg)
         self.get_logger().info(answer[0].msg.reason)
         self._publish(answer)
+
+    def on_too_large_reference(self, reason: str) -> None:
+        """Say why a reference is not even read."""
+        self._publish(self.exchange.refuse_reference(reason))
 
     def on_state(self, told: ToldState) -> None:
         """Take a state that another node of this process hands over."""
@@ -178,7 +184,8 @@ class ControllerNode(ManagedNode):
         self._outlets.update(self._goals.outlets)
         self._receipts = self.create_publisher(String, "~/models", LATCHED_QOS)
         self.create_subscription(ReducedModel, "model", self.on_model, MODELS_QOS)
-        self.create_subscription(JointTrajectory, "reference", self.on_reference, RELIABLE_QOS)
+        heard = JointTrajectory, "reference", self.on_reference, RELIABLE_QOS, self.on_too_large_reference
+        subscribe_bytes(self, *heard, has_too_many_points)
         self._states = self._subscribed_states()
         conditions = {
             "a model": lambda: self.exchange.controller is not None,

@@ -45,6 +45,7 @@ class ControllerExchange:
         withheld: Why no command may be sent; empty when they may.
         answer: What became of the newest state; None before the first.
         teller: Tells of answers.
+        write: Makes the message of a command, of what ``command_to_msg`` takes.
     """
 
     def __init__(  # noqa: PLR0913, one settings class for each thing that is set
@@ -76,7 +77,7 @@ class ControllerExchange:
         self._pending: PendingModels[Laws] = PendingModels()
         self.controller: Controller | None = None
         self.state: ArmState | None = None
-        self._write: Callable[..., Any] = command_to_msg
+        self.write: Callable[..., Any] = command_to_msg
         self.teller = AnswerTeller(settings.period, mpc.backend, is_live=epoch_ns is None)
         self.answer: Answer | None = None
         self.model_fault, self.withheld = "no model yet", ""
@@ -139,11 +140,9 @@ class ControllerExchange:
         if self._token and self.controller is not None:  # also when the stop was not heard
             self.controller.reset()
         self._token, self._sequence = msg.session_token, 0
-        now = self._now
-        if self.controller is None or now is None:
+        if self.controller is None or (now := self._now) is None:
             return []
-        begun = self.controller.drop_reference(now - LATE)
-        if begun is None:
+        if (begun := self.controller.drop_reference(now - LATE)) is None:
             return []
         reason = f"reference dropped: it began {now - begun:.3g} s ago, when the guard was not armed"
         return self._notice(reason, self._cycles.last_ns or 0)
@@ -157,6 +156,10 @@ class ControllerExchange:
         else:
             answer = "; ".join([f"reference accepted: {len(msg.points)} points", *remark])
         return self._notice(answer, stamp_to_ns(msg.header.stamp))
+
+    def refuse_reference(self, reason: str) -> list[Outgoing]:
+        """Say why a reference was not read."""
+        return self._notice(f"{REFUSED}{reason}", self._cycles.last_ns or 0)
 
     def on_modal_state(self, msg: Any) -> list[Outgoing]:
         """Answer a state that was sent, and tell what there is to tell of the answer."""
@@ -183,7 +186,7 @@ class ControllerExchange:
         rest = *self._counts, self.controller.notice
         self.answer = Answer(stamp_ns, command.mode, command.reason, command, *rest)
         self._sequence += 1
-        msg = self._write(command, self._names, self._sequence, self._token, stamp_ns)
+        msg = self.write(command, self._names, self._sequence, self._token, stamp_ns)
         return [Outgoing("joint_commands", msg)]
 
     def tell(self) -> list[Outgoing]:
@@ -194,10 +197,6 @@ class ControllerExchange:
         if self.controller is None or self.state is None:
             return told
         return told + self.teller.look_ahead(self.answer, self.controller.model, self.state)
-
-    def write_commands(self, write: Callable[..., Any]) -> None:
-        """Let ``write`` make the messages of commands, of what ``command_to_msg`` takes."""
-        self._write = write
 
     @property
     def _now(self) -> float | None:

@@ -26,5 +26,5 @@ class GuardNodeSettings(LoopSettings):
     )
 
     def longest_silence(self, period: float) -> float:
-        """Return the silence of the drives that stops an arm of so long a period [s]; in lockstep none does."""
+        """Return the silence of the drives that stops an arm of so long a period [s]; never in lockstep."""
         return math.inf if self.lockstep else max(self.drive_silence, SILENT * period)

@@ -388,7 +388,7 @@ def test_commands_written_as_bytes_are_the_same(exchange, model):
         assert told == msg
         return sent
 
-    exchange.write_commands(write)
+    exchange.write = write
     exchange.on_model(model_to_msg(model))
     for token in (5, 2**63 + 1):
         exchange.on_guard_status(GuardStatus(session_token=token))

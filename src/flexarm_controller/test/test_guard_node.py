@@ -1,4 +1,4 @@
-"""The guard node with a clock that is set: what it hears, says and refuses after a standstill or a silence."""
+"""The guard node with a clock that is set: what it says and refuses after a standstill or a silence."""
 
 import subprocess
 import sys

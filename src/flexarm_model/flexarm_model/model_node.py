@@ -37,6 +37,7 @@ from trajectory_msgs.msg import JointTrajectory
 from flexarm_model.conversions import NS_PER_S, floats, model_to_msg, stamp_to_ns
 from flexarm_model.manipulator.start_pose import starting_at
 from flexarm_model.motion.conversions import TrajectoryMessageError, trajectory_from_msg
+from flexarm_model.motion.size import has_too_many_points
 from flexarm_model.process.ahead import made
 from flexarm_model.ros.bytes_node import subscribe_bytes
 from flexarm_model.ros.declared_node import declare_configs, load_arm, told_by
@@ -221,7 +222,8 @@ class ModelNode(ManagedNode):
         self._publisher = self.create_publisher(ReducedModelMsg, "model", MODELS_QOS)
         self._receipts = self.create_publisher(String, "~/models", LATCHED_QOS)
         self._serve(self.model, 0)
-        self.create_subscription(JointTrajectory, "reference", self.on_reference, RELIABLE_QOS)
+        heard = JointTrajectory, "reference", self.on_reference, RELIABLE_QOS
+        subscribe_bytes(self, *heard, too_large=has_too_many_points)
         subscribe_bytes(self, JointState, "joint_states", self.on_joint_states, SENSOR_QOS)
         self.create_subscription(GuardStatus, "guard_status", self.on_guard_status, RELIABLE_QOS)
         self.create_service(GetReducedModel, "get_reduced_model", self.on_get_reduced_model)

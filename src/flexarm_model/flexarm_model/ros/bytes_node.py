@@ -20,13 +20,19 @@ from flexarm_model.ros.message_reader import MessageReader
 MOST_BYTES = 100_000  # of a message of a sensor or a command
 
 
-def subscribe_bytes(
+def has_too_many_bytes(raw: bytes) -> str:
+    """Return that a message of a sensor or a command is too large; empty where it is not."""
+    return f"message of more than {MOST_BYTES} bytes" if len(raw) > MOST_BYTES else ""
+
+
+def subscribe_bytes(  # noqa: PLR0913, what a subscription takes and why a message may be refused
     node: Node,
     kind: type,
     topic: str,
     take: Callable[[Any], None],
     quality: QoSProfile,
     refuse: Callable[[str], None] = lambda reason: None,
+    too_large: Callable[[bytes], str] = has_too_many_bytes,
 ) -> Subscription:
     """Subscribe to a topic whose messages come often, and from anybody.
 
@@ -37,13 +43,14 @@ def subscribe_bytes(
         take: Called with every message.
         quality: Of the service.
         refuse: Told why one is not taken; it is logged, too.
+        too_large: Tells from its bytes why one is not read; empty where it is.
     """
     reader = MessageReader(kind, partial(deserialize_message, message_type=kind))
 
     def on_bytes(raw: bytes) -> None:
         """Read a message, or refuse it."""
-        reason = f"message of more than {MOST_BYTES} bytes"
-        if len(raw) <= MOST_BYTES:
+        reason = too_large(raw)
+        if not reason:
             try:
                 msg = reader.read(raw)
             except rclpy_implementation.RMWError:

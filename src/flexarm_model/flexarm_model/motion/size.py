@@ -1,0 +1,47 @@
+"""Whether a trajectory may be read at all, told from its bytes.
+
+To make a message of its bytes costs rclpy 8 to 15 us a point, and no other message is heard meanwhile: the
+controller must not be silent for as long as the guard waits. The points are cubics' ends, not samples.
+"""
+
+from __future__ import annotations
+
+import struct
+
+MOST_POINTS = 2000
+MOST_BYTES = 1_000_000  # of so many points of six axes with all they can have: half of it
+_HEAD, _STAMP = 4, 8  # bytes before the content, from which alignment counts; of the header's stamp
+_ALIGN = 4
+
+
+def has_too_many_points(raw: bytes) -> str:
+    """Return that a trajectory_msgs/JointTrajectory is too large to be read; empty where it is not.
+
+    Args:
+        raw: Of the message (CDR of OMG DDS-XTypes 1.3, 7.4.1); what cannot be read so is for the reader.
+    """
+    if len(raw) > MOST_BYTES:
+        return f"message of more than {MOST_BYTES} bytes"
+    try:
+        count = _count_points(raw)
+    except struct.error:
+        return ""
+    return f"{count} points, at most {MOST_POINTS}: between them it is a cubic" if count > MOST_POINTS else ""
+
+
+def _count_points(raw: bytes) -> int:
+    order = "<" if raw[1:2] == b"\x01" else ">"
+
+    def number(place: int) -> int:
+        """Return the length that stands there."""
+        return int(struct.unpack_from(f"{order}I", raw, place)[0])
+
+    def after_text(place: int) -> int:
+        """Return where what follows a text begins."""
+        return place + _ALIGN + (number(place) + _ALIGN - 1) // _ALIGN * _ALIGN
+
+    place = after_text(_HEAD + _STAMP)
+    names, place = number(place), place + _ALIGN
+    for _ in range(names):
+        place = after_text(place)
+    return number(place)

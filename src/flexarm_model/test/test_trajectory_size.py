@@ -1,0 +1,43 @@
+"""A trajectory that would take too long to read is known by its bytes."""
+
+import pytest
+
+pytest.importorskip("trajectory_msgs.msg")
+
+from rclpy.serialization import serialize_message  # noqa: E402
+from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint  # noqa: E402
+
+from flexarm_model.motion.size import MOST_BYTES, MOST_POINTS, has_too_many_points  # noqa: E402
+
+
+def bytes_of(points: int, frame: str = "", names: tuple[str, ...] = ("base.rz",)) -> bytes:
+    point = JointTrajectoryPoint(positions=[0.1] * len(names), velocities=[0.2] * len(names))
+    msg = JointTrajectory(joint_names=list(names), points=[point] * points)
+    msg.header.frame_id = frame
+    return bytes(serialize_message(msg))
+
+
+@pytest.mark.parametrize("frame", ["", "a", "base", "controller"])
+@pytest.mark.parametrize("names", [(), ("base.rz",), ("q", "elbow.rz", "wrist_1.rx")])
+def test_points_are_counted_whatever_the_texts_before_them(frame: str, names: tuple[str, ...]) -> None:
+    assert has_too_many_points(bytes_of(MOST_POINTS, frame, names)) == ""
+    told = has_too_many_points(bytes_of(MOST_POINTS + 1, frame, names))
+    assert told == "2001 points, at most 2000: between them it is a cubic"
+
+
+def test_what_is_no_trajectory_is_left_to_its_reader_unless_it_is_huge() -> None:
+    whole = bytes_of(3)
+    for length in range(24):
+        assert has_too_many_points(whole[:length]) == ""
+    assert has_too_many_points(bytes(MOST_BYTES + 1)) == "message of more than 1000000 bytes"
+
+
+def test_names_without_end_take_no_time() -> None:
+    assert has_too_many_points(whole_of_names()) == ""
+
+
+def whole_of_names() -> bytes:
+    """Return bytes that promise four thousand million names and have one."""
+    raw = bytearray(bytes_of(1))
+    raw[20:24] = b"\xff" * 4
+    return bytes(raw)
