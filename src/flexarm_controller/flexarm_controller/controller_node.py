@@ -12,6 +12,7 @@ Publishes
         from which it acts; 20 a second while somebody listens.
     motion_status, reference: see ``motion/tip_goals_node``.
     ~/models (std_msgs/String, latched): receipt of the models taken and prepared so far.
+    ~/references (std_msgs/String): "stamp: verdict" of every reference of others, for who prepares it.
     /diagnostics (diagnostic_msgs/DiagnosticArray): 1 Hz.
     ~/ready (std_msgs/Bool, latched): true once it has a model and its topics are connected.
 Subscribes
@@ -58,6 +59,7 @@ from flexarm_controller.settings import ControllerConfig, MarginConfig, MpcConfi
 from flexarm_controller.states_node import Duties, PacedStates, States, TickedStates
 from flexarm_controller.time_budget import Clocks
 from flexarm_controller.told_state import ToldState
+from flexarm_model.conversions import stamp_to_ns
 from flexarm_model.manipulator.description import ManipulatorConfig
 from flexarm_model.motion.size import has_too_many_points
 from flexarm_model.process.ahead import made
@@ -136,8 +138,10 @@ class ControllerNode(ManagedNode):
         if self._goals.is_own(msg):
             return
         answer = self.exchange.on_reference(msg)
-        self.get_logger().info(answer[0].msg.reason)
+        verdict = answer[0].msg.reason
+        self.get_logger().info(verdict)
         self._publish(answer)
+        self._verdicts.publish(String(data=f"{stamp_to_ns(msg.header.stamp)}: {verdict}"))
 
     def on_too_large_reference(self, reason: str) -> None:
         """Say why a reference is not even read."""
@@ -183,6 +187,7 @@ class ControllerNode(ManagedNode):
         self._outlets["feedback_gains"] = self.create_publisher(FeedbackGains, "feedback_gains", quality)
         self._outlets.update(self._goals.outlets)
         self._receipts = self.create_publisher(String, "~/models", LATCHED_QOS)
+        self._verdicts = self.create_publisher(String, "~/references", RELIABLE_QOS)
         self.create_subscription(ReducedModel, "model", self.on_model, MODELS_QOS)
         heard = JointTrajectory, "reference", self.on_reference, RELIABLE_QOS, self.on_too_large_reference
         subscribe_bytes(self, *heard, has_too_many_points)

@@ -15,6 +15,7 @@ Publishes
 Subscribes
     reference (trajectory_msgs/JointTrajectory): what the axes are about to do.
     joint_states (sensor_msgs/JointState): the pose of the actuated axes [rad or m].
+    controller/references (std_msgs/String): "stamp: verdict"; models of refused ones are taken back.
     guard_status (flexarm_interfaces/GuardStatus): after a stop the models follow the measured pose again.
 Services
     get_reduced_model (flexarm_interfaces/GetReducedModel): the model at any pose.
@@ -54,8 +55,8 @@ from flexarm_model.ros.node import (
 from flexarm_model.served.linearize import PoseError, linearize
 from flexarm_model.served.model_cache import cache_at_home
 from flexarm_model.served.model_schedule import ModelSchedule, ScheduleSettings, periods_between_looks
-from flexarm_model.served.pending_models import PendingModels
 from flexarm_model.served.reduced_model import ReducedModel
+from flexarm_model.served.served_models import ServedModels
 from flexarm_model.settings.arm_settings import ArmSettings
 from flexarm_model.settings.diagnosis import Level, Verdict
 from flexarm_model.settings.parameters import parameter
@@ -102,23 +103,22 @@ class ModelNode(ManagedNode):
 
     def activate(self) -> None:
         """Publish the model at home."""
-        self.model = self._in_use = self.cache.at()
-        self._pending: PendingModels[ReducedModel] = PendingModels()
-        self._follows_pose = not self.settings.lockstep
-        self._looked_at = self.model.pose
-        self._served, self._trouble = 0, ""
-        self._published_ns = self._token = 0
-        self._connect()
-        f_hz = ", ".join(f"{value:.4g}" for value in self.model.omega / (2 * np.pi))
-        config = self._config
+        model, config = self.cache.at(), self._config
+        self._follows_pose = self._followed_pose = not self.settings.lockstep
+        self._looked_at, self._trouble = model.pose, ""
+        self._published_ns, self._token, self._refused_ns = 0, 0, -1
+        self._connect(model)
+        f_hz = ", ".join(f"{value:.4g}" for value in model.omega / (2 * np.pi))
         self.get_logger().info(
-            f"{config.name} ({config.preset or 'no preset'}): modes at {f_hz} Hz, model {self.model.model_id}"
+            f"{config.name} ({config.preset or 'no preset'}): modes at {f_hz} Hz, model {model.model_id}"
         )
 
     def on_reference(self, msg: JointTrajectory) -> None:
         """Make the models of a motion, send them, and tell that all are out."""
         start_ns = stamp_to_ns(msg.header.stamp)
-        self._in_use = self._pending.due(start_ns) or self._in_use
+        if start_ns == self._refused_ns:  # the controller was quicker
+            self._refused_ns = -1
+            return
         try:
             plan = self._plan(msg, start_ns)
         except (TrajectoryMessageError, PoseError, ClosureError) as error:
@@ -126,19 +126,27 @@ class ModelNode(ManagedNode):
             self.get_logger().error(self._trouble)
             self._receipts.publish(String(data=f"{start_ns}: refused: {error}"))
             return
-        self._follows_pose, self._trouble = False, ""
-        if self._pending.has_after(start_ns):  # of a reference that this one replaces
-            self._serve(self._in_use, start_ns)
-        for after_ns, model in plan:
-            self._serve(model, start_ns + after_ns)
+        self._followed_pose, self._follows_pose, self._trouble = self._follows_pose, False, ""
+        self._served.serve_motion(plan, start_ns)
         self.get_logger().info(f"{len(plan)} models for the reference")
-        self._receipts.publish(String(data=f"{start_ns}: {self._pending.receipt}"))
+        self._receipts.publish(String(data=f"{start_ns}: {self._served.receipt}"))
+
+    def on_verdict(self, msg: String) -> None:
+        """Take the models of a reference back that the controller does not follow."""
+        stamp, _, words = msg.data.partition(": ")
+        if not (stamp.isdecimal() and words.startswith("reference refused")):
+            return
+        if self._served.take_back(int(stamp)):
+            self._follows_pose = self._followed_pose
+            self.get_logger().info("the reference was refused: its models are taken back")
+        else:
+            self._refused_ns = int(stamp)
 
     def on_guard_status(self, msg: GuardStatus) -> None:
         """After a stop nobody follows the reference: look where the arm is."""
         if self._token and not msg.session_token and not self.settings.lockstep:
             self._follows_pose = True
-            self._looked_at = np.full_like(self.model.pose, np.inf)
+            self._looked_at = np.full_like(self._served.newest.pose, np.inf)
         self._token = msg.session_token
 
     def on_joint_states(self, msg: JointState) -> None:
@@ -146,7 +154,8 @@ class ModelNode(ManagedNode):
         if not self._follows_pose:
             return
         position = dict(zip(msg.name, msg.position, strict=False))
-        pose = np.array([position.get(name, np.nan) for name in self.model.theta_names])
+        newest = self._served.newest
+        pose = np.array([position.get(name, np.nan) for name in newest.theta_names])
         is_near = abs(pose - self._looked_at).max(initial=0.0) < self.settings.pose_step
         if not np.isfinite(pose).all() or is_near:
             return
@@ -161,17 +170,17 @@ class ModelNode(ManagedNode):
             self.get_logger().warning(self._trouble, throttle_duration_sec=5.0)
             return
         self._trouble = ""
-        is_other = model_difference(model, self.model) > self.settings.tolerance
-        if is_other or self._pending.has_after(now_ns + FOLLOWING_LEAD_NS):
+        is_other = model_difference(model, newest) > self.settings.tolerance
+        if is_other or self._served.has_after(now_ns + FOLLOWING_LEAD_NS):
             self._published_ns = now_ns
-            self._serve(model, now_ns + FOLLOWING_LEAD_NS)
+            self._served.serve(model, now_ns + FOLLOWING_LEAD_NS)
 
     def on_get_reduced_model(
         self, request: GetReducedModel.Request, response: GetReducedModel.Response
     ) -> GetReducedModel.Response:
         """Answer with the model at the requested pose."""
         try:
-            model = self.cache.at(np.array(request.pose)) if request.pose else self.model
+            model = self.cache.at(np.array(request.pose)) if request.pose else self._served.newest
         except (PoseError, ClosureError) as error:
             response.success, response.message = False, str(error)
             return response
@@ -183,7 +192,7 @@ class ModelNode(ManagedNode):
     ) -> GetDynamics.Response:
         """Answer with M(q), C(q, v) v and G(q)."""
         n = self.tree.n_q
-        q = np.array(request.q) if request.q else np.array(self.model.q0)
+        q = np.array(request.q) if request.q else np.array(self._served.newest.q0)
         v = np.array(request.v) if request.v else np.zeros(n)
         if q.size != n or v.size != n or not np.isfinite([q, v]).all():
             response.success = False
@@ -198,33 +207,28 @@ class ModelNode(ManagedNode):
 
     def verdicts(self) -> list[Verdict]:
         """Judge what became of the last reference and pose."""
-        values = {"model_id": self.model.model_id, "models served": str(self._served)}
+        values = {"model_id": self._served.newest.model_id, "models served": str(self._served.count)}
         level = Level.ERROR if self._trouble else Level.OK
         return [Verdict("model: served", level, self._trouble or "ok", values)]
 
     def _plan(self, msg: JointTrajectory, start_ns: int) -> list[tuple[int, ReducedModel]]:
-        motion = trajectory_from_msg(msg, self.model.theta_names, start_ns)
+        in_use = self._served.at(start_ns)
+        motion = trajectory_from_msg(msg, in_use.theta_names, start_ns)
         schedule = ModelSchedule(self.tree, self.tree.config, motion, self._schedule)
-        plan = schedule.plan(self._in_use, float(motion.t[-1]), self._period_ns)
+        plan = schedule.plan(in_use, float(motion.t[-1]), self._period_ns)
         models = list(islice(plan, MODELS_DEPTH))
         if len(models) == MODELS_DEPTH:
             raise TrajectoryMessageError(f"it needs {MODELS_DEPTH} models or more; raise angle or length")
         return models
 
-    def _serve(self, model: ReducedModel, stamp_ns: int) -> None:
-        self.model = model
-        self._served += 1
-        self._pending.add(stamp_ns, model)
-        self._pending.note(stamp_ns, model.model_id)
-        self._publisher.publish(model_to_msg(model, stamp_ns))
-
-    def _connect(self) -> None:
-        self._publisher = self.create_publisher(ReducedModelMsg, "model", MODELS_QOS)
+    def _connect(self, first: ReducedModel) -> None:
+        models = self.create_publisher(ReducedModelMsg, "model", MODELS_QOS)
         self._receipts = self.create_publisher(String, "~/models", LATCHED_QOS)
-        self._serve(self.model, 0)
+        self._served = ServedModels(first, lambda model, ns: models.publish(model_to_msg(model, ns)))
         heard = JointTrajectory, "reference", self.on_reference, RELIABLE_QOS
         subscribe_bytes(self, *heard, too_large=has_too_many_points)
         subscribe_bytes(self, JointState, "joint_states", self.on_joint_states, SENSOR_QOS)
+        self.create_subscription(String, "controller/references", self.on_verdict, RELIABLE_QOS)
         self.create_subscription(GuardStatus, "guard_status", self.on_guard_status, RELIABLE_QOS)
         self.create_service(GetReducedModel, "get_reduced_model", self.on_get_reduced_model)
         self.create_service(GetDynamics, "get_dynamics", self.on_get_dynamics)

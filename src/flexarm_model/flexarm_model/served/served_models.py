@@ -1,0 +1,82 @@
+"""The models that have been sent, each for its time, and those that a reference put aside.
+
+A reference may be refused by whoever follows it, after its models are out. Then they are taken back: from its
+begin on what was used before is used again.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+from flexarm_model.served.pending_models import PendingModels
+from flexarm_model.served.reduced_model import ReducedModel
+
+Timed = tuple[int, ReducedModel]  # stamp from which it is used [ns]
+
+
+class ServedModels:
+    """Sends models and remembers from when each is used.
+
+    Attributes:
+        newest: The model sent last.
+        count: Models sent so far [1].
+    """
+
+    def __init__(self, first: ReducedModel, send: Callable[[ReducedModel, int], None]) -> None:
+        """Send the first model, to be used from the beginning.
+
+        Args:
+            first: The model.
+            send: Sends a model that is used from a stamp [ns] on.
+        """
+        self._send, self._in_use = send, first
+        self._pending: PendingModels[ReducedModel] = PendingModels()
+        self._start_ns, self._aside = -1, tuple[Timed, ...]()
+        self.count = 0
+        self.serve(first, 0)
+
+    @property
+    def receipt(self) -> str:
+        """Count and hash of all that was sent."""
+        return self._pending.receipt
+
+    def serve(self, model: ReducedModel, stamp_ns: int) -> None:
+        """Send a model; it voids those for its stamp [ns] and later ones."""
+        self.newest = model
+        self.count += 1
+        self._pending.add(stamp_ns, model)
+        self._pending.note(stamp_ns, model.model_id)
+        self._send(model, stamp_ns)
+
+    def has_after(self, stamp_ns: int) -> bool:
+        """Tell whether a model waits for a later time [ns]."""
+        return self._pending.has_after(stamp_ns)
+
+    def at(self, stamp_ns: int) -> ReducedModel:
+        """Return the model that is in use at a stamp [ns], later than any asked for before."""
+        self._in_use = self._pending.due(stamp_ns) or self._in_use
+        return self._in_use
+
+    def serve_motion(self, models: Sequence[Timed], start_ns: int) -> None:
+        """Send the models of a motion; what was sent for later than its begin is put aside.
+
+        Args:
+            models: Of the motion, with the times since its begin [ns].
+            start_ns: Its begin [ns]; ``at`` was asked for it.
+        """
+        self._start_ns, self._aside = start_ns, self._pending.waiting
+        if self._aside:
+            self.serve(self._in_use, start_ns)
+        for after_ns, model in models:
+            self.serve(model, start_ns + after_ns)
+
+    def take_back(self, start_ns: int) -> bool:
+        """Undo the motion that begins then [ns]; return whether it is the last one."""
+        if start_ns != self._start_ns:
+            return False
+        if self._pending.waiting:
+            self.serve(self._in_use, start_ns)
+        for stamp_ns, model in self._aside:
+            self.serve(model, stamp_ns)
+        self._start_ns, self._aside = -1, ()
+        return True

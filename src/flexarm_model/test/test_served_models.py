@@ -1,0 +1,79 @@
+"""Models of a reference that is refused after they are out: what was used before is used again."""
+
+from types import SimpleNamespace
+from typing import Any, cast
+
+import pytest
+
+from flexarm_model.served.pending_models import PendingModels
+from flexarm_model.served.reduced_model import ReducedModel
+from flexarm_model.served.served_models import ServedModels
+
+
+def model(name: str) -> ReducedModel:
+    return cast(ReducedModel, SimpleNamespace(model_id=name))
+
+
+class Heard:
+    """Who hears the models and uses each from its stamp on."""
+
+    def __init__(self) -> None:
+        self._pending: PendingModels[Any] = PendingModels()
+        self.in_use, self.sent = "", 0
+
+    def take(self, sent: ReducedModel, stamp_ns: int) -> None:
+        self._pending.add(stamp_ns, sent.model_id)
+        self.sent += 1
+
+    def at(self, stamp_ns: int) -> str:
+        self.in_use = self._pending.due(stamp_ns) or self.in_use
+        return self.in_use
+
+
+@pytest.fixture
+def heard() -> Heard:
+    return Heard()
+
+
+@pytest.fixture
+def served(heard: Heard) -> ServedModels:
+    return ServedModels(model("home"), heard.take)
+
+
+def follow(served: ServedModels, start_ns: int, *models: tuple[int, str]) -> None:
+    served.at(start_ns)
+    served.serve_motion([(after_ns, model(name)) for after_ns, name in models], start_ns)
+
+
+def test_a_motion_s_models_are_used_from_their_times_on(served: ServedModels, heard: Heard) -> None:
+    follow(served, 100, (10, "a"), (20, "b"))
+    assert [heard.at(t) for t in (50, 109, 110, 120)] == ["home", "home", "a", "b"]
+    assert served.count == heard.sent == 3 and served.newest.model_id == "b"
+
+
+def test_models_of_a_refused_motion_are_never_used(served: ServedModels, heard: Heard) -> None:
+    follow(served, 100, (10, "a"))
+    assert served.take_back(100)
+    assert heard.at(200) == "home" and served.at(200).model_id == "home"
+
+
+def test_a_motion_that_a_refused_one_replaced_goes_on(served: ServedModels, heard: Heard) -> None:
+    follow(served, 100, (10, "a"), (30, "b"), (50, "c"))
+    follow(served, 120, (0, "x"), (15, "y"))
+    assert served.take_back(120)
+    assert [heard.at(t) for t in (112, 125, 135, 150)] == ["a", "a", "b", "c"]
+
+
+def test_a_refused_motion_that_had_begun_is_left_at_once(served: ServedModels, heard: Heard) -> None:
+    follow(served, 100, (0, "x"), (50, "y"))
+    assert heard.at(105) == "x"
+    served.take_back(100)
+    assert heard.at(110) == "home" and heard.at(200) == "home"
+
+
+def test_only_the_last_motion_is_taken_back_and_only_once(served: ServedModels, heard: Heard) -> None:
+    follow(served, 100, (10, "a"))
+    follow(served, 200, (10, "b"))
+    assert not served.take_back(100)
+    assert served.take_back(200) and not served.take_back(200)
+    assert heard.at(300) == "a"
