@@ -157,9 +157,7 @@ def test_a_message_lost_at_the_very_end_is_named(case: Path, capsys: pytest.Capt
     more = copy_bag(bag, case / "golden", [*bag.records, bag.records[last]])
     write_case(replace(read_case(case), golden=pin(more)))
     assert cli.main(["regress", str(case)]) == 1
-    assert f"{COMMANDS}: {bag.counts[COMMANDS]} message(s), {more.counts[COMMANDS]} expected" in (
-        capsys.readouterr().out
-    )
+    assert f"{COMMANDS}: 1 message(s) missing" in capsys.readouterr().out
 
 
 UNREADABLE: dict[str, tuple[dict[str, Any], str]] = {

@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from bag_fixture import PERIOD_NS, write_bag
+from bag_fixture import PERIOD_NS, modal_state, write_bag
 
 from flexarm_bringup.bags.bag_reader import Bag, check_bag
 from flexarm_bringup.replaying.compare import IGNORED, Comparison, Tolerance, compare_bags
@@ -83,6 +83,15 @@ def without(bag: Bag, topic: str, stamp_ns: int) -> Bag:
     return replace(bag, records=tuple(kept))
 
 
+def restamped(bag: Bag, topic: str, stamp_ns: int, later_ns: int) -> Bag:
+    """Return the bag with another stamp, and another number, in one message."""
+    cdr = modal_state(stamp_ns + later_ns, eta=[5.0, 2e-3])
+    records = [
+        replace(r, cdr=cdr) if (r.name, r.log_time_ns) == (topic, stamp_ns) else r for r in bag.records
+    ]
+    return replace(bag, records=tuple(records))
+
+
 def test_messages_missing_or_too_many_are_named(tmp_path: Path) -> None:
     whole = check_bag(write_bag(tmp_path / "bag", 4))
     less = without(whole, MODAL, PERIOD_NS)
@@ -112,3 +121,14 @@ def test_a_node_that_ended_just_before_the_others_may_go_on_in_the_other_bag(tmp
         early = without(early, MODAL, k * PERIOD_NS)
     assert not compare_bags(early, whole, [JOINTS, MODAL]).is_equal
     assert not compare_bags(whole, cut, [JOINTS, MODAL]).is_equal
+
+
+def test_replays_of_one_bag_are_compared_to_their_last_message(tmp_path: Path) -> None:
+    whole = check_bag(write_bag(tmp_path / "bag", 20))
+    cut = without(whole, MODAL, 19 * PERIOD_NS)
+    late = restamped(whole, MODAL, 19 * PERIOD_NS, 7_000_000)
+    for expected, found in ((cut, whole), (whole, cut), (whole, late)):
+        result = compare_bags(expected, found, [JOINTS, MODAL], free_end=False)
+        assert {item.topic for item in result.divergences} == {MODAL}
+        assert result.divergences[0].stamp_ns == 19 * PERIOD_NS
+    assert compare_bags(whole, whole, [JOINTS, MODAL], free_end=False).is_equal

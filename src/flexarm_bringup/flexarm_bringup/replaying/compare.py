@@ -5,10 +5,12 @@ integers and lengths must be equal. Messages are paired by topic, stamp and orde
 is missing or too many is named and does not shift the rest; the time of their arrival does not matter.
 A recording may end in the middle of an instant: from its last stamp on, numbers of messages are free. Nodes
 do not end all at once: a topic that ends within ``CLOSING_NS`` of the recording may go on in the other bag.
+Between two replays of one bag nothing is free: both end with it.
 """
 
 from __future__ import annotations
 
+import math
 from collections import defaultdict
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, fields, is_dataclass
@@ -102,7 +104,12 @@ class Comparison:
 
 
 def compare_bags(
-    expected: Bag, found: Bag, topics: Sequence[str], tolerances: Sequence[Tolerance] = TOLERANCES
+    expected: Bag,
+    found: Bag,
+    topics: Sequence[str],
+    tolerances: Sequence[Tolerance] = TOLERANCES,
+    *,
+    free_end: bool = True,
 ) -> Comparison:
     """Compare the messages of two bags on some topics.
 
@@ -111,12 +118,13 @@ def compare_bags(
         found: The bag to judge.
         topics: Absolute topics to compare.
         tolerances: First fitting pattern holds; fields that none fits must be equal.
+        free_end: Whether the golden bag is a recording, of which the last instant may be half.
     """
     ours, theirs = grouped(expected, topics), grouped(found, topics)
     rank = {topic: i for i, topic in enumerate(topics)}
     divergences = []
     compared = dict.fromkeys(topics, 0)
-    ends = _ends(ours, topics)
+    ends = _ends(ours, topics) if free_end else dict.fromkeys(topics, math.inf)
     for key in sorted({*ours, *theirs}, key=lambda key: (key[1], rank[key[0]])):
         topic, stamp_ns = key
         compared[topic] += min(len(ours[key]), len(theirs[key]))
@@ -127,7 +135,7 @@ def compare_bags(
     return Comparison(compared, tuple(divergences))
 
 
-def _ends(groups: Iterable[tuple[str, int]], topics: Sequence[str]) -> dict[str, int]:
+def _ends(groups: Iterable[tuple[str, int]], topics: Sequence[str]) -> dict[str, float]:
     """Return from which stamp on [ns] numbers of messages are free, by topic."""
     last = dict.fromkeys(topics, 0)
     for topic, stamp_ns in groups:

@@ -1,0 +1,59 @@
+"""A replay is compared with its golden bag to the last message, and what an update does is told whole."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from bag_fixture import PERIOD_NS, modal_state, write_bag
+
+pytestmark = [pytest.mark.ros, pytest.mark.messages]
+pytest.importorskip("flexarm_bringup.conversions", reason="needs ROS and flexarm_interfaces")
+
+from flexarm_bringup.bags.bag_reader import Bag, check_bag  # noqa: E402
+from flexarm_bringup.regress.case import Case, pin  # noqa: E402
+from flexarm_bringup.regress.judge import Opened, compare  # noqa: E402
+from flexarm_bringup.regress.playing import Played  # noqa: E402
+from flexarm_bringup.replaying.compare import TOLERANCES, Comparison  # noqa: E402
+
+MODAL = "/flexarm/modal_state"
+TICKS = 20
+LAST_NS = (TICKS - 1) * PERIOD_NS
+
+
+@pytest.fixture
+def golden(tmp_path: Path) -> Bag:
+    return check_bag(write_bag(tmp_path / "golden", TICKS))
+
+
+def compared(golden: Bag, played: Bag) -> Comparison:
+    """Compare a bag that was played with the golden one of a case."""
+    pinned = pin(golden)
+    case = Case(golden.path.parent, "", pinned, pinned, TOLERANCES)
+    return compare(Opened(case, golden, golden), Played(played, {}))
+
+
+def with_last(bag: Bag, *states: bytes) -> Bag:
+    """Return a bag with other messages instead of its last state."""
+    before, last = bag.records[:-1], bag.records[-1]
+    assert (last.name, last.log_time_ns) == (MODAL, LAST_NS)
+    records = (*before, *(replace(last, cdr=state) for state in states))
+    return replace(bag, records=records, counts={**bag.counts, MODAL: TICKS - 1 + len(states)})
+
+
+def test_the_last_state_with_another_stamp_and_another_number_is_named(golden: Bag) -> None:
+    late = with_last(golden, modal_state(LAST_NS + 7_000_000, eta=[5.0, 2e-3]))
+    found = [(item.stamp_ns, item.topic, item.text) for item in compared(golden, late).divergences]
+    assert found == [
+        (LAST_NS, MODAL, "1 message(s) missing"),
+        (LAST_NS + 7_000_000, MODAL, "1 message(s) too many"),
+    ]
+
+
+def test_the_last_state_lost_or_said_twice_is_named_once(golden: Bag) -> None:
+    state = golden.records[-1].cdr
+    for played, text in ((with_last(golden), "missing"), (with_last(golden, state, state), "too many")):
+        (only,) = compared(golden, played).divergences
+        assert (only.stamp_ns, only.topic, only.text) == (LAST_NS, MODAL, f"1 message(s) {text}")
+    assert compared(golden, golden).is_equal
