@@ -103,7 +103,7 @@ def test_an_update_says_what_moved_and_then_the_case_passes(
 @pytest.mark.slow
 def test_what_moved_is_the_largest_change_of_every_field(case: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     PLANTED["sign of an output row"].plant(monkeypatch)
-    moved = {(item.topic.rpartition("/")[2], item.field): item for item in update_case(case)}
+    moved = {(item.topic.rpartition("/")[2], item.field): item for item in update_case(case).moved}
     item = moved["model", "c_pos"]
     model = decode(next(r for r in check_bag(case / "bag").records if r.name.endswith("/model")))
     row = [name.partition(".")[0] for name in model.output_names].index("root_strain")

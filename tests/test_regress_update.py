@@ -19,6 +19,7 @@ from flexarm_bringup.regress import replacing  # noqa: E402
 from flexarm_bringup.regress.case import EXPECT_FILE, open_pinned, read_case, write_case  # noqa: E402
 
 GOLDEN = Path(__file__).parent / "golden" / "single_link"
+TIP = "/flexarm/end_effector"
 DUMPED = ("bag", EXPECT_FILE, "golden")
 
 
@@ -91,3 +92,16 @@ def test_expectations_under_another_name_are_the_same(case: Path) -> None:
     assert yaml.safe_load((case / "draft.yaml").read_text()) == yaml.safe_load(
         (case / EXPECT_FILE).read_text()
     )
+
+
+def test_an_update_says_which_topic_went(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    PLANTED["a lost topic"].plant(monkeypatch)
+    case = shutil.copytree(GOLDEN, tmp_path / "case")
+    count = read_case(case).golden.counts[TIP]
+    assert cli.main(["regress", str(case), "--update"]) == 0
+    said = capsys.readouterr().out
+    assert "as before" not in said and f"messages of {TIP} came or went" in said
+    (row,) = (line.split() for line in said.splitlines() if f"{TIP}  1 message(s) missing" in line)
+    assert row[-3:] == [str(count), str(count), "0"]

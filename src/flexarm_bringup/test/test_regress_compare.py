@@ -11,9 +11,13 @@ from bag_fixture import PERIOD_NS, modal_state, write_bag
 pytestmark = [pytest.mark.ros, pytest.mark.messages]
 pytest.importorskip("flexarm_bringup.conversions", reason="needs ROS and flexarm_interfaces")
 
-from flexarm_bringup.bags.bag_reader import Bag, check_bag  # noqa: E402
+from flexarm_bringup.bags.bag_reader import Bag, check_bag, decode  # noqa: E402
+from flexarm_bringup.bags.bag_types import bag_types  # noqa: E402
 from flexarm_bringup.regress.case import Case, pin  # noqa: E402
+from flexarm_bringup.regress.drift import find_moved  # noqa: E402
 from flexarm_bringup.regress.judge import Opened, compare  # noqa: E402
+from flexarm_bringup.regress.making import Renewal  # noqa: E402
+from flexarm_bringup.regress.page import renewal_tables  # noqa: E402
 from flexarm_bringup.regress.playing import Played  # noqa: E402
 from flexarm_bringup.replaying.compare import TOLERANCES, Comparison  # noqa: E402
 
@@ -57,3 +61,26 @@ def test_the_last_state_lost_or_said_twice_is_named_once(golden: Bag) -> None:
         (only,) = compared(golden, played).divergences
         assert (only.stamp_ns, only.topic, only.text) == (LAST_NS, MODAL, f"1 message(s) {text}")
     assert compared(golden, golden).is_equal
+
+
+def test_an_update_tells_every_topic_that_lost_or_won_messages(golden: Bag) -> None:
+    late = with_last(golden, *(modal_state(LAST_NS + k) for k in (1, 2)))
+    found = compared(golden, late).divergences
+    (table,) = renewal_tables("arm", Renewal((), found, golden.counts, late.counts, is_as_before=False))
+    assert [list(row) for row in table.rows] == [
+        [MODAL, "1 message(s) missing", "0.095000000", 1, TICKS, TICKS + 1],
+        [MODAL, "1 message(s) too many", "0.095000001", 2, TICKS, TICKS + 1],
+    ]
+    assert renewal_tables("arm", Renewal((), (), golden.counts, golden.counts, is_as_before=True)) == []
+
+
+def test_one_sensor_less_in_a_message_has_moved(golden: Bag) -> None:
+    state = decode(golden.records[-1])
+    state.sensors.clear()
+    fewer = with_last(golden, bytes(bag_types().serialize_cdr(state, golden.records[-1].type)))
+    (moved,) = find_moved(golden, fewer, [MODAL], TOLERANCES)
+    assert (moved.field, moved.messages) == ("sensors", 1)
+    state.sensors.extend(decode(golden.records[-1]).sensors * 2)
+    more = with_last(golden, bytes(bag_types().serialize_cdr(state, golden.records[-1].type)))
+    (moved,) = find_moved(golden, more, [MODAL], TOLERANCES)
+    assert (moved.field, moved.messages) == ("sensors", 1)

@@ -26,8 +26,8 @@ from flexarm_bringup.page.report import Check, Page, Table, add_report_arguments
 from flexarm_bringup.progress import Progress
 from flexarm_bringup.regress.case import case_name, find_cases
 from flexarm_bringup.regress.judge import DIVERGED, PASSED, UNUSABLE, Verdict, judge, one_line
-from flexarm_bringup.regress.making import Source, make_case, update_case
-from flexarm_bringup.regress.page import build_page, moved_table
+from flexarm_bringup.regress.making import Renewal, Source, make_case, update_case
+from flexarm_bringup.regress.page import build_page, renewal_tables
 from flexarm_bringup.regress.picture import write_picture
 
 
@@ -115,20 +115,30 @@ def _update(args: argparse.Namespace, folders: list[Path]) -> int:
     """Renew every case that can be; return the exit code."""
     items: list[Table] = []
     checks: list[Check] = []
+    as_before = 0
     for path in folders:
         name = case_name(path, args.folder)
         try:
-            moved = update_case(path)
+            renewal = update_case(path)
         except (ValueError, OSError) as error:  # BagError, ConfigError, ParameterError
             checks.append(Check(name, "renewed", f"left as it was: {one_line(error)}", False))
             print(f"flexarm regress: {one_line(error)}", file=sys.stderr)
             continue
-        checks.append(Check(name, "renewed", f"{len(moved)} fields moved" if moved else "as before", True))
-        items += [moved_table(name, moved)] if moved else []
+        checks.append(Check(name, "renewed", _renewed(renewal), True))
+        as_before += renewal.is_as_before
+        items += renewal_tables(name, renewal)
     renewed = sum(check.passed for check in checks)
-    lead = f"{renewed} cases renewed; in {renewed - len(items)} of them nothing moved."
+    lead = f"{renewed} cases renewed; in {as_before} of them nothing moved."
     code = publish(Page(f"Regression of {args.folder}, renewed", lead, items, checks), args)
     return code if renewed == len(folders) else UNUSABLE
+
+
+def _renewed(renewal: Renewal) -> str:
+    if renewal.is_as_before:
+        return "as before"
+    topics = {item.topic for item in renewal.recounted}
+    recounted = f", messages of {', '.join(sorted(topics))} came or went" if topics else ""
+    return f"{len(renewal.moved)} fields moved{recounted}"
 
 
 def _new(args: argparse.Namespace) -> Page:

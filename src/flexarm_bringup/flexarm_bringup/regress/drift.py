@@ -55,11 +55,12 @@ def find_moved(
 
 
 def leaves(value: Any, path: str = "") -> Iterator[tuple[str, Any]]:
-    """Yield what a message holds by field without indices, arrays and texts whole."""
+    """Yield what a message holds by field without indices, arrays and texts whole, and how long lists are."""
     if is_dataclass(value):
         for item in fields(value):
             yield from leaves(getattr(value, item.name), f"{path}.{item.name}".lstrip("."))
     elif isinstance(value, list) and value and is_dataclass(value[0]):
+        yield path, f"{len(value)} element(s)"
         for item in value:
             yield from leaves(item, path)
     else:
@@ -69,7 +70,7 @@ def leaves(value: Any, path: str = "") -> Iterator[tuple[str, Any]]:
 def _changes(topic: str, stamp_ns: int, a: Any, b: Any, fit: Fit) -> Iterator[Moved]:
     for (path, one), (other_path, other) in zip(leaves(a), leaves(b), strict=False):
         if path != other_path:
-            return  # lists of other lengths: the comparison names it
+            return  # lists of other lengths, named already
         tolerance = fit(path)
         if not _is_number(one) or not _is_number(other) or np.shape(one) != np.shape(other):
             if not np.array_equal(one, other):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import shutil
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -17,7 +17,7 @@ from flexarm_bringup.regress.judge import compare, open_case
 from flexarm_bringup.regress.playing import MODEL, Played, configured, play
 from flexarm_bringup.regress.replacing import finish_replacing, replace_golden
 from flexarm_bringup.regress.settings_check import check_settings
-from flexarm_bringup.replaying.compare import TOLERANCES
+from flexarm_bringup.replaying.compare import TOLERANCES, Divergence
 from flexarm_bringup.replaying.replay_bag import NEEDED, configuration
 from flexarm_bringup.tick_check import check_ticks
 from flexarm_bringup.topics import find_stream
@@ -45,6 +45,24 @@ class Source:
     settings: str = ""
     until: float = float("inf")
     markers: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Renewal:
+    """What an update did to a case.
+
+    Attributes:
+        moved: Fields of messages that were there before and are there now.
+        recounted: Messages missing, too many or of another type, by stamp.
+        before, now: Messages by absolute topic [1].
+        is_as_before: Nothing moved, and nothing was written.
+    """
+
+    moved: tuple[Moved, ...]
+    recounted: tuple[Divergence, ...]
+    before: Mapping[str, int]
+    now: Mapping[str, int]
+    is_as_before: bool
 
 
 def make_case(folder: Path, source: Source) -> Case:
@@ -78,8 +96,8 @@ def make_case(folder: Path, source: Source) -> Case:
         raise
 
 
-def update_case(folder: Path) -> list[Moved]:
-    """Let today's messages be what is expected of a case from now on; return what moved.
+def update_case(folder: Path) -> Renewal:
+    """Let today's messages be what is expected of a case from now on; return what that changed.
 
     The recorded bag stays as it is: it must still be the one that the case was made with. Where nothing
     moved nothing is written.
@@ -93,9 +111,12 @@ def update_case(folder: Path) -> list[Moved]:
     played = _faultless(outcome := play(opened.bag))
     golden, case = opened.golden, opened.case
     moved = find_moved(golden, played, topics_of(golden, played), case.tolerances)
-    if moved or not compare(opened, outcome).is_equal:
+    comparison = compare(opened, outcome)
+    is_as_before = not moved and comparison.is_equal
+    if not is_as_before:
         replace_golden(case, partial(write_golden, played))
-    return moved
+    recounted = tuple(item for item in comparison.divergences if not item.field)
+    return Renewal(tuple(moved), recounted, golden.counts, played.counts, is_as_before)
 
 
 def write_golden(played: Bag, folder: Path) -> Bag:

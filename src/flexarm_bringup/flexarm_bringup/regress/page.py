@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -11,7 +12,7 @@ from flexarm_bringup.page.report import Cell, Check, Column, Page, Table
 from flexarm_bringup.regress.case import case_name
 from flexarm_bringup.regress.drift import Moved, find_moved
 from flexarm_bringup.regress.judge import DIVERGED, PASSED, UNUSABLE, Verdict
-from flexarm_bringup.regress.making import topics_of
+from flexarm_bringup.regress.making import Renewal, topics_of
 from flexarm_bringup.regress.picture import figure
 from flexarm_bringup.replaying.compare import Comparison
 
@@ -67,6 +68,35 @@ def moved_table(name: str, moved: Sequence[Moved]) -> Table:
         Column("messages", "d"),
     ]
     return Table(f"{name}: what moved", columns, rows, notes)
+
+
+def renewal_tables(name: str, renewal: Renewal) -> list[Table]:
+    """Return what an update of a case changed; nothing where nothing moved."""
+    tables = [_recounted_table(name, renewal)] if renewal.recounted else []
+    return [*tables, moved_table(name, renewal.moved)] if renewal.moved else tables
+
+
+def _recounted_table(name: str, renewal: Renewal) -> Table:
+    """Return every topic that lost or won messages, or lost some and won others."""
+    stamps = Counter((item.topic, item.text) for item in renewal.recounted)
+    first = {(item.topic, item.text): item.stamp_ns for item in reversed(renewal.recounted)}
+    rows: list[list[Cell]] = [
+        [topic, text, f"{first[topic, text] / NS_PER_S:.9f}", count, *_counts(renewal, topic)]
+        for (topic, text), count in stamps.items()
+    ]
+    columns = [
+        Column("topic"),
+        Column("found"),
+        Column("first at [s]"),
+        Column("stamps", "d"),
+        Column("messages before", "d"),
+        Column("now", "d"),
+    ]
+    return Table(f"{name}: messages that came or went", columns, rows)
+
+
+def _counts(renewal: Renewal, topic: str) -> tuple[int, int]:
+    return renewal.before.get(topic, 0), renewal.now.get(topic, 0)
 
 
 def _found(verdict: Verdict) -> str:
