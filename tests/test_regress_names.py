@@ -14,7 +14,7 @@ pytest.importorskip("rclpy", reason="needs ROS")
 from planted_changes import PLANTED  # noqa: E402
 
 from flexarm_bringup import cli  # noqa: E402
-from flexarm_bringup.regress.case import case_name  # noqa: E402
+from flexarm_bringup.regress.finding import case_name  # noqa: E402
 
 GOLDEN = Path(__file__).parent / "golden" / "single_link"
 

@@ -6,6 +6,7 @@ package and imports nothing of it before a case runs: that would limit their BLA
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -13,7 +14,8 @@ from typing import Any
 import pytest
 
 EXPECT_FILE = "expect.yaml"
-FORMAT = "flexarm-regress/"
+FORMAT = "flexarm-regress"
+BAGS = ("bag", "golden")  # folders of a case
 HIDING = ("skip", "skipif", "xfail")  # marks under which a case would pass that does not
 MARK = "flexarm_regress"
 
@@ -71,16 +73,23 @@ def pytest_configure(config: pytest.Config) -> None:
 
 def pytest_collect_file(file_path: Path, parent: pytest.Collector) -> pytest.Collector | None:
     """Collect an ``expect.yaml`` of flexarm; leave those of others alone."""
-    if file_path.name != EXPECT_FILE or FORMAT not in _text(file_path):
+    if file_path.name != EXPECT_FILE or not is_ours(file_path):
         return None
     return CaseFile.from_parent(parent, path=file_path)
 
 
-def _text(path: Path) -> str:
+def is_ours(expect: Path) -> bool:
+    """Return whether an ``expect.yaml`` is of a case, as ``flexarm regress`` does.
+
+    One that neither speaks of our format nor has a bag beside it is of another project. One of a case that is
+    emptied, damaged or cannot be read is a test that fails, not one that is missing.
+    """
+    if any(os.path.isdir(expect.parent / name) for name in BAGS):
+        return True
     try:
-        return path.read_text(encoding="utf8", errors="replace")
+        return FORMAT in expect.read_text(encoding="utf8", errors="replace")
     except OSError:
-        return ""
+        return True
 
 
 def _marks(path: Path) -> list[str]:

@@ -8,9 +8,7 @@ import pytest
 from bag_fixture import write_bag
 
 import flexarm_pytest
-from flexarm_bringup.regress import case
-from flexarm_bringup.regress.case import find_cases
-from flexarm_model.settings.strict_yaml import ConfigError
+from flexarm_bringup.regress import case, finding
 
 pytest_plugins = ["pytester"]
 
@@ -63,18 +61,5 @@ def test_a_format_behind_a_long_licence_is_found(folder: pytest.Pytester) -> Non
 def test_plugin_and_command_know_the_same_marks_and_format() -> None:
     assert flexarm_pytest.HIDING == case.HIDING
     assert flexarm_pytest.EXPECT_FILE == case.EXPECT_FILE
-    assert case.FORMAT.startswith(flexarm_pytest.FORMAT)
-
-
-def test_a_file_of_another_project_is_no_case_unless_it_is_asked_for(tmp_path: Path) -> None:
-    theirs, ours, emptied = (tmp_path / name for name in ("theirs", "ours", "emptied"))
-    for path in (theirs, ours, emptied):
-        path.mkdir()
-    (theirs / "expect.yaml").write_text("format: theirs\n")
-    with pytest.raises(ConfigError, match="no case here"):
-        find_cases(tmp_path)
-    assert find_cases(theirs) == [theirs]
-    (ours / "expect.yaml").write_text(EXPECT.format(mark="slow"))
-    (emptied / "expect.yaml").write_text("")  # by a full disk, say: the bag beside it says that it is ours
-    (emptied / "bag").mkdir()
-    assert find_cases(tmp_path) == [emptied, ours]
+    assert flexarm_pytest.FORMAT == finding.OURS
+    assert flexarm_pytest.BAGS == (case.BAG, case.GOLDEN)

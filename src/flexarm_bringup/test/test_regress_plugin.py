@@ -44,8 +44,15 @@ def test_a_case_is_collected_under_its_folder_with_its_marks(folder: pytest.Pyte
 
 
 def test_an_expect_file_of_another_project_is_left_alone(folder: pytest.Pytester) -> None:
-    add_case(folder, "format: theirs\n")
+    folder.mkdir("theirs").joinpath("expect.yaml").write_text("format: theirs\n")
     assert folder.runpytest_inprocess(*PLUGIN).ret == pytest.ExitCode.NO_TESTS_COLLECTED
+
+
+@pytest.mark.parametrize("text", ["", "\0\0\0", "format: flex"])
+def test_an_expect_file_beside_a_bag_is_a_test_however_damaged(text: str, folder: pytest.Pytester) -> None:
+    add_case(folder, text)
+    found = folder.runpytest_inprocess(*PLUGIN, "--collect-only", "-q")
+    found.stdout.fnmatch_lines(["case/expect.yaml::case"])
 
 
 def test_the_plugin_brings_neither_the_package_nor_numpy_nor_ros() -> None:

@@ -22,7 +22,7 @@ import yaml
 from flexarm_bringup.bags.bag_reader import Bag, check_bag
 from flexarm_bringup.bags.bag_writer import CHECKSUM_FILE, BagError
 from flexarm_bringup.replaying.compare import IGNORED, Tolerance
-from flexarm_model.settings.strict_yaml import ConfigError, Section, read_yaml
+from flexarm_model.settings.strict_yaml import Section, read_yaml
 
 EXPECT_FILE = "expect.yaml"
 FORMAT = "flexarm-regress/1"
@@ -75,26 +75,6 @@ class Case:
     preset: str = ""
     settings: str = ""
     markers: tuple[str, ...] = ()
-
-
-def find_cases(folder: Path) -> list[Path]:
-    """Return the folders of all cases in a folder, by name; the folder itself may be one.
-
-    A file of that name that neither speaks of our format nor has a bag beside it is of another project.
-
-    Raises:
-        ConfigError: There is none.
-    """
-    paths = folder.rglob(EXPECT_FILE)
-    found = sorted(path.parent for path in paths if path.parent == folder or _is_ours(path))
-    if not found:
-        raise ConfigError(f"{folder}: no case here: no folder with an {EXPECT_FILE}")
-    return found
-
-
-def case_name(case: Path, folder: Path) -> str:
-    """Return what a case is called among those of a folder: its path in there, or its own name."""
-    return case.resolve().name if case == folder else case.relative_to(folder).as_posix()
 
 
 def read_case(folder: Path) -> Case:
@@ -198,15 +178,6 @@ def _read_markers(section: Section) -> tuple[str, ...]:
         if not name or name.startswith("_") or name in HIDING:
             raise section.error("markers", name, f"is no mark of a case, nor are {', '.join(HIDING)}")
     return markers
-
-
-def _is_ours(path: Path) -> bool:
-    if any((path.parent / name).is_dir() for name in (BAG, GOLDEN)):
-        return True
-    try:
-        return FORMAT.partition("/")[0] in path.read_text(encoding="utf8", errors="replace")
-    except OSError:
-        return True  # judging says why it cannot be read
 
 
 def _read_tolerance(section: Section) -> Tolerance:

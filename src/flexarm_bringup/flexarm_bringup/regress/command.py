@@ -24,7 +24,7 @@ from pathlib import Path
 from flexarm_bringup.arguments import STDOUT, number, output_folder
 from flexarm_bringup.page.report import Check, Page, Table, add_report_arguments, publish
 from flexarm_bringup.progress import Progress
-from flexarm_bringup.regress.case import case_name, find_cases
+from flexarm_bringup.regress.finding import case_name, find_cases
 from flexarm_bringup.regress.judge import DIVERGED, PASSED, UNUSABLE, Verdict, judge, one_line
 from flexarm_bringup.regress.making import Renewal, Source, make_case, update_case
 from flexarm_bringup.regress.page import build_page, renewal_tables

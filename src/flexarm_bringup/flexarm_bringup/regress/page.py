@@ -9,8 +9,8 @@ from pathlib import Path
 
 from flexarm_bringup.page.figures import Figure
 from flexarm_bringup.page.report import Cell, Check, Column, Page, Table
-from flexarm_bringup.regress.case import case_name
 from flexarm_bringup.regress.drift import Moved, find_moved
+from flexarm_bringup.regress.finding import case_name
 from flexarm_bringup.regress.judge import DIVERGED, PASSED, UNUSABLE, Verdict
 from flexarm_bringup.regress.making import Renewal, topics_of
 from flexarm_bringup.regress.picture import figure
