@@ -171,6 +171,7 @@ UNREADABLE: dict[str, tuple[dict[str, Any], str]] = {
     "NaN as tolerance": ({"tolerances": [{"field": "*", "atol": float("nan")}]}, "tolerances.0.atol: nan"),
     "no SHA-256": ({"bag": {"path": "bag", "sha256": {}, "counts": {"/x": 1}}}, "at least one SHA-256"),
     "an unknown manipulator": ({"manipulator": "hexapod"}, "hexapod"),
+    "a preset without its manipulator": ({"preset": "geared"}, "preset: 'geared': needs a manipulator"),
     "settings that are refused": ({"settings": {"controller": {"horizon": "far"}}}, "horizon: 'far' is not"),
     "a marker that is no text": ({"markers": [1]}, "markers: [1]: expected a list of texts"),
 }
@@ -196,6 +197,7 @@ def test_expectations_that_are_not_understood_end_with_2_and_one_line(
         (("--new", "x", "--from", "nowhere"), "nowhere: no such folder"),
         (("--new", "x", "--from", str(GOLDEN / "bag"), "--settings", "{"), "--settings: is not JSON"),
         (("--new", "x", "--from", str(GOLDEN / "bag"), "--settings", "[]"), "expected parameters by node"),
+        (("--new", "x", "--from", "y", "--preset", "geared"), "--preset: 'geared': needs --manipulator"),
         (("--new", str(GOLDEN), "--from", str(GOLDEN / "bag")), "exists already"),
     ],
 )

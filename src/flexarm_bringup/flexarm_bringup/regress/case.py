@@ -99,6 +99,8 @@ def read_case(folder: Path) -> Case:
         _read_markers(section),
     )
     section.done()
+    if case.preset and not case.manipulator:
+        raise section.error("preset", case.preset, "needs a manipulator; without one, it is as the bag says")
     return case
 
 

@@ -74,6 +74,10 @@ def run(args: argparse.Namespace) -> int:
 def _check_arguments(args: argparse.Namespace) -> None:
     if bool(args.new) != bool(args.source) or bool(args.new) == bool(args.folder):
         raise ValueError("give a folder of cases, or --new CASE and --from BAG; see --help")
+    if args.preset and not args.manipulator:
+        raise ValueError(
+            f"--preset: '{args.preset}': needs --manipulator; without one, it is as the bag says"
+        )
     if args.settings:
         try:
             settings = json.loads(args.settings)
