@@ -7,6 +7,7 @@ import shutil
 import sys
 import time
 from dataclasses import replace
+from datetime import date
 from pathlib import Path
 from typing import Any
 
@@ -173,6 +174,10 @@ UNREADABLE: dict[str, tuple[dict[str, Any], str]] = {
     "an unknown manipulator": ({"manipulator": "hexapod"}, "hexapod"),
     "a preset without its manipulator": ({"preset": "geared"}, "preset: 'geared': needs a manipulator"),
     "settings that are refused": ({"settings": {"controller": {"horizon": "far"}}}, "horizon: 'far' is not"),
+    "a setting that is a date": (
+        {"settings": {"controller": {"law": date(2020, 1, 1)}}},
+        "settings: {'controller': {'law': datetime.date(2020, 1, 1)}}: expected numbers, texts",
+    ),
     "a marker that is no text": ({"markers": [1]}, "markers: [1]: expected a list of texts"),
 }
 

@@ -18,6 +18,8 @@ FORMAT = "flexarm-regress"
 BAGS = ("bag", "golden")  # folders of a case
 HIDING = ("skip", "skipif", "xfail")  # marks under which a case would pass that does not
 MARK = "flexarm_regress"
+# what YAML raises at a date that is none, at a number without digits, or at lists within lists without end
+_NO_VALUE = (ValueError, LookupError, TypeError, AttributeError, RecursionError)
 
 
 class Diverged(Exception):
@@ -98,7 +100,7 @@ def _marks(path: Path) -> list[str]:
 
     try:
         content = yaml.safe_load(path.read_text(encoding="utf8"))
-    except (OSError, UnicodeDecodeError, yaml.YAMLError):
+    except (OSError, yaml.YAMLError, *_NO_VALUE):
         return []
     marks = content.get("markers", []) if isinstance(content, dict) else []
     return [mark for mark in marks if _is_mark(mark)] if isinstance(marks, list) else []

@@ -51,6 +51,19 @@ def test_a_mark_that_no_case_can_have_fails_it_and_leaves_the_other_tests_alone(
     result.stdout.fnmatch_lines(["*cannot be judged: *is no mark of a case, nor are skip, skipif, xfail*"])
 
 
+@pytest.mark.parametrize(
+    "text",
+    ["about: 2020-13-45\n", "about: !!int ''\n", "about: " + 2000 * "[" + 2000 * "]" + "\n"],
+    ids=["no date", "no digits", "nested too deeply"],
+)
+def test_a_file_that_yaml_stumbles_over_is_a_test_and_leaves_the_others_alone(
+    text: str, folder: pytest.Pytester
+) -> None:
+    add_case(folder, EXPECT.format(mark="slow") + text)
+    found = folder.runpytest_inprocess(*PLUGIN, "--collect-only", "-q")
+    found.stdout.fnmatch_lines(["case/expect.yaml::case", "test_theirs.py::test_theirs"])
+
+
 def test_a_format_behind_a_long_licence_is_found(folder: pytest.Pytester) -> None:
     licence = "# a line of a licence that somebody puts into every file\n" * 100
     add_case(folder, licence + EXPECT.format(mark="slow"))

@@ -86,7 +86,6 @@ def read_case(folder: Path) -> Case:
     path = folder / EXPECT_FILE
     section = Section(read_yaml(path), str(path))
     section.choice("format", [FORMAT])
-    settings = section.take("settings", None)
     case = Case(
         folder,
         section.text("about", ""),
@@ -95,7 +94,7 @@ def read_case(folder: Path) -> Case:
         tuple(_read_tolerance(item) for item in section.items("tolerances")),
         section.text("manipulator", ""),
         section.text("preset", ""),
-        "" if settings is None else json.dumps(settings),
+        _read_settings(section),
         _read_markers(section),
     )
     section.done()
@@ -171,6 +170,16 @@ def _read_pinned(section: Section, folder: Path) -> Pinned:
         )
     section.done()
     return pinned
+
+
+def _read_settings(section: Section) -> str:
+    """Return the parameters as JSON; empty where none are given."""
+    settings = section.take("settings", None)
+    try:
+        return "" if settings is None else json.dumps(settings)
+    except TypeError:  # YAML takes a date for something of its own
+        allowed = "expected numbers, texts, true, false or lists of them, a date in quotes"
+        raise section.error("settings", settings, allowed) from None
 
 
 def _read_markers(section: Section) -> tuple[str, ...]:

@@ -21,7 +21,7 @@ class ConfigError(ValueError):
 
 
 class StrictLoader(yaml.SafeLoader):
-    """Safe loader that refuses a key that is given twice or is no text."""
+    """Safe loader that refuses keys given twice or no text, and values that are not what they look like."""
 
     def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Any, Any]:
         """Return a mapping; ConfigError where a key is given twice, is no text, or merges another mapping."""
@@ -32,6 +32,19 @@ class StrictLoader(yaml.SafeLoader):
                     f"line {node.start_mark.line + 1}: key '{key}' is given twice; give it once"
                 )
         return super().construct_mapping(node, deep=deep)
+
+    def construct_object(self, node: yaml.Node, deep: bool = False) -> Any:
+        """Return a value; ConfigError where a text looks like a date or number and is none."""
+        if not isinstance(node, yaml.ScalarNode):
+            return super().construct_object(node, deep=deep)  # type: ignore[no-untyped-call]
+        try:
+            return super().construct_object(node, deep=deep)  # type: ignore[no-untyped-call]
+        except (ValueError, LookupError, AttributeError) as error:
+            kind = node.tag.rpartition(":")[2]
+            raise ConfigError(
+                f"line {node.start_mark.line + 1}: '{node.value}' is read as {kind} and is none ({error}); "
+                "write a text in quotes"
+            ) from None
 
     def _text(self, node: yaml.Node) -> str:
         line = f"line {node.start_mark.line + 1}"
