@@ -41,7 +41,7 @@ class Pinned:
 
     Attributes:
         path: Its folder.
-        sha256: Of every file in it but the checksum file, by name.
+        sha256: Of every file in it and in its folders but the checksum file, by its path in the bag.
         counts: Messages by absolute topic [1].
     """
 
@@ -148,13 +148,21 @@ def open_pinned(pinned: Pinned, required: Sequence[str] = ()) -> Bag:
     unknown = [name for name, count in bag.counts.items() if count and name not in pinned.counts]
     if unknown:
         raise BagError(f"{pinned.path}: has messages on {unknown[0]}, {EXPECT_FILE} knows of none")
-    found_files = _digests(pinned.path)
-    for name in sorted({*pinned.sha256, *found_files}):
-        if pinned.sha256.get(name) != found_files.get(name):
+    _check_files(pinned)
+    return bag
+
+
+def _check_files(pinned: Pinned) -> None:
+    """Refuse a bag with a file that is missing, another or too many."""
+    found = _digests(pinned.path)
+    for name in sorted({*pinned.sha256, *found}):
+        if name not in pinned.sha256:
+            text = f"{name} is not among the files of {EXPECT_FILE}; if it is of this bag, add {found[name]}"
+            raise BagError(f"{pinned.path}: {text}")
+        if pinned.sha256[name] != found.get(name):
             raise BagError(
                 f"{pinned.path}: {name} is not the file that {EXPECT_FILE} means (SHA-256 differs)"
             )
-    return bag
 
 
 def _read_pinned(section: Section, folder: Path) -> Pinned:
@@ -214,5 +222,6 @@ def _tolerance_content(tolerance: Tolerance) -> dict[str, Any]:
 
 
 def _digests(folder: Path) -> dict[str, str]:
-    files = [path for path in sorted(folder.iterdir()) if path.is_file() and path.name != CHECKSUM_FILE]
-    return {path.name: hashlib.sha256(path.read_bytes()).hexdigest() for path in files}
+    files = {p.relative_to(folder).as_posix(): p for p in sorted(folder.rglob("*")) if p.is_file()}
+    files.pop(CHECKSUM_FILE, None)
+    return {name: hashlib.sha256(path.read_bytes()).hexdigest() for name, path in files.items()}

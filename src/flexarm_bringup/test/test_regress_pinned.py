@@ -1,0 +1,49 @@
+"""A bag of a case is pinned with all its files, also those that its description names."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from bag_fixture import write_bag
+
+from flexarm_bringup.bags.bag_reader import check_bag
+from flexarm_bringup.bags.bag_writer import CHECKSUM_FILE, BagError
+from flexarm_bringup.regress.case import is_pinned, open_pinned, pin
+
+MATRIX = "description/meshes/link/mass.mtx"
+
+
+@pytest.fixture
+def bag(tmp_path: Path) -> Path:
+    """Return a bag that keeps a file of an imported body."""
+    path = write_bag(tmp_path / "bag")
+    (path / MATRIX).parent.mkdir(parents=True)
+    (path / MATRIX).write_text("1.0\n")
+    return path
+
+
+def test_a_file_in_a_folder_of_the_bag_may_not_change(bag: Path) -> None:
+    pinned = pin(check_bag(bag))
+    assert sorted(pinned.sha256) == ["data.mcap", MATRIX, "metadata.yaml"]
+    open_pinned(pinned)
+    (bag / MATRIX).write_text("2.0\n")
+    assert not is_pinned(pinned)
+    with pytest.raises(BagError, match=f"{MATRIX} is not the file that expect.yaml means"):
+        open_pinned(pinned)
+    (bag / MATRIX).unlink()
+    with pytest.raises(BagError, match=f"{MATRIX} is not the file that expect.yaml means"):
+        open_pinned(pinned)
+
+
+def test_a_file_that_no_pin_knows_is_refused_with_the_sum_to_add(bag: Path) -> None:
+    pinned = pin(check_bag(bag))
+    (bag / "description" / "more.mtx").write_text("")
+    with pytest.raises(BagError, match="description/more.mtx is not among the files .* add [0-9a-f]{64}$"):
+        open_pinned(pinned)
+
+
+def test_only_the_checksum_of_the_bag_itself_is_no_part_of_it(bag: Path) -> None:
+    (bag / "description" / CHECKSUM_FILE).write_text("of somebody else\n")
+    assert f"description/{CHECKSUM_FILE}" in pin(check_bag(bag)).sha256
+    assert CHECKSUM_FILE not in pin(check_bag(bag)).sha256
