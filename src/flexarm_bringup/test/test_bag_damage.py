@@ -12,9 +12,10 @@ from bag_fixture import PERIOD_NS, joint_state, write_bag
 from rosbag2_layout import edit_metadata, qos, write_version
 from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer
 
+from flexarm_bringup import cli
 from flexarm_bringup.bags.bag_reader import Record, check_bag, decode
 from flexarm_bringup.bags.bag_types import bag_types
-from flexarm_bringup.bags.bag_writer import CHECKSUM_FILE, BagError
+from flexarm_bringup.bags.bag_writer import CHECKSUM_FILE, DATA_FILE, BagError
 
 JOINTS = "/flexarm/joint_states"
 KIND = "sensor_msgs/msg/JointState"
@@ -163,4 +164,36 @@ def test_a_bag_without_metadata_can_be_recovered_and_says_how(tmp_path: Path) ->
     path = write_bag(tmp_path / "bag")
     (path / "metadata.yaml").unlink()
     with pytest.raises(BagError, match=f"has no metadata.yaml .*`flexarm recover {path} --output DIR`"):
+        check_bag(path)
+
+
+@pytest.mark.parametrize("command", ["replay", "plot"])
+@pytest.mark.parametrize(
+    ("method", "name"),
+    [("is_file", "metadata.yaml"), ("read_bytes", DATA_FILE), ("read_text", CHECKSUM_FILE)],
+)
+def test_a_bag_that_may_not_be_read_is_refused_in_one_line(
+    command: str,
+    method: str,
+    name: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    path, allowed = write_bag(tmp_path / "bag"), getattr(Path, method)
+
+    def refuse(self: Path, *args: Any, **options: Any) -> Any:
+        if self == path / name:
+            raise PermissionError(13, "Permission denied", str(self))
+        return allowed(self, *args, **options)
+
+    monkeypatch.setattr(Path, method, refuse)  # root may read everything
+    assert cli.main([command, str(path)]) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert line.startswith(f"flexarm {command}: {path}: cannot be read: ") and str(path / name) in line
+
+
+def test_a_name_that_no_folder_can_have_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / ("x" * 300)
+    with pytest.raises(BagError, match=f"^{path}: "):
         check_bag(path)

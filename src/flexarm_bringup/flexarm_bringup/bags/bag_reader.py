@@ -110,13 +110,7 @@ def check_bag(path: Path, required: Sequence[str] = ()) -> Bag:
     Raises:
         BagError: It cannot be used; the text is one line with the reason.
     """
-    if not path.is_dir():
-        raise BagError(
-            f"{path}: no such folder" if not path.exists() else f"{path}: is a file, not a bag folder"
-        )
-    if not (path / "metadata.yaml").is_file():
-        raise BagError(f"{path}: has no metadata.yaml ({instead_of_metadata(path)})")
-    has_checksum = _check_sum(path)
+    has_checksum = _refuse(path, "cannot be read", lambda: _check_files(path))
     reader = _refuse(path, "metadata cannot be read", lambda: Reader(path))
     _refuse(path, "cannot be opened", reader.open)
     try:
@@ -172,6 +166,17 @@ def _refuse(path: Path, what: str, action: Callable[[], Result]) -> Result:
     except _BAD_CONTENT as error:
         text = " ".join(str(error).split()) or type(error).__name__
         raise BagError(f"{path}: {what}: {text}") from error
+
+
+def _check_files(path: Path) -> bool:
+    """Return whether our recorder left a checksum; BagError where this is no bag, or not that recorded."""
+    if not path.is_dir():
+        raise BagError(
+            f"{path}: no such folder" if not path.exists() else f"{path}: is a file, not a bag folder"
+        )
+    if not (path / "metadata.yaml").is_file():
+        raise BagError(f"{path}: has no metadata.yaml ({instead_of_metadata(path)})")
+    return _check_sum(path)
 
 
 def _check_sum(path: Path) -> bool:
