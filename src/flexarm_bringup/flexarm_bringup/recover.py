@@ -3,13 +3,15 @@
   flexarm recover BAG --output DIR
 
 BAG is a folder with one MCAP file, with or without metadata. What was recorded with and how is kept, so that
-the new bag can be replayed. The exit code is 2 when nothing can be recovered.
+the new bag can be replayed. What was changed since then is said as far as a checksum tells it. The exit code
+is 2 when nothing can be recovered.
 """
 
 from __future__ import annotations
 
 import argparse
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 
 from flexarm_bringup.bags.bag_recovery import recover_bag
@@ -28,11 +30,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     """Recover, say how much; return the exit code."""
     try:
-        bag = recover_bag(args.bag, args.output)
+        recovery = recover_bag(args.bag, args.output)
     except (ValueError, OSError) as error:  # BagError
         print(f"flexarm recover: {error}", file=sys.stderr)
         return UNUSABLE
+    bag = recovery.bag
     rows: list[Cells] = [[name, count] for name, count in bag.counts.items()]
     table = Table("Messages", [Column("topic"), Column("count", "d")], rows)
     lead = f"{sum(bag.counts.values())} messages recovered into {bag.path}."
-    return publish(Page(f"Recovery of {args.bag}", lead, [table]), args)
+    remarks: dict[str, Sequence[str]] = {"Doubts": recovery.doubts} if recovery.doubts else {}
+    return publish(Page(f"Recovery of {args.bag}", lead, [table], remarks=remarks), args)

@@ -59,7 +59,7 @@ def test_the_files_of_imported_bodies_are_kept_in_the_bag(meshes: str, tmp_path:
     shutil.rmtree(tmp_path / "mine")
     copied = copy_bag(bag, tmp_path / "copy", bag.records)
     (tmp_path / "bag" / "metadata.yaml").unlink()
-    recovered = recover_bag(tmp_path / "bag", tmp_path / "recovered")
+    recovered = recover_bag(tmp_path / "bag", tmp_path / "recovered").bag
     shutil.rmtree(tmp_path / "bag")
     assert recovered.records == bag.records
     found = configuration(copied)[0]

@@ -50,7 +50,7 @@ def full_disk(stand: SystemStand) -> list[Finding]:
         said, died = _error(ear), RECORDER in supervisor.exit_codes()
         codes = supervisor.stop()
     written = sum(int(item.value) for item in said.values)
-    recovered = sum(recover_bag(folder / "bag", folder / "recovered").counts.values())
+    recovered = sum(recover_bag(folder / "bag", folder / "recovered").bag.counts.values())
     return [
         Finding("99th percentile of the commands' intervals / before", after / before, RATIO),
         Finding("error on /diagnostics after", told, TOLD, "s"),
