@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import shutil
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +17,7 @@ from flexarm_bringup.identify import command
 from flexarm_bringup.identify.command import add_arguments
 from flexarm_model.modal.frf import Ports, modal_frf
 from flexarm_model.modal.modes import Modes
+from flexarm_model.reading.config import load_config
 
 pytestmark = pytest.mark.thorough
 
@@ -96,13 +98,16 @@ def test_other_poses_are_fitted_or_kept_back_as_a_test(
 ) -> None:
     """The strip turns about a vertical axis: the same modes everywhere, so the last pose is predicted."""
     path = str(softer_strip(tmp_path / "rig.npz"))
-    also = ["--also", f"0.3={path}", f"--also=-0.5={path}"]
+    other, written = shutil.copy(path, tmp_path / "other.npz"), tmp_path / "mine.yaml"
+    also = ["--also", f"0.3={other}", f"--also=-0.5={path}", "--update", str(written)]
     arm = ["--manipulator", "single_link", "--preset", "geared", "--pose", "0.0"]
     page = identified(tmp_path, path, *arm, "--fit", STIFFNESS, "--fit", TIP_MASS, *also)
     softer, heavier = (row[3] for row in page["tables"][0]["rows"])
     assert (softer, heavier) == pytest.approx((-25.0, 30.0), abs=1.0)
     kept_back = capsys.readouterr().out.split("At poses kept back")[1]
     assert "1 pose(s): frequencies 18.73 % off (RMS) as described, 0.00 % as fitted" in kept_back
+    rests_on = load_config(written, "geared").fitted[-1]
+    assert "rig.npz (sha256 " in rests_on and "other.npz (sha256 " in rests_on
 
 
 def test_another_pose_without_a_file_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -140,3 +145,19 @@ def test_what_cannot_be_fitted_is_told_before_anything_is_measured(
     monkeypatch.setattr(command, "modal_tests", lambda args: pytest.fail("it has measured"))
     assert cli.main(["identify", "rig", "--manipulator", "single_link", "--fit", wanted]) == 2
     assert said in capsys.readouterr().err
+
+
+def test_a_description_that_cannot_be_written_is_told_with_its_file(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = str(softer_strip(tmp_path / "rig.npz"))
+    full = OSError(28, "No space left on device", "single_link_fitted.yaml")
+
+    def write(*given: object) -> str:
+        raise full
+
+    monkeypatch.setattr(command, "write_description", write)
+    arm = ["--manipulator", "single_link", "--preset", "geared", "--fit", STIFFNESS]
+    assert cli.main(["identify", path, *arm, "--update"]) == 2
+    error = capsys.readouterr().err
+    assert "No space left on device: 'single_link_fitted.yaml'" in error

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 import yaml
 
+from flexarm_bringup.identify.fingerprint import fingerprint
 from flexarm_bringup.identify.updating import Fitting, update_table, write_description
 from flexarm_model.fe_import.hexahedra import Material, make_solid, write_solid
 from flexarm_model.identification.model_update import Unknown, Update
@@ -114,3 +115,28 @@ def test_a_description_written_over_itself_tells_both_models(tmp_path: Path) -> 
 def test_trials_without_a_model_are_told() -> None:
     notes = update_table(fitted(refused=("p = 1: far", "p = 2: no stable equilibrium"))).notes
     assert "stepped back from values without a model: p = 2: no stable equilibrium" in notes
+
+
+def write_bag(folder: Path) -> Path:
+    """Write the files of a bag, with something in them."""
+    folder.mkdir()
+    for name in ("metadata.yaml", "data_0.mcap", "data_1.mcap", "sha256"):
+        (folder / name).write_text(f"{name} of a run")
+    return folder
+
+
+def test_the_bag_that_a_fit_rests_on_is_told_with_its_hash(tmp_path: Path) -> None:
+    path, bag = write_arm(tmp_path / "arms"), write_bag(tmp_path / "run_3")
+    output = tmp_path / "mine.yaml"
+    write_description(Fitting(str(path), "", (), output=output), fitted(), [bag])
+    assert f"run_3 (sha256 {fingerprint(bag)})" in load_config(output).fitted[0]
+
+
+@pytest.mark.parametrize(
+    ("name", "is_of_the_bag"), [("metadata.yaml", True), ("data_1.mcap", True), ("notes.txt", False)]
+)
+def test_the_hash_of_a_bag_is_of_what_was_recorded(name: str, is_of_the_bag: bool, tmp_path: Path) -> None:
+    bag = write_bag(tmp_path / "run_3")
+    before = fingerprint(bag)
+    (bag / name).write_text("something else")
+    assert len(before) == 12 and (fingerprint(bag) != before) is is_of_the_bag

@@ -40,7 +40,7 @@ from flexarm_bringup.identify.joints import joints_page
 from flexarm_bringup.identify.measurement import SourceError, known_outputs
 from flexarm_bringup.identify.modal_tests import modal_tests
 from flexarm_bringup.identify.options import add_arguments
-from flexarm_bringup.identify.other_poses import read_pose, refuse_unusable
+from flexarm_bringup.identify.other_poses import file_of, read_pose, refuse_unusable
 from flexarm_bringup.identify.output_only import output_only_page
 from flexarm_bringup.identify.page import build_page
 from flexarm_bringup.identify.retuning import moves_beside, retune
@@ -96,7 +96,7 @@ def run(args: argparse.Namespace) -> int:
         print(check_table(error.findings, error.axes).to_text())
         print(f"flexarm identify: {error}", file=sys.stderr)
         return UNUSABLE
-    except (SourceError, ValueError) as error:
+    except (SourceError, ValueError, OSError) as error:
         print(f"flexarm identify: {error}", file=sys.stderr)
         return UNUSABLE
     return publish(page, args)
@@ -158,7 +158,8 @@ def _with_update(
         args.update, () if result.is_reciprocal else result.responses.outputs,
     )  # fmt: skip
     update, test = fit_description(fitting, result.found.fit, others)
-    page = add_to(page, update, write_description(fitting, update, args.files), test)
+    sources = [*args.files, *map(file_of, args.also)]
+    page = add_to(page, update, write_description(fitting, update, sources), test)
     if args.retune is None:
         return page
     progress = Progress()

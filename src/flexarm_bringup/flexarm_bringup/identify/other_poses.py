@@ -37,6 +37,15 @@ def read_pose(text: str, kind: str, averaging: Averaging, request: Request) -> t
     return pose, fit
 
 
+def file_of(text: str) -> Path:
+    """Return the file of "POSE=FILE".
+
+    Raises:
+        SourceError: The text cannot be used.
+    """
+    return _split(text)[1]
+
+
 def refuse_unusable(texts: Sequence[str], manipulator: str, preset: str) -> None:
     """Refuse poses that the arm cannot have, and files that are not there, before anything is measured.
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import datetime
-import hashlib
 import math
 import os
 from collections.abc import Sequence
@@ -15,6 +14,7 @@ from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
 from flexarm_bringup.bags.described_arm import KEYS
+from flexarm_bringup.identify.fingerprint import fingerprint
 from flexarm_bringup.identify.seen_shapes import SeenShapes, find_channels
 from flexarm_bringup.identify.whole_file import written_whole
 from flexarm_bringup.page.report import Cells, Column, Page, Table
@@ -182,8 +182,14 @@ def sensitivity_table(update: Update) -> Table:
 def write_description(fitting: Fitting, update: Update, sources: Sequence[Path]) -> str:
     """Write the new description and return what was done, in a sentence.
 
+    Args:
+        fitting: What was fitted, and the file to write.
+        update: How it came about.
+        sources: Files and folders of bags that it rests on, of all poses.
+
     Raises:
         ValueError: The data told nothing, or the new file is not a valid description.
+        OSError: A source cannot be read, or the file not be written.
     """
     if fitting.output is None:
         return ""
@@ -211,9 +217,7 @@ def _seen_from(output: Path | None, description: Path, name: str) -> str:
 def _provenance(update: Update, name: str, sources: Sequence[Path]) -> str:
     i = next(k for k, unknown in enumerate(update.unknowns) if unknown.path == name)
     unknown = update.unknowns[i]
-    files = ", ".join(
-        f"{path.name} (sha256 {hashlib.sha256(path.read_bytes()).hexdigest()[:12]})" for path in sources
-    )
+    files = ", ".join(f"{path.name} (sha256 {fingerprint(path)})" for path in sources)
     return (
         f"{name} = {update.changes[name]} +- {PERCENT * update.sigma[i]:.2g} % (was {unknown.text(0.0)}), "
         f"on modes identified from {files}, {datetime.date.today().isoformat()}"
