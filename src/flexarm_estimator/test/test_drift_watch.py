@@ -10,7 +10,7 @@ from planar_strip import DT, SENSORS, Record, StripKinematics, simulate, strip_m
 
 from flexarm_estimator.drift.drift_watch import LONGEST_GAP, SETTLING, DriftWatch
 from flexarm_estimator.drift.healthy import HealthyModes
-from flexarm_estimator.drift.judgement import Alarms, ModeNow, proposal
+from flexarm_estimator.drift.judgement import Alarms, Healthy, ModeNow, proposal
 from flexarm_estimator.drift.mode_drift import STIFFNESS_PRIOR, ModeDrift
 from flexarm_estimator.drift.score_blocks import ScoreBlocks
 from flexarm_estimator.drift.sensitivity import WatchedFilter, watched_filter
@@ -96,7 +96,8 @@ def test_more_damping_is_found_and_told() -> None:
     seen = feed(watch(DriftConfig(memory=5.0)), record)
     mode = seen.modes[0]
     assert mode.zeta == pytest.approx(0.06, abs=4 * mode.zeta_sigma + 0.005)
-    assert "mode_1" in seen.alarms
+    assert "has a damping of" in seen.alarms["mode_1"] and "runs at" not in seen.alarms["mode_1"]
+    assert "damping changed" in seen.proposal
 
 
 def test_a_drift_is_told_with_numbers_and_taken_back_when_it_is_over() -> None:
@@ -197,6 +198,38 @@ def test_blocks_of_white_residuals_scatter_as_the_information_says_and_coloured_
         found = float(blocks.scatter(np.zeros(1))[0, 0]) / count
         # spectrum at zero of an autoregression, 1 / (1 - c)^2; blocks of 50 miss a part of it
         assert found == pytest.approx((1.0 - colour) ** -2, rel=0.25)
+
+
+def damped(change: float, healthy: Healthy | None = None) -> ModeNow:
+    """Return a mode with 2.66 +- 0.3 % of damping where 0.97 % are described."""
+    mode = now("mode_5", change, 0.002)
+    return replace(mode, described_zeta=0.0097, zeta=0.0266, zeta_sigma=0.003, healthy=healthy)
+
+
+def alarms_of(mode: ModeNow) -> Alarms:
+    """Return what is said after a mode has been so for longer than the patience."""
+    alarms = Alarms(DriftConfig())
+    alarms.look([mode], 10.0)
+    alarms.look([mode], 11.1)
+    return alarms
+
+
+def test_more_damping_alone_is_told_as_damping_and_nothing_else() -> None:
+    described, learned = (
+        alarms_of(damped(0.0, healthy)) for healthy in (None, Healthy(0.0, 0.0, 0.011, 0.0))
+    )
+    assert described.told["mode_5"] == "mode 5 has a damping of 2.7 +- 0.3 %, described is 0.97 %"
+    assert learned.told["mode_5"] == "mode 5 has a damping of 2.7 +- 0.3 %, at the start it was 1.1 %"
+    assert described.is_damping_alone
+    said = proposal([damped(0.0)], described.is_damping_alone)
+    assert "no frequency did" in said and "flexarm identify" in said and "stiffness" not in said
+
+
+def test_frequency_and_damping_that_changed_together_are_both_told() -> None:
+    alarms = alarms_of(damped(-0.05))
+    assert not alarms.is_damping_alone
+    told = alarms.told["mode_5"]
+    assert "runs at 4.75 Hz" in told and "(-5.0 %) and has a damping of 2.7" in told
 
 
 def test_modes_that_change_apart_point_to_one_place() -> None:

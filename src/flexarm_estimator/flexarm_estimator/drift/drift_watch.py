@@ -85,7 +85,9 @@ class DriftWatch:
     @property
     def proposal(self) -> str:
         """What to do about it; empty when no mode has drifted."""
-        return proposal(self._healthy.judged(self.modes)) if self._alarms.told else ""
+        if not self._alarms.told:
+            return ""
+        return proposal(self._healthy.judged(self.modes), self._alarms.is_damping_alone)
 
     def adopt(self, model: ReducedModel) -> None:
         """Go on with another model of the same arm; what is known of its modes stays.

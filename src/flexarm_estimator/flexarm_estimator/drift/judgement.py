@@ -21,6 +21,7 @@ KNOWN = 0.5  # of the sigma before the measurement, from which a value counts as
 ALIKE = 3.0  # sigmas within which changes of modes are the same
 LEAST_STIFFNESS = 0.01  # of the described: what is left of omega^2 at least
 HZ = 2.0 * np.pi
+PERCENT = 100.0
 
 
 @dataclass(frozen=True)
@@ -105,6 +106,14 @@ def modes_now(model: ReducedModel, modes: Sequence[int], deltas: Deltas) -> tupl
     return tuple(found)
 
 
+@dataclass(frozen=True)
+class Changed:
+    """What of a mode has changed by so much that it is told."""
+
+    frequency: bool
+    damping: bool
+
+
 class Alarms:
     """Which modes are said to have drifted, and since when."""
 
@@ -112,48 +121,76 @@ class Alarms:
         """Begin without any."""
         self._config = config
         self._since: dict[str, float] = {}
+        self._by: dict[str, Changed] = {}
         self.told: dict[str, str] = {}
+
+    @property
+    def is_damping_alone(self) -> bool:
+        """Whether modes are told, and none of them for its frequency."""
+        return bool(self.told) and not any(self._by[name].frequency for name in self.told)
 
     def look(self, modes: Sequence[ModeNow], t: float) -> None:
         """Look at the modes at a time [s]; ``told`` then has a sentence for every one that has drifted."""
         for mode in modes:
-            if self._has_drifted(mode):
+            changed = self._changed(mode)
+            if changed.frequency or changed.damping:
                 since = self._since.setdefault(mode.name, t)
                 if t - since >= self._config.patience or mode.name in self.told:
-                    self.told[mode.name] = sentence(mode)
+                    self._by[mode.name] = changed
+                    self.told[mode.name] = sentence(mode, changed)
             else:
                 self._since.pop(mode.name, None)
                 if abs(mode.drift) < BACK * self._config.frequency_change and mode.is_known:
                     self.told.pop(mode.name, None)
 
-    def _has_drifted(self, mode: ModeNow) -> bool:
+    def _changed(self, mode: ModeNow) -> Changed:
         c = self._config
         expected = mode.expected
         sigma = float(np.hypot(mode.zeta_sigma, expected.zeta_sigma))
         large = c.damping_change * max(expected.zeta, mode.described_zeta)
         by_frequency = abs(mode.drift) >= max(c.frequency_change, c.sigmas * mode.drift_sigma)
         by_damping = abs(mode.zeta - expected.zeta) >= max(large, c.sigmas * sigma)
-        return (by_frequency and mode.is_known) or (by_damping and mode.is_damping_known)
+        return Changed(by_frequency and mode.is_known, by_damping and mode.is_damping_known)
 
 
-def sentence(mode: ModeNow) -> str:
-    """Return what is said of a mode that has drifted."""
-    before = "described are" if mode.healthy is None else "at the start it was"
-    expected_hz = mode.described_hz * (1.0 + mode.expected.change)
-    return (
-        f"{mode.name.replace('_', ' ')} runs at {mode.f_hz:.3g} Hz +- {mode.f_sigma_hz:.1g}, {before} "
-        f"{expected_hz:.3g} Hz ({100 * mode.drift:+.1f} %)"
-    )
+def sentence(mode: ModeNow, changed: Changed) -> str:
+    """Return what is said of a mode that has drifted: the numbers of what has changed, and no others."""
+    name, is_described = mode.name.replace("_", " "), mode.healthy is None
+    said = []
+    if changed.frequency:
+        before = "described are" if is_described else "at the start it was"
+        expected_hz = mode.described_hz * (1.0 + mode.expected.change)
+        said.append(
+            f"runs at {mode.f_hz:.3g} Hz +- {mode.f_sigma_hz:.1g}, {before} "
+            f"{expected_hz:.3g} Hz ({PERCENT * mode.drift:+.1f} %)"
+        )
+    if changed.damping:
+        before = "described is" if is_described else "at the start it was"
+        said.append(
+            f"has a damping of {PERCENT * mode.zeta:.2g} +- {PERCENT * mode.zeta_sigma:.1g} %, {before} "
+            f"{PERCENT * mode.expected.zeta:.2g} %"
+        )
+    return f"{name} {' and '.join(said)}"
 
 
-def proposal(modes: Sequence[ModeNow]) -> str:
-    """Return what to do about modes of which at least one has drifted."""
+def proposal(modes: Sequence[ModeNow], is_damping_alone: bool = False) -> str:
+    """Return what to do about modes of which at least one has drifted.
+
+    Args:
+        modes: Those that are judged.
+        is_damping_alone: None of them has drifted in its frequency.
+    """
+    refresh = "refresh the description: flexarm identify BAG --manipulator NAME --update --retune"
+    if is_damping_alone:
+        return (
+            "damping changed and no frequency did: look for a bolt that works loose, a bearing or a cable "
+            f"that rubs, or {refresh}"
+        )
     known = [mode for mode in modes if mode.is_known]
     weights = np.array([mode.drift_sigma**-2 for mode in known])
     changes = np.array([mode.drift for mode in known])
     mean = float(weights @ changes / weights.sum())
     apart = abs(changes - mean) * np.sqrt(weights)
-    refresh = "refresh the description: flexarm identify BAG --manipulator NAME --update --retune"
     if len(known) > 1 and apart.max() > ALIKE:
         return f"modes changed apart: look for a payload or a loose joint, or {refresh}"
     factor = (1.0 + mean) ** 2
