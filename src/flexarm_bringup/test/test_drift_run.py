@@ -11,10 +11,14 @@ import numpy as np
 import pytest
 
 from flexarm_bringup import cli
+from flexarm_bringup.drift_run import command
+from flexarm_bringup.drift_run.bag import settings_for
 from flexarm_bringup.drift_run.normal_moves import WAIT, normal_moves
 from flexarm_bringup.drift_run.simulation import ALONE, Drill, Watched, run_drill
 from flexarm_bringup.static_arm import StaticArm
 from flexarm_bringup.tasks.task import find_task, load_task
+from flexarm_estimator.drift.judgement import Healthy, ModeNow
+from flexarm_estimator.drift.settings import DriftConfig
 from flexarm_estimator.settings import EstimatorConfig
 from flexarm_model.reading.config import load_config
 from flexarm_model.reading.manipulator_file import find_manipulator
@@ -115,6 +119,51 @@ def test_nothing_is_told_while_nothing_changes() -> None:
     assert not watched.alarms and not watched.guard
     changes = np.array([[mode.change for mode in modes] for modes in watched.modes if modes])
     assert abs(changes[:, 0]).max() < 0.01
+
+
+def test_a_bag_is_watched_with_the_settings_of_its_arm() -> None:
+    parallel, single = (
+        load_config(find_manipulator(name), "geared") for name in ("planar_3rrr", "single_link")
+    )
+    assert settings_for(parallel) == DriftConfig(learning=8.0) and settings_for(single) == DriftConfig()
+    assert settings_for(replace(parallel, name="nobody_wrote_moves")) == DriftConfig()
+
+
+def test_the_command_watches_with_these_settings_and_draws_their_bound(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    given, drawn = DriftConfig(frequency_change=0.02), list[float]()
+
+    def watch(_: object, settings: DriftConfig) -> Watched:
+        assert settings == given
+        return seen(6.5, None)
+
+    monkeypatch.setattr(command, "settings_for", lambda config: given)
+    monkeypatch.setattr(command, "watch_bag", watch)
+    monkeypatch.setattr(command, "draw_watched", lambda plot, watched, told_at: drawn.append(told_at))
+    golden = Path(__file__).parents[3] / "tests" / "golden" / "single_link" / "bag"
+    assert cli.main(["drift", str(golden)]) == 0
+    assert drawn == [0.02] and "Alarms\n  · none" in capsys.readouterr().out
+
+
+def seen(seconds: float, healthy: Healthy | None) -> Watched:
+    """Return what was seen of one mode until a time, without an alarm."""
+    mode = ModeNow("mode_1", 5.0, 5.0, 0.01, 0.01, 0.01, 0.001, True, True, 0.0, 0.002, healthy)
+    return Watched(np.array([0.0, seconds]), ((mode,), (mode,)), (), "", "")
+
+
+def test_a_bag_in_which_no_mode_was_judged_is_not_reported_as_free_of_alarms() -> None:
+    learning, healthy = DriftConfig(learning=8.0), Healthy(0.0, 0.002, 0.01, 0.001)
+    short, unsure, fine = (
+        command.build_page("", watched, learning, []).remarks["Alarms"][0]
+        for watched in (seen(6.5, None), seen(20.0, None), seen(20.0, healthy))
+    )
+    assert (
+        short.startswith("no mode was judged")
+        and "the first 8 s" in short
+        and "the watch ended after 6.5 s" in short
+    )
+    assert "no frequency was known well enough" in unsure and fine == "none"
 
 
 def test_a_bag_without_motion_is_not_reported_as_free_of_alarms(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -11,6 +11,7 @@ from flexarm_bringup.bags.bag_reader import Bag, decode
 from flexarm_bringup.bags.bag_writer import BagError
 from flexarm_bringup.drift_run.simulation import EVERY, Watched
 from flexarm_bringup.replaying.replay_bag import configuration
+from flexarm_bringup.tasks.task import find_task, load_task
 from flexarm_bringup.topics import NAMESPACE
 from flexarm_estimator.drift.exchange import DriftExchange
 from flexarm_estimator.drift.judgement import ModeNow
@@ -19,12 +20,30 @@ from flexarm_estimator.settings import EstimatorConfig
 from flexarm_model.conversions import stamp_to_ns
 from flexarm_model.manipulator.description import ManipulatorConfig
 from flexarm_model.settings.overrides import apply_overrides
+from flexarm_model.settings.strict_yaml import ConfigError
 
 TIME = "joint_states"
 
 
-def watch_bag(bag: Bag) -> Watched:
+def settings_for(config: ManipulatorConfig) -> DriftConfig:
+    """Return the watch's settings in the moves file of an arm; the defaults for an arm without one.
+
+    Raises:
+        ConfigError: The moves file cannot be used.
+    """
+    try:
+        path = find_task(config.name)
+    except ConfigError:  # nobody wrote one for it
+        return DriftConfig()
+    return load_task(path).make("drift", DriftConfig)
+
+
+def watch_bag(bag: Bag, watched_by: DriftConfig) -> Watched:
     """Return what the watch says of a bag.
+
+    Args:
+        bag: Whole.
+        watched_by: Settings of the watch.
 
     Raises:
         BagError: It has no configuration, or no model that can be watched.
@@ -34,7 +53,7 @@ def watch_bag(bag: Bag) -> Watched:
     wanted = {f"{NAMESPACE}/{topic}" for topic in ("model", *DriftExchange(config, estimator).topics)}
     messages = ((record.name, decode(record)) for record in bag.records if record.name in wanted)
     try:
-        return watch_messages(messages, config, estimator)
+        return watch_messages(messages, config, estimator, watched_by)
     except ValueError as error:
         raise BagError(f"{bag.path}: {error}") from error
 

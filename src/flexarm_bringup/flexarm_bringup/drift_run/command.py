@@ -21,7 +21,7 @@ from flexarm_bringup.assumptions import arm_of, resting_on
 from flexarm_bringup.bags.bag_reader import check_bag
 from flexarm_bringup.bags.bag_writer import BagError
 from flexarm_bringup.bags.configuration import configuration
-from flexarm_bringup.drift_run.bag import watch_bag
+from flexarm_bringup.drift_run.bag import settings_for, watch_bag
 from flexarm_bringup.drift_run.figure import draw_watched
 from flexarm_bringup.drift_run.simulation import ALONE, Drill, Watched, run_drill
 from flexarm_bringup.page.figures import drawing, to_figure
@@ -75,8 +75,10 @@ def run(args: argparse.Namespace) -> int:
 
 def _of_bag(path: Path) -> Page:
     bag = check_bag(path)
-    page = build_page(f"Drift in {path.name}", watch_bag(bag), [])
-    return resting_on(page, configuration(bag)[0])
+    config = configuration(bag)[0]
+    settings = settings_for(config)
+    page = build_page(f"Drift in {path.name}", watch_bag(bag, settings), settings, [])
+    return resting_on(page, config)
 
 
 def _simulate(args: argparse.Namespace, progress: Progress) -> Page:
@@ -90,9 +92,11 @@ def _simulate(args: argparse.Namespace, progress: Progress) -> Page:
             f"which may take {SOON:g} s; expected at least {2 * SOON / 60:.2g}, or --change 0"
         )
     drill = Drill(duration, 1.0 + args.change / PERCENT, duration / 2, args.seed, args.law)
-    watched = run_drill(config, task, drill, say=progress.say)
+    settings = task.make("drift", DriftConfig)
+    watched = run_drill(config, task, drill, settings, progress.say)
     title = f"Drill of the drift watch: {task.manipulator}" + (f", preset {preset}" if preset else "")
-    return resting_on(build_page(title, watched, _checks(watched, drill)), arm_of(task, preset))
+    page = build_page(title, watched, settings, _checks(watched, drill))
+    return resting_on(page, arm_of(task, preset))
 
 
 def _checks(watched: Watched, drill: Drill) -> list[Check]:
@@ -111,8 +115,15 @@ def _checks(watched: Watched, drill: Drill) -> list[Check]:
     ]
 
 
-def build_page(title: str, watched: Watched, checks: list[Check]) -> Page:
-    """Return the page: modes at the end, alarms, figure."""
+def build_page(title: str, watched: Watched, settings: DriftConfig, checks: list[Check]) -> Page:
+    """Return the page: modes at the end, alarms, figure.
+
+    Args:
+        title: One line.
+        watched: What the watch said.
+        settings: With which it watched.
+        checks: Acceptance bounds.
+    """
     heads = [
         Column("mode"), Column("described\n[Hz]", ".3f"), Column("running\n[Hz]", ".3f"),
         Column("± [Hz]", ".3f"), Column("change\n[%]", "+.2f"), Column("damping\ndescribed [%]", ".2f"),
@@ -127,12 +138,27 @@ def build_page(title: str, watched: Watched, checks: list[Check]) -> Page:
         ]
         for mode in (watched.modes[-1] if watched.modes else ())
     ]  # fmt: skip
-    alarms = [f"{when:.1f} s: {text}" for when, text in watched.alarms] or ["none"]
     with drawing(9.0, 4.0) as plot:
-        draw_watched(plot, watched, DriftConfig().frequency_change)
+        draw_watched(plot, watched, settings.frequency_change)
         figure = to_figure(plot, "Running frequencies with three sigma; dashed: what is told, lines: alarms")
-    remarks: dict[str, Sequence[str]] = {"Alarms": alarms}
+    remarks: dict[str, Sequence[str]] = {"Alarms": _alarms(watched, settings)}
     if watched.proposal:
         remarks["Proposal"] = [watched.proposal]
     lead = f"{float(np.ptp(watched.t)) if watched.t.size else 0.0:.0f} s watched."
     return Page(title, lead, [Table("Modes at the end", heads, rows), figure], checks, remarks)
+
+
+def _alarms(watched: Watched, settings: DriftConfig) -> list[str]:
+    """Return the alarms in sentences, or why there can be none."""
+    last = watched.modes[-1] if watched.modes else ()
+    if watched.alarms or not settings.learning or any(mode.healthy for mode in last):
+        return [f"{when:.1f} s: {text}" for when, text in watched.alarms] or ["none"]
+    seconds = float(watched.t[-1]) if watched.t.size else 0.0
+    if seconds < settings.learning:
+        why = f"the watch ended after {seconds:.1f} s"
+    else:
+        why = "no frequency was known well enough since"
+    return [
+        f"no mode was judged: how the healthy arm reads is learned in the first {settings.learning:g} s "
+        f"(learning, in its moves file), and {why}"
+    ]
