@@ -14,6 +14,7 @@ from scipy.io import savemat
 
 from flexarm_bringup import cli
 from flexarm_bringup.identify.measurement import Responses, SourceError, merge
+from flexarm_bringup.identify.page import _collinearity
 from flexarm_bringup.identify.sources import Averaging, read_sources
 from flexarm_model.manipulator.body_spec import Beam
 from flexarm_model.modal.frf import Frf, Ports, modal_frf
@@ -124,6 +125,21 @@ def test_records_give_modes_with_both_uncertainties_and_a_page(tmp_path, capsys)
     text = page.read_text()
     assert "Stabilisation chart" in text and "bootstrap" in text and "<animate" in text
     assert text.count("<svg") == 5  # responses, indicator, chart, shapes, likeness
+
+
+@pytest.mark.parametrize("turned", [1.0, 1j, np.exp(0.7j)])
+@pytest.mark.parametrize(
+    ("shape", "share"),
+    [
+        ([1.0, 1j], 0.0),  # a quarter of a period apart
+        ([1.0, 0.995 + 0.01j, 0.99 - 0.01j], 0.9997),  # alike, but for noise of 1 %
+        ([1.0, -0.5, 0.2], 1.0),
+        ([1.0], 1.0),
+    ],
+)
+def test_a_shape_is_as_real_as_its_parts_move_in_phase(shape, share, turned):
+    """Whatever the phase of all together is."""
+    assert _collinearity(turned * np.array(shape, complex)) == pytest.approx(share, abs=1e-4)
 
 
 @pytest.mark.parametrize(

@@ -155,9 +155,16 @@ def _sensors(result: Result) -> tuple[list[str], list[str]]:
 
 
 def _collinearity(shape: np.ndarray) -> float:
-    """Return the modal phase collinearity: 1 for a shape whose parts move in phase or against it [1]."""
-    parts = np.cov(shape.real, shape.imag, bias=True) if shape.size > 1 else np.diag([1.0, 0.0])
-    low, high = np.linalg.eigvalsh(parts)
+    """Return the modal phase collinearity: 1 for a shape whose parts move in phase or against it [1].
+
+    Of the second moments of real and imaginary parts about zero, which is where a shape swings about: those
+    about the mean would call sensors that move alike out of phase.
+
+    Args:
+        shape: Complex, (n_out,).
+    """
+    parts = np.stack([shape.real, shape.imag])
+    low, high = np.linalg.eigvalsh(parts @ parts.T)
     return float(((high - low) / (high + low)) ** 2) if high > 0 else 1.0
 
 
