@@ -85,7 +85,7 @@ def run(args: argparse.Namespace) -> int:
         source = of_records(tested, averaging) if tested else read_sources(args.files, args.kind, averaging)
         request = Request(
             band, args.coherence, args.manipulator or "", args.preset, args.motors == "locked",
-            known_outputs(source.responses.outputs, ignored, ignored if tested else ()),
+            known_outputs(source.responses.outputs, ignored, ignored if tested else ()), tuple(args.pose),
         )  # fmt: skip
         result = identify(source, request)
         others = [read_pose(text, args.kind, averaging, request) for text in args.also]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -25,13 +26,14 @@ def read_pose(text: str, kind: str, averaging: Averaging, request: Request) -> t
         text: "0.1,-0.2=run.csv": axes [rad or m] with commas between, and a file.
         kind: Of its outputs, where the file does not say.
         averaging: For records.
-        request: Band and coherence.
+        request: Of the test; its pose is another one.
 
     Raises:
         SourceError: The text or the file cannot be used, or there is no mode in it.
     """
     pose, path = _split(text)
-    fit = identify(read_sources([path], kind, averaging), request).found.fit
+    there = replace(request, pose=tuple(pose.tolist()))
+    fit = identify(read_sources([path], kind, averaging), there).found.fit
     if fit is None:
         raise SourceError(f"--also {path}: no mode was identified")
     return pose, fit

@@ -52,6 +52,7 @@ class Request:
         preset: Its preset.
         motors_locked: The motors stood still in the test, instead of driving it.
         ignore: Outputs to leave out.
+        pose: Actuated axes at the measurement [rad or m]; empty for home.
     """
 
     band_hz: tuple[float, float] | None
@@ -60,6 +61,7 @@ class Request:
     preset: str = ""
     motors_locked: bool = False
     ignore: tuple[str, ...] = ()
+    pose: tuple[float, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -123,8 +125,9 @@ def identify(source: Source, request: Request) -> Result:
     """Return the modes of a source.
 
     Raises:
-        ValueError: Responses are missing, the band holds too few lines, or the manipulator is unknown.
+        ValueError: Responses are missing, the band holds too few lines, or there is no such arm or pose.
     """
+    model_hz = _model(request)
     heard = source.responses.without(request.ignore)
     deaf = deaf_outputs(heard, request.band_hz, request.coherence)
     responses = heard.without(tuple(deaf))
@@ -151,7 +154,7 @@ def identify(source: Source, request: Request) -> Result:
         source, responses, frf, is_reciprocal, weight, _in_units(found, recipe.size, is_reciprocal),
         scatter, method_scatter(fitted, found, options),
         tuple(_half_power(responses, frf, f_hz) for f_hz in frequencies),
-        _single(fitted, weight), _model(request), deaf, (low, high), request.coherence,
+        _single(fitted, weight), model_hz, deaf, (low, high), request.coherence,
     )  # fmt: skip
 
 
@@ -237,10 +240,11 @@ def _single(frf: Frf, weight: Array) -> tuple[float, ...]:
 
 
 def _model(request: Request) -> tuple[float, ...]:
-    """Return what the served model says: of free motors unless they were locked."""
+    """Return what the model served at the pose says: of free motors unless they were locked [Hz]."""
     if not request.manipulator:
         return ()
-    model = linearize(ReducedTree(load_config(find_manipulator(request.manipulator), request.preset)))
+    tree = ReducedTree(load_config(find_manipulator(request.manipulator), request.preset))
+    model = linearize(tree, np.array(request.pose) if request.pose else None)
     free = np.sqrt(np.maximum(eigh(model.K, model.M, eigvals_only=True), 0.0))
     omega = model.omega if request.motors_locked else free
     return tuple(float(value) for value in omega / (2 * np.pi) if value > 2 * np.pi * RIGID_HZ)
