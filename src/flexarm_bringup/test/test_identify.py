@@ -65,6 +65,20 @@ def write_uff(path: Path) -> Path:
     return path
 
 
+def write_set(path: Path, func_type: int, node: int, kind: int, data: np.ndarray) -> None:
+    """Add a record in time at 200 Hz (1), or a response in steps of 0.25 Hz (4), of a point in z."""
+    step, axis = (1 / 200, 17) if func_type == 1 else (0.25, 18)
+    pyuff.UFF(str(path))._write_set(
+        pyuff.prepare_58(
+            func_type=func_type, rsp_node=node, rsp_dir=3, ref_node=1, ref_dir=3, data=data,
+            x=np.arange(data.size) * step, id1="hit", binary=0, ordinate_spec_data_type=kind,
+            abscissa_min=0.0, abscissa_inc=step, ord_data_type=5 if np.iscomplexobj(data) else 4,
+            abscissa_spec_data_type=axis, num_pts=data.size, abscissa_spacing=1, orddenom_spec_data_type=0,
+        ),
+        "add" if path.exists() else "overwrite",
+    )  # fmt: skip
+
+
 def write_mat(path: Path) -> Path:
     names = {"a__h": 0, "b__h": 1, "c__h": 2}
     savemat(path, {"f_hz": LINES, **{name: responses().H[:, k, 0] for name, k in names.items()}})
@@ -91,6 +105,35 @@ def test_responses_in_every_kind_of_file_give_the_modes_put_in(tmp_path, capsys,
     found = found_hz(capsys, tmp_path, str(path))
     assert found[:, 0] == pytest.approx(F_HZ, rel=1e-4)
     assert found[:, 1] == pytest.approx(100 * ZETA, rel=1e-2)
+
+
+def test_every_hit_in_a_universal_file_is_a_run_of_its_own(tmp_path):
+    path, rng = tmp_path / "hits.uff", np.random.default_rng(1)
+    hits = rng.standard_normal((3, 2, 2048))
+    for force, answer in hits:
+        write_set(path, 1, 1, 13, force)
+        write_set(path, 1, 2, 8, answer)
+    runs = read_sources([path], "receptance", Averaging()).records
+    assert len(runs) == 3
+    for run, (force, answer) in zip(runs, hits, strict=True):
+        assert run.inputs["1+z"] == pytest.approx(force, abs=1e-4)
+        assert run.outputs["2+z"] == pytest.approx(answer, abs=1e-4)
+
+
+def test_a_channel_that_is_missing_in_a_run_is_told_by_its_count(tmp_path):
+    path, signal = tmp_path / "hits.uff", np.ones(64)
+    for node, kind in ((1, 13), (2, 8), (2, 8)):
+        write_set(path, 1, node, kind, signal)
+    with pytest.raises(SourceError, match=r"hits.uff: .* 1 of input 1\+z, 2 of output 2\+z; expected"):
+        read_sources([path], "receptance", Averaging())
+
+
+def test_a_response_that_comes_twice_in_a_universal_file_is_refused(tmp_path):
+    path = tmp_path / "twice.uff"
+    for gain in (1.0, 2.0):
+        write_set(path, 4, 2, 12, gain * np.ones(64, complex))
+    with pytest.raises(SourceError, match=r"twice.uff: the response 2\+z/1\+z comes more than once"):
+        read_sources([path], "accelerance", Averaging())
 
 
 def test_complex_columns_are_read_like_parts(tmp_path):

@@ -85,7 +85,7 @@ def read_sources(paths: Sequence[Path], kind: str, averaging: Averaging) -> Sour
     """
     if kind not in KINDS:
         raise SourceError(f"kind '{kind}' is not one of {', '.join(KINDS)}")
-    parts = [_read(path, kind) for path in paths]
+    parts = [part for path in paths for part in _read(path, kind)]
     records = [part for part in parts if isinstance(part, Records)]
     if len(records) not in (0, len(parts)):
         raise SourceError("some files hold responses and some records in time: identify them separately")
@@ -101,21 +101,24 @@ def read_records(paths: Sequence[Path], kind: str) -> list[Records]:
     Raises:
         SourceError: A file cannot be used, or holds responses.
     """
-    parts = [_read(path, kind) for path in paths]
-    wrong = [path for path, part in zip(paths, parts, strict=True) if not isinstance(part, Records)]
-    if wrong:
-        raise SourceError(f"{wrong[0]}: holds responses; needed are records in time")
-    return [part for part in parts if isinstance(part, Records)]
+    records: list[Records] = []
+    for path in paths:
+        parts = _read(path, kind)
+        records += [part for part in parts if isinstance(part, Records)]
+        if any(isinstance(part, Responses) for part in parts):
+            raise SourceError(f"{path}: holds responses; needed are records in time")
+    return records
 
 
-def _read(path: Path, kind: str) -> Responses | Records:
+def _read(path: Path, kind: str) -> list[Responses | Records]:
+    """Return what a file or the folder of a bag holds: responses, or one or more runs."""
     if not path.exists():
         raise SourceError(f"{path}: no such file")
     if path.is_dir():
-        return read_bag(path)
-    table: dict[str, Callable[[Path], Responses | Records]] = {
+        return [read_bag(path)]
+    table: dict[str, Callable[[Path], list[Responses | Records]]] = {
         **dict.fromkeys(UNIVERSAL, read_uff),
-        **dict.fromkeys(READERS, lambda path: read_table(path, kind)),
+        **dict.fromkeys(READERS, lambda path: [read_table(path, kind)]),
     }
     if path.suffix.lower() not in table:
         raise SourceError(

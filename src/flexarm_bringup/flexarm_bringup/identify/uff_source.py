@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import defaultdict
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
@@ -19,11 +20,11 @@ FORCE = 13  # data type of a record that is an input
 AXES = {1: "+x", 2: "+y", 3: "+z", -1: "-x", -2: "-y", -3: "-z"}
 
 
-def read_uff(path: Path) -> Responses | Records:
-    """Return what a universal file holds.
+def read_uff(path: Path) -> list[Responses | Records]:
+    """Return what a universal file holds: its responses, or a record per run.
 
     Raises:
-        SourceError: It cannot be read, or holds no dataset 58 that can be used.
+        SourceError: It cannot be read, holds no dataset 58 that can be used, or a channel too often.
     """
     try:
         file = pyuff.UFF(str(path))
@@ -32,9 +33,9 @@ def read_uff(path: Path) -> Responses | Records:
     except Exception as error:  # pyuff raises bare exceptions of all kinds
         raise SourceError(f"{path}: not a universal file that can be read: {error}") from error
     if any(item["func_type"] == RESPONSE for item in sets):
-        return _responses(path, sets)
+        return [_responses(path, sets)]
     if any(item["func_type"] == TIME for item in sets):
-        return _records(path, sets)
+        return [*_runs(path, sets)]
     held = ", ".join(map(str, sorted(set(types)))) or "nothing"
     raise SourceError(f"{path}: holds datasets {held}; needed is 58 with responses or records in time")
 
@@ -50,7 +51,13 @@ def _responses(path: Path, sets: Iterable[Mapping[str, Any]]) -> Responses:
         if lines is not None and (x.shape != lines.shape or not np.allclose(x, lines)):
             raise SourceError(f"{path}: its responses have different lines")
         lines, cell = x, (_point(item, "rsp"), _point(item, "ref"))
-        if item["func_type"] == COHERENCE:
+        is_coherence = item["func_type"] == COHERENCE
+        if cell in (coherence if is_coherence else cells):
+            what = "coherence" if is_coherence else "response"
+            raise SourceError(
+                f"{path}: the {what} {'/'.join(cell)} comes more than once; expected one of each"
+            )
+        if is_coherence:
             coherence[cell] = np.real(np.asarray(item["data"]))
             continue
         cells[cell] = np.asarray(item["data"], complex)
@@ -62,17 +69,29 @@ def _responses(path: Path, sets: Iterable[Mapping[str, Any]]) -> Responses:
     return Responses(lines, cells, coherence, KINDS[kinds.pop()])
 
 
-def _records(path: Path, sets: Iterable[Mapping[str, Any]]) -> Records:
+def _runs(path: Path, sets: Iterable[Mapping[str, Any]]) -> list[Records]:
+    """Return one record per run, as of five hits: the first of every channel, the second of every one, ..."""
+    channels: dict[tuple[bool, str], list[Mapping[str, Any]]] = defaultdict(list)
+    for item in sets:
+        if item["func_type"] == TIME:
+            channels[_is_input(item), _point(item, "rsp")].append(item)
+    counts = {f"{'input' if is_input else 'output'} {point}": len(items)
+              for (is_input, point), items in channels.items()}  # fmt: skip
+    if len(set(counts.values())) != 1:
+        told = ", ".join(f"{count} of {name}" for name, count in counts.items())
+        raise SourceError(f"{path}: records of its runs: {told}; expected as many of every channel")
+    return [_record(path, run) for run in zip(*channels.values(), strict=True)]
+
+
+def _record(path: Path, sets: Iterable[Mapping[str, Any]]) -> Records:
     inputs: dict[str, Array] = {}
     outputs: dict[str, Array] = {}
     steps, kinds = set(), set()
     for item in sets:
-        if item["func_type"] != TIME:
-            continue
         steps.add(float(item["abscissa_inc"]))
-        is_input = int(item["ordinate_spec_data_type"]) == FORCE
-        (inputs if is_input else outputs)[_point(item, "rsp")] = np.real(np.asarray(item["data"]))
-        if not is_input:
+        signals = inputs if _is_input(item) else outputs
+        signals[_point(item, "rsp")] = np.real(np.asarray(item["data"]))
+        if signals is outputs:
             kinds.add(KINDS.get(int(item["ordinate_spec_data_type"]), "receptance"))
     if (
         len(steps) != 1
@@ -81,6 +100,10 @@ def _records(path: Path, sets: Iterable[Mapping[str, Any]]) -> Records:
     ):
         raise SourceError(f"{path}: its records differ in step, length or kind")
     return Records(1.0 / steps.pop(), inputs, outputs, kinds.pop())
+
+
+def _is_input(item: Mapping[str, Any]) -> bool:
+    return int(item["ordinate_spec_data_type"]) == FORCE
 
 
 def _point(item: Mapping[str, Any], side: str) -> str:
