@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -11,9 +12,10 @@ from bag_fixture import PERIOD_NS, joint_state, stamped_header
 from scipy import signal
 
 from flexarm_bringup import cli
+from flexarm_bringup.bags.bag_reader import check_bag
 from flexarm_bringup.bags.bag_types import bag_types
 from flexarm_bringup.bags.bag_writer import BagWriter
-from flexarm_bringup.identify.bag_source import read_bag
+from flexarm_bringup.identify.bag_source import listen, read_bag
 from flexarm_bringup.identify.measurement import Records, Responses, SourceError
 from flexarm_bringup.identify.set_ups import check_scale
 from flexarm_bringup.identify.sources import Averaging, of_records
@@ -93,6 +95,19 @@ def test_a_bag_gives_its_torque_and_sensors_at_even_instants(ringing_bag: Path) 
     assert set(record.outputs) == {"encoder.position", "root_strain.strain"}
     assert set(record.inputs) == {"base.rz"} and record.is_held
     assert record.outputs["encoder.position"].size == pytest.approx(30.0 * RATE, abs=2)
+
+
+def test_samples_of_a_bag_are_at_the_instants_at_which_they_were_taken(tmp_path: Path) -> None:
+    """A gauge whose driver stamps four periods late, as the estimator takes it; the encoder is in time."""
+    path = write_ringing_bag(tmp_path / "bag", ringing(4, 0.5, ("a", "b"), GAINS[:, :2]))
+    prompt = load_config(find_manipulator("single_link"))
+    delay = 4 * PERIOD_NS * 1e-9
+    specs = [replace(spec, stamp_delay=delay * (spec.name == "root_strain")) for spec in prompt.sensors]
+    as_stamped, heard = (listen(check_bag(path), c) for c in (prompt, replace(prompt, sensors=tuple(specs))))
+    for channel, late in (("root_strain.strain", delay), ("encoder.position", 0.0)):
+        times, values = heard[channel]
+        assert times == pytest.approx(as_stamped[channel][0] - late, abs=1e-9)
+        assert (values == as_stamped[channel][1]).all()
 
 
 def found(tmp_path: Path, *arguments: str) -> np.ndarray:

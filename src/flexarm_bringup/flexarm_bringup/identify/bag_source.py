@@ -1,9 +1,9 @@
 """A bag as a source: torque that the guard let through as input; gauges, accelerometers, encoders as outputs.
 
-Everything is brought to even instants by its stamps: samples by straight lines, torques as they were held,
-also where one came too late for its period. A bag of a controlled arm is a record under feedback: where its
-reference moves every axis, the accelerations asked for are the instruments of Hc; else H1 tells plant and
-controller mixed, and a remark says so.
+Everything is brought to even instants by its stamps, a sensor's less its ``stamp_delay``: samples by straight
+lines, torques as they were held, also where one came too late for its period. A bag of a controlled arm is a
+record under feedback: where its reference moves every axis, the accelerations asked for are the instruments
+of Hc; else H1 tells plant and controller mixed, and a remark says so.
 """
 
 from __future__ import annotations
@@ -24,6 +24,7 @@ from flexarm_bringup.replaying.replay_bag import configuration
 from flexarm_bringup.topics import NAMESPACE
 from flexarm_estimator.messages.inbox import TORQUE_TOPIC
 from flexarm_estimator.messages.sensor_messages import SensorReader
+from flexarm_estimator.watches.stamp_delays import StampDelays
 from flexarm_model.conversions import stamp_to_ns
 from flexarm_model.manipulator.description import ManipulatorConfig
 from flexarm_model.tree.sensors import output_names, output_units
@@ -109,7 +110,7 @@ def _hear_torque(reader: SensorReader, config: ManipulatorConfig, topic: str, ms
 
 def _hear_samples(reader: SensorReader, config: ManipulatorConfig, topic: str, msg: Any, t: float) -> Said:
     prompt = {spec.name: spec.channels for spec in config.sensors if not spec.rate_hz}
-    for sample in reader.read(topic, msg, t).samples:
+    for sample in StampDelays(config.sensors).undo(reader.read(topic, msg, t).samples):
         if sample.sensor in prompt and np.isfinite(sample.y).all():
             for channel, value in zip(prompt[sample.sensor], sample.y, strict=True):
                 yield f"{sample.sensor}.{channel}", sample.t, float(value)
