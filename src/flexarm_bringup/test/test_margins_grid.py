@@ -10,10 +10,14 @@ import numpy as np
 import pytest
 
 from flexarm_bringup.cli import main
-from flexarm_bringup.margins.poses import Poses
+from flexarm_bringup.margins.poses import Poses, grid_values
 from flexarm_bringup.margins.study import Loop
+from flexarm_bringup.static_arm import StaticArm
+from flexarm_bringup.tasks.course import plan_course
+from flexarm_bringup.tasks.task import find_task, load_task
 from flexarm_model.reading.config import load_config
 from flexarm_model.reading.manipulator_file import find_manipulator
+from flexarm_model.tree.reduced_tree import ReducedTree
 
 
 def test_the_poses_fill_the_ranges_evenly_and_leave_their_ends_out() -> None:
@@ -24,6 +28,25 @@ def test_the_poses_fill_the_ranges_evenly_and_leave_their_ends_out() -> None:
     for values, axis in zip(poses.T, axes, strict=True):
         span = axis.upper - axis.lower
         assert sorted(set(values)) == pytest.approx([axis.lower + span / 4, axis.upper - span / 4])
+
+
+@pytest.mark.parametrize("n", [2, 200, 1000])
+def test_no_pose_of_a_fine_grid_is_lost_for_its_label(n: int) -> None:
+    config = load_config(find_manipulator("single_link"), "geared")
+    poses = Poses(grid=n).of_grid(config)
+    assert np.array(list(poses.values())) == pytest.approx(np.array(grid_values(config, n)).T)
+    assert all(float(label) == pytest.approx(pose[0], rel=5e-3) for label, pose in poses.items())
+
+
+def test_no_pose_along_the_moves_is_lost_for_its_label() -> None:
+    """Every 5 ms or so; poses within 1e-6 rad are one."""
+    task = load_task(find_task("single_link"))
+    tree = ReducedTree(load_config(find_manipulator("single_link"), "geared"), use_compiler=False)
+    course = plan_course(StaticArm(tree), task, 0.005)
+    times = np.linspace(course.legs[0].start, course.legs[-1].end, 1500)
+    along = np.array([course.reference.position(float(t))[0] for t in times])
+    kept = np.array([pose[0] for pose in Poses(along=1500).asked(tree, task, 0.005).values()])
+    assert abs(along[:, None] - kept).min(axis=1).max() <= 1e-6
 
 
 def test_too_many_poses_are_refused_with_how_many_there_may_be(capsys: pytest.CaptureFixture[str]) -> None:

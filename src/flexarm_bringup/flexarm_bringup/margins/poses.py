@@ -20,6 +20,8 @@ from flexarm_model.tree.reduced_tree import ReducedTree
 Array = NDArray[np.float64]
 MOST_POSES = 1000  # of a grid
 SAME = 1e-6  # rad or m between poses that are one
+DIGITS = [f".{n}g" for n in range(3, 18)]  # of a pose in a label: as few as tell it from the others
+DECIMALS = [f".{n}f" for n in range(2, 10)]  # of a time
 
 
 @dataclass(frozen=True)
@@ -46,8 +48,9 @@ class Poses:
         named = {"home": tree.config.home, **tree.config.poses}
         course = plan_course(StaticArm(tree), task, dt)
         begin, end = course.legs[0].start, course.legs[-1].end
-        for t in np.linspace(begin, end, self.along):
-            named[f"{t:.2f} s"] = course.reference.position(float(t))
+        times = np.linspace(begin, end, self.along)
+        for label, t in zip(_told_apart(times[:, None], DECIMALS), times, strict=True):
+            named[f"{label} s"] = course.reference.position(float(t))
         kept: dict[str, Array] = {}
         for label, pose in named.items():
             if all(abs(pose - other).max() > SAME for other in kept.values()):
@@ -62,7 +65,8 @@ class Poses:
         """
         if not self.grid:
             return {}
-        return {_label(pose): pose for pose in grid_poses(grid_values(config, self.grid)).values}
+        poses = grid_poses(grid_values(config, self.grid)).values
+        return dict(zip(_told_apart(poses, DIGITS), poses, strict=True))
 
 
 def grid_values(config: ManipulatorConfig, n: int) -> list[list[float]]:
@@ -84,5 +88,11 @@ def grid_values(config: ManipulatorConfig, n: int) -> list[list[float]]:
     return [(axis.lower + shares * (axis.upper - axis.lower)).tolist() for axis in axes.values()]
 
 
-def _label(pose: Sequence[float] | Array) -> str:
-    return ", ".join(f"{value:.3g}" for value in pose)
+def _told_apart(rows: Array, formats: Sequence[str]) -> list[str]:
+    """Return rows of values (k, n) in the first format in which no two read the same, else in the last."""
+    labels: list[str] = []
+    for spec in formats:
+        labels = [", ".join(format(value, spec) for value in row) for row in rows]
+        if len(set(labels)) == len(labels):
+            break
+    return labels
