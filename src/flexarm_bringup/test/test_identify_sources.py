@@ -136,6 +136,20 @@ def test_a_record_without_inputs_gives_its_modes_by_subspaces(ringing_bag: Path,
     assert "Stabilisation chart" in page and "<animate" in page and "http" not in page.split("</svg>")[-1]
 
 
+def test_samples_without_a_number_are_told_with_their_channel_where_every_one_is_needed(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Neither is the channel left out in silence, nor is all of the record said to stand still."""
+    path, record = tmp_path / "run.npz", ringing(5, 5.0, ("a", "b"), GAINS[:, :2])
+    spoilt = np.array(record.outputs["a"])
+    spoilt[[70, 71, 300]] = np.nan, np.inf, np.nan
+    t = np.arange(spoilt.size) / RATE
+    for outputs in ({"out:a": spoilt}, {"out:a": spoilt, "out:b": record.outputs["b"]}):
+        np.savez(path, **{"t": t, **outputs})
+        assert cli.main(["identify", str(path), "--output-only", "--band", "5", "30"]) == 2
+        assert f"{path}: not finite: 3 of 1000 samples of a; repair" in capsys.readouterr().err
+
+
 @pytest.mark.slow
 def test_a_bag_without_sensors_of_the_manipulator_is_refused(ringing_bag: Path, tmp_path: Path) -> None:
     other = load_config(find_manipulator("planar_3rrr"), "")

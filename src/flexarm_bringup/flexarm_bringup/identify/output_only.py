@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -38,16 +38,15 @@ def output_only_page(
         measured: How it was measured.
 
     Raises:
-        SourceError: There are several records, this one is too short, or an output to ignore is not in it.
+        SourceError: There are several records, this one is too short or has samples that are not finite, or
+            an output to ignore is not in it.
     """
     record = records[0]
     if len(records) > 1:
         raise SourceError(f"--output-only takes one record, not {len(records)}")
     left_out = known_outputs(tuple(record.outputs), ignore, ignore if measured else ())
-    names = [name for name in record.outputs if name not in left_out]
-    names = [name for name in names if np.std(record.outputs[name]) > STILL * abs(record.outputs[name]).max()]
-    if not names:
-        raise SourceError("no output moves")
+    wanted = {name: values for name, values in record.outputs.items() if name not in left_out}
+    names = _moving(", ".join(map(str, files)), wanted)
     y = np.column_stack([record.outputs[name] for name in names])
     band = band_hz or record.band_hz or (LOWEST * record.rate_hz, USABLE * record.rate_hz)
     try:
@@ -65,6 +64,24 @@ def output_only_page(
         *measured,
     ]  # fmt: skip
     return Page("Modes from outputs alone", lead, items, remarks={"What this cannot tell": _limits(modes)})
+
+
+def _moving(source: str, outputs: Mapping[str, Array]) -> list[str]:
+    """Return the names of the outputs of a source that move.
+
+    Raises:
+        SourceError: None does, or one has samples that are not finite: subspaces need every one.
+    """
+    missing = {name: int(np.sum(~np.isfinite(values))) for name, values in outputs.items()}
+    told = [f"{count} of {outputs[name].size} samples of {name}" for name, count in missing.items() if count]
+    if told:
+        raise SourceError(
+            f"{source}: not finite: {', '.join(told)}; repair them, or leave it out with --ignore-channel"
+        )
+    names = [name for name, values in outputs.items() if np.std(values) > STILL * abs(values).max()]
+    if not names:
+        raise SourceError(f"{source}: no output moves")
+    return names
 
 
 def _parts(seconds: float, low_hz: float) -> int:
