@@ -68,6 +68,17 @@ def output_file(text: str) -> Path:
     return path
 
 
+def named_file(text: str) -> Path:
+    """Return the path of a file that can be written and read again by its name, so not "-".
+
+    Raises:
+        ArgumentTypeError: It cannot be written, or is the standard output.
+    """
+    if Path(text) == STDOUT:
+        raise ArgumentTypeError(f"'{text}': expected the name of a file, not the standard output")
+    return output_file(text)
+
+
 def output_folder(text: str) -> Path:
     """Return the path of a folder, which is made if it is not there.
 

@@ -14,12 +14,13 @@ from __future__ import annotations
 import argparse
 import sys
 from collections.abc import Mapping
+from contextlib import nullcontext, redirect_stdout
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-from flexarm_bringup.arguments import number, output_file
+from flexarm_bringup.arguments import STDOUT, number, output_file
 from flexarm_bringup.assumptions import resting_on
 from flexarm_bringup.consistency.ablation import NONE, Track, track_of
 from flexarm_bringup.consistency.recording import open_recording, run_estimator
@@ -51,8 +52,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="what a sample costs that is off; found over the lag (default: as in the bag)",
     )
     parser.add_argument(
-        "--csv", type=output_file, metavar="FILE", help="write tip and modes of every instant"
-    )
+        "--csv", type=output_file, metavar="FILE",
+        help="write tip and modes of every instant; -: to stdout, and the report to stderr",
+    )  # fmt: skip
     add_report_arguments(parser)
 
 
@@ -60,6 +62,8 @@ def run(args: argparse.Namespace) -> int:
     """Filter, smooth, report; return the exit code."""
     progress = Progress()
     try:
+        if args.csv == STDOUT and STDOUT in (args.json, args.html):
+            raise ValueError("--csv -: has the standard output for itself, without --json - and --html -")
         progress.say("reading the bag")
         recording = open_recording(args.bag)
         progress.say("filtering")
@@ -76,7 +80,9 @@ def run(args: argparse.Namespace) -> int:
     truth = recording.true_tip()
     figures = [draw(now, late, truth)] if args.html else []
     progress.done()
-    return publish(resting_on(build_page(args, now, late, truth, figures), recording.config), args)
+    page = resting_on(build_page(args, now, late, truth, figures), recording.config)
+    with redirect_stdout(sys.stderr if args.csv == STDOUT else sys.stdout):
+        return publish(page, args)
 
 
 def since(late: Late, stamp_ns: int) -> Late:
@@ -86,12 +92,12 @@ def since(late: Late, stamp_ns: int) -> Late:
 
 
 def write_csv(path: Path, late: Late) -> None:
-    """Write one line per instant, with names and units in the first one."""
+    """Write one line per instant, with names and units in the first one; "-" is the standard output."""
     modes = range(1, late.eta.shape[1] + 1)
     names = ["stamp [ns]", "x [m]", "y [m]", "z [m]", "sigma [m]"]
     names += [f"mode {k} [kg^0.5 m]" for k in modes] + [f"rate of mode {k} [kg^0.5 m/s]" for k in modes]
     numbers = np.column_stack([late.tip, late.tip_sigma, late.eta, late.eta_dot])
-    with path.open("w", encoding="utf8") as file:
+    with nullcontext(sys.stdout) if path == STDOUT else path.open("w", encoding="utf8") as file:
         print(",".join(names), file=file)
         for stamp_ns, row in zip(late.stamps_ns, numbers, strict=True):
             print(stamp_ns, *(f"{value:.9g}" for value in row), sep=",", file=file)

@@ -8,7 +8,16 @@ from pathlib import Path
 import pytest
 
 from flexarm_bringup import cli
-from flexarm_bringup.arguments import STDOUT, folder, new_folder, number, output_file, output_folder, whole
+from flexarm_bringup.arguments import (
+    STDOUT,
+    folder,
+    named_file,
+    new_folder,
+    number,
+    output_file,
+    output_folder,
+    whole,
+)
 
 
 @pytest.mark.parametrize("text", ["nan", "inf", "-0.1", "0", "1.5", "much", ""])
@@ -42,6 +51,27 @@ def test_a_file_is_tried_and_leaves_no_trace(tmp_path: Path) -> None:
 def test_a_file_that_cannot_be_written_is_refused(name: str, tmp_path: Path) -> None:
     with pytest.raises(ArgumentTypeError, match="cannot be written"):
         output_file(f"{tmp_path}/{name}")
+
+
+def test_a_file_that_is_read_again_has_a_name(tmp_path: Path) -> None:
+    assert named_file(str(tmp_path / "new.yaml")) == tmp_path / "new.yaml"
+    with pytest.raises(ArgumentTypeError, match="'-': expected the name of a file"):
+        named_file("-")
+
+
+@pytest.mark.parametrize(
+    "words",
+    ["model single_link --save -", "identify x.npz --update -", "identify x.npz --update a.yaml --retune -",
+     "identify rig --save -"],
+)  # fmt: skip
+def test_no_file_is_named_like_the_standard_output(
+    words: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(SystemExit) as ended:
+        cli.main(words.split())
+    assert ended.value.code == 2 and not (tmp_path / "-").exists()
+    assert f"argument {words.split()[-2]}: '-': expected the name of a file" in capsys.readouterr().err
 
 
 def test_a_folder_is_made_or_refused(tmp_path: Path) -> None:

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from flexarm_bringup import cli, smooth
 from flexarm_bringup.consistency.ablation import NONE, Track
 from flexarm_bringup.consistency.recording import open_recording
 from flexarm_bringup.consistency.smoothing import Late, run_smoother, tip_error
@@ -45,6 +46,21 @@ def test_the_file_has_a_line_per_instant_with_its_units(tmp_path: Path) -> None:
     head, *lines = (tmp_path / "states.csv").read_text().splitlines()
     assert head.startswith("stamp [ns],x [m]") and head.endswith("rate of mode 2 [kg^0.5 m/s]")
     assert len(lines) == len(STAMPS) and lines[1] == "10,0,0.002,0,0.001,0.002,0.002,3,3"
+
+
+def test_states_on_the_standard_output_have_it_for_themselves(
+    bag_of_golden: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(smooth, "run_smoother", lambda *_: late(2e-3))
+    monkeypatch.setattr(smooth, "run_estimator", lambda recording: [])
+    monkeypatch.setattr(smooth, "track_of", lambda *_: track(4e-3))
+    assert cli.main(["smooth", str(bag_of_golden), "--csv", "-"]) == 0
+    said = capsys.readouterr()
+    assert len(said.out.splitlines()) == 1 + len(STAMPS) and said.out.startswith("stamp [ns],x [m]")
+    assert "looked back at" in said.err and not (tmp_path / "-").exists()
+    assert cli.main(["smooth", str(bag_of_golden), "--csv", "-", "--json", "-"]) == 2
+    assert "has the standard output for itself" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("truth", [{}, {stamp: np.zeros(3) for stamp in STAMPS}], ids=["without", "with"])

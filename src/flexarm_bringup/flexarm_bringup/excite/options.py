@@ -6,7 +6,7 @@ import argparse
 from dataclasses import fields
 from pathlib import Path
 
-from flexarm_bringup.arguments import number, output_file, whole
+from flexarm_bringup.arguments import named_file, number, whole
 from flexarm_bringup.excite.plan import Wish
 from flexarm_bringup.sim.rig import RigSettings
 from flexarm_model.identification.excitation import SIGNALS
@@ -34,7 +34,7 @@ def add_rig_arguments(parser: argparse.ArgumentParser) -> None:
         "--faults", default="", metavar="TEXT", help="of its sensors: 'root_strain: wrong factor -1'"
     )
     group.add_argument(
-        "--save", type=output_file, metavar="NPZ", help="keep the records: FILE, or FILE_1 ... for runs"
+        "--save", type=named_file, metavar="NPZ", help="keep the records: FILE, or FILE_1 ... for runs"
     )
     _add_nodes(group)
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from flexarm_bringup.arguments import number, output_file
+from flexarm_bringup.arguments import named_file, number
 from flexarm_bringup.excite.options import add_rig_arguments
 from flexarm_bringup.page.report import add_report_arguments
 from flexarm_model.identification.spectra import BY_INSTRUMENT, ESTIMATORS
@@ -78,11 +78,11 @@ def _add_results(parser: argparse.ArgumentParser) -> None:
         "minus; the last third of the poses tests the fit",
     )  # fmt: skip
     group.add_argument(
-        "--update", type=output_file, nargs="?", const=Path(), metavar="YAML",
+        "--update", type=named_file, nargs="?", const=Path(), metavar="YAML",
         help="write the fitted description there, or as NAME_fitted.yaml; without --fit fits all it can",
     )  # fmt: skip
     group.add_argument(
-        "--retune", type=output_file, nargs="?", const=Path(), metavar="YAML",
+        "--retune", type=named_file, nargs="?", const=Path(), metavar="YAML",
         help="write moves with settings for the new description, after a trial on the simulated rig",
     )  # fmt: skip
     group.add_argument(

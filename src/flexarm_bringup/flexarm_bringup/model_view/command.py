@@ -20,7 +20,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from flexarm_bringup.arguments import new_folder, output_file, output_folder, whole
+from flexarm_bringup.arguments import named_file, new_folder, output_folder, whole
 from flexarm_bringup.assumptions import resting_on
 from flexarm_bringup.margins.poses import grid_values
 from flexarm_bringup.model_view.grid_page import grid_page
@@ -58,7 +58,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     add_report_arguments(parser)
     parser.add_argument(
-        "--save", type=output_file, metavar="FILE", help="also save the model (docs/model_file.md)"
+        "--save", type=named_file, metavar="FILE", help="also save the model (docs/model_file.md)"
     )
     parser.add_argument(
         "--grid", type=whole(at_least=2), metavar="N", help="the modes over N values of every axis instead"
