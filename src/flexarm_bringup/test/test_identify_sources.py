@@ -9,12 +9,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 from bag_fixture import PERIOD_NS, joint_state, stamped_header
+from identify_files import STIFFNESS
 from scipy import signal
 
 from flexarm_bringup import cli
-from flexarm_bringup.bags.bag_reader import check_bag
+from flexarm_bringup.bags.bag_reader import Bag, check_bag
 from flexarm_bringup.bags.bag_types import bag_types
-from flexarm_bringup.bags.bag_writer import BagWriter
+from flexarm_bringup.bags.bag_writer import BagError, BagWriter
+from flexarm_bringup.identify import bag_source
 from flexarm_bringup.identify.bag_source import listen, read_bag
 from flexarm_bringup.identify.measurement import Records, Responses, SourceError
 from flexarm_bringup.identify.set_ups import check_scale
@@ -150,8 +152,39 @@ def test_samples_without_a_number_are_told_with_their_channel_where_every_one_is
         assert f"{path}: not finite: 3 of 1000 samples of a; repair" in capsys.readouterr().err
 
 
-@pytest.mark.slow
-def test_a_bag_without_sensors_of_the_manipulator_is_refused(ringing_bag: Path, tmp_path: Path) -> None:
-    other = load_config(find_manipulator("planar_3rrr"), "")
+@pytest.fixture(scope="module")
+def short_bag(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    record = ringing(6, 0.5, ("a", "b"), GAINS[:, :2])
+    return write_ringing_bag(tmp_path_factory.mktemp("bags") / "bag", record)
+
+
+def test_a_bag_of_another_arm_is_refused_with_both_arms(
+    short_bag: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert cli.main(["identify", str(short_bag), "--joints", "--manipulator", "serial_6r"]) == 2
+    said = capsys.readouterr().err
+    assert f"{short_bag}: recorded with single_link (axes base.rz; sensors encoder, " in said
+    assert "not with serial_6r (axes " in said
+
+
+def test_the_same_arm_with_other_values_or_sensors_fits_a_bag(short_bag: Path) -> None:
+    softer = load_config(find_manipulator("single_link"), "", {STIFFNESS: "150 GPa"})
+    for sensors in (softer.sensors, softer.sensors[:1]):
+        assert read_bag(short_bag, replace(softer, sensors=sensors)).outputs
+    strangers = tuple(replace(spec, name=f"my_{spec.name}") for spec in softer.sensors)
+    with pytest.raises(SourceError, match="recorded with single_link .* not with single_link .*my_encoder"):
+        read_bag(short_bag, replace(softer, sensors=strangers))
+
+
+def test_a_bag_that_does_not_say_its_arm_is_taken_for_that_of_the_description(
+    short_bag: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Its messages show that they do not fit."""
+
+    def unknown(bag: Bag) -> tuple[object, object]:
+        raise BagError(f"{bag.path}: does not say it")
+
+    monkeypatch.setattr(bag_source, "configuration", unknown)
+    assert read_bag(short_bag, load_config(find_manipulator("single_link"))).outputs
     with pytest.raises(SourceError, match="no sensor of this manipulator"):
-        read_bag(ringing_bag, other)
+        read_bag(short_bag, load_config(find_manipulator("planar_3rrr")))

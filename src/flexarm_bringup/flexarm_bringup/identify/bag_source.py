@@ -27,6 +27,7 @@ from flexarm_estimator.messages.sensor_messages import SensorReader
 from flexarm_estimator.watches.stamp_delays import StampDelays
 from flexarm_model.conversions import stamp_to_ns
 from flexarm_model.manipulator.description import ManipulatorConfig
+from flexarm_model.settings.strict_yaml import ConfigError
 from flexarm_model.tree.sensors import output_names, output_units
 
 Array = NDArray[np.float64]
@@ -43,10 +44,12 @@ def read_bag(path: Path, described: ManipulatorConfig | None = None) -> Records:
         described: The manipulator; None takes the description in the bag.
 
     Raises:
-        SourceError: It cannot be used; says why.
+        SourceError: It cannot be used, or is of another arm; says why.
     """
     try:
         bag = check_bag(path, (f"{NAMESPACE}/joint_states",))
+        if described is not None:
+            _refuse_another_arm(bag, described)
         config = described or configuration(bag)[0]
     except BagError as error:
         raise SourceError(str(error)) from error
@@ -73,6 +76,25 @@ def read_bag(path: Path, described: ManipulatorConfig | None = None) -> Records:
         config.rate_hz, inputs, {name: values - values.mean() for name, values in sampled.items()}, COMMON,
         kinds, asked if moves else {}, is_held=True,
     )  # fmt: skip
+
+
+def _refuse_another_arm(bag: Bag, described: ManipulatorConfig) -> None:
+    """Raise SourceError where a bag that says with which arm it was recorded is not of the described one.
+
+    The same arm has the same actuated axes, and a sensor of the same name at least; values may differ.
+    """
+    try:
+        recorded = configuration(bag)[0]
+    except (BagError, ConfigError):  # a foreign bag, say: its messages show whether they fit
+        return
+    axes, names = ([*arm.actuated] for arm in (recorded, described))
+    sensors, known = ({spec.name for spec in arm.sensors} for arm in (recorded, described))
+    if axes != names or sensors.isdisjoint(known):
+        told = [
+            f"{arm.name} (axes {', '.join(arm.actuated)}; sensors {', '.join(s.name for s in arm.sensors)})"
+            for arm in (recorded, described)
+        ]
+        raise SourceError(f"{bag.path}: recorded with {told[0]}, not with {told[1]}")
 
 
 def listen(bag: Bag, config: ManipulatorConfig) -> dict[str, tuple[Array, Array]]:
