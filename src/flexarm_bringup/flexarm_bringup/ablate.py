@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from flexarm_bringup.assumptions import resting_on
 from flexarm_bringup.consistency.ablation import NONE, Ablation, Without, judge_tracks, run_ablation
 from flexarm_bringup.consistency.recording import open_recording
+from flexarm_bringup.consistency.smoothing import NO_TRUTH, truth_for
 from flexarm_bringup.page.figures import Figure, drawing, to_figure
 from flexarm_bringup.page.report import Cells, Column, Page, Table, add_report_arguments, publish
 from flexarm_bringup.parallel import run_parallel
@@ -52,7 +53,8 @@ def run(args: argparse.Namespace) -> int:
         progress.done()
         print(f"flexarm ablate: {error}", file=sys.stderr)
         return UNUSABLE
-    truth = recording.true_tip()
+    stamps_ns = [stamp for track in tracks for stamp in track.stamps_ns]
+    truth = truth_for(stamps_ns, recording.true_tip())
     results = judge_tracks(tracks, truth)
     figures = [draw(results, truth)] if args.html else []
     progress.done()
@@ -63,7 +65,7 @@ def build_page(
     path: Path, results: Sequence[Without], truth: Mapping[int, Array], figures: Sequence[Figure] = ()
 ) -> Page:
     """Return what there is to say about a bag."""
-    against = "the truth that the bag has" if truth else "the estimate of all sensors: the bag has no truth"
+    against = "the truth that the bag has" if truth else f"the estimate of all sensors: {NO_TRUTH}"
     lead = f"Every sensor left out in turn; tip error against {against}."
     return Page(
         f"What the sensors of {path} buy", lead, [tip_table(results), *mode_tables(results), *figures]

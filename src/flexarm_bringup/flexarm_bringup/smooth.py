@@ -24,7 +24,7 @@ from flexarm_bringup.arguments import STDOUT, number, output_file
 from flexarm_bringup.assumptions import resting_on
 from flexarm_bringup.consistency.ablation import NONE, Track, track_of
 from flexarm_bringup.consistency.recording import open_recording, run_estimator
-from flexarm_bringup.consistency.smoothing import Late, run_smoother, tip_error
+from flexarm_bringup.consistency.smoothing import NO_TRUTH, Late, run_smoother, tip_error, truth_for
 from flexarm_bringup.page.figures import Figure, drawing, to_figure
 from flexarm_bringup.page.report import Cells, Column, Page, Table, add_report_arguments, publish
 from flexarm_bringup.progress import Progress
@@ -77,7 +77,7 @@ def run(args: argparse.Namespace) -> int:
     late = since(late, now.stamps_ns[0])
     if args.csv:
         write_csv(args.csv, late)
-    truth = recording.true_tip()
+    truth = truth_for(now.stamps_ns, recording.true_tip())
     figures = [draw(now, late, truth)] if args.html else []
     progress.done()
     page = resting_on(build_page(args, now, late, truth, figures), recording.config)
@@ -117,7 +117,7 @@ def build_page(
     ]
     heads = [Column("estimate"), Column("tip error\n[um RMS]", ".1f"), Column("told sigma\n[um RMS]", ".1f")]
     heads.append(Column("instants", "d"))
-    notes = [] if truth else ["the bag has no truth"]
+    notes = [] if truth else [NO_TRUTH]
     lead = (
         f"Every state given also what was sampled up to {args.lag:g} s later; the first 0.3 s are left out."
     )

@@ -23,6 +23,7 @@ from flexarm_bringup.assumptions import resting_on
 from flexarm_bringup.consistency.bag_epochs import read_epochs
 from flexarm_bringup.consistency.knobs import Noise, Parameter
 from flexarm_bringup.consistency.recording import Recording, open_recording, run_estimator
+from flexarm_bringup.consistency.smoothing import NO_TRUTH, tip_error
 from flexarm_bringup.consistency.tuning import Tuned, Tuner
 from flexarm_bringup.page.report import Cells, Column, Page, Table, add_report_arguments, publish
 from flexarm_bringup.progress import Progress
@@ -46,7 +47,7 @@ class Judgement:
 
     Attributes:
         tuned, held: Likelihood of the half that was tuned on, and of the other.
-        tip: RMS error of the tip over the bag [m]; None when the bag has no truth.
+        tip: RMS error of the tip over the bag [m]; None when the bag has no truth for it.
     """
 
     tuned: Likelihood
@@ -89,13 +90,10 @@ def judge(recording: Recording, tuner: Tuner, noise: Noise, middle: float) -> Ju
         return Judgement(*halves, None)
     sigmas = {spec.name: spec.sigma for spec in noise.sensors}
     told = run_estimator(recording, settings=noise.settings, sigmas=sigmas)
-    start = told[0].estimate.t + SETTLING
-    errors = [
-        np.sum((item.estimate.T_world_tip[:3, 3] - truth[item.stamp_ns]) ** 2)
-        for item in told
-        if item.estimate.t >= start and item.stamp_ns in truth
-    ]
-    return Judgement(*halves, float(np.sqrt(np.mean(errors))))
+    settled = [item for item in told if item.estimate.t >= told[0].estimate.t + SETTLING]
+    tip = np.array([item.estimate.T_world_tip[:3, 3] for item in settled])
+    error = tip_error([item.stamp_ns for item in settled], tip, truth)
+    return Judgement(*halves, error if np.isfinite(error) else None)
 
 
 def build_page(path: Path, noise: Noise, tuned: Tuned, choices: Sequence[Judgement]) -> Page:
@@ -150,7 +148,7 @@ def worth_table(choices: Sequence[Judgement]) -> Table:
         rows.append(
             ["tip error [um RMS]", MICRO * before.tip, MICRO * after.tip, MICRO * (after.tip - before.tip)]
         )
-    return Table("What it is worth", heads, rows)
+    return Table("What it is worth", heads, rows, [] if len(rows) > 2 else [f"no tip error: {NO_TRUTH}"])
 
 
 def nis_table(choices: Sequence[Judgement]) -> Table:

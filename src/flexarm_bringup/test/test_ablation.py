@@ -7,8 +7,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from flexarm_bringup import ablate, cli
 from flexarm_bringup.ablate import build_page, draw
 from flexarm_bringup.consistency.ablation import NONE, Track, judge_tracks
+from flexarm_bringup.consistency.recording import Recording
 
 STAMPS = (0, 10, 20, 30)
 
@@ -40,6 +42,24 @@ def test_only_instants_that_both_have_are_compared() -> None:
     truth = {10: np.zeros(3), 40: np.full(3, 9.0)}
     _, without = judge_tracks([track(NONE, 0.0), track("gauge", 4e-3, (10, 20, 50))], truth)
     assert without.tip == pytest.approx(4e-3)
+
+
+def test_a_truth_of_other_instants_tells_nothing_of_a_track() -> None:
+    """The gauge's track shares no instant with anything, the other one some with the truth."""
+    base, strange = judge_tracks([track(NONE, 1e-3), track("gauge", 4e-3, (5, 15))], {10: np.zeros(3)})
+    assert base.tip == pytest.approx(1e-3)
+    assert np.isnan(strange.tip) and np.isnan(strange.modes).all() and strange.modes.shape == (2,)
+
+
+def test_a_truth_at_none_of_the_stamps_is_none_and_is_said_to_be_none(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    golden = Path(__file__).parents[3] / "tests" / "golden" / "single_link" / "bag"
+    monkeypatch.setattr(ablate, "run_parallel", lambda *_: [track(NONE, 0.0), track("gauge", -2e-3)])
+    monkeypatch.setattr(Recording, "true_tip", lambda recording: {5: np.ones(3)})
+    assert cli.main(["ablate", str(golden)]) == 0
+    said = capsys.readouterr().out
+    assert "the bag has no truth at the stamps of the estimates" in said and "2000.0" in said
 
 
 def test_page_says_what_is_bought_and_against_what() -> None:

@@ -11,7 +11,7 @@ import pytest
 
 from flexarm_bringup import cli, smooth
 from flexarm_bringup.consistency.ablation import NONE, Track
-from flexarm_bringup.consistency.recording import open_recording
+from flexarm_bringup.consistency.recording import Recording, open_recording
 from flexarm_bringup.consistency.smoothing import Late, run_smoother, tip_error
 from flexarm_bringup.smooth import build_page, draw, since, write_csv
 
@@ -71,6 +71,17 @@ def test_the_page_compares_with_the_truth_or_says_that_there_is_none(truth: dict
     assert ("no truth" in text) == (not truth)
     assert ("4000.0" in text and "1000.0" in text) == bool(truth)
     assert ("truth" in figure.caption) == bool(truth)
+
+
+def test_a_truth_at_none_of_the_stamps_is_drawn_as_none(
+    bag_of_golden: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for name, stub in (("run_smoother", late(2e-3)), ("run_estimator", []), ("track_of", track(4e-3))):
+        monkeypatch.setattr(smooth, name, lambda *_, told=stub: told)
+    monkeypatch.setattr(Recording, "true_tip", lambda recording: {5: np.ones(3)})
+    page = tmp_path / "page.html"
+    assert cli.main(["smooth", str(bag_of_golden), "--html", str(page)]) == 0
+    assert "the bag has no truth at the stamps of the estimates" in page.read_text()
 
 
 def test_a_loss_of_squares_is_the_smoother_and_another_is_not(bag_of_golden: Path) -> None:

@@ -4,10 +4,13 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
 
+from flexarm_bringup import tune
 from flexarm_bringup.consistency.bag_epochs import Epochs, order_epochs
 from flexarm_bringup.consistency.knobs import PROCESS, Noise, Parameter, make_knobs, turn
 from flexarm_bringup.consistency.monte_carlo import START_BEFORE, Bench
@@ -154,3 +157,21 @@ def test_page_gives_yaml_only_of_what_has_changed(bench: Bench) -> None:
     assert "does not tell it" in text
     assert "+7.0" in text
     assert "-5.0" in text
+
+
+@pytest.mark.parametrize(("truth", "error"), [({}, None), ({5: np.zeros(3)}, None), ({10: np.zeros(3)}, 0.2)])
+def test_a_choice_is_judged_by_the_tip_where_the_truth_is_of_its_instants(
+    truth: dict[int, np.ndarray], error: float | None, bench: Bench, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    T = np.eye(4)
+    T[2, 3] = 0.2
+    told = [
+        SimpleNamespace(stamp_ns=at, estimate=SimpleNamespace(t=float(at), T_world_tip=T)) for at in (0, 10)
+    ]
+    monkeypatch.setattr(tune, "run_estimator", lambda *_, **__: told)
+    tuner: Any = SimpleNamespace(likelihood=lambda *_, **__: Likelihood(-3.0))
+    recording: Any = SimpleNamespace(true_tip=lambda: truth)
+    judged = tune.judge(recording, tuner, noise_of(bench), 1.0)
+    assert judged.tip == (error if error is None else pytest.approx(error))
+    notes = tune.worth_table([judged, judged]).notes
+    assert notes == ([] if error else ["no tip error: the bag has no truth at the stamps of the estimates"])

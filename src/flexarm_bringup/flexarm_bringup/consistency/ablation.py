@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexarm_bringup.consistency.recording import Told, open_recording, run_estimator
+from flexarm_bringup.consistency.smoothing import tip_error
 
 Array = NDArray[np.float64]
 NONE = "none"  # left out
@@ -35,7 +36,7 @@ class Without:
 
     Attributes:
         sensor: The one left out.
-        tip: RMS error of the tip [m].
+        tip: RMS error of the tip [m]; NaN where nothing tells it.
         tip_sigma: RMS of what the estimate says of it [m].
         modes: RMS difference of every mode from the estimate of all sensors, at the tip [m], (n_eta,).
         mode_sigmas: RMS sigma of every mode, at the tip [m], (n_eta,).
@@ -101,7 +102,8 @@ def judge_tracks(tracks: Sequence[Track], truth: Mapping[int, Array]) -> list[Wi
 
     Args:
         tracks: The first one with all sensors.
-        truth: Positions of the tip by stamp [m], (3,); empty compares with the first track.
+        truth: Positions of the tip by stamp [m], (3,); empty compares with the first track. A track without
+            any of its stamps gets NaN.
     """
     everything = tracks[0]
     reference = dict(truth) or dict(zip(everything.stamps_ns, everything.tip, strict=True))
@@ -110,15 +112,13 @@ def judge_tracks(tracks: Sequence[Track], truth: Mapping[int, Array]) -> list[Wi
 
 
 def _judge(track: Track, reference: Mapping[int, Array], modes: Mapping[int, Array]) -> Without:
-    tips = [
-        tip - reference[at] for at, tip in zip(track.stamps_ns, track.tip, strict=True) if at in reference
-    ]
     off = [row - modes[at] for at, row in zip(track.stamps_ns, track.modes, strict=True) if at in modes]
+    rms = np.sqrt(np.mean(np.square(off), axis=0)) if off else np.full(track.modes.shape[1], np.nan)
     return Without(
         sensor=track.sensor,
-        tip=float(np.sqrt(np.mean(np.sum(np.square(tips), axis=1)))),
+        tip=tip_error(track.stamps_ns, track.tip, reference),
         tip_sigma=float(np.sqrt(np.mean(track.tip_sigma**2))),
-        modes=np.sqrt(np.mean(np.square(off), axis=0)),
+        modes=rms,
         mode_sigmas=np.sqrt(np.mean(track.mode_sigmas**2, axis=0)),
         usable=float(track.usable.mean()),
     )

@@ -17,6 +17,7 @@ from flexarm_estimator.history import SAME_INSTANT
 from flexarm_estimator.smoother import FixedLagSmoother, Smoothed
 
 Array = NDArray[np.float64]
+NO_TRUTH = "the bag has no truth at the stamps of the estimates"
 
 
 class Late(NamedTuple):
@@ -76,6 +77,11 @@ def tip_error(stamps_ns: Iterable[int], tip: Array, truth: Mapping[int, Array]) 
     """Return the RMS distance of a tip (k, 3) from the truth where there is one [m]; NaN without any."""
     off = [at - truth[stamp] for stamp, at in zip(stamps_ns, tip, strict=True) if stamp in truth]
     return float(np.sqrt(np.mean(np.sum(np.square(off), axis=1)))) if off else float("nan")
+
+
+def truth_for(stamps_ns: Iterable[int], truth: Mapping[int, Array]) -> Mapping[int, Array]:
+    """Return the truth by stamp [ns]; empty where no estimate has one of its stamps."""
+    return truth if any(stamp in truth for stamp in stamps_ns) else {}
 
 
 class _LookingBack:
