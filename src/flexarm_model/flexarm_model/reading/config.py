@@ -19,6 +19,7 @@ from flexarm_model.manipulator.imported_body import ImportedBody, SuperelementBo
 from flexarm_model.manipulator.parameter_law import ParameterLaws, read_parameters
 from flexarm_model.numeric.rotation import rotation_from_rpy
 from flexarm_model.reading.config_bodies import read_bodies, read_node
+from flexarm_model.reading.config_chord import refuse_chord_with_moments
 from flexarm_model.reading.config_sensors import read_sensors
 from flexarm_model.settings.strict_yaml import ConfigError, Section, read_yaml
 from flexarm_model.settings.units import axis_dimension, si_unit
@@ -50,6 +51,7 @@ def load_config(
     laws = ParameterLaws(parameters)
     joints, closures = _sort_joints(top, _read_joints(top, bodies, laws), bodies)
     laws.refuse_unused(top)
+    refuse_chord_with_moments(top, bodies, (*joints, *closures))
     config = ManipulatorConfig(
         name=top.text("name"),
         source=top.text("source"),
