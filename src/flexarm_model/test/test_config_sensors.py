@@ -115,6 +115,18 @@ def test_an_accelerometer_that_never_moves_is_refused(tmp_path: Path, node: str)
     assert message.startswith(f"{path}: sensors.sensor.node: '{node}': never moves")
 
 
+@pytest.mark.parametrize("node", ["world", "pedestal.root", "pedestal.top"])
+def test_a_tip_that_never_moves_is_refused_whoever_watches_it(tmp_path: Path, node: str) -> None:
+    camera = {"kind": "camera", "axes": ["tx", "ty", "tz"], "sigma": "1 mm"}
+    for sensor in (camera, {**IMU, "node": "forearm.tip"}):
+        path = write(tmp_path, sensor)
+        content = yaml.safe_load(path.read_text(encoding="utf-8"))
+        path.write_text(yaml.safe_dump({**content, "tip": node}, sort_keys=False), encoding="utf-8")
+        message = refusal(path)
+        assert message.startswith(f"{path}: tip: '{node}': never moves")
+        assert message.endswith("expected a node that does")
+
+
 @pytest.mark.parametrize("node", ["upper.root", "elbow_motor.root", "forearm.tip"])
 def test_an_accelerometer_on_the_arm_is_read(tmp_path: Path, node: str) -> None:
     load_config(write(tmp_path, {**IMU, "node": node}))

@@ -35,10 +35,14 @@ def read_sensors(
     """Read every sensor of the file.
 
     Raises:
-        ConfigError: A value is wrong, or a sensor would measure nothing for ever; see ``strict_yaml``.
+        ConfigError: A value is wrong, or a sensor would measure nothing for ever, or the tip, whose place is
+            an output, too, never moves; see ``strict_yaml``.
     """
     top.section("sensors", {}).names(taken=("tip",))  # the tool's own output rows are called so
     standing = _standing(joints, bodies)
+    if str(tip) in standing:
+        never = "never moves: the tip there, and a camera that watches it, tell nothing of the arm"
+        raise top.error("tip", top.take("tip"), f"{never}; expected a node that does")
     sensors: list[SensorSpec] = []
     for name, section in top.sections("sensors", {}):
         sensor = _read_sensor(name, section, (*joints, *closures), bodies, tip)
