@@ -109,6 +109,58 @@ def test_a_gauge_on_the_neutral_axis_is_refused(
         assert f"sensors.sensor.offset: {offset}: nothing strains there: 'forearm'" in refusal(path)
 
 
+SECTIONS = {
+    "rectangle": {"shape": "rectangle", "along_y": "4 mm", "along_z": "30 mm"},
+    "box": {"shape": "box", "along_y": "4 mm", "along_z": "30 mm", "wall": "0.5 mm"},
+    "tube": {"shape": "tube", "outer_diameter": "30 mm"},
+    "given": {"shape": "given", "area": "100 mm^2", **dict.fromkeys(("I_y", "I_z"), "160 mm^4"),
+              "torsion_constant": "160 mm^4"},
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("shape", "offset", "side"),
+    [
+        ("rectangle", ["2 mm", "15 mm"], ""),
+        ("rectangle", ["-3.1 mm", "0 mm"], ""),  # on a carrier
+        ("rectangle", ["250 mm", "0 mm"], "0.25 m from the axis along y, outside of 'forearm', whose section "
+         "is 0.004 m along y there; expected at most half of that"),
+        ("rectangle", ["2 mm", "-18 mm"], "is 0.03 m along z"),
+        ("box", ["4 mm", "0 mm"], "is 0.004 m along y"),
+        ("tube", ["16 mm", "0 mm"], ""),
+        ("tube", ["18 mm", "0 mm"], "is 0.03 m along y"),
+        ("given", ["250 mm", "0 mm"], ""),
+    ],
+)  # fmt: skip
+def test_a_gauge_outside_of_its_beam_is_refused(
+    tmp_path: Path, shape: str, offset: list[str], side: str
+) -> None:
+    path = write(tmp_path, {**GAUGE, "node": "forearm.middle", "offset": offset})
+    content = yaml.safe_load(path.read_text(encoding="utf-8"))
+    content["bodies"]["forearm"]["pieces"][1]["section"] = SECTIONS[shape]
+    path.write_text(yaml.safe_dump(content, sort_keys=False), encoding="utf-8")
+    if side:
+        message = refusal(path)
+        assert message.startswith(f"{path}: sensors.sensor.offset: {offset}: ") and side in message
+    else:
+        load_config(path)
+
+
+def test_a_gauge_at_a_seam_is_judged_by_the_section_behind_it(tmp_path: Path) -> None:
+    for inner, outer, fits in (("12 mm", "4 mm", False), ("4 mm", "12 mm", True)):
+        path = write(tmp_path, {**GAUGE, "node": "forearm.middle", "offset": ["6 mm", "0 mm"]})
+        content = yaml.safe_load(path.read_text(encoding="utf-8"))
+        hub, piece, tip = content["bodies"]["forearm"]["pieces"]
+        thick = [{**piece, "length": length, "section": {**SECTIONS["rectangle"], "along_y": along_y}}
+                 for length, along_y in (("80 mm", inner), ("220 mm", outer))]  # fmt: skip
+        content["bodies"]["forearm"]["pieces"] = [hub, *thick, tip]
+        path.write_text(yaml.safe_dump(content, sort_keys=False), encoding="utf-8")
+        if fits:
+            load_config(path)
+        else:
+            assert "is 0.004 m along y there" in refusal(path)
+
+
 @pytest.mark.parametrize("node", ["world", "pedestal.root", "pedestal.top"])
 def test_an_accelerometer_that_never_moves_is_refused(tmp_path: Path, node: str) -> None:
     message = refusal(path := write(tmp_path, {**IMU, "node": node}))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import TypeAlias
 
@@ -48,6 +49,8 @@ class BeamPiece:
         elements: Number of finite elements.
         axial_rigidity: Force per stretch [N]; None is E times area.
         rigid: The piece does not deform at all (the half-body of a hinge or hub).
+        reach: How far its section goes from the axis along y and z [m], (2,); inf where only its figures
+            are known.
     """
 
     length: float
@@ -61,6 +64,7 @@ class BeamPiece:
     elements: int
     axial_rigidity: float | None = None
     rigid: bool = False
+    reach: tuple[float, float] = (math.inf, math.inf)
 
 
 @dataclass(frozen=True)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from typing import TypeAlias
 
 import numpy as np
 
@@ -24,6 +25,7 @@ REDUCTIONS = ("craig_bampton", "guyan")
 FRAMES = ("clamped", "chord")
 INTERFACES = ("welded", "pinned")
 PRINTED = 1e-5  # of the largest principal moment: what six digits of another program leave undecided
+_Figures: TypeAlias = tuple[float, float, float, float, tuple[float, float]]  # the last is ``reach``
 MOST_ELEMENTS = 200  # of a piece; the time that a body takes grows with their third power
 
 
@@ -136,7 +138,7 @@ def _read_piece(item: Section) -> BeamPiece:
     if item.flag("rigid"):
         return _read_rigid_piece(item)
     shape = item.section("section")
-    area, I_y, I_z, torsion = _SECTIONS[shape.choice("shape", tuple(_SECTIONS))](shape)
+    area, I_y, I_z, torsion, reach = _SECTIONS[shape.choice("shape", tuple(_SECTIONS))](shape)
     shape.done()
     E = item.quantity("youngs_modulus", "pressure", above=0.0)
     piece = BeamPiece(
@@ -152,6 +154,7 @@ def _read_piece(item: Section) -> BeamPiece:
         axial_rigidity=item.quantity("axial_rigidity", "force", above=0.0)
         if item.has("axial_rigidity")
         else None,
+        reach=reach,
     )
     item.done()
     return piece
@@ -164,27 +167,27 @@ def _read_rigid_piece(item: Section) -> BeamPiece:
     return BeamPiece(length, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, density=0.0, elements=1, rigid=True)
 
 
-def _rectangle(shape: Section) -> tuple[float, float, float, float]:
-    """Area, I_y, I_z and torsion constant of a rectangle [Roark, table 10.7]."""
+def _rectangle(shape: Section) -> _Figures:
+    """Area, I_y, I_z, torsion constant and reach of a rectangle [Roark, table 10.7]."""
     y = shape.quantity("along_y", "length", above=0.0)
     z = shape.quantity("along_z", "length", above=0.0)
     a, b = max(y, z) / 2, min(y, z) / 2
     torsion = a * b**3 * (16 / 3 - 3.36 * b / a * (1 - b**4 / (12 * a**4)))
-    return y * z, y * z**3 / 12, z * y**3 / 12, torsion
+    return y * z, y * z**3 / 12, z * y**3 / 12, torsion, (y / 2, z / 2)
 
 
-def _tube(shape: Section) -> tuple[float, float, float, float]:
-    """Area, I_y, I_z and torsion constant of a round tube or rod."""
+def _tube(shape: Section) -> _Figures:
+    """Area, I_y, I_z, torsion constant and reach of a round tube or rod."""
     outer = shape.quantity("outer_diameter", "length", above=0.0)
     inner = shape.quantity("inner_diameter", "length", 0.0, at_least=0.0)
     if not inner < outer:
         raise shape.error("inner_diameter", inner, f"must be below the outer diameter, {outer:g} m")
     second = math.pi * (outer**4 - inner**4) / 64
-    return math.pi * (outer**2 - inner**2) / 4, second, second, 2 * second
+    return math.pi * (outer**2 - inner**2) / 4, second, second, 2 * second, (outer / 2, outer / 2)
 
 
-def _box(shape: Section) -> tuple[float, float, float, float]:
-    """Area, I_y, I_z and torsion constant 4 A_m^2 t / s (Bredt) of a thin-walled box [Roark, table 10.7]."""
+def _box(shape: Section) -> _Figures:
+    """Area, I_y, I_z, torsion constant 4 A_m^2 t / s (Bredt) and reach of a box [Roark, table 10.7]."""
     y = shape.quantity("along_y", "length", above=0.0)
     z = shape.quantity("along_z", "length", above=0.0)
     wall = shape.quantity("wall", "length", above=0.0)
@@ -193,10 +196,10 @@ def _box(shape: Section) -> tuple[float, float, float, float]:
     inner_y, inner_z, middle_y, middle_z = y - 2 * wall, z - 2 * wall, y - wall, z - wall
     torsion = 2 * wall * (middle_y * middle_z) ** 2 / (middle_y + middle_z)
     I_y, I_z = (y * z**3 - inner_y * inner_z**3) / 12, (z * y**3 - inner_z * inner_y**3) / 12
-    return y * z - inner_y * inner_z, I_y, I_z, torsion
+    return y * z - inner_y * inner_z, I_y, I_z, torsion, (y / 2, z / 2)
 
 
-def _given(shape: Section) -> tuple[float, float, float, float]:
+def _given(shape: Section) -> _Figures:
     """Section properties as numbers."""
     moment = "second moment of area"
     return (
@@ -204,6 +207,7 @@ def _given(shape: Section) -> tuple[float, float, float, float]:
         shape.quantity("I_y", moment, above=0.0),
         shape.quantity("I_z", moment, above=0.0),
         shape.quantity("torsion_constant", moment, above=0.0),
+        (math.inf, math.inf),
     )
 
 
@@ -213,7 +217,7 @@ _READERS: dict[str, Callable[[str, Section], Body]] = {
     "imported": read_imported,
     "superelement": read_superelement,
 }
-_SECTIONS: dict[str, Callable[[Section], tuple[float, float, float, float]]] = {
+_SECTIONS: dict[str, Callable[[Section], _Figures]] = {
     "rectangle": _rectangle,
     "tube": _tube,
     "given": _given,

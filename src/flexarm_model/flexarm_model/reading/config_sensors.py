@@ -22,6 +22,7 @@ from flexarm_model.settings.strict_yaml import Section
 Array = NDArray[np.float64]
 
 _MESH = 9  # decimals of a metre to which a beam's mesh rounds its nodes
+_CARRIER = (1.1, 1e-3)  # times the section's reach, and m beyond: room for what a gauge is glued on
 _ROUNDING = 1e-9  # of the largest strain of a body: what rounding leaves where nothing bends
 
 
@@ -113,6 +114,7 @@ def _refuse_without_strain(section: Section, sensor: SensorSpec, bodies: dict[st
         allowed = f"lies on a rigid piece, {x:.6g} m from the root; a gauge needs a flexible place: {places}"
         raise section.error("node", section.take("node"), allowed)
     _refuse_idle_offset(section, sensor, body)
+    _refuse_outside(section, sensor, body)
 
 
 def _strains(strain: dict[str, Array], node: str, offset: tuple[float, float]) -> bool:
@@ -132,3 +134,18 @@ def _refuse_idle_offset(section: Section, sensor: SensorSpec, body: Beam) -> Non
         )
         allowed += "zero for bend_y, a second one for bend_z"
         raise section.error("offset", section.take("offset"), allowed)
+
+
+def _refuse_outside(section: Section, sensor: SensorSpec, body: Beam) -> None:
+    """Raise ConfigError where a gauge lies outside of the section of its beam."""
+    x = body.nodes[sensor.site.partition(".")[2]]
+    seams = np.cumsum([piece.length for piece in body.pieces[:-1]])
+    piece = body.pieces[int(np.searchsorted(seams.round(_MESH), x, side="right"))]  # at a seam the one behind
+    share, room = _CARRIER
+    for side, offset, reach in zip("yz", sensor.offset, piece.reach, strict=True):
+        if abs(offset) > share * reach + room:
+            there = (
+                f"{abs(offset):.6g} m from the axis along {side}, outside of '{body.name}', whose section "
+            )
+            there += f"is {2 * reach:.6g} m along {side} there; expected at most half of that"
+            raise section.error("offset", section.take("offset"), there)
