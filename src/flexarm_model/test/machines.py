@@ -12,7 +12,7 @@ from rigid_arms import rigid_version
 from flexarm_model.manipulator.description import ManipulatorConfig
 from flexarm_model.reading.config import load_config
 from flexarm_model.segments.segment_tree import SegmentTree
-from flexarm_model.served.linearize import close_at
+from flexarm_model.served.loop_closing import close_at
 from flexarm_model.tree.reduced_tree import ReducedTree
 
 FOLDER = Path(__file__).parents[2] / "flexarm_bringup/config/manipulators"

@@ -13,7 +13,8 @@ from four_bar import four_bar
 from machines import machine
 from numpy.typing import NDArray
 
-from flexarm_model.served.linearize import close_at, linearize
+from flexarm_model.served.linearize import linearize
+from flexarm_model.served.loop_closing import close_at
 from flexarm_model.tree.closure_error import ClosureError
 from flexarm_model.tree.reduced_tree import ReducedTree
 

@@ -12,7 +12,7 @@ from four_bar import CRANK, GROUND, four_bar
 from machines import machine, machine_tree
 
 from flexarm_model.reading.config import load_config
-from flexarm_model.served.linearize import close_at
+from flexarm_model.served.loop_closing import close_at
 from flexarm_model.tree.closure import close_loops, null_space, solve_positions
 from flexarm_model.tree.closure_error import ClosureError
 from flexarm_model.tree.reduced_tree import ReducedTree

@@ -10,7 +10,7 @@ import pytest
 from finite_difference import assert_jacobian
 from four_bar import four_bar, rocker_angle
 
-from flexarm_model.served.linearize import close_at
+from flexarm_model.served.loop_closing import close_at
 from flexarm_model.tree.closure import find_loops
 from flexarm_model.tree.closure_error import ClosureError
 from flexarm_model.tree.closure_rows import ClosureRows
