@@ -199,3 +199,14 @@ def test_more_modes_than_exist_are_refused_and_counted() -> None:
         linearize(tree("single_link"), modes=4)
     with pytest.raises(PoseError, match="5 modes asked for, 1 exist"):
         linearize(ReducedTree(replace(arm("spatial_rigid"), modes=5), use_compiler=False))
+
+
+def test_what_a_mode_without_stiffness_moves_is_named() -> None:
+    config = arm("planar")
+    *others, last = config.joints
+    loose = replace(last, axes=tuple(replace(axis, actuated=False, stiffness=0.0) for axis in last.axes))
+    still = replace(config, joints=(*others, loose), home=config.home[:-1], gravity=np.zeros(3))
+    with pytest.raises(
+        PoseError, match=rf"no stiffness; it moves {last.name}\.rz; an axis is held by a motor"
+    ):
+        linearize(ReducedTree(still, use_compiler=False))

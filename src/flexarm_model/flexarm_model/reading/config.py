@@ -91,6 +91,9 @@ def _read_served(served: Section, joints: Sequence[Joint]) -> dict[str, Any]:
 def _read_pose(section: Section, key: str, actuated: Mapping[str, Axis]) -> NDArray[np.float64]:
     """Return a pose within the ranges of the actuated axes, (n_theta,)."""
     dimensions = [axis_dimension(axis.name, "position") for axis in actuated.values()]
+    if not isinstance(given := section.take(key), list) or len(given) != len(actuated):
+        driven = f"for the axes with actuated: true, {', '.join(actuated) or 'here none'}"
+        raise section.error(key, given, f"expected a list of {len(actuated)}, {driven}")
     pose = section.quantities(key, dimensions)
     for i, (name, axis) in enumerate(actuated.items()):
         if not axis.lower <= pose[i] <= axis.upper:

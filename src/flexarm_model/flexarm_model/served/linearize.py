@@ -11,6 +11,8 @@ Where a loop carries load, its forces turn with it: K includes ``d(G' lambda)/dq
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -19,7 +21,7 @@ from flexarm_model.served.loop_closing import CLOSED, close_at
 from flexarm_model.served.reduced_model import Outputs, ReducedModel
 from flexarm_model.served.rest import Settled, come_to_rest, is_stable
 from flexarm_model.settings.units import axis_dimension, si_unit
-from flexarm_model.tree.massless import describe_massless, has_mass
+from flexarm_model.tree.massless import describe_massless, has_mass, name_moved
 from flexarm_model.tree.reduced_tree import ReducedTree
 from flexarm_model.tree.sensors import output_names, output_units
 
@@ -54,7 +56,7 @@ def linearize(tree: ReducedTree, pose: Array | None = None, modes: int | None = 
     n, n_eta = len(tree.actuated), config.modes if modes is None else modes
     N = tree.motions_within(q0)
     try:
-        T, omega = _shapes(N, (M + M.T) / 2, K, n, n_eta)
+        T, omega = _shapes(N, (M + M.T) / 2, K, n, n_eta, tree.coordinates)
     except np.linalg.LinAlgError:
         raise PoseError(f"pose {pose.tolist()}: {describe_massless(M, N[:, n:], tree.coordinates)}") from None
     except PoseError as error:
@@ -85,7 +87,7 @@ def linearize(tree: ReducedTree, pose: Array | None = None, modes: int | None = 
     )
 
 
-def _shapes(N: Array, M: Array, K: Array, n: int, n_eta: int) -> tuple[Array, Array]:
+def _shapes(N: Array, M: Array, K: Array, n: int, n_eta: int, names: Sequence[str]) -> tuple[Array, Array]:
     """Return static deflections and modes as columns, and the modes' frequencies [rad/s].
 
     Args:
@@ -94,6 +96,7 @@ def _shapes(N: Array, M: Array, K: Array, n: int, n_eta: int) -> tuple[Array, Ar
         K: Stiffness, (n_q, n_q).
         n: Number of actuated axes.
         n_eta: Number of modes.
+        names: Of the coordinates, (n_q,).
 
     Raises:
         PoseError: So many modes do not exist, or one has no stiffness.
@@ -106,7 +109,9 @@ def _shapes(N: Array, M: Array, K: Array, n: int, n_eta: int) -> tuple[Array, Ar
     if Z.shape[1]:
         Phi, omega = mode_basis(M, (K + K.T) / 2, Z, Z.shape[1])
         if omega[0] <= FREE * omega[-1]:
-            raise PoseError("no stable equilibrium: a mode has no stiffness")
+            flat = f"a mode has no stiffness; it moves {name_moved(Phi[:, 0], names)}"
+            held = "an axis is held by a motor (actuated: true), a spring, or gravity"
+            raise PoseError(f"no stable equilibrium: {flat}; {held}")
         T[:, :n] = N_t - Z @ np.linalg.solve(Z.T @ K @ Z, Z.T @ K @ N_t)
         T[:, n:], omega = Phi[:, :n_eta], omega[:n_eta]
     return T, omega

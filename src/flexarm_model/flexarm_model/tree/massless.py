@@ -1,4 +1,7 @@
-"""Which coordinates carry no mass: what a mass matrix without a Cholesky factor lacks."""
+"""Which coordinates carry no mass: what a mass matrix without a Cholesky factor lacks.
+
+What a motion moves is named by its largest coordinates; that serves a motion without stiffness, too.
+"""
 
 from __future__ import annotations
 
@@ -9,7 +12,7 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
-SHARE = 0.5  # of the largest coordinate of the motion without mass: smaller ones are carried along
+SHARE = 0.5  # of the largest coordinate of a motion: smaller ones are carried along
 ROUNDING = 1e-13  # of the mass that every coordinate has by itself: a motion with less has none
 
 
@@ -34,6 +37,16 @@ def describe_massless(M: Array, Z: Array, names: Sequence[str]) -> str:
         names: Of the coordinates, (n_q,).
     """
     vectors = np.linalg.eigh(Z.T @ (M + M.T) @ Z)[1]
-    motion = abs(Z @ vectors[:, 0])  # the slowest to resist
-    moving = [name for name, size in zip(names, motion, strict=True) if size > SHARE * motion.max()]
-    return f"{', '.join(moving)} moves no mass: give the body that it moves mass or inertia"
+    moved = name_moved(Z @ vectors[:, 0], names)  # the slowest to resist
+    return f"{moved} moves no mass: give the body that it moves mass or inertia"
+
+
+def name_moved(motion: Array, names: Sequence[str]) -> str:
+    """Return the names of the coordinates that a motion moves most.
+
+    Args:
+        motion: Its coordinates, (n_q,).
+        names: Of the coordinates, (n_q,).
+    """
+    size = abs(motion)
+    return ", ".join(name for name, each in zip(names, size, strict=True) if each > SHARE * size.max())
