@@ -79,7 +79,7 @@ EDITS = [
     ("list too short", "[10 mm, 0 mm, 0 mm]", "[10 mm]", ("clamp.position", "a list of 3")),
     ("not a list", "position: [10 mm, 0 mm, 0 mm]", "position: 10 mm", ("clamp.position", "a list of 3")),
     ("home too long", "home: [0 deg]", "home: [0 deg, 0 deg]", ("a list of 1", "true, base.rz")),
-    ("forgotten motor", "        actuated: true\n", "", ("served.home", "a list of 0", "true, here none")),
+    ("forgotten motor", "        actuated: true\n", "", ("axes.rz.effort", "no effect", "actuated: true")),
     ("home out of range", "home: [0 deg]", "home: [200 deg]", ("served.home", "'200 deg'", "2.96706] rad")),
     ("pose out of range", "served: {", "served: {poses: {a: [-9 rad]}, ", ("poses.a", "'-9 rad'", "base.rz")),
     ("wrong kind", "  strip:\n    type: beam\n", "  strip: 5\n  a:\n    type: beam\n", ("strip", "mapping")),
@@ -110,6 +110,7 @@ EDITS = [
     ("negative latency", "latency: 60 ms", "latency: -60 ms", ("camera.latency", "must be at least 0")),
     ("delay without a unit", "latency: 60 ms", "stamp_delay: 60", ("camera.stamp_delay", "60", "ms")),
     ("delay too long", "latency: 60 ms", "stamp_delay: 60 s", ("stamp_delay", "60 s", "-100 ms to 1000 ms")),
+    ("guess of a motor", "      rz:\n", "      rz:\n        guess: 5 deg\n", ("rz.guess", "5 deg", "home")),
     ("half a bias", "sigma: 20 urad", "sigma: 20 urad, bias: {sigma: 1 mrad}", ("bias.drift", "be given")),
     ("bias of a gauge in mm", "sigma: 20 urad", bias_text("1 mm", "1 mrad"), ("bias.sigma", "1 mm", "rad")),
     ("drift without sqrt", "sigma: 20 urad", bias_text("1 mrad", "2 mrad", "1 mrad/s"), ("rad/sqrt(s)",)),
@@ -170,6 +171,22 @@ def test_a_second_joint_to_a_placed_body_closes_a_loop(tmp_path: Path) -> None:
     assert [joint.name for joint in config.closures] == ["again"]
     assert "again" not in [joint.name for joint in config.joints]
     assert config.axes["again.rz"].guess == pytest.approx(np.radians(20.0))
+
+
+@pytest.mark.parametrize(("key", "value"), [("effort", "28 N m"), ("effort_rate", "9 N m/s")])
+def test_the_limits_of_a_motor_are_refused_where_there_is_none(tmp_path: Path, key: str, value: str) -> None:
+    again = {"parent": "world", "child": "strip.tip", "axes": {"rz": {"guess": "20 deg", key: value}}}
+    message = refused(tmp_path / "arm.yaml", edited(joints__again=again))
+    assert f"joints.again.axes.rz.{key}: '{value}': has no effect; it is of a motor" in message
+    assert "actuated: true" in message
+
+
+def test_a_home_of_an_arm_without_motors_is_empty(tmp_path: Path) -> None:
+    text = edited(joints__base__axes={"rz": {"stiffness": "9 N m/rad"}})
+    message = refused(tmp_path / "arm.yaml", text)
+    assert (
+        "served.home: ['0 deg']: expected a list of 0, for the axes with actuated: true, here none" in message
+    )
 
 
 def test_a_rigid_piece_has_no_mass_and_no_material(tmp_path: Path) -> None:

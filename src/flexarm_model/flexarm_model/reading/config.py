@@ -26,6 +26,7 @@ from flexarm_model.settings.units import axis_dimension, si_unit
 
 FORMAT = "flexarm/1"
 OF_SPRINGS = {"damping_ratio": "of the modes", "backlash": "the play"}  # what nothing but a spring has
+OF_MOTORS = ("effort", "effort_rate")
 FROM_FILES = (ImportedBody, SuperelementBody)  # their content is part of the identity
 
 
@@ -183,10 +184,7 @@ def _read_axis(section: Section, name: str, laws: ParameterLaws) -> Axis:
         damping_ratio=section.quantity("damping_ratio", "ratio", 0.0, at_least=0.0, below=1.0),
         backlash=section.quantity("backlash", dimension("position"), 0.0, at_least=0.0),
     )
-    for key, meant in OF_SPRINGS.items():
-        if getattr(axis, key) and (axis.actuated or not axis.stiffness):
-            allowed = f"has no effect; it is {meant} of a spring: an axis with stiffness and without motor"
-            raise section.error(key, section.take(key), allowed)
+    _refuse_idle(section, axis)
     if not axis.lower < axis.upper:
         raise section.error("upper", section.take("upper"), f"must be above lower, {section.take('lower')}")
     if section.has("guess") and not axis.lower <= axis.guess <= axis.upper:
@@ -194,6 +192,21 @@ def _read_axis(section: Section, name: str, laws: ParameterLaws) -> Axis:
         raise section.error("guess", section.take("guess"), allowed)
     section.done()
     return axis
+
+
+def _refuse_idle(section: Section, axis: Axis) -> None:
+    """Raise ConfigError where a key says what an axis of this kind does not have."""
+    is_spring = bool(axis.stiffness) and not axis.actuated
+    idle = [(key, f"it is {meant} of a spring: an axis with stiffness and without motor")
+            for key, meant in OF_SPRINGS.items() if getattr(axis, key) and not is_spring]  # fmt: skip
+    if not axis.actuated:
+        idle += [
+            (key, "it is of a motor: an axis with actuated: true") for key in OF_MOTORS if section.has(key)
+        ]
+    elif section.has("guess"):
+        idle.append(("guess", "it is of an axis without motor; where motors stand, served.home says"))
+    for key, whose in idle:
+        raise section.error(key, section.take(key), f"has no effect; {whose}")
 
 
 def _sort_joints(
