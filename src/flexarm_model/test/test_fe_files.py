@@ -247,6 +247,22 @@ def test_positions_of_interface_nodes_are_part_of_the_description(tmp_path: Path
     assert description()["bodies"]["solid"]["interfaces"]["end"]["kind"] == "averaging"
 
 
+@pytest.mark.parametrize(("at", "fits"), [("0.5 m", True), ("0.9 m", False), ("100 m", False)])
+def test_an_interface_far_from_its_own_nodes_is_refused(tmp_path: Path, at: str, fits: bool) -> None:
+    interfaces = {
+        "root": {"set": "root.txt", "kind": "rigid"},
+        "end": {"set": "end.txt", "kind": "averaging", "at": [at, "0 mm", "0 mm"]},
+    }
+    path = write_arm(tmp_path, block(2), interfaces=interfaces)
+    if fits:
+        load_config(path)
+        return
+    with pytest.raises(ConfigError) as caught:
+        load_config(path)
+    assert f"{path}: bodies.solid.interfaces.end.at: ['{at}', '0 mm', '0 mm']: lies " in str(caught.value)
+    assert "m from the middle of its nodes, farther than the body is large (0.401 m)" in str(caught.value)
+
+
 def test_the_figures_of_a_body_are_printed(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path = str(write_arm(tmp_path, bracket()))
     assert main([path, "solid"]) == 0 and "rigid modes                   6" in capsys.readouterr().out

@@ -101,6 +101,11 @@ def _read_interface(section: Section, labels: NDArray[np.intp], x: Array) -> tup
         raise section.error("set", section.text("set"), str(error)) from None
     middle = np.average(x[index], axis=0, weights=weight)
     at = section.quantities("at", ["length"] * 3, middle.tolist())
+    away, size = float(np.linalg.norm(at - middle)), float(np.linalg.norm(np.ptp(x, axis=0)))
+    if section.has("at") and away > size:
+        far = f"lies {away:.3g} m from the middle of its nodes, farther than the body is large ({size:.3g} m)"
+        allowed = f"{far}; expected a point near them, in the files' axes, and the files in the units given"
+        raise section.error("at", section.take("at"), allowed)
     nodes = NodeSet(section.choice("kind", INTERFACE_KINDS), index, weight)
     section.done()
     return nodes, at
