@@ -114,6 +114,24 @@ def test_sets_that_tell_no_rotation_are_refused(body: FeModel) -> None:
             make_interface(body, "edge", NodeSet("rigid", index, np.ones(index.size)), AT)
 
 
+@pytest.mark.parametrize("size", [1e-9, 1e-6, 1.0, 1e6])
+def test_a_set_tells_a_rotation_whatever_its_size(size: float) -> None:
+    corners = size * np.array([[1.0, 0, 0], [0, 1.0, 0], [0, 0, 1.0]])
+    solid = FeModel("solid", corners, np.eye(9), np.eye(9), None)
+    nodes = NodeSet("rigid", np.arange(3), np.ones(3))
+    item = make_interface(solid, "face", nodes, np.zeros(3))
+    unit = np.repeat([1.0, 1 / size], 3)
+    assert pytest.approx(np.eye(6), abs=1e-12) == (item.A @ item.R) * unit / unit[:, None]
+
+
+def test_a_set_that_lies_on_a_line_but_for_rounding_tells_none() -> None:
+    line = np.array([[0.0, 0, 0], [1.0, 0, 0], [2.0, 1e-12, 0]])
+    solid = FeModel("solid", line, np.eye(9), np.eye(9), None)
+    nodes = NodeSet("rigid", np.arange(3), np.ones(3))
+    with pytest.raises(ValueError, match=r"no rotation; 1\.29 m is their usual distance .*of the files"):
+        make_interface(solid, "edge", nodes, np.zeros(3))
+
+
 def test_a_node_with_rotations_is_an_interface_by_itself() -> None:
     x = np.array([[0.0, 0, 0], [1.0, 0, 0]])
     shell = FeModel("shell", x, np.eye(12), np.eye(12), None)

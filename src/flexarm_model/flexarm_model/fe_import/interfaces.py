@@ -76,7 +76,7 @@ def make_interface(model: FeModel, name: str, nodes: NodeSet, at: Array) -> Inte
     """
     R = model.rigid_motion(nodes.index, at)
     size = float(np.sqrt(np.mean(np.sum((model.x[nodes.index] - at) ** 2, axis=1)))) or 1.0
-    scale = np.repeat([1.0, size], 3)  # rotations in displacement of a typical node
+    scale = np.repeat([1.0, 1 / size], 3)  # a rotation that moves a typical node by one
     weight = np.zeros((nodes.index.size, model.dof_per_node))
     weight[:, :3] = nodes.weight[:, None]
     if _rank(R * scale, weight) < 6:
@@ -84,6 +84,7 @@ def make_interface(model: FeModel, name: str, nodes: NodeSet, at: Array) -> Inte
     if _rank(R * scale, weight) < 6:
         raise ValueError(
             f"body '{model.name}': interface '{name}': its {nodes.index.size} nodes tell no rotation; "
+            f"{size:.3g} m is their usual distance from it (see the units of the files); "
             "expected three or more that do not lie on a line, or nodes with rotations"
         )
     root = np.sqrt(weight.ravel())[:, None]
