@@ -271,5 +271,24 @@ def test_a_unit_that_cannot_be_is_refused(tmp_path: Path, changes: dict[str, str
     assert words in message
 
 
+@pytest.mark.parametrize(
+    ("sensor", "changes", "reach"),
+    [
+        ({**GAUGE, "node": "forearm.middle"}, {"sigma": "100 ustrain", "range": "50 ustrain"}, "5e-05 m/m"),
+        ({**GAUGE, "node": "forearm.middle"}, {"sigma": "0.03 m/m"}, "0.02 m/m"),  # beside the usual range
+        ({**IMU, "node": "forearm.tip"}, {"sigma": "3 m/s^2", "range": "3 m/s^2"}, "3 m/s^2"),
+        ({"kind": "encoder", "axis": "elbow.rz"}, {"sigma": "20 rad"}, "3.21799 rad"),
+    ],
+)
+def test_noise_that_fills_the_range_is_refused(
+    tmp_path: Path, sensor: dict[str, Any], changes: dict[str, str], reach: str
+) -> None:
+    message = refusal(path := write(tmp_path, {**sensor, **changes}))
+    assert message.startswith(
+        f"{path}: sensors.sensor.sigma: '{changes['sigma']}': must be below the range, "
+    )
+    assert f"{reach}: nothing but noise" in message
+
+
 def test_a_gyroscope_that_never_turns_is_refused(tmp_path: Path) -> None:
     assert "never moves" in refusal(write_unit(tmp_path, node="pedestal.top", imu="own"))

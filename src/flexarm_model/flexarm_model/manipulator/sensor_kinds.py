@@ -49,6 +49,7 @@ def _encoder(name: str, site: str, section: Section, axis: Axis | None) -> Senso
         key, other = ("high", f"low, {low:.6g}") if section.has("high") else ("low", f"high, {high:.6g}")
         side = "above" if key == "high" else "below"
         raise section.error(key, section.take(key), f"must be {side} {other} {si_unit(position)}")
+    _refuse_drowned(section, sigma, (high - low) / 2, position)
     timing, bias = _timing(section), _bias(section, position)
     return SensorSpec(name, "encoder", site, ("position",), np.array([sigma]), *timing, low, high, bias=bias)
 
@@ -56,6 +57,7 @@ def _encoder(name: str, site: str, section: Section, axis: Axis | None) -> Senso
 def _strain_gauge(name: str, site: str, section: Section, _: Axis | None) -> SensorSpec:
     sigma = section.quantity("sigma", "strain", above=0.0)
     reach = section.quantity("range", "strain", 0.02, above=0.0)  # foil gauges end at about 2 %
+    _refuse_drowned(section, sigma, reach, "strain")
     limit = section.quantity("limit", "strain", math.inf, above=0.0)
     y, z = section.quantities("offset", ["length"] * 2)
     return SensorSpec(
@@ -80,6 +82,7 @@ def _inertial(kind: str, dimension: str) -> Callable[[str, str, Section, Axis | 
         """Read the sensor; ``imu`` names the unit that carries it."""
         sigma = section.quantity("sigma", dimension, above=0.0)
         reach = section.quantity("range", dimension, above=0.0)
+        _refuse_drowned(section, sigma, reach, dimension)
         axes = section.choices("axes", ("x", "y", "z"), at_least=1)
         timing, bias, imu = _timing(section), _bias(section, dimension), section.text("imu", "")
         noise = np.full(len(axes), sigma)
@@ -100,6 +103,13 @@ def _camera(name: str, site: str, section: Section, _: Axis | None) -> SensorSpe
     sigma = np.array([position] * len(places) + [angle] * len(turns))
     topic = section.text("topic", "")
     return SensorSpec(name, "camera", site, axes, sigma, *_timing(section), -_FAR, _FAR, topic=topic)
+
+
+def _refuse_drowned(section: Section, sigma: float, reach: float, dimension: str) -> None:
+    """Raise ConfigError where one sigma of the noise fills the range to either side."""
+    if not sigma < reach:
+        allowed = f"must be below the range, {reach:.6g} {si_unit(dimension)}: nothing but noise fits into it"
+        raise section.error("sigma", section.take("sigma"), allowed)
 
 
 def read_stamp_delay(section: Section) -> float:
