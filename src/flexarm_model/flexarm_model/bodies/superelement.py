@@ -15,6 +15,7 @@ modal mass ``tr P_ij``, and the geometric stiffness from ``s_ij`` and ``P_0,ij``
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -71,6 +72,11 @@ class Superelement:
     def n(self) -> int:
         """Number of elastic coordinates."""
         return int(self.omega.size)
+
+    @cached_property
+    def turns(self) -> Array:
+        """Rotation of all nodes below one another, (3 nodes, n): what ``Psi`` says of each."""
+        return np.concatenate([np.zeros((0, self.n)), *(node.Psi for node in self.nodes.values())])
 
     @property
     def pairs(self) -> list[tuple[int, int]]:

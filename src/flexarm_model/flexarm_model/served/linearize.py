@@ -29,6 +29,7 @@ Array = NDArray[np.float64]
 
 MAX_ITERATIONS = 20
 FREE = 1e-7  # of the fastest frequency: below it a frequency is rounding
+BENT = 0.3  # rad: a beam under a load at its end sags there by 4 % more than Euler's elastica does
 EQUILIBRIUM_TOLERANCE = 1e-10  # unbalanced generalised force, relative to the largest one
 
 
@@ -46,12 +47,14 @@ def linearize(tree: ReducedTree, pose: Array | None = None, modes: int | None = 
 
     Raises:
         PoseError: Wrong length, not finite, outside the axes' limits, also those of passive axes, no stable
-            equilibrium, more modes asked for than exist, or a coordinate without mass.
+            equilibrium or one with a body bent too far, more modes asked for than exist, or a coordinate
+            without mass.
     """
     config = tree.config
     pose = check_pose(tree, config.home if pose is None else pose)
     q0, force, (M, D, K, f0) = _settle(tree, pose)
     _refuse_beyond_stops(tree, pose, q0)
+    _refuse_bent(tree, pose, q0)
     K += constraint_stiffness(tree, q0, force)
     n, n_eta = len(tree.actuated), config.modes if modes is None else modes
     N = tree.motions_within(q0)
@@ -146,6 +149,19 @@ def _refuse_beyond_stops(tree: ReducedTree, pose: Array, q: Array) -> None:
             limits = f"[{axis.lower:.6g}, {axis.upper:.6g}] {unit}"
             passive = f"needs the passive {tree.axis_names[i]} at {at:.6g}, outside {limits}"
             raise PoseError(f"pose {np.round(pose, 6).tolist()}: {passive}")
+
+
+def _refuse_bent(tree: ReducedTree, pose: Array, q: Array) -> None:
+    """Raise PoseError where a body rests at q (n_q,) so bent that its shapes, of first order, do not hold."""
+    for name, body in tree.bodies.items():
+        at = tree.elastic_coordinates(name)
+        turn = float(abs(body.turns @ q[at.start : at.stop]).max(initial=0.0))
+        if turn > BENT:
+            where = f"pose {np.round(pose, 6).tolist()}: '{name}' rests bent"
+            raise PoseError(
+                f"{where}, a node turned by {turn:.3g} rad against its own frame: its shapes hold to {BENT:g}"
+                " rad; expected a stiffer body, a smaller load, or several bodies welded end to end"
+            )
 
 
 def constraint_stiffness(tree: ReducedTree, q: Array, force: Array) -> Array:
