@@ -69,6 +69,20 @@ def test_the_seed_of_the_command_is_that_of_the_rigs_noise(tmp_path: Path) -> No
     assert left[1] != left[5]
 
 
+def test_a_camera_that_comes_too_late_is_told_below_the_table(tmp_path: Path) -> None:
+    arm = find_manipulator("single_link").read_text(encoding="utf-8")
+    assert "latency: 60 ms" in arm
+    (tmp_path / "arm.yaml").write_text(arm.replace("latency: 60 ms", "latency: 400 ms"), encoding="utf-8")
+    text = TASK.replace("manipulator: single_link", f"manipulator: {tmp_path / 'arm.yaml'}")
+    (tmp_path / "short.yaml").write_text(text, encoding="utf-8")
+    task = task_for(str(tmp_path / "short.yaml"))
+    (job,) = sim_jobs(task, task.presets, [NOMINAL])
+    results = run_sim_job(job)
+    page = build_page(task, {"geared": load_config(tmp_path / "arm.yaml", "geared")}, results, (), 1)
+    (table,) = [item for item in page.items if isinstance(item, Table)]
+    assert any(note.startswith("camera: latency 400 ms: none of its samples is used") for note in table.notes)
+
+
 def test_a_manipulator_without_moves_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["sim", "no_such_arm"]) == 2
     assert "no_such_arm" in capsys.readouterr().err

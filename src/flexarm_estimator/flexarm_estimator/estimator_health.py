@@ -1,7 +1,7 @@
 """Health of the estimator's loop: does it keep time, and do the sensors say what it predicts?
 
 Of every sensor the root of the mean NIS per channel over the last second is judged: 1 when noise and model
-are as described, above where either is worse.
+are as described, above where either is worse. Sensors that come too late to be used are told all the time.
 """
 
 from __future__ import annotations
@@ -11,14 +11,21 @@ from collections.abc import Iterable
 
 from flexarm_estimator.estimate import SensorReport
 from flexarm_model.ros.loop_health import LoopHealth
-from flexarm_model.settings.diagnosis import DiagnosticsConfig, Figure, Verdict, judge
+from flexarm_model.settings.diagnosis import DiagnosticsConfig, Figure, Level, Verdict, judge
 
 
 class EstimatorHealth:
     """Watches the steps of one estimator."""
 
-    def __init__(self, period: float | None, config: DiagnosticsConfig) -> None:
-        """Watch a loop of a period [s]; None in lockstep."""
+    def __init__(self, period: float | None, config: DiagnosticsConfig, late: Iterable[str] = ()) -> None:
+        """Watch a loop.
+
+        Args:
+            period: Of the loop [s]; None in lockstep.
+            config: Thresholds.
+            late: What is to be said of sensors that come too late, see ``late_sensors``.
+        """
+        self._late = [Verdict("estimator: latency", Level.WARN, text) for text in ["; ".join(late)] if text]
         self._loop = LoopHealth("estimator: loop", period, config)
         self._config = config
         self._squares: dict[str, list[float]] = {}
@@ -48,4 +55,4 @@ class EstimatorHealth:
             Figure(name, math.sqrt(sum(values) / len(values)), limit, limit * self._config.error_factor)
             for name, values in squares.items()
         ]
-        return [self._loop.verdict(), judge("estimator: normalised innovation", figures)]
+        return [self._loop.verdict(), judge("estimator: normalised innovation", figures), *self._late]

@@ -49,6 +49,7 @@ from flexarm_estimator.interventions.intervention import Intervention, Intervent
 from flexarm_estimator.interventions.reset import Reset
 from flexarm_estimator.interventions.set_noise import SetNoise
 from flexarm_estimator.interventions.toggle_sensor import ToggleSensor
+from flexarm_estimator.late_sensors import late_sensors
 from flexarm_estimator.settings import EstimatorConfig
 from flexarm_estimator.settled_node import SettledFilter
 from flexarm_model.conversions import stamp_to_ns, verdict_to_msg
@@ -100,7 +101,10 @@ class EstimatorNode(ManagedNode):
     def activate(self) -> None:
         """Begin without a state; subscribe to the sensors."""
         config, lockstep = self._config, self.settings.lockstep
-        self._health = EstimatorHealth(None if lockstep else 1.0 / config.rate_hz, self._thresholds)
+        late = late_sensors(config.sensors, self._filter)
+        for text in late:
+            self.get_logger().warning(text)
+        self._health = EstimatorHealth(None if lockstep else 1.0 / config.rate_hz, self._thresholds, late)
         self.exchange = made(EstimatorExchange, config, self._filter, 0 if lockstep else None)
         if not lockstep:
             self.exchange.keep_time(lambda: int(self.get_clock().now().nanoseconds))

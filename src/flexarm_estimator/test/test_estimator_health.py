@@ -7,6 +7,9 @@ import pytest
 
 from flexarm_estimator.estimate import SensorReport
 from flexarm_estimator.estimator_health import EstimatorHealth
+from flexarm_estimator.late_sensors import late_sensors
+from flexarm_estimator.settings import EstimatorConfig
+from flexarm_model.manipulator.sensor_spec import SensorSpec
 from flexarm_model.settings.diagnosis import DiagnosticsConfig, Level
 
 PERIOD = 0.005
@@ -31,6 +34,23 @@ def test_innovations_as_described_are_one_and_well() -> None:
     loop, innovation = watched(1.0).verdicts()
     assert (loop.level, innovation.level) == (Level.OK, Level.OK)
     assert float(innovation.values["gauge"]) == pytest.approx(1.0, abs=0.15)  # 3 sigma of 200 samples
+
+
+@pytest.mark.parametrize(("latency", "told"), [(0.06, False), (0.299, False), (0.3, True), (0.4, True)])
+def test_a_sensor_that_comes_after_the_history_is_told_by_name(latency: float, told: bool) -> None:
+    specs = [SensorSpec("eye", "camera", "arm.tip", ("tx",), np.ones(1), latency=latency),
+             SensorSpec("encoder", "encoder", "base.rz", ("position",), np.ones(1))]  # fmt: skip
+    late = late_sensors(specs, EstimatorConfig())
+    *_, last = EstimatorHealth(PERIOD, DiagnosticsConfig(), late).verdicts()
+    assert (last.subject == "estimator: latency" and last.level == Level.WARN) == told
+    if told:
+        assert last.text.startswith(f"eye: latency {1e3 * latency:g} ms: none of its samples is used")
+        assert "history, 300 ms; that may be up to 2000 ms" in last.text
+
+
+def test_a_longer_history_takes_a_late_sensor() -> None:
+    eye = SensorSpec("eye", "camera", "arm.tip", ("tx",), np.ones(1), latency=0.4)
+    assert late_sensors([eye], EstimatorConfig(history=0.5)) == ()
 
 
 def test_a_sensor_three_times_noisier_than_described_is_named() -> None:

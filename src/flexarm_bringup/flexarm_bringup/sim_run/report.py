@@ -100,12 +100,14 @@ def _table(task: Task, config: ManipulatorConfig, preset: str, results: Sequence
                 end: list[Cell] = [is_stable(result, nominal), result.effort.speed]
                 leg = result.legs[i]
                 rows.append([condition, leg.leg.name, law.upper(), *_cells(result, i, pair[BASELINE]), *end])
-    adopted = pairs[preset, NOMINAL][LAW].effort
+    described = pairs[preset, NOMINAL][LAW]
+    adopted = described.effort
     notes = [
         f"control rate {config.rate_hz:g} Hz, {config.modes} modes; window "
         f"{task.watch.begin:g} to {task.watch.end:g} s after a move, up to {task.watch.cutoff_hz:g} Hz; "
         f"settled within {1e3 * task.watch.tolerance:g} mm",
         f"{adopted.served} models adopted on the way, {_each_ms(adopted.adopt_time, adopted.served)}",
+        *described.misfits,
         *(f"{r.condition}, {r.law.upper()}: {r.failure}" for pair in own.values() for r in _failed(pair)),
     ]
     return Table(f"Preset {preset or 'as in the file'}", COLUMNS, rows, notes)

@@ -23,6 +23,7 @@ from flexarm_bringup.tasks.task import Task
 from flexarm_bringup.tip_vibration import Residual, read_residual
 from flexarm_controller.settings import ControllerConfig, MpcConfig
 from flexarm_estimator.estimate import Estimate
+from flexarm_estimator.late_sensors import late_sensors
 from flexarm_estimator.settings import EstimatorConfig
 from flexarm_model.manipulator.description import ManipulatorConfig
 from flexarm_model.manipulator.start_pose import starting_at
@@ -92,6 +93,7 @@ class SimResult:
         legs: Every move.
         effort: What it took.
         trace: What the tip did.
+        misfits: What of the description does not fit the settings, in sentences.
     """
 
     preset: str
@@ -100,6 +102,7 @@ class SimResult:
     legs: tuple[LegResult, ...]
     effort: Effort
     trace: Trace
+    misfits: tuple[str, ...] = ()
 
     @property
     def acceleration(self) -> float:
@@ -156,7 +159,8 @@ def run_sim_job(job: SimJob) -> list[SimResult]:
         ticks, effort = run_loop(hardware, tree, job.course.reference, job.course.end, settings, observe_tip)
         trace = _trace(ticks, config)
         legs = tuple(judge_leg(leg, trace, job) for leg in job.course.legs)
-        results.append(SimResult(job.preset, job.condition, law, legs, effort, trace))
+        misfits = late_sensors(config.sensors, settings.estimator)
+        results.append(SimResult(job.preset, job.condition, law, legs, effort, trace, misfits))
     return results
 
 
