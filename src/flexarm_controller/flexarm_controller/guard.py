@@ -164,7 +164,7 @@ class Guard:
             or self._plausibility.fault
             or too_fast(state, self.limits)
             or over_speed(state.velocity, self.limits)
-            or overstrained(state.strain, self.limits.strain)
+            or overstrained(state.strain, self.limits)
             or too_much_energy(self.energy, self.limits)
         )
 

@@ -23,9 +23,9 @@ def strained(*strain):
 @pytest.mark.parametrize(
     ("strain", "why"),
     [
-        ((1.1e-3, 0.0), "gauge 1 is strained beyond its limit: 0.0011 of 0.001"),
-        ((0.0, -6e-4), "gauge 2 is strained beyond its limit: -0.0006 of 0.0005"),
-        ((math.nan, math.inf), "gauge 2 is strained beyond its limit: inf of 0.0005"),
+        ((1.1e-3, 0.0), "gauge 1 is strained beyond its limit: 1100 of 1000 ustrain"),
+        ((0.0, -6e-4), "gauge 2 is strained beyond its limit: -600 of 500 ustrain"),
+        ((math.nan, math.inf), "gauge 2 is strained beyond its limit: inf of 500 ustrain"),
         ((0.0,), "1 strains, the arm has 2 gauges with a limit"),
         ((0.0, 0.0, 0.0), "3 strains, the arm has 2 gauges with a limit"),
     ],
@@ -33,6 +33,12 @@ def strained(*strain):
 def test_a_strain_beyond_its_limit_latches_a_stop_and_names_the_gauge(strain, why):
     guard = strained(*strain)
     assert (guard.mode, guard.reason, guard.refused) == (BRAKING, why, 1)
+
+
+def test_a_gauge_whose_name_is_known_is_called_by_it():
+    guard = armed(strain=STRAINS, gauges=("root_strain", "tip_strain"))
+    guard.step(command(0.0), GuardState((1.0, 0.0), (0.0, 0.0), (0.0, 7e-4)), 0.0)
+    assert guard.reason == "gauge 2 (tip_strain) is strained beyond its limit: 700 of 500 ustrain"
 
 
 @pytest.mark.parametrize("strain", [(), (1e-3, -5e-4), (math.nan, math.nan), (math.nan, 1e-4)])

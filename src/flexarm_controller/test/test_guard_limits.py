@@ -135,6 +135,25 @@ def test_a_gauge_that_bears_little_makes_braking_gentler():
     assert limits.strain == (1e-4,)
 
 
+def test_a_gauge_that_the_arms_own_weight_strains_beyond_its_limit_keeps_the_guard_from_starting():
+    """Strain of a level strip at 5 mm from the clamp under its weight, y M / E I, by hand."""
+    config = load_config(find_manipulator("single_link"))
+    level = replace(config, gravity=np.array([0.0, -9.81, 0.0]))
+    mu, length, at = 0.0032 * 0.02 * 7750.0, 0.63, 0.005
+    moment = 9.81 * (mu * (length - at) ** 2 / 2.0 + 0.054 * (0.62 - at))
+    strain = 0.0016 * moment / (208.5e9 * 0.02 * 0.0032**3 / 12.0)
+    for share, fits in ((1.1, True), (0.9, False)):
+        sensors = tuple(replace(spec, limit=min(spec.limit, share * strain)) for spec in level.sensors)
+        sagging = replace(level, sensors=sensors)
+        if fits:
+            assert guard_limits(sagging, ReducedTree(sagging), SETTINGS).gauges == ("root_strain",)
+            continue
+        with pytest.raises(
+            ConfigError, match=r"sensors\.root_strain\.limit: \d+.* ustrain: the weight .* at home"
+        ):
+            guard_limits(sagging, ReducedTree(sagging), SETTINGS)
+
+
 def test_the_loads_of_an_arm_with_weight_are_those_of_its_gravity():
     """Lever arms by hand: links 2 and 3 stretched out level, springs rigid enough to neglect their sag."""
     tree = tree_of("variable_stiffness")

@@ -8,6 +8,8 @@ from collections.abc import Sequence
 from flexarm_controller.guarding.limits import GuardLimits
 from flexarm_controller.guarding.messages import GuardState
 
+USTRAIN = 1e6  # per unit of strain
+
 
 def unusable(effort: Sequence[float], axes: int) -> str:
     """Return why a command cannot be meant; empty when it can."""
@@ -44,15 +46,16 @@ def over_speed(velocity: Sequence[float], limits: GuardLimits) -> str:
     return ""
 
 
-def overstrained(strain: Sequence[float], limits: Sequence[float]) -> str:
+def overstrained(strain: Sequence[float], limits: GuardLimits) -> str:
     """Return which gauge is strained beyond its limit; a silent gauge (NaN) is none, nor are no gauges."""
     if not strain:
         return ""
-    if len(strain) != len(limits):
-        return f"{len(strain)} strains, the arm has {len(limits)} gauges with a limit"
-    for gauge, (value, most) in enumerate(zip(strain, limits, strict=True)):
+    if len(strain) != len(limits.strain):
+        return f"{len(strain)} strains, the arm has {len(limits.strain)} gauges with a limit"
+    for gauge, (value, most) in enumerate(zip(strain, limits.strain, strict=True)):
         if abs(value) > most:
-            return f"gauge {gauge + 1} is strained beyond its limit: {value:.3g} of {most:.3g}"
+            much = f"{USTRAIN * value:.4g} of {USTRAIN * most:.4g} ustrain"
+            return f"{limits.gauge(gauge)} is strained beyond its limit: {much}"
     return ""
 
 

@@ -27,6 +27,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexarm_controller.guarding.axis_label import AxisLabel
+from flexarm_controller.guarding.checks import USTRAIN
 from flexarm_controller.guarding.hold_rate import largest_hold_rate
 from flexarm_controller.guarding.joint_range import JointRange
 from flexarm_controller.guarding.limits import Braking, GuardLimits
@@ -108,7 +109,8 @@ def guard_limits(config: ManipulatorConfig, tree: ReducedTree, settings: GuardSe
         settings: Of the guard.
 
     Raises:
-        ConfigError: A motor cannot hold the weight of the arm everywhere in its range: nothing can stop it.
+        ConfigError: A motor cannot hold the weight of the arm everywhere in its range: nothing can stop it;
+            or a gauge is beyond its limit where the arm rests at home: it could never be armed.
     """
     dt = round(1e9 / config.rate_hz) * 1e-9
     home, limits = linearize(tree), limits_of(config)
@@ -118,6 +120,7 @@ def guard_limits(config: ManipulatorConfig, tree: ReducedTree, settings: GuardSe
     own = _deceleration(home, loads, limits, settings.braking_share)
     a = np.minimum(own, limits.velocity / reaction)
     _refuse_weak(config, a)
+    _refuse_strained(config, home, settings.strain_margin * limits.strain)
     noticed = LEAD * dt + NOTICED * dt + ramp / 2.0
     alone = np.minimum(a, FAST * limits.velocity / (4.0 * noticed))
     stopping = all_at_once(alone, [*loads, *_loads(tree, config.poses.values())], limits.effort)
@@ -145,6 +148,7 @@ def guard_limits(config: ManipulatorConfig, tree: ReducedTree, settings: GuardSe
         velocity_delay=max(settings.velocity_delay, NOTICED * dt),
         changeover=settings.changeover,
         labels=tuple(_labels(config)),
+        gauges=tuple(name.rpartition(".")[0] for name in limits.gauges),
     )
 
 
@@ -155,6 +159,17 @@ def _refuse_weak(config: ManipulatorConfig, a: Array) -> None:
                 f"{config.name}: {name}: effort {axis.effort:g}: the motor cannot hold the weight of the arm "
                 "everywhere between the ends of the ranges, so nothing could stop it; a stronger motor or "
                 "nearer ends are needed"
+            )
+
+
+def _refuse_strained(config: ManipulatorConfig, home: ReducedModel, most: Array) -> None:
+    for name, limit in zip(limits_of(config).gauges, most, strict=True):
+        rests = abs(float(home.outputs.y0[home.outputs.names.index(name)]))
+        if rests > limit:
+            gauge, at = name.rpartition(".")[0], f"{USTRAIN * rests:.4g} ustrain"
+            raise ConfigError(
+                f"{config.name}: sensors.{gauge}.limit: {USTRAIN * limit:.4g} ustrain: the weight of the arm "
+                f"strains it by {at} at home, so it cannot be armed; a higher limit or another home is needed"
             )
 
 

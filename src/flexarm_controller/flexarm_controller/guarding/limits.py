@@ -52,6 +52,7 @@ class GuardLimits:
         velocity_delay: By how much the drives' velocity may be late [s].
         changeover: Time for which commands of the model served before still pass [s].
         labels: What messages call the axes; empty for their numbers.
+        gauges: Names of the gauges for messages; empty for their numbers alone.
     """
 
     effort: tuple[float, ...]
@@ -71,7 +72,12 @@ class GuardLimits:
     velocity_delay: float = 0.01
     changeover: float = 1.0
     labels: tuple[AxisLabel, ...] = ()
+    gauges: tuple[str, ...] = ()
 
     def label(self, axis: int) -> AxisLabel:
         """Return what messages call an axis."""
         return self.labels[axis] if self.labels else number_axis(axis)
+
+    def gauge(self, gauge: int) -> str:
+        """Return what messages call a gauge, "gauge 2 (root_strain)"."""
+        return f"gauge {gauge + 1}" + (f" ({self.gauges[gauge]})" if self.gauges else "")
