@@ -80,7 +80,25 @@ def test_a_camera_that_comes_too_late_is_told_below_the_table(tmp_path: Path) ->
     results = run_sim_job(job)
     page = build_page(task, {"geared": load_config(tmp_path / "arm.yaml", "geared")}, results, (), 1)
     (table,) = [item for item in page.items if isinstance(item, Table)]
+    assert any(note.startswith("rate 200 Hz: ") and "of mode 1" in note for note in table.notes)
     assert any(note.startswith("camera: latency 400 ms: none of its samples is used") for note in table.notes)
+
+
+def test_a_rate_that_cannot_follow_the_slowest_mode_is_refused(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    arm = find_manipulator("single_link").read_text(encoding="utf-8")
+    assert "rate: 200 Hz" in arm
+    (tmp_path / "arm.yaml").write_text(arm.replace("rate: 200 Hz", "rate: 9 Hz"), encoding="utf-8")
+    text = TASK.replace("manipulator: single_link", f"manipulator: {tmp_path / 'arm.yaml'}")
+    text = text.replace("below: 20 Hz", "below: 4 Hz")
+    (tmp_path / "short.yaml").write_text(text, encoding="utf-8")
+    for command in (
+        ["sim", str(tmp_path / "short.yaml"), "--nominal"],
+        ["model", str(tmp_path / "arm.yaml")],
+    ):
+        assert main(command) == 2
+        assert "served.rate: 9 Hz: 1.7" in capsys.readouterr().err
 
 
 def test_a_manipulator_without_moves_is_refused(capsys: pytest.CaptureFixture[str]) -> None:

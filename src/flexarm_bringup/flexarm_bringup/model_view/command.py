@@ -32,6 +32,7 @@ from flexarm_model.bodies.sid_file import write_sid
 from flexarm_model.manipulator.description import ManipulatorConfig
 from flexarm_model.reading.config import load_config
 from flexarm_model.reading.manipulator_file import find_manipulator
+from flexarm_model.served.control_rate import refuse_slow_rate
 from flexarm_model.served.linearize import PoseError, linearize
 from flexarm_model.served.model_file import save_model
 from flexarm_model.served.pose_grid import build_grid, grid_poses
@@ -151,6 +152,7 @@ def serve(name: str, preset: str, pose: str) -> tuple[ReducedTree, ReducedModel,
     at = parse_pose(config, pose)
     tree = ReducedTree(config, use_compiler=False)  # a few evaluations do not pay for a compiler
     home = linearize(tree)
+    refuse_slow_rate(config, home.omega)
     return tree, home if np.array_equal(at, home.pose) else linearize(tree, at), home
 
 

@@ -17,6 +17,7 @@ from flexarm_model.modal.candidates import candidate_config, noise
 from flexarm_model.modal.energy_shares import EnergyShares, energy_shares
 from flexarm_model.modal.modes import model_modes
 from flexarm_model.modal.observability import TIP_AMPLITUDE, ModeReach, Reach, Swing, mode_reach, tip_energy
+from flexarm_model.served.control_rate import describe_rate
 from flexarm_model.served.mode_following import alikeness
 from flexarm_model.served.reduced_model import Outputs, ReducedModel
 from flexarm_model.tree.reduced_tree import ReducedTree
@@ -116,6 +117,7 @@ def mode_table(analysis: Analysis) -> Table:
     notes = [
         "Percent of the strain energy; tip in its own axes, per unit of the mass-normalised coordinate.",
         f"With the axes free to recoil: {elastic} Hz.",
+        *(f"{text[0].upper()}{text[1:]}." for text in describe_rate(analysis.config.rate_hz, model.omega)),
     ]
     return Table("Modes with the actuated axes held", columns, rows, notes if model.n_eta else ())
 

@@ -107,7 +107,7 @@ def _table(task: Task, config: ManipulatorConfig, preset: str, results: Sequence
         f"{task.watch.begin:g} to {task.watch.end:g} s after a move, up to {task.watch.cutoff_hz:g} Hz; "
         f"settled within {1e3 * task.watch.tolerance:g} mm",
         f"{adopted.served} models adopted on the way, {_each_ms(adopted.adopt_time, adopted.served)}",
-        *described.misfits,
+        *described.told,
         *(f"{r.condition}, {r.law.upper()}: {r.failure}" for pair in own.values() for r in _failed(pair)),
     ]
     return Table(f"Preset {preset or 'as in the file'}", COLUMNS, rows, notes)

@@ -29,6 +29,8 @@ from flexarm_model.manipulator.description import ManipulatorConfig
 from flexarm_model.manipulator.start_pose import starting_at
 from flexarm_model.reading.config import load_config
 from flexarm_model.reading.manipulator_file import find_manipulator
+from flexarm_model.served.control_rate import describe_rate, refuse_slow_rate
+from flexarm_model.served.linearize import linearize
 from flexarm_model.served.model_schedule import ScheduleSettings
 from flexarm_model.tree.reduced_tree import ReducedTree
 
@@ -93,7 +95,7 @@ class SimResult:
         legs: Every move.
         effort: What it took.
         trace: What the tip did.
-        misfits: What of the description does not fit the settings, in sentences.
+        told: Of the control rate, and of what in the description does not fit the settings.
     """
 
     preset: str
@@ -102,7 +104,7 @@ class SimResult:
     legs: tuple[LegResult, ...]
     effort: Effort
     trace: Trace
-    misfits: tuple[str, ...] = ()
+    told: tuple[str, ...] = ()
 
     @property
     def acceleration(self) -> float:
@@ -146,10 +148,16 @@ def sim_jobs(task: Task, presets: Sequence[str], conditions: Sequence[str], seed
 
 
 def run_sim_job(job: SimJob) -> list[SimResult]:
-    """Run every law of a job."""
+    """Run every law of a job.
+
+    Raises:
+        ConfigError: The control rate cannot follow the slowest mode.
+    """
     config = load_config(find_manipulator(job.task.manipulator), job.preset)
     config = starting_at(config, job.course.home)
     tree, plant = ReducedTree(config), None
+    omega = linearize(tree).omega
+    refuse_slow_rate(config, omega)
     rig = replace(CONDITIONS[job.condition], seed=job.seed)
     results = []
     for law in job.laws:
@@ -159,8 +167,8 @@ def run_sim_job(job: SimJob) -> list[SimResult]:
         ticks, effort = run_loop(hardware, tree, job.course.reference, job.course.end, settings, observe_tip)
         trace = _trace(ticks, config)
         legs = tuple(judge_leg(leg, trace, job) for leg in job.course.legs)
-        misfits = late_sensors(config.sensors, settings.estimator)
-        results.append(SimResult(job.preset, job.condition, law, legs, effort, trace, misfits))
+        told = *describe_rate(config.rate_hz, omega), *late_sensors(config.sensors, settings.estimator)
+        results.append(SimResult(job.preset, job.condition, law, legs, effort, trace, told))
     return results
 
 
