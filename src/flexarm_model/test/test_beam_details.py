@@ -116,9 +116,10 @@ bodies:
     point_masses: [{name: motor, at: 1 m, mass: 1 kg, inertia: 0.25 kg m^2}]
     deformation: [bend_y]
     damping_ratio: 0
+    nodes: {end: 1 m}
     reduction: REDUCTION
 joints: {weld: {parent: world, child: beam.root}}
-tip: beam.root
+tip: beam.end
 served: {modes: 0, home: [], rate: 100 Hz}
 """
 
