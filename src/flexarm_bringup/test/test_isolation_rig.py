@@ -227,7 +227,7 @@ def test_swapped_sensors_of_several_axes_are_named_and_no_sound_gauge(law):
     """Nothing but the swap of all axes explains it; before, two gauges were blamed, the tip 1.2 mm off."""
     faults = from_the_move(swapped(*IN_SPACE))
     assert set(arm("spatial_3tpt").run(law, faults=faults, words="")) == set(IN_SPACE)
-    found = arm("spatial_3tpt").run(law, faults=faults, words="swapped with")  # one may be told to shift first
+    found = arm("spatial_3tpt").run(law, faults=faults, words="swapped with")
     assert_named(found, IN_SPACE, "swapped with", START + 1.0)
 
 

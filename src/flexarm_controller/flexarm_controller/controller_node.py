@@ -168,6 +168,9 @@ class ControllerNode(ManagedNode):
         self.exchange.work_ahead()
         self._goals.update()
 
+    def _is_awaited(self) -> bool:
+        return self.exchange.is_armed and not self.settings.lockstep
+
     def _listens(self, topic: str) -> bool:
         return bool(self._outlets[topic].get_subscription_count())
 
@@ -190,7 +193,7 @@ class ControllerNode(ManagedNode):
         self._verdicts = self.create_publisher(String, "~/references", RELIABLE_QOS)
         self.create_subscription(ReducedModel, "model", self.on_model, MODELS_QOS)
         heard = JointTrajectory, "reference", self.on_reference, RELIABLE_QOS, self.on_too_large_reference
-        subscribe_bytes(self, *heard, has_too_many_points)
+        subscribe_bytes(self, *heard, lambda raw: has_too_many_points(raw, self._is_awaited()))
         self._states = self._subscribed_states()
         conditions = {
             "a model": lambda: self.exchange.controller is not None,

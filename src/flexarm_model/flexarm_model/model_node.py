@@ -105,8 +105,8 @@ class ModelNode(ManagedNode):
         """Publish the model at home."""
         model, config = self.cache.at(), self._config
         self._follows_pose = self._followed_pose = not self.settings.lockstep
-        self._looked_at, self._trouble = model.pose, ""
-        self._published_ns, self._token, self._refused_ns = 0, 0, -1
+        self._looked_at, self._published_ns, self._trouble = model.pose, 0, ""
+        self._token, self._awaited, self._refused_ns = 0, False, -1
         self._connect(model)
         f_hz = ", ".join(f"{value:.4g}" for value in model.omega / (2 * np.pi))
         self.get_logger().info(
@@ -147,7 +147,7 @@ class ModelNode(ManagedNode):
         if self._token and not msg.session_token and not self.settings.lockstep:
             self._follows_pose = True
             self._looked_at = np.full_like(self._served.newest.pose, np.inf)
-        self._token = msg.session_token
+        self._token, self._awaited = msg.session_token, bool(msg.session_token) and not self.settings.lockstep
 
     def on_joint_states(self, msg: JointState) -> None:
         """Serve a new model when the arm has moved far enough for it to differ."""
@@ -207,8 +207,8 @@ class ModelNode(ManagedNode):
 
     def verdicts(self) -> list[Verdict]:
         """Judge what became of the last reference and pose."""
-        values = {"model_id": self._served.newest.model_id, "models served": str(self._served.count)}
-        level = Level.ERROR if self._trouble else Level.OK
+        served, level = self._served, Level.ERROR if self._trouble else Level.OK
+        values = {"model_id": served.newest.model_id, "models served": str(served.count)}
         return [Verdict("model: served", level, self._trouble or "ok", values)]
 
     def _plan(self, msg: JointTrajectory, start_ns: int) -> list[tuple[int, ReducedModel]]:
@@ -226,7 +226,7 @@ class ModelNode(ManagedNode):
         self._receipts = self.create_publisher(String, "~/models", LATCHED_QOS)
         self._served = ServedModels(first, lambda model, ns: models.publish(model_to_msg(model, ns)))
         heard = JointTrajectory, "reference", self.on_reference, RELIABLE_QOS
-        subscribe_bytes(self, *heard, too_large=has_too_many_points)
+        subscribe_bytes(self, *heard, too_large=lambda raw: has_too_many_points(raw, self._awaited))
         subscribe_bytes(self, JointState, "joint_states", self.on_joint_states, SENSOR_QOS)
         self.create_subscription(String, "controller/references", self.on_verdict, RELIABLE_QOS)
         self.create_subscription(GuardStatus, "guard_status", self.on_guard_status, RELIABLE_QOS)

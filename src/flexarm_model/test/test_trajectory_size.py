@@ -20,20 +20,24 @@ def bytes_of(points: int, frame: str = "", names: tuple[str, ...] = ("base.rz",)
 @pytest.mark.parametrize("frame", ["", "a", "base", "controller"])
 @pytest.mark.parametrize("names", [(), ("base.rz",), ("q", "elbow.rz", "wrist_1.rx")])
 def test_points_are_counted_whatever_the_texts_before_them(frame: str, names: tuple[str, ...]) -> None:
-    assert has_too_many_points(bytes_of(MOST_POINTS, frame, names)) == ""
-    told = has_too_many_points(bytes_of(MOST_POINTS + 1, frame, names))
-    assert told == "2001 points, at most 2000: between them it is a cubic"
+    assert has_too_many_points(bytes_of(MOST_POINTS, frame, names), is_awaited=True) == ""
+    longer = bytes_of(MOST_POINTS + 1, frame, names)
+    told = has_too_many_points(longer, is_awaited=True)
+    assert told == "2001 points, at most 2000 while the guard is armed: between them it is a cubic"
+    assert has_too_many_points(longer, is_awaited=False) == ""
 
 
 def test_what_is_no_trajectory_is_left_to_its_reader_unless_it_is_huge() -> None:
     whole = bytes_of(3)
     for length in range(24):
-        assert has_too_many_points(whole[:length]) == ""
-    assert has_too_many_points(bytes(MOST_BYTES + 1)) == "message of more than 1000000 bytes"
+        assert has_too_many_points(whole[:length], is_awaited=True) == ""
+    assert (
+        has_too_many_points(bytes(MOST_BYTES + 1), is_awaited=False) == "message of more than 4000000 bytes"
+    )
 
 
 def test_names_without_end_take_no_time() -> None:
-    assert has_too_many_points(whole_of_names()) == ""
+    assert has_too_many_points(whole_of_names(), is_awaited=True) == ""
 
 
 def whole_of_names() -> bytes:
