@@ -120,3 +120,13 @@ def test_craig_bampton_of_a_beam_converges_from_above() -> None:
     errors = np.array(found) / exact - 1
     assert (errors > -1e-9).all() and (np.diff(errors, axis=0) < 0).all()
     assert errors[-1] == pytest.approx(0.0, abs=2e-4) and errors[0, 0] > 1e-3
+
+
+@pytest.mark.parametrize("rounding", [1e-13, -1e-13])
+def test_of_components_as_large_the_first_fixes_the_sign_whatever_rounding_says(
+    rounding: float,
+) -> None:
+    """Two equal masses that swing against each other: which of them moves more is chance."""
+    K = np.array([[2.0 + rounding, -1.0], [-1.0, 2.0 - rounding]])
+    modes, _ = mode_basis(np.eye(2), K, np.eye(2), 2)
+    np.testing.assert_allclose(modes, np.array([[1.0, 1.0], [1.0, -1.0]]) / np.sqrt(2.0), atol=1e-9)

@@ -20,6 +20,7 @@ from flexarm_model.numeric.dense import eigh
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.intp]
+ALIKE = 1e-6  # of the largest component of a mode: how far another may be below it and count as large
 
 
 def guyan(M: Array, K: Array, boundary: Indices) -> Array:
@@ -61,9 +62,9 @@ def count_modes_below(M: Array, K: Array, boundary: Indices, f_max: float) -> in
 def mode_basis(M: Array, K: Array, basis: Array, n_modes: int) -> tuple[Array, Array]:
     """Return the ``n_modes`` slowest modes within a basis, and their frequencies.
 
-    The sign of a mode is fixed by its largest component, and displacements that nothing couples are
-    solved apart, so that results do not depend on the eigen-solver's taste: a round tube has a mode
-    along y and one along z, not two in between.
+    The sign of a mode is fixed by its largest component, the first of those that are as large but for
+    rounding, and displacements that nothing couples are solved apart, so that results do not depend on the
+    eigen-solver's taste: a round tube has a mode along y and one along z, not two in between.
 
     Args:
         M: Mass, (n, n).
@@ -77,7 +78,9 @@ def mode_basis(M: Array, K: Array, basis: Array, n_modes: int) -> tuple[Array, A
     K_r, M_r = basis.T @ K @ basis, basis.T @ M @ basis
     value, vector = _eigen((K_r + K_r.T) / 2, (M_r + M_r.T) / 2)
     modes = basis @ vector[:, :n_modes]
-    peak = modes[np.argmax(abs(modes), axis=0), np.arange(modes.shape[1])]
+    size = abs(modes)
+    first = np.argmax(size >= (1.0 - ALIKE) * size.max(axis=0), axis=0)
+    peak = modes[first, np.arange(modes.shape[1])]
     return modes * np.sign(peak), np.sqrt(np.maximum(value[:n_modes], 0.0))
 
 
