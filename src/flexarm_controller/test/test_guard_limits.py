@@ -149,7 +149,8 @@ def test_a_gauge_that_the_arms_own_weight_strains_beyond_its_limit_keeps_the_gua
             assert guard_limits(sagging, ReducedTree(sagging), SETTINGS).gauges == ("root_strain",)
             continue
         with pytest.raises(
-            ConfigError, match=r"sensors\.root_strain\.limit: \d+.* ustrain: the weight .* at home"
+            ConfigError,
+            match=r"sensors\.root_strain\.limit: the guard stops beyond \d+.* ustrain, the weight .* at home",
         ):
             guard_limits(sagging, ReducedTree(sagging), SETTINGS)
 

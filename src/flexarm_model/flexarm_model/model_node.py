@@ -145,7 +145,7 @@ class ModelNode(ManagedNode):
     def on_guard_status(self, msg: GuardStatus) -> None:
         """After a stop nobody follows the reference: look where the arm is."""
         if self._token and not msg.session_token and not self.settings.lockstep:
-            self._follows_pose = True
+            self._follows_pose = self._followed_pose = True
             self._looked_at = np.full_like(self._served.newest.pose, np.inf)
         self._token, self._awaited = msg.session_token, bool(msg.session_token) and not self.settings.lockstep
 

@@ -8,10 +8,10 @@ from typing import Any
 import pytest
 import yaml
 from arms import FOLDER
+from descriptions import refusal, write_arm
 
 from flexarm_model.reading.config import load_config
 from flexarm_model.served.linearize import linearize
-from flexarm_model.settings.strict_yaml import ConfigError
 from flexarm_model.tree.reduced_tree import ReducedTree
 
 ARM = FOLDER.parents[3] / "docs/two_link.yaml"
@@ -23,9 +23,7 @@ def driven(folder: Path, reduction: dict[str, Any]) -> Path:
     """Write the arm of the manual with another reduction of its upper link, which two motors turn."""
     content = yaml.safe_load(ARM.read_text(encoding="utf-8"))
     content["bodies"]["upper"]["reduction"] = reduction
-    path = folder / "arm.yaml"
-    path.write_text(yaml.safe_dump(content, sort_keys=False), encoding="utf-8")
-    return path
+    return write_arm(folder, content)
 
 
 def coupled(folder: Path, joints: dict[str, Any], bodies: dict[str, Any], **changes: Any) -> Path:
@@ -34,15 +32,7 @@ def coupled(folder: Path, joints: dict[str, Any], bodies: dict[str, Any], **chan
     content["joints"].update(joints)
     content["bodies"].update(bodies)
     content["bodies"]["coupler"].update(changes)
-    path = folder / "arm.yaml"
-    path.write_text(yaml.safe_dump(content, sort_keys=False), encoding="utf-8")
-    return path
-
-
-def refusal(path: Path) -> str:
-    with pytest.raises(ConfigError) as caught:
-        load_config(path)
-    return str(caught.value)
+    return write_arm(folder, content)
 
 
 @pytest.mark.parametrize(

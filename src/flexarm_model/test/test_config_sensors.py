@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 import yaml
 from arms import FOLDER
+from descriptions import refusal, write_arm
 from fe_bodies import bracket, load_arm
 
 from flexarm_model.bodies.sid_file import write_sid
@@ -17,7 +18,6 @@ from flexarm_model.manipulator.imu import imus
 from flexarm_model.manipulator.sensor_spec import SensorSpec
 from flexarm_model.reading.config import load_config
 from flexarm_model.served.linearize import linearize
-from flexarm_model.settings.strict_yaml import ConfigError
 from flexarm_model.tree.reduced_tree import ReducedTree
 
 ARM = FOLDER.parents[3] / "docs/two_link.yaml"
@@ -45,15 +45,7 @@ def write(folder: Path, sensor: dict[str, Any], **forearm: Any) -> Path:
     foot = {"parent": "world", "child": "pedestal.root"}
     sensors = {"encoder": content["sensors"]["shoulder_encoder"], "sensor": sensor}
     content.update(bodies=bodies, joints={"foot": foot, **content["joints"]}, sensors=sensors)
-    path = folder / "arm.yaml"
-    path.write_text(yaml.safe_dump(content, sort_keys=False), encoding="utf-8")
-    return path
-
-
-def refusal(path: Path) -> str:
-    with pytest.raises(ConfigError) as caught:
-        load_config(path)
-    return str(caught.value)
+    return write_arm(folder, content)
 
 
 @pytest.mark.parametrize("node", ["forearm.root", "forearm.gauge", "forearm.outer", "forearm.tip"])

@@ -168,8 +168,8 @@ def _refuse_strained(config: ManipulatorConfig, home: ReducedModel, most: Array)
         if rests > limit:
             gauge, at = name.rpartition(".")[0], f"{USTRAIN * rests:.4g} ustrain"
             raise ConfigError(
-                f"{config.name}: sensors.{gauge}.limit: {USTRAIN * limit:.4g} ustrain: the weight of the arm "
-                f"strains it by {at} at home, so it cannot be armed; a higher limit or another home is needed"
+                f"{config.name}: sensors.{gauge}.limit: the guard stops beyond {USTRAIN * limit:.4g} ustrain, "
+                f"the weight strains it by {at} at home: it cannot be armed; raise the limit or move home"
             )
 
 
