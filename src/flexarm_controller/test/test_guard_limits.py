@@ -150,7 +150,7 @@ def test_a_gauge_that_the_arms_own_weight_strains_beyond_its_limit_keeps_the_gua
             continue
         with pytest.raises(
             ConfigError,
-            match=r"sensors\.root_strain\.limit: the guard stops beyond \d+.* ustrain, the weight .* at home",
+            match=r"sensors\.root_strain\.limit: the guard stops above \d+.* ustrain, the weight .* at home",
         ):
             guard_limits(sagging, ReducedTree(sagging), SETTINGS)
 

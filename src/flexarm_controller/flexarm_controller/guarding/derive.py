@@ -168,7 +168,7 @@ def _refuse_strained(config: ManipulatorConfig, home: ReducedModel, most: Array)
         if rests > limit:
             gauge, at = name.rpartition(".")[0], f"{USTRAIN * rests:.4g} ustrain"
             raise ConfigError(
-                f"{config.name}: sensors.{gauge}.limit: the guard stops beyond {USTRAIN * limit:.4g} ustrain, "
+                f"{config.name}: sensors.{gauge}.limit: the guard stops above {USTRAIN * limit:.4g} ustrain, "
                 f"the weight strains it by {at} at home: it cannot be armed; raise the limit or move home"
             )
 
