@@ -17,6 +17,8 @@ Publishes
     ~/ready (std_msgs/Bool, latched): true once it has a model and its topics are connected.
 Subscribes
     model (flexarm_interfaces/ReducedModel, latched), reference (trajectory_msgs/JointTrajectory).
+    model/models (std_msgs/String, latched): a motion for which there are no models ends at rest; not heard
+        in lockstep, where who commands waits for them.
     modal_state, guard_status, tick: see ``states_node``.
 
 In real time only the newest state is answered when several wait: what was missed is skipped, and counted in
@@ -137,10 +139,8 @@ class ControllerNode(ManagedNode):
         """Take a reference, or say why not."""
         if self._goals.is_own(msg):
             return
-        answer = self.exchange.on_reference(msg)
-        verdict = answer[0].msg.reason
+        verdict = self._goals.take(msg)
         self.get_logger().info(verdict)
-        self._publish(answer)
         self._verdicts.publish(String(data=f"{stamp_to_ns(msg.header.stamp)}: {verdict}"))
 
     def on_too_large_reference(self, reason: str) -> None:
@@ -194,6 +194,8 @@ class ControllerNode(ManagedNode):
         self.create_subscription(ReducedModel, "model", self.on_model, MODELS_QOS)
         heard = JointTrajectory, "reference", self.on_reference, RELIABLE_QOS, self.on_too_large_reference
         subscribe_bytes(self, *heard, lambda raw: has_too_many_points(raw, self._is_awaited()))
+        if not self.settings.lockstep:
+            self.create_subscription(String, "model/models", self._goals.on_models, LATCHED_QOS)
         self._states = self._subscribed_states()
         conditions = {
             "a model": lambda: self.exchange.controller is not None,

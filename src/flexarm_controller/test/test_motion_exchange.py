@@ -178,3 +178,64 @@ def test_a_reference_of_hours_is_refused(config, model):
     exchange, _ = arm_of(config, model)
     days = answer(exchange, swing(0.1, 2.0**31 - 1.0))
     assert days == "reference refused: it takes 2.14748e+09 s, at most 3600 s are allowed"
+
+
+def own_stamp(outgoing):
+    (sent,) = told(outgoing, "reference")
+    return sent.header.stamp.sec * 1_000_000_000 + sent.header.stamp.nanosec
+
+
+def reasons(outgoing):
+    return [msg.reason for msg in told(outgoing, "controller_status")]
+
+
+REFUSAL = "no model at this pose: the loops do not close"
+NO_MODELS = f"reference refused: no models for it: {REFUSAL}"
+
+
+@pytest.mark.parametrize("is_quicker", [False, True])
+def test_a_motion_without_models_ends_at_rest(config, model, is_quicker):
+    """The model node may be quicker than the controller."""
+    exchange, goals = arm_of(config, model)
+    msg = reference_to_msg(swing(0.3, 1.0), ("base.rz",), EPOCH + PERIOD_NS)
+    heard = [
+        lambda: goals.on_reference(msg),
+        lambda: goals.on_models(f"{EPOCH + PERIOD_NS}: refused: {REFUSAL}"),
+    ]
+    first, second = (hear() for hear in (reversed(heard) if is_quicker else heard))
+    assert NO_MODELS in reasons(second)
+    assert NO_MODELS not in reasons(first)
+    assert abs(exchange.controller.reference.position(2.0)[0]) < 1e-3  # rad; it had hardly begun
+    (halt,) = told(second, "reference")
+    assert halt.header.frame_id == OWN_FRAME
+
+
+def test_a_goal_without_models_is_given_up(config, model):
+    exchange, goals = arm_of(config, model)
+    _, outgoing = goals.on_move_tip(request_to(0.3))
+    said = goals.on_models(f"{own_stamp(outgoing)}: refused: {REFUSAL}")
+    assert NO_MODELS in reasons(said)
+    assert abs(exchange.controller.reference.position(9.0)[0]) < 0.01  # rad
+    assert goals.on_models(f"{own_stamp(said)}: refused: {REFUSAL}")[0].msg.reason == NO_MODELS  # of the halt
+
+
+def test_a_refusal_of_models_for_another_reference_changes_nothing(config, model):
+    exchange, goals = arm_of(config, model)
+    goals.on_reference(reference_to_msg(swing(0.3, 1.0), ("base.rz",), EPOCH + PERIOD_NS))
+    for text in (
+        f"{EPOCH}: refused: {REFUSAL}",
+        f"{EPOCH + PERIOD_NS}: 3 ab12",
+        "",
+        "refused: x",
+        "-1: refused: x",
+    ):
+        assert goals.on_models(text) == []
+    assert exchange.controller.reference.position(2.0)[0] == pytest.approx(0.3)
+
+
+def test_a_reference_without_models_is_not_followed_after_arming(config, model):
+    exchange, goals = arm_of(config, model)
+    exchange.on_guard_status(GuardStatus(session_token=0))
+    goals.on_reference(reference_to_msg(swing(0.3, 1.0), ("base.rz",), EPOCH + PERIOD_NS))
+    assert NO_MODELS in reasons(goals.on_models(f"{EPOCH + PERIOD_NS}: refused: {REFUSAL}"))
+    assert exchange.controller.reference is None

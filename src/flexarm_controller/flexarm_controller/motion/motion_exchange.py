@@ -3,10 +3,14 @@
 A reference made here is also sent on the topic ``reference``, so that the model node makes the models of the
 motion and a bag holds what was followed. The controller takes that very message as it takes any other, and
 a replay does the same.
+
+Where the model node has no models for what is followed, the arm is brought to rest: the law would go on with
+the model of another pose, or the arm cannot stand where it is led.
 """
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 from flexarm_controller.answer import Outgoing
@@ -25,6 +29,7 @@ from flexarm_controller.motion.settings import MotionConfig
 from flexarm_controller.motion.tip_kinematics import TipKinematics
 from flexarm_controller.reference import Reference
 from flexarm_controller.state import ArmState
+from flexarm_model.conversions import stamp_to_ns
 from flexarm_model.manipulator.description import ManipulatorConfig
 from flexarm_model.served.reduced_model import ReducedModel
 
@@ -53,6 +58,22 @@ class MotionExchange:
         """
         self._exchange, self._names = exchange, tuple(config.actuated)
         self._server = MotionServer(tip, limits_of(config), motion, period, goals)
+        self._followed_ns, self._unserved = -1, (-1, "")  # stamps of references; why there are no models
+
+    def on_reference(self, msg: Any) -> list[Outgoing]:
+        """Answer a reference of others; returns what is to be sent, the verdict first."""
+        answer = self._exchange.on_reference(msg)
+        if not answer[0].msg.reason.startswith(REFUSED):
+            self._followed_ns = stamp_to_ns(msg.header.stamp)
+        return answer + self._give_up()
+
+    def on_models(self, text: str) -> list[Outgoing]:
+        """Hear what the model node says of a reference: "stamp: receipt" or "stamp: refused: reason"."""
+        stamp, _, words = text.partition(": ")
+        if not (stamp.isdecimal() and words.startswith("refused: ")):
+            return []
+        self._unserved = int(stamp), words.removeprefix("refused: ")
+        return self._give_up()
 
     def on_move_tip(self, request: Any) -> tuple[Any, list[Outgoing]]:
         """Answer a goal; returns the response and what is to be sent."""
@@ -64,7 +85,7 @@ class MotionExchange:
         if isinstance(arm, str):
             return move_response(Answer(False, arm)), []
         answer = self._server.move_tip(goal, arm, arm.state)
-        return move_response(answer), [*arm.sent, *self._told(arm)]
+        return move_response(answer), [*self._sent(arm), *self._told(arm)]
 
     def on_cancel(self, request: Any) -> tuple[Any, list[Outgoing]]:
         """Answer a cancellation; returns the response and what is to be sent."""
@@ -72,12 +93,31 @@ class MotionExchange:
         if isinstance(arm, str):
             return cancel_response(Answer(False, arm)), []
         answer = self._server.cancel(request.goal_id, arm, arm.state)
-        return cancel_response(answer), [*arm.sent, *self._told(arm)]
+        return cancel_response(answer), [*self._sent(arm), *self._told(arm)]
 
     def update(self) -> list[Outgoing]:
         """Return what there is to tell after a state."""
         arm = self._arm(is_armed=True)
         return [] if isinstance(arm, str) else self._told(arm)
+
+    def _give_up(self) -> list[Outgoing]:
+        """Bring the arm to rest if there are no models for what it follows; returns what is to be sent."""
+        (stamp_ns, reason), arm = self._unserved, self._arm(is_armed=True)
+        if stamp_ns != self._followed_ns or stamp_ns < 0 or isinstance(arm, str):
+            return []
+        self._followed_ns, said = -1, self._exchange.refuse_reference(f"no models for it: {reason}")
+        if self._exchange.is_armed:
+            self._server.cancel(0, arm, arm.state)
+        else:
+            arm.forget()
+        return [*said, *self._sent(arm), *self._told(arm)]
+
+    def _sent(self, arm: _Arm) -> list[Outgoing]:
+        """Return the references that an arm has taken, and what was said of them."""
+        for out in arm.sent:
+            if out.topic == "reference":
+                self._followed_ns = stamp_to_ns(out.msg.header.stamp)
+        return arm.sent
 
     def _told(self, arm: _Arm) -> list[Outgoing]:
         told = self._server.update(arm, arm.state)
@@ -115,6 +155,10 @@ class _Arm:
     def reference(self) -> Reference | None:
         """What is followed."""
         return self._controller.reference
+
+    def forget(self) -> None:
+        """Follow nothing."""
+        self._controller.drop_reference(math.inf)
 
     def follow(self, reference: Reference) -> str:
         """Hand a reference to the controller as it is sent; returns why it is refused."""

@@ -16,6 +16,7 @@ from flexarm_interfaces.msg import MotionStatus
 from flexarm_interfaces.srv import CancelMotion, MoveTip
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
+from std_msgs.msg import String
 from trajectory_msgs.msg import JointTrajectory
 
 from flexarm_controller.answer import Outgoing
@@ -64,6 +65,18 @@ class TipGoals:
         self._node.get_logger().info(f"cancel: {response.reason or 'stopping'}")
         self._publish(outgoing)
         return response
+
+    def take(self, msg: JointTrajectory) -> str:
+        """Follow a reference of others, or not; returns the verdict."""
+        outgoing = self._exchange.on_reference(msg)
+        self._publish(outgoing)
+        return str(outgoing[0].msg.reason)
+
+    def on_models(self, msg: String) -> None:
+        """Bring the arm to rest if there are no models for what it follows."""
+        if outgoing := self._exchange.on_models(msg.data):
+            self._node.get_logger().error(outgoing[0].msg.reason)
+        self._publish(outgoing)
 
     def update(self) -> None:
         """Tell how far the goal has got; to be called after each state."""
