@@ -9,7 +9,7 @@ of Hc; else H1 tells plant and controller mixed, and a remark says so.
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -76,6 +76,17 @@ def read_bag(path: Path, described: ManipulatorConfig | None = None) -> Records:
         config.rate_hz, inputs, {name: values - values.mean() for name, values in sampled.items()}, COMMON,
         kinds, asked if moves else {}, is_held=True,
     )  # fmt: skip
+
+
+def refuse_bags_of_another_arm(paths: Sequence[Path], described: ManipulatorConfig) -> None:
+    """Raise SourceError where one of the folders is a bag of another arm than the described one."""
+    for path in paths:
+        if path.is_dir():
+            try:
+                bag = check_bag(path, (f"{NAMESPACE}/joint_states",))
+            except BagError as error:
+                raise SourceError(str(error)) from error
+            _refuse_another_arm(bag, described)
 
 
 def _refuse_another_arm(bag: Bag, described: ManipulatorConfig) -> None:

@@ -34,6 +34,7 @@ from numpy.typing import NDArray
 from flexarm_bringup.assumptions import resting_on
 from flexarm_bringup.excite.measure import SensorCheckError
 from flexarm_bringup.excite.page import check_table
+from flexarm_bringup.identify.bag_source import refuse_bags_of_another_arm
 from flexarm_bringup.identify.fittable import fittable
 from flexarm_bringup.identify.halves import Halves, judge_halves, with_halves
 from flexarm_bringup.identify.joints import joints_page
@@ -122,6 +123,11 @@ def _check(args: argparse.Namespace) -> None:
     wants_fit = bool(args.fit or args.update is not None or args.also)
     if wants_fit and not args.manipulator:
         raise ValueError("--fit, --update and --also need --manipulator NAME: what is to be fitted?")
+    if args.pose and not args.manipulator:
+        raise ValueError("--pose needs --manipulator NAME: its model at the pose is what is held beside")
+    if args.manipulator:
+        arm = load_config(find_manipulator(args.manipulator), args.preset)
+        refuse_bags_of_another_arm(args.files, arm)
     if args.retune is not None and args.update is None:
         raise ValueError("--retune needs --update: settings are chosen for the new description")
     if wants_fit and not args.fit:
