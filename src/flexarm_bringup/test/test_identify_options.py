@@ -125,7 +125,9 @@ def test_the_model_beside_is_the_one_of_the_pose() -> None:
         assert beside[:3] == pytest.approx(modes.omega[:3] / (2 * np.pi), rel=1e-6)
 
 
-def test_a_pose_of_another_length_or_of_no_arm_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_pose_of_another_length_or_of_no_arm_is_refused(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     path = str(receptances(tmp_path / "a.npz"))
     assert cli.main(["identify", path, "--manipulator", "variable_stiffness", "--pose", "1", "2"]) == 2
     assert "pose has 2 values; expected 3: " in capsys.readouterr().err

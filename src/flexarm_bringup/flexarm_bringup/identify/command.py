@@ -123,11 +123,7 @@ def _check(args: argparse.Namespace) -> None:
     wants_fit = bool(args.fit or args.update is not None or args.also)
     if wants_fit and not args.manipulator:
         raise ValueError("--fit, --update and --also need --manipulator NAME: what is to be fitted?")
-    if args.pose and not args.manipulator:
-        raise ValueError("--pose needs --manipulator NAME: its model at the pose is what is held beside")
-    if args.manipulator:
-        arm = load_config(find_manipulator(args.manipulator), args.preset)
-        refuse_bags_of_another_arm(args.files, arm)
+    _check_arm(args)
     if args.retune is not None and args.update is None:
         raise ValueError("--retune needs --update: settings are chosen for the new description")
     if wants_fit and not args.fit:
@@ -144,6 +140,13 @@ def _check(args: argparse.Namespace) -> None:
         args.update = Path(f"{Path(args.manipulator).stem}_fitted.yaml")
     if args.retune == Path():
         args.retune = moves_beside(args.update)
+
+
+def _check_arm(args: argparse.Namespace) -> None:
+    if args.manipulator:
+        refuse_bags_of_another_arm(args.files, load_config(find_manipulator(args.manipulator), args.preset))
+    elif args.pose:
+        raise ValueError("--pose needs --manipulator NAME: its model at the pose is what is held beside")
 
 
 def _with_update(
