@@ -152,3 +152,7 @@ def test_faults_that_only_modes_show_are_named() -> None:
     energy = force @ np.linalg.lstsq(solid.K.toarray(), force, rcond=None)[0]
     softer = solid.K - 2 / energy * sparse.csr_array(np.outer(force, force))  # turns one eigenvalue negative
     assert "the stiffness has 1 negative eigenvalues; expected none" in check_model(broken(K=softer)).problems
+    assert check_model(broken(D=1e-5 * solid.K)).problems == []
+    feeding = check_model(broken(D=1e-5 * softer))
+    assert "the damping has 1 negative eigenvalues; expected none" in feeding.problems
+    assert "  negative eigenvalues of M, K, D  0, 0, 1" in feeding.text()

@@ -10,6 +10,7 @@ import pytest
 from arms import BAR, bar
 from fe_bodies import ALUMINIUM, block, bracket, load_body, model
 from numpy.typing import NDArray
+from scipy import io
 
 from flexarm_model.bodies.beam import BeamMesh
 from flexarm_model.bodies.body_reduction import reduce_body
@@ -18,6 +19,7 @@ from flexarm_model.fe_import.fe_model import FeModel, load_model
 from flexarm_model.fe_import.hexahedra import Solid
 from flexarm_model.fe_import.volume_integrals import volume_integrals
 from flexarm_model.manipulator.body_spec import Reduction
+from flexarm_model.manipulator.imported_body import MatrixFile
 
 Array = NDArray[np.float64]
 
@@ -131,6 +133,34 @@ def test_a_damping_matrix_is_reduced_with_the_modes(tmp_path: Path) -> None:
         pytest.approx(0.04 * np.diag(element.omega))
         == reduce_body(replace(body, damping_ratio=0.02), BOTH).own_damping
     )
+
+
+@pytest.mark.parametrize(
+    ("shear", "scale", "expected"),
+    [(1e-3, 1.0, "the damping is not symmetric"), (0.0, -1.0, "the damping feeds its modes: one grows by")],
+)
+def test_a_damping_matrix_that_damps_nothing_is_refused(
+    shear: float, scale: float, expected: str, tmp_path: Path
+) -> None:
+    """Half of either was taken: damping ratios of -3 % were served as any other."""
+    solid = bracket()
+    body = load_body(tmp_path, solid)
+    D = (scale * 1e-5 * solid.K).tolil()
+    D[0, 5] += shear * 1e-5 * abs(solid.K).max()
+    io.mmwrite(tmp_path / "damping.mtx", D.tocoo(), precision=17, symmetry="general")
+    with pytest.raises(ValueError, match=f"body 'solid': {expected}"):
+        reduce_body(replace(body, damping=MatrixFile(tmp_path / "damping.mtx")), BOTH)
+
+
+def test_what_a_damping_matrix_holds_of_the_mass_damps_the_modes_alone(tmp_path: Path) -> None:
+    """Rayleigh's matrix resists rigid motion, which no body in the air feels."""
+    solid = bracket()
+    body = load_body(tmp_path, solid)
+    io.mmwrite(tmp_path / "damping.mtx", (5.0 * solid.M + 1e-5 * solid.K).tocoo(), precision=17)
+    element = reduce_body(
+        replace(body, damping=MatrixFile(tmp_path / "damping.mtx"), damping_ratio=0.0), BOTH
+    )
+    assert np.diag(element.D) == pytest.approx(5.0 + 1e-5 * element.omega**2, rel=1e-9)
 
 
 def test_a_stiffer_plant_is_the_same_body_with_faster_modes(tmp_path: Path) -> None:

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from arms import arm, tree
 
+from flexarm_model.manipulator.sensor_spec import SensorSpec
 from flexarm_model.modal.frf import KINDS, Frf, Ports, exact_frf, modal_frf
-from flexarm_model.modal.model_frf import model_frf
+from flexarm_model.modal.model_frf import displacement_row, model_frf
 from flexarm_model.modal.modes import (
     Modes,
     damped_poles,
@@ -19,6 +22,7 @@ from flexarm_model.modal.modes import (
 from flexarm_model.served.linearize import linearize
 from flexarm_model.served.reduced_model import ReducedModel
 from flexarm_model.served.state_space import state_space
+from flexarm_model.tree.reduced_tree import ReducedTree
 
 Matrices = tuple[np.ndarray, np.ndarray, np.ndarray]
 LINES = np.arange(0.5, 60.0, 0.5)
@@ -125,6 +129,28 @@ def test_sensor_responses_are_those_of_the_state_space(link: ReducedModel) -> No
             x = np.linalg.solve(s * np.eye(system.n_x) - system.A, system.B)
             assert found.H[i] == pytest.approx((system.C @ x + system.D)[rows], rel=1e-8)
         assert found.kind == ("accelerance" if names[0].startswith("tip_a") else "receptance")
+
+
+def test_sensors_of_an_arm_under_gravity_read_their_tilt_and_their_rate() -> None:
+    """At 1 Hz the tilt is most of what an accelerometer reads; a gyroscope had no response at all."""
+    sensors = tuple(
+        SensorSpec(name, name, str(arm("spatial").tip), ("x", "y", "z"), np.ones(3))
+        for name in ("accelerometer", "gyroscope")
+    )
+    model = linearize(ReducedTree(replace(arm("spatial"), sensors=sensors), use_compiler=False))
+    system, f = state_space(model, np.zeros(model.n)), np.array([0.3, 1.0, 7.0, 40.0])
+    for sensor, kind in (("accelerometer", "accelerance"), ("gyroscope", "mobility")):
+        names = [f"{sensor}.{channel}" for channel in "xyz"]
+        rows = [model.outputs.names.index(name) for name in names]
+        found = model_frf(model, f, names, [*model.theta_names], locked=False)
+        assert found.kind == kind
+        for i, s in enumerate(2j * np.pi * f):
+            x = np.linalg.solve(s * np.eye(system.n_x) - system.A, system.B)
+            assert found.H[i] == pytest.approx((system.C @ x + system.D)[rows], rel=1e-8, abs=1e-12)
+    turn = displacement_row(model, "gyroscope.z")  # a torque about z turns what the gyroscope tells
+    assert turn == pytest.approx(model.outputs.C_vel[model.outputs.names.index("gyroscope.z")])
+    still = model_frf(linearize(tree("planar")), LINES, ["tip.tz"], ["tip.ty"])  # nothing moves it
+    assert not still.H.any()
 
 
 def test_a_hammer_on_the_locked_link_excites_its_served_modes(link: ReducedModel) -> None:

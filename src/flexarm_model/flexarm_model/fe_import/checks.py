@@ -1,7 +1,8 @@
 """What an imported body must satisfy before its reduction means anything, and what it weighs.
 
-M and K symmetric; M positive; K without resistance to the six rigid motions and positive otherwise. Every
-reduction asks for what is quick to see (``refuse_unsound``); ``check_model`` looks at all of it.
+M, K and D symmetric; M positive; K without resistance to the six rigid motions and positive otherwise; D
+feeding no mode. Every reduction asks for what is quick to see (``refuse_unsound``); ``check_model`` looks at
+all of it.
 """
 
 from __future__ import annotations
@@ -27,6 +28,8 @@ RIGID_MODE = 1e-6  # squared frequency, relative to the estimate of the first el
 DENSITY = (10.0, 25e3)  # kg/m^3 of the box about a solid: an airy frame's, more than osmium's
 SHELL_DOF = 6  # per node; shells and beams have no thickness in their nodes
 N_LOWEST = 10  # modes of the free body that are looked at
+FEEDING = 1e-6  # negative eigenvalue of the damping of the modes, relative to the largest: rounding
+_MATRICES = ("mass", "stiffness", "damping")
 
 
 @dataclass(frozen=True)
@@ -36,8 +39,8 @@ class Checks:
     Attributes:
         name: Name of the body.
         n_dof: Number of displacements.
-        asymmetry: Largest departure of M and of K from symmetry, relative, (2,).
-        n_negative: Negative eigenvalues of M and of K, (2,).
+        asymmetry: Largest departure of M, of K and of D, if there is one, from symmetry, relative.
+        n_negative: Negative eigenvalues of the same.
         rigid_force: Force against the rigid motions, relative.
         unlike: Departure of the mass from acting alike in x, y and z, relative; 0 for solids.
         n_rigid: Modes without stiffness.
@@ -49,8 +52,8 @@ class Checks:
 
     name: str
     n_dof: int
-    asymmetry: tuple[float, float]
-    n_negative: tuple[int, int]
+    asymmetry: tuple[float, ...]
+    n_negative: tuple[int, ...]
     rigid_force: float
     unlike: float
     n_rigid: int
@@ -81,7 +84,7 @@ class Checks:
     def problems(self) -> list[str]:
         """What is wrong, in sentences; empty for a sound body."""
         found = _quick_problems(self.asymmetry, self.rigid_force, self.rigid.mass)
-        for name, count in zip(("mass", "stiffness"), self.n_negative, strict=True):
+        for name, count in zip(_MATRICES, self.n_negative, strict=False):
             if count:
                 found.append(f"the {name} has {count} negative eigenvalues; expected none")
         if self.n_rigid != 6:
@@ -93,10 +96,11 @@ class Checks:
     def text(self) -> str:
         """Return the figures, a line each."""
         J = self.rigid.inertia_about_com
+        given = ", ".join("MKD"[: len(self.asymmetry)])
         rows = {
             "displacements": f"{self.n_dof}",
-            "asymmetry of M, K": f"{self.asymmetry[0]:.1e}, {self.asymmetry[1]:.1e}",
-            "negative eigenvalues of M, K": f"{self.n_negative[0]}, {self.n_negative[1]}",
+            f"asymmetry of {given}": ", ".join(f"{value:.1e}" for value in self.asymmetry),
+            f"negative eigenvalues of {given}": ", ".join(map(str, self.n_negative)),
             "force against rigid motion": f"{self.rigid_force:.1e}",
             "mass unlike in x, y, z": f"{self.unlike:.1e}",
             "rigid modes": f"{self.n_rigid}",
@@ -110,7 +114,7 @@ class Checks:
             "problems": "; ".join(self.problems) or "none",
             **({"suspicions": "; ".join(self.suspicions)} if self.suspicions else {}),
         }
-        return "\n".join([f"body '{self.name}'", *(f"  {key:30}{value}" for key, value in rows.items())])
+        return "\n".join([f"body '{self.name}'", *(f"  {key:33}{value}" for key, value in rows.items())])
 
 
 def check_model(model: FeModel) -> Checks:
@@ -125,12 +129,14 @@ def check_model(model: FeModel) -> Checks:
     count = min(N_LOWEST, model.M.shape[0] - 1)
     value = lowest_modes(model.M, model.K, count, shift, factor)[0]
     elastic = value[value > RIGID_MODE * scale]
-    tiny = 1e-12 * abs(model.M).max() * sparse.eye_array(model.M.shape[0])  # rotations may bear no mass
+    negative = [_count_negative(model.M, 1e-12), factor.count_negative()]  # rotations may bear no mass
+    if model.D is not None:
+        negative.append(_count_negative(model.D, FEEDING))
     return Checks(
         name=model.name,
         n_dof=model.M.shape[0],
-        asymmetry=(_asymmetry(model.M), _asymmetry(model.K)),
-        n_negative=(Factor(model.M + tiny).count_negative(), factor.count_negative()),
+        asymmetry=_asymmetries(model),
+        n_negative=tuple(negative),
         rigid_force=_rigid_force(model),
         unlike=_unlike(model),
         n_rigid=value.size - elastic.size,
@@ -147,15 +153,28 @@ def refuse_unsound(model: FeModel) -> None:
     Raises:
         ValueError: Names the body and what is wrong.
     """
-    asymmetry = (_asymmetry(model.M), _asymmetry(model.K))
-    problems = _quick_problems(asymmetry, _rigid_force(model), rigid_mass(model).mass)
+    problems = _quick_problems(_asymmetries(model), _rigid_force(model), rigid_mass(model).mass)
     if problems:
         raise ValueError(f"body '{model.name}': {'; '.join(problems)}")
 
 
-def _quick_problems(asymmetry: tuple[float, float], rigid_force: float, mass: float) -> list[str]:
+def refuse_feeding(name: str, D: Array) -> None:
+    """Refuse a damping matrix of a body's modes (n, n) that feeds them.
+
+    Raises:
+        ValueError: Names the body and how much.
+    """
+    value = np.linalg.eigvalsh(D) if D.size else np.zeros(1)
+    if value[0] < -FEEDING * abs(value).max():
+        raise ValueError(
+            f"body '{name}': the damping feeds its modes: one grows by {-value[0] / 2:.3g} 1/s; expected a "
+            "matrix without negative eigenvalues"
+        )
+
+
+def _quick_problems(asymmetry: tuple[float, ...], rigid_force: float, mass: float) -> list[str]:
     found = []
-    for name, value in zip(("mass", "stiffness"), asymmetry, strict=True):
+    for name, value in zip(_MATRICES, asymmetry, strict=False):  # a damping is not always given
         if not value <= SYMMETRY:
             found.append(f"the {name} is not symmetric: entries differ by {value:.1e} of the largest")
     if not mass > 0:
@@ -168,8 +187,14 @@ def _quick_problems(asymmetry: tuple[float, float], rigid_force: float, mass: fl
     return found
 
 
-def _asymmetry(A: Any) -> float:
-    return float(abs(A - A.T).max() / abs(A).max())
+def _count_negative(A: Any, least: float) -> int:
+    """Return how many eigenvalues lie below minus ``least`` times the largest entry."""
+    return Factor(A + least * abs(A).max() * sparse.eye_array(A.shape[0])).count_negative()
+
+
+def _asymmetries(model: FeModel) -> tuple[float, ...]:
+    given = [matrix for matrix in (model.M, model.K, model.D) if matrix is not None]
+    return tuple(float(abs(A - A.T).max() / (abs(A).max() or 1.0)) for A in given)
 
 
 def _rigid_force(model: FeModel) -> float:

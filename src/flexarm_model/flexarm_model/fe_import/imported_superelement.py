@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from flexarm_model.bodies.reduction import mode_basis
 from flexarm_model.bodies.superelement import NodeShape, Superelement
-from flexarm_model.fe_import.checks import refuse_unsound
+from flexarm_model.fe_import.checks import refuse_feeding, refuse_unsound
 from flexarm_model.fe_import.fe_model import FeModel, load_model
 from flexarm_model.fe_import.interfaces import Constraint, Interface, constrain, make_interface
 from flexarm_model.fe_import.rigid_mass import rigid_mass
@@ -42,10 +42,12 @@ def reduce_imported(body: ImportedBody, interfaces: Collection[str]) -> Superele
         raise ValueError(f"body '{body.name}': {error}") from None
     s, P = volume_integrals(model, modes)
     D = np.zeros((omega.size, omega.size)) if model.D is None else modes.T @ (model.D @ modes)
+    D = (D + D.T) / 2  # what rounding leaves
+    refuse_feeding(body.name, D)
     ratio = body.damping_ratio if model.D is None else 0.0
     shapes = {name: _node_shape(item, body.nodes[name], modes) for name, item in nodes.items()}
     mass = rigid_mass(model).mass
-    return Superelement(body.name, mass, s, P, omega, np.diag(omega**2), (D + D.T) / 2, shapes, ratio)
+    return Superelement(body.name, mass, s, P, omega, np.diag(omega**2), D, shapes, ratio)
 
 
 def _modes(
