@@ -265,6 +265,6 @@ def test_an_interface_far_from_its_own_nodes_is_refused(tmp_path: Path, at: str,
 
 def test_the_figures_of_a_body_are_printed(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path = str(write_arm(tmp_path, bracket()))
-    assert main([path, "solid"]) == 0 and "rigid modes                   6" in capsys.readouterr().out
+    assert main([path, "solid"]) == 0 and "rigid modes                      6" in capsys.readouterr().out
     assert main([path, "payload"]) == 2 and "an imported one: solid" in capsys.readouterr().err
     assert main([path]) == 2 and "usage" in capsys.readouterr().err
