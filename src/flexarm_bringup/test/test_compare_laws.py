@@ -183,6 +183,14 @@ def test_mpc_shakes_the_single_link_less_at_rest_than_joint_pd() -> None:
     assert all(mpc[error] < pd[error] < 0.02 for error in (-0.1, 0.0, 0.1))  # m/s^2
 
 
+def test_a_direction_in_which_the_tip_cannot_move_leaves_the_noise_at_rest_a_number() -> None:
+    """Its variance is zero but for rounding, which may be below it: the root of that was no number."""
+    task = replace(task_for("single_link"), compare=Comparison(signal="tip"))
+    errors = (-0.1, 0.0, 0.1)
+    for law in floors_at_rest(task, "geared", np.radians([0.01]), errors):
+        assert all(0.005 < law.floors[error] < 0.03 for error in errors), law  # m/s^2
+
+
 def test_the_shaped_motion_may_be_named_and_must_exist(case: Case) -> None:
     def asked(name: str) -> Case:
         return replace(case, task=replace(case.task, compare=replace(case.task.compare, shaped=name)))

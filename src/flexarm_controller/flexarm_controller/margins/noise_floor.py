@@ -66,4 +66,5 @@ def noise_floor(loop: ClosedLoop, filter_: SteadyFilter, sigma: Array, seen: Ful
     G[n_p : n_p + len(filter_.F)] = filter_.L * sigma
     P = solve_discrete_lyapunov(A, G @ G.T)
     c = np.hstack([D_w @ C, C_w])
-    return np.asarray(np.sqrt(np.einsum("ij,jk,ik->i", c, P, c)))
+    squares = np.einsum("ij,jk,ik->i", c, P, c)
+    return np.asarray(np.sqrt(np.maximum(squares, 0.0)))  # where nothing moves rounding is on either side
