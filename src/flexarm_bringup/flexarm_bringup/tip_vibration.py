@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import butter, sosfiltfilt
 
-from flexarm_bringup.residual import rms, sample_rate, settling_time
+from flexarm_bringup.residual import MAX_JITTER, rms, sample_rate, settling_time
 
 Array = NDArray[np.float64]
 ORDER = 4  # of the low-pass
@@ -65,11 +65,12 @@ def read_residual(t: Array, tip: Array, t_end: float, watch: Watch) -> Residual:
         watch: When and how to look.
 
     Raises:
-        ValueError: The record is not uniform or too short.
+        ValueError: The record is not uniform or too short; the window may end a period after its last tick,
+            as that of a run does that is watched to its end.
     """
     rate_hz = sample_rate(t)
     slack = 0.5 / rate_hz
-    if t[-1] < t_end + watch.end - slack:
+    if t[-1] + (1.0 + MAX_JITTER) / rate_hz < t_end + watch.end - slack:
         raise ValueError(f"the record ends at {t[-1]:g} s, before the window does")
     until = t <= t_end + watch.end + slack
     inside = until & (t >= t_end + watch.begin - slack)

@@ -53,6 +53,15 @@ def test_what_is_faster_than_the_cutoff_is_not_counted() -> None:
     assert lost < (2 * np.pi * 160.0) ** 2 * 1e-3 * 10 ** (-80 / 20)
 
 
+@pytest.mark.parametrize("t_end", [1.0, 1.001])  # the motion ends at a tick, or between two
+def test_a_window_may_reach_to_the_end_of_a_run_whose_last_tick_is_a_period_before(t_end: float) -> None:
+    k = round((t_end + WATCH.end) * RATE)  # ticks of a run of that duration
+    found = read_residual(T[:k], decay(1e-3, 5.0, 0.0, np.array([1.0, 0.0, 0.0]))[:k], t_end, WATCH)
+    assert found.distance == pytest.approx(1e-3 / np.sqrt(2), rel=2e-3)
+    with pytest.raises(ValueError, match="ends at"):
+        read_residual(T[: k - 1], np.zeros((k - 1, 3)), t_end + 0.5 / RATE, WATCH)
+
+
 def test_a_record_that_ends_early_is_refused() -> None:
     with pytest.raises(ValueError, match="ends at"):
         read_residual(T[:1000], np.zeros((1000, 3)), 1.0, WATCH)
