@@ -69,6 +69,13 @@ def test_less_vibration_does_not_pay_for_a_worse_move(worse: str) -> None:
     assert search(START, score, everything, silent).mpc == START[1]
 
 
+@pytest.mark.parametrize("settling", [-0.2, 0.0, 0.2, math.inf])
+def test_who_settles_as_before_settles_no_worse_even_where_that_is_before_the_end(settling: float) -> None:
+    start, after = Score(1.0, 1.0, settling, False), Score(0.5, 1.0, settling, False)
+    assert after.is_better(start, start)
+    assert math.isinf(settling) or not Score(0.5, 1.0, settling + 0.02, False).is_better(start, start)
+
+
 def test_settings_without_a_law_are_passed_over() -> None:
     def score(settings: Settings, enough: float) -> Score:
         if settings[1].input_jerk < START[1].input_jerk:

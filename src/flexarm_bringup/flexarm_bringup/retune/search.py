@@ -84,7 +84,7 @@ class Score:
             not self.is_stopped
             and self.residual <= GAIN * than.residual
             and self.tracking <= WORSE * start.tracking
-            and self.settling <= WORSE * start.settling
+            and self.settling <= start.settling + (WORSE - 1.0) * abs(start.settling)  # < 0: before the end
         )
 
 
