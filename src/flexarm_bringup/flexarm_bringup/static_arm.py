@@ -52,6 +52,14 @@ class StaticArm:
             raise ValueError(f"no such axis: {', '.join(unknown)}; actuated are {', '.join(self.axes)}")
         return np.array([by_axis.get(axis, 0.0) for axis in self.axes])
 
+    def start(self, start: str | Mapping[str, float]) -> Array:
+        """Return the actuated axes of a pose by its name, or by the axes', (n_theta,).
+
+        Raises:
+            ValueError: There is no such pose, or no such axis.
+        """
+        return self.named_pose(start) if isinstance(start, str) else self.vector(start)
+
     def pose(self, theta: Array) -> Array:
         """Return ``T_world_tip`` at rest, (4, 4)."""
         return self._tree.tip_pose(self._model_at(theta).q0)

@@ -22,8 +22,7 @@ from flexarm_bringup.processes.secured import check_graph_security
 from flexarm_bringup.processes.stopper_node import StopperNode
 from flexarm_bringup.processes.supervisor import ON_PURPOSE, RESPAWNS
 from flexarm_bringup.processes.surroundings import defaults
-from flexarm_bringup.tasks.node_settings import arm_graph
-from flexarm_bringup.tasks.task_for import task_for
+from flexarm_bringup.tasks.node_settings import arm_graph, drift_settings
 from flexarm_model.process.parent import MARK as PARENT
 from launch import LaunchDescription
 
@@ -63,10 +62,11 @@ def nodes(context):
     is_shown = given.pop("markers").lower() == "true"
     is_watched = given.pop("drift").lower() == "true"
     arm = given.pop("manipulator")
-    graph = arm_graph(arm, given.pop("preset") or None, **given)
+    preset = given.pop("preset") or None
+    graph = arm_graph(arm, preset, **given)
     graph = composed(graph) if is_composed else graph
     graph = with_markers(graph) if is_shown else graph
-    graph = with_drift(graph, task_for(arm).settings.get("drift")) if is_watched else graph
+    graph = with_drift(graph, drift_settings(arm, preset)) if is_watched else graph
     check_graph_security(graph)
     refuse_doubles(graph)
     stop = StopperNode().stop

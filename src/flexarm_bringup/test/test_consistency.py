@@ -164,6 +164,18 @@ def test_estimator_knows_how_wrong_it_is_on_the_simulated_arm(name: str) -> None
     assert missed == []
 
 
+def test_an_arm_is_asked_where_its_moves_start_with_the_settings_of_its_preset(tmp_path: Path) -> None:
+    moves = tmp_path / "moves.yaml"
+    given = find_task("planar_3rrr").read_text(encoding="utf-8")
+    own = "preset_settings: {geared: {estimator: {modal_force: 0.123}}}"
+    moves.write_text(f"{given}\nmanipulator: planar_3rrr\n{own}\n", encoding="utf-8")
+    *_, drawing = jobs([str(moves)], 1, 1)
+    assert isinstance(drawing, Drawing)
+    bench = Bench(drawing.task)
+    assert bench.model.pose == pytest.approx(bench.config.poses["A"]) and bench.model.pose.any()
+    assert bench.settings.modal_force == 0.123
+
+
 def test_page_says_which_bound_is_missed() -> None:
     low, high = band(100), band(1000)
     drawn = DrawnResult("single_link", {STATE: 1.0, "camera": 2.0}, {STATE: low, "camera": high})

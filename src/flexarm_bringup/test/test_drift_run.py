@@ -16,7 +16,7 @@ from flexarm_bringup.drift_run.bag import settings_for
 from flexarm_bringup.drift_run.normal_moves import WAIT, normal_moves
 from flexarm_bringup.drift_run.simulation import ALONE, Drill, Watched, run_drill
 from flexarm_bringup.static_arm import StaticArm
-from flexarm_bringup.tasks.task import find_task, load_task
+from flexarm_bringup.tasks.task import Task, find_task, load_task
 from flexarm_estimator.drift.judgement import Healthy, ModeNow
 from flexarm_estimator.drift.settings import DriftConfig
 from flexarm_estimator.settings import EstimatorConfig
@@ -127,6 +127,19 @@ def test_a_bag_is_watched_with_the_settings_of_its_arm() -> None:
     )
     assert settings_for(parallel) == DriftConfig(learning=8.0) and settings_for(single) == DriftConfig()
     assert settings_for(replace(parallel, name="nobody_wrote_moves")) == DriftConfig()
+
+
+def test_a_drill_of_a_preset_has_the_settings_of_that_preset(monkeypatch: pytest.MonkeyPatch) -> None:
+    seen_tasks: list[Task] = []
+
+    def drill(config: object, task: Task, *_: object) -> Watched:
+        seen_tasks.append(task)
+        return seen(6.5, None)
+
+    monkeypatch.setattr(command, "run_drill", drill)
+    cli.main(["drift", "--simulate", "single_link", "--preset", "light_hub", "--change", "0"])
+    (task,) = seen_tasks
+    assert task.settings == load_task(find_task("single_link")).under("light_hub").settings
 
 
 def test_the_command_watches_with_these_settings_and_draws_their_bound(

@@ -101,8 +101,7 @@ def _plan(task: Task, is_quick: bool) -> tuple[Array, dict[str, Case]]:
     home = np.zeros(0)
     for preset in (task.presets[0], *task.compare.other_presets_db):
         tree = ReducedTree(load_config(find_manipulator(task.manipulator), preset))
-        arm = StaticArm(tree)
-        home = arm.named_pose(task.start) if isinstance(task.start, str) else arm.vector(task.start)
+        home = StaticArm(tree).start(task.start)
         cases[preset] = plan_case(task, compared_legs(tree, task, home), is_quick)
     return home, cases
 

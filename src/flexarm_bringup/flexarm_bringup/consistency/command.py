@@ -74,7 +74,7 @@ def jobs(names: Sequence[str], seed: int, runs: int) -> list[Job]:
     Raises:
         ConfigError: There is no such machine, or something is wrong with its description or moves.
     """
-    tasks = [task_for(name) for name in names]
+    tasks = [task.under(task.presets[0]) for task in map(task_for, names)]
     named = list(zip(labels(names, [task.manipulator for task in tasks]), tasks, strict=True))
     rig: list[Job] = [
         RigJob(task, condition, seed, label) for label, task in named for condition in CONDITIONS

@@ -35,7 +35,7 @@ def settings_for(config: ManipulatorConfig) -> DriftConfig:
         path = find_task(config.name)
     except ConfigError:  # nobody wrote one for it
         return DriftConfig()
-    return load_task(path).make("drift", DriftConfig)
+    return load_task(path).under(config.preset).make("drift", DriftConfig)
 
 
 def watch_bag(bag: Bag, watched_by: DriftConfig) -> Watched:

@@ -84,7 +84,7 @@ def _of_bag(path: Path) -> Page:
 def _simulate(args: argparse.Namespace, progress: Progress) -> Page:
     task = task_for(args.simulate)
     preset = task.presets[0] if args.preset is None else args.preset
-    config = load_config(find_manipulator(task.manipulator), preset)
+    config, task = load_config(find_manipulator(task.manipulator), preset), task.under(preset)
     duration = 60.0 * args.minutes
     if args.change and duration / 2 < SOON:
         raise ValueError(

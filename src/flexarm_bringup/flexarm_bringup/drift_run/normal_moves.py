@@ -33,7 +33,7 @@ def normal_moves(
     Raises:
         ValueError: The arm cannot do a move.
     """
-    home = arm.named_pose(task.start) if isinstance(task.start, str) else arm.vector(task.start)
+    home = arm.start(task.start)
     theta, there = home, []
     for move in task.moves.values():
         there.append(move.plan(arm, theta, dt))

@@ -69,8 +69,9 @@ class LoopStand:
 
     def __init__(self, stand: NamedStand) -> None:
         """Plan the moves that the machine's task has."""
-        self.task: Task = task_for(stand.name)
-        config = load_config(find_manipulator(self.task.manipulator), self.task.presets[0])
+        task = task_for(stand.name)
+        self.task: Task = task.under(task.presets[0])
+        config = load_config(find_manipulator(task.manipulator), task.presets[0])
         self.course: Course = plan_course(StaticArm(ReducedTree(config)), self.task, 1 / config.rate_hz)
         self.config: ManipulatorConfig = starting_at(config, self.course.home)
         self.tree, self._seed = ReducedTree(self.config), stand.seed

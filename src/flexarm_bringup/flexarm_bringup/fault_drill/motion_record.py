@@ -88,6 +88,7 @@ def drilled_arm(name: str, simulation: RigSettings) -> DrilledArm:
         ConfigError: There is no such manipulator, or it has no motor.
     """
     task = task_for(name)
+    task = task.under(task.presets[0])
     config = load_config(find_manipulator(task.manipulator), task.presets[0])
     moves = tour(name, config, MOVE).moves
     rounds = int(np.ceil(DURATION / (len(moves) * (MOVE.duration + REST))))

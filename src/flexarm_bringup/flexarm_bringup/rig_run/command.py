@@ -32,8 +32,7 @@ from flexarm_bringup.processes.graph import Process, with_drift, with_markers
 from flexarm_bringup.processes.secured import check_graph_security
 from flexarm_bringup.processes.supervisor import Supervisor
 from flexarm_bringup.processes.surroundings import check_domain, defaults
-from flexarm_bringup.tasks.node_settings import arm_graph
-from flexarm_bringup.tasks.task_for import task_for
+from flexarm_bringup.tasks.node_settings import arm_graph, drift_settings
 from flexarm_model.process.security import is_security_asked_for
 from flexarm_model.process.single_instance import NameTakenError
 from flexarm_model.settings.strict_yaml import ConfigError
@@ -136,7 +135,7 @@ def _graph(args: argparse.Namespace) -> tuple[Process, ...]:
     graph = arm_graph(args.manipulator, args.preset, bag=bag)
     graph = composed(graph) if args.composed else graph
     graph = with_markers(graph) if args.markers else graph
-    graph = with_drift(graph, task_for(args.manipulator).settings.get("drift")) if args.drift else graph
+    graph = with_drift(graph, drift_settings(args.manipulator, args.preset)) if args.drift else graph
     return tuple(replace(row, respawn=row.respawn and not args.no_respawn) for row in graph)
 
 

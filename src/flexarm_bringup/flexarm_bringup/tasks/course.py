@@ -69,7 +69,7 @@ def plan_course(arm: StaticArm, task: Task, dt: float) -> Course:
     Raises:
         ConfigError: The arm cannot do a move; names the file, if there is one, the move, and why.
     """
-    home = arm.named_pose(task.start) if isinstance(task.start, str) else arm.vector(task.start)
+    home = arm.start(task.start)
     theta = home
     motions: dict[str, AxisMotion] = {}
     for name, move in task.moves.items():

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 from flexarm_bringup.processes.graph import Process, rig_graph
@@ -30,6 +31,20 @@ def arm_graph(
     task = task_for(arm)
     preset = task.presets[0] if preset is None else preset
     return rig_graph(task.manipulator, preset, lockstep, bag, node_settings(task, preset))
+
+
+def drift_settings(arm: str, preset: str | None = None) -> Mapping[str, Any]:
+    """Return the settings of the drift watch that the moves of an arm have under a preset.
+
+    Args:
+        arm: Name or YAML file.
+        preset: Of it; None: the first that its moves are for.
+
+    Raises:
+        ConfigError: There is no such arm.
+    """
+    task = task_for(arm)
+    return task.under(task.presets[0] if preset is None else preset).settings["drift"]
 
 
 def node_settings(task: Task, preset: str) -> dict[str, dict[str, Any]]:
