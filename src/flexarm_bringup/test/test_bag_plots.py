@@ -7,10 +7,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 from bag_fixture import joint_state, modal_state, stamped_header
+from scipy.interpolate import CubicSpline
 
 from flexarm_bringup.bag_plots.command import add_arguments, choose, run
 from flexarm_bringup.bag_plots.control_panels import draw_limits
-from flexarm_bringup.bag_plots.motion_panels import asked
+from flexarm_bringup.bag_plots.motion_panels import asked, references
 from flexarm_bringup.bag_plots.panel import reach
 from flexarm_bringup.bag_plots.panels import PANELS
 from flexarm_bringup.bag_plots.series import STRETCHES, BagSeries, spells, thin
@@ -145,6 +146,22 @@ def test_the_reference_counts_from_when_it_was_sent(bag):
     series = BagSeries(check_bag(bag))
     wanted = asked(series, np.array([0.0, 0.01, 0.02, 0.5]))
     np.testing.assert_allclose(wanted[:, 0], [np.nan, 0.2, 0.3, 0.4])
+
+
+def test_points_without_velocities_are_drawn_as_the_spline_that_the_arm_follows(bag):
+    series = BagSeries(check_bag(bag))
+    msg = series.messages("reference")[0]
+    t, theta = np.array([0.0, 1.0, 2.0, 3.0]), np.array([0.0, 0.1, 0.2, 0.3])
+    point, since = type(msg.points[0]), type(msg.points[0].time_from_start)
+    nothing = np.zeros(0)
+    msg.points = [
+        point(np.array([p]), nothing, nothing, nothing, since(int(s), 0))
+        for s, p in zip(t, theta, strict=True)
+    ]
+    drawn = references(series)[0][1]
+    spline = CubicSpline(t, theta, bc_type="clamped")
+    at = np.array([0.5, 1.0, 1.5, 2.7])
+    np.testing.assert_allclose(drawn.sample(drawn.t[0] + at)[0][:, 0], spline(at), atol=1e-12)
 
 
 def test_thinning_keeps_every_extreme_and_short_lines_whole():

@@ -32,8 +32,8 @@ def references(series: BagSeries) -> list[tuple[float, Reference]]:
             continue
         since = [p.time_from_start.sec + 1e-9 * p.time_from_start.nanosec for p in points]
         theta = np.array([p.positions for p in points], float)
-        rates = (np.array([_or_zero(getattr(p, name), p) for p in points]) for name in _RATES)
-        found.append((float(t), Reference(float(t) + np.array(since), theta, *rates)))
+        theta_dot = np.array([p.velocities for p in points]) if len(points[0].velocities) else None
+        found.append((float(t), Reference.through(float(t) + np.array(since), theta, theta_dot)))
     return found
 
 
@@ -136,13 +136,6 @@ def draw_goals(plot: Plot, series: BagSeries) -> None:
     bottom.axhline(BALL, **QUIET)
     bottom.set_yscale("symlog", linthresh=BALL)
     bottom.set(xlabel="time [s]", ylabel="tip from its goal [mm]", ylim=(0.0, None))
-
-
-_RATES = ("velocities", "accelerations")
-
-
-def _or_zero(values: Any, point: Any) -> Array:
-    return np.asarray(values if len(values) else np.zeros(len(point.positions)), float)
 
 
 def _range(y: Array) -> float:
