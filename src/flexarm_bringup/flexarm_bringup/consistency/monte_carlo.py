@@ -16,12 +16,10 @@ from scipy.linalg import solve_triangular
 
 from flexarm_bringup.consistency.drawn_truth import Drawn, DrawnTruth
 from flexarm_bringup.consistency.nees import Band, Square, band, mean_of
-from flexarm_bringup.static_arm import StaticArm
 from flexarm_bringup.tasks.task import Task
 from flexarm_estimator.estimator import Estimator
 from flexarm_estimator.settings import EstimatorConfig
 from flexarm_model.manipulator.description import ManipulatorConfig
-from flexarm_model.manipulator.start_pose import starting_at
 from flexarm_model.reading.config import load_config
 from flexarm_model.reading.manipulator_file import find_manipulator
 from flexarm_model.served.linearize import linearize
@@ -81,9 +79,8 @@ class Bench:
     """One machine whose truth is its own model: estimator, truth and torques that go together."""
 
     def __init__(self, task: Task) -> None:
-        """Linearise the machine at the pose where its task starts."""
-        config = load_config(find_manipulator(task.manipulator), task.presets[0])
-        self.config: ManipulatorConfig = starting_at(config, StaticArm(ReducedTree(config)).start(task.start))
+        """Linearise the machine at home, wherever its task starts."""
+        self.config: ManipulatorConfig = load_config(find_manipulator(task.manipulator), task.presets[0])
         self._tree = ReducedTree(self.config)
         self.settings = apply_overrides(EstimatorConfig, {**task.settings.get("estimator", {}), **SMALL})
         self.model: ReducedModel = linearize(self._tree)

@@ -82,7 +82,8 @@ def drawn_table(results: Iterable[DrawnResult], runs: int) -> Table:
         for name, mean in result.means.items()
     ]
     notes = [
-        f"{runs} runs of a truth drawn from the filter's own model, noise correlated as it says; no gate",
+        f"{runs} runs of a truth drawn from the filter's own model at home, noise correlated as it says; "
+        "no gate",
         f"'{STATE}': NEES of the whole state at the end of the runs; the others: NIS of all samples",
         "the bands of a machine hold together with 95 %",
     ]
