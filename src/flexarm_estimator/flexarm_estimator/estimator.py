@@ -85,7 +85,8 @@ class Estimator:
         self._exclusion = FaultExclusion(self._gate, self.health, config.distrust)
         self._u = np.append(np.zeros(model.n_theta), 1.0)
         self._clock, self._t, self._began = Clock(), 0.0, 0.0
-        self._restart(0.0, self._operating_point())
+        self._is_known = False
+        self._restart(0.0, self._parts.at_rest())
         self._tip = TipReporter()
         self._tip.describe(self._parts.tip, self._history.now.belief)
 
@@ -141,11 +142,14 @@ class Estimator:
 
     def reset(self) -> None:
         """Forget the state; the next step starts anew."""
-        self._clock = Clock()
+        self._clock, self._is_known = Clock(), False
 
     def set_belief(self, belief: Belief) -> None:
-        """Go on from a state that is known from elsewhere; samples from before it are ignored."""
-        self._clock.is_running = True
+        """Go on from a state that is known from elsewhere; samples from before it are ignored.
+
+        Before the first step, also after a reset, it is the state that the next step begins with.
+        """
+        self._is_known = not self._clock.is_running
         self._began = self._t
         self._history = History(Instant(self._t, self._u, self._parts, belief), self.config.history)
 
@@ -178,16 +182,9 @@ class Estimator:
         self.model, self._parts = parts.model, parts
         self._watches.use(parts)
 
-    def _operating_point(self) -> Array:
-        """Return the state at rest where the model is linear, (n_x,)."""
-        x = np.zeros(self._parts.layout.n_x)
-        x[: self.model.n] = self.model.xi0
-        return x
-
-    def _restart(self, t: float, x: Array, is_contested: bool = False) -> None:
-        """Forget everything but the position ``x``, as seen just before ``t``."""
+    def _restart(self, t: float, belief: Belief, is_contested: bool = False) -> None:
+        """Forget everything but a state just before ``t``."""
         self._t = self._began = t
-        belief = Belief(x, self._parts.process.P0)
         self._history = History(Instant(t - _START, self._u, self._parts, belief), self.config.history)
         self._reception = Reception(self.specs, self.config, self.health)
         self.health.restart(t, is_contested)
@@ -199,15 +196,16 @@ class Estimator:
         """Move the own clock to ``t``; start anew when it jumps. Returns what is wrong with ``t``."""
         must_restart, trouble = self._clock.follow(t, self.config.max_gap, self.config.history)
         self._t = self._clock.t
-        if must_restart:
+        if must_restart and self._is_known:
+            self._restart(t, self._history.now.belief)
+        elif must_restart:
             self._restart_here(t)
+        self._is_known = self._is_known and not self._clock.is_running
         return trouble
 
     def _restart_here(self, t: float, is_contested: bool = False) -> None:
         """Start anew where the axes are said to be: the best guess; all that moves has died out."""
-        x, layout = self._history.now.belief.x.copy(), self._parts.layout
-        x[layout.n_theta : layout.b.start] = 0.0
-        self._restart(t, x, is_contested)
+        self._restart(t, self._parts.stopped(self._history.now.belief.x), is_contested)
 
     def _take_torque(self, tau: Array) -> list[str]:
         """Hold ``tau`` over the period; keep the last one when it cannot be used."""
@@ -238,7 +236,7 @@ class Estimator:
         belief, t, layout = self._history.now.belief, self._t, self._parts.layout
         tip, doubt = self._tip.describe(self._parts.tip, belief)
         if doubt:  # nothing can be compared with such a state any more
-            self._restart(t, self._operating_point())
+            self._restart(t, self._parts.at_rest())
         reports = self.health.reports(t)
         doubts = "; ".join([said for said in (*trouble, doubt, self._gate.doubt(t)) if said])
         status, reason = self.health.judge(t, tip.sigma, reports, doubts, self._exclusion.contradiction(t))

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from flexarm_estimator.biases.bias_observability import observable_biases
 from flexarm_estimator.biases.bias_states import bias_specs
+from flexarm_estimator.filter import Belief
 from flexarm_estimator.filters.choice import FilterMaker
 from flexarm_estimator.filters.step_source import StepSource
 from flexarm_estimator.fusion import Fusion
@@ -48,6 +49,18 @@ class Parts:
     def layout(self) -> StateLayout:
         """Where things stand in the state."""
         return self.process.layout
+
+    def at_rest(self) -> Belief:
+        """Return the state at rest where the model is linear, of an arm of which little is known."""
+        x = np.zeros(self.layout.n_x)
+        x[: self.model.n] = self.model.xi0
+        return Belief(x, self.process.P0)
+
+    def stopped(self, x: Array) -> Belief:
+        """Return the state ``x`` (n_x,) after all that moves has died out, little known again."""
+        x = x.copy()
+        x[self.layout.n_theta : self.layout.b.start] = 0.0
+        return Belief(x, self.process.P0)
 
 
 class PartsMaker:

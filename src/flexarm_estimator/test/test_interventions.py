@@ -132,3 +132,19 @@ def test_a_state_set_after_a_reset_is_kept():
     do(made, SetState((0.7,), theta_sigma=(1e-6,)))
     estimate = made.step([], np.zeros(1), 50 * DT)
     assert estimate.theta[0] == pytest.approx(0.7)
+
+
+@pytest.mark.parametrize("steps", [0, 50])
+def test_a_state_set_before_the_first_step_begins_it_with_its_sigmas_and_velocities(steps):
+    """It was begun anew where the axes were said to be, still and as if little were known."""
+    made, running, t = estimator(), estimator(), 1000.0
+    for k in range(steps):
+        made.step([], np.zeros(1), t - 1.0 + k * DT)
+    do(made, Reset())
+    running.step([], np.zeros(1), t - DT)
+    for each in (made, running):
+        do(each, SetState((0.7,), (0.2,), (0.0, 0.01, 0.0), theta_sigma=(1e-6,), eta_sigma=(1e-5,)))
+    found, expected = (each.step([], np.zeros(1), t) for each in (made, running))
+    np.testing.assert_allclose(found.x, expected.x, rtol=1e-6)
+    np.testing.assert_allclose(found.P.diagonal(), expected.P.diagonal(), rtol=1e-6)
+    assert made.step([], np.zeros(1), t + 5.0).theta_dot[0] == 0.0  # a gap later is one as ever
