@@ -23,8 +23,8 @@ class SensorReport(NamedTuple):  # not a dataclass: four are made in every step,
             "faulty" (found out by a watch, not used).
         reason: Why it is not "ok"; empty when it is.
         age: Time since the stamp of the newest accepted sample, or since the start [s].
-        accepted: Samples fused since the last reset.
-        rejected: Samples refused since the last reset.
+        accepted: Samples fused since the estimator was made; a reset counts on.
+        rejected: Samples refused since then.
         innovation: Measured minus predicted of the newest sample that could be compared, SI, (m,).
         normalised: ``sqrt(nu' S^-1 nu / m)`` of the same sample [1].
     """
