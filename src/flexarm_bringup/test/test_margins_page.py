@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -10,6 +11,7 @@ from drawn import box_of, drawn_by, overlapping
 
 from flexarm_bringup.cli import main
 from flexarm_bringup.margins import drawing
+from flexarm_bringup.margins.command import with_settings
 from flexarm_bringup.margins.page import build_page
 from flexarm_bringup.margins.study import PoseResult, Study
 from flexarm_bringup.page.report import Table
@@ -56,6 +58,19 @@ def test_as_described_is_the_smallest_over_poses_and_its_pose_is_named() -> None
     assert cell(table, "mode 1", "as described gain [dB]") == pytest.approx(5.2)
     assert table.texts()[1][4] == "stretched"
     assert cell(table, "mode 1", "worst gain [dB]") == pytest.approx(5.2)
+
+
+@pytest.mark.parametrize(
+    ("preset", "latency", "told"),
+    [("geared", 0.0, "2 periods of 5 ms (delay_periods 2, latency 0 ms)"),
+     ("light_hub", 0.0, "1 period of 5 ms (delay_periods 1, latency 0 ms)"),
+     ("light_hub", 0.003, "2 periods of 5 ms (delay_periods 1, latency 3 ms)")],
+)  # fmt: skip
+def test_the_page_tells_the_delay_that_was_closed(preset: str, latency: float, told: str) -> None:
+    task = with_settings(task_for("single_link"), [f"mpc.latency={latency}"])
+    closed = replace(study(home=(case(13.0),)), task=task.under(preset), preset=preset)
+    said = build_page(closed, CONFIG, []).to_text()
+    assert f"delay from a state to its torque: {told}; limits do not bind" in said
 
 
 def test_a_loop_that_is_stable_only_with_other_frequencies_has_no_margin_as_described() -> None:

@@ -19,7 +19,8 @@ from flexarm_controller.margins.verdict import (
     spoken,
     spoken_error,
 )
-from flexarm_controller.settings import MarginConfig
+from flexarm_controller.program.delay import torques_kept
+from flexarm_controller.settings import MarginConfig, MpcConfig
 
 MOST_SHOWN = 40  # paths in a table
 MOST_TOLD = 5  # poses out of reach, one by one
@@ -176,10 +177,19 @@ def _remarks(study: Study, config: MarginConfig) -> dict[str, Sequence[str]]:
         "What was closed": [
             f"the described arm with {config.extra_modes} more modes per body, up to {most:.0f} Hz",
             f"sensors left out of the settled filter (late or slow): {left_out}",
-            f"latency: the controller's delay_periods of {study.dt * MS:.3g} ms; limits do not bind",
+            f"{_delay(study)}; limits do not bind",
             f"gain of {ALL_TORQUES}: what reaches the arm against what the filter is told",
         ],
     }
+
+
+def _delay(study: Study) -> str:
+    """Return after how many periods a torque acts, and of what settings that comes."""
+    mpc = study.task.make("mpc", MpcConfig)
+    count = torques_kept(mpc, study.dt)
+    periods = f"{count} period{'s' * (count != 1)} of {study.dt * MS:.3g} ms"
+    of = f"delay_periods {mpc.delay_periods}, latency {mpc.latency * MS:.3g} ms"
+    return f"delay from a state to its torque: {periods} ({of})"
 
 
 def _out_of_reach(study: Study) -> dict[str, Sequence[str]]:
