@@ -14,6 +14,7 @@ import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from flexarm_bringup.worker_error import WorkerError
 from flexarm_model.process.announce import announce_on_stderr
 from flexarm_model.process.security import SecurityError
 
@@ -149,7 +150,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         code = int(importlib.import_module(COMMANDS[args.command].module).run(args))
         sys.stdout.flush()
         return code
-    except SecurityError as error:  # of every command that opens a ROS domain
+    except (SecurityError, WorkerError) as error:  # of commands that open a ROS domain, or use all cores
         print(f"flexarm {chosen}: {error}", file=sys.stderr)
         return USAGE
     except KeyboardInterrupt:  # also while a command's libraries are loaded

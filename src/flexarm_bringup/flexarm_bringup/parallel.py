@@ -9,10 +9,12 @@ import os
 import signal
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
+from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 from multiprocessing import active_children, get_context
 from typing import TypeVar
 
+from flexarm_bringup.worker_error import WorkerError
 from flexarm_model.process.announce import announce_on_stderr
 from flexarm_model.process.parent import ending_with
 
@@ -33,6 +35,9 @@ def run_parallel(
         todo: The jobs.
         done: Told after each job how many of how many are done.
         workers: Number of processes; None takes the cores there are.
+
+    Raises:
+        WorkerError: A process was killed at its work.
     """
     results: dict[int, Sequence[Result]] = {}
     with worker_pool(min(workers or cores(), max(len(todo), 1))) as pool:
@@ -50,11 +55,17 @@ def cores() -> int:
 
 @contextmanager
 def worker_pool(workers: int) -> Iterator[ProcessPoolExecutor]:
-    """Offer so many processes for the time of a block; an error in it ends them, whatever they do."""
+    """Offer so many processes for the time of a block; an error in it ends them, whatever they do.
+
+    Raises:
+        WorkerError: The kernel or somebody else has killed one of them.
+    """
     others, spawn = set(active_children()), get_context("spawn")
     pool = ProcessPoolExecutor(workers, mp_context=spawn, initializer=_begin, initargs=(os.getpid(),))
     try:
         yield pool
+    except BrokenProcessPool:
+        raise WorkerError("a worker process was killed at its work: for want of memory?") from None
     except BaseException:
         for worker in set(active_children()) - others:
             worker.terminate()

@@ -11,6 +11,9 @@ from pathlib import Path
 
 import pytest
 
+from flexarm_bringup import reproduce
+from flexarm_bringup.cli import main
+from flexarm_bringup.page.report import Page
 from flexarm_bringup.parallel import run_parallel
 
 
@@ -34,6 +37,25 @@ def sleep(job: int) -> list[int]:
     os.write(1, b"asleep\n")
     time.sleep(60)
     return []
+
+
+def be_killed(job: int) -> list[int]:
+    os.kill(os.getpid(), signal.SIGKILL)
+    return []
+
+
+def test_a_worker_that_is_killed_is_told_and_no_missed_bound(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A traceback ends with 1, which says that a bound was missed."""
+
+    def compare_all(figures: bool) -> dict[str, Page]:
+        run_parallel(be_killed, [1, 2], lambda *done: None, workers=2)
+        raise AssertionError("nothing came back")
+
+    monkeypatch.setattr(reproduce, "compare_all", compare_all)
+    assert main(["reproduce", "all"]) == 2
+    assert "flexarm reproduce: a worker process was killed at its work" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGKILL])
