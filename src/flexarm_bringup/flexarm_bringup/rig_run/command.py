@@ -32,6 +32,7 @@ from flexarm_bringup.processes.graph import Process, with_drift, with_markers
 from flexarm_bringup.processes.secured import check_graph_security
 from flexarm_bringup.processes.supervisor import Supervisor
 from flexarm_bringup.processes.surroundings import check_domain, defaults
+from flexarm_bringup.rig_run.late_nodes import LateNodes
 from flexarm_bringup.tasks.node_settings import arm_graph, drift_settings
 from flexarm_model.process.security import is_security_asked_for
 from flexarm_model.process.single_instance import NameTakenError
@@ -166,12 +167,14 @@ def _watch(
     asked_to_end: Callable[[], bool],
 ) -> int:
     """Tell what happens until somebody ends it, or an essential process has ended for good."""
-    end = time.monotonic() + (math.inf if seconds is None else seconds)
+    end, late = time.monotonic() + (math.inf if seconds is None else seconds), LateNodes()
     while time.monotonic() < end:
         if asked_to_end():
             say("ending")
             break
         watch.spin(LOOK_PERIOD)
+        if told := late.look(time.monotonic(), watch.ready):
+            say(f"{told}; their logs tell what they wait for")
         if watch.all_ready:
             supervisor.provide()
         for ending in supervisor.tend():
