@@ -97,10 +97,26 @@ def test_messages_of_a_softer_arm_lead_to_a_warning_with_numbers(model, record) 
 
 
 def test_sensors_that_come_later_than_the_encoders_are_put_in_their_instant(model, record) -> None:
-    """Five instants late, within the patience of ten: the same numbers."""
+    """Five instants late, within the patience: the same numbers but for the last five."""
     prompt, late = (play(started(model), record, by).watch for by in (0, 5))
     assert prompt is not None and late is not None
     assert late.modes[0].f_hz == pytest.approx(prompt.modes[0].f_hz, rel=1e-9)
+
+
+def test_what_queued_in_a_standstill_and_comes_topic_by_topic_is_put_together_again(model, record) -> None:
+    """As after 0.3 s without a turn: first all encoders, then all gauges, the torques last."""
+    prompt, queued = play(started(model), record).watch, started(model)
+    order = ("joint_states", "strain", "imu/tip_accelerometer", "applied_effort")
+    for start in range(0, len(record.t), 60):
+        block = [item for k in range(start, min(start + 60, len(record.t))) for item in messages(record, k)]
+        for wanted in order:
+            for topic, msg in block:
+                if topic == wanted:
+                    queued.on_sensor(topic, msg)
+    assert prompt is not None and queued.watch is not None
+    prompt_hz, queued_hz = prompt.modes[0].f_hz, queued.watch.modes[0].f_hz
+    assert queued.watch.alarms.keys() == prompt.alarms.keys()
+    assert queued_hz == pytest.approx(prompt_hz, rel=0.005)  # its last instants wait for the next block
 
 
 def test_without_a_model_it_says_so_and_takes_nothing(record) -> None:

@@ -140,6 +140,25 @@ def test_a_gap_in_time_starts_the_filter_anew_and_old_samples_are_nothing() -> N
     assert round(SETTLING / DT) < 600
 
 
+def test_a_clock_that_was_set_back_starts_the_filter_anew() -> None:
+    softer = simulate(1000, np.random.default_rng(4), model=strip_model(frequency_scale=0.95), config=QUIET)
+    seen = feed(watch(), softer, first=100_000)
+    assert seen.alarms
+    feed(seen, simulate(2200, np.random.default_rng(5), config=QUIET), first=1)
+    assert not seen.alarms and abs(seen.modes[0].change) < 0.01
+
+
+def test_after_long_without_one_sensor_the_filter_starts_anew() -> None:
+    """A second in which the torques were lost as well: the axis has gone on, unseen. It read +4.6 %."""
+    record = simulate(1200, np.random.default_rng(8), config=QUIET)
+    seen = watch()
+    for k, samples in enumerate(record.samples):
+        is_lost = 700 <= k < 900
+        heard = {s.sensor: s.y for s in samples if not is_lost or s.sensor != "root_strain"}
+        seen.step(k, heard, 0 * record.tau[k] if is_lost else record.tau[k])
+    assert abs(seen.modes[0].change) < 0.005 and seen.modes[0].is_known
+
+
 def test_a_spike_does_not_move_a_frequency() -> None:
     record = simulate(800, np.random.default_rng(9), config=QUIET)
     plain, hit = watch(), watch()

@@ -69,13 +69,19 @@ class DriftWatch:
         self._drift = ModeDrift(self._filter, self._at_rest(), dt, self._config.memory)
         self._alarms, self._healthy = Alarms(self._config), HealthyModes(self._config)
         self._last: int | None = None  # period of the last sample
-        self._started = 0
+        self._whole: int | None = None  # of the last one in which every sensor spoke
+        self._started = self._older = 0  # period, and periods in a row that were of an earlier time
         self.modes: tuple[ModeNow, ...] = ()
 
     @property
     def model(self) -> ReducedModel:
         """Served model in use."""
         return self._parts.model
+
+    @property
+    def sensors(self) -> tuple[str, ...]:
+        """Sensors whose samples it takes, all of a period or none."""
+        return tuple(name for name, _ in self._filter.sensors)
 
     @property
     def alarms(self) -> Mapping[str, str]:
@@ -104,7 +110,7 @@ class DriftWatch:
         """Take what was sampled at the end of a period.
 
         Args:
-            period: Its count, growing.
+            period: Its count, growing but where the clock is set back.
             samples: By sensor.
             tau: Torque held over it [N m or N], (n_theta,).
         """
@@ -120,6 +126,10 @@ class DriftWatch:
             for row, (_, size) in zip(rows, self._filter.sensors, strict=True)
         )
         y = np.concatenate([row for row in rows if row is not None]) if is_whole else None
+        if is_whole:
+            self._anew_after_silence(period)
+        elif self._whole is None:
+            return
         elapsed = (period - self._started) * self._dt
         self._drift.step(y, u, counts=elapsed > SETTLING)
         if period % max(1, round(LOOK / self._dt)) == 0 and elapsed > SETTLING:
@@ -128,16 +138,27 @@ class DriftWatch:
             self._alarms.look(self._healthy.judged(self.modes), period * self._dt)
 
     def _missed(self, period: int) -> int | None:
-        """Return how many periods passed unseen; None when the sample is old. Starts anew after a gap."""
-        last, self._last = self._last, period
+        """Return how many periods passed unseen, none of a long gap; None when the sample is old.
+
+        A stray one is old; after a row of them the clock has been set back, and time goes on from there.
+        """
+        last = self._last
         if last is not None and period <= last:
-            self._last = last
-            return None
+            self._older += 1
+            if self._older * self._dt <= LONGEST_GAP:
+                return None
+            last = self._whole = None
+        self._last, self._older = period, 0
         if last is None or (period - last) * self._dt > LONGEST_GAP:
-            self._started = period
-            self._drift.restart(self._at_rest())
             return 0
         return period - last - 1
+
+    def _anew_after_silence(self, period: int) -> None:
+        """Start anew when no period was whole for too long: the state has gone its own way since."""
+        whole, self._whole = self._whole, period
+        if whole is None or (period - whole) * self._dt > LONGEST_GAP:
+            self._started = period
+            self._drift.restart(self._at_rest())
 
     def _use(self, parts: Parts) -> None:
         self._parts = parts

@@ -1,7 +1,7 @@
 """The drift watch between messages: sensors, torques and models in, diagnostics out; no topics and no clock.
 
-Messages of an instant arrive on several topics in any order; an instant is taken when ``_PATIENCE`` has
-passed since. Stamps are counted in control periods.
+Messages of an instant arrive on several topics in any order; it is taken when all of them have come as far,
+or ``_PATIENCE`` has passed since (``instants``). Stamps are counted in control periods.
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexarm_estimator.drift.drift_watch import DriftWatch
+from flexarm_estimator.drift.instants import Instants
 from flexarm_estimator.drift.settings import DriftConfig
 from flexarm_estimator.messages.sensor_messages import SensorReader
 from flexarm_estimator.settings import EstimatorConfig
@@ -25,8 +26,8 @@ from flexarm_model.tree.reduced_tree import ReducedTree
 
 Array = NDArray[np.float64]
 TORQUE_TOPIC = "applied_effort"
-_PATIENCE = 0.05  # s
-_MOST_WAITING = 1000  # instants, torques
+_PATIENCE = 0.5  # s
+_MOST_WAITING = 1000  # torques
 
 
 class DriftExchange:
@@ -44,7 +45,7 @@ class DriftExchange:
         self._config, self._settings = config, (estimator, settings or DriftConfig())
         self._period_ns = round(NS_PER_S / config.rate_hz)
         self._reader, self._tree = SensorReader(config), ReducedTree(config)
-        self._instants: dict[int, dict[str, Array]] = {}
+        self._instants = Instants(round(_PATIENCE * config.rate_hz))
         self._torques: deque[tuple[int, Array]] = deque(maxlen=_MOST_WAITING)
         self._tau = np.zeros(len(config.actuated))
         self._pending: PendingModels[ReducedModel] = PendingModels()
@@ -81,24 +82,19 @@ class DriftExchange:
         if self.watch is None:
             return
         stamp_ns = stamp_to_ns(msg.header.stamp)
+        period = round(stamp_ns / self._period_ns)
         if topic == TORQUE_TOPIC:
             tau, _ = self._reader.read_torque(topic, msg)
             if tau is not None:
                 self._torques.append((stamp_ns, tau))
+                self._instants.hear(topic, period)
             return
-        instant = self._instants.setdefault(round(stamp_ns / self._period_ns), {})
         for sample in self._reader.read(topic, msg, 0.0).samples:
-            instant[sample.sensor] = sample.y
+            self._instants.add(period, sample.sensor, sample.y)
         if topic == "joint_states":
-            self._go_on(stamp_ns)
-
-    def _go_on(self, now_ns: int) -> None:
-        """Take the instants that are old enough; a clock that was set back begins anew."""
-        newest, patience = round(now_ns / self._period_ns), round(_PATIENCE * NS_PER_S / self._period_ns)
-        if len(self._instants) > _MOST_WAITING or max(self._instants) > newest + _MOST_WAITING:
-            self._instants.clear()
-        for period in sorted(period for period in self._instants if period <= newest - patience):
-            self._take(period, self._instants.pop(period))
+            awaited = (*self.watch.sensors, TORQUE_TOPIC)
+            for due, samples in self._instants.due(awaited, period):
+                self._take(due, samples)
 
     def _take(self, period: int, samples: dict[str, Array]) -> None:
         assert self.watch is not None
