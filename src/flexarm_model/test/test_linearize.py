@@ -130,9 +130,10 @@ def test_gravity_is_held_by_the_torque_of_the_segment_tree() -> None:
     assert abs(served("spatial").q0[3:]).max() > 1e-4
 
 
-POSES: list[tuple[list[float], str]] = [
+POSES: list[tuple[list[float] | float, str]] = [
     ([], r"pose has 0 values; expected 1: base.rz"),
     ([0.0, 0.0], r"pose has 2 values; expected 1: base.rz"),
+    (0.0, r"pose has shape \(\); expected \(1,\): base.rz"),
     ([float("nan")], r"base.rz = nan rad is not finite or outside \[-2.96706, 2.96706\] rad"),
     ([3.0], r"base.rz = 3 rad is not finite or outside \[-2.96706, 2.96706\] rad"),
     ([-float("inf")], r"base.rz = -inf rad is not finite"),
@@ -140,9 +141,15 @@ POSES: list[tuple[list[float], str]] = [
 
 
 @pytest.mark.parametrize(("pose", "text"), POSES)
-def test_a_pose_that_cannot_be_is_refused_with_what_can(pose: list[float], text: str) -> None:
+def test_a_pose_that_cannot_be_is_refused_with_what_can(pose: list[float] | float, text: str) -> None:
     with pytest.raises(PoseError, match=text):
         linearize(tree("single_link"), np.array(pose))
+
+
+@pytest.mark.parametrize("count", [-1, 99])
+def test_a_number_of_modes_that_cannot_be_is_refused(count: int) -> None:
+    with pytest.raises(PoseError, match=f"{count} modes asked for, [0-9]+ exist"):
+        linearize(tree("single_link"), modes=count)
 
 
 def test_an_axis_without_limits_still_needs_a_finite_pose() -> None:

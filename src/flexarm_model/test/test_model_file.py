@@ -43,6 +43,23 @@ def test_a_model_comes_back_bit_for_bit(name: str, tmp_path: Path) -> None:
                 assert x == y and type(x) is type(y)
 
 
+def test_a_path_may_be_text_and_what_comes_back_is_equal(tmp_path: Path) -> None:
+    save_model(model(), f"{tmp_path}/model.json")
+    again = load_model(f"{tmp_path}/model.json")
+    assert again == model() and len({again, model()}) == 1 and again in (model("planar"), model())
+    assert again != model("planar") and again != again.model_id
+    assert replace(model(), f0=model().f0 + 1e-16) != model()
+
+
+def test_where_nothing_can_be_written_is_told(tmp_path: Path) -> None:
+    with pytest.raises(ModelFileError, match=r"nowhere/model.json: cannot be written \(No such file"):
+        save_model(model(), tmp_path / "nowhere" / "model.json")
+    (tmp_path / "folder").mkdir()
+    with pytest.raises(ModelFileError, match="folder: cannot be written"):
+        save_model(model(), tmp_path / "folder")
+    assert [path.name for path in tmp_path.iterdir()] == ["folder"]
+
+
 def test_extreme_numbers_survive(tmp_path: Path) -> None:
     hard = np.array([-0.0, 5e-324, 0.1 + 0.2, np.nextafter(1.0, 2.0), -1.7976931348623157e308])
     path = tmp_path / "model.json"

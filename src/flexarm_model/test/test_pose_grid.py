@@ -128,6 +128,12 @@ def test_a_grid_links_every_pose_with_those_one_step_away() -> None:
     assert set(poses.neighbours) == near and len(poses.neighbours) == len(near)
 
 
+@pytest.mark.parametrize("values", [[], [0.1, 0.1], [0.0, 0.3, 0.2]])
+def test_values_of_an_axis_that_have_no_neighbours_are_refused(values: list[float]) -> None:
+    with pytest.raises(ValueError, match=r"axis 2: \[.*\]: expected values that ascend or descend"):
+        grid_poses([[0.0, 0.1], values])
+
+
 def test_a_pose_without_a_model_leaves_a_hole_that_says_why() -> None:
     grid = build_grid(tree("single_link"), grid_poses([[0.0, 0.1, 9.0]]))
     assert [model.pose[0] for model in grid.models] == [0.0, 0.1]
@@ -144,8 +150,8 @@ def test_the_models_of_a_grid_are_found_by_their_pose() -> None:
 
 
 def test_a_grid_comes_back_from_its_folder(tmp_path: Path) -> None:
-    save_grid(small_grid(), tmp_path / "grid")
-    again = load_grid(tmp_path / "grid")
+    save_grid(small_grid(), str(tmp_path / "grid"))
+    again = load_grid(str(tmp_path / "grid"))
     assert [m.model_id for m in again.models] == [m.model_id for m in small_grid().models]
     for a, b in zip(again.links, small_grid().links, strict=True):
         assert (a.old, a.new) == (b.old, b.new)

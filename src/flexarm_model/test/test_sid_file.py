@@ -54,8 +54,8 @@ def foreign(body: Superelement, path: Path) -> Superelement:
 
 
 def test_a_superelement_comes_back_bit_for_bit(body: Superelement, tmp_path: Path) -> None:
-    write_sid(body, tmp_path / "body.sid")
-    back = read_sid(tmp_path / "body.sid")
+    write_sid(body, str(tmp_path / "body.sid"))
+    back = read_sid(str(tmp_path / "body.sid"))
     assert back.name == body.name and back.mass == body.mass and back.damping_ratio == body.damping_ratio
     for item in ("s", "P", "omega", "K", "D", "own_damping"):
         assert same(np.ascontiguousarray(getattr(back, item)), np.ascontiguousarray(getattr(body, item))), (

@@ -29,19 +29,20 @@ _READ = (1, 2, 3)  # the first holds no damping ratio: there De is all that is k
 _MOST = 1000  # coordinates
 
 
-def write_sid(body: Superelement, path: Path) -> None:
+def write_sid(body: Superelement, path: Path | str) -> None:
     """Write a superelement."""
     lines = [*_part(body), *_own(body)]
     lines += [f"digest = {_hash(lines)}", f"end {_OWN}"]
-    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    Path(path).write_text("\n".join(lines) + "\n", encoding="utf-8")
 
 
-def read_sid(path: Path) -> Superelement:
+def read_sid(path: Path | str) -> Superelement:
     """Read a superelement.
 
     Raises:
         ConfigError: The file cannot be read or is not such a file; names file, line and what is allowed.
     """
+    path = Path(path)
     try:
         lines = path.read_text(encoding="utf-8").splitlines()
     except OSError as error:

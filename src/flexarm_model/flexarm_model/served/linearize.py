@@ -105,7 +105,7 @@ def _shapes(N: Array, M: Array, K: Array, n: int, n_eta: int, names: Sequence[st
         PoseError: So many modes do not exist, or one has no stiffness.
     """
     N_t, Z = N[:, :n], N[:, n:]
-    if n_eta > Z.shape[1]:
+    if not 0 <= n_eta <= Z.shape[1]:
         exist = f"{n_eta} modes asked for, {Z.shape[1]} exist"
         raise PoseError(f"{exist}; serve fewer or keep more in the bodies")
     T, omega = N[:, : n + n_eta].copy(), np.zeros(0)
@@ -129,7 +129,11 @@ def check_pose(tree: ReducedTree, pose: Array) -> Array:
     pose = np.array(pose, dtype=float)
     axes = {tree.axis_names[i]: tree.axes[i] for i in tree.actuated}
     if pose.shape != (len(axes),):
-        raise PoseError(f"pose has {pose.size} values; expected {len(axes)}: {', '.join(axes)}")
+        is_shape = pose.size == len(axes)  # a number for a list of one, a column for a row
+        given, wanted = (pose.shape, (len(axes),)) if is_shape else (f"{pose.size} values", len(axes))
+        raise PoseError(
+            f"pose has {'shape ' if is_shape else ''}{given}; expected {wanted}: {', '.join(axes)}"
+        )
     for (name, axis), value in zip(axes.items(), pose, strict=True):
         if not (np.isfinite(value) and axis.lower <= value <= axis.upper):
             unit = si_unit(axis_dimension(axis.name, "position"))

@@ -25,30 +25,35 @@ class ModelFileError(ValueError):
     """The file holds no model that can be used; the message names file and reason."""
 
 
-def save_model(model: ReducedModel, path: Path) -> None:
+def save_model(model: ReducedModel, path: Path | str) -> None:
     """Write a model; a reader sees the old file or the whole new one.
 
     Raises:
-        ModelFileError: The model holds values that a file cannot give back (not finite, not float64).
+        ModelFileError: The model holds values that a file cannot give back (not finite, not float64), or the
+            file cannot be written.
     """
-    text = format_model(model)
+    text, path = format_model(model), Path(path)
     try:
         parse_model(text, str(path))
     except ModelFileError as error:
         raise ModelFileError(f"cannot be saved exactly: {error}") from None
     written = path.with_name(f"{path.name}.{os.getpid()}.tmp")
-    written.write_bytes(text.encode("utf-8"))
-    written.replace(path)
+    try:
+        written.write_bytes(text.encode("utf-8"))
+        written.replace(path)
+    except OSError as error:
+        written.unlink(missing_ok=True)
+        raise ModelFileError(f"{path}: cannot be written ({error.strerror})") from None
 
 
-def load_model(path: Path) -> ReducedModel:
+def load_model(path: Path | str) -> ReducedModel:
     """Read a model.
 
     Raises:
         ModelFileError: It cannot be read, is of another version, or is not what was saved.
     """
     try:
-        text = path.read_bytes().decode("utf-8")  # as it is: no other line ends
+        text = Path(path).read_bytes().decode("utf-8")  # as it is: no other line ends
     except OSError as error:
         raise ModelFileError(f"{path}: cannot be read ({error.strerror})") from None
     except UnicodeDecodeError:

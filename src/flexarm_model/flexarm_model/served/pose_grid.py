@@ -102,7 +102,14 @@ def grid_poses(axes: Sequence[Sequence[float]]) -> Poses:
 
     Args:
         axes: Values of every actuated axis, ascending or descending [rad or m].
+
+    Raises:
+        ValueError: An axis has no values, or they go to and fro or stand still.
     """
+    for i, values in enumerate(axes):
+        steps = np.diff(np.asarray(values, dtype=float))
+        if not len(values) or not (all(steps > 0.0) or all(steps < 0.0)):
+            raise ValueError(f"axis {i + 1}: {list(values)}: expected values that ascend or descend")
     shape = tuple(len(values) for values in axes)
     number = np.arange(int(np.prod(shape))).reshape(shape)
     pairs = [

@@ -16,12 +16,13 @@ FORMAT = "flexarm-grid/1"
 INDEX = "index.json"
 
 
-def save_grid(grid: PoseGrid, folder: Path) -> None:
+def save_grid(grid: PoseGrid, folder: Path | str) -> None:
     """Write a grid; the index comes last, so a folder with an index is whole.
 
     Raises:
         ModelFileError: A model cannot be saved exactly, or the folder holds another grid.
     """
+    folder = Path(folder)
     if folder.exists() and any(folder.iterdir()):
         raise ModelFileError(f"{folder}: is not empty; give a new folder")
     folder.mkdir(parents=True, exist_ok=True)
@@ -41,12 +42,13 @@ def save_grid(grid: PoseGrid, folder: Path) -> None:
     (folder / INDEX).write_text(text + "\n", encoding="utf-8")
 
 
-def load_grid(folder: Path) -> PoseGrid:
+def load_grid(folder: Path | str) -> PoseGrid:
     """Read a grid.
 
     Raises:
         ModelFileError: The index or a model is missing, damaged, of another version, or not what was saved.
     """
+    folder = Path(folder)
     path = folder / INDEX
     try:
         content = json.loads(path.read_bytes().decode("utf-8"))

@@ -67,9 +67,11 @@ class Outputs:
         return found
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class ReducedModel:
     """Linear reduced model about one pose; see the module for the equations.
+
+    Two models are equal when every field is, bit for bit.
 
     Attributes:
         manipulator: Name of the manipulator.
@@ -110,6 +112,14 @@ class ReducedModel:
                 value = getattr(holder, field.name)
                 if isinstance(value, np.ndarray):
                     value.flags.writeable = False
+
+    def __eq__(self, other: object) -> bool:
+        """Compare contents; arrays have no single truth that fields could be compared by."""
+        return self.model_id == other.model_id if isinstance(other, ReducedModel) else NotImplemented
+
+    def __hash__(self) -> int:
+        """Return a hash of the content."""
+        return hash(self.model_id)
 
     @property
     def n_theta(self) -> int:
