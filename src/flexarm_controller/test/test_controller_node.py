@@ -1,0 +1,96 @@
+"""The controller node's topics: what it hears of references besides their points."""
+
+import subprocess
+import sys
+
+import pytest
+
+pytestmark = pytest.mark.ros
+domain_coordinator = pytest.importorskip("domain_coordinator", reason="needs ROS")
+NODE = """
+import sys, time, rclpy
+import flexarm_controller.controller_node as module
+from flexarm_controller.conversions import reference_to_msg
+from flexarm_controller.reference import Reference
+from flexarm_interfaces.msg import ControllerStatus, GuardStatus, ModalState
+from flexarm_interfaces.srv import MoveTip
+from flexarm_model.conversions import model_to_msg, ns_to_stamp
+from flexarm_model.ros.node import LATCHED_QOS, RELIABLE_QOS
+from flexarm_model.served.linearize import linearize
+from std_msgs.msg import String
+from trajectory_msgs.msg import JointTrajectory
+import numpy as np
+
+module.secrets.randbelow = lambda most: 41
+EPOCH = 10**18
+rclpy.init(args=sys.argv)
+node = module.ControllerNode()
+others = rclpy.create_node("others", namespace="/flexarm")
+model = linearize(module.ReducedTree(node._config))
+node.on_model(model_to_msg(model))
+node.join(GuardStatus(session_token=5))
+state = ModalState(model_id=model.model_id, status=ModalState.OK, theta=[0.0], theta_dot=[0.0],
+                   disturbance=[0.0], eta=[0.0] * model.n_eta, eta_dot=[0.0] * model.n_eta)
+state.header.stamp = ns_to_stamp(EPOCH)
+node.exchange.on_modal_state(state)
+
+def motion(points):
+    s = np.linspace(0.0, 1.0, points)
+    smooth = Reference.through(s, (0.3 * s**2 * (3.0 - 2.0 * s))[:, None])
+    return reference_to_msg(smooth, ("base.rz",), EPOCH + 5_000_000)
+
+def send(kind, topic, quality, msg, until):
+    publisher = others.create_publisher(kind, f"/flexarm/{topic}", quality)
+    end = time.monotonic() + 60.0
+    while not publisher.get_subscription_count() and time.monotonic() < end:
+        time.sleep(0.01)
+    publisher.publish(msg)
+    while not until() and time.monotonic() < end:
+        rclpy.spin_once(node, timeout_sec=0.1)
+
+"""
+UNSERVED = """
+node.on_reference(motion(11))
+leads_to = lambda: float(node.exchange.controller.reference.position(9.0)[0])
+print(round(leads_to(), 3))
+send(String, "model/models", LATCHED_QOS, String(data=f"{EPOCH + 5_000_000}: refused: no pose"),
+     lambda: leads_to() < 0.01)
+print(round(leads_to(), 3))
+"""
+TOO_LARGE = """
+said = []
+node._publish = lambda outgoing: said.extend(out.msg.reason for out in outgoing)
+send(JointTrajectory, "reference", RELIABLE_QOS, motion(2001), lambda: said)
+print(said[-1])
+"""
+GOAL = """
+request = MoveTip.Request()
+request.target.position.x, request.target.position.y = 0.64 * np.cos(0.3), 0.64 * np.sin(0.3)
+print(node._goals.on_move_tip(request, MoveTip.Response()).goal_id)
+"""
+
+
+@pytest.mark.parametrize(
+    ("code", "lockstep", "said"),
+    [
+        (UNSERVED, False, ["0.3", "0.0"]),
+        (TOO_LARGE, False, ["reference refused: 2001 points, at most 2000 while the guard is armed: "]),
+        (GOAL, False, ["4100001"]),
+        (GOAL, True, ["1"]),
+    ],
+    ids=["without models", "too many points", "goals of this life", "goals in lockstep"],
+)
+def test_what_the_controller_hears_of_references(
+    code: str, lockstep: bool, said: list[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
+    settings = ["--ros-args", "-p", f"lockstep:={str(lockstep).lower()}"]
+    with domain_coordinator.domain_id() as domain:
+        monkeypatch.setenv("ROS_DOMAIN_ID", str(domain))
+        done = subprocess.run(
+            [sys.executable, "-c", NODE + code, *settings], capture_output=True, text=True, check=False
+        )
+    assert done.returncode == 0, done.stderr
+    lines = done.stdout.splitlines()
+    assert len(lines) == len(said)
+    assert all(line.startswith(start) for line, start in zip(lines, said, strict=True)), lines
