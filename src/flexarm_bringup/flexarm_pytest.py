@@ -14,6 +14,7 @@ from typing import Any
 import pytest
 
 EXPECT_FILE = "expect.yaml"
+METADATA = "metadata.yaml"  # of every bag
 FORMAT = "flexarm-regress"
 BAGS = ("bag", "golden")  # folders of a case
 HIDING = ("skip", "skipif", "xfail")  # marks under which a case would pass that does not
@@ -74,7 +75,9 @@ def pytest_configure(config: pytest.Config) -> None:
 
 
 def pytest_collect_file(file_path: Path, parent: pytest.Collector) -> pytest.Collector | None:
-    """Collect an ``expect.yaml`` of flexarm; leave those of others alone."""
+    """Collect an ``expect.yaml`` of flexarm, also where it is gone; leave those of others alone."""
+    if file_path.name == METADATA and (expect := _gone_expectations(file_path)) is not None:
+        return CaseFile.from_parent(parent, path=expect)
     if file_path.name != EXPECT_FILE or not is_ours(file_path):
         return None
     return CaseFile.from_parent(parent, path=file_path)
@@ -92,6 +95,14 @@ def is_ours(expect: Path) -> bool:
         return FORMAT in expect.read_text(encoding="utf8", errors="replace")
     except OSError:
         return True
+
+
+def _gone_expectations(metadata: Path) -> Path | None:
+    """Return the missing ``expect.yaml`` of a case whose golden bag this describes; else None."""
+    bag, golden = BAGS
+    expect = metadata.parent.parent / EXPECT_FILE
+    is_golden = metadata.parent.name == golden and os.path.isdir(expect.parent / bag)
+    return expect if is_golden and not os.path.lexists(expect) else None
 
 
 def _marks(path: Path) -> list[str]:

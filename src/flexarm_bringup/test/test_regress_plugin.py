@@ -55,6 +55,16 @@ def test_an_expect_file_beside_a_bag_is_a_test_however_damaged(text: str, folder
     found.stdout.fnmatch_lines(["case/expect.yaml::case"])
 
 
+def test_a_case_whose_expectations_are_gone_is_a_test_that_fails(folder: pytest.Pytester) -> None:
+    add_case(folder)
+    write_bag(folder.path / "case" / "golden")
+    (folder.path / "case" / "expect.yaml").unlink()
+    shutil.copytree(folder.path / "case" / "bag", folder.path / "theirs" / "golden")  # no case: no bag beside
+    found = folder.runpytest_inprocess(*PLUGIN)
+    found.assert_outcomes(failed=1)
+    found.stdout.fnmatch_lines(["*case/expect.yaml*"])
+
+
 def test_the_plugin_brings_neither_the_package_nor_numpy_nor_ros() -> None:
     code = (
         "import os, sys; before = dict(os.environ); import flexarm_pytest; assert dict(os.environ) == before;"
