@@ -426,6 +426,25 @@ def test_second_run_waits_for_the_lock_of_the_first(flexarm: ModuleType) -> None
     assert subprocess.run(argv, capture_output=True).returncode == 0
 
 
+def test_where_somebody_else_has_installed_it_logs_go_where_ros_puts_them(
+    flexarm: ModuleType, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.delenv("ROS_LOG_DIR", raising=False)
+    place = flexarm.place_for("3.12", False)
+    flexarm.STATE.mkdir()
+    assert flexarm.environment(place, [])["ROS_LOG_DIR"] == str(flexarm.STATE / "log")
+    monkeypatch.setattr(flexarm.os, "access", lambda path, mode: False)
+    assert "ROS_LOG_DIR" not in flexarm.environment(place, [])
+
+
+def test_a_place_that_cannot_be_written_is_told_in_one_line(tmp_path: Path) -> None:
+    script, in_the_way = tmp_path / "flexarm", tmp_path / ".flexarm"
+    script.write_bytes((ROOT / "flexarm").read_bytes())
+    in_the_way.write_text("not a folder")
+    done = subprocess.run([sys.executable, script, "clean"], capture_output=True, text=True)
+    assert done.returncode == 2 and done.stderr == f"flexarm: {in_the_way}: File exists\n"
+
+
 def test_exported_lines_survive_a_shell(flexarm: ModuleType, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("PYTHONHOME", "/old")
     lines = flexarm.export_lines({"FLEXARM_TEST": "a b'c$d"})

@@ -96,8 +96,8 @@ def run(args: argparse.Namespace) -> int:
                 say("ended before any was started")
                 return OK
             supervisor = Supervisor(graph, args.log or _log_folder())
-        except (ConfigError, FileNotFoundError, NameTakenError) as error:
-            print(f"flexarm rig: {error}", file=sys.stderr)
+        except (ConfigError, NameTakenError, OSError) as error:
+            print(f"flexarm rig: {_told(error)}", file=sys.stderr)
             return REFUSED
         return _run(supervisor, say, args, asked_to_end)
 
@@ -152,6 +152,12 @@ def _check_security(graph: tuple[Process, ...]) -> None:
 
         with watching((), lambda told: None):
             pass
+
+
+def _told(error: Exception) -> str:
+    if not isinstance(error, OSError) or not error.filename:  # what is not installed has none
+        return str(error)
+    return f"{error.filename}: {error.strerror}; ROS_LOG_DIR chooses another"
 
 
 def _log_folder() -> Path:

@@ -92,7 +92,7 @@ def run_node(factory: Callable[[], Node]) -> int:
         check_security(sys.argv)  # also where it was not started by ``run_executable``
         expect_refusals()
         parameter_sources(sys.argv)  # files are told wrong by us, before rcl does or does not
-        rclpy.init(args=sys.argv, signal_handler_options=SignalHandlerOptions.NO)
+        _open_ros()
         node = factory()
         held = getattr(node, "name_held", None) or claim_name(
             node.get_fully_qualified_name(), str(node.context.get_domain_id())
@@ -111,6 +111,21 @@ def run_node(factory: Callable[[], Node]) -> int:
     for number in STOPPING:
         signal.signal(number, signal.SIG_IGN)  # who asks again would hit Python while it ends
     return int(getattr(node, "exit_code", 0))
+
+
+def _open_ros() -> None:
+    """Begin with ROS.
+
+    Raises:
+        RCLError: It refuses the command line, the security settings or the place of its log files.
+        ConfigError: The place of its log files is there and cannot be written.
+    """
+    try:
+        rclpy.init(args=sys.argv, signal_handler_options=SignalHandlerOptions.NO)
+    except rclpy_implementation.RCLError:
+        raise
+    except RuntimeError as error:  # of the library that writes the log files, as it is
+        raise ConfigError(f"{error}; ROS_LOG_DIR chooses a folder for log files") from error
 
 
 def expect_refusals() -> None:

@@ -20,6 +20,8 @@ from flexarm_model.process.security import (
 )
 from flexarm_model.ros.node import expect_refusals
 
+NO_LOG_FILE = ("--ros-args", "--disable-external-lib-logs")  # a stop must not hang on a folder for logs
+
 
 @contextmanager
 def in_domain(enclave: str = TOOLS) -> Iterator[None]:
@@ -31,7 +33,7 @@ def in_domain(enclave: str = TOOLS) -> Iterator[None]:
     Raises:
         SecurityError: It is asked for and cannot be had; also where that turns out with the first node.
     """
-    arguments = with_enclave(sys.argv[:1], enclave)
+    arguments = with_enclave([*sys.argv[:1], *NO_LOG_FILE], enclave)
     check_security(arguments)
     expect_refusals()
     try:
