@@ -140,6 +140,29 @@ def test_a_node_with_rotations_is_an_interface_by_itself() -> None:
     assert item.R[1] == pytest.approx([0, 1, 0, 0, 0, -0.5])
 
 
+@pytest.mark.parametrize("off", [1e-17, 1e-12, 1e-6, 1e-3])
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_node_that_lies_on_its_interface_but_for_rounding_tells_its_own_rotation(
+    kind: str, off: float
+) -> None:
+    """Rounding of its place, of 1e-17 m, was taken for the lever of its displacements, as large as they."""
+    x = np.array([[0.0, 0, 0], [0.5, 0, 0]])
+    shell = FeModel("shell", x, np.eye(12), np.eye(12), None)
+    at = x[1] + off * np.array([0.3, -0.5, 0.8])
+    item = make_interface(shell, "tip", NodeSet(kind, np.array([1]), np.ones(1)), at)
+    assert item.A[3:] == pytest.approx(np.hstack([np.zeros((3, 3)), np.eye(3)]), abs=1e-9)
+    assert item.A @ item.R == pytest.approx(np.eye(6), abs=1e-9)
+
+
+def test_nodes_that_coincide_but_for_rounding_tell_no_rotation() -> None:
+    place = np.array([0.1, 0.2, 0.3])
+    x = np.vstack([np.zeros(3), place, place, place + [1e-17, 0, 0]])
+    x[2, 1] = np.nextafter(x[2, 1], 1.0)
+    solid = FeModel("solid", x, np.eye(12), np.eye(12), None)
+    with pytest.raises(ValueError, match="its 3 nodes tell no rotation"):
+        make_interface(solid, "face", NodeSet("rigid", np.arange(1, 4), np.ones(3)), np.nextafter(place, 0.0))
+
+
 def test_interfaces_that_share_a_node_are_refused(body: FeModel) -> None:
     items = [interface(body, "root", kind) for kind in KINDS]
     with pytest.raises(ValueError, match="body 'solid': interfaces 'root' and 'root' share a node"):

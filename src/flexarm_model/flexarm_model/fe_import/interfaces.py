@@ -28,6 +28,7 @@ Array = NDArray[np.float64]
 Indices = NDArray[np.intp]
 
 RANK_TOLERANCE = 1e-9  # of the largest singular value of a set's scaled rigid motion
+COINCIDENT = 1e-9  # of the body's size: nodes so near to their interface lie on it but for rounding
 
 
 @dataclass(frozen=True)
@@ -75,7 +76,7 @@ def make_interface(model: FeModel, name: str, nodes: NodeSet, at: Array) -> Inte
         ValueError: The set cannot tell a rotation.
     """
     R = model.rigid_motion(nodes.index, at)
-    size = float(np.sqrt(np.mean(np.sum((model.x[nodes.index] - at) ** 2, axis=1)))) or 1.0
+    size = _size(model, nodes, at)
     scale = np.repeat([1.0, 1 / size], 3)  # a rotation that moves a typical node by one
     weight = np.zeros((nodes.index.size, model.dof_per_node))
     weight[:, :3] = nodes.weight[:, None]
@@ -128,6 +129,13 @@ def _eliminate(item: Interface) -> tuple[Indices, Indices, Array]:
     out, others = np.sort(order[:6]), np.sort(order[6:])
     inverse = np.linalg.inv(item.A[:, out])
     return item.dof[out], item.dof[others], np.hstack([-inverse @ item.A[:, others], inverse])
+
+
+def _size(model: FeModel, nodes: NodeSet, at: Array) -> float:
+    """Return the usual distance of a set's nodes from a point [m]; the body's size where that is rounding."""
+    usual = float(np.sqrt(np.mean(np.sum((model.x[nodes.index] - at) ** 2, axis=1))))
+    whole = float(np.linalg.norm(np.ptp(model.x, axis=0)))
+    return usual if usual > COINCIDENT * whole else whole or 1.0
 
 
 def _rank(R: Array, weight: Array) -> int:
