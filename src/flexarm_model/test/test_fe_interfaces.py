@@ -151,7 +151,7 @@ def test_a_node_that_lies_on_its_interface_but_for_rounding_tells_its_own_rotati
     at = x[1] + off * np.array([0.3, -0.5, 0.8])
     item = make_interface(shell, "tip", NodeSet(kind, np.array([1]), np.ones(1)), at)
     assert item.A[3:] == pytest.approx(np.hstack([np.zeros((3, 3)), np.eye(3)]), abs=1e-9)
-    assert item.A @ item.R == pytest.approx(np.eye(6), abs=1e-9)
+    assert pytest.approx(np.eye(6), abs=1e-9) == item.A @ item.R
 
 
 def test_nodes_that_coincide_but_for_rounding_tell_no_rotation() -> None:
