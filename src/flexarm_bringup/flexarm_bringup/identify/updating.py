@@ -6,15 +6,15 @@ import datetime
 import math
 import os
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import linear_sum_assignment
 
 from flexarm_bringup.bags.described_arm import KEYS
 from flexarm_bringup.identify.fingerprint import fingerprint
+from flexarm_bringup.identify.mode_pairs import FITTED, is_same, match, match_again, strangers
 from flexarm_bringup.identify.seen_shapes import SeenShapes, find_channels
 from flexarm_bringup.identify.whole_file import written_whole
 from flexarm_bringup.page.report import Cells, Column, Page, Table
@@ -40,9 +40,8 @@ from flexarm_model.tree.reduced_tree import ReducedTree
 
 Array = NDArray[np.float64]
 SPREAD = 0.3  # one sigma of a parameter's relative error when nobody says [1]
-FURTHEST = 0.5  # of ln f: a mode further off than that is another one
 PERCENT = 100.0
-NEEDED_LINES = 1.0  # per bandwidth, for a damping that counts
+ROUNDS = 5  # of pairing modes and fitting, at most
 
 
 @dataclass(frozen=True)
@@ -86,15 +85,35 @@ def fit_description(
     arm = DescribedArm(path, fitting.preset, fitting.motors_locked)
     modes_of = described_modes(path, fitting.preset, fitting.motors_locked, arm)
     unknowns = read_unknowns(fitting.manipulator, fitting.preset, fitting.parameters)
-    tables = [match(modes_of({}, at)[0], at, modes) for at, modes in [(pose, fit), *others]]
+    first = [match(modes_of({}, at)[0], at, modes) for at, modes in [(pose, fit), *others]]
     at_sensors = seen_shapes(path, fitting, fit, arm)
-    serve: Serve = modes_of
-    if at_sensors is not None:
-        tables[0] = at_sensors.told(tables[0], fit)
-        serve = at_sensors.served(modes_of)
-    told, kept_back = split_poses(tables)
-    update = update_model(serve, unknowns, told)
+    serve: Serve = modes_of if at_sensors is None else at_sensors.served(modes_of)
+    tables = first
+    for _ in range(ROUNDS):
+        with_shapes = tables if at_sensors is None else [at_sensors.told(tables[0], fit), *tables[1:]]
+        told, kept_back = split_poses(with_shapes)
+        update = update_model(serve, unknowns, told)
+        again = _paired_again(modes_of, update, tables, [fit, *(modes for _, modes in others)])
+        if all(map(is_same, again, tables)):
+            break
+        tables = again
+    update = replace(update, strangers=strangers(first, tables))
     return update, check_poses(modes_of, update.changes, kept_back)
+
+
+def _paired_again(
+    modes_of: Serve, update: Update, tables: Sequence[ModeTable], fits: Sequence[PoleFit]
+) -> list[ModeTable]:
+    """Return the tables with the modes of the fitted description; as they are where that has no model."""
+    found = []
+    for table, fit in zip(tables, fits, strict=True):
+        try:
+            fitted_hz = modes_of(update.changes, table.pose)[0]
+        except ValueError:  # at a pose kept back, where it is told
+            found.append(table)
+            continue
+        found.append(match_again(fitted_hz, table, fit))
+    return found
 
 
 def read_unknowns(manipulator: str, preset: str, parameters: Sequence[str]) -> list[Unknown]:
@@ -126,28 +145,6 @@ def seen_shapes(path: Path, fitting: Fitting, fit: PoleFit, arm: DescribedArm) -
     return SeenShapes(described_shapes(path, fitting.preset, fitting.motors_locked, names, arm), columns)
 
 
-def match(described_hz: Array, pose: Array, fit: PoleFit) -> ModeTable:
-    """Return the identified modes in the places of the described ones that they are nearest to.
-
-    Raises:
-        ValueError: None is near.
-    """
-    far = abs(np.log(described_hz[:, None] / fit.model.f_hz[None, :]))
-    rows, columns = linear_sum_assignment(far)
-    pairs = [(r, c) for r, c in zip(rows, columns, strict=True) if far[r, c] < FURTHEST]
-    if not pairs:
-        raise ValueError(
-            f"identified {np.round(fit.model.f_hz, 2)} Hz, described {np.round(described_hz[:6], 2)} Hz: "
-            "no two belong together"
-        )
-    f, f_std, zeta, zeta_std = np.full((4, max(r for r, _ in pairs) + 1), np.nan)
-    for r, c in pairs:
-        f[r], f_std[r] = fit.model.f_hz[c], fit.f_std_hz[c]
-        if fit.lines_per_bandwidth[c] >= NEEDED_LINES:
-            zeta[r], zeta_std[r] = fit.model.zeta[c], fit.zeta_std[c]
-    return ModeTable(pose, f, f_std, zeta, zeta_std)
-
-
 def update_table(update: Update) -> Table:
     """Return the parameters before and after."""
     heads = [
@@ -168,6 +165,10 @@ def update_table(update: Update) -> Table:
         for before, after in zip(update.before, update.after, strict=True)
     )
     notes.append(f"frequencies, model over measured: {errors}")
+    notes += [
+        f"{f:.4g} Hz is no mode of the fitted description: none of it is within {PERCENT * FITTED:.0f} %"
+        for f in update.strangers
+    ]
     notes += [f"stepped back from values without a model: {trial}" for trial in update.refused[-1:]]
     return Table("Description fitted to the modes", heads, rows, notes)
 

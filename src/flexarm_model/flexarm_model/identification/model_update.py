@@ -93,6 +93,7 @@ class Update:
         before, after: Relative frequency errors, model over measurement minus one, (m,) each.
         changes: Values for ``load_config``, of the identified parameters only.
         refused: Trials that were stepped back from: their values, and why they have no model.
+        strangers: Identified frequencies that are no mode of the fitted model [Hz].
     """
 
     unknowns: tuple[Unknown, ...]
@@ -104,6 +105,7 @@ class Update:
     after: Array
     changes: Mapping[str, str | float]
     refused: tuple[str, ...] = ()
+    strangers: tuple[float, ...] = ()
 
     @property
     def identified(self) -> NDArray[np.bool_]:
@@ -213,10 +215,8 @@ def _slopes(
 
 def _describe(unknowns: Sequence[Unknown], x: Array, error: Exception) -> str:
     """Return a trial's values and what is wrong with them."""
-    values = ", ".join(
-        f"{unknown.path} = {unknown.text(at)}" for unknown, at in zip(unknowns, x, strict=True)
-    )
-    return f"{values}: {error}"
+    pairs = zip(unknowns, x, strict=True)
+    return f"{', '.join(f'{unknown.path} = {unknown.text(at)}' for unknown, at in pairs)}: {error}"
 
 
 def _misfit(
