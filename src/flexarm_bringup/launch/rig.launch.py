@@ -36,6 +36,8 @@ ARGUMENTS = {
     "drift": ("false", "true: also watch whether the modes still run where they should"),
     "respawn": ("true", "by the clock, start crashed nodes again"),
 }
+CHOICES = ("lockstep", "composed", "markers", "drift", "respawn")
+YES, NO = ("true", "1", "yes", "on"), ("false", "0", "no", "off")  # as YAML and launch's conditions take them
 RESPAWN_DELAY = 0.1  # s; all may end in it instead
 
 
@@ -56,21 +58,26 @@ def generate_launch_description():
 def nodes(context):
     """Return a node for every process of the graph."""
     given = {name: LaunchConfiguration(name).perform(context) for name in ARGUMENTS}
-    given["lockstep"] = given["lockstep"].lower() == "true"
-    may_return = given.pop("respawn").lower() == "true" and not given["lockstep"]
-    is_composed = given.pop("composed").lower() == "true"
-    is_shown = given.pop("markers").lower() == "true"
-    is_watched = given.pop("drift").lower() == "true"
+    chosen = {name: is_true(name, given.pop(name)) for name in CHOICES}
+    given["lockstep"] = chosen["lockstep"]
+    may_return = chosen["respawn"] and not chosen["lockstep"]
     arm = given.pop("manipulator")
     preset = given.pop("preset") or None
     graph = arm_graph(arm, preset, **given)
-    graph = composed(graph) if is_composed else graph
-    graph = with_markers(graph) if is_shown else graph
-    graph = with_drift(graph, drift_settings(arm, preset)) if is_watched else graph
+    graph = composed(graph) if chosen["composed"] else graph
+    graph = with_markers(graph) if chosen["markers"] else graph
+    graph = with_drift(graph, drift_settings(arm, preset)) if chosen["drift"] else graph
     check_graph_security(graph)
     refuse_doubles(graph)
     stop = StopperNode().stop
     return [node(process, may_return, stop) for process in graph]
+
+
+def is_true(name, text):
+    """Return what an argument says; raises ValueError for what is neither true nor false."""
+    if text.lower() not in YES + NO:
+        raise ValueError(f"{name}:={text}: expected true or false")
+    return text.lower() in YES
 
 
 def node(process, may_return, stop):

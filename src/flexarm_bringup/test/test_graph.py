@@ -200,6 +200,16 @@ def test_the_launch_file_shows_the_arm_when_asked(monkeypatch: pytest.MonkeyPatc
     assert nodes[-1].on_exit is None and nodes[-1].respawn
 
 
+def test_the_launch_file_takes_every_word_for_yes_and_no_and_refuses_others(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    nodes = launched(monkeypatch, markers="1", drift="on", respawn="No")
+    assert [node.name for node in nodes[-2:]] == ["markers", "drift"]
+    assert not any(node.respawn for node in nodes)
+    with pytest.raises(ValueError, match="composed:=si: expected true or false"):
+        launched(monkeypatch, composed="si")
+
+
 def test_the_launch_file_watches_for_drift_when_asked_with_the_settings_of_the_arm(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
