@@ -106,6 +106,17 @@ def test_a_manipulator_without_moves_is_refused(capsys: pytest.CaptureFixture[st
     assert "no_such_arm" in capsys.readouterr().err
 
 
+def test_moves_that_ask_for_another_law_are_told_that_it_is_not_simulated() -> None:
+    task = task_for("single_link")
+    asking = replace(task, settings={**task.settings, "controller": {"law": "nmpc"}})
+    config = load_config(find_manipulator("single_link"), "geared")
+    pair = [replace(result(law, 1.0), preset="geared") for law in ("pd", "mpc")]
+    said = [build_page(each, {"geared": config}, pair, (), 1).to_text() for each in (task, asking)]
+    assert [
+        "the moves ask for law 'nmpc'; what is called MPC here is law 'mpc'" in text for text in said
+    ] == [False, True]
+
+
 def test_the_gain_is_that_of_all_moves_together() -> None:
     pd, mpc = result("pd", 3.0), result("mpc", 0.1)
     both = replace(pd, legs=(*pd.legs, *result("pd", 4.0).legs))

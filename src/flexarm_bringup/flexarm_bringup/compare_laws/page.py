@@ -15,7 +15,7 @@ from flexarm_bringup.compare_laws.sweep_page import Swept, sweep_tables
 from flexarm_bringup.page.figures import Figure
 from flexarm_bringup.page.report import Cell, Column, Page, Table
 from flexarm_bringup.residual import decibels
-from flexarm_bringup.tasks.task import Task
+from flexarm_bringup.tasks.task import Task, other_law
 from flexarm_model.manipulator.description import ManipulatorConfig
 
 COLUMNS = (
@@ -61,7 +61,7 @@ def build_page(
         lead=_lead(case),
         items=[*tables, *swept_tables, _bounds(case), *figures],
         checks=[*all_checks(task, results), *sweep_checks],
-        remarks={"read it so": _CAVEATS},
+        remarks={"read it so": [*_CAVEATS, *other_law(task, presets)]},
         data={"rows": [_plain(r, base) for r in results], "base_m_s2": base, "shaped_reference": case.chosen},
     )
 

@@ -8,7 +8,7 @@ from flexarm_bringup.page.figures import Figure
 from flexarm_bringup.page.report import Cell, Check, Column, Page, Table
 from flexarm_bringup.residual import decibels
 from flexarm_bringup.sim_run.study import NOMINAL, SimResult
-from flexarm_bringup.tasks.task import Task
+from flexarm_bringup.tasks.task import Task, other_law
 from flexarm_model.manipulator.description import ManipulatorConfig
 
 FASTEST_DDS = 250.0  # Hz; 200 Hz is kept over DDS in real time on two shared cores, 500 Hz is not
@@ -54,7 +54,7 @@ def build_page(
         f"reference and torque limits. Noise of the rig: seed {seed}.",
         items=[*tables, *figures],
         checks=[*worth_checks(task, results), _speed_check(task, results)],
-        remarks={"read it so": [real_time_note(config), *_CAVEATS]},
+        remarks={"read it so": [real_time_note(config), *_CAVEATS, *other_law(task, configs)]},
         data={"seed": seed, "rate_hz": config.rate_hz, "real_time_over_dds": config.rate_hz <= FASTEST_DDS},
     )
 

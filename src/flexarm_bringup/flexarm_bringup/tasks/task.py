@@ -8,7 +8,7 @@ controller differ from the defaults.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 from typing import Any, TypeVar
@@ -75,6 +75,15 @@ class Task:
         own = self.preset_settings.get(preset, {})
         merged = {name: {**self.settings.get(name, {}), **own.get(name, {})} for name in SECTIONS}
         return replace(self, settings=merged, preset_settings={})
+
+
+def other_law(task: Task, presets: Iterable[str]) -> tuple[str, ...]:
+    """Return what to tell where a study of MPC is of an arm whose moves ask for another law, if they do."""
+    laws = {task.under(preset).make("controller", ControllerConfig).law for preset in presets}
+    return tuple(
+        f"the moves ask for law '{law}'; what is called MPC here is law 'mpc', with its settings"
+        for law in sorted(laws - {ControllerConfig().law})
+    )
 
 
 SECTIONS: dict[str, type] = {
