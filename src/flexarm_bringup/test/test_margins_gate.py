@@ -25,6 +25,7 @@ from flexarm_estimator.settings import EstimatorConfig
 from flexarm_model.manipulator.description import ManipulatorConfig
 from flexarm_model.reading.config import load_config
 from flexarm_model.reading.manipulator_file import find_manipulator
+from flexarm_model.settings.strict_yaml import ConfigError
 from flexarm_model.tree.reduced_tree import ReducedTree
 
 pytestmark = pytest.mark.thorough
@@ -188,6 +189,14 @@ def test_a_setting_that_does_not_exist_is_refused(change: str) -> None:
 def test_a_misspelt_setting_is_answered_with_those_there_are() -> None:
     with pytest.raises(ValueError, match=r"estimator has no 'modal'; it has .*modal_force"):
         with_settings(task_for("single_link"), ["estimator.modal=1"])
+
+
+def test_a_switch_among_the_settings_is_true_or_false() -> None:
+    changed = with_settings(task_for("single_link"), ["mpc.foresight=true", "mpc.velocity_limit=false"])
+    mpc = changed.make("mpc", MpcConfig)
+    assert mpc.foresight is True and mpc.velocity_limit is False
+    with pytest.raises(ConfigError, match="'1' is not one of true, false"):
+        with_settings(task_for("single_link"), ["mpc.foresight=1"])
 
 
 def test_settings_that_are_words_can_be_changed_too() -> None:

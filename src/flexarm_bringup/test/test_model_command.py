@@ -47,6 +47,16 @@ def test_the_saved_model_is_the_one_that_was_shown(
     assert model.model_id == linearize(serve(PLANAR, "", "home")[0], model.pose).model_id
 
 
+def test_a_report_on_the_standard_output_stands_there_alone(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    files = ["--save", str(tmp_path / "model.npz"), "--sid", str(tmp_path / "bodies")]
+    assert main(["model", "single_link", "--json", "-", *files]) == 0
+    said = capsys.readouterr()
+    assert json.loads(said.out)["manipulator"] == "single_link"
+    assert "saved model" in said.err and "strip.sid" in said.err
+
+
 def test_away_from_home_modes_are_compared_with_those_there(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["model", FIVE_BAR]) == 0
     assert "MAC with the modes at home" not in capsys.readouterr().out

@@ -35,6 +35,7 @@ from flexarm_model.settings.strict_yaml import ConfigError
 Settings = Mapping[str, Mapping[str, Any]]
 REFUSED = 2
 ALONG = 5  # poses along the moves
+SWITCH = {"true": True, "false": False}
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -108,7 +109,7 @@ def with_settings(task: Task, changes: list[str]) -> Task:
         known = {item.name: item.default for item in fields(SECTIONS[section])}  # type: ignore[arg-type]
         if key not in known:
             raise ConfigError(f"--set {change}: {section} has no '{key}'; it has {', '.join(sorted(known))}")
-        found.setdefault(section, {})[key] = value if isinstance(known[key], str) else _number(change, value)
+        found.setdefault(section, {})[key] = _read(change, value, type(known[key]))
     settings = _merged(task.settings, found)
     presets = {preset: _merged(own, found) for preset, own in task.preset_settings.items()}
     changed = replace(task, settings=settings, preset_settings=presets)
@@ -122,7 +123,14 @@ def _merged(settings: Settings, changes: Settings) -> Settings:
     return {name: {**settings.get(name, {}), **changes.get(name, {})} for name in {**settings, **changes}}
 
 
-def _number(change: str, text: str) -> float:
+def _read(change: str, text: str, kind: type) -> str | bool | float:
+    """Return a value of the kind that the setting has; ConfigError where it is none."""
+    if kind is str:
+        return text
+    if kind is bool:
+        if text not in SWITCH:
+            raise ConfigError(f"--set {change}: '{text}' is not one of {', '.join(SWITCH)}")
+        return SWITCH[text]
     try:
         return int(text) if text.lstrip("+-").isdigit() else float(text)
     except ValueError:

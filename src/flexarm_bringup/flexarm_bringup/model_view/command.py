@@ -20,7 +20,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from flexarm_bringup.arguments import named_file, new_folder, output_folder, whole
+from flexarm_bringup.arguments import STDOUT, named_file, new_folder, output_folder, whole
 from flexarm_bringup.assumptions import resting_on
 from flexarm_bringup.margins.poses import grid_values
 from flexarm_bringup.model_view.grid_page import grid_page
@@ -96,10 +96,11 @@ def run(args: argparse.Namespace) -> int:
     figures = draw(analysis) if args.html else []
     progress.done()
     code = publish(resting_on(build_page(analysis, figures), tree.config), args)
+    said = sys.stderr if STDOUT in (args.json, args.html) else sys.stdout  # which the report has for itself
     if args.save:
-        print(f"saved model {model.model_id} in {args.save}")
+        print(f"saved model {model.model_id} in {args.save}", file=said)
     for path in written:
-        print(f"wrote {path}")
+        print(f"wrote {path}", file=said)
     return code
 
 

@@ -16,6 +16,7 @@ from __future__ import annotations
 
 import argparse
 import importlib
+import sys
 from pathlib import Path
 
 from flexarm_bringup.arguments import STDOUT
@@ -53,8 +54,9 @@ def run(args: argparse.Namespace) -> int:
     pages = compare_all(figures)
     code = 0
     for seed, page in pages.items():
-        code |= publish(page, argparse.Namespace(json=_own(args.json, seed), html=_own(args.html, seed)))
-    print(_summary(pages).to_text())
+        own = argparse.Namespace(json=_own(args.json, seed), html=_own(args.html, seed))
+        code = max(code, publish(page, own))
+    print(_summary(pages).to_text(), file=sys.stderr if STDOUT in (args.json, args.html) else sys.stdout)
     return code
 
 
