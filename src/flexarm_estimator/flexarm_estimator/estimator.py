@@ -162,6 +162,8 @@ class Estimator:
         validate(config)
         self.specs, self.config, self._maker = specs, config, self._maker.retuned(specs, config)
         self._reception.retune(specs, config)
+        self._gate.retune(specs)
+        self._watches.retune(specs)
         self._horizon = horizon_of(config)
         self.adopt(self.model)
 

@@ -86,6 +86,26 @@ def test_another_noise_from_the_start_is_that_of_an_estimator_made_with_it():
     assert abs(run(estimator(), 0, 200).x - one.x).max() > 1e-9
 
 
+@pytest.mark.parametrize(
+    ("name", "step"), [("encoder", 1e-3), ("encoder", 3e-3), ("root_strain", 1e-5), ("root_strain", 5e-5)]
+)
+def test_a_coarse_sensor_whose_noise_is_set_is_not_called_frozen(name, step):
+    """The watches judged by the noise of the description: a sound encoder was put out of use."""
+    sigma = step / np.sqrt(12.0)
+    specs = tuple(replace(spec, sigma=np.array([sigma])) if spec.name == name else spec for spec in SENSORS)
+    told, made = estimator(), estimator(specs)
+    do(told, SetNoise(name, (sigma,)))
+    for k, t in enumerate(RECORD.t):
+        samples = [
+            sample._replace(y=np.round(sample.y / step) * step) if sample.sensor == name else sample
+            for sample in RECORD.samples[k]
+        ]
+        found, expected = (each.step(samples, RECORD.tau[k], float(t)) for each in (told, made))
+        assert [report[:6] for report in found.sensors] == [report[:6] for report in expected.sensors]
+        np.testing.assert_array_equal(found.x, expected.x)
+    assert found.status == "ok"
+
+
 def test_noise_set_in_a_run_takes_effect_without_a_jump():
     made = estimator()
     before = run(made, 0, 200)

@@ -81,7 +81,10 @@ class IsolationWatch(Watch):
             self._excitation = Excitation(self._channels, _LENGTH)
             rearrangements(self._channels, self._channels.everybody)  # now, not in the middle of a motion
         self._theta, self._learned = parts.layout.theta, parts.layout.p
-        self._is_learning = parts.layout.n_p > 0
+
+    def retune(self, specs: tuple[SensorSpec, ...]) -> None:
+        """See Watch; the channels are made anew with the parts that follow."""
+        self._specs, self._names = specs, None
 
     def _forget(self, t: float) -> None:
         """Begin anew at ``t`` [s]."""
@@ -108,7 +111,7 @@ class IsolationWatch(Watch):
         if self._is_blind:
             return ()
         x = view.belief.x
-        learned = self._learned_before(x) if self._is_learning else ()
+        learned = self._learned_before(x) if self._parts.layout.n_p else ()
         self._ring.append(Entry(view.t, view.u, x[self._theta].copy(), learned, _not_held(view), self._parts))
         self._ticks += 1
         if self._ticks % _EVERY == 0:

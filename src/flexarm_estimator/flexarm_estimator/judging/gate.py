@@ -27,6 +27,7 @@ from flexarm_estimator.judging.short_term import HELD, JUMP, NOTHING, SHIFT, Sho
 from flexarm_estimator.measurement import Measurement
 from flexarm_estimator.settings import EstimatorConfig
 from flexarm_estimator.steps.joint_step import PreparedStep
+from flexarm_model.manipulator.sensor_spec import SensorSpec
 
 Array = NDArray[np.float64]
 _ALSO = 3.0  # score of another mean that makes a shift doubtful
@@ -72,6 +73,12 @@ class Gate:
         self._dropped: list[Verdict] = []
         self.doubts: list[set[str]] = []
         self.calm()
+
+    def retune(self, specs: Iterable[SensorSpec]) -> None:
+        """Go on with other noise of the same sensors."""
+        self._sigmas = {spec.name: spec.sigma.tolist() for spec in specs}
+        for name, past in self._past.items():
+            past.retune(self._sigmas[name])
 
     def calm(self) -> None:
         """Take back all doubts: the state is what the sensors say."""

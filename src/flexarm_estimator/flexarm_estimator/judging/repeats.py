@@ -68,6 +68,10 @@ class Repeats:
         record.said, record.step = self._said, self._step
         self._record = record
 
+    def retune(self, sigma: Sequence[float]) -> None:
+        """Go on with other noise of the channels, SI, (m,)."""
+        self._sigma, self._still[:] = sigma, [_REST * s for s in sigma]
+
     @property
     def heard(self) -> int:
         """Number of samples so far."""

@@ -80,6 +80,12 @@ class ShortTerm:
         )  # fmt: skip
         self.repeats = Repeats(self._sigma, self.record)
 
+    def retune(self, sigma: Sequence[float]) -> None:
+        """Go on with other noise of the channels, SI, (m,)."""
+        self._sigma = [float(s) for s in sigma]
+        self.mean.retune(self._sigma)
+        self.repeats.retune(self._sigma)
+
     def meet(self, sample: Measurement) -> Run:
         """Compare the values of a new sample with the one before."""
         return self.repeats.meet(sample)

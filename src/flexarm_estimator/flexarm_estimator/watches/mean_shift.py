@@ -51,6 +51,12 @@ class MeanTest:
         self._least = least
         self.record = MeanRecord(m, 0, 0, 0.0, -math.inf, *self._channels)
 
+    def retune(self, sigma: Sequence[float]) -> None:
+        """Go on with other noise of the channels, SI, (m,)."""
+        self._least = [(_LEAST * s) ** 2 for s in sigma]
+        self._channels[0][:] = [*self._least]
+        self._square[:] = list(map(max, self._square, self._least))
+
     @property
     def score(self) -> float:
         """Largest mean of a channel, over what it is without a bias [1]."""

@@ -72,8 +72,12 @@ class NoiseWatch(Watch):
 
     def __init__(self, specs: Iterable[SensorSpec]) -> None:
         """Take the noise of the sensors."""
-        self._sigmas = {spec.name: [float(sigma) for sigma in spec.sigma] for spec in specs}
         self._windows: dict[str, _Window] = {}
+        self.retune(tuple(specs))
+
+    def retune(self, specs: tuple[SensorSpec, ...]) -> None:
+        """See Watch."""
+        self._sigmas = {spec.name: [float(sigma) for sigma in spec.sigma] for spec in specs}
 
     def look(self, view: View) -> Sequence[Finding]:
         """See Watch."""

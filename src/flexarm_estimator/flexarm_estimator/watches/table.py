@@ -47,6 +47,11 @@ class Watches:
         for watch in self.all:
             watch.use(parts)
 
+    def retune(self, specs: tuple[SensorSpec, ...]) -> None:
+        """Go on with other noise of the same sensors."""
+        for watch in self.all:
+            watch.retune(specs)
+
     def restart(self, t: float) -> None:
         """Forget everything at ``t`` [s]."""
         for watch in self.all:

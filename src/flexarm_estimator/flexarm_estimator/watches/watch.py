@@ -19,6 +19,7 @@ from flexarm_estimator.filter import Belief
 from flexarm_estimator.judging.sample_judge import Verdict
 from flexarm_estimator.measurement import Measurement
 from flexarm_estimator.parts import Parts
+from flexarm_model.manipulator.sensor_spec import SensorSpec
 
 Array = NDArray[np.float64]
 
@@ -75,6 +76,9 @@ class Watch(ABC):
 
     def use(self, parts: Parts) -> None:  # noqa: B027, most watches do not care
         """Go on with another model."""
+
+    def retune(self, specs: tuple[SensorSpec, ...]) -> None:  # noqa: B027, most watches do not care
+        """Go on with other noise of the same sensors."""
 
     def values(self) -> dict[str, dict[str, float]]:
         """Return figures for the diagnostics, by sensor and name with unit ("latency [s]")."""
