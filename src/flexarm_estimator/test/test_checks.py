@@ -36,6 +36,23 @@ def test_a_sample_is_refused_with_its_reason(changes, reason):
     assert bool(found) == bool(reason)
 
 
+@pytest.mark.parametrize(
+    ("y", "given"),
+    [
+        ([0.1], "not a list"),
+        (0.1, "not a float"),
+        (np.array([0.1], dtype=np.float32), "not an array of float32"),
+        (np.array([1]), "not an array of int64"),
+        (np.array([[0.1]]), r"not shape (1, 1)"),
+        (np.array([0.1, 0.2]), r"not shape (2,)"),
+    ],
+)
+def test_a_value_that_is_no_array_of_floats_is_told_as_what_it_is(y, given):
+    """One number in a list was refused with "needs 1 numbers"."""
+    found = SampleChecks(SENSORS).refuse(Measurement("encoder", 1.1, y), WINDOW)
+    assert found == f"needs 1 numbers in an array of float64, {given}"
+
+
 def test_a_stamp_counts_once_whatever_the_order():
     checks = SampleChecks(SENSORS)
     times = [1.10, 1.05, 1.20, 1.05 + 5e-7, 1.10, 1.20]

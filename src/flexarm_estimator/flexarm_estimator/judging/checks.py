@@ -114,7 +114,7 @@ class SampleChecks:
             return "unknown sensor"
         dtype, shape, low, high, stamps = known
         if not isinstance(y, np.ndarray) or y.dtype != dtype or y.shape != shape:
-            return f"needs {shape[0]} numbers"
+            return _describe_misfit(y, shape[0])
         self.is_at_end = False
         for value in y.tolist():  # on so few numbers much cheaper than array functions
             if not low <= value <= high:  # also when it is NaN
@@ -181,6 +181,14 @@ class SampleChecks:
         if max(spec.low, -_MOST) <= value <= min(spec.high, _MOST):
             return ""
         return f"outside [{spec.low:g}, {spec.high:g}]" if math.isfinite(value) else "not finite"
+
+
+def _describe_misfit(y: object, m: int) -> str:
+    """Return what is wanted instead of a value that is no array of ``m`` floats, and what it is."""
+    if not isinstance(y, np.ndarray):
+        return f"needs {m} numbers in an array of float64, not a {type(y).__name__}"
+    given = f"an array of {y.dtype}" if y.shape == (m,) else f"shape {y.shape}"
+    return f"needs {m} numbers in an array of float64, not {given}"
 
 
 def _reach(spec: SensorSpec) -> float:
