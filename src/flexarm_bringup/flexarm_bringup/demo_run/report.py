@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Sequence
 
+from flexarm_bringup.demo_run.real_time_checks import real_time_checks
 from flexarm_bringup.demo_run.sessions import SessionRun
 from flexarm_bringup.demo_run.study import SERVO, Outcome, Row
 from flexarm_bringup.page.figures import Figure
@@ -18,7 +19,6 @@ WORST_DB = -29.0  # MPC on the worst reference, at least
 SETTLE = 0.15  # s after the end of the motion, at most
 SHAPED_GAIN_DB = 6.0  # MPC on a shaped reference against the best published trapezoid, at least
 ROBUST_DB = -24.0  # any MPC row at a frequency error, at most
-REAL_TIME_DB = 3.0  # between real time and lockstep, at most
 WITHOUT_COMMAND = 0.01  # share of motor periods in real time, at most
 UNSTABLE = 1.0  # residual above the worst open-loop motion's: the loop feeds the vibration
 
@@ -195,11 +195,10 @@ def _session_checks(sessions: Sequence[SessionRun]) -> list[Check]:
     for run in sessions:
         if run.session.lockstep:
             continue
-        pairs = zip(run.outcomes, lockstep[run.session.preset].outcomes, strict=True)
-        apart = max(abs(decibels(a.row.figures.residual, b.row.figures.residual)) for a, b in pairs)
         preset = run.session.preset
+        rows, twins = ([outcome.row for outcome in r.outcomes] for r in (run, lockstep[preset]))
         checks += [
-            _at_most(f"{preset}: real time from lockstep, all rows", apart, REAL_TIME_DB, "dB"),
+            *real_time_checks(preset, rows, twins),
             _at_most(
                 f"{preset}: motor periods without a fresh command",
                 100 * run.share_without_command,

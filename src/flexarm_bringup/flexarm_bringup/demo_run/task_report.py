@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from flexarm_bringup.demo_run.report import REAL_TIME_DB, WITHOUT_COMMAND
+from flexarm_bringup.demo_run.real_time_checks import REAL_TIME_DB
+from flexarm_bringup.demo_run.report import WITHOUT_COMMAND
 from flexarm_bringup.demo_run.task_session import TaskRun, torque_difference
 from flexarm_bringup.page.figures import Figure
 from flexarm_bringup.page.report import Cell, Check, Column, Page, Table
