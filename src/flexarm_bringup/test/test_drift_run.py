@@ -75,7 +75,8 @@ def test_five_per_cent_are_told_within_ten_seconds_and_not_before(scale: float) 
 def test_the_3tpt_whose_modes_are_not_those_described_tells_a_change_and_only_that() -> None:
     """Ten modes at 1 kHz; under joint PD, since what the watch sees does not depend on the law.
 
-    Modes 1, 3 and 5 are known well enough at the start, to a sigma of 0.006; mode 2 only just or just not.
+    Modes 1, 3 and 5 are known well enough at the start, to a sigma of 0.006. Mode 2 was by a kick: the plant
+    after the change had a mode of the other sign, until a mode's sign no longer hung on rounding.
     """
     task = load_task(find_task("spatial_3tpt"))
     config = load_config(find_manipulator("spatial_3tpt"), task.presets[0])
