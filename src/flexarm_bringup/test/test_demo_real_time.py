@@ -9,7 +9,7 @@ import pytest
 
 from flexarm_bringup.closed_loop import LoopSettings, run_closed_loop
 from flexarm_bringup.demo_run.motions import motions, out_and_back
-from flexarm_bringup.demo_run.real_time_checks import real_time_checks
+from flexarm_bringup.demo_run.real_time_checks import REAL_TIME_DB, real_time_checks
 from flexarm_bringup.demo_run.study import ANGLES_DEG, Job, Row, damping_ratio, outcome_of, tip_reach
 from flexarm_bringup.record import Figures
 from flexarm_bringup.sim.rig import RigSettings
@@ -57,6 +57,8 @@ def run(preset: str, seed: int) -> list[Row]:
 @pytest.mark.slow
 @pytest.mark.parametrize("preset", ["geared", "light_hub"])
 def test_another_seed_of_the_noise_keeps_the_bounds(preset: str) -> None:
-    runs = [run(preset, seed) for seed in range(1, 7)]
+    """In some row of some pair it would miss the bound of the mean."""
+    runs = [run(preset, seed) for seed in range(1, 17)]
     checks = [check for pair in combinations(runs, 2) for check in real_time_checks(preset, *pair)]
-    assert len(checks) == 30 and all(check.passed for check in checks)
+    assert len(checks) == 240 and all(check.passed for check in checks)
+    assert max(float(check.found.split()[0]) for check in checks[1::2]) > REAL_TIME_DB

@@ -216,7 +216,8 @@ def test_a_goal_without_models_is_given_up(config, model):
     said = goals.on_models(f"{own_stamp(outgoing)}: refused: {REFUSAL}")
     assert NO_MODELS in reasons(said)
     assert abs(exchange.controller.reference.position(9.0)[0]) < 0.01  # rad
-    assert goals.on_models(f"{own_stamp(said)}: refused: {REFUSAL}")[0].msg.reason == NO_MODELS  # of the halt
+    (again,) = reasons(goals.on_models(f"{own_stamp(said)}: refused: {REFUSAL}"))  # of the halt
+    assert again == f"{NO_MODELS}; it is stopping already"
 
 
 def test_a_refusal_of_models_for_another_reference_changes_nothing(config, model):

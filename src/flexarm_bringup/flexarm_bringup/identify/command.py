@@ -144,7 +144,8 @@ def _check(args: argparse.Namespace) -> None:
 
 def _check_arm(args: argparse.Namespace) -> None:
     if args.manipulator:
-        refuse_bags_of_another_arm(args.files, load_config(find_manipulator(args.manipulator), args.preset))
+        arm = load_config(find_manipulator(args.manipulator), args.preset)
+        refuse_bags_of_another_arm([*args.files, *map(file_of, args.also)], arm)
     elif args.pose:
         raise ValueError("--pose needs --manipulator NAME: its model at the pose is what is held beside")
 

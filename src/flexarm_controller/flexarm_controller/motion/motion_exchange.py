@@ -105,11 +105,12 @@ class MotionExchange:
         (stamp_ns, reason), arm = self._unserved, self._arm(is_armed=True)
         if stamp_ns != self._followed_ns or stamp_ns < 0 or isinstance(arm, str):
             return []
-        self._followed_ns, said = -1, self._exchange.refuse_reference(f"no models for it: {reason}")
+        self._followed_ns, words = -1, [f"no models for it: {reason}"]
         if self._exchange.is_armed:
-            self._server.cancel(0, arm, arm.state)
+            words += filter(None, [self._server.cancel(0, arm, arm.state).reason])  # why it goes on, say
         else:
             arm.forget()
+        said = self._exchange.refuse_reference("; ".join(words))
         return [*said, *self._sent(arm), *self._told(arm)]
 
     def _sent(self, arm: _Arm) -> list[Outgoing]:
