@@ -1,8 +1,8 @@
 """Whether a run in real time leaves what the same run leaves in lockstep.
 
 Another seed of the noise alone sets single rows apart, above all where little else is left: two lockstep runs
-may be more than 3 dB apart in a row, not in the mean over the angles of a motion (``test_demo_real_time``). So
-the mean is judged, and a single row by twice as much.
+may be more than 3 dB apart in a row, not in the mean over the angles of a motion
+(``test_demo_real_time``). So the mean is judged, and a single row by twice as much.
 """
 
 from __future__ import annotations
