@@ -16,6 +16,7 @@ from flexarm_bringup.installed import INDEX
 from flexarm_bringup.processes.graph import Process
 from flexarm_bringup.processes.supervisor import RESPAWNS, Ending, Supervisor
 from flexarm_bringup.processes.surroundings import LIFE, PROFILES, of_life
+from flexarm_model.process.start_watch import EXIT_STUCK
 
 SLEEP = "import time; print('up', flush=True); time.sleep(300)"
 DEAF = "import signal; [signal.signal(n, signal.SIG_IGN) for n in (signal.SIGINT, signal.SIGTERM)];" + SLEEP
@@ -71,6 +72,15 @@ def test_the_end_of_an_essential_child_is_reported_with_its_last_words(tmp_path:
     with start(tmp_path, python(SLEEP), failing) as supervisor:
         until(lambda: failing.name in supervisor.exit_codes())
         assert supervisor.failed() == f"{failing.name} ended with 3: trouble"
+
+
+def test_a_child_that_hung_while_it_started_is_told_as_that_and_comes_back(tmp_path: Path) -> None:
+    hanging = python(f"print('the outermost frame'); raise SystemExit({EXIT_STUCK})")
+    with start(tmp_path, hanging) as supervisor:
+        until(lambda: hanging.name in supervisor.exit_codes())
+        (ending,) = supervisor.tend()
+        assert ending.returns
+        assert ending.last_words == f"it hung while it started; {supervisor.log(hanging.name)} says where"
 
 
 def test_the_end_of_another_child_is_no_failure(tmp_path: Path) -> None:

@@ -9,6 +9,8 @@ import time
 
 import pytest
 
+from flexarm_model.process import start_watch
+
 pytestmark = pytest.mark.ros
 pytest.importorskip("rclpy")
 
@@ -184,3 +186,13 @@ def test_a_process_of_two_nodes_ends_when_either_of_them_does() -> None:
         [sys.executable, "-c", COMPOSED], capture_output=True, text=True, timeout=PATIENCE, check=False
     )
     assert (done.returncode, done.stdout) == (0, "main stopped\nbeside stopped\n"), done.stderr
+
+
+def test_a_node_that_hangs_while_it_is_made_ends_with_its_stacks() -> None:
+    hanging = PROGRAM.replace('super().__init__("probe")', "ctypes.PyDLL(None).sleep(60)")
+    watched = "import ctypes\nfrom flexarm_model.process import start_watch\nstart_watch.PATIENCE = 2.0\n"
+    command = [sys.executable, "-c", watched + hanging]
+    environment = {key: value for key, value in os.environ.items() if key != "_ROS_WHEELS_BOOTSTRAP_COMPLETE"}
+    ended = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=50, check=False)
+    assert ended.returncode == start_watch.EXIT_STUCK
+    assert "in __init__" in ended.stderr

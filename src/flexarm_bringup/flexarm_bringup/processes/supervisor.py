@@ -25,6 +25,7 @@ from flexarm_bringup.processes.graph import Process
 from flexarm_bringup.processes.reserves import Reserves
 from flexarm_bringup.processes.surroundings import defaults, of_life
 from flexarm_model.process.reserve import MARK
+from flexarm_model.process.start_watch import EXIT_STUCK
 
 GRACE = ((signal.SIGINT, 5.0), (signal.SIGTERM, 2.0), (signal.SIGKILL, 2.0))  # s for all children together
 POLL_PERIOD = 0.01  # s
@@ -40,7 +41,7 @@ class Ending:
     Attributes:
         process: Its row of the graph.
         code: Exit code; minus the signal that ended it.
-        last_words: Last line of its log.
+        last_words: Last line of its log; of one that hung while it started, that.
         returns: It has been started again.
     """
 
@@ -118,7 +119,7 @@ class Supervisor:
         """Return one line about the first essential process that has ended; empty when all run."""
         for name, code in self.exit_codes().items():
             if self._processes[name].essential:
-                return f"{name} ended with {code}: {self._last_line(name)}"
+                return f"{name} ended with {code}: {self._last_words(name, code)}"
         return ""
 
     @contextmanager
@@ -138,7 +139,7 @@ class Supervisor:
         endings = []
         for name, code in self.exit_codes().items():
             if name not in self._told:
-                process, words = self._processes[name], self._last_line(name)
+                process, words = self._processes[name], self._last_words(name, code)
                 returns = self._may_return(process, code)
                 try:
                     if returns:
@@ -224,6 +225,8 @@ class Supervisor:
         if self._ends is not None:
             self._ends.add(name, self._children[name])
 
-    def _last_line(self, name: str) -> str:
+    def _last_words(self, name: str, code: int) -> str:
+        if code == EXIT_STUCK:
+            return f"it hung while it started; {self.log(name)} says where"
         lines = self.log(name).read_text(encoding="utf8", errors="replace").split("\n")
         return next((line for line in reversed(lines) if line.strip()), "it said nothing")

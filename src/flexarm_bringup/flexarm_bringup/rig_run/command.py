@@ -7,7 +7,8 @@ unless ROS_AUTOMATIC_DISCOVERY_RANGE says else. In another terminal flexarm arm,
 
 Exit codes of this command: 0 ended by Ctrl-C; 1 an essential process ended for good, or the bag is not whole;
 2 wrong configuration.
-Exit codes of a node: 0 asked to end, 2 wrong configuration, 3 its name is taken, minus N: signal N ended it.
+Exit codes of a node: 0 asked to end, 2 wrong configuration, 3 its name is taken, 4 it hung while it started,
+minus N: signal N ended it.
 """
 
 from __future__ import annotations

@@ -19,6 +19,8 @@ import tempfile
 from functools import cache
 from pathlib import Path
 
+from flexarm_model.process.start_watch import takes_long
+
 FLAGS = ("-O1", "-fPIC", "-shared", "-ffp-contract=off")  # -O3 takes minutes and gains little
 HEADER = Path(__file__).with_name("machine_code.h")  # what C files written by hand share
 LONG_SOURCE = 1_000_000  # bytes of C; from here on compiling takes seconds, and is announced
@@ -61,7 +63,8 @@ def _build(source: Path, command: list[str], target: Path) -> Path | None:
     target.parent.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(prefix=f"{target.stem}.", suffix=".tmp", dir=target.parent) as folder:
         built = Path(folder) / target.name
-        made = subprocess.run([*command, "-o", str(built), "-lm"], check=False, capture_output=True)
+        with takes_long():
+            made = subprocess.run([*command, "-o", str(built), "-lm"], check=False, capture_output=True)
         if made.returncode:
             _tell(f"the C compiler {command[0]} fails{_first_error(made.stderr)}; slower code runs instead")
             return None

@@ -40,6 +40,7 @@ from flexarm_model.process.security import (
     told_of_security,
 )
 from flexarm_model.process.single_instance import NameTakenError, claim_name
+from flexarm_model.process.start_watch import StartWatch
 from flexarm_model.ros.alarm import Alarm
 from flexarm_model.ros.parameter_file import parameter_sources
 from flexarm_model.settings.parameters import ParameterError
@@ -82,8 +83,16 @@ def run_node(factory: Callable[[], Node]) -> int:
 
     Returns:
         Exit code: 0, or the node's own; with one line on stderr 2 when the configuration is wrong, and 3
-        when a node of the same name is running.
+        when a node of the same name is running. One that hangs while it starts ends with 4 (``StartWatch``).
     """
+    watch = StartWatch()
+    try:
+        return _run(factory, watch)
+    finally:
+        watch.end()
+
+
+def _run(factory: Callable[[], Node], watch: StartWatch) -> int:
     announce_on_stderr()
     give_back_large_buffers()
     for number in STOPPING:
@@ -107,7 +116,7 @@ def run_node(factory: Callable[[], Node]) -> int:
     for number in STOPPING:
         signal.signal(number, lambda received, _frame: stopping.append(received))
     with held:
-        _spin(node, stopping)
+        _spin(node, stopping, watch)
     for number in STOPPING:
         signal.signal(number, signal.SIG_IGN)  # who asks again would hit Python while it ends
     return int(getattr(node, "exit_code", 0))
@@ -190,7 +199,7 @@ class ReadyFlag:
         return self._loading is None or self._loading.is_done
 
 
-def _spin(node: Node, stopping: list[int]) -> None:
+def _spin(node: Node, stopping: list[int], watch: StartWatch) -> None:
     executor, companions = events_executor(), getattr(node, "companions", ())
     try:
         for each in (node, *companions):
@@ -200,6 +209,8 @@ def _spin(node: Node, stopping: list[int]) -> None:
         _keep_time(node)
         alarm = getattr(node, "alarm", Alarm(lambda: None, time.monotonic))
         with suppress(ExternalShutdownException):
+            executor.spin_once(timeout_sec=0.0)
+            watch.end()
             while not (stopping or any(getattr(each, "is_finished", False) for each in (node, *companions))):
                 executor.spin_once(timeout_sec=alarm.wait(SPIN_TIMEOUT))
                 alarm.look()
