@@ -1,12 +1,9 @@
 """The controller node's topics: what it hears of references besides their points."""
 
-import subprocess
-import sys
-
 import pytest
+from lone_node import run_beside
 
 pytestmark = pytest.mark.ros
-domain_coordinator = pytest.importorskip("domain_coordinator", reason="needs ROS")
 NODE = """
 import sys, time, rclpy
 import flexarm_controller.controller_node as module
@@ -80,17 +77,7 @@ print(node._goals.on_move_tip(request, MoveTip.Response()).goal_id)
     ],
     ids=["without models", "too many points", "goals of this life", "goals in lockstep"],
 )
-def test_what_the_controller_hears_of_references(
-    code: str, lockstep: bool, said: list[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
-    settings = ["--ros-args", "-p", f"lockstep:={str(lockstep).lower()}"]
-    with domain_coordinator.domain_id() as domain:
-        monkeypatch.setenv("ROS_DOMAIN_ID", str(domain))
-        done = subprocess.run(
-            [sys.executable, "-c", NODE + code, *settings], capture_output=True, text=True, check=False
-        )
-    assert done.returncode == 0, done.stderr
-    lines = done.stdout.splitlines()
+def test_what_the_controller_hears_of_references(code: str, lockstep: bool, said: list[str]) -> None:
+    lines = run_beside(NODE, code, "--ros-args", "-p", f"lockstep:={str(lockstep).lower()}")
     assert len(lines) == len(said)
     assert all(line.startswith(start) for line, start in zip(lines, said, strict=True)), lines

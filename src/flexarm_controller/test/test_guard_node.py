@@ -1,12 +1,9 @@
 """The guard node with a clock that is set: what it says and refuses after a standstill or a silence."""
 
-import subprocess
-import sys
-
 import pytest
+from lone_node import run_beside
 
 pytestmark = pytest.mark.ros
-domain_coordinator = pytest.importorskip("domain_coordinator", reason="needs ROS")
 NODE = """
 import types, rclpy
 import flexarm_controller.guard_node as module
@@ -70,29 +67,17 @@ print(*said[-1])
 """
 
 
-def run(code, monkeypatch):
-    """Run lines beside a guard node of the single link that has just been made; returns what they print."""
-    monkeypatch.setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
-    with domain_coordinator.domain_id() as domain:
-        monkeypatch.setenv("ROS_DOMAIN_ID", str(domain))
-        done = subprocess.run(
-            [sys.executable, "-c", NODE + code], capture_output=True, text=True, check=False
-        )
-    assert done.returncode == 0, done.stderr
-    return done.stdout.strip()
-
-
 @pytest.mark.parametrize(
     ("stood", "said"),
-    [(0.0, "3 armed"), (1.0, "2 braking guard did not run for 1000 ms")],
+    [(0.0, "3 armed "), (1.0, "2 braking guard did not run for 1000 ms")],
 )
-def test_a_command_that_waited_while_the_guard_stood_still_is_not_used(stood, said, monkeypatch):
-    assert run(STANDSTILL.replace("STOOD", str(stood)), monkeypatch) == said
+def test_a_command_that_waited_while_the_guard_stood_still_is_not_used(stood, said):
+    assert run_beside(NODE, STANDSTILL.replace("STOOD", str(stood))) == [said]
 
 
-def test_nobody_is_told_armed_while_the_drives_are_silent(monkeypatch):
-    assert run(SILENCE, monkeypatch) == "(True, 'armed')\n(False, 'drives silent for 35 ms') braking"
+def test_nobody_is_told_armed_while_the_drives_are_silent():
+    assert run_beside(NODE, SILENCE) == ["(True, 'armed')", "(False, 'drives silent for 35 ms') braking"]
 
 
-def test_a_guard_that_is_deactivated_says_that_it_stopped(monkeypatch):
-    assert run(LAST_WORDS, monkeypatch) == "2 guard deactivated"
+def test_a_guard_that_is_deactivated_says_that_it_stopped():
+    assert run_beside(NODE, LAST_WORDS) == ["2 guard deactivated"]

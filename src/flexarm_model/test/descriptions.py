@@ -20,7 +20,8 @@ def write_arm(folder: Path, content: dict[str, Any]) -> Path:
 
 
 def refusal(path: Path) -> str:
-    """Return why a description is refused."""
+    """Return why a description is refused, which begins with its file."""
     with pytest.raises(ConfigError) as caught:
         load_config(path)
+    assert str(caught.value).startswith(f"{path}: ")
     return str(caught.value)

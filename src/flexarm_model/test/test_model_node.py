@@ -1,12 +1,9 @@
 """The model node between messages: what it does with the models of a reference that is refused."""
 
-import subprocess
-import sys
-
 import pytest
+from lone_node import run_beside
 
 pytestmark = pytest.mark.ros
-domain_coordinator = pytest.importorskip("domain_coordinator", reason="needs ROS")
 START_NS = 10**18
 NODE = f"""
 import rclpy
@@ -35,18 +32,6 @@ def show():
 """
 
 
-def run(code: str, monkeypatch: pytest.MonkeyPatch) -> list[str]:
-    """Run lines beside a model node of the single link; returns what they print."""
-    monkeypatch.setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
-    with domain_coordinator.domain_id() as domain:
-        monkeypatch.setenv("ROS_DOMAIN_ID", str(domain))
-        done = subprocess.run(
-            [sys.executable, "-c", NODE + code], capture_output=True, text=True, check=False
-        )
-    assert done.returncode == 0, done.stderr
-    return done.stdout.splitlines()
-
-
 @pytest.mark.parametrize(
     ("code", "said"),
     [
@@ -55,15 +40,11 @@ def run(code: str, monkeypatch: pytest.MonkeyPatch) -> list[str]:
         ("tell('reference refused: too fast'); refer(); show()", "0.0 True False"),  # it was quicker
     ],
 )
-def test_models_of_a_refused_reference_are_not_used(
-    code: str, said: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    assert run(code, monkeypatch) == [said]
+def test_models_of_a_refused_reference_are_not_used(code: str, said: str) -> None:
+    assert run_beside(NODE, code) == [said]
 
 
-def test_a_refusal_after_a_stop_leaves_the_models_with_the_measured_pose(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_a_refusal_after_a_stop_leaves_the_models_with_the_measured_pose() -> None:
     stopped = "[node.on_guard_status(GuardStatus(session_token=token)) for token in (7, 0)]"
     code = f"node._follows_pose = False; refer(); {stopped}; tell('reference refused: x'); show()"
-    assert run(code, monkeypatch) == ["0.0 True True"]
+    assert run_beside(NODE, code) == ["0.0 True True"]

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 import yaml
 from arms import SINGLE_LINK
+from descriptions import refusal, write_arm
 
 from flexarm_model.reading.config import load_config
-from flexarm_model.settings.strict_yaml import ConfigError
 
 LAW = {"parameter": "pressure", "at": ["1 bar", "2 bar", "4 bar"],
        "values": ["1 N m/rad", "3 N m/rad", "4 N m/rad"]}  # fmt: skip
@@ -26,16 +26,7 @@ def described(
     content["joints"]["clamp"]["axes"] = {"rz": spring}
     content["parameters"] = parameters
     content["presets"] = presets
-    path = tmp_path / "arm.yaml"
-    path.write_text(yaml.safe_dump(content, sort_keys=False), encoding="utf-8")
-    return path
-
-
-def refusal(path: Path) -> str:
-    with pytest.raises(ConfigError) as caught:
-        load_config(path)
-    assert str(caught.value).startswith(f"{path}: ")
-    return str(caught.value)
+    return write_arm(tmp_path, content)
 
 
 @pytest.mark.parametrize(
