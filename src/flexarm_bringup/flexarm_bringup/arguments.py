@@ -80,16 +80,23 @@ def named_file(text: str) -> Path:
 
 
 def output_folder(text: str) -> Path:
-    """Return the path of a folder, which is made if it is not there.
+    """Return the path of a folder that is there or can be made; trying it leaves nothing behind.
+
+    Who writes into it makes it then: a command that is refused leaves no empty folder.
 
     Raises:
         ArgumentTypeError: It cannot be made; says why.
     """
     path = Path(text)
+    missing = [part for part in (path, *path.parents) if not part.exists()]
     try:
         path.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise ArgumentTypeError(f"'{text}': cannot be made a folder ({error.strerror})") from None
+    finally:
+        for part in missing:
+            if part.is_dir():
+                part.rmdir()
     return path
 
 
@@ -99,19 +106,9 @@ def new_folder(text: str) -> Path:
     Raises:
         ArgumentTypeError: It is there already, or cannot be made; says why.
     """
-    path = Path(text)
-    if path.exists():
+    if Path(text).exists():
         raise ArgumentTypeError(f"'{text}': exists already")
-    missing = [part for part in (path, *path.parents) if not part.exists()]
-    try:
-        path.mkdir(parents=True)
-    except OSError as error:
-        raise ArgumentTypeError(f"'{text}': cannot be made a folder ({error.strerror})") from None
-    finally:
-        for part in missing:
-            if part.is_dir():
-                part.rmdir()
-    return path
+    return output_folder(text)
 
 
 def folder(text: str) -> Path:

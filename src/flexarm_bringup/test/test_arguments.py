@@ -74,8 +74,10 @@ def test_no_file_is_named_like_the_standard_output(
     assert f"argument {words.split()[-2]}: '-': expected the name of a file" in capsys.readouterr().err
 
 
-def test_a_folder_is_made_or_refused(tmp_path: Path) -> None:
-    assert output_folder(str(tmp_path / "a" / "b")).is_dir()
+def test_a_folder_can_be_made_or_is_refused(tmp_path: Path) -> None:
+    assert output_folder(str(tmp_path)) == tmp_path and tmp_path.is_dir()
+    assert output_folder(str(tmp_path / "a" / "b")) == tmp_path / "a" / "b"
+    assert not (tmp_path / "a").exists()  # who writes into it makes it
     assert new_folder(str(tmp_path / "new" / "b")) == tmp_path / "new" / "b"
     assert not (tmp_path / "new").exists()  # nor is anything left of trying
     (tmp_path / "file").write_text("")

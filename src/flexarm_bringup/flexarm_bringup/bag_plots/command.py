@@ -142,12 +142,13 @@ def draw(panel: Panel, series: BagSeries) -> Figure:
 
 
 def write_picture(panel: Panel, series: BagSeries, folder: Path) -> Path:
-    """Write the picture of a panel, dark on white; return its path.
+    """Write the picture of a panel, dark on white, into a folder that is made; return its path.
 
     Raises:
         OSError: It cannot be written; nothing of it is left.
     """
     path = folder / f"{panel.name}.png"
+    folder.mkdir(parents=True, exist_ok=True)
     with drawing(WIDTH, panel.height) as plot:
         panel.draw(plot, series)
         plot.suptitle(panel.title, fontsize=10)

@@ -83,6 +83,7 @@ def run(args: argparse.Namespace) -> int:
 
 def _run_comparison(args: argparse.Namespace) -> int:
     """Run the comparison of schemes on the published single link; returns the exit code."""
+    args.folder.mkdir(parents=True, exist_ok=True)
     progress = Progress()
     study = run_jobs(jobs(PRESETS), lambda done, of: progress.say(f"comparing schemes: {done} of {of} runs"))
     sessions: list[SessionRun] = []

@@ -39,6 +39,7 @@ def run_task_demo(args: argparse.Namespace) -> int:
     progress = Progress()
     try:
         task = task_for(args.name)
+        args.folder.mkdir(parents=True, exist_ok=True)
         progress.say("working out the moves")
         jobs = sim_jobs(task, task.presets, [NOMINAL])
         progress.say("preparing the arms")

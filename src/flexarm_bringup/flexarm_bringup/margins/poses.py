@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from flexarm_bringup.static_arm import StaticArm
 from flexarm_bringup.tasks.course import plan_course
 from flexarm_bringup.tasks.task import Task
-from flexarm_model.manipulator.description import ManipulatorConfig
+from flexarm_model.manipulator.description import Axis, ManipulatorConfig
 from flexarm_model.served.pose_grid import grid_poses
 from flexarm_model.settings.strict_yaml import ConfigError
 from flexarm_model.tree.reduced_tree import ReducedTree
@@ -61,7 +61,7 @@ class Poses:
         """Return the poses of the grid by label.
 
         Raises:
-            ConfigError: There are too many, or an axis has no ends.
+            ConfigError: There are too many, or an axis that slides has no end.
         """
         if not self.grid:
             return {}
@@ -72,8 +72,10 @@ class Poses:
 def grid_values(config: ManipulatorConfig, n: int) -> list[list[float]]:
     """Return ``n`` values of every actuated axis [rad or m], evenly, half a step from the ends of its range.
 
+    The range of an axis that turns without an end is one turn.
+
     Raises:
-        ConfigError: There are too many combinations, or an axis has no ends.
+        ConfigError: There are too many combinations, or an axis that slides has no end.
     """
     axes = config.actuated
     if n ** len(axes) > MOST_POSES:
@@ -81,11 +83,26 @@ def grid_values(config: ManipulatorConfig, n: int) -> list[list[float]]:
         plural = "es" if len(axes) > 1 else "is"
         why = f"{n ** len(axes)} poses of {len(axes)} ax{plural}, at most {MOST_POSES}"
         raise ConfigError(f"--grid {n}: {why}: up to --grid {fitting}")
-    for name, axis in axes.items():
-        if not math.isfinite(axis.upper - axis.lower):
-            raise ConfigError(f"--grid {n}: axis '{name}' has no ends")
     shares = (np.arange(n) + 0.5) / n
-    return [(axis.lower + shares * (axis.upper - axis.lower)).tolist() for axis in axes.values()]
+    ranges = [_range(n, name, axis) for name, axis in axes.items()]
+    return [(lower + shares * (upper - lower)).tolist() for lower, upper in ranges]
+
+
+def _range(n: int, name: str, axis: Axis) -> tuple[float, float]:
+    """Return the ends of an axis' range, or of a turn of one that has no end on a side [rad or m].
+
+    Raises:
+        ConfigError: It slides, and has no end.
+    """
+    lower, upper = axis.lower, axis.upper
+    if math.isfinite(upper - lower):
+        return lower, upper
+    if axis.name.startswith("t"):
+        raise ConfigError(f"--grid {n}: axis '{name}' slides without an end; give it lower and upper")
+    if math.isfinite(upper):
+        return upper - 2 * math.pi, upper
+    start = lower if math.isfinite(lower) else -math.pi
+    return start, start + 2 * math.pi
 
 
 def _told_apart(rows: Array, formats: Sequence[str]) -> list[str]:

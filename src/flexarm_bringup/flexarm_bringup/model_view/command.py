@@ -114,8 +114,10 @@ def show_grid(args: argparse.Namespace, progress: Progress) -> int:
         raise ValueError("--grid N goes with --save-grid, not with --pose, --save or --sid")
     config = load_config(find_manipulator(args.name), args.preset)
     poses = grid_poses(grid_values(config, args.grid))
+    tree = ReducedTree(config)
+    refuse_slow_rate(config, linearize(tree).omega)
     progress.say(f"serving {len(poses.values)} poses")
-    grid = build_grid(ReducedTree(config), poses)
+    grid = build_grid(tree, poses)
     if args.save_grid:
         save_grid(grid, args.save_grid)
     progress.done()

@@ -30,7 +30,11 @@ _MOST = 1000  # coordinates
 
 
 def write_sid(body: Superelement, path: Path | str) -> None:
-    """Write a superelement."""
+    """Write a superelement into a file of a folder that is there.
+
+    Raises:
+        OSError: The file cannot be written.
+    """
     lines = [*_part(body), *_own(body)]
     lines += [f"digest = {_hash(lines)}", f"end {_OWN}"]
     Path(path).write_text("\n".join(lines) + "\n", encoding="utf-8")
