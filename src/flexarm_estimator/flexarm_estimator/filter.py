@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg.lapack import dposv
 
 from flexarm_estimator.state.process import Transition
 
@@ -115,3 +116,12 @@ def innovation_covariance(P: Array, H: Array, R: Array, M: Array | None = None) 
     mixed = H.dot(M)
     S += mixed + mixed.T
     return S
+
+
+def normalised_square(nu: Array, S: Array) -> float:
+    """Return ``nu' S^-1 nu``; infinite when S is not positive definite."""
+    if nu.size == 1:
+        value, variance = float(nu[0]), float(S[0, 0])
+        return value * value / variance if variance > 0.0 else math.inf  # ** raises when it overflows
+    _, solution, info = dposv(S, nu)
+    return float(nu.dot(solution)) if info == 0 else math.inf

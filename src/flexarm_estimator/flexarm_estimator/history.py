@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from flexarm_estimator.filter import Belief
 from flexarm_estimator.judging.reopening import Reopening
 from flexarm_estimator.judging.scan import Scan
-from flexarm_estimator.measurement import Measurement
+from flexarm_estimator.measurement import SAME_INSTANT, Measurement
 from flexarm_estimator.steps.joint_step import PreparedStep
 
 if TYPE_CHECKING:
@@ -29,7 +29,6 @@ if TYPE_CHECKING:
     from flexarm_estimator.parts import Parts
 
 Array = NDArray[np.float64]
-SAME_INSTANT = 1e-6  # s; stamps closer than this are one instant
 _NOTHING: Array = np.empty(0)
 
 

@@ -20,8 +20,7 @@ from numpy.typing import NDArray
 from scipy.linalg.lapack import dpotrf
 
 from flexarm_estimator.adoption import map_parts
-from flexarm_estimator.filter import Belief, GuardedFilter, innovation_covariance
-from flexarm_estimator.judging.gate import normalised_square
+from flexarm_estimator.filter import Belief, GuardedFilter, innovation_covariance, normalised_square
 from flexarm_estimator.measurement import Measurement
 from flexarm_estimator.parts import Parts
 from flexarm_estimator.steps.joint_step import JointStep, PreparedStep

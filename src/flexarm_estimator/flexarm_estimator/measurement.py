@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
+SAME_INSTANT = 1e-6  # s; stamps closer than this are one instant
 
 
 class Measurement(NamedTuple):  # not a dataclass: a dozen are made in every period

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from flexarm_estimator.estimator import Estimator
 from flexarm_estimator.filter import Belief
-from flexarm_estimator.history import SAME_INSTANT, Instant
-from flexarm_estimator.measurement import Measurement
+from flexarm_estimator.history import Instant
+from flexarm_estimator.measurement import SAME_INSTANT, Measurement
 from flexarm_estimator.parts import Parts
 from flexarm_estimator.smoothing import smooth
 

@@ -5,8 +5,7 @@ import pytest
 from planar_strip import DT, ROW_SENSORS, SENSORS, StripKinematics, arriving, simulate, strip_model
 
 from flexarm_estimator.estimator import Estimator
-from flexarm_estimator.filter import Belief, GuardedFilter, innovation_covariance
-from flexarm_estimator.judging.gate import normalised_square
+from flexarm_estimator.filter import Belief, GuardedFilter, innovation_covariance, normalised_square
 from flexarm_estimator.measurement import Measurement
 from flexarm_estimator.settings import EstimatorConfig
 from flexarm_estimator.state.process import ProcessModel, Transition

@@ -13,9 +13,8 @@ from flexarm_bringup.bags.bag_reader import Record, decode
 from flexarm_bringup.bags.bag_writer import BagError
 from flexarm_bringup.consistency.recording import Recording
 from flexarm_bringup.topics import NAMESPACE
-from flexarm_estimator.history import SAME_INSTANT
 from flexarm_estimator.likelihood import Epoch
-from flexarm_estimator.measurement import Measurement
+from flexarm_estimator.measurement import SAME_INSTANT, Measurement
 from flexarm_estimator.messages.inbox import TORQUE_TOPIC
 from flexarm_estimator.messages.sensor_messages import SensorReader
 from flexarm_estimator.watches.stamp_delays import StampDelays

@@ -13,7 +13,7 @@ from flexarm_bringup.bags.bag_writer import BagError
 from flexarm_bringup.consistency.recording import NoController, Recording
 from flexarm_bringup.replaying.player import Outgoing, Player
 from flexarm_estimator.exchange import EstimatorExchange
-from flexarm_estimator.history import SAME_INSTANT
+from flexarm_estimator.measurement import SAME_INSTANT
 from flexarm_estimator.smoother import FixedLagSmoother, Smoothed
 
 Array = NDArray[np.float64]

@@ -8,8 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from flexarm_estimator.filter import Belief
-from flexarm_estimator.judging.gate import normalised_square
+from flexarm_estimator.filter import Belief, normalised_square
 from flexarm_estimator.measurement import Measurement
 from flexarm_estimator.parts import Parts
 

@@ -22,10 +22,10 @@ from numpy.typing import NDArray
 from flexarm_estimator.exclusion.agreement import Comparison, compare
 from flexarm_estimator.exclusion.replay import refused_sensors
 from flexarm_estimator.exclusion.search import Search
-from flexarm_estimator.history import SAME_INSTANT, History, Instant
+from flexarm_estimator.history import History, Instant
 from flexarm_estimator.judging.gate import Gate
 from flexarm_estimator.judging.health import Health
-from flexarm_estimator.measurement import Measurement
+from flexarm_estimator.measurement import SAME_INSTANT, Measurement
 from flexarm_estimator.watches.watch import Finding, View
 
 Array = NDArray[np.float64]

@@ -16,11 +16,10 @@ from itertools import chain
 import numpy as np
 from numpy.typing import NDArray
 
-from flexarm_estimator.filter import Belief
-from flexarm_estimator.history import SAME_INSTANT, Instant
-from flexarm_estimator.judging.gate import normalised_square
+from flexarm_estimator.filter import Belief, normalised_square
+from flexarm_estimator.history import Instant
 from flexarm_estimator.judging.sample_judge import FAR, Verdict
-from flexarm_estimator.measurement import Measurement
+from flexarm_estimator.measurement import SAME_INSTANT, Measurement
 from flexarm_estimator.parts import Parts
 from flexarm_estimator.steps.joint_step import PreparedStep
 

@@ -10,10 +10,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from flexarm_estimator.history import SAME_INSTANT
 from flexarm_estimator.isolation.channels import Channels
 from flexarm_estimator.isolation.window import Window
-from flexarm_estimator.measurement import Measurement
+from flexarm_estimator.measurement import SAME_INSTANT, Measurement
 from flexarm_estimator.parts import Parts
 
 Array = NDArray[np.float64]

@@ -16,9 +16,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from flexarm_estimator.history import SAME_INSTANT
 from flexarm_estimator.judging.scan import Panel, Scan
-from flexarm_estimator.measurement import Measurement
+from flexarm_estimator.measurement import SAME_INSTANT, Measurement
 from flexarm_model.manipulator.sensor_spec import SensorSpec
 
 Array = NDArray[np.float64]

@@ -15,16 +15,15 @@ from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg.lapack import dposv
 from scipy.special import chdtri, ndtr
 
-from flexarm_estimator.history import SAME_INSTANT
+from flexarm_estimator.filter import normalised_square
 from flexarm_estimator.judging.meetings import Meetings
 from flexarm_estimator.judging.ordinary import load_ordinary
 from flexarm_estimator.judging.sample_judge import FAR, Verdict
 from flexarm_estimator.judging.scan import Scan
 from flexarm_estimator.judging.short_term import HELD, JUMP, NOTHING, SHIFT, ShortTerm
-from flexarm_estimator.measurement import Measurement
+from flexarm_estimator.measurement import SAME_INSTANT, Measurement
 from flexarm_estimator.settings import EstimatorConfig
 from flexarm_estimator.steps.joint_step import PreparedStep
 from flexarm_model.manipulator.sensor_spec import SensorSpec
@@ -218,12 +217,3 @@ class Gate:
         if len(together) > 1:
             return together
         return {sensor for sensor in together if self._refusals[sensor] >= self._config.reopen_after}
-
-
-def normalised_square(nu: Array, S: Array) -> float:
-    """Return ``nu' S^-1 nu``; infinite when S is not positive definite."""
-    if nu.size == 1:
-        value, variance = float(nu[0]), float(S[0, 0])
-        return value * value / variance if variance > 0.0 else math.inf  # ** raises when it overflows
-    _, solution, info = dposv(S, nu)
-    return float(nu.dot(solution)) if info == 0 else math.inf

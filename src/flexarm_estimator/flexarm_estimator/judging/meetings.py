@@ -9,12 +9,11 @@ import ctypes
 import math
 from collections.abc import Iterable, Mapping
 
-from flexarm_estimator.history import SAME_INSTANT
 from flexarm_estimator.judging.ordinary import Ordinary
 from flexarm_estimator.judging.repeats import Run
 from flexarm_estimator.judging.scan import Scan
 from flexarm_estimator.judging.short_term import ShortTerm
-from flexarm_estimator.measurement import Measurement
+from flexarm_estimator.measurement import SAME_INSTANT, Measurement
 from flexarm_estimator.steps.joint_step import PreparedStep
 
 Met = tuple[Measurement, Run]

@@ -6,11 +6,10 @@ from collections.abc import Sequence
 from operator import attrgetter
 from typing import NamedTuple
 
-from flexarm_estimator.history import SAME_INSTANT
 from flexarm_estimator.judging.checks import SampleChecks, Window
 from flexarm_estimator.judging.health import Health
 from flexarm_estimator.judging.scan import Scan, split_newest
-from flexarm_estimator.measurement import Measurement
+from flexarm_estimator.measurement import SAME_INSTANT, Measurement
 from flexarm_estimator.settings import EstimatorConfig
 from flexarm_model.manipulator.sensor_spec import SensorSpec
 

@@ -24,9 +24,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg.lapack import dposv
 
-from flexarm_estimator.filter import Belief
+from flexarm_estimator.filter import Belief, normalised_square
 from flexarm_estimator.history import Instant
-from flexarm_estimator.judging.gate import normalised_square
 from flexarm_estimator.measurement import Measurement
 from flexarm_estimator.recomputation import compute
 from flexarm_estimator.robust.losses import LOSSES, Loss

@@ -14,8 +14,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from flexarm_estimator.filter import Belief
-from flexarm_estimator.judging.gate import normalised_square
+from flexarm_estimator.filter import Belief, normalised_square
 from flexarm_estimator.state.state_limits import StateLimits
 from flexarm_estimator.steps.joint_step import PreparedStep
 from flexarm_model.numeric.machine_code import load_code
