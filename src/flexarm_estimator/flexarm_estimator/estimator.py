@@ -84,8 +84,7 @@ class Estimator:
         self.health = Health(sensors, locating, config)
         self._exclusion = FaultExclusion(self._gate, self.health, config.distrust)
         self._u = np.append(np.zeros(model.n_theta), 1.0)
-        self._clock, self._t, self._began = Clock(), 0.0, 0.0
-        self._is_known = False
+        self._clock, self._t, self._began, self._is_known = Clock(), 0.0, 0.0, False
         self._restart(0.0, self._parts.at_rest())
         self._tip = TipReporter()
         self._tip.describe(self._parts.tip, self._history.now.belief)
@@ -237,6 +236,7 @@ class Estimator:
     def _estimate(self, trouble: list[str]) -> Estimate:
         belief, t, layout = self._history.now.belief, self._t, self._parts.layout
         tip, doubt = self._tip.describe(self._parts.tip, belief)
+        doubt = doubt or ("" if self.health.is_all_sound else self._parts.possible.refusal(belief.x))
         if doubt:  # nothing can be compared with such a state any more
             self._restart(t, self._parts.at_rest())
         reports = self.health.reports(t)

@@ -16,6 +16,7 @@ from flexarm_estimator.fusion import Fusion
 from flexarm_estimator.judging.gate import Gate
 from flexarm_estimator.settings import EstimatorConfig
 from flexarm_estimator.state.model_errors import with_model_errors
+from flexarm_estimator.state.possible import PossibleStates
 from flexarm_estimator.state.process import ProcessModel
 from flexarm_estimator.state.sensors import SensorModels, build_sensor_models
 from flexarm_estimator.state.state_layout import StateLayout
@@ -34,7 +35,7 @@ class Parts:
     Attributes:
         model: Served model.
         tree_mass: Of the tree at its pose, (n_q, n_q).
-        process, tip, sensors, steps, fusion: What is made of it.
+        process, tip, sensors, possible, steps, fusion: What is made of it.
     """
 
     model: ReducedModel
@@ -42,6 +43,7 @@ class Parts:
     process: ProcessModel
     tip: Tip
     sensors: SensorModels
+    possible: PossibleStates
     steps: StepSource
     fusion: Fusion
 
@@ -57,10 +59,13 @@ class Parts:
         return Belief(x, self.process.P0)
 
     def stopped(self, x: Array) -> Belief:
-        """Return the state ``x`` (n_x,) after all that moves has died out, little known again."""
+        """Return the state ``x`` (n_x,) after all that moves has died out, little known again.
+
+        Where the axes cannot be there it is that at rest.
+        """
         x = x.copy()
         x[self.layout.n_theta : self.layout.b.start] = 0.0
-        return Belief(x, self.process.P0)
+        return self.at_rest() if self.possible.refusal(x) else Belief(x, self.process.P0)
 
 
 class PartsMaker:
@@ -96,4 +101,5 @@ class PartsMaker:
         sensors = build_sensor_models(self._specs, model, process.system, tip)
         steps = self._filters.make(model, process, sensors, use_compiler)
         fusion = Fusion(process, sensors, self._gate, use_compiler, steps)
-        return Parts(model, self._kinematics.mass_matrix(model.q0), process, tip, sensors, steps, fusion)
+        mass, possible = self._kinematics.mass_matrix(model.q0), PossibleStates(self._specs, sensors.rows)
+        return Parts(model, mass, process, tip, sensors, possible, steps, fusion)

@@ -7,6 +7,7 @@ import pytest
 from planar_strip import DT, SENSORS, StripKinematics, arriving, simulate, strip_model
 
 from flexarm_estimator.estimator import Estimator
+from flexarm_estimator.filter import Belief
 from flexarm_estimator.interventions.intervention import InterventionError
 from flexarm_estimator.interventions.reset import Reset
 from flexarm_estimator.interventions.set_noise import SETTINGS, SetNoise
@@ -53,6 +54,8 @@ def do(made, intervention):
         (SetState((0.1,), theta_sigma=(-1.0,)), "theta_sigma: -1.0; allowed: from 1e-12"),
         (SetState((0.1,), joint_names=("elbow.rz",)), "joint_names: elbow.rz; allowed: base.rz"),
         (SetState((0.1,), model_id="0123"), "the state belongs to model 0123, the estimator uses"),
+        (SetState((360.0,)), "encoder (base.rz) would read 360 rad; it can read -100 to 100 rad"),
+        (SetState((0.1,), eta=(1.0, 0.0, 0.0)), "root_strain (strip.gauge) would read 0.0265; it can read"),
     ],
 )
 def test_what_cannot_be_done_is_refused_by_field_value_and_what_is_allowed(intervention, words):
@@ -152,6 +155,26 @@ def test_a_state_set_after_a_reset_is_kept():
     do(made, SetState((0.7,), theta_sigma=(1e-6,)))
     estimate = made.step([], np.zeros(1), 50 * DT)
     assert estimate.theta[0] == pytest.approx(0.7)
+
+
+@pytest.mark.parametrize("turns", [1, 100_000])
+def test_a_state_that_cannot_be_is_left(turns):
+    """A camera sees no turns: it and the gauge agreed on turns too many, and the encoder was out of use.
+
+    Nothing led back from there, nor did a reset, which starts anew where the axes are said to be.
+    """
+    limited = tuple(replace(s, low=-3.5, high=3.5) if s.name == "encoder" else s for s in SENSORS)
+    made, away = estimator(limited), np.zeros(9)
+    run(made, 0, 100)
+    away[0] = 2.0 * np.pi * turns
+    for until in (200, 300):
+        made.set_belief(Belief(made.past[1][-1].belief.x + away, 1e-6 * np.eye(9)))
+        estimate = run(made, until - 100, until)
+        assert estimate.status in ("ok", "degraded")
+        assert estimate.theta[0] == pytest.approx(RECORD.x[until - 1, 0], abs=1e-3)
+    made.set_belief(Belief(made.past[1][-1].belief.x + away, 1e-6 * np.eye(9)))
+    do(made, Reset())
+    assert run(made, 300, 301).theta[0] == pytest.approx(RECORD.x[300, 0], abs=1e-3)
 
 
 @pytest.mark.parametrize("steps", [0, 50])

@@ -64,9 +64,18 @@ class SetState(Intervention):
         for name in _SIGMAS:
             size = sizes[name.removesuffix("_sigma").removesuffix("_dot")]
             require_numbers(name, getattr(self, name), (0, 1, size), LEAST_SIGMA)
+        if refusal := estimator.past[0].possible.refusal(self._belief(estimator).x):
+            raise InterventionError(f"theta, eta: at this state {refusal}")
 
     def apply(self, estimator: Estimator) -> None:
         """See Intervention; torque disturbances start at zero, biases of sensors stay."""
+        estimator.set_belief(self._belief(estimator))
+
+    def describe(self) -> str:
+        """See Intervention."""
+        return f"state is set, theta {', '.join(f'{value:g}' for value in self.theta)}"
+
+    def _belief(self, estimator: Estimator) -> Belief:
         parts, instants = estimator.past
         layout, before = parts.layout, instants[-1].belief
         order = [self.joint_names.index(name) for name in parts.model.theta_names if self.joint_names]
@@ -78,11 +87,7 @@ class SetState(Intervention):
         P = np.diag(sigma**2)
         rest = slice(layout.d.stop, layout.n_x)
         x[rest], P[rest, rest] = before.x[rest], before.P[rest, rest]
-        estimator.set_belief(Belief(x, P))
-
-    def describe(self) -> str:
-        """See Intervention."""
-        return f"state is set, theta {', '.join(f'{value:g}' for value in self.theta)}"
+        return Belief(x, P)
 
 
 def _fill(target: Array, place: slice, values: Numbers, order: list[int]) -> None:
