@@ -149,7 +149,8 @@ class RecorderNode(ManagedNode):
 
     def on_diagnostics(self) -> None:
         """Say how much was written, or why nothing more is."""
-        status = DiagnosticStatus(name="flexarm/recorder", hardware_id=str(self._bag.path))
+        name = f"{self.get_namespace().strip('/')}/recorder"
+        status = DiagnosticStatus(name=name, hardware_id=str(self._bag.path))
         status.level = DiagnosticStatus.ERROR if self.failure else DiagnosticStatus.OK
         status.message = self.failure or "recording"
         status.values = [KeyValue(key=name, value=str(n)) for name, n in self._bag.counts.items() if n]

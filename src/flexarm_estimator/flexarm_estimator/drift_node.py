@@ -17,7 +17,6 @@ from __future__ import annotations
 from functools import partial
 from typing import Any
 
-from diagnostic_msgs.msg import DiagnosticArray
 from flexarm_interfaces.msg import ReducedModel, StrainArray
 from rclpy.clock import Clock, ClockType
 from sensor_msgs.msg import Imu, JointState
@@ -27,8 +26,9 @@ from flexarm_estimator.drift.exchange import DriftExchange
 from flexarm_estimator.drift.settings import DriftConfig
 from flexarm_estimator.settings import EstimatorConfig
 from flexarm_model.ros.declared_node import declare_configs, load_arm
+from flexarm_model.ros.diagnostics_node import DiagnosticsOutlet
 from flexarm_model.ros.managed_node import LifeSettings, ManagedNode
-from flexarm_model.ros.node import MODELS_QOS, RELIABLE_QOS, SENSOR_QOS, run_node
+from flexarm_model.ros.node import MODELS_QOS, SENSOR_QOS, run_node
 from flexarm_model.settings.arm_settings import ArmSettings
 
 DIAGNOSTICS_PERIOD = 1.0  # s
@@ -51,7 +51,7 @@ class DriftNode(ManagedNode):
         """Begin without a model; subscribe to the sensors."""
         self.exchange = DriftExchange(self._config, self._filter, self._watched)
         self._told: set[str] = set()
-        self._outlet = self.create_publisher(DiagnosticArray, "/diagnostics", RELIABLE_QOS)
+        self._outlet = DiagnosticsOutlet(self)
         self.create_subscription(ReducedModel, "model", self.on_model, MODELS_QOS)
         for topic in self.exchange.topics:
             self.create_subscription(

@@ -28,7 +28,6 @@ from collections.abc import Callable, Iterable
 from functools import partial
 from typing import Any
 
-from diagnostic_msgs.msg import DiagnosticArray
 from flexarm_interfaces.msg import Intervention as InterventionMsg
 from flexarm_interfaces.msg import ModalState, ReducedModel, StrainArray, Tick
 from flexarm_interfaces.srv import SetNoise as SetNoiseService
@@ -56,6 +55,7 @@ from flexarm_model.conversions import stamp_to_ns, verdict_to_msg
 from flexarm_model.process.ahead import made
 from flexarm_model.ros.bytes_node import subscribe_bytes
 from flexarm_model.ros.declared_node import declare_configs, load_arm
+from flexarm_model.ros.diagnostics_node import DiagnosticsOutlet
 from flexarm_model.ros.lockstep import Lockstep, Messages
 from flexarm_model.ros.managed_node import LifeSettings, ManagedNode
 from flexarm_model.ros.node import (
@@ -144,7 +144,7 @@ class EstimatorNode(ManagedNode):
         """Tell the health of estimator, sensors and loop."""
         array = self.exchange.diagnostics(self.get_clock().now().nanoseconds)
         array.status += [verdict_to_msg(verdict, self.get_name()) for verdict in self._health.verdicts()]
-        self._outlets["/diagnostics"].publish(array)
+        self._diagnostics.publish(array)
 
     def on_request(self, read: Callable[[Any], Intervention], request: Any, response: Any) -> Any:
         """Do what a service asks for; ``read`` makes an intervention of its request."""
@@ -187,8 +187,8 @@ class EstimatorNode(ManagedNode):
             "modal_state": self.create_publisher(ModalState, "modal_state", told),
             "end_effector": self.create_publisher(Odometry, "end_effector", told),
             INTERVENTIONS_TOPIC: self.create_publisher(InterventionMsg, "~/interventions", RELIABLE_QOS),
-            "/diagnostics": self.create_publisher(DiagnosticArray, "/diagnostics", RELIABLE_QOS),
         }
+        self._diagnostics = DiagnosticsOutlet(self)
         self._receipts = self.create_publisher(String, "~/models", LATCHED_QOS)
         self.create_subscription(ReducedModel, "model", self.on_model, MODELS_QOS)
         for topic in self.exchange.topics:
