@@ -4,7 +4,7 @@
 
 BAG is a folder with one MCAP file, with or without metadata. What was recorded with and how is kept, so that
 the new bag can be replayed. What was changed since then is said as far as a checksum tells it. The exit code
-is 2 when nothing can be recovered.
+is 1 when something was left out or changed, as a checksum tells, and 2 when nothing can be recovered.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from pathlib import Path
 from flexarm_bringup.bags.bag_recovery import recover_bag
 from flexarm_bringup.page.report import Cells, Column, Page, Table, add_report_arguments, publish
 
-UNUSABLE = 2
+DOUBTFUL, UNUSABLE = 1, 2
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -39,4 +39,5 @@ def run(args: argparse.Namespace) -> int:
     table = Table("Messages", [Column("topic"), Column("count", "d")], rows)
     lead = f"{sum(bag.counts.values())} messages recovered into {bag.path}."
     remarks: dict[str, Sequence[str]] = {"Doubts": recovery.doubts} if recovery.doubts else {}
-    return publish(Page(f"Recovery of {args.bag}", lead, [table], remarks=remarks), args)
+    told = publish(Page(f"Recovery of {args.bag}", lead, [table], remarks=remarks), args)
+    return max(told, DOUBTFUL if recovery.doubts else 0)

@@ -135,7 +135,7 @@ def test_a_file_that_is_not_the_one_of_its_checksum_is_said(
     data = bytearray((path / DATA_FILE).read_bytes())
     data[data.index(joint_state(PERIOD_NS, 0.1)) + 50] ^= 0x10
     (path / DATA_FILE).write_bytes(data)
-    assert cli.main(["recover", str(path), "--output", str(tmp_path / "new")]) == 0
+    assert cli.main(["recover", str(path), "--output", str(tmp_path / "new")]) == 1
     assert f"{DATA_FILE} is not what was recorded (SHA-256 differs)" in capsys.readouterr().out
 
 

@@ -15,7 +15,7 @@ import pytest
 from identify_files import F_HZ, STIFFNESS, TIP_MASS, record, softer_strip
 
 from flexarm_bringup import cli
-from flexarm_bringup.identify import command, other_poses, run
+from flexarm_bringup.identify import command, modal_tests, other_poses, run
 from flexarm_bringup.identify.command import add_arguments
 from flexarm_bringup.identify.sources import Averaging
 from flexarm_model.identification.described_arm import DescribedArm
@@ -201,3 +201,13 @@ def test_a_description_that_cannot_be_written_is_told_with_its_file(
     assert cli.main(["identify", path, *arm, "--update"]) == 2
     error = capsys.readouterr().err
     assert "No space left on device: 'single_link_fitted.yaml'" in error
+
+
+def test_records_of_the_rig_are_kept_beside_the_description_that_they_update(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.setattr(modal_tests, "rig_test", lambda args: None)
+    monkeypatch.setattr(modal_tests, "run_rig_test", lambda test, say: None)
+    args = argparse.Namespace(save=None, update=tmp_path / "arm.yaml", nodes=None)
+    modal_tests._of_rig(args)
+    assert args.save == tmp_path / "arm_rig.npz"

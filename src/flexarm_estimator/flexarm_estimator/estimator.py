@@ -70,7 +70,7 @@ class Estimator:
             use_compiler: False computes with NumPy instead of machine code: the same, slower.
 
         Raises:
-            ParameterError: A setting is outside its range.
+            ParameterError: A setting is outside its range, or does not go with another.
             KeyError: The model lacks an output row of a sensor.
         """
         validate(config)
@@ -156,14 +156,14 @@ class Estimator:
         """Go on with other noise of the same sensors and of the process.
 
         Raises:
-            ParameterError: A setting is outside its range.
+            ParameterError: A setting is outside its range, or does not go with another.
         """
         validate(config)
+        self._horizon = horizon_of(config)
         self.specs, self.config, self._maker = specs, config, self._maker.retuned(specs, config)
         self._reception.retune(specs, config)
         self._gate.retune(specs)
         self._watches.retune(specs)
-        self._horizon = horizon_of(config)
         self.adopt(self.model)
 
     def refuse(self, sensor: str, reason: str) -> None:

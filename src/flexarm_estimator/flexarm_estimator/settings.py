@@ -28,7 +28,7 @@ class EstimatorConfig:
         choices=("square", "huber", "cauchy"),
     )
     horizon: float = parameter(
-        0.1, "Samples of the last so many seconds are weighed by that loss", "s", 0.0, 2.0
+        0.1, "Samples of the last so many seconds are weighed by that loss; at most history", "s", 0.0, 2.0
     )
     frequency_error: float = parameter(
         0.10, "Relative error of the modes' frequencies that the filter must bear", "1", 0.0, 0.5

@@ -15,6 +15,7 @@ from planar_strip import (
 
 from flexarm_estimator.estimator import Estimator
 from flexarm_estimator.filter import Belief
+from flexarm_estimator.messages.torque_input import torque_input
 from flexarm_estimator.settings import EstimatorConfig
 from flexarm_estimator.state.process import ProcessModel
 from flexarm_estimator.watches.watch import Watch
@@ -233,3 +234,10 @@ def test_the_estimate_tells_how_long_ago_it_began_anew():
             estimator.set_belief(Belief(np.zeros(9), np.eye(9)))
         ages.append(estimator.step([], np.zeros(1), t).age / DT)
     assert ages == pytest.approx([0, 1, 0, 1, 0, 1, 0, 1, 0, 1], abs=1e-6)
+
+
+def test_torques_of_any_real_number_are_used_and_no_others():
+    for tau in ([2], np.array([2]), np.array([2.0], dtype=np.float32)):
+        assert torque_input(tau, 1).tolist() == [2.0, 1.0]
+    for tau in ([np.inf], [1.0, 2.0], 2.0, ["2"], [None], [2j]):
+        assert torque_input(tau, 1) is None

@@ -24,6 +24,7 @@ from flexarm_estimator.robust.moving_horizon import MovingHorizon, Weighed
 from flexarm_estimator.settings import EstimatorConfig
 from flexarm_estimator.smoothing import smooth
 from flexarm_estimator.state.process import ProcessModel
+from flexarm_model.settings.parameters import ParameterError
 
 CONFIG = EstimatorConfig(
     history=1.0, initial_position=0.01, initial_velocity=0.1, initial_disturbance=0.3, gate=50.0
@@ -220,6 +221,17 @@ def test_the_loss_can_be_changed_while_it_runs_and_the_model_too():
         told = running.step(arriving(record, k, 6, np.inf), record.tau[k], float(record.t[k]))
         assert np.isfinite(told.x).all()
     assert told.status == "ok"
+
+
+def test_a_horizon_longer_than_the_history_is_refused_before_anything_changes():
+    long = replace(CONFIG, history=0.3, horizon=0.5)
+    assert estimator(long).config == long  # squares weigh nothing anew
+    with pytest.raises(ParameterError, match=r"horizon: 0\.5 s is longer than history, 0\.3 s"):
+        estimator(replace(long, loss="huber"))
+    running = estimator(long)
+    with pytest.raises(ParameterError, match="horizon"):
+        running.retune(running.specs, replace(long, loss="huber"))
+    assert running.config == long
 
 
 def test_losses_are_those_of_the_literature():

@@ -37,7 +37,7 @@ def _of_rig(args: argparse.Namespace) -> MeasuredTest:
     """Excite the simulated rig."""
     progress = Progress()
     if args.save is None and args.update is not None:
-        args.save = Path(f"{args.update.stem}_rig.npz")
+        args.save = args.update.with_name(f"{args.update.stem}_rig.npz")
     try:
         test = rig_test(args)
         return _over_dds(args, test, progress.say) if args.nodes else run_rig_test(test, progress.say)

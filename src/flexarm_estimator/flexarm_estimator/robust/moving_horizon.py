@@ -31,6 +31,7 @@ from flexarm_estimator.recomputation import compute
 from flexarm_estimator.robust.losses import LOSSES, Loss
 from flexarm_estimator.settings import EstimatorConfig
 from flexarm_estimator.smoothing import smooth
+from flexarm_model.settings.parameters import ParameterError
 
 Array = NDArray[np.float64]
 _LEAST = 1e-6  # weight
@@ -159,6 +160,15 @@ def _weight(sample: Measurement) -> float:
 
 
 def horizon_of(config: EstimatorConfig) -> MovingHorizon | None:
-    """Return what the settings ask for; None where squares are enough, which is the filter alone."""
+    """Return what the settings ask for; None where squares are enough, which is the filter alone.
+
+    Raises:
+        ParameterError: The horizon is longer than the history that is kept.
+    """
     loss = LOSSES.get(config.loss)
+    if loss is not None and config.horizon > config.history:
+        raise ParameterError(
+            f"horizon: {config.horizon:g} s is longer than history, {config.history:g} s: "
+            "nothing older is kept"
+        )
     return None if loss is None else MovingHorizon(loss, config.horizon)
