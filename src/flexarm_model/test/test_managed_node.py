@@ -11,13 +11,17 @@ import pytest
 pytestmark = pytest.mark.ros
 rclpy = pytest.importorskip("rclpy")
 
+from rclpy.parameter import Parameter  # noqa: E402
 from std_msgs.msg import Bool  # noqa: E402
 
+from flexarm_model.ros.declared_node import declare_configs  # noqa: E402
 from flexarm_model.ros.managed_node import LifeSettings, ManagedNode  # noqa: E402
 
 
 class Echo(ManagedNode):
     """Repeats what it hears."""
+
+    SETTINGS = (LifeSettings,)
 
     def activate(self) -> None:
         self.outlet = self.create_publisher(Bool, "~/said", 1)
@@ -33,7 +37,7 @@ class Echo(ManagedNode):
 def echo() -> Iterator[Echo]:
     rclpy.init(domain_id=int(os.environ.get("ROS_DOMAIN_ID", "0")))
     node = Echo("echo_until_gone")
-    node.start(LifeSettings())
+    node.start(*declare_configs(node))
     yield node
     node.destroy_node()
     rclpy.shutdown()
@@ -49,3 +53,12 @@ def test_what_was_taken_before_the_end_is_not_heard_after_it(echo: Echo) -> None
     echo.trigger_activate()  # and hears again
     echo.made.callback(Bool(data=True))
     assert echo.heard == [True] and len(echo._until_gone) == 1
+
+
+@pytest.mark.parametrize(("name", "value"), [("use_sim_time", True), ("autostart", False)])
+def test_no_parameter_can_be_set_at_run_time(echo: Echo, name: str, value: bool) -> None:
+    """Another clock could: it told 0 at once, and its topic went when the node was deactivated."""
+    clock, before = echo.get_clock(), echo.get_clock().now().nanoseconds
+    (result,) = echo.set_parameters([Parameter(name, value=value)])
+    assert not result.successful and result.reason == f"Trying to set a read-only parameter: {name}."
+    assert clock.now().nanoseconds >= before and echo.count_subscribers("/clock") == 0

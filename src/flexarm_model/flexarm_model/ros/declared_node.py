@@ -38,6 +38,13 @@ _TYPES = {
 }
 _CREATED_BY_RCLPY = ("use_sim_time", "start_type_description_service", "qos_overrides.")
 _INT64_MAX = 2**63 - 1
+# fixed as all others: the clock would jump while the arm moves, and its topic go when a node is deactivated
+_SIM_TIME = ParameterDescriptor(
+    name="use_sim_time",
+    description="Clock of the topic /clock.",
+    type=Parameter.Type.BOOL.value,
+    read_only=True,
+)
 
 Config = TypeVar("Config")
 
@@ -75,6 +82,7 @@ def declare_configs(node: Node) -> tuple[Any, ...]:
     """
     settings = tuple(declare_config(node, kind, complete=False) for kind in node.SETTINGS)
     refuse_unknown_parameters(node)
+    node.set_descriptor("use_sim_time", _SIM_TIME)
     return settings
 
 
