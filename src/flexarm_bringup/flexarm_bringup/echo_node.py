@@ -2,7 +2,7 @@
 
   flexarm echo modal_state                 every message as YAML; Ctrl-C ends
   flexarm echo controller_status --once    the next one (a latched one at once)
-  flexarm echo modal_state --field eta     one field only; nested: header.stamp.sec
+  flexarm echo modal_state --field eta     one field only; nested: header.stamp.sec, sensors[0].name
   flexarm echo modal_state --hz            rate and jitter instead, once a second
   flexarm echo                             list what is published now, with types and publishers
 
@@ -14,6 +14,7 @@ from __future__ import annotations
 import argparse
 import importlib
 import math
+import re
 import sys
 import time
 from typing import Any
@@ -37,13 +38,14 @@ DISCOVERY = 3.0  # s; how long a topic may take to be seen
 SILENCE = 3.0  # s after which it is said that nothing has come
 DEPTH = 50
 WINDOW = 1.0  # s; over which a rate is told
+_INDEX = re.compile(r"\[(\d{1,9})\]")
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the options."""
     parser.add_argument("topic", nargs="?", help="relative to /flexarm, or absolute; none: list all")
     parser.add_argument("--once", action="store_true", help="end after the first message")
-    parser.add_argument("--field", default="", help="only this field, e.g. header.stamp.sec")
+    parser.add_argument("--field", default="", help="only this: header.stamp.sec, sensors[0].name")
     parser.add_argument("--hz", action="store_true", help="rate and jitter instead of messages")
     parser.add_argument(
         "--wait", type=number(at_least=0.0), default=DISCOVERY, metavar="S", help="for the topic; 3 s"
@@ -147,17 +149,40 @@ class _Echo:
 def pick(msg: Any, field: str) -> Any:
     """Return a field of a message in plain numbers, strings, lists and dicts; all of it for "".
 
+    Args:
+        msg: The message.
+        field: Names with dots between, an element of a list by its index: "sensors[0].name".
+
     Raises:
-        AttributeError: There is no such field; the message lists those there are.
+        AttributeError: There is no such field or element; the message lists those there are.
     """
     value, trodden = msg, ""
-    for name in filter(None, field.split(".")):
-        names = _fields(value)
-        if name not in names:
-            allowed = ", ".join(names) or "none, it is a value"
-            raise AttributeError(f"{trodden or type(msg).__name__} has no field '{name}'; it has {allowed}")
-        value, trodden = getattr(value, name), f"{trodden}.{name}".lstrip(".")
+    for step in filter(None, field.replace("[", ".[").split(".")):
+        value = _element(value, step, trodden) if step[0] == "[" else _field(value, step, trodden)
+        trodden = f"{trodden}{'' if step[0] == '[' else '.'}{step}".lstrip(".")
     return plain(value)
+
+
+def _field(value: Any, name: str, trodden: str) -> Any:
+    names = _fields(value)
+    if name not in names:
+        allowed = ", ".join(names) or f"none, it is a {'list' if _is_list(value) else 'value'}"
+        raise AttributeError(f"{trodden or type(value).__name__} has no field '{name}'; it has {allowed}")
+    return getattr(value, name)
+
+
+def _element(value: Any, step: str, trodden: str) -> Any:
+    index, name = _INDEX.fullmatch(step), trodden or type(value).__name__
+    if not _is_list(value):
+        raise AttributeError(f"{name} has no element {step}; it is no list")
+    if index is None or int(index[1]) >= len(value):
+        allowed = f"0 to {len(value) - 1}" if len(value) else "none, it is empty"
+        raise AttributeError(f"{name} has no element {step}; it has {allowed}")
+    return value[int(index[1])]
+
+
+def _is_list(value: Any) -> bool:
+    return hasattr(value, "__len__") and not isinstance(value, str | bytes)
 
 
 def plain(value: Any) -> Any:

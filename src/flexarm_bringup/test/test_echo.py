@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import signal
 import subprocess
 import sys
@@ -55,12 +56,29 @@ def test_a_nested_field_is_picked():
     assert pick(msg, "header.stamp.sec") == 7
 
 
+def test_an_element_of_a_list_is_picked():
+    msg = ModalState(eta=np.array([1.5, 2.0]), sensors=[SensorHealth(name="gauge")])
+    assert pick(msg, "eta[1]") == 2.0
+    assert pick(msg, "sensors[0].name") == "gauge"
+
+
 @pytest.mark.parametrize(
-    ("field", "message"), [("resaon", "it has header, mode"), ("reason.x", "none, it is a value")]
+    ("field", "message"),
+    [
+        ("resaon", "it has header, mode"),
+        ("reason.x", "none, it is a value"),
+        ("tracking_error.x", "none, it is a list"),
+        ("tracking_error[0]", "tracking_error has no element [0]; it has none, it is empty"),
+        ("limits_active[2]", "limits_active has no element [2]; it has 0 to 1"),
+        ("limits_active[x]", "limits_active has no element [x]; it has 0 to 1"),
+        ("limits_active[-1", "limits_active has no element [-1; it has 0 to 1"),
+        ("reason[0]", "reason has no element [0]; it is no list"),
+        ("[0]", "ControllerStatus has no element [0]; it is no list"),
+    ],
 )
 def test_a_field_that_is_not_there_is_refused_with_those_that_are(field, message):
-    with pytest.raises(AttributeError, match=message):
-        pick(ControllerStatus(), field)
+    with pytest.raises(AttributeError, match=re.escape(message)):
+        pick(ControllerStatus(limits_active=["torque:a", "torque:b"]), field)
 
 
 def test_a_domain_that_is_none_is_refused(

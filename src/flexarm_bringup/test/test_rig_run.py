@@ -105,6 +105,26 @@ def test_a_service_manager_that_gives_no_home_gets_its_nodes(
 
 
 @pytest.mark.ros
+def test_who_reads_no_further_ends_it_in_order(tmp_path: Path, ros_environment: dict[str, str]) -> None:
+    """Head, for one: the next line came from a callback, and was a traceback."""
+    command = [*COMMAND, "--log", str(tmp_path / "log")]
+    with subprocess.Popen(
+        command, env=ros_environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    ) as process:
+        assert process.stdout is not None and process.stderr is not None
+        try:
+            wait_for(process, "model ready")
+            nodes = children(process.pid)
+            process.stdout.close()
+            told = process.stderr.read()
+            process.wait(60.0)
+        finally:
+            process.kill()
+    assert process.returncode == 141 and not told
+    assert nodes and not any(Path(f"/proc/{pid}").exists() for pid, _ in nodes)
+
+
+@pytest.mark.ros
 def test_a_bag_whose_disk_is_full_is_told_at_once_and_the_end_is_1(
     tmp_path: Path, ros_environment: dict[str, str]
 ) -> None:

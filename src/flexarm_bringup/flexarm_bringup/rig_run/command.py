@@ -6,7 +6,7 @@ and the process started again; nothing moves before the guard is armed again. Th
 unless ROS_AUTOMATIC_DISCOVERY_RANGE says else. In another terminal flexarm arm, goto and stop move the arm.
 
 Exit codes of this command: 0 ended by Ctrl-C; 1 an essential process ended for good, or the bag is not whole;
-2 wrong configuration.
+2 wrong configuration; 141 nobody reads what it prints any more.
 Exit codes of a node: 0 asked to end, 2 wrong configuration, 3 its name is taken, 4 it hung while it started,
 minus N: signal N ended it.
 """
@@ -34,6 +34,7 @@ from flexarm_bringup.processes.secured import check_graph_security
 from flexarm_bringup.processes.supervisor import Supervisor
 from flexarm_bringup.processes.surroundings import check_domain, defaults
 from flexarm_bringup.rig_run.late_nodes import LateNodes
+from flexarm_bringup.rig_run.lines import Lines
 from flexarm_bringup.tasks.node_settings import arm_graph, drift_settings
 from flexarm_model.process.security import is_security_asked_for
 from flexarm_model.process.single_instance import NameTakenError
@@ -78,13 +79,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Start, watch, end; returns the exit code."""
-    started = time.monotonic()
+    """Start, watch, end; returns the exit code.
 
-    def say(text: str) -> None:
-        """Print a line with the time since the start."""
-        print(f"[{time.monotonic() - started:6.2f} s] {text}", flush=True)
-
+    Raises:
+        BrokenPipeError: Nobody reads what it prints; the nodes have ended.
+    """
+    lines = Lines()
     with noting_signals() as asked_to_end:
         try:
             graph = _graph(args)
@@ -94,13 +94,16 @@ def run(args: argparse.Namespace) -> int:
             _check_security(graph)
             refuse_doubles(graph)
             if asked_to_end():
-                say("ended before any was started")
+                lines.say("ended before any was started")
                 return OK
             supervisor = Supervisor(graph, args.log or _log_folder())
         except (ConfigError, NameTakenError, OSError) as error:
             print(f"flexarm rig: {_told(error)}", file=sys.stderr)
             return REFUSED
-        return _run(supervisor, say, args, asked_to_end)
+        code = _run(supervisor, lines.say, args, lambda: asked_to_end() or lines.cut_off is not None)
+        if lines.cut_off is not None:
+            raise lines.cut_off
+        return code
 
 
 def _run(
