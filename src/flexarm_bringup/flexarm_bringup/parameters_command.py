@@ -21,13 +21,14 @@ from typing import Any
 
 import yaml
 
-from flexarm_bringup.tasks.node_settings import arm_graph
+from flexarm_bringup.tasks.node_settings import arm_graph, drift_settings
 from flexarm_bringup.topics import NAMESPACE
 from flexarm_model.settings.parameter_text import allowed_text, table_lines, value_text
 from flexarm_model.settings.strict_yaml import ConfigError
 
 USAGE = 2
 FILE = (".yaml", ".yml")  # how a manipulator ends that is no name
+OF_A_RUN = ("lockstep", "bag")  # parameters that belong to a run, not to an arm
 
 NODES = {
     "model": "flexarm_model.model_node:ModelNode",
@@ -80,12 +81,15 @@ def parameter_file(arm: str | None, preset: str | None) -> str:
     """
     if arm is None:
         raise ConfigError("--preset: it belongs to an arm, which --arm names")
+    graph = arm_graph(arm, preset, lockstep=True, bag="any")  # without what is this machine's
+    shared = {name: graph[0].parameters[name] for name in ("manipulator", "preset")}
+    if shared["manipulator"].endswith(FILE):  # nodes are started elsewhere
+        shared["manipulator"] = str(Path(shared["manipulator"]).resolve())
+    chosen = {row.name: row.parameters for row in graph} | {"drift": drift_settings(arm, preset)}
     nodes = {}
-    for row in arm_graph(arm, preset, lockstep=True):  # without what is this machine's
-        values = {name: value for name, value in row.parameters.items() if name != "lockstep"}
-        if values.get("manipulator", "").endswith(FILE):  # nodes are started elsewhere
-            values["manipulator"] = str(Path(values["manipulator"]).resolve())
-        nodes[f"{NAMESPACE}/{row.name}"] = {"ros__parameters": values}
+    for node in NODES:  # those too for which nothing was chosen: alone they are of another arm
+        values = {name: value for name, value in chosen.get(node, {}).items() if name not in OF_A_RUN}
+        nodes[f"{NAMESPACE}/{node}"] = {"ros__parameters": shared | values | shared}
     return yaml.safe_dump(nodes, sort_keys=False)
 
 

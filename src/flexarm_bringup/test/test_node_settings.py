@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import json
+
 import pytest
 import yaml
 
 from flexarm_bringup.cli import main
-from flexarm_bringup.parameters_command import parameters_of
+from flexarm_bringup.parameters_command import NODES, parameters_of
 from flexarm_bringup.tasks.node_settings import node_settings
 from flexarm_bringup.tasks.task_for import task_for
 
@@ -42,6 +44,19 @@ def test_the_parameter_file_of_an_arm_is_what_its_nodes_get(capsys: pytest.Captu
     for node, values in given.items():
         told = nodes[f"/flexarm/{node}"]["ros__parameters"]
         assert told == {"manipulator": "planar_3rrr", "preset": "geared", **values}
+
+
+def test_the_parameter_file_of_an_arm_has_every_node_on_that_arm(capsys: pytest.CaptureFixture[str]) -> None:
+    """A node that it left out was of the single link: the drift watch, the markers, the recorder."""
+    assert main(["parameters", "--arm", "planar_3rrr"]) == 0
+    nodes = {name: node["ros__parameters"] for name, node in yaml.safe_load(capsys.readouterr().out).items()}
+    assert set(nodes) == {f"/flexarm/{node}" for node in NODES}
+    assert all(own["manipulator"] == "planar_3rrr" and own["preset"] == "geared" for own in nodes.values())
+    for node in NODES:
+        assert set(nodes[f"/flexarm/{node}"]) <= {item.name for item in parameters_of(node)}
+    assert nodes["/flexarm/drift"]["learning"] == 8.0
+    replayed = json.loads(nodes["/flexarm/recorder"]["settings"])
+    assert replayed == node_settings(task_for("planar_3rrr"), "geared")
 
 
 @pytest.mark.parametrize(
