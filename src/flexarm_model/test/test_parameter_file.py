@@ -93,6 +93,27 @@ def test_files_for_others_of_the_graph_are_shared_but_nobody_is_misspelt(tmp_pat
         refuse_strangers(read_parameter_file(written(tmp_path, shared)), "/flexarm/rig")
 
 
+def test_one_file_may_be_for_two_arms_but_no_namespace_is_misspelt(tmp_path: Path) -> None:
+    """The usual file of ROS, with a section for every node of a system, was refused by each of them."""
+    sections = "".join(
+        f"/{space}/{name}: {{ros__parameters: {{a: 1}}}}\n"
+        for space, name in (("left", "rig"), ("left", "guard"), ("right", "rig"), ("right", "model"))
+    )
+    both = read_parameter_file(written(tmp_path, sections))
+    for node in ("/left/rig", "/right/rig", "/right/model"):
+        refuse_strangers(both, node)
+    with pytest.raises(ConfigError, match="/right/rigg: no such node"):
+        refuse_strangers(
+            read_parameter_file(written(tmp_path, sections.replace("right/model", "right/rigg"))), "/left/rig"
+        )
+    alone = sections.replace("right/rig", "rigth/guad").replace("right/model", "rigth/model")
+    with pytest.raises(ConfigError, match="/rigth/guad: no such node"):
+        refuse_strangers(read_parameter_file(written(tmp_path, alone)), "/left/rig")
+    misspelt = "/flexarm/rig: {ros__parameters: {a: 1}}\n/flexam/guard: {ros__parameters: {a: 1}}\n"
+    with pytest.raises(ConfigError, match="/flexam/guard: no such node"):
+        refuse_strangers(read_parameter_file(written(tmp_path, misspelt)), "/flexarm/rig")
+
+
 def test_nodes_of_one_process_may_each_have_a_file_of_their_own(tmp_path: Path) -> None:
     own = read_parameter_file(written(tmp_path, f"{NODE}: {{ros__parameters: {{a: 1}}}}\n"))
     refuse_strangers(own, "/flexarm/estimator", beside=("controller",))

@@ -109,8 +109,9 @@ def refuse_strangers(source: ParameterSource, node: str, beside: Sequence[str] =
     """
     space = node.rpartition("/")[0]
     known = (node, *(f"{space}/{name}" for name in FLEXARM_NODES if f"{space}/{name}" != node))
+    others = [f"{other}/{name}" for other in _other_arms(source, space) for name in FLEXARM_NODES]
     for pattern in source.keys:
-        if not any(_matches(pattern, name) for name in known):
+        if not any(_matches(pattern, name) for name in (*known, *others)):
             raise ConfigError(f"{source.name}: {pattern}: no such node; allowed: /**, {', '.join(known)}")
     here = (node, *(f"{space}/{name}" for name in beside))
     if source.name != COMMAND_LINE and not any(source.keys_for(name) for name in here):
@@ -118,6 +119,16 @@ def refuse_strangers(source: ParameterSource, node: str, beside: Sequence[str] =
         raise ConfigError(
             f"{source.name}: {there}: holds nothing for {node}; allowed: {', '.join(here)}, /**"
         )
+
+
+def _other_arms(source: ParameterSource, space: str) -> set[str]:
+    """Return the namespaces of other arms: they have a node that the file gives something here, too.
+
+    A name that has no twin here is more likely a mistyped one.
+    """
+    places = [pattern.rpartition("/")[::2] for pattern in source.keys]
+    here = {name for other, name in places if other == space and name in FLEXARM_NODES}
+    return {other for other, name in places if name in here}
 
 
 def _sections(path: Path, content: Mapping[Any, Any], name: str) -> Iterator[tuple[str, tuple[str, ...]]]:
