@@ -101,7 +101,8 @@ def test_a_chunk_that_was_changed_is_left_out_and_said(which: int, is_closed: bo
     data[at + length - 20] ^= 0x10  # of the number in its last message
     (path / DATA_FILE).write_bytes(data)
     found = recover_bag(path, tmp_path / "new")
-    (doubt,) = found.doubts
+    doubt, *more = found.doubts
+    assert len(more) == is_closed  # whose metadata tell how many there were
     assert doubt.startswith("the messages of 0.00000") and "left out: their chunk was changed" in doubt
     kept = {record.log_time_ns for record in found.bag.records}
     assert 0 < len(kept) < count
@@ -165,6 +166,28 @@ def test_a_bag_of_ros2_bag_record_is_recovered_too(tmp_path: Path) -> None:
     assert bag.records == (record,)
     assert bag.topics[0].qos == (qos("transient_local"),)
     assert bag.custom == {}
+
+
+def test_what_the_metadata_tell_of_and_is_not_there_is_told(tmp_path: Path) -> None:
+    """Half a bag was recovered as if it were all of it."""
+    records = [
+        Record(JOINTS, "sensor_msgs/msg/JointState", k * PERIOD_NS, joint_state(k * PERIOD_NS, 0.1))
+        for k in range(100)
+    ]
+    topics = {JOINTS: ("sensor_msgs/msg/JointState", [qos("transient_local")])}
+    path = write_version(tmp_path / "bag", 9, "mcap", topics, records)
+    assert not recover_bag(path, tmp_path / "whole").doubts
+    (file,) = path.glob("*.mcap")
+    data = file.read_bytes()
+    file.write_bytes(data[: data.rindex(records[60].cdr)])
+    recovered = recover_bag(path, tmp_path / "half")
+    assert len(recovered.bag.records) == 60
+    assert recovered.doubts == (
+        "metadata.yaml tells of 100 messages: 40 are missing, damaged or of a type that is not known here",
+    )
+    for text in ("", "[]", "rosbag2_bagfile_information: {message_count: many}", "\t"):
+        (path / "metadata.yaml").write_text(text)
+        assert not recover_bag(path, tmp_path / f"half{len(text)}").doubts
 
 
 def test_nothing_to_recover_ends_with_2_and_one_line(

@@ -17,6 +17,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
+import yaml
 from rosbags.rosbag2 import ReaderError
 from rosbags.rosbag2.metadata import parse_qos
 
@@ -30,6 +31,7 @@ MAGIC = b"\x89MCAP0\r\n"
 SCHEMA, CHANNEL, MESSAGE, CHUNK = 0x03, 0x04, 0x05, 0x06
 NAMING = (SCHEMA, CHANNEL)  # records that say what topics are called
 QOS = "offered_qos_profiles"
+METADATA, INFORMATION = "metadata.yaml", "rosbag2_bagfile_information"
 S_PER_NS = 1e-9
 _RECORD, _SHORT, _LENGTH = struct.Struct("<BQ"), struct.Struct("<H"), struct.Struct("<I")
 _MESSAGE = struct.Struct("<HIQQ")  # channel, sequence, log time, publish time
@@ -62,10 +64,11 @@ def recover_bag(path: Path, folder: Path) -> Recovery:
     """
     files = sorted(path.glob("*.mcap")) if path.is_dir() else []
     if len(files) != 1:
-        raise BagError(f"{path}: has {len(files)} MCAP files, one expected")
+        other = "; SQLite is not recovered here, ros2 bag reindex does" if any(path.glob("*.db3")) else ""
+        raise BagError(f"{path}: has {len(files)} MCAP files, one expected{other}")
     data, found = files[0].read_bytes(), _Stream(files[0])
     found.read(data)
-    doubts = (*found.doubts, *_doubts_of_file(files[0], data))
+    doubts = (*found.doubts, *_doubts_of_file(files[0], data), *_doubts_of_count(path, len(found.records)))
     if not found.records:
         raise BagError("; ".join((f"{files[0]}: holds no whole message of a known type", *doubts)))
     records = tuple(sorted(found.records, key=lambda record: record.log_time_ns))
@@ -166,6 +169,18 @@ def _doubts_of_file(path: Path, data: bytes) -> tuple[str, ...]:
     if said[1:] != [path.name] or said[0] == hashlib.sha256(data).hexdigest():
         return ()
     return (f"{path.name} is not what was recorded (SHA-256 differs): any message may be changed or missing",)
+
+
+def _doubts_of_count(path: Path, count: int) -> tuple[str, ...]:
+    """Return what a recorder that closed its bag has to say of a file that was cut off since."""
+    try:
+        told = yaml.safe_load((path / METADATA).read_text(encoding="utf8"))[INFORMATION]["message_count"]
+    except (OSError, UnicodeDecodeError, yaml.YAMLError, LookupError, TypeError):
+        return ()
+    if not isinstance(told, int) or told <= count:
+        return ()
+    missing = "are missing, damaged or of a type that is not known here"
+    return (f"{METADATA} tells of {told} messages: {told - count} {missing}",)
 
 
 def _records(data: memoryview) -> Iterator[tuple[int, memoryview, bool]]:
