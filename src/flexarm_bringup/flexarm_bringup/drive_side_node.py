@@ -85,7 +85,7 @@ class DriveSide:
         else:
             self._effort = sealed.effort
             if mark.is_driving:
-                self._watchdog.open_brakes()
+                self._watchdog.open_brakes(sealed.effort)
         return mark
 
     def choose(self, velocity: Sequence[float]) -> list[float]:

@@ -51,7 +51,7 @@ class Guard:
     """
 
     def __init__(self, limits: GuardLimits) -> None:
-        """Start stopped."""
+        """Start stopped; the motors bear the arm, as its first torque is to."""
         self.limits = limits
         self.mode, self.reason, self.refusal = STOPPED, NOT_ARMED_YET, ""
         self.token, self.model_id = 0, ""
@@ -62,7 +62,7 @@ class Guard:
         self._deadline, self._silent = 0.0, 0
         self._before, self._since = "", math.inf  # model served before, and when it was replaced
         self._loads, self._window = limits.loads, EnergyWindow(limits.energy_window, limits.period)
-        self._tau, self.holding = [0.0] * len(limits.effort), list(limits.loads.holding)
+        self._tau = self.holding = self._borne(limits.loads.holding)
         self._low, self._high = [-e for e in limits.effort], list(limits.effort)
         self._reach = [rate * limits.period for rate in limits.effort_rate]  # of a torque in a period
         self._brakes = [StopBrake(limits, axis) for axis in range(len(limits.effort))]
@@ -135,8 +135,7 @@ class Guard:
         self._braked *= not self._plausibility.has_switched
         self.energy = self._window.add(self._tau, state.velocity)
         self._rest.add(state.velocity)
-        holding = zip(self._loads.holding_at(state.position), self.limits.effort, strict=True)
-        self.holding = [max(-most, min(most, held)) for held, most in holding]
+        self.holding = self._borne(self._loads.holding_at(state.position))
         self._set_bounds(state)
         passed = self.passed
         wanted = self._follow(command, state, t) or self._brake(state)
@@ -232,6 +231,10 @@ class Guard:
             self.mode = STOPPED
         turning = self._loads.accelerating([brake.acceleration(q, v) for brake, q, v in axes])
         return [h + tau for h, tau in zip(self.holding, turning, strict=True)]
+
+    def _borne(self, holding: Sequence[float]) -> list[float]:
+        """Return of a holding torque what the motors can bear."""
+        return [max(-most, min(most, held)) for held, most in zip(holding, self.limits.effort, strict=True)]
 
     def _set_bounds(self, state: GuardState) -> None:
         """Bound the torque; what pushes an axis out of its range fades where it may not move on."""

@@ -195,7 +195,7 @@ class GuardNode(ManagedNode):
         if self.settings.lockstep and self._cycle.is_open:
             self._answer()
         elif self.settings.lockstep and self.exchange.stamp_ns < 0:
-            self._voice.send([0.0] * len(self.exchange.names), self._drives.seal)
+            self._voice.send(self.guard.holding, self._drives.seal)
 
     def _now(self) -> float:
         return 0.0 if self.settings.lockstep else time.monotonic()

@@ -137,6 +137,23 @@ def periods_until_closed(watchdog, velocity):
     return None
 
 
+def test_the_motors_bear_what_the_guard_sends_when_closed_brakes_open_and_no_more_than_they_can():
+    steep, beyond = (1.0, -1.0), (100.0, -100.0)
+    slow = replace(LIMITS, effort_rate=(1.0, 1.0))
+    for asked, borne in ((steep, list(steep)), (beyond, [LIMITS.effort[0], -LIMITS.effort[1]])):
+        watchdog = DriveWatchdog(slow)
+        watchdog.attach()
+        watchdog.open_brakes(asked)
+        assert watchdog.step(borne, STILL) == borne
+        watchdog.open_brakes([0.0, 0.0])  # they are open: the rate is limited
+        assert watchdog.step([0.0, 0.0], STILL) == pytest.approx([borne[0] - T, borne[1] + T])
+    for useless in ((math.nan, 0.0), (1.0,)):
+        watchdog = DriveWatchdog(slow)
+        watchdog.attach()
+        watchdog.open_brakes(useless)
+        assert watchdog.step([0.0, 0.0], STILL) == [0.0, 0.0]
+
+
 def test_brakes_are_closed_until_the_attached_guard_drives():
     watchdog = DriveWatchdog(LIMITS)
     watchdog.open_brakes()  # nobody is attached who could

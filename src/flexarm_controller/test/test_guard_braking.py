@@ -187,6 +187,14 @@ def test_an_arm_with_weight_is_held_where_it_stopped():
     assert max(rest) - min(rest) < 1e-3 and 0.0 < rest[-1] < 0.025 * 1.05
 
 
+def test_the_first_torque_bears_the_arm_however_slowly_the_motors_may_change_it():
+    guard = Guard(replace(LIMITS, effort_rate=(0.1, 0.1), loads=FALLING))
+    assert guard.arm(0.0, 1)
+    assert guard.step(None, GuardState((0.0, 0.0), (0.0, 0.0), ()), 0.0)[0] == pytest.approx(1.5)
+    heavy = Guard(replace(LIMITS, loads=replace(WEIGHTLESS, holding=(1e6, 0.0))))
+    assert heavy.holding[0] == LIMITS.effort[0]
+
+
 def test_the_holding_torque_follows_the_position_and_its_arm():
     guard = Guard(replace(LIMITS, loads=FALLING))
     guard.step(None, GuardState((0.0, 0.0), (0.3, -0.2)), 0.0)

@@ -152,7 +152,7 @@ def must_stop(command, state, energy, limits, cannot_be):
 def run(guard, sequence):
     """Play (command, velocity, position, strain, action) period by period; return what passed."""
     limits, work, ways = guard.limits, [], Ways(guard.limits)
-    last = [0.0] * len(limits.effort)
+    last = list(guard.holding)  # the motors bear the arm before the first period
     for k, (arrived, velocity, position, strain, action) in enumerate(sequence):
         t = k * limits.period
         if action == "arm":

@@ -56,6 +56,7 @@ class Hardware:
         self.drives = Drives(config, simulation, plant, faults)
         tree = self.rig.plant.tree
         self.guard = Guard(limits or guard_limits(config, tree, settings or GuardSettings()))
+        self.drives.tau = list(self.guard.holding)  # the motors bear the arm when the brakes open
         self._loads, self._gauges = PoseLoads(tree), StrainGauges(config)
         self._seen = self.drives.state()  # by the guard
         self._commands, self.is_commanded = DueCommands(self.dt), False

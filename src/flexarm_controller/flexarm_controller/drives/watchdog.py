@@ -80,8 +80,16 @@ class DriveWatchdog:
             return self._rest.judge() or "the arm has not been watched for long enough"
         return self._rest.judge()
 
-    def open_brakes(self) -> None:
-        """Let the arm move: the guard that is obeyed says that it drives."""
+    def open_brakes(self, effort: Sequence[float] = ()) -> None:
+        """Let the arm move: the guard that is obeyed says that it drives.
+
+        Args:
+            effort: What it sent, SI: the motors bear so much already when closed brakes open, so that no arm
+                drops while the torque grows at its limited rate.
+        """
+        if self.are_brakes_closed and not self.has_let_go and self._is_usable(effort):
+            bounds = zip(effort, self._limits.effort, strict=True)
+            self._tau = [max(-most, min(most, value)) for value, most in bounds]
         self.are_brakes_closed &= self.has_let_go
 
     def step(self, effort: Sequence[float] | None, velocity: Sequence[float]) -> list[float]:
@@ -92,7 +100,7 @@ class DriveWatchdog:
             velocity: Of the axes [rad/s] or [m/s].
         """
         self._rest.add(velocity)
-        is_usable = effort is not None and len(effort) == len(self._tau) and all(map(math.isfinite, effort))
+        is_usable = self._is_usable(effort)
         if not self.has_let_go:
             self.silent = 0 if is_usable else self.silent + 1
             self.missed += not is_usable
@@ -106,6 +114,10 @@ class DriveWatchdog:
             wanted = [self._fading() * value for value in self._tau]
         self._tau = [self._limit(axis, value) for axis, value in enumerate(wanted)]
         return list(self._tau)
+
+    def _is_usable(self, effort: Sequence[float] | None) -> bool:
+        """Tell whether these are finite torques of all axes."""
+        return effort is not None and len(effort) == len(self._tau) and all(map(math.isfinite, effort))
 
     def _fading(self) -> float:
         """Return the share of the last torque that is kept; the line ends when the drives let go."""
