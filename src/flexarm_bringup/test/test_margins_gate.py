@@ -17,6 +17,8 @@ from flexarm_bringup.margins.command import with_settings
 from flexarm_bringup.margins.study import Loop
 from flexarm_bringup.sim.hardware import Hardware
 from flexarm_bringup.sim.rig import RigSettings
+from flexarm_bringup.static_arm import StaticArm
+from flexarm_bringup.tasks.course import plan_course
 from flexarm_bringup.tasks.task_for import task_for
 from flexarm_controller.margins.case import Case
 from flexarm_controller.reference import hold
@@ -111,22 +113,27 @@ def test_rig_and_gate_agree_over_frequency_error_and_optimism(
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize("law", ["pd", "mpc"])
 @pytest.mark.parametrize(
     ("name", "preset"),
-    [("planar_3rrr", "geared"), ("spatial_3tpt", "sim"), ("variable_stiffness", ""), ("serial_6r", "")],
+    [
+        ("planar_3rrr", "geared"),
+        ("spatial_3tpt", "sim"),
+        ("spatial_3tpt", "exp"),
+        ("variable_stiffness", ""),
+        ("variable_stiffness", "soft"),
+        ("serial_6r", ""),
+    ],
 )
-def test_the_other_arms_may_move_from_where_their_moves_start(name: str, preset: str) -> None:
-    task, config = task_for(name), load_config(find_manipulator(name), preset)
-    laws = task.make("controller", ControllerConfig), task.make("mpc", MpcConfig)
+def test_the_other_arms_may_move_from_where_their_moves_begin_and_end(
+    name: str, preset: str, law: str
+) -> None:
+    task, config = task_for(name).under(preset), load_config(find_manipulator(name), preset)
+    course = plan_course(StaticArm(ReducedTree(config)), task, 1.0 / config.rate_hz)
+    laws = replace(task.make("controller", ControllerConfig), law=law), task.make("mpc", MpcConfig)
     loop = Loop(config, task.make("estimator", EstimatorConfig), laws)
-    start = task.start
-    named = {"home": config.home, **config.poses}
-    pose = (
-        named[start]
-        if isinstance(start, str)
-        else np.array([start.get(axis, 0.0) for axis in config.actuated])
-    )
-    assert loop.judge(pose) == ""
+    for pose in (course.home, *(course.reference.position(leg.end) for leg in course.legs)):
+        assert loop.judge(pose) == ""
 
 
 @pytest.mark.slow
