@@ -84,6 +84,18 @@ def test_a_camera_that_comes_too_late_is_told_below_the_table(tmp_path: Path) ->
     assert any(note.startswith("camera: latency 400 ms: none of its samples is used") for note in table.notes)
 
 
+def test_a_law_that_the_gate_keeps_from_moving_is_told_below_the_table(tmp_path: Path) -> None:
+    optimistic = "settings: {estimator: {modal_force: 1e-3, acceleration_noise: 0.03}}\n"
+    text = TASK.replace("presets: [geared]", "presets: [light_hub]") + optimistic
+    (tmp_path / "short.yaml").write_text(text, encoding="utf-8")
+    task = task_for(str(tmp_path / "short.yaml"))
+    (job,) = sim_jobs(task, task.presets, [NOMINAL])
+    config = load_config(find_manipulator("single_link"), "light_hub")
+    page = build_page(task, {"light_hub": config}, run_sim_job(job), (), 1)
+    (table,) = [item for item in page.items if isinstance(item, Table)]
+    assert any(note.startswith("over DDS MPC may not move: margins: mode 2 is unst") for note in table.notes)
+
+
 def test_a_rate_that_cannot_follow_the_slowest_mode_is_refused(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

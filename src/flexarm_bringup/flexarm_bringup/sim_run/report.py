@@ -108,6 +108,11 @@ def _table(task: Task, config: ManipulatorConfig, preset: str, results: Sequence
         f"settled within {1e3 * task.watch.tolerance:g} mm",
         f"{adopted.served} models adopted on the way, {_each_ms(adopted.adopt_time, adopted.served)}",
         *described.told,
+        *(
+            f"over DDS {law.upper()} may not move: {r.refusal}"
+            for law, r in pairs[preset, NOMINAL].items()
+            if r.refusal
+        ),
         *(f"{r.condition}, {r.law.upper()}: {r.failure}" for pair in own.values() for r in _failed(pair)),
     ]
     return Table(f"Preset {preset or 'as in the file'}", COLUMNS, rows, notes)

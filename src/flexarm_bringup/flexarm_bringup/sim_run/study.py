@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexarm_bringup.closed_loop import Effort, LoopSettings, run_loop
+from flexarm_bringup.margins.study import Loop
 from flexarm_bringup.parallel import run_parallel
 from flexarm_bringup.sim.hardware import Hardware
 from flexarm_bringup.sim.plant import Plant
@@ -96,6 +97,8 @@ class SimResult:
         effort: What it took.
         trace: What the tip did.
         told: Of the control rate, and of what in the description does not fit the settings.
+        refusal: Why the controller node would not let the arm move from where it starts; of the arm as
+            described alone, empty where it would.
     """
 
     preset: str
@@ -105,6 +108,7 @@ class SimResult:
     effort: Effort
     trace: Trace
     told: tuple[str, ...] = ()
+    refusal: str = ""
 
     @property
     def acceleration(self) -> float:
@@ -168,7 +172,8 @@ def run_sim_job(job: SimJob) -> list[SimResult]:
         trace = _trace(ticks, config)
         legs = tuple(judge_leg(leg, trace, job) for leg in job.course.legs)
         told = *describe_rate(config.rate_hz, omega), *late_sensors(config.sensors, settings.estimator)
-        results.append(SimResult(job.preset, job.condition, law, legs, effort, trace, told))
+        refusal = _refusal(job, config, settings) if job.condition == NOMINAL else ""
+        results.append(SimResult(job.preset, job.condition, law, legs, effort, trace, told, refusal))
     return results
 
 
@@ -203,6 +208,11 @@ def judge_leg(leg: Leg, trace: Trace, job: SimJob) -> LegResult:
     slot = (trace.t >= leg.start) & (trace.t <= leg.end + job.task.wait)
     residual = read_residual(trace.t, trace.tip, leg.end, job.task.watch)
     return LegResult(leg, residual, float(error[moving].max()), float(abs(trace.load[slot]).max()))
+
+
+def _refusal(job: SimJob, config: ManipulatorConfig, settings: LoopSettings) -> str:
+    loop = Loop(config, settings.estimator, (settings.controller, settings.mpc))
+    return loop.judge(job.course.home)
 
 
 def _trace(ticks: Sequence[Mapping[str, Array]], config: ManipulatorConfig) -> Trace:

@@ -2,11 +2,13 @@
 
 YAML takes keys such as ``on``, ``1``, ``null`` or a date for something else than text, merges mappings by
 ``<<``, and lets a value hold itself by an alias. A description means none of this: it is refused, by line.
-An alias stands for a copy: who changes what stands in one place does not change it in another.
+An alias stands for a copy: who changes what stands in one place does not change it in another. ``1e-3`` is a
+number, as it is for ROS and in YAML 1.2.
 """
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import Any
 
@@ -57,6 +59,13 @@ class StrictLoader(yaml.SafeLoader):
                 f"{line}: key {written} is read as {key!r}; a key must be text: write it in quotes"
             )
         return key
+
+
+StrictLoader.add_implicit_resolver(
+    "tag:yaml.org,2002:float",
+    re.compile(r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)[eE][-+]?[0-9]+$"),
+    [*"-+.0123456789"],
+)
 
 
 def read_yaml(path: Path, loader: type[StrictLoader] = StrictLoader) -> dict[str, Any]:
