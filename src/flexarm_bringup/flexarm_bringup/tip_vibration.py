@@ -45,7 +45,8 @@ class Residual:
     Attributes:
         acceleration: RMS of the tip's acceleration [m/s^2].
         distance: RMS of its distance from where it settles [m].
-        settling: From the end of the motion until the tip stays within the tolerance [s].
+        settling: From the end of the motion until the tip stays within the tolerance [s]; below zero before
+            it, at minus its duration when the tip does not leave the tolerance at all.
         growth: RMS of the acceleration in the second half of the window over that in the first.
     """
 
@@ -55,13 +56,14 @@ class Residual:
     growth: float
 
 
-def read_residual(t: Array, tip: Array, t_end: float, watch: Watch) -> Residual:
+def read_residual(t: Array, tip: Array, t_start: float, t_end: float, watch: Watch) -> Residual:
     """Read what is left of the vibration.
 
     Args:
         t: Times of a uniform record [s], (k,).
         tip: True position of the tip [m], (k, 3).
-        t_end: End of the motion [s].
+        t_start: Begin of the motion [s].
+        t_end: Its end [s].
         watch: When and how to look.
 
     Raises:
@@ -81,7 +83,7 @@ def read_residual(t: Array, tip: Array, t_end: float, watch: Watch) -> Residual:
     return Residual(
         rms(left),
         rms(error[inside]),
-        settling_time(t[until], error[until], t_end, watch.tolerance),
+        max(settling_time(t[until], error[until], t_end, watch.tolerance), t_start - t_end),
         rms(left[half:]) / max(rms(left[:half]), float(np.finfo(float).tiny)),
     )
 

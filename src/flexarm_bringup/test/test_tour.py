@@ -8,10 +8,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from small_arm import small_arm
 
 from flexarm_bringup.sim_run.study import NOMINAL, run_sim_job, sim_jobs
 from flexarm_bringup.static_arm import StaticArm
 from flexarm_bringup.tasks.course import plan_course
+from flexarm_bringup.tasks.task_check import check_against_arm
 from flexarm_bringup.tasks.task_for import SETTINGS, task_for, tour
 from flexarm_bringup.tasks.task_moves import ByAxes, ToPose
 from flexarm_controller.limits import limits_of
@@ -90,6 +92,14 @@ def test_a_tour_keeps_within_the_positions_and_velocities_of_the_arm(
         first = course.reference.position(course.legs[0].end) - np.radians(home_deg)
         np.testing.assert_allclose(first, np.radians([first_way_deg]))
     assert ("so that no axis is too fast" in task.assumed[0]) == ("velocity" in limits)
+
+
+def test_the_tour_of_a_slow_arm_looks_no_higher_than_its_samples_tell(tmp_path: Path) -> None:
+    for rate, highest in (("100 Hz", 45.0), ("200 Hz", 50.0)):
+        arm = small_arm(tmp_path, served__rate=rate)
+        task = task_for(str(arm))
+        assert task.watch.cutoff_hz == pytest.approx(highest)
+        check_against_arm(task)  # what a moves file with these words must pass
 
 
 def test_the_moves_file_of_the_page_has_the_settings_of_the_tour(tmp_path: Path) -> None:

@@ -71,7 +71,8 @@ def build_page(
 
 _CAVEATS = (
     "residual: RMS of the tip's true acceleration in the window after a move; off rest: from its end",
-    "settles 'never': not within the window that was watched",
+    "settles 'never': not within the window that was watched; below 0: before the end of the move, at "
+    "minus its duration where the move is smaller than the tolerance",
     "the arm is simulated, with more modes than the controller knows, noise and delay; dB are of that rig",
 )
 

@@ -84,7 +84,7 @@ class Bench:
         self._plant, course = hardware.rig.plant, self._course
         ticks, effort = run_loop(hardware, self._tree, course.reference, course.end, loop, observe_tip)
         t, tip = (np.array([tick[name] for tick in ticks]) for name in ("t", "tip"))
-        left = tuple(read_residual(t, tip, leg.end, self._task.watch) for leg in course.legs)
+        left = tuple(read_residual(t, tip, leg.start, leg.end, self._task.watch) for leg in course.legs)
         moving = (t >= course.legs[0].start) & (t <= course.legs[-1].end)
         tracking = np.linalg.norm(tip - course.tip_at(t), axis=1)[moving].max()
         return Outcome(left, float(tracking), effort.guard)

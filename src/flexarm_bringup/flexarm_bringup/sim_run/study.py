@@ -206,7 +206,7 @@ def judge_leg(leg: Leg, trace: Trace, job: SimJob) -> LegResult:
     moving = (trace.t >= leg.start) & (trace.t <= leg.end)
     error = np.linalg.norm(trace.tip - job.course.tip_at(trace.t), axis=1)
     slot = (trace.t >= leg.start) & (trace.t <= leg.end + job.task.wait)
-    residual = read_residual(trace.t, trace.tip, leg.end, job.task.watch)
+    residual = read_residual(trace.t, trace.tip, leg.start, leg.end, job.task.watch)
     return LegResult(leg, residual, float(error[moving].max()), float(abs(trace.load[slot]).max()))
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +14,7 @@ from flexarm_bringup.tasks.centripetal import centripetal_error
 from flexarm_bringup.tasks.task import FOLDER, Task, find_task, load_task
 from flexarm_bringup.tasks.task_check import ROUNDING, SAMPLES, check_against_arm
 from flexarm_bringup.tasks.task_moves import ByAxes, TaskMove, ToPose
-from flexarm_bringup.tip_vibration import Watch
+from flexarm_bringup.tip_vibration import NYQUIST_SHARE, Watch
 from flexarm_model.manipulator.description import ManipulatorConfig
 from flexarm_model.motion.profiles import Profile, Trapezoid
 from flexarm_model.reading.config import FORMAT, load_config
@@ -111,7 +112,7 @@ def tour(name: str, config: ManipulatorConfig, profile: Profile | None = None) -
         lead=0.5,
         wait=WAIT,
         moves=moves,
-        watch=WATCH,
+        watch=replace(WATCH, cutoff_hz=min(WATCH.cutoff_hz, NYQUIST_SHARE * config.rate_hz / 2)),
         gain_db=0.0,
         speed=1.0,
         assumed=(
