@@ -19,6 +19,8 @@ from flexarm_model.manipulator.description import ManipulatorConfig
 from flexarm_model.served.pending_models import PendingModels
 from flexarm_model.tree.reduced_tree import ReducedTree
 
+LAST_NS = (2**31 - 1) * NS_PER_S  # an answer to a stamp beyond could not be written
+
 
 class GuardExchange:
     """Owns the guard and translates.
@@ -101,7 +103,7 @@ class GuardExchange:
 
         A clock that was set back, or a gap that is longer than any silence may be, stops the arm.
         """
-        stamp_ns = stamp_to_ns(msg.header.stamp)
+        stamp_ns = min(stamp_to_ns(msg.header.stamp), LAST_NS)
         if self._epoch_ns is None:
             self._epoch_ns = stamp_ns
         passed = round((stamp_ns - self.stamp_ns) / self.period_ns) if self.stamp_ns >= 0 else 1

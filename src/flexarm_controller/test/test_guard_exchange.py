@@ -192,6 +192,17 @@ def test_a_clock_of_the_drives_that_jumps_stops_the_arm(jump):
     assert all(map(math.isfinite, exchange.answer()))
 
 
+@pytest.mark.parametrize(("sec", "nanosec"), [(2**31 - 1, 999_999_999), (2**31 - 1, 2**32 - 1), (-(2**31), 0)])
+def test_a_stamp_at_the_end_of_time_stops_the_arm_and_has_an_answer(sec, nanosec):
+    """None could be written: one message of the drives ended the guard."""
+    exchange, msg = armed(), state(1)
+    msg.header.stamp.sec, msg.header.stamp.nanosec = sec, nanosec
+    exchange.on_drive_states(msg)
+    assert exchange.guard.reason.startswith("clock of the drives jumped by")
+    assert all(map(math.isfinite, exchange.answer()))
+    assert 0 <= exchange.answer_ns < 2**31 * 10**9
+
+
 def test_states_that_were_overwritten_are_counted():
     exchange = armed()
     assert exchange.on_drive_states(state(1)) == 1

@@ -229,6 +229,7 @@ def test_a_refusal_of_models_for_another_reference_changes_nothing(config, model
         "",
         "refused: x",
         "-1: refused: x",
+        f"{'9' * 5000}: refused: x",  # of which Python makes no number
     ):
         assert goals.on_models(text) == []
     assert exchange.controller.reference.position(2.0)[0] == pytest.approx(0.3)

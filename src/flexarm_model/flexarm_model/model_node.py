@@ -39,6 +39,7 @@ from flexarm_model.conversions import NS_PER_S, floats, model_to_msg, stamp_to_n
 from flexarm_model.manipulator.start_pose import starting_at
 from flexarm_model.motion.conversions import TrajectoryMessageError, trajectory_from_msg
 from flexarm_model.motion.size import has_too_many_points
+from flexarm_model.motion.told import told_of_reference
 from flexarm_model.process.ahead import made
 from flexarm_model.ros.bytes_node import subscribe_bytes
 from flexarm_model.ros.declared_node import declare_configs, load_arm, told_by
@@ -133,14 +134,14 @@ class ModelNode(ManagedNode):
 
     def on_verdict(self, msg: String) -> None:
         """Take the models of a reference back that the controller does not follow."""
-        stamp, _, words = msg.data.partition(": ")
-        if not (stamp.isdecimal() and words.startswith("reference refused")):
+        stamp_ns, words = told_of_reference(msg.data)
+        if not words.startswith("reference refused"):
             return
-        if self._served.take_back(int(stamp)):
+        if self._served.take_back(stamp_ns):
             self._follows_pose = self._followed_pose
             self.get_logger().info("the reference was refused: its models are taken back")
         else:
-            self._refused_ns = int(stamp)
+            self._refused_ns = stamp_ns
 
     def on_guard_status(self, msg: GuardStatus) -> None:
         """After a stop nobody follows the reference: look where the arm is."""

@@ -44,6 +44,13 @@ def test_models_of_a_refused_reference_are_not_used(code: str, said: str) -> Non
     assert run_beside(NODE, code) == [said]
 
 
+@pytest.mark.parametrize("text", ["9" * 5000, "-1", "\u00b2", "x", ""])
+def test_what_is_no_stamp_changes_nothing(text: str) -> None:
+    """Python reads no number of 5000 digits: one message ended the node."""
+    code = f"refer(); node.on_verdict(String(data={text!r} + ': reference refused: x')); show()"
+    assert run_beside(NODE, code) == ["1.0 False True"]
+
+
 def test_a_refusal_after_a_stop_leaves_the_models_with_the_measured_pose() -> None:
     stopped = "[node.on_guard_status(GuardStatus(session_token=token)) for token in (7, 0)]"
     code = f"node._follows_pose = False; refer(); {stopped}; tell('reference refused: x'); show()"

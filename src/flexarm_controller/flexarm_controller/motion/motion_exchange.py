@@ -31,6 +31,7 @@ from flexarm_controller.reference import Reference
 from flexarm_controller.state import ArmState
 from flexarm_model.conversions import stamp_to_ns
 from flexarm_model.manipulator.description import ManipulatorConfig
+from flexarm_model.motion.told import told_of_reference
 from flexarm_model.served.reduced_model import ReducedModel
 
 
@@ -69,10 +70,10 @@ class MotionExchange:
 
     def on_models(self, text: str) -> list[Outgoing]:
         """Hear what the model node says of a reference: "stamp: receipt" or "stamp: refused: reason"."""
-        stamp, _, words = text.partition(": ")
-        if not (stamp.isdecimal() and words.startswith("refused: ")):
+        stamp_ns, words = told_of_reference(text)
+        if not words.startswith("refused: "):
             return []
-        self._unserved = int(stamp), words.removeprefix("refused: ")
+        self._unserved = stamp_ns, words.removeprefix("refused: ")
         return self._give_up()
 
     def on_move_tip(self, request: Any) -> tuple[Any, list[Outgoing]]:
