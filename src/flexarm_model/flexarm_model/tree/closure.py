@@ -91,7 +91,8 @@ def _refuse_welded(rows: ClosureRows, start: Array, movable: NDArray[np.intp], n
     if found < needed:
         raise ClosureError(
             f"{name}: the loop of {', '.join(rows.names)} is stiff: its passive and sprung axes act on "
-            f"{found} of {needed} constraint rows; a loop needs passive or sprung axes, give its joints some"
+            f"{found} of {needed} constraint rows, and what bends closes no loop; a loop needs passive or "
+            "sprung axes, give its joints some: a weld stiff springs, such as tx: {stiffness: 1e8 N/m}"
         )
 
 
