@@ -192,7 +192,9 @@ def test_a_clock_of_the_drives_that_jumps_stops_the_arm(jump):
     assert all(map(math.isfinite, exchange.answer()))
 
 
-@pytest.mark.parametrize(("sec", "nanosec"), [(2**31 - 1, 999_999_999), (2**31 - 1, 2**32 - 1), (-(2**31), 0)])
+@pytest.mark.parametrize(
+    ("sec", "nanosec"), [(2**31 - 1, 999_999_999), (2**31 - 1, 2**32 - 1), (-(2**31), 0)]
+)
 def test_a_stamp_at_the_end_of_time_stops_the_arm_and_has_an_answer(sec, nanosec):
     """None could be written: one message of the drives ended the guard."""
     exchange, msg = armed(), state(1)
