@@ -66,7 +66,9 @@ def test_without_keys_a_tool_says_so_instead_of_a_traceback(
     assert "ROS_SECURITY_KEYSTORE: '': no folder of keys" in refused(line, capsys)
     monkeypatch.setenv("ROS_SECURITY_KEYSTORE", str(tmp_path))
     enclave = f"/flexarm/{ENCLAVES.get(line.split()[0], 'operator')}"
-    assert f"ros2 security create_enclave {tmp_path} {enclave}, or" in refused(line, capsys)
+    assert f"ros2 security create_enclave {tmp_path} {enclave}, then create_permission" in refused(
+        line, capsys
+    )
 
 
 @pytest.mark.ros
@@ -111,10 +113,10 @@ def test_what_runs_nodes_in_domains_of_its_own_refuses_before_it_begins(
 def test_a_graph_is_refused_by_the_first_node_without_keys(tmp_path: Path) -> None:
     environment = keystore(tmp_path)
     check_graph_security(rig_graph(), environment)
-    with pytest.raises(SecurityError, match="/flexarm/recorder, or"):
+    with pytest.raises(SecurityError, match="/flexarm/recorder, then"):
         check_graph_security(rig_graph(bag="bag"), environment)
     (tmp_path / "enclaves" / "flexarm" / "watch").rmdir()
-    with pytest.raises(SecurityError, match="/flexarm/watch, or"):
+    with pytest.raises(SecurityError, match="/flexarm/watch, then"):
         check_graph_security(rig_graph(), environment)
     with pytest.raises(
         SecurityError, match="estimator and controller in one process: no enclave is for both"

@@ -6,6 +6,7 @@ from xml.etree import ElementTree
 import pytest
 
 from flexarm_bringup.cli import main
+from flexarm_bringup.security.command import _told
 from flexarm_bringup.security.policy import NodeAccess, policy
 
 NODES = (
@@ -44,6 +45,22 @@ def test_nodes_that_share_an_enclave_have_a_profile_each_in_it() -> None:
     assert [(item.get("path"), len(item.findall("profiles/profile"))) for item in root.iter("enclave")] == [
         ("/flexarm/tools", 3), ("/flexarm/guard", 1)
     ]  # fmt: skip
+
+
+def test_what_is_to_be_done_on_the_rig_leaves_no_enclave_without_limits(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """sros2 gives a new enclave every right, in the domain of the environment; nothing said so."""
+    monkeypatch.setenv("ROS_DOMAIN_ID", "7")
+    nodes = tuple(NodeAccess(name, (), (), (), ()) for name in ("guard", "watch"))
+    told = [line.split("#")[0].strip() for line in _told(tmp_path, nodes).splitlines()]
+    commands = [line for line in told if line.startswith(("ros2", "export"))]
+    store, policies = tmp_path / "keystore", tmp_path / "flexarm.policy.xml"
+    assert commands[:2] == ["export ROS_DOMAIN_ID=7", f"ros2 security create_keystore {store}"]
+    for enclave in ("/flexarm/guard", "/flexarm/watch"):
+        made = commands.index(f"ros2 security create_enclave {store} {enclave}")
+        assert commands[made + 1] == f"ros2 security create_permission {store} {enclave} {policies}"
+    assert f"export ROS_SECURITY_KEYSTORE=$(realpath {store})" in commands
 
 
 @pytest.mark.ros

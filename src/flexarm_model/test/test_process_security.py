@@ -55,7 +55,7 @@ def test_without_a_keystore_or_an_enclave_in_it_security_is_refused(tmp_path: Pa
         with pytest.raises(SecurityError, match="ROS_SECURITY_KEYSTORE: '.*': no folder of keys"):
             check_security(LINE, given)
     keyed = {**ENFORCED, "ROS_SECURITY_KEYSTORE": str(tmp_path)}
-    with pytest.raises(SecurityError, match=f"create_enclave {tmp_path} /flexarm/guard, or"):
+    with pytest.raises(SecurityError, match=f"create_enclave {tmp_path} /flexarm/guard, then create_perm"):
         check_security(LINE, keyed)
     (tmp_path / "enclaves" / "lab" / "left").mkdir(parents=True)
     check_security(LINE, {**keyed, "ROS_SECURITY_ENCLAVE_OVERRIDE": "/lab/left"})

@@ -120,12 +120,13 @@ def _command(process: Process) -> list[str]:
 
 
 def _told(folder: Path, nodes: tuple[NodeAccess, ...]) -> str:
-    store = folder / "keystore"
+    store, domain = folder / "keystore", os.environ.get("ROS_DOMAIN_ID") or 0
     enclaves = dict.fromkeys(node.enclave for node in nodes)
     rights = sum(len(n.publish) + len(n.subscribe) + len(n.reply) + len(n.request) for n in nodes)
     lines = [
         f"{len(enclaves)} enclaves, {rights} rights: {folder / POLICY}",
         "on the rig, where ros2 security (sros2) and the security libraries of the DDS are installed:",
+        f"  export ROS_DOMAIN_ID={domain}     # the rig's: permissions hold in no other",
         f"  ros2 security create_keystore {store}",
     ]
     for enclave in enclaves:
@@ -133,8 +134,9 @@ def _told(folder: Path, nodes: tuple[NodeAccess, ...]) -> str:
         lines.append(f"  ros2 security create_permission {store} {enclave} {folder / POLICY}")
     lines += [f"{name}: not for this arm, no enclave" for name in IDLE if name not in {n.name for n in nodes}]
     lines += [
-        f"  export ROS_SECURITY_KEYSTORE={store}",
+        f"  export ROS_SECURITY_KEYSTORE=$(realpath {store})     # nodes may start in any folder",
         "  export ROS_SECURITY_ENABLE=true ROS_SECURITY_STRATEGY=Enforce",
+        "an enclave without its create_permission may do anything",
         "leave out who is not needed: commander, excite and operator may move the arm",
         "then flexarm rig, the launch file, a node alone, echo, monitor, doctor, call, arm, stop, goto: each",
         "goes into its enclave. Not covered: composed_node, RViz, ros2 topic and the like",

@@ -68,9 +68,10 @@ def check_security(arguments: Sequence[str], environment: Mapping[str, str] = os
     enclave = environment.get(OVERRIDE) or next(reversed([*values_of(arguments, _OPTIONS)]), "/")
     if not os.path.isdir(os.path.join(store, "enclaves", enclave.strip("/"))):
         means = f"it has no keys for the enclave {enclave}, and {ENABLE}=true asks for them"
-        raise SecurityError(
-            f"{KEYSTORE}: '{store}': {means}; ros2 security create_enclave {store} {enclave}, {OFF}"
+        make = (
+            f"ros2 security create_enclave {store} {enclave}, then create_permission as flexarm security says"
         )
+        raise SecurityError(f"{KEYSTORE}: '{store}': {means}; {make} (without it may do anything), {OFF}")
 
 
 def check_unsecured(environment: Mapping[str, str] = os.environ) -> None:
