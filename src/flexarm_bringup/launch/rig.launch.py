@@ -7,8 +7,10 @@ guard is armed again. In lockstep, with respawn:=false, and when it would crash 
 security is asked for, the nodes and who stops the motion run in enclaves of their own (docs/security.md).
 """
 
+import atexit
 import os
 from pathlib import Path
+from shutil import rmtree
 from tempfile import mkdtemp
 
 from launch.actions import DeclareLaunchArgument, OpaqueFunction, SetEnvironmentVariable
@@ -98,7 +100,9 @@ def node(process, may_return, stop):
 def told(process):
     """Return name, parameters and remaps; of several nodes in one process each keeps its own."""
     if process.members:
-        path = write_parameters(process, Path(mkdtemp(prefix="flexarm_launch_")))
+        folder = Path(mkdtemp(prefix="flexarm_launch_"))
+        atexit.register(rmtree, folder, ignore_errors=True)  # a node that comes back reads it again
+        path = write_parameters(process, folder)
         return {"exec_name": process.name, "parameters": [str(path)], "remappings": renamed(process)}
     named = {"name": process.name, "parameters": [dict(process.parameters)]}
     return {**named, "remappings": list(process.remaps.items())}

@@ -1,6 +1,8 @@
 """One table of processes, the same for the launch file and the supervisor."""
 
 import sys
+from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from types import ModuleType, SimpleNamespace
 from typing import Any
@@ -222,6 +224,8 @@ def test_the_launch_file_puts_estimator_and_controller_into_one_process_when_ask
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
+    at_the_end: list[Callable[[], Any]] = []
+    monkeypatch.setattr("atexit.register", lambda *given, **more: at_the_end.append(partial(*given, **more)))
     nodes = launched(monkeypatch, composed="true", markers="true")
     row = next(row for row in composed(arm_graph("single_link")) if row.members)
     both = next(node for node in nodes if node.executable == row.executable)
@@ -231,6 +235,10 @@ def test_the_launch_file_puts_estimator_and_controller_into_one_process_when_ask
     before = Stopped.count
     ended(both, -9)
     assert Stopped.count == before + 1 and both.respawn
+    assert any(tmp_path.glob("flexarm_launch_*"))  # a node that comes back reads it again
+    for end in at_the_end:
+        end()
+    assert not any(tmp_path.glob("flexarm_launch_*"))
     with pytest.raises(ValueError, match="not in lockstep"):
         launched(monkeypatch, composed="true", lockstep="true")
 
