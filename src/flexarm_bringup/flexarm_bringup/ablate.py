@@ -29,6 +29,10 @@ from flexarm_bringup.progress import Progress
 Array = NDArray[np.float64]
 UNUSABLE = 2
 MICRO = 1e6
+TOO_MUCH = (
+    "below 1: this record is estimated better without it; its noise is told too low, or what the model is "
+    "doubted for (sag_error, stiffness_error, modal_force) too high"
+)
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -84,9 +88,7 @@ def tip_table(results: Sequence[Without]) -> Table:
         ]
         for result in results
     ]  # fmt: skip
-    return Table(
-        "Tip", heads, rows, ["below 1: the estimate is better without it, so its noise is told too low"]
-    )
+    return Table("Tip", heads, rows, [TOO_MUCH])
 
 
 def mode_tables(results: Sequence[Without]) -> list[Table]:

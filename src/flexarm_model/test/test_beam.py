@@ -114,6 +114,25 @@ def test_curvature_is_exact_under_a_tip_load() -> None:
     assert k_y == pytest.approx((L - x) / (E * BAR.I_y), rel=1e-9)
 
 
+def test_the_strain_of_modes_at_a_mesh_node_converges_at_least_with_order_two() -> None:
+    """Curvatures are linear within an element; at its ends they are off by (k h)^2 / 12 of themselves."""
+    exact = cantilever(E, BAR.I_z, RHO * A, L, 0.0, L, 3, RHO * BAR.I_z).shapes[1:]
+    true = [[float(shape(x, 2) / shape(L)) for shape in exact] for x in (0.0, L / 2)]  # per metre at the tip
+    off = []
+    for n in (8, 16, 32):
+        mesh = BeamMesh(bar(elements=n))
+        free = np.setdiff1d(mesh.active, mesh.dof("root"))
+        M, K = (matrix[np.ix_(free, free)] for matrix in mesh.matrices())
+        u = np.zeros((mesh.n_dof, 2))
+        u[free] = eigh(K, M)[1][:, 1:3]
+        tip, bent = u[mesh.dof("end")[1]], mesh.deformation(np.array([L / 2]))[0, 3] @ u
+        off.append(abs((bent / tip - true[1]) / true[0]))
+    print(f"off at mid-beam in modes 2, 3, % of the root's strain: {(100 * np.array(off)).round(3).tolist()}")
+    ratios = np.divide(off[:-1], off[1:])
+    assert ratios[:, 0] == pytest.approx([4.0, 4.0], rel=0.1)
+    assert (ratios[:, 1] > 4.0).all() and np.max(off[0]) < 0.02  # where mode 3 is symmetric, faster
+
+
 def test_a_stepped_beam_equals_its_fine_mesh_of_equal_pieces() -> None:
     thin = replace(BAR, length=0.2, elements=4, I_z=BAR.I_z / 3, I_y=BAR.I_y / 2, area=BAR.area / 1.5)
     thick = replace(BAR, length=0.3, elements=6)
