@@ -55,6 +55,16 @@ def test_what_was_taken_before_the_end_is_not_heard_after_it(echo: Echo) -> None
     assert echo.heard == [True] and len(echo._until_gone) == 1
 
 
+def test_what_is_said_last_is_heard_before_its_publisher_goes(echo: Echo) -> None:
+    """Of 25 guards that were deactivated three were last heard as armed."""
+    waited: list[float] = []
+    echo.outlet.wait_for_all_acked = lambda patience: waited.append(patience.nanoseconds * 1e-9)
+    echo.trigger_deactivate()
+    assert len(waited) == 1 and 0.0 < waited[0] <= 0.1
+    assert echo.outlet not in list(echo.publishers)
+    echo.trigger_activate()
+
+
 @pytest.mark.parametrize(("name", "value"), [("use_sim_time", True), ("autostart", False)])
 def test_no_parameter_can_be_set_at_run_time(echo: Echo, name: str, value: bool) -> None:
     """Another clock could: it told 0 at once, and its topic went when the node was deactivated."""

@@ -14,10 +14,12 @@ Services
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from rclpy.duration import Duration
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
 from std_msgs.msg import Bool
 
@@ -26,6 +28,7 @@ from flexarm_model.ros.logger_node import NodeLogger
 from flexarm_model.ros.node import LATCHED_QOS, ReadyFlag
 from flexarm_model.settings.parameters import parameter
 
+LAST_WORDS = 0.1  # s that they may take to be heard
 SUCCESS = TransitionCallbackReturn.SUCCESS
 _ENTITIES = {
     "timers": "destroy_timer",
@@ -166,7 +169,7 @@ class ManagedNode(LifecycleNode):  # type: ignore[misc]
 
     def on_deactivate(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Take the transition; see ``deactivate``."""
-        self._end_activity()
+        self._end_activity(LAST_WORDS)
         return SUCCESS
 
     def on_cleanup(self, state: LifecycleState) -> TransitionCallbackReturn:
@@ -195,11 +198,15 @@ class ManagedNode(LifecycleNode):  # type: ignore[misc]
         if not self.is_finished:
             self.trigger_shutdown()
 
-    def _end_activity(self) -> None:
+    def _end_activity(self, patience: float = 0.0) -> None:
+        """End; what was said last is lost with its publisher unless it is heard before, for so long [s]."""
         self.is_active, self.polled = False, ()
         if self._flag is not None:
             self._flag.withdraw()
         self._do("deactivate")
+        end = time.monotonic() + patience
+        for publisher in self.publishers if patience else ():
+            publisher.wait_for_all_acked(Duration(seconds=max(end - time.monotonic(), 0.0)))
         self._destroy_all_but(self._inactive)
 
     def _do(self, name: str) -> None:
