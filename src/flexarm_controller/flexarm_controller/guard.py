@@ -246,6 +246,5 @@ class Guard:
     def _limit(self, axis: int, value: float) -> float:
         """Return ``value`` within the torque limit and within reach of the last torque."""
         low, high = self._tau[axis] - self._reach[axis], self._tau[axis] + self._reach[axis]
-        inside = max(self._low[axis], min(self._high[axis], value))
-        bound = self.limits.effort[axis]
+        inside, bound = max(self._low[axis], min(self._high[axis], value)), self.limits.effort[axis]
         return max(-bound, min(bound, max(low, min(high, inside))))
