@@ -21,12 +21,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexarm_estimator.filter import Belief
-from flexarm_estimator.filters.flow import NoFlow, StateFlow
+from flexarm_estimator.filters.flow import StateFlow
+from flexarm_estimator.filters.left_out import Reach
+from flexarm_estimator.filters.machine_left_out import make_left_out
 from flexarm_estimator.filters.served import ServedSteps
 from flexarm_estimator.filters.step_source import Look, StepSource
-from flexarm_estimator.state.process import Transition
+from flexarm_estimator.state.process import CACHE_SIZE, Transition
 from flexarm_estimator.state.sensors import MeasurementModel
-from flexarm_estimator.steps.bilinear import Slope, value
+from flexarm_estimator.steps.bilinear import Bilinear, Slope
 from flexarm_estimator.steps.stack import Stack
 
 Array = NDArray[np.float64]
@@ -44,37 +46,28 @@ class CorrectedSteps(StepSource):
         self._flow, self._served = flow, served
         self.dependent = flow.dependent
         system = served.process.system
-        self._n, self._moving = system.n_xi, slice(system.n_xi, 2 * system.n_xi)
+        self._n, moving = system.n_xi, slice(system.n_xi, 2 * system.n_xi)
         self._transitions: dict[float, Transition] = {}
         self._stacks: dict[tuple[str, ...], Stack] = {}
-        self._of_x, self._of_u = system.A[self._moving], np.column_stack([system.B, system.c])[self._moving]
-        slopes = [rate[self._moving] for rate in served.process.learned]
+        of_x, of_u = system.A[moving], np.column_stack([system.B, system.c])[moving]
+        slopes = [rate[moving] for rate in served.process.learned]
         if served.names:
             at_rest = Belief(np.zeros(system.n_x), served.process.P0)
             rows = served.rows(served.names, at_rest, np.zeros(system.n_u + 1))
-            self._of_x, self._of_u = np.vstack([self._of_x, rows.C]), np.vstack([self._of_u, rows.D])
+            of_x, of_u = np.vstack([of_x, rows.C]), np.vstack([of_u, rows.D])
             slopes = [
                 np.vstack(pair) for pair in zip(slopes, (slope.of_x for slope in rows.slopes), strict=True)
             ]
-        self._slopes = [Slope(slope, np.zeros_like(self._of_u)) for slope in slopes]
-        self._nothing = np.zeros(len(self._of_x))
+        self._size = len(of_x)
+        moved = Bilinear(of_x, of_u, tuple(Slope(slope, np.zeros_like(of_u)) for slope in slopes))
         layout = served.process.layout
-        self._modes = np.r_[layout.eta, layout.eta_dot]
-        self._reach = _ASTRAY * np.sqrt(served.process.P0.diagonal()[self._modes])
+        modes = np.r_[layout.eta, layout.eta_dot]
+        reach = Reach(modes, _ASTRAY * np.sqrt(served.process.P0.diagonal()[modes]))
+        self._left_out = make_left_out(flow, moved, reach)
 
     def inputs(self, before: Belief, dt: float, u: Array) -> Array:
         """Return ``[a; r; tau; 1]``; nothing is left out where the motion cannot be computed, or astray."""
-        step = self._served.transition(before, dt, u)
-        x = value(step.A, step.B, step.slopes, (before.x, u))
-        if (abs(x[self._modes]) > self._reach).any():
-            return np.concatenate([self._nothing, u])
-        try:
-            rate, y = self._flow.rate_and_rows(x, u)
-        except NoFlow:
-            return np.concatenate([self._nothing, u])
-        moved = np.concatenate([rate[self._moving], y])
-        left_out = moved - value(self._of_x, self._of_u, self._slopes, (x, u))
-        return np.concatenate([left_out if np.isfinite(left_out).all() else self._nothing, u])
+        return self._left_out.at(before.x, self._served.transition(before, dt, u), u)
 
     def transition(self, before: Belief, dt: float, u: Array) -> Transition:
         """Return the step of the process model for these inputs."""
@@ -82,7 +75,9 @@ class CorrectedSteps(StepSource):
         found = self._transitions.get(step.dt)
         if found is None:
             pushed = self._served.process.pushed(step.dt)
-            B = np.hstack([pushed, np.zeros((len(pushed), self._nothing.size - self._n)), step.B])
+            B = np.hstack([pushed, np.zeros((len(pushed), self._size - self._n)), step.B])
+            if len(self._transitions) >= CACHE_SIZE:
+                self._transitions.clear()
             found = self._transitions[step.dt] = replace(step, B=B, slopes=self._widen(step.slopes))
         return found
 
@@ -90,7 +85,7 @@ class CorrectedSteps(StepSource):
         """Return the rows of the served model for these inputs."""
         if names not in self._stacks:
             stack = self._served.rows(names, prior, u)
-            own = np.eye(self._nothing.size)[[self._n + row for row in self._flow.rows_of(names)]]
+            own = np.eye(self._size)[[self._n + row for row in self._flow.rows_of(names)]]
             D = np.hstack([own, stack.D])
             self._stacks[names] = replace(stack, D=D, slopes=self._widen(stack.slopes))
         return self._stacks[names]
@@ -101,5 +96,5 @@ class CorrectedSteps(StepSource):
 
     def _widen(self, slopes: tuple[Slope, ...]) -> tuple[Slope, ...]:
         """Return slopes for these inputs: what is left out does not depend on what is learned."""
-        extra = self._nothing.size
+        extra = self._size
         return tuple(Slope(of_x, np.hstack([np.zeros((len(of_u), extra)), of_u])) for of_x, of_u in slopes)

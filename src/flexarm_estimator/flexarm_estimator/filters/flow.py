@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from flexarm_estimator.filters.moving_arm import Motion, MovingArm
 from flexarm_estimator.state.process import ProcessModel
 from flexarm_estimator.state.sensors import SensorModels
+from flexarm_estimator.steps.bilinear import Bilinear, Slope
 from flexarm_estimator.steps.taylor import ExponentialIntegrals
 from flexarm_model.served.reduced_model import ReducedModel
 
@@ -63,7 +64,9 @@ class StateFlow:
     """Flow of the state of one served model.
 
     Attributes:
+        arm: Motion in the served coordinates.
         dependent: Tree coordinates that follow the others where loops close.
+        rows_of_rest: What the states that are not of the arm add to the rows, (n_y, n_x).
     """
 
     def __init__(
@@ -83,7 +86,7 @@ class StateFlow:
             models: Its sensors.
             averaging: Time over which an accelerometer averages the force noise [s].
         """
-        self._arm, self._averaging, self._n = arm, averaging, model.n
+        self.arm, self._averaging, self._n = arm, averaging, model.n
         self.dependent = arm.dependent
         system = process.system
         self._A, self._Q, self._B = system.A, system.Q, np.array(model.B)
@@ -94,9 +97,16 @@ class StateFlow:
         self._force_psd = process.force_cov * averaging
         edges = np.cumsum([0, *(model.C.shape[0] for model in models.rows.values())]).tolist()
         self._rows = {name: list(range(*edges[i : i + 2])) for i, name in enumerate(models.rows)}
-        self._C = np.zeros((edges[-1], system.n_x))
+        self.rows_of_rest = np.zeros((edges[-1], system.n_x))
         for name, rows in models.rows.items():
-            self._C[self._rows[name], self._rest] = rows.C[:, self._rest] - rows.D_w @ self._push
+            self.rows_of_rest[self._rows[name], self._rest] = rows.C[:, self._rest] - rows.D_w @ self._push
+
+    @property
+    def forces(self) -> Bilinear:
+        """Forces on xi, (n,), of state and inputs."""
+        of_x, of_u = np.zeros((self._n, self._A.shape[0])), np.zeros((self._n, self._B.shape[1] + 1))
+        of_x[:, self._rest], of_u[:, :-1] = self._push, self._B
+        return Bilinear(of_x, of_u, tuple(Slope(slope, np.zeros_like(of_u)) for _, slope in self._learned))
 
     def warm_up(self, xi: Array) -> None:
         """Compile what is needed, at rest at ``xi`` (n,), so that the first step need not."""
@@ -127,7 +137,7 @@ class StateFlow:
         motion = self._move(x, u)
         n = self._n
         A, Q, G = self._A.copy(), self._Q.copy(), np.zeros((x.size, n))
-        A[n : 2 * n, : 2 * n] = self._arm.slopes(motion).accel
+        A[n : 2 * n, : 2 * n] = self.arm.slopes(motion).accel
         A[n : 2 * n, self._rest] = motion.M_inv.dot(self._push)
         A[n : 2 * n] += motion.M_inv.dot(self._bend(x))
         Q[n : 2 * n, n : 2 * n] = motion.M_inv.dot(self._force_psd).dot(motion.M_inv)
@@ -148,17 +158,17 @@ class StateFlow:
         Raises:
             NoFlow: The arm cannot be there.
         """
-        rows: Array = self._arm.rows(self._move(x, u)) + self._C.dot(x)
+        rows: Array = self.arm.rows(self._move(x, u)) + self.rows_of_rest.dot(x)
         return rows
 
-    def rate_and_rows(self, x: Array, u: Array) -> tuple[Array, Array]:
-        """Return x', (n_x,), and the sensors' rows, (n_y,), of one state.
+    def acceleration_and_rows(self, x: Array, u: Array) -> tuple[Array, Array]:
+        """Return xi'', (n,), and the sensors' rows, (n_y,), of one state.
 
         Raises:
             NoFlow: The arm cannot be there.
         """
         motion = self._move(x, u)
-        return self._derivative(x, motion), self._arm.rows(motion) + self._C.dot(x)
+        return motion.xi_ddot, self.arm.rows(motion) + self.rows_of_rest.dot(x)
 
     def linear_rows(self, x: Array, u: Array) -> LocalRows:
         """Return the rows with their derivatives.
@@ -167,15 +177,15 @@ class StateFlow:
             NoFlow: The arm cannot be there.
         """
         motion = self._move(x, u)
-        slopes = self._arm.slopes(motion)
-        C = self._C.copy()
+        slopes = self.arm.slopes(motion)
+        C = self.rows_of_rest.copy()
         C[:, : 2 * self._n] = slopes.rows
         D_w = slopes.rows_a.dot(motion.M_inv)
         C[:, self._rest] += D_w.dot(self._push)
         C += D_w.dot(self._bend(x))
         if not np.isfinite(C).all():
             raise NoFlow("the rows' tangent is not finite")
-        return LocalRows(self._arm.rows(motion) + self._C.dot(x), C, D_w)
+        return LocalRows(self.arm.rows(motion) + self.rows_of_rest.dot(x), C, D_w)
 
     def _move(self, x: Array, u: Array) -> Motion:
         n = self._n
@@ -183,7 +193,7 @@ class StateFlow:
         for at, per_state in self._learned:
             force += float(x[at]) * per_state.dot(x)
         try:
-            motion = self._arm.at(x[:n], x[n : 2 * n], force)
+            motion = self.arm.at(x[:n], x[n : 2 * n], force)
         except (ValueError, np.linalg.LinAlgError) as error:
             raise NoFlow(str(error)) from error
         if not np.isfinite(motion.a).all():

@@ -63,17 +63,22 @@ class MovingArm:
     """Motion of one arm about the operating point of one served model.
 
     Attributes:
+        tree: The arm.
+        functions: Its rows and, with loops, what is left of their acceleration; see ``Slopes``.
+        Phi: Shapes of the served coordinates, (n_q, n).
+        free: The same without the dependent coordinates.
+        origin: q where xi is zero, before loops are closed, (n_q,).
         dependent: Tree coordinates that follow the others where loops close, (n_c,).
     """
 
     def __init__(self, tree: Dynamics, model: ReducedModel, slopes: Slopes) -> None:
         """Bind the tree to the served coordinates; ``slopes`` are of the tree."""
-        self._tree, self._slopes = tree, slopes
-        self._Phi = np.array(model.Phi)
-        self._q_origin = model.q0 - self._Phi @ model.xi0
+        self.tree, self._slopes, self.functions = tree, slopes, slopes.functions
+        self.Phi = np.array(model.Phi)
+        self.origin = model.q0 - self.Phi @ model.xi0
         self.dependent = tree.loops.dependent.tolist()
-        self._free = self._Phi.copy()
-        self._free[self.dependent] = 0.0
+        self.free = self.Phi.copy()
+        self.free[self.dependent] = 0.0
 
     def at(self, xi: Array, xi_dot: Array, force: Array) -> Motion:
         """Return the motion under forces on the served coordinates, (n,).
@@ -82,10 +87,10 @@ class MovingArm:
             ValueError: The loops do not close here.
             LinAlgError: The pose is singular.
         """
-        tree, dependent = self._tree, self.dependent
-        q = tree.closed(self._q_origin + self._Phi.dot(xi))
+        tree, dependent = self.tree, self.dependent
+        q = tree.closed(self.origin + self.Phi.dot(xi))
         G = tree.constraints(q)[1]
-        W = self._follow(G, self._free)
+        W = self._follow(G, self.free)
         v = W.dot(xi_dot)
         M, h = (np.array(part) for part in tree.functions["motion"](q, v))
         drift = np.zeros_like(q)
@@ -127,7 +132,7 @@ class MovingArm:
 
     def _residual(self, motion: Motion) -> Array:
         """Return ``M a + h``, (n_q,)."""
-        h = np.array(self._tree.functions["motion"](motion.q, motion.v)[1])
+        h = np.array(self.tree.functions["motion"](motion.q, motion.v)[1])
         residual: Array = motion.M.dot(motion.a) + h
         return residual
 

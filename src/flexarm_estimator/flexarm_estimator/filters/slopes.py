@@ -23,7 +23,11 @@ Array = NDArray[np.float64]
 
 
 class Slopes:
-    """Rows of the sensors and derivatives of one arm, for any served model of it."""
+    """Rows of the sensors and derivatives of one arm, for any served model of it.
+
+    Attributes:
+        functions: "rows" (q, v, a), "rows_a" (q) and, with loops, "drift" (q, v), ready to be called.
+    """
 
     def __init__(self, tree: Dynamics, rows: Sequence[int], use_compiler: bool = True) -> None:
         """Write the functions; they are compiled when first needed.
@@ -50,20 +54,20 @@ class Slopes:
             self._along["turn"] = _along("turn", [q, v, a], [drift + ca.jtimes(c, q, a)])
         self._along["bend"] = _along("bend", [q, v, a, force], [residual, y])
         functions = {name: ca.Function(name, at, [value]) for name, (at, value) in values.items()}
-        self._table = FunctionTable(functions, use_compiler)
+        self.functions = FunctionTable(functions, use_compiler)
         self._mapped: dict[str, FastFunction] = {}
 
     def rows(self, q: Array, v: Array, a: Array) -> Array:
         """Return the sensors' rows, (n_y,)."""
-        return np.array(self._table["rows"](q, v, a)).ravel()
+        return np.array(self.functions["rows"](q, v, a)).ravel()
 
     def rows_by_acceleration(self, q: Array) -> Array:
         """Return their derivative by a, (n_y, n_q)."""
-        return np.array(self._table["rows_a"](q)).reshape(-1, q.size)
+        return np.array(self.functions["rows_a"](q)).reshape(-1, q.size)
 
     def drift(self, q: Array, v: Array) -> Array:
         """Return ``G' v``, (n_c,)."""
-        return np.array(self._table["drift"](q, v)).ravel()
+        return np.array(self.functions["drift"](q, v)).ravel()
 
     def along(self, name: str, point: Sequence[Array], S_q: Array, S_v: Array) -> list[Array]:
         """Return derivatives along k directions, with k columns each.

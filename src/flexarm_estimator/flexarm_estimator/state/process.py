@@ -36,7 +36,7 @@ from flexarm_model.served.reduced_model import ReducedModel
 from flexarm_model.served.state_space import StateSpace, state_space
 
 Array = NDArray[np.float64]
-_CACHE_SIZE = 512  # periods
+CACHE_SIZE = 128  # periods; a camera by a clock of its own makes new ones with every frame
 _NS_PER_S = 1e9
 _UNCOUPLED = 0.1  # coupling assumed of modes that the axes do not move [kg^0.5 m/rad]
 
@@ -131,7 +131,7 @@ class ProcessModel:
         key = max(1, round(dt * _NS_PER_S))
         found = self._cache.get(key)
         if found is None:
-            if len(self._cache) >= _CACHE_SIZE:
+            if len(self._cache) >= CACHE_SIZE:
                 self._cache.clear()
             found = self._cache[key] = self._compute(key / _NS_PER_S)
         return found

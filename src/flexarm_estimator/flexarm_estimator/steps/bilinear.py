@@ -25,6 +25,39 @@ class Slope(NamedTuple):
     of_u: Array
 
 
+class Bilinear(NamedTuple):
+    """Matrices of the state (k, n_x) and of the inputs (k, n_u), and what a unit of each parameter adds."""
+
+    of_x: Array
+    of_u: Array
+    slopes: tuple[Slope, ...] = ()
+
+
+class Columns(NamedTuple):
+    """The same as a sum ``sum_i z[place_i] z[scale_i] matrix_i`` over ``z = [x; u]``, zero columns left out.
+
+    Attributes:
+        matrix: (k, count), column by column in memory.
+        place: Of the first factor in z, (count,).
+        scale: Of the second one, the parameter; -1 where there is none, (count,).
+    """
+
+    matrix: Array
+    place: NDArray[np.int64]
+    scale: NDArray[np.int64]
+
+
+def columns(function: Bilinear) -> Columns:
+    """Return a function's columns that are not zero."""
+    n_x, parameters = function.of_x.shape[1], len(function.slopes)
+    parts = [np.hstack([function.of_x, function.of_u])]
+    parts += [np.hstack([slope.of_x, slope.of_u]) for slope in function.slopes]
+    kept = [np.flatnonzero(part.any(axis=0)) for part in parts]
+    matrix = np.hstack([part[:, place] for part, place in zip(parts, kept, strict=True)])
+    scale = np.repeat([-1, *range(n_x - parameters, n_x)], [place.size for place in kept])
+    return Columns(np.asfortranarray(matrix), np.concatenate(kept).astype(np.int64), scale.astype(np.int64))
+
+
 def tangent(
     of_x: Array, of_u: Array, slopes: Sequence[Slope], at: tuple[Array, Array]
 ) -> tuple[Array, Array]:

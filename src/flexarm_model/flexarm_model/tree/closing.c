@@ -88,3 +88,30 @@ int64_t flexarm_follow(const struct loops *s, const double *q, int64_t k, double
     s->rows->evaluate(s->rows->arg, s->rows->res, s->rows->iw, s->rows->w, 0);
     return flexarm_follow_closed(s, k, J);
 }
+
+/* Let motions W (n, k), row-major, follow the loops where ``flexarm_close`` has just closed them: their dependent
+   rows become G_d^-1 (b - G W) with these rows zero; b, (m, k) row-major, is zero where it is null. Returns 0
+   when the pose is singular. */
+int64_t flexarm_move_closed(const struct loops *s, int64_t k, const double *b, double *W)
+{
+    double *A = s->work, *B = A + s->m * s->m;
+    const double *G = s->rows->res[1];
+    for (int64_t i = 0; i < s->m; i++)
+        memset(W + s->dependent[i] * k, 0, k * sizeof *W);
+    if (b)
+        memcpy(B, b, s->m * k * sizeof *B);
+    else
+        memset(B, 0, s->m * k * sizeof *B);
+    for (int64_t j = 0; j < s->n; j++)
+        for (int64_t i = 0; i < s->m; i++) {
+            double g = G[i + j * s->m];
+            for (int64_t l = 0; g != 0.0 && l < k; l++)
+                B[i * k + l] -= g * W[j * k + l];
+        }
+    gather(s, G, A);
+    if (!eliminate(s->m, k, A, B))
+        return 0;
+    for (int64_t i = 0; i < s->m; i++)
+        memcpy(W + s->dependent[i] * k, B + i * k, k * sizeof *W);
+    return 1;
+}
