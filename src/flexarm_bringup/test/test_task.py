@@ -11,7 +11,7 @@ import pytest
 from flexarm_bringup.static_arm import StaticArm
 from flexarm_bringup.tasks.course import plan_course
 from flexarm_bringup.tasks.task import find_task, load_task
-from flexarm_bringup.tasks.task_for import tour
+from flexarm_bringup.tasks.task_for import task_for, tour
 from flexarm_controller.settings import MpcConfig
 from flexarm_model.reading.config import load_config
 from flexarm_model.settings.strict_yaml import ConfigError
@@ -141,6 +141,19 @@ def test_a_pose_where_loops_do_not_close_is_refused_by_the_moves_name() -> None:
 def test_the_tasks_that_come_along_can_be_read() -> None:
     folder = find_task("single_link").parent
     assert all(load_task(path).moves for path in sorted(folder.glob("*.yaml")))
+
+
+def test_a_copy_of_one_that_comes_along_is_of_the_same_arm(tmp_path: Path) -> None:
+    for path in sorted(find_task("single_link").parent.glob("*.yaml")):
+        copy = tmp_path / f"my_{path.name}"
+        copy.write_bytes(path.read_bytes())
+        assert load_task(copy).manipulator == path.stem
+
+
+def test_a_file_that_names_no_arm_and_is_named_after_none_is_told_so_once(tmp_path: Path) -> None:
+    with pytest.raises(ConfigError, match="of the arm it is named after") as refused:
+        task_for(str(write(tmp_path, TASK)))
+    assert str(refused.value).count("manipulator: ") == 1
 
 
 def test_preset_changes_the_settings_that_it_names_and_no_others(tmp_path: Path) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import ExitStack
 from itertools import count
 from pathlib import Path
@@ -21,6 +21,7 @@ from flexarm_bringup.processes.running_graph_node import Ear, running
 from flexarm_bringup.topics import find_stream
 from flexarm_estimator.estimate import Estimate
 from flexarm_estimator.estimator_node import CLOSING_TOPIC
+from flexarm_estimator.messages.inbox import Inbox
 from flexarm_model.conversions import stamp_to_ns
 from flexarm_model.ros.node import LATCHED_QOS, MODELS_QOS, RELIABLE_QOS
 
@@ -34,15 +35,19 @@ class NodeLink:
 
     newest_only = (CLOSING_TOPIC,)
 
-    def __init__(self, ear: Ear) -> None:
-        """Speak and hear through ``ear``."""
+    def __init__(self, ear: Ear, topics: Sequence[str]) -> None:
+        """Speak and hear through ``ear``, on ``topics`` from the beginning.
+
+        A node may hear of a new publisher later than that one hears of it: the first message would be lost.
+        """
         self._ear, self._publishers = ear, dict[str, Any]()
         self._receipts: list[str] = []
         self._models = ear.node.create_publisher(ReducedModel, "model", MODELS_QOS)
         ear.node.create_subscription(
             String, "estimator/models", lambda msg: self._receipts.append(msg.data), LATCHED_QOS
         )
-        self._publisher("joint_states")
+        for topic in topics:
+            self._publisher(topic)
         ear.wait(lambda: self._models.get_subscription_count() > 0, PATIENCE, "the estimator")
 
     def send_model(self, msg: Any) -> None:
@@ -132,4 +137,4 @@ class LiveStand:
         }
         node = Process("flexarm_estimator", "estimator_node", "estimator", parameters)
         _, ear = self._stack.enter_context(running((node,), HEARD, self._folder / str(next(self._runs))))
-        return NodeLink(ear)
+        return NodeLink(ear, Inbox(config, is_live=True).topics)

@@ -63,6 +63,10 @@ class _Presets:
         self._path = task.file
         try:
             self._file = find_manipulator(task.manipulator)
+        except ConfigError as error:
+            named = "without this key the file is of the arm it is named after"
+            raise ConfigError(f"{task.file}: {error}; {named}") from None
+        try:
             self._known = {"": load_config(self._file)}
         except ConfigError as error:
             raise refusal(task.file, "manipulator", task.manipulator, str(error)) from None
