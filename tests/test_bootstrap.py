@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import importlib.machinery
-import importlib.util
 import io
 import os
 import subprocess
@@ -19,13 +17,10 @@ ROOT = Path(__file__).resolve().parents[1]
 
 
 @pytest.fixture
-def flexarm(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> ModuleType:
+def flexarm(bootstrap: ModuleType, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> ModuleType:
     """Return the bootstrap as a module that works on a small copy of a clone."""
-    loader = importlib.machinery.SourceFileLoader("flexarm_bootstrap", str(ROOT / "flexarm"))
-    module = importlib.util.module_from_spec(importlib.util.spec_from_loader(loader.name, loader))
-    loader.exec_module(module)
+    module = bootstrap
     monkeypatch.setattr(module, "ROOT", tmp_path)
-    monkeypatch.setattr(module, "STATE", tmp_path / ".flexarm")
     for variable in ("ROS_DISTRO", "FLEXARM_PYTHON", "AMENT_PREFIX_PATH"):
         monkeypatch.delenv(variable, raising=False)
     (tmp_path / "requirements.lock").write_text("one==1\n")
