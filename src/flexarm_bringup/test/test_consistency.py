@@ -169,7 +169,7 @@ def test_an_arm_is_asked_with_the_settings_of_its_preset(tmp_path: Path) -> None
     moves = tmp_path / "moves.yaml"
     given = find_task("planar_3rrr").read_text(encoding="utf-8")
     own = "preset_settings: {geared: {estimator: {modal_force: 0.123}}}"
-    moves.write_text(f"{given}\nmanipulator: planar_3rrr\n{own}\n", encoding="utf-8")
+    moves.write_text(f"{given}\n{own}\n", encoding="utf-8")
     todo = jobs([str(moves)], 1, 1)
     assert {job.task.make("estimator", EstimatorConfig).modal_force for job in todo} == {0.123}
 
@@ -186,7 +186,7 @@ def test_page_says_which_bound_is_missed() -> None:
 def test_files_of_one_machine_are_told_apart_and_a_machine_alone_has_its_name(tmp_path: Path) -> None:
     given = Path(find_task("single_link")).read_text(encoding="utf-8")
     for name in ("slow", "fast"):
-        (tmp_path / f"{name}.yaml").write_text(f"{given}\nmanipulator: single_link\n", encoding="utf-8")
+        (tmp_path / f"{name}.yaml").write_text(given, encoding="utf-8")
     slow, fast = (str(tmp_path / f"{name}.yaml") for name in ("slow", "fast"))
     todo = jobs([slow, fast, "planar_3rrr", slow], 1, 1)
     wanted = [f"single_link, {slow}", f"single_link, {fast}", "planar_3rrr", f"single_link, {slow} #2"]
