@@ -1,4 +1,4 @@
-"""The README's table of nodes names the topics and services that the running nodes have, and no others."""
+"""The table of nodes in docs names the topics and services that the running nodes have, and no others."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from flexarm_bringup.topics import NAMESPACE
 
 pytestmark = pytest.mark.ros
 
-README = Path(__file__).resolve().parents[1] / "README.md"
+PAGE = Path(__file__).resolve().parents[1] / "docs" / "nodes.md"
 SEEN = 60.0  # s until DDS has told everything, where others use the cores
 # what every node has, and the clock of lockstep, which the text below the table tells
 COMMON = re.compile(r"/rosout|/parameter_events|/diagnostics|.*/(ready|transition_event)")
@@ -27,9 +27,9 @@ Row = dict[str, set[str]]
 
 
 def table() -> dict[str, Row]:
-    """Return by node what the README says, relative to /flexarm."""
+    """Return by node what the page says, relative to /flexarm."""
     rows = {}
-    for line in README.read_text(encoding="utf8").splitlines():
+    for line in PAGE.read_text(encoding="utf8").splitlines():
         cells = [cell.strip() for cell in line.split("|")[1:-1]]
         if len(cells) == 4 and re.fullmatch(r"`\w+`", cells[0]) and "`" in cells[1] + cells[2]:
             node = cells[0].strip("`")

@@ -8,7 +8,7 @@ ratios hold on a busy machine too. The benchmarks themselves are in benchmarks/,
 
 What must be kept is listed below and in the table 'Acceptance'. Of the estimator these are medians. Its 99th
 percentiles are told beside them and judge nothing: 100 us had been wanted of the single link, 0.31 to 0.37 ms
-are what README has, and more comes of a busy machine.
+are what docs/measured.md has, and more comes of a busy machine.
 """
 
 from __future__ import annotations
