@@ -75,7 +75,7 @@ def test_nothing_is_said_of_competitors_when_all_were_measured(monkeypatch: pyte
         ("nonlinear MPC step", "(400 / 700 us)", ["nmpc_step_median_us", "nmpc_step_p99_us"]),
     ],
 )
-def test_what_the_page_of_measurements_says_is_wanted_is_what_decides(row: str, wanted: str, names: list[str]) -> None:
+def test_what_the_manual_says_is_wanted_is_what_decides(row: str, wanted: str, names: list[str]) -> None:
     page = (ROOT / "docs" / "measured.md").read_text(encoding="utf8")
     (line,) = [line for line in page.splitlines() if f"| {row}" in line]
     assert wanted in line

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from flexarm_model.settings.units import UNITS, axis_dimension, parse_quantity, si_unit
+from flexarm_model.settings.units import UNITS, axis_dimension, is_sliding, parse_quantity, si_unit
 
 NUMBERS = st.floats(allow_nan=False, allow_infinity=False, min_value=-1e12, max_value=1e12)
 DIMENSION_AND_UNIT = st.sampled_from([(dimension, unit) for dimension in UNITS for unit in UNITS[dimension]])
@@ -85,6 +85,14 @@ def test_a_ratio_may_be_a_bare_number() -> None:
 def test_an_axis_along_and_an_axis_about_share_no_unit(quantity: str) -> None:
     along, about = (UNITS[axis_dimension(axis, quantity)] for axis in ("tx", "rz"))
     assert not set(along) & set(about)
+
+
+@pytest.mark.parametrize(
+    ("axis", "slides"), [("tx", True), ("leg_t.tz", True), ("rz", False), ("tool.ry", False)]
+)
+def test_an_axis_slides_or_turns_whatever_its_joint_is_called(axis: str, slides: bool) -> None:
+    assert is_sliding(axis) is slides
+    assert axis_dimension(axis, "position") == ("length" if slides else "angle")
 
 
 def test_values_are_kept_in_the_unit_of_worth_one() -> None:

@@ -11,6 +11,7 @@ from flexarm_bringup.bag_plots.panel import QUIET, line, name_rows, reach, stack
 from flexarm_bringup.bag_plots.series import BagSeries, constant_names
 from flexarm_controller.motion.tip_kinematics import TipKinematics
 from flexarm_controller.reference import Reference
+from flexarm_model.settings.units import is_sliding
 from flexarm_model.tree.reduced_tree import ReducedTree
 
 if TYPE_CHECKING:
@@ -100,7 +101,7 @@ def draw_joints(plot: Plot, series: BagSeries) -> None:
             line(axes, t, theta[:, i], label="measured")
         if wanted is not None and i < wanted.shape[1]:
             line(axes, t, wanted[:, i], label="reference", linestyle="--")
-        axes.set_ylabel(f"{first.name[i]}\n[{'m' if _is_linear(first.name[i]) else 'rad'}]")
+        axes.set_ylabel(f"{first.name[i]}\n[{'m' if is_sliding(first.name[i]) else 'rad'}]")
         if i == 0 and axes.lines:
             axes.legend(fontsize=8, ncols=2)
 
@@ -118,7 +119,7 @@ def draw_torques(plot: Plot, series: BagSeries) -> None:
             line(axes, t, tau[:, i], label="applied")
             near = reach(axes, tau[:, i], limits[i]) if i < len(limits) else ""
             axes.set_title(near, fontsize=8, loc="right")
-        axes.set_ylabel(f"{first.name[i]}\n[{'N' if _is_linear(first.name[i]) else 'N m'}]")
+        axes.set_ylabel(f"{first.name[i]}\n[{'N' if is_sliding(first.name[i]) else 'N m'}]")
         if i == 0 and axes.lines:
             axes.legend(fontsize=8, ncols=2)
 
@@ -147,7 +148,3 @@ def _range(y: Array) -> float:
 def _position(msg: Any) -> list[float]:
     p = msg.pose.pose.position
     return [p.x, p.y, p.z]
-
-
-def _is_linear(axis: str) -> bool:
-    return axis.rpartition(".")[2].startswith("t")

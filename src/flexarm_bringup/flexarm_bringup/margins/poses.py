@@ -15,7 +15,7 @@ from flexarm_bringup.tasks.task import Task
 from flexarm_model.manipulator.description import Axis, ManipulatorConfig
 from flexarm_model.served.pose_grid import grid_poses
 from flexarm_model.settings.strict_yaml import ConfigError
-from flexarm_model.settings.units import axis_dimension
+from flexarm_model.settings.units import is_sliding
 from flexarm_model.tree.reduced_tree import ReducedTree
 
 Array = NDArray[np.float64]
@@ -98,7 +98,7 @@ def _range(n: int, name: str, axis: Axis) -> tuple[float, float]:
     lower, upper = axis.lower, axis.upper
     if math.isfinite(upper - lower):
         return lower, upper
-    if axis_dimension(axis.name, "position") != "angle":
+    if is_sliding(axis.name):
         raise ConfigError(f"--grid {n}: axis '{name}' slides without an end; give it lower and upper")
     if math.isfinite(upper):
         return upper - 2 * math.pi, upper

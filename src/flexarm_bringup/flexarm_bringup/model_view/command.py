@@ -204,7 +204,7 @@ def _value(axis: str, text: str, named: dict[str, Array]) -> float:
     try:
         if not unit:
             return float(number)
-        return parse_quantity(f"{number} {unit}", axis_dimension(axis.split(".")[1], "position"))
+        return parse_quantity(f"{number} {unit}", axis_dimension(axis, "position"))
     except ValueError as error:
         raise PoseError(f"pose: {axis} = '{text}': {error}; {known}") from None
 

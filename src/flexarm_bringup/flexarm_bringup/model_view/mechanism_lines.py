@@ -17,6 +17,7 @@ from flexarm_model.bodies.body_reduction import reduce_body
 from flexarm_model.bodies.superelement import NodeShape, Superelement
 from flexarm_model.manipulator.body_spec import Beam
 from flexarm_model.manipulator.description import WORLD, Joint, NodeRef
+from flexarm_model.settings.units import is_sliding
 from flexarm_model.tree.reduced_tree import ReducedTree
 
 Array = NDArray[np.float64]
@@ -130,7 +131,7 @@ class MechanismLines:
 def axis_transform(axis: str, value: float) -> Array:
     """Return the motion along or about an axis "tx" ... "rz" by a value [m or rad], (4, 4)."""
     T, i = np.eye(4), "xyz".index(axis[1])
-    if axis[0] == "t":
+    if is_sliding(axis):
         T[i, 3] = value
         return T
     j, k = (i + 1) % 3, (i + 2) % 3

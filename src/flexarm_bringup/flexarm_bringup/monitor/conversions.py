@@ -21,6 +21,7 @@ from flexarm_bringup.monitor.picture import (
 from flexarm_controller.conversions import mode_name
 from flexarm_model.manipulator.description import ManipulatorConfig
 from flexarm_model.served.reduced_model import ReducedModel
+from flexarm_model.settings.units import is_sliding
 
 _GUARD = {GuardStatus.STOPPED: "stopped", GuardStatus.ARMED: "armed", GuardStatus.BRAKING: "braking"}
 _ESTIMATE = {
@@ -125,7 +126,7 @@ def axes_of(
             error.get(name, UNKNOWN),
             effort.get(name, UNKNOWN),
             limits.get(name, math.inf),
-            name.rpartition(".")[2].startswith("t"),
+            is_sliding(name),
         )
         for name in model.theta_names
     )

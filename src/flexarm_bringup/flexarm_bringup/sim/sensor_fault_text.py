@@ -153,4 +153,4 @@ def _dimension(word: _Word, spec: SensorSpec) -> str:
         return word.dimension
     if spec.kind in _DIMENSIONS:
         return _DIMENSIONS[spec.kind]
-    return axis_dimension(spec.site.rpartition(".")[2], "position")
+    return axis_dimension(spec.site, "position")

@@ -12,6 +12,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from flexarm_model.manipulator.description import WORLD, Joint, ManipulatorConfig, NodeRef
+from flexarm_model.settings.units import is_sliding
 
 SIGMAS = 6.0  # that the filter may be off by at most: its gate on a tour is ten
 
@@ -56,4 +57,5 @@ def _slid(config: ManipulatorConfig, joint: Joint) -> float:
     """Return how far the sliding motors of a joint are out at most, at any named pose [m]."""
     poses = np.abs([config.home, *config.poses.values()]).max(axis=0)
     out = dict(zip(config.actuated, poses, strict=True))
-    return float(sum(out.get(f"{joint.name}.{axis.name}", 0.0) for axis in joint.axes if axis.name[0] == "t"))
+    sliding = [f"{joint.name}.{axis.name}" for axis in joint.axes if is_sliding(axis.name)]
+    return float(sum(out.get(name, 0.0) for name in sliding))

@@ -161,9 +161,7 @@ def read_axes(section: Section) -> dict[str, float]:
         if not joint or axis not in AXES:
             allowed = f"expected the name of a joint, a dot and one of {', '.join(AXES)}"
             raise section.error(name, section.take(name), allowed)
-    return {
-        axis: section.quantity(axis, axis_dimension(axis.rpartition(".")[2], "position")) for axis in names
-    }
+    return {axis: section.quantity(axis, axis_dimension(axis, "position")) for axis in names}
 
 
 def _read_by(section: Section) -> TaskMove:

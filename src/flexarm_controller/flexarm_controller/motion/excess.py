@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from flexarm_controller.limits import Limits
 from flexarm_controller.program.equilibrium import Equilibrium
 from flexarm_model.motion.trajectory import Trajectory
+from flexarm_model.settings.units import is_sliding
 
 Array = NDArray[np.float64]
 ROUNDING = 1e-9  # of a limit
@@ -42,7 +43,7 @@ class Excess:
     t: float
 
     def __str__(self) -> str:
-        length = "m" if _is_linear(self.name) else "rad"
+        length = "m" if is_sliding(self.name) else "rad"
         units = {"position": length, "velocity": f"{length}/s", "torque": torque_unit(self.name)}
         unit = units[self.quantity]
         what = "leaves the joint limits: position" if self.quantity == "position" else self.quantity
@@ -54,11 +55,7 @@ class Excess:
 
 def torque_unit(name: str) -> str:
     """Return the unit of the torque of an axis by its name, "joint.axis"."""
-    return "N" if _is_linear(name) else "N m"
-
-
-def _is_linear(name: str) -> bool:
-    return name.rpartition(".")[2].startswith("t")
+    return "N" if is_sliding(name) else "N m"
 
 
 def find_excess(

@@ -41,7 +41,7 @@ class SensorKind:
 
 def _encoder(name: str, site: str, section: Section, axis: Axis | None) -> SensorSpec:
     assert axis is not None
-    position = axis_dimension(site.split(".")[1], "position")
+    position = axis_dimension(site, "position")
     sigma = section.quantity("sigma", position, above=0.0)
     low, high = np.clip(axis.possible, -_MANY_TURNS, _MANY_TURNS).tolist()
     low, high = section.quantity("low", position, low), section.quantity("high", position, high)
@@ -147,7 +147,7 @@ def _bias(section: Section, dimension: str) -> BiasSpec | None:
 
 
 def _encoder_units(site: str) -> dict[str, str]:
-    return {"position": si_unit(axis_dimension(site.split(".")[1], "position"))}
+    return {"position": si_unit(axis_dimension(site, "position"))}
 
 
 SENSOR_KINDS: dict[str, SensorKind] = {

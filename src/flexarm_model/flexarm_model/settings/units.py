@@ -73,9 +73,14 @@ _ABOUT = {
 }
 
 
+def is_sliding(axis: str) -> bool:
+    """Return whether an axis, "tx" or "leg.tx", slides; else it turns."""
+    return axis.rpartition(".")[2].startswith("t")
+
+
 def axis_dimension(axis: str, quantity: str) -> str:
-    """Return the dimension of a quantity of an axis: the "position" of "rz" is an angle."""
-    return {"t": _ALONG, "r": _ABOUT}[axis[0]].get(quantity, quantity)
+    """Return the dimension of a quantity of an axis: the "position" of "rz" or "base.rz" is an angle."""
+    return (_ALONG if is_sliding(axis) else _ABOUT).get(quantity, quantity)
 
 
 def si_unit(dimension: str) -> str:

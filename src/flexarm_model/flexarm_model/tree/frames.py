@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexarm_model.bodies.superelement import NodeShape
+from flexarm_model.settings.units import is_sliding
 
 Array = NDArray[np.float64]
 
@@ -74,7 +75,7 @@ def axis_step(axis: str, index: int, q: ca.SX) -> Step:
     along = ca.SX(3, q.numel())
     along[:, index] = direction
     none = ca.SX(3, q.numel())
-    if axis[0] == "t":
+    if is_sliding(axis):
         return Step(direction * q[index], ca.SX.eye(3), along, none)
     e = ca.skew(direction)
     R = ca.SX.eye(3) + ca.sin(q[index]) * e + (1 - ca.cos(q[index])) * (e @ e)

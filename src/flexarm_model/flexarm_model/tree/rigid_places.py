@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from flexarm_model.bodies.superelement import Superelement
 from flexarm_model.manipulator.description import WORLD, Joint, ManipulatorConfig, NodeRef
 from flexarm_model.numeric.rotation import rotation_from_vector
+from flexarm_model.settings.units import is_sliding
 
 Array = NDArray[np.float64]
 
@@ -57,7 +58,7 @@ def place_joint(parent: Place, joint: Joint, positions: Mapping[str, float]) -> 
     directions = np.zeros((6, len(joint.axes)))
     for i, axis in enumerate(joint.axes):
         unit, value = np.eye(3)["xyz".index(axis.name[1])], positions[f"{joint.name}.{axis.name}"]
-        if axis.name[0] == "t":
+        if is_sliding(axis.name):
             directions[:3, i] = at.R @ unit
             at = at.moved(value * unit, np.eye(3))
         else:
