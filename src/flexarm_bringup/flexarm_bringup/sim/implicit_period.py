@@ -21,7 +21,7 @@ from flexarm_bringup.sim.backlash import gaps_of
 from flexarm_bringup.sim.friction import FRICTION_SLOPE, friction_and_slope
 from flexarm_bringup.sim.implicit_parts import EntriesLayout, find_parts
 from flexarm_model.numeric.machine_code import MachineCode, load_code
-from flexarm_model.tree.closing import MachineClosing
+from flexarm_model.tree.closing import MachineClosing, code_places
 from flexarm_model.tree.reduced_tree import ReducedTree
 
 Array = NDArray[np.float64]
@@ -162,15 +162,12 @@ class MachinePeriod(Period):
             return self._plain.advance(q, v, u)
         return self._q.copy(), self._v.copy(), self._dv / self._stepping.h
 
-    def _loops(self, tree: ReducedTree) -> tuple[int, int, int]:
+    def _loops(self, tree: ReducedTree) -> tuple[int, ...]:
         """Return where rows, loops, and what closes them are; nowhere without loops."""
         if not tree.n_c:
             return 0, 0, 0
-        closing = tree.closing
-        assert isinstance(closing, MachineClosing)
-        self._closing, self._rows = closing, MachineCode(tree.functions["constraints"])
-        close = ctypes.cast(closing.code.flexarm_close, ctypes.c_void_p).value or 0
-        return self._rows.address, closing.address, close
+        self._closing, self._rows = tree.closing, MachineCode(tree.functions["constraints"])
+        return self._rows.address, *code_places(tree.closing, "flexarm_close")
 
 
 def make_period(tree: ReducedTree, stepping: Stepping) -> Period:

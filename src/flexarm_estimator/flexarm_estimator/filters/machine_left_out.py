@@ -18,7 +18,7 @@ from flexarm_estimator.state.process import CACHE_SIZE, Transition
 from flexarm_estimator.steps.bilinear import Bilinear, columns
 from flexarm_model.numeric.compiled import FastFunction
 from flexarm_model.numeric.machine_code import MachineCode, load_code
-from flexarm_model.tree.closing import MachineClosing
+from flexarm_model.tree.closing import MachineClosing, code_places
 from flexarm_model.tree.reduced_tree import ReducedTree
 
 Array = NDArray[np.float64]
@@ -145,13 +145,7 @@ def _is_compiled(tree: ReducedTree, arm: MovingArm) -> bool:
     return closes and all(function is None or function.library for function in _functions(tree, arm))
 
 
-def _loops(tree: ReducedTree) -> tuple[int, int, int]:
+def _loops(tree: ReducedTree) -> tuple[int, ...]:
     """Return the addresses of the loops and of the code that closes them and moves within; zeros without."""
-    if not tree.n_c or not isinstance(tree.closing, MachineClosing):
-        return 0, 0, 0
-    code = tree.closing.code
-    close, move = (
-        ctypes.cast(function, ctypes.c_void_p).value or 0
-        for function in (code.flexarm_close, code.flexarm_move_closed)
-    )
-    return tree.closing.address, close, move
+    names = "flexarm_close", "flexarm_move_closed"
+    return code_places(tree.closing, *names) if tree.n_c else (0,) * (1 + len(names))

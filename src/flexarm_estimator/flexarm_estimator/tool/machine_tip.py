@@ -15,7 +15,7 @@ from flexarm_estimator.steps.records import Records
 from flexarm_estimator.tool.tip import Kinematics, PlainTip, Sight, Tip, TipReport, spread
 from flexarm_model.numeric.machine_code import MachineCode, load_code
 from flexarm_model.served.reduced_model import ReducedModel
-from flexarm_model.tree.closing import MachineClosing
+from flexarm_model.tree.closing import MachineClosing, code_places
 from flexarm_model.tree.reduced_tree import ReducedTree
 
 Array = NDArray[np.float64]
@@ -154,13 +154,7 @@ def _is_compiled(tree: ReducedTree) -> bool:
     return closes and tree.functions["tip_pose"].library is not None
 
 
-def _loops(tree: ReducedTree) -> tuple[int, int, int]:
+def _loops(tree: ReducedTree) -> tuple[int, ...]:
     """Return the addresses of the loops and of the code that closes and follows them; zeros without loops."""
-    if not tree.n_c or not isinstance(tree.closing, MachineClosing):
-        return 0, 0, 0
-    code = tree.closing.code
-    close, follow = (
-        ctypes.cast(function, ctypes.c_void_p).value or 0
-        for function in (code.flexarm_close, code.flexarm_follow_closed)
-    )
-    return tree.closing.address, close, follow
+    names = "flexarm_close", "flexarm_follow_closed"
+    return code_places(tree.closing, *names) if tree.n_c else (0,) * (1 + len(names))

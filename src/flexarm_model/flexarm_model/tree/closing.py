@@ -131,5 +131,21 @@ def make_closing(rows: FastFunction, loops: Loops, name: str) -> Closing:
     return PlainClosing(rows, loops, name) if code is None else MachineClosing(rows, loops, name, code)
 
 
+def code_places(closing: Closing, *names: str) -> tuple[int, ...]:
+    """Return the addresses of loops in machine code and of functions of the C file, for other C code.
+
+    Args:
+        closing: Of the loops.
+        names: Of the functions.
+
+    Returns:
+        The loops' address, then the functions'; zeros for loops that NumPy closes.
+    """
+    if not isinstance(closing, MachineClosing):
+        return (0,) * (1 + len(names))
+    found = (ctypes.cast(closing.code[name], ctypes.c_void_p).value or 0 for name in names)
+    return closing.address, *found
+
+
 def _place(array: Array) -> int:
     return int(array.ctypes.data)
