@@ -38,6 +38,15 @@ def saved(path: Path, **more: Any) -> Path:
         ({"repeats": -5}, "'repeats' is -5"),
         ({"repeats": 10**9}, "'repeats' is 1000000000"),
         ({"ref:x": np.zeros(N)}, "'ref:' of x, 'in:' of u"),
+        ({"repeats": np.array([100, 200])}, r"'repeats' has the shape \(2,\); expected one number"),
+        ({"repeats": np.nan}, "'repeats' is nan; expected one number"),
+        ({"repeats": 3}, "'repeats' is 3; expected 0, or 4 to the 3000 samples"),
+        ({"repeats": 99.5}, "'repeats' is 99.5; expected 0, or 4 to the 3000 samples"),
+        ({"is_held": np.ones(N)}, r"'is_held' has the shape \(3000,\); expected one number"),
+        ({"is_held": np.array("yes")}, "'is_held' is 'yes'; expected one number"),
+        ({"kind:a": np.array("speed")}, "'kind:a' is 'speed'; expected one of receptance, mobility"),
+        ({"kind:a": np.ones(N)}, r"'kind:a' has the shape \(3000,\); expected one of receptance"),
+        ({"out:b": np.array(["high"] * N)}, "'out:b' holds str128; expected numbers"),
     ],
 )
 def test_columns_that_do_not_fit_are_named(more: dict[str, Any], said: str, tmp_path: Path) -> None:
@@ -81,6 +90,31 @@ def test_a_byte_order_mark_and_capitals_are_read(name: str, tmp_path: Path) -> N
     path = tmp_path / name
     path.write_text("\ufefft,in:u,out:a\n0,1,2\n0.1,1,2\n0.2,1,2\n", encoding="utf-8")
     assert isinstance(read_table(path, "receptance"), Records)
+
+
+def test_a_csv_as_spreadsheets_write_it_is_read(tmp_path: Path) -> None:
+    """Semicolons, commas as decimal marks, an empty line at the end."""
+    path = tmp_path / "run.csv"
+    path.write_text("t;in:u;out:a\n0;1,5;2\n0,1;-1,25e-1;2\n0,2;1;3,5\n\n;;\n", encoding="utf-8")
+    records = read_table(path, "receptance")
+    assert isinstance(records, Records) and records.rate_hz == pytest.approx(10.0)
+    assert records.inputs["u"].tolist() == [1.5, -0.125, 1.0]
+    assert records.outputs["a"].tolist() == [2.0, 2.0, 3.5]
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("t,in:u,out:a\n0,1,2\n\n0.1,abc,2\n", "line 4, column 'in:u': 'abc' is not a number"),
+        ("t;in:u;out:a\n0;1;2\n0,1;1;2;3\n", "line 3 has not 3 columns"),
+        ("t;in:u;out:a\n0;1;2\n0,1;1.234,5;2\n", "line 3, column 'in:u': '1.234,5' is not a number"),
+    ],
+)
+def test_what_is_no_number_is_told_with_its_line_and_column(text: str, said: str, tmp_path: Path) -> None:
+    path = tmp_path / "run.csv"
+    path.write_text(text, encoding="utf-8")
+    with pytest.raises(SourceError, match=said):
+        read_table(path, "receptance")
 
 
 def test_a_column_that_is_there_twice_is_refused(tmp_path: Path) -> None:

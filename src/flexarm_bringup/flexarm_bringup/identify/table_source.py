@@ -1,4 +1,4 @@
-"""Tables: CSV with a header, MATLAB .mat and NumPy .npz with the same names.
+"""Tables: CSV with a header (``csv_table``), MATLAB .mat and NumPy .npz with the same names.
 
 Responses: a column ``f_hz`` and per response ``OUTPUT/INPUT.re`` and ``OUTPUT/INPUT.im`` (or one complex
 ``OUTPUT/INPUT``), its coherence ``OUTPUT/INPUT.coherence`` if known. Records: a column ``t`` [s], inputs
@@ -7,9 +7,7 @@ Responses: a column ``f_hz`` and per response ``OUTPUT/INPUT.re`` and ``OUTPUT/I
 
 from __future__ import annotations
 
-import csv
 import zipfile
-from collections import Counter
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -17,12 +15,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from flexarm_bringup.identify.csv_table import read_csv
 from flexarm_bringup.identify.measurement import COMMON, Cell, Records, Responses, SourceError
 from flexarm_model.fe_import.matlab_file import read_variables
+from flexarm_model.modal.frf import KINDS
 from flexarm_model.settings.strict_yaml import ConfigError
 
 Array = NDArray[np.float64]
 SIDES = ("in:", "out:", "ref:")
+NUMBERS = "biufc"  # kinds of NumPy's types
+LEAST_PERIOD = 4  # samples after which an excitation repeats
 EVEN = 1e-3  # relative scatter of the time steps that is still even
 
 
@@ -55,31 +57,19 @@ def _refuse_other_lengths(path: Path, columns: Mapping[str, Any], first: str) ->
     """Refuse columns that are not one number per line or sample."""
     rows = np.shape(columns[first])
     for name, values in columns.items():
-        shape = np.shape(values)
-        if _is_column(name) and not (len(shape) == 1 and shape == rows):
+        if not _is_column(name):
+            continue
+        shape, dtype = np.shape(values), np.asarray(values).dtype
+        if not (len(shape) == 1 and shape == rows):
             raise SourceError(
                 f"{path}: '{name}' has the shape {shape}, '{first}' {rows}; expected columns alike"
             )
+        if dtype.kind not in NUMBERS:
+            raise SourceError(f"{path}: '{name}' holds {dtype.name}; expected numbers")
 
 
 def _is_column(name: str) -> bool:
     return name in ("t", "f_hz") or "/" in name or name.startswith(SIDES)
-
-
-def _read_csv(path: Path) -> dict[str, Any]:
-    with path.open(newline="", encoding="utf-8-sig") as file:
-        rows = list(csv.reader(file))
-    if len(rows) < 2:
-        raise ValueError("no rows under the header")
-    header = [name.strip() for name in rows[0]]
-    doubled = [name for name, count in Counter(header).items() if count > 1]
-    if doubled:
-        raise ValueError(f"more than one column is named {', '.join(map(repr, doubled))}")
-    wrong = next((number for number, row in enumerate(rows, 1) if len(row) != len(header)), 0)
-    if wrong:
-        raise ValueError(f"line {wrong} has not {len(header)} columns")
-    table = np.array([[complex(value) for value in row] for row in rows[1:]])
-    return dict(zip(header, table.T, strict=True))
 
 
 def _read_mat(path: Path) -> dict[str, Any]:
@@ -103,7 +93,7 @@ def _read_npz(path: Path) -> dict[str, Any]:
         return {name: file[name] for name in file.files}
 
 
-READERS = {".csv": _read_csv, ".mat": _read_mat, ".npz": _read_npz}
+READERS = {".csv": read_csv, ".mat": _read_mat, ".npz": _read_npz}
 
 
 def _responses(path: Path, columns: Mapping[str, Any], kind: str) -> Responses:
@@ -142,17 +132,45 @@ def _records(path: Path, columns: Mapping[str, Any], kind: str) -> Records:
     if not sides["out"]:
         raise SourceError(f"{path}: no output: name columns 'out:NAME' and 'in:NAME'")
     instruments = _instruments(path, sides["in"], sides["ref"])
-    kinds = {name[5:]: str(value) for name, value in columns.items() if name.startswith("kind:")}
+    kinds = _kinds(path, columns)
     if set(kinds) >= set(sides["out"]):
         kind = COMMON
     kinds = {name: value for name, value in kinds.items() if value != kind}
-    band, repeats = _band(path, columns), int(np.real(columns.get("repeats", 0)))
-    if not 0 <= repeats <= t.size:
-        raise SourceError(f"{path}: 'repeats' is {repeats}; expected 0 to the {t.size} samples")
     return Records(
-        1.0 / float(steps.mean()), sides["in"], sides["out"], kind, kinds, instruments, repeats,
-        bool(columns.get("is_held", False)), band,
+        1.0 / float(steps.mean()), sides["in"], sides["out"], kind, kinds, instruments,
+        _repeats(path, columns, t.size), bool(_number(path, columns, "is_held")), _band(path, columns),
     )  # fmt: skip
+
+
+def _kinds(path: Path, columns: Mapping[str, Any]) -> dict[str, str]:
+    """Return what single outputs are of a displacement, by their names."""
+    kinds = {name[5:]: values for name, values in columns.items() if name.startswith("kind:")}
+    for name, values in kinds.items():
+        if np.size(values) != 1 or str(np.squeeze(values)) not in KINDS:
+            told = (
+                f"has the shape {np.shape(values)}" if np.size(values) != 1 else f"is '{np.squeeze(values)}'"
+            )
+            raise SourceError(f"{path}: 'kind:{name}' {told}; expected one of {', '.join(KINDS)}")
+    return {name: str(np.squeeze(values)) for name, values in kinds.items()}
+
+
+def _repeats(path: Path, columns: Mapping[str, Any], samples: int) -> int:
+    """Return after how many samples the excitation repeats; 0 when it does not."""
+    repeats = _number(path, columns, "repeats")
+    if repeats != int(repeats) or not (repeats == 0 or LEAST_PERIOD <= repeats <= samples):
+        raise SourceError(
+            f"{path}: 'repeats' is {repeats:.15g}; expected 0, or {LEAST_PERIOD} to the {samples} samples"
+        )
+    return int(repeats)
+
+
+def _number(path: Path, columns: Mapping[str, Any], name: str) -> float:
+    """Return the one number that an entry holds; 0 where there is no such entry."""
+    value = np.asarray(columns.get(name, 0))
+    if value.size != 1 or value.dtype.kind not in NUMBERS or not np.isfinite(value).all():
+        told = f"has the shape {value.shape}" if value.size != 1 else f"is {value.item()!r}"
+        raise SourceError(f"{path}: '{name}' {told}; expected one number")
+    return float(np.real(value).item())
 
 
 def _instruments(path: Path, inputs: Mapping[str, Array], asked: Mapping[str, Array]) -> dict[str, Array]:
