@@ -38,7 +38,7 @@ from flexarm_bringup.identify.bag_source import refuse_bags_of_another_arm
 from flexarm_bringup.identify.fittable import fittable
 from flexarm_bringup.identify.halves import Halves, judge_halves, with_halves
 from flexarm_bringup.identify.joints import joints_page
-from flexarm_bringup.identify.measurement import SourceError, known_outputs
+from flexarm_bringup.identify.measurement import Records, SourceError, known_outputs
 from flexarm_bringup.identify.modal_tests import modal_tests
 from flexarm_bringup.identify.options import add_arguments
 from flexarm_bringup.identify.other_poses import file_of, read_pose, refuse_unusable
@@ -46,7 +46,7 @@ from flexarm_bringup.identify.output_only import output_only_page
 from flexarm_bringup.identify.page import build_page
 from flexarm_bringup.identify.retuning import moves_beside, retune
 from flexarm_bringup.identify.run import Request, Result, identify
-from flexarm_bringup.identify.sources import Averaging, of_records, read_records, read_sources
+from flexarm_bringup.identify.sources import Averaging, Source, of_records, read_records, read_sources
 from flexarm_bringup.identify.updating import (
     Fitting,
     add_to,
@@ -83,10 +83,11 @@ def run(args: argparse.Namespace) -> int:
             records = tested or read_records(args.files, args.kind)
             page = output_only_page(args.files, records, band, ignored, items)
             return publish(_told(page, args), args)
-        source = of_records(tested, averaging) if tested else read_sources(args.files, args.kind, averaging)
+        source = _source(args, tested, averaging)
+        among = ignored if source.estimator else ()  # records are without them already
         request = Request(
             band, args.coherence, args.manipulator or "", args.preset, args.motors == "locked",
-            known_outputs(source.responses.outputs, ignored, ignored if tested else ()), tuple(args.pose),
+            known_outputs(source.responses.outputs, ignored, among), tuple(args.pose),
         )  # fmt: skip
         result = identify(source, request)
         others = [read_pose(text, args.kind, averaging, request) for text in args.also]
@@ -101,6 +102,13 @@ def run(args: argparse.Namespace) -> int:
         print(f"flexarm identify: {error}", file=sys.stderr)
         return UNUSABLE
     return publish(page, args)
+
+
+def _source(args: argparse.Namespace, tested: Sequence[Records], averaging: Averaging) -> Source:
+    """Return the responses: of the modal test, or of the files."""
+    if tested:
+        return of_records(tested, averaging)
+    return read_sources(args.files, args.kind, averaging, args.ignore_channel)
 
 
 def _told(page: Page, args: argparse.Namespace, written: Path | None = None) -> Page:

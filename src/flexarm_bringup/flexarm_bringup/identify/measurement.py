@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
@@ -61,7 +62,7 @@ class Responses:
         """Return the full matrix, outputs by inputs.
 
         Raises:
-            SourceError: A cell is missing; names it.
+            SourceError: A cell is missing, or not finite on some lines; names it.
         """
         missing = [(o, i) for o in self.outputs for i in self.inputs if (o, i) not in self.cells]
         if missing:
@@ -70,6 +71,12 @@ class Responses:
                 f"{len(missing)} of {len(self.outputs) * len(self.inputs)} responses are missing "
                 f"(output/input): {named}; a matrix of {len(self.outputs)} outputs and "
                 f"{len(self.inputs)} inputs needs all of them"
+            )
+        gaps = {cell: int(np.sum(~np.isfinite(values))) for cell, values in self.cells.items()}
+        told = [f"{count} of {self.f_hz.size} lines of {o}/{i}" for (o, i), count in gaps.items() if count]
+        if told:
+            raise SourceError(
+                f"not finite: {', '.join(told)}; repair them, or leave an output out with --ignore-channel"
             )
         rows = [[self.cells[o, i] for i in self.inputs] for o in self.outputs]
         return Frf(self.f_hz, np.asarray(np.array(rows).transpose(2, 0, 1)), self.kind)
@@ -120,6 +127,21 @@ class Records:
     repeats: int = 0
     is_held: bool = False
     band_hz: tuple[float, float] | None = None
+
+
+def checked(path: Path, responses: Responses) -> Responses:
+    """Return the responses of a file.
+
+    Raises:
+        SourceError: Its lines do not ascend from 0 Hz or above, or a coherence has no response.
+    """
+    f_hz = responses.f_hz
+    if not (np.isfinite(f_hz).all() and (f_hz[:1] >= 0.0).all() and (np.diff(f_hz) > 0.0).all()):
+        raise SourceError(f"{path}: its lines are not frequencies that ascend from 0 Hz or above")
+    alone = [f"{output}/{source}" for output, source in responses.coherence.keys() - responses.cells.keys()]
+    if alone:
+        raise SourceError(f"{path}: a coherence, but no response of {', '.join(sorted(alone))}")
+    return responses
 
 
 def merge(parts: Sequence[Responses]) -> Responses:

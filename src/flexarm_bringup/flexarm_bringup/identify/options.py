@@ -5,11 +5,15 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
+from scipy.signal import get_window
+
 from flexarm_bringup.arguments import named_file, number
 from flexarm_bringup.excite.options import add_rig_arguments
 from flexarm_bringup.page.report import add_report_arguments
 from flexarm_model.identification.spectra import BY_INSTRUMENT, ESTIMATORS
 from flexarm_model.modal.frf import KINDS
+
+LINES = 8  # of a window that is tried
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -24,6 +28,17 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_report_arguments(parser)
 
 
+def window(text: str) -> str:
+    """Return the name of a window; ArgumentTypeError where SciPy has none of that name without parameters."""
+    try:
+        get_window(text, LINES)
+    except ValueError:
+        raise argparse.ArgumentTypeError(
+            f"'{text}': expected a window of scipy.signal without parameters, such as hann, flattop or boxcar"
+        ) from None
+    return text
+
+
 def _add_measurement(parser: argparse.ArgumentParser) -> None:
     """Declare what is to be made of the files."""
     group = parser.add_argument_group("measurements")
@@ -36,7 +51,9 @@ def _add_measurement(parser: argparse.ArgumentParser) -> None:
     group.add_argument(
         "--resolution", type=number(above=0.0), metavar="HZ", help="distance of the lines, for records"
     )
-    group.add_argument("--window", default="hann", help="for records; boxcar for impacts that have died out")
+    group.add_argument(
+        "--window", type=window, default="hann", help="for records; boxcar for impacts that have died out"
+    )
     group.add_argument(
         "--estimator", default="", choices=(*ESTIMATORS, BY_INSTRUMENT),
         help="for records; Hc where it is known what was asked of the inputs, else H1",

@@ -62,7 +62,9 @@ def indicator_figure(result: Result, least: float) -> Figure:
         even = Frf(frf.f_hz, frf.H / np.maximum(size, np.finfo(float).tiny)[:, None], frf.kind)
         curves = track_curves(cmif(even))
         below.semilogy(curves.f_hz, curves.values, linewidth=1.2)
-        below.set(ylabel="singular values", xlabel="frequency [Hz]")
+        below.set(
+            ylabel="singular values", xlabel="frequency [Hz]", yscale="log" if frf.H.any() else "linear"
+        )
         for f in result.found.fit.model.f_hz if result.found.fit else ():
             below.axvline(f, color=MARK, linewidth=0.8)
         caption = (
@@ -84,7 +86,10 @@ def _panel(axes: Axes, result: Result, fitted: NDArray[np.complex128] | None, o:
             left = abs(frf.H[:, o, i] - fitted[:, o, i])
             axes.semilogy(frf.f_hz, np.where(counts, left, np.nan), linewidth=0.5, color="#9aa4b0")
     shown = abs(frf.H[:, o])[counts] if counts.any() else abs(frf.H[:, o])
-    axes.set_ylim(bottom=float(max(shown.min(), 1e-5 * shown.max())) / 30)
+    if shown.any():
+        axes.set_ylim(bottom=float(max(shown.min(), 1e-5 * shown.max())) / 30)
+    else:  # an output that says nothing
+        axes.set_yscale("linear")
 
 
 def _fitted(result: Result) -> NDArray[np.complex128] | None:

@@ -181,7 +181,7 @@ def deaf_outputs(responses: Responses, band_hz: tuple[float, float] | None, leas
     inside = (responses.f_hz >= low) & (responses.f_hz <= high)
     shares = {
         output: max(
-            float(np.mean(~(coherence[inside] >= least)))
+            float(np.sum(~(coherence[inside] >= least)) / max(inside.sum(), 1))
             for cell, coherence in responses.coherence.items()
             if cell[0] == output
         )
@@ -204,8 +204,8 @@ def _sizes(responses: Responses, frf: Frf, inside: NDArray[np.bool_]) -> Array:
         known = [responses.coherence.get((output, i)) for i in responses.inputs]
         if all(values is not None for values in known):
             g = np.clip(np.array(known)[:, inside].T, 1e-9, 1.0)  # (k, n_in)
-            with np.errstate(invalid="ignore"):
-                noise[o] = np.sqrt(np.nanmedian(abs(frf.H[:, o]) ** 2 * (1 - g) / g))
+            power = abs(frf.H[:, o]) ** 2 * (1 - g) / g
+            noise[o] = np.sqrt(np.median(power[np.isfinite(power)])) if np.isfinite(power).any() else np.nan
     known_noise = np.where(np.isfinite(noise), noise, rms)
     return np.asarray(np.maximum(np.maximum(known_noise, QUIETEST * rms), np.finfo(float).tiny))
 

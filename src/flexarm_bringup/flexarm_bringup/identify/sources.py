@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from flexarm_bringup.identify.bag_source import read_bag
 from flexarm_bringup.identify.measurement import Records, Responses, SourceError, merge
+from flexarm_bringup.identify.record_checks import refuse_unusable, without_outputs
 from flexarm_bringup.identify.set_ups import check_scale
 from flexarm_bringup.identify.table_source import READERS, read_table
 from flexarm_bringup.identify.uff_source import read_uff
@@ -72,13 +73,16 @@ class Source:
     records: tuple[Records, ...] = ()
 
 
-def read_sources(paths: Sequence[Path], kind: str, averaging: Averaging) -> Source:
+def read_sources(
+    paths: Sequence[Path], kind: str, averaging: Averaging, ignore: Sequence[str] = ()
+) -> Source:
     """Return the responses of all files together: set-ups of one measurement.
 
     Args:
         paths: Files.
         kind: What an output is of a displacement, where the file does not say.
         averaging: For records.
+        ignore: Outputs of records to leave out before anything is made of them.
 
     Raises:
         SourceError: A file cannot be used, or the files do not fit together.
@@ -90,7 +94,7 @@ def read_sources(paths: Sequence[Path], kind: str, averaging: Averaging) -> Sour
     if len(records) not in (0, len(parts)):
         raise SourceError("some files hold responses and some records in time: identify them separately")
     if records:
-        return of_records(records, averaging)
+        return of_records(without_outputs(records, ignore), averaging)
     responses = [part for part in parts if isinstance(part, Responses)]
     return Source(merge(responses), remarks=check_scale(responses))
 
@@ -154,12 +158,10 @@ def of_records(records: Sequence[Records], averaging: Averaging) -> Source:
 def _of_set_up(records: Sequence[Records], averaging: Averaging) -> Source:
     """Return the responses of runs with the same channels."""
     first = records[0]
-    if any(run.rate_hz != first.rate_hz for run in records):
-        raise SourceError("runs of one set-up differ in rate: give them one at a time")
     if not first.inputs:
         raise SourceError("no input was recorded: name it 'in:NAME' (force, torque), or try --output-only")
-    settings, estimator = _settings(records, averaging)
     try:
+        settings, estimator = _settings(records, averaging)
         blocks = block_spectra(
             [np.column_stack(list(run.inputs.values())) for run in records],
             [np.column_stack(list(run.outputs.values())) for run in records],
@@ -211,10 +213,12 @@ def _settings(records: Sequence[Records], averaging: Averaging) -> tuple[Spectru
     first = records[0]
     estimator = averaging.estimator or (BY_INSTRUMENT if first.instruments else "H1")
     if first.repeats:
+        refuse_unusable(records, first.repeats)
         return SpectrumSettings(first.repeats, 0.0, "boxcar", estimator), estimator
     shortest = min(values.size for run in records for values in run.outputs.values())
     wanted = averaging.resolution_hz
     block = round(first.rate_hz / wanted) if wanted else max(64, int(shortest * LINES_PER_RECORD))
+    refuse_unusable(records, block)
     return SpectrumSettings(block, window=averaging.window, estimator=estimator), estimator
 
 

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexarm_bringup.identify.csv_table import read_csv
-from flexarm_bringup.identify.measurement import COMMON, Cell, Records, Responses, SourceError
+from flexarm_bringup.identify.measurement import COMMON, Cell, Records, Responses, SourceError, checked
 from flexarm_model.fe_import.matlab_file import read_variables
 from flexarm_model.modal.frf import KINDS
 from flexarm_model.settings.strict_yaml import ConfigError
@@ -116,7 +116,7 @@ def _responses(path: Path, columns: Mapping[str, Any], kind: str) -> Responses:
             raise SourceError(f"{path}: column '{name}' must end in .re, .im or .coherence, with both parts")
     if not cells:
         raise SourceError(f"{path}: no column OUTPUT/INPUT beside f_hz")
-    return Responses(np.real(np.asarray(columns["f_hz"])), cells, coherence, kind)
+    return checked(path, Responses(np.real(np.asarray(columns["f_hz"])), cells, coherence, kind))
 
 
 def _records(path: Path, columns: Mapping[str, Any], kind: str) -> Records:

@@ -11,7 +11,7 @@ import numpy as np
 import pyuff
 from numpy.typing import NDArray
 
-from flexarm_bringup.identify.measurement import Cell, Records, Responses, SourceError
+from flexarm_bringup.identify.measurement import Cell, Records, Responses, SourceError, checked
 
 Array = NDArray[np.float64]
 TIME, RESPONSE, COHERENCE = 1, 4, 6  # function types of dataset 58
@@ -66,7 +66,7 @@ def _responses(path: Path, sets: Iterable[Mapping[str, Any]]) -> Responses:
     if unknown or len(kinds) != 1 or lines is None:
         allowed = ", ".join(f"{number} ({name})" for number, name in KINDS.items())
         raise SourceError(f"{path}: ordinate data types {sorted(kinds)}; needed is one of {allowed} for all")
-    return Responses(lines, cells, coherence, KINDS[kinds.pop()])
+    return checked(path, Responses(lines, cells, coherence, KINDS[kinds.pop()]))
 
 
 def _runs(path: Path, sets: Iterable[Mapping[str, Any]]) -> list[Records]:
