@@ -7,8 +7,8 @@ name and what is allowed before anything is computed.
 from __future__ import annotations
 
 import math
-from argparse import ArgumentTypeError
-from collections.abc import Callable
+from argparse import ArgumentParser, ArgumentTypeError, Namespace
+from collections.abc import Callable, Iterable
 from pathlib import Path
 
 STDOUT = Path("-")  # as the name of a file
@@ -117,6 +117,33 @@ def folder(text: str) -> Path:
     if not path.is_dir():
         raise ArgumentTypeError(f"'{text}': no such folder")
     return path
+
+
+def refuse_idle(
+    args: Namespace, add_arguments: Callable[[ArgumentParser], None], options: Iterable[str], why: str
+) -> None:
+    """Refuse options that were given and would change nothing.
+
+    Args:
+        args: What was given.
+        add_arguments: Declares the options of the command, with their defaults.
+        options: Those that are of no use here, "--until".
+        why: What they go with, or not with.
+
+    Raises:
+        ValueError: One of them is not as by default; names it.
+    """
+    parser = ArgumentParser(add_help=False)
+    add_arguments(parser)
+    places = {option: option.removeprefix("--").replace("-", "_") for option in options}
+    defaults = {option: parser.get_default(place) for option, place in places.items()}
+    idle = [
+        option
+        for option, place in places.items()
+        if getattr(args, place, None) not in (None, defaults[option])
+    ]
+    if idle:
+        raise ValueError(f"{', '.join(idle)}: {why}")
 
 
 def _range(above: float, at_least: float, at_most: float) -> str:

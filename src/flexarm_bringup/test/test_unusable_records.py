@@ -128,3 +128,10 @@ def test_an_output_that_says_nothing_is_drawn_and_has_no_mode(tmp_path: Path) ->
         warnings.simplefilter("error")
         assert cli.main(["identify", path, "--html", str(page)]) == 0
     assert "no mode stands out" in page.read_text()
+
+
+def test_options_for_records_are_refused_where_the_file_holds_responses(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    said = refused([responses(tmp_path), "--resolution", "0.5", "--estimator", "H2"], capsys)
+    assert "--resolution, --estimator: goes with records in time; the files hold responses" in said

@@ -16,7 +16,7 @@ from pathlib import Path
 
 import numpy as np
 
-from flexarm_bringup.arguments import number, whole
+from flexarm_bringup.arguments import number, refuse_idle, whole
 from flexarm_bringup.assumptions import arm_of, resting_on
 from flexarm_bringup.bags.bag_reader import check_bag
 from flexarm_bringup.bags.bag_writer import BagError
@@ -36,6 +36,7 @@ from flexarm_model.reading.manipulator_file import find_manipulator
 UNUSABLE = 2
 SOON, PER_HOUR = 10.0, 1.0  # s until a change is told at most; false alarms per hour at most
 PERCENT = 100.0
+OF_DRILL = ("--preset", "--minutes", "--change", "--law", "--seed")
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -64,6 +65,8 @@ def run(args: argparse.Namespace) -> int:
     try:
         if bool(args.bag) == bool(args.simulate):
             raise ValueError("give a BAG, or --simulate NAME")
+        if args.bag:
+            refuse_idle(args, add_arguments, OF_DRILL, "goes with --simulate; a bag is watched as recorded")
         page = _simulate(args, progress) if args.simulate else _of_bag(args.bag)
     except (BagError, ValueError) as error:
         progress.done()

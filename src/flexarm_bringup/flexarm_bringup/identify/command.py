@@ -37,6 +37,7 @@ from flexarm_bringup.excite.page import check_table
 from flexarm_bringup.identify.bag_source import refuse_bags_of_another_arm
 from flexarm_bringup.identify.fittable import fittable
 from flexarm_bringup.identify.halves import Halves, judge_halves, with_halves
+from flexarm_bringup.identify.idle_options import refuse_averaging, refuse_idle_options
 from flexarm_bringup.identify.joints import joints_page
 from flexarm_bringup.identify.measurement import Records, SourceError, known_outputs
 from flexarm_bringup.identify.modal_tests import modal_tests
@@ -70,6 +71,7 @@ def run(args: argparse.Namespace) -> int:
     """Read, identify, report; return the exit code."""
     averaging = Averaging(args.resolution, args.window, args.estimator)
     try:
+        refuse_idle_options(args)
         if args.joints:
             progress = Progress()
             page = joints_page(args, progress.say)
@@ -108,7 +110,10 @@ def _source(args: argparse.Namespace, tested: Sequence[Records], averaging: Aver
     """Return the responses: of the modal test, or of the files."""
     if tested:
         return of_records(tested, averaging)
-    return read_sources(args.files, args.kind, averaging, args.ignore_channel)
+    source = read_sources(args.files, args.kind, averaging, args.ignore_channel)
+    if not source.estimator:
+        refuse_averaging(args)
+    return source
 
 
 def _told(page: Page, args: argparse.Namespace, written: Path | None = None) -> Page:

@@ -26,7 +26,9 @@ def modal_tests(args: argparse.Namespace) -> tuple[tuple[Records, ...], list[Tab
     """
     tests = (_of_rig(args),) if args.files == [Path(RIG)] else _of_bags(args.files)
     records = tuple(run for tested in tests for run in tested.records)
-    if tests and args.save is not None:
+    if args.save is not None and not tests:
+        raise SourceError(f"--save: goes with {RIG}, or with bags of a modal test")
+    if args.save is not None:
         args.files = list(save_records(records, args.save))
     return records, [
         table for tested in tests for table in (plan_table(tested), check_table(tested.findings, tested.axes))

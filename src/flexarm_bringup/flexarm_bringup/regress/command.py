@@ -21,7 +21,7 @@ import math
 import sys
 from pathlib import Path
 
-from flexarm_bringup.arguments import STDOUT, number, output_folder
+from flexarm_bringup.arguments import STDOUT, number, output_folder, refuse_idle
 from flexarm_bringup.page.report import Check, Page, Table, add_report_arguments, publish
 from flexarm_bringup.progress import Progress
 from flexarm_bringup.regress.finding import case_name, find_cases
@@ -29,6 +29,8 @@ from flexarm_bringup.regress.judge import DIVERGED, PASSED, UNUSABLE, Verdict, j
 from flexarm_bringup.regress.making import Renewal, Source, make_case, update_case
 from flexarm_bringup.regress.page import build_page, renewal_tables
 from flexarm_bringup.regress.picture import write_picture
+
+OF_NEW = ("--about", "--until", "--manipulator", "--preset", "--settings", "--mark")
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -74,6 +76,13 @@ def run(args: argparse.Namespace) -> int:
 def _check_arguments(args: argparse.Namespace) -> None:
     if bool(args.new) != bool(args.source) or bool(args.new) == bool(args.folder):
         raise ValueError("give a folder of cases, or --new CASE and --from BAG; see --help")
+    if args.new:
+        refuse_idle(args, add_arguments, ("--update", "--png"), "goes with a folder of cases, not with --new")
+    else:
+        why = "goes with --new CASE --from BAG; what a case is made of stands in its expect.yaml"
+        refuse_idle(args, add_arguments, OF_NEW, why)
+    if args.update:
+        refuse_idle(args, add_arguments, ("--png",), "not with --update, which draws no divergence")
     if args.preset and not args.manipulator:
         raise ValueError(
             f"--preset: '{args.preset}': needs --manipulator; without one, it is as the bag says"

@@ -21,6 +21,7 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 
+from flexarm_bringup.arguments import refuse_idle
 from flexarm_bringup.assumptions import resting_on
 from flexarm_bringup.bags.bag_reader import Bag, check_bag
 from flexarm_bringup.bags.configuration import configuration
@@ -56,6 +57,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     """Replay, compare, report; return the exit code."""
     try:
+        _refuse_idle(args)
         if args.remap:
             return publish(foreign_page(args), args)
         bag = check_bag(args.bag, NEEDED)
@@ -67,6 +69,15 @@ def run(args: argparse.Namespace) -> int:
         return UNUSABLE
     comparison = compare_bags(golden, replayed, _shared(golden, replayed)) if golden else None
     return publish(resting_on(page(bag, replayed, comparison), configuration(bag)[0]), args)
+
+
+def _refuse_idle(args: argparse.Namespace) -> None:
+    if args.remap:
+        why = "not with --remap: a bag of another robot is fed to the estimator alone, and nothing written"
+        refuse_idle(args, add_arguments, ("--output", "--against"), why)
+    else:
+        why = "goes with --remap; without it the arm is the one that the bag was recorded with"
+        refuse_idle(args, add_arguments, ("--manipulator", "--preset"), why)
 
 
 def foreign_page(args: argparse.Namespace) -> Page:
