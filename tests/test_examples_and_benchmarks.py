@@ -30,6 +30,15 @@ def test_the_shortest_way_through_the_library_damps_the_arm() -> None:
     assert found["residual_m_s2"] < 0.1  # 1.94 without control
 
 
+def test_the_contracts_of_the_readme_called_by_hand_turn_the_arm_and_agree_on_its_frequency() -> None:
+    found = load_module(ROOT / "examples" / "loop_by_hand.py").main()
+    frequencies = [found[name] for name in ("strip_hz", "model_hz", "segments_hz")]
+    assert frequencies == pytest.approx([5.23] * 3, abs=0.005)  # as printed, to its last digit
+    assert found["free_hz"] > found["model_hz"]  # the hub moves against the strip
+    assert abs(found["axis_off_deg"]) < 0.02 and abs(found["tip_off_mm"]) < 0.1
+    assert not found["stopped"]
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("path", sorted((ROOT / "benchmarks").glob("bench_*.py")), ids=lambda path: path.stem)
 def test_every_benchmark_returns_finite_positive_numbers(path: Path) -> None:

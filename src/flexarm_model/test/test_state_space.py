@@ -149,3 +149,12 @@ def test_a_period_that_is_not_positive_is_refused(dt: float) -> None:
 def test_a_discrete_system_is_not_discretised_again() -> None:
     with pytest.raises(ValueError, match="continuous system"):
         discretize(replace(system("single_link"), dt=DT), DT)
+
+
+def test_intensities_of_another_length_are_refused_by_name() -> None:
+    model = served("single_link")
+    n, n_theta = model.n, model.n_theta
+    with pytest.raises(ValueError, match=rf"force_psd has the shape \(1,\); expected \({n},\)"):
+        state_space(model, np.ones(1))
+    with pytest.raises(ValueError, match=rf"disturbance_psd has the shape \(9,\); expected \({n_theta},\)"):
+        state_space(model, np.ones(n), np.ones(9))

@@ -76,8 +76,14 @@ def state_space(model: ReducedModel, force_psd: Array, disturbance_psd: Array | 
 
     Returns:
         The continuous system (``dt = 0``).
+
+    Raises:
+        ValueError: An intensity has not one number per coordinate.
     """
     n, n_u = model.n, model.n_theta
+    _refuse_other_length("force_psd", force_psd, n)
+    if disturbance_psd is not None:
+        _refuse_other_length("disturbance_psd", disturbance_psd, n_u)
     n_d = 0 if disturbance_psd is None else n_u
     n_x = 2 * n + n_d
     M_inv = np.linalg.inv(model.M)  # small and well conditioned by construction
@@ -106,6 +112,11 @@ def state_space(model: ReducedModel, force_psd: Array, disturbance_psd: Array | 
     C[:, n : 2 * n] += out.C_vel
     y_c = out.y0 - out.C_pos @ model.xi0 + out.C_acc @ accel_c
     return StateSpace(A, B, c, Q, C, out.C_acc @ B[n : 2 * n], y_c, out.C_acc @ M_inv, 0.0, n)
+
+
+def _refuse_other_length(name: str, values: Array, expected: int) -> None:
+    if np.shape(values) != (expected,):
+        raise ValueError(f"{name} has the shape {np.shape(values)}; expected ({expected},)")
 
 
 def discretize(system: StateSpace, dt: float) -> StateSpace:
