@@ -12,6 +12,8 @@ from collections.abc import Callable, Iterable
 from pathlib import Path
 
 STDOUT = Path("-")  # as the name of a file
+REPORTS = ("json", "html")  # options of every report
+FILES = (*REPORTS, "csv", "save", "update", "retune")  # options that name a file to write
 
 
 def number(
@@ -72,10 +74,12 @@ def named_file(text: str) -> Path:
     """Return the path of a file that can be written and read again by its name, so not "-".
 
     Raises:
-        ArgumentTypeError: It cannot be written, or is the standard output.
+        ArgumentTypeError: It cannot be written, or is the standard output, a device or a pipe.
     """
     if Path(text) == STDOUT:
         raise ArgumentTypeError(f"'{text}': expected the name of a file, not the standard output")
+    if Path(text).exists() and not Path(text).is_file() and not Path(text).is_dir():
+        raise ArgumentTypeError(f"'{text}': expected a file that can be read again, not a device or a pipe")
     return output_file(text)
 
 
@@ -144,6 +148,23 @@ def refuse_idle(
     ]
     if idle:
         raise ValueError(f"{', '.join(idle)}: {why}")
+
+
+def shared_file(args: Namespace) -> str:
+    """Return which two options of a report or a result name one file; empty when each has its own."""
+    places: dict[Path, str] = {}
+    for option in FILES:
+        path = getattr(args, option, None)
+        if not isinstance(path, Path) or path == Path() or (path.exists() and not path.is_file()):
+            continue  # none, one by default, or a device
+        if path == STDOUT and option not in REPORTS:
+            continue  # refused by whoever may write there, with what goes beside it
+        place = path if path == STDOUT else path.resolve()
+        if place in places:
+            named = "the standard output" if path == STDOUT else str(path)
+            return f"--{places[place]} and --{option} are one file, {named}; expected one for each"
+        places[place] = option
+    return ""
 
 
 def _range(above: float, at_least: float, at_most: float) -> str:

@@ -14,6 +14,7 @@ import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from flexarm_bringup.arguments import shared_file
 from flexarm_bringup.worker_error import WorkerError
 from flexarm_model.process.announce import announce_on_stderr
 from flexarm_model.process.security import SecurityError
@@ -146,6 +147,8 @@ def main(argv: Sequence[str] | None = None) -> int:
             getattr(args, "subparser", parser).error(
                 f"unrecognized arguments: {' '.join(unknown)}"
             )  # with the usage of the command
+        if shared := shared_file(args):
+            args.subparser.error(shared)
         announce_on_stderr()
         code = int(importlib.import_module(COMMANDS[args.command].module).run(args))
         sys.stdout.flush()

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from argparse import ArgumentTypeError
+import os
+from argparse import ArgumentTypeError, Namespace
 from pathlib import Path
 
 import pytest
@@ -16,8 +17,15 @@ from flexarm_bringup.arguments import (
     number,
     output_file,
     output_folder,
+    shared_file,
     whole,
 )
+from flexarm_bringup.identify.whole_file import written_whole
+from flexarm_model.reading.config import load_config
+from flexarm_model.reading.manipulator_file import find_manipulator
+from flexarm_model.served.linearize import linearize
+from flexarm_model.served.model_file import ModelFileError, save_model
+from flexarm_model.tree.reduced_tree import ReducedTree
 
 
 @pytest.mark.parametrize("text", ["nan", "inf", "-0.1", "0", "1.5", "much", ""])
@@ -57,6 +65,50 @@ def test_a_file_that_is_read_again_has_a_name(tmp_path: Path) -> None:
     assert named_file(str(tmp_path / "new.yaml")) == tmp_path / "new.yaml"
     with pytest.raises(ArgumentTypeError, match="'-': expected the name of a file"):
         named_file("-")
+    os.mkfifo(tmp_path / "pipe")
+    for special in ("/dev/null", str(tmp_path / "pipe")):
+        with pytest.raises(ArgumentTypeError, match="not a device or a pipe"):
+            named_file(special)
+
+
+def test_no_file_takes_the_place_of_a_device_or_a_pipe(tmp_path: Path) -> None:
+    """Root's --save /dev/full left a regular file where the system's device had been."""
+    os.mkfifo(tmp_path / "pipe")
+    with pytest.raises(OSError, match="is no regular file"), written_whole(tmp_path / "pipe", "text"):
+        pytest.fail("it has written")
+    model = linearize(ReducedTree(load_config(find_manipulator("single_link")), use_compiler=False))
+    with pytest.raises(ModelFileError, match="pipe: is no regular file"):
+        save_model(model, tmp_path / "pipe")
+    assert (tmp_path / "pipe").is_fifo() and list(tmp_path.iterdir()) == [tmp_path / "pipe"]
+
+
+@pytest.mark.parametrize(
+    ("line", "said"),
+    [
+        ("model single_link --json a --html ./a", "--json and --html are one file, a; expected one for each"),
+        ("smooth BAG --csv a --json a", "--json and --csv are one file, a"),
+        ("model single_link --json - --html -", "--json and --html are one file, the standard output"),
+        (
+            "identify BAG --manipulator single_link --update a --retune a",
+            "--update and --retune are one file",
+        ),
+        ("model single_link --save a --html a", "--html and --save are one file, a"),
+    ],
+)
+def test_two_options_that_name_one_file_are_refused(
+    line: str, said: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The second one wrote over the first."""
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(SystemExit) as stop:
+        cli.main(line.split())
+    assert stop.value.code == cli.USAGE and said in capsys.readouterr().err
+    assert not list(tmp_path.iterdir())
+
+
+def test_reports_into_devices_and_defaults_of_one_name_are_not_one_file() -> None:
+    null = Path("/dev/null")
+    assert not shared_file(Namespace(json=null, html=null, update=Path(), retune=Path()))
 
 
 @pytest.mark.parametrize(

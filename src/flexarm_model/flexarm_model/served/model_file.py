@@ -37,6 +37,10 @@ def save_model(model: ReducedModel, path: Path | str) -> None:
         parse_model(text, str(path))
     except ModelFileError as error:
         raise ModelFileError(f"cannot be saved exactly: {error}") from None
+    if path.exists() and not (path.is_file() or path.is_dir()):  # whose place the file would take
+        raise ModelFileError(
+            f"{path}: is no regular file; expected a name for a new one, or for one to replace"
+        )
     written = path.with_name(f"{path.name}.{os.getpid()}.tmp")
     try:
         written.write_bytes(text.encode("utf-8"))
