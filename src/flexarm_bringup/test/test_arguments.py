@@ -150,6 +150,7 @@ def test_a_folder_can_be_made_or_is_refused(tmp_path: Path) -> None:
         "sim single_link --json {0}",
         "demo --folder {0}/file/demo",
         "margins single_link --along -1",
+        "margins single_link --along 100000",
         "compare single_link --workers -3",
         "consistency --runs 0",
         "consistency --seed -1",

@@ -44,10 +44,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--preset", metavar="P", help="preset of it (default: the first of its moves)")
     parser.add_argument(
         "--along",
-        type=whole(at_least=0),
+        type=whole(at_least=0, at_most=MOST_POSES),
         default=ALONG,
         metavar="N",
-        help=f"poses along its moves (default {ALONG})",
+        help=f"poses along its moves, at most {MOST_POSES} (default {ALONG})",
     )
     parser.add_argument(
         "--grid",
