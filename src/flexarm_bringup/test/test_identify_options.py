@@ -143,7 +143,7 @@ def test_every_other_pose_has_its_own_model_beside(monkeypatch: pytest.MonkeyPat
         return SimpleNamespace(found=SimpleNamespace(fit="of it"))
 
     monkeypatch.setattr(other_poses, "identify", identify)
-    monkeypatch.setattr(other_poses, "read_sources", lambda *_: None)
+    monkeypatch.setattr(other_poses, "read_sources", lambda *_, **__: None)
     request = run.Request(None, 0.6, "single_link", "geared", pose=(0.1,))
     pose, fit = other_poses.read_pose("-0.5=run.csv", "receptance", Averaging(), request)
     assert pose.tolist() == [-0.5] and fit == "of it"

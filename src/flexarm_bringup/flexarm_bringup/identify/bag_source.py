@@ -32,16 +32,20 @@ from flexarm_model.tree.sensors import output_names, output_units
 
 Array = NDArray[np.float64]
 NS = 1e-9
+DESCRIPTION = "description"  # what a recorder of ours says
 REFERENCE, JOINTS = "reference", "joint_states"
 LONGEST_GAP = 0.1  # s; a channel with a longer one is left out
 
 
-def read_bag(path: Path, described: ManipulatorConfig | None = None) -> Records:
+def read_bag(
+    path: Path, described: ManipulatorConfig | None = None, otherwise: ManipulatorConfig | None = None
+) -> Records:
     """Return what a bag holds.
 
     Args:
         path: Its folder.
         described: The manipulator; None takes the description in the bag.
+        otherwise: The manipulator where the bag does not say it, as of ``ros2 bag record``.
 
     Raises:
         SourceError: It cannot be used, or is of another arm; says why.
@@ -50,6 +54,8 @@ def read_bag(path: Path, described: ManipulatorConfig | None = None) -> Records:
         bag = check_bag(path, (f"{NAMESPACE}/joint_states",))
         if described is not None:
             _refuse_another_arm(bag, described)
+        if described is None and DESCRIPTION not in bag.custom:
+            described = otherwise
         config = described or configuration(bag)[0]
     except BagError as error:
         raise SourceError(str(error)) from error

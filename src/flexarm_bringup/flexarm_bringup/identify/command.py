@@ -57,6 +57,7 @@ from flexarm_bringup.identify.updating import (
 )
 from flexarm_bringup.page.report import Page, publish
 from flexarm_bringup.progress import Progress
+from flexarm_model.manipulator.description import ManipulatorConfig
 from flexarm_model.modal.fit import PoleFit
 from flexarm_model.reading.config import load_config
 from flexarm_model.reading.manipulator_file import find_manipulator
@@ -82,7 +83,7 @@ def run(args: argparse.Namespace) -> int:
         band, ignored = _band(args), args.ignore_channel
         tested, items = modal_tests(args)
         if args.output_only:
-            records = tested or read_records(args.files, args.kind)
+            records = tested or read_records(args.files, args.kind, _arm(args))
             page = output_only_page(args.files, records, band, ignored, items)
             return publish(_told(page, args), args)
         source = _source(args, tested, averaging)
@@ -106,11 +107,17 @@ def run(args: argparse.Namespace) -> int:
     return publish(page, args)
 
 
+def _arm(args: argparse.Namespace) -> ManipulatorConfig | None:
+    if not args.manipulator:
+        return None
+    return load_config(find_manipulator(args.manipulator), args.preset)
+
+
 def _source(args: argparse.Namespace, tested: Sequence[Records], averaging: Averaging) -> Source:
     """Return the responses: of the modal test, or of the files."""
     if tested:
         return of_records(tested, averaging)
-    source = read_sources(args.files, args.kind, averaging, args.ignore_channel)
+    source = read_sources(args.files, args.kind, averaging, args.ignore_channel, _arm(args))
     if not source.estimator:
         refuse_averaging(args)
     return source
@@ -156,8 +163,8 @@ def _check(args: argparse.Namespace) -> None:
 
 
 def _check_arm(args: argparse.Namespace) -> None:
-    if args.manipulator:
-        arm = load_config(find_manipulator(args.manipulator), args.preset)
+    arm = _arm(args)
+    if arm is not None:
         refuse_bags_of_another_arm([*args.files, *map(file_of, args.also)], arm)
     elif args.pose:
         raise ValueError("--pose needs --manipulator NAME: its model at the pose is what is held beside")

@@ -14,6 +14,7 @@ from flexarm_bringup.identify.run import Request, identify
 from flexarm_bringup.identify.sources import Averaging, read_sources
 from flexarm_model.identification.described_arm import DescribedArm
 from flexarm_model.modal.fit import PoleFit
+from flexarm_model.reading.config import load_config
 from flexarm_model.reading.manipulator_file import find_manipulator
 
 Array = NDArray[np.float64]
@@ -33,7 +34,8 @@ def read_pose(text: str, kind: str, averaging: Averaging, request: Request) -> t
     """
     pose, path = _split(text)
     there = replace(request, pose=tuple(pose.tolist()))
-    fit = identify(read_sources([path], kind, averaging), there).found.fit
+    arm = load_config(find_manipulator(request.manipulator), request.preset)
+    fit = identify(read_sources([path], kind, averaging, arm=arm), there).found.fit
     if fit is None:
         raise SourceError(f"--also {path}: no mode was identified")
     return pose, fit

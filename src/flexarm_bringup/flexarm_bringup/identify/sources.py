@@ -22,6 +22,7 @@ from flexarm_model.identification.spectra import (
     SpectrumSettings,
     block_spectra,
 )
+from flexarm_model.manipulator.description import ManipulatorConfig
 from flexarm_model.modal.frf import KINDS
 
 Array = NDArray[np.float64]
@@ -74,7 +75,11 @@ class Source:
 
 
 def read_sources(
-    paths: Sequence[Path], kind: str, averaging: Averaging, ignore: Sequence[str] = ()
+    paths: Sequence[Path],
+    kind: str,
+    averaging: Averaging,
+    ignore: Sequence[str] = (),
+    arm: ManipulatorConfig | None = None,
 ) -> Source:
     """Return the responses of all files together: set-ups of one measurement.
 
@@ -83,13 +88,14 @@ def read_sources(
         kind: What an output is of a displacement, where the file does not say.
         averaging: For records.
         ignore: Outputs of records to leave out before anything is made of them.
+        arm: The manipulator of bags that do not say theirs.
 
     Raises:
         SourceError: A file cannot be used, or the files do not fit together.
     """
     if kind not in KINDS:
         raise SourceError(f"kind '{kind}' is not one of {', '.join(KINDS)}")
-    parts = [part for path in paths for part in _read(path, kind)]
+    parts = [part for path in paths for part in _read(path, kind, arm)]
     records = [part for part in parts if isinstance(part, Records)]
     if len(records) not in (0, len(parts)):
         raise SourceError("some files hold responses and some records in time: identify them separately")
@@ -99,27 +105,27 @@ def read_sources(
     return Source(merge(responses), remarks=check_scale(responses))
 
 
-def read_records(paths: Sequence[Path], kind: str) -> list[Records]:
-    """Return the records of files, whatever their channels.
+def read_records(paths: Sequence[Path], kind: str, arm: ManipulatorConfig | None = None) -> list[Records]:
+    """Return the records of files, whatever their channels; ``arm`` is that of bags that do not say theirs.
 
     Raises:
         SourceError: A file cannot be used, or holds responses.
     """
     records: list[Records] = []
     for path in paths:
-        parts = _read(path, kind)
+        parts = _read(path, kind, arm)
         records += [part for part in parts if isinstance(part, Records)]
         if any(isinstance(part, Responses) for part in parts):
             raise SourceError(f"{path}: holds responses; needed are records in time")
     return records
 
 
-def _read(path: Path, kind: str) -> list[Responses | Records]:
+def _read(path: Path, kind: str, arm: ManipulatorConfig | None) -> list[Responses | Records]:
     """Return what a file or the folder of a bag holds: responses, or one or more runs."""
     if not path.exists():
         raise SourceError(f"{path}: no such file")
     if path.is_dir():
-        return [read_bag(path)]
+        return [read_bag(path, otherwise=arm)]
     table: dict[str, Callable[[Path], list[Responses | Records]]] = {
         **dict.fromkeys(UNIVERSAL, read_uff),
         **dict.fromkeys(READERS, lambda path: [read_table(path, kind)]),
