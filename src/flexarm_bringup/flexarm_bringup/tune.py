@@ -20,7 +20,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexarm_bringup.assumptions import resting_on
-from flexarm_bringup.consistency.bag_epochs import read_epochs
+from flexarm_bringup.bags.bag_writer import BagError
+from flexarm_bringup.consistency.bag_epochs import Epochs, read_epochs
 from flexarm_bringup.consistency.knobs import Noise, Parameter
 from flexarm_bringup.consistency.recording import Recording, open_recording, run_estimator
 from flexarm_bringup.consistency.smoothing import NO_TRUTH, tip_error
@@ -70,7 +71,7 @@ def run(args: argparse.Namespace) -> int:
         record = read_epochs(recording)
         tuner = Tuner(record, ReducedTree(recording.config), SETTLING)
         noise = Noise(recording.settings, recording.config.sensors)
-        middle = (record.epochs[0].t + record.epochs[-1].t) / 2
+        middle = middle_of(record, args.bag)
         tuned = tuner.tune(noise, middle, progress.say)
         progress.say("comparing")
         choices = [judge(recording, tuner, choice, middle) for choice in (noise, tuned.noise)]
@@ -80,6 +81,21 @@ def run(args: argparse.Namespace) -> int:
         return UNUSABLE
     progress.done()
     return publish(resting_on(build_page(args.bag, noise, tuned, choices), recording.config), args)
+
+
+def middle_of(record: Epochs, path: Path) -> float:
+    """Return where the halves of a bag meet [s].
+
+    Raises:
+        BagError: One of them would not count.
+    """
+    begin, end = record.epochs[0].t, record.epochs[-1].t
+    if end - begin <= 2 * SETTLING:
+        raise BagError(
+            f"{path}: {end - begin:.2f} s of samples are too short: the first {SETTLING:g} s do not count, "
+            f"and each half is to tell something; expected more than {2 * SETTLING:g} s"
+        )
+    return (begin + end) / 2
 
 
 def judge(recording: Recording, tuner: Tuner, noise: Noise, middle: float) -> Judgement:

@@ -24,7 +24,7 @@ from rosbags.rosbag2.metadata import parse_qos
 from flexarm_bringup.bags.bag_copy import copy_bag
 from flexarm_bringup.bags.bag_reader import Bag, Record, Topic
 from flexarm_bringup.bags.bag_types import bag_types
-from flexarm_bringup.bags.bag_writer import CHECKSUM_FILE, ORIGIN_FILE, BagError
+from flexarm_bringup.bags.bag_writer import CHECKSUM_FILE, ORIGIN_FILE, BagError, refuse_inside
 from flexarm_bringup.topics import find_stream
 
 MAGIC = b"\x89MCAP0\r\n"
@@ -60,12 +60,14 @@ def recover_bag(path: Path, folder: Path) -> Recovery:
         folder: To create.
 
     Raises:
-        BagError: There is no such file, nothing in it is whole, or ``folder`` exists.
+        BagError: There is no such file, nothing in it is whole, or ``folder`` exists or
+            lies in the broken bag.
     """
     files = sorted(path.glob("*.mcap")) if path.is_dir() else []
     if len(files) != 1:
         other = "; SQLite is not recovered here, ros2 bag reindex does" if any(path.glob("*.db3")) else ""
         raise BagError(f"{path}: has {len(files)} MCAP files, one expected{other}")
+    refuse_inside(folder, path)
     data, found = files[0].read_bytes(), _Stream(files[0])
     found.read(data)
     doubts = (*found.doubts, *_doubts_of_file(files[0], data), *_doubts_of_count(path, len(found.records)))

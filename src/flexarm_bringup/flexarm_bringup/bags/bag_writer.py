@@ -144,6 +144,16 @@ class BagWriter:
         self.close()
 
 
+def refuse_inside(folder: Path, bag: Path) -> None:
+    """Refuse a folder within that of a bag, whose files it would be among.
+
+    Raises:
+        BagError: It lies there.
+    """
+    if folder.resolve().is_relative_to(bag.resolve()):
+        raise BagError(f"{folder}: lies in the bag {bag}, and would be a part of it; expected another place")
+
+
 @contextmanager
 def whole_or_nothing(folder: Path) -> Iterator[None]:
     """Remove a folder that is being created when that fails: half of it would be in the way of the next try.

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from flexarm_bringup.bags.bag_reader import Bag, check_bag, decode
 from flexarm_bringup.bags.bag_writer import BagError
 from flexarm_bringup.replaying.player import Outgoing, Player
-from flexarm_bringup.replaying.replay_bag import NEEDED, configuration
+from flexarm_bringup.replaying.replay_bag import NEEDED, NO_ESTIMATE, configuration
 from flexarm_bringup.tick_check import check_ticks
 from flexarm_bringup.topics import NAMESPACE
 from flexarm_estimator.estimate import Estimate
@@ -107,7 +107,7 @@ def run_estimator(
             stamp_ns = stamp_to_ns(outgoing.msg.header.stamp)
             told.append(Told(stamp_ns, exchange.estimate, exchange.estimator.model))
     if not told:
-        raise BagError(f"{recording.bag.path}: gives no estimate: {exchange.model_fault}")
+        raise BagError(f"{recording.bag.path}: gives no estimate: {exchange.model_fault or NO_ESTIMATE}")
     return told
 
 

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from flexarm_bringup.bags.bag_writer import BagError
 from flexarm_bringup.consistency.recording import NoController, Recording
 from flexarm_bringup.replaying.player import Outgoing, Player
+from flexarm_bringup.replaying.replay_bag import NO_ESTIMATE
 from flexarm_estimator.exchange import EstimatorExchange
 from flexarm_estimator.measurement import SAME_INSTANT
 from flexarm_estimator.smoother import FixedLagSmoother, Smoothed
@@ -56,7 +57,7 @@ def run_smoother(recording: Recording, lag: float, loss: str | None = None) -> L
     for _ in Player(looking, NoController(), recording.lockstep).play(recording.bag.records):
         pass
     if looking.smoother is None:
-        raise BagError(f"{recording.bag.path}: gives no estimate: {exchange.model_fault}")
+        raise BagError(f"{recording.bag.path}: gives no estimate: {exchange.model_fault or NO_ESTIMATE}")
     return late_of(looking.told + looking.smoother.finish(), looking.epoch_ns)
 
 

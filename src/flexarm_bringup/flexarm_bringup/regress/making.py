@@ -10,7 +10,7 @@ from pathlib import Path
 
 from flexarm_bringup.bags.bag_copy import copy_bag
 from flexarm_bringup.bags.bag_reader import Bag, check_bag
-from flexarm_bringup.bags.bag_writer import BagError, BagWriter
+from flexarm_bringup.bags.bag_writer import BagError, BagWriter, refuse_inside
 from flexarm_bringup.regress.case import BAG, GOLDEN, Case, Pinned, pin, read_case, write_case
 from flexarm_bringup.regress.drift import Moved, find_moved
 from flexarm_bringup.regress.judge import compare, open_case
@@ -77,6 +77,7 @@ def make_case(folder: Path, source: Source) -> Case:
     """
     if folder.exists():
         raise BagError(f"{folder} exists already; `--update` renews what a case expects")
+    refuse_inside(folder, source.bag)
     try:
         bag = _bring(check_bag(source.bag, NEEDED), folder / BAG, source.until)
         unset = Pinned(folder / GOLDEN, {}, {})

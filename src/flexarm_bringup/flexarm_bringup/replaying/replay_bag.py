@@ -7,7 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from flexarm_bringup.bags.bag_reader import Bag, check_bag
-from flexarm_bringup.bags.bag_writer import BagError, BagWriter, whole_or_nothing
+from flexarm_bringup.bags.bag_writer import BagError, BagWriter, refuse_inside, whole_or_nothing
 from flexarm_bringup.bags.cdr import header_stamp_ns
 from flexarm_bringup.bags.configuration import configuration as configuration
 from flexarm_bringup.conversions import serialise
@@ -32,6 +32,7 @@ NEEDED = (f"{NAMESPACE}/model", f"{NAMESPACE}/joint_states")  # without these th
 DEBUG = find_stream(f"{NAMESPACE}/controller_debug")
 WRITTEN = tuple(s for s in STREAMS if s.publisher in ("estimator", "controller") and not s.is_optional)
 OUTPUTS = tuple(stream.name for stream in WRITTEN)
+NO_ESTIMATE = "its model was taken, but no estimate came of its measurements"
 NO_TIME_LIMIT = 1.0  # s; the solver's cap in real time would make the result depend on the machine
 
 
@@ -46,17 +47,18 @@ def replay(bag: Bag, folder: Path) -> Bag:
         The new bag, read back.
 
     Raises:
-        BagError: The bag lacks messages or its configuration, its model is refused, or ``folder`` exists or
-            cannot be written; nothing of it is there then.
+        BagError: The bag lacks messages or its configuration, its model is refused, or ``folder`` exists,
+            lies in the bag or cannot be written; nothing of it is there then.
         ConfigError, ParameterError: Its configuration is not understood.
     """
+    refuse_inside(folder, bag.path)
     try:
         player, fault = _build_player(bag)
     except ParameterError as error:
         raise ParameterError(f"{bag.path}: its settings: {error}") from None
     with whole_or_nothing(folder):
         if not _write(bag, folder, player):
-            reason = fault() or "its model was taken, but no estimate came of its measurements"
+            reason = fault() or NO_ESTIMATE
             raise BagError(f"{bag.path}: gives no {OUTPUTS[0]}: {reason}")
         return check_bag(folder)
 

@@ -1,0 +1,62 @@
+"""Bags that are short, silent or asked to hold another one: told, not guessed at."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from flexarm_bringup import cli
+from flexarm_bringup.bags.bag_copy import copy_bag
+from flexarm_bringup.bags.bag_reader import Bag, Record, check_bag
+from flexarm_bringup.topics import NAMESPACE
+
+GOLDEN = Path(__file__).resolve().parents[3] / "tests" / "golden" / "single_link" / "bag"
+
+
+@pytest.fixture(scope="module")
+def golden() -> Bag:
+    return check_bag(GOLDEN)
+
+
+def part(bag: Bag, folder: Path, is_kept: Callable[[Record], bool]) -> str:
+    """Write some messages of a bag into a new one; return its folder."""
+    copy_bag(bag, folder, [record for record in bag.records if is_kept(record)])
+    return str(folder)
+
+
+def test_a_bag_too_short_to_be_halved_is_not_tuned_on(
+    golden: Bag, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """None of its samples counted, and the page said that the record does not tell anything better."""
+    end = golden.records[0].log_time_ns + 400_000_000
+    path = part(golden, tmp_path / "bag", lambda record: record.log_time_ns < end)
+    assert cli.main(["tune", path]) == 2
+    assert "s of samples are too short: the first 0.3 s do not count" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("command", ["ablate", "smooth"])
+def test_why_there_is_no_estimate_is_said(
+    command: str, golden: Bag, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    model, joints = (
+        next(record for record in golden.records if record.name == f"{NAMESPACE}/{topic}")
+        for topic in ("model", "joint_states")
+    )
+    path = part(golden, tmp_path / "bag", lambda record: record in (model, joints))
+    assert cli.main([command, path]) == 2
+    said = "gives no estimate: its model was taken, but no estimate came of its measurements"
+    assert said in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("line", ["recover {0} --output {0}/new", "replay {0} --output {0}/a/new",
+                                  "regress --new {0}/case --from {0}"])  # fmt: skip
+def test_nothing_is_written_into_the_bag_that_is_read(
+    line: str, golden: Bag, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = Path(part(golden, tmp_path / "bag", lambda record: True))
+    before = sorted(path.rglob("*"))
+    assert cli.main(line.format(path).split()) == 2
+    assert f"lies in the bag {path}, and would be a part of it" in capsys.readouterr().err
+    assert sorted(path.rglob("*")) == before
