@@ -60,3 +60,19 @@ def test_nothing_is_written_into_the_bag_that_is_read(
     assert cli.main(line.format(path).split()) == 2
     assert f"lies in the bag {path}, and would be a part of it" in capsys.readouterr().err
     assert sorted(path.rglob("*")) == before
+
+
+def test_what_is_no_folder_of_a_bag_is_not_said_to_lack_files(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "data.mcap").write_text("")
+    for name, said in (("data.mcap", "is a file; expected the folder of a bag"), ("none", "no such folder")):
+        assert cli.main(["recover", str(tmp_path / name), "--output", str(tmp_path / "new")]) == 2
+        assert f"{name}: {said}" in capsys.readouterr().err
+
+
+def test_a_topic_cannot_be_fed_as_two(capsys: pytest.CaptureFixture[str]) -> None:
+    """The last one won in silence."""
+    remaps = ["--remap", "/joint_states:=joint_states", "--remap", "/joint_states:=applied_effort"]
+    assert cli.main(["replay", str(GOLDEN), *remaps]) == 2
+    assert "/joint_states is fed as 'joint_states' and as 'applied_effort'" in capsys.readouterr().err

@@ -63,7 +63,11 @@ def recover_bag(path: Path, folder: Path) -> Recovery:
         BagError: There is no such file, nothing in it is whole, or ``folder`` exists or
             lies in the broken bag.
     """
-    files = sorted(path.glob("*.mcap")) if path.is_dir() else []
+    if not path.is_dir():
+        raise BagError(
+            f"{path}: " + ("is a file; expected the folder of a bag" if path.exists() else "no such folder")
+        )
+    files = sorted(path.glob("*.mcap"))
     if len(files) != 1:
         other = "; SQLite is not recovered here, ros2 bag reindex does" if any(path.glob("*.db3")) else ""
         raise BagError(f"{path}: has {len(files)} MCAP files, one expected{other}")

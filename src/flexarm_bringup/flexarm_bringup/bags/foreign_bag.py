@@ -55,13 +55,17 @@ def read_remaps(texts: Sequence[str]) -> dict[str, str]:
         texts: Each "/topic/of/the/bag:=topic", as ROS writes it.
 
     Raises:
-        BagError: One is not written like that.
+        BagError: One is not written like that, or a topic is given two.
     """
-    remaps = {}
+    remaps: dict[str, str] = {}
     for text in texts:
         source, separator, target = text.partition(SEPARATOR)
         if not (source and separator and target):
             raise BagError(f"remap: '{text}' is not FROM:=TO, as in /joint_states:=joint_states")
+        if remaps.get(source, target) != target:
+            raise BagError(
+                f"remap: {source} is fed as '{remaps[source]}' and as '{target}'; expected one of them"
+            )
         remaps[source] = target
     return remaps
 
