@@ -177,13 +177,15 @@ def test_share_and_periods_of_a_test_of_the_rig(tmp_path: Path) -> None:
         ("bodies.strip.damping_ratio=much", "'much': expected a relative sigma above 0"),
         ("bodies.strip.damping_ratio=nan", "'nan': expected a relative sigma above 0"),
         ("bodies.strip.type", "is not a number"),
+        (f"{STIFFNESS}=0.1", f"--fit {STIFFNESS}=0.1: '{STIFFNESS}' is named twice"),
     ],
 )
 def test_what_cannot_be_fitted_is_told_before_anything_is_measured(
     wanted: str, said: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setattr(command, "modal_tests", lambda args: pytest.fail("it has measured"))
-    assert cli.main(["identify", "rig", "--manipulator", "single_link", "--fit", wanted]) == 2
+    fit = ["--fit", STIFFNESS, "--fit", wanted]
+    assert cli.main(["identify", "rig", "--manipulator", "single_link", *fit]) == 2
     assert said in capsys.readouterr().err
 
 

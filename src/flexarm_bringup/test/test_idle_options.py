@@ -1,4 +1,4 @@
-"""An option that would change nothing is refused with what it goes with: it was ignored in silence."""
+"""An option that would change nothing is refused with what it goes with, and so is one given twice."""
 
 from __future__ import annotations
 
@@ -45,6 +45,14 @@ from flexarm_bringup.arguments import number, refuse_idle
         ("identify rig --manipulator single_link --bag NEW", "--bag: goes with --nodes"),
         ("identify run.csv --preset geared", "--preset: goes with --manipulator NAME"),
         ("identify run.csv --motors locked", "--motors: goes with --manipulator NAME"),
+        (
+            "identify rig --manipulator single_link --perturb mass_scale=2 --perturb mass_scale=3",
+            "--perturb 'mass_scale=3': mass_scale is 2.0 already",
+        ),
+        (
+            "margins single_link --set mpc.input_jerk=1 --set mpc.input_jerk=2",
+            "--set mpc.input_jerk=2: mpc.input_jerk is set twice",
+        ),
         ("identify run.csv --save a.npz", "--save: goes with rig, or with bags of a modal test"),
     ],
 )

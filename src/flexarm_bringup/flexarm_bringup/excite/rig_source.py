@@ -69,17 +69,19 @@ def rig_settings(given: Sequence[str]) -> RigSettings:
     """Return the rig's settings from "KEY=VALUE" each.
 
     Raises:
-        SourceError: A key is not known, or a value no number.
+        SourceError: A key is not known or given twice, or a value no number.
         ParameterError: A value is out of its range.
     """
     allowed: dict[str, type[int] | type[float]] = {
         name: int if isinstance(value, int) else float for name, value in asdict(RigSettings()).items()
     }
-    values = {}
+    values: dict[str, int | float] = {}
     for text in given:
         key, equals, value = text.partition("=")
         if not equals or key not in allowed:
             raise SourceError(f"--perturb '{text}': expected KEY=VALUE with KEY one of {', '.join(allowed)}")
+        if key in values:
+            raise SourceError(f"--perturb '{text}': {key} is {values[key]} already; expected it once")
         try:
             values[key] = allowed[key](value)
         except ValueError:

@@ -120,9 +120,9 @@ def read_unknowns(manipulator: str, preset: str, parameters: Sequence[str]) -> l
     """Return the parameters, "PATH" or "PATH=SPREAD" each, as the description has them.
 
     Raises:
-        ConfigError: There is no such value, it is no number, or its spread is none.
+        ConfigError: There is no such value, it is no number or named twice, or its spread is none.
     """
-    path, unknowns = find_manipulator(manipulator), []
+    path, unknowns = find_manipulator(manipulator), list[Unknown]()
     for item in parameters:
         name, _, spread = item.partition("=")
         try:
@@ -133,6 +133,8 @@ def read_unknowns(manipulator: str, preset: str, parameters: Sequence[str]) -> l
             raise ConfigError(
                 f"--fit {item}: '{spread}': expected a relative sigma above 0, such as {SPREAD}"
             )
+        if name in {unknown.path for unknown in unknowns}:
+            raise ConfigError(f"--fit {item}: '{name}' is named twice; expected every parameter once")
         unknowns.append(read_unknown(path, preset, name, sigma))
     return unknowns
 

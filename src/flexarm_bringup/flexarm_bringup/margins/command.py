@@ -109,6 +109,8 @@ def with_settings(task: Task, changes: list[str]) -> Task:
         known = {item.name: item.default for item in fields(SECTIONS[section])}  # type: ignore[arg-type]
         if key not in known:
             raise ConfigError(f"--set {change}: {section} has no '{key}'; it has {', '.join(sorted(known))}")
+        if key in found.get(section, {}):
+            raise ConfigError(f"--set {change}: {where} is set twice; expected it once")
         found.setdefault(section, {})[key] = _read(change, value, type(known[key]))
     settings = _merged(task.settings, found)
     presets = {preset: _merged(own, found) for preset, own in task.preset_settings.items()}
