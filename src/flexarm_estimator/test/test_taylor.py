@@ -1,6 +1,7 @@
 import numpy as np
 import pytest
 from planar_strip import DT, strip_model
+from scipy.linalg import expm
 
 from flexarm_estimator.settings import EstimatorConfig
 from flexarm_estimator.state.process import ProcessModel
@@ -40,3 +41,14 @@ def test_the_noise_of_a_short_step_is_that_of_its_leading_order():
     assert Q[4, 4] / (process.system.Q[4, 4] * 1e-5) == pytest.approx(1.0, rel=1e-3)  # velocity: S h
     position = Q[0, 0] / (process.system.Q[4, 4] * 1e-5**3 / 3)  # position: S h^3 / 3
     assert position == pytest.approx(1.0, rel=1e-2)
+
+
+@pytest.mark.filterwarnings("error")
+def test_couplings_that_are_zero_but_for_rounding_neither_warn_nor_change_a_step():
+    """Axes of a closed loop without gravity: 1e-28 is left of their stiffness."""
+    A = np.array(
+        [[0.0, 0.0, 1.0, 0.0], [0.0, 0.0, 0.0, 1.0], [1e-28, 6e4, 0.0, 2.0], [1e-30, -4e5, 0.0, -8.0]]
+    )
+    exact = expm(A * DT)
+    E = ExponentialIntegrals(A, np.eye(4)).at(DT)[0]
+    np.testing.assert_allclose(E, exact, rtol=1e-12, atol=1e-12 * np.abs(exact).max())  # rounding of both

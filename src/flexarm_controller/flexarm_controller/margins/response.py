@@ -11,7 +11,8 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import matrix_balance
+
+from flexarm_model.numeric.balance import balance
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -47,8 +48,7 @@ def decompose(A: Array) -> Modes:
     Raises:
         LinAlgError: It cannot be diagonalised.
     """
-    balanced, scales = matrix_balance(A, permute=False, separate=True)
-    scale = scales[0]
+    balanced, scale = balance(A)
     values, vectors = np.linalg.eig(balanced)
     left = np.linalg.inv(vectors)
     return Modes(values, vectors * scale[:, None], left / scale)

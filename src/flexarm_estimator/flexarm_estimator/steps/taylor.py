@@ -17,7 +17,8 @@ import math
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import matrix_balance
+
+from flexarm_model.numeric.balance import balance
 
 Array = NDArray[np.float64]
 _TERMS = 24  # 2^24 / 24! = 3e-17
@@ -94,7 +95,7 @@ class IntegralSlopes:
 
 
 def _balanced_norm(A: Array) -> float:
-    return float(np.linalg.norm(matrix_balance(A, permute=False)[0], 1))
+    return float(np.linalg.norm(balance(A)[0], 1))
 
 
 def _doublings(norm: float, h: float) -> int:
