@@ -50,8 +50,8 @@ def decompose(A: Array) -> Modes:
     """
     balanced, scale = balance(A)
     values, vectors = np.linalg.eig(balanced)
-    left = np.linalg.inv(vectors)
-    return Modes(values, vectors * scale[:, None], left / scale)
+    right, left = vectors * scale[:, None], np.linalg.inv(vectors) / scale
+    return Modes(*(np.asarray(part, dtype=complex) for part in (values, right, left)))
 
 
 def angles_of(values: Complex) -> Array:
