@@ -107,6 +107,8 @@ EDITS = [
     ("nested too deeply", "source:", "a: " + "[" * 3000 + "\nsource:", ("nested too deeply",)),
     ("not YAML", "presets:", "presets: [", ("is not YAML",)),
     ("unknown unit of a rate", "rate: 30 Hz", "rate: 30 fps", ("camera.rate", "30 fps", "Hz, kHz")),
+    ("rate in a wrong unit", "rate: 200 Hz", "rate: 200 kHz", ("served.rate", "200 kHz", "[1, 10000] Hz")),
+    ("rate too slow", "rate: 200 Hz", "rate: 0.9 Hz", ("served.rate", "'0.9 Hz'", "[1, 10000] Hz")),
     ("negative latency", "latency: 60 ms", "latency: -60 ms", ("camera.latency", "must be at least 0")),
     ("delay without a unit", "latency: 60 ms", "stamp_delay: 60", ("camera.stamp_delay", "60", "ms")),
     ("delay too long", "latency: 60 ms", "stamp_delay: 60 s", ("stamp_delay", "60 s", "-100 ms to 1000 ms")),

@@ -27,6 +27,7 @@ from flexarm_model.settings.units import axis_dimension, si_unit
 FORMAT = "flexarm/1"
 OF_SPRINGS = {"damping_ratio": "of the modes", "backlash": "the play"}  # what nothing but a spring has
 OF_MOTORS = ("effort", "effort_rate")
+RATES = (1.0, 1e4)  # Hz; what the control period may be, and no typing error: 250 kHz where 250 Hz is meant
 FROM_FILES = (ImportedBody, SuperelementBody)  # their content is part of the identity
 
 
@@ -82,11 +83,19 @@ def _read_served(served: Section, joints: Sequence[Joint]) -> dict[str, Any]:
     read = {
         "modes": served.count("modes", at_least=0),
         "home": _read_pose(served, "home", actuated),
-        "rate_hz": served.quantity("rate", "frequency", above=0.0),
+        "rate_hz": _read_rate(served),
         "poses": {name: _read_pose(poses, name, actuated) for name in poses.names(taken=("home",))},
     }
     served.done()
     return read
+
+
+def _read_rate(served: Section) -> float:
+    """Return the control rate [Hz], which the control period of a law must allow."""
+    rate = served.quantity("rate", "frequency", above=0.0)
+    if not RATES[0] <= rate <= RATES[1]:
+        raise served.error("rate", served.take("rate"), f"must lie within [{RATES[0]:g}, {RATES[1]:g}] Hz")
+    return rate
 
 
 def _read_pose(section: Section, key: str, actuated: Mapping[str, Axis]) -> NDArray[np.float64]:
