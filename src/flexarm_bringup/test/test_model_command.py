@@ -121,6 +121,17 @@ def test_a_page_without_modes_can_be_shown(tmp_path: Path) -> None:
     assert main(["model", str(ARMS / "spatial_rigid.yaml"), "--html", str(tmp_path / "page.html")]) == 0
 
 
+def test_rounding_that_modes_leave_at_a_held_tip_is_no_motion() -> None:
+    """A tip on a hinge that the motors hold: 3e-13, as much in every mode."""
+    tree, model, _ = serve("single_link", "", "home")
+    C_pos = np.array(model.outputs.C_pos)
+    C_pos[model.outputs.rows("tip")[:3], model.n_theta :] = 3e-13
+    held = replace(model, outputs=replace(model.outputs, C_pos=C_pos))
+    assert describe_tip(held, 0).startswith("tip turns about z, ")
+    assert "none moves the tip" in analyse(tree, held, held).notes[0]
+    assert "moves it 0.1 mm" in analyse(tree, model, model).notes[0]
+
+
 @pytest.mark.parametrize(
     ("vector", "words"),
     [([0, 1, 0], "y"), ([0, -1, 0.1], "y"), ([0.8, 0, -0.6], "x and -z"), ([-0.6, 0.8, 0], "y and -x")],
