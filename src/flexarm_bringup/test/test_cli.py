@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import importlib
 import os
 import re
 import subprocess
@@ -61,12 +62,35 @@ def test_unknown_commands_are_usage_errors(capsys: pytest.CaptureFixture[str]) -
     assert "reproduce" in capsys.readouterr().err
 
 
-@pytest.mark.parametrize(
+EVERY_PAGE = pytest.mark.parametrize(
     "page", [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))], ids=lambda p: p.name
 )
+
+
+@EVERY_PAGE
 def test_every_command_that_a_page_names_exists(page: Path) -> None:
     named = set(re.findall(r"\./flexarm ([a-z]+)", page.read_text(encoding="utf8")))
     assert named <= LAUNCHER | set(cli.COMMANDS)
+
+
+@EVERY_PAGE
+def test_no_page_has_commands_typed_that_no_shell_finds(page: Path) -> None:
+    """Neither the environment nor an install space has a plain ``flexarm`` on its path."""
+    typed = re.findall(r"^flexarm ([a-z]+)(?: |$)", page.read_text(encoding="utf8"), re.MULTILINE)
+    assert not set(typed) & set(cli.COMMANDS)
+
+
+def test_readme_gives_its_commands_the_options_they_have_and_all_they_need() -> None:
+    text = (ROOT / "README.md").read_text(encoding="utf8")
+    lines = re.findall(r"^\./flexarm ([a-z]+)([^#\n]*)", text, re.MULTILINE)
+    for name, rest in ((name, rest) for name, rest in lines if name in cli.COMMANDS):
+        parser = argparse.ArgumentParser(prog="flexarm")
+        importlib.import_module(cli.COMMANDS[name].module).add_arguments(parser)
+        usage = parser.format_usage()
+        inner = re.sub(r"\[[^\[\]]*\]", "", usage)  # an option's own value may be left out, too
+        needed = re.findall(r"--[a-z-]+", re.sub(r"\[[^\[\]]*\]", "", inner))
+        written = re.findall(r"--[a-z-]+", rest)
+        assert set(needed) <= set(written) <= set(re.findall(r"--[a-z-]+", usage)), (name, usage)
 
 
 def test_a_reader_that_has_seen_enough_ends_a_command_without_a_word() -> None:
