@@ -107,7 +107,7 @@ def _shapes(N: Array, M: Array, K: Array, n: int, n_eta: int, names: Sequence[st
     N_t, Z = N[:, :n], N[:, n:]
     if not 0 <= n_eta <= Z.shape[1]:
         exist = f"{n_eta} modes asked for, {Z.shape[1]} exist"
-        raise PoseError(f"{exist}; serve fewer or keep more in the bodies")
+        raise PoseError(f"{exist}; serve fewer (served.modes) or keep more in the bodies (reduction.modes)")
     T, omega = N[:, : n + n_eta].copy(), np.zeros(0)
     if Z.shape[1]:
         Phi, omega = mode_basis(M, (K + K.T) / 2, Z, Z.shape[1])
