@@ -11,6 +11,8 @@ import pytest
 pytestmark = pytest.mark.ros
 rclpy = pytest.importorskip("rclpy")
 
+from lifecycle_msgs.msg import Transition  # noqa: E402
+from lifecycle_msgs.srv import ChangeState  # noqa: E402
 from rclpy.parameter import Parameter  # noqa: E402
 from std_msgs.msg import Bool  # noqa: E402
 
@@ -72,3 +74,23 @@ def test_no_parameter_can_be_set_at_run_time(echo: Echo, name: str, value: bool)
     (result,) = echo.set_parameters([Parameter(name, value=value)])
     assert not result.successful and result.reason == f"Trying to set a read-only parameter: {name}."
     assert clock.now().nanoseconds >= before and echo.count_subscribers("/clock") == 0
+
+
+@pytest.mark.parametrize(("number", "label"), [(0, ""), (3, ""), (99, ""), (99, "activate")])
+def test_a_transition_that_there_is_not_is_refused_and_the_node_goes_on(
+    echo: Echo, number: int, label: str
+) -> None:
+    """An id raised: one manager that activated an active guard ended it."""
+    request = ChangeState.Request(transition=Transition(id=number, label=label))
+    answer = echo._service_change_state.callback(request, ChangeState.Response())
+    assert not answer.success and echo.is_active
+
+
+def test_a_transition_that_is_asked_for_by_its_number_is_done(echo: Echo) -> None:
+    for number, is_active in (
+        (Transition.TRANSITION_DEACTIVATE, False),
+        (Transition.TRANSITION_ACTIVATE, True),
+    ):
+        request = ChangeState.Request(transition=Transition(id=number))
+        assert echo._service_change_state.callback(request, ChangeState.Response()).success
+        assert echo.is_active == is_active

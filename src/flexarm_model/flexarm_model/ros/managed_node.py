@@ -24,6 +24,7 @@ from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackRet
 from std_msgs.msg import Bool
 
 from flexarm_model.process.single_instance import claim_name
+from flexarm_model.ros.asked_transitions import refuse_unknown_transitions
 from flexarm_model.ros.logger_node import NodeLogger
 from flexarm_model.ros.node import LATCHED_QOS, ReadyFlag
 from flexarm_model.settings.parameters import parameter
@@ -88,6 +89,7 @@ class ManagedNode(LifecycleNode):  # type: ignore[misc]
         """
         self._until_gone = dict[Any, _UntilGone]()  # callbacks of subscriptions
         super().__init__(name, namespace="flexarm")
+        refuse_unknown_transitions(self)
         self.name_held = claim_name(self.get_fully_qualified_name(), str(self.context.get_domain_id()))
         self.is_active = self.is_finished = False
         self._ready_told = self.create_publisher(Bool, "~/ready", LATCHED_QOS)
