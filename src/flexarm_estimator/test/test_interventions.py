@@ -19,6 +19,10 @@ CONFIG = EstimatorConfig()
 RECORD = simulate(300, np.random.default_rng(51), camera_every=7)
 
 
+def with_limit(sensors):
+    return tuple(replace(s, velocity=6.0) if s.kind == "encoder" else s for s in sensors)
+
+
 def estimator(sensors=SENSORS, config=CONFIG):
     return Estimator(strip_model(), StripKinematics(), sensors, config)
 
@@ -55,13 +59,28 @@ def do(made, intervention):
         (SetState((0.1,), joint_names=("elbow.rz",)), "joint_names: elbow.rz; allowed: base.rz"),
         (SetState((0.1,), model_id="0123"), "the state belongs to model 0123, the estimator uses"),
         (SetState((360.0,)), "encoder (base.rz) would read 360 rad; it can read -100 to 100 rad"),
+        (
+            SetState((0.1,), theta_dot=(-13.0,)),
+            "theta_dot: base.rz would move at -13 rad/s; allowed: up to 12 rad/s, 2 times its limit",
+        ),
+        (
+            SetState((0.1,), eta_dot=(0.0, -1e6, 0.0)),
+            "eta_dot: where mode 2 swings to then root_strain (strip.gauge) would read 659",
+        ),
         (SetState((0.1,), eta=(1.0, 0.0, 0.0)), "root_strain (strip.gauge) would read 0.0265; it can read"),
     ],
 )
 def test_what_cannot_be_done_is_refused_by_field_value_and_what_is_allowed(intervention, words):
     with pytest.raises(InterventionError) as refused:
-        intervention.check(estimator())
+        intervention.check(estimator(with_limit(SENSORS)))
     assert words in str(refused.value)
+
+
+@pytest.mark.parametrize("most", [6.0, np.inf])
+def test_a_velocity_that_an_axis_can_have_is_taken(most):
+    made = estimator(with_limit(SENSORS) if most == 6.0 else SENSORS)  # without a limit there is none here
+    do(made, SetState((0.1,), theta_dot=(11.9,), eta_dot=(0.1, 0.1, 0.1)))
+    assert made.past[1][-1].belief.x[4] == 11.9
 
 
 def test_a_sensor_that_is_off_is_as_if_it_were_not_there():

@@ -16,6 +16,7 @@ from flexarm_estimator.interventions.intervention import (
     InterventionError,
     require_numbers,
 )
+from flexarm_estimator.state.possible_motion import PossibleMotions
 
 Array = NDArray[np.float64]
 _SIGMAS = ("theta_sigma", "theta_dot_sigma", "eta_sigma", "eta_dot_sigma")
@@ -64,8 +65,12 @@ class SetState(Intervention):
         for name in _SIGMAS:
             size = sizes[name.removesuffix("_sigma").removesuffix("_dot")]
             require_numbers(name, getattr(self, name), (0, 1, size), LEAST_SIGMA)
-        if refusal := estimator.past[0].possible.refusal(self._belief(estimator).x):
+        parts, x = estimator.past[0], self._belief(estimator).x
+        if refusal := parts.possible.refusal(x):
             raise InterventionError(f"theta, eta: at this state {refusal}")
+        motions = PossibleMotions(estimator.specs, parts.sensors.rows, parts.layout, parts.model.omega)
+        if refusal := motions.refusal(x):
+            raise InterventionError(refusal)
 
     def apply(self, estimator: Estimator) -> None:
         """See Intervention; torque disturbances start at zero, biases of sensors stay."""

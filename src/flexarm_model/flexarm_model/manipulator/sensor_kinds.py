@@ -51,7 +51,10 @@ def _encoder(name: str, site: str, section: Section, axis: Axis | None) -> Senso
         raise section.error(key, section.take(key), f"must be {side} {other} {si_unit(position)}")
     _refuse_drowned(section, sigma, (high - low) / 2, position)
     timing, bias = _timing(section), _bias(section, position)
-    return SensorSpec(name, "encoder", site, ("position",), np.array([sigma]), *timing, low, high, bias=bias)
+    return SensorSpec(
+        name, "encoder", site, ("position",), np.array([sigma]), *timing, low, high,
+        bias=bias, velocity=axis.velocity,
+    )  # fmt: skip
 
 
 def _strain_gauge(name: str, site: str, section: Section, _: Axis | None) -> SensorSpec:

@@ -49,6 +49,7 @@ class SensorSpec:
         bias: What its channels may be off by; None for nothing.
         imu: Unit whose messages carry an accelerometer or gyroscope; empty for one of its own name.
         topic: Of a camera, below ``camera/``; empty for the usual one.
+        velocity: Velocity limit of the axis of an encoder [rad/s or m/s].
     """
 
     name: str
@@ -66,3 +67,4 @@ class SensorSpec:
     bias: BiasSpec | None = None
     imu: str = ""
     topic: str = ""
+    velocity: float = math.inf
