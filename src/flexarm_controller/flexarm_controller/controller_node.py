@@ -117,6 +117,10 @@ class ControllerNode(ManagedNode):
         self.exchange.teller.tell_more(Insight(self._tip.at, inputs.mpc, period), self._listens)
         self._connect()
 
+    def deactivate(self) -> None:
+        """Say what becomes of a goal that is pursued; commands end, and the guard stops the arm by that."""
+        self._goals.end("the controller is not active any more")
+
     def _exchange(
         self, config: ManipulatorConfig, inputs: LawInputs, motion: MotionConfig
     ) -> ControllerExchange:

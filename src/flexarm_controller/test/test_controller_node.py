@@ -65,17 +65,33 @@ request = MoveTip.Request()
 request.target.position.x, request.target.position.y = 0.64 * np.cos(0.3), 0.64 * np.sin(0.3)
 print(node._goals.on_move_tip(request, MoveTip.Response()).goal_id)
 """
+ENDING = (
+    GOAL
+    + """
+said = []
+node._goals._publish = lambda outgoing: said.extend((out.topic, out.msg) for out in outgoing)
+node.deactivate()
+print(*((topic, msg.goal_id, msg.reason) for topic, msg in said))
+"""
+)
 
 
 @pytest.mark.parametrize(
     ("code", "lockstep", "said"),
     [
+        (ENDING, True, ["1", "('motion_status', 1, 'the controller is not active any more')"]),
         (UNSERVED, False, ["0.3", "0.0"]),
         (TOO_LARGE, False, ["reference refused: 2001 points, at most 2000 while the guard is armed: "]),
         (GOAL, False, ["4100001"]),
         (GOAL, True, ["1"]),
     ],
-    ids=["without models", "too many points", "goals of this life", "goals in lockstep"],
+    ids=[
+        "end of the controller",
+        "without models",
+        "too many points",
+        "goals of this life",
+        "goals in lockstep",
+    ],
 )
 def test_what_the_controller_hears_of_references(code: str, lockstep: bool, said: list[str]) -> None:
     lines = run_beside(NODE, code, "--ros-args", "-p", f"lockstep:={str(lockstep).lower()}")

@@ -241,3 +241,13 @@ def test_a_reference_without_models_is_not_followed_after_arming(config, model):
     goals.on_reference(reference_to_msg(swing(0.3, 1.0), ("base.rz",), EPOCH + PERIOD_NS))
     assert NO_MODELS in reasons(goals.on_models(f"{EPOCH + PERIOD_NS}: refused: {REFUSAL}"))
     assert exchange.controller.reference is None
+
+
+def test_the_last_word_on_a_goal_is_said_before_the_controller_goes(config, model):
+    """Nothing was: who waited for its end waited for ever."""
+    _, goals = arm_of(config, model)
+    goals.on_move_tip(request_to(0.3))
+    (last,) = told(goals.end("the controller is not active any more"), "motion_status")
+    assert (last.goal_id, last.state) == (1, MotionStatus.ABORTED)
+    assert last.reason == "the controller is not active any more"
+    assert goals.end("again") == [] and goals.update() == []

@@ -11,6 +11,7 @@ the model of another pose, or the arm cannot stand where it is led.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import Any
 
 from flexarm_controller.answer import Outgoing
@@ -24,6 +25,7 @@ from flexarm_controller.motion.conversions import (
     progress_to_msg,
 )
 from flexarm_controller.motion.motion_server import Answer, MotionServer
+from flexarm_controller.motion.progress import Progress
 from flexarm_controller.motion.refusals import MotionError
 from flexarm_controller.motion.settings import MotionConfig
 from flexarm_controller.motion.tip_kinematics import TipKinematics
@@ -101,6 +103,11 @@ class MotionExchange:
         arm = self._arm(is_armed=True)
         return [] if isinstance(arm, str) else self._told(arm)
 
+    def end(self, why: str) -> list[Outgoing]:
+        """Give up what is pursued, for the controller goes; returns the last word on it."""
+        arm = self._arm(is_armed=True)
+        return [] if isinstance(arm, str) else _said(self._server.end(arm.state.t, why), arm)
+
     def _give_up(self) -> list[Outgoing]:
         """Bring the arm to rest if there are no models for what it follows; returns what is to be sent."""
         (stamp_ns, reason), arm = self._unserved, self._arm(is_armed=True)
@@ -122,8 +129,7 @@ class MotionExchange:
         return arm.sent
 
     def _told(self, arm: _Arm) -> list[Outgoing]:
-        told = self._server.update(arm, arm.state)
-        return [Outgoing("motion_status", progress_to_msg(item, arm.epoch_ns)) for item in told]
+        return _said(self._server.update(arm, arm.state), arm)
 
     def _arm(self, is_armed: bool = False) -> _Arm | str:
         """Return the controller as what follows references, or why nothing may move."""
@@ -170,3 +176,7 @@ class _Arm:
             return str(answer.msg.reason).removeprefix(REFUSED)
         self.sent += [Outgoing("reference", msg), answer]
         return ""
+
+
+def _said(told: Sequence[Progress], arm: _Arm) -> list[Outgoing]:
+    return [Outgoing("motion_status", progress_to_msg(item, arm.epoch_ns)) for item in told]

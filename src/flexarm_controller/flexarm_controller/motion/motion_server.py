@@ -151,6 +151,14 @@ class MotionServer:
         told, self._told = self._told, []
         return told
 
+    def end(self, t: float, why: str) -> list[Progress]:
+        """Give up what is pursued, for who follows it goes; returns what is still to be told."""
+        if self._pursuit is not None:
+            self._told.append(self._pursuit.end(t, "aborted", why))
+            self._pursuit = None
+        told, self._told = self._told, []
+        return told
+
     def _judge(self, pursuit: Pursuit, arm: Follower, state: ArmState) -> None:
         is_own = arm.reference is pursuit.reference
         distance = self._distance(arm, state) if is_own and pursuit.is_due(state.t, self._config) else np.nan

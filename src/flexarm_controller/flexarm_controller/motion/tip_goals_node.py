@@ -82,6 +82,10 @@ class TipGoals:
         """Tell how far the goal has got; to be called after each state."""
         self._publish(self._exchange.update())
 
+    def end(self, why: str) -> None:
+        """Say the last word on what is pursued; to be called before the topics go."""
+        self._publish(self._exchange.end(why))
+
     @staticmethod
     def is_own(msg: JointTrajectory) -> bool:
         """Tell whether a reference is one that was made here and is followed already."""
