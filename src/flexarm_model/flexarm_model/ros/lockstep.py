@@ -53,7 +53,12 @@ class Lockstep:
         self._hand_over()
 
     def announce(self, sequence: int, stamp_ns: int, topics: Sequence[str], counts: Sequence[int]) -> None:
-        """Take a tick. After a gap in ``sequence`` what belongs to older ticks is dropped."""
+        """Take a tick. After a gap in ``sequence`` what belongs to older ticks is dropped.
+
+        One whose topics and counts are not as many is none of the rig's, and is not taken.
+        """
+        if len(topics) != len(counts):
+            return
         announced = dict(zip(topics, counts, strict=True))
         wanted = {topic: int(n) for topic, n in announced.items() if topic in self._queues and n > 0}
         if sequence != self._sequence + 1:
