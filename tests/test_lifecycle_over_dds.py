@@ -91,6 +91,24 @@ def test_a_deactivated_controller_sends_nothing_before_the_guard_is_armed_again(
         ear.wait(lambda: bool(ear.heard["joint_commands"]), 20.0, "commands")
 
 
+def test_in_lockstep_a_guard_that_was_deactivated_comes_back_and_time_goes_on(tmp_path: Path) -> None:
+    """The drives obeyed the guard that was gone, for time stood: only a new rig took another one."""
+    with running(rig_graph(lockstep=True), (*TOPICS, "truth"), tmp_path) as (_, ear):
+        ear.wait_ready(*ALL)
+        assert ear.call("guard/arm").success
+        for _ in range(2):
+            wait_for_more(ear, "joint_commands")
+            assert change(ear, "guard", "deactivate")
+            assert heard_within(ear, "truth", 1.0) == 0
+            assert ear.latest("guard_status").reason == "guard deactivated"
+            assert change(ear, "guard", "activate")
+            ear.wait(lambda: ear.ready["guard"], 30.0, "the guard to be ready again")
+            ear.wait(lambda: ear.call("guard/arm").success, 30.0, "the guard to know how the arm moves")
+        for _ in range(300):
+            wait_for_more(ear, "joint_commands")
+        ear.wait(lambda: is_armed(ear), 20.0, "the guard to tell it")
+
+
 def test_without_autostart_a_node_waits_and_a_recorder_closes_its_bag_when_it_is_cleaned_up(
     tmp_path: Path,
 ) -> None:

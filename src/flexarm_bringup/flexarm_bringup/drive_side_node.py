@@ -50,6 +50,12 @@ class DriveSide:
         node.create_service(Trigger, "~/attach", self.on_attach)
 
     @property
+    def stands(self) -> bool:
+        """Whether the drives have let go, and the arm is at rest under closed brakes."""
+        watchdog = self._watchdog
+        return watchdog.has_let_go and watchdog.are_brakes_closed and not watchdog.unready()
+
+    @property
     def are_brakes_closed(self) -> bool:
         """What the holding brakes are to be from now on."""
         return self._watchdog.are_brakes_closed

@@ -56,8 +56,7 @@ from flexarm_model.settings.diagnosis import DiagnosticsConfig
 from flexarm_model.settings.parameters import parameter
 
 MOST_CATCH_UP = 8  # periods, less than the silence that drives bear; after a longer stall the arm skips time
-
-
+LONGEST_STAND = 2.0  # s in which an arm that the drives brake comes to rest; nobody is asked meanwhile
 PATIENCE = 0.6  # of a period; after it the next tick is made ready although no torque has come
 
 
@@ -163,7 +162,9 @@ class RigNode(ManagedNode):
         self._start_when_possible()
 
     def on_ready(self, partner: str, msg: Bool) -> None:
-        """Note that a partner is ready."""
+        """Note that a partner is ready; without its guard the arm is braked to rest, and time stands."""
+        if partner == "guard" and self._partners[partner] and not msg.data and self._side.is_running:
+            self._stand()
         self._partners[partner] = msg.data
         self._start_when_possible()
 
@@ -200,12 +201,25 @@ class RigNode(ManagedNode):
         self._epoch_ns = now_ns - before_ns
 
     def _start_when_possible(self) -> None:
-        """Send tick 0 in lockstep once everybody listens and the guard has spoken."""
-        is_wanted = self.settings.lockstep and self.drives.is_released
-        if is_wanted and all(self._partners.values()) and not self._side.is_running:
-            self._side.is_running = True
+        """In lockstep send tick 0 once all listen and the guard has spoken, and go on when one is back."""
+        is_wanted = self.settings.lockstep and (self.drives.is_released or self.tick)
+        if not is_wanted or not all(self._partners.values()) or self._side.is_running:
+            return
+        self._side.is_running = True
+        if self.tick:
+            self._voice.skip()
+            self.advance()
+        else:
             self._voice.say(self.drives.observe(), self.stamp_of)
             self.drives.tau = self._side.choose(self.drives.state().velocity)
+
+    def _stand(self) -> None:
+        """In lockstep let the drives, whose guard has gone, do what they do: then another one may attach."""
+        for _ in range(round(LONGEST_STAND * NS_PER_S / self._period_ns)):
+            if self._side.stands:
+                break
+            self.advance()
+        self._side.is_running, self._statuses = False, 0
 
     def _wait(self) -> None:
         """Set the alarm to the period after those that have been told, or to looking ahead to it."""

@@ -51,6 +51,7 @@ class RigVoice:
         self._writer = TickWriter(config, drives, serialize_message)
         self._made: tuple[int, list[Outgoing]] = (-1, [])  # stamp of a tick [ns] and its messages
         self._sent: dict[str, int] = {}
+        self._gaps = 0  # in the numbers of ticks
 
     def make(self, samples: Sequence[Sample], stamp_of: Callable[[int], int]) -> None:
         """Make the messages of the tick at which the rig is now, to be sent later.
@@ -72,10 +73,15 @@ class RigVoice:
             self._outlets[out.topic].publish(out.msg)
             self.note_sent(out.topic)
         if self._is_lockstep:
-            msg = Tick(sequence=self._drives.rig.tick, topics=list(self._sent), counts=[*self._sent.values()])
+            number = self._drives.rig.tick + self._gaps
+            msg = Tick(sequence=number, topics=list(self._sent), counts=[*self._sent.values()])
             msg.header.stamp = ns_to_stamp(now_ns)
             self._outlets["tick"].publish(msg)
         self._sent.clear()
+
+    def skip(self) -> None:
+        """Leave a gap before the next tick: all forget what came before it that no tick announced."""
+        self._gaps += 1
 
     def note_sent(self, topic: str, count: int = 1) -> None:
         """Note what the next tick announces."""

@@ -151,7 +151,7 @@ class GuardNode(ManagedNode):
     def on_arm(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         """Arm the guard with a new session token."""
         refusal = self._margins or self._drives.refusal or self._cycle.silence(self._now())
-        refusal = refusal or self.guard.unready(not self.settings.lockstep)
+        refusal = refusal or self._awaited_tick() or self.guard.unready(not self.settings.lockstep)
         response.success, response.message = not refusal, refusal or "armed"
         if not refusal:
             self.guard.arm(self.exchange.t, 1 + secrets.randbits(62))
@@ -197,6 +197,10 @@ class GuardNode(ManagedNode):
         elif self.settings.lockstep and self.exchange.stamp_ns < 0:
             self._voice.send(self.guard.holding, self._drives.seal)
 
+    def _awaited_tick(self) -> str:
+        is_late = self.settings.lockstep and self._drives.before and self.exchange.stamp_ns < 0
+        return "the drives have not told yet how the arm moves" if is_late else ""
+
     def _now(self) -> float:
         return 0.0 if self.settings.lockstep else time.monotonic()
 
@@ -233,8 +237,7 @@ class GuardNode(ManagedNode):
         """Return what must hold before the node is ready; in lockstep no message may be lost."""
         conditions: dict[str, Callable[[], bool]] = {"the drives": lambda: not self._drives.refusal}
         if self.settings.lockstep:
-            for topic in (*SENSORS, "tick", "joint_commands"):
-                conditions[topic] = partial(self.has_publisher, topic)
+            conditions |= {t: partial(self.has_publisher, t) for t in (*SENSORS, "tick", "joint_commands")}
             conditions["drives and estimator"] = lambda: self._voice.listeners()[0] > 1
             conditions["the controller"] = lambda: self._voice.listeners()[1] > 0
         else:

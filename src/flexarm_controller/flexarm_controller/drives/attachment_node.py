@@ -32,6 +32,7 @@ class AttachedGuard:
     Attributes:
         seal: With which to seal torques; None while the drives do not obey this guard.
         refusal: Why they do not; empty when they do.
+        before: Why they let go of the guard before this one; empty where there was none.
     """
 
     def __init__(self, node: Node, on_release: Callable[[str], None]) -> None:
@@ -43,7 +44,7 @@ class AttachedGuard:
         """
         self._node, self._on_release = node, on_release
         self.seal: Seal | None = None
-        self.refusal = "the drives do not answer"
+        self.refusal, self.before = "the drives do not answer", ""
         self._asked: Any = None
         self._waited = 0
         self._client = node.create_client(Trigger, "rig/attach")
@@ -67,11 +68,11 @@ class AttachedGuard:
         if not answer.success:
             self.refusal = answer.message
             return
-        secret, _, before = answer.message.partition(" ")
+        secret, _, self.before = answer.message.partition(" ")
         self.seal, self.refusal = Seal(secret), ""
         self._node.get_logger().info(f"the drives obey guard {self.seal.fingerprint}")
-        if before:
-            self._on_release(before)
+        if self.before:
+            self._on_release(self.before)
 
     def on_attached(self, msg: String) -> None:
         """Notice that the drives obey nobody, or another guard."""
