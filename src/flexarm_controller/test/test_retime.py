@@ -95,6 +95,24 @@ def test_a_trajectory_that_would_take_too_long_is_refused_by_axis_torque_and_ins
     assert 9.0 * DURATION < late < 19.0 * DURATION
 
 
+@pytest.mark.parametrize("acceleration", [1e12, 1e33, 1e100, 1e150])
+def test_an_acceleration_that_no_time_suffices_for_is_refused(acceleration):
+    """From 1e33 rad/s^2 on time stood still in numbers, and the controller ended by it."""
+    model, limits = single_link(), limits_of_hub()
+    still, a = np.zeros((2, 1)), np.array([[acceleration], [0.0]])
+    asked = Reference(np.array([5.0, 6.0]), still, still, a)
+    with pytest.raises(MotionError, match="times its time, 10 allowed: axis"):
+        retime(asked, limits, model.theta_names, build_equilibrium(model), 10.0)
+
+
+def test_points_that_are_too_close_in_time_are_refused():
+    model, limits = single_link(), limits_of_hub()
+    t, rate = 1e6, np.array([[0.0], [1.0]])  # s: of eleven days the next number is 1.2e-10 s later
+    asked = Reference(np.array([t, t + 3e-10]), np.zeros((2, 1)), rate, 1e9 * rate[::-1])
+    with pytest.raises(MotionError, match="too close to each other"):
+        retime(asked, limits, model.theta_names, build_equilibrium(model), 1e300)
+
+
 @pytest.mark.parametrize("seed", range(4))
 def test_it_stays_on_the_path_behind_what_was_asked_and_within_the_torque(seed):
     model = two_axes()

@@ -79,17 +79,18 @@ def retime(
     for _ in range(TRIES):
         reach = abs(path.rest) + share * (limits.effort - abs(path.rest))
         speed = _speeds(path, reach)
-        slowed = _travelled(reference, path.sigma, _bounds(path, reach, speed.min(axis=1) ** 2))
+        y = _bounds(path, reach, speed.min(axis=1) ** 2)
+        since = _since(path.sigma, y)
+        factor = float(since[-1] / (reference.t[-1] - reference.t[0]))
+        if not factor <= longest:  # also without end, where nothing can be travelled
+            raise MotionError(
+                f"it would take {factor:.3g} times its time, {longest:g} allowed: "
+                f"{_bottleneck(path, speed, limits, names)}"
+            )
+        slowed = _travelled(reference, path.sigma, since, y)
         excess = find_excess(slowed, limits, names, equilibrium)
         if excess is None:
-            late = float(slowed.t[-1] - reference.t[-1])
-            factor = 1.0 + late / float(reference.t[-1] - reference.t[0])
-            if factor > longest:
-                raise MotionError(
-                    f"it would take {factor:.3g} times its time, {longest:g} allowed: "
-                    f"{_bottleneck(path, speed, limits, names)}"
-                )
-            return slowed, late
+            return slowed, float(slowed.t[-1] - reference.t[-1])
         share *= SHRINK
     raise MotionError(f"slowing down does not help: {excess}")
 
@@ -147,11 +148,24 @@ def _bounds(path: _Path, reach: Array, y: Array) -> Array:
     return np.array(bounds)
 
 
-def _travelled(reference: Reference, sigma: Array, y: Array) -> Reference:
-    """Return the trajectory travelled with ``y`` (k,) at the old instants ``sigma`` [s], (k,)."""
+def _since(sigma: Array, y: Array) -> Array:
+    """Return how long after the begin one is at the old instants ``sigma`` [s], with ``y``; all (k,)."""
+    speed = np.sqrt(y)
+    with np.errstate(divide="ignore"):
+        return np.append(0.0, np.cumsum(2.0 * np.diff(sigma) / (speed[1:] + speed[:-1])))
+
+
+def _travelled(reference: Reference, sigma: Array, since: Array, y: Array) -> Reference:
+    """Return the trajectory with ``y`` at the old instants ``sigma``, ``since`` its begin [s], (k,).
+
+    Raises:
+        MotionError: Its points are closer than numbers of their time are.
+    """
+    t = reference.t[0] + since
+    if not (np.diff(t) > 0.0).all():
+        raise MotionError("slowing down does not help: points are too close to each other in time")
     theta, theta_dot, theta_ddot = reference.sample(sigma)
     speed, u = np.sqrt(y), np.gradient(y, sigma) / 2.0
-    t = reference.t[0] + np.append(0.0, np.cumsum(2.0 * np.diff(sigma) / (speed[1:] + speed[:-1])))
     theta, slowed = np.array(theta), theta_dot * speed[:, None]
     if reference.theta_ddot_before is not None:
         return Reference.through(t, theta, slowed)
