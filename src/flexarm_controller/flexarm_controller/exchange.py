@@ -19,7 +19,7 @@ from flexarm_controller.conversions import (
 from flexarm_controller.cycles import Cycles
 from flexarm_controller.laws import Laws
 from flexarm_controller.limits import limits_of
-from flexarm_controller.motion.admission import admit
+from flexarm_controller.motion.admission import admit, check_begin
 from flexarm_controller.motion.refusals import MotionError
 from flexarm_controller.motion.settings import MotionConfig
 from flexarm_controller.nonlinear.settings import NmpcConfig
@@ -221,11 +221,8 @@ class ControllerExchange:
             raise MotionError(self.model_fault or "no state yet")
         model, now = self.controller.model, self._now
         reference = reference_from_msg(msg, self._names, self._epoch_ns)
-        if now is not None and reference.t[0] < now - LATE:
-            raise MotionError(
-                f"it begins {now - reference.t[0]:.3g} s before the newest state, {LATE:g} s are allowed: "
-                "stamp it with the time at which it is to begin"
-            )
+        if now is not None:
+            check_begin(float(reference.t[0]) - now, LATE)
         reference, remark = admit(reference, model, self._limits, self._motion)
         fault = self.controller.follow(reference)
         if fault:

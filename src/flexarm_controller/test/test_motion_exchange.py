@@ -251,3 +251,14 @@ def test_the_last_word_on_a_goal_is_said_before_the_controller_goes(config, mode
     assert (last.goal_id, last.state) == (1, MotionStatus.ABORTED)
     assert last.reason == "the controller is not active any more"
     assert goals.end("again") == [] and goals.update() == []
+
+
+def test_a_reference_of_another_clock_is_refused_by_how_far_it_is_ahead(config, model):
+    """One stamped 2038 was accepted, and waited for."""
+    exchange, goals = arm_of(config, model)
+    for late_ns, words in (
+        (3600 * 10**9, "reference accepted"),
+        (3601 * 10**9, "it begins 3.6e+03 s after the"),
+    ):
+        said = goals.on_reference(reference_to_msg(swing(0.1, 1.0), ("base.rz",), EPOCH + late_ns))
+        assert words in reasons(said)[0]

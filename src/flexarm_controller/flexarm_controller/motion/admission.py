@@ -10,6 +10,7 @@ from flexarm_controller.motion.settings import MotionConfig
 from flexarm_controller.motion.stretch import stretch
 from flexarm_controller.program.equilibrium import build_equilibrium
 from flexarm_controller.reference import Reference
+from flexarm_model.motion.conversions import LONGEST
 from flexarm_model.served.reduced_model import ReducedModel
 
 
@@ -42,3 +43,22 @@ def admit(
     if excess.quantity == "torque" and config.excess == "tell":
         return reference, f"the arm will lag: {excess}"
     raise MotionError(str(excess))
+
+
+def check_begin(after: float, late: float) -> None:
+    """Check when a reference begins.
+
+    Args:
+        after: So long after the newest state [s].
+        late: How long before it may have begun [s].
+
+    Raises:
+        MotionError: Too long ago, or so late that its stamp is of another clock.
+    """
+    if after < -late:
+        raise MotionError(
+            f"it begins {-after:.3g} s before the newest state, {late:g} s are allowed: "
+            "stamp it with the time at which it is to begin"
+        )
+    if after > LONGEST:
+        raise MotionError(f"it begins {after:.3g} s after the newest state, {LONGEST} s are allowed")
