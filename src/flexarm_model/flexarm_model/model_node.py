@@ -64,6 +64,7 @@ from flexarm_model.settings.parameters import parameter
 from flexarm_model.tree.closure_error import ClosureError
 
 AHEAD = (cache_at_home,)  # see flexarm_model.process.ahead
+MOST = 1e6  # SI, of a coordinate or its velocity; M, C v and G are finite then
 FOLLOWING_LEAD_NS = 100_000_000  # a model of the measured pose holds so much later: all must have it by then
 
 
@@ -195,9 +196,9 @@ class ModelNode(ManagedNode):
         n = self.tree.n_q
         q = np.array(request.q) if request.q else np.array(self._served.newest.q0)
         v = np.array(request.v) if request.v else np.zeros(n)
-        if q.size != n or v.size != n or not np.isfinite([q, v]).all():
-            response.success = False
-            response.message = f"q and v need {n} finite numbers each: {', '.join(self.tree.coordinates)}"
+        if q.size != n or v.size != n or not (abs(np.array([q, v])) <= MOST).all():  # also NaN
+            response.success, names = False, ", ".join(self.tree.coordinates)
+            response.message = f"q and v need {n} numbers each, of at most {MOST:g} in size: {names}"
             return response
         static = np.array(self.tree.functions["motion"](q, np.zeros(n))[1])
         response.success, response.names = True, list(self.tree.coordinates)
