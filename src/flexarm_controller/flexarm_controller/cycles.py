@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 GAP = 1.5  # periods between two states from which on a cycle was missed
+JUMP_NS = 60_000_000_000  # a state that is newer by more is of a clock that was set; nobody was late
 TWICE_NS = 100_000_000  # a state that is older than the last by no more came twice or too late
 
 
@@ -26,7 +27,7 @@ class Cycles:
         if last_ns is not None:
             if 0 <= last_ns - stamp_ns <= TWICE_NS:
                 return False
-            if stamp_ns - last_ns > GAP * self._period_ns:
+            if GAP * self._period_ns < stamp_ns - last_ns <= JUMP_NS:
                 self.missed += round((stamp_ns - last_ns) / self._period_ns) - 1
         self.last_ns = stamp_ns
         return True

@@ -19,6 +19,8 @@ START = 1_700_000_000_000_000_000
         ((0, 1.4, 2), (1, 1, 1), 0),  # late, but none was missed
         ((0, 5, 5, 3, 6), (1, 1, 0, 0, 1), 4),  # once more, and one that was overtaken
         ((100, 0, 1), (1, 1, 1), 0),  # the clock was set back by half a second
+        ((0, 12_000, 12_001), (1, 1, 1), 11_999),  # a minute without a state
+        ((0, 12_001, 12_002), (1, 1, 1), 0),  # the clock was set: by a year it was 6307200000
     ],
 )
 def test_states_are_told_apart_by_their_stamps(
