@@ -113,15 +113,17 @@ class ControllerExchange:
                 f"{self._config.config_id} (preset '{self._config.preset}'): "
                 "start both with the same file and preset",
             )
-        self.model_fault = ""
-        stamp_ns = stamp_to_ns(msg.header.stamp)
-        if self.controller is None:
-            self.controller = Controller(
-                model, self._limits, self._settings, self._mpc, self._clocks, self._config, self._nmpc
-            )
-        else:
-            self._pending.add(stamp_ns, self.controller.prepare(model))
-            self._foresee()
+        self.model_fault, stamp_ns = "", stamp_to_ns(msg.header.stamp)
+        try:
+            if self.controller is None:
+                self.controller = Controller(
+                    model, self._limits, self._settings, self._mpc, self._clocks, self._config, self._nmpc
+                )
+            else:
+                self._pending.add(stamp_ns, self.controller.prepare(model))
+                self._foresee()
+        except (KeyError, ValueError) as error:  # no law can be made of it
+            return self._refuse_model(msg, str(error))
         self._pending.note(stamp_ns, model.model_id)
         return []
 

@@ -395,3 +395,16 @@ def test_commands_written_as_bytes_are_the_same(exchange, model):
         for k in range(5):
             sent = answers(exchange.on_modal_state(state(model, token % 1000 + k, theta=[0.01 * k])))
             assert isinstance(sent["joint_commands"], bytes) == (k > 0 or token > 5)
+
+
+def test_a_model_of_which_no_law_can_be_made_is_refused_and_the_one_before_goes_on(exchange, model):
+    """The controller ended by it."""
+    exchange.on_model(model_to_msg(model))
+    exchange.controller.prepare = _no_law
+    said = exchange.on_model(model_to_msg(model, 7))
+    assert said[-1].msg.reason == exchange.model_fault == "model refused: Singular matrix"
+    assert exchange.controller.model.model_id == model.model_id
+
+
+def _no_law(model):
+    raise np.linalg.LinAlgError("Singular matrix")

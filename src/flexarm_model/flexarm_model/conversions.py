@@ -72,8 +72,8 @@ def model_from_msg(msg: ReducedModelMsg) -> ReducedModel:
     """Return the model of a message, bit for bit.
 
     Raises:
-        ModelMessageError: A length is wrong, a number is not finite, or the content does not
-            have the hash that ``model_id`` says.
+        ModelMessageError: A length is wrong, a number is not finite, the mass is not positive, or the
+            content does not have the hash that ``model_id`` says.
     """
     n_theta, n_eta, n_y, n_q = len(msg.theta_names), len(msg.eta_names), len(msg.output_names), len(msg.q0)
     n = n_theta + n_eta
@@ -92,6 +92,8 @@ def model_from_msg(msg: ReducedModelMsg) -> ReducedModel:
         _array(msg, "q0", n_q), _array(msg, "phi", n_q, n),
     )  # fmt: skip
     _array(msg, "f_hz", n_eta)
+    if n and not np.linalg.eigvalsh(model.M).min() > 0.0:  # of its lower half; also NaN
+        raise ModelMessageError("mass: is not positive definite, no arm moves like that")
     if model.model_id != msg.model_id:
         raise ModelMessageError(
             f"model_id: message says '{msg.model_id}', its content is '{model.model_id}': "

@@ -1,5 +1,6 @@
 """What is converted to a message and back is the same, and a wrong message is named."""
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -26,10 +27,15 @@ def random_model(seed: int, n_theta: int, n_eta: int) -> ReducedModel:
     )  # fmt: skip
     return ReducedModel(
         "arm", "0123", tuple(f"j{i}.rz" for i in range(n_theta)), rng.normal(size=n_theta),
-        rng.normal(size=(n, n)), rng.normal(size=(n, n)), K, rng.normal(size=(n, n_theta)),
+        positive(rng.normal(size=(n, n))), rng.normal(size=(n, n)), K, rng.normal(size=(n, n_theta)),
         rng.normal(size=n), omega, rng.uniform(size=n_eta), outputs,
         rng.normal(size=n_q), rng.normal(size=(n_q, n)),
     )  # fmt: skip
+
+
+def positive(root: Any) -> Any:
+    """Return a mass matrix."""
+    return root @ root.T + np.eye(len(root))
 
 
 @pytest.mark.parametrize("stamp_ns", [0, 1, 999_999_999, 5_000_000, 1_700_000_000_123_456_789])
@@ -66,6 +72,15 @@ def test_a_damaged_model_is_refused_by_field(name: str, value: Any, reason: str)
     msg = conversions.model_to_msg(random_model(4, 1, 3))
     setattr(msg, name, value)
     with pytest.raises(conversions.ModelMessageError, match=reason):
+        conversions.model_from_msg(msg)
+
+
+@pytest.mark.parametrize("factor", [0.0, -1.0])
+def test_a_mass_that_no_arm_has_is_refused_though_its_hash_is_right(factor: float) -> None:
+    """The controller ended by a singular one."""
+    model = random_model(4, 1, 3)
+    msg = conversions.model_to_msg(replace(model, M=factor * model.M))
+    with pytest.raises(conversions.ModelMessageError, match="mass: is not positive definite"):
         conversions.model_from_msg(msg)
 
 
