@@ -15,6 +15,7 @@ from lifecycle_msgs.msg import Transition  # noqa: E402
 from lifecycle_msgs.srv import ChangeState  # noqa: E402
 from rclpy.parameter import Parameter  # noqa: E402
 from std_msgs.msg import Bool  # noqa: E402
+from std_srvs.srv import Trigger  # noqa: E402
 
 from flexarm_model.ros.declared_node import declare_configs  # noqa: E402
 from flexarm_model.ros.managed_node import LifeSettings, ManagedNode  # noqa: E402
@@ -29,6 +30,12 @@ class Echo(ManagedNode):
         self.outlet = self.create_publisher(Bool, "~/said", 1)
         self.made = self.create_subscription(Bool, "~/heard", self.on_bool, 1)
         self.heard: list[bool] = []
+        self.offered = self.create_service(Trigger, "~/ask", self.on_ask)
+
+    def on_ask(self, request: Any, response: Any) -> Any:
+        self.outlet.publish(Bool())
+        response.success = True
+        return response
 
     def on_bool(self, msg: Any) -> None:
         self.heard.append(msg.data)
@@ -47,14 +54,14 @@ def echo() -> Iterator[Echo]:
 
 def test_what_was_taken_before_the_end_is_not_heard_after_it(echo: Echo) -> None:
     """It was, and the node ended by a publisher that was gone: one of twenty deactivated controllers."""
-    taken = echo.made.callback
+    taken, kept = echo.made.callback, len(echo._until_gone)
     taken(Bool(data=True))
     echo.trigger_deactivate()
     taken(Bool(data=False))
     assert echo.heard == [True]
     echo.trigger_activate()  # and hears again
     echo.made.callback(Bool(data=True))
-    assert echo.heard == [True] and len(echo._until_gone) == 1
+    assert echo.heard == [True] and len(echo._until_gone) == kept
 
 
 def test_what_is_said_last_is_heard_before_its_publisher_goes(echo: Echo) -> None:
@@ -94,3 +101,15 @@ def test_a_transition_that_is_asked_for_by_its_number_is_done(echo: Echo) -> Non
         request = ChangeState.Request(transition=Transition(id=number))
         assert echo._service_change_state.callback(request, ChangeState.Response()).success
         assert echo.is_active == is_active
+
+
+def test_a_request_that_was_taken_before_the_end_ends_nothing_after_it(echo: Echo) -> None:
+    """Sixty resets around a deactivation ended the estimator: its publishers were gone, and its service."""
+    offered = echo.offered
+    assert offered.callback(Trigger.Request(), Trigger.Response()).success
+    echo.trigger_deactivate()
+    response = offered.callback(Trigger.Request(), Trigger.Response())
+    assert not response.success
+    offered.send_response(response, None)
+    echo.trigger_activate()
+    assert echo.offered.callback(Trigger.Request(), Trigger.Response()).success

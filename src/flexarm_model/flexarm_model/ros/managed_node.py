@@ -50,18 +50,17 @@ class LifeSettings:
 
 
 class _UntilGone:
-    """What is called with messages, until the subscription goes.
+    """What is called with messages or requests, until the subscription or service goes.
 
     The executor may hold one that has come before: the callback would find its publishers destroyed, and the
-    node would end by that.
+    node would end by that. A request is left with the response as it was.
     """
 
-    def __init__(self, callback: Callable[[Any], None]) -> None:
-        self._callback: Callable[[Any], None] | None = callback
+    def __init__(self, callback: Callable[..., Any]) -> None:
+        self._callback: Callable[..., Any] | None = callback
 
-    def __call__(self, msg: Any) -> None:
-        if self._callback is not None:
-            self._callback(msg)
+    def __call__(self, *args: Any) -> Any:
+        return args[-1] if self._callback is None else self._callback(*args)
 
     def end(self) -> None:
         """Call nothing any more."""
@@ -118,6 +117,22 @@ class ManagedNode(LifecycleNode):  # type: ignore[misc]
         if heard := self._until_gone.pop(subscription, None):
             heard.end()
         return bool(super().destroy_subscription(subscription))
+
+    def create_service(
+        self, kind: Any, name: str, callback: Callable[..., Any], *args: Any, **more: Any
+    ) -> Any:
+        """Offer a service as every node does, until it is destroyed: see ``_UntilGone``."""
+        asked = _UntilGone(callback)
+        made = super().create_service(kind, name, asked, *args, **more)
+        self._until_gone[made] = asked
+        return made
+
+    def destroy_service(self, service: Any) -> bool:
+        """Answer nobody any more, though the executor may try to with a request that it has taken."""
+        if asked := self._until_gone.pop(service, None):
+            asked.end()
+            service.send_response = lambda response, header: None
+        return bool(super().destroy_service(service))
 
     def has_publisher(self, topic: str) -> bool:
         """Return whether somebody speaks on a topic."""
