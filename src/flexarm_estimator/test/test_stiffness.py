@@ -24,6 +24,7 @@ from flexarm_estimator.filter import Belief, GuardedFilter
 from flexarm_estimator.settings import EstimatorConfig
 from flexarm_estimator.state.process import ProcessModel
 from flexarm_estimator.state.sensors import build_sensor_models
+from flexarm_estimator.state.stiffness import learned_modes
 from flexarm_estimator.steps.joint_step import JointStep, PreparedStep
 from flexarm_estimator.steps.stack import StackedSample, stack_rows
 from flexarm_estimator.steps.step_runner import make_runner
@@ -59,6 +60,37 @@ def test_the_slope_of_a_step_is_the_difference_of_steps_of_other_stiffness():
         np.testing.assert_allclose(found, difference, atol=1e-5 * abs(difference).max())
     assert not slope.of_x[9:].any()
     assert not slope.of_x[:, 9:].any()
+
+
+def blind_to(mode, model):
+    """Return the model with gauge and accelerometer beside the motion of a mode, but for rounding."""
+    outputs, rows = model.outputs, slice(0, 3)
+    C_pos, C_acc = outputs.C_pos.copy(), outputs.C_acc.copy()
+    for part in (C_pos, C_acc):
+        part[rows, 1 + mode] *= 1e-12
+    return replace(model, outputs=replace(outputs, C_pos=C_pos, C_acc=C_acc))
+
+
+def test_a_mode_that_no_sensor_sees_keeps_the_stiffness_of_the_description():
+    """Learned of the others, the stiffness made its tangent grow: an arm beside it was lost at rest."""
+    x = np.zeros(10)
+    x[1:4], x[9] = [0.01, 0.01, 0.01], -0.4
+    acceleration = {}
+    for name, model in (("seen", strip_model()), ("unseen", blind_to(1, strip_model()))):
+        process = ProcessModel(model, LEARNING)
+        acceleration[name] = process.learned[0] @ x
+    force = strip_model().M @ (acceleration["seen"] - acceleration["unseen"])[4:8]
+    assert np.flatnonzero(abs(force) > 1e-9 * abs(force).max()).tolist() == [2]
+
+
+@pytest.mark.parametrize(("unseen", "learned"), [([], [0, 1, 2]), ([1], [0, 2]), ([0, 1, 2], [0, 1, 2])])
+def test_what_is_learned_is_of_the_modes_that_are_seen_or_of_all_where_none_is(unseen, learned):
+    model = strip_model()
+    parts = {name: getattr(model.outputs, name).copy() for name in ("C_pos", "C_acc")}
+    for part in parts.values():
+        part[:3, [1 + mode for mode in unseen]] = 0.0  # encoder, gauge, accelerometer
+    blind = replace(model, outputs=replace(model.outputs, **parts))
+    assert learned_modes(blind, LEARNING).tolist() == learned
 
 
 def test_an_accelerometer_feels_the_softer_spring_and_a_gauge_does_not():

@@ -28,7 +28,7 @@ from flexarm_estimator.judging.reopening import Reopening, widen
 from flexarm_estimator.settings import EstimatorConfig
 from flexarm_estimator.state.sag import sag_sigma, with_sag
 from flexarm_estimator.state.state_layout import StateLayout
-from flexarm_estimator.state.stiffness import FAR, stiffness_sigma, with_stiffness
+from flexarm_estimator.state.stiffness import FAR, learned_modes, stiffness_sigma, with_stiffness
 from flexarm_estimator.steps.bilinear import Slope, tangent
 from flexarm_estimator.steps.taylor import ExponentialIntegrals, IntegralSlopes
 from flexarm_model.manipulator.sensor_spec import BiasSpec
@@ -154,7 +154,7 @@ def _modal_force(model: ReducedModel, config: EstimatorConfig) -> Array:
     coupling = np.abs(model.M[model.n_theta :, : model.n_theta]).sum(axis=1)
     excited = 2.0 * config.frequency_error * coupling * config.motion_acceleration
     force = np.asarray(np.hypot(excited, config.modal_force))
-    force[: config.stiffness_modes] *= config.stiffness_rest
+    force[learned_modes(model, config)] *= config.stiffness_rest
     return force
 
 

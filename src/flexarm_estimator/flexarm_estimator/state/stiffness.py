@@ -10,7 +10,8 @@ learned any more, and a payload is found out within a part of it. A body that is
 modes like one that is softer by it. What is not common to all of them is a share ``stiffness_rest`` of the
 force noise: a filter that takes the arm as described has to bear the whole error in every instant, and knows
 little of a deflection that no gauge tells it. Modes that turn far within a period of the filter are left out,
-the tangent of a step is wrong for them.
+the tangent of a step is wrong for them; so are those that no gauge and no inertial sensor sees, unless that
+is all of them: nothing would hold such a mode while p, learned of others, makes its tangent grow.
 """
 
 from __future__ import annotations
@@ -21,12 +22,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexarm_estimator.settings import EstimatorConfig
+from flexarm_model.manipulator.sensor_kinds import POSE_CHANNELS
 from flexarm_model.numeric.dense import block_diagonal
 from flexarm_model.served.reduced_model import ReducedModel
 from flexarm_model.served.state_space import StateSpace
 
 Array = NDArray[np.float64]
 FAR = 3.0  # sigmas; the error is held within
+ROUNDING = 1e-6  # share of the strongest mode in a row, at equal energy, from which on the row sees a mode
+
+
+def learned_modes(model: ReducedModel, config: EstimatorConfig) -> NDArray[np.intp]:
+    """Return which modes the learned error of stiffness is of, (n_p,)."""
+    slowest = np.arange(min(config.stiffness_modes, model.n_eta))
+    seen = slowest[_is_seen(model)[slowest]]
+    return seen if seen.size else slowest
 
 
 def with_stiffness(system: StateSpace, model: ReducedModel, config: EstimatorConfig) -> StateSpace:
@@ -37,16 +47,15 @@ def with_stiffness(system: StateSpace, model: ReducedModel, config: EstimatorCon
         model: Its served model.
         config: ``stiffness_modes``, ``stiffness_error``, ``stiffness_time`` and ``sag_modes``.
     """
-    count = min(config.stiffness_modes, model.n_eta)
-    if not count:
+    modes = learned_modes(model, config)
+    if not modes.size:
         return system
     n_x = system.n_x + 1
-    modes = np.arange(model.n_theta, model.n_theta + count)
     force = np.zeros((model.n, n_x))
-    force[modes, modes] = -(model.omega[:count] ** 2)
-    sagging = min(count, config.sag_modes)  # their springs are slack at the static deflection
-    rest = system.n_x - min(config.sag_modes, model.n_eta) + np.arange(sagging)
-    force[modes[:sagging], rest] = model.omega[:sagging] ** 2
+    force[model.n_theta + modes, model.n_theta + modes] = -(model.omega[modes] ** 2)
+    sagging = modes[modes < config.sag_modes]  # their springs are slack at the static deflection
+    rest = system.n_x - min(config.sag_modes, model.n_eta) + sagging
+    force[model.n_theta + sagging, rest] = model.omega[sagging] ** 2
     return replace(
         system,
         A=block_diagonal(system.A, np.array([[-1.0 / config.stiffness_time]])),
@@ -62,3 +71,12 @@ def stiffness_sigma(config: EstimatorConfig, model: ReducedModel) -> Array:
     """Return one sigma of the learned parameters at the start, (n_p,)."""
     is_learned = min(config.stiffness_modes, model.n_eta) > 0
     return np.full(int(is_learned), config.stiffness_error)
+
+
+def _is_seen(model: ReducedModel) -> NDArray[np.bool_]:
+    """Return whether a gauge or an inertial sensor sees a mode beyond rounding, (n_eta,)."""
+    outputs, modes = model.outputs, slice(model.n_theta, model.n)
+    rows = [i for i, name in enumerate(outputs.names) if name.rpartition(".")[2] not in POSE_CHANNELS]
+    parts = ((outputs.C_pos, 1.0), (outputs.C_vel, 1j * model.omega), (outputs.C_acc, -(model.omega**2)))
+    read = abs(sum(part[rows, modes] * s for part, s in parts)) / model.omega  # (n_y, n_eta), equal energy
+    return np.asarray((read > ROUNDING * read.max(axis=1, initial=0.0)[:, None]).any(axis=0))
