@@ -45,7 +45,8 @@ class Killed:
         self._watchdog.attach()
         self._watchdog.open_brakes()
         self.drives.open_brakes()
-        self._loads, self._follow = loads_of(linearize(rig.plant.tree)), PoseLoads(rig.plant.tree)
+        tree = rig.plant.tree
+        self._loads, self._follow = loads_of(tree, linearize(tree)), PoseLoads(tree)
         self._v = np.array(move) * [axis.velocity for axis in config.actuated.values()]
         self._theta = self.drives.own.theta
         self.closed: float | None = None
@@ -76,7 +77,7 @@ class Killed:
         v = self._v * min(1.0, t / RISE)
         self._theta = self._theta + v * dt
         push = RATE * (v - own.theta_dot) + RATE**2 / 4.0 * (self._theta - own.theta)
-        turning = self._loads.accelerating(list(push))
+        turning = self._loads.moving(list(push), [0.0] * len(push))
         return [h + tau for h, tau in zip(self._loads.holding_at(own.position), turning, strict=True)]
 
     @property

@@ -229,8 +229,8 @@ class Guard:
         self._braked += 1
         if self.mode == BRAKING and self._rest.is_full and not self._rest.judge():
             self.mode = STOPPED
-        turning = self._loads.accelerating([brake.acceleration(q, v) for brake, q, v in axes])
-        return [h + tau for h, tau in zip(self.holding, turning, strict=True)]
+        moving = self._loads.moving([brake.acceleration(q, v) for brake, q, v in axes], velocity)
+        return [h + tau for h, tau in zip(self.holding, moving, strict=True)]
 
     def _borne(self, holding: Sequence[float]) -> list[float]:
         """Return of a holding torque what the motors can bear."""

@@ -1,5 +1,6 @@
 """An arm of two axes for the guard's tests: a light one and a heavy one, nothing coupled, nothing to hold."""
 
+import math
 from dataclasses import replace
 
 from flexarm_controller.guard import Braking, Guard, GuardCommand, GuardLimits, GuardState, Loads
@@ -11,7 +12,9 @@ WEIGHTLESS = Loads(
     holding=(0.0, 0.0),
     stiffness=((0.0, 0.0), (0.0, 0.0)),
     inertia=((0.1, 0.0), (0.0, 0.5)),
+    turning=((0.0, 0.0, 0.0), (0.0, 0.0, 0.0)),
     reach=(0.4, 0.4),
+    fastest=(math.inf, math.inf),
 )
 LIMITS = GuardLimits(
     effort=(2.0, 5.0),

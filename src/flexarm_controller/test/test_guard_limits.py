@@ -73,14 +73,15 @@ def test_all_axes_may_brake_at_once(name):
     """Whatever the signs, at home and at the named poses; counting M_ii alone serial_6r asks twice that."""
     limits, tree = guarded(name), tree_of(name)
     for pose in (tree.config.home, *tree.config.poses.values()):
-        loads = loads_of(linearize(tree, np.array(pose)))
+        loads = loads_of(tree, linearize(tree, np.array(pose)))
         asked = abs(np.array(loads.inertia)) @ limits.braking.deceleration + abs(np.array(loads.holding))
         assert (asked <= np.array(limits.effort) * (1.0 + 1e-9)).all()  # rounding
 
 
 def loads_by_hand(inertia, holding):
     nothing = (0.0,) * len(holding)
-    return Loads(nothing, holding, (nothing,) * len(holding), inertia, nothing)
+    rows = (nothing,) * len(holding)
+    return Loads(nothing, holding, rows, inertia, turning=rows, reach=nothing, fastest=nothing)
 
 
 def test_axes_that_ask_too_much_of_a_motor_give_way_alike():
@@ -158,11 +159,11 @@ def test_a_gauge_that_the_arms_own_weight_strains_beyond_its_limit_keeps_the_gua
 def test_the_loads_of_an_arm_with_weight_are_those_of_its_gravity():
     """Lever arms by hand: links 2 and 3 stretched out level, springs rigid enough to neglect their sag."""
     tree = tree_of("variable_stiffness")
-    loads = loads_of(linearize(tree, np.array([0.0, 0.0, 0.0])))
+    loads = loads_of(tree, linearize(tree, np.array([0.0, 0.0, 0.0])))
     elbow = 0.14752 * 9.81 * (0.24 - 0.115)
     shoulder = elbow + 9.81 * (0.14752 * 0.29 + 0.215 * (0.29 - 0.133))
     np.testing.assert_allclose(loads.holding, [0.0, shoulder, elbow], rtol=0.01, atol=1e-9)
-    upright = loads_of(linearize(tree))
+    upright = loads_of(tree, linearize(tree))
     np.testing.assert_allclose(upright.holding, 0.0, atol=1e-9)
     assert upright.stiffness[1][1] == pytest.approx(-shoulder, rel=0.05)  # falls over
 

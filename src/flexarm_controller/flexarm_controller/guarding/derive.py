@@ -116,7 +116,7 @@ def guard_limits(config: ManipulatorConfig, tree: ReducedTree, settings: GuardSe
     home, limits = linearize(tree), limits_of(config)
     ramp = (1.0 + settings.braking_share) * limits.effort / limits.effort_rate
     reaction = (NOTICING + TAPER) * dt + ramp
-    loads = [loads_of(home), *_loads(tree, _ends(home, limits))]
+    loads = [loads_of(tree, home), *_loads(tree, _ends(home, limits))]
     own = _deceleration(home, loads, limits, settings.braking_share)
     a = np.minimum(own, limits.velocity / reaction)
     _refuse_weak(config, a)
@@ -143,7 +143,7 @@ def guard_limits(config: ManipulatorConfig, tree: ReducedTree, settings: GuardSe
         ranges=tuple(JointRange(*map(float, end)) for end in ends),
         velocity=_row(settings.velocity_margin * limits.velocity),
         strain=_row(settings.strain_margin * limits.strain),
-        energy=settings.energy_margin * _energy(home, limits),
+        energy=settings.energy_margin * _energy(home, loads[0].holding, limits),
         noise=_row(settings.position_noise * _encoder_sigma(config) + settings.velocity_offset * REST_TIME),
         velocity_delay=max(settings.velocity_delay, NOTICED * dt),
         changeover=settings.changeover,
@@ -232,17 +232,17 @@ def _loads(tree: ReducedTree, poses: Iterable[Array]) -> Iterator[Loads]:
     """Give the loads at poses, as far as the arm can be there."""
     for pose in poses:
         try:
-            yield loads_of(linearize(tree, pose))
+            yield loads_of(tree, linearize(tree, pose))
         except (PoseError, ClosureError):  # another axis ends the motion before
             continue
 
 
-def _energy(model: ReducedModel, limits: Limits) -> float:
+def _energy(model: ReducedModel, holding: Sequence[float], limits: Limits) -> float:
     """Return the energy that an arm within its velocity limits takes in 250 ms at most [J]; inf without."""
     m, v = model.n_theta, limits.velocity
     if not np.isfinite(v).all():
         return float("inf")  # the products would be 0 inf where nothing is coupled or nothing weighs
-    lost = abs(np.array(loads_of(model).holding)) @ v + v @ np.diag(np.diag(model.D)[:m]) @ v
+    lost = abs(np.array(holding)) @ v + v @ np.diag(np.diag(model.D)[:m]) @ v
     return float(v @ abs(model.M[:m, :m]) @ v / 2.0 + GuardLimits.energy_window * lost)
 
 

@@ -1,6 +1,6 @@
-"""What the arm asks of its motors near a pose: the torque that holds it, and its inertia.
+"""What the arm asks of its motors near a pose: the torque that holds it, turns it evenly and accelerates it.
 
-h(q) = holding + stiffness (q - pose)          tau = h + inertia a
+h(q) = holding + stiffness (q - pose)     c(v) = sum_j<=k turning_jk v_j v_k     tau = h + c + inertia a
 """
 
 from __future__ import annotations
@@ -21,20 +21,30 @@ class Loads:
         holding: Torque [N m] or force [N] that holds the arm there.
         stiffness: By how much it changes per position, row by row [N m/rad].
         inertia: Torque per acceleration, row by row [kg m^2] or [kg].
+        turning: Centripetal and Coriolis torque per product of two velocities, row by row, in the order
+            11, 12, .. 22, .. [kg m^2].
         reach: Distance from the pose up to which they are good [rad] or [m].
+        fastest: Velocity up to which they are good; inf for any [rad/s] or [m/s].
     """
 
     pose: Row
     holding: Row
     stiffness: tuple[Row, ...]
     inertia: tuple[Row, ...]
+    turning: tuple[Row, ...]
     reach: Row
+    fastest: Row
 
     def fits(self, axes: int) -> bool:
         """Tell whether these are finite loads of so many axes."""
-        square = len(self.stiffness) == len(self.inertia) == axes
+        square = len(self.stiffness) == len(self.inertia) == len(self.turning) == len(self.fastest) == axes
         rows = (self.pose, self.holding, self.reach, *self.stiffness, *self.inertia)
-        return square and all(len(row) == axes and all(map(math.isfinite, row)) for row in rows)
+        return (
+            square
+            and all(_is_finite(row, axes) for row in rows)
+            and all(_is_finite(row, axes * (axes + 1) // 2) for row in self.turning)
+            and not any(map(math.isnan, self.fastest))
+        )
 
     def holding_at(self, position: Sequence[float]) -> list[float]:
         """Return the holding torque at a position [N m] or [N]; an axis that tells none counts as there."""
@@ -42,14 +52,26 @@ class Loads:
         away = [_within(q - q_0, most) for q, q_0, most in zip(known, self.pose, self.reach, strict=True)]
         return [h + product(row, away) for h, row in zip(self.holding, self.stiffness, strict=True)]
 
-    def accelerating(self, acceleration: Sequence[float]) -> list[float]:
-        """Return the torque that accelerates the arm [N m] or [N]."""
-        return [product(row, acceleration) for row in self.inertia]
+    def moving(self, acceleration: Sequence[float], velocity: Sequence[float]) -> list[float]:
+        """Return the torque that the motion takes [N m] or [N].
+
+        Args:
+            acceleration: That is wanted [rad/s^2] or [m/s^2].
+            velocity: That is told [rad/s] or [m/s]; what is not a number turns nothing.
+        """
+        known = [_within(v, most) for v, most in zip(velocity, self.fastest, strict=True)]
+        pairs = [v * w for j, v in enumerate(known) for w in known[j:]]
+        turned = [_within(product(row, pairs), math.inf) for row in self.turning]
+        return [c + product(row, acceleration) for c, row in zip(turned, self.inertia, strict=True)]
 
 
 def product(row: Sequence[float], column: Sequence[float]) -> float:
     """Return the scalar product."""
     return sum([a * b for a, b in zip(row, column, strict=True)])
+
+
+def _is_finite(row: Row, length: int) -> bool:
+    return len(row) == length and all(map(math.isfinite, row))
 
 
 def _within(value: float, most: float) -> float:

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexarm_controller.guarding.loads import Loads
+from flexarm_controller.guarding.turning_loads import turning_loads
 from flexarm_controller.program.equilibrium import build_equilibrium
 from flexarm_model.served.linearize import PoseError, linearize
 from flexarm_model.served.reduced_model import ReducedModel
@@ -19,13 +20,20 @@ NEAR = {"t": 0.01, "r": 0.09}  # m or rad from the pose up to which no new loads
 REACH = 2.0  # times as far the last ones are good meanwhile
 
 
-def loads_of(model: ReducedModel) -> Loads:
-    """Return the loads of a served model, modes at rest."""
+def loads_of(tree: ReducedTree, model: ReducedModel) -> Loads:
+    """Return the loads of what is served of a tree, modes at rest."""
     m, rest = model.n_theta, build_equilibrium(model)
     stiffness = rest.U[:, :m]
     holding = rest.u_0 + stiffness @ model.pose
-    reach = REACH * _near(model.theta_names)
-    return Loads(_row(model.pose), _row(holding), _rows(stiffness), _rows(model.M[:m, :m]), _row(reach))
+    return Loads(
+        pose=_row(model.pose),
+        holding=_row(holding),
+        stiffness=_rows(stiffness),
+        inertia=_rows(model.M[:m, :m]),
+        turning=_rows(turning_loads(tree, model)),
+        reach=_row(REACH * _near(model.theta_names)),
+        fastest=tuple(axis.velocity for axis in tree.config.actuated.values()),
+    )
 
 
 class PoseLoads:
@@ -54,7 +62,7 @@ class PoseLoads:
             return None
         self._pose = pose.tolist()
         try:
-            return loads_of(linearize(self._tree, pose))
+            return loads_of(self._tree, linearize(self._tree, pose))
         except (PoseError, ClosureError):
             return None
 

@@ -1,0 +1,102 @@
+"""What turning asks of motors beside acceleration: a rigid arm of two links, in closed form."""
+
+import math
+from dataclasses import replace
+
+import pytest
+from guarded_arm import LIMITS, TOKEN, WEIGHTLESS
+
+from flexarm_controller.guard import STOPPED, Guard, GuardState
+
+PERIOD = LIMITS.period
+QUICK = replace(LIMITS, effort=(200.0, 50.0), effort_rate=(1e6, 1e6))
+BENT = math.pi / 2.0  # rad of the elbow, where the shoulder's turning pulls at it most
+
+
+def two_links(elbow, turns=True):
+    """Return the loads of two rods of 1 kg and 1 m with the elbow there; also as if turning asked nothing."""
+    c, s = math.cos(elbow), math.sin(elbow)
+    far = 1.0 / 3.0 + c / 2.0
+    turning = ((0.0, -s, -s / 2.0), (s / 2.0, 0.0, 0.0))  # of v1 v1, v1 v2, v2 v2
+    return replace(
+        WEIGHTLESS,
+        pose=(0.0, elbow),
+        inertia=((5.0 / 3.0 + c, far), (far, 1.0 / 3.0)),
+        turning=turning if turns else ((0.0,) * 3,) * 2,
+    )
+
+
+def stopped_arm(v, turns=True):
+    """Stop it with the elbow bent; return where shoulder and elbow went [rad], (k, 2)."""
+    guard, q, way = Guard(QUICK), [0.0, BENT], []
+    assert guard.arm(0.0, TOKEN)
+    guard.stop("test")
+    for k in range(500):
+        guard.carry(two_links(q[1], turns))
+        tau = guard.step(None, GuardState(tuple(v), tuple(q)), k * PERIOD)
+        for _ in range(50):
+            arm, dt = two_links(q[1]), PERIOD / 50.0
+            push = [t - c for t, c in zip(tau, arm.moving((0.0, 0.0), v), strict=True)]
+            (m, far), (_, own) = arm.inertia
+            det = m * own - far * far
+            a = ((own * push[0] - far * push[1]) / det, (m * push[1] - far * push[0]) / det)
+            v = [speed + dt * gain for speed, gain in zip(v, a, strict=True)]
+            q = [at + dt * speed for at, speed in zip(q, v, strict=True)]
+        way.append((q[0], q[1] - BENT))
+        if guard.mode == STOPPED:
+            break
+    assert guard.mode == STOPPED
+    return way
+
+
+@pytest.mark.parametrize("v", [3.0, -3.0])
+def test_an_elbow_at_rest_is_not_thrown_out_while_the_shoulder_stops(v):
+    """4.5 N m pull at it first, which its holding alone would answer by 8.3 N m/rad."""
+    assert max(abs(elbow) for _, elbow in stopped_arm((v, 0.0))) < 0.05
+    assert max(abs(elbow) for _, elbow in stopped_arm((v, 0.0), turns=False)) > 0.2
+
+
+@pytest.mark.parametrize("v", [(3.0, 1.5), (-3.0, -1.5), (2.0, -2.0)])
+def test_axes_that_turn_each_other_stop_within_their_ways(v):
+    way = stopped_arm(v)
+    for axis, (speed, a) in enumerate(zip(v, QUICK.braking.deceleration, strict=True)):
+        onward = max(math.copysign(1.0, speed) * step[axis] for step in way)
+        assert onward < 1.05 * speed**2 / (2.0 * a)
+
+
+TURNED = replace(two_links(BENT), fastest=(4.0, math.inf))
+
+
+@pytest.mark.parametrize(
+    ("v", "turned"),
+    [
+        ((3.0, 2.0), (-8.0, 4.5)),  # -1 v1 v2 - 0.5 v2 v2, 0.5 v1 v1
+        ((-3.0, 2.0), (4.0, 4.5)),
+        ((9.0, 2.0), (-10.0, 8.0)),  # no more than at 4 rad/s
+        ((math.inf, 2.0), (-10.0, 8.0)),
+        ((math.nan, 2.0), (-2.0, 0.0)),
+        ((0.0, 1e308), (-math.inf, 0.0)),  # an axis without a velocity limit; the motors' limits cut it
+    ],
+)
+def test_a_velocity_that_cannot_be_true_asks_for_no_more_than_the_fastest_that_can(v, turned):
+    assert TURNED.moving((0.0, 0.0), v) == pytest.approx(turned)
+
+
+def test_what_is_no_number_asks_for_nothing():
+    """inf - inf of products beyond all numbers."""
+    endless = replace(TURNED, fastest=(math.inf, math.inf), turning=((0.0, 1.0, 1.0), (1.0, 1.0, 1.0)))
+    assert endless.moving((0.0, 0.0), (1e308, -1e308)) == [0.0, 0.0]
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        {"turning": ((0.0, 0.0), (0.0, 0.0))},
+        {"turning": ((0.0, 0.0, 0.0),)},
+        {"turning": ((0.0, 0.0, 0.0), (0.0, 0.0, math.nan))},
+        {"fastest": (1.0,)},
+        {"fastest": (1.0, math.nan)},
+    ],
+)
+def test_turning_loads_of_another_arm_are_not_taken(wrong):
+    assert TURNED.fits(2) and not replace(TURNED, **wrong).fits(2)
