@@ -13,6 +13,7 @@ WEIGHTLESS = Loads(
     stiffness=((0.0, 0.0), (0.0, 0.0)),
     inertia=((0.1, 0.0), (0.0, 0.5)),
     turning=((0.0, 0.0, 0.0), (0.0, 0.0, 0.0)),
+    slowing=((0.0, 0.0), (0.0, 0.0)),
     reach=(0.4, 0.4),
     fastest=(math.inf, math.inf),
 )

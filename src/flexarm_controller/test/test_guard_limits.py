@@ -81,7 +81,7 @@ def test_all_axes_may_brake_at_once(name):
 def loads_by_hand(inertia, holding):
     nothing = (0.0,) * len(holding)
     rows = (nothing,) * len(holding)
-    return Loads(nothing, holding, rows, inertia, turning=rows, reach=nothing, fastest=nothing)
+    return Loads(nothing, holding, rows, inertia, turning=rows, slowing=rows, reach=nothing, fastest=nothing)
 
 
 def test_axes_that_ask_too_much_of_a_motor_give_way_alike():

@@ -1,4 +1,4 @@
-"""What turning asks of motors beside acceleration: a rigid arm of two links, in closed form."""
+"""What motion asks of motors beside acceleration: a rigid arm of two links, in closed form."""
 
 import math
 from dataclasses import replace
@@ -13,8 +13,14 @@ QUICK = replace(LIMITS, effort=(200.0, 50.0), effort_rate=(1e6, 1e6))
 BENT = math.pi / 2.0  # rad of the elbow, where the shoulder's turning pulls at it most
 
 
-def two_links(elbow, turns=True):
-    """Return the loads of two rods of 1 kg and 1 m with the elbow there; also as if turning asked nothing."""
+def two_links(elbow, turns=True, friction=0.0):
+    """Return the loads of two rods of 1 kg and 1 m with the elbow there; also as if turning asked nothing.
+
+    Args:
+        elbow: Its angle [rad].
+        turns: Whether centripetal and Coriolis loads are counted.
+        friction: Of the shoulder [N m s/rad].
+    """
     c, s = math.cos(elbow), math.sin(elbow)
     far = 1.0 / 3.0 + c / 2.0
     turning = ((0.0, -s, -s / 2.0), (s / 2.0, 0.0, 0.0))  # of v1 v1, v1 v2, v2 v2
@@ -23,20 +29,28 @@ def two_links(elbow, turns=True):
         pose=(0.0, elbow),
         inertia=((5.0 / 3.0 + c, far), (far, 1.0 / 3.0)),
         turning=turning if turns else ((0.0,) * 3,) * 2,
+        slowing=((0.0, 0.0), (-far * friction / (5.0 / 3.0 + c), 0.0)),
     )
 
 
-def stopped_arm(v, turns=True):
-    """Stop it with the elbow bent; return where shoulder and elbow went [rad], (k, 2)."""
+def stopped_arm(v, rubbed=0.0, **known):
+    """Stop it with the elbow bent; return where shoulder and elbow went [rad], (k, 2).
+
+    Args:
+        v: Velocities [rad/s].
+        rubbed: Friction of its shoulder [N m s/rad].
+        known: What the guard knows of it.
+    """
     guard, q, way = Guard(QUICK), [0.0, BENT], []
     assert guard.arm(0.0, TOKEN)
     guard.stop("test")
     for k in range(500):
-        guard.carry(two_links(q[1], turns))
+        guard.carry(two_links(q[1], **known))
         tau = guard.step(None, GuardState(tuple(v), tuple(q)), k * PERIOD)
         for _ in range(50):
             arm, dt = two_links(q[1]), PERIOD / 50.0
             push = [t - c for t, c in zip(tau, arm.moving((0.0, 0.0), v), strict=True)]
+            push[0] -= rubbed * v[0]
             (m, far), (_, own) = arm.inertia
             det = m * own - far * far
             a = ((own * push[0] - far * push[1]) / det, (m * push[1] - far * push[0]) / det)
@@ -52,8 +66,15 @@ def stopped_arm(v, turns=True):
 @pytest.mark.parametrize("v", [3.0, -3.0])
 def test_an_elbow_at_rest_is_not_thrown_out_while_the_shoulder_stops(v):
     """4.5 N m pull at it first, which its holding alone would answer by 8.3 N m/rad."""
-    assert max(abs(elbow) for _, elbow in stopped_arm((v, 0.0))) < 0.05
+    assert max(abs(elbow) for _, elbow in stopped_arm((v, 0.0))) < 0.01
     assert max(abs(elbow) for _, elbow in stopped_arm((v, 0.0), turns=False)) > 0.2
+
+
+@pytest.mark.parametrize("v", [3.0, -3.0])
+def test_an_elbow_at_rest_is_not_thrown_out_as_friction_brakes_the_shoulder_too(v):
+    friction = 10.0
+    assert max(abs(elbow) for _, elbow in stopped_arm((v, 0.0), friction, friction=friction)) < 0.01
+    assert max(abs(elbow) for _, elbow in stopped_arm((v, 0.0), friction)) > 0.1
 
 
 @pytest.mark.parametrize("v", [(3.0, 1.5), (-3.0, -1.5), (2.0, -2.0)])
@@ -94,6 +115,8 @@ def test_what_is_no_number_asks_for_nothing():
         {"turning": ((0.0, 0.0), (0.0, 0.0))},
         {"turning": ((0.0, 0.0, 0.0),)},
         {"turning": ((0.0, 0.0, 0.0), (0.0, 0.0, math.nan))},
+        {"slowing": ((0.0, 0.0),)},
+        {"slowing": ((0.0, 0.0), (0.0, math.inf))},
         {"fastest": (1.0,)},
         {"fastest": (1.0, math.nan)},
     ],

@@ -1,6 +1,11 @@
 """What the arm asks of its motors near a pose: the torque that holds it, turns it evenly and accelerates it.
 
-h(q) = holding + stiffness (q - pose)     c(v) = sum_j<=k turning_jk v_j v_k     tau = h + c + inertia a
+h(q) = holding + stiffness (q - pose)     c(v) = sum_j<=k turning_jk v_j v_k
+tau = h + c + slowing v + inertia a
+
+Friction D brakes the axes, too, so that each slows by ``D_jj v_j / M_jj`` more than a, which pulls at the
+others: ``slowing = D - M diag(D_jj / M_jj)`` keeps them out of that.
+No axis is pushed against its own friction.
 """
 
 from __future__ import annotations
@@ -23,6 +28,7 @@ class Loads:
         inertia: Torque per acceleration, row by row [kg m^2] or [kg].
         turning: Centripetal and Coriolis torque per product of two velocities, row by row, in the order
             11, 12, .. 22, .. [kg m^2].
+        slowing: Torque per velocity of another axis that friction brakes, row by row [N m s/rad].
         reach: Distance from the pose up to which they are good [rad] or [m].
         fastest: Velocity up to which they are good; inf for any [rad/s] or [m/s].
     """
@@ -32,13 +38,15 @@ class Loads:
     stiffness: tuple[Row, ...]
     inertia: tuple[Row, ...]
     turning: tuple[Row, ...]
+    slowing: tuple[Row, ...]
     reach: Row
     fastest: Row
 
     def fits(self, axes: int) -> bool:
         """Tell whether these are finite loads of so many axes."""
-        square = len(self.stiffness) == len(self.inertia) == len(self.turning) == len(self.fastest) == axes
-        rows = (self.pose, self.holding, self.reach, *self.stiffness, *self.inertia)
+        tables = (self.stiffness, self.inertia, self.slowing, self.turning)
+        square = all(len(table) == axes for table in (*tables, self.fastest))
+        rows = (self.pose, self.holding, self.reach, *self.stiffness, *self.inertia, *self.slowing)
         return (
             square
             and all(_is_finite(row, axes) for row in rows)
@@ -61,8 +69,11 @@ class Loads:
         """
         known = [_within(v, most) for v, most in zip(velocity, self.fastest, strict=True)]
         pairs = [v * w for j, v in enumerate(known) for w in known[j:]]
-        turned = [_within(product(row, pairs), math.inf) for row in self.turning]
-        return [c + product(row, acceleration) for c, row in zip(turned, self.inertia, strict=True)]
+        even = [
+            _within(product(turning, pairs) + product(slowing, known), math.inf)
+            for turning, slowing in zip(self.turning, self.slowing, strict=True)
+        ]
+        return [c + product(row, acceleration) for c, row in zip(even, self.inertia, strict=True)]
 
 
 def product(row: Sequence[float], column: Sequence[float]) -> float:

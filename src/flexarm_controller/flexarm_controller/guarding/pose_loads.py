@@ -23,14 +23,16 @@ REACH = 2.0  # times as far the last ones are good meanwhile
 def loads_of(tree: ReducedTree, model: ReducedModel) -> Loads:
     """Return the loads of what is served of a tree, modes at rest."""
     m, rest = model.n_theta, build_equilibrium(model)
+    M, D = model.M[:m, :m], model.D[:m, :m]
     stiffness = rest.U[:, :m]
     holding = rest.u_0 + stiffness @ model.pose
     return Loads(
         pose=_row(model.pose),
         holding=_row(holding),
         stiffness=_rows(stiffness),
-        inertia=_rows(model.M[:m, :m]),
+        inertia=_rows(M),
         turning=_rows(turning_loads(tree, model)),
+        slowing=_rows(D - M * (np.diag(D) / np.diag(M))),
         reach=_row(REACH * _near(model.theta_names)),
         fastest=tuple(axis.velocity for axis in tree.config.actuated.values()),
     )
