@@ -75,8 +75,9 @@ def stiffness_sigma(config: EstimatorConfig, model: ReducedModel) -> Array:
 
 def _is_seen(model: ReducedModel) -> NDArray[np.bool_]:
     """Return whether a gauge or an inertial sensor sees a mode beyond rounding, (n_eta,)."""
-    outputs, modes = model.outputs, slice(model.n_theta, model.n)
+    outputs, omega = model.outputs, model.omega
     rows = [i for i, name in enumerate(outputs.names) if name.rpartition(".")[2] not in POSE_CHANNELS]
-    parts = ((outputs.C_pos, 1.0), (outputs.C_vel, 1j * model.omega), (outputs.C_acc, -(model.omega**2)))
-    read = abs(sum(part[rows, modes] * s for part, s in parts)) / model.omega  # (n_y, n_eta), equal energy
+    parts = (outputs.C_pos, outputs.C_vel, outputs.C_acc)
+    pos, vel, acc = (part[rows, model.n_theta : model.n] for part in parts)  # (n_y, n_eta) each
+    read = abs(pos + 1j * omega * vel - omega**2 * acc) / omega  # at equal energy
     return np.asarray((read > ROUNDING * read.max(axis=1, initial=0.0)[:, None]).any(axis=0))
