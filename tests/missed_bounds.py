@@ -13,8 +13,8 @@ _CAMERA = (
 )
 
 _THROWN = (
-    "the farthest of 336 axes goes 1.58 times the way of a stop (1.05): springs wound up by motors at their "
-    "limits throw axes on, and what holds an axis leaves out centripetal loads (docs/guard.md, Measured)"
+    "one of 351 axes goes 1.15 times the way of a stop (1.05): motors that push at their limits when the "
+    "controller hangs turn round too late for it (docs/guard.md, Measured)"
 )
 _LATE = (
     "e0 is 17 um, so 2 e0 is less than the 50 um of one frame of the camera; a new estimator is back within "
