@@ -30,6 +30,7 @@ from flexarm_controller.told_state import SentState, ToldState
 from flexarm_model.conversions import ModelMessageError, model_from_msg, stamp_to_ns
 from flexarm_model.manipulator.description import ManipulatorConfig
 from flexarm_model.served.pending_models import PendingModels
+from flexarm_model.served.same_arm import foreign_model
 
 REFUSED = "reference refused: "
 LATE = 0.2  # s that a reference may have begun before it comes
@@ -105,14 +106,9 @@ class ControllerExchange:
         try:
             model = model_from_msg(msg)
         except ModelMessageError as error:
-            return self._refuse_model(msg, str(error))
-        if model.config_id != self._config.config_id:
-            return self._refuse_model(
-                msg,
-                f"model of '{model.manipulator}' has config {model.config_id}, the controller loaded "
-                f"{self._config.config_id} (preset '{self._config.preset}'): "
-                "start both with the same file and preset",
-            )
+            return self._refuse_model(msg, f"model refused: {error}")
+        if foreign := foreign_model(model, self._config, "the controller"):
+            return self._refuse_model(msg, foreign)
         self.model_fault, stamp_ns = "", stamp_to_ns(msg.header.stamp)
         try:
             if self.controller is None:
@@ -123,7 +119,7 @@ class ControllerExchange:
                 self._pending.add(stamp_ns, self.controller.prepare(model))
                 self._foresee()
         except (KeyError, ValueError) as error:  # no law can be made of it
-            return self._refuse_model(msg, str(error))
+            return self._refuse_model(msg, f"model refused: {error}")
         self._pending.note(stamp_ns, model.model_id)
         return []
 
@@ -232,8 +228,8 @@ class ControllerExchange:
         return (remark,) if remark else ()
 
     def _refuse_model(self, msg: Any, reason: str) -> list[Outgoing]:
-        self.model_fault = f"model refused: {reason}"
-        return self._notice(self.model_fault, stamp_to_ns(msg.header.stamp))
+        self.model_fault = reason
+        return self._notice(reason, stamp_to_ns(msg.header.stamp))
 
     def _send_nothing(self, stamp_ns: int, reason: str) -> list[Outgoing]:
         self.answer = Answer(stamp_ns, "inactive", reason, None, *self._counts)

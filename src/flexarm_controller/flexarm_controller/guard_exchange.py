@@ -17,6 +17,7 @@ from flexarm_controller.guarding.strain_gauges import StrainGauges
 from flexarm_model.conversions import NS_PER_S, stamp_to_ns
 from flexarm_model.manipulator.description import ManipulatorConfig
 from flexarm_model.served.pending_models import PendingModels
+from flexarm_model.served.same_arm import foreign_model
 from flexarm_model.tree.reduced_tree import ReducedTree
 
 LAST_NS = (2**31 - 1) * NS_PER_S  # an answer to a stamp beyond could not be written
@@ -80,14 +81,10 @@ class GuardExchange:
 
     def on_model(self, msg: Any) -> None:
         """Take a model of the same description, to be served from its stamp on; refuse another by name."""
-        if msg.config_id != self._config.config_id:
-            self.model_fault = (
-                f"model refused: model of '{msg.manipulator}' has config {msg.config_id}, the guard loaded "
-                f"{self._config.config_id} (preset '{self._config.preset}'): "
-                "start both with the same file and preset"
-            )
+        self.model_fault = foreign_model(msg, self._config, "the guard")
+        if self.model_fault:
             return
-        self.model_fault, stamp_ns = "", stamp_to_ns(msg.header.stamp)
+        stamp_ns = stamp_to_ns(msg.header.stamp)
         self._models.add(stamp_ns, msg.model_id)
         self._models.note(stamp_ns, msg.model_id)
 

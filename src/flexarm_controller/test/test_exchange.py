@@ -406,5 +406,12 @@ def test_a_model_of_which_no_law_can_be_made_is_refused_and_the_one_before_goes_
     assert exchange.controller.model.model_id == model.model_id
 
 
+def test_a_model_of_other_axes_is_refused_under_the_same_description(exchange, model):
+    """It was taken: its commands fitted nobody, and the guard stayed armed."""
+    exchange.on_model(model_to_msg(model))
+    said = exchange.on_model(model_to_msg(replace(model, theta_names=("x.rz",)), 7))
+    assert said[-1].msg.reason == "model refused: its axes are x.rz, those of the controller base.rz"
+
+
 def _no_law(model):
     raise np.linalg.LinAlgError("Singular matrix")

@@ -233,7 +233,7 @@ def test_a_gauge_beyond_its_limit_stops_the_arm():
 def test_a_model_is_served_from_its_stamp_on_and_one_of_another_arm_is_refused():
     exchange = armed()
     for k, name in enumerate(("first", "second")):
-        msg = ReducedModel(config_id=arm().config_id, model_id=name)
+        msg = ReducedModel(config_id=arm().config_id, model_id=name, theta_names=list(arm().actuated))
         msg.header.stamp = ns_to_stamp(EPOCH_NS + 10 * k * T_NS)
         exchange.on_model(msg)
     assert exchange.receipt.startswith("2 models") and not exchange.model_fault
@@ -246,6 +246,8 @@ def test_a_model_is_served_from_its_stamp_on_and_one_of_another_arm_is_refused()
     assert exchange.guard.model_id == "second"
     exchange.on_model(ReducedModel(config_id="x", manipulator="that", model_id="third"))
     assert exchange.model_fault.startswith("model refused: model of 'that' has config x")
+    exchange.on_model(ReducedModel(config_id=arm().config_id, model_id="third", theta_names=["x.rz"]))
+    assert exchange.model_fault == "model refused: its axes are x.rz, those of the guard base.rz"
 
 
 def test_commands_before_the_first_state_do_not_matter():

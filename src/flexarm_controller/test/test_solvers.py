@@ -155,3 +155,9 @@ def test_bad_data_reach_the_inner_solver_and_its_refusal():
         np.full(N, np.nan), -np.ones(M), np.ones(M), None
     )
     assert isinstance(result, QpResult) and not result.solved
+
+
+def test_a_program_that_osqp_cannot_factor_is_refused_as_any_wrong_value():
+    """Its own exception is no ValueError: a model with absurd outputs ended the controller."""
+    with pytest.raises(ValueError, match="OSQP cannot factor the quadratic program"):
+        OsqpSolver(-np.eye(N), np.ones((M, N)), 1e-6, 100)

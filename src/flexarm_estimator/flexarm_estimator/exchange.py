@@ -26,6 +26,7 @@ from flexarm_model.conversions import NS_PER_S, ModelMessageError, model_from_ms
 from flexarm_model.manipulator.description import ManipulatorConfig
 from flexarm_model.served.pending_models import PendingModels
 from flexarm_model.served.reduced_model import ReducedModel
+from flexarm_model.served.same_arm import foreign_model
 from flexarm_model.tree.reduced_tree import ReducedTree
 
 Array = NDArray[np.float64]
@@ -96,14 +97,9 @@ class EstimatorExchange:
         except ModelMessageError as error:
             self.model_fault = f"model refused: {error}"
             return []
-        if model.config_id != self._config.config_id:
-            self.model_fault = (
-                f"model refused: model of '{model.manipulator}' has config {model.config_id}, "
-                f"the estimator loaded {self._config.config_id} (preset '{self._config.preset}'): "
-                "start both with the same file and preset"
-            )
+        self.model_fault = foreign_model(model, self._config, "the estimator")
+        if self.model_fault:
             return []
-        self.model_fault = ""
         self._take(model, stamp_to_ns(msg.header.stamp))
         return []
 

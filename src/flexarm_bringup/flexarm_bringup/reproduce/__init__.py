@@ -7,6 +7,7 @@
   flexarm reproduce 004                 the arm with variable-stiffness links: poses, matrices, filmed moves
   flexarm reproduce 002 --html a.html   the same with plots
   flexarm reproduce all --html a.html   all of them, as a-000.html, a-001.html, ...
+  flexarm reproduce all --json -        all of them in one object, by number
 
 The published numbers are the input; what is recomputed, fitted or assumed is said beside each.
 The exit code is 1 when one of the bounds at the end is missed.
@@ -15,7 +16,9 @@ The exit code is 1 when one of the bounds at the end is missed.
 from __future__ import annotations
 
 import argparse
+import contextlib
 import importlib
+import json
 import sys
 from pathlib import Path
 
@@ -52,11 +55,12 @@ def run(args: argparse.Namespace) -> int:
     if args.seed != ALL:
         return publish(compare(args.seed, figures), args)
     pages = compare_all(figures)
-    code = 0
-    for seed, page in pages.items():
-        own = argparse.Namespace(json=_own(args.json, seed), html=_own(args.html, seed))
-        code = max(code, publish(page, own))
-    print(_summary(pages).to_text(), file=sys.stderr if STDOUT in (args.json, args.html) else sys.stdout)
+    if args.json == STDOUT:
+        print(json.dumps({seed: page.to_json() for seed, page in pages.items()}, indent=1, allow_nan=False))
+    aside = sys.stderr if STDOUT in (args.json, args.html) else sys.stdout
+    with contextlib.redirect_stdout(aside if args.json == STDOUT else sys.stdout):
+        code = max(publish(page, _own_files(args, seed)) for seed, page in pages.items())
+    print(_summary(pages).to_text(), file=aside)
     return code
 
 
@@ -86,6 +90,12 @@ def _summary(pages: dict[str, Page]) -> Table:
     ]
     columns = [Column("seed"), Column("paper"), Column("bounds met", "d"), Column("of", "d")]
     return Table("All papers", columns, rows)
+
+
+def _own_files(args: argparse.Namespace, seed: str) -> argparse.Namespace:
+    """Return where the page of one of several papers is written; JSON for the standard output is there."""
+    json_file = None if args.json == STDOUT else _own(args.json, seed)
+    return argparse.Namespace(json=json_file, html=_own(args.html, seed))
 
 
 def _own(path: Path | None, seed: str) -> Path | None:

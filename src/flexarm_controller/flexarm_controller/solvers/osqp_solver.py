@@ -40,6 +40,9 @@ class OsqpSolver:
             A: Constraints, (m, n).
             tolerance: Of the residuals of the scaled problem [1].
             max_iterations: Cap of each stage [1].
+
+        Raises:
+            ValueError: OSQP cannot factor it; says why.
         """
         self._P, self._A, self._tolerance = P, A, tolerance
         self._max_iterations = max_iterations
@@ -87,7 +90,10 @@ class OsqpSolver:
 
     def _build(self) -> None:
         self._solver, bound = osqp.OSQP(algebra="builtin"), np.ones(self._A.shape[0])
-        self._solver.setup(
-            sparse.csc_matrix(np.triu(self._P)), self._zero, sparse.csc_matrix(self._A), -bound, bound,
-            max_iter=self._max_iterations, verbose=False, check_termination=5, adaptive_rho_interval=25,
-        )  # fmt: skip
+        try:
+            self._solver.setup(
+                sparse.csc_matrix(np.triu(self._P)), self._zero, sparse.csc_matrix(self._A), -bound, bound,
+                max_iter=self._max_iterations, verbose=False, check_termination=5, adaptive_rho_interval=25,
+            )  # fmt: skip
+        except osqp.OSQPException as error:
+            raise ValueError(f"OSQP cannot factor the quadratic program (error {error})") from error
