@@ -78,9 +78,11 @@ def real_command(k: int, token: int = TOKEN) -> JointCommand:
 
 def armed() -> GuardExchange:
     """Return a guard that has served its model and been armed."""
-    exchange = GuardExchange(arm()[0], GuardSettings(), None)
+    config, *_ = arm()
+    exchange = GuardExchange(config, GuardSettings(), None)
     exchange.on_drive_states(state(0))
-    served = ReducedModel(config_id=arm()[0].config_id, model_id="served")
+    axes = list(config.actuated)
+    served = ReducedModel(config_id=config.config_id, model_id="served", theta_names=axes)
     served.header.stamp = state(0).header.stamp
     exchange.on_model(served)
     exchange.answer()
