@@ -33,6 +33,7 @@ def turning_loads(tree: ReducedTree, model: ReducedModel) -> Array:
     T = model.Phi[:, : model.n_theta]
 
     def load(v: Array) -> Array:
+        """Return the torque that constant velocities take beyond rest and friction, (n_theta,)."""
         rates = T @ v
         force = _bias(tree, model.q0, rates) - at_rest - tree.D @ rates
         return np.asarray(T.T @ (force + M @ _closing(tree, model.q0, rates)))
