@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from flexarm_controller.damping import JointDamping
 from flexarm_controller.firm_mpc import FirmMpc, Soft
 from flexarm_controller.joint_pd import JointPd
+from flexarm_controller.learned.learning import Learning
 from flexarm_controller.learning_mpc import LearningMpc
 from flexarm_controller.limits import Limits
 from flexarm_controller.local_law import LocalLaw
@@ -115,6 +116,11 @@ class LawInputs:
             return None
         return Foresight(ReducedTree(self.arm), self.limits, self.mpc, self.config.period)
 
+    @cached_property
+    def learning(self) -> Learning:
+        """What the laws learn of the arm, which does not hang on the model."""
+        return Learning(self.limits.effort.size, self.mpc, self.config.period)
+
     def stage_of(self, model: ReducedModel) -> Stage:
         """Return what the program takes from a model; that of the newest is kept for its other laws."""
         if model.model_id not in self._stages:
@@ -138,7 +144,7 @@ def build_mpc(model: ReducedModel, given: LawInputs) -> Planner:
     if given.foresight is not None:
         soft = MovingMpc(*arguments, given.foresight)
     elif mpc.stiffness_step or mpc.inertia_step:
-        soft = LearningMpc(*arguments)
+        soft = LearningMpc(*arguments, given.learning)
     else:
         soft = Mpc(*arguments, given.stage_of(model))
     return FirmMpc(soft, *arguments) if mpc.firm_time else soft

@@ -3,7 +3,8 @@
 The estimator learns how stiff the modes are and tells it with the state; how heavy the axes are follows from
 the torque that it cannot explain. Both are rounded to steps, and every pair of steps has a program of its
 own, made once, when the torque of a period is on its way, for the next one. Torque and its rate carry over,
-so a change is no jump.
+so a change is no jump; what was learned carries over from model to model, so a law made for where the pose
+moves is from its first step on the law of the arm that was found.
 """
 
 from __future__ import annotations
@@ -13,9 +14,8 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from flexarm_controller.learned.axis_inertia import AxisInertia
 from flexarm_controller.learned.learned_model import with_learned
-from flexarm_controller.learned.steps import follow_steps
+from flexarm_controller.learned.learning import Learning, Steps
 from flexarm_controller.limits import Limits
 from flexarm_controller.mpc import Mpc, Plan
 from flexarm_controller.reference import Reference
@@ -24,20 +24,20 @@ from flexarm_controller.state import ArmState
 from flexarm_model.served.reduced_model import ReducedModel
 
 Array = NDArray[np.float64]
-Steps = tuple[tuple[int, ...], tuple[int, ...]]  # of stiffness and of inertia; none before the first state
 KEPT = 10  # programs of 0.3 MB; the one not used for longest gives way
 
 
 class LearningMpc:
     """The predictive controller of one model, and of what the arm turns out to be."""
 
-    def __init__(self, model: ReducedModel, limits: Limits, config: MpcConfig, dt: float) -> None:
-        """Build the program of ``model`` for control period ``dt`` [s], with nothing learned."""
+    def __init__(  # noqa: PLR0913, the four that every law is built from, and what was learned
+        self, model: ReducedModel, limits: Limits, config: MpcConfig, dt: float, learning: Learning
+    ) -> None:
+        """Build the program of ``model`` for control period ``dt`` [s], with what ``learning`` has so far."""
         self._model, self._arguments = model, (limits, config, dt)
-        self._sizes = config.stiffness_step, config.inertia_step
-        self._axes = AxisInertia(np.diag(model.M)[: model.n_theta], config.disturbance_lag, dt)
-        self._mpc = Mpc(model, *self._arguments)
-        self._steps: Steps = ((), ())
+        self._learning, self._inertia = learning, np.diag(model.M)[: model.n_theta]
+        self._steps = learning.steps
+        self._mpc = self._program(self._steps) or Mpc(model, *self._arguments)
         self._programs: dict[Steps, Mpc] = {self._steps: self._mpc}
         self._seen: tuple[ArmState, Reference] | None = None
 
@@ -45,10 +45,8 @@ class LearningMpc:
         """Plan the torques that follow those already ``sent``; see ``Mpc``."""
         self._go_on()
         self._seen = state, reference
-        if any(self._steps[1]):
-            used = self._sizes[1] * np.array(self._steps[1])
-            state = replace(state, d=self._axes.not_explained(state.d, used))
-        return self._mpc.step(state, reference, sent)
+        d = self._learning.not_explained(state.d, self._steps, self._inertia)
+        return self._mpc.step(state if d is state.d else replace(state, d=d), reference, sent)
 
     def work_ahead(self) -> None:
         """Learn from the last state, and make the program of what was learned for the next one."""
@@ -57,32 +55,21 @@ class LearningMpc:
 
     def _go_on(self) -> None:
         """Learn from the last state if that is not done yet, and go over to the program of it."""
-        if self._seen is None:
+        if self._seen is not None:
+            (state, reference), self._seen = self._seen, None
+            self._learning.learn(state, reference, self._inertia)
+        if self._learning.steps == self._steps:
             return
-        (state, reference), self._seen = self._seen, None
-        steps = self._learn(state, reference)
-        if steps == self._steps:
-            return
+        steps = self._learning.steps
         found = self._programs.pop(steps, None)
         while len(self._programs) >= KEPT:
             del self._programs[next(iter(self._programs))]
-        self._mpc = self._programs[steps] = found or self._build(steps)
+        self._mpc = self._programs[steps] = found or self._program(steps) or self._mpc
         self._steps = steps
 
-    def _learn(self, state: ArmState, reference: Reference) -> Steps:
-        (stiffness, inertia), (softer, heavier) = self._steps, self._sizes
-        if softer:
-            stiffness = follow_steps(stiffness, state.stiffness, softer)
-        if heavier:
-            _, theta_dot, theta_ddot = reference.sample(np.array([state.t]))
-            share = self._axes.learn(theta_dot[0], theta_ddot[0], state.d)
-            inertia = follow_steps(inertia, share, heavier)
-        return stiffness, inertia
-
-    def _build(self, steps: Steps) -> Mpc:
-        """Return the program for what was learned, or the present one where no law stabilises that arm."""
-        stiffness, inertia = (np.array(at) * size for at, size in zip(steps, self._sizes, strict=True))
+    def _program(self, steps: Steps) -> Mpc | None:
+        """Build the program for what was learned; None where no law stabilises that arm."""
         try:
-            return Mpc(with_learned(self._model, stiffness, inertia), *self._arguments)
+            return Mpc(with_learned(self._model, *self._learning.errors(steps)), *self._arguments)
         except np.linalg.LinAlgError:
-            return self._mpc
+            return None

@@ -7,13 +7,15 @@ import pytest
 from scipy.linalg import eigh
 from served_arms import limits_of_hub, single_link, state_of, two_axes
 
+from flexarm_controller.laws import LawInputs, build_laws
 from flexarm_controller.learned.axis_inertia import AxisInertia
 from flexarm_controller.learned.learned_model import with_learned
+from flexarm_controller.learned.learning import Learning
 from flexarm_controller.learned.steps import follow_steps
 from flexarm_controller.learning_mpc import KEPT, LearningMpc
 from flexarm_controller.mpc import Mpc
 from flexarm_controller.reference import Reference, hold
-from flexarm_controller.settings import MpcConfig
+from flexarm_controller.settings import ControllerConfig, MpcConfig
 
 DT, LAG = 0.005, 0.12
 LEARNS = MpcConfig(time_limit=0.0, stiffness_step=0.1, inertia_step=0.05, disturbance_lag=LAG)
@@ -24,6 +26,10 @@ def softly_moved(model, stiffness=0.0, t=0.0):
     x = np.concatenate([[0.02, 0.003, 0.0, 0.0], [0.1, 0.05, 0.0, 0.0]])
     told = np.full(2, stiffness) if stiffness else np.zeros(0)
     return replace(state_of(x, model, t), stiffness=told)
+
+
+def law_that_learns(model, config=LEARNS):
+    return LearningMpc(model, limits_of_hub(), config, DT, Learning(1, config, DT))
 
 
 def test_locked_modes_of_the_learned_model_have_the_learned_stiffness():
@@ -50,14 +56,14 @@ def test_no_axis_is_believed_to_be_lighter_than_its_modes():
 def learned_share(share, friction=0.0, load=0.0, noise=0.0, moving=1.0):
     """Return what is learned of an axis of 0.4 kg m^2 in a second of acceleration and one of braking."""
     rng, inertia = np.random.default_rng(1), 0.4
-    axes, lagged = AxisInertia(np.array([inertia]), LAG, DT), 0.0
+    axes, lagged = AxisInertia(1, LAG, DT), 0.0
     for k in range(600):
         t = k * DT
         a = moving * (1.2 if 1.0 <= t < 2.0 else -3.0 if 2.0 <= t < 2.4 else 0.0)
         v = moving * (1.2 * np.clip(t - 1.0, 0.0, 1.0) - 3.0 * np.clip(t - 2.0, 0.0, 0.4))
         true = -inertia * (load + friction * v + share * a)
         lagged += (1.0 - np.exp(-DT / LAG)) * (true - lagged)
-        axes.learn(np.array([v]), np.array([a]), np.array([lagged + noise * rng.standard_normal()]))
+        axes.learn(*map(np.atleast_1d, (v, a, lagged + noise * rng.standard_normal(), inertia)))
     return axes.share[0]
 
 
@@ -82,7 +88,7 @@ def test_steps_have_hysteresis_and_ignore_what_is_not_a_number():
 
 def test_with_nothing_learned_the_plan_is_that_of_the_model():
     model = single_link()
-    plans = [kind(model, limits_of_hub(), LEARNS, DT) for kind in (Mpc, LearningMpc)]
+    plans = [Mpc(model, limits_of_hub(), LEARNS, DT), law_that_learns(model)]
     state = softly_moved(model)
     expected, found = (mpc.step(state, hold(np.zeros(1)), SENT).torques for mpc in plans)
     np.testing.assert_array_equal(found, expected)
@@ -91,7 +97,7 @@ def test_with_nothing_learned_the_plan_is_that_of_the_model():
 @pytest.mark.parametrize("ahead", [False, True])
 def test_the_step_after_stiffness_was_told_uses_the_softer_model(ahead):
     model, reference = single_link(), hold(np.zeros(1))
-    learning = LearningMpc(model, limits_of_hub(), LEARNS, DT)
+    learning = law_that_learns(model)
     softer = Mpc(with_learned(model, np.full(2, -0.3), np.zeros(1)), limits_of_hub(), LEARNS, DT)
     learning.step(softly_moved(model, -0.32), reference, SENT)
     if ahead:
@@ -106,7 +112,7 @@ def test_a_heavier_arm_is_braked_with_the_torque_it_needs():
     t = np.linspace(0.0, 1.0, 201)
     v = np.minimum(1.2 * t, 0.84)  # accelerates for 0.7 s
     reference = Reference(t, np.cumsum(v)[:, None] * DT, v[:, None], np.gradient(v, t)[:, None])
-    learning, plain = (kind(model, limits_of_hub(), LEARNS, DT) for kind in (LearningMpc, Mpc))
+    learning, plain = law_that_learns(model), Mpc(model, limits_of_hub(), LEARNS, DT)
     lagged = 0.0
     for k in range(130):
         _, theta_dot, theta_ddot = reference.sample(np.array([k * DT]))
@@ -118,9 +124,32 @@ def test_a_heavier_arm_is_braked_with_the_torque_it_needs():
     assert braked == pytest.approx(lagged, abs=0.3 * abs(lagged))
 
 
+def test_the_law_of_another_model_begins_with_what_was_learned_on_the_last():
+    model, other, heavier = single_link(), single_link("light_hub"), 0.2
+    given = LawInputs(limits_of_hub(), ControllerConfig(), LEARNS)
+    t = np.arange(0.0, 1.0, DT)
+    theta_ddot = np.where(t < 0.5, 1.2, -1.2)[:, None]
+    theta_dot = np.cumsum(theta_ddot, axis=0) * DT
+    reference = Reference(t, np.cumsum(theta_dot, axis=0) * DT, theta_dot, theta_ddot)
+    law, lagged = build_laws(model, given).planner, 0.0
+    for k in range(150):
+        lagged += (1.0 - np.exp(-DT / LAG)) * (-heavier * model.M[0, 0] * theta_ddot[k, 0] - lagged)
+        state = replace(softly_moved(model, -0.3, t[k]), d=np.array([lagged]))
+        law.step(state, reference, SENT)
+    law.work_ahead()
+    found = with_learned(other, *given.learning.errors(given.learning.steps))
+    assert found.M[0, 0] / other.M[0, 0] == pytest.approx(1.0 + heavier, abs=0.05)
+    np.testing.assert_allclose((found.omega[:2] / other.omega[:2]) ** 2, 0.7, rtol=1e-9)
+    now = softly_moved(other, -0.3, 0.75)
+    left = given.learning.not_explained(now.d, given.learning.steps, np.diag(other.M)[:1])
+    torques = build_laws(other, given).planner.step(now, reference, SENT).torques
+    expected = Mpc(found, limits_of_hub(), LEARNS, DT).step(replace(now, d=left), reference, SENT).torques
+    np.testing.assert_allclose(torques, expected, rtol=1e-9, atol=1e-12)
+
+
 def test_programs_do_not_pile_up():
     model = single_link()
-    learning = LearningMpc(model, limits_of_hub(), replace(LEARNS, horizon=4, blocks=(1,) * 4), DT)
+    learning = law_that_learns(model, replace(LEARNS, horizon=4, blocks=(1,) * 4))
     for k in range(KEPT + 5):
         share = 0.02 * k - 0.3 if k % 2 else 0.9
         learning.step(softly_moved(model, share, k * DT), hold(np.zeros(1)), SENT)

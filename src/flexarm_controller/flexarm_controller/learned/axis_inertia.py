@@ -31,34 +31,32 @@ class AxisInertia:
         share: Inertia that the axes have more, of the described one [1], (n,).
     """
 
-    def __init__(self, inertia: Array, lag: float, dt: float) -> None:
+    def __init__(self, n: int, lag: float, dt: float) -> None:
         """Know nothing yet.
 
         Args:
-            inertia: As described [kg m^2 or kg], (n,).
+            n: Axes.
             lag: Of the estimated torque behind the true one [s].
             dt: Control period [s].
         """
-        n = inertia.size
         self.share: Array = np.zeros(n)
-        self._inertia = inertia
         self._follow, self._keep = -math.expm1(-dt / lag), math.exp(-dt / MEMORY)
         self._lagged: Array = np.zeros((n, TERMS - 1))  # velocity and acceleration
         self._squares: Array = np.zeros((n, TERMS, TERMS))
         self._products: Array = np.zeros((n, TERMS))
         self._ridge = (NOISE / SHARE) ** 2 * np.diag([1.0, FRICTION_RIDGE, 1.0])
 
-    def learn(self, theta_dot: Array, theta_ddot: Array, d: Array) -> Array:
-        """Take one period's reference and estimated torque, each (n,); return ``share``."""
+    def learn(self, theta_dot: Array, theta_ddot: Array, d: Array, inertia: Array) -> Array:
+        """Take a period's reference, estimated torque and described inertia, each (n,); return ``share``."""
         new = np.column_stack([theta_dot, theta_ddot])
         self._lagged = self._lagged + self._follow * (new - self._lagged)
         z = np.column_stack([np.ones(d.size), self._lagged])  # (n, TERMS)
         self._squares = self._keep * self._squares + z[:, :, None] * z[:, None, :]
-        self._products = self._keep * self._products - z * (d / self._inertia)[:, None]
+        self._products = self._keep * self._products - z * (d / inertia)[:, None]
         terms = np.linalg.solve(self._squares + self._ridge, self._products[:, :, None])
         self.share = np.asarray(terms[:, -1, 0], float)
         return self.share
 
-    def not_explained(self, d: Array, share: Array) -> Array:
-        """Return the estimated torque less what axes heavier by ``share`` feel of the motion, (n,)."""
-        return np.asarray(d + share * self._inertia * self._lagged[:, -1])
+    def not_explained(self, d: Array, more: Array) -> Array:
+        """Return the estimated torque less what axes with ``more`` inertia feel of the motion, (n,)."""
+        return np.asarray(d + more * self._lagged[:, -1])
