@@ -105,6 +105,22 @@ def test_an_axis_that_is_braked_already_when_it_is_stopped_stops_in_the_way_of_i
 
 
 @pytest.mark.parametrize("way", [1.0, -1.0])
+def test_only_what_is_told_a_period_later_moves_the_end_of_a_stop(way):
+    def torque_after(*told):
+        guard = Guard(QUICK)
+        guard.arm(0.0, TOKEN)
+        guard.stop("test")
+        for k, v in enumerate((*told, 1.9)):
+            tau = guard.step(None, GuardState((way * v, 0.0), (way * 2.0 * PERIOD * k, 0.0)), k * PERIOD)
+        return tau[0]
+
+    even = torque_after(2.0, 2.0, 2.0, 2.0)
+    assert torque_after(2.0, 2.0, 1.5, 2.0) == even  # a velocity of a moment does not shorten the way
+    assert torque_after(2.0, 2.0, 2.0, 1.5) == even
+    assert abs(torque_after(2.0, 1.5, 2.0, 2.0)) > 1.1 * abs(even)
+
+
+@pytest.mark.parametrize("way", [1.0, -1.0])
 def test_the_end_of_a_stop_comes_nearer_only(way):
     one = brake()
     one.begin(0.0, 2.0 * way)  # ends at 0.4
