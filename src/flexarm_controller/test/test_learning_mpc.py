@@ -124,6 +124,22 @@ def test_a_heavier_arm_is_braked_with_the_torque_it_needs():
     assert braked == pytest.approx(lagged, abs=0.3 * abs(lagged))
 
 
+@pytest.mark.parametrize("dt", [0.005, 0.002, 0.001])
+def test_a_quicker_loop_learns_the_same(dt):
+    learning, model, heavier, lagged = Learning(1, LEARNS, dt), single_link(), 0.2, 0.0
+    t = np.arange(0.0, 1.0, dt)
+    theta_ddot = np.where(t < 0.5, 1.2, -1.2)[:, None]
+    theta_dot = np.cumsum(theta_ddot, axis=0) * dt
+    reference, J = Reference(t, np.cumsum(theta_dot, axis=0) * dt, theta_dot, theta_ddot), model.M[0, 0]
+    for k, now in enumerate(t):
+        lagged += (1.0 - np.exp(-dt / LAG)) * (-heavier * J * theta_ddot[k, 0] - lagged)
+        state = replace(softly_moved(model, -0.3, now), d=np.array([lagged]))
+        learning.learn(state, reference, np.array([J]))
+    stiffness, inertia = learning.errors(learning.steps)
+    assert inertia[0] == pytest.approx(heavier, abs=0.75 * LEARNS.inertia_step)
+    np.testing.assert_allclose(stiffness, -0.3)
+
+
 def test_the_law_of_another_model_begins_with_what_was_learned_on_the_last():
     model, other, heavier = single_link(), single_link("light_hub"), 0.2
     given = LawInputs(limits_of_hub(), ControllerConfig(), LEARNS)

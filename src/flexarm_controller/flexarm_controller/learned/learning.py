@@ -19,8 +19,11 @@ Array = NDArray[np.float64]
 Steps = tuple[tuple[int, ...], tuple[int, ...]]  # of stiffness and of inertia; none where all are zero
 
 
+OFTEN = 20  # times within the lag of the estimated torque, which tells nothing new sooner
+
+
 class Learning:
-    """Learns from every period, whichever model is served.
+    """Learns from period to period, whichever model is served.
 
     Attributes:
         steps: Steps of the slowest modes' stiffness and of the axes' inertia.
@@ -36,10 +39,16 @@ class Learning:
         """
         self.steps: Steps = (), ()
         self._sizes = config.stiffness_step, config.inertia_step
-        self._axes = AxisInertia(n_theta, config.disturbance_lag, dt)
+        self._every = max(1, round(config.disturbance_lag / OFTEN / dt))
+        self._passed = 0  # periods since it learned last
+        self._axes = AxisInertia(n_theta, config.disturbance_lag, self._every * dt)
 
     def learn(self, state: ArmState, reference: Reference, inertia: Array) -> None:
         """Take one period's state, what was wanted of it, and the axes' described inertia, (n_theta,)."""
+        self._passed += 1
+        if self._passed < self._every:
+            return
+        self._passed = 0
         (stiffness, share), (softer, heavier) = self.steps, self._sizes
         if softer:
             stiffness = follow_steps(stiffness, state.stiffness, softer)
