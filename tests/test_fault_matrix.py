@@ -14,6 +14,7 @@ from flexarm_bringup.cli import main
 from flexarm_bringup.fault_drill.drill import (
     CONTROLLER_ROWS,
     ESTIMATOR_ROWS,
+    FAMILIES,
     MACHINES,
     play_row,
     stand_of,
@@ -144,6 +145,23 @@ def test_a_payload_is_taken_up_without_a_jump(machine: str) -> None:
     np.testing.assert_allclose(heavy.tip_pose(), light.tip_pose(), atol=1e-9)
     gauges = [i for i, name in enumerate(output_names(arm.config)) if "strain" in name]
     np.testing.assert_allclose(heavy.outputs()[gauges], light.outputs()[gauges], atol=1e-11)
+
+
+def test_the_seed_reaches_the_stand_and_the_page(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    row = replace(ESTIMATOR_ROWS[1], play=lambda seed: [Finding("seed", seed, 3)])
+    family = replace(FAMILIES["estimator"], rows={1: row}, make_stand=lambda _, seed: seed)
+    monkeypatch.setitem(FAMILIES, "estimator", family)  # type: ignore[index]
+    play = ["faults", "planar_3rrr", "--estimator", "--json", str(tmp_path / "t.json")]
+    monkeypatch.setattr(
+        "flexarm_bringup.fault_drill.drill.run_parallel", lambda do, jobs, _: sum(map(do, jobs), [])
+    )
+    assert main([*play, "--seed", "3"]) == 0
+    assert json.loads((tmp_path / "t.json").read_text(encoding="utf-8"))["seed"] == 3
+    assert "Seed 3" in capsys.readouterr().out
+    assert main([*play, "--seed", "4"]) == 1
+    stand_of.cache_clear()
 
 
 def test_an_unknown_machine_is_refused(capsys: pytest.CaptureFixture[str]) -> None:

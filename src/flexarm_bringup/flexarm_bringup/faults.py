@@ -14,8 +14,9 @@ import argparse
 import sys
 from collections.abc import Mapping, Sequence
 
+from flexarm_bringup.arguments import whole
 from flexarm_bringup.assumptions import arm_of, resting_on
-from flexarm_bringup.fault_drill.drill import FAMILIES, MACHINES, RowResult, run_drill
+from flexarm_bringup.fault_drill.drill import FAMILIES, MACHINES, SEED, RowResult, run_drill
 from flexarm_bringup.page.report import Cell, Check, Column, Page, Table, add_report_arguments, publish
 from flexarm_bringup.progress import Progress
 from flexarm_bringup.tasks.task_for import task_for
@@ -29,6 +30,7 @@ examples:
   flexarm faults single_link --rows 1-5               the sensors fall silent, one kind after the other
   flexarm faults --estimator --html t.html            rows 1-33 in one process, on both machines
   flexarm faults --controller --rows 36,38 --json -   faults of the quadratic program
+  flexarm faults single_link --rows 7,15 --seed 2     the same with other noise: were the bounds kept by luck?
 
 Any manipulator (name or .yaml) can be drilled. Exit code 1 when a bound was missed.
 """
@@ -52,6 +54,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         numbers = f"{min(family.rows)} to {max(family.rows)}"
         parser.add_argument(f"--{name}", action="store_true", help=f"only the {name}'s rows ({numbers})")
     parser.add_argument("--rows", metavar="LIST", help="only these rows of the matrix, such as 1-5,20")
+    parser.add_argument(
+        "--seed",
+        type=whole(at_least=0),
+        default=SEED,
+        metavar="N",
+        help=f"of noise and of everything random (default {SEED}, for which the bounds are asked)",
+    )
     add_report_arguments(parser)
     parser.epilog = EPILOG
 
@@ -68,14 +77,17 @@ def run(args: argparse.Namespace) -> int:
         arms = [arm_of(task_for(machine)) for machine in machines]
         progress.say("recording the moves")
         results = run_drill(
-            machines, rows, lambda done, of: progress.say(f"injecting faults: {done} of {of} groups of rows")
+            machines,
+            rows,
+            lambda done, of: progress.say(f"injecting faults: {done} of {of} groups of rows"),
+            args.seed,
         )
     except (ConfigError, ValueError) as error:
         progress.done()
         print(f"flexarm faults: {error}", file=sys.stderr)
         return REFUSED
     progress.done()
-    return publish(resting_on(build_page(tuple(rows), machines, results), *arms), args)
+    return publish(resting_on(build_page(tuple(rows), machines, results, args.seed), *arms), args)
 
 
 def chosen_rows(text: str | None, families: Sequence[str] = tuple(FAMILIES)) -> dict[str, tuple[int, ...]]:
@@ -100,14 +112,17 @@ def chosen_rows(text: str | None, families: Sequence[str] = tuple(FAMILIES)) -> 
     return {family: numbers for family, numbers in rows.items() if numbers}
 
 
-def build_page(families: Sequence[str], machines: Sequence[str], results: Sequence[RowResult]) -> Page:
+def build_page(
+    families: Sequence[str], machines: Sequence[str], results: Sequence[RowResult], seed: int = SEED
+) -> Page:
     """Return everything the drill has to say."""
     return Page(
         title=f"flexarm faults: {' and '.join(families)} under faults, measured against bound",
         lead=f"{_count(results)} on {' and '.join(machines)}; e0 is the RMS tip error of the same run "
-        "without the fault.",
+        f"without the fault. Seed {seed}.",
         items=[_table(machine, [r for r in results if r.machine == machine]) for machine in machines],
         checks=[_check(result) for result in results if not result.skipped],
+        data={"seed": seed},
         remarks={"read it so": (_SIMULATED, *(line for family in families for line in _REMARKS[family]))},
     )
 

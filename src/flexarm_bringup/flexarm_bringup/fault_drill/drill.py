@@ -40,6 +40,7 @@ from flexarm_bringup.fault_drill.system_stand import SystemStand
 from flexarm_bringup.parallel import run_parallel
 
 MACHINES = ("single_link", "planar_3rrr")
+SEED = 1
 
 
 def _in_order(*rows: Row) -> dict[int, Row]:
@@ -104,17 +105,17 @@ class Family:
 
     Attributes:
         rows: By number.
-        make_stand: Builds the stand of a machine.
+        make_stand: Builds the stand of a machine for a seed.
         is_alone: Its rows measure time: nothing else may run meanwhile.
     """
 
     rows: Mapping[int, Row]
-    make_stand: Callable[[str], Any]
+    make_stand: Callable[[str, int], Any]
     is_alone: bool = False
 
 
-def _system_stand(machine: str) -> SystemStand:
-    return SystemStand(stand_of(machine))
+def _system_stand(machine: str, seed: int) -> SystemStand:
+    return SystemStand(stand_of(machine, seed=seed))
 
 
 FAMILIES: Mapping[str, Family] = {
@@ -131,18 +132,19 @@ class DrillJob:
     machine: str
     family: str
     rows: tuple[int, ...]
+    seed: int = SEED
 
 
 @cache
-def stand_of(machine: str, family: str = "estimator") -> Any:
-    """Return the stand of a machine for a family; a process builds it once."""
-    return FAMILIES[family].make_stand(machine)
+def stand_of(machine: str, family: str = "estimator", seed: int = SEED) -> Any:
+    """Return the stand of a machine for a family, its noise of a seed; a process builds it once."""
+    return FAMILIES[family].make_stand(machine, seed)
 
 
-def play_row(machine: str, family: str, number: int) -> RowResult:
+def play_row(machine: str, family: str, number: int, seed: int = SEED) -> RowResult:
     """Play one row; an error that gets out is a finding."""
     try:
-        found = tuple(FAMILIES[family].rows[number].play(stand_of(machine, family)))
+        found = tuple(FAMILIES[family].rows[number].play(stand_of(machine, family, seed)))
     except Skipped as reason:
         return RowResult(machine, family, number, (), str(reason))
     except TROUBLE as error:
@@ -153,21 +155,26 @@ def play_row(machine: str, family: str, number: int) -> RowResult:
 
 def play_job(job: DrillJob) -> list[RowResult]:
     """Play the rows of a job."""
-    return [play_row(job.machine, job.family, number) for number in job.rows]
+    return [play_row(job.machine, job.family, number, job.seed) for number in job.rows]
 
 
-def drill_jobs(machines: Sequence[str], rows: Mapping[str, Sequence[int]]) -> list[DrillJob]:
+def drill_jobs(
+    machines: Sequence[str], rows: Mapping[str, Sequence[int]], seed: int = SEED
+) -> list[DrillJob]:
     """Return everything there is to do; ``rows`` by family."""
     jobs = []
     for machine, (family, numbers) in product(machines, rows.items()):
         size = 1 if FAMILIES[family].is_alone else ROWS_PER_JOB
         parts = [tuple(numbers[i : i + size]) for i in range(0, len(numbers), size)]
-        jobs += [DrillJob(machine, family, part) for part in parts]
+        jobs += [DrillJob(machine, family, part, seed) for part in parts]
     return jobs
 
 
 def run_drill(
-    machines: Sequence[str], rows: Mapping[str, Sequence[int]], done: Callable[[int, int], None]
+    machines: Sequence[str],
+    rows: Mapping[str, Sequence[int]],
+    done: Callable[[int, int], None],
+    seed: int = SEED,
 ) -> list[RowResult]:
     """Play rows on machines: what may run beside others on all cores, then the others one by one.
 
@@ -175,8 +182,9 @@ def run_drill(
         machines: Names of manipulators.
         rows: Numbers by family.
         done: Told after each job how many of how many are done.
+        seed: Of everything random.
     """
-    jobs = drill_jobs(machines, rows)
+    jobs = drill_jobs(machines, rows, seed)
     alone = [job for job in jobs if FAMILIES[job.family].is_alone]
     beside = [job for job in jobs if job not in alone]
     results = run_parallel(play_job, beside, lambda n, _: done(n, len(jobs))) if beside else []
