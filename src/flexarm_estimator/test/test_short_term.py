@@ -120,16 +120,19 @@ def test_a_lone_jump_is_held_and_dropped_when_the_next_sample_does_not_show_it()
     assert sensor.say(0.02, 0.0) == ("", [], [201 * DT])
 
 
-def test_a_jump_that_goes_on_growing_is_let_go_in_order_of_time():
+@pytest.mark.parametrize("way", [1.0, -1.0])
+@pytest.mark.parametrize("sizes", [(2.0, 4.0, 6.0), (1.49, 1.69, 2.57)])  # the second of a payload
+def test_a_jump_that_goes_on_growing_is_let_go_in_order_of_time(sizes, way):
     sensor = used()
-    doubts = [sensor.say(size, 0.0) for size in (2.0, 4.0, 6.0)]
+    doubts = [sensor.say(way * size, 0.0) for size in sizes]
     assert [doubt for doubt, _, _ in doubts] == [HELD, HELD, ""]
     assert doubts[-1][1] == pytest.approx([201 * DT, 202 * DT])
 
 
-def test_three_samples_off_by_the_same_are_a_shift_and_none_of_them_is_let_go():
+@pytest.mark.parametrize("sizes", [(2.0, 2.1, 1.9), (-2.0, -1.9, -2.1), (2.0, 2.6, 2.2)])
+def test_three_samples_off_by_the_same_are_a_shift_and_none_of_them_is_let_go(sizes):
     sensor = used()
-    results = [sensor.say(size, 0.0) for size in (2.0, 2.1, 1.9)]
+    results = [sensor.say(size, 0.0) for size in sizes]
     assert [doubt for doubt, _, _ in results] == [HELD, HELD, SHIFT]
     assert results[-1][1] == []
     assert len(results[-1][2]) == 2

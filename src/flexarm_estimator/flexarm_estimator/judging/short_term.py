@@ -34,6 +34,7 @@ _LASTING = 0.5  # of a jump: the next sample shows the same
 MOST = 0.6  # of a jump: more does not count for what is usual
 _HELD_MAX = 2  # samples; the third one as large decides
 _AGREEMENT = 0.45  # of their mean: so far innovations of a shift may lie from it
+_GROWTH = 0.5  # of their mean: by so much the last may be more than the first
 HELD, JUMP, SHIFT = "waits for the next sample", "jumps by itself", "has shifted"
 
 
@@ -173,4 +174,5 @@ def _agree(innovations: Sequence[Array]) -> bool:
     """Return whether innovations (m,) are the same but for noise; those of a state that was kicked grow."""
     values = np.array(innovations)
     mean = values.mean(axis=0)
-    return bool(abs(values - mean).max() < _AGREEMENT * abs(mean).max())
+    is_close = abs(values - mean).max() < _AGREEMENT * abs(mean).max()
+    return bool(is_close and (values[-1] - values[0]) @ mean < _GROWTH * (mean @ mean))
