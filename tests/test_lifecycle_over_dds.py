@@ -13,6 +13,7 @@ from lifecycle_msgs.srv import ChangeState, GetState  # noqa: E402
 from flexarm_bringup.bags.bag_reader import check_bag  # noqa: E402
 from flexarm_bringup.processes.graph import Process, rig_graph  # noqa: E402
 from flexarm_bringup.processes.running_graph_node import Ear, running  # noqa: E402
+from flexarm_controller.drives.attachment_node import GONE  # noqa: E402
 
 pytestmark = [pytest.mark.ros, pytest.mark.slow]
 
@@ -107,6 +108,18 @@ def test_in_lockstep_a_guard_that_was_deactivated_comes_back_and_time_goes_on(tm
         for _ in range(300):
             wait_for_more(ear, "joint_commands")
         ear.wait(lambda: is_armed(ear), 20.0, "the guard to tell it")
+
+
+def test_in_lockstep_an_armed_guard_says_that_its_drives_are_gone(tmp_path: Path) -> None:
+    """It went on as armed, for without a tick it says nothing, and nobody was told why time stood."""
+    with running(rig_graph(lockstep=True), (*TOPICS, "truth"), tmp_path) as (_, ear):
+        ear.wait_ready(*ALL)
+        assert ear.call("guard/arm").success
+        wait_for_more(ear, "joint_commands")
+        assert change(ear, "rig", "deactivate")
+        ear.wait(lambda: not is_armed(ear), 20.0, "the guard to stop")
+        assert ear.latest("guard_status").reason == GONE
+        assert ear.call("guard/arm").message == GONE
 
 
 def test_without_autostart_a_node_waits_and_a_recorder_closes_its_bag_when_it_is_cleaned_up(

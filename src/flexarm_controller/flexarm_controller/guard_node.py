@@ -1,8 +1,7 @@
 """Guard node: stands between the controller and the drives; nothing else reaches the motors.
 
 Publishes
-    applied_effort, guard_status: see ``guard_voice_node``.
-    ~/models (std_msgs/String, latched): receipt of the models taken so far.
+    applied_effort, guard_status: see ``guard_voice_node``. ~/models (std_msgs/String, latched): models taken.
     ~/ready (std_msgs/Bool, latched): true once the drives obey this guard and have told how the arm moves.
 Subscribes
     drive_states (sensor_msgs/JointState): position and velocity as the drives measure them for themselves.
@@ -170,6 +169,7 @@ class GuardNode(ManagedNode):
         self.guard.stop(reason)
         if self.guard.reason == NOT_ARMED_YET:
             self.guard.reason = f"{NOT_ARMED_YET}; before: {reason}"
+        self._voice.say_if_time_stands(reason)
 
     def _stop(self, reason: str) -> None:
         self.guard.stop(reason)

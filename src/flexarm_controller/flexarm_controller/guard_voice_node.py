@@ -20,7 +20,7 @@ from sensor_msgs.msg import JointState
 from flexarm_controller.drives.conversions import guard_status_msg
 from flexarm_controller.drives.effort_writer import EffortWriter
 from flexarm_controller.drives.seal import Mark, Seal
-from flexarm_controller.guard import STOPPED
+from flexarm_controller.guard import BRAKING, STOPPED
 from flexarm_controller.guard_exchange import GuardExchange
 from flexarm_controller.guard_health import GuardHealth
 from flexarm_model.ros.diagnostics_node import Diagnostics
@@ -52,6 +52,7 @@ class GuardVoice:
         """
         told = LOCKSTEP_QOS if is_lockstep else RELIABLE_QOS
         self._node, self._exchange, self._late = node, exchange, late
+        self._is_lockstep = is_lockstep
         self._effort = node.create_publisher(JointState, "applied_effort", told)
         self._status = node.create_publisher(GuardStatus, "guard_status", told)
         self._writer = EffortWriter(exchange.names, serialize_message)
@@ -78,6 +79,12 @@ class GuardVoice:
         """Publish the status if it is time; to be called once a period in which nothing is sent."""
         if self._is_due():
             self.say()
+
+    def say_if_time_stands(self, reason: str) -> None:
+        """Say in lockstep that the arm is braked by drives that are gone: no tick will come that could."""
+        if self._is_lockstep and self._exchange.guard.mode == BRAKING:
+            self.say()
+            self._node.get_logger().error(f"time stands, start all nodes anew: {reason}")
 
     def say(self) -> None:
         """Publish the status."""

@@ -24,6 +24,8 @@ from flexarm_model.ros.node import LATCHED_QOS
 
 RETRY_PERIOD = 0.1  # s
 ASK_AGAIN = 20  # of these without an answer: the drives have been started anew
+GONE_AFTER = 10  # of these without their service; a run that ends in order is over before
+GONE = "the drives are gone: nobody offers rig/attach"
 
 
 class AttachedGuard:
@@ -46,17 +48,21 @@ class AttachedGuard:
         self.seal: Seal | None = None
         self.refusal, self.before = "the drives do not answer", ""
         self._asked: Any = None
-        self._waited = 0
+        self._waited = self._missed = 0
         self._client = node.create_client(Trigger, "rig/attach")
         node.create_subscription(String, "rig/attached", self.on_attached, LATCHED_QOS)
         steady = Clock(clock_type=ClockType.STEADY_TIME)
         self._timer = node.create_timer(RETRY_PERIOD, self.on_timer, clock=steady)
 
     def on_timer(self) -> None:
-        """Ask if there is somebody to ask."""
+        """Ask if there is somebody to ask; notice when nobody is left who could obey."""
+        is_offered = self._client.service_is_ready()
+        self._missed = 0 if is_offered else self._missed + 1
+        if self.seal is not None and self._missed >= GONE_AFTER:
+            self._lose(GONE)
         if self._asked is not None and self._waited < ASK_AGAIN:
             self._waited += 1
-        elif self.seal is None and self._client.service_is_ready():
+        elif self.seal is None and is_offered:
             self._waited, self._asked = 0, self._client.call_async(Trigger.Request())
             self._asked.add_done_callback(self.on_answer)
 
@@ -77,5 +83,8 @@ class AttachedGuard:
     def on_attached(self, msg: String) -> None:
         """Notice that the drives obey nobody, or another guard."""
         if self.seal is not None and msg.data != self.seal.fingerprint:
-            self.seal, self.refusal = None, "the drives have let go of this guard"
-            self._on_release(self.refusal)
+            self._lose("the drives have let go of this guard")
+
+    def _lose(self, reason: str) -> None:
+        self.seal, self.refusal = None, reason
+        self._on_release(reason)
