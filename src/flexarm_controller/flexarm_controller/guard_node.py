@@ -225,7 +225,7 @@ class GuardNode(ManagedNode):
         self.create_subscription(Empty, "stop", lambda msg: self._stop("stopped by topic stop"), RELIABLE_QOS)
         self.create_service(Trigger, "~/arm", self.on_arm)
         self.create_service(Trigger, "~/stop", self.on_stop)
-        self._drives = AttachedGuard(self, self.on_release)
+        self._drives = AttachedGuard(self, self.on_release, lockstep)
         if lockstep:
             self.create_subscription(Tick, "tick", self.on_tick, LOCKSTEP_QOS)
         else:

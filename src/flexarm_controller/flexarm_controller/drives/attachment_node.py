@@ -37,14 +37,15 @@ class AttachedGuard:
         before: Why they let go of the guard before this one; empty where there was none.
     """
 
-    def __init__(self, node: Node, on_release: Callable[[str], None]) -> None:
+    def __init__(self, node: Node, on_release: Callable[[str], None], is_lockstep: bool) -> None:
         """Begin to ask.
 
         Args:
             node: The guard node.
             on_release: Told why the drives let go of this guard, or of the one before.
+            is_lockstep: Nothing else tells that the drives are gone; by the clock their silence does.
         """
-        self._node, self._on_release = node, on_release
+        self._node, self._on_release, self._is_lockstep = node, on_release, is_lockstep
         self.seal: Seal | None = None
         self.refusal, self.before = "the drives do not answer", ""
         self._asked: Any = None
@@ -58,7 +59,7 @@ class AttachedGuard:
         """Ask if there is somebody to ask; notice when nobody is left who could obey."""
         is_offered = self._client.service_is_ready()
         self._missed = 0 if is_offered else self._missed + 1
-        if self.seal is not None and self._missed >= GONE_AFTER:
+        if self._is_lockstep and self.seal is not None and self._missed >= GONE_AFTER:
             self._lose(GONE)
         if self._asked is not None and self._waited < ASK_AGAIN:
             self._waited += 1
