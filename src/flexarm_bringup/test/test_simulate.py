@@ -94,6 +94,19 @@ def test_a_law_that_the_gate_keeps_from_moving_is_told_below_the_table(tmp_path:
     page = build_page(task, {"light_hub": config}, run_sim_job(job), (), 1)
     (table,) = [item for item in page.items if isinstance(item, Table)]
     assert any(note.startswith("over DDS MPC may not move: margins: mode 2 is unst") for note in table.notes)
+    look = f"./flexarm margins {tmp_path / 'short.yaml'} --preset light_hub shows the margins of every mode"
+    assert sum(note.startswith(look) for note in table.notes) == 1
+
+
+def test_the_gate_is_asked_wherever_a_move_ends(tmp_path: Path) -> None:
+    text = TASK.replace("by: {base.rz: 10 deg}", "by: {base.rz: 170 deg}").replace(
+        "duration: 0.5", "duration: 2"
+    )
+    (tmp_path / "short.yaml").write_text(text, encoding="utf-8")
+    (job,) = sim_jobs(task_for(str(tmp_path / "short.yaml")), ["geared"], [NOMINAL])
+    (mpc,) = run_sim_job(replace(job, laws=("mpc",)))
+    (refusal,) = mpc.refusals  # none at home
+    assert "pose (2.967): limits bind: position:base.rz; it lies at" in refusal
 
 
 def test_a_rate_that_cannot_follow_the_slowest_mode_is_refused(

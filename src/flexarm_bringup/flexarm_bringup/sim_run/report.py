@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Sequence
 
 from flexarm_bringup.page.figures import Figure
@@ -109,14 +110,20 @@ def _table(task: Task, config: ManipulatorConfig, preset: str, results: Sequence
         f"settled within {1e3 * task.watch.tolerance:g} mm",
         f"{adopted.served} models adopted on the way, {_each_ms(adopted.adopt_time, adopted.served)}",
         *described.told,
-        *(
-            f"over DDS {law.upper()} may not move: {r.refusal}"
-            for law, r in pairs[preset, NOMINAL].items()
-            if r.refusal
-        ),
+        *_refused(task, preset, config.modes, pairs[preset, NOMINAL]),
         *(f"{r.condition}, {r.law.upper()}: {r.failure}" for pair in own.values() for r in _failed(pair)),
     ]
     return Table(f"Preset {preset or 'as in the file'}", COLUMNS, rows, notes)
+
+
+def _refused(task: Task, preset: str, modes: int, pair: dict[str, SimResult]) -> list[str]:
+    """Return where over DDS a law would not be armed and why, and how to look closer."""
+    told = [f"over DDS {law.upper()} may not move: {text}" for law, r in pair.items() for text in r.refusals]
+    if not told:
+        return []
+    words = ["./flexarm", "margins", task.file or task.manipulator, *(["--preset", preset] if preset else [])]
+    served = f"one above mode {modes} is not served: serve it, too (served.modes), or see docs/margins.md"
+    return [*told, f"{shlex.join(words)} shows the margins of every mode; {served}"]
 
 
 def _cells(result: SimResult, i: int, baseline: SimResult) -> list[Cell]:

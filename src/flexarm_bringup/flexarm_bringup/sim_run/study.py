@@ -46,6 +46,7 @@ CONDITIONS = {
     "frequency -10 %": RigSettings(frequency_scale=0.9),
     "frequency +10 %": RigSettings(frequency_scale=1.1),
 }
+SAME_POSE = 6  # digits after the point [rad or m]
 MOST_LOST = 0.1  # share of the periods without a state or plan; the first ones wait for the camera
 
 
@@ -97,8 +98,8 @@ class SimResult:
         effort: What it took.
         trace: What the tip did.
         told: Of the control rate, and of what in the description does not fit the settings.
-        refusal: Why the controller node would not let the arm move from where it starts; of the arm as
-            described alone, empty where it would.
+        refusals: Why the controller node would not let the arm move from where it rests, at the start and
+            after the moves; of the arm as described alone, empty where it would.
     """
 
     preset: str
@@ -108,7 +109,7 @@ class SimResult:
     effort: Effort
     trace: Trace
     told: tuple[str, ...] = ()
-    refusal: str = ""
+    refusals: tuple[str, ...] = ()
 
     @property
     def acceleration(self) -> float:
@@ -172,8 +173,8 @@ def run_sim_job(job: SimJob) -> list[SimResult]:
         trace = _trace(ticks, config)
         legs = tuple(judge_leg(leg, trace, job) for leg in job.course.legs)
         told = *describe_rate(config.rate_hz, omega), *late_sensors(config.sensors, settings.estimator)
-        refusal = _refusal(job, config, settings) if job.condition == NOMINAL else ""
-        results.append(SimResult(job.preset, job.condition, law, legs, effort, trace, told, refusal))
+        refusals = _refusals(job, config, settings) if job.condition == NOMINAL else ()
+        results.append(SimResult(job.preset, job.condition, law, legs, effort, trace, told, refusals))
     return results
 
 
@@ -210,9 +211,11 @@ def judge_leg(leg: Leg, trace: Trace, job: SimJob) -> LegResult:
     return LegResult(leg, residual, float(error[moving].max()), float(abs(trace.load[slot]).max()))
 
 
-def _refusal(job: SimJob, config: ManipulatorConfig, settings: LoopSettings) -> str:
+def _refusals(job: SimJob, config: ManipulatorConfig, settings: LoopSettings) -> tuple[str, ...]:
     loop = Loop(config, settings.estimator, (settings.controller, settings.mpc))
-    return loop.judge(job.course.home)
+    ends = [job.course.reference.position(leg.end) for leg in job.course.legs]
+    poses = {tuple(np.round(pose, SAME_POSE).tolist()): pose for pose in (job.course.home, *ends)}
+    return tuple(filter(None, map(loop.judge, poses.values())))
 
 
 def _trace(ticks: Sequence[Mapping[str, Array]], config: ManipulatorConfig) -> Trace:

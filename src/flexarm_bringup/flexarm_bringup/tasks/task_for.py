@@ -14,13 +14,17 @@ from flexarm_bringup.tasks.centripetal import centripetal_error
 from flexarm_bringup.tasks.task import FOLDER, Task, find_task, load_task
 from flexarm_bringup.tasks.task_check import ROUNDING, SAMPLES, check_against_arm
 from flexarm_bringup.tasks.task_moves import ByAxes, TaskMove, ToPose
+from flexarm_bringup.tasks.weights_by_arm import weights_for
 from flexarm_bringup.tip_vibration import NYQUIST_SHARE, Watch
 from flexarm_model.manipulator.description import ManipulatorConfig
 from flexarm_model.motion.profiles import Profile, Trapezoid
 from flexarm_model.reading.config import FORMAT, load_config
 from flexarm_model.reading.manipulator_file import find_manipulator
 from flexarm_model.reading.share import share_folders
+from flexarm_model.served.linearize import PoseError, linearize
 from flexarm_model.settings.strict_yaml import ConfigError, read_yaml
+from flexarm_model.tree.closure_error import ClosureError
+from flexarm_model.tree.reduced_tree import ReducedTree
 
 Array = NDArray[np.float64]
 DURATION, RAMP = 1.0, 0.05  # s of every move, and of its ramps: short ones shake the arm
@@ -117,8 +121,8 @@ def tour(name: str, config: ManipulatorConfig, profile: Profile | None = None) -
         speed=1.0,
         assumed=(
             f"no moves file: a tour of the named poses (or one stride of the first axis), {pace}",
-            "no settings tuned for this arm: a new model every 0.1 rad or 5 mm; "
-            "where it rests and how soft it is are learned",
+            "no settings tuned for this arm: a new model every 0.1 rad or 5 mm; weights of MPC by its "
+            "slowest mode; where it rests and how soft it is are learned",
         ),
         settings=_settings(config, profiles, ways),
     )
@@ -131,7 +135,20 @@ def _settings(
     pairs = zip(profiles, ways, strict=True)
     fastest = np.max([_peak_rate(profile) * abs(way) for profile, way in pairs], axis=0)
     error = centripetal_error(config, dict(zip(config.actuated, fastest.tolist(), strict=True)))
-    return {**SETTINGS, "estimator": {**SETTINGS["estimator"], "acceleration_error": error}}
+    return {
+        **SETTINGS,
+        "estimator": {**SETTINGS["estimator"], "acceleration_error": error},
+        "mpc": {**SETTINGS["mpc"], **_weights(config)},
+    }
+
+
+def _weights(config: ManipulatorConfig) -> dict[str, Any]:
+    """Return the weights of the predictive law; none without a model at home: others will say so."""
+    try:
+        model = linearize(ReducedTree(config, use_compiler=False))
+    except (PoseError, ClosureError):
+        return {}
+    return weights_for(model, 1.0 / config.rate_hz)
 
 
 def _peak_rate(profile: Profile) -> float:
