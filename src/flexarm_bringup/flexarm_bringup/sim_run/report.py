@@ -146,7 +146,7 @@ def _failed(pair: dict[str, SimResult]) -> list[SimResult]:
 
 
 def _each_ms(seconds: float, count: int) -> str:
-    return f"{1e3 * seconds / count:.1f} ms each" if count else "the move stays near one pose"
+    return f"{1e3 * seconds / count:.1f} ms each" if count else "one does for the whole way"
 
 
 def worth_checks(task: Task, results: Sequence[SimResult]) -> list[Check]:

@@ -6,8 +6,8 @@ cut-off with s. The rate of torque goes with s^3, too, but with s at most: noise
 nobody serves get no slower because the arm is faster, and above the modes the law has to leave both alone.
 
 Modes of an arm may be out at the tip by a share of what axes off by ``position_error`` make there,
-``k (share L position_error)^2 / 2``; k is the stiffness of the softest mode at the tip, L the longest lever of
-an axis, and the share that of the same arm. The horizon is half a period of the slowest mode at least.
+``k (share L position_error)^2 / 2``; k is the stiffness of the softest mode at the tip, L the longest lever
+of an axis, and the share that of the same arm. The horizon is half a period of the slowest mode at least.
 """
 
 from __future__ import annotations

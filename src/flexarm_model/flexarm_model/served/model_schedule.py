@@ -2,6 +2,7 @@
 
 What counts is where the reference will be a little later, in the stretch that controller and estimator are
 about to see; there is the pose of the new model, too. Where the reference rests, the model is of that pose.
+Axes that only shift the arm as a whole leave it no pose: the model is the same (``moved_whole``).
 Nothing here depends on where the arm really is, so the models of a motion can all be made before it starts.
 """
 
@@ -16,6 +17,7 @@ from numpy.typing import NDArray
 from flexarm_model.manipulator.description import ManipulatorConfig
 from flexarm_model.motion.trajectory import Trajectory
 from flexarm_model.served.linearize import linearize
+from flexarm_model.served.moved_whole import moved_whole
 from flexarm_model.served.reduced_model import ReducedModel
 from flexarm_model.settings.parameters import parameter
 from flexarm_model.tree.reduced_tree import ReducedTree
@@ -53,8 +55,10 @@ class ModelSchedule:
     ) -> None:
         """Follow ``reference``; distances are those of ``settings``."""
         self._tree, self._reference, self._lead = tree, reference, settings.lead
-        by_kind = {"t": settings.length, "r": settings.angle}
-        self._reach = np.array([by_kind[axis.name[0]] for axis in config.actuated.values()])
+        by_kind, same = {"t": settings.length, "r": settings.angle}, moved_whole(config)
+        self._reach = np.array(
+            [FOREVER if name in same else by_kind[axis.name[0]] for name, axis in config.actuated.items()]
+        )
         self.served = 0
 
     def next(self, model: ReducedModel, t: float) -> ReducedModel | None:
