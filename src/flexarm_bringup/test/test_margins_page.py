@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 from drawn import box_of, drawn_by, overlapping
+from small_arm import small_arm
 
 from flexarm_bringup.cli import main
 from flexarm_bringup.margins import drawing
@@ -21,6 +23,7 @@ from flexarm_controller.margins.gain_margin import GainMargin
 from flexarm_controller.settings import MarginConfig
 from flexarm_model.reading.manipulator_file import find_manipulator
 
+TWO_LINK = Path(__file__).parents[3] / "docs" / "two_link.yaml"
 CONFIG, DT = MarginConfig(), 0.005
 MODES = 30  # as many as the six-axis arm has
 
@@ -120,3 +123,41 @@ def test_the_labels_of_the_bars_can_be_read_and_cut_bars_say_so(monkeypatch: pyt
             assert overlapping(labels) == []
             top = axes.get_window_extent().y1
             assert all(box_of(label).y1 <= top for label in labels)
+
+
+@pytest.mark.parametrize(
+    ("changes", "said"),
+    [
+        (  # it lies along x with 0.31 kg and turns about y
+            {
+                "joints__base__axes": {"ry": {"actuated": True, "effort": "0.5 N m", "velocity": "1 rad/s"}},
+                "sensors__encoder__axis": "base.ry",
+            },
+            "axis base.ry: its motor is too weak for pose (0): holding the arm at rest there "
+            "takes 0.765 N m, its effort is 0.5 N m",
+        ),
+        ({"sensors__encoder": None}, "; no encoder reads base.rz: mount one, cameras come too late"),
+    ],
+)
+def test_a_weak_motor_and_an_axis_nobody_reads_are_told_as_such(
+    changes: dict[str, Any], said: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    arm = small_arm(tmp_path, gravity=["0 m/s^2", "0 m/s^2", "-9.81 m/s^2"], **changes)
+    assert main(["margins", str(arm), "--along", "0"]) == 1
+    out = capsys.readouterr().out
+    assert said in out
+    assert "Margins per path" not in out and "up to 0 Hz" not in out  # no table of nothing
+
+
+def test_axes_that_nobody_reads_and_that_go_nowhere_are_said_to_drift(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    lines = TWO_LINK.read_text(encoding="utf8").splitlines(keepends=True)
+    arm = tmp_path / "blind.yaml"
+    arm.write_text("".join(line for line in lines if "elbow_encoder" not in line), encoding="utf8")
+    assert main(["margins", str(arm), "--along", "0"]) == 1
+    (home,) = [
+        line for line in capsys.readouterr().out.splitlines() if "pose home" in line and "MISSED" in line
+    ]
+    assert "the axes drift: no sensor that speaks in every period tells where they stand" in home
+    assert home.endswith("; no encoder reads elbow.rz: mount one, cameras come too late")

@@ -206,9 +206,12 @@ def test_verdict_wants_less_where_frequencies_are_off(light_hub):
     assert verdict(cases, lenient, DT) == ""
 
 
-def test_law_is_not_judged_where_a_limit_binds():
+def test_law_is_not_judged_where_a_motor_cannot_hold_the_arm():
     model = replace(two_axes(), f0=np.array([30.0, 0.0, 0.0, 0.0, 0.0]))  # more than the motor holds
-    with pytest.raises(ValueError, match="cannot be judged at rest"):
+    with pytest.raises(
+        ValueError,
+        match=r"axis a.rz: its motor is too weak for pose \(0.3, -0.2\): .* 30 N m, its effort is 8 N m",
+    ):
         law_of(model, two_axis_limits(), 1)
 
 

@@ -44,7 +44,7 @@ def build_page(study: Study, config: MarginConfig, figures: Sequence[Figure]) ->
     return Page(
         f"flexarm margins: {name}",
         lead,
-        [_mode_table(study, config), _pose_table(study, config), *_firm_table(study, config), *figures],
+        [*_judged_tables(study, config), *_firm_table(study, config), *figures],
         [
             *(_check(study, pose, config) for pose in study.poses),
             *(
@@ -59,6 +59,11 @@ def build_page(study: Study, config: MarginConfig, figures: Sequence[Figure]) ->
             "firm": [{"pose": pose.label, **asdict(case)} for pose in study.poses for case in pose.firm],
         },
     )
+
+
+def _judged_tables(study: Study, config: MarginConfig) -> list[Table]:
+    """Return the tables that have rows: an unstable loop has no margins, an unjudged pose no growth."""
+    return [table for table in (_mode_table(study, config), _pose_table(study, config)) if table.rows]
 
 
 def _count(study: Study) -> str:
@@ -164,18 +169,20 @@ def _check(study: Study, pose: PoseResult, config: MarginConfig) -> Check:
         f"{config.gain_margin_db:g} dB ({config.torque_gain_margin_db:g} dB all torques), "
         f"{config.delay_margin_periods * study.dt * MS:.3g} ms; {config.off_share:g} of it off"
     )
-    said = f"{found[0].text}, {spoken_error(found[0].case.frequency_error)}" if found else "kept"
+    said = (
+        f"{found[0].text}, {spoken_error(found[0].case.frequency_error)}{study.unread}" if found else "kept"
+    )
     return Check(f"pose {pose.label}", wanted, said, not found)
 
 
 def _remarks(study: Study, config: MarginConfig) -> dict[str, Sequence[str]]:
     free = [margin.frequency for case in study.cases for margin in case.margins if margin.frequency]
-    most = max(free, default=0.0)
+    most = f", up to {max(free):.0f} Hz" if free else ""
     left_out = ", ".join(study.left_out) or "none"
     return {
         **_out_of_reach(study),
         "What was closed": [
-            f"the described arm with {config.extra_modes} more modes per body, up to {most:.0f} Hz",
+            f"the described arm with {config.extra_modes} more modes per body{most}",
             f"sensors left out of the settled filter (late or slow): {left_out}",
             f"{_delay(study)}; limits do not bind",
             f"gain of {ALL_TORQUES}: what reaches the arm against what the filter is told",

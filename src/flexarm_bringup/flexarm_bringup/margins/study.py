@@ -15,6 +15,7 @@ from flexarm_controller.limits import limits_of
 from flexarm_controller.margins.case import Case
 from flexarm_controller.margins.gate import Gate, Look
 from flexarm_controller.margins.short_law import ShortCase
+from flexarm_controller.margins.verdict import unread
 from flexarm_controller.settings import ControllerConfig, MarginConfig, MpcConfig
 from flexarm_estimator.estimator import Estimator
 from flexarm_estimator.settings import EstimatorConfig
@@ -61,6 +62,7 @@ class Study:
         poses: In the order looked at.
         out_of_reach: Poses of the grid that the arm cannot take, and why.
         unjudged: Those, named or not, at which there is no law or no answer of it, and why.
+        unread: Which motors have no encoder, to be said after what falls short.
     """
 
     task: Task
@@ -71,6 +73,7 @@ class Study:
     poses: tuple[PoseResult, ...]
     out_of_reach: tuple[tuple[str, str], ...] = ()
     unjudged: tuple[tuple[str, str], ...] = ()
+    unread: str = ""
 
     @property
     def cases(self) -> list[Case]:
@@ -155,7 +158,7 @@ def run_study(
     left_out = settled_filter(estimator, loop.dt).left_out
     served = estimator.model.eta_names
     poses_left = tuple(out_of_reach), (*unjudged, *of_grid[1])
-    return Study(task, preset, loop.dt, served, left_out, (*found, *of_grid[0]), *poses_left)
+    return Study(task, preset, loop.dt, served, left_out, (*found, *of_grid[0]), *poses_left, unread(config))
 
 
 def _within_reach(tree: ReducedTree, poses: Mapping[str, Array]) -> tuple[dict[str, Array], Unjudged]:

@@ -23,7 +23,7 @@ from flexarm_controller.margins.full_plant import FullPlant, build_plant, full_m
 from flexarm_controller.margins.law_gain import find_law_gain
 from flexarm_controller.margins.loop import ClosedLoop, close_loop
 from flexarm_controller.margins.short_law import ShortCase, examine_short
-from flexarm_controller.margins.verdict import firm_verdict, frequency_errors, verdict
+from flexarm_controller.margins.verdict import firm_verdict, frequency_errors, unread, verdict
 from flexarm_controller.program.delay import torques_kept
 from flexarm_controller.settings import MarginConfig
 from flexarm_model.bodies.model_order import with_more_modes
@@ -102,7 +102,8 @@ class Gate:
         except (ValueError, np.linalg.LinAlgError) as error:
             return f"margins: {error}"
         said = verdict(look.cases, self._config, self._inputs.config.period)
-        return said or firm_verdict(look.firm, self._config)
+        said = said or firm_verdict(look.firm, self._config)
+        return said and said + unread(self._arm)
 
     @cached_property
     def _tree(self) -> ReducedTree:

@@ -19,6 +19,7 @@ from flexarm_controller.program.equilibrium import build_equilibrium
 from flexarm_controller.reference import hold
 from flexarm_controller.state import ArmState
 from flexarm_model.served.reduced_model import ReducedModel
+from flexarm_model.settings.units import axis_dimension, si_unit
 
 Array = NDArray[np.float64]
 SHARE = 1e-5  # of the torque limit that a deviation asks for
@@ -51,14 +52,14 @@ def find_law_gain(planner: Planner, model: ReducedModel, effort: Array, delay: i
         delay: Periods between a state and the torque computed from it.
 
     Raises:
-        ValueError: The law has no answer there, or a limit binds at rest.
+        ValueError: A motor cannot hold the arm there, the law has no answer, or a limit binds at rest.
     """
     n, n_u, count = model.n, model.n_theta, max(delay, 1)
     rest, reference = build_equilibrium(model), hold(model.pose)
     r = np.concatenate([model.pose, np.zeros(2 * n_u)])
-    at_rest = np.concatenate(
-        [rest.X @ r + rest.x_0, np.zeros(n_u), np.tile(rest.U @ r + rest.u_0, count)]
-    )  # [x; d; sent]
+    load = rest.U @ r + rest.u_0
+    _refuse_weak(load, effort, model)
+    at_rest = np.concatenate([rest.X @ r + rest.x_0, np.zeros(n_u), np.tile(load, count)])  # [x; d; sent]
 
     def answer(p: Array) -> Array:
         """Return the torque that the law gives at ``[state; disturbance; sent]``."""
@@ -66,12 +67,27 @@ def find_law_gain(planner: Planner, model: ReducedModel, effort: Array, delay: i
         state = ArmState(0.0, model.model_id, theta, eta, theta_dot, eta_dot, p[2 * n : 2 * n + n_u])
         plan = planner.step(state, reference, p[2 * n + n_u :].reshape(count, n_u))
         if plan.is_empty or plan.limits_active:
-            at = ", ".join(f"{value:.4g}" for value in model.pose)
-            raise ValueError(f"the law cannot be judged at rest at pose ({at}): {_why(plan)}")
+            raise ValueError(f"the law cannot be judged at rest at pose ({_told(model)}): {_why(plan)}")
         return np.array(plan.torques[0])
 
     columns = np.column_stack([_slope(answer, at_rest, k, effort) for k in range(at_rest.size)])
     return LawGain(columns[:, : 2 * n], columns[:, 2 * n : 2 * n + n_u], columns[:, 2 * n + n_u :])
+
+
+def _refuse_weak(load: Array, effort: Array, model: ReducedModel) -> None:
+    """Raise ValueError where holding the arm takes more than a motor has; both (n_u,)."""
+    for name, needed, most in zip(model.theta_names, abs(load), effort, strict=True):
+        if needed >= most:
+            unit = si_unit(axis_dimension(name, "effort"))
+            raise ValueError(
+                f"axis {name}: its motor is too weak for pose ({_told(model)}): holding the arm "
+                f"at rest there takes {needed:.3g} {unit}, its effort is {most:.3g} {unit}"
+            )
+
+
+def _told(model: ReducedModel) -> str:
+    """Return the pose of a model in words."""
+    return ", ".join(f"{value:.4g}" for value in model.pose)
 
 
 def _why(plan: Plan) -> str:

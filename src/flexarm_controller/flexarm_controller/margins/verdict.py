@@ -19,8 +19,10 @@ from dataclasses import dataclass
 from flexarm_controller.margins.case import ALL_TORQUES, Case, Margin
 from flexarm_controller.margins.short_law import ShortCase
 from flexarm_controller.settings import MarginConfig
+from flexarm_model.manipulator.description import ManipulatorConfig
 
 MS, PERCENT = 1e3, 100.0
+DRIFT = 1e-3  # 1/s, Hz: slower than that the axes go nowhere by a law, nobody knows where they are
 
 
 @dataclass(frozen=True)
@@ -90,6 +92,13 @@ def firm_verdict(cases: Iterable[ShortCase], config: MarginConfig) -> str:
     )
 
 
+def unread(arm: ManipulatorConfig) -> str:
+    """Return which motors have no encoder, to be said after what falls short; empty when all have."""
+    read = {sensor.site for sensor in arm.sensors if sensor.kind == "encoder"}
+    axes = ", ".join(name for name in arm.actuated if name not in read)
+    return f"; no encoder reads {axes}: mount one, cameras come too late" if axes else ""
+
+
 def wanted_gain_db(name: str, case: Case, config: MarginConfig) -> float:
     """Return the gain margin wanted of a path [dB]."""
     full = config.torque_gain_margin_db if name == ALL_TORQUES else config.gain_margin_db
@@ -117,11 +126,18 @@ def _share(case: Case, config: MarginConfig) -> float:
 
 def _of_case(case: Case, config: MarginConfig, dt: float) -> list[Shortfall]:
     if not case.is_stable:
-        text = (
+        return [Shortfall(case, case.mode, -max(case.growth, 0.0), _unstable(case))]
+    return [item for margin in case.margins for item in _of_margin(margin, case, config, dt)]
+
+
+def _unstable(case: Case) -> str:
+    if case.mode.startswith("mode"):
+        return (
             f"{spoken(case.mode)} is unstable, it grows by {case.growth:.3g} 1/s at {case.frequency:.3g} Hz"
         )
-        return [Shortfall(case, case.mode, -max(case.growth, 0.0), text)]
-    return [item for margin in case.margins for item in _of_margin(margin, case, config, dt)]
+    if max(case.growth, case.frequency) < DRIFT:
+        return "the axes drift: no sensor that speaks in every period tells where they stand"
+    return f"the axes are unstable, they grow by {case.growth:.3g} 1/s at {case.frequency:.3g} Hz"
 
 
 def _of_margin(margin: Margin, case: Case, config: MarginConfig, dt: float) -> list[Shortfall]:
