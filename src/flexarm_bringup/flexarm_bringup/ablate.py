@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexarm_bringup.assumptions import resting_on
+from flexarm_bringup.bags.named_arm import add_arm_arguments, arm_named
 from flexarm_bringup.consistency.ablation import NONE, Ablation, Without, judge_tracks, run_ablation
 from flexarm_bringup.consistency.recording import open_recording
 from flexarm_bringup.consistency.smoothing import NO_TRUTH, truth_for
@@ -38,6 +39,7 @@ TOO_MUCH = (
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the bag and the report files."""
     parser.add_argument("bag", type=Path, help="folder of a recorded bag")
+    add_arm_arguments(parser)
     add_report_arguments(parser)
 
 
@@ -46,11 +48,11 @@ def run(args: argparse.Namespace) -> int:
     progress = Progress()
     try:
         progress.say("reading the bag")
-        recording = open_recording(args.bag)
+        recording = open_recording(args.bag, arm_named(args))
         names = [NONE, *(spec.name for spec in recording.config.sensors)]
         tracks = run_parallel(
             run_ablation,
-            [Ablation(args.bag, name) for name in names],
+            [Ablation(args.bag, name, arm_named(args)) for name in names],
             lambda done, of: progress.say(f"estimating: {done} of {of} runs"),
         )
     except ValueError as error:  # BagError; ConfigError or ParameterError of the configuration in the bag

@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 
 from flexarm_bringup.arguments import STDOUT, number, output_file
 from flexarm_bringup.assumptions import resting_on
+from flexarm_bringup.bags.named_arm import add_arm_arguments, arm_named
 from flexarm_bringup.consistency.ablation import NONE, Track, track_of
 from flexarm_bringup.consistency.recording import open_recording, run_estimator
 from flexarm_bringup.consistency.smoothing import NO_TRUTH, Late, run_smoother, tip_error, truth_for
@@ -39,6 +40,7 @@ MICRO = 1e6
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the bag, the lag and the files."""
     parser.add_argument("bag", type=Path, help="folder of a recorded bag")
+    add_arm_arguments(parser)
     parser.add_argument(
         "--lag",
         type=number(above=0.0, at_most=LONGEST),
@@ -65,7 +67,7 @@ def run(args: argparse.Namespace) -> int:
         if args.csv == STDOUT and STDOUT in (args.json, args.html):
             raise ValueError("--csv -: has the standard output for itself, without --json - and --html -")
         progress.say("reading the bag")
-        recording = open_recording(args.bag)
+        recording = open_recording(args.bag, arm_named(args))
         progress.say("filtering")
         now = track_of(NONE, run_estimator(recording))
         progress.say("smoothing")

@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 
 from flexarm_bringup.assumptions import resting_on
 from flexarm_bringup.bags.bag_writer import BagError
+from flexarm_bringup.bags.named_arm import add_arm_arguments, arm_named
 from flexarm_bringup.consistency.bag_epochs import Epochs, read_epochs
 from flexarm_bringup.consistency.knobs import Noise, Parameter
 from flexarm_bringup.consistency.recording import Recording, open_recording, run_estimator
@@ -59,6 +60,7 @@ class Judgement:
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the bag and the report files."""
     parser.add_argument("bag", type=Path, help="folder of a recorded bag")
+    add_arm_arguments(parser)
     add_report_arguments(parser)
 
 
@@ -67,7 +69,7 @@ def run(args: argparse.Namespace) -> int:
     progress = Progress()
     try:
         progress.say("reading the bag")
-        recording = open_recording(args.bag)
+        recording = open_recording(args.bag, arm_named(args))
         record = read_epochs(recording)
         tuner = Tuner(record, ReducedTree(recording.config), SETTLING)
         noise = Noise(recording.settings, recording.config.sensors)

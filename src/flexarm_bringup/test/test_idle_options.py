@@ -14,8 +14,10 @@ from flexarm_bringup.arguments import number, refuse_idle
     ("line", "said"),
     [
         ("drift BAG --minutes 3 --law pd", "--minutes, --law: goes with --simulate"),
-        ("drift BAG --change 7 --seed 2 --preset geared", "--preset, --change, --seed: goes with --simulate"),
-        ("replay BAG --manipulator planar_3rrr --preset x", "--manipulator, --preset: goes with --remap"),
+        ("drift BAG --change 7 --seed 2 --preset geared", "--change, --seed: goes with --simulate"),
+        ("drift BAG --preset geared", "--preset: goes with --manipulator NAME"),
+        ("drift --simulate single_link --manipulator x", "--manipulator: names the arm of a bag"),
+        ("replay BAG --preset x", "--preset: goes with --manipulator NAME"),
         ("replay BAG --remap /a:=joint_states --output NEW", "--output: not with --remap"),
         ("replay BAG --remap /a:=joint_states --against BAG", "--against: not with --remap"),
         ("regress DIR --manipulator planar_3rrr", "--manipulator: goes with --new CASE --from BAG"),

@@ -84,6 +84,7 @@ class Bag:
         topics: All topics with the QoS of their publishers, also those without messages.
         left_out: Topics that were not read: not ours, and of types that nobody here knows.
         has_checksum: Changed bytes of the data file would have been noticed.
+        described_by: File of the arm that was named for it, as it does not say its own; else None.
     """
 
     path: Path
@@ -93,6 +94,7 @@ class Bag:
     topics: tuple[Topic, ...] = ()
     left_out: tuple[str, ...] = ()
     has_checksum: bool = False
+    described_by: Path | None = None
 
 
 def decode(record: Record) -> Any:

@@ -27,12 +27,15 @@ def configuration(bag: Bag) -> tuple[ManipulatorConfig, dict[str, dict[str, Any]
     """
     missing = [key for key in TOLD if key not in bag.custom]
     if missing:
-        raise BagError(f"{bag.path}: does not say with which {', '.join(missing)} it was recorded")
+        said = f"does not say with which {', '.join(missing)} it was recorded"
+        raise BagError(f"{bag.path}: {said}; --manipulator NAME names its arm")
     return _read_manipulator(bag), _read_settings(bag)
 
 
 def _read_manipulator(bag: Bag) -> ManipulatorConfig:
     """Return the manipulator; files that it names lie in the bag, where they can be read later, too."""
+    if bag.described_by is not None:
+        return load_config(bag.described_by, bag.custom["preset"])
     kept = kept_description(bag.path)
     if kept is not None and kept.read_text(encoding="utf8", errors="replace") == bag.custom["description"]:
         return load_config(kept, bag.custom["preset"])

@@ -14,6 +14,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from flexarm_bringup.bags.named_arm import NamedArm
 from flexarm_bringup.consistency.recording import Told, open_recording, run_estimator
 from flexarm_bringup.consistency.smoothing import tip_error
 
@@ -24,10 +25,11 @@ SETTLING = 0.3  # s after the first estimate that do not count
 
 @dataclass(frozen=True)
 class Ablation:
-    """A bag to estimate without a sensor (or with all, ``NONE``)."""
+    """A bag to estimate without a sensor (or with all, ``NONE``), and the arm that was named for it."""
 
     path: Path
     sensor: str
+    arm: NamedArm | None = None
 
 
 @dataclass(frozen=True)
@@ -76,7 +78,7 @@ class Track:
 
 def run_ablation(job: Ablation) -> list[Track]:
     """Estimate a bag without a sensor."""
-    told = run_estimator(open_recording(job.path), () if job.sensor == NONE else (job.sensor,))
+    told = run_estimator(open_recording(job.path, job.arm), () if job.sensor == NONE else (job.sensor,))
     return [track_of(job.sensor, told)]
 
 

@@ -10,8 +10,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from flexarm_bringup.bags.bag_reader import Bag, check_bag, decode
+from flexarm_bringup.bags.bag_reader import Bag, decode
 from flexarm_bringup.bags.bag_writer import BagError
+from flexarm_bringup.bags.named_arm import NamedArm, open_bag
 from flexarm_bringup.replaying.player import Outgoing, Player
 from flexarm_bringup.replaying.replay_bag import NEEDED, NO_ESTIMATE, configuration
 from flexarm_bringup.tick_check import check_ticks
@@ -68,14 +69,18 @@ class Told(NamedTuple):
     model: ReducedModel
 
 
-def open_recording(path: Path) -> Recording:
+def open_recording(path: Path, arm: NamedArm | None = None) -> Recording:
     """Read a bag.
+
+    Args:
+        path: Folder of the bag.
+        arm: Named for a bag that does not say its own.
 
     Raises:
         BagError: It cannot be used.
         ConfigError, ParameterError: Its configuration is not understood.
     """
-    bag = check_bag(path, NEEDED)
+    bag = open_bag(path, NEEDED, arm)
     config, settings = configuration(bag)
     estimator = apply_overrides(EstimatorConfig, settings.get("estimator", {}))
     return Recording(bag, config, estimator, check_ticks(bag) > 0)

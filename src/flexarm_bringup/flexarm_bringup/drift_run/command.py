@@ -18,9 +18,9 @@ import numpy as np
 
 from flexarm_bringup.arguments import number, refuse_idle, whole
 from flexarm_bringup.assumptions import arm_of, resting_on
-from flexarm_bringup.bags.bag_reader import check_bag
 from flexarm_bringup.bags.bag_writer import BagError
 from flexarm_bringup.bags.configuration import configuration
+from flexarm_bringup.bags.named_arm import HELP, NamedArm, arm_named, open_bag
 from flexarm_bringup.drift_run.bag import settings_for, watch_bag
 from flexarm_bringup.drift_run.figure import draw_watched
 from flexarm_bringup.drift_run.simulation import ALONE, Drill, Watched, run_drill
@@ -36,14 +36,15 @@ from flexarm_model.reading.manipulator_file import find_manipulator
 UNUSABLE = 2
 SOON, PER_HOUR = 10.0, 1.0  # s until a change is told at most; false alarms per hour at most
 PERCENT = 100.0
-OF_DRILL = ("--preset", "--minutes", "--change", "--law", "--seed")
+OF_DRILL = ("--minutes", "--change", "--law", "--seed")
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the options."""
     parser.add_argument("bag", nargs="?", type=Path, help="folder of a recorded bag")
     parser.add_argument("--simulate", metavar="NAME", help="a manipulator to drill the watch on instead")
-    parser.add_argument("--preset", help="of that manipulator; the first of its moves file")
+    parser.add_argument("--manipulator", metavar="NAME", help=HELP)
+    parser.add_argument("--preset", help="of either manipulator; the first of its moves file")
     parser.add_argument("--minutes", type=number(above=0.0), default=2 / 3, help="of moves; 2/3")
     parser.add_argument(
         "--change", type=number(above=-PERCENT), default=-5.0, metavar="PERCENT",
@@ -67,7 +68,11 @@ def run(args: argparse.Namespace) -> int:
             raise ValueError("give a BAG, or --simulate NAME")
         if args.bag:
             refuse_idle(args, add_arguments, OF_DRILL, "goes with --simulate; a bag is watched as recorded")
-        page = _simulate(args, progress) if args.simulate else _of_bag(args.bag)
+        else:
+            refuse_idle(
+                args, add_arguments, ("--manipulator",), "names the arm of a bag that does not say it"
+            )
+        page = _simulate(args, progress) if args.simulate else _of_bag(args.bag, arm_named(args))
     except (BagError, ValueError) as error:
         progress.done()
         print(f"flexarm drift: {error}", file=sys.stderr)
@@ -76,8 +81,8 @@ def run(args: argparse.Namespace) -> int:
     return publish(page, args)
 
 
-def _of_bag(path: Path) -> Page:
-    bag = check_bag(path)
+def _of_bag(path: Path, arm: NamedArm) -> Page:
+    bag = open_bag(path, arm=arm)
     config = configuration(bag)[0]
     settings = settings_for(config)
     page = build_page(f"Drift in {path.name}", watch_bag(bag, settings), settings, [])

@@ -26,6 +26,7 @@ from flexarm_bringup.assumptions import resting_on
 from flexarm_bringup.bags.bag_reader import Bag, check_bag
 from flexarm_bringup.bags.configuration import configuration
 from flexarm_bringup.bags.foreign_bag import Fed, feed_bag, read_remaps
+from flexarm_bringup.bags.named_arm import add_arm_arguments, arm_named, open_bag
 from flexarm_bringup.page.report import Cells, Check, Column, Page, Table, add_report_arguments, publish
 from flexarm_bringup.replaying.compare import Comparison, compare_bags
 from flexarm_bringup.replaying.replay_bag import NEEDED, OUTPUTS, replay, written_for
@@ -34,6 +35,7 @@ from flexarm_model.reading.config import load_config
 from flexarm_model.reading.manipulator_file import find_manipulator
 
 SHOWN = 10  # divergences
+FOREIGN = "single_link"  # whose estimator takes the bag of another robot, where none is named
 UNUSABLE = 2
 
 
@@ -49,8 +51,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="FROM:=TO",
         help="feed this topic of another robot's bag to the estimator alone; may be given several times",
     )
-    parser.add_argument("--manipulator", default="single_link", help="whose estimator that is (single_link)")
-    parser.add_argument("--preset", default="", help="preset of that manipulator")
+    add_arm_arguments(parser)
     add_report_arguments(parser)
 
 
@@ -60,7 +61,7 @@ def run(args: argparse.Namespace) -> int:
         _refuse_idle(args)
         if args.remap:
             return publish(foreign_page(args), args)
-        bag = check_bag(args.bag, NEEDED)
+        bag = open_bag(args.bag, NEEDED, arm_named(args))
         golden = check_bag(args.against, OUTPUTS[:1]) if args.against else None
         with _folder(args.output) as folder:
             replayed = replay(bag, folder)
@@ -75,9 +76,6 @@ def _refuse_idle(args: argparse.Namespace) -> None:
     if args.remap:
         why = "not with --remap: a bag of another robot is fed to the estimator alone, and nothing written"
         refuse_idle(args, add_arguments, ("--output", "--against"), why)
-    else:
-        why = "goes with --remap; without it the arm is the one that the bag was recorded with"
-        refuse_idle(args, add_arguments, ("--manipulator", "--preset"), why)
 
 
 def foreign_page(args: argparse.Namespace) -> Page:
@@ -87,7 +85,7 @@ def foreign_page(args: argparse.Namespace) -> Page:
         BagError, ConfigError: The bag, a topic or the manipulator cannot be used.
     """
     bag, remaps = check_bag(args.bag), read_remaps(args.remap)
-    config = load_config(find_manipulator(args.manipulator), args.preset)
+    config = load_config(find_manipulator(args.manipulator or FOREIGN), args.preset or "")
     fed = feed_bag(bag, remaps, config, EstimatorConfig())
     statuses = ", ".join(f"{count} {status}" for status, count in fed.statuses.items()) or "none"
     lead = f"Fed to the estimator of {config.name}. Estimates: {statuses}."
