@@ -120,6 +120,25 @@ def test_every_hit_in_a_universal_file_is_a_run_of_its_own(tmp_path):
         assert run.outputs["2+z"] == pytest.approx(answer, abs=1e-4)
 
 
+@pytest.mark.parametrize("kind", [0, 9, 15])
+def test_an_output_that_does_not_say_what_it_is_is_not_taken_for_a_displacement(tmp_path, kind):
+    path, signal = tmp_path / "hits.uff", np.ones(64)
+    for node, ordinate in ((1, 13), (2, kind)):
+        write_set(path, 1, node, ordinate, signal)
+    with pytest.raises(
+        SourceError, match=rf"output 2\+z has the ordinate data type {kind}; needed is .*8 \(di"
+    ):
+        read_sources([path], "accelerance", Averaging())
+
+
+def test_strains_are_read_as_displacements_are(tmp_path):
+    path, signal = tmp_path / "hits.uff", np.random.default_rng(2).standard_normal(1024)
+    for node, ordinate in ((1, 13), (2, 3), (3, 8)):
+        write_set(path, 1, node, ordinate, signal)
+    (run,) = read_sources([path], "accelerance", Averaging()).records
+    assert run.kind == "receptance" and list(run.outputs) == ["2+z", "3+z"]
+
+
 def test_a_channel_that_is_missing_in_a_run_is_told_by_its_count(tmp_path):
     path, signal = tmp_path / "hits.uff", np.ones(64)
     for node, kind in ((1, 13), (2, 8), (2, 8)):

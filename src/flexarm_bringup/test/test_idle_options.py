@@ -45,6 +45,8 @@ from flexarm_bringup.arguments import number, refuse_idle
             "--perturb, --nodes: goes with rig as the source",
         ),
         ("identify rig --manipulator single_link --bag NEW", "--bag: goes with --nodes"),
+        ("identify run.uff --kind mobility", "--kind: is for the outputs of tables (.csv, .mat, .npz); univ"),
+        ("identify BAG --kind receptance", "--kind: is for the outputs of tables"),
         ("identify run.csv --preset geared", "--preset: goes with --manipulator NAME"),
         ("identify run.csv --motors locked", "--motors: goes with --manipulator NAME"),
         (

@@ -9,6 +9,8 @@ from flexarm_bringup.arguments import refuse_idle
 from flexarm_bringup.excite.rig_source import RIG
 from flexarm_bringup.identify.measurement import SourceError
 from flexarm_bringup.identify.options import add_arguments
+from flexarm_bringup.identify.other_poses import file_of
+from flexarm_bringup.identify.table_source import READERS
 
 OF_RIG = ("--excite", "--share", "--periods", "--perturb", "--faults", "--nodes", "--bag")
 OF_RECORDS = ("--resolution", "--window", "--estimator")
@@ -45,10 +47,20 @@ def refuse_idle_options(args: argparse.Namespace) -> None:
         refuse_idle(args, add_arguments, ("--resolution", "--pose"), "with --output-only it goes with rig")
     if not is_rig:
         refuse_idle(args, add_arguments, OF_RIG, f"goes with {RIG} as the source")
+    _refuse_kind(args)
     if not args.nodes:
         refuse_idle(args, add_arguments, ("--bag",), "goes with --nodes")
     if not args.manipulator:
         refuse_idle(args, add_arguments, ("--preset", "--motors"), "goes with --manipulator NAME")
+
+
+def _refuse_kind(args: argparse.Namespace) -> None:
+    """Refuse --kind where no file is a table."""
+    if not any(path.suffix.lower() in READERS for path in (*args.files, *map(file_of, args.also))):
+        why = (
+            f"is for the outputs of tables ({', '.join(READERS)}); universal files, bags and {RIG} say theirs"
+        )
+        refuse_idle(args, add_arguments, ("--kind",), why)
 
 
 def refuse_averaging(args: argparse.Namespace) -> None:

@@ -15,8 +15,11 @@ from flexarm_bringup.identify.measurement import Cell, Records, Responses, Sourc
 
 Array = NDArray[np.float64]
 TIME, RESPONSE, COHERENCE = 1, 4, 6  # function types of dataset 58
-KINDS = {8: "receptance", 11: "mobility", 12: "accelerance"}  # by ordinate data type, per force
+# by ordinate data type, per force; strain goes with displacement
+KINDS = {3: "receptance", 8: "receptance", 11: "mobility", 12: "accelerance"}
+QUANTITIES = {3: "strain", 8: "displacement", 11: "velocity", 12: "acceleration"}
 FORCE = 13  # data type of a record that is an input
+ALLOWED = ", ".join(f"{number} ({name})" for number, name in QUANTITIES.items())
 AXES = {1: "+x", 2: "+y", 3: "+z", -1: "-x", -2: "-y", -3: "-z"}
 
 
@@ -61,12 +64,11 @@ def _responses(path: Path, sets: Iterable[Mapping[str, Any]]) -> Responses:
             coherence[cell] = np.real(np.asarray(item["data"]))
             continue
         cells[cell] = np.asarray(item["data"], complex)
-        kinds.add(int(item["ordinate_spec_data_type"]))
-    unknown = kinds - set(KINDS)
-    if unknown or len(kinds) != 1 or lines is None:
-        allowed = ", ".join(f"{number} ({name})" for number, name in KINDS.items())
-        raise SourceError(f"{path}: ordinate data types {sorted(kinds)}; needed is one of {allowed} for all")
-    return checked(path, Responses(lines, cells, coherence, KINDS[kinds.pop()]))
+        kinds.add(_kind(path, item))
+    if len(kinds) != 1 or lines is None:
+        told = " and ".join(sorted(kinds))
+        raise SourceError(f"{path}: its responses are {told}; needed is one of {ALLOWED} for all")
+    return checked(path, Responses(lines, cells, coherence, kinds.pop()))
 
 
 def _runs(path: Path, sets: Iterable[Mapping[str, Any]]) -> list[Records]:
@@ -92,7 +94,7 @@ def _record(path: Path, sets: Iterable[Mapping[str, Any]]) -> Records:
         signals = inputs if _is_input(item) else outputs
         signals[_point(item, "rsp")] = np.real(np.asarray(item["data"]))
         if signals is outputs:
-            kinds.add(KINDS.get(int(item["ordinate_spec_data_type"]), "receptance"))
+            kinds.add(_kind(path, item))
     if (
         len(steps) != 1
         or len(kinds) != 1
@@ -100,6 +102,16 @@ def _record(path: Path, sets: Iterable[Mapping[str, Any]]) -> Records:
     ):
         raise SourceError(f"{path}: its records differ in step, length or kind")
     return Records(1.0 / steps.pop(), inputs, outputs, kinds.pop())
+
+
+def _kind(path: Path, item: Mapping[str, Any]) -> str:
+    """Return what an output is of a displacement; SourceError where its ordinate does not say it."""
+    number = int(item["ordinate_spec_data_type"])
+    if number not in KINDS:
+        name = _point(item, "rsp")
+        said = f"output {name} has the ordinate data type {number}"
+        raise SourceError(f"{path}: {said}; needed is one of {ALLOWED}")
+    return KINDS[number]
 
 
 def _is_input(item: Mapping[str, Any]) -> bool:
