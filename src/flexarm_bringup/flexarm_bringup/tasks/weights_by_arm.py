@@ -4,6 +4,8 @@ The defaults of ``MpcConfig`` were chosen for an arm whose slowest mode has 5.2 
 fast, the same deviations cost the same in its own time: velocities go with s, accelerations with s^2, the
 cut-off with s. The rate of torque goes with s^3, too, but with s at most: noise of sensors and modes that
 nobody serves get no slower because the arm is faster, and above the modes the law has to leave both alone.
+So such a law is slower in the arm's own time, and axes may be off by more, by sqrt(s): held as firmly as
+those of the slower arm they shake it where it is heavier than described.
 
 Modes of an arm may be out at the tip by a share of what axes off by ``position_error`` make there,
 ``k (share L position_error)^2 / 2``; k is the stiffness of the softest mode at the tip, L the longest lever
@@ -37,18 +39,20 @@ def weights_for(model: ReducedModel, dt: float) -> dict[str, Any]:
         return {}
     facts, chosen = read_facts(model), MpcConfig()
     s = float(facts.f_hz[0]) / CHOSEN_FOR_HZ
+    position_error = chosen.position_error * math.sqrt(max(s, 1.0))
     weights = {
+        "position_error": position_error,
         "velocity_error": chosen.velocity_error * s,
         "input_acceleration": chosen.input_acceleration * s**2,
         "input_jerk": chosen.input_jerk * min(s, s**3),
         "modal_cutoff_hz": chosen.modal_cutoff_hz * s,
-        **_energy(model, facts, chosen),
+        **_energy(model, facts, position_error),
     }
     told = {name: float(f"{value:.2g}") for name, value in weights.items()}
     return {**told, **_horizon(float(facts.f_hz[0]), dt, chosen)}
 
 
-def _energy(model: ReducedModel, facts: ArmFacts, chosen: MpcConfig) -> dict[str, float]:
+def _energy(model: ReducedModel, facts: ArmFacts, position_error: float) -> dict[str, float]:
     """Return the energy that costs 1 [J]; nothing where no served mode, or no axis, moves the tip."""
     out = model.outputs
     places = [row for row in out.rows("tip") if out.units[row] == "m"]
@@ -56,7 +60,7 @@ def _energy(model: ReducedModel, facts: ArmFacts, chosen: MpcConfig) -> dict[str
     softest = float(facts.tip_stiffness.min())
     if not (lever and math.isfinite(softest)):
         return {}
-    return {"modal_energy": softest * (TIP_SHARE * lever * chosen.position_error) ** 2 / 2}
+    return {"modal_energy": softest * (TIP_SHARE * lever * position_error) ** 2 / 2}
 
 
 def _horizon(slowest_hz: float, dt: float, chosen: MpcConfig) -> dict[str, Any]:
