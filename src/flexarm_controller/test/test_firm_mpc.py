@@ -10,6 +10,7 @@ from served_arms import limits_of_hub, single_link, state_of
 from flexarm_controller.firm_mpc import FirmMpc
 from flexarm_controller.mpc import Mpc
 from flexarm_controller.open_loop.rest_to_rest import RestToRest
+from flexarm_controller.program.cost import build_cost
 from flexarm_controller.program.firm_motions import _ringing, firm, firm_motions
 from flexarm_controller.reference import Reference
 from flexarm_controller.settings import MpcConfig
@@ -136,6 +137,17 @@ def test_the_law_is_firm_no_longer_than_it_says_though_models_change_on_the_way(
     assert len(runs) == 2  # the first motions, as long as it may, and the one after the pause, whole
     assert runs[0] == pytest.approx(law.lasts, abs=2 * DT) and runs[0] <= law.lasts + 1e-9
     assert runs[1] == pytest.approx(DT * (time_optimal.size + CONFIG.horizon), abs=3 * DT)
+
+
+def test_firm_axes_cost_the_square_of_the_firmness_and_modes_and_torque_that_much_less():
+    model, f = single_link(), CONFIG.firmness
+    soft, stiff = (build_cost(model, config, DT) for config in (CONFIG, firm(CONFIG)))
+    axes = [0, model.n]
+    modes = np.delete(np.arange(2 * model.n), axes)
+    share = np.diag(stiff.Q) / np.diag(soft.Q)
+    np.testing.assert_allclose(share[axes], f**2)
+    np.testing.assert_allclose(share[modes], 1 / f)
+    np.testing.assert_allclose([stiff.R / soft.R, stiff.S / soft.S], f**-4.0)  # deviations f^2 as large
 
 
 def test_firm_weights_are_the_soft_ones_for_firmness_one():

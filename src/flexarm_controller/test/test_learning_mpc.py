@@ -170,3 +170,21 @@ def test_programs_do_not_pile_up():
         share = 0.02 * k - 0.3 if k % 2 else 0.9
         learning.step(softly_moved(model, share, k * DT), hold(np.zeros(1)), SENT)
     assert len(learning._programs) <= KEPT
+
+
+def test_the_program_not_used_for_longest_gives_way():
+    model = single_link()
+    learning = LearningMpc(model, limits_of_hub(), replace(LEARNS, horizon=4, blocks=(1,) * 4), DT)
+
+    def learn(step):
+        learning.step(softly_moved(model, 0.1 * step), hold(np.zeros(1)), SENT)
+        learning.work_ahead()
+        return learning._mpc
+
+    first = learn(1)
+    for step in range(2, KEPT):
+        learn(step)
+    assert learn(1) is first  # now the one of step 2 was not used for longest
+    for step in (-1, -2):
+        learn(step)
+    assert learn(1) is first

@@ -6,10 +6,12 @@ import numpy as np
 import pytest
 from served_arms import limits_of_hub, single_link, state_of, two_axes, two_axis_limits
 
+from flexarm_controller.local_law import Program
 from flexarm_controller.mpc import Mpc
 from flexarm_controller.program.prediction import plant
 from flexarm_controller.reference import Reference, hold
 from flexarm_controller.settings import MpcConfig
+from flexarm_controller.solvers.qp import QpResult
 
 DT = 0.005
 FIRM = MpcConfig(
@@ -119,3 +121,35 @@ def test_a_failed_solve_gives_an_empty_plan_and_the_next_good_one_a_full_one():
     bad = replace(state_of(np.zeros(8), model), d=np.array([np.nan]))
     assert mpc.step(bad, hold(np.zeros(1)), sent).is_empty
     assert not mpc.step(state_of(np.zeros(8), model), hold(np.zeros(1)), sent).is_empty
+
+
+def test_a_sag_that_is_told_no_more_is_forgotten():
+    """The estimator tells as many deflections as it knows of; a model without any tells none."""
+    model, reference, sent = single_link(), hold(np.zeros(1)), np.zeros((1, 1))
+    state = state_of([0.0, 2e-3, 1e-3, *np.zeros(5)], model)
+    used, new = (Mpc(model, limits_of_hub(), MpcConfig(time_limit=0.0), DT) for _ in range(2))
+    sagging = used.step(replace(state, sag=np.array([2e-3, 1e-3])), reference, sent).torques
+    found, expected = (mpc.step(state, reference, sent).torques for mpc in (used, new))
+    np.testing.assert_allclose(found, expected, atol=1e-12)
+    assert abs(sagging - expected).max() > 1e-3  # N m
+
+
+def test_the_solver_does_not_start_from_a_plan_that_failed():
+    class Solver:
+        """Fails at will and remembers where it was told to start."""
+
+        starts, solved = [], True
+
+        def solve(self, q, l, u, warm, budget):  # noqa: E741
+            self.starts.append(warm)
+            return QpResult(np.ones(q.size), "", 1, 0.0, self.solved)
+
+    model, solver = single_link(), Solver()
+    mpc = Mpc(model, limits_of_hub(), MpcConfig(time_limit=0.0), DT)
+    problem = mpc.problem
+    gradient = np.zeros(problem.q_0.size)
+    program = Program(problem.P, problem.rows.A, lambda known: problem.vectors(known, gradient))
+    for solver.solved in (True, False, True):
+        mpc.solve(solver, program, np.zeros(problem.known.now.stop))
+    assert solver.starts[0] is None and solver.starts[1] is not None
+    assert solver.starts[2] is None

@@ -5,12 +5,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
-from served_arms import limits_of_hub, single_link
+from served_arms import limits_of_hub, single_link, two_axes, two_axis_limits
 
 from flexarm_controller.open_loop.axis_motion import PacedMotion, SampledMotion, ShapedMotion, Way
 from flexarm_controller.open_loop.best_trapezoid import best_trapezoid
 from flexarm_controller.open_loop.rest_to_rest import RestToRest, fastest
 from flexarm_controller.open_loop.vibration_left import VibrationLeft, Window
+from flexarm_controller.program.equilibrium import build_equilibrium
 from flexarm_model.motion.profiles import Quintic, Trapezoid
 from flexarm_model.motion.shapers import shape, zv, zvd
 
@@ -83,6 +84,19 @@ def test_a_limit_that_is_open_is_one_that_is_not_reached(plan, name, far):
     assert abs(problem.missed(found)).max() < 1e-8
 
 
+def test_a_plan_begins_and_ends_with_what_holds_the_arm():
+    """Under gravity the motors hold already, and go on holding: the rate counts from there."""
+    model, limits = two_axes(), two_axis_limits()
+    way = np.array([[0.3, -0.2], [0.5, 0.1]])
+    found = RestToRest(model, limits, *way, DT).solve(200)
+    rest = build_equilibrium(model)
+    start, goal = (rest.U[:, :2] @ theta + rest.u_0 for theta in way)
+    steps = np.diff(np.vstack([start, found.tau, goal]), axis=0)
+    assert all((abs(load) > limits.effort_rate * DT / 2).any() for load in (start, goal))
+    assert (abs(steps) <= limits.effort_rate * DT * (1 + 1e-6)).all()
+    np.testing.assert_allclose(found.x[[0, -1], :2], way, atol=1e-7)
+
+
 def test_torque_that_is_scarce_costs_time(plan):
     problem, found = plan
     strong = fastest(replace(problem, limits=limits_of_hub(strain=1.0)), 100)
@@ -110,6 +124,15 @@ def test_prediction_of_what_is_left_is_that_of_an_integrated_arm():
     measured = np.sqrt(np.mean((push[:, :1] * model.outputs.C_pos[3, 1]) ** 2))
     # only the first mode counts below 20 Hz; damping and the window's ends are worth 1 %
     assert VibrationLeft(model, WINDOW, DT).rms(motion) == pytest.approx(measured, rel=0.02)
+
+
+def test_what_still_moves_at_the_last_period_is_stopped_there():
+    """A motion that ends between two periods is the same as one that stops at the end of the last."""
+    left, t = VibrationLeft(single_link(), WINDOW, DT), DT * np.arange(61)
+    theta_dot = np.where(t < 0.299, 0.1, 0.0)[:, None]  # stops at the 60th
+    still_moving = SampledMotion(DT, np.cumsum(theta_dot, axis=0) * DT, np.full_like(theta_dot, 0.1))
+    stopped = SampledMotion(DT, still_moving.theta, theta_dot)
+    assert left.rms(still_moving) == pytest.approx(left.rms(stopped), rel=1e-9)
 
 
 def test_prediction_says_what_shapers_are_for():
@@ -143,6 +166,8 @@ def test_best_trapezoid_beats_all_published_ones_also_in_closed_form():
 def test_best_trapezoid_keeps_what_is_allowed():
     best = best_trapezoid(1.0, lambda t: abs(t.t_a - 0.1), lambda t: t.t_a >= 0.3)
     assert best.t_a == pytest.approx(0.3, abs=0.01)
+    long = best_trapezoid(4.0, lambda t: abs(t.t_a - 0.7) + abs(t.t_d - 1.3), lambda _: True)
+    assert (long.t_a, long.t_d) == pytest.approx((0.7, 1.3), abs=1e-3)  # on the finer grids
     with pytest.raises(ValueError, match="no trapezoid of 1 s"):
         best_trapezoid(1.0, lambda _: 0.0, lambda _: False)
 
@@ -183,4 +208,6 @@ def test_sampled_motion_goes_through_its_samples_and_rests_outside(plan):
     np.testing.assert_allclose(theta_dot, found.x[:, 4:5], atol=1e-9)
     _, rate, push = motion.sample(np.array([-1.0, 9.0]))
     np.testing.assert_allclose([*rate.ravel(), *push.ravel()], 0.0, atol=1e-6)
-    assert motion.stretched(2.0).sample(np.array([2.0]))[0][0, 0] == pytest.approx(ANGLE, abs=1e-8)
+    slow, factor = motion.stretched(2.0), 2.0 / motion.duration
+    assert slow.sample(np.array([2.0]))[0][0, 0] == pytest.approx(ANGLE, abs=1e-8)
+    np.testing.assert_allclose(slow.sample(t * factor)[1], theta_dot / factor, atol=1e-9)
