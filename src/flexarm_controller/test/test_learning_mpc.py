@@ -174,7 +174,7 @@ def test_programs_do_not_pile_up():
 
 def test_the_program_not_used_for_longest_gives_way():
     model = single_link()
-    learning = LearningMpc(model, limits_of_hub(), replace(LEARNS, horizon=4, blocks=(1,) * 4), DT)
+    learning = law_that_learns(model, replace(LEARNS, horizon=4, blocks=(1,) * 4))
 
     def learn(step):
         learning.step(softly_moved(model, 0.1 * step), hold(np.zeros(1)), SENT)

@@ -108,3 +108,14 @@ def test_a_sample_at_the_end_of_its_range_is_noisy_as_the_truth_lies_beyond():
         assert (R is not None) == is_clipped
         if R is not None:
             assert np.sqrt(R[0, 0]) == pytest.approx(0.3 * gauge.high, rel=1e-6)  # 30 % of half the range
+
+
+def test_the_stamp_of_a_scan_counts_once_however_many_scans_have_become_too_old():
+    checks, last = SampleChecks(SENSORS), 0.0
+    pair = ("encoder", "root_strain")
+    for k in range(1, 11):
+        last, oldest = 0.1 * k, 0.1 * k - 0.25
+        scan = [Measurement(sensor, last, np.zeros(1)) for sensor in pair]
+        assert checks.take_scan(scan, oldest, last) is not None
+    again = (Measurement("encoder", last - age, np.zeros(1)) for age in (0.0, 0.1, 0.2))
+    assert [checks.refuse(sample, Window(oldest, last)) for sample in again] == ["duplicate stamp"] * 3

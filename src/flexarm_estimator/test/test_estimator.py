@@ -241,3 +241,36 @@ def test_torques_of_any_real_number_are_used_and_no_others():
         assert torque_input(tau, 1).tolist() == [2.0, 1.0]
     for tau in ([np.inf], [1.0, 2.0], 2.0, ["2"], [None], [2j]):
         assert torque_input(tau, 1) is None
+
+
+def test_samples_of_a_clock_that_is_ahead_wait_for_their_time_however_many_steps_that_takes():
+    record, config = simulate(60, np.random.default_rng(9)), EstimatorConfig(future_tolerance=0.03)
+    in_time, early = (Estimator(strip_model(), StripKinematics(), SENSORS, config) for _ in range(2))
+    for k, t in enumerate(record.t[:50]):
+        now = record.samples[k]
+        expected = in_time.step(now, record.tau[k], float(t))
+        ahead = [s for s in record.samples[k + 3] if s.sensor == "encoder"]
+        ahead += [s for sent in record.samples[:3] for s in sent if not k and s.sensor == "encoder"]
+        others = [sample for sample in now if sample.sensor != "encoder"]
+        found = early.step([*others, *ahead], record.tau[k], float(t))
+        np.testing.assert_allclose(found.x, expected.x, rtol=1e-9, atol=1e-12)
+    assert found.sensors[0].name == "encoder" and found.sensors[0].accepted == 50
+
+
+def test_where_the_state_is_doubted_it_is_widened_until_it_agrees_with_who_doubts():
+    """After an impact the doubters are within one sigma of the widened state, not at the gate's edge."""
+    before = simulate(100, np.random.default_rng(10))
+    hit = before.x[-1] + np.array([0.0, 0.0, 0.0, 0.0, 3.0, 0.0, 0.0, 0.0, 0.0])  # rad/s of the axis
+    after = simulate(60, np.random.default_rng(11), x0=hit)
+    estimator = Estimator(strip_model(), StripKinematics(), SENSORS, EstimatorConfig())
+    for k in range(101):
+        estimator.step(before.samples[k], before.tau[k], float(before.t[k]))
+    for k in range(1, 61):
+        t = float(before.t[-1] + after.t[k])
+        estimate = estimator.step([s._replace(t=t) for s in after.samples[k]], after.tau[k], t)
+        if estimator._gate.doubters:
+            break
+    doubters = estimator._gate.doubters
+    assert doubters and k < 60
+    told = {sensor.name: sensor.normalised for sensor in estimate.sensors}
+    assert all(told[name] <= 1.0 for name in doubters)

@@ -1,5 +1,7 @@
 """Faults that samples, stamps and clocks bring, with the bounds that the estimator must keep."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 from planar_strip import CAMERA, DT, SENSORS, StripKinematics, arriving, run, simulate, strip_model
@@ -323,6 +325,15 @@ def test_a_silent_camera_is_stale_after_its_latency_and_three_frames():
     stale = next(k for k in range(300, STEPS) if report(estimates[k], "camera").status == "stale")
     assert (stale - 300) * DT <= CAMERA.latency + 3.0 / CAMERA.rate_hz + DT
     assert tip_rms(estimates) <= 1.2 * E0
+
+
+def test_a_camera_that_is_late_as_described_is_never_stale():
+    """Its newest stamp is as old as its latency and a frame: no silence."""
+    slow = dataclasses.replace(CAMERA, latency=0.2)
+    specs = tuple(slow if spec.name == "camera" else spec for spec in SENSORS)
+    estimates = run(RECORD, sensors=specs, camera_delay=round(0.2 / DT))
+    first = next(k for k, e in enumerate(estimates) if report(e, "camera").accepted)
+    assert {report(e, "camera").status for e in estimates[first:]} == {"ok"}
 
 
 def test_samples_of_unknown_sensors_are_counted_and_ignored():

@@ -129,3 +129,16 @@ def test_a_jump_of_a_few_sigmas_may_be_the_arms_when_another_mean_leaves_zero():
     assert gate._past["encoder"].mean.score >= 3.3
     assert [say(gate, "strain", t + 0.005 * k, 11.5) for k in (1, 2)] == [HELD, HELD]
     assert say(gate, "strain", t + 0.015, 11.5) not in (HELD, SHIFT)
+
+
+def test_a_held_sample_that_has_become_too_old_is_let_go_nowhere():
+    """The instant that it belongs to is forgotten by then: the history takes only later ones."""
+    rng, gate = np.random.default_rng(1), Gate({"a": [1.0]}, CONFIG)
+    times = 0.005 * np.arange(1, 204)
+    for t in times[:200]:
+        assert not say(gate, "a", t, 0.3 * rng.normal())
+    reasons = [say(gate, "a", t, size) for t, size in zip(times[200:], (6.0, 20.0, 4.5), strict=True)]
+    assert reasons == [HELD, HELD, ""]
+    released, dropped = gate.resolve(times[200])
+    assert [sample.t for sample in released] == [times[201]]
+    assert not dropped

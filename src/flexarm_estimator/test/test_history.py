@@ -82,3 +82,21 @@ def test_nothing_is_sampled_where_only_a_model_was_adopted():
     doubled(history)
     assert history.insert(sample(5e-7)) == 3
     assert history.instants[3].entry is None and history.instants[3].parts == "new parts"
+
+
+def test_the_last_instant_before_the_horizon_is_the_fixed_start():
+    """A sample may be as old as the history, so the state before it must be known."""
+    history = filled([0.2, 0.5, 0.6])
+    history.forget()
+    assert [instant.t for instant in history.instants] == [0.2, 0.5, 0.6]  # 0.6 - 0.3 lies between two
+
+
+def test_a_sensor_that_is_withdrawn_leaves_neither_fused_nor_refused_samples_since():
+    """What was refused is judged again when the past is: of a sensor out of use it must not be."""
+    history = filled([0.1, 0.2, 0.3])
+    for instant in history.instants[1:]:
+        instant.fused, instant.refused = {"b": sample(instant.t, "b")}, {"a": sample(instant.t)}
+    assert history.withdraw("a", 0.2) == 4  # nothing fused has changed
+    assert [set(instant.refused) for instant in history.instants[1:]] == [{"a"}, set(), set()]
+    assert history.withdraw("b", 0.2) == 2
+    assert [set(instant.fused) for instant in history.instants[1:]] == [{"b"}, set(), set()]

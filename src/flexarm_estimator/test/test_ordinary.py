@@ -126,6 +126,23 @@ def test_an_estimator_says_the_same_bits_with_and_without_it():
     assert sum(sensor.rejected for sensor in a.sensors) > 0
 
 
+def test_two_samples_of_a_sensor_in_a_step_are_both_remembered_with_and_without_it():
+    record = simulate(120, np.random.default_rng(13))
+    fast, slow = (Estimator(strip_model(), StripKinematics(), SENSORS, EstimatorConfig()) for _ in range(2))
+    slow._gate._code = None
+    slow._gate.restart()
+    waiting = []
+    for k in range(121):
+        waiting += arriving(record, k)
+        if k % 2 == 0 or k < 40:
+            for estimator in (fast, slow):
+                estimator.step(waiting, record.tau[k], float(record.t[k]))
+            waiting = []
+    for name, past in fast._gate._past.items():
+        assert contents(past) == contents(slow._gate._past[name])
+        assert past.repeats.heard == slow._gate._past[name].repeats.heard
+
+
 def disturb(sample, k):
     if sample.sensor == "encoder" and 100 <= k < 115:
         return Measurement(sample.sensor, sample.t, sample.y + 0.02)

@@ -129,6 +129,14 @@ def test_a_jump_that_goes_on_growing_is_let_go_in_order_of_time(sizes, way):
     assert doubts[-1][1] == pytest.approx([201 * DT, 202 * DT])
 
 
+def test_what_is_held_is_judged_by_the_jump_that_came_first():
+    """The third sample shows half of the first one: the jump lasts, whatever the second one said."""
+    sensor = used()
+    results = [sensor.say(size, 0.0) for size in (2.0, 7.0, 1.5)]
+    assert [doubt for doubt, _, _ in results] == [HELD, HELD, ""]
+    assert results[-1][1:] == (pytest.approx([201 * DT, 202 * DT]), [])
+
+
 @pytest.mark.parametrize("sizes", [(2.0, 2.1, 1.9), (-2.0, -1.9, -2.1), (2.0, 2.6, 2.2)])
 def test_three_samples_off_by_the_same_are_a_shift_and_none_of_them_is_let_go(sizes):
     sensor = used()
