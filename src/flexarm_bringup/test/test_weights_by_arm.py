@@ -91,6 +91,7 @@ def test_the_horizon_sees_half_a_period_of_the_slowest_mode() -> None:
         assert told["horizon"] * dt == pytest.approx(0.5 / (s * CHOSEN_FOR_HZ), rel=0.02)  # whole periods
         assert sum(told["blocks"]) == told["horizon"] and len(told["blocks"]) == len(MpcConfig().blocks)
     assert "horizon" not in weights_for(the_strip(), DT)
+    assert isinstance(told["blocks"], list)  # as of a moves file: nodes get it as a parameter
 
 
 def test_modes_that_leave_the_tip_alone_and_arms_without_any_keep_the_defaults(tmp_path: Path) -> None:

@@ -68,4 +68,4 @@ def _horizon(slowest_hz: float, dt: float, chosen: MpcConfig) -> dict[str, Any]:
     wanted = min(math.ceil(LEAST / (slowest_hz * dt)), int(MOST))
     if wanted <= chosen.horizon:
         return {}
-    return {"horizon": wanted, "blocks": spread_blocks(chosen.blocks, wanted)}
+    return {"horizon": wanted, "blocks": list(spread_blocks(chosen.blocks, wanted))}
