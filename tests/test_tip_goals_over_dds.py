@@ -16,6 +16,7 @@ from flexarm_bringup.processes.graph import Process, rig_graph
 from flexarm_bringup.processes.running_graph_node import Ear, running
 from flexarm_bringup.replaying.compare import compare_bags
 from flexarm_bringup.replaying.replay_bag import replay, written_for
+from flexarm_bringup.tasks.node_settings import arm_graph
 
 pytestmark = pytest.mark.ros
 
@@ -23,6 +24,8 @@ TOPICS = ("truth", "motion_status", "reference", "controller_status", "modal_sta
 REACH = 0.64  # m, of the single link
 SLOW = 60.0  # s of simulated time, some of ours; it is cancelled before the end
 PATIENCE = 60.0  # s of ours
+TWO_LINK = Path(__file__).resolve().parents[1] / "docs/two_link.yaml"
+STEP, MANY = 0.01, 30  # rad from model to model, and as many at least that makes of a motion
 
 
 def graph(bag: Path) -> tuple[Process, ...]:
@@ -78,6 +81,29 @@ def test_a_goal_of_the_tip_is_reached_the_next_cancelled_and_one_out_of_reach_re
         assert len(ear.heard["reference"]) == 3  # two goals and a stop, for everybody to hear
         supervisor.stop()
     _assert_replay_agrees(tmp_path)
+
+
+def test_models_of_a_motion_that_come_in_one_go_do_not_keep_commands_away(tmp_path: Path) -> None:
+    """All taken at once they kept both nodes busy for longer than the guard waits for a command."""
+    rows = tuple(
+        replace(row, parameters={**row.parameters, "angle": STEP}) if row.name == "model" else row
+        for row in arm_graph(str(TWO_LINK))
+    )
+    with running(rows, ("motion_status", "guard_status", "model"), tmp_path) as (_, ear):
+        ear.wait_ready("model", "estimator", "controller", "guard", "rig")
+        assert ear.call("guard/arm").success
+        request = MoveTip.Request(duration=2.0)
+        request.target.position.x, request.target.position.y = 0.35, 0.4
+        goal = ear.ask(MoveTip, "controller/move_tip", request)
+        assert goal.accepted, goal.reason
+        ear.wait(lambda: any(ended(ear, goal.goal_id)), PATIENCE, "the end of the motion")
+        assert (ended(ear, goal.goal_id), ear.latest("guard_status").reason) == ([MotionStatus.SUCCEEDED], "")
+        assert len(ear.heard["model"]) > MANY
+
+
+def ended(ear: Ear, goal_id: int) -> list[int]:
+    found = {msg.state for msg in ear.heard["motion_status"] if msg.goal_id == goal_id}
+    return sorted(found - {MotionStatus.ACCEPTED, MotionStatus.EXECUTING})
 
 
 def _assert_replay_agrees(folder: Path) -> None:

@@ -40,6 +40,7 @@ from flexarm_interfaces.msg import (
     JointCommand,
     ReducedModel,
 )
+from rclpy.clock import Clock, ClockType
 from rclpy.serialization import serialize_message
 from std_msgs.msg import String
 from trajectory_msgs.msg import JointTrajectory
@@ -65,6 +66,7 @@ from flexarm_model.conversions import stamp_to_ns
 from flexarm_model.manipulator.description import ManipulatorConfig
 from flexarm_model.motion.size import has_too_many_points
 from flexarm_model.process.ahead import made
+from flexarm_model.ros.arriving_models import QUIET, ArrivingModels
 from flexarm_model.ros.bytes_node import subscribe_bytes
 from flexarm_model.ros.declared_node import declare_configs, load_arm
 from flexarm_model.ros.diagnostics_node import Diagnostics
@@ -131,7 +133,7 @@ class ControllerNode(ManagedNode):
         clocks = Clocks(wall=time.perf_counter)
         return ControllerExchange(config, inputs.config, inputs.mpc, None, clocks, motion, inputs.nmpc)
 
-    def on_model(self, msg: ReducedModel) -> None:
+    def take_model(self, msg: ReducedModel) -> None:
         """Take a model, to be used from its stamp on, or say why not."""
         self._publish(self.exchange.on_model(msg))
         self._receipts.publish(String(data=self.exchange.receipt))
@@ -162,6 +164,7 @@ class ControllerNode(ManagedNode):
     def answer(self, told: ToldState) -> None:
         """Send the command for a state; everything else comes after it."""
         self._arming.look()
+        self._arriving.take_due(told.stamp_ns)
         self._publish(self.exchange.on_state(told))
         self._publish(self.exchange.tell())
         if (answer := self.exchange.answer) is not None:
@@ -171,6 +174,7 @@ class ControllerNode(ManagedNode):
         """Do what has time until the next state."""
         self.exchange.work_ahead()
         self._goals.update()
+        self._arriving.work_ahead()
 
     def _is_awaited(self) -> bool:
         return self.exchange.is_armed and not self.settings.lockstep
@@ -195,7 +199,9 @@ class ControllerNode(ManagedNode):
         self._outlets.update(self._goals.outlets)
         self._receipts = self.create_publisher(String, "~/models", LATCHED_QOS)
         self._verdicts = self.create_publisher(String, "~/references", RELIABLE_QOS)
-        self.create_subscription(ReducedModel, "model", self.on_model, MODELS_QOS)
+        self._arriving = ArrivingModels(self.take_model, not self.settings.lockstep)
+        self.create_subscription(ReducedModel, "model", self._arriving.add, MODELS_QOS)
+        self.create_timer(QUIET, self._arriving.look, clock=Clock(clock_type=ClockType.STEADY_TIME))
         heard = JointTrajectory, "reference", self.on_reference, RELIABLE_QOS, self.on_too_large_reference
         subscribe_bytes(self, *heard, lambda raw: has_too_many_points(raw, self._is_awaited()))
         if not self.settings.lockstep:

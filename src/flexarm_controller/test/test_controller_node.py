@@ -24,7 +24,7 @@ rclpy.init(args=sys.argv)
 node = module.ControllerNode()
 others = rclpy.create_node("others", namespace="/flexarm")
 model = linearize(module.ReducedTree(node._config))
-node.on_model(model_to_msg(model))
+node.take_model(model_to_msg(model))
 node.join(GuardStatus(session_token=5))
 state = ModalState(model_id=model.model_id, status=ModalState.OK, theta=[0.0], theta_dot=[0.0],
                    disturbance=[0.0], eta=[0.0] * model.n_eta, eta_dot=[0.0] * model.n_eta)

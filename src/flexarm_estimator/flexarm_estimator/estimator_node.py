@@ -53,6 +53,7 @@ from flexarm_estimator.settings import EstimatorConfig
 from flexarm_estimator.settled_node import SettledFilter
 from flexarm_model.conversions import stamp_to_ns, verdict_to_msg
 from flexarm_model.process.ahead import made
+from flexarm_model.ros.arriving_models import QUIET, ArrivingModels
 from flexarm_model.ros.bytes_node import subscribe_bytes
 from flexarm_model.ros.declared_node import declare_configs, load_arm
 from flexarm_model.ros.diagnostics_node import DiagnosticsOutlet
@@ -112,7 +113,7 @@ class EstimatorNode(ManagedNode):
         self._said, self._settled = "", SettledFilter(self, 1.0 / config.rate_hz)
         self._connect()
 
-    def on_model(self, msg: ReducedModel) -> None:
+    def take_model(self, msg: ReducedModel) -> None:
         """Take a model, to be used from its stamp on, or say why not."""
         self.exchange.on_model(msg)
         self._receipts.publish(String(data=self.exchange.receipt))
@@ -159,11 +160,13 @@ class EstimatorNode(ManagedNode):
         return response
 
     def _step(self, stamp_ns: int) -> None:
+        self._arriving.take_due(stamp_ns)
         began, cpu = time.perf_counter(), time.thread_time()
         if self.exchange.advance(stamp_ns):
             self._tell()
         if (estimate := self.exchange.estimate) is not None:
             self._health.note(began, time.thread_time() - cpu, estimate.sensors)
+        self._arriving.work_ahead()
 
     def _tell(self) -> None:
         """Send the newest state to those who listen."""
@@ -190,7 +193,8 @@ class EstimatorNode(ManagedNode):
         }
         self._diagnostics = DiagnosticsOutlet(self)
         self._receipts = self.create_publisher(String, "~/models", LATCHED_QOS)
-        self.create_subscription(ReducedModel, "model", self.on_model, MODELS_QOS)
+        self._arriving = ArrivingModels(self.take_model, not self.settings.lockstep)
+        self.create_subscription(ReducedModel, "model", self._arriving.add, MODELS_QOS)
         for topic in self.exchange.topics:
             kind = _TYPES.get(topic) or _FAMILIES[topic.partition("/")[0]]
             take, refuse = partial(self.on_sensor, topic), partial(self._refuse, topic)
@@ -199,9 +203,9 @@ class EstimatorNode(ManagedNode):
             self.create_subscription(Tick, "tick", self.on_tick, LOCKSTEP_QOS)
         for kind, name, read in _SERVICES:
             self.create_service(kind, f"~/{name}", partial(self.on_request, read))
-        self.create_timer(
-            DIAGNOSTICS_PERIOD, self.on_diagnostics, clock=Clock(clock_type=ClockType.STEADY_TIME)
-        )
+        steady = Clock(clock_type=ClockType.STEADY_TIME)
+        self.create_timer(DIAGNOSTICS_PERIOD, self.on_diagnostics, clock=steady)
+        self.create_timer(QUIET, self._arriving.look, clock=steady)
         self.tell_ready(self._conditions(), LIBRARIES)
 
     def _quality(self, topic: str) -> QoSProfile:
