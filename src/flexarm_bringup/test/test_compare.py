@@ -132,3 +132,14 @@ def test_replays_of_one_bag_are_compared_to_their_last_message(tmp_path: Path) -
         assert {item.topic for item in result.divergences} == {MODAL}
         assert result.divergences[0].stamp_ns == 19 * PERIOD_NS
     assert compare_bags(whole, whole, [JOINTS, MODAL], free_end=False).is_equal
+
+
+def test_of_the_last_instant_of_a_recording_any_part_may_be_missing_and_what_is_there_is_counted(
+    tmp_path: Path,
+) -> None:
+    whole = check_bag(write_bag(tmp_path / "bag", 4))
+    cut = without(whole, JOINTS, 3 * PERIOD_NS)
+    for expected, found in ((whole, cut), (cut, whole)):
+        result = compare_bags(expected, found, [JOINTS, MODAL])
+        assert result.is_equal
+        assert result.compared == {JOINTS: 3, MODAL: 4}

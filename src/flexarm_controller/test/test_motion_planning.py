@@ -12,6 +12,7 @@ from flexarm_controller.motion.axis_limits import AxisLimits, axis_limits
 from flexarm_controller.motion.excess import find_excess
 from flexarm_controller.motion.planner import MotionPlanner
 from flexarm_controller.motion.point_to_point import MotionState, move, state_at, stop
+from flexarm_controller.motion.progress import Pursuit
 from flexarm_controller.motion.refusals import MotionError
 from flexarm_controller.motion.settings import MotionConfig
 from flexarm_controller.motion.splice import splice
@@ -206,3 +207,27 @@ def test_a_resting_reference_spliced_with_a_motion_rests_until_it_begins():
     joined = splice(hold(np.array([0.2]), 0.0), motion, 0.5)
     assert joined.t[0] == 0.5 and not joined.sample([0.9])[1].any()
     assert joined.position(0.9)[0] == pytest.approx(0.2)
+
+
+def test_a_start_beyond_the_limits_is_brought_back_on_an_exact_reference():
+    """Ruckig brakes first, and its knots of that belong to the motion: position and velocity are one."""
+    limits = box_of((1.0, 5.0, 40.0))
+    for start in (
+        MotionState(*np.array([[0.0], [1.8], [0.0]])),
+        MotionState(*np.array([[0.0], [0.5], [9.0]])),
+    ):
+        motion = move(start, np.array([2.0]), limits)
+        t, h = np.linspace(motion.t[0] + 1e-3, motion.t[-1] - 1e-3, 3001), 1e-6
+        before, after = motion.sample(t - h)[0], motion.sample(t + h)[0]
+        np.testing.assert_allclose(motion.sample(t)[1], (after - before) / (2 * h), atol=1e-4)
+        slopes = np.diff(motion.sample(t)[1], axis=0) / np.diff(t)[:, None]
+        middle = motion.sample((t[1:] + t[:-1]) / 2)[2]
+        np.testing.assert_allclose(slopes, middle, atol=0.05)  # the jerk turns within a step
+
+
+def test_a_goal_is_settled_after_the_motion_however_near_it_was_before():
+    """A move of less than the settling distance would have succeeded at its begin."""
+    config = MotionConfig(settle_distance=1e-3, settle_time=0.1)
+    pursuit = Pursuit(1, hold(np.zeros(1)), 0.0, 0.5, np.zeros(3))
+    done = [t for t in 0.01 * np.arange(80) if (told := pursuit.judge(t, 5e-4, config)) and told.is_final]
+    assert done[0] == pytest.approx(0.6, abs=0.011)

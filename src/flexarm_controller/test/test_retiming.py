@@ -8,8 +8,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from served_arms import limits_of_hub, single_link, two_axes, two_axis_limits
 
+from flexarm_controller.motion.admission import admit
 from flexarm_controller.motion.excess import find_excess
 from flexarm_controller.motion.refusals import MotionError
+from flexarm_controller.motion.settings import MotionConfig
 from flexarm_controller.motion.stretch import slow_down, stretch
 from flexarm_controller.program.equilibrium import build_equilibrium
 from flexarm_controller.reference import Reference, hold, sample_profile
@@ -157,3 +159,13 @@ class _Column:
 
     def sample(self, times):
         return tuple(part[:, None] for part in self._profile.sample(times))
+
+
+@pytest.mark.parametrize("excess", ["tell", "retime", "refuse"])
+def test_beyond_a_range_or_a_velocity_nothing_helps_but_another_reference(excess):
+    """An arm may lag behind what takes too much torque; through the end of an axis it may not."""
+    model, limits, config = single_link(), limits_of_hub(), MotionConfig(excess=excess)
+    too_far, too_fast = quintic(3.1, 10.0), quintic(2.0, 0.5)
+    for reference, quantity in ((too_far, "position"), (too_fast, "velocity")):
+        with pytest.raises(MotionError, match=quantity):
+            admit(reference, model, limits, config)

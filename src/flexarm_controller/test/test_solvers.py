@@ -161,3 +161,38 @@ def test_a_program_that_osqp_cannot_factor_is_refused_as_any_wrong_value():
     """Its own exception is no ValueError: a model with absurd outputs ended the controller."""
     with pytest.raises(ValueError, match="OSQP cannot factor the quadratic program"):
         OsqpSolver(-np.eye(N), np.ones((M, N)), 1e-6, 100)
+
+
+def test_osqp_far_from_the_optimum_is_not_solved_although_every_limit_is_kept():
+    rng = np.random.default_rng(8)
+    P, A = random_program(rng)
+    scale = np.logspace(0, 3, N)
+    hurried = OsqpSolver(P * scale * scale[:, None], A, 1e-9, 5)
+    results = [hurried.solve(*vectors(rng, 1e3), None) for _ in range(20)]
+    assert all(primal_residual(A, result.x, -1e3, 1e3) == 0.0 for result in results)
+    assert not any(result.solved for result in results)
+
+
+@pytest.mark.parametrize("name", ["osqp", "hpipm"])  # of daqp's active set it could be one
+def test_a_bound_may_open_and_close_again(name):
+    rng = np.random.default_rng(9)
+    P, A = random_program(rng)
+    solver = SOLVERS[name](P, A)
+    for k in range(8):
+        q, low, high = vectors(rng, 0.1)
+        if k % 2:
+            high[k], low[M - k] = np.inf, -np.inf
+        result = solver.solve(q, low, high, None)
+        assert result.solved
+        assert optimality_error(P, A, q, low, high, result.x) < 1e-3
+
+
+def test_daqp_keeps_its_budget_after_a_program_without_a_solution():
+    """It is built anew then, and a new one knows no limit of time."""
+    rng = np.random.default_rng(10)
+    P, A = random_program(rng)
+    solver, budget = DaqpSolver(P, A, 1000), 0.25
+    q, low, high = vectors(rng)
+    assert not solver.solve(q, low + 5.0, high + 5.0, None, budget).solved
+    solver.solve(q, low, high, None, budget)
+    assert solver._model.settings["time_limit"] == budget

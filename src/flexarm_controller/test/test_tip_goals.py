@@ -43,3 +43,12 @@ def test_the_estimated_tip_is_that_of_the_served_outputs():
     rows = model.outputs.rows("tip")[:3]
     linear = model.outputs.C_pos[rows] @ np.concatenate([state.theta, eta])
     np.testing.assert_allclose(tip.position(model, state) - [0.64, 0.0, 0.0], linear, atol=1e-7)
+
+
+def test_the_estimated_tip_at_a_pose_away_from_zero_is_where_the_arm_rests():
+    config = load_config(find_manipulator("single_link"), "geared")
+    tree = ReducedTree(config)
+    pose, zero = np.array([0.4]), np.zeros(3)
+    model, tip = linearize(tree, pose), TipKinematics(tree)
+    state = ArmState(0.0, model.model_id, pose, zero, zero[:1], zero, zero[:1])
+    np.testing.assert_allclose(tip.position(model, state), tip.at_rest(pose), atol=1e-12)

@@ -90,3 +90,14 @@ def test_its_covariance_is_that_of_the_linear_filter():
     record = swing(20, np.random.default_rng(5), frame_every=0)
     corrected, linear = (run(name, record, **QUIET)[-1] for name in ("corrected", "linear"))
     np.testing.assert_allclose(corrected.P, linear.P, rtol=1e-9, atol=1e-18)
+
+
+def test_every_sensor_gets_its_own_part_of_what_is_left_out():
+    """Rows of some sensors are those rows of all of them, whichever come together."""
+    record, parts = swing(30), estimator("corrected", **QUIET).past[0]
+    before = Belief(np.append(record.x[-1], np.zeros(3)), parts.process.P0)
+    left_out = parts.steps.inputs(before, DT, np.append(record.tau[-1], 1.0))
+    names = tuple(parts.sensors.rows)
+    everything = parts.steps.rows(names, before, left_out)
+    for name, span in zip(names, everything.spans, strict=True):
+        np.testing.assert_array_equal(parts.steps.rows((name,), before, left_out).D, everything.D[span])

@@ -234,3 +234,11 @@ def disturb(sample, k):
     if sample.sensor == "tip_accelerometer" and k % 3 == 0:
         return Measurement(sample.sensor, sample.t, sample.y, np.array([[2e-3]]))
     return sample
+
+
+@needs_compiler
+def test_as_many_steps_as_there_are_run_at_once():
+    """The tables of addresses grow when one more is asked for than they hold."""
+    for count in (63, 64, 65, 66):
+        start, prepared = prepared_steps(count)
+        assert make_runner(9, 3).run(start, prepared) == count

@@ -32,3 +32,11 @@ def test_it_is_what_scipy_says_where_scipy_can_say_it() -> None:
 def test_entries_that_are_not_finite_are_refused() -> None:
     with pytest.raises(ValueError, match="infs or NaNs"):
         balance(np.array([[np.nan]]))
+
+
+def test_rows_that_are_decoupled_stay_in_their_place() -> None:
+    """A triangular matrix could be sorted; scales are of the coordinates as they come."""
+    A = np.array([[2.0, 1e4, 0.0], [0.0, 3.0, 0.0], [1e-3, 0.0, 1.0]])
+    B, scale = balance(A)
+    assert np.array_equal(scale[:, None] * B / scale, A)
+    assert np.array_equal(np.diag(B), np.diag(A))

@@ -70,3 +70,38 @@ def test_loops_that_do_not_close_are_refused_by_name(bad: float) -> None:
     for way in both:
         with pytest.raises((ClosureError, np.linalg.LinAlgError), match="planar_3rrr|Singular"):
             way.close(q)
+
+
+@COMPILER
+@pytest.mark.parametrize("name", LOOPED)
+def test_what_was_closed_stays_when_another_pose_is_closed(name: str) -> None:
+    """Machine code works on one buffer, the tree remembers the last pose: nobody else may hold either."""
+    tree, both = ways(name)
+    q = tree.loops.home + 0.001
+    for close in (*(way.close for way in both), tree.closed):
+        closed = close(q)
+        kept = closed.copy()
+        close(tree.loops.home)
+        np.testing.assert_array_equal(closed, kept)
+    asked = q.copy()
+    tree.closed(asked)
+    asked += 0.001
+    np.testing.assert_array_equal(tree.closed(asked)[tree.actuated], asked[tree.actuated])
+    tree.closed(asked)[:] = 0.0
+    np.testing.assert_array_equal(tree.closed(asked)[tree.actuated], asked[tree.actuated])
+
+
+@COMPILER
+@pytest.mark.parametrize("name", LOOPED)
+def test_rows_follow_the_loops_at_the_pose_that_is_given_not_at_the_last_one(name: str) -> None:
+    tree, both = ways(name)
+    poses = [tree.closed(tree.loops.home + shift) for shift in (0.003, 0.0)]
+    J = np.array(tree.functions["tip_jacobian"](poses[0]))
+    for way in both:
+        way.close(poses[1])
+        rows, G = way.follow(J, poses[0]), tree.constraints(poses[0])[1]
+        motions = np.eye(tree.n_q)
+        d = tree.loops.dependent
+        motions[d] = np.linalg.solve(G[:, d], -np.delete(G, d, axis=1) @ np.delete(motions, d, axis=0))
+        motions[:, d] = 0.0
+        np.testing.assert_allclose(rows, J @ motions, atol=1e-9)

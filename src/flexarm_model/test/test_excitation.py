@@ -45,6 +45,13 @@ def test_a_chirp_ends_where_it_begins_so_that_it_may_be_repeated() -> None:
     assert step <= 2 * np.pi * BAND[1] / RATE  # no more than between two samples at the highest frequency
 
 
+def test_a_chirp_goes_through_the_whole_band_at_an_even_rate() -> None:
+    signal = excitation("chirp", BAND, RATE, PERIOD).signal
+    power = abs(np.fft.rfft(signal)) ** 2
+    lines = np.array_split(power[20:701], 4)  # quarters of the band
+    np.testing.assert_allclose([part.sum() / power.sum() for part in lines], 0.25, atol=0.05)
+
+
 def test_pseudo_random_steps_have_the_correlation_of_an_impulse() -> None:
     signal = excitation("prbs", (2.0, 70.0), RATE, PERIOD).signal
     n = signal.size
