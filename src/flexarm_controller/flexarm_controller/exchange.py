@@ -44,6 +44,7 @@ class ControllerExchange:
         state: The newest one; None before the first.
         model_fault: Why the last model was refused; empty when it was taken.
         withheld: Why no command may be sent; empty when they may.
+        stopped_by: Why the guard has stopped the arm; empty while it lets commands pass.
         answer: What became of the newest state; None before the first.
         teller: Tells of answers.
         write: Makes the message of a command, of what ``command_to_msg`` takes.
@@ -81,7 +82,7 @@ class ControllerExchange:
         self.write: Callable[..., Any] = command_to_msg
         self.teller = AnswerTeller(settings.period, mpc.backend, is_live=epoch_ns is None)
         self.answer: Answer | None = None
-        self.model_fault, self.withheld = "no model yet", ""
+        self.model_fault, self.withheld, self.stopped_by = "no model yet", "", ""
 
     @property
     def receipt(self) -> str:
@@ -133,6 +134,7 @@ class ControllerExchange:
 
         A reference that began while nobody was armed is not run after: the arm would rush to where it leads.
         """
+        self.stopped_by = str(msg.reason)
         if msg.session_token == self._token:
             return []
         if self._token and self.controller is not None:  # also when the stop was not heard

@@ -243,6 +243,14 @@ def test_a_reference_without_models_is_not_followed_after_arming(config, model):
     assert exchange.controller.reference is None
 
 
+def test_who_waits_for_a_goal_hears_why_the_guard_has_stopped_the_arm(config, model):
+    exchange, goals = arm_of(config, model)
+    goals.on_move_tip(request_to(0.3))
+    exchange.on_guard_status(GuardStatus(session_token=0, reason="stopped by ~/stop"))
+    (last,) = told(goals.update(), "motion_status")
+    assert (last.state, last.reason) == (MotionStatus.ABORTED, "the arm was stopped: stopped by ~/stop")
+
+
 def test_the_last_word_on_a_goal_is_said_before_the_controller_goes(config, model):
     """Nothing was: who waited for its end waited for ever."""
     _, goals = arm_of(config, model)

@@ -164,6 +164,11 @@ class _Arm:
         """What is followed."""
         return self._controller.reference
 
+    @property
+    def stopped_by(self) -> str:
+        """Why the guard has stopped the arm; empty where it has not said."""
+        return self._exchange.stopped_by
+
     def forget(self) -> None:
         """Follow nothing."""
         self._controller.drop_reference(math.inf)

@@ -42,6 +42,11 @@ class Follower(Protocol):
         """What is followed; None before anything is."""
         ...
 
+    @property
+    def stopped_by(self) -> str:
+        """Why the guard has stopped the arm; empty where it has not said."""
+        ...
+
     def follow(self, reference: Reference) -> str:
         """Take a reference or return why not."""
         ...
@@ -164,8 +169,7 @@ class MotionServer:
         distance = self._distance(arm, state) if is_own and pursuit.is_due(state.t, self._config) else np.nan
         progress = pursuit.judge(state.t, distance, self._config)
         if not is_own:
-            why = "the arm was stopped" if arm.reference is None else "another reference is followed"
-            progress = pursuit.end(state.t, "aborted", why)
+            progress = pursuit.end(state.t, "aborted", _why_not_followed(arm))
         if progress is not None:
             self._told.append(progress)
             if progress.is_final:
@@ -191,6 +195,12 @@ class MotionServer:
         if self._pursuit is not None:
             self._told.append(self._pursuit.end(t, "canceled", why))
             self._pursuit = None
+
+
+def _why_not_followed(arm: Follower) -> str:
+    if arm.reference is not None:
+        return "another reference is followed"
+    return ": ".join(filter(None, ("the arm was stopped", arm.stopped_by)))
 
 
 def _check_state(state: ArmState) -> None:
