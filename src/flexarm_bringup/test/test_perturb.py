@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from flexarm_bringup.sim.perturb import PlantSettings, perturb
-from flexarm_model.manipulator.body_spec import Beam
+from flexarm_model.manipulator.body_spec import Beam, RigidBody
 from flexarm_model.manipulator.description import ManipulatorConfig
 from flexarm_model.reading.config import load_config
 from flexarm_model.served.linearize import linearize
@@ -66,6 +66,20 @@ def test_heavier_bodies_lower_the_frequencies_by_the_root_of_the_mass(config: Ma
     assert _omega(real) == pytest.approx(_omega(config) / np.sqrt(1.2), rel=1e-9)
     rotor = config.actuated["base.rz"].rotor_inertia
     assert real.actuated["base.rz"].rotor_inertia == rotor  # motors are known
+
+
+def test_stretch_and_the_inertia_of_bodies_scale_with_the_rest(config: ManipulatorConfig) -> None:
+    """A strip that stretches, with a rigidity of its own, on a lever that has an inertia of its own."""
+    strip, lever = config.bodies["strip"], config.bodies["lever"]
+    assert isinstance(strip, Beam) and isinstance(lever, RigidBody)
+    pieces = tuple(replace(piece, axial_rigidity=5e4) for piece in strip.pieces)
+    long = replace(strip, pieces=pieces, deformation=("bend_y", "stretch"))
+    bodies = {**config.bodies, "strip": long, "lever": replace(lever, inertia=0.3 * np.eye(3))}
+    arm = replace(config, bodies=bodies, modes=4)
+    stiffer = perturb(arm, PlantSettings(frequency_scale=1.1, extra_modes=0))
+    heavier = perturb(arm, PlantSettings(body_mass_scale=1.2, extra_modes=0))
+    assert _omega(stiffer) == pytest.approx(1.1 * _omega(arm), rel=1e-9)
+    assert _omega(heavier) == pytest.approx(_omega(arm) / np.sqrt(1.2), rel=1e-9)
 
 
 def test_nothing_changes_without_being_asked(config: ManipulatorConfig) -> None:

@@ -107,6 +107,8 @@ def test_frequency_error_moves_the_locked_modes_and_keeps_their_ratios(light_hub
     np.testing.assert_allclose(plant.omega[1:], free[1:], rtol=1e-9)
     assert plant.names == ("axes", "mode_1", "mode_2", "mode_3")
     assert (plant.omega[1:] >= stiffer.omega).all()  # locking the axis slows a mode
+    poles, expected = (np.sort(abs(eigvals(A))) for A in (plant.A, served_plant(stiffer, DT).A))
+    np.testing.assert_allclose(poles, expected, atol=1e-6)  # how fast vibration dies out
 
 
 def test_parts_of_a_period_add_up_to_it(light_hub):

@@ -198,3 +198,17 @@ def test_what_was_learned_goes_over_to_another_model_and_is_not_told():
 def test_the_stiffness_stays_within_its_limits():
     process = process_of()
     assert process.limits == {9: pytest.approx(0.6)}
+
+
+def test_more_sagging_modes_than_there_are_make_no_difference_to_what_is_learned():
+    few, many = (process_of(replace(LEARNING, sag_modes=count)).system for count in (3, 9))
+    np.testing.assert_array_equal(few.learned, many.learned)
+    layout = process_of(replace(LEARNING, sag_modes=3)).layout
+    spring = -(strip_model().omega ** 2)
+    np.testing.assert_array_equal(np.diag(few.learned[0][1:, layout.eta]), spring)
+    np.testing.assert_array_equal(np.diag(few.learned[0][1:, layout.s]), -spring)  # slack where the arm rests
+
+
+def test_what_is_learned_is_held_within_three_sigmas_and_a_sag_is_not():
+    process = process_of(replace(LEARNING, sag_modes=3))
+    assert process.limits == {process.layout.p.start: pytest.approx(3.0 * LEARNING.stiffness_error)}

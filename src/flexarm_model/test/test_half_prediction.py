@@ -63,6 +63,23 @@ def test_modes_of_noise_are_refused() -> None:
     assert found.refusal.startswith("overfitted") and found.second[0] < found.first[0]
 
 
+def test_a_model_that_leaves_clearly_more_in_the_half_it_has_not_seen_is_refused() -> None:
+    """The second half is noisier by 30 %: what is left there is no echo of the first."""
+    record, rng = arm("receptance"), np.random.default_rng(2)
+    record.y[N // 2 :] += (
+        0.3
+        * record.y.std()
+        * signal.lfilter(
+            *signal.butter(2, [BAND[0] * 2 * DT, BAND[1] * 2 * DT], "bandpass"),
+            rng.standard_normal((N // 2, 1)),
+            axis=0,
+        )
+    )
+    found = predict_half(POLES, [record])
+    assert found.first[0] > 99.0 and 70.0 < found.second[0] < 93.0
+    assert found.refusal.startswith("overfitted: output 1")
+
+
 def test_more_terms_than_a_quarter_of_the_samples_are_refused() -> None:
     record = Halved(np.ones((100, 1)), np.ones((100, 1)), DT, True, BAND)
     assert "terms for 50 samples" in predict_half(np.repeat(POLES, 10), [record]).refusal

@@ -170,3 +170,10 @@ def test_frequencies_of_a_measured_beam_follow_theory_and_its_damping_is_not_kno
     beta = np.array([4.730041, 7.853205, 10.995608, 14.137165, 17.278760, 20.420352])  # free-free, tan = tanh
     assert fit.model.f_hz / fit.model.f_hz[0] == pytest.approx((beta / beta[0]) ** 2, rel=0.003)
     assert (fit.lines_per_bandwidth < 1.0).all()
+
+
+def test_the_pole_of_a_track_is_what_it_has_settled_at() -> None:
+    """At low orders a pole still bears the modes that the model has no room for."""
+    settled = -0.3 + 40.0j
+    poles = [-5.0 + 44.0j, -2.0 + 42.0j, -1.0 + 41.0j, settled, settled, settled]
+    assert Track(list(range(6)), poles).pole == settled

@@ -10,7 +10,7 @@ from flexarm_model.identification.automatic import identify_modes
 from flexarm_model.identification.lscf import poles_of_orders
 from flexarm_model.modal.fit import FitOptions, fit_poles
 from flexarm_model.modal.frf import Frf
-from flexarm_model.modal.line_weights import shared_weights
+from flexarm_model.modal.line_weights import repeated_weights, shared_weights
 from flexarm_model.modal.residues import fit_residues
 
 
@@ -60,3 +60,12 @@ def test_weights_of_every_output_alike_are_weights_of_the_lines() -> None:
 def test_weights_of_other_outputs_are_refused() -> None:
     with pytest.raises(ValueError, match="weights of 2 outputs for 3"):
         shared_weights(np.ones((5, 2)), 3)
+
+
+def test_an_output_that_has_become_several_columns_keeps_its_weights() -> None:
+    """Columns stand output by output, the inputs of each side by side."""
+    weight = np.array([[1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
+    shared = shared_weights(repeated_weights(weight, 2), 4)
+    by_column = {int(k): part.weight for part in shared for k in part.outputs}
+    for column, output in enumerate((0, 0, 1, 1)):
+        assert np.array_equal(by_column[column], weight[:, output])

@@ -12,7 +12,7 @@ from flexarm_model.bodies.body_reduction import reduce_body
 from flexarm_model.manipulator.body_spec import Beam, Reduction, RigidBody
 from flexarm_model.manipulator.description import Axis, Joint, ManipulatorConfig, NodeRef
 from flexarm_model.served.linearize import PoseError, linearize
-from flexarm_model.tree.massless import describe_massless
+from flexarm_model.tree.massless import describe_massless, has_mass
 from flexarm_model.tree.reduced_tree import ReducedTree
 
 EMPTY = replace(BAR, density=0.0)
@@ -103,3 +103,10 @@ def test_a_beam_without_mass_and_modes_is_a_rigid_link_without_mass() -> None:
 def test_more_modes_than_a_beam_has_are_counted_as_they_were_written() -> None:
     with pytest.raises(ValueError, match="body 'bar': 500 modes asked for, 16 available"):
         reduce_body(bar(reduction=Reduction("craig_bampton", 500, "clamped")), {"root", "end"})
+
+
+def test_a_motion_with_little_mass_beside_that_of_others_has_some() -> None:
+    """Coordinates have units of their own: little beside a ton is mass, what cancels is none."""
+    assert has_mass(np.diag([1e-17, 1e3]))
+    assert not has_mass(np.diag([0.0, 1e3]))
+    assert not has_mass(1e3 * np.ones((2, 2)))

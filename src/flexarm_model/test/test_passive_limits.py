@@ -66,6 +66,16 @@ def test_whole_turns_of_a_passive_axis_do_not_count(tmp_path: Path) -> None:
     assert np.array_equal(one.q0, other.q0)
 
 
+def test_half_a_turn_of_a_passive_axis_does_count(tmp_path: Path) -> None:
+    """Stops around the other side of the turn: the rocker never stands there."""
+    config = linkage(tmp_path, -100, -20).config
+    (joint,) = config.closures
+    axes = tuple(replace(axis, lower=axis.lower + np.pi, upper=axis.upper + np.pi) for axis in joint.axes)
+    beyond = replace(config, closures=(replace(joint, axes=axes),))
+    with pytest.raises(PoseError, match=r"ground\.rz at .*, outside \["):
+        linearize(ReducedTree(beyond, use_compiler=False))
+
+
 def test_a_sag_into_a_stop_is_refused(tmp_path: Path) -> None:
     """A sprung wrist of 5 N m/rad that carries 0.5 kg at 0.1 m sinks by 5.6 degrees."""
     off = ["1 kg m^2", "1 kg m^2", "1 kg m^2", "0 kg m^2", "0 kg m^2", "0 kg m^2"]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -24,6 +25,7 @@ SPEED, ACCELERATION = 0.5, 5.0  # the same; its corners take v^2 / r = 5 m/s^2
 TOOL_DOWN = np.diag([1.0, -1.0, -1.0])
 NEAR = np.radians([0.0, 20.0, 10.0, 0.0, 60.0, 0.0])
 DT = 0.002
+PARTS = ("t", "poses", "twists", "accelerations")
 
 
 @cache
@@ -173,3 +175,21 @@ def test_a_path_out_of_reach_or_through_a_singular_pose_is_refused() -> None:
     )
     with pytest.raises(SingularPoseError, match="Jacobian is singular"):
         follow(SIX.nearest, SIX.chain.jacobian, through, straight)
+
+
+def test_the_same_path_a_thousand_times_as_fast_asks_the_same_of_the_axes_in_that_time() -> None:
+    """Accelerations go with the square of the speed, whatever it is: J' theta' is exact along the way."""
+    motion, fast = square_motion(), 1e3
+    hurried = replace(
+        motion, t=motion.t / fast, twists=fast * motion.twists, accelerations=fast**2 * motion.accelerations
+    )
+    some = slice(200, 300)
+    slow, quick = (
+        follow(
+            SIX.nearest, SIX.chain.jacobian, replace(each, **{n: getattr(each, n)[some] for n in PARTS}), NEAR
+        )
+        for each in (motion, hurried)
+    )
+    size = abs(slow.theta_ddot).max()
+    np.testing.assert_allclose(quick.theta_dot / fast, slow.theta_dot, atol=1e-12)
+    np.testing.assert_allclose(quick.theta_ddot / fast**2, slow.theta_ddot, atol=1e-9 * size)

@@ -187,3 +187,9 @@ def test_models_of_different_numbers_of_modes_cannot_be_followed() -> None:
     arm = tree("planar")
     with pytest.raises(ValueError, match="same modes"):
         follow(arm, linearize(arm, modes=3), linearize(arm))
+
+
+def test_links_number_the_models_that_there_are_not_the_poses_asked_for() -> None:
+    grid = build_grid(tree("planar"), listed_poses([[np.nan, 0.2], [0.0, 0.2], [0.3, 0.2]]))
+    assert len(grid.refused) == 1 and len(grid.models) == 2
+    assert [(link.old, link.new) for link in grid.links] == [(0, 1)]

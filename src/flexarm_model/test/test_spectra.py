@@ -80,6 +80,15 @@ def test_coherence_is_the_share_of_the_power_that_the_input_explains() -> None:
     assert found.trusted(0.5)[line] and not found.trusted(0.999)[line]
 
 
+def test_a_transient_in_a_boxcar_tells_the_response_at_rest_too() -> None:
+    """A kick and what follows it have a mean, and its ratio is the static compliance."""
+    x = np.zeros((BLOCK, 1))
+    x[5:9] = 1.0
+    y = signal.lfilter(*oscillator(), x, axis=0)
+    found = measure_frf([x], [y], RATE, SpectrumSettings(BLOCK, window="boxcar"))
+    np.testing.assert_allclose(found.frf.H[:40, 0, 0], truth(found.frf.f_hz[:40]), rtol=1e-6)
+
+
 def test_blocks_of_several_runs_are_averaged_and_counted() -> None:
     rng = np.random.default_rng(3)
     runs = [rng.standard_normal((3 * BLOCK, 1)) for _ in range(4)]

@@ -129,6 +129,11 @@ def test_what_cannot_be_reached_is_refused() -> None:
     pose[:3, 3] += [5.0, 0.0, 0.0]
     with pytest.raises(ReachError, match="from the shoulder: distance"):
         ARM.solutions(pose)
+    with pytest.raises(ReachError) as refused:
+        ARM.solutions(pose)
+    centre = pose[:3, 3] - ARM.d6 * pose[:3, 2]
+    facing = math.hypot(math.hypot(centre[0], centre[1]) - ARM.a1, centre[2] - ARM.d1)
+    assert refused.value.distance == pytest.approx(facing)  # not that of the shoulder turned away
     with pytest.raises(KinematicsError, match="holds no rotation"):
         ARM.solutions(np.diag([1.0, 1.0, -1.0, 1.0]))
     q = np.full(6, 0.3)
