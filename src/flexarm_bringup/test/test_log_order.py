@@ -153,3 +153,13 @@ def test_a_reference_from_outside_is_logged_when_it_comes_and_the_controller_s_o
         log.add(STREAMS["reference"], cdr, 7 * PERIOD_NS, received_ns=-1)
     log.close()
     assert [t // PERIOD_NS for name, t, _ in written if name.endswith("reference")] == [2, 7]
+
+
+def test_a_rig_that_starts_again_does_not_turn_the_log_back() -> None:
+    log, written = lockstep_log()
+    for sequence, stamp_ns in enumerate((0, 5 * PERIOD_NS, 0)):
+        send(log, "joint_states", sequence)
+        log.announce(sequence, stamp_ns, ["joint_states"], [1])
+    log.add(STREAMS["reference"], b"outside", 123, received_ns=-1)
+    log.close()
+    assert {cdr: time for _, time, cdr in written}[b"outside"] == 5 * PERIOD_NS

@@ -38,6 +38,9 @@ class Sides:
     def on_sensor(self, topic: str, msg: Any) -> None:
         self.calls.append(topic)
 
+    def on_intervention(self, msg: Any) -> None:
+        self.calls.append("intervention")
+
     def step(self, stamp_ns: int) -> list[Sent]:
         self.calls.append(f"step {stamp_ns // PERIOD_NS}")
         state = message_class("flexarm_interfaces/msg/ModalState")()
@@ -111,3 +114,21 @@ def test_what_the_nodes_once_answered_is_not_fed_back() -> None:
     outputs = ("modal_state", "end_effector", "joint_commands", "controller_status", "truth", "/diagnostics")
     assert list(Player(sides, sides, lockstep=False).play(records(*outputs))) == []
     assert sides.calls == []
+
+
+def test_an_intervention_acts_in_the_first_step_after_it_or_at_its_stamp_if_it_was_written_late() -> None:
+    early, late = "estimator/interventions@9", "estimator/interventions@2"
+    for bag, calls in (
+        ((early, "joint_states@1"), ["joint_states", "intervention", "step 1"]),
+        (
+            ("joint_states@1", late, "joint_states@3"),
+            ["joint_states", "step 1", "joint_states", "intervention"],
+        ),
+        (("joint_states@3", late), ["joint_states", "intervention", "step 3"]),
+        (("joint_states@1", early), ["joint_states", "step 1"]),
+    ):
+        sides = Sides()
+        list(Player(sides, sides, lockstep=False).play(records(*bag)))
+        told = [call for call in sides.calls if not call.startswith(("answer", "ahead"))]
+        assert told[: len(calls)] == calls
+        assert "intervention" in calls or "intervention" not in told

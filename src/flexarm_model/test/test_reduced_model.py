@@ -83,3 +83,8 @@ def test_sizes_and_names_follow_the_content() -> None:
     assert (model().n_theta, model().n_eta, model().n) == (1, 3, 4)
     assert model().eta_names == ("mode_1", "mode_2", "mode_3") and model().theta_names == ("base.rz",)
     assert linearize(tree("single_link"), np.array([0.2])).xi0 == pytest.approx([0.2, 0, 0, 0])
+
+
+def test_the_same_numbers_in_another_shape_are_another_model() -> None:
+    turned = replace(model(), Phi=model().Phi.ravel())
+    assert turned.model_id != model().model_id

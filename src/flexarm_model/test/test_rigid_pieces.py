@@ -186,6 +186,17 @@ def test_bending_both_ways_has_the_same_half_bodies() -> None:
     assert omega[::2] == pytest.approx(reduce_body(strip(1, "clamped", 2), {"root", "tip"}).omega, rel=1e-9)
 
 
+def test_a_beam_whose_rigid_root_piece_carries_an_interface_is_clamped_at_its_root_all_the_same() -> None:
+    """The root is the master of its stretch, or nothing would hold the beam."""
+    flange = replace(HALF_BODY, elements=2)
+    beam = Beam(
+        "strip", (flange, STRIP[1]), (), ("bend_y",), 0.0, {"root": 0.0, "flange": ARM / 2, "tip": ARM + L},
+        Reduction("craig_bampton", 3, "clamped"),
+    )  # fmt: skip
+    plain, held = (reduce_body(beam, interfaces).omega for interfaces in (("tip",), ("flange", "tip")))
+    np.testing.assert_allclose(held, plain, rtol=1e-6)
+
+
 def test_a_beam_without_a_flexible_piece_is_refused() -> None:
     with pytest.raises(ValueError, match="body 'strip': no piece of the beam is flexible"):
         BeamMesh(replace(strip(1, "clamped", 1), pieces=(HALF_BODY, HALF_BODY)))
