@@ -13,7 +13,7 @@ from machines import machine, machine_tree
 
 from flexarm_model.reading.config import load_config
 from flexarm_model.served.loop_closing import close_at
-from flexarm_model.tree.closure import close_loops, null_space, solve_positions
+from flexarm_model.tree.closure import _choose_dependent, close_loops, null_space, solve_positions
 from flexarm_model.tree.closure_error import ClosureError
 from flexarm_model.tree.reduced_tree import ReducedTree
 
@@ -115,3 +115,18 @@ def test_an_open_arm_has_nothing_to_close() -> None:
         and tree.closed(q) is q
         and np.array_equal(np.sort(tree.motions_within(q), axis=0)[-1], np.ones(tree.n_q))
     )
+
+
+def test_a_far_step_is_shortened_so_that_closing_arrives() -> None:
+    """Newton's iteration on the arc tangent runs away from anywhere beyond 1.39."""
+
+    def rows(q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        return np.arctan(q[1:] - q[0]), np.array([[-1.0, 1.0]]) / (1.0 + (q[1] - q[0]) ** 2)
+
+    found = close_loops(rows, np.array([0.5, 6.0]), np.array([1]), "slope")
+    np.testing.assert_allclose(found, [0.5, 0.5], atol=1e-10)
+
+
+def test_a_sprung_axis_follows_where_the_loose_ones_do_not_reach_not_where_it_is_strongest() -> None:
+    G = np.array([[1.0, 5.0, 0.0], [0.0, 0.1, 0.2]])  # the strong spring does what the loose axis does
+    assert _choose_dependent(G, np.array([0]), np.array([1, 2])).tolist() == [0, 2]

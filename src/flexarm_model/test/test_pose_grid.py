@@ -15,7 +15,7 @@ from flexarm_model.served.linearize import PoseError, linearize
 from flexarm_model.served.mode_change import mode_change, mode_shapes
 from flexarm_model.served.mode_following import alikeness, follow, turn_modes
 from flexarm_model.served.model_file import ModelFileError
-from flexarm_model.served.pose_grid import PoseGrid, build_grid, grid_poses, listed_poses
+from flexarm_model.served.pose_grid import PoseGrid, _outwards, build_grid, grid_poses, listed_poses
 from flexarm_model.served.pose_grid_file import INDEX, load_grid, save_grid
 from flexarm_model.served.reduced_model import ReducedModel
 from flexarm_model.tree.reduced_tree import ReducedTree
@@ -193,3 +193,9 @@ def test_links_number_the_models_that_there_are_not_the_poses_asked_for() -> Non
     grid = build_grid(tree("planar"), listed_poses([[np.nan, 0.2], [0.0, 0.2], [0.3, 0.2]]))
     assert len(grid.refused) == 1 and len(grid.models) == 2
     assert [(link.old, link.new) for link in grid.links] == [(0, 1)]
+
+
+def test_modes_are_followed_over_the_clearest_links() -> None:
+    """A round trip has one unclear link, which nobody needs."""
+    clear = {(0, 1): 0.99, (1, 2): 0.95, (2, 3): 0.9, (0, 3): 0.2}
+    assert _outwards([0, 1, 2, 3], clear) == [(0, 1), (1, 2), (2, 3)]

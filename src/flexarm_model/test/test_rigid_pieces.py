@@ -17,7 +17,7 @@ from scipy.linalg import eigh
 from scipy.optimize import brentq
 
 from flexarm_model.bodies.beam import BeamMesh
-from flexarm_model.bodies.body_reduction import reduce_body
+from flexarm_model.bodies.body_reduction import KeptReductions, reduce_body
 from flexarm_model.bodies.superelement import Superelement
 from flexarm_model.manipulator.body_spec import Beam, BeamPiece, Reduction
 from flexarm_model.manipulator.description import WORLD, Axis, Joint, ManipulatorConfig, NodeRef
@@ -35,6 +35,7 @@ STRIP = {
     for number, E, rho in ((1, 200e9, 12500.0), (2, 220e9, 9500.0))
 }
 HALF_BODY = BeamPiece(ARM, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 0.0, elements=1, rigid=True)
+SECTION = ("area", "I_y", "I_z", "torsion_constant", "E", "G", "density")
 Row = Callable[[Array, float], Array]  # a condition over the derivatives 0 to 3 of four functions, (4, 4)
 
 
@@ -266,3 +267,15 @@ def test_segments_carry_the_damping_time() -> None:
     config = on_an_axis(replace(strip(1, "clamped", 2), damping_time=3e-3))
     segments = SegmentTree(config, 4)
     np.testing.assert_allclose(segments.D, 3e-3 * segments.K, rtol=1e-12)
+
+
+def test_a_body_that_is_kept_is_reduced_again_where_joints_use_other_nodes() -> None:
+    """Reduced once for its tip, it would be held at its tip alone for a joint at another node."""
+    flange = replace(HALF_BODY, length=0.1, rigid=False, **{n: getattr(STRIP[1], n) for n in SECTION})
+    beam = Beam(
+        "strip", (flange, STRIP[1]), (), ("bend_y",), 0.0, {"root": 0.0, "mid": 0.1, "tip": 0.1 + L},
+        Reduction("guyan", 0, "clamped"),
+    )  # fmt: skip
+    kept = KeptReductions()
+    assert [kept(beam, used).n for used in (("tip",), ("mid", "tip"), ("tip",))] == [2, 4, 2]
+    assert kept(beam, ("tip",)) is kept(beam, ("tip",))
