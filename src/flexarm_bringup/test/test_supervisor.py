@@ -99,6 +99,7 @@ def test_a_crashed_child_comes_back_until_it_has_crashed_too_often(tmp_path: Pat
             endings += supervisor.tend()
         assert supervisor.tend() == []
     assert [ending.returns for ending in endings] == [True] * RESPAWNS + [False]
+    assert str(endings[-1]).endswith("trouble; not started again: 3 times in 30 s at most")
     assert str(endings[0]).endswith("ended with 5, started again: trouble")
     assert supervisor.log(endings[0].process.name).read_text() == "trouble\n" * (RESPAWNS + 1)
 

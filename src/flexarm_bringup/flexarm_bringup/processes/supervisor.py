@@ -141,6 +141,8 @@ class Supervisor:
             if name not in self._told:
                 process, words = self._processes[name], self._last_words(name, code)
                 returns = self._may_return(process, code)
+                if not returns and process.respawn and code not in ON_PURPOSE:
+                    words = f"{words}; not started again: {RESPAWNS} times in {WITHIN:g} s at most"
                 try:
                     if returns:
                         self._bring_back(process)
