@@ -51,6 +51,13 @@ def whole(*, at_least: int, at_most: float = math.inf) -> Callable[[str], int]:
     return read
 
 
+def add_seed(parser: ArgumentParser, of: str, default: int = 1) -> None:
+    """Add --seed: ``of`` says what is random."""
+    parser.add_argument(
+        "--seed", type=whole(at_least=0), default=default, metavar="N", help=f"of {of} (default {default})"
+    )
+
+
 def output_file(text: str) -> Path:
     """Return the path of a file that can be written; "-" is the standard output.
 

@@ -14,7 +14,7 @@ import argparse
 import sys
 from collections.abc import Mapping, Sequence
 
-from flexarm_bringup.arguments import whole
+from flexarm_bringup.arguments import add_seed
 from flexarm_bringup.assumptions import arm_of, resting_on
 from flexarm_bringup.fault_drill.drill import FAMILIES, MACHINES, SEED, RowResult, run_drill
 from flexarm_bringup.page.report import Cell, Check, Column, Page, Table, add_report_arguments, publish
@@ -54,13 +54,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         numbers = f"{min(family.rows)} to {max(family.rows)}"
         parser.add_argument(f"--{name}", action="store_true", help=f"only the {name}'s rows ({numbers})")
     parser.add_argument("--rows", metavar="LIST", help="only these rows of the matrix, such as 1-5,20")
-    parser.add_argument(
-        "--seed",
-        type=whole(at_least=0),
-        default=SEED,
-        metavar="N",
-        help=f"of noise and of everything random (default {SEED}, for which the bounds are asked)",
-    )
+    add_seed(parser, "noise and everything random; settings were chosen with the default", SEED)
     add_report_arguments(parser)
     parser.epilog = EPILOG
 

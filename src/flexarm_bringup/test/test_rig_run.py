@@ -7,6 +7,7 @@ import resource
 import signal
 import subprocess
 import sys
+import threading
 import time
 from pathlib import Path
 
@@ -14,6 +15,7 @@ import pytest
 
 from flexarm_bringup.cli import main
 
+PATIENCE = 90.0  # s for what takes some; a graph that hangs shall not hang the tests
 COMMAND = [sys.executable, "-m", "flexarm_bringup.cli", "rig"]
 
 
@@ -173,10 +175,15 @@ def still_running(domain: str) -> list[str]:
 
 def wait_for(process: "subprocess.Popen[str]", words: str) -> None:
     assert process.stdout is not None
-    for line in process.stdout:
-        if words in line:
-            return
-    raise AssertionError(f"ended before it said '{words}'")
+    late = threading.Timer(PATIENCE, process.kill)
+    late.start()
+    try:
+        for line in process.stdout:
+            if words in line:
+                return
+    finally:
+        late.cancel()
+    raise AssertionError(f"ended, or was ended after {PATIENCE:g} s, before it said '{words}'")
 
 
 def children(parent: int) -> list[tuple[int, str]]:

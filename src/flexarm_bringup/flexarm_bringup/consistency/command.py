@@ -16,7 +16,7 @@ import argparse
 import sys
 from collections.abc import Sequence
 
-from flexarm_bringup.arguments import whole
+from flexarm_bringup.arguments import add_seed, whole
 from flexarm_bringup.assumptions import arm_of, resting_on
 from flexarm_bringup.consistency.monte_carlo import Drawing, DrawnResult, run_drawing
 from flexarm_bringup.consistency.page import build_page
@@ -40,7 +40,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "name", nargs="*", default=list(MACHINES), help="manipulators, or moves files (.yaml)"
     )
-    parser.add_argument("--seed", type=whole(at_least=0), default=1, help="of all noise (default 1)")
+    add_seed(parser, "all noise")
     parser.add_argument(
         "--runs", type=whole(at_least=1), default=RUNS, help=f"drawn per machine (default {RUNS})"
     )

@@ -16,7 +16,7 @@ from pathlib import Path
 
 import numpy as np
 
-from flexarm_bringup.arguments import number, refuse_idle, whole
+from flexarm_bringup.arguments import add_seed, number, refuse_idle
 from flexarm_bringup.assumptions import arm_of, resting_on
 from flexarm_bringup.bags.bag_writer import BagError
 from flexarm_bringup.bags.configuration import configuration
@@ -56,7 +56,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         choices=(*LAWS, ALONE),
         help="that moves it; alone: the drives, much faster; mpc",
     )
-    parser.add_argument("--seed", type=whole(at_least=0), default=1, help="of noise and pace; 1")
+    add_seed(parser, "noise and pace")
     add_report_arguments(parser)
 
 

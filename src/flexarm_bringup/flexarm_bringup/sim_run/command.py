@@ -9,7 +9,7 @@ from __future__ import annotations
 import argparse
 import sys
 
-from flexarm_bringup.arguments import whole
+from flexarm_bringup.arguments import add_seed
 from flexarm_bringup.assumptions import arm_of, resting_on
 from flexarm_bringup.page.report import add_report_arguments, publish
 from flexarm_bringup.progress import Progress
@@ -30,13 +30,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("name", help="a manipulator (name or .yaml), or a moves file (.yaml)")
     parser.add_argument("--preset", help="run this preset alone, in all conditions")
     parser.add_argument("--nominal", action="store_true", help="only the arm as described")
-    parser.add_argument(
-        "--seed",
-        type=whole(at_least=0),
-        default=SEED,
-        metavar="N",
-        help=f"of the rig's noise (default {SEED})",
-    )
+    add_seed(parser, "the rig's noise", SEED)
     add_report_arguments(parser)
     parser.epilog = "Exit code 1 when a bound in the table 'Acceptance' was missed."
 

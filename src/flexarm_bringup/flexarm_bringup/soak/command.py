@@ -19,7 +19,7 @@ import tempfile
 from dataclasses import replace
 from pathlib import Path
 
-from flexarm_bringup.arguments import number, output_folder, whole
+from flexarm_bringup.arguments import add_seed, number, output_folder
 from flexarm_bringup.assumptions import resting_on
 from flexarm_bringup.page.report import add_report_arguments, publish
 from flexarm_bringup.processes.graph import Process
@@ -45,7 +45,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         ("--kill-every", 150.0, "mean between kills; 0: never"),
     ):
         add(option, type=number(at_least=0.0), default=seconds, metavar="S", help=f"{about} ({seconds:g} s)")
-    add("--seed", type=whole(at_least=0), default=1, help="of moves, faults and kills (1)")
+    add_seed(parser, "moves, faults and kills")
     add("--log", type=output_folder, help="keep the nodes' log files in this folder")
     add_report_arguments(parser)
 

@@ -37,7 +37,7 @@ class AxisInertia:
         Args:
             n: Axes.
             lag: Of the estimated torque behind the true one [s].
-            dt: Control period [s].
+            dt: From one that is learned from to the next [s].
         """
         self.share: Array = np.zeros(n)
         self._follow, self._keep = -math.expm1(-dt / lag), math.exp(-dt / MEMORY)

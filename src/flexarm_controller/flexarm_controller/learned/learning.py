@@ -17,8 +17,6 @@ from flexarm_controller.state import ArmState
 
 Array = NDArray[np.float64]
 Steps = tuple[tuple[int, ...], tuple[int, ...]]  # of stiffness and of inertia; none where all are zero
-
-
 OFTEN = 20  # times within the lag of the estimated torque, which tells nothing new sooner
 
 
