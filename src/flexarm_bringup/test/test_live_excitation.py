@@ -187,7 +187,7 @@ def _without_recorder(row: Process) -> Process:
 def test_an_arm_that_is_softer_than_described_is_found_over_dds(mode: str, tmp_path: Path) -> None:
     """5 % softer in frequency; the first mode of free motors within 1 %, the same from the bag alone.
 
-    By the clock the test wants SCHED_FIFO or a machine that is not overloaded: the guard bears 50 ms of
+    By the clock the test wants SCHED_RR or a machine that is not overloaded: the guard bears 50 ms of
     silence.
     """
     pytest.importorskip("rclpy", reason="needs ROS")

@@ -49,4 +49,32 @@ def test_every_thread_gets_the_priority_where_the_user_may():
     if "not permitted" in done.stdout:
         pytest.skip("this user may not raise priorities")
     policies = [int(number) for number in done.stdout.strip("[]\n").split(",")]
-    assert len(policies) >= 2 and set(policies) == {os.SCHED_FIFO}
+    assert len(policies) >= 2 and set(policies) == {os.SCHED_RR}
+
+
+TURNS = """
+import hashlib, os, threading, time
+from flexarm_model.process.punctual import raise_priority, stay_on
+stay_on((min(os.sched_getaffinity(0)),))
+refused = raise_priority(1)
+spin = threading.Thread(target=hashlib.pbkdf2_hmac, args=("sha256", b"a", b"b", 3_000_000))  # without the GIL
+began = last = time.monotonic()
+spin.start()
+longest, spinning = 0.0, True
+while spinning:
+    spinning = spin.is_alive()
+    now = time.monotonic()
+    longest, last = max(longest, now - last), now
+print(refused or f"{longest} {time.monotonic() - began}")
+"""
+
+
+def test_a_thread_that_spins_does_not_keep_the_core_from_others_of_its_priority():
+    """A thread of DDS did, at the start of an estimator; the one that it waited for never ran again."""
+    done = subprocess.run(
+        [sys.executable, "-c", TURNS], capture_output=True, text=True, check=True, timeout=120
+    )
+    if "not permitted" in done.stdout:
+        pytest.skip("this user may not raise priorities")
+    longest, whole = map(float, done.stdout.split())
+    assert longest < whole / 3

@@ -61,9 +61,9 @@ def _cores() -> Finding:
 def _priority() -> Finding:
     limit = resource.getrlimit(resource.RLIMIT_RTPRIO)[0]
     if os.geteuid() == 0 or limit >= REALTIME_PRIORITY:
-        return Finding("ok", "priority", f"SCHED_FIFO {REALTIME_PRIORITY} is allowed")
+        return Finding("ok", "priority", f"SCHED_RR {REALTIME_PRIORITY} is allowed")
     return Finding(
-        "hint", "priority", f"SCHED_FIFO up to {limit} only",
+        "hint", "priority", f"SCHED_RR up to {limit} only",
         f"'rtprio {REALTIME_PRIORITY}' for your user in /etc/security/limits.d, then log in again",
     )  # fmt: skip
 

@@ -11,7 +11,7 @@ import os
 from collections.abc import Iterable
 from typing import Any
 
-# SCHED_FIFO by the clock: the guard comes first
+# SCHED_RR by the clock: the guard comes first
 PRIORITIES = {"guard": 70, "rig": 60, "estimator": 50, "controller": 50}
 REALTIME_PRIORITY = max(PRIORITIES.values())  # that a user must be allowed
 BESIDE_THE_DRIVES = ("guard", "rig")

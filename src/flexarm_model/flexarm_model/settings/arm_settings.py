@@ -22,7 +22,7 @@ class LoopSettings(ArmSettings):
     lockstep: bool = parameter(False, "Wait for the ticks of the simulated rig.")
     realtime_priority: int = parameter(
         0,
-        "SCHED_FIFO priority while running, where the user may; 0 leaves it ordinary.",
+        "SCHED_RR priority while running, where the user may; 0 leaves it ordinary.",
         minimum=0,
         maximum=90,
     )
