@@ -3,9 +3,9 @@
 A process that changes cores finds its caches cold, and two that answer each other in turn wait for the same
 core while another one is free. Threads that are begun later inherit both.
 
-Threads of one priority take turns (SCHED_RR), 0.1 s each where nobody has to wait earlier. With SCHED_FIFO the
-first one would keep the core: a thread of DDS that tries again and again for a lock that another one holds,
-which waits for that core, then hangs its node for ever.
+Threads of one priority take turns (SCHED_RR), 0.1 s each where nobody has to wait earlier. With SCHED_FIFO
+the first one would keep the core: a thread of DDS that tries again and again for a lock that another one
+holds, which waits for that core, then hangs its node for ever.
 """
 
 from __future__ import annotations
