@@ -57,8 +57,10 @@ class ControlCommand(NamedTuple):  # not a dataclass: one is made in every perio
     split: tuple[float, float, float] = (0.0, 0.0, 0.0)
     local: Callable[[], LocalLaw] | None = None
 
-    def for_guard(self, sequence: int, token: int) -> GuardCommand:
-        """Return it as the guard takes it, with its number in a session; for any model."""
+    def for_guard(self, sequence: int, token: int) -> GuardCommand | None:
+        """Return it as the guard takes it, with its number in a session, for any model; None if inactive."""
+        if self.mode == "inactive":
+            return None
         return GuardCommand(self.t, sequence, token, tuple(self.tau.tolist()), acts_at=self.acts_at)
 
     @property

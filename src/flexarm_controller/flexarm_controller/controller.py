@@ -180,7 +180,9 @@ class Controller:
             )
         law, former = cast("Mode", self.config.law), self._former.ahead(state.t)
         rest = self.config.rest_velocity
-        return Cycle(state, reference, self._sent, self._laws, fault, law, plan, refusal, former, rest)
+        return Cycle(
+            state, reference, self._sent, self._laws, fault, law, plan, refusal, former, rest, self._is_led
+        )
 
     def _outcome(self, state: ArmState) -> str:
         """Return why the state cannot be used, empty when it can; give the motion up when that lasts."""

@@ -183,6 +183,8 @@ class ControllerExchange:
         if self.withheld or not self._token:
             return self._send_nothing(stamp_ns, self.withheld or "guard is not armed")
         command = self.controller.step(self.state)
+        if command.mode == "inactive":  # the guard is to hold the arm
+            return self._send_nothing(stamp_ns, command.reason)
         rest = *self._counts, self.controller.notice
         self.answer = Answer(stamp_ns, command.mode, command.reason, command, *rest)
         self._sequence += 1

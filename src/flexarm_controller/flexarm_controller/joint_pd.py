@@ -18,9 +18,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from flexarm_controller.joint_loop import GAIN_MARGIN, JointLoop
 from flexarm_controller.program.delay import split_delay, torques_kept
 from flexarm_controller.program.equilibrium import build_equilibrium
-from flexarm_controller.program.prediction import plant
 from flexarm_controller.reference import Reference
 from flexarm_controller.settings import ControllerConfig, MpcConfig
 from flexarm_controller.state import ArmState
@@ -28,7 +28,6 @@ from flexarm_model.served.reduced_model import ReducedModel
 
 Array = NDArray[np.float64]
 FASTEST = 0.2  # of the joint loop [rad per control period]: about 60 degrees of phase are left with delay
-GAIN_MARGIN = 2.0  # 6 dB
 LOWER = 0.8  # factor between two tries
 TRIES = 40
 
@@ -52,7 +51,7 @@ class JointPd:
         """
         slowest = model.omega[0] if model.n_eta else np.inf
         frequency = float(min(config.pd_bandwidth * slowest, FASTEST / config.period))
-        loop = _Loop(model, config.period, torques_kept(mpc, config.period))
+        loop = JointLoop(model, config.period, torques_kept(mpc, config.period))
         for _ in range(TRIES):
             self._tune(model, frequency, config.pd_damping)
             if loop.is_stable(GAIN_MARGIN * self.K_p, GAIN_MARGIN * self.K_d):
@@ -81,25 +80,3 @@ class JointPd:
         forward = self._equilibrium.U @ r + self._equilibrium.u_0
         feedback = self.K_p * (theta[0] - state.theta) + self.K_d * (theta_dot[0] - state.theta_dot)
         return np.asarray(forward + feedback)
-
-
-class _Loop:
-    """The served model under joint feedback with its delay, period by period."""
-
-    def __init__(self, model: ReducedModel, dt: float, delay: int) -> None:
-        self._system, self._delay = plant(model, dt), delay
-        self._n_theta = model.n_theta
-
-    def is_stable(self, K_p: Array, K_d: Array) -> bool:
-        """Tell whether ``[x; torques on their way]`` dies out."""
-        s, m = self._system, self._n_theta
-        n_x, n_w = s.n_x, self._delay * m
-        gain = np.zeros((m, n_x))
-        gain[:, :m], gain[:, n_x // 2 : n_x // 2 + m] = np.diag(K_p), np.diag(K_d)
-        A = np.zeros((n_x + n_w, n_x + n_w))
-        A[:n_x, :n_x] = s.A if n_w else s.A - s.B @ gain
-        if n_w:
-            A[:n_x, n_x : n_x + m] = s.B  # the oldest torque acts
-            A[n_x : n_x + n_w - m, n_x + m :] = np.eye(n_w - m)
-            A[n_x + n_w - m :, :n_x] = -gain
-        return bool(abs(np.linalg.eigvals(A)).max() < 1.0)

@@ -2,6 +2,9 @@
 
 ``RUNGS`` is the whole table, from the top. In every cycle the first rung that has a finite answer speaks, so
 the ladder is left downwards for the reasons in the table, and upwards as soon as a rung above works again.
+
+Damping knows no positions: under it an arm sinks whose load is another than described. So where motors bear
+weight, an arm that nothing leads any more is left to the guard, which holds it where the drives see it.
 """
 
 from __future__ import annotations
@@ -38,6 +41,7 @@ class Cycle(NamedTuple):  # not a dataclass: one is made in every period, and th
         refusal: Why that answer is not used; empty when it is.
         former: What an earlier plan holds for this and the following periods, (k, n_u); may be empty.
         rest_velocity: Velocity below which an axis is at rest [rad/s] or [m/s].
+        is_led: A motion, or holding where the arm was, goes on; no state was lost for too long.
     """
 
     state: ArmState
@@ -50,6 +54,7 @@ class Cycle(NamedTuple):  # not a dataclass: one is made in every period, and th
     refusal: str
     former: Array
     rest_velocity: float
+    is_led: bool
 
 
 @dataclass(frozen=True)
@@ -57,7 +62,7 @@ class Rung:
     """One rung.
 
     Attributes:
-        mode: Its name; empty for that of the law that was asked for.
+        mode: Its name; empty for that of the law that was asked for. What is "inactive" sends nothing.
         speaks_when: Condition under which it speaks when no rung above does.
         answer: Its torque, (n_u,), or None when the condition does not hold.
         left_because: Why it did not speak; empty when that has been said already.
@@ -128,6 +133,11 @@ def _follow_lqr(cycle: Cycle) -> Array | None:
     return lqr.step(cycle.state, cycle.reference, cycle.sent)
 
 
+def _leave(cycle: Cycle) -> Array | None:
+    damping: JointDamping = cycle.laws.damping
+    return damping.load if not cycle.is_led and damping.lets_sink(cycle.rest_velocity) else None
+
+
 def _damp(cycle: Cycle) -> Array | None:
     is_moving = (abs(cycle.state.theta_dot) > cycle.rest_velocity).any()
     return _hold(cycle) if is_moving else None
@@ -157,7 +167,8 @@ RUNGS = (
         _follow_lqr,
         lambda cycle: "" if cycle.fault else "no torque from LQR",
     ),
+    Rung("inactive", "nothing leads the arm, and motors bear weight", _leave, lambda cycle: ""),
     Rung("damping", "an axis moves", _damp, lambda cycle: ""),
     Rung("hold", "every axis is at rest", _hold, lambda cycle: ""),
 )
-LAW, SHIFTED_PLAN, LQR, DAMPING, HOLD = range(len(RUNGS))
+LAW, SHIFTED_PLAN, LQR, LEFT, DAMPING, HOLD = range(len(RUNGS))

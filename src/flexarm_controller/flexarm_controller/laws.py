@@ -28,6 +28,7 @@ from flexarm_controller.nonlinear.arm_equations import NonlinearModelError
 from flexarm_controller.nonlinear.nonlinear_arm import NonlinearArm
 from flexarm_controller.nonlinear.nonlinear_mpc import NonlinearMpc
 from flexarm_controller.nonlinear.settings import NmpcConfig
+from flexarm_controller.program.delay import torques_kept
 from flexarm_controller.program.foresight import Foresight
 from flexarm_controller.program.stage import Stage, build_stage
 from flexarm_controller.reference import Reference
@@ -193,4 +194,6 @@ def build_laws(model: ReducedModel, given: LawInputs) -> Laws:
     except np.linalg.LinAlgError:
         lqr = None
     scale = deviation_scale(model, given.mpc, given.config.period)
-    return Laws(model, planner, lqr, JointDamping(model, given.config.damping_rate), scale)
+    delay = torques_kept(given.mpc, given.config.period)
+    damping = JointDamping(model, given.config.damping_rate, given.config.period, delay)
+    return Laws(model, planner, lqr, damping, scale)

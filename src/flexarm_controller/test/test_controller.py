@@ -181,13 +181,13 @@ def test_lqr_brings_the_arm_to_its_reference_without_offset():
 
 
 def test_joint_damping_brings_a_rigid_joint_to_rest_at_its_rate():
-    damping = JointDamping(MODEL, 8.0)
+    damping = JointDamping(MODEL, 8.0, DT, 1)
     assert damping.step(np.array([2.0]))[0] == pytest.approx(-8.0 * MODEL.M[0, 0] * 2.0)
 
 
 def test_joint_damping_holds_the_load_of_an_arm_at_its_pose():
     model = two_axes()
-    system, damping = plant(model, DT), JointDamping(model, 8.0)
+    system, damping = plant(model, DT), JointDamping(model, 8.0, DT, 1)
     rest = -np.linalg.solve(model.K[2:, 2:], model.f0[2:])  # deflection of the modes
     x = np.concatenate([model.pose, rest, np.zeros(5)])
     for _ in range(200):
@@ -202,7 +202,7 @@ def test_an_arm_with_weight_is_taken_over_without_a_drop_of_its_torque():
     arm = Controller(model, slow, ControllerConfig(), MpcConfig(delay_periods=2))
     rest = -np.linalg.solve(model.K[2:, 2:], model.f0[2:])
     x = np.concatenate([model.pose, rest, np.zeros(5)])
-    load = JointDamping(model, 8.0).load
+    load = JointDamping(model, 8.0, DT, 1).load
     assert abs(load).max() > 10.0 * (slow.effort_rate * DT).max()
     for _ in range(2):
         taus = [arm.step(state_of(x, model, k * DT)).tau for k in range(20)]
@@ -211,11 +211,35 @@ def test_an_arm_with_weight_is_taken_over_without_a_drop_of_its_torque():
 
 
 def test_joint_damping_calms_the_flexible_arm_with_its_delay():
-    damping, system = JointDamping(MODEL, ControllerConfig().damping_rate), plant(MODEL, DT)
+    damping, system = JointDamping(MODEL, ControllerConfig().damping_rate, DT, 1), plant(MODEL, DT)
     x, acting = MOVING.copy(), np.zeros(1)
     for _ in range(600):
         x, acting = system.A @ x + system.B @ acting + system.c, damping.step(x[4:5])
     assert abs(x[4]) < ControllerConfig().rest_velocity
+
+
+def test_joint_damping_of_a_light_motor_is_lowered_until_it_does_not_ring():
+    """The rate that is right for the geared hub rang the light one up with three periods of delay."""
+    light = replace(MODEL, M=MODEL.M - np.diag([0.99 * free_inertia(MODEL), 0, 0, 0]))
+    damping, system = JointDamping(light, 8.0, DT, 3), plant(light, DT)
+    assert damping.rate < 8.0 == JointDamping(MODEL, 8.0, DT, 1).rate
+    assert grows(system, lambda v: -8.0 * light.M[0, 0] * v) > 10.0
+    assert grows(system, damping.step) < 1.0
+
+
+def free_inertia(model):
+    """Return what the motor feels at once, its modes left behind."""
+    return 1.0 / np.linalg.inv(model.M)[0, 0]
+
+
+def grows(system, law):
+    """Return by how much the velocity of a modes' kick grows within 3 s, three periods late."""
+    x, coming = np.array([0.0, 0, 0, 0, 0, 1e-3, 0, 0]), [np.zeros(1)] * 3
+    speeds = []
+    for _ in range(600):
+        x, coming = system.A @ x + system.B @ coming[0], [*coming[1:], law(x[4:5])]
+        speeds.append(abs(x[4]))
+    return max(speeds[500:]) / max(speeds[:100])
 
 
 def test_the_command_says_what_it_took():

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from served_arms import limits_of_hub, single_link, state_of
+from served_arms import limits_of_hub, single_link, state_of, two_axes, two_axis_limits
 
 from flexarm_controller.controller import Controller
 from flexarm_controller.ladder import DAMPING, HOLD, LAW, LQR, RUNGS, SHIFTED_PLAN, Cycle, FormerPlan, choose
@@ -76,7 +76,7 @@ def cycle(**changes):
     laws = build_laws(MODEL, Controller(MODEL, LIMITS)._inputs)
     usual = Cycle(
         state_of(MOVING, MODEL), hold(np.zeros(1)), np.zeros((1, 1)), laws, "", "mpc",
-        Plan(np.ones((3, 1)), NO_PLAN.result, ()), "", np.full((2, 1), 0.5), 0.01,
+        Plan(np.ones((3, 1)), NO_PLAN.result, ()), "", np.full((2, 1), 0.5), 0.01, True,
     )  # fmt: skip
     return usual._replace(**changes)
 
@@ -96,6 +96,28 @@ def test_each_rung_speaks_under_its_condition_and_says_why_none_above_does(chang
     choice = choose(cycle(**changes))
     assert (choice.rung, choice.mode, choice.reason) == (rung, mode, reason)
     assert np.isfinite(choice.torque).all()
+
+
+def heavy_cycle(**changes):
+    """An arm whose motors bear weight, with a state that cannot be used."""
+    laws = build_laws(two_axes(), Controller(two_axes(), two_axis_limits())._inputs)
+    return cycle(fault="lost", laws=laws, state=state_of(np.zeros(10), two_axes()), **changes)
+
+
+def test_an_arm_with_weight_is_left_to_the_guard_once_nothing_leads_it():
+    """Damping would let it sink: 80 g instead of 54 g let an arm fall by 1.6 rad, and the guard stay armed."""
+    assert choose(heavy_cycle()).mode == "hold"
+    left = choose(heavy_cycle(is_led=False))
+    assert (left.mode, left.reason) == ("inactive", "lost")
+    assert choose(cycle(fault="lost", state=state_of(STILL, MODEL), is_led=False)).mode == "hold"
+
+
+def test_what_is_left_to_the_guard_is_no_command():
+    arm = Controller(two_axes(), two_axis_limits())
+    rest = replace(state_of(np.zeros(10), two_axes()), usable=False, reason="lost")
+    command = arm.step(rest)
+    assert command.mode == "inactive" and command.for_guard(1, 1) is None
+    assert arm.step(state_of(np.zeros(10), two_axes(), DT)).for_guard(2, 1) is not None
 
 
 @pytest.mark.parametrize("lqr", [None, "nan"])
