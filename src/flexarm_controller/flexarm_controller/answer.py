@@ -49,6 +49,7 @@ class Answer(NamedTuple):  # not a dataclass: one is made in every period
         missed_cycles: Control periods without an answer so far [1].
         overruns: Answers so far that took longer than the time budget [1].
         notice: What became of a reference meanwhile; mostly empty.
+        is_left: The arm is left to the guard, which is to stop it.
     """
 
     stamp_ns: int
@@ -58,6 +59,7 @@ class Answer(NamedTuple):  # not a dataclass: one is made in every period
     missed_cycles: int = 0
     overruns: int = 0
     notice: str = ""
+    is_left: bool = False
 
     @property
     def solve_time(self) -> float:

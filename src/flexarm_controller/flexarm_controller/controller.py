@@ -179,15 +179,14 @@ class Controller:
                 state.t, lambda: self._laws.planner.step(state, reference, self._sent)
             )
         law, former = cast("Mode", self.config.law), self._former.ahead(state.t)
-        rest = self.config.rest_velocity
-        return Cycle(
-            state, reference, self._sent, self._laws, fault, law, plan, refusal, former, rest, self._is_led
-        )
+        rest, lost = self.config.rest_velocity, self._interruption.lasts
+        return Cycle(state, reference, self._sent, self._laws, fault, law, plan, refusal, former, rest, lost)
 
     def _outcome(self, state: ArmState) -> str:
         """Return why the state cannot be used, empty when it can; give the motion up when that lasts."""
         fault = self._trust.judge(state, self.model.model_id, self._former_id, self._laws.scale)
-        if self._interruption.ends_motion(state.t, fault) and self._is_led:
+        self._interruption.note(state.t, fault)
+        if self._interruption.lasts and self._is_led:
             self.reference, self._is_led, self._interruption.has_ended_motion = None, False, True
         return f"{fault}: the motion is given up" if self._interruption.has_ended_motion and fault else fault
 

@@ -11,6 +11,7 @@ Publishes
     predicted (trajectory_msgs/JointTrajectory): motion of the axes that the plan leads to, from the time on
         from which it acts; 20 a second while somebody listens.
     motion_status, reference: see ``motion/tip_goals_node``.
+    stop (std_msgs/Empty): an arm with weight whose state is lost is to be held by the guard, see ``ladder``.
     ~/models (std_msgs/String, latched): receipt of the models taken and prepared so far.
     ~/references (std_msgs/String): "stamp: verdict" of every reference of others, for who prepares it.
     /diagnostics (diagnostic_msgs/DiagnosticArray): 1 Hz.
@@ -42,7 +43,7 @@ from flexarm_interfaces.msg import (
 )
 from rclpy.clock import Clock, ClockType
 from rclpy.serialization import serialize_message
-from std_msgs.msg import String
+from std_msgs.msg import Empty, String
 from trajectory_msgs.msg import JointTrajectory
 
 from flexarm_controller.answer import Outgoing
@@ -168,6 +169,8 @@ class ControllerNode(ManagedNode):
         self._publish(self.exchange.on_state(told))
         self._publish(self.exchange.tell())
         if (answer := self.exchange.answer) is not None:
+            if answer.is_left:
+                self._halt.publish(Empty())
             self._health.note(time.perf_counter(), answer.mode, answer)
 
     def work_ahead(self) -> None:
@@ -197,6 +200,7 @@ class ControllerNode(ManagedNode):
             self._outlets[topic] = self.create_publisher(kind, topic, RELIABLE_QOS)
         self._outlets["feedback_gains"] = self.create_publisher(FeedbackGains, "feedback_gains", quality)
         self._outlets.update(self._goals.outlets)
+        self._halt = self.create_publisher(Empty, "stop", RELIABLE_QOS)
         self._receipts = self.create_publisher(String, "~/models", LATCHED_QOS)
         self._verdicts = self.create_publisher(String, "~/references", RELIABLE_QOS)
         self._arriving = ArrivingModels(self.take_model, not self.settings.lockstep)

@@ -183,8 +183,8 @@ class ControllerExchange:
         if self.withheld or not self._token:
             return self._send_nothing(stamp_ns, self.withheld or "guard is not armed")
         command = self.controller.step(self.state)
-        if command.mode == "inactive":  # the guard is to hold the arm
-            return self._send_nothing(stamp_ns, command.reason)
+        if command.mode == "inactive":
+            return self._send_nothing(stamp_ns, command.reason, is_left=True)
         rest = *self._counts, self.controller.notice
         self.answer = Answer(stamp_ns, command.mode, command.reason, command, *rest)
         self._sequence += 1
@@ -235,8 +235,8 @@ class ControllerExchange:
         self.model_fault = reason
         return self._notice(reason, stamp_to_ns(msg.header.stamp))
 
-    def _send_nothing(self, stamp_ns: int, reason: str) -> list[Outgoing]:
-        self.answer = Answer(stamp_ns, "inactive", reason, None, *self._counts)
+    def _send_nothing(self, stamp_ns: int, reason: str, is_left: bool = False) -> list[Outgoing]:
+        self.answer = Answer(stamp_ns, "inactive", reason, None, *self._counts, is_left=is_left)
         return []
 
     def _notice(self, reason: str, stamp_ns: int) -> list[Outgoing]:

@@ -15,7 +15,8 @@ class Interruption:
     """How long the state could not be used.
 
     Attributes:
-        has_ended_motion: A motion was given up, and nothing is led since then.
+        lasts: It could not be used for so long that a motion is given up.
+        has_ended_motion: One was given up, and nothing is led since then.
     """
 
     def __init__(self, patience: float) -> None:
@@ -25,17 +26,17 @@ class Interruption:
 
     def clear(self) -> None:
         """Begin anew."""
-        self._since, self.has_ended_motion = math.inf, False
+        self._since, self.lasts, self.has_ended_motion = math.inf, False, False
 
-    def ends_motion(self, t: float, fault: str) -> bool:
-        """Return whether a state ends a motion.
+    def note(self, t: float, fault: str) -> None:
+        """Note a state.
 
         Args:
             t: Its instant [s].
             fault: Why it cannot be used; empty when it can.
         """
-        if not fault or not math.isfinite(t):
-            self._since = self._since if fault else math.inf
-            return False
-        self._since = min(self._since, t)
-        return t - self._since >= self._patience - _ROUNDED
+        if not fault:
+            self._since = math.inf
+        elif math.isfinite(t):
+            self._since = min(self._since, t)
+        self.lasts = t - self._since >= self._patience - _ROUNDED  # never when t is not a number

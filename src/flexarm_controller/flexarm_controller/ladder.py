@@ -4,7 +4,7 @@
 the ladder is left downwards for the reasons in the table, and upwards as soon as a rung above works again.
 
 Damping knows no positions: under it an arm sinks whose load is another than described. So where motors bear
-weight, an arm that nothing leads any more is left to the guard, which holds it where the drives see it.
+weight, an arm whose motion is given up is left to the guard, which holds it where the drives see it.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ class Cycle(NamedTuple):  # not a dataclass: one is made in every period, and th
         refusal: Why that answer is not used; empty when it is.
         former: What an earlier plan holds for this and the following periods, (k, n_u); may be empty.
         rest_velocity: Velocity below which an axis is at rest [rad/s] or [m/s].
-        is_led: A motion, or holding where the arm was, goes on; no state was lost for too long.
+        is_lost: No state could be used for so long that the motion is given up.
     """
 
     state: ArmState
@@ -54,7 +54,7 @@ class Cycle(NamedTuple):  # not a dataclass: one is made in every period, and th
     refusal: str
     former: Array
     rest_velocity: float
-    is_led: bool
+    is_lost: bool
 
 
 @dataclass(frozen=True)
@@ -135,7 +135,7 @@ def _follow_lqr(cycle: Cycle) -> Array | None:
 
 def _leave(cycle: Cycle) -> Array | None:
     damping: JointDamping = cycle.laws.damping
-    return damping.load if not cycle.is_led and damping.lets_sink(cycle.rest_velocity) else None
+    return damping.load if cycle.is_lost and damping.lets_sink(cycle.rest_velocity) else None
 
 
 def _damp(cycle: Cycle) -> Array | None:
@@ -167,7 +167,7 @@ RUNGS = (
         _follow_lqr,
         lambda cycle: "" if cycle.fault else "no torque from LQR",
     ),
-    Rung("inactive", "nothing leads the arm, and motors bear weight", _leave, lambda cycle: ""),
+    Rung("inactive", "the motion is given up, and motors bear weight", _leave, lambda cycle: ""),
     Rung("damping", "an axis moves", _damp, lambda cycle: ""),
     Rung("hold", "every axis is at rest", _hold, lambda cycle: ""),
 )

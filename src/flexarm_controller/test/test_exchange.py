@@ -84,6 +84,25 @@ def test_commands_quote_the_session_and_count_from_one_in_each(exchange, model):
         exchange.on_guard_status(GuardStatus(session_token=0))
 
 
+def test_an_arm_with_weight_whose_state_is_lost_is_left_to_the_guard():
+    """No command for it, and its answer says so from 0.1 s on; that of an arm without weight never does."""
+    heavy = load_config(find_manipulator("variable_stiffness"))
+    exchange = ControllerExchange(heavy, ControllerConfig(), MpcConfig(time_limit=0.0), None)
+    model = linearize(ReducedTree(heavy), next(iter(heavy.poses.values())))
+    exchange.on_model(model_to_msg(model))
+    exchange.on_guard_status(GuardStatus(session_token=3))
+    zeros = {name: [0.0] * 3 for name in ("theta_dot", "disturbance")}
+    modes = {name: [0.0] * model.n_eta for name in ("eta", "eta_dot")}
+    left, sent = [], []
+    for k in range(40):
+        told = state(model, k, theta=model.pose.tolist(), **zeros, **modes)
+        told.status = ModalState.OK if k < 10 else ModalState.LOST
+        sent.append("joint_commands" in answers(exchange.on_modal_state(told)))
+        left.append(exchange.answer.is_left)
+    assert sent == [True] * 30 + [False] * 10 and left == [False] * 30 + [True] * 10
+    assert exchange.answer.mode == "inactive" and "the motion is given up" in exchange.answer.reason
+
+
 def test_gains_are_told_while_somebody_wants_them(exchange, model):
     exchange.on_model(model_to_msg(model))
     exchange.on_guard_status(GuardStatus(session_token=3))

@@ -88,10 +88,13 @@ def test_it_is_never_given_up_before_the_earlier_plan_has_ended():
 
 def test_times_that_are_no_times_and_jumps_back_end_nothing_by_themselves():
     some = Interruption(0.1)
-    assert not some.ends_motion(5.0, "lost") and not some.ends_motion(float("nan"), "lost")
-    assert not some.ends_motion(1.0, "lost") and not some.ends_motion(1.05, "lost")
-    assert some.ends_motion(1.1, "lost")
-    assert not some.ends_motion(1.2, "") and not some.ends_motion(1.25, "lost")
+    told = [(5.0, "lost"), (float("nan"), "lost"), (1.0, "lost"), (1.05, "lost"), (1.1, "lost"), (1.2, ""),
+            (1.25, "lost")]  # fmt: skip
+    lasts = []
+    for t, fault in told:
+        some.note(t, fault)
+        lasts.append(some.lasts)
+    assert lasts == [False, False, False, False, True, False, False]
 
 
 def test_a_hold_is_held_where_the_arm_was_found_again():

@@ -76,7 +76,7 @@ def cycle(**changes):
     laws = build_laws(MODEL, Controller(MODEL, LIMITS)._inputs)
     usual = Cycle(
         state_of(MOVING, MODEL), hold(np.zeros(1)), np.zeros((1, 1)), laws, "", "mpc",
-        Plan(np.ones((3, 1)), NO_PLAN.result, ()), "", np.full((2, 1), 0.5), 0.01, True,
+        Plan(np.ones((3, 1)), NO_PLAN.result, ()), "", np.full((2, 1), 0.5), 0.01, False,
     )  # fmt: skip
     return usual._replace(**changes)
 
@@ -105,19 +105,20 @@ def heavy_cycle(**changes):
 
 
 def test_an_arm_with_weight_is_left_to_the_guard_once_nothing_leads_it():
-    """Damping would let it sink: 80 g instead of 54 g let an arm fall by 1.6 rad, and the guard stay armed."""
+    """Under damping it fell by 1.6 rad with 80 g instead of 54 g, and the guard stayed armed."""
     assert choose(heavy_cycle()).mode == "hold"
-    left = choose(heavy_cycle(is_led=False))
+    left = choose(heavy_cycle(is_lost=True))
     assert (left.mode, left.reason) == ("inactive", "lost")
-    assert choose(cycle(fault="lost", state=state_of(STILL, MODEL), is_led=False)).mode == "hold"
+    assert choose(cycle(fault="lost", state=state_of(STILL, MODEL), is_lost=True)).mode == "hold"
 
 
 def test_what_is_left_to_the_guard_is_no_command():
     arm = Controller(two_axes(), two_axis_limits())
     rest = replace(state_of(np.zeros(10), two_axes()), usable=False, reason="lost")
-    command = arm.step(rest)
-    assert command.mode == "inactive" and command.for_guard(1, 1) is None
-    assert arm.step(state_of(np.zeros(10), two_axes(), DT)).for_guard(2, 1) is not None
+    modes = [arm.step(replace(rest, t=k * DT)).mode for k in range(22)]
+    assert modes == ["hold"] * 20 + ["inactive"] * 2
+    assert arm.step(replace(rest, t=22 * DT)).for_guard(1, 1) is None
+    assert arm.step(state_of(np.zeros(10), two_axes(), 23 * DT)).for_guard(2, 1) is not None
 
 
 @pytest.mark.parametrize("lqr", [None, "nan"])
