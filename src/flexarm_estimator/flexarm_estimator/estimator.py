@@ -80,8 +80,8 @@ class Estimator:
         self._delays, self._horizon = StampDelays(sensors), horizon_of(config)
         self._watches = Watches(sensors, config, self._delays)
         self._use(self.prepare(model))
-        locating = {name for name, model in self._parts.sensors.all().items() if model.locates}
-        self.health = Health(sensors, locating, config)
+        axes = {name: model.axes for name, model in self._parts.sensors.all().items()}
+        self.health = Health(sensors, axes, config)
         self._exclusion = FaultExclusion(self._gate, self.health, config.distrust)
         self._u = np.append(np.zeros(model.n_theta), 1.0)
         self._clock, self._t, self._began, self._is_known = Clock(), 0.0, 0.0, False

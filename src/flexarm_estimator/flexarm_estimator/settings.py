@@ -106,7 +106,7 @@ class EstimatorConfig:
     max_gap: float = parameter(0.1, "After a longer gap the filter starts anew", "s", 0.01, 1.0)
     time_out: float = parameter(0.04, "Silence beyond latency and three sample periods", "s", 0.005, 1.0)
     position_time_out: float = parameter(
-        0.2, "Lost after this time without any sensor that locates the axes", "s", 0.01, 10.0
+        0.2, "Lost after this time without sensors that locate the axes", "s", 0.01, 10.0
     )
     lost_sigma: float = parameter(
         0.01, "Lost when one sigma of the tip's position is larger", "m", 1e-6, 10.0

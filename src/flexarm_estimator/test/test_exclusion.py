@@ -246,7 +246,9 @@ def test_a_state_that_those_who_locate_the_axes_doubt_three_times_in_a_row_is_no
     """Gauges and accelerometers may: the arm moves otherwise than a served model says on a fast move."""
     config = EstimatorConfig()
     gate = Gate({spec.name: spec.sigma.tolist() for spec in SENSORS}, config)
-    exclusion = FaultExclusion(gate, Health(SENSORS, {"encoder", "camera"}, config), config.distrust)
+    exclusion = FaultExclusion(
+        gate, Health(SENSORS, dict.fromkeys(("encoder", "camera"), np.eye(1)), config), config.distrust
+    )
     for k, sensor in enumerate(doubts):
         for i in range(config.reopen_after):
             t = 0.05 * k + 0.005 * i

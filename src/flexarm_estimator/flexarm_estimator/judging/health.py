@@ -4,19 +4,21 @@ A sensor is "stale" when nothing usable has come from it for its latency, three 
 ``time_out``; samples that are not finite or not possible do not count as life. It is "rejected" when
 the newest sample was refused, "faulty" when a watch has put it out of use. The estimate is "degraded"
 when a sensor is stale, faulty, doubted by a watch or refused ``reopen_after`` times in a row; "lost"
-when nothing has come from any for its latency and one sample period (or ``time_out``), when nothing has
-located the axes for ``position_time_out``, or when the tip's covariance is too large; "starting" until it
-was good once. Where all who locate the axes had been at fault, it is good when all of them agree.
+when nothing has come from any for its latency and one sample period (or ``time_out``), when an axis has not
+been located for ``position_time_out``, or when the tip's covariance is too large; "starting" until it was
+good once. Where all who locate the axes had been at fault, it is good when all of them agree.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 
 import numpy as np
+from numpy.typing import NDArray
 
 from flexarm_estimator.estimate import SensorReport, Status
+from flexarm_estimator.judging.coverage import Coverage
 from flexarm_estimator.judging.sample_judge import Verdict
 from flexarm_estimator.judging.sensor_record import SensorRecord, report, time_out
 from flexarm_estimator.judging.short_term import HELD
@@ -26,6 +28,7 @@ from flexarm_estimator.settings import EstimatorConfig
 from flexarm_estimator.watches.watch import Finding
 from flexarm_model.manipulator.sensor_spec import SensorSpec
 
+Array = NDArray[np.float64]
 _PERIODS = 3.0  # sample periods of silence that are normal
 _AGREED = 3  # samples in a row
 
@@ -39,21 +42,23 @@ class Health:
         is_all_sound: No sensor is switched off or at fault.
     """
 
-    def __init__(self, specs: Iterable[SensorSpec], locating: set[str], config: EstimatorConfig) -> None:
+    def __init__(
+        self, specs: Iterable[SensorSpec], axes: Mapping[str, Array], config: EstimatorConfig
+    ) -> None:
         """Start the counts.
 
         Args:
             specs: Sensors of the description.
-            locating: Names of those that tell where the axes are.
+            axes: How they follow the axes, see ``MeasurementModel.axes``.
             config: Settings.
         """
-        self._config = config
+        self._config, self._coverage = config, Coverage(axes)
         self._records = {
             spec.name: SensorRecord(
                 time_out(spec, config, _PERIODS),
                 time_out(spec, config, 1.0),
                 np.zeros(len(spec.channels)),
-                spec.name in locating,
+                self._coverage.bits.get(spec.name, 0),
             )
             for spec in specs
         }
@@ -133,13 +138,15 @@ class Health:
 
     def is_stranded(self, t: float) -> bool:
         """Return whether whoever tells where the axes are is at fault for so long that nobody can know."""
-        newest = -math.inf
+        newest, sound = -math.inf, 0
         for record in self._records.values():
             if self._tells(record, t):
                 if not record.faults:
-                    return False
-                newest = max(newest, record.newest_accepted)
-        return -math.inf < newest < t - self._config.position_time_out
+                    sound += record.locates
+                else:
+                    newest = max(newest, record.newest_accepted)
+        is_long = -math.inf < newest < t - self._config.position_time_out
+        return is_long and not self._coverage.covers(sound)
 
     def pick_sound(self, samples: Iterable[Measurement]) -> list[Measurement]:
         """Return the samples of sensors that no watch has put out of use; the others are alive, too."""
@@ -188,18 +195,17 @@ class Health:
         self.is_all_sound = not any(record.is_off or record.faults for record in records)
 
     def _why_lost(self, t: float, tip_sigma: float) -> str:
-        is_usable = is_located = False
+        is_usable, locating = False, 0
         for record in self._records.values():
             age = math.inf if record.is_off or record.faults else t - record.newest_accepted
             is_usable |= age <= record.last_hope
             if record.locates and record.accepted:
-                is_located |= age <= record.time_out or age <= self._config.position_time_out
-            if is_usable and is_located:
-                break
+                is_told = age <= record.time_out or age <= self._config.position_time_out
+                locating += record.locates * is_told
         if not is_usable:
             return "no sensor is usable"
-        if not is_located:
-            return "nothing locates the axes"
+        if not self._coverage.covers(locating):
+            return "not every axis is located" if locating else "nothing locates the axes"
         if not tip_sigma <= self._config.lost_sigma:
             return f"tip is uncertain by {tip_sigma:.2g} m"
         return self._why_contested(t) if self._is_contested else ""

@@ -22,7 +22,7 @@ class SensorRecord:
     time_out: float
     last_hope: float  # age up to which it carries the estimate alone [s]
     innovation: Array
-    locates: bool
+    locates: int  # bit of a sensor that tells where an axis is, see ``Coverage``; 0 for another
     is_off: bool = False
     accepted: int = 0
     rejected: int = 0

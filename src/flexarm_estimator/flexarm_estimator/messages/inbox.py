@@ -19,7 +19,7 @@ from flexarm_model.conversions import NS_PER_S, stamp_to_ns
 from flexarm_model.manipulator.description import ManipulatorConfig
 
 TORQUE_TOPIC = "applied_effort"
-_END_NS = 2**31 * NS_PER_S  # no stamp holds more
+_END_NS = (2**31 - 1) * NS_PER_S  # stamps end a second later; what is told of one is rounded
 _MOST_WAITING = 1000  # messages between two steps; a flood drops the oldest
 
 

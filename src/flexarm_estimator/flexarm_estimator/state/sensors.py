@@ -13,12 +13,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexarm_estimator.tool.tip import Tip, pose_difference
-from flexarm_model.manipulator.sensor_kinds import POSE_CHANNELS
+from flexarm_model.manipulator.sensor_kinds import POSE_CHANNELS, SENSOR_KINDS
 from flexarm_model.manipulator.sensor_spec import SensorSpec
 from flexarm_model.served.reduced_model import ReducedModel
 from flexarm_model.served.state_space import StateSpace
 
 Array = NDArray[np.float64]
+FOLLOWS = 0.1  # of an axis' motion, rad or m; an encoder that moves by less reads what bends under weight
 
 
 class MeasurementModel(ABC):
@@ -27,15 +28,20 @@ class MeasurementModel(ABC):
     Attributes:
         name: Name of the sensor.
         R: Covariance of its noise, (m, m).
-        locates: It tells where the actuated axes are, without integrating.
+        axes: How it follows the actuated axes where nothing bends, (k, n_theta); rows of zeros, or none, for
+            a sensor that does not.
         channels: What it delivers.
     """
 
-    def __init__(self, spec: SensorSpec, locates: bool) -> None:
+    def __init__(self, spec: SensorSpec, axes: Array) -> None:
         """Take the noise from the description."""
-        self.name, self.channels = spec.name, spec.channels
+        self.name, self.channels, self.axes = spec.name, spec.channels, axes
         self.R = np.diag(np.asarray(spec.sigma, dtype=np.float64) ** 2)
-        self.locates = locates
+
+    @property
+    def locates(self) -> bool:
+        """It tells where an actuated axis is, without integrating."""
+        return bool(self.axes.any())
 
     @abstractmethod
     def innovation(self, y: Array, x: Array, u: Array) -> Array:
@@ -71,10 +77,9 @@ class LinearRows(MeasurementModel):
             KeyError: The model has no such row; the message lists those that exist.
         """
         rows = _rows(spec, model)
-        by_axes = abs(model.outputs.C_pos[rows, : model.n_theta])  # of a gauge in a loop: rounding
-        reads_position = bool(np.any(by_axes.sum(axis=1) > spec.sigma))
-        is_inertial = bool(np.any(model.outputs.C_acc[rows]))
-        super().__init__(spec, locates=reads_position and not is_inertial)
+        by_axes = model.outputs.C_pos[rows, : model.n_theta]
+        follows = SENSOR_KINDS[spec.kind].locates * (abs(by_axes) > FOLLOWS)
+        super().__init__(spec, by_axes * follows)
         self.C = system.C[rows]
         self.D = np.column_stack([system.D[rows], system.y_c[rows]])
         self.D_w = system.D_w[rows]
@@ -107,9 +112,9 @@ class TipPose(MeasurementModel):
     of first order in it elsewhere.
     """
 
-    def __init__(self, spec: SensorSpec, tip: Tip, n_x: int) -> None:
-        """Bind the sensor to the kinematics of the tip."""
-        super().__init__(spec, locates=True)
+    def __init__(self, spec: SensorSpec, tip: Tip, n_x: int, n_theta: int) -> None:
+        """Bind the sensor to the kinematics of the tip, which all axes are taken to move."""
+        super().__init__(spec, np.eye(n_theta))
         self._tip, self._H = tip, np.zeros((len(spec.channels), n_x))
         self._rows = [POSE_CHANNELS.index(channel) for channel in spec.channels]
         self._is_whole = len(self._rows) == len(POSE_CHANNELS)
@@ -165,7 +170,7 @@ def build_sensor_models(
     Raises:
         KeyError: The served model lacks rows of a sensor.
     """
-    poses = {s.name: TipPose(s, tip, system.n_x) for s in specs if s.kind in _POSE_KINDS}
+    poses = {s.name: TipPose(s, tip, system.n_x, model.n_theta) for s in specs if s.kind in _POSE_KINDS}
     rows = {s.name: LinearRows(s, model, system) for s in specs if s.kind not in _POSE_KINDS}
     return SensorModels(rows, dict(poses))
 

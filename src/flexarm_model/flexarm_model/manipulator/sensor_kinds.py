@@ -32,11 +32,14 @@ class SensorKind:
         site: Where it sits: "axis" of a joint, "node" of a body, or "tip" (it watches the tool).
         units: SI unit of each of its possible channels, for a site.
         read: Reads the rest of its YAML: name, site, section; with the axis that it measures if it does.
+        locates: It tells where axes are even if nothing bends; what else reads positions reads how the arm
+            bends, under its weight, too, which is another at each pose.
     """
 
     site: str
     units: Callable[[str], dict[str, str]]
     read: Callable[[str, str, Section, Axis | None], SensorSpec]
+    locates: bool = False
 
 
 def _encoder(name: str, site: str, section: Section, axis: Axis | None) -> SensorSpec:
@@ -154,7 +157,7 @@ def _encoder_units(site: str) -> dict[str, str]:
 
 
 SENSOR_KINDS: dict[str, SensorKind] = {
-    "encoder": SensorKind("axis", _encoder_units, _encoder),
+    "encoder": SensorKind("axis", _encoder_units, _encoder, locates=True),
     "strain_gauge": SensorKind("node", lambda site: {"strain": "1"}, _strain_gauge),
     "accelerometer": SensorKind(
         "node", lambda site: dict.fromkeys("xyz", "m/s^2"), _inertial("accelerometer", "acceleration")
@@ -162,5 +165,5 @@ SENSOR_KINDS: dict[str, SensorKind] = {
     "gyroscope": SensorKind(
         "node", lambda site: dict.fromkeys("xyz", "rad/s"), _inertial("gyroscope", "angular velocity")
     ),
-    "camera": SensorKind("tip", lambda site: POSE_UNITS, _camera),
+    "camera": SensorKind("tip", lambda site: POSE_UNITS, _camera, locates=True),
 }
