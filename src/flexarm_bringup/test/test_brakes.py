@@ -13,6 +13,7 @@ from flexarm_bringup.sim.drives import Drives, drive_limits
 from flexarm_bringup.sim.hardware import Hardware
 from flexarm_bringup.sim.rig import RigSettings
 from flexarm_controller.drives.watchdog import DriveWatchdog
+from flexarm_controller.guarding.hold_rate import HoldRate
 from flexarm_controller.guarding.pose_loads import PoseLoads, loads_of
 from flexarm_controller.limits import limits_of
 from flexarm_model.reading.config import load_config
@@ -46,7 +47,10 @@ class Killed:
         self._watchdog.open_brakes()
         self.drives.open_brakes()
         tree = rig.plant.tree
-        self._loads, self._follow = loads_of(tree, linearize(tree)), PoseLoads(tree)
+        self._loads, self._follow = (
+            loads_of(tree, linearize(tree)),
+            PoseLoads(tree, HoldRate(rig.dt, 0.4, 1.0)),
+        )
         self._v = np.array(move) * [axis.velocity for axis in config.actuated.values()]
         self._theta = self.drives.own.theta
         self.closed: float | None = None

@@ -196,8 +196,7 @@ class Guard:
     def _pass(self, command: GuardCommand) -> Sequence[float]:
         """Take a command and return its torque."""
         self._sequence, self._used = command.sequence, command.t
-        self._deadline, self._silent = command.t + self.limits.max_age, 0
-        self._braked = 0
+        self._deadline, self._silent, self._braked = command.t + self.limits.max_age, 0, 0
         self.passed += 1
         return command.effort
 
@@ -218,9 +217,8 @@ class Guard:
     def _brake(self, state: GuardState) -> list[float]:
         """Return the torque that brings the arm to rest and holds it there."""
         unknown = (math.nan,) * len(self._brakes)
-        velocity = state.velocity if len(state.velocity) == len(unknown) else unknown
-        position = state.position if len(state.position) == len(unknown) else unknown
-        axes = list(zip(self._brakes, position, velocity, strict=True))
+        told = [row if len(row) == len(unknown) else unknown for row in (state.position, state.velocity)]
+        axes = list(zip(self._brakes, *told, strict=True))
         for brake, q, v in axes:
             if self._braked == 0:
                 brake.begin(q, v)
@@ -229,7 +227,9 @@ class Guard:
         self._braked += 1
         if self.mode == BRAKING and self._rest.is_full and not self._rest.judge():
             self.mode = STOPPED
-        moving = self._loads.moving([brake.acceleration(q, v) for brake, q, v in axes], velocity)
+        wanted = [brake.acceleration(q, v, self._loads.rate) for brake, q, v in axes]
+        turning = [0.0 if brake.is_held else v for brake, _, v in axes]  # noise squared would push
+        moving = self._loads.moving(wanted, turning)
         return [h + tau for h, tau in zip(self.holding, moving, strict=True)]
 
     def _borne(self, holding: Sequence[float]) -> list[float]:

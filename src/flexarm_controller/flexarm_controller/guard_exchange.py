@@ -11,7 +11,7 @@ from typing import Any
 from flexarm_controller.drives.conversions import command_from_msg, drive_state_from_msg
 from flexarm_controller.due_commands import DueCommands
 from flexarm_controller.guard import Guard, GuardState
-from flexarm_controller.guard_settings import GuardSettings, guard_limits
+from flexarm_controller.guard_settings import GuardSettings, guard_limits, hold_of
 from flexarm_controller.guarding.pose_loads import PoseLoads
 from flexarm_controller.guarding.strain_gauges import StrainGauges
 from flexarm_model.conversions import NS_PER_S, stamp_to_ns
@@ -46,7 +46,8 @@ class GuardExchange:
         self._config, self._epoch_ns = config, epoch_ns
         self.names, self.period_ns = tuple(config.actuated), round(NS_PER_S / config.rate_hz)
         self.guard = Guard(guard_limits(config, tree, settings))
-        self._loads, self._gauges = PoseLoads(tree), StrainGauges(config)
+        self._loads = PoseLoads(tree, hold_of(self.guard.limits, settings))
+        self._gauges = StrainGauges(config)
         self._strains: defaultdict[str, list[float]] = defaultdict(list)  # since the last answer
         self._models: PendingModels[str] = PendingModels()
         self.stamp_ns, self.model_fault = -1, ""

@@ -3,11 +3,11 @@
 import math
 from dataclasses import dataclass
 
-from flexarm_controller.guarding.derive import SILENT, GuardSettings, guard_limits
+from flexarm_controller.guarding.derive import SILENT, GuardSettings, guard_limits, hold_of
 from flexarm_model.settings.arm_settings import LoopSettings
 from flexarm_model.settings.parameters import parameter
 
-__all__ = ["GuardNodeSettings", "GuardSettings", "guard_limits"]
+__all__ = ["GuardNodeSettings", "GuardSettings", "guard_limits", "hold_of"]
 
 
 @dataclass(frozen=True)

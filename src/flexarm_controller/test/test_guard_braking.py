@@ -248,6 +248,8 @@ def test_an_arm_too_heavy_for_its_motors_is_held_with_all_there_is(weight):
         {"inertia": ((0.1, 0.0), (0.0, math.inf))},
         {"inertia": ((0.1, 0.0),) * 3},
         {"reach": (0.4,)},
+        {"rate": 0.0},
+        {"rate": math.nan},
     ],
 )
 def test_loads_of_another_arm_are_not_taken(wrong):
@@ -255,6 +257,16 @@ def test_loads_of_another_arm_are_not_taken(wrong):
     guard.carry(replace(FALLING, **wrong))
     guard.step(None, GuardState((0.0, 0.0), (0.0, 0.0)), 0.0)
     assert guard.holding == [0.0, 0.0]
+
+
+@pytest.mark.parametrize(("most", "damping"), [(4.0, 4.0), (10.0, 10.0), (40.0, 10.0)])
+def test_an_arm_is_held_no_more_firmly_than_it_bears_where_it_is(most, damping):
+    """tau = -r v - r^2 / 4 (q - there) for an inertia of 1, with r = 10 at home."""
+    heavy = replace(WEIGHTLESS, inertia=((1.0, 0.0), (0.0, 1.0)), rate=most)
+    guard = Guard(replace(LIMITS, loads=heavy, effort=(50.0, 50.0), effort_rate=(1e6, 1e6)))
+    guard.step(None, GuardState((0.0, 0.0), (0.5, 0.0)), 0.0)
+    tau = guard.step(None, GuardState((0.1, 0.0), (0.52, 0.0)), 0.005)
+    assert tau[0] == pytest.approx(-damping * 0.1 - damping**2 / 4.0 * 0.02)
 
 
 def test_coupled_axes_are_braked_together():

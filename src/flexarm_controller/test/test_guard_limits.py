@@ -9,10 +9,10 @@ import pytest
 from served_arms import single_link
 
 from flexarm_controller.guard import ARMED, Guard, GuardCommand, GuardState
-from flexarm_controller.guard_settings import GuardSettings, guard_limits
+from flexarm_controller.guard_settings import GuardSettings, guard_limits, hold_of
 from flexarm_controller.guarding import pose_loads
 from flexarm_controller.guarding.derive import all_at_once
-from flexarm_controller.guarding.hold_rate import FINENESS, largest_hold_rate, spectral_radius
+from flexarm_controller.guarding.hold_rate import FINENESS, HoldRate, largest_hold_rate, spectral_radius
 from flexarm_controller.guarding.loads import Loads
 from flexarm_controller.guarding.pose_loads import PoseLoads, loads_of
 from flexarm_controller.guarding.strain_gauges import StrainGauges
@@ -169,7 +169,7 @@ def test_the_loads_of_an_arm_with_weight_are_those_of_its_gravity():
 
 
 def test_new_loads_come_only_when_the_arm_has_moved_far_enough():
-    follow = PoseLoads(tree_of("variable_stiffness"))
+    follow = PoseLoads(tree_of("variable_stiffness"), FREE)
     home = np.array(tree_of("variable_stiffness").config.home)
     assert follow.look(home + 0.08) is None
     loads = follow.look(home + [0.0, -0.5, 0.0])
@@ -202,9 +202,23 @@ def test_where_the_arm_cannot_stand_there_are_no_new_loads(monkeypatch):
     def falls(tree, pose):
         raise PoseError("no stable equilibrium")
 
-    follow = PoseLoads(tree_of("variable_stiffness"))
+    follow = PoseLoads(tree_of("variable_stiffness"), FREE)
     monkeypatch.setattr(pose_loads, "linearize", falls)
     assert follow.look(np.array([1.0, 1.0, 1.0])) is None
+
+
+FREE = HoldRate(0.005, 0.4, 1.0)  # for loads alone
+
+
+def test_where_the_arm_would_ring_up_it_is_held_more_softly():
+    """Held with the rate of its home the 3RRR tore its loops apart at this pose, "stopped"."""
+    limits, tree = guarded("planar_3rrr"), tree_of("planar_3rrr")
+    pose = np.array([1.188, 1.651, 0.838])
+    model, home, gain = linearize(tree, pose), limits.braking.rate, SETTINGS.braking_gain
+    assert spectral_radius(model, limits.period, home) > 1.05
+    loads = PoseLoads(tree, hold_of(limits, SETTINGS)).look(pose.tolist())
+    assert 0.1 * home < loads.rate < 0.2 * home
+    assert spectral_radius(model, limits.period, loads.rate / gain) < 1.0
 
 
 def test_the_hold_rate_is_the_edge_of_stability():

@@ -17,7 +17,7 @@ from flexarm_bringup.sim.sample import Sample
 from flexarm_bringup.sim.sensor_faults import SensorFault
 from flexarm_controller.due_commands import DueCommands
 from flexarm_controller.guard import STOPPED, Guard, GuardCommand, GuardState
-from flexarm_controller.guard_settings import GuardSettings, guard_limits
+from flexarm_controller.guard_settings import GuardSettings, guard_limits, hold_of
 from flexarm_controller.guarding.limits import GuardLimits
 from flexarm_controller.guarding.pose_loads import PoseLoads
 from flexarm_controller.guarding.strain_gauges import StrainGauges
@@ -55,9 +55,11 @@ class Hardware:
         """
         self.drives = Drives(config, simulation, plant, faults)
         tree = self.rig.plant.tree
-        self.guard = Guard(limits or guard_limits(config, tree, settings or GuardSettings()))
+        settings = settings or GuardSettings()
+        self.guard = Guard(limits or guard_limits(config, tree, settings))
         self.drives.tau = list(self.guard.holding)  # the motors bear the arm when the brakes open
-        self._loads, self._gauges = PoseLoads(tree), StrainGauges(config)
+        self._loads = PoseLoads(tree, hold_of(self.guard.limits, settings))
+        self._gauges = StrainGauges(config)
         self._seen = self.drives.state()  # by the guard
         self._commands, self.is_commanded = DueCommands(self.dt), False
 

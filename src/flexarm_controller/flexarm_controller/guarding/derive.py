@@ -28,7 +28,7 @@ from numpy.typing import NDArray
 
 from flexarm_controller.guarding.axis_label import AxisLabel
 from flexarm_controller.guarding.checks import USTRAIN
-from flexarm_controller.guarding.hold_rate import largest_hold_rate
+from flexarm_controller.guarding.hold_rate import HoldRate, largest_hold_rate
 from flexarm_controller.guarding.joint_range import JointRange
 from flexarm_controller.guarding.limits import Braking, GuardLimits
 from flexarm_controller.guarding.loads import Loads
@@ -150,6 +150,11 @@ def guard_limits(config: ManipulatorConfig, tree: ReducedTree, settings: GuardSe
         labels=tuple(_labels(config)),
         gauges=tuple(name.rpartition(".")[0] for name in limits.gauges),
     )
+
+
+def hold_of(limits: GuardLimits, settings: GuardSettings) -> HoldRate:
+    """Return the rate that an arm of some limits is held with, at home and elsewhere."""
+    return HoldRate(limits.period, settings.braking_gain, limits.braking.rate)
 
 
 def _refuse_weak(config: ManipulatorConfig, a: Array) -> None:

@@ -7,10 +7,13 @@ is what the weight asks, theta counts from where it holds, and w is the velocity
 
 What it knows is a period old when its torque begins to act. On a rigid arm r could be about 1 / 4 T. A motor
 in front of an elastic arm feels less inertia at once than in the end, and beyond some r the loop of both
-rings up by itself. The poles of the whole loop, ``x_k+1 = exp(A T) x_k + ..``, tell where.
+rings up by itself. The poles of the whole loop, ``x_k+1 = exp(A T) x_k + ..``, tell where. They are others at
+another pose: a 3RRR that is held with the rate of its home tears its loops apart at some.
 """
 
 from __future__ import annotations
+
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,7 +25,30 @@ from flexarm_model.served.reduced_model import ReducedModel
 Array = NDArray[np.float64]
 SMOOTHING = 0.4  # s of the module, as the drives of the rig smooth
 FINENESS = 0.95  # of the search, downwards from 1 / T
-LOWEST = 1e-3  # of 1 / T
+COARSENESS = 0.7  # of that from home downwards, which is made while the arm moves
+LOWEST = 1e-5  # of 1 / T
+
+
+@dataclass(frozen=True)
+class HoldRate:
+    """Rate that an arm is held with, wherever it is.
+
+    Attributes:
+        dt: Motor period [s].
+        gain: Of the rate over the one with which the arm would ring up.
+        most: At home [1/s].
+    """
+
+    dt: float
+    gain: float
+    most: float
+
+    def at(self, model: ReducedModel) -> float:
+        """Return the rate at the pose of a model, at most that at home [1/s]."""
+        rate = self.most
+        while rate > LOWEST / self.dt and spectral_radius(model, self.dt, rate / self.gain) >= 1.0:
+            rate *= COARSENESS
+        return rate
 
 
 def largest_hold_rate(model: ReducedModel, dt: float) -> float:

@@ -18,7 +18,7 @@ class Braking:
         deceleration: Of a stop: it ends within ``v^2 / 2 a`` [rad/s^2] or [m/s^2].
         peak: Largest deceleration, where reaction or load have cost way [rad/s^2] or [m/s^2].
         taper: Share of the velocity that braking takes away at most, which matters near rest [1/s].
-        rate: Of holding: damping over inertia; its spring is critically damped [1/s].
+        rate: Of holding, at most: damping over inertia; its spring is critically damped [1/s].
         lead: Time from measuring a velocity to the torque that answers it [s].
     """
 

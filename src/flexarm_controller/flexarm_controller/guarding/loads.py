@@ -31,6 +31,7 @@ class Loads:
         slowing: Torque per velocity of another axis that friction brakes, row by row [N m s/rad].
         reach: Distance from the pose up to which they are good [rad] or [m].
         fastest: Velocity up to which they are good; inf for any [rad/s] or [m/s].
+        rate: With which the arm may be held there, see ``hold_rate``; inf for any [1/s].
     """
 
     pose: Row
@@ -41,6 +42,7 @@ class Loads:
     slowing: tuple[Row, ...]
     reach: Row
     fastest: Row
+    rate: float = math.inf
 
     def fits(self, axes: int) -> bool:
         """Tell whether these are finite loads of so many axes."""
@@ -52,6 +54,7 @@ class Loads:
             and all(_is_finite(row, axes) for row in rows)
             and all(_is_finite(row, axes * (axes + 1) // 2) for row in self.turning)
             and not any(map(math.isnan, self.fastest))
+            and self.rate > 0.0
         )
 
     def holding_at(self, position: Sequence[float]) -> list[float]:

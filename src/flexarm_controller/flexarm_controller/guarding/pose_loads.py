@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from flexarm_controller.guarding.hold_rate import HoldRate
 from flexarm_controller.guarding.loads import Loads
 from flexarm_controller.guarding.turning_loads import turning_loads
 from flexarm_controller.program.equilibrium import build_equilibrium
@@ -41,9 +43,9 @@ def loads_of(tree: ReducedTree, model: ReducedModel) -> Loads:
 class PoseLoads:
     """Follows the arm and makes new loads when it has moved far enough."""
 
-    def __init__(self, tree: ReducedTree) -> None:
-        """Begin at home."""
-        config = tree.config
+    def __init__(self, tree: ReducedTree, hold: HoldRate) -> None:
+        """Begin at home, where the arm is held with the rate of ``hold``."""
+        config, self._hold = tree.config, hold
         self._tree, self._pose = tree, config.home.tolist()
         self._near = _near(tuple(config.actuated)).tolist()
         self._low, self._high = (
@@ -64,7 +66,8 @@ class PoseLoads:
             return None
         self._pose = pose.tolist()
         try:
-            return loads_of(self._tree, linearize(self._tree, pose))
+            model = linearize(self._tree, pose)
+            return replace(loads_of(self._tree, model), rate=self._hold.at(model))
         except (PoseError, ClosureError):
             return None
 

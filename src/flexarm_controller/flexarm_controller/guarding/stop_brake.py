@@ -51,22 +51,29 @@ class StopBrake:
         if not self.is_held and v * self._way > 0.0 and (self.end - end) * self._way > 0.0:
             self.end = end
 
-    def acceleration(self, q: float, v: float) -> float:
-        """Return the acceleration to brake or hold with [rad/s^2] or [m/s^2]; 0 where nothing is known."""
+    def acceleration(self, q: float, v: float, most: float = math.inf) -> float:
+        """Return the acceleration to brake or hold with [rad/s^2] or [m/s^2]; 0 where nothing is known.
+
+        Args:
+            q: Position of the axis [rad] or [m].
+            v: Its velocity [rad/s] or [m/s].
+            most: Rate with which it may be held where it is [1/s].
+        """
         if not math.isfinite(v):
             return 0.0
+        rate = min(self._rate, most)
         if not self.is_held and v * self._way <= self._rest:
             self.end, self.is_held = q, True
         if not math.isfinite(q + self.end):
-            return self._within(-self._rate * v, self._deceleration)
+            return self._within(-rate * v, self._deceleration)
         if self.is_held:
-            return self._within(self._rate**2 / 4.0 * (self.end - q) - self._rate * v, self._peak)
+            return self._within(rate**2 / 4.0 * (self.end - q) - rate * v, self._peak)
         distance = (self.end - q) * self._way - self._lead * abs(v)
         distance -= self._deceleration / (2.0 * self._taper**2)
         most = min(self._peak, self._taper * abs(v))
         needed = v * v / (2.0 * distance) if v * v < 2.0 * most * distance else most
         planned = math.sqrt(2.0 * self._deceleration * max(distance, 0.0))
-        excess = self._rate * max(abs(v) - planned, 0.0)
+        excess = rate * max(abs(v) - planned, 0.0)
         return -self._way * min(most, max(self._deceleration, needed) + excess)
 
     def _end_of(self, q: float, v: float) -> float:
