@@ -46,7 +46,7 @@ class RigVoice:
         self._outlets = {
             stream.topic: node.create_publisher(message_class(stream.type), stream.topic, quality)
             for stream in streams(imus(config.sensors), cameras(config.sensors))
-            if stream.publisher == "rig"
+            if stream.publisher == "rig" and (is_lockstep or stream.topic != "tick")
         }
         self._writer = TickWriter(config, drives, serialize_message)
         self._made: tuple[int, list[Outgoing]] = (-1, [])  # stamp of a tick [ns] and its messages

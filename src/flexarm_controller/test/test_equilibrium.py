@@ -1,5 +1,7 @@
 """The reference's state and torque satisfy the equations of motion of the served model."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from served_arms import single_link, two_axes
@@ -17,7 +19,15 @@ def test_the_arm_stays_where_the_equilibrium_of_a_resting_reference_puts_it(mode
     np.testing.assert_allclose(system.A @ x + system.B @ (u + d) + system.c, x, atol=1e-12)
 
 
-@pytest.mark.parametrize("model", [single_link(), two_axes()])
+def rubbed():
+    """Return an arm whose friction acts between axes and modes, as that of a loop's passive axis does."""
+    model = two_axes()
+    D = model.D.copy()
+    D[0, 2], D[2, 0] = 0.3, 0.3
+    return replace(model, D=D)
+
+
+@pytest.mark.parametrize("model", [single_link(), two_axes(), rubbed()])
 def test_a_steady_acceleration_leaves_the_modes_in_balance(model):
     n, m = model.n, model.n_theta
     rest = build_equilibrium(model)

@@ -82,6 +82,24 @@ def test_friction_and_rotor_of_a_rigid_pendulum_come_back(pendulum: ManipulatorC
     assert result.fit[0] > 98.0 and result.condition < 1e4
 
 
+def test_the_spring_of_a_motors_axis_is_not_taken_for_its_rotor(tmp_path: Path) -> None:
+    """Without it among the unknowns the rotor was found negative."""
+    path = tmp_path / "sprung.yaml"
+    path.write_text(
+        PENDULUM.replace("actuated: true", "actuated: true, stiffness: 4 N m/rad"), encoding="utf-8"
+    )
+    t = np.arange(0.0, 20.0, DT)
+    q, v, a = swing(t)
+    rotor, b, k = 0.16, 0.7, 5.0
+    tau = (AT_LEVER + rotor) * a - 2.0 * 9.81 * 0.5 * np.cos(q) + b * v + k * q
+    held = np.interp(t + DT / 2, t, tau)
+    motion = JointMotion(("base.ry",), q[:, None], held[:, None], DT)
+    result = identify_joints(load_config(path), motion, 4.0)
+    for name, value in (("rotor", rotor), ("viscous", b), ("stiffness", k)):
+        assert of(result, "base.ry", name).value == pytest.approx(value, rel=0.05, abs=0.02), name
+    assert result.fit[0] > 98.0
+
+
 def test_a_spring_between_motor_and_link_comes_back(pendulum: ManipulatorConfig) -> None:
     """Two inertias and a spring, integrated by scipy; the description is 20 % too soft."""
     k, d, rotor = 600.0, 0.8, 0.1

@@ -80,6 +80,19 @@ def test_process_noise_is_its_integral(name: str) -> None:
     assert np.array_equal(found, found.T) and np.linalg.eigvalsh(found / scale).min() > -1e-9
 
 
+def test_noise_of_a_fast_pole_over_a_long_step_is_its_integral() -> None:
+    """Of exp(-A t) nothing was left but rounding: -1.6e13 instead of 8.7e3 (pole of 5829 1/s, 10 ms)."""
+    model = served("single_link")
+    damped = replace(model, D=model.D + np.diag([0.0] * (model.n - 1) + [6000.0]))
+    continuous, steps = state_space(damped, np.ones(model.n)), 20_000
+    Q, short = discretize(continuous, 0.01).Q, discretize(continuous, 0.01 / steps)
+    summed = np.zeros_like(Q)
+    for _ in range(steps):
+        summed = short.A @ summed @ short.A.T + short.Q
+    np.testing.assert_allclose(Q, summed, rtol=1e-6, atol=1e-9 * abs(Q).max())
+    assert np.linalg.eigvalsh(Q).min() > -1e-12 * np.linalg.eigvalsh(Q).max()
+
+
 def test_what_feels_no_noise_has_none_and_is_else_the_same() -> None:
     continuous = system("spatial")
     noisy, quiet = (discretize(s, DT) for s in (continuous, replace(continuous, Q=0.0 * continuous.Q)))

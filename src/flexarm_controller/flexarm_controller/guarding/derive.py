@@ -116,14 +116,15 @@ def guard_limits(config: ManipulatorConfig, tree: ReducedTree, settings: GuardSe
     home, limits = linearize(tree), limits_of(config)
     ramp = (1.0 + settings.braking_share) * limits.effort / limits.effort_rate
     reaction = (NOTICING + TAPER) * dt + ramp
-    loads = [loads_of(tree, home), *_loads(tree, _ends(home, limits))]
+    named = list(_loads(tree, config.poses.values()))
+    loads = [loads_of(tree, home), *named, *_loads(tree, _ends(home, limits))]
     own = _deceleration(home, loads, limits, settings.braking_share)
     a = np.minimum(own, limits.velocity / reaction)
     _refuse_weak(config, a)
     _refuse_strained(config, home, settings.strain_margin * limits.strain)
     noticed = LEAD * dt + NOTICED * dt + ramp / 2.0
     alone = np.minimum(a, FAST * limits.velocity / (4.0 * noticed))
-    stopping = all_at_once(alone, [*loads, *_loads(tree, config.poses.values())], limits.effort)
+    stopping = all_at_once(alone, loads, limits.effort)
     ends = zip(limits.position_low, limits.position_high, a, a * reaction / 2.0, strict=True)
     return GuardLimits(
         effort=_row(limits.effort),
@@ -143,7 +144,7 @@ def guard_limits(config: ManipulatorConfig, tree: ReducedTree, settings: GuardSe
         ranges=tuple(JointRange(*map(float, end)) for end in ends),
         velocity=_row(settings.velocity_margin * limits.velocity),
         strain=_row(settings.strain_margin * limits.strain),
-        energy=settings.energy_margin * _energy(home, loads[0].holding, limits),
+        energy=settings.energy_margin * _energy(home, loads, limits),
         noise=_row(settings.position_noise * _encoder_sigma(config) + settings.velocity_offset * REST_TIME),
         velocity_delay=max(settings.velocity_delay, NOTICED * dt),
         changeover=settings.changeover,
@@ -211,10 +212,10 @@ def _deceleration(home: ReducedModel, loads: Sequence[Loads], limits: Limits, sh
     bending = home.outputs.C_pos[gauges, m:] @ build_equilibrium(home).X[m : home.n, 2 * m :]
     with np.errstate(divide="ignore"):
         unstrained = limits.strain[:, None] / (OVERSHOOT * abs(bending))  # (n_gauges, n_theta)
-    found = [share * limits.effort / np.diag(home.M)[:m], *unstrained]
+    found = [*unstrained]
     for known in loads:
         left = (limits.effort - abs(np.array(known.holding))) / HEADROOM
-        found.append(left / np.diag(known.inertia))
+        found.append(np.minimum(share * limits.effort, left) / np.diag(known.inertia))
     return np.asarray(np.min(found, axis=0))
 
 
@@ -242,13 +243,17 @@ def _loads(tree: ReducedTree, poses: Iterable[Array]) -> Iterator[Loads]:
             continue
 
 
-def _energy(model: ReducedModel, holding: Sequence[float], limits: Limits) -> float:
+def _energy(home: ReducedModel, loads: Sequence[Loads], limits: Limits) -> float:
     """Return the energy that an arm within its velocity limits takes in 250 ms at most [J]; inf without."""
-    m, v = model.n_theta, limits.velocity
+    m, v = home.n_theta, limits.velocity
     if not np.isfinite(v).all():
         return float("inf")  # the products would be 0 inf where nothing is coupled or nothing weighs
-    lost = abs(np.array(holding)) @ v + v @ np.diag(np.diag(model.D)[:m]) @ v
-    return float(v @ abs(model.M[:m, :m]) @ v / 2.0 + GuardLimits.energy_window * lost)
+    rubbed = v @ np.diag(np.diag(home.D)[:m]) @ v
+    return max(
+        float(v @ abs(np.array(known.inertia)) @ v / 2.0)
+        + GuardLimits.energy_window * float(abs(np.array(known.holding)) @ v + rubbed)
+        for known in loads
+    )
 
 
 def _row(values: Array) -> tuple[float, ...]:

@@ -38,4 +38,4 @@ def with_learned(model: ReducedModel, stiffness: Array, inertia: Array) -> Reduc
     M[axes, axes] += np.maximum(inertia * M[axes, axes], LIGHTEST * free)
     K[modes, modes] += stiffness * omega[:count] ** 2
     omega[:count] *= np.sqrt(1.0 + stiffness)
-    return replace(model, M=M, K=K, omega=omega)
+    return replace(model, M=M, K=K, omega=omega, zeta=model.zeta * model.omega / omega)  # D stays

@@ -4,8 +4,8 @@ With ``r = [theta_r; theta_r'; theta_r'']`` and the unmodelled torque ``d``, fro
 
     x_r = X r + x_0          u_r = U r + u_0 - d
 
-Modes deflect as stiffness, static force and the inertia of a steady acceleration ask,
-``K_ee eta = -K_et (theta_r - pose) - M_et theta_r'' - f_e``; what is left of their motion is
+Modes deflect as stiffness, static force, friction and the inertia of a steady acceleration ask,
+``K_ee eta = -K_et (theta_r - pose) - D_et theta_r' - M_et theta_r'' - f_e``; what is left of their motion is
 vibration. ``U`` carries joint springs, viscous joint friction and the inertia of the arm.
 """
 
@@ -50,16 +50,16 @@ def build_equilibrium(model: ReducedModel) -> Equilibrium:
     """Solve the quasi-static equations of ``model``, whose input acts on the axes alone."""
     n, m = model.n, model.n_theta
     K_te, K_ee = model.K[:m, m:], model.K[m:, m:]
-    forces = np.hstack([K_te.T, model.M[m:, :m], model.f0[m:, None]])
-    eta = -np.linalg.solve(K_ee, forces)  # (n_eta, 2 m + 1): per position, per acceleration, static
-    per_position, per_acceleration, static = eta[:, :m], eta[:, m : 2 * m], eta[:, 2 * m]
+    forces = np.hstack([K_te.T, model.D[m:, :m], model.M[m:, :m], model.f0[m:, None]])
+    eta = -np.linalg.solve(K_ee, forces)  # (n_eta, 3 m + 1): per position, velocity, acceleration, static
+    per_position, static = eta[:, :m], eta[:, 3 * m]
     X = np.zeros((2 * n, 3 * m))
     X[:m, :m] = np.eye(m)
-    X[m:n, :m], X[m:n, 2 * m :] = per_position, per_acceleration
+    X[m:n] = eta[:, : 3 * m]
     X[n : n + m, m : 2 * m] = np.eye(m)
-    stiffness = model.K[:m, :m] + K_te @ per_position
-    inertia = model.M[:m, :m] + K_te @ per_acceleration
+    asked = np.hstack([model.K[:m, :m], model.D[:m, :m], model.M[:m, :m]])
+    U = asked + K_te @ eta[:, : 3 * m]
     x_0 = np.zeros(2 * n)
     x_0[m:n] = static - per_position @ model.pose
-    u_0 = model.f0[:m] + K_te @ static - stiffness @ model.pose
-    return Equilibrium(X, x_0, np.hstack([stiffness, model.D[:m, :m], inertia]), u_0)
+    u_0 = model.f0[:m] + K_te @ static - U[:, :m] @ model.pose
+    return Equilibrium(X, x_0, U, u_0)

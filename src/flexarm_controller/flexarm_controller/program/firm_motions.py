@@ -64,8 +64,8 @@ def firm_motions(reference: Reference, model: ReducedModel, longest: float, dt: 
 def _ringing(model: ReducedModel, velocity: Array, dt: float) -> float:
     """Return the amplitude of all modes at the end over the largest on the way [1]."""
     m = model.n_theta
-    damped = model.omega * np.sqrt(np.maximum(1.0 - model.zeta**2, 0.0))
-    turn = np.exp((-model.zeta * model.omega + 1j * damped) * dt)  # (n_eta,)
+    slowest = model.omega * (np.sqrt(model.zeta**2 - 1.0 + 0j) - model.zeta)  # pole of a mode, (n_eta,)
+    turn = np.exp(slowest * dt)
     pushes = np.diff(velocity, axis=0) @ model.M[:m, m:]  # (k, n_eta)
     amplitude, largest = np.zeros(model.n_eta, complex), float(np.finfo(float).tiny)
     for push in pushes:

@@ -2,14 +2,15 @@
 
 Torque of a motor's axis, and balance at a sprung one whose deflection ``q`` is measured::
 
-    tau = sum_i s_i Y_i phi_i + I a + b v + c tanh(v / v_s) + o          0 = sum_i s_i Y_i phi_i + k q + d v
+    tau = sum_i s_i Y_i phi_i + I a + b v + c tanh(v / v_s) + o + k q
+      0 = sum_i s_i Y_i phi_i + k q + d v
 
 with links as described times ``s_i``, rotor inertia I, viscous and Coulomb friction b, c, an offset o (of
-the torque, or what gravity is not told), stiffness k and damping d. Positions are differentiated after a
-low-pass; then regressors and torques go through one more, far below the modes of the arm, alike, so that it
-changes none of the parameters [Gautier1997]. Every parameter has a prior, so that what the motion does not
-tell stays where it was; how much it tells is its sigma over that before, and the condition number of the
-scaled regressor.
+the torque, or what gravity is not told), stiffness k (of a motor's axis where one is described) and damping
+d. Positions are differentiated after a low-pass; then regressors and torques go through one more, far below
+the modes of the arm, alike, so that it changes none of the parameters [Gautier1997]. Every parameter has a
+prior, so that what the motion does not tell stays where it was; how much it tells is its sigma over that
+before, and the condition number of the scaled regressor.
 """
 
 from __future__ import annotations
@@ -195,6 +196,8 @@ def _regressors(
                 ("Coulomb friction", "effort"): (np.tanh(v / SLOPE), 0.0, size),
                 (OFFSET, "effort"): (np.ones_like(v), 0.0, size),
             }
+            if axis.stiffness:
+                own["stiffness", "stiffness"] = q, axis.stiffness, axis.stiffness
         else:
             own = {
                 ("stiffness", "stiffness"): (q, axis.stiffness, max(axis.stiffness, LEAST)),

@@ -7,10 +7,11 @@ scaled with: its amplitude is ``a = sqrt(2 E) / omega``. A sensor row then reads
 
 and a motor at its limit changes the amplitude, in a quasi-static push, by the share::
 
-    drive = |phi' M M^-1 B| tau_max / (omega^2 a)
+    drive = |psi' M^-1 B| tau_max / (omega^2 a)
 
-of it. The axes are free in that push even when the modes are those with the axes held. Close modes are
-judged together: one sensor row sees one combination of a double mode and never the other.
+of it, with ``psi = M phi``, or ``psi = phi`` where the axes are held: those modes' coordinates have mass 1.
+The axes are free in that push even then. Close modes are judged together: one sensor row sees one combination
+of a double mode and never the other.
 """
 
 from __future__ import annotations

@@ -42,7 +42,7 @@ from flexarm_model.process.security import (
 from flexarm_model.process.single_instance import NameTakenError, claim_name
 from flexarm_model.process.start_watch import StartWatch
 from flexarm_model.ros.alarm import Alarm
-from flexarm_model.ros.parameter_file import parameter_sources
+from flexarm_model.ros.parameter_file import parameter_sources, refuse_stray
 from flexarm_model.settings.parameters import ParameterError
 from flexarm_model.settings.strict_yaml import ConfigError
 
@@ -100,6 +100,7 @@ def _run(factory: Callable[[], Node], watch: StartWatch) -> int:
     try:
         check_security(sys.argv)  # also where it was not started by ``run_executable``
         expect_refusals()
+        refuse_stray(sys.argv)
         parameter_sources(sys.argv)  # files are told wrong by us, before rcl does or does not
         _open_ros()
         node = factory()

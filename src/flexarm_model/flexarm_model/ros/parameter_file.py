@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any
 
 import yaml
+from rclpy.utilities import remove_ros_args
 
 from flexarm_model.process.ros_arguments import values_of
 from flexarm_model.settings.yaml_file import ConfigError, StrictLoader, read_yaml
@@ -68,6 +69,20 @@ class ParameterSource:
         """Return the name under which a node gets a parameter."""
         fitting = (name for name, keys in self.keys.items() if key in keys and _matches(name, node))
         return next(fitting, node)
+
+
+def refuse_stray(arguments: Sequence[str]) -> None:
+    """Refuse what somebody meant as a parameter and nobody reads.
+
+    Args:
+        arguments: Program and all that it was given.
+
+    Raises:
+        ConfigError: Some are not for ROS.
+    """
+    if stray := remove_ros_args(args=list(arguments))[1:]:
+        text = "not understood; parameters are given as --ros-args -p NAME:=VALUE, --help lists them"
+        raise ConfigError(f"command line: {' '.join(stray)}: {text}")
 
 
 def parameter_sources(arguments: Sequence[str]) -> tuple[ParameterSource, ...]:

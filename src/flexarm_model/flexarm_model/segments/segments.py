@@ -85,7 +85,8 @@ def _inertia(beam: Beam, start: float, end: float, *, is_last: bool) -> tuple[fl
     ]
     points = [m for m in beam.point_masses if start <= m.at < end or (is_last and m.at >= start)]
     mass = sum(part[0] for part in parts) + sum(point.mass for point in points)
-    com = (sum(m * x for m, x, _, _ in parts) + sum(p.mass * p.at for p in points)) / mass
+    moment = sum(m * x for m, x, _, _ in parts) + sum(p.mass * p.at for p in points)
+    com = moment / mass if mass else (start + end) / 2  # a piece may weigh nothing
     J = np.zeros(3)
     for m, x, length, piece in parts:
         section = m / piece.area * section_inertia(beam, piece)

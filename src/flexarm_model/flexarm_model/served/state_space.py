@@ -12,6 +12,7 @@ unmodelled torque on the actuated axes (a random walk). Continuous time::
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -119,6 +120,23 @@ def _refuse_other_length(name: str, values: Array, expected: int) -> None:
         raise ValueError(f"{name} has the shape {np.shape(values)}; expected ({expected},)")
 
 
+def _accumulated(A: Array, Q: Array, dt: float) -> Array:
+    """Return ``int_0^dt exp(A s) Q exp(A' s) ds`` [VanLoan1978], (n_x, n_x).
+
+    ``exp(-A dt)`` of a fast pole is more than numbers hold beside the others: it is made for a time in which
+    nothing grows by more than e, which is doubled until it is ``dt``.
+    """
+    n_x = len(A)
+    doublings = max(0, math.ceil(math.log2(max(float(np.linalg.norm(A, 1)) * dt, 1.0))))
+    step = expm(np.block([[-A, Q], [np.zeros_like(A), A.T]]) * (dt / 2**doublings))
+    grown = step[n_x:, n_x:].T
+    summed = grown @ step[:n_x, n_x:]
+    for _ in range(doublings):
+        summed = summed + grown @ summed @ grown.T
+        grown = grown @ grown
+    return np.asarray(summed)
+
+
 def discretize(system: StateSpace, dt: float) -> StateSpace:
     """Discretise exactly for an input held over ``dt`` and white process noise.
 
@@ -133,11 +151,9 @@ def discretize(system: StateSpace, dt: float) -> StateSpace:
     held[:n_x, n_x : n_x + n_u] = system.B
     held[:n_x, -1] = system.c
     step = expm(held * dt)
-    A, nothing = step[:n_x, :n_x], np.zeros((n_x, n_x))
-    Q = nothing
+    A, Q = step[:n_x, :n_x], np.zeros((n_x, n_x))
     if system.Q.any():
-        van_loan = np.block([[-system.A, system.Q], [nothing, system.A.T]])
-        Q = A @ expm(van_loan * dt)[:n_x, n_x:]
+        Q = _accumulated(system.A, system.Q, dt)
     return StateSpace(
         A,
         step[:n_x, n_x : n_x + n_u],
