@@ -37,6 +37,7 @@ PROGRAM = textwrap.dedent("""
             super().__init__("probe")
             print(declare_config(self, Config), flush=True)
             print(self.describe_parameter("rate").description, flush=True)
+            print("type", self.describe_parameter("sensors_off").type, flush=True)
             self.ready = ReadyFlag(self, {"nothing": lambda: True})
             self.create_timer(0.02, self.on_timer)
 
@@ -78,7 +79,7 @@ def test_a_node_becomes_ready_and_ends_in_order_on_a_signal(number: int) -> None
     assert process.returncode == 0, err
     assert out.splitlines()[-1] == "stopped"
     expected = "Config(rate=3.0, modes=3, weights=(3.0, 4.0), sensors_off=(), source='bag', lockstep=True)"
-    assert lines[:2] == [expected + "\n", "Control rate [Hz]\n"]
+    assert lines[:3] == [expected + "\n", "Control rate [Hz]\n", "type 9\n"]  # of an empty list: of texts
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])

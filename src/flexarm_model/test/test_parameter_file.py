@@ -8,6 +8,7 @@ import yaml
 from flexarm_model.ros.parameter_file import (
     COMMAND_LINE,
     parameter_sources,
+    refuse_stray,
     read_parameter_file,
     refuse_strangers,
 )
@@ -134,3 +135,10 @@ def test_the_ros_part_of_a_command_line_tells_its_files_and_keys(tmp_path: Path)
 
 def test_without_ros_arguments_nothing_is_given() -> None:
     assert parameter_sources(["node"]) == ()
+
+
+def test_what_is_not_for_ros_is_refused_with_how_it_is_meant() -> None:
+    """A node that was given ``rate:=5.0`` alone ran with its default."""
+    refuse_stray(["model_node", "--ros-args", "-p", "rate:=5.0", "--"])
+    with pytest.raises(ConfigError, match="rate:=5.0: not understood; .*--ros-args -p"):
+        refuse_stray(["model_node", "rate:=5.0", "--ros-args", "-r", "__node:=model"])

@@ -222,7 +222,7 @@ class Health:
 
     def _tells(self, record: SensorRecord, t: float) -> bool:
         """Return whether a sensor speaks, and of where the axes are."""
-        return record.locates and not record.is_off and t - record.newest_valid <= record.time_out
+        return record.locates > 0 and not record.is_off and t - record.newest_valid <= record.time_out
 
     def _is_doubtful(self, report: SensorReport) -> bool:
         if report.status == "rejected":

@@ -20,12 +20,16 @@ def values_of(arguments: Sequence[str], options: Sequence[str]) -> Iterator[str]
 
 def asks_help(arguments: Sequence[str]) -> bool:
     """Return whether arguments for the node, not those for ROS, ask for help."""
+    return any(argument in ("-h", "--help") for argument in not_for_ros(arguments))
+
+
+def not_for_ros(arguments: Sequence[str]) -> Iterator[str]:
+    """Yield the arguments of a command line outside its ROS part."""
     inside = False
     for argument in arguments:
-        inside = argument == "--ros-args" or (inside and argument != "--")
-        if not inside and argument in ("-h", "--help"):
-            return True
-    return False
+        was_inside, inside = inside, argument == "--ros-args" or (inside and argument != "--")
+        if not (inside or was_inside):
+            yield argument
 
 
 def node_name(name: str, space: str, arguments: Sequence[str]) -> str:

@@ -14,9 +14,8 @@ from pathlib import Path
 from typing import Any
 
 import yaml
-from rclpy.utilities import remove_ros_args
 
-from flexarm_model.process.ros_arguments import values_of
+from flexarm_model.process.ros_arguments import not_for_ros, values_of
 from flexarm_model.settings.yaml_file import ConfigError, StrictLoader, read_yaml
 
 FLEXARM_NODES = (
@@ -80,7 +79,7 @@ def refuse_stray(arguments: Sequence[str]) -> None:
     Raises:
         ConfigError: Some are not for ROS.
     """
-    if stray := remove_ros_args(args=list(arguments))[1:]:
+    if stray := list(not_for_ros(arguments[1:])):
         text = "not understood; parameters are given as --ros-args -p NAME:=VALUE, --help lists them"
         raise ConfigError(f"command line: {' '.join(stray)}: {text}")
 
