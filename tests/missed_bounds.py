@@ -12,10 +12,6 @@ _CAMERA = (
     "unless the torque is known to a millionth (fault_drill.least_error)"
 )
 
-_THROWN = (
-    "one of 351 axes goes 1.15 times the way of a stop (1.05): motors that push at their limits when the "
-    "controller hangs turn round too late for it (docs/guard.md, Measured)"
-)
 _LATE = (
     "e0 is 17 um, so 2 e0 is less than the 50 um of one frame of the camera; a new estimator is back within "
     "it after 1.9 s instead of 1 s, off by 0.10 mm meanwhile"
@@ -32,7 +28,6 @@ MISSED = {
     ("single_link", 9): _CAMERA,
     ("single_link", 17): _CAMERA,
     ("serial_6r", 45): _LATE,
-    ("serial_6r", 53): _THROWN,
 }
 WITH_NODES = {  # of every machine
     43: "where others use the cores (3RRR, load 8 to 12) the first message of a node came after 2.1 and 3.3 "

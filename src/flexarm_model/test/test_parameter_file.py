@@ -8,9 +8,9 @@ import yaml
 from flexarm_model.ros.parameter_file import (
     COMMAND_LINE,
     parameter_sources,
-    refuse_stray,
     read_parameter_file,
     refuse_strangers,
+    refuse_stray,
 )
 from flexarm_model.settings.strict_yaml import ConfigError
 

@@ -2,10 +2,10 @@
 
 The largest deceleration that one axis is planned with at an end of its range, ``a``, is what a share ``s`` of
 the torque limit ``tau_max`` gives its inertia; less where the weight leaves less than that and a quarter, and
-where twice the strain of a steady ``a`` would be beyond the limit of a gauge. A stop elsewhere is planned with
-``a_s``, such that reaction costs half its way at a quarter of the velocity limit, and that all axes may brake
-at once. All this at home, at the named poses and with an axis at an end of its range, whatever is least (of
-``E`` most); gauges and friction at home alone::
+where twice the strain of a steady ``a`` would be beyond the limit of a gauge. A stop elsewhere is planned
+with ``a_s``, such that reaction costs half its way at a quarter of the velocity limit, and that all axes may
+brake at once. All this at home, at the named poses and with an axis at an end of its range, whatever is
+least (of ``E`` most); gauges and friction at home alone::
 
     a = min(s tau_max / M_ii, (tau_max - |h|) / 1.25 M_ii)      a <= eps_max / 2 |d eps / d theta''|
     b = a t / 2     t = 7 T + (1 + s) tau_max / (d tau / d t)     a <= v_max / t
