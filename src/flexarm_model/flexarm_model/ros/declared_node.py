@@ -146,11 +146,15 @@ def _told_with(place: str) -> Iterator[None]:
 
 def _declare(node: Node, name: str, value: Any, hint: Any, about: Mapping[str, Any]) -> None:
     kind = (get_args(hint)[0],) if get_origin(hint) is tuple else hint
-    given = list(value) if isinstance(value, tuple) else value
-    node._parameter_overrides[name] = Parameter(
-        name, _TYPES[kind], given
-    )  # of an empty list rclpy knows none
-    node.declare_parameter(name, _TYPES[kind], _descriptor(name, kind, about))
+    is_empty = isinstance(value, tuple) and not value  # an empty list is one of bytes to rclpy
+    descriptor = _descriptor(name, kind, about)
+    descriptor.dynamic_typing = is_empty
+    default = list(value) if isinstance(value, tuple) else value
+    node._parameter_overrides[name] = Parameter(name, None if is_empty else _TYPES[kind], default)
+    node.declare_parameter(name, default if is_empty else _TYPES[kind], descriptor)
+    if is_empty:
+        node._parameters[name] = Parameter(name, _TYPES[kind], [])
+        node._descriptors[name] = _descriptor(name, kind, about)
 
 
 def _descriptor(name: str, kind: Any, about: Mapping[str, Any]) -> ParameterDescriptor:
