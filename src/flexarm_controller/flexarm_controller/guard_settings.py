@@ -3,7 +3,8 @@
 import math
 from dataclasses import dataclass
 
-from flexarm_controller.guarding.derive import SILENT, GuardSettings, guard_limits, hold_of
+from flexarm_controller.guarding.derive import SILENT, guard_limits, hold_of
+from flexarm_controller.guarding.settings import GuardSettings
 from flexarm_model.settings.arm_settings import LoopSettings
 from flexarm_model.settings.parameters import parameter
 

@@ -63,6 +63,15 @@ def test_ringing_is_what_integrating_every_mode_leaves(time_optimal):
         assert _ringing(model, velocity[:, None], DT) == pytest.approx(left / largest, abs=0.01)
 
 
+def test_a_mode_that_creeps_back_is_as_slow_as_its_slower_pole():
+    model = single_link()
+    zeta, kick = np.array([4.0, 3.0, 2.0]), np.append(0.0, np.full(20, 1.0))
+    slowest = model.omega * (zeta - np.sqrt(zeta**2 - 1.0))
+    share = model.M[0, 1:] * np.exp(-slowest * 19 * DT)
+    expected = np.linalg.norm(share) / np.linalg.norm(model.M[0, 1:])
+    assert _ringing(replace(model, zeta=zeta), kick[:, None], DT) == pytest.approx(expected, rel=1e-9)
+
+
 def test_only_a_short_motion_that_leaves_no_mode_ringing_is_followed_exactly(time_optimal):
     model, reference = single_link(), of_velocity(time_optimal)
     duration = DT * (time_optimal.size - 1)

@@ -32,6 +32,14 @@ def law_that_learns(model, config=LEARNS):
     return LearningMpc(model, limits_of_hub(), config, DT, Learning(1, config, DT))
 
 
+def test_damping_ratios_of_a_softer_arm_are_those_of_its_damping():
+    """D stays: zeta is D / 2 omega, so it grows where omega falls."""
+    model = two_axes()
+    learned = with_learned(model, np.array([-0.3, 0.2]), np.zeros(2))
+    np.testing.assert_allclose(learned.zeta * learned.omega, model.zeta * model.omega, rtol=1e-12)
+    assert learned.zeta[0] > model.zeta[0] and learned.zeta[1] < model.zeta[1]
+
+
 def test_locked_modes_of_the_learned_model_have_the_learned_stiffness():
     model, n = two_axes(), 2
     learned = with_learned(model, np.array([-0.3, 0.2]), np.zeros(2))

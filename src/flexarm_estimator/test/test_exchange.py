@@ -129,6 +129,12 @@ def test_live_stamps_of_zero_are_dropped_and_told():
     assert "estimator: joint_states_timestamp" in names
 
 
+@pytest.mark.parametrize(("stamp_ns", "is_taken"), [((2**31 - 2) * 10**9, True), (2**31 * 10**9 - 1, False)])
+def test_a_stamp_so_near_the_last_that_what_is_told_of_it_would_be_none_is_dropped(stamp_ns, is_taken):
+    """Seconds as a float are rounded by a tenth of a microsecond there: to a stamp that no message holds."""
+    assert bool(exchange(0).step(stamp_ns)) == is_taken
+
+
 def test_unknown_joints_are_named_in_diagnostics():
     made = exchange()
     msg = joints(0)

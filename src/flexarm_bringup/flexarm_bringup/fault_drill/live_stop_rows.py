@@ -18,7 +18,7 @@ from flexarm_bringup.fault_drill.drive_time import driven_periods, until_braked,
 from flexarm_bringup.fault_drill.findings import Finding
 from flexarm_bringup.fault_drill.row import Row
 from flexarm_bringup.fault_drill.system_stand import SystemStand, passes, stamp
-from flexarm_controller.guarding.derive import GuardSettings
+from flexarm_controller.guarding.settings import GuardSettings
 
 if TYPE_CHECKING:
     from flexarm_bringup.fault_drill.live_rig_node import LiveRig

@@ -101,8 +101,10 @@ class NodesStand:
         try:
             run_session(session, next(self._domains))
         except SessionError as error:
-            if LEFT not in str(error):
+            trace = _read(session.bag, self._stand.touched(faults)) if LEFT in str(error) else None
+            if trace is None or trace.estimates[-1].status != "lost":
                 raise
+            return trace
         return _read(session.bag, self._stand.touched(faults))
 
 

@@ -22,7 +22,6 @@ allows for a payload and for what the links store.
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,12 +34,12 @@ from flexarm_controller.guarding.limits import Braking, GuardLimits
 from flexarm_controller.guarding.loads import Loads
 from flexarm_controller.guarding.pose_loads import loads_of
 from flexarm_controller.guarding.rest_watch import REST_TIME
+from flexarm_controller.guarding.settings import GuardSettings
 from flexarm_controller.limits import Limits, limits_of
 from flexarm_controller.program.equilibrium import build_equilibrium
 from flexarm_model.manipulator.description import ManipulatorConfig
 from flexarm_model.served.linearize import PoseError, linearize
 from flexarm_model.served.reduced_model import ReducedModel
-from flexarm_model.settings.parameters import parameter
 from flexarm_model.settings.strict_yaml import ConfigError
 from flexarm_model.settings.units import axis_dimension, si_unit
 from flexarm_model.tree.closure_error import ClosureError
@@ -56,49 +55,6 @@ NOTICED = 2.0  # periods by which the drives' velocity is late
 FAST = 0.25  # of the velocity limit: from there on a stop keeps its way
 COUPLED = 0.05  # of the torque left by the weight: an axis that asks more of another's motor gives way
 OVERSHOOT = 2.0  # largest strain over steady strain when a deceleration begins at once
-
-
-@dataclass(frozen=True)
-class GuardSettings:
-    """Settings of the guard."""
-
-    max_age: float = parameter(
-        0.05, "Silence of the controller that stops the arm; at least three periods.", "s", 0.005, 1.0
-    )
-    arming_time: float = parameter(2.0, "Time the controller has for its first command.", "s", 0.05, 60.0)
-    braking_gain: float = parameter(
-        0.4, "Gain of holding over the one with which the arm would ring up.", "1", 0.01, 0.9
-    )
-    braking_share: float = parameter(0.5, "Share of the torque limit that a stop needs.", "1", 0.05, 1.0)
-    braking_reserve: float = parameter(
-        2.0, "Largest deceleration of a stop over the one it is planned with.", "1", 1.0, 10.0
-    )
-    rest_velocity: float = parameter(0.01, "Axis velocity that counts as rest.", "rad/s", 1e-6, 1.0)
-    energy_margin: float = parameter(
-        2.0, "Energy that the motors may put in within 250 ms over what the arm can take.", "1", 1.0, 100.0
-    )
-    velocity_margin: float = parameter(
-        1.2, "Velocity that stops the arm over the limit of the description.", "1", 1.0, 10.0
-    )
-    position_noise: float = parameter(
-        30.0,
-        "Noise of the drives' positions that is believed, over that of the described encoders.",
-        "1",
-        0.0,
-        1e4,
-    )
-    velocity_offset: float = parameter(
-        0.01, "Offset of the drives' velocity that is believed.", "rad/s", 1e-6, 1.0
-    )
-    velocity_delay: float = parameter(
-        0.01, "Delay of the drives' velocity that is believed, if more than two periods.", "s", 0.0, 0.1
-    )
-    strain_margin: float = parameter(
-        1.0, "Strain that stops the arm over the limit of the description.", "1", 0.1, 10.0
-    )
-    changeover: float = parameter(
-        1.0, "Time for which commands of the model served before still pass.", "s", 0.0, 60.0
-    )
 
 
 def guard_limits(config: ManipulatorConfig, tree: ReducedTree, settings: GuardSettings) -> GuardLimits:

@@ -45,22 +45,23 @@ class HoldRate:
 
     def at(self, model: ReducedModel) -> float:
         """Return the rate at the pose of a model, at most that at home [1/s]."""
-        rate = self.most
-        while rate > LOWEST / self.dt and spectral_radius(model, self.dt, rate / self.gain) >= 1.0:
-            rate *= COARSENESS
-        return rate
+        return self.gain * largest_hold_rate(model, self.dt, self.most / self.gain, COARSENESS)
 
 
-def largest_hold_rate(model: ReducedModel, dt: float) -> float:
+def largest_hold_rate(
+    model: ReducedModel, dt: float, most: float | None = None, fineness: float = FINENESS
+) -> float:
     """Return the largest r [1/s] with which the loop is stable.
 
     Args:
         model: The arm.
         dt: Motor period [s].
+        most: Where to begin [1/s]; by itself 1 / dt.
+        fineness: Factor from one try to the next, downwards [1].
     """
-    rate = 1.0 / dt
+    rate = 1.0 / dt if most is None else most
     while rate > LOWEST / dt and spectral_radius(model, dt, rate) >= 1.0:
-        rate *= FINENESS
+        rate *= fineness
     return rate
 
 

@@ -205,10 +205,8 @@ def _regressors(
             }
         blurs = {} if axis.actuated else {"stiffness": noise[0][k], "damping": noise[1][k]}
         for (what, quantity), (values, described, prior) in own.items():
-            unit, column = (
-                si_unit(axis_dimension(axis.name, quantity)),
-                np.zeros((len(q), len(rigid.axes), 1)),
-            )
+            unit = si_unit(axis_dimension(axis.name, quantity))
+            column = np.zeros((len(q), len(rigid.axes), 1))
             column[:, k, 0] = values[:, k]
             parts.append(column)
             columns.append(_Column(name, what, unit, described, prior, float(blurs.get(what, 0.0))))
