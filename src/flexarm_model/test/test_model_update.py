@@ -9,6 +9,7 @@ import pytest
 from arms import SINGLE_LINK
 from scipy.linalg import eigh
 
+from flexarm_model.identification.described_arm import DescribedArm
 from flexarm_model.identification.described_modes import described_modes, read_unknown
 from flexarm_model.identification.described_shapes import described_shapes, in_size
 from flexarm_model.identification.loose_directions import loose_directions
@@ -89,6 +90,15 @@ def test_shapes_at_sensors_are_those_of_the_arm_put_together_without_casadi() ->
     expected = (rows @ phi).T[1:3] * np.column_stack([np.ones(2), -squares[1:3]])
     ratio = shapes[:2, 1] / shapes[:2, 0]
     assert ratio == pytest.approx(expected[:, 1] / expected[:, 0], rel=1e-3)
+
+
+def test_an_accelerometer_on_a_mast_feels_its_tilt() -> None:
+    """At the tip of a strip that stands up: its motion, less the weight that it turns into."""
+    mast = TRUTH | {"gravity.0": "-9.81 m/s^2", "bodies.strip.nodes.sensor": "630 mm"}
+    seen = described_shapes(SINGLE_LINK, "geared", True, CHANNELS)(mast, HOME)[0, 1]
+    modes = DescribedArm(SINGLE_LINK, "geared", True).modes(mast, HOME)
+    moved, turned = modes.outputs.C_pos[modes.outputs.rows("tip")][[1, 5]] @ modes.shapes[:, 0]
+    assert seen == pytest.approx(-modes.omega[0] ** 2 * moved - 9.81 * turned, rel=1e-6)
 
 
 def test_shapes_tell_more_than_a_single_frequency() -> None:

@@ -1,8 +1,8 @@
 """Shapes of a description's modes at its sensors, for values and poses that change.
 
-An output tells a mode in its own kind: an encoder or a gauge by ``C_pos phi``, an accelerometer by
-``-omega^2 C_acc phi``. Normal modes, scaled so that the largest entry is 1 in units of every output's own
-largest value as described.
+An output tells a mode of frequency omega by ``(C_pos - omega^2 C_acc) phi``: an encoder or a gauge by the
+first alone, an accelerometer by its motion and by the weight that it feels as it tilts. Normal modes, scaled so
+that the largest entry is 1 in units of every output's own largest value as described.
 """
 
 from __future__ import annotations
@@ -16,7 +16,6 @@ from numpy.typing import NDArray
 from flexarm_model.identification.described_arm import DescribedArm
 
 Array = NDArray[np.float64]
-ACCELERATION = "m/s^2"
 
 Shapes = Callable[[Mapping[str, str | float], Array], Array]
 """Shapes of the changed description at a pose, slowest mode first, (modes, n_out)."""
@@ -43,10 +42,8 @@ def described_shapes(
         """Return the shapes of the changed arm at a pose."""
         modes = described.modes(changes, pose)
         rows = [modes.outputs.names.index(output) for output in outputs]
-        position, acceleration = (C[rows] @ modes.shapes for C in (modes.outputs.C_pos, modes.outputs.C_acc))
-        tells_acceleration = np.array([modes.outputs.units[row] == ACCELERATION for row in rows])
-        seen = np.where(tells_acceleration[:, None], -(modes.omega**2) * acceleration, position)
-        return np.asarray(seen.T)
+        moved, accelerated = (C[rows] @ modes.shapes for C in (modes.outputs.C_pos, modes.outputs.C_acc))
+        return np.asarray((moved - modes.omega**2 * accelerated).T)
 
     return shapes
 
