@@ -3,7 +3,7 @@
 Every model has its modes at rest at ``eta = 0`` wherever its axes are, so eta is the vibration about the
 arm's static shape, and that goes on as it is. Both models write it in the same tree coordinates::
 
-    Phi_eta_new eta_new = Phi_eta_old eta_old          theta, theta', d, b, p stay, s like eta
+    Phi_eta_new eta_new = Phi_eta_old eta_old          theta, theta', d, b, w, p stay, s - w g like eta
 
 in the sense of ``(Phi' W Phi)^-1 Phi' W`` with the tree's mass matrix ``W`` at the new pose, which minimises
 the kinetic energy of what cannot be written in the new modes, and so gives none. (Least squares without ``W``
@@ -96,7 +96,9 @@ def map_parts(old: Parts, new: Parts) -> StateMap:
             T[i, before.b.start + before.biases.index(name)] = 1.0
         else:
             variance[i] = new.process.P0[i, i]
-    T[after.s, before.s] = arm.T[after.eta, before.eta][: after.n_s, : before.n_s]
+    T[after.w, before.w] = np.eye(after.n_w)
+    turned = T[after.s, before.s] = arm.T[after.eta, before.eta][: after.n_s, : before.n_s]
+    T[after.s, before.w] = (new.process.sag.own - turned @ old.process.sag.own)[:, None]
     T[after.p, before.p] = np.eye(after.n_p)
     return StateMap(T, np.diag(variance))
 

@@ -96,7 +96,8 @@ class PartsMaker:
         """
         known = bias_specs(self._specs)
         kept = {name: known[name] for name in observable_biases(model, self._specs)}
-        process = ProcessModel(model, self._config, kept)
+        borne = self._kinematics.spring_force(model.q0)
+        process = ProcessModel(model, self._config, kept, borne)
         tip = make_tip(model, self._kinematics, process.system.n_x, use_compiler)
         sensors = build_sensor_models(self._specs, model, process.system, tip)
         steps = self._filters.make(model, process, sensors, use_compiler)

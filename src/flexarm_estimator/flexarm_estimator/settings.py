@@ -71,6 +71,12 @@ class EstimatorConfig:
     )
     sag_error: float = parameter(1e-3, "One sigma of how far off its model the tip rests", "m", 1e-9, 1.0)
     sag_time: float = parameter(3.0, "Time in which that changes, as a pose lasts", "s", 0.01, 1e4)
+    sag_share: float = parameter(
+        0.0, "One sigma of the share by which it sags further than modelled; 0 learns none", "1", 0.0, 1.0
+    )
+    sag_share_time: float = parameter(
+        300.0, "Time in which that changes, as an arm stays as it is", "s", 0.01, 1e5
+    )
     stiffness_modes: int = parameter(
         0, "Slowest modes whose common error of stiffness is learned; 0 takes them as described", "1", 0, 100
     )

@@ -98,6 +98,10 @@ class StripKinematics:
         """Return M of the strip, (4, 4)."""
         return np.array(strip_model().M)
 
+    def spring_force(self, q: Array) -> Array:
+        """Return the force with which it bears being bent as at q, (4,)."""
+        return np.asarray(strip_model().K @ q)
+
 
 def camera_sample(x: Array, t: float) -> Measurement:
     """Return the camera's exact sample of state ``x``."""

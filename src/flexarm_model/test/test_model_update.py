@@ -98,7 +98,7 @@ def test_an_accelerometer_on_a_mast_feels_its_tilt() -> None:
     seen = described_shapes(SINGLE_LINK, "geared", True, CHANNELS)(mast, HOME)[0, 1]
     modes = DescribedArm(SINGLE_LINK, "geared", True).modes(mast, HOME)
     moved, turned = modes.outputs.C_pos[modes.outputs.rows("tip")][[1, 5]] @ modes.shapes[:, 0]
-    assert seen == pytest.approx(-modes.omega[0] ** 2 * moved - 9.81 * turned, rel=1e-6)
+    assert seen == pytest.approx(-(modes.omega[0] ** 2) * moved - 9.81 * turned, rel=1e-6)
 
 
 def test_shapes_tell_more_than_a_single_frequency() -> None:

@@ -1,8 +1,8 @@
 """Process model: how the state moves between two instants, and how sure that is.
 
-``x = [theta; eta; theta'; eta'; d; b; s; p]``, ``d`` an unmodelled torque, ``b`` biases of sensors
-(``bias_states``), ``s`` static deflections (``sag``), ``p`` what is learned of the arm (``stiffness``). Three
-more things are unknown of the arm, each written as a physical setting (``EstimatorConfig``):
+``x = [theta; eta; theta'; eta'; d; b; w; s; p]``, ``d`` an unmodelled torque, ``b`` biases of sensors
+(``bias_states``), ``w`` and ``s`` how the arm sags (``sag``), ``p`` what is learned of it (``stiffness``).
+Three more things are unknown of it, each written as a physical setting (``EstimatorConfig``):
 
 * white torque on the axes: ``acceleration_noise`` times their inertia;
 * forces on the modes. A relative error ``e`` of frequency acts as a force ``2 e omega^2 eta``; with
@@ -26,12 +26,13 @@ from numpy.typing import NDArray
 from flexarm_estimator.biases.bias_states import bias_states, with_biases
 from flexarm_estimator.judging.reopening import Reopening, widen
 from flexarm_estimator.settings import EstimatorConfig
-from flexarm_estimator.state.sag import sag_sigma, with_sag
+from flexarm_estimator.state.sag import sag_states, with_sag
 from flexarm_estimator.state.state_layout import StateLayout
 from flexarm_estimator.state.stiffness import FAR, learned_modes, stiffness_sigma, with_stiffness
 from flexarm_estimator.steps.bilinear import Slope, tangent
 from flexarm_estimator.steps.taylor import ExponentialIntegrals, IntegralSlopes
 from flexarm_model.manipulator.sensor_spec import BiasSpec
+from flexarm_model.numeric.dense import block_diagonal
 from flexarm_model.served.reduced_model import ReducedModel
 from flexarm_model.served.state_space import StateSpace, state_space
 
@@ -77,13 +78,18 @@ class ProcessModel:
         system: Continuous state space.
         force_cov: Covariance of the force noise averaged over ``force_averaging``, (n, n).
         P0: Covariance at the start, (n_x, n_x).
+        sag: How the states w and s move.
         biases: States of the sensors' biases by name, in their order.
         learned: What one unit of every learned parameter adds to x' per state, (n_x, n_x) each.
         limits: By place in the state, what a bias or learned parameter is held within.
     """
 
     def __init__(
-        self, model: ReducedModel, config: EstimatorConfig, biases: Mapping[str, BiasSpec] | None = None
+        self,
+        model: ReducedModel,
+        config: EstimatorConfig,
+        biases: Mapping[str, BiasSpec] | None = None,
+        borne: Array | None = None,
     ) -> None:
         """Prepare the steps; the work is done once per model.
 
@@ -91,19 +97,20 @@ class ProcessModel:
             model: Served model.
             config: Settings.
             biases: Output rows "sensor.channel" that have a bias; none if None.
+            borne: Force that springs and bodies bear at the model's pose, (n_q,); None where there is none.
         """
         n, n_theta = model.n, model.n_theta
         self.biases = bias_states(biases or {})
-        sigma_s, sigma_p = sag_sigma(model, config), stiffness_sigma(config, model)
-        learned = min(config.stiffness_modes, model.n_eta)
-        self.layout = StateLayout(n, n_theta, tuple(self.biases), sigma_s.size, sigma_p.size, learned)
+        self.sag, sigma_p = sag_states(model, config, borne), stiffness_sigma(config, model)
+        learned, n_w, n_s = min(config.stiffness_modes, model.n_eta), self.sag.n_w, self.sag.n_s
+        self.layout = StateLayout(n, n_theta, tuple(self.biases), n_w, n_s, sigma_p.size, learned)
         inertia = np.diag(model.M)[:n_theta]
         modal_force = _modal_force(model, config)
         torque_psd = (config.acceleration_noise * inertia) ** 2
         force_psd = np.concatenate([torque_psd, 2.0 * modal_force**2 / model.omega])
         arm = state_space(model, force_psd, (config.disturbance_drift * inertia) ** 2)
         biased = with_biases(arm, model.outputs.names, self.biases)
-        self.system: StateSpace = with_stiffness(with_sag(biased, model, config), model, config)
+        self.system: StateSpace = with_stiffness(with_sag(biased, model, self.sag), model, config)
         self._averaging = config.force_averaging
         self.force_cov = np.diag(force_psd) / self._averaging
         self._G = np.zeros((self.system.n_x, n))
@@ -114,9 +121,9 @@ class ProcessModel:
         self._slopes = [IntegralSlopes(self.system.A, rate) for rate in self.learned]
         self._cache: dict[int, Transition] = {}
         sigma_b = [state.sigma for state in self.biases.values()]
-        sigma = np.concatenate([_initial_sigma(model, config, inertia), sigma_b, sigma_s, sigma_p])
-        self.P0 = np.diag(sigma**2)
-        self._sigma, self._disturbance = sigma, config.initial_disturbance
+        known = np.concatenate([_initial_sigma(model, config, inertia), sigma_b])
+        self.P0 = block_diagonal(np.diag(known**2), self.sag.P0, np.diag(sigma_p**2))
+        self._sigma, self._disturbance = np.sqrt(np.diag(self.P0)), config.initial_disturbance
         self.limits = {
             **dict(enumerate((state.limit for state in self.biases.values()), self.layout.b.start)),
             **dict(enumerate((FAR * sigma_p).tolist(), self.layout.p.start)),
@@ -159,7 +166,7 @@ def _modal_force(model: ReducedModel, config: EstimatorConfig) -> Array:
 
 
 def _initial_sigma(model: ReducedModel, config: EstimatorConfig, inertia: Array) -> Array:
-    """One sigma of every state but biases and static deflections at the start, (2 n + n_theta,)."""
+    """One sigma of every state but biases, sag and what is learned at the start, (2 n + n_theta,)."""
     coupling = np.abs(model.M[model.n_theta :, : model.n_theta]).sum(axis=1)
     eta_dot = (coupling + _UNCOUPLED) * config.initial_velocity  # an axis that stops at once leaves M_et v
     position = np.full(model.n_theta, config.initial_position)

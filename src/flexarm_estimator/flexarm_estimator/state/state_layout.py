@@ -1,9 +1,10 @@
-"""Where things stand in the filter's state ``x = [theta; eta; theta'; eta'; d; b; s; p]``.
+"""Where things stand in the filter's state ``x = [theta; eta; theta'; eta'; d; b; w; s; p]``.
 
 ``theta`` are the actuated axes, ``eta`` the elastic modes, ``d`` unmodelled torques on the axes, ``b`` the
 biases of sensors (a gauge drifts with temperature, an accelerometer has an offset), in SI of their channel,
-``s`` static deflections of the modes that the model leaves out (``sag``), which the controller is told, ``p``
-what is learned of the model itself (``stiffness``), which the controller is told too.
+``w`` the share by which the arm sags further than modelled and ``s`` all static deflections of the modes
+that the model leaves out (``sag``), ``p`` what is learned of the model itself (``stiffness``). The controller
+is told ``s`` and ``p``.
 """
 
 from __future__ import annotations
@@ -21,6 +22,7 @@ class StateLayout:
         n_theta: Number of actuated axes, and of unmodelled torques.
         biases: Output rows "sensor.channel" that have a bias, in their order in the state; behind them
             "sensor.channel rate" of those that drift steadily.
+        n_w: Number of shares of sag, 0 or 1.
         n_s: Number of static deflections, of the slowest modes.
         n_p: Number of learned parameters of the model.
         n_learned: Number of slowest modes whose common stiffness is learned.
@@ -29,6 +31,7 @@ class StateLayout:
     n: int
     n_theta: int
     biases: tuple[str, ...] = ()
+    n_w: int = 0
     n_s: int = 0
     n_p: int = 0
     n_learned: int = 0
@@ -36,7 +39,7 @@ class StateLayout:
     @cached_property
     def n_x(self) -> int:
         """Number of states."""
-        return 2 * self.n + self.n_theta + len(self.biases) + self.n_s + self.n_p
+        return 2 * self.n + self.n_theta + len(self.biases) + self.n_w + self.n_s + self.n_p
 
     @cached_property
     def theta(self) -> slice:
@@ -69,9 +72,14 @@ class StateLayout:
         return slice(self.d.stop, self.d.stop + len(self.biases))
 
     @cached_property
+    def w(self) -> slice:
+        """Share by which the arm sags further than modelled [1]."""
+        return slice(self.b.stop, self.b.stop + self.n_w)
+
+    @cached_property
     def s(self) -> slice:
         """Static deflections of the modes [kg^0.5 m]."""
-        return slice(self.b.stop, self.b.stop + self.n_s)
+        return slice(self.w.stop, self.w.stop + self.n_s)
 
     @cached_property
     def p(self) -> slice:
@@ -80,5 +88,5 @@ class StateLayout:
 
     @cached_property
     def told(self) -> slice:
-        """What messages carry with its covariance: all but static deflections and learned parameters."""
+        """What messages carry with its covariance: all but sag and learned parameters."""
         return slice(0, self.b.stop)

@@ -22,7 +22,7 @@ Array = NDArray[np.float64]
 
 
 class Kinematics(Protocol):
-    """Pose and Jacobian of the tip, and the arm's mass, in the coordinates of the dynamics tree."""
+    """Pose and Jacobian of the tip, mass and springs of the arm, in the coordinates of the dynamics tree."""
 
     def tip_pose(self, q: Array) -> Array:
         """Return T_world_tip, (4, 4)."""
@@ -34,6 +34,10 @@ class Kinematics(Protocol):
 
     def mass_matrix(self, q: Array) -> Array:
         """Return M(q), (n_q, n_q)."""
+        ...
+
+    def spring_force(self, q: Array) -> Array:
+        """Return the force with which springs and bodies bear being bent as at q, (n_q,)."""
         ...
 
 

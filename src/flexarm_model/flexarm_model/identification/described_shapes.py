@@ -1,8 +1,8 @@
 """Shapes of a description's modes at its sensors, for values and poses that change.
 
 An output tells a mode of frequency omega by ``(C_pos - omega^2 C_acc) phi``: an encoder or a gauge by the
-first alone, an accelerometer by its motion and by the weight that it feels as it tilts. Normal modes, scaled so
-that the largest entry is 1 in units of every output's own largest value as described.
+first alone, an accelerometer by its motion and by the weight that it feels as it tilts. Normal modes, scaled
+so that the largest entry is 1 in units of every output's own largest value as described.
 """
 
 from __future__ import annotations

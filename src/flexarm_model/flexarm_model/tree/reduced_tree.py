@@ -170,6 +170,10 @@ class ReducedTree:
         """Return M(q), (n_q, n_q)."""
         return np.array(self.functions["mass_matrix"](q))
 
+    def spring_force(self, q: Array) -> Array:
+        """Return the force with which springs and bodies bear being bent as at q, (n_q,)."""
+        return np.asarray(self.K @ q)
+
     def tip_pose(self, q: Array) -> Array:
         """Return ``T_world_tip``, (4, 4); loops are closed first."""
         return np.array(self.functions["tip_pose"](self.closed(q)))
