@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -21,6 +22,8 @@ from flexarm_bringup.fault_drill.drill import (
 )
 from flexarm_bringup.fault_drill.findings import Finding
 from flexarm_bringup.fault_drill.payload import take_over
+from flexarm_bringup.fault_drill.sample_rows import ROWS as SAMPLE_ROWS
+from flexarm_bringup.fault_drill.stand import Skipped
 from flexarm_bringup.faults import chosen_rows
 from flexarm_bringup.sim.plant import Plant
 from flexarm_model.tree.sensors import output_names
@@ -101,6 +104,13 @@ def test_rows_are_chosen_by_numbers_and_ranges(text: str | None, rows: tuple[int
 def test_rows_that_do_not_exist_are_refused(text: str, words: str) -> None:
     with pytest.raises(ValueError, match=words):
         chosen_rows(text)
+
+
+def test_a_row_about_a_gauge_is_skipped_where_there_is_none() -> None:
+    """It ended with an IndexError, which counts as missed."""
+    [row] = [row for row in SAMPLE_ROWS if row.number == 15]
+    with pytest.raises(Skipped, match="no such sensor"):
+        row.play(SimpleNamespace(of_kind=lambda *_: ()))
 
 
 def test_a_bound_is_kept_at_its_limit_and_missed_beyond_it() -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import replace
 
 from flexarm_bringup.fault_drill.findings import (
@@ -88,6 +89,13 @@ HUGE = tuple(
     for value in (math.inf, -math.inf, 1e308)
 )
 
+def shifted_gauge(stand: Bench) -> Sequence[Finding]:
+    """Shift the first gauge by ten of its sigmas."""
+    sigma = max([float(spec.sigma[0]) for spec in stand.of_kind(GAUGE)[:1]], default=0.0)
+    fault = SensorFault("bias", bias=10.0 * sigma)
+    return cases(Case(one(GAUGE), fault, (tip_within(1.5), flagged_within(0.2))))(stand)
+
+
 ROWS = (
     Row(
         1,
@@ -166,11 +174,7 @@ ROWS = (
         15,
         "strain bias of 10 sigma, a step",
         "flagged; the tip stays",
-        lambda stand: Case(
-            one(GAUGE),
-            SensorFault("bias", bias=10.0 * float(stand.of_kind(GAUGE)[0].sigma[0])),
-            (tip_within(1.5), flagged_within(0.2)),
-        ).play(stand),
+        shifted_gauge,
     ),
     Row(
         16,
