@@ -68,6 +68,12 @@ def test_a_watch_for_drift_only_listens() -> None:
     assert watch.parameters == {"manipulator": "planar_3rrr", "preset": "geared", "learning": 5.0}
 
 
+def test_a_viewer_goes_with_a_watch_for_drift() -> None:
+    graph = with_markers(with_drift(rig_graph("planar_3rrr", "geared")))
+    assert [process.name for process in graph[-2:]] == ["drift", "markers"]
+    assert graph[-1].parameters == {"manipulator": "planar_3rrr", "preset": "geared", "lockstep": False}
+
+
 def test_settings_of_an_unknown_node_are_refused() -> None:
     with pytest.raises(ValueError, match="settings for rigg: no such node; there are model, estimator"):
         rig_graph(settings={"rigg": {"seed": 1}})

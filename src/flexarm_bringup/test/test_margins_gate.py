@@ -199,9 +199,9 @@ def test_a_misspelt_setting_is_answered_with_those_there_are() -> None:
 
 
 def test_a_switch_among_the_settings_is_true_or_false() -> None:
-    changed = with_settings(task_for("single_link"), ["mpc.foresight=true", "mpc.velocity_limit=false"])
+    changed = with_settings(task_for("single_link"), ["mpc.firm_time=0", "mpc.velocity_limit=false"])
     mpc = changed.make("mpc", MpcConfig)
-    assert mpc.foresight is True and mpc.velocity_limit is False
+    assert mpc.position_limit is True and mpc.velocity_limit is False
     with pytest.raises(ConfigError, match="'1' is not one of true, false"):
         with_settings(task_for("single_link"), ["mpc.foresight=1"])
 

@@ -12,6 +12,7 @@ from flexarm_bringup.sim.perturb import PlantSettings, perturb
 from flexarm_model.manipulator.body_spec import Beam, RigidBody
 from flexarm_model.manipulator.description import ManipulatorConfig
 from flexarm_model.reading.config import load_config
+from flexarm_model.reading.manipulator_file import find_manipulator
 from flexarm_model.served.linearize import linearize
 from flexarm_model.tree.reduced_tree import ReducedTree
 
@@ -103,3 +104,14 @@ def test_a_beam_of_few_elements_keeps_what_it_has(config: ManipulatorConfig) -> 
     coarse = replace(config, bodies={**config.bodies, "strip": replace(strip, pieces=pieces)})
     tree = ReducedTree(perturb(coarse, PlantSettings()), use_compiler=False)
     assert tree.bodies["strip"].n == 4  # three, and not six
+
+
+def test_damping_of_springs_of_axes_scales_and_friction_of_a_motor_does_not() -> None:
+    config = load_config(find_manipulator("serial_6r"))
+    real = perturb(config, PlantSettings(damping_scale=0.5))
+    axes = [[axis for joint in arm.joints for axis in joint.axes] for arm in (config, real)]
+    pairs = list(zip(*axes, strict=True))
+    sprung = [(a.damping, b.damping) for a, b in pairs if a.stiffness]
+    assert len(sprung) > 30 and all(old > 0.0 for old, _ in sprung)
+    assert all(new == 0.5 * old for old, new in sprung)
+    assert all(a.damping == b.damping for a, b in pairs if not a.stiffness)

@@ -74,9 +74,15 @@ class MpcConfig:
         """Check every field.
 
         Raises:
-            ParameterError: A value is outside its range or the blocks do not fill the horizon.
+            ParameterError: A value is outside its range, the blocks do not fill the horizon, or what is
+                learned would be lost on models to come.
         """
         validate(self)
+        if self.foresight and (self.stiffness_step or self.inertia_step):
+            raise ParameterError(
+                "foresight: true: expected false where stiffness_step or inertia_step is set: models to come"
+                " are as described, not as learned"
+            )
         if sum(self.blocks) != self.horizon:
             raise ParameterError(f"blocks: they sum to {sum(self.blocks)}, not to horizon {self.horizon}")
 

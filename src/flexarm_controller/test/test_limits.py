@@ -56,6 +56,8 @@ def test_an_axis_without_effort_is_named_and_nothing_else_is_blamed():
 def test_settings_that_do_not_fit_together_are_refused():
     with pytest.raises(ParameterError, match="blocks: they sum to 3, not to horizon 40"):
         MpcConfig(blocks=(1, 2))
+    with pytest.raises(ParameterError, match="foresight: true: expected false where stiffness_step"):
+        MpcConfig(foresight=True, stiffness_step=0.1)
     with pytest.raises(ParameterError, match="backend: 'gurobi' is not one of daqp, osqp, hpipm"):
         MpcConfig(backend="gurobi")
     with pytest.raises(ParameterError, match="position_error"):

@@ -42,7 +42,7 @@ _START = 0.005  # s; the fixed start lies this long before the first step, whose
 
 
 class Estimator:
-    """State of one arm, x = [theta; eta; theta'; eta'; d; b] with covariance, and its tip.
+    """State of one arm, x = [theta; eta; theta'; eta'; d; b; w; s; p] with covariance, and its tip.
 
     Attributes:
         model: The served model in use.
@@ -229,22 +229,22 @@ class Estimator:
         if self._exclusion.is_needed:
             for finding in self._exclusion.look(view, self._history):
                 self.health.heed(finding, "FaultExclusion")
-        touched = [self._history.withdraw(f.sensor, f.since) for f in findings if f.since < math.inf]
-        if touched:
+        if touched := [self._history.withdraw(f.sensor, f.since) for f in findings if f.since < math.inf]:
             self._compute(touched)
 
     def _estimate(self, trouble: list[str]) -> Estimate:
-        belief, t, layout = self._history.now.belief, self._t, self._parts.layout
-        tip, doubt = self._tip.describe(self._parts.tip, belief)
-        doubt = doubt or ("" if self.health.is_all_sound else self._parts.possible.refusal(belief.x))
+        t, parts, x = self._t, self._parts, self._history.now.belief.x
+        tip, doubt = self._tip.describe(parts.tip, self._history.now.belief)
+        doubt = doubt or ("" if self.health.is_all_sound else parts.possible.refusal(x))
         if doubt:  # nothing can be compared with such a state any more
-            self._restart(t, self._parts.at_rest())
-        reports = self.health.reports(t)
-        doubts = "; ".join([said for said in (*trouble, doubt, self._gate.doubt(t)) if said])
-        status, reason = self.health.judge(t, tip.sigma, reports, doubts, self._exclusion.contradiction(t))
+            self._restart(t, parts.at_rest())
+            tip, _ = self._tip.describe(parts.tip, self._history.now.belief)
+        reports, lost = self.health.reports(t), doubt or self._exclusion.contradiction(t)
+        said = "; ".join([words for words in (*trouble, self._gate.doubt(t)) if words])
+        status, reason = self.health.judge(t, tip.sigma, reports, said, lost)
         if status == "lost" and self.health.is_stranded(t):  # who excluded them knew no more than they
             self._restart_here(t, is_contested=True)
         return Estimate(
-            t, self.model.model_id, tip.x, tip.P, layout, status, reason, reports, t - self._began,
+            t, self.model.model_id, tip.x, tip.P, parts.layout, status, reason, reports, t - self._began,
             tip.T_world_tip, tip.twist, tip.cov_pose, tip.cov_twist,
         )  # fmt: skip

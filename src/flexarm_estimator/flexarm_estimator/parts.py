@@ -61,10 +61,12 @@ class Parts:
     def stopped(self, x: Array) -> Belief:
         """Return the state ``x`` (n_x,) after all that moves has died out, little known again.
 
-        Where the axes cannot be there it is that at rest.
+        Axes, biases, sag and what was learned stay as a guess. Where the axes cannot be there it is the one
+        at rest.
         """
-        x = x.copy()
-        x[self.layout.n_theta : self.layout.b.start] = 0.0
+        x, layout = x.copy(), self.layout
+        x[layout.n_theta : layout.b.start] = 0.0
+        x[layout.eta][: layout.n_s] = x[layout.s]
         return self.at_rest() if self.possible.refusal(x) else Belief(x, self.process.P0)
 
 

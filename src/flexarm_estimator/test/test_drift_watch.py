@@ -266,6 +266,17 @@ def test_an_alarm_needs_size_certainty_and_time() -> None:
         assert bool(alarms.told) is told
 
 
+@pytest.mark.parametrize("change", [0.0, -0.025])
+def test_an_alarm_for_damping_ends_when_the_damping_is_back(change: float) -> None:
+    """It hung on the frequency: with one that is a little off it stayed, without it had no hysteresis."""
+    alarms = alarms_of(damped(change))
+    assert alarms.told and alarms.is_damping_alone
+    most = DriftConfig().damping_change * 0.0097  # from which it is told
+    for part, told in ((0.9, True), (0.5, False)):
+        alarms.look([replace(damped(change), zeta=0.0097 + part * most)], 12.0)
+        assert bool(alarms.told) is told
+
+
 def test_an_arm_without_slow_modes_is_refused() -> None:
     with pytest.raises(ValueError, match="nothing to watch"):
         watch(DriftConfig(fastest=0.01))

@@ -202,6 +202,9 @@ def test_where_loops_do_not_close_the_filter_starts_anew_and_says_so():
         last = estimator.step([] if k == 100 else arriving(record, k, 12), record.tau[k], float(t))
         assert np.isfinite(last.T_world_tip).all()
         assert ("cannot be placed" in last.reason) == (k == 100)
+        if k == 100:  # the state is that of the new start, and known no better
+            assert last.status == "starting" and abs(last.theta[0]) < 0.1
+            assert last.P[0, 0] > 1e-4 and last.cov_tip_pose[1, 1] > 1e-4
     assert last is not None and last.status == "ok"
     assert last.theta[0] == pytest.approx(record.x[-1, 0], abs=1e-3)
 

@@ -128,6 +128,15 @@ def test_filter_finds_where_a_loaded_arm_rests() -> None:
     assert errors[1] < 1e-3 * LENGTH
 
 
+def test_an_arm_that_starts_anew_where_it_is_hangs_as_it_was_learned() -> None:
+    parts = Estimator(strip_model(), StripKinematics(), SENSORS, SAGGING).prepare(strip_model())
+    x = 1e-4 * np.random.default_rng(3).normal(size=parts.layout.n_x)
+    rest = parts.stopped(x).x
+    np.testing.assert_array_equal(rest[parts.layout.s], x[parts.layout.s])
+    np.testing.assert_array_equal(rest[parts.layout.eta], x[parts.layout.s])
+    assert abs(parts.process.system.A @ rest)[parts.layout.eta_dot].max() < 1e-9
+
+
 def test_deflections_follow_the_modes_of_another_model() -> None:
     estimator = Estimator(strip_model(), StripKinematics(), SENSORS, SAGGING)
     old = estimator.prepare(strip_model())

@@ -175,6 +175,7 @@ class ModelNode(ManagedNode):
         is_other = model_difference(model, newest) > self.settings.tolerance
         if is_other or self._served.has_after(now_ns + FOLLOWING_LEAD_NS):
             self._published_ns = now_ns
+            self._served.pass_by(now_ns)
             self._served.serve(model, now_ns + FOLLOWING_LEAD_NS)
 
     def on_get_reduced_model(

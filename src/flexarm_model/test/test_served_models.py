@@ -41,7 +41,6 @@ def served(heard: Heard) -> ServedModels:
 
 
 def follow(served: ServedModels, start_ns: int, *models: tuple[int, str]) -> None:
-    served.at(start_ns)
     served.serve_motion([(after_ns, model(name)) for after_ns, name in models], start_ns)
 
 
@@ -77,3 +76,20 @@ def test_only_the_last_motion_is_taken_back_and_only_once(served: ServedModels, 
     assert not served.take_back(100)
     assert served.take_back(200) and not served.take_back(200)
     assert heard.at(300) == "a"
+
+
+def test_asking_for_a_later_time_changes_nothing(served: ServedModels, heard: Heard) -> None:
+    """A reference that begins later was planned with the model of its begin, and refused: so were both."""
+    follow(served, 100, (10, "a"))
+    assert served.at(110).model_id == "a" and served.at(105).model_id == "home"
+    assert served.take_back(100)
+    assert heard.at(200) == "home" and served.at(200).model_id == "home"
+
+
+def test_what_was_used_before_is_forgotten(served: ServedModels) -> None:
+    """An arm that is moved by hand gets model after model, and no reference."""
+    for t in range(100):
+        served.pass_by(t)
+        served.serve(model(f"{t}"), t + 2)
+        assert served.at(t).model_id == ("home" if t < 2 else f"{t - 2}")
+        assert len(served._pending.waiting) <= 3

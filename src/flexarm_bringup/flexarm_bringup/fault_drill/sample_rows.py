@@ -89,6 +89,7 @@ HUGE = tuple(
     for value in (math.inf, -math.inf, 1e308)
 )
 
+
 def shifted_gauge(stand: Bench) -> Sequence[Finding]:
     """Shift the first gauge by ten of its sigmas."""
     sigma = max([float(spec.sigma[0]) for spec in stand.of_kind(GAUGE)[:1]], default=0.0)

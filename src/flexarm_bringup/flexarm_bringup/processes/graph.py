@@ -106,7 +106,8 @@ def with_drift(graph: Sequence[Process], settings: Mapping[str, Any] | None = No
 
 
 def _shared(graph: Sequence[Process]) -> dict[str, Any]:
-    return {key: graph[-1].parameters[key] for key in ("manipulator", "preset", "lockstep")}
+    model = next(row for row in graph if row.name == "model")
+    return {key: model.parameters[key] for key in ("manipulator", "preset", "lockstep")}
 
 
 def ros_arguments(process: Process) -> list[str]:

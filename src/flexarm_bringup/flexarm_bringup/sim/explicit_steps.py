@@ -21,7 +21,7 @@ RK4_RESOLUTION = 0.2  # rad that the fastest served mode turns in a step: it los
 def substeps_needed(tree: ReducedTree, dt: float) -> int:
     """Return how many substeps a period needs: stable for the fastest pole, true to the served modes."""
     fastest = max(float(body.omega.max(initial=1.0)) for body in tree.bodies.values())
-    n, (M, D, K, _) = tree.n_q, tree.linearisation(np.zeros(tree.n_q))
+    n, (M, D, K, _) = tree.n_q, tree.linearisation(tree.loops.home)
     A = np.zeros((2 * n, 2 * n))
     A[:n, n:] = np.eye(n)
     A[n:] = -np.linalg.solve(M, np.hstack([K, D]))

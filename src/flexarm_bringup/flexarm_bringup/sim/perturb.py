@@ -1,8 +1,8 @@
 """How the real arm differs from its description: a pure function of the description.
 
-Stiffness scales wherever it is elastic: beams, imported bodies, springs of axes; damping that is described
-as a share of it likewise. Masses scale in all bodies that are described by their material; bodies that
-were reduced elsewhere are as described.
+Stiffness scales wherever it is elastic: beams, imported bodies, springs of axes; their damping likewise, not
+the viscous friction of axes that no spring holds. Masses scale in all bodies that are described by their
+material; bodies that were reduced elsewhere are as described.
 """
 
 from __future__ import annotations
@@ -27,9 +27,9 @@ class PlantSettings:
         frequency_scale: Real over described natural frequencies, by the stiffness of everything elastic [1].
         mass_scale: Real over described point masses [1].
         extra_modes: Elastic coordinates per flexible body beyond those described, as far as it has them.
-        friction: Coulomb friction of the actuated axes [N m or N], (n_theta,) or one for all.
+        friction: Coulomb friction of the actuated axes [N m or N], one value for all.
         body_mass_scale: Real over described masses of rigid bodies and beams, their point masses too [1].
-        damping_scale: Real over described damping of beams and of springs of axes [1].
+        damping_scale: Real over described damping of beams, imported bodies and springs of axes [1].
         rotor_scale: Real over described rotor inertias [1].
         backlash: Total play of every gear beyond that described [rad or m].
     """
@@ -72,6 +72,7 @@ def _change_joint(joint: Joint, settings: PlantSettings, gears: set[str]) -> Joi
         replace(
             axis,
             stiffness=axis.stiffness * stiffness,
+            damping=axis.damping * (damping if axis.stiffness else 1.0),
             damping_ratio=axis.damping_ratio * damping,
             rotor_inertia=axis.rotor_inertia * settings.rotor_scale,
             backlash=axis.backlash + settings.backlash * (f"{joint.name}.{axis.name}" in gears),
@@ -114,7 +115,7 @@ def _change_beam(beam: Beam, settings: PlantSettings) -> Beam:
 
 def _change_imported(body: ImportedBody, settings: PlantSettings) -> ImportedBody:
     stiffness = body.stiffness_scale * settings.frequency_scale**2
-    return replace(body, stiffness_scale=stiffness)
+    return replace(body, stiffness_scale=stiffness, damping_ratio=body.damping_ratio * settings.damping_scale)
 
 
 _CHANGES: dict[type, Callable[[Any, PlantSettings], Body]] = {

@@ -140,17 +140,28 @@ class Alarms:
                     self.told[mode.name] = sentence(mode, changed)
             else:
                 self._since.pop(mode.name, None)
-                if abs(mode.drift) < BACK * self._config.frequency_change and mode.is_known:
-                    self.told.pop(mode.name, None)
+                if mode.name in self.told and self._is_back(mode):
+                    del self.told[mode.name]
 
     def _changed(self, mode: ModeNow) -> Changed:
-        c = self._config
-        expected = mode.expected
+        sigmas, expected = self._config.sigmas, mode.expected
+        drift, damping = self._told_from(mode)
         sigma = float(np.hypot(mode.zeta_sigma, expected.zeta_sigma))
-        large = c.damping_change * max(expected.zeta, mode.described_zeta)
-        by_frequency = abs(mode.drift) >= max(c.frequency_change, c.sigmas * mode.drift_sigma)
-        by_damping = abs(mode.zeta - expected.zeta) >= max(large, c.sigmas * sigma)
+        by_frequency = abs(mode.drift) >= max(drift, sigmas * mode.drift_sigma)
+        by_damping = abs(mode.zeta - expected.zeta) >= max(damping, sigmas * sigma)
         return Changed(by_frequency and mode.is_known, by_damping and mode.is_damping_known)
+
+    def _is_back(self, mode: ModeNow) -> bool:
+        """Return whether all that was told of a mode is known to be small again."""
+        said, (drift, damping) = self._by[mode.name], self._told_from(mode)
+        by_frequency = mode.is_known and abs(mode.drift) < BACK * drift
+        by_damping = mode.is_damping_known and abs(mode.zeta - mode.expected.zeta) < BACK * damping
+        return (by_frequency or not said.frequency) and (by_damping or not said.damping)
+
+    def _told_from(self, mode: ModeNow) -> tuple[float, float]:
+        """Return the change of frequency, relative, and of the damping ratio from which they are told."""
+        c = self._config
+        return c.frequency_change, c.damping_change * max(mode.expected.zeta, mode.described_zeta)
 
 
 def sentence(mode: ModeNow, changed: Changed) -> str:

@@ -181,9 +181,9 @@ class Health:
             trouble: Anything else that is wrong in this step; empty when nothing is.
             lost: Why the state must not be used; empty when nothing else forbids it.
         """
-        reason = self._why_lost(t, tip_sigma) or lost
-        if reason:
-            return ("lost" if self._has_started else "starting"), reason
+        reasons = [said for said in (lost, self._why_lost(t, tip_sigma)) if said]
+        if reasons:
+            return ("lost" if self._has_started else "starting"), "; ".join(reasons)
         self._has_started = True
         doubts = [f"{r.name}: {r.reason}" for r in reports if r.reason and self._is_doubtful(r)]
         if trouble:

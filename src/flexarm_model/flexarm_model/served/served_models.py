@@ -31,7 +31,7 @@ class ServedModels:
         """
         self._send, self._in_use = send, first
         self._pending: PendingModels[ReducedModel] = PendingModels()
-        self._start_ns, self._aside = -1, tuple[Timed, ...]()
+        self._start_ns, self._aside, self._before = -1, tuple[Timed, ...](), first
         self.count = 0
         self.serve(first, 0)
 
@@ -53,20 +53,25 @@ class ServedModels:
         return self._pending.has_after(stamp_ns)
 
     def at(self, stamp_ns: int) -> ReducedModel:
-        """Return the model that is in use at a stamp [ns], later than any asked for before."""
-        self._in_use = self._pending.due(stamp_ns) or self._in_use
-        return self._in_use
+        """Return the model that is in use at a stamp [ns], later than what ``pass_by`` was told."""
+        due = [model for since_ns, model in self._pending.waiting if since_ns <= stamp_ns]
+        return due[-1] if due else self._in_use
+
+    def pass_by(self, now_ns: int) -> None:
+        """Forget what was used before now [ns]: nothing is asked of it, or taken back to it, any more."""
+        self._in_use = self._pending.due(now_ns) or self._in_use
 
     def serve_motion(self, models: Sequence[Timed], start_ns: int) -> None:
         """Send the models of a motion; what was sent for later than its begin is put aside.
 
         Args:
             models: Of the motion, with the times since its begin [ns].
-            start_ns: Its begin [ns]; ``at`` was asked for it.
+            start_ns: Its begin [ns].
         """
-        self._start_ns, self._aside = start_ns, self._pending.waiting
+        self.pass_by(start_ns)
+        self._start_ns, self._aside, self._before = start_ns, self._pending.waiting, self._in_use
         if self._aside:
-            self.serve(self._in_use, start_ns)
+            self.serve(self._before, start_ns)
         for after_ns, model in models:
             self.serve(model, start_ns + after_ns)
 
@@ -74,8 +79,9 @@ class ServedModels:
         """Undo the motion that begins then [ns]; return whether it is the last one."""
         if start_ns != self._start_ns:
             return False
-        if self._pending.waiting:
-            self.serve(self._in_use, start_ns)
+        if self.newest is not self._before:
+            self.serve(self._before, start_ns)
+            self._in_use = self._before
         for stamp_ns, model in self._aside:
             self.serve(model, stamp_ns)
         self._start_ns, self._aside = -1, ()
