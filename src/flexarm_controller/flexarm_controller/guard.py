@@ -1,11 +1,11 @@
-"""The guard: the last code before the motors, small, slow-witted and without libraries.
+"""The guard: the last code before the motors, small, deliberately simple, the standard library alone.
 
 It lets a command pass only while it is armed, and only one that is fresh, finite, of the right length, from
-this session and computed with the model that is served; it cuts torque and its rate to the limits. The last
-torque bridges one period without a command; then it fades, to what holds the arm at 50 ms. A command that
-cannot be meant, 50 ms of silence, positions and velocities that cannot both be true, an axis too fast for the
-end of its range or for any place, a strain beyond its limit, or motors that put in too much energy latch a
-stop: the arm is braked to rest and held there, until somebody arms the guard. All time comes from the caller.
+this session and of the model that is served; it cuts torque and its rate to the limits. One period without a
+command keeps the last torque; then it fades to what holds the arm, reached after 50 ms. A command that cannot
+be meant, 50 ms of silence, positions and velocities that cannot both be true, an axis too fast for the end of
+its range or for any place, a strain beyond its limit, or motors that put in too much energy latch a stop: the
+arm is braked to rest and held there, until somebody arms the guard. All time comes from the caller.
 """
 
 from __future__ import annotations
@@ -40,9 +40,7 @@ class Guard:
         refusal: Why the last command that did not pass was refused; empty since one has passed.
         token: Session that commands must quote; 0 when not armed.
         model_id: Model that commands must be computed with; empty for any.
-        passed: Commands let through [1].
-        limited: Commands changed by a limit [1].
-        refused: Commands refused [1].
+        passed, limited, refused: Commands let through, of these changed by a limit, and not let through [1].
         ticks: Motor periods [1].
         ticks_without_command: Periods while armed, after the first command, without a fresh one [1].
         age: Age of the command in use [s]; -1 when there is none.
@@ -132,7 +130,8 @@ class Guard:
         """
         self.ticks += 1
         state = self._plausibility.look(state, t)
-        self._braked *= not self._plausibility.has_switched
+        if self._plausibility.has_switched:
+            self._braked = 0
         self.energy = self._window.add(self._tau, state.velocity)
         self._rest.add(state.velocity)
         self.holding = self._borne(self._loads.holding_at(state.position))

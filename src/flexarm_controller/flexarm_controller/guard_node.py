@@ -1,7 +1,8 @@
 """Guard node: stands between the controller and the drives; nothing else reaches the motors.
 
 Publishes
-    applied_effort, guard_status: see ``guard_voice_node``. ~/models (std_msgs/String, latched): models taken.
+    applied_effort, guard_status: see ``guard_voice_node``.
+    ~/models (std_msgs/String, latched): receipt of the models taken so far.
     ~/ready (std_msgs/Bool, latched): true once the drives obey this guard and have told how the arm moves.
 Subscribes
     drive_states (sensor_msgs/JointState): position and velocity as the drives measure them for themselves.
@@ -81,8 +82,7 @@ class GuardNode(ManagedNode):
     def activate(self) -> None:
         """Start stopped."""
         self.exchange = made(GuardExchange, self._config, self._limits, 0 if self.settings.lockstep else None)
-        self.guard, period = self.exchange.guard, self.exchange.period_ns * 1e-9
-        asked = self.settings
+        self.guard, period, asked = self.exchange.guard, self.exchange.period_ns * 1e-9, self.settings
         self._cycle = GuardCycle(period, asked.patience, asked.answer_time, asked.longest_silence(period))
         self._lockstep, self._margins = Lockstep(SENSORS, self.on_tick_complete), ""
         self._connect()

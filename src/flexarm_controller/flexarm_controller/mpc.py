@@ -1,4 +1,4 @@
-"""Model predictive control with preview: one program per model, one solve per step."""
+"""Model predictive control with preview: one program per model, at most one solve per step."""
 
 from __future__ import annotations
 

@@ -45,7 +45,7 @@ class Estimate(NamedTuple):  # not a dataclass: made in every step, at a third o
     Attributes:
         t: Instant [s].
         model_id: Model that defines the modes.
-        x: State [theta; eta; theta'; eta'; d; b; s], SI, (n_x,).
+        x: State [theta; eta; theta'; eta'; d; b; w; s; p], SI, (n_x,).
         P: Its covariance, (n_x, n_x).
         layout: Where things stand in x.
         status: May it be used? "ok" and "degraded" yes, "lost" and "starting" no.

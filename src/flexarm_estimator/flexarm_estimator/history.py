@@ -44,7 +44,7 @@ class Instant:
         fused: Samples that belong to the state, by sensor.
         pending: Samples not judged yet, by sensor.
         refused: Samples that do not belong to the state, by sensor; kept for who looks for the one at fault.
-        inputs: The same as the filter has seen them, with what it adds; empty before the first time.
+        inputs: ``u`` as the filter sees it, with its own inputs in front; empty before the first time.
         scan: Samples that came together; those of its sensors are among the others here, if any.
         prepared: Joint step that leads here, kept for computing again; None when it has to be made.
         reopening: The covariance was widened here because the state was doubted; None where it was not.
@@ -99,7 +99,7 @@ class History:
         if t > now.t + SAME_INSTANT:
             self.instants.append(
                 Instant(t, u, now.parts, now.belief, {}, {}, {}, None, _NOTHING)
-            )  # sooner than by default
+            )  # faster than by default arguments
         return count
 
     def enter(self, parts: Parts, entry: StateMap) -> None:

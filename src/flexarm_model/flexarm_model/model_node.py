@@ -155,11 +155,10 @@ class ModelNode(ManagedNode):
         """Serve a new model when the arm has moved far enough for it to differ."""
         if not self._follows_pose:
             return
-        position = dict(zip(msg.name, msg.position, strict=False))
-        newest = self._served.newest
+        position, newest = dict(zip(msg.name, msg.position, strict=False)), self._served.newest
         pose = np.array([position.get(name, np.nan) for name in newest.theta_names])
-        is_near = abs(pose - self._looked_at).max(initial=0.0) < self.settings.pose_step
-        if not np.isfinite(pose).all() or is_near:
+        is_far = abs(pose - self._looked_at).max(initial=0.0) >= self.settings.pose_step
+        if not (is_far and np.isfinite(pose).all()):
             return
         now_ns = stamp_to_ns(msg.header.stamp)
         if 0 <= now_ns - self._published_ns < NS_PER_S / self.settings.rate:

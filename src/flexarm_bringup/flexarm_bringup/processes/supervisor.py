@@ -2,8 +2,8 @@
 
 Every child has its own process group, so that Ctrl-C in the terminal reaches only the supervisor, which then
 stops the children in order: SIGINT, SIGTERM, SIGKILL, each after a grace period. Whether a node is ready is
-told by its ``~/ready`` topic, not by the supervisor. Who asks it to ``tend`` gets crashed processes back,
-sooner where he had it ``provide`` reserves; who has to act when one ends is told at once (``telling``).
+told by its ``~/ready`` topic, not by the supervisor. ``tend`` starts crashed processes again, faster with
+reserves (``provide``); ``telling`` reports every end at once.
 """
 
 from __future__ import annotations

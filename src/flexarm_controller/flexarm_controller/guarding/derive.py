@@ -7,9 +7,9 @@ with ``a_s``, such that reaction costs half its way at a quarter of the velocity
 brake at once. All this at home, at the named poses and with an axis at an end of its range, whatever is
 least (of ``E`` most); gauges and friction at home alone::
 
-    a = min(s tau_max / M_ii, (tau_max - |h|) / 1.25 M_ii)      a <= eps_max / 2 |d eps / d theta''|
+    a = min(s tau_max, (tau_max - |h|) / 1.25) / M_ii      a <= eps_max / 2 |d eps / d theta''|
     b = a t / 2     t = 7 T + (1 + s) tau_max / (d tau / d t)     a <= v_max / t
-    a_s = min(a, v_max / 16 t_s)     t_s = 4 T + (1 + s) tau_max / 2 (d tau / d t)
+    a_s = min(a, v_max / (16 t_s))     t_s = 4 T + (1 + s) tau_max / (2 d tau / d t)
     |h_i| + sum_j |M_ij| a_s,j <= tau_max,i     less for all j with much of the sum, where it is more
     E = k (v' |M| v / 2 + (|h| v + v' D v) 250 ms)       v: velocity limits
     noise = k_q sigma + 250 ms v_offset                  sigma: of the axis' encoder

@@ -3,9 +3,8 @@
 h(q) = holding + stiffness (q - pose)     c(v) = sum_j<=k turning_jk v_j v_k
 tau = h + c + slowing v + inertia a
 
-Friction D brakes the axes, too, so that each slows by ``D_jj v_j / M_jj`` more than a, which pulls at the
-others: ``slowing = D - M diag(D_jj / M_jj)`` keeps them out of that.
-No axis is pushed against its own friction.
+Friction D slows each axis by ``D_jj v_j / M_jj`` on top of a, which would pull at the other axes;
+``slowing = D - M diag(D_jj / M_jj)`` cancels that. No axis is pushed against its own friction.
 """
 
 from __future__ import annotations

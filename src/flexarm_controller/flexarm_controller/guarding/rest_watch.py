@@ -39,7 +39,7 @@ class RestWatch:
         return len(self._told) == self._told.maxlen
 
     def add(self, velocity: Sequence[float]) -> None:
-        """Take the velocities of a period [rad/s] or [m/s]; an unknown one makes forget those before it."""
+        """Take the velocities of a period [rad/s] or [m/s]; an unknown one discards those before it."""
         self._is_silent = len(velocity) != self._axes or not all(map(math.isfinite, velocity))
         if self._is_silent:
             self.forget()

@@ -7,8 +7,9 @@ parts of a period do of it::
 
     w = 1 - (late - on time)        late = z^-m (on time + (z^-1 - 1) early_k)
 
-``w`` has as many zeros outside the unit circle as the late loop has unstable eigenvalues: its turns about
-zero on the circle count them [Nyquist1932]. The margin is the largest delay up to which there are none.
+The zeros of ``w`` are the eigenvalues of the late loop, its poles those of the loop on time, which is stable.
+By Nyquist's criterion [Nyquist1932] the late loop has as many unstable eigenvalues as w turns about zero
+while z goes round the unit circle. The margin is the largest delay up to which w does not turn.
 """
 
 from __future__ import annotations

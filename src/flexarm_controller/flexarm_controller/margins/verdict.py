@@ -22,7 +22,7 @@ from flexarm_controller.settings import MarginConfig
 from flexarm_model.manipulator.description import ManipulatorConfig
 
 MS, PERCENT = 1e3, 100.0
-DRIFT = 1e-3  # 1/s, Hz: slower than that the axes go nowhere by a law, nobody knows where they are
+DRIFT = 1e-3  # 1/s, Hz: slower growth is no instability, but an axis whose position no prompt sensor tells
 
 
 @dataclass(frozen=True)

@@ -7,9 +7,9 @@ the torque that acts now was sent one period before the whole ones, and goes on 
     x <- A(f dt) x + B(f dt) (u + d) + c(f dt)           the hold that is split, if f > 0
     x <- A(dt) x + B(dt) (u + d) + c(dt)                 for every other torque on its way
 
-which is exact for any delay. Nothing acts in the period of its own state: ``delay_periods`` 0 is as 1. The
-program's grid begins where the first chosen torque does. All of it together is one affine map of what is
-measured.
+which is exact for any delay. A torque never acts in the period of its own state, so that ``delay_periods`` 0
+counts as 1. The program's grid begins where the first chosen torque does. All of it together is one affine
+map of what is measured.
 """
 
 from __future__ import annotations

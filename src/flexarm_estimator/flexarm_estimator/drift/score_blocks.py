@@ -1,12 +1,12 @@
-"""How certain a fit is whose residuals are not white: from the scatter of its score over blocks of time.
+"""Sandwich covariance of fitted parameters whose residuals are not white: from scores over blocks of time.
 
-With scores ``g_b = sum psi' S^-1 (nu + psi delta)`` of blocks longer than the residuals remember, older ones
-forgotten as the sums forget [White1980]::
+The score ``g_b = sum psi' S^-1 (nu + psi delta)`` is the gradient of the fit over a block b; blocks are
+longer than residuals stay correlated, and older ones are forgotten as the sums forget [White1980]::
 
     cov delta = P (sum g_b g_b' + prior^-2) P          P = (sum psi' S^-1 psi + prior^-2)^-1
 
-For white residuals of the size that the filter believes this is P. What a model leaves out of a move comes
-again with every move, each time otherwise; it makes the blocks scatter.
+For white residuals of the size that the filter believes this is P. What the model leaves out of the arm comes
+back in every move a little differently; it makes the scores scatter, and so widens the covariance.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Steps of the corrected filter: gains of the served model, the mean on the arm's own motion.
+"""Steps of the corrected filter: gains of the served model, while the mean follows the nonlinear motion.
 
 A served model is linear about its pose. What it leaves out while the arm moves (inertia that changes with the
 pose, centrifugal forces, accelerometers that turn) is computed from the arm's motion, once for every step, at
@@ -7,10 +7,10 @@ the mean ``x`` that the served model predicts for its end, and enters as further
     a = xi''(x) - A_a x - B_a [tau; 1]      r = y(x) - C x - D [tau; 1]      u = [a; r; tau; 1]
     x+ = A x + B [tau; 1] + I(dt) [0; a; 0]      y = C x + D [tau; 1] + r      I(dt) = int_0^dt e^{A_c s} ds
 
-Covariances, and with them the gains, stay those of the served model: steps are made once per period and set
-of sensors, as for the linear filter. What is learned of the model is part of both motions. A mean that bends
-the arm as it never bends has been led astray, by swapped channels, say: nothing is computed there, for what
-follows from it would lead it further.
+``A_a`` and ``B_a`` are the rows of the served A and B that give xi''. Covariances, and with them the gains,
+stay those of the served model: steps are made once per period and set of sensors, as for the linear filter.
+What is learned of the model is part of both motions. A mean whose modes are more than ``_ASTRAY`` sigma from
+rest is wrong, by swapped channels, say. Nothing is corrected there: it would lead the mean further away.
 """
 
 from __future__ import annotations

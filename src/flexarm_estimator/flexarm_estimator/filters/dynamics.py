@@ -1,4 +1,4 @@
-"""What extended and unscented filter ask of the arm beyond its tip; the reduced tree has it all."""
+"""What the corrected, extended and unscented filters ask of the arm beyond its tip: a reduced tree has it."""
 
 from __future__ import annotations
 

@@ -67,27 +67,27 @@ class Hypotheses:
 
 
 @lru_cache(maxsize=_KEPT)
-def rearrangements(channels: Channels, trusted: frozenset[int]) -> Hypotheses:
+def rearrangements(channels: Channels, suspects: frozenset[int]) -> Hypotheses:
     """Return "all well", then every flipped sign and every swap of channels and of sensors that have several.
 
     Args:
         channels: All channels.
-        trusted: Those that may be at fault.
+        suspects: Those that may be at fault.
     """
     m = len(channels.all)
     usual, plus = np.arange(m), np.ones(m)
     found = [Rearrangement((), "", usual, plus)]
-    for i in sorted(trusted):
+    for i in sorted(suspects):
         sign = plus.copy()
         sign[i] = -1.0
         found.append(Rearrangement((i,), FLIPPED, usual, sign))
     for i, j in channels.twins:
-        if i in trusted and j in trusted:
+        if i in suspects and j in suspects:
             source = usual.copy()
             source[[i, j]] = j, i
             found.append(Rearrangement((i, j), SWAPPED, source, plus))
     for one, other in channels.twin_sensors:
-        if trusted.issuperset((*one, *other)):
+        if suspects.issuperset((*one, *other)):
             source = usual.copy()
             source[[*one, *other]] = [*other, *one]
             found.append(Rearrangement((*one, *other), SWAPPED, source, plus))

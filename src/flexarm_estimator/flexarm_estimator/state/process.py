@@ -11,8 +11,9 @@ Three more things are unknown of it, each written as a physical setting (``Estim
   ``2 sigma^2 / omega``. Without it a light hub goes unstable through mode 2 (seed 002, section 6);
 * drift of ``d`` (friction, payload, gravity error): a random walk.
 
-Accelerometers feel the same force noise: averaged over ``force_averaging``, it has the covariance
-``S/T`` and is correlated with the state, ``I(T) G S/T``.
+Accelerometers feel the same force noise. A reading averages it over ``T = force_averaging``, so it has the
+covariance ``S/T`` where S is its intensity. With the noise of a step of length dt its covariance is
+``I(min(dt, T)) G S/T``, ``I(t) = int_0^t e^{A s} ds``: only the time counts that step and average share.
 """
 
 from __future__ import annotations

@@ -9,9 +9,10 @@ relative error p of ``omega^2``::
 learned any more, and a payload is found out within a part of it. A body that is heavier by a factor moves its
 modes like one that is softer by it. What is not common to all of them is a share ``stiffness_rest`` of the
 force noise: a filter that takes the arm as described has to bear the whole error in every instant, and knows
-little of a deflection that no gauge tells it. Modes that turn far within a period of the filter are left out,
-the tangent of a step is wrong for them; so are those that no gauge and no inertial sensor sees, unless that
-is all of them: nothing would hold such a mode while p, learned of others, makes its tangent grow.
+little of a deflection that no gauge tells it. ``stiffness_modes`` has to leave out modes that turn far within
+a period of the filter, for the tangent of a step is wrong for them. Modes that no gauge and no inertial
+sensor sees are left out, unless that is all of them: nothing would hold such a mode while p, learned of
+others, makes its tangent grow.
 """
 
 from __future__ import annotations
@@ -33,7 +34,7 @@ ROUNDING = 1e-6  # share of the strongest mode in a row, at equal energy, from w
 
 
 def learned_modes(model: ReducedModel, config: EstimatorConfig) -> NDArray[np.intp]:
-    """Return which modes the learned error of stiffness is of, (n_p,)."""
+    """Return which modes the learned error of stiffness is of, (at most stiffness_modes,)."""
     slowest = np.arange(min(config.stiffness_modes, model.n_eta))
     seen = slowest[_is_seen(model)[slowest]]
     return seen if seen.size else slowest

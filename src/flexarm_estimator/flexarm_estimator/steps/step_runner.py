@@ -32,7 +32,7 @@ class StepRunner(ABC):
     def run(self, start: Belief, steps: Sequence[PreparedStep]) -> int:
         """Run ``steps`` from the belief ``start`` on; return how many succeeded in a row.
 
-        Belief, innovation and normalised innovation are left in each step. The belief of the first
+        Belief, innovation and its normalised square (nis) are left in each step. The belief of the first
         that fails, and of those after it, is not touched. A step that leads beyond the limits is the last
         one, too: who goes on leads the state back first.
         """

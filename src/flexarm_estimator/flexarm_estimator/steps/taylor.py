@@ -1,6 +1,6 @@
 r"""Integrals of the matrix exponential over any time, from coefficients computed once.
 
-With ``x' = A x + G w`` and white ``w`` of intensity included in ``Qc``, over a period ``h``::
+With ``x' = A x + G w``, white ``w`` of intensity S and ``Qc = G S G'``, over a period ``h``::
 
     E(h) = e^{A h}     I(h) = int_0^h e^{A s} ds     Q(h) = int_0^h e^{A s} Qc e^{A' s} ds
 

@@ -7,9 +7,14 @@ shortening ``g_ij = -int phi_i' phi_j' dx`` that an inextensible beam needs (geo
 
     s_a  = int N_a dm              P_ab = int N_a N_b^T dm
 
-They contain the standard input data [Wallrapp1994]: mass, first moment ``s_0`` and its derivatives
-``s_i``, inertia ``tr(P_00) 1 - P_00`` and its derivatives, ``C_r,i = axial(P_i0)``, gyroscopic terms,
-modal mass ``tr P_ij``, and the geometric stiffness from ``s_ij`` and ``P_0,ij``.
+Standard input data [Wallrapp1994] names what they contain so, with ``ax(B)_k = e_kij B_ij``::
+
+    mdCM   s_0, to first order s_i      Me_ij   tr P_ij
+    J      tr(P_00) 1 - P_00            Gr_i    2 (tr(P_i0) 1 - P_i0)
+    Ct_i   s_i                          Ge_ij   2 ax(P_ji)
+    Cr_i   ax(P_0i)                     Oe_i    symmetric part of P_0i
+
+Geometric stiffening, of ``s_ij`` and ``P_0,ij``, is in the first order of Ct, Cr, Gr, Oe (``sid_terms``).
 """
 
 from __future__ import annotations

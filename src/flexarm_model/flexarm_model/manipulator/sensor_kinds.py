@@ -1,6 +1,6 @@
 """The kinds of sensor: how each is written in the YAML.
 
-What a sensor measures of the moving arm is in ``sensors``; a new kind is one entry here and one there.
+What a sensor measures of the moving arm is in ``tree.sensors``; a new kind is one entry here and one there.
 """
 
 from __future__ import annotations

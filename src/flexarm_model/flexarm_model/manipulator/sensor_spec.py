@@ -36,7 +36,7 @@ class SensorSpec:
 
     Attributes:
         name: Name of the sensor.
-        kind: A key of ``sensors.SENSOR_KINDS``.
+        kind: A key of ``sensor_kinds.SENSOR_KINDS``.
         site: Axis "joint.axis" of an encoder, node "body.node" of the others.
         channels: Names of its outputs, (m,).
         sigma: One-sigma noise of every channel, SI, (m,).

@@ -7,10 +7,15 @@ full rank; where it does not, the pose is singular and refused. Motions within t
 
     N = [1 0; -G_e^+ G_t  Z]      G_e Z = 0
 
-so that the actuated rates stay the first of u. Newton's iteration for positions moves only the
-``dependent`` coordinates: axes with neither motor nor spring as far as they suffice, and of these the ones
-whose columns of G are the best conditioned at home. A home that closes upside down (``closure_rows``) is
-closed again from the start with rows that vanish at no other turn.
+so that the actuated rates stay the first of u. Newton's iteration for positions moves coordinates by class::
+
+    actuated    a motor                     given
+    loose       neither motor nor spring    moved first
+    sprung      a spring, no motor          moved where the loose ones do not suffice
+    elastic     of a body                   never: closing bends nothing
+
+and of these only the ``dependent`` ones, whose columns of G are the best conditioned at home. A home that
+closes upside down (``closure_rows``) is closed again from the start with rows that vanish at no other turn.
 """
 
 from __future__ import annotations

@@ -3,10 +3,11 @@
 A ratio is said of a body or a spring, but modes are of the arm. With the actuated axes locked at home,
 ``K phi = M phi w^2`` within the loops, mode k gets [Johnson1982]::
 
-    zeta_k = sum_b zeta_b phi' K_b phi / phi' K phi          D = B+' (M_z Phi 2 zeta W Phi' M_z) B+
+    zeta_k = sum_b zeta_b phi' K_b phi / phi' K phi          D = R' (M_z Phi 2 zeta W Phi' M_z) R
 
-where B takes the motions ``z`` to the coordinates that springs and bodies resist, so that what strains
-nothing is not damped.
+``q' = Z z'`` are the motions within the loops and ``R = pinv(Z_r)``, with the rows ``Z_r`` of Z whose
+coordinates a spring or a body resists (K_ii > 0): R takes the rates of those coordinates to z', so that what
+strains nothing is not damped.
 """
 
 from __future__ import annotations
@@ -54,8 +55,8 @@ def modal_damping(M: Array, K: Array, K_lossy: Array, Z: Array, names: Sequence[
     rate = np.where(strained, 2 * loss / np.sqrt(np.where(strained, value, 1.0)), 0.0)  # 2 zeta omega
     D_z = M_z @ (Phi * rate) @ Phi.T @ M_z
     resisting = np.flatnonzero(np.diag(K))
-    B = np.linalg.pinv(Z[resisting])
-    D[np.ix_(resisting, resisting)] = B.T @ D_z @ B
+    R = np.linalg.pinv(Z[resisting])
+    D[np.ix_(resisting, resisting)] = R.T @ D_z @ R
     return (D + D.T) / 2
 
 

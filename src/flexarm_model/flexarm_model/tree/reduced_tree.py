@@ -6,8 +6,8 @@ Coordinates ``q = [axes of joints; axes of closures; elastic coordinates]``, rat
     M(q) v' + h(q, v) + G(q)' lambda = f          c(q) = 0, G = dc/dq
     h = C(q, v) v + D v + K q + gravity
 
-``inverse_dynamics`` is a recursive Newton-Euler sweep over the frames of the graph; everything
-else is derived from it by algorithmic differentiation.
+``inverse_dynamics`` is a recursive Newton-Euler sweep over the frames of the graph; everything else is
+derived from it by algorithmic differentiation, but the mass matrix of large arms (``composite_inertia``).
 """
 
 from __future__ import annotations
