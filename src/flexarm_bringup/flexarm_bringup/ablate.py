@@ -22,13 +22,13 @@ from flexarm_bringup.bags.named_arm import add_arm_arguments, arm_named
 from flexarm_bringup.consistency.ablation import NONE, Ablation, Without, judge_tracks, run_ablation
 from flexarm_bringup.consistency.recording import open_recording
 from flexarm_bringup.consistency.smoothing import NO_TRUTH, truth_for
+from flexarm_bringup.exit_codes import UNUSABLE
 from flexarm_bringup.page.figures import Figure, drawing, to_figure
 from flexarm_bringup.page.report import Cells, Column, Page, Table, add_report_arguments, publish
 from flexarm_bringup.parallel import run_parallel
 from flexarm_bringup.progress import Progress
 
 Array = NDArray[np.float64]
-UNUSABLE = 2
 MICRO = 1e6
 TOO_MUCH = (
     "below 1: this record is estimated better without it; its noise is told too low, or what the model is "

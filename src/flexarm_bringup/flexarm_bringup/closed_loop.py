@@ -237,7 +237,7 @@ def measurements(samples: Sequence[Sample], hardware: Hardware) -> list[Measurem
 
 def arm_state(estimate: Estimate) -> ArmState:
     """Return an estimate as the controller takes it."""
-    x, at, usable = estimate.x, estimate.layout, estimate.status in ("ok", "degraded")
+    x, at, usable = estimate.x, estimate.layout, estimate.is_usable
     stiffness = estimate.stiffness if at.n_learned else NOTHING_LEARNED
     sigma = np.sqrt(estimate.P.diagonal()[: 2 * at.n])
     return ArmState(

@@ -25,6 +25,7 @@ from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 
 from flexarm_bringup.arguments import number
+from flexarm_bringup.exit_codes import UNUSABLE
 from flexarm_bringup.processes.spinning import spin_once
 from flexarm_bringup.processes.surroundings import check_domain
 from flexarm_bringup.topics import NAMESPACE
@@ -33,7 +34,6 @@ from flexarm_model.ros.node import events_executor
 from flexarm_model.ros.tool_node import in_domain
 from flexarm_model.settings.strict_yaml import ConfigError
 
-UNUSABLE = 2
 DISCOVERY = 3.0  # s; how long a topic may take to be seen
 SILENCE = 3.0  # s after which it is said that nothing has come
 DEPTH = 50

@@ -26,6 +26,7 @@ from flexarm_bringup.bags.named_arm import add_arm_arguments, arm_named
 from flexarm_bringup.consistency.ablation import NONE, Track, track_of
 from flexarm_bringup.consistency.recording import open_recording, run_estimator
 from flexarm_bringup.consistency.smoothing import NO_TRUTH, Late, run_smoother, tip_error, truth_for
+from flexarm_bringup.exit_codes import UNUSABLE
 from flexarm_bringup.page.figures import Figure, drawing, to_figure
 from flexarm_bringup.page.report import Cells, Column, Page, Table, add_report_arguments, publish
 from flexarm_bringup.progress import Progress
@@ -33,7 +34,6 @@ from flexarm_estimator.robust.losses import LOSSES
 
 Array = NDArray[np.float64]
 LAG, LONGEST = 0.3, 1.8  # s; an estimator keeps two seconds of its past
-UNUSABLE = 2
 MICRO = 1e6
 
 

@@ -27,13 +27,13 @@ from flexarm_bringup.consistency.knobs import Noise, Parameter
 from flexarm_bringup.consistency.recording import Recording, open_recording, run_estimator
 from flexarm_bringup.consistency.smoothing import NO_TRUTH, tip_error
 from flexarm_bringup.consistency.tuning import Tuned, Tuner
+from flexarm_bringup.exit_codes import UNUSABLE
 from flexarm_bringup.page.report import Cells, Column, Page, Table, add_report_arguments, publish
 from flexarm_bringup.progress import Progress
 from flexarm_estimator.likelihood import Likelihood
 from flexarm_model.tree.reduced_tree import ReducedTree
 
 Array = NDArray[np.float64]
-UNUSABLE = 2
 SETTLING = 0.3  # s of the bag that do not count
 MICRO = 1e6
 VERDICTS = {

@@ -73,6 +73,11 @@ class Estimate(NamedTuple):  # not a dataclass: made in every step, at a third o
     cov_tip_twist: Array
 
     @property
+    def is_usable(self) -> bool:
+        """Whether a law may act on it."""
+        return self.status in ("ok", "degraded")
+
+    @property
     def n(self) -> int:
         """Number of served coordinates theta and eta."""
         return self.layout.n

@@ -26,10 +26,10 @@ from flexarm_bringup.bag_plots.panels import PANELS
 from flexarm_bringup.bag_plots.series import BagSeries
 from flexarm_bringup.bags.bag_reader import check_bag
 from flexarm_bringup.bags.bag_writer import BagError
+from flexarm_bringup.exit_codes import UNUSABLE
 from flexarm_bringup.page.figures import Figure, drawing, to_figure
 from flexarm_bringup.page.report import Cells, Column, Page, Table, add_report_arguments, publish
 
-UNUSABLE = 2
 WIDTH = 9.0  # inch
 DPI = 110
 MOST_FOREIGN = 12  # topics of another robot's bag that are drawn unasked

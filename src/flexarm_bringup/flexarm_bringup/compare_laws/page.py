@@ -15,7 +15,7 @@ from flexarm_bringup.compare_laws.sweep_page import Swept, sweep_tables
 from flexarm_bringup.page.figures import Figure
 from flexarm_bringup.page.report import Cell, Column, Page, Table
 from flexarm_bringup.residual import decibels
-from flexarm_bringup.tasks.task import Task, other_law
+from flexarm_bringup.tasks.task import other_law
 from flexarm_model.manipulator.description import ManipulatorConfig
 
 COLUMNS = (
@@ -50,7 +50,7 @@ def build_page(
     tables = []
     for preset in presets:
         rows = [r for r in results if r.preset == preset and not r.is_scarce]
-        tables += [_nominal(task, preset, rows, base), _robust(preset, rows, base), _settling(preset, rows)]
+        tables += [_nominal(preset, rows, base), _robust(preset, rows, base), _settling(preset, rows)]
         tables += [_at_rest(preset, at_rest[preset], base)] if preset in at_rest else []
     scarce = [r for r in results if r.is_scarce]
     tables += [_scarce(scarce, base)] if scarce else []
@@ -108,7 +108,7 @@ def _cells(result: CompareResult, base: float) -> list[Cell]:
     ]
 
 
-def _nominal(task: Task, preset: str, rows: Sequence[CompareResult], base: float) -> Table:
+def _nominal(preset: str, rows: Sequence[CompareResult], base: float) -> Table:
     nominal = [r for r in rows if r.frequency_error == 0.0]
     notes = [f"{LAW_NAMES[r.law]}, {r.motion}: {r.stopped}" for r in nominal if r.stopped]
     return Table(_title("The arm as described", preset), COLUMNS, [_cells(r, base) for r in nominal], notes)

@@ -95,7 +95,7 @@ def track_of(sensor: str, told: Sequence[Told]) -> Track:
         tip_sigma=np.array([np.sqrt(np.trace(each.cov_tip_pose[:3, :3])) for each in estimates]),
         modes=np.array([scale * each.eta for scale, each in zip(reach, estimates, strict=True)]),
         mode_sigmas=np.array([scale * np.sqrt(row) for scale, row in zip(reach, variances, strict=True)]),
-        usable=np.array([float(each.status in ("ok", "degraded")) for each in estimates]),
+        usable=np.array([float(each.is_usable) for each in estimates]),
     )
 
 

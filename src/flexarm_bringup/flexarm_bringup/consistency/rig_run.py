@@ -108,7 +108,7 @@ def run_rig_job(job: RigJob) -> list[RigResult]:
             tip=_rms([deviation.tip for deviation in judged]),
             tip_sigma=_rms([deviation.tip_sigma for deviation in judged]),
             sensors=read_innovations(estimates),
-            usable=float(np.mean([estimate.status in ("ok", "degraded") for estimate in estimates])),
+            usable=float(np.mean([estimate.is_usable for estimate in estimates])),
         )
     ]
 

@@ -24,6 +24,7 @@ from flexarm_bringup.bags.named_arm import HELP, NamedArm, arm_named, open_bag
 from flexarm_bringup.drift_run.bag import settings_for, watch_bag
 from flexarm_bringup.drift_run.figure import draw_watched
 from flexarm_bringup.drift_run.simulation import ALONE, Drill, Watched, run_drill
+from flexarm_bringup.exit_codes import UNUSABLE
 from flexarm_bringup.page.figures import drawing, to_figure
 from flexarm_bringup.page.report import Cells, Check, Column, Page, Table, add_report_arguments, publish
 from flexarm_bringup.progress import Progress
@@ -33,7 +34,6 @@ from flexarm_estimator.drift.settings import DriftConfig
 from flexarm_model.reading.config import load_config
 from flexarm_model.reading.manipulator_file import find_manipulator
 
-UNUSABLE = 2
 SOON, PER_HOUR = 10.0, 1.0  # s until a change is told at most; false alarms per hour at most
 PERCENT = 100.0
 OF_DRILL = ("--minutes", "--change", "--law", "--seed")

@@ -14,8 +14,6 @@ import numpy as np
 from flexarm_bringup.fault_drill.stand import Bench, Trace
 from flexarm_estimator.estimate import Estimate
 
-USABLE = ("ok", "degraded")
-
 
 @dataclass(frozen=True)
 class Finding:
@@ -213,7 +211,7 @@ def honest_while_usable(share: float) -> Measure:
         """Measure it in the time of the fault."""
         trace = trial.trace
         inside = (trace.t >= trial.start) & (trace.t < trial.end)
-        used = inside & np.array([estimate.status in USABLE for estimate in trace.estimates])
+        used = inside & np.array([estimate.is_usable for estimate in trace.estimates])
         within = float(np.mean(trace.error[used] <= 3.0 * trace.sigma[used])) if used.any() else 1.0
         return Finding(trial.name("share within 3 sigma while usable"), within, share, at_least=True)
 

@@ -122,7 +122,7 @@ def observe(hardware: Hardware, estimate: Estimate) -> Mapping[str, Array]:
         "tip": tip,
         "tau": np.array(hardware.tau),
         "error": np.array(np.linalg.norm(estimate.T_world_tip[:3, 3] - tip)),
-        "usable": np.array(estimate.status in ("ok", "degraded")),
+        "usable": np.array(estimate.is_usable),
     }
 
 

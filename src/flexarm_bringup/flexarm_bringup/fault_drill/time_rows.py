@@ -122,7 +122,7 @@ def _quiet_tick(stand: Stand) -> int:
 
 
 def _is_good(trace: Trace, k: int) -> bool:
-    usable = trace.estimates[k].status in ("ok", "degraded")
+    usable = trace.estimates[k].is_usable
     return usable and bool(trace.error[k] <= 3.0 * trace.sigma[k])
 
 

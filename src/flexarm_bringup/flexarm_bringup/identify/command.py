@@ -34,6 +34,7 @@ from numpy.typing import NDArray
 from flexarm_bringup.assumptions import resting_on
 from flexarm_bringup.excite.measure import SensorCheckError
 from flexarm_bringup.excite.page import check_table
+from flexarm_bringup.exit_codes import UNUSABLE
 from flexarm_bringup.identify.bag_source import refuse_bags_of_another_arm
 from flexarm_bringup.identify.fittable import fittable
 from flexarm_bringup.identify.halves import Halves, judge_halves, with_halves
@@ -65,7 +66,6 @@ from flexarm_model.reading.manipulator_file import find_manipulator
 __all__ = ["add_arguments", "run"]
 
 Array = NDArray[np.float64]
-UNUSABLE = 2
 
 
 def run(args: argparse.Namespace) -> int:

@@ -63,7 +63,7 @@ def build_page(study: Study, config: MarginConfig, figures: Sequence[Figure]) ->
 
 def _judged_tables(study: Study, config: MarginConfig) -> list[Table]:
     """Return the tables that have rows: an unstable loop has no margins, an unjudged pose no growth."""
-    return [table for table in (_mode_table(study, config), _pose_table(study, config)) if table.rows]
+    return [table for table in (_mode_table(study, config), _pose_table(study)) if table.rows]
 
 
 def _count(study: Study) -> str:
@@ -114,7 +114,7 @@ def _as_described(worst: tuple[Case, Case] | None, name: str, label: Mapping[int
     return [gain.margin(name).gain.decibels, label[id(gain)], delay.margin(name).delay * MS]
 
 
-def _pose_table(study: Study, config: MarginConfig) -> Table:
+def _pose_table(study: Study) -> Table:
     columns = [Column("pose"), Column("fastest growth\n[1/s]", ".3g"), Column("\nat [Hz]", ".4g")]
     columns += [Column("\nwith"), Column("\nthrough"), Column("stable")]
     rows: list[Cells] = []

@@ -24,7 +24,7 @@ from flexarm_bringup.arguments import STDOUT, named_file, new_folder, output_fol
 from flexarm_bringup.assumptions import resting_on
 from flexarm_bringup.margins.poses import grid_values
 from flexarm_bringup.model_view.grid_page import grid_page
-from flexarm_bringup.model_view.page import HZ, Analysis, analyse, build_page
+from flexarm_bringup.model_view.page import Analysis, analyse, build_page
 from flexarm_bringup.page.figures import Figure
 from flexarm_bringup.page.report import add_report_arguments, publish
 from flexarm_bringup.progress import Progress
@@ -38,7 +38,7 @@ from flexarm_model.served.model_file import save_model
 from flexarm_model.served.pose_grid import build_grid, grid_poses
 from flexarm_model.served.pose_grid_file import save_grid
 from flexarm_model.served.reduced_model import ReducedModel
-from flexarm_model.settings.units import axis_dimension, parse_quantity
+from flexarm_model.settings.units import RAD_PER_HZ, axis_dimension, parse_quantity
 from flexarm_model.tree.reduced_tree import ReducedTree
 
 Array = NDArray[np.float64]
@@ -188,7 +188,7 @@ def draw(analysis: Analysis) -> list[Figure]:
     figures = []
     for k in range(model.n_eta):
         shape = mode_shape(lines, model.q0, model.Phi[:, model.n_theta + k])
-        title = f"mode {k + 1}, {model.omega[k] / HZ:.4g} Hz"
+        title = f"mode {k + 1}, {model.omega[k] / RAD_PER_HZ:.4g} Hz"
         caption = f"Mode {k + 1}: {describe_mode(model, analysis.shares, k)}. Grey: at rest; not to scale."
         figures.append(mode_figure(shape, title, caption))
     return figures

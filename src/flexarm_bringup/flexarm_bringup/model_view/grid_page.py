@@ -8,8 +8,8 @@ from flexarm_bringup.page.report import Cells, Column, Page, Table
 from flexarm_model.manipulator.description import ManipulatorConfig
 from flexarm_model.modal.tracking import UNCLEAR
 from flexarm_model.served.pose_grid import PoseGrid
+from flexarm_model.settings.units import RAD_PER_HZ
 
-HZ = 2 * np.pi  # rad/s
 HEADS = (
     Column("mode", "d"), Column("lowest\n[Hz]", ".4g"), Column("at"), Column("highest\n[Hz]", ".4g"),
     Column("at"), Column("least MAC to\na neighbour", ".3f"), Column("unclear\nlinks", "d"),
@@ -18,7 +18,7 @@ HEADS = (
 
 def grid_page(config: ManipulatorConfig, grid: PoseGrid) -> Page:
     """Return the page of the modes of a grid of poses."""
-    omega = np.array([model.omega for model in grid.models]) / HZ  # (poses, n_eta)
+    omega = np.array([model.omega for model in grid.models]) / RAD_PER_HZ  # (poses, n_eta)
     mac = np.array([link.mac for link in grid.links]).reshape(-1, omega.shape[1])
     poses = [", ".join(f"{value:.3g}" for value in model.pose) for model in grid.models]
     rows: list[Cells] = []

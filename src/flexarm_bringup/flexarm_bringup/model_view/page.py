@@ -21,10 +21,10 @@ from flexarm_model.served.control_rate import describe_rate
 from flexarm_model.served.mode_following import alikeness
 from flexarm_model.served.reduced_model import Outputs, ReducedModel
 from flexarm_model.served.tip_moves import tip_moves
+from flexarm_model.settings.units import RAD_PER_HZ
 from flexarm_model.tree.reduced_tree import ReducedTree
 from flexarm_model.tree.sensors import output_names, output_units
 
-HZ = 2 * np.pi  # rad/s
 NAMED = 2  # sensors or motors per cell
 PERCENT = 100.0
 TRIED = SensorSpec(
@@ -110,7 +110,12 @@ def mode_table(analysis: Analysis) -> Table:
     model = analysis.model
     columns = [Column("mode", ".0f"), Column("f [Hz]", ".5g"), Column("ζ [%]", ".3g"), Column("shape")]
     rows: list[Cells] = [
-        [k + 1, model.omega[k] / HZ, PERCENT * model.zeta[k], describe_mode(model, analysis.shares, k)]
+        [
+            k + 1,
+            model.omega[k] / RAD_PER_HZ,
+            PERCENT * model.zeta[k],
+            describe_mode(model, analysis.shares, k),
+        ]
         for k in range(model.n_eta)
     ]
     free = model_modes(model, locked=False).f_hz
@@ -130,9 +135,12 @@ def mac_tables(analysis: Analysis) -> list[Table]:
         return []
     values = alikeness(analysis.tree, home, model)
     columns = [Column("mode here", ".0f"), Column("f [Hz]", ".5g")]
-    columns += [Column(f"home {i + 1}\n{home.omega[i] / HZ:.4g} Hz", ".2f") for i in range(home.n_eta)]
+    columns += [
+        Column(f"home {i + 1}\n{home.omega[i] / RAD_PER_HZ:.4g} Hz", ".2f") for i in range(home.n_eta)
+    ]
     rows: list[Cells] = [
-        [k + 1, model.omega[k] / HZ, *(float(value) for value in values[:, k])] for k in range(model.n_eta)
+        [k + 1, model.omega[k] / RAD_PER_HZ, *(float(value) for value in values[:, k])]
+        for k in range(model.n_eta)
     ]
     note = "Weighted with the strain energy, which does not depend on the pose; 1 is the same shape."
     return [Table("MAC with the modes at home", columns, rows, [note])]
@@ -201,7 +209,7 @@ def _data(analysis: Analysis) -> dict[str, Any]:
         "manipulator": config.name,
         "preset": config.preset,
         "pose": dict(zip(model.theta_names, model.pose.tolist(), strict=True)),
-        "f_hz": (model.omega / HZ).tolist(),
+        "f_hz": (model.omega / RAD_PER_HZ).tolist(),
         "zeta": model.zeta.tolist(),
         "energy_shares": [dict(zip(shares.names, share, strict=True)) for share in shares.share.tolist()],
     }

@@ -16,12 +16,12 @@ import math
 import sys
 
 from flexarm_bringup.arguments import number
+from flexarm_bringup.exit_codes import UNUSABLE
 from flexarm_bringup.processes.surroundings import check_domain
 from flexarm_model.reading.config import load_config
 from flexarm_model.reading.manipulator_file import find_manipulator
 from flexarm_model.settings.strict_yaml import ConfigError
 
-UNUSABLE = 2
 FRAMES = 5.0  # 1/s
 
 

@@ -10,8 +10,6 @@ from flexarm_controller.state import ArmState
 from flexarm_estimator.estimate import Estimate
 from flexarm_model.served.reduced_model import ReducedModel
 
-_USABLE = ("ok", "degraded")
-
 
 @dataclass(frozen=True)
 class HandedState:
@@ -40,5 +38,5 @@ class HandedState:
         sigma = np.sqrt(np.where(variances >= 0.0, variances, np.inf))
         return ArmState(
             t, told.model_id, told.theta, told.eta, told.theta_dot, told.eta_dot, told.d,
-            told.status in _USABLE, told.reason, sigma, told.x[layout.s], told.stiffness, told.age,
+            told.is_usable, told.reason, sigma, told.x[layout.s], told.stiffness, told.age,
         )  # fmt: skip

@@ -27,6 +27,7 @@ from flexarm_bringup.bags.bag_reader import Bag, check_bag
 from flexarm_bringup.bags.configuration import configuration
 from flexarm_bringup.bags.foreign_bag import Fed, feed_bag, read_remaps
 from flexarm_bringup.bags.named_arm import add_arm_arguments, arm_named, open_bag
+from flexarm_bringup.exit_codes import UNUSABLE
 from flexarm_bringup.page.report import Cells, Check, Column, Page, Table, add_report_arguments, publish
 from flexarm_bringup.replaying.compare import Comparison, compare_bags
 from flexarm_bringup.replaying.replay_bag import NEEDED, OUTPUTS, replay, written_for
@@ -36,7 +37,6 @@ from flexarm_model.reading.manipulator_file import find_manipulator
 
 SHOWN = 10  # divergences
 FOREIGN = "single_link"  # whose estimator takes the bag of another robot, where none is named
-UNUSABLE = 2
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

@@ -90,7 +90,7 @@ def guard_limits(config: ManipulatorConfig, tree: ReducedTree, settings: GuardSe
             deceleration=_row(stopping),
             peak=_row(settings.braking_reserve * a),
             taper=1.0 / (TAPER * dt),
-            rate=settings.braking_gain * largest_hold_rate(home, dt),
+            rate=settings.braking_gain * largest_hold_rate(home, dt, settings.velocity_smoothing),
             lead=LEAD * dt,
         ),
         loads=loads[0],
@@ -112,7 +112,7 @@ def guard_limits(config: ManipulatorConfig, tree: ReducedTree, settings: GuardSe
 
 def hold_of(limits: GuardLimits, settings: GuardSettings) -> HoldRate:
     """Return the rate that an arm of some limits is held with, at home and elsewhere."""
-    return HoldRate(limits.period, settings.braking_gain, limits.braking.rate)
+    return HoldRate(limits.period, settings.braking_gain, limits.braking.rate, settings.velocity_smoothing)
 
 
 def _refuse_weak(config: ManipulatorConfig, a: Array) -> None:

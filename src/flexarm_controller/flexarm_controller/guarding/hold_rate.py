@@ -18,12 +18,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from flexarm_controller.guarding.settings import VELOCITY_SMOOTHING
 from flexarm_controller.program.equilibrium import build_equilibrium
 from flexarm_model.numeric.dense import expm
 from flexarm_model.served.reduced_model import ReducedModel
 
 Array = NDArray[np.float64]
-SMOOTHING = 0.4  # s of the module, as the drives of the rig smooth
 FINENESS = 0.95  # of the search, downwards from 1 / T
 COARSENESS = 0.7  # of that from home downwards, which is made while the arm moves
 LOWEST = 1e-5  # of 1 / T
@@ -37,40 +37,50 @@ class HoldRate:
         dt: Motor period [s].
         gain: Of the rate over the one with which the arm would ring up.
         most: At home [1/s].
+        smoothing: s of the module [1].
     """
 
     dt: float
     gain: float
     most: float
+    smoothing: float = VELOCITY_SMOOTHING
 
     def at(self, model: ReducedModel) -> float:
         """Return the rate at the pose of a model, at most that at home [1/s]."""
-        return self.gain * largest_hold_rate(model, self.dt, self.most / self.gain, COARSENESS)
+        free = self.most / self.gain
+        return self.gain * largest_hold_rate(model, self.dt, self.smoothing, free, COARSENESS)
 
 
 def largest_hold_rate(
-    model: ReducedModel, dt: float, most: float | None = None, fineness: float = FINENESS
+    model: ReducedModel,
+    dt: float,
+    smoothing: float = VELOCITY_SMOOTHING,
+    most: float | None = None,
+    fineness: float = FINENESS,
 ) -> float:
     """Return the largest r [1/s] with which the loop is stable.
 
     Args:
         model: The arm.
         dt: Motor period [s].
+        smoothing: s of the module [1].
         most: Where to begin [1/s]; by itself 1 / dt.
         fineness: Factor from one try to the next, downwards [1].
     """
     rate = 1.0 / dt if most is None else most
-    while rate > LOWEST / dt and spectral_radius(model, dt, rate) >= 1.0:
+    while rate > LOWEST / dt and spectral_radius(model, dt, rate, smoothing) >= 1.0:
         rate *= fineness
     return rate
 
 
-def spectral_radius(model: ReducedModel, dt: float, rate: float) -> float:
+def spectral_radius(
+    model: ReducedModel, dt: float, rate: float, smoothing: float = VELOCITY_SMOOTHING
+) -> float:
     """Return the largest magnitude of a pole of the arm held with r = ``rate`` [1/s]."""
     m, (step, push) = model.n_theta, _sampled(model, dt)
     n_x = len(step)
     now = np.eye(m, n_x)
-    velocity = np.hstack([SMOOTHING * now, -SMOOTHING * np.eye(m), (1.0 - SMOOTHING) * np.eye(m)]) / dt
+    velocity = np.hstack([smoothing * now, -smoothing * np.eye(m), (1.0 - smoothing) * np.eye(m)]) / dt
     velocity[:, n_x + m :] *= dt  # of what is remembered
     pull = rate * model.M[:m, :m] @ velocity
     pull[:, :m] += rate**2 / 4.0 * model.M[:m, :m] - build_equilibrium(model).U[:, :m]

@@ -22,9 +22,9 @@ from collections.abc import Sequence
 from flexarm_controller.guarding.limits import GuardLimits
 from flexarm_controller.guarding.messages import GuardState
 from flexarm_controller.guarding.rest_watch import REST_TIME
+from flexarm_controller.guarding.settings import VELOCITY_SMOOTHING
 
 UNTOLD = "drives do not tell position and velocity of every axis"
-SMOOTHING = 0.4  # share of the newest difference in the velocity of a position, as in ``hold_rate``
 STANDS = 0.25  # of the velocity told: what moves slower by its position may stand there
 SUDDEN = 2.0  # times the last step; what is more is a jump
 LOST = 1.5  # periods between two states from which on one is missing
@@ -131,7 +131,7 @@ class Plausibility:
         for axis, own in self._own.items():
             step = (q[axis] - self._before[axis]) / self._period
             if is_next and math.isfinite(step):
-                self._own[axis] = own + SMOOTHING * (step - own)
+                self._own[axis] = own + VELOCITY_SMOOTHING * (step - own)
             if abs(q[axis] - self._from[axis]) > self._noise[axis]:
                 self._use_position(axis)
             if axis in self._moved or not math.isfinite(v[axis]):

@@ -6,6 +6,8 @@ from dataclasses import dataclass
 
 from flexarm_model.settings.parameters import parameter
 
+VELOCITY_SMOOTHING = 0.4  # share of the newest difference in a velocity, as the drives of the rig smooth
+
 
 @dataclass(frozen=True)
 class GuardSettings:
@@ -41,6 +43,13 @@ class GuardSettings:
     )
     velocity_delay: float = parameter(
         0.01, "Delay of the drives' velocity that is believed, if more than two periods.", "s", 0.0, 0.1
+    )
+    velocity_smoothing: float = parameter(
+        VELOCITY_SMOOTHING,
+        "Share of the newest difference of positions in the drives' velocity; the rest is memory.",
+        "1",
+        0.01,
+        1.0,
     )
     strain_margin: float = parameter(
         1.0, "Strain that stops the arm over the limit of the description.", "1", 0.1, 10.0

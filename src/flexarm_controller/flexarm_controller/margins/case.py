@@ -12,10 +12,10 @@ from flexarm_controller.margins.gain_margin import GainMargin, gain_margin
 from flexarm_controller.margins.group_margin import group_delay_margin, group_gain_margin
 from flexarm_controller.margins.loop import ClosedLoop
 from flexarm_controller.margins.response import Modes, angles_of, decompose, respond, respond_jointly
+from flexarm_model.settings.units import RAD_PER_HZ
 
 Array = NDArray[np.float64]
 ALL_TORQUES = "all torques"
-HZ = 2.0 * np.pi
 SURE = 1e-9  # growth per period that is no rounding
 
 
@@ -98,7 +98,7 @@ def examine(loop: ClosedLoop, pose: Array, frequency_error: float, dt: float) ->
         frequency_error,
         float(np.log(abs(modes.values[worst])) / dt),
         names[worst],
-        float(abs(np.angle(modes.values[worst])) / dt / HZ),
+        float(abs(np.angle(modes.values[worst])) / dt / RAD_PER_HZ),
         _margins(loop, modes, dt) if is_stable else (),
         modes.values,
         names,
@@ -121,7 +121,7 @@ def _margins(loop: ClosedLoop, modes: Modes, dt: float) -> tuple[Margin, ...]:
     for j, name in enumerate(plant.names):
         if name.startswith("mode"):
             delay = delay_margin(answer[j], early[:, j], angles)
-            found.append(_margin(name, plant.omega[j] / HZ, gain_margin(answer[j]), delay, dt))
+            found.append(_margin(name, plant.omega[j] / RAD_PER_HZ, gain_margin(answer[j]), delay, dt))
     return tuple(found)
 
 

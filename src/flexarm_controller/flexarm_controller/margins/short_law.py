@@ -22,9 +22,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from flexarm_controller.margins.case import HZ, strongest
+from flexarm_controller.margins.case import strongest
 from flexarm_controller.margins.loop import ClosedLoop
 from flexarm_controller.margins.response import decompose
+from flexarm_model.settings.units import RAD_PER_HZ
 
 Array = NDArray[np.float64]
 
@@ -81,7 +82,7 @@ def examine_short(
                 lasts,
                 float(abs(modes.values[worst]) ** periods),
                 strongest(modes, loop, worst),
-                float(abs(np.angle(modes.values[worst])) / dt / HZ),
+                float(abs(np.angle(modes.values[worst])) / dt / RAD_PER_HZ),
                 dict(zip(_elastic(loop)[1], kicked.tolist(), strict=True)),
             )
         )

@@ -22,6 +22,7 @@ from flexarm_model.manipulator.cameras import CAMERA
 from flexarm_model.manipulator.description import ManipulatorConfig
 from flexarm_model.served.pending_models import PendingModels
 from flexarm_model.served.reduced_model import ReducedModel
+from flexarm_model.served.same_arm import foreign_model
 from flexarm_model.tree.reduced_tree import ReducedTree
 
 Array = NDArray[np.float64]
@@ -64,10 +65,9 @@ class DriftExchange:
         except ModelMessageError as error:
             self.fault = f"model refused: {error}"
             return
-        if model.config_id != self._config.config_id:
-            self.fault = f"model refused: of config {model.config_id}, loaded is {self._config.config_id}"
+        self.fault = foreign_model(model, self._config, "the drift watch")
+        if self.fault:
             return
-        self.fault = ""
         if self.watch is not None:
             self._pending.add(stamp_to_ns(msg.header.stamp), model)
             return

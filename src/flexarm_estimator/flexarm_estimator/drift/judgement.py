@@ -15,12 +15,12 @@ import numpy as np
 from flexarm_estimator.drift.mode_drift import DAMPING_PRIOR, STIFFNESS_PRIOR, Deltas
 from flexarm_estimator.drift.settings import DriftConfig
 from flexarm_model.served.reduced_model import ReducedModel
+from flexarm_model.settings.units import RAD_PER_HZ
 
 BACK = 2.0 / 3.0  # of a change that is told, below which it is taken back
 KNOWN = 0.5  # of the sigma before the measurement, from which a value counts as known
 ALIKE = 3.0  # sigmas within which changes of modes are the same
 LEAST_STIFFNESS = 0.01  # of the described: what is left of omega^2 at least
-HZ = 2.0 * np.pi
 PERCENT = 100.0
 
 
@@ -95,7 +95,7 @@ def modes_now(model: ReducedModel, modes: Sequence[int], deltas: Deltas) -> tupl
     for k, mode in enumerate(modes):
         ratio = float(np.sqrt(max(1.0 + deltas.stiffness[k], LEAST_STIFFNESS)))
         change_sigma = float(deltas.stiffness_sigma[k]) / (2.0 * ratio)
-        f, zeta = float(model.omega[mode]) / HZ, float(model.zeta[mode])
+        f, zeta = float(model.omega[mode]) / RAD_PER_HZ, float(model.zeta[mode])
         found.append(ModeNow(
             f"mode_{mode + 1}", f, f * ratio, f * change_sigma,
             zeta, zeta * float(1.0 + deltas.damping[k]) / ratio,

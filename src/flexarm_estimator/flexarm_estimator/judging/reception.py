@@ -87,13 +87,13 @@ class Reception:
         checks, health = self._checks, self._health
         is_any_off = not health.is_all_sound
         for sample in measurements:
-            sensor, t, _, R = sample
+            sensor, stamp, _, R = sample
             reason = checks.refuse(sample, window)
             if reason:
                 health.note_refusal(sensor, reason)
             elif not (is_any_off and health.is_off(sensor)):
                 if R is not None or checks.is_at_end:
                     sample = sample._replace(R=checks.noise(sample))
-                (due if t <= now else self._early).append(sample)
+                (due if stamp <= now else self._early).append(sample)
         due.sort(key=_STAMP)
         return due

@@ -64,11 +64,6 @@ class ParameterSource:
         """Return the parameters that a node of this full name gets from here."""
         return tuple(key for pattern, keys in self.keys.items() if _matches(pattern, node) for key in keys)
 
-    def section_of(self, node: str, key: str) -> str:
-        """Return the name under which a node gets a parameter."""
-        fitting = (name for name, keys in self.keys.items() if key in keys and _matches(name, node))
-        return next(fitting, node)
-
 
 def refuse_stray(arguments: Sequence[str]) -> None:
     """Refuse what somebody meant as a parameter and nobody reads.

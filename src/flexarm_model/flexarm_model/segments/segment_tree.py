@@ -145,11 +145,6 @@ class SegmentTree:
         """Return the motions within the loops, orthonormal columns, (n_q, n_free)."""
         return null_space(self._rows @ self.loops.jacobian(q))
 
-    def projected_mass_matrix(self, q: Array) -> Array:
-        """Return N' M N over the motions within the loops, (n_free, n_free)."""
-        N = self.null_space(q)
-        return np.asarray(N.T @ self.mass_matrix(q) @ N)
-
     def locked_frequencies(self, q: Array, count: int) -> Array:
         """Return the slowest angular frequencies with the actuated axes locked [rad/s], (count,)."""
         return self._frequencies(q, self._unheld(), count)

@@ -48,7 +48,7 @@ def come_to_rest(linearisation: Callable[[Array], tuple[Array, ...]], q: Array, 
         step = -Phi @ (r / np.maximum(abs(k), max(SLOWEST * abs(k).max(), FLATTEST * abs(r).max())))
         if balanced:
             step = Phi[:, 0] * KICK / abs(Phi[:, 0]).max()
-        q[e] += step * min(1.0, LONGEST / max(abs(step).max(), LONGEST))
+        q[e] += step * LONGEST / max(abs(step).max(), LONGEST)
     return None
 
 

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 
+RAD_PER_HZ = 2.0 * math.pi  # angular frequency [rad/s] over frequency [Hz]
 _ANGLES = {"rad": 1.0, "mrad": 1e-3, "urad": 1e-6, "deg": math.pi / 180, "arcmin": math.pi / 10800}
 _LENGTHS = {"m": 1.0, "mm": 1e-3, "um": 1e-6}
 _ACCELERATIONS = {"m/s^2": 1.0, "g": 9.80665}
