@@ -111,3 +111,9 @@ def test_the_moves_file_of_the_page_has_the_settings_of_the_tour(tmp_path: Path)
     tour_of_it = task_for(str(FLAT)).settings
     assert told == {**tour_of_it, "schedule": {"angle": SETTINGS["schedule"]["angle"]}}
     assert tour_of_it["estimator"].keys() - SETTINGS["estimator"].keys() == {"acceleration_error"}
+
+
+def test_an_arm_that_hangs_learns_by_which_share_it_hangs_lower() -> None:
+    flat, upright = (task_for(str(path)).settings["estimator"] for path in (FLAT, UPRIGHT))
+    assert "sag_share" not in flat
+    assert upright["sag_share"] > 0.0 and upright["sag_error"] < flat["sag_error"]

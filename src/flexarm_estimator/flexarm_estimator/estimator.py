@@ -233,15 +233,15 @@ class Estimator:
             self._compute(touched)
 
     def _estimate(self, trouble: list[str]) -> Estimate:
-        t, parts, x = self._t, self._parts, self._history.now.belief.x
-        tip, doubt = self._tip.describe(parts.tip, self._history.now.belief)
-        doubt = doubt or ("" if self.health.is_all_sound else parts.possible.refusal(x))
+        t, parts, belief = self._t, self._parts, self._history.now.belief
+        lost, (tip, doubt) = self._exclusion.contradiction(t), self._tip.describe(parts.tip, belief)
+        doubt = doubt or (parts.possible.refusal(belief.x) if lost or not self.health.is_all_sound else "")
         if doubt:  # nothing can be compared with such a state any more
             self._restart(t, parts.at_rest())
             tip, _ = self._tip.describe(parts.tip, self._history.now.belief)
-        reports, lost = self.health.reports(t), doubt or self._exclusion.contradiction(t)
+        reports = self.health.reports(t)
         said = "; ".join([words for words in (*trouble, self._gate.doubt(t)) if words])
-        status, reason = self.health.judge(t, tip.sigma, reports, said, lost)
+        status, reason = self.health.judge(t, tip.sigma, reports, said, doubt or lost)
         if status == "lost" and self.health.is_stranded(t):  # who excluded them knew no more than they
             self._restart_here(t, is_contested=True)
         return Estimate(

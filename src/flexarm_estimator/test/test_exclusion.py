@@ -118,6 +118,22 @@ def test_encoder_and_camera_that_never_agreed_leave_the_state_unusable_until_the
     assert abs(float(told[400].theta[0]) - 0.8) < 1e-4
 
 
+def test_a_lost_state_does_not_run_away_where_sensors_contradict_each_other() -> None:
+    """All count as sound, none is believed: a heavier arm's state went to 1e10 rad meanwhile."""
+    estimator, rng = (
+        Estimator(strip_model(), StripKinematics(), SENSORS, EstimatorConfig()),
+        np.random.default_rng(3),
+    )
+    for k in range(150):
+        told = estimator.step(standing(0.8, k, rng, -1.0), np.zeros(1), k * DT)
+    assert told.status == "lost" and "cannot be reconciled" in told.reason
+    now = estimator.past[1][-1].belief
+    now.x[0] = 1e10
+    told = estimator.step([], np.zeros(1), 150 * DT)
+    assert told.status != "ok" and "it can read" in told.reason
+    assert abs(float(told.theta[0])) < 10.0
+
+
 def test_an_encoder_that_lags_is_found_out_and_taken_back() -> None:
     _, estimates, errors = feed(lagging)
     said = [status_of(estimate, "encoder") for estimate in estimates]

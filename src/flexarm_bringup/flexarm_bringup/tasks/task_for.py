@@ -49,6 +49,7 @@ SETTINGS: dict[str, dict[str, Any]] = {
     },
     "mpc": {"stiffness_step": 0.1},
 }
+HANGING = {"sag_share": 0.3, "sag_error": 5e-4}  # most of where it rests is a share of how it sags by itself
 
 
 def task_for(name: str) -> Task:
@@ -137,7 +138,11 @@ def _settings(
     error = centripetal_error(config, dict(zip(config.actuated, fastest.tolist(), strict=True)))
     return {
         **SETTINGS,
-        "estimator": {**SETTINGS["estimator"], "acceleration_error": error},
+        "estimator": {
+            **SETTINGS["estimator"],
+            **(HANGING if config.gravity.any() else {}),
+            "acceleration_error": error,
+        },
         "mpc": {**SETTINGS["mpc"], **_weights(config)},
     }
 
