@@ -106,8 +106,15 @@ def test_a_mode_that_is_not_seen_is_told_by_whom_it_could_be() -> None:
     rows = {row[0]: row for row in reach_table(analysis).rows}
     first = rows[1]
     assert first[2] is False and "accelerometer_at_left_forearm_end" in str(first[4])
-    assert any("no accelerometer is mounted" in note for note in reach_table(analysis).notes)
+    for kind in ("accelerometer", "gyroscope"):
+        assert any(f"no {kind} is mounted" in note for note in reach_table(analysis).notes)
     assert any("left_motor.rz, right_motor.rz: no effort limit" in note for note in analysis.notes)
+
+
+def test_a_mode_that_turns_its_link_could_be_seen_by_a_gyroscope() -> None:
+    tree, model, home = serve("variable_stiffness", "", "home")
+    rows = {row[0]: row for row in reach_table(analyse(tree, model, home)).rows}
+    assert rows[2][2] is False and "gyroscope_at_link_1" in str(rows[2][4])
 
 
 def test_sensors_that_are_mounted_are_not_tried_again() -> None:

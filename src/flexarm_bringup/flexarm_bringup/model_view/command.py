@@ -1,7 +1,7 @@
 """Show the model of a manipulator at a pose: frequencies, damping, shapes, who sees and drives each mode.
 
   flexarm model single_link                         at the home pose
-  flexarm model spatial_3tpt --pose A               at a pose that its file names
+  flexarm model spatial_3tpt --pose lateral         at a pose that its file names
   flexarm model serial_6r --pose="0,-30 deg,..."    one value per actuated axis, rad and m without a unit
   flexarm model my_arm.yaml --html modes.html       with a drawing of every mode
   flexarm model planar_3rrr --grid 4                how far each mode goes over 64 poses, by its shape

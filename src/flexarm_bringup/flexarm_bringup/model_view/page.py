@@ -12,6 +12,7 @@ from flexarm_bringup.model_view.mode_words import describe_mode
 from flexarm_bringup.page.figures import Figure
 from flexarm_bringup.page.report import Cell, Cells, Column, Page, Table
 from flexarm_model.manipulator.description import ManipulatorConfig
+from flexarm_model.manipulator.sensor_kinds import SENSOR_KINDS
 from flexarm_model.manipulator.sensor_spec import SensorSpec
 from flexarm_model.modal.candidates import candidate_config, noise
 from flexarm_model.modal.energy_shares import EnergyShares, energy_shares
@@ -27,9 +28,10 @@ from flexarm_model.tree.sensors import output_names, output_units
 
 NAMED = 2  # sensors or motors per cell
 PERCENT = 100.0
-TRIED = SensorSpec(
-    "accelerometer", "accelerometer", "hand.held", ("x", "y", "z"), np.full(3, 0.03)
-)  # m/s^2; an ordinary MEMS sensor, where none is mounted
+TRIED = {  # ordinary MEMS sensors, where none of their kind is mounted; noise in m/s^2 and rad/s
+    kind: SensorSpec(kind, kind, "hand.held", ("x", "y", "z"), np.full(3, sigma))
+    for kind, sigma in (("accelerometer", 0.03), ("gyroscope", 2e-3))
+}
 PUSH = 1.0  # N m or N, for axes without a limit
 
 
@@ -71,9 +73,12 @@ def analyse(tree: ReducedTree, model: ReducedModel, home: ReducedModel) -> Analy
             effort[i] = PUSH
             unlimited.append(name)
     notes = [f"{', '.join(unlimited)}: no effort limit given, {PUSH:g} N m or N taken"] if unlimited else []
-    extra = () if any(sensor.kind == TRIED.kind for sensor in config.sensors) else (TRIED,)
-    if extra:
-        notes.append(f"no accelerometer is mounted: one of {TRIED.sigma[0]:g} m/s² is tried at every node")
+    mounted = {sensor.kind for sensor in config.sensors}
+    extra = [sensor for kind, sensor in TRIED.items() if kind not in mounted]
+    for sensor in extra:
+        unit = next(iter(SENSOR_KINDS[sensor.kind].units(sensor.site).values())).replace("^2", "²")
+        told = f"one of {sensor.sigma[0]:g} {unit} is tried at every node"
+        notes.append(f"no {sensor.kind} is mounted: {told}")
     candidates = candidate_config(config, extra)
     possible = _outputs(candidates, model), noise(candidates)
     swing = Swing(energy=tip_energy(model))

@@ -83,7 +83,7 @@ def fit_study_table(machine: Machine, runs: int) -> tuple[Table, list[Check]]:
         f"{runs} runs, {NOISE_DB:g} dB, outputs x, y, z at the tool, sim preset; half-power is the null.",
         "At 0° mode 1 does not answer: one mode is fitted, half-power reads one.",
         "Half-power on lines: f is luck, 96 and 129 Hz lie on lines. Its k knows the angle of the force.",
-        "Circle fit and LSCF of seed 001 are not part of this package. White noise, one seed.",
+        "Circle fit is not part of this package, LSCF is one of 'flexarm identify'. White noise, one seed.",
     ]
     return Table("Better than half-power: 96 and 129 Hz at 40 dB", COLUMNS, rows, notes), checks
 
