@@ -9,8 +9,9 @@ one linear system gives the change of velocity, loops included [Hairer2006]::
 
 Second order but for the terms of velocity (gyroscopic, centrifugal), which are taken at the old velocity: an
 undamped 3RRR that swings by 3 degrees loses 2e-5 of its energy in a second. (With a velocity predicted from
-the step before it loses a twentieth of that, but a stiff 3-TPT 250 times as much.) Stable for every frequency,
-and without numerical damping of linear modes (they only get slower by (w h)^2/12). After each period the dependent coordinates are moved onto the loops.
+the step before it loses a twentieth of that, but a stiff 3-TPT 250 times as much.) Stable for every
+frequency, and without numerical damping of linear modes (they only get slower by (w h)^2/12). After each
+period the dependent coordinates are moved onto the loops.
 
 A spring with play is in its gap or in contact throughout a step, as it is at q*; see ``backlash``.
 """
