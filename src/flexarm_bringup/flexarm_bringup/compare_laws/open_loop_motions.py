@@ -7,7 +7,7 @@ takes longer than the move, or that the arm could not follow, is left out with t
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,6 +28,7 @@ SHAPERS: dict[str, Callable[[float, float], Shaper]] = {
 }  # fmt: skip
 ROBUST = (0.9, 1.0, 1.1)  # factors on all frequencies that a robust choice looks at
 SECOND_MODE = 0.05  # share of what the worst profile leaves from which on a second mode is shaped
+FOLLOWED = 0.999  # of the velocity limits
 APART = 1.02  # ratio of two frequencies that one shaper does not serve both
 
 
@@ -70,9 +71,15 @@ def plan_motions(leg: ComparedLeg, watch: Watch, is_quick: bool) -> LegMotions:
     periods = int(given.duration / leg.dt + 1e-6)
     optimum = fastest(problem, periods) if leg.goes_somewhere else None
     if optimum is not None and not is_quick:
-        least = problem.solve(periods)
+        least = to_be_followed(leg).solve(periods)
         motions |= {} if least is None else {"least torque (LP)": of_plan(leg, least)}
     return LegMotions(motions, left_out, optimum)
+
+
+def to_be_followed(leg: ComparedLeg) -> RestToRest:
+    """Return the problem whose plan is to be a reference: between two periods it is a little faster."""
+    slower = replace(leg.limits, velocity=FOLLOWED * leg.limits.velocity)
+    return RestToRest(leg.middle, slower, leg.start, leg.goal, leg.dt)
 
 
 def of_plan(leg: ComparedLeg, plan: TorquePlan) -> SampledMotion:
