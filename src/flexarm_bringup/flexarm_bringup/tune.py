@@ -4,8 +4,12 @@
   flexarm tune BAG --html report.html   the same as a page
 
 The first half of the bag is tuned on, the second is held out: what is better in both is better. The
-likelihood is that of the filter's innovations, so no truth is needed; where the bag has it, the tip's error
-is told, too. "frequency_error" only acts through its product with "motion_acceleration" and is left alone.
+likelihood is that of the innovations of the filter that the settings name, so no truth is needed; where the
+bag has it, the tip's error is told, too. "frequency_error" only acts through its product with
+"motion_acceleration" and is left alone.
+
+The exit code is 1, and nothing is proposed, when the held-out half became less likely or the tip's error
+larger; 0 otherwise; 2 when the bag cannot be used.
 """
 
 from __future__ import annotations
@@ -28,7 +32,7 @@ from flexarm_bringup.consistency.recording import Recording, open_recording, run
 from flexarm_bringup.consistency.smoothing import NO_TRUTH, tip_error
 from flexarm_bringup.consistency.tuning import Tuned, Tuner
 from flexarm_bringup.exit_codes import UNUSABLE
-from flexarm_bringup.page.report import Cells, Column, Page, Table, add_report_arguments, publish
+from flexarm_bringup.page.report import Cells, Check, Column, Page, Table, add_report_arguments, publish
 from flexarm_bringup.progress import Progress
 from flexarm_estimator.likelihood import Likelihood
 from flexarm_model.tree.reduced_tree import ReducedTree
@@ -71,7 +75,7 @@ def run(args: argparse.Namespace) -> int:
         progress.say("reading the bag")
         recording = open_recording(args.bag, arm_named(args))
         record = read_epochs(recording)
-        tuner = Tuner(record, ReducedTree(recording.config), SETTLING)
+        tuner = Tuner(record, ReducedTree(recording.config), recording.settings, SETTLING)
         noise = Noise(recording.settings, recording.config.sensors)
         middle = middle_of(record, args.bag)
         tuned = tuner.tune(noise, middle, progress.say)
@@ -121,11 +125,13 @@ def build_page(path: Path, noise: Noise, tuned: Tuned, choices: Sequence[Judgeme
         f"{tuned.evaluations} runs of the filter."
     )
     items = [parameter_table(tuned.parameters), worth_table(choices), nis_table(choices)]
-    lines = yaml_lines(noise, tuned.noise)
+    checks = worth_checks(choices)
+    worse = [f"nothing: {check.name} is {check.found}" for check in checks if not check.passed]
+    lines = [] if worse else yaml_lines(noise, tuned.noise)
     remarks: dict[str, Sequence[str]] = {
-        "YAML to paste": lines or ["nothing: the record does not tell anything better"]
+        "YAML to paste": lines or worse or ["nothing: the record does not tell anything better"]
     }
-    return Page(f"Noise proposed from {path}", lead, items, remarks=remarks, data={"yaml": lines})
+    return Page(f"Noise proposed from {path}", lead, items, checks, remarks, {"yaml": lines})
 
 
 def parameter_table(parameters: Sequence[Parameter]) -> Table:
@@ -167,6 +173,18 @@ def worth_table(choices: Sequence[Judgement]) -> Table:
             ["tip error [um RMS]", MICRO * before.tip, MICRO * after.tip, MICRO * (after.tip - before.tip)]
         )
     return Table("What it is worth", heads, rows, [] if len(rows) > 2 else [f"no tip error: {NO_TRUTH}"])
+
+
+def worth_checks(choices: Sequence[Judgement]) -> list[Check]:
+    """Return whether what was not tuned on is as good as before."""
+    before, after = choices
+    old, new = before.held.value, after.held.value
+    found = f"{new:.2f}, {old:.2f} before"
+    checks = [Check("log-likelihood, second half (held out)", "no less than before", found, new >= old)]
+    if before.tip is not None and after.tip is not None:
+        found = f"{MICRO * after.tip:.2f} um RMS, {MICRO * before.tip:.2f} before"
+        checks.append(Check("tip error", "no more than before", found, after.tip <= before.tip))
+    return checks
 
 
 def nis_table(choices: Sequence[Judgement]) -> Table:

@@ -11,15 +11,18 @@ import numpy as np
 import pytest
 
 from flexarm_bringup import tune
-from flexarm_bringup.consistency.bag_epochs import Epochs, order_epochs
+from flexarm_bringup.consistency.bag_epochs import Epochs, order_epochs, read_epochs
 from flexarm_bringup.consistency.knobs import PROCESS, Noise, Parameter, make_knobs, turn
 from flexarm_bringup.consistency.monte_carlo import START_BEFORE, Bench
+from flexarm_bringup.consistency.recording import open_recording
 from flexarm_bringup.consistency.tuning import Tuned, Tuner, curvature, spreads, told_by
 from flexarm_bringup.tasks.task_for import task_for
-from flexarm_bringup.tune import Judgement, build_page
+from flexarm_bringup.tune import SETTLING, Judgement, build_page
 from flexarm_estimator.likelihood import Epoch, Likelihood
 from flexarm_estimator.measurement import Measurement
 from flexarm_model.tree.reduced_tree import ReducedTree
+
+GOLDEN = Path(__file__).parents[3] / "tests" / "golden"
 
 
 @pytest.fixture(scope="module")
@@ -112,7 +115,8 @@ def test_noise_that_was_put_in_comes_out_within_its_uncertainty() -> None:
     )
     start = Noise(replace(bench.settings, modal_force=0.13, acceleration_noise=0.6), sensors)
     tuner, other = (
-        Tuner(record_of(bench, 400, seed), ReducedTree(bench.config), settling=0.1) for seed in (4, 5)
+        Tuner(record_of(bench, 400, seed), ReducedTree(bench.config), bench.settings, settling=0.1)
+        for seed in (4, 5)
     )
     tuned = tuner.tune(start, np.inf)
     told = {parameter.name: parameter for parameter in tuned.parameters if parameter.verdict == "told"}
@@ -130,7 +134,8 @@ def test_what_the_record_does_not_tell_is_named_and_kept() -> None:
     """Motion excites modes like any other force: where modal_force is large, its share cannot be told."""
     bench = Bench(replace(task_for("single_link"), settings={"estimator": {"modal_force": 2.0}}))
     start = noise_of(bench)
-    tuned = Tuner(record_of(bench, 150, 6), ReducedTree(bench.config), settling=0.1).tune(start, np.inf)
+    tuner = Tuner(record_of(bench, 150, 6), ReducedTree(bench.config), bench.settings, settling=0.1)
+    tuned = tuner.tune(start, np.inf)
     by_name = {parameter.name: parameter for parameter in tuned.parameters}
     assert by_name["motion_acceleration"].verdict == "flat"
     assert tuned.noise.settings.motion_acceleration == start.settings.motion_acceleration
@@ -154,9 +159,49 @@ def test_page_gives_yaml_only_of_what_has_changed(bench: Bench) -> None:
         "settings: {estimator: {modal_force: 0.5}}",
         "sensors.encoder.sigma: 2 times what it is: [4e-05] in SI",
     ]
+    assert page.passed
     assert "does not tell it" in text
     assert "+7.0" in text
     assert "-5.0" in text
+
+
+def test_likelihood_is_that_of_the_filter_that_the_settings_name() -> None:
+    """The linear one cannot follow the ramps of the 3RRR: it takes what it leaves out for a bad camera."""
+    recording = open_recording(GOLDEN / "planar_3rrr" / "bag")
+    record, tree = read_epochs(recording), ReducedTree(recording.config)
+    linear = replace(recording.settings, filter="linear")
+    by_linear, by_own = (
+        Tuner(record, tree, settings, SETTLING).likelihood(Noise(settings, recording.config.sensors))
+        for settings in (linear, recording.settings)
+    )
+    assert recording.settings.filter == "corrected"
+    assert by_own.value > by_linear.value + 100.0
+    assert by_linear.nis()["camera"] > 3.0
+    assert by_own.nis()["camera"] < 1.5
+
+
+@pytest.mark.parametrize(
+    ("held", "tip", "reason"),
+    [
+        (-5.25, 1e-5, "log-likelihood, second half (held out) is -5.25, -5.00 before"),
+        (-np.inf, 1e-5, "log-likelihood, second half (held out) is -inf, -5.00 before"),
+        (1.0, 1.2e-5, "tip error is 12.00 um RMS, 10.00 before"),
+    ],
+)
+def test_what_makes_the_held_out_half_or_the_tip_worse_is_not_proposed(
+    held: float, tip: float, reason: str, bench: Bench
+) -> None:
+    before = noise_of(bench)
+    after = Noise(replace(before.settings, modal_force=0.5), before.sensors)
+    tuned = Tuned((Parameter("modal_force", "1", 0.13, 0.5, 0.1, "told"),), after, 9)
+    choices = [
+        Judgement(Likelihood(-3.0), Likelihood(-5.0), 1e-5),
+        Judgement(Likelihood(4.0), Likelihood(held), tip),
+    ]
+    page = build_page(Path("bag"), before, tuned, choices)
+    assert page.data["yaml"] == []
+    assert page.remarks["YAML to paste"] == [f"nothing: {reason}"]
+    assert not page.passed  # exit code 1
 
 
 @pytest.mark.parametrize(("truth", "error"), [({}, None), ({5: np.zeros(3)}, None), ({10: np.zeros(3)}, 0.2)])

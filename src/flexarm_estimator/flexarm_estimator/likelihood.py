@@ -1,12 +1,13 @@
-"""How likely a model makes a record: the log-likelihood of the linear filter's innovations.
+"""How likely a model makes a record: the log-likelihood of the innovations of the filter in use.
 
 By the chain rule, the density of all samples is the product of those of every innovation given the past::
 
     log p(y) = -1/2 sum (nu' S^-1 nu + log det S + m log 2 pi)        [Schweppe1965]
 
+The filter is the one that the parts were made with (``parts.steps``), so it may be any (``filters.choice``).
 Rows that are sampled together are one innovation, correlated with the process noise as the filter has it;
-poses follow in their instant. Offline everything is in order of time, so nothing is rewound, and nothing is
-gated: a gate would make the likelihood of rubbish better than that of noise.
+poses follow in their instant, each looked at once. Offline everything is in order of time, so nothing is
+rewound, and nothing is gated: a gate would make the likelihood of rubbish better than that of noise.
 """
 
 from __future__ import annotations
@@ -19,12 +20,14 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg.lapack import dpotrf
 
-from flexarm_estimator.adoption import map_parts
+from flexarm_estimator.adoption import carry_over
 from flexarm_estimator.filter import Belief, GuardedFilter, innovation_covariance, normalised_square
 from flexarm_estimator.measurement import Measurement
 from flexarm_estimator.parts import Parts
-from flexarm_estimator.steps.joint_step import JointStep, PreparedStep
-from flexarm_estimator.steps.stack import StackedSample, stack_rows
+from flexarm_estimator.state.state_limits import StateLimits
+from flexarm_estimator.steps.joint_step import PreparedStep
+from flexarm_estimator.steps.joint_step_cache import JointStepCache
+from flexarm_estimator.steps.stack import StackedSample
 
 Array = NDArray[np.float64]
 _LOG_2_PI = math.log(2.0 * math.pi)
@@ -90,7 +93,7 @@ def log_likelihood(
     used = epochs[0].parts if epochs else 0
     for epoch in epochs:
         if epoch.parts != used:
-            belief = map_parts(parts[used], parts[epoch.parts]).apply(belief)
+            belief = carry_over(parts[used], parts[epoch.parts]).apply(belief)
             used = epoch.parts
         counted = result if epoch.t >= counts_from else Likelihood()
         after = run.step(used, belief, epoch, epoch.t - t, counted)
@@ -103,20 +106,20 @@ def log_likelihood(
 
 
 class _Run:
-    """Steps of the filter; those of equal length and sensors are prepared once."""
+    """Steps of the filter; those that do not depend on the belief are made once."""
 
     def __init__(self, parts: Sequence[Parts]) -> None:
         self._parts = parts
-        self._steps: dict[tuple[int, int, tuple[str, ...]], JointStep] = {}
+        self._caches = [JointStepCache(each.steps, each.sensors.rows) for each in parts]
+        self._limits = [StateLimits(each.process.limits) for each in parts]
         self._filters = [GuardedFilter(each.layout.n_x, each.process.system.n_u + 1) for each in parts]
 
     def step(self, used: int, belief: Belief, epoch: Epoch, dt: float, result: Likelihood) -> Belief | None:
-        """Return the belief after an epoch; None when its covariance is not positive definite."""
-        models = self._parts[used].sensors
-        names = tuple(name for name in models.rows if name in epoch.samples)
-        joint = self._joint(used, dt, names)
+        """Return the belief after an epoch; None when it cannot be computed."""
+        u = self._parts[used].steps.inputs(belief, dt, epoch.u)
+        joint = self._caches[used].step(belief, dt, u, epoch.samples)
         sample = StackedSample(joint.stack, epoch.samples) if joint.stack else None
-        prepared = PreparedStep(dt, joint, epoch.u, sample)
+        prepared = PreparedStep(dt, joint, u, sample)
         mean, J = prepared.predict(belief)
         nu, S = J[: joint.m, joint.last].copy(), J[: joint.m, : joint.m].copy()
         if joint.stack is not None:
@@ -125,31 +128,28 @@ class _Run:
             for name, span in zip(joint.stack.names, joint.stack.spans, strict=True):
                 result.note(name, normalised_square(nu[span], S[span, span]), nu[span].size)
         after = prepared.condition(mean, J)
-        return None if after is None else self._fuse_poses(used, after, epoch, result)
+        after = None if after is None else self._fuse_poses(used, after, epoch, result)
+        if after is not None:
+            self._limits[used].hold(after)
+        return after
 
     def _fuse_poses(self, used: int, belief: Belief, epoch: Epoch, result: Likelihood) -> Belief | None:
-        for name, model in self._parts[used].sensors.poses.items():
+        parts = self._parts[used]
+        for name, model in parts.sensors.poses.items():
             if name not in epoch.samples:
                 continue
             sample = epoch.samples[name]
-            R = model.R if sample.R is None else sample.R
-            nu, H = model.linearise(sample.y, belief.x, epoch.u)
+            try:
+                nu, H, spread = parts.steps.look(model, sample.y, belief, epoch.u)
+            except ValueError:  # loops do not close where the state is said to be
+                return None
+            R = (model.R if sample.R is None else sample.R) + spread
             S = innovation_covariance(belief.P, H, R)
             if not _count(nu, S, result):
                 return None
             result.note(name, normalised_square(nu, S), nu.size)
             belief = self._filters[used].update(belief, nu, H, R)
         return belief
-
-    def _joint(self, used: int, dt: float, names: tuple[str, ...]) -> JointStep:
-        parts = self._parts[used]
-        transition = parts.process.step(dt)
-        key = (used, round(transition.dt * 1e9), names)
-        if key not in self._steps:
-            rows = [parts.sensors.rows[name] for name in names]
-            stack = stack_rows(rows, parts.process.force_cov) if rows else None
-            self._steps[key] = JointStep(transition, stack)
-        return self._steps[key]
 
 
 def _count(nu: Array, S: Array, result: Likelihood) -> bool:

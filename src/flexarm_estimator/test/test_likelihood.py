@@ -6,6 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from moving_filters import QUIET, estimator
+from moving_truth import swing
 from planar_strip import DT, ROW_SENSORS, SENSORS, StripKinematics, camera_sample, simulate, strip_model
 from scipy.stats import multivariate_normal
 
@@ -110,3 +112,39 @@ def test_record_that_cannot_be_is_infinitely_unlikely() -> None:
     sample = Measurement("encoder", DT, np.zeros(1))
     found = log_likelihood([Epoch(DT, np.array([0.0, 1.0]), {"encoder": sample})], [parts], broken, 0.0)
     assert found.value == -np.inf
+
+
+def moving_epochs(steps: int, seed: int) -> list[Epoch]:
+    record = swing(steps, np.random.default_rng(seed))
+    return [
+        Epoch(float(t), np.append(tau, 1.0), {sample.sensor: sample for sample in samples})
+        for t, tau, samples in zip(record.t, record.tau, record.samples, strict=True)
+    ]
+
+
+@pytest.mark.parametrize("name", ["linear", "corrected", "extended"])
+def test_beliefs_are_those_of_the_estimator_with_the_same_filter(name: str) -> None:
+    """The estimator refuses nothing of this record: its gate is wide open."""
+    epochs, filtering = moving_epochs(20, 4), estimator(name, **QUIET, gate=100.0)
+    parts = filtering.past[0]
+    found = log_likelihood(epochs, [parts], parts.at_rest(), -DT)
+    for epoch in epochs:
+        told = filtering.step(list(epoch.samples.values()), epoch.u[:-1], epoch.t)
+    sigma = np.sqrt(told.P.diagonal())
+    assert all(report.rejected == 0 for report in told.sensors)
+    np.testing.assert_allclose(found.beliefs[-1].x / sigma, told.x / sigma, rtol=0, atol=1e-6)
+    np.testing.assert_allclose(
+        found.beliefs[-1].P / np.outer(sigma, sigma), told.P / np.outer(sigma, sigma), rtol=0, atol=1e-6
+    )
+
+
+def test_a_fast_move_is_likelier_to_the_filter_that_follows_it() -> None:
+    """What the linear filter leaves out of a move looks like noise of the sensors to it."""
+    epochs = moving_epochs(60, 5)
+    linear, corrected = (
+        log_likelihood(epochs, [parts], parts.at_rest(), -DT, counts_from=0.1)
+        for parts in (estimator(name, **QUIET).past[0] for name in ("linear", "corrected"))
+    )
+    assert corrected.value > linear.value + 100.0
+    assert max(corrected.nis().values()) < 1.5
+    assert max(linear.nis().values()) > 10.0

@@ -1,8 +1,8 @@
 """Process and sensor noise by maximum likelihood: the physical settings that make a record most likely.
 
 Parameters are logarithms of the factors by which settings of ``EstimatorConfig`` and the sigmas of sensors
-differ from what they are, so that they stay positive. The likelihood is that of the linear filter's
-innovations; the curvature at its top gives the uncertainty::
+differ from what they are, so that they stay positive. The likelihood is that of the innovations of the filter
+that the settings name; the curvature at its top gives the uncertainty::
 
     Cov[p] = (-d2 log L / dp2)^-1
 
@@ -21,10 +21,11 @@ from scipy.optimize import minimize
 
 from flexarm_bringup.consistency.bag_epochs import Epochs
 from flexarm_bringup.consistency.knobs import Knob, Noise, Parameter, Verdict, make_knobs, turn
-from flexarm_estimator.filter import Belief
+from flexarm_estimator.filters.choice import FilterMaker
 from flexarm_estimator.judging.gate import Gate
 from flexarm_estimator.likelihood import Likelihood, log_likelihood
 from flexarm_estimator.parts import PartsMaker
+from flexarm_estimator.settings import EstimatorConfig
 from flexarm_estimator.tool.tip import Kinematics
 
 Array = NDArray[np.float64]
@@ -53,9 +54,18 @@ class Tuned:
 class Tuner:
     """The likelihood of one record as a function of noise."""
 
-    def __init__(self, record: Epochs, kinematics: Kinematics, settling: float) -> None:
-        """Bind a record; innovations of its first ``settling`` seconds do not count."""
+    def __init__(
+        self, record: Epochs, kinematics: Kinematics, settings: EstimatorConfig, settling: float
+    ) -> None:
+        """Bind a record and the filter that ``settings`` name.
+
+        Innovations of the record's first ``settling`` seconds do not count.
+
+        Raises:
+            ValueError: The filter needs the dynamics of the arm, and ``kinematics`` has only its tip.
+        """
         self._record, self._kinematics = record, kinematics
+        self._filters = FilterMaker(kinematics, settings)  # no knob turns what it is made of
         self._from = record.epochs[0].t + settling
         self.evaluations = 0
 
@@ -63,13 +73,10 @@ class Tuner:
         """Return the likelihood of what was sampled in [start, end) [s]."""
         self.evaluations += 1
         gate = Gate({spec.name: spec.sigma.tolist() for spec in noise.sensors}, noise.settings)
-        maker = PartsMaker(self._kinematics, noise.sensors, noise.settings, gate)
-        parts = [maker.make(model, use_compiler=False) for model in self._record.models]
-        x = np.zeros(parts[0].layout.n_x)
-        x[: parts[0].layout.n] = parts[0].model.xi0
+        maker = PartsMaker(self._kinematics, noise.sensors, noise.settings, gate, self._filters)
+        parts = [maker.make(model) for model in self._record.models]
         epochs = [epoch for epoch in self._record.epochs if epoch.t < end]
-        begin = Belief(x, parts[0].process.P0)
-        return log_likelihood(epochs, parts, begin, self._record.t, max(start, self._from))
+        return log_likelihood(epochs, parts, parts[0].at_rest(), self._record.t, max(start, self._from))
 
     def tune(self, noise: Noise, end: float, say: Callable[[str], None] = lambda text: None) -> Tuned:
         """Return the noise that makes what was sampled before ``end`` [s] most likely.
