@@ -14,10 +14,10 @@ pytest.importorskip("flexarm_bringup.conversions", reason="needs ROS and flexarm
 from flexarm_bringup.bags.bag_reader import Bag, check_bag, decode  # noqa: E402
 from flexarm_bringup.bags.bag_types import bag_types  # noqa: E402
 from flexarm_bringup.regress.case import Case, pin  # noqa: E402
-from flexarm_bringup.regress.drift import find_moved  # noqa: E402
+from flexarm_bringup.regress.drift import Moved, find_moved  # noqa: E402
 from flexarm_bringup.regress.judge import Opened, compare  # noqa: E402
 from flexarm_bringup.regress.making import Renewal  # noqa: E402
-from flexarm_bringup.regress.page import renewal_tables  # noqa: E402
+from flexarm_bringup.regress.page import moved_table, renewal_tables  # noqa: E402
 from flexarm_bringup.regress.playing import Played  # noqa: E402
 from flexarm_bringup.replaying.compare import TOLERANCES, Comparison  # noqa: E402
 
@@ -72,6 +72,15 @@ def test_an_update_tells_every_topic_that_lost_or_won_messages(golden: Bag) -> N
         [MODAL, "1 message(s) too many", "0.095000001", 2, TICKS, TICKS + 1],
     ]
     assert renewal_tables("arm", Renewal((), (), golden.counts, golden.counts, is_as_before=True)) == []
+
+
+def test_an_update_tells_every_field_that_moved(golden: Bag) -> None:
+    moved = tuple(Moved(MODAL, f"field_{k}", 1.0, 1.0, 2.0, LAST_NS, 1) for k in range(38))
+    (table,) = renewal_tables("arm", Renewal(moved, (), golden.counts, golden.counts, is_as_before=False))
+    assert [row[1] for row in table.rows] == [item.field for item in moved]
+    assert table.notes == []
+    judged = moved_table("arm", moved, 8)
+    assert (len(judged.rows), judged.notes) == (8, ["30 more fields moved"])
 
 
 def test_one_sensor_less_in_a_message_has_moved(golden: Bag) -> None:

@@ -16,7 +16,7 @@ from flexarm_bringup.regress.making import Renewal, topics_of
 from flexarm_bringup.regress.picture import figure
 from flexarm_bringup.replaying.compare import Comparison
 
-SHOWN = 8  # divergences, and fields that moved, of a case
+SHOWN = 8  # divergences, and fields that moved, of a case that is judged; one that is renewed tells all
 NS_PER_S = 1e9
 
 
@@ -30,7 +30,7 @@ def build_page(folder: Path, verdicts: Sequence[Verdict], with_figures: bool) ->
             if verdict.played and verdict.golden and verdict.case:
                 topics = topics_of(verdict.golden, verdict.played)
                 moved = find_moved(verdict.golden, verdict.played, topics, verdict.case.tolerances)
-                items += [moved_table(name, moved)] if moved else []
+                items += [moved_table(name, moved, SHOWN)] if moved else []
             if with_figures:
                 items.append(figure(verdict, name))
     checks = [
@@ -42,8 +42,8 @@ def build_page(folder: Path, verdicts: Sequence[Verdict], with_figures: bool) ->
     return Page(f"Regression of {folder}", lead, items, checks, data={"cases": [_data(v) for v in verdicts]})
 
 
-def moved_table(name: str, moved: Sequence[Moved]) -> Table:
-    """Return the fields that moved, the furthest beyond its tolerance first."""
+def moved_table(name: str, moved: Sequence[Moved], most: int | None = None) -> Table:
+    """Return the fields that moved, the furthest beyond its tolerance first; ``most`` of them, or all."""
     rows: list[list[Cell]] = [
         [
             item.topic,
@@ -54,7 +54,7 @@ def moved_table(name: str, moved: Sequence[Moved]) -> Table:
             f"{item.stamp_ns / NS_PER_S:.9f}",
             item.messages,
         ]
-        for item in moved[:SHOWN]
+        for item in moved[:most]
     ]
     rest = len(moved) - len(rows)
     notes = [f"{rest} more fields moved"] if rest else []
@@ -71,7 +71,7 @@ def moved_table(name: str, moved: Sequence[Moved]) -> Table:
 
 
 def renewal_tables(name: str, renewal: Renewal) -> list[Table]:
-    """Return what an update of a case changed; nothing where nothing moved."""
+    """Return all that an update of a case changed; nothing where nothing moved."""
     tables = [_recounted_table(name, renewal)] if renewal.recounted else []
     return [*tables, moved_table(name, renewal.moved)] if renewal.moved else tables
 
