@@ -29,7 +29,9 @@ from flexarm_bringup.regress.judge import DIVERGED, PASSED, UNUSABLE, Verdict, j
 from flexarm_bringup.regress.making import Renewal, Source, make_case, update_case
 from flexarm_bringup.regress.page import build_page, renewal_tables
 from flexarm_bringup.regress.picture import write_picture
+from flexarm_bringup.topics import NAMESPACE
 
+COMMANDS = f"{NAMESPACE}/joint_commands"
 OF_NEW = ("--about", "--until", "--manipulator", "--preset", "--settings", "--mark")
 
 
@@ -159,6 +161,12 @@ def _new(args: argparse.Namespace) -> Page:
         args.source, args.about, args.manipulator, args.preset, args.settings, args.until, tuple(args.mark)
     )
     case = make_case(args.new, source)
+    if not case.golden.counts.get(COMMANDS):
+        print(
+            f"flexarm regress: {case.folder}: nothing was commanded, so the controller's torques are not "
+            "part of the case; a recording with the guard armed has them",
+            file=sys.stderr,
+        )
     recorded, expected = (sum(pinned.counts.values()) for pinned in (case.bag, case.golden))
     lead = f"{recorded} messages recorded, {expected} expected of them. Read and commit {case.folder}."
     return Page(f"New case {case.folder.name}", lead)
