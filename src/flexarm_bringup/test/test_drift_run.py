@@ -15,6 +15,7 @@ from flexarm_bringup.drift_run import command
 from flexarm_bringup.drift_run.bag import settings_for
 from flexarm_bringup.drift_run.normal_moves import WAIT, normal_moves
 from flexarm_bringup.drift_run.simulation import ALONE, Drill, Watched, run_drill
+from flexarm_bringup.page.report import Table
 from flexarm_bringup.static_arm import StaticArm
 from flexarm_bringup.tasks.task import Task, find_task, load_task
 from flexarm_estimator.drift.judgement import Healthy, ModeNow
@@ -181,6 +182,25 @@ def test_a_bag_in_which_no_mode_was_judged_is_not_reported_as_free_of_alarms() -
         and "the watch ended after 6.5 s" in short
     )
     assert "no frequency was known well enough" in unsure and fine == "none"
+
+
+@pytest.mark.parametrize(
+    ("is_known", "sigma", "running", "change", "said"),
+    [
+        (True, 0.004, 4.9, -2.0, "known"),
+        (True, 0.035, 4.9, None, "uncertain"),
+        (False, 0.12, None, None, "not excited"),
+    ],
+)
+def test_a_change_of_frequency_is_told_only_where_it_is_known(
+    is_known: bool, sigma: float, running: float | None, change: float | None, said: str
+) -> None:
+    mode = ModeNow("mode_1", 5.0, 4.9, 5 * sigma, 0.01, 0.01, 0.001, is_known, True, -0.02, sigma)
+    watched = Watched(np.array([0.0]), ((mode,),), (), "", "")
+    table = command.build_page("", watched, DriftConfig(), []).items[0]
+    assert isinstance(table, Table)
+    (row,) = table.rows
+    assert [row[2], row[4], row[-1]] == [running, pytest.approx(change), said]
 
 
 def test_a_bag_without_motion_is_not_reported_as_free_of_alarms(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -30,6 +30,7 @@ from flexarm_bringup.page.report import Cells, Check, Column, Page, Table, add_r
 from flexarm_bringup.progress import Progress
 from flexarm_bringup.sim_run.study import LAWS
 from flexarm_bringup.tasks.task_for import task_for
+from flexarm_estimator.drift.judgement import ModeNow
 from flexarm_estimator.drift.settings import DriftConfig
 from flexarm_model.reading.config import load_config
 from flexarm_model.reading.manipulator_file import find_manipulator
@@ -137,15 +138,7 @@ def build_page(title: str, watched: Watched, settings: DriftConfig, checks: list
         Column("± [Hz]", ".3f"), Column("change\n[%]", "+.2f"), Column("damping\ndescribed [%]", ".2f"),
         Column("\nrunning [%]", ".2f"), Column("± [%]", ".2f"), Column("frequency is"),
     ]  # fmt: skip
-    rows: list[Cells] = [
-        [
-            mode.name.replace("_", " "), mode.described_hz, mode.f_hz, mode.f_sigma_hz, PERCENT * mode.change,
-            PERCENT * mode.described_zeta, PERCENT * mode.zeta if mode.is_damping_known else None,
-            PERCENT * mode.zeta_sigma if mode.is_damping_known else None,
-            "known" if mode.is_known else "not excited",
-        ]
-        for mode in (watched.modes[-1] if watched.modes else ())
-    ]  # fmt: skip
+    rows = [_row(mode) for mode in (watched.modes[-1] if watched.modes else ())]
     with drawing(9.0, 4.0) as plot:
         draw_watched(plot, watched, settings.frequency_change)
         figure = to_figure(plot, "Running frequencies with three sigma; dashed: what is told, lines: alarms")
@@ -154,6 +147,20 @@ def build_page(title: str, watched: Watched, settings: DriftConfig, checks: list
         remarks["Proposal"] = [watched.proposal]
     lead = f"{float(np.ptp(watched.t)) if watched.t.size else 0.0:.0f} s watched."
     return Page(title, lead, [Table("Modes at the end", heads, rows), figure], checks, remarks)
+
+
+def _row(mode: ModeNow) -> Cells:
+    """Return what is known of a mode; what the motion has not told stays blank."""
+    return [
+        mode.name.replace("_", " "), mode.described_hz,
+        mode.f_hz if mode.is_known else None,
+        mode.f_sigma_hz if mode.is_known else None,
+        PERCENT * mode.change if mode.is_certain else None,
+        PERCENT * mode.described_zeta,
+        PERCENT * mode.zeta if mode.is_damping_known else None,
+        PERCENT * mode.zeta_sigma if mode.is_damping_known else None,
+        "known" if mode.is_certain else "uncertain" if mode.is_known else "not excited",
+    ]  # fmt: skip
 
 
 def _alarms(watched: Watched, settings: DriftConfig) -> list[str]:

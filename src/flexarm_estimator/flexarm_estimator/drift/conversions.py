@@ -75,7 +75,7 @@ def _numbers(mode: ModeNow) -> tuple[float, ...]:
 
 def _quiet(mode: ModeNow) -> str:
     healthy = "as described" if mode.healthy is None else "as at the start"
-    return healthy if mode.is_known else "has not moved enough to tell"
+    return healthy if mode.is_certain else "has not moved enough to tell"
 
 
 def _status(name: str, level: bytes, text: str, values: dict[str, str]) -> DiagnosticStatus:

@@ -18,7 +18,8 @@ from flexarm_model.served.reduced_model import ReducedModel
 from flexarm_model.settings.units import RAD_PER_HZ
 
 BACK = 2.0 / 3.0  # of a change that is told, below which it is taken back
-KNOWN = 0.5  # of the sigma before the measurement, from which a value counts as known
+KNOWN = 0.5  # of the sigma before the measurement, from which the motion has told a value
+CERTAIN = 0.03  # one sigma of the relative frequency below which it is called known; alarms ask for more
 ALIKE = 3.0  # sigmas within which changes of modes are the same
 LEAST_STIFFNESS = 0.01  # of the described: what is left of omega^2 at least
 PERCENT = 100.0
@@ -53,7 +54,7 @@ class ModeNow:
         described_zeta: Damping ratio in the model [1].
         zeta: Running damping ratio, and one sigma [1].
         zeta_sigma: The same.
-        is_known: The motion has told the frequency.
+        is_known: The motion has told the frequency; how well says its sigma.
         is_damping_known: The motion has told the damping.
         change: Relative change of frequency against the description, and one sigma [1].
         change_sigma: The same.
@@ -72,6 +73,11 @@ class ModeNow:
     change: float
     change_sigma: float
     healthy: Healthy | None = None
+
+    @property
+    def is_certain(self) -> bool:
+        """Whether its frequency is known: the motion has told it, and to less than is told as a drift."""
+        return self.is_known and self.change_sigma < CERTAIN
 
     @property
     def expected(self) -> Healthy:

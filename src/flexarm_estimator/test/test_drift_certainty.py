@@ -1,0 +1,42 @@
+"""What is called known of a frequency, and that alarms do not go by it."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+
+from flexarm_estimator.drift.conversions import drift_from_msg, drift_to_msg
+from flexarm_estimator.drift.judgement import Alarms, ModeNow
+from flexarm_estimator.drift.settings import DriftConfig
+
+
+def mode(change: float, sigma: float, is_known: bool = True) -> ModeNow:
+    return ModeNow(
+        "mode_1", 5.0, 5.0 * (1 + change), 5 * sigma, 0.01, 0.01, 0.001, is_known, True, change, sigma
+    )
+
+
+@pytest.mark.parametrize(
+    ("sigma", "is_known", "is_certain"), [(0.029, True, True), (0.035, True, False), (0.02, False, False)]
+)
+def test_a_frequency_no_surer_than_the_drift_that_is_told_is_not_called_known(
+    sigma: float, is_known: bool, is_certain: bool
+) -> None:
+    assert mode(-0.02, sigma, is_known).is_certain is is_certain
+
+
+def test_diagnostics_do_not_call_a_mode_as_described_that_may_be_off_by_a_drift() -> None:
+    for sigma, text in ((0.004, "as described"), (0.035, "has not moved enough to tell")):
+        watch: Any = SimpleNamespace(modes=(mode(-0.02, sigma),), alarms={}, proposal="")
+        (told,) = drift_from_msg(drift_to_msg(watch, "", 10**9))
+        assert (told.text, told.has_drifted) == (text, False)
+
+
+def test_a_change_of_many_sigmas_is_an_alarm_however_large_they_are() -> None:
+    unsure, alarms = mode(-0.2, 0.035), Alarms(DriftConfig())
+    alarms.look([unsure], 10.0)
+    alarms.look([unsure], 11.1)
+    assert not unsure.is_certain
+    assert "(-20.0 %)" in alarms.told["mode_1"]
