@@ -103,7 +103,9 @@ def test_a_mobile_robots_topics_do_not_stop_the_node_and_it_says_what_it_ignores
         process.kill()
         process.communicate(timeout=20.0)
         bench.close()
-    assert "refused: unknown joint 'wheel_right_joint'" in heard["estimator: joint_states"]
+    assert (
+        "refused: unknown joints 'wheel_left_joint', 'wheel_right_joint'" in heard["estimator: joint_states"]
+    )
     assert "refused: frame 'base_footprint' is not 'strip.sensor'" in heard["estimator: tip_accelerometer"]
     assert bench.states[-1].status == interfaces.ModalState.STARTING
 

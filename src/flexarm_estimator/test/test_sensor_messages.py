@@ -81,6 +81,7 @@ def test_a_good_message_gives_one_sample(topic, msg, sensor, y):
         ("joint_states", joints(position=[]), "encoder", "0 positions for 1 names"),
         ("joint_states", joints(name=[], position=[]), "encoder", "no joint 'base.rz'"),
         ("joint_states", joints(name=["elbow.rz"]), "joint_states", "unknown joint 'elbow.rz'"),
+        ("joint_states", joints(name=["b", "a", "b"]), "joint_states", "unknown joints 'a', 'b'"),
         ("strain", strain(strain=[1.0, 2.0]), "root_strain", "1 names, 2 strains"),
         ("strain", strain(names=["other"]), "strain", "unknown gauge 'other'"),
         ("strain", strain(standard_deviation=[1.0, 1.0]), "root_strain", "2 sigmas"),

@@ -87,7 +87,7 @@ class SensorReader:
         reading, names = Reading(), list(msg.name)
         strangers = [name for name in names if name not in self._known_axes]
         if strangers:
-            reading.refusals.append(Refusal("joint_states", f"unknown joint '{strangers[0]}'"))
+            reading.refusals.append(Refusal("joint_states", _unknown(strangers)))
         for spec in self._encoders.values():
             if len(msg.position) != len(names):
                 reason = f"{len(msg.position)} positions for {len(names)} names"
@@ -115,6 +115,12 @@ class SensorReader:
             R = self._covariances[name].pick([float(sigma) * float(sigma)])  # ** and square overflow
             reading.samples.append(Measurement(name, t, np.array([msg.strain[i]]), R))
         return reading
+
+
+def _unknown(joints: Sequence[str]) -> str:
+    """Return the reason that names joints, in the same order whatever that of the message."""
+    names = [f"'{name}'" for name in sorted(set(joints))]
+    return f"unknown joint{'s' if len(names) > 1 else ''} {', '.join(names)}"
 
 
 def _imu_reader(unit: str, specs: Sequence[SensorSpec]) -> Callable[[Any, float], Reading]:
