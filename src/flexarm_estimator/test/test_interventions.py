@@ -93,6 +93,7 @@ def test_a_sensor_that_is_off_is_as_if_it_were_not_there():
         np.testing.assert_array_equal(off.x, gone.x)
     report = next(report for report in off.sensors if report.name == "root_strain")
     assert (report.status, report.accepted) == ("off", 0)
+    assert (off.status, off.reason) == ("ok", "")  # it was asked for: nobody waits for it
     do(made, ToggleSensor("root_strain", True))
     estimate = run(made, 200, 220)
     assert next(r for r in estimate.sensors if r.name == "root_strain").accepted == 20
