@@ -29,8 +29,7 @@ from flexarm_bringup.sim.plant import Plant
 from flexarm_model.tree.sensors import output_names
 
 STOPPING = (45, 53, 54)  # controller rows that the other arms play, too
-HEAVIER = (31, 33)  # estimator rows that these two play, too
-HEAVIER_ARMS = ("spatial_3tpt", "variable_stiffness")
+OTHER_ARMS = (31, 32, 33)  # estimator rows that the other arms play, too
 OTHERS = ("spatial_3tpt", "serial_6r", "variable_stiffness")
 FAST = (22, 25, 26, 27, 39, 40, 42)  # of the single link; the others wait for --all
 
@@ -62,7 +61,7 @@ def rows_and_machines() -> list[object]:
             ("controller", OTHERS, STOPPING),
             ("controller", ("variable_stiffness",), (35,)),
             ("controller", ("serial_6r",), (35, 36, 39)),
-            ("estimator", HEAVIER_ARMS, HEAVIER),
+            ("estimator", OTHERS, OTHER_ARMS),
         )
         for machine in machines
         for number in numbers
