@@ -37,6 +37,7 @@ BOUNDS = {  # name of a result: largest value allowed
     "26_states_mpc_median_us": 800.0,
     "26_states_mpc_p99_us": 2000.0,
     "default_worst_error": 1e-3,
+    "default_p99_over_best_exact": 1.05,  # noise of one that is the best
     "nmpc_step_median_us": 400.0,
     "nmpc_step_p99_us": 700.0,
     "memory_largest_mb": 250.0,
@@ -61,8 +62,9 @@ COMPETITORS = {  # benchmark: packages that it compares with; each is left out w
     "mpc": ("osqp", "piqp", "clarabel", "do_mpc"),
     "engines": ("exudyn", "mujoco"),
 }
-UNJUDGED = {  # benchmark: what of it is told beside what is judged
+REMARKS = {  # benchmark: how to read what is judged
     "estimator": ("p99: 99th percentiles; they are told, medians are judged",),
+    "solvers": ("the default is to be exact on all machines, and of those that are to have the lowest p99",),
 }
 NOT_MEASURED = "not measured"
 
@@ -133,7 +135,7 @@ def _table(name: str, values: dict[str, float]) -> Table:
     rows: list[list[Cell]] = [[key, float(value)] for key, value in values.items()]
     floors = FLOORS.get(name, {})
     rows += [[key, f"{NOT_MEASURED} (at least {floors[key]:g})"] for key in floors if key not in values]
-    told = UNJUDGED.get(name, ())
+    told = REMARKS.get(name, ())
     absent = [who for who in COMPETITORS.get(name, ()) if importlib.util.find_spec(who) is None]
     notes = [f"not installed, so not compared with: {', '.join(absent)} (requirements.bench.lock)"]
     columns = [Column("figure"), Column("value", ".4g")]
