@@ -23,7 +23,7 @@ GOLDEN = Path(__file__).parent / "golden" / "single_link"
 WRONG: dict[str, tuple[dict[str, Any], str]] = {
     "a node": ({"controler": {"law": "pd"}}, "controler: no such node; there are model, estimator"),
     "a key": ({"controller": {"law": "pd"}, "estimator": {"gaet": 3}}, "estimator.gaet: unknown; allowed: "),
-    "a value": ({"rig": {"seed": "x"}}, "rig.seed: 'x' is not int"),
+    "a value": ({"rig": {"seed": "x"}}, "rig.seed: 'x' is not a whole number"),
     "no mapping": ({"estimator": 3}, "its settings are not values by node: {'estimator': 3}"),
 }
 

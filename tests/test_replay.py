@@ -129,7 +129,7 @@ UNUSABLE = {
     lose_a_message: "announced 1 strain, the bag has 0",
     forget_the_configuration: "does not say with which description",
     garble_the_configuration: "nonsense",
-    garble_the_settings: "horizon: 'far' is not int",
+    garble_the_settings: "horizon: 'far' is not a whole number",
     write_no_json: "settings are not JSON",
     swap_the_preset: "model refused",
     drop_the_model: "no message on /flexarm/model",

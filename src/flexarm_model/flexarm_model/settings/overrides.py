@@ -3,12 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import fields
+from dataclasses import Field, fields
 from typing import Any, TypeVar, get_args, get_origin, get_type_hints
 
-from flexarm_model.settings.parameters import ParameterError, validate
+from flexarm_model.settings.parameters import ParameterError, spoken_limits, validate
 
 Config = TypeVar("Config")
+_WORDS = {
+    float: ("a number", "numbers"),
+    int: ("a whole number", "whole numbers"),
+    bool: ("true or false", "true or false"),
+    str: ("a text", "texts"),
+}
 
 
 def apply_overrides(config_class: type[Config], given: Mapping[str, Any]) -> Config:
@@ -23,7 +29,7 @@ def apply_overrides(config_class: type[Config], given: Mapping[str, Any]) -> Con
     """
     hints = get_type_hints(config_class)
     values = {
-        item.name: _coerce(item.name, given.get(item.name, item.default), hints[item.name])
+        item.name: _coerce(item, given.get(item.name, item.default), hints[item.name])
         for item in fields(config_class)  # type: ignore[arg-type]
     }
     config = config_class(**values)
@@ -45,7 +51,7 @@ def check_overrides(config_classes: Sequence[type[Any]], given: Mapping[str, Any
         apply_overrides(kind, given)
 
 
-def _coerce(name: str, value: Any, hint: Any) -> Any:
+def _coerce(item: Field[Any], value: Any, hint: Any) -> Any:
     """Return ``value`` in the type of the field; integers are accepted for floats."""
     wants_array, is_array = (
         get_origin(hint) is tuple,
@@ -54,8 +60,9 @@ def _coerce(name: str, value: Any, hint: Any) -> Any:
     wanted = get_args(hint)[0] if wants_array else hint
     elements = list(value) if is_array else [value]
     if wants_array != is_array or not all(_fits(element, wanted) for element in elements):
-        kind = f"a list of {wanted.__name__}" if wants_array else wanted.__name__
-        raise ParameterError(f"{name}: {value!r} is not {kind}")
+        one, many = _WORDS[wanted]
+        kind = f"a list of {many}" if wants_array else one
+        raise ParameterError(f"{item.name}: {value!r} is not {kind}{spoken_limits(item.metadata)}")
     return tuple(map(wanted, elements)) if wants_array else wanted(value)
 
 

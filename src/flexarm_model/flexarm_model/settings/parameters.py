@@ -7,7 +7,7 @@ outside. Nodes declare their ROS parameters from the same fields (``node.declare
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import field, fields
 from typing import Any
 
@@ -50,12 +50,20 @@ def validate(config: Any) -> None:
             _check(item.name, element, item.metadata)
 
 
-def _check(name: str, value: Any, allowed: Any) -> None:
+def spoken_limits(about: Mapping[str, Any]) -> str:
+    """Return what the metadata of a field allows, to be put behind "is not a number"; maybe nothing."""
+    if about["choices"]:
+        return f", one of {', '.join(about['choices'])}"
+    low, high = about["minimum"], about["maximum"]
+    unit = "" if about["unit"] == "1" else f" {about['unit']}"
+    return "" if math.isinf(low) and math.isinf(high) else f" in [{low}, {high}]{unit}"
+
+
+def _check(name: str, value: Any, about: Mapping[str, Any]) -> None:
     if isinstance(value, str):
-        if allowed["choices"] and value not in allowed["choices"]:
-            raise ParameterError(f"{name}: '{value}' is not one of {', '.join(allowed['choices'])}")
-    elif not isinstance(value, bool):
-        low, high = allowed["minimum"], allowed["maximum"]
-        if not (math.isfinite(value) and low <= value <= high):
-            unit = "" if allowed["unit"] == "1" else f" {allowed['unit']}"
-            raise ParameterError(f"{name}: {value} is not a finite number in [{low}, {high}]{unit}")
+        if about["choices"] and value not in about["choices"]:
+            raise ParameterError(f"{name}: '{value}' is not one of {', '.join(about['choices'])}")
+    elif not isinstance(value, bool) and not (
+        math.isfinite(value) and about["minimum"] <= value <= about["maximum"]
+    ):
+        raise ParameterError(f"{name}: {value} is not a finite number{spoken_limits(about)}")
