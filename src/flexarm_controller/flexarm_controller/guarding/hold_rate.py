@@ -18,7 +18,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from flexarm_controller.guarding.settings import VELOCITY_SMOOTHING
+from flexarm_controller.guarding.plausibility import VELOCITY_SMOOTHING
 from flexarm_controller.program.equilibrium import build_equilibrium
 from flexarm_model.numeric.dense import expm
 from flexarm_model.served.reduced_model import ReducedModel

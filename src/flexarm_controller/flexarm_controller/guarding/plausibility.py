@@ -22,9 +22,9 @@ from collections.abc import Sequence
 from flexarm_controller.guarding.limits import GuardLimits
 from flexarm_controller.guarding.messages import GuardState
 from flexarm_controller.guarding.rest_watch import REST_TIME
-from flexarm_controller.guarding.settings import VELOCITY_SMOOTHING
 
 UNTOLD = "drives do not tell position and velocity of every axis"
+VELOCITY_SMOOTHING = 0.4  # share of the newest difference in a velocity, as the drives of the rig smooth
 STANDS = 0.25  # of the velocity told: what moves slower by its position may stand there
 SUDDEN = 2.0  # times the last step; what is more is a jump
 LOST = 1.5  # periods between two states from which on one is missing

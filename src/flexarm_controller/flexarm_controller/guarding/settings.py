@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from flexarm_controller.guarding.plausibility import VELOCITY_SMOOTHING
 from flexarm_model.settings.parameters import parameter
-
-VELOCITY_SMOOTHING = 0.4  # share of the newest difference in a velocity, as the drives of the rig smooth
 
 
 @dataclass(frozen=True)
