@@ -82,6 +82,57 @@ def test_a_delay_beyond_the_candidates_is_not_told():
 
 
 def test_old_frames_are_forgotten():
-    slow, fast = (fit(0.03, 1, frames=900, memory=memory, drift=2e-5) for memory in (1e9, 3.0))
-    now = 0.03 + 2e-5 * 899
-    assert abs(fast.value - now) < 0.003 < abs(slow.value - now)
+    slow, fast = (fit(0.03, 1, frames=900, memory=memory, drift=1e-5) for memory in (1e9, 3.0))
+    now = 0.03 + 1e-5 * 899
+    assert abs(fast.value - now) < 0.002 < abs(slow.value - now)
+
+
+def step_fit(seed, before, after, last, first=450):
+    """Frames of one delay, then ``last`` frames of another; the fit is asked four times a second."""
+    rng, made = np.random.default_rng(seed), LatencyFit(CANDIDATES, 20.0)
+    for k in range(first + last):
+        stamp, delay = k / 30.0, before if k < first else after
+        y = move(np.array([stamp - delay]))[0] + OFFSET + SIGMA * rng.normal(size=3)
+        made.add(y - move(stamp - CANDIDATES), 1.0 / 30.0)
+        if k % 8 == 0:
+            made.drop_what_was_before_a_change()
+    return made
+
+
+@pytest.mark.parametrize("seed", range(5))
+@pytest.mark.parametrize("after", [0.036, 0.04, 0.08, 0.02])
+def test_frames_of_before_a_change_do_not_count_2_s_after_it(after, seed):
+    found = step_fit(seed, 0.03, after, last=60).result()
+    assert abs(found.value - after) < max(3.0 * found.sigma, 1e-3)
+    assert found.sigma < 1e-3
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_what_does_not_change_is_not_forgotten(seed):
+    made = step_fit(seed, 0.03, 0.03, last=450)
+    in_30_s = 20.0 * (1.0 - np.exp(-1.5)) * 30.0  # frames that weigh exp(-t / 20 s)
+    assert made.blocks.weights.sum() == pytest.approx(in_30_s, rel=0.02)
+
+
+def test_a_misfit_that_is_alike_in_many_frames_is_in_sigma():
+    """Such as what a model gets wrong: an error of 1 mm that lasts for a second, of 24 draws."""
+    off, told = [], []
+    for seed in range(24):
+        rng, made = np.random.default_rng(seed), LatencyFit(CANDIDATES, 1e9)
+        steps = 1e-3 * rng.normal(size=(30, 3))
+        for k in range(900):
+            stamp = k / 30.0
+            y = move(np.array([stamp - 0.06]))[0] + steps[k // 30]
+            made.add(y - move(stamp - CANDIDATES), 1.0 / 30.0)
+        off.append(made.result().value - 0.06)
+        told.append(made.result().sigma)
+    scatter = float(np.sqrt(np.mean(np.square(off))))
+    assert 0.5 < scatter / np.mean(told) < 2.0  # white residuals would make it 5
+
+
+def test_frames_of_long_ago_do_no_harm():
+    made = step_fit(1, 0.03, 0.03, last=60)
+    for _ in range(3):
+        made.add(np.zeros((45, 3)), 1e4)
+        made.drop_what_was_before_a_change()
+    assert made.result() is None

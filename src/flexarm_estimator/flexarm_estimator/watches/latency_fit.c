@@ -10,7 +10,6 @@ struct latency_fit {
     const double *t, *p;      /* instants, (size,), at least four, and where the tip was: an axis is a row with */
     int64_t size, lead;       /* room for lead */
     double stamp, y[AXES];    /* of a frame, and where it saw the tip */
-    double keep;              /* what was summed up before counts so much */
 };
 
 /* Weights of four instants in the cubic polynomial through them. */
@@ -29,7 +28,6 @@ static void weigh(const double *t, double at, double *weight)
 /* Take a frame; the instants cover all candidates. */
 void flexarm_compare_frame(const struct latency_fit *s)
 {
-    double keep = s->keep;
     int64_t first = 0;
     for (int64_t i = s->count - 1; i >= 0; i--) { /* later and later */
         double at = s->stamp - s->candidates[i], square = 0.0, weight[NODES];
@@ -41,9 +39,9 @@ void flexarm_compare_frame(const struct latency_fit *s)
             double residual = s->y[axis];
             for (int64_t j = 0; j < NODES; j++)
                 residual -= weight[j] * position[j];
-            s->sum[i * AXES + axis] = keep * s->sum[i * AXES + axis] + residual;
+            s->sum[i * AXES + axis] += residual;
             square += residual * residual;
         }
-        s->squares[i] = keep * s->squares[i] + square;
+        s->squares[i] += square;
     }
 }

@@ -1,21 +1,12 @@
 r"""Delay of a camera's stamps from the motion of the tip that the other sensors predict.
 
-For every candidate delay ``tau`` of a grid, residuals ``r_k = y_k - p(stamp_k - tau)`` are summed up with
-forgetting (weights ``w_k``), and a constant offset of the camera drops out::
-
-    J(tau) = sum w |r|^2 - |sum w r|^2 / sum w
-
-The minimum lies on the parabola through the least J and its two neighbours. Near it ``r`` is noise plus
-``v (tau - tau0)`` with the tip's velocity v, so that ``J'' = 2 sum w |v - mean v|^2`` and, with the variance
-of one residual ``s^2 = J_min / (3 (sum w - 1))``::
-
-    sigma_tau^2 = s^2 / sum w |v - mean v|^2 = 2 s^2 / J''
-
-The prediction has noise of variance ``q`` (all directions together). Of an arm at rest J differs between two
-delays by that alone, by ``sqrt(8 N q) s + sqrt(4 N) q`` (one sigma, N frames); a minimum has to be deeper.
+Frames are summed up (``delay_minimum``) in blocks of a quarter of a second, older ones in longer blocks.
+They are forgotten with time: a block that is ``t`` old has the weight ``exp(-t / memory)``. A delay that has
+changed is no mixture of before and after: the frames of before are dropped (``delay_change``).
 
 What the model gets wrong in proportion to position or acceleration does not move the minimum: over moves
-from rest to rest both are orthogonal to the velocity.
+from rest to rest both are orthogonal to the velocity. Over a part of a move they are not, and the spread of
+the blocks says so.
 """
 
 from __future__ import annotations
@@ -28,15 +19,21 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from flexarm_estimator.watches.delay_change import find_change
+from flexarm_estimator.watches.delay_minimum import (
+    LEAST_FRAMES,
+    MOST_SIGMA,
+    Sums,
+    find_minimum,
+    is_ambiguous,
+    spread_of,
+)
 from flexarm_estimator.watches.tip_track import TipTrack
 from flexarm_model.numeric.machine_code import load_code
 
 Array = NDArray[np.float64]
 SOURCE = Path(__file__).with_name("latency_fit.c")
-_LEAST_FRAMES = 30.0  # sum of weights below which nothing is said
-_MOST_SIGMA = 0.002  # s; a worse fit says that the arm has not moved enough
-_APART = 2  # steps of the grid around the minimum that belong to it
-_BETTER = 5.0  # sigmas by which a second minimum must be worse
+_BLOCK, _BLOCKS = 0.25, 32  # s, and so many of them at most
 
 
 @dataclass(frozen=True)
@@ -55,7 +52,7 @@ class _Layout(ctypes.Structure):
         *((name, ctypes.c_void_p) for name in ("candidates", "sum", "squares")),
         *((name, ctypes.c_void_p) for name in ("t", "p")),
         *((name, ctypes.c_int64) for name in ("size", "lead")),
-        *(("stamp", ctypes.c_double), ("y", 3 * ctypes.c_double), ("keep", ctypes.c_double)),
+        *(("stamp", ctypes.c_double), ("y", 3 * ctypes.c_double)),
     )
 
 
@@ -72,15 +69,19 @@ class LatencyFit:
         """
         self.candidates = candidates
         self._memory = memory
-        self._weight = 0.0
-        self._sum = np.zeros((candidates.size, 3))
-        self._squares = np.zeros(candidates.size)
-        self._layout = _Layout(
-            candidates.size, *(array.ctypes.data for array in (candidates, self._sum, self._squares))
-        )
+        k = candidates.size
+        self._all = Sums(np.zeros((_BLOCKS, k, 3)), np.zeros((_BLOCKS, k)), np.zeros(_BLOCKS))
+        self._count, self._elapsed = 1, 0.0  # blocks, of which the last one grows, and how long it is [s]
+        self._layout = _Layout(k, candidates.ctypes.data)
         self._at = ctypes.c_void_p(ctypes.addressof(self._layout))
         code = load_code(SOURCE) if use_compiler else None
         self._call = None if code is None else code.flexarm_compare_frame
+        self._aim()
+
+    @property
+    def blocks(self) -> Sums:
+        """Sums over the frames of every block that is not forgotten, the newest last."""
+        return self._all.part(0, self._count)
 
     def compare(self, track: TipTrack, stamp: float, position: Array, elapsed: float) -> None:
         """Take a frame.
@@ -94,24 +95,29 @@ class LatencyFit:
         if self._call is None:
             self.add(position - track.positions(stamp - self.candidates), elapsed)
             return
+        self._grow(elapsed)
         layout = self._layout
         layout.t, layout.p, layout.size, layout.lead = track.place
-        layout.stamp, layout.y[:], layout.keep = stamp, position.tolist(), self._forget(elapsed)
+        layout.stamp, layout.y[:] = stamp, position.tolist()
         self._call(self._at)
 
     def add(self, residuals: Array, elapsed: float) -> None:
         """Take the residuals of a frame at every candidate, (k, 3) [m]; the last was ``elapsed`` [s] ago."""
-        keep = self._forget(elapsed)
-        self._sum *= keep
-        self._sum += residuals
-        self._squares *= keep
-        self._squares += (residuals * residuals).sum(axis=1)
+        self._grow(elapsed)
+        newest = self._count - 1
+        self._all.residuals[newest] += residuals
+        self._all.squares[newest] += (residuals * residuals).sum(axis=1)
 
-    def _forget(self, elapsed: float) -> float:
-        """Return what older frames still count after ``elapsed`` [s], and count a new one."""
-        keep = math.exp(-max(0.0, elapsed) / self._memory)
-        self._weight = keep * self._weight + 1.0
-        return keep
+    def drop_what_was_before_a_change(self, noise: float = 0.0) -> None:
+        """Forget the frames of another delay than that of now; ``noise`` as for the ``result``."""
+        start = find_change(self.blocks, self.candidates, noise)
+        if start:
+            kept = self._count - start
+            for array in self._all:
+                array[:kept] = array[start : self._count]
+                array[kept:] = 0.0
+            self._count = kept
+            self._aim()
 
     def result(self, noise: float = 0.0) -> Latency | None:
         """Return the delay; None when too little has moved to tell.
@@ -119,28 +125,50 @@ class LatencyFit:
         Args:
             noise: Variance of the predicted positions, all directions together [m^2].
         """
-        if self._weight < _LEAST_FRAMES:
+        blocks = self.blocks
+        total = blocks.total()
+        frames = float(total.weights)
+        if frames < LEAST_FRAMES:
             return None
-        x, y, z = (self._sum * self._sum).T
-        misfits = self._squares - (x + y + z) / self._weight  # (k,)
-        best = int(misfits.argmin())
-        if not 0 < best < misfits.size - 1:
+        J = total.misfits()
+        minimum = find_minimum(J, self.candidates)
+        if not minimum.bend > 0.0:
             return None
-        J = misfits.tolist()
-        before, least, after = J[best - 1 : best + 2]
-        step = float(self.candidates[1] - self.candidates[0])
-        bend = before - 2.0 * least + after  # J'' step^2
-        if not bend > 0.0:
+        variance = float(minimum.least) / (3.0 * (frames - 1.0))
+        spread = max(2.0 * variance, spread_of(blocks, minimum, self.candidates))
+        sigma = math.sqrt(spread / float(minimum.bend))
+        if sigma > MOST_SIGMA or is_ambiguous(J, int(minimum.best), frames, variance, noise):
             return None
-        shift = 0.5 * (before - after) / bend
-        variance = max(least - 0.125 * (before - after) ** 2 / bend, 0.0) / (3.0 * (self._weight - 1.0))
-        sigma = step * math.sqrt(2.0 * variance / bend)
-        if sigma > _MOST_SIGMA or self._is_ambiguous(J, best, variance, noise):
-            return None
-        return Latency(float(self.candidates[best]) + shift * step, sigma)
+        return Latency(float(minimum.value), sigma)
 
-    def _is_ambiguous(self, J: list[float], best: int, variance: float, noise: float) -> bool:
-        """Return whether a delay far from the best one fits about as well (a periodic motion, or none)."""
-        rival = min(J[: max(best - _APART, 0)] + J[best + _APART + 1 :], default=math.inf)
-        chance = math.sqrt(8.0 * self._weight * noise * variance) + math.sqrt(4.0 * self._weight) * noise
-        return rival < J[best] + _BETTER * _BETTER * variance + _BETTER * chance
+    def _grow(self, elapsed: float) -> None:
+        """Count a frame that came ``elapsed`` [s] after the one before; begin a block when it is due."""
+        self._elapsed += max(0.0, elapsed)
+        if self._elapsed >= _BLOCK:
+            self._begin_block()
+        self._all.weights[self._count - 1] += 1.0
+
+    def _begin_block(self) -> None:
+        keep = math.exp(-self._elapsed / self._memory)
+        self._elapsed = 0.0
+        for array in self._all:
+            array[: self._count] *= keep
+        if self._count == _BLOCKS:
+            self._merge()
+        self._count += 1
+        self._aim()
+
+    def _merge(self) -> None:
+        """Make one of every two blocks of the older half."""
+        half, quarter = _BLOCKS // 2, _BLOCKS // 4
+        for array in self._all:
+            array[:quarter] = array[:half:2] + array[1:half:2]
+            array[quarter : quarter + half] = array[half:].copy()
+            array[quarter + half :] = 0.0
+        self._count = quarter + half
+
+    def _aim(self) -> None:
+        """Let machine code write to the newest block."""
+        newest = self._count - 1
+        self._layout.sum = self._all.residuals[newest].ctypes.data
+        self._layout.squares = self._all.squares[newest].ctypes.data
