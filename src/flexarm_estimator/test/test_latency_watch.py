@@ -74,6 +74,43 @@ def test_the_delay_found_is_used_slowly_when_that_is_wanted():
     assert 0.0 < short.figures()["camera"]["stamp delay in use [s]"] <= 0.01 * 400 * DT
 
 
+def feed_a_change(delay, after=800, over=1, silent_from=1600):
+    """Let the delay of the stamps change from zero over some steps, and the encoder fall silent later on."""
+    estimator, estimates = Estimator(strip_model(), StripKinematics(), SENSORS, QUIET), []
+    for k in range(1600):
+        samples = late(arriving(RECORD, k, FRAMES), delay * min(max((k - after) / over, 0.0), 1.0))
+        samples = [s for s in samples if s.sensor != "encoder" or k < silent_from]
+        estimates.append(estimator.step(samples, RECORD.tau[k], float(RECORD.t[k])))
+    return estimator, estimates
+
+
+def test_a_delay_that_grows_in_mid_run_puts_the_camera_out_of_use_by_name():
+    estimator, estimates = feed_a_change(0.03)
+    out = [camera(estimate).status == "faulty" for estimate in estimates]
+    reason = camera(estimates[-1]).reason
+    assert out[-1] and "ms late" in reason and "stamp_delay in use is 0.0 ms" in reason
+    assert out.index(True) * DT < 4.0 + 2.0
+    assert "encoder" not in {r.name for e in estimates for r in e.sensors if r.status == "faulty"}
+    assert all(estimate.status in ("ok", "degraded") for estimate in estimates[1200:])
+    figures = estimator.figures()["camera"]
+    sigma = figures["its one sigma [s]"]
+    assert figures["stamp delay found [s]"] == pytest.approx(0.03, abs=max(3.0 * sigma, 1e-3))
+
+
+def test_a_delay_that_shrinks_is_told_whoever_puts_the_camera_out_of_use():
+    """Its own alarm does not: an encoder that lags by as much would look the same."""
+    _, estimates = feed_a_change(-0.008, over=200)
+    reasons = [camera(estimate).reason for estimate in estimates[1200:]]
+    assert all("stamps are" in reason and "ms early" in reason for reason in reasons)
+
+
+def test_a_camera_that_stamps_late_is_heard_again_when_the_encoder_falls_silent():
+    _, estimates = feed_a_change(0.03, silent_from=1400)
+    assert camera(estimates[1390]).status == "faulty"
+    assert camera(estimates[-1]).status != "faulty"
+    assert estimates[-1].status == "degraded"
+
+
 def test_reset_goes_back_to_the_configured_delay():
     estimator, _ = feed(0.03, steps=400, calibrate_latency=True, latency_rate=0.1)
     assert estimator.figures()["camera"]["stamp delay in use [s]"] > 0.0

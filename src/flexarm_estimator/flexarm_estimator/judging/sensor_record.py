@@ -72,7 +72,7 @@ def report(name: str, record: SensorRecord, t: float) -> SensorReport:
     if record.is_off:
         status, reason = "off", "switched off"
     elif record.faults:
-        status, reason = "faulty", record.fault
+        status, reason = "faulty", "; ".join(said for said in (record.fault, record.remark) if said)
     elif t - record.newest_valid > record.time_out:
         status, reason = "stale", f"silent ({reason})" if reason else "silent"
     elif reason:

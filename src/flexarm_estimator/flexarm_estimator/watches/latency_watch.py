@@ -4,34 +4,30 @@ Every frame is compared, whether the gate takes it or not, with the tip as encod
 time: not with the state, which a camera with wrong stamps spoils. With ``calibrate_latency`` the delay found
 out is used, approached slowly; without, it is only told. Work is done when a frame is due, not in every step,
 and not in one that fuses a late frame, which computes the past again and has enough to do.
+
+A camera whose stamps are later than the delay in use explains is put out of use until they are not, while
+encoders tell where all axes are: no encoder tells what has yet to come, so that it is not theirs to be wrong.
+One whose stamps are too early is only told of: encoders that lag look the same.
 """
 
 from __future__ import annotations
 
-import math
 from collections import deque
 from collections.abc import Sequence
 
-import numpy as np
-from numpy.typing import NDArray
-
-from flexarm_estimator.measurement import Measurement
+from flexarm_estimator.judging.coverage import Coverage
 from flexarm_estimator.parts import Parts
 from flexarm_estimator.settings import EstimatorConfig
-from flexarm_estimator.watches.latency_fit import Latency, LatencyFit
+from flexarm_estimator.watches.camera_line import EARLIEST, LATEST, CameraLine
 from flexarm_estimator.watches.stamp_delays import StampDelays
 from flexarm_estimator.watches.tip_prediction import TipPrediction
 from flexarm_estimator.watches.tip_track import TipTrack
 from flexarm_estimator.watches.watch import Finding, View, Watch
 from flexarm_model.manipulator.sensor_kinds import TRANSLATION
 
-Array = NDArray[np.float64]
-_EARLIEST, _LATEST, _STEP = -0.02, 0.2, 0.005  # s; the delays that are compared
-_PATIENCE = 0.04  # s; a frame is compared so much after its stamp, when the tip is known on both sides
 _TOGETHER = 0.001  # s; samples of encoders and gauges that belong together
-_SIGMAS, _LEAST_DRIFT = 3.0, 0.005  # an alarm needs a drift of so many sigmas, and of so much [s]
+_UNHEARD = 0.2  # s; without encoders and gauges for so long, a camera that stamps late is better than none
 _FIT_PERIOD = 0.25  # s
-_MOST_WAITING = 100  # frames
 _MOST_BEHIND = 5  # steps; from here on the work is done in one with a frame, too
 
 
@@ -46,27 +42,33 @@ class LatencyWatch(Watch):
             config: Settings.
         """
         self._delays, self._config = delays, config
-        self._length = _LATEST - _EARLIEST + config.history
+        self._length = LATEST - EARLIEST + config.history
         self._track = TipTrack(self._length)
         self._views: deque[View] = deque()
-        self._lines: dict[str, _Line] = {}
+        self._lines: dict[str, CameraLine] = {}
 
     def look(self, view: View) -> Sequence[Finding]:
         """See Watch."""
         if not self._lines:
             return ()
         self._views.append(view)
-        if self._has_frame(view) and len(self._views) < _MOST_BEHIND:
+        has_frame = self._has_frame(view)
+        if self._track.newest < view.t - _UNHEARD and (findings := self._readmit()):
+            return findings
+        if has_frame and len(self._views) < _MOST_BEHIND:
             return ()
-        due = []
-        for line in self._lines.values():
+        return self._work(view.t)
+
+    def _work(self, t: float) -> Sequence[Finding]:
+        """Do one thing that is to be done at ``t`` [s]: judge a camera, compare frames, follow the tip."""
+        lines = self._lines.values()
+        for line in lines:
             if line.unread >= _FIT_PERIOD:
                 return self._judge(line)
-            if line.due_at <= view.t:
-                due.append(line)
+        due = [line for line in lines if line.due_at <= t]
         self._follow_tip(at_once=bool(due))
         for line in due:
-            line.compare(self._track, view.t)
+            line.compare(self._track, t)
         return ()
 
     def _has_frame(self, view: View) -> bool:
@@ -81,7 +83,7 @@ class LatencyWatch(Watch):
         """See Watch; the delays in use are the configured ones again."""
         self._track.clear()
         self._views.clear()
-        self._lines = {name: _Line(name, self._config.latency_memory) for name in self._lines}
+        self._lines = {name: CameraLine(name, self._config.latency_memory) for name in self._lines}
         self._delays.restart()
 
     def use(self, parts: Parts) -> None:
@@ -92,7 +94,11 @@ class LatencyWatch(Watch):
         self._prediction = TipPrediction(parts)
         for name, model in parts.sensors.poses.items():
             if model.channels[:3] == TRANSLATION:
-                self._lines.setdefault(name, _Line(name, self._config.latency_memory))
+                self._lines.setdefault(name, CameraLine(name, self._config.latency_memory))
+        sensors = parts.sensors.all()
+        coverage = Coverage({name: model.axes for name, model in sensors.items()})
+        bits = (coverage.bits.get(name, 0) for name in self._prediction.sensors)
+        self._is_spare = coverage.covers(sum(bits))  # any camera
 
     def values(self) -> dict[str, dict[str, float]]:
         """See Watch."""
@@ -130,8 +136,11 @@ class LatencyWatch(Watch):
             if position is not None:
                 self._track.add(t, position)
 
-    def _judge(self, line: _Line) -> list[Finding]:
-        """Find out the delay anew; approach what was found out, tell what has changed."""
+    def _judge(self, line: CameraLine) -> list[Finding]:
+        """Look for a change; next time find out the delay anew, approach it and tell what is new."""
+        if not line.is_searched:
+            line.search(self._prediction.variance)
+            return []
         elapsed = line.read(self._prediction.variance)
         if line.latency is None:
             return []
@@ -140,57 +149,9 @@ class LatencyWatch(Watch):
             most = self._config.latency_rate * elapsed
             used += min(max(found.value - used, -most), most)
             self._delays.use(line.camera, used)
-        drifts = abs(found.value - used) > max(_SIGMAS * found.sigma, _LEAST_DRIFT)
-        if drifts == line.is_alarmed:
-            return []
-        line.is_alarmed = drifts
-        said = (f"{value * 1e3:.1f}" for value in (found.value, found.sigma, used))
-        text = "stamps are {} ms late (one sigma {} ms), stamp_delay in use is {} ms".format(*said)
-        return [Finding(line.camera, text if drifts else "")]
+        return line.alarm.tell(found, used, self._is_spare)
 
-
-class _Line:
-    """Frames of one camera, and what they say.
-
-    Attributes:
-        due_at: When the next frame can be compared [s]; infinity when none waits.
-        unread: Time over which frames have been compared since the delay was found out [s].
-    """
-
-    def __init__(self, camera: str, memory: float) -> None:
-        self.camera, self.is_alarmed = camera, False
-        self.latency: Latency | None = None
-        count = round((_LATEST - _EARLIEST) / _STEP) + 1
-        self._fit = LatencyFit(np.linspace(_EARLIEST, _LATEST, count), memory)
-        self._waiting: deque[tuple[float, Array]] = deque(maxlen=_MOST_WAITING)
-        self._last, self.unread, self.due_at = math.nan, 0.0, math.inf
-
-    def wait(self, sample: Measurement, delay: float) -> None:
-        """Keep a frame until the tip is known around its stamp, which was ``delay`` [s] later."""
-        self._waiting.append((sample.t + delay, np.array(sample.y[:3])))
-        self._look_ahead()
-
-    def compare(self, track: TipTrack, t: float) -> None:
-        """Add the frames that are due at ``t`` [s]."""
-        while self.due_at <= t:
-            stamp, position = self._waiting.popleft()
-            self._look_ahead()
-            if not track.covers(stamp - _LATEST, stamp - _EARLIEST):
-                continue
-            since = max(0.0, stamp - self._last) if math.isfinite(self._last) else 0.0
-            self._last = stamp
-            self.unread += since
-            self._fit.compare(track, stamp, position, since)
-
-    def read(self, noise: float) -> float:
-        """Find out the delay; return the time since that was done before [s].
-
-        Args:
-            noise: Variance of the predicted positions [m^2].
-        """
-        elapsed, self.unread = self.unread, 0.0
-        self.latency = self._fit.result(noise)
-        return elapsed
-
-    def _look_ahead(self) -> None:
-        self.due_at = self._waiting[0][0] + _PATIENCE if self._waiting else math.inf
+    def _readmit(self) -> list[Finding]:
+        """Hear those again that were put out of use: nobody else tells where the axes are."""
+        lines = self._lines.values()
+        return [finding for line in lines for finding in line.alarm.readmit(self._delays.of(line.camera))]
