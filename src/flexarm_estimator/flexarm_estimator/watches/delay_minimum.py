@@ -13,7 +13,8 @@ of one residual ``s^2 = J_min / (3 (sum w - 1))``::
 
 were the residuals white. What the model gets wrong, or a delay that changes, is alike in many frames. The
 frames are summed up in blocks of time, of which each has its say ``g = J_block'(tau_min)``; white residuals
-give ``sum g^2 = 2 s^2 J''``. By as much as there is more, the *spread*, sigma^2 is larger.
+give ``sum g^2 = 2 s^2 J''``. By as much as there is more, the *spread*, sigma^2 is larger; what neighbours
+have in common counts as in [NeweyWest1987].
 
 The prediction has noise of variance ``q`` (all directions together). Of an arm at rest J differs between two
 delays by that alone, by ``sqrt(8 N q) s + sqrt(4 N) q`` (one sigma, N frames); a minimum has to be deeper.
@@ -32,6 +33,7 @@ Array = NDArray[np.float64]
 LEAST_FRAMES = 30.0  # sum of weights below which nothing is said
 MOST_SIGMA = 0.002  # s; a worse fit says that the arm has not moved enough
 _FORGOTTEN = 1e-200  # weight of frames that are as good as none
+_LAGS = 3  # blocks up to which neighbours may have something in common
 _APART = 2  # steps of the grid around the minimum that belong to it
 _BETTER = 5.0  # sigmas by which a second minimum must be worse
 
@@ -122,7 +124,9 @@ def spread_of(blocks: Sums, minimum: Minimum, candidates: Array) -> float:
     step = candidates[1] - candidates[0]
     slope, bend = (J[:, 2] - J[:, 0]) / (2.0 * step), (J[:, 2] - 2.0 * J[:, 1] + J[:, 0]) / step**2
     g = slope + bend * (minimum.value - candidates[int(minimum.best)])
-    return float((g * g).sum() / minimum.bend) * count / (count - 1)
+    alone = float((g * g).sum())
+    shared = [2.0 * (1.0 - i / (_LAGS + 1)) * float((g[i:] * g[:-i]).sum()) for i in range(1, _LAGS + 1)]
+    return max(alone, alone + sum(shared)) / float(minimum.bend) * count / (count - 1)
 
 
 def is_ambiguous(J: Array, best: int, frames: float, variance: float, noise: float) -> bool:

@@ -2,7 +2,8 @@ r"""Delay of a camera's stamps from the motion of the tip that the other sensors
 
 Frames are summed up (``delay_minimum``) in blocks of a quarter of a second, older ones in longer blocks.
 They are forgotten with time: a block that is ``t`` old has the weight ``exp(-t / memory)``. A delay that has
-changed is no mixture of before and after: the frames of before are dropped (``delay_change``).
+changed is no mixture of before and after: the frames of before are dropped (``delay_change``). One that
+grows all the time scatters until nothing could be told: then it is read off the newer half of the blocks.
 
 What the model gets wrong in proportion to position or acceleration does not move the minimum: over moves
 from rest to rest both are orthogonal to the velocity. Over a part of a move they are not, and the spread of
@@ -34,6 +35,7 @@ from flexarm_model.numeric.machine_code import load_code
 Array = NDArray[np.float64]
 SOURCE = Path(__file__).with_name("latency_fit.c")
 _BLOCK, _BLOCKS = 0.25, 32  # s, and so many of them at most
+_LEAST_BLOCKS = 6  # from which a delay is read
 
 
 @dataclass(frozen=True)
@@ -126,20 +128,24 @@ class LatencyFit:
             noise: Variance of the predicted positions, all directions together [m^2].
         """
         blocks = self.blocks
+        found = self._read(blocks, noise)
+        while found and found.sigma > MOST_SIGMA and len(blocks.weights) >= 2 * _LEAST_BLOCKS:
+            blocks = blocks.part(len(blocks.weights) // 2)
+            found = self._read(blocks, noise)
+        return found if found and found.sigma <= MOST_SIGMA else None
+
+    def _read(self, blocks: Sums, noise: float) -> Latency | None:
+        """Return the delay of some blocks."""
         total = blocks.total()
-        frames = float(total.weights)
-        if frames < LEAST_FRAMES:
-            return None
-        J = total.misfits()
+        frames, J = float(total.weights), total.misfits()
         minimum = find_minimum(J, self.candidates)
-        if not minimum.bend > 0.0:
+        if frames < LEAST_FRAMES or not minimum.bend > 0.0:
             return None
         variance = float(minimum.least) / (3.0 * (frames - 1.0))
-        spread = max(2.0 * variance, spread_of(blocks, minimum, self.candidates))
-        sigma = math.sqrt(spread / float(minimum.bend))
-        if sigma > MOST_SIGMA or is_ambiguous(J, int(minimum.best), frames, variance, noise):
+        if is_ambiguous(J, int(minimum.best), frames, variance, noise):
             return None
-        return Latency(float(minimum.value), sigma)
+        spread = max(2.0 * variance, spread_of(blocks, minimum, self.candidates))
+        return Latency(float(minimum.value), math.sqrt(spread / float(minimum.bend)))
 
     def _grow(self, elapsed: float) -> None:
         """Count a frame that came ``elapsed`` [s] after the one before; begin a block when it is due."""
