@@ -187,3 +187,19 @@ def test_stamps_that_scatter_about_what_is_configured_raise_no_alarm(
 ) -> None:
     _, estimates = run(name, stiffness, lambda t: 0.0, EstimatorConfig(), duration=UNTIL, jitter=jitter)
     assert not any("stamps are" in camera(estimate).reason for estimate in estimates)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", sorted(MOVES))
+def test_a_delay_that_creeps_is_told_and_what_is_told_is_that_of_the_last_seconds(name: str) -> None:
+    """By 1 ms in a second; a fit over all frames of 20 s would say half of it, far beyond its sigma."""
+
+    def delay(t: float) -> float:
+        return max(0.0, 1e-3 * (t - CHANGE))
+
+    estimator, estimates = run(name, 1.0, delay, EstimatorConfig(), duration=CHANGE + 20.0)
+    told = [estimate.t for estimate in estimates if "ms late" in camera(estimate).reason]
+    value, sigma = found(estimator)
+    print(f"{name}: told after {told[0] - CHANGE:.2f} s, {value * 1e3:.2f} +- {sigma * 1e3:.2f} ms of 20")
+    assert told[0] <= CHANGE + 14.0
+    assert abs(value - delay(estimates[-1].t)) < max(3.0 * sigma, 4e-3)
