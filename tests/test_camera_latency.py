@@ -203,3 +203,17 @@ def test_a_delay_that_creeps_is_told_and_what_is_told_is_that_of_the_last_second
     print(f"{name}: told after {told[0] - CHANGE:.2f} s, {value * 1e3:.2f} +- {sigma * 1e3:.2f} ms of 20")
     assert told[0] <= CHANGE + 14.0
     assert abs(value - delay(estimates[-1].t)) < max(3.0 * sigma, 4e-3)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("change", [0.01, 0.02, 0.05])
+@pytest.mark.parametrize("at", [15.4, 15.8, 16.2])
+def test_whenever_in_a_move_the_delay_changes_the_state_is_lost_for_a_moment_at_most(
+    change: float, at: float
+) -> None:
+    _, estimates = run("single_link", 1.0, lambda t: change * (t >= at), EstimatorConfig(), duration=20.0)
+    dt = estimates[1].t - estimates[0].t
+    lost = dt * sum(estimate.status == "lost" for estimate in estimates if estimate.t >= at)
+    print(f"{change * 1e3:.0f} ms at {at} s: lost {lost:.2f} s")
+    assert lost <= 0.3
+    assert camera(estimates[-1]).status == "faulty"
