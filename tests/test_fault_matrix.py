@@ -31,7 +31,7 @@ from flexarm_model.tree.sensors import output_names
 STOPPING = (45, 53, 54)  # controller rows that the other arms play, too
 OTHER_ARMS = (31, 32, 33)  # estimator rows that the other arms play, too
 OTHERS = ("spatial_3tpt", "serial_6r", "variable_stiffness")
-FAST = (22, 25, 26, 27, 39, 40, 42)  # of the single link; the others wait for --all
+FAST = (22, 25, 26, 27, 39, 40, 42)  # of the single link; the others are left out by --fast
 
 
 def rows_and_machines() -> list[object]:
@@ -43,7 +43,7 @@ def rows_and_machines() -> list[object]:
             id=f"row {number} {machine}",
             marks=(
                 *marks_of(machine, number),
-                *(() if machine == "single_link" and number in FAST else (pytest.mark.slow,)),
+                *(() if machine == "single_link" and number in FAST else (pytest.mark.thorough,)),
             ),
         )
         for machine in MACHINES
