@@ -119,8 +119,9 @@ class SensorReader:
 
 def _unknown(joints: Sequence[str]) -> str:
     """Return the reason that names joints, in the same order whatever that of the message."""
-    names = [f"'{name}'" for name in sorted(set(joints))]
-    return f"{'unknown joints' if len(names) > 1 else 'unknown joint'} {', '.join(names)}"
+    names = sorted(set(joints))
+    told = "', '".join(names)
+    return f"unknown joints '{told}'" if len(names) > 1 else f"unknown joint '{told}'"
 
 
 def _imu_reader(unit: str, specs: Sequence[SensorSpec]) -> Callable[[Any, float], Reading]:
