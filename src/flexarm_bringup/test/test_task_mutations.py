@@ -104,7 +104,7 @@ WRONG: list[tuple[str, str, Any, tuple[str, ...]]] = [
     ("setting of a preset", "preset_settings.light.estimator.gate", 1,
      ("light.estimator.gate: 1", "[2.0, 100.0]")),
     ("setting of text", "settings.schedule.angle", "0.1 rad",
-     ("settings.schedule.angle: '0.1 rad'", "float")),
+     ("settings.schedule.angle: '0.1 rad'", "is not a number")),
     ("NaN of a setting", "settings.schedule.angle", float("nan"), ("settings.schedule.angle: nan", "finite")),
     ("infinite setting", "settings.mpc.velocity_error", float("inf"), ("mpc.velocity_error: inf", "finite")),
     ("blocks too short", "settings.mpc.blocks", [2, 2],

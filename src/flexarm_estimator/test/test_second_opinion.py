@@ -9,6 +9,7 @@ from flexarm_estimator.isolation.hypotheses import FLIPPED, SWAPPED
 from flexarm_estimator.isolation.isolation import Explanation
 from flexarm_estimator.isolation.second_opinion import (
     BEYOND_CHANCE,
+    CLOSE_BEYOND_CHANCE,
     PATIENCE,
     SILENT_BEYOND_CHANCE,
     SecondOpinion,
@@ -74,6 +75,15 @@ def test_a_window_that_the_model_does_not_bear_out_may_only_agree(words: str) ->
         assert not opinion.agrees(doubtful, NOW + later, LAST + round(200 * later), is_borne_out=False)
         assert opinion.first_tick == 0
     assert opinion.agrees(said(words, 1000.0, 3, 5), NOW + 0.6, LAST + 120, is_borne_out=False)
+
+
+def test_a_window_that_the_model_does_not_bear_out_must_explain_all_however_much_it_gains() -> None:
+    """Two wrist motors of a worn 6R, both running through their play, gained 2471 and left a misfit of 1.36."""
+    opinion = SecondOpinion(CLOSE_BEYOND_CHANCE)
+    told = replace(said(SWAPPED, 2471.0, 3, 5), spread=1.36)
+    assert not opinion.agrees(told, NOW, LAST, is_borne_out=False)
+    assert opinion.agrees(told, NOW, LAST, is_borne_out=True)
+    assert opinion.agrees(replace(told, spread=1.0), NOW, LAST, is_borne_out=False)
 
 
 def test_a_window_that_the_model_does_not_bear_out_agrees_with_one_that_it_does() -> None:

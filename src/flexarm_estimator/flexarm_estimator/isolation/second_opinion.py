@@ -5,7 +5,8 @@ of the wrist in the place of the other explain some of it: a hundred squared sig
 wrong is wrong in the next window, too. A plug that is off is clear sooner: it must be silent while the others
 move, which model errors have made a gauge look like for 132 squared sigmas at most. A close look that has to
 count on all of the process noise is at a window that the model does not bear out: it may say what another has
-said before, or something that is beyond chance.
+said before, or something that is beyond chance and leaves nothing to be explained. (Wrist motors of a worn 6R
+that both run through their play were once called swapped for 2471.)
 """
 
 from __future__ import annotations
@@ -52,7 +53,8 @@ class SecondOpinion:
         is_convincing = explanation.spread <= CONVINCING
         is_repeated = self._awaited is not None and _is_same(self._awaited, explanation) and is_convincing
         beyond = self._beyond if _is_rearranged(explanation) or not is_borne_out else SILENT_BEYOND_CHANCE
-        if is_repeated or explanation.total >= beyond:
+        is_beyond = explanation.total >= beyond and (is_convincing or is_borne_out)
+        if is_repeated or is_beyond:
             self._awaited, self.first_tick = None, 0
             return True
         if not (is_convincing and is_borne_out):
