@@ -78,7 +78,7 @@ def test_a_window_that_the_model_does_not_bear_out_may_only_agree(words: str) ->
 
 
 def test_a_window_that_the_model_does_not_bear_out_must_explain_all_however_much_it_gains() -> None:
-    """Two wrist motors of a worn 6R, both running through their play, gained 2471 and left a misfit of 1.36."""
+    """Two motors of a worn 6R, both running through their play, gained 2471 and left a misfit of 1.36."""
     opinion = SecondOpinion(CLOSE_BEYOND_CHANCE)
     told = replace(said(SWAPPED, 2471.0, 3, 5), spread=1.36)
     assert not opinion.agrees(told, NOW, LAST, is_borne_out=False)
