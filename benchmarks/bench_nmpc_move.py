@@ -42,9 +42,9 @@ ANGLE = float(np.deg2rad(60.0))
 WATCH = Watch(0.02, 2.1, 50.0, 5e-4)
 WAIT = 2.5  # s
 NEW_MODEL = 0.1  # rad that an axis turns until it is served anew
-LAWS: Mapping[str, tuple[str, Mapping[str, bool]]] = {  # name: law, settings of the predictive controllers
+LAWS: Mapping[str, tuple[str, Mapping[str, float]]] = {  # name: law, settings of the predictive controllers
     "mpc": ("mpc", {}),
-    "foreseeing": ("mpc", {"foresight": True}),
+    "foreseeing": ("mpc", {"foresight": True, "stiffness_step": 0.0, "inertia_step": 0.0}),
     "nmpc": ("nmpc", {}),
 }
 FILTERS = ("linear", "extended")
@@ -108,7 +108,7 @@ def shortest_time(arm: Arm) -> float:
     return plan.duration
 
 
-def task_of(arm: Arm, duration: float, kind: str, changes: Mapping[str, bool]) -> Task:
+def task_of(arm: Arm, duration: float, kind: str, changes: Mapping[str, float]) -> Task:
     """Return the move as a task with the arm's own settings.
 
     Args:
