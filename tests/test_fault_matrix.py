@@ -31,7 +31,15 @@ from flexarm_model.tree.sensors import output_names
 STOPPING = (45, 53, 54)  # controller rows that the other arms play, too
 OTHER_ARMS = (31, 32, 33)  # estimator rows that the other arms play, too
 OTHERS = ("spatial_3tpt", "serial_6r", "variable_stiffness")
+LONG = {"single_link": (35, 53), "planar_3rrr": (1, 19, 28, 29, 31, 32, 33, 35, 38, 53)}  # 5 s and more each
 FAST = (22, 25, 26, 27, 39, 40, 42)  # of the single link; the others are left out by --fast
+
+
+def speed_of(machine: str, row: int) -> tuple[pytest.MarkDecorator, ...]:
+    """Return the mark of a row by how long it takes; none where it is fast."""
+    if row in LONG[machine]:
+        return (pytest.mark.slow,)
+    return () if machine == "single_link" and row in FAST else (pytest.mark.thorough,)
 
 
 def rows_and_machines() -> list[object]:
@@ -43,7 +51,7 @@ def rows_and_machines() -> list[object]:
             id=f"row {number} {machine}",
             marks=(
                 *marks_of(machine, number),
-                *(() if machine == "single_link" and number in FAST else (pytest.mark.thorough,)),
+                *speed_of(machine, number),
             ),
         )
         for machine in MACHINES
