@@ -31,7 +31,10 @@ from flexarm_model.tree.sensors import output_names
 STOPPING = (45, 53, 54)  # controller rows that the other arms play, too
 OTHER_ARMS = (31, 32, 33)  # estimator rows that the other arms play, too
 OTHERS = ("spatial_3tpt", "serial_6r", "variable_stiffness")
-LONG = {"single_link": (35, 53), "planar_3rrr": (1, 19, 28, 29, 31, 32, 33, 35, 38, 53)}  # 5 s and more each
+LONG = {  # some seconds each
+    "single_link": (19, 28, 35, 53),
+    "planar_3rrr": (1, 2, 6, *range(11, 15), *range(17, 20), 28, 29, 31, 32, 33, 35, 37, 38, 53),
+}
 FAST = (22, 25, 26, 27, 39, 40, 42)  # of the single link; the others are left out by --fast
 
 
