@@ -211,6 +211,14 @@ def test_sound_sensors_are_never_blamed(name, law, condition):
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize("law", ["pd", "mpc"])
+@pytest.mark.parametrize("name", ["single_link", "planar_3rrr", "serial_6r", "variable_stiffness"])
+def test_sound_sensors_of_an_arm_far_from_its_model_are_never_blamed(name, law):
+    """Turning signs of gauges round explained 250 to 750 squared sigmas of a 6R; its tip was 1.7 mm off."""
+    assert arm(name).run(law, RigSettings(body_mass_scale=1.5, frequency_scale=0.7**0.5)) == {}
+
+
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["single_link", "planar_3rrr"])
 def test_an_impact_blames_nobody(name):
     assert arm(name).run(kick=1.2) == {}

@@ -12,6 +12,7 @@ import numpy as np
 
 from flexarm_estimator.isolation.case import Case, Mask, excess_of, fit_noise, run_over
 from flexarm_estimator.isolation.consistency_run import ConsistencyRun
+from flexarm_estimator.isolation.cross_check import is_borne_out
 from flexarm_estimator.isolation.hypotheses import Hypotheses, rearrangements
 from flexarm_estimator.isolation.isolation import (
     CLEAR,
@@ -109,7 +110,7 @@ def _explain(
     yield
     told = decide(explanations)
     if told is not None and told.spread <= _WELL_EXPLAINED and told.gain.sum() >= _OVERWHELMING:
-        return told
+        return (yield from _cross_check(case, window, ignored, hypotheses, told))
     noise = case.floor(window)
     order = shortlist(well, hypotheses)
     silent = [channel for channel in order if is_silent(window.y[:, channel], noise[channel])]
@@ -124,7 +125,21 @@ def _explain(
     left_out = [(channel,) for channel in candidates] + mute
     explanations += yield from _leave_out(case, window, ignored, well, hypotheses, left_out)
     explanations += yield from _saturate(case, window, ignored, well, heard)
-    return decide(explanations)
+    told = decide(explanations)
+    return None if told is None else (yield from _cross_check(case, window, ignored, hypotheses, told))
+
+
+def _cross_check(
+    case: Case, window: Window, ignored: Mask, hypotheses: Hypotheses, told: Explanation
+) -> Investigation:
+    """Return what is to be told; None for a rearrangement that the other channels do not see."""
+    for blamed in hypotheses.all:
+        if blamed.words == told.words and blamed.channels == told.channels:
+            without = ignored.copy()
+            without[:, told.channels] = True
+            run = yield from run_over(case, window, without, case.all_well)
+            return told if is_borne_out(blamed, run, window, case.channels.sigma) else None
+    return told
 
 
 def _is_remarkable(case: Case, window: Window, ignored: Mask, well: ConsistencyRun) -> bool:
