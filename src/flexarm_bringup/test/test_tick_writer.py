@@ -45,11 +45,12 @@ def is_same(written: Any, msg: Any) -> bool:
 
 
 def described(arm: str) -> ManipulatorConfig:
-    """Return an arm whose first accelerometer shares its unit with a gyroscope."""
+    """Return an arm whose first accelerometer shares its unit with a gyroscope, and with bridged gauges."""
     config = load_config(find_manipulator(arm))
     felt = next(spec for spec in config.sensors if spec.kind == "accelerometer")
     rate = SensorSpec("rate", "gyroscope", felt.site, ("y", "z"), np.full(2, 1e-3), imu=felt.name)
-    return replace(config, sensors=(*config.sensors, rate))
+    sensors = [replace(s, output=-1.025) if s.kind == "strain_gauge" else s for s in config.sensors]
+    return replace(config, sensors=(*sensors, rate))
 
 
 @pytest.mark.parametrize("arm", FAULTS)

@@ -93,8 +93,8 @@ class GuardExchange:
         """Keep what gauges say."""
         for name in msg.names:
             self._strains[name].clear()
-        for name, strain in zip(msg.names, msg.strain, strict=False):
-            self._strains[name].append(strain)
+        for name, told in zip(msg.names, msg.strain, strict=False):
+            self._strains[name].append(self._gauges.strain(name, told))
 
     def on_drive_states(self, msg: Any) -> int:
         """Take what the drives measure; return how many periods after the last time.

@@ -1,6 +1,7 @@
 """The guard between messages."""
 
 import math
+from dataclasses import replace
 from functools import cache
 
 import pytest
@@ -58,8 +59,8 @@ def command(k, effort=(1.0,), token=TOKEN, sequence=None, model_id="", delay=0, 
     return msg
 
 
-def armed():
-    exchange = GuardExchange(arm(), GuardSettings(), None)
+def armed(config=None):
+    exchange = GuardExchange(config or arm(), GuardSettings(), None)
     exchange.on_drive_states(state(0))
     exchange.answer()
     assert exchange.guard.arm(exchange.t, TOKEN)
@@ -228,6 +229,16 @@ def test_a_gauge_beyond_its_limit_stops_the_arm():
     exchange.on_strain(StrainArray(names=gauges, strain=[1.0] * len(gauges)))
     play(exchange, 1, command(1))
     assert "strained beyond its limit" in exchange.guard.reason
+
+
+def test_the_limit_of_a_bridged_gauge_is_one_of_strain():
+    (gauge,) = (spec for spec in arm().sensors if spec.kind == "strain_gauge")
+    for output, share, is_stopped in ((-0.5, 0.4, False), (-0.5, 0.6, True), (100.0, 90.0, False)):
+        config = replace(arm(), sensors=(replace(gauge, output=output),))
+        exchange = armed(config)
+        exchange.on_strain(StrainArray(names=[gauge.name], strain=[share * gauge.limit]))
+        play(exchange, 1, command(1))
+        assert ("strained beyond its limit" in exchange.guard.reason) == is_stopped
 
 
 def test_a_model_is_served_from_its_stamp_on_and_one_of_another_arm_is_refused():

@@ -53,9 +53,11 @@ def draw_strain(plot: Plot, series: BagSeries) -> None:
     """Draw the strain at every gauge, true too where it is known, and its limit where it comes near."""
     axes = plot.subplots()
     first = series.messages("strain")[0]
-    gauges = series.config.sensors if series.config else ()
-    limits = {spec.name: 1e6 * spec.limit for spec in gauges if spec.kind == "strain_gauge"}
-    t, strain = series.times("strain"), 1e6 * series.column("strain", lambda msg: msg.strain)
+    sensors = series.config.sensors if series.config else ()
+    gauges = {spec.name: spec for spec in sensors if spec.kind == "strain_gauge"}
+    limits = {name: 1e6 * spec.limit for name, spec in gauges.items()}
+    per_strain = [gauges[name].output if name in gauges else 1.0 for name in first.names]
+    t, strain = series.times("strain"), 1e6 * series.column("strain", lambda msg: msg.strain) / per_strain
     for i, name in enumerate(first.names):
         near = reach(axes, strain[:, i], limits.get(name, np.inf))
         line(axes, t, strain[:, i], label=f"{name}{near and ', '}{near}")

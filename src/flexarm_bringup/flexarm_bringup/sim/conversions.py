@@ -116,11 +116,16 @@ def truth_msg(config: ManipulatorConfig, truth: Truth, stamp_ns: int) -> TruthMs
     return msg
 
 
+def told_strains(specs: Mapping[str, SensorSpec], samples: Sequence[Sample]) -> list[float]:
+    """Return what the amplifiers of gauges say of their samples: strain [1], or of a bridge V/V."""
+    return [y * specs[sample.sensor].output for sample in samples for y in sample.y.tolist()]
+
+
 def strain_msg(specs: Mapping[str, SensorSpec], samples: Sequence[Sample], stamp_ns: int) -> Outgoing:
     """Return what gauges delivered at one instant."""
     names = [sample.sensor for sample in samples]
-    msg = StrainArray(names=names, strain=floats(np.concatenate([sample.y for sample in samples])))
-    msg.standard_deviation = floats(np.concatenate([specs[name].sigma for name in names]))
+    msg = StrainArray(names=names, strain=floats(told_strains(specs, samples)))
+    msg.standard_deviation = floats([s for n in names for s in specs[n].sigma * abs(specs[n].output)])
     msg.header.stamp = ns_to_stamp(stamp_ns)
     sites = {specs[name].site for name in names}
     msg.header.frame_id = sites.pop() if len(sites) == 1 else ""  # gauges all over the arm have none

@@ -16,6 +16,7 @@ from flexarm_bringup.sim.conversions import (
     sample_msg,
     strain_msg,
     told_axes,
+    told_strains,
 )
 from flexarm_bringup.sim.drives import Drives
 from flexarm_bringup.sim.sample import Sample
@@ -81,7 +82,7 @@ class TickWriter:
 
     def _gauges(self, samples: Sequence[Sample], stamp_ns: int) -> Outgoing:
         names = tuple(sample.sensor for sample in samples)
-        values = [*stamp_values(stamp_ns), [strain for sample in samples for strain in sample.y.tolist()]]
+        values = [*stamp_values(stamp_ns), told_strains(self._specs, samples)]
         raw = self._strain.write(names, values, lambda: strain_msg(self._specs, samples, stamp_ns).msg)
         return Outgoing("strain", raw)
 

@@ -17,6 +17,11 @@ class StrainGauges:
         gauges = [spec for spec in config.sensors if spec.kind == "strain_gauge"]
         self._channels = [(spec.name, i) for spec in gauges for i in range(len(spec.channels))]
         self._strain = (math.nan,) * len(self._channels)
+        self._outputs = {spec.name: spec.output for spec in gauges}
+
+    def strain(self, sensor: str, told: float) -> float:
+        """Return the strain [1] that a sensor's message tells; a stranger's as it stands."""
+        return float(told) / self._outputs.get(sensor, 1.0)
 
     def update(self, strains: Mapping[str, Any]) -> None:
         """Take what was said in a period, an array of strains [1] by sensor; the others were silent."""

@@ -111,9 +111,10 @@ class SensorReader:
             if spec is None:
                 reading.refusals.append(Refusal("strain", f"unknown gauge '{name}'"))
                 continue
-            sigma = msg.standard_deviation[i] if len(msg.standard_deviation) else 0.0
-            R = self._covariances[name].pick([float(sigma) * float(sigma)])  # ** and square overflow
-            reading.samples.append(Measurement(name, t, np.array([msg.strain[i]]), R))
+            sigma = float(msg.standard_deviation[i]) if len(msg.standard_deviation) else 0.0
+            sigma, strain = sigma / spec.output, float(msg.strain[i]) / spec.output
+            R = self._covariances[name].pick([sigma * sigma])  # ** and square overflow
+            reading.samples.append(Measurement(name, t, np.array([strain]), R))
         return reading
 
 

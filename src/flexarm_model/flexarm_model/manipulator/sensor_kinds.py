@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from flexarm_model.manipulator.description import Axis
+from flexarm_model.manipulator.gauge_bridge import read_output
 from flexarm_model.manipulator.sensor_spec import BiasSpec, SensorSpec
 from flexarm_model.settings.strict_yaml import Section
 from flexarm_model.settings.units import axis_dimension, si_unit
@@ -78,6 +79,7 @@ def _strain_gauge(name: str, site: str, section: Section, _: Axis | None) -> Sen
         (y, z),
         limit,
         bias=_bias(section, "strain"),
+        output=read_output(section),
     )
 
 

@@ -45,6 +45,7 @@ class SensorSpec:
         low, high: Smallest and largest value that is physically possible, SI.
         offset: Of a gauge from the beam's axis along y and z [m], (2,).
         limit: Largest strain allowed at a gauge [1].
+        output: Of a gauge, what its messages hold per strain: 1, or of a bridge V/V; see ``gauge_bridge``.
         stamp_delay: Stamp minus instant of the sample: how late the driver stamps [s].
         bias: What its channels may be off by; None for nothing.
         imu: Unit whose messages carry an accelerometer or gyroscope; empty for one of its own name.
@@ -68,3 +69,4 @@ class SensorSpec:
     imu: str = ""
     topic: str = ""
     velocity: float = math.inf
+    output: float = 1.0
