@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from flexarm_bringup.identify.fittable import fittable
 from flexarm_bringup.sim.perturb import PlantSettings, perturb
 from flexarm_model.manipulator.body_spec import Beam, RigidBody
 from flexarm_model.manipulator.description import ManipulatorConfig
@@ -94,6 +95,26 @@ def test_damping_of_all_modes_scales_and_frequencies_stay(config: ManipulatorCon
     before, after = (linearize(ReducedTree(each, use_compiler=False)) for each in (config, real))
     assert after.zeta == pytest.approx(1.8 * before.zeta, rel=1e-9)
     assert after.omega == pytest.approx(before.omega, rel=1e-12)
+
+
+def test_the_factors_of_rayleigh_scale_with_the_rest(config: ManipulatorConfig) -> None:
+    strip = config.bodies["strip"]
+    assert isinstance(strip, Beam)
+    damped = replace(strip, damping_rate=0.4, damping_time=1e-4)
+    arm = replace(config, bodies={**config.bodies, "strip": damped})
+    real = perturb(arm, PlantSettings(damping_scale=1.8, extra_modes=0))
+    before, after = (linearize(ReducedTree(each, use_compiler=False)) for each in (arm, real))
+    assert after.zeta == pytest.approx(1.8 * before.zeta, rel=1e-9)
+    assert (before.zeta > linearize(ReducedTree(config, use_compiler=False)).zeta).all()
+
+
+def test_the_factors_of_rayleigh_can_be_fitted(tmp_path: Path) -> None:
+    path = tmp_path / "sprung.yaml"
+    path.write_text(
+        ARM.replace("damping_ratio: 1 %", "rayleigh: {alpha: 0.4 1/s, beta: 0 us}"), encoding="utf-8"
+    )
+    names = [name for name in fittable(path) if "damping" in name or "rayleigh" in name]
+    assert names == ["bodies.strip.rayleigh.alpha=1.0"]  # one that is zero says that there is none
 
 
 def test_a_beam_of_few_elements_keeps_what_it_has(config: ManipulatorConfig) -> None:

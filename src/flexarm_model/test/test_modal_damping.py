@@ -19,7 +19,7 @@ from flexarm_model.reading.config import load_config
 from flexarm_model.reading.manipulator_file import find_manipulator
 from flexarm_model.segments.segment_tree import SegmentTree
 from flexarm_model.served.linearize import linearize
-from flexarm_model.tree.modal_damping import modal_damping
+from flexarm_model.tree.modal_damping import Losses, modal_damping
 from flexarm_model.tree.reduced_tree import ReducedTree
 
 ARMS = ("planar", "spatial")
@@ -80,7 +80,8 @@ def test_slow_modes_keep_their_ratios_beside_one_that_is_very_fast(stiff: float,
     """Springs on unit masses have 2 zeta omega each; slow ones lost theirs beside one 1e6 times as fast."""
     k, zeta = np.array([1.0, 4.0, 0.0, stiff]), np.array([0.01, 0.05, 0.0, 0.02])
     Q = np.linalg.qr(np.random.default_rng(3).standard_normal((4, 4)))[0] if turned else np.eye(4)
-    D = modal_damping(np.eye(4), np.diag(k), np.diag(zeta * k), Q, list("abcd"))
+    losses = Losses(np.diag(zeta * k), np.zeros((4, 4)))
+    D = modal_damping(np.eye(4), np.diag(k), losses, Q, list("abcd"))
     assert np.diag(D) == pytest.approx(2 * zeta * np.sqrt(k), rel=1e-7)
     assert abs(D - np.diag(np.diag(D)))[:3, :3].max() < 1e-6
 

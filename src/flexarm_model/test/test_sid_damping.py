@@ -25,9 +25,8 @@ def older(text: str, version: int) -> str:
     """Return a file with a block of versions 1 or 2, whose digest is of the part before the block."""
     part, _, own = text.partition("\nflexarm\n")
     digest = hashlib.sha256("\n".join(line.strip() for line in part.splitlines()).encode()).hexdigest()[:16]
-    own = re.sub(
-        r"digest = \w+", f"digest = {digest}", own.replace("version = 3\n", f"version = {version}\n")
-    )
+    own = re.sub(r"damping_rate = .*\n", "", own.replace("version = 4\n", f"version = {version}\n"))
+    own = re.sub(r"digest = \w+", f"digest = {digest}", own)
     return f"{part}\nflexarm\n{own}"
 
 
@@ -74,7 +73,7 @@ def test_a_block_of_another_version_or_without_its_ratio_is_refused(tmp_path: Pa
     path = tmp_path / "upper.sid"
     text = older(path.read_text(encoding="utf-8"), 2)
     for old, new, expected in (
-        ("version = 2\n", "version = 4\n", "flexarm: version = 4: expected a whole number from 1 to 3"),
+        ("version = 2\n", "version = 5\n", "flexarm: version = 5: expected a whole number from 1 to 4"),
         ("damping_ratio = 0.01\n", "", "flexarm: 'damping_ratio = <number>' is missing"),
     ):
         path.write_text(text.replace(old, new), encoding="utf-8")

@@ -29,6 +29,8 @@ def _bodies(bodies: dict[str, Any]) -> Iterator[tuple[str, Any]]:
         for i, point in enumerate(body.get("point_masses", ())):
             yield f"bodies.{name}.point_masses.{i}.mass", point.get("mass")
         yield f"bodies.{name}.damping_ratio={DAMPING_SPREAD}", body.get("damping_ratio")
+        for factor, value in body.get("rayleigh", {}).items():
+            yield f"bodies.{name}.rayleigh.{factor}={DAMPING_SPREAD}", value
 
 
 def _springs(joints: dict[str, Any]) -> Iterator[tuple[str, Any]]:

@@ -110,12 +110,19 @@ def _change_beam(beam: Beam, settings: PlantSettings) -> Beam:
         point_masses=masses,
         damping_ratio=beam.damping_ratio * settings.damping_scale,
         damping_time=beam.damping_time * settings.damping_scale,
+        damping_rate=beam.damping_rate * settings.damping_scale,
     )
 
 
 def _change_imported(body: ImportedBody, settings: PlantSettings) -> ImportedBody:
     stiffness = body.stiffness_scale * settings.frequency_scale**2
-    return replace(body, stiffness_scale=stiffness, damping_ratio=body.damping_ratio * settings.damping_scale)
+    return replace(
+        body,
+        stiffness_scale=stiffness,
+        damping_ratio=body.damping_ratio * settings.damping_scale,
+        damping_time=body.damping_time * settings.damping_scale,
+        damping_rate=body.damping_rate * settings.damping_scale,
+    )
 
 
 _CHANGES: dict[type, Callable[[Any, PlantSettings], Body]] = {

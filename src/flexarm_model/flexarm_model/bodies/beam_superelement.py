@@ -50,7 +50,7 @@ def reduce_beam(beam: Beam, interfaces: Collection[str], *, second_order: bool =
     D = beam.damping_time * K
     nodes = {name: _node_shape(mesh, basis, station) for name, station in beam.nodes.items()}
     mass = float(weight["centre"].sum())
-    return Superelement(beam.name, mass, s, P, omega, K, D, nodes, beam.damping_ratio)
+    return Superelement(beam.name, mass, s, P, omega, K, D, nodes, beam.damping_ratio, beam.damping_rate)
 
 
 def count_modes(beam: Beam, interfaces: Collection[str]) -> int:

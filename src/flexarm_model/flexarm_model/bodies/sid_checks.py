@@ -69,6 +69,8 @@ def check_own(own: Block, modal: Block, matrices: Mapping[str, Taylor], body: Su
     """
     if not 0 <= body.damping_ratio < 1:
         raise own.error(f"damping_ratio = {body.damping_ratio:g}: expected a ratio from 0 to below 1")
+    if not body.damping_rate >= 0:
+        raise own.error(f"damping_rate = {body.damping_rate:g}: expected 0 or more, in 1/s")
     square = own_frequencies(modal, matrices) ** 2
     slack = 2 * FREQUENCIES * square + SAME * square.max(initial=0.0)
     if (abs(np.sort(body.omega**2) - square) > slack).any():

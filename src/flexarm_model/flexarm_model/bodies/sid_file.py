@@ -24,8 +24,9 @@ from flexarm_model.settings.strict_yaml import ConfigError
 Array = NDArray[np.float64]
 
 _OWN = "flexarm"
-_VERSION = 3  # its digest is of the whole file; that of those before, of the part that every program knows
-_READ = (1, 2, 3)  # the first holds no damping ratio: there De is all that is known of the damping
+_VERSION = 4  # those before hold no damping over mass
+_WHOLE = 3  # from here on the digest is of the whole file, before of the part that every program knows
+_READ = (1, 2, 3, 4)  # the first holds no damping ratio: there De is all that is known of the damping
 _MOST = 1000  # coordinates
 
 
@@ -84,10 +85,12 @@ def _read_own(
     }
     omega, P = own.array("omega", (n,)), own.array("P", (n_f, n_f, 3, 3))
     s, mass, K = sid_integrals(matrices)[0][:n_f], modal.block("refmod").number("mass"), matrices["Ke"].m0
-    ratio, D = 0.0, matrices["De"].m0
-    if own.number("version") > 1:
+    version, ratio, rate, D = own.number("version"), 0.0, 0.0, matrices["De"].m0
+    if version > 1:
         ratio, D = own.number("damping_ratio"), own.array("D", (n, n))
-    return Superelement(own.text("name"), mass, s, P, omega, K, D, nodes, ratio)
+    if version >= _VERSION:
+        rate = own.number("damping_rate")
+    return Superelement(own.text("name"), mass, s, P, omega, K, D, nodes, ratio, rate)
 
 
 def _part(body: Superelement) -> Iterator[str]:
@@ -115,6 +118,7 @@ def _own(body: Superelement) -> Iterator[str]:
     yield from (_OWN, f"version = {_VERSION}", f"name = {body.name}")
     yield f"fields = {body.s.shape[0]}"
     yield f"damping_ratio = {float(body.damping_ratio)!r}"
+    yield f"damping_rate = {float(body.damping_rate)!r}"
     yield from format_array("D", body.D)
     yield from format_array("omega", body.omega)
     yield from format_array("P", body.P)
@@ -145,9 +149,9 @@ def _read_node(block: Block, n: int) -> NodeShape:
 
 def _check_digest(own: Block, lines: list[str]) -> None:
     version = own.whole_number("version", range(_READ[0], _READ[-1] + 1))
-    hashed = lines if version == _VERSION else lines[: own.line - 1]
+    hashed = lines if version >= _WHOLE else lines[: own.line - 1]
     if own.values.get("digest") != _hash(hashed):
-        where = "the file" if version == _VERSION else "the part before"
+        where = "the file" if version >= _WHOLE else "the part before"
         raise own.error(f"{where} was changed; remove the block '{_OWN}' or write the file anew")
 
 

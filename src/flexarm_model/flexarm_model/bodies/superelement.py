@@ -61,6 +61,7 @@ class Superelement:
         D: Viscous damping, (n, n).
         nodes: By name.
         damping_ratio: Of every mode that strains this body alone [1], in addition.
+        damping_rate: Damping over mass of every such mode [1/s], in addition.
     """
 
     name: str
@@ -72,6 +73,7 @@ class Superelement:
     D: Array
     nodes: dict[str, NodeShape]
     damping_ratio: float = 0.0
+    damping_rate: float = 0.0
 
     @property
     def n(self) -> int:
@@ -91,7 +93,7 @@ class Superelement:
     @property
     def own_damping(self) -> Array:
         """Damping of the body alone, in its frame, (n, n)."""
-        return np.asarray(self.D + np.diag(2 * self.damping_ratio * self.omega))
+        return np.asarray(self.D + np.diag(2 * self.damping_ratio * self.omega + self.damping_rate))
 
     @property
     def modal_mass(self) -> Array:

@@ -41,13 +41,14 @@ def reduce_imported(body: ImportedBody, interfaces: Collection[str]) -> Superele
     except ValueError as error:
         raise ValueError(f"body '{body.name}': {error}") from None
     s, P = volume_integrals(model, modes)
-    D = np.zeros((omega.size, omega.size)) if model.D is None else modes.T @ (model.D @ modes)
+    K = np.diag(omega**2)
+    D = body.damping_time * K if model.D is None else modes.T @ (model.D @ modes)
     D = (D + D.T) / 2  # what rounding leaves
     refuse_feeding(body.name, D)
-    ratio = body.damping_ratio if model.D is None else 0.0
+    ratio, rate = (body.damping_ratio, body.damping_rate) if model.D is None else (0.0, 0.0)
     shapes = {name: _node_shape(item, body.nodes[name], modes) for name, item in nodes.items()}
     mass = rigid_mass(model).mass
-    return Superelement(body.name, mass, s, P, omega, np.diag(omega**2), D, shapes, ratio)
+    return Superelement(body.name, mass, s, P, omega, K, D, shapes, ratio, rate)
 
 
 def _modes(

@@ -117,6 +117,7 @@ class Beam:
         deformation: Subset of ``DEFORMATIONS``; the others are rigid.
         damping_ratio: Of every mode that strains this body alone [1].
         damping_time: Damping over stiffness [s], in addition.
+        damping_rate: Damping over mass [1/s] of every mode that strains this body alone, in addition.
         rotary_inertia: Whether sections resist turning as they bend (Rayleigh) or not (Euler-Bernoulli).
         nodes: Distance of every node from the root [m].
         reduction: How it is reduced.
@@ -131,6 +132,7 @@ class Beam:
     reduction: Reduction
     damping_time: float = 0.0
     rotary_inertia: bool = True
+    damping_rate: float = 0.0
 
     @property
     def length(self) -> float:

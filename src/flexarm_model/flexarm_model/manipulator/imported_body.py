@@ -79,6 +79,8 @@ class ImportedBody:
         reduction: How it is reduced.
         digest: Hash of the files' content.
         stiffness_scale: Factor on K and D, for plants that differ from their model [1].
+        damping_time: Damping over stiffness [s], in addition to the ratio.
+        damping_rate: Damping over mass [1/s] of every mode that strains this body alone, in addition.
     """
 
     name: str
@@ -94,6 +96,8 @@ class ImportedBody:
     reduction: ImportedReduction
     digest: str
     stiffness_scale: float = 1.0
+    damping_time: float = 0.0
+    damping_rate: float = 0.0
 
 
 @dataclass(frozen=True)

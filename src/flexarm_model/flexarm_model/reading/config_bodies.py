@@ -18,6 +18,7 @@ from flexarm_model.manipulator.body_spec import (
     RigidBody,
 )
 from flexarm_model.manipulator.description import WORLD, NodeRef
+from flexarm_model.reading.config_damping import read_damping
 from flexarm_model.reading.config_imported import read_imported, read_superelement
 from flexarm_model.settings.strict_yaml import Section
 
@@ -100,16 +101,20 @@ def _read_beam(name: str, section: Section) -> Beam:
     outer = section.section("nodes", {})
     for node in outer.names(taken=("root",)):
         nodes[node] = _read_station(outer, node, length)
+    damping = read_damping(section)
+    if damping.time and section.has("damping_time"):
+        raise section.error("damping_time", section.take("damping_time"), "is rayleigh.beta; give it once")
     return Beam(
         name,
         pieces,
         tuple(masses),
         deformation=section.choices("deformation", DEFORMATIONS, at_least=1),
-        damping_ratio=section.quantity("damping_ratio", "ratio", at_least=0.0, below=1.0),
+        damping_ratio=damping.ratio,
         nodes=nodes,
         reduction=_read_reduction(section, nodes),
-        damping_time=section.quantity("damping_time", "time", 0.0, at_least=0.0),
+        damping_time=section.quantity("damping_time", "time", damping.time, at_least=0.0),
         rotary_inertia=section.flag("rotary_inertia", True),
+        damping_rate=damping.rate,
     )
 
 

@@ -24,6 +24,7 @@ from flexarm_model.manipulator.imported_body import (
     SuperelementBody,
 )
 from flexarm_model.numeric.rotation import rotation_from_rpy
+from flexarm_model.reading.config_damping import Damping, read_damping
 from flexarm_model.settings.strict_yaml import ConfigError, Section
 from flexarm_model.settings.units import UNITS
 
@@ -52,6 +53,7 @@ def read_imported(name: str, section: Section) -> ImportedBody:
     if "root" not in sets:
         raise section.error("interfaces", list(sets), "must hold 'root', where the body's frame is")
     damping = _read_matrix_file(section, "damping") if section.has("damping") else None
+    said = Damping(0.0, 0.0, 0.0) if damping else read_damping(section)
     matrices = [_read_matrix_file(section, "mass"), _read_matrix_file(section, "stiffness")]
     files += [item.path for item in (*matrices, damping) if item is not None]
     return ImportedBody(
@@ -64,9 +66,11 @@ def read_imported(name: str, section: Section) -> ImportedBody:
         x=(x * units.length - points["root"]) @ R.T,
         sets=sets,
         nodes={node: R @ (point - points["root"]) for node, point in points.items()},
-        damping_ratio=0.0 if damping else section.quantity("damping_ratio", "ratio", at_least=0.0, below=1.0),
+        damping_ratio=said.ratio,
         reduction=_read_reduction(section.section("reduction"), tuple(sets)),
         digest=_digest(section, files),
+        damping_time=said.time,
+        damping_rate=said.rate,
     )
 
 

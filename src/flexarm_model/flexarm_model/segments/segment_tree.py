@@ -23,7 +23,7 @@ from flexarm_model.manipulator.sensor_spec import SensorSpec
 from flexarm_model.segments.segment_loops import RANK_TOLERANCE, STRIDE, SegmentLoops, null_space, row_space
 from flexarm_model.segments.segment_model import SegmentModel
 from flexarm_model.tree.closure_error import ClosureError
-from flexarm_model.tree.modal_damping import modal_damping
+from flexarm_model.tree.modal_damping import Losses, modal_damping
 
 Array = NDArray[np.float64]
 
@@ -217,15 +217,17 @@ class SegmentTree:
         return np.asarray(np.sqrt(np.maximum(value, 0.0)))
 
     def _modal_damping(self) -> Array:
-        """Return the damping that the ratios of beams and axes mean, (n_q, n_q)."""
-        lossy = np.zeros(self.n_q)
+        """Return the damping that the ratios and rates of beams and axes mean, (n_q, n_q)."""
+        ratio, rate = np.zeros(self.n_q), np.zeros(self.n_q)
         for name, springs in self._springs.items():
             beam = self.config.bodies[name]
             assert isinstance(beam, Beam)
-            lossy[[index for index, _, _ in springs]] = beam.damping_ratio
+            own = [index for index, _, _ in springs]
+            ratio[own], rate[own] = beam.damping_ratio, beam.damping_rate
         for name, axis in self.config.axes.items():
-            lossy[self.axes[name]] = axis.damping_ratio
-        if not lossy.any():
+            ratio[self.axes[name]] = axis.damping_ratio
+        losses = Losses(self.K * ratio, self.K * rate)
+        if not losses.any():
             return np.zeros((self.n_q, self.n_q))
         home, e = self.close(self.config.damping_pose), self._unheld()
         Z = np.zeros((self.n_q, e.size))
@@ -234,7 +236,7 @@ class SegmentTree:
         names = [f"segment coordinate {i}" for i in range(self.n_q)]
         for name, index in self.axes.items():
             names[index] = name
-        return modal_damping(self.mass_matrix(home), self.K, self.K * lossy, Z, names)
+        return modal_damping(self.mass_matrix(home), self.K, losses, Z, names)
 
 
 def _interpolate(at: float, x: Array, y: Array) -> float:

@@ -26,7 +26,7 @@ from flexarm_model.bodies.superelement import Superelement
 from flexarm_model.manipulator.body_spec import Body
 from flexarm_model.manipulator.description import WORLD, Joint, ManipulatorConfig, NodeRef
 from flexarm_model.numeric.rotation import rotation_vector, skew
-from flexarm_model.tree.modal_damping import modal_damping
+from flexarm_model.tree.modal_damping import Losses, modal_damping
 from flexarm_model.tree.rigid_places import Place, place_bodies, place_joint, place_node
 
 Array = NDArray[np.float64]
@@ -93,10 +93,10 @@ def assemble(
     """
     graph = _Graph(config, axis_positions or {}, reduce)
     T, names = _free_coordinates(graph)  # (n_q, n)
-    M, D, K, K_lossy = (T.T @ matrix @ T for matrix in _matrices(graph))
+    M, D, K, *parts = (T.T @ matrix @ T for matrix in _matrices(graph))
     driven = np.array([names.index(name) for name in config.actuated], dtype=int)
     B = np.eye(len(names))[:, driven]
-    D += modal_damping(M, K, K_lossy, np.delete(np.eye(len(names)), driven, axis=1), names)
+    D += modal_damping(M, K, Losses(*parts), np.delete(np.eye(len(names)), driven, axis=1), names)
     rows = {
         f"{name}.{node}": graph.node_rows(NodeRef(name, node)) @ T
         for name, body in graph.bodies.items()
@@ -202,13 +202,13 @@ def _free_coordinates(graph: _Graph) -> tuple[Array, tuple[str, ...]]:
     return T, (*motors, *(f"free.{i + 1}" for i in range(Z.shape[1])))
 
 
-def _matrices(graph: _Graph) -> tuple[Array, Array, Array, Array]:
-    """Return M, D, K and K with every part times its damping ratio over q, (n_q, n_q) each."""
+def _matrices(graph: _Graph) -> tuple[Array, ...]:
+    """Return M, D, K and K with every part times its damping ratio, and rate, over q, (n_q, n_q) each."""
     axes, n_q = list(graph.config.axes.values()), len(graph.names)
-    M, D, K, K_lossy = (np.zeros((n_q, n_q)) for _ in range(4))
+    M, D, K, K_ratio, K_rate = (np.zeros((n_q, n_q)) for _ in range(5))
     for i, axis in enumerate(axes):
         M[i, i], D[i, i], K[i, i] = axis.rotor_inertia, axis.damping, axis.stiffness
-        K_lossy[i, i] = axis.damping_ratio * axis.stiffness
+        K_ratio[i, i] = axis.damping_ratio * axis.stiffness
     for name, body in graph.bodies.items():
         eta, R = graph.eta[name], graph.places[name].R.T
         J = np.zeros((6 + body.n, n_q))
@@ -216,8 +216,8 @@ def _matrices(graph: _Graph) -> tuple[Array, Array, Array, Array]:
         J[6:, eta] = np.eye(body.n)
         M += J.T @ _body_mass(body) @ J
         D[eta, eta], K[eta, eta] = body.D, body.K
-        K_lossy[eta, eta] = body.damping_ratio * body.K
-    return M, D, K, K_lossy
+        K_ratio[eta, eta], K_rate[eta, eta] = body.damping_ratio * body.K, body.damping_rate * body.K
+    return M, D, K, K_ratio, K_rate
 
 
 def _body_mass(body: Superelement) -> Array:

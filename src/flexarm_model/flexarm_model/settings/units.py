@@ -51,6 +51,7 @@ UNITS: dict[str, dict[str, float]] = {
     "rotational stiffness": {"N m/rad": 1.0, "N m/deg": 180 / math.pi},
     "damping": {"N s/m": 1.0},
     "rotational damping": {"N m s/rad": 1.0},
+    "damping rate": {"1/s": 1.0},
     "length drift": _drift(_LENGTHS),
     "angle drift": _drift(_ANGLES),
     "strain drift": _drift(_STRAINS),

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from flexarm_model.bodies.superelement import Superelement
 from flexarm_model.manipulator.description import Axis, ManipulatorConfig
+from flexarm_model.tree.modal_damping import Losses
 
 Array = NDArray[np.float64]
 
@@ -74,15 +75,15 @@ def assumed_home(config: ManipulatorConfig, at: Coordinates) -> Array:
     return q
 
 
-def stiffness(at: Coordinates, bodies: Mapping[str, Superelement]) -> tuple[Array, Array]:
-    """Return the stiffness of springs and bodies, and the same with each part times its ratio, (n, n)."""
-    K, ratio = np.zeros((at.n, at.n)), np.zeros(at.n)
+def stiffness(at: Coordinates, bodies: Mapping[str, Superelement]) -> tuple[Array, Losses]:
+    """Return the stiffness of springs and bodies, (n, n), and what its parts lose."""
+    K, ratio, rate = np.zeros((at.n, at.n)), np.zeros(at.n), np.zeros(at.n)
     for i, axis in enumerate(at.axes.values()):
         K[i, i], ratio[i] = axis.stiffness, axis.damping_ratio
     for name, body in bodies.items():
         index = slice(at.elastic[name].start, at.elastic[name].stop)
-        K[index, index], ratio[index] = body.K, body.damping_ratio
-    return K, ratio[:, None] * K
+        K[index, index], ratio[index], rate[index] = body.K, body.damping_ratio, body.damping_rate
+    return K, Losses(ratio[:, None] * K, rate[:, None] * K)
 
 
 def dampers(at: Coordinates, bodies: Mapping[str, Superelement]) -> Array:

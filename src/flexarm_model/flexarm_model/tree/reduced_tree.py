@@ -86,10 +86,10 @@ class ReducedTree:
             self._rows, assumed_home(config, at), at.loose_axes, at.sprung_axes, config.name
         )
         self._last_closed = self.loops.home, self.loops.home
-        self.K, lossy = stiffness(at, self.bodies)
+        self.K, losses = stiffness(at, self.bodies)
         mass = ca.Function("M", [self._q], [self._M])
         self.D = dampers(at, self.bodies)
-        self.D += home_damping(config, at, self._rows, self.loops, mass, (self.K, lossy))
+        self.D += home_damping(config, at, self._rows, self.loops, mass, (self.K, losses))
 
     @property
     def n_q(self) -> int:
