@@ -17,6 +17,7 @@ bodies:
     mass: {{file: {0}mass.mtx}}
     stiffness: {{file: {0}stiffness.mtx}}
     nodes: {0}nodes.csv
+    rows: {0}rows.txt
     units: {{length: m, mass: kg}}
     interfaces: {{root: {{set: {0}root.txt, kind: rigid}}}}
     damping_ratio: 1 %
@@ -36,5 +37,8 @@ def write_arm(path: Path, meshes: str = "") -> Path:
     material = Material(70e9, 0.3, 2700.0)
     solid = make_solid(np.ones((4, 1, 1), dtype=bool), np.array([0.05, 0.01, 0.02]), material)
     write_solid(solid, folder, {"root": solid.select(lambda x: x[0] < 1e-9)})
+    places = [(i + 1, axis) for i in range(len(solid.x)) for axis in ("UX", "UY", "UZ")]
+    lines = [f"{row} {node} {axis}" for row, (node, axis) in enumerate(places, 1)]
+    (folder / "rows.txt").write_text("\n".join(lines), encoding="utf8")
     path.write_text(ARM.format(meshes), encoding="utf8")
     return path

@@ -73,7 +73,7 @@ def test_the_files_of_imported_bodies_are_kept_in_the_bag(meshes: str, tmp_path:
 def test_a_bag_without_the_files_that_its_description_names_says_so(tmp_path: Path) -> None:
     bag = record(tmp_path / "bag", write_arm(tmp_path / "arm.yaml", "meshes/"))
     shutil.rmtree(tmp_path / "bag" / "description")
-    names = "meshes/mass.mtx, meshes/nodes.csv, meshes/root.txt, meshes/stiffness.mtx"
+    names = "meshes/mass.mtx, meshes/nodes.csv, meshes/root.txt, meshes/rows.txt, meshes/stiffness.mtx"
     with pytest.raises(BagError) as caught:
         configuration(bag)
     assert str(caught.value) == f"{bag.path}: its description names files that it lacks: {names}"

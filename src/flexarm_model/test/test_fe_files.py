@@ -1,4 +1,4 @@
-"""Files of imported bodies: three formats hold the same matrix, and what is wrong is refused by name."""
+"""Files of imported bodies: four formats hold the same matrix, and what is wrong is refused by name."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def read(path: Path, content: str | None = None, variable: str = "") -> np.ndarr
     return np.array(read_matrix(MatrixFile(path, variable)).toarray())
 
 
-@pytest.mark.parametrize("suffix", [".mtx", ".mat", ".abaqus.mtx"])
+@pytest.mark.parametrize("suffix", [".mtx", ".mat", ".abaqus.mtx", ".matrix"])
 def test_every_format_gives_back_what_was_written(suffix: str, tmp_path: Path) -> None:
     solid = bracket()
     write_solid(solid, tmp_path, ends(solid), suffix)

@@ -20,7 +20,7 @@ from flexarm_model.settings.strict_yaml import read_yaml
 
 FOLDER = "description"
 NAME = "manipulator.yaml"
-KEYS = ("file", "nodes", "set")  # what a body calls its files
+KEYS = ("file", "nodes", "rows", "set")  # what a body calls its files
 
 
 def files_to_keep(description: Path) -> dict[str, Path]:

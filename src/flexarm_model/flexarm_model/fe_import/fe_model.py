@@ -71,11 +71,17 @@ def load_model(body: ImportedBody) -> FeModel:
     """
     n_nodes = body.x.shape[0]
     K = read_matrix(body.stiffness)
+    if body.rows is not None and K.shape[0] != body.rows.size:
+        sizes = f"{body.rows.size}, as the file of its rows lists"
+        raise ConfigError(f"{body.stiffness.path}: has {K.shape[0]} rows; expected {sizes}")
     if K.shape[0] not in (3 * n_nodes, 6 * n_nodes):
         sizes = f"{3 * n_nodes} or {6 * n_nodes} (3 or 6 for each of its {n_nodes} nodes)"
         raise ConfigError(f"{body.stiffness.path}: has {K.shape[0]} rows; expected {sizes}")
     M = _read_like(body.mass, K)
     D = None if body.damping is None else _read_like(body.damping, K)
+    if body.rows is not None:
+        order = np.ix_(body.rows, body.rows)
+        M, K, D = M[order], K[order], None if D is None else D[order]
     per_node = K.shape[0] // n_nodes
     length, mass, time = body.units.length, body.units.mass, body.units.time
     block = np.kron(np.eye(per_node // 3), body.orientation)

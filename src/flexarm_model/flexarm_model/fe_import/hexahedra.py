@@ -15,6 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import io, sparse
 
+from flexarm_model.fe_import.harwell_boeing import write_harwell_boeing
+
 Array = NDArray[np.float64]
 Indices = NDArray[np.intp]
 
@@ -109,7 +111,8 @@ def write_solid(solid: Solid, folder: Path, sets: dict[str, Indices], suffix: st
         solid: The solid.
         folder: Where to.
         sets: Node labels by name.
-        suffix: ".mtx" (Matrix Market), ".mat" (MATLAB) or ".abaqus.mtx" (Abaqus coordinate format).
+        suffix: ".mtx" (Matrix Market), ".mat" (MATLAB), ".abaqus.mtx" (Abaqus coordinate format) or ".matrix"
+            (Harwell-Boeing).
     """
     for name, matrix in (("mass", solid.M), ("stiffness", solid.K)):
         _WRITERS[suffix](folder / f"{name}{suffix}", matrix)
@@ -160,4 +163,5 @@ _WRITERS: dict[str, Callable[[Path, Any], None]] = {
     ".mtx": _write_matrix_market,
     ".abaqus.mtx": _write_abaqus,
     ".mat": _write_matlab,
+    ".matrix": write_harwell_boeing,
 }

@@ -1,10 +1,11 @@
-"""Sparse matrices from files: Matrix Market, MATLAB and Abaqus.
+"""Sparse matrices from files: Matrix Market, MATLAB, Abaqus and Ansys.
 
 | file | content |
 |---|---|
 | Matrix Market (``.mtx``, ``.mm``; first line ``%%MatrixMarket``) | real, coordinate; symmetric or general |
 | MATLAB (``.mat``, versions 4 to 7.2) | the only matrix in it, or the one that ``variable`` names |
 | Abaqus (``.mtx``) | ``*MATRIX OUTPUT, FORMAT=COORDINATE``: row, column, value |
+| Harwell-Boeing (``.matrix``, ``.hb``, ``.rsa``, ``.rua``) | text, as Ansys' ``HBMAT`` writes it |
 
 A matrix of which only one triangle is stored is completed by symmetry.
 """
@@ -19,6 +20,7 @@ from typing import Any
 import numpy as np
 from scipy import io, sparse
 
+from flexarm_model.fe_import.harwell_boeing import read_harwell_boeing
 from flexarm_model.fe_import.matlab_file import logical_variables, read_variables
 from flexarm_model.fe_import.table import open_text, read_table, whole_numbers
 from flexarm_model.manipulator.imported_body import MatrixFile
@@ -104,6 +106,10 @@ def _read_abaqus(file: MatrixFile) -> Any:
     return sparse.coo_array((table[:, 2], (i, j)), shape=(n, n))
 
 
+def _read_harwell_boeing(file: MatrixFile) -> Any:
+    return read_harwell_boeing(file.path)
+
+
 def _first_line(path: Path) -> str:
     with open_text(path) as file:
         return file.readline()
@@ -121,4 +127,5 @@ _READERS: dict[str, Callable[[MatrixFile], Any]] = {
     ".mtx": _read_text_matrix,
     ".mm": _read_text_matrix,
     ".mat": _read_matlab,
+    **dict.fromkeys((".matrix", ".hb", ".rsa", ".rua"), _read_harwell_boeing),
 }

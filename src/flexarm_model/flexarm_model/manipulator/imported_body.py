@@ -81,6 +81,8 @@ class ImportedBody:
         stiffness_scale: Factor on K and D, for plants that differ from their model [1].
         damping_time: Damping over stiffness [s], in addition to the ratio.
         damping_rate: Damping over mass [1/s] of every mode that strains this body alone, in addition.
+        rows: Row of the files' matrices, from 0, of every displacement node by node, (3 k,) or (6 k,); None
+            where they stand so.
     """
 
     name: str
@@ -98,6 +100,7 @@ class ImportedBody:
     stiffness_scale: float = 1.0
     damping_time: float = 0.0
     damping_rate: float = 0.0
+    rows: NDArray[np.intp] | None = None
 
 
 @dataclass(frozen=True)

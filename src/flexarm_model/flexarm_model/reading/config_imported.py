@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from flexarm_model.bodies.sid_file import read_sid
 from flexarm_model.fe_import.mesh_files import read_nodes, read_set
+from flexarm_model.fe_import.row_order import read_rows
 from flexarm_model.manipulator.imported_body import (
     INTERFACE_KINDS,
     FileUnits,
@@ -55,6 +56,7 @@ def read_imported(name: str, section: Section) -> ImportedBody:
     damping = _read_matrix_file(section, "damping") if section.has("damping") else None
     said = Damping(0.0, 0.0, 0.0) if damping else read_damping(section)
     matrices = [_read_matrix_file(section, "mass"), _read_matrix_file(section, "stiffness")]
+    rows = _read_rows(section, labels, files) if section.has("rows") else None
     files += [item.path for item in (*matrices, damping) if item is not None]
     return ImportedBody(
         name=name,
@@ -71,6 +73,7 @@ def read_imported(name: str, section: Section) -> ImportedBody:
         digest=_digest(section, files),
         damping_time=said.time,
         damping_rate=said.rate,
+        rows=rows,
     )
 
 
@@ -87,6 +90,15 @@ def read_superelement(name: str, section: Section) -> SuperelementBody:
         raise section.error("file", section.text("file"), str(error)) from None
     nodes, strain = ({node: getattr(shapes[node], item) for node in shapes} for item in ("r", "strain"))
     return SuperelementBody(name, path, nodes, strain, _digest(section, [path]))
+
+
+def _read_rows(section: Section, labels: NDArray[np.intp], files: list[Path]) -> NDArray[np.intp]:
+    """Return what stands in which row of the matrices, and add the file that says it."""
+    files.append(_path(section, "rows"))
+    try:
+        return read_rows(files[-1], labels)
+    except ConfigError as error:
+        raise section.error("rows", section.text("rows"), str(error)) from None
 
 
 def _read_units(section: Section) -> FileUnits:
