@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from flexarm_model.kinematics.branches import nearest, wrap
-from flexarm_model.kinematics.dh import DhChain, DhRow
+from flexarm_model.kinematics.dh import DhChain, DhRow, ModifiedDhRow
 from flexarm_model.kinematics.refusals import LimitError, ReachError, SingularPoseError
 from flexarm_model.kinematics.two_links import end_jacobian, place_end, reach_end
 from flexarm_model.numeric.rotation import rotation_vector
@@ -42,12 +42,25 @@ def test_a_row_is_two_screws_one_after_the_other(
     np.testing.assert_allclose(DhRow(d, a, alpha, o).step(q), expected, atol=1e-14)
 
 
+@EXAMPLES
+@given(ANGLE, LENGTH, LENGTH, ANGLE, ANGLE)
+def test_a_modified_row_is_the_same_screws_in_the_other_order(
+    q: float, d: float, a: float, alpha: float, o: float
+) -> None:
+    expected = elementary("x", alpha, a) @ elementary("z", q + o, d)
+    np.testing.assert_allclose(ModifiedDhRow(d, a, alpha, o).step(q), expected, atol=1e-14)
+
+
+MODIFIED = DhChain(tuple(ModifiedDhRow(row.d, row.a, row.alpha, row.offset) for row in CHAIN.rows))
+
+
+@pytest.mark.parametrize("chain", [CHAIN, MODIFIED], ids=["standard", "modified"])
 @pytest.mark.parametrize("seed", range(5))
-def test_the_chain_jacobian_is_the_derivative_of_its_pose(seed: int) -> None:
+def test_the_chain_jacobian_is_the_derivative_of_its_pose(seed: int, chain: DhChain) -> None:
     q = np.random.default_rng(seed).uniform(-3.0, 3.0, 4)
-    R, J = CHAIN.pose(q)[:3, :3], CHAIN.jacobian(q)
-    assert_jacobian(lambda x: CHAIN.pose(x)[:3, 3], q, J[:3])
-    assert_jacobian(lambda x: rotation_vector(CHAIN.pose(x)[:3, :3] @ R.T), q, J[3:])
+    R, J = chain.pose(q)[:3, :3], chain.jacobian(q)
+    assert_jacobian(lambda x: chain.pose(x)[:3, 3], q, J[:3])
+    assert_jacobian(lambda x: rotation_vector(chain.pose(x)[:3, :3] @ R.T), q, J[3:])
 
 
 @EXAMPLES

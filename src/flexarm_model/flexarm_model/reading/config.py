@@ -17,9 +17,9 @@ from flexarm_model.manipulator.body_spec import Body
 from flexarm_model.manipulator.description import AXES, WORLD, Axis, Joint, ManipulatorConfig
 from flexarm_model.manipulator.imported_body import ImportedBody, SuperelementBody
 from flexarm_model.manipulator.parameter_law import ParameterLaws, read_parameters
-from flexarm_model.numeric.rotation import rotation_from_rpy
 from flexarm_model.reading.config_bodies import read_bodies, read_node
 from flexarm_model.reading.config_chord import refuse_chord_with_moments
+from flexarm_model.reading.config_placement import read_placement
 from flexarm_model.reading.config_sensors import read_sensors
 from flexarm_model.settings.strict_yaml import ConfigError, Section, read_yaml
 from flexarm_model.settings.units import axis_dimension, si_unit
@@ -157,11 +157,7 @@ def _index(target: object, part: str) -> Any:
 def _read_joints(top: Section, bodies: dict[str, Body], laws: ParameterLaws) -> list[Joint]:
     joints = []
     for name, section in top.sections("joints"):
-        placement = np.eye(4)
-        placement[:3, :3] = rotation_from_rpy(
-            section.quantities("orientation", ["angle"] * 3, (0.0, 0.0, 0.0))
-        )
-        placement[:3, 3] = section.quantities("position", ["length"] * 3, (0.0, 0.0, 0.0))
+        placement = read_placement(section)
         axes_section = section.section("axes", {})
         axes = [_read_axis(axes_section.section(axis), axis, laws) for axis in AXES if axes_section.has(axis)]
         axes_section.done()
