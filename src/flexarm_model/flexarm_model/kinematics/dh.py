@@ -4,8 +4,8 @@ From frame i - 1 to frame i:
 
 - standard: ``Rz(q_i + offset_i) Tz(d_i) Tx(a_i) Rx(alpha_i)``; frame i lies at the far end of link i and axis
   i is the z axis of frame i - 1 (seed 003, section 2; seed 004, table 1);
-- modified: ``Rx(alpha_i) Tx(a_i) Rz(q_i + offset_i) Tz(d_i)``; frame i lies at the near end of link i and axis
-  i is its z axis. Books number a and alpha of the same line i - 1 [Craig2005, section 3.4].
+- modified: ``Rx(alpha_i) Tx(a_i) Rz(q_i + offset_i) Tz(d_i)``; frame i lies at the near end of link i and
+  axis i is its z axis. Books number a and alpha of the same line i - 1 [Craig2005, section 3.4].
 """
 
 from __future__ import annotations
