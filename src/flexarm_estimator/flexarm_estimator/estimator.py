@@ -22,6 +22,7 @@ from flexarm_estimator.judging.gate import Gate
 from flexarm_estimator.judging.health import Health
 from flexarm_estimator.judging.reception import Reception
 from flexarm_estimator.judging.sample_judge import Verdict
+from flexarm_estimator.judging.switched_channels import have_same_channels
 from flexarm_estimator.measurement import Measurement
 from flexarm_estimator.messages.torque_input import torque_input
 from flexarm_estimator.parts import Parts, PartsMaker
@@ -45,9 +46,7 @@ class Estimator:
     """State of one arm, x = [theta; eta; theta'; eta'; d; b; w; s; p] with covariance, and its tip.
 
     Attributes:
-        model: The served model in use.
-        specs: The sensors.
-        config: Settings.
+        model, specs, config: The served model in use; the sensors; settings.
         health: Counts and states of the sensors.
     """
 
@@ -153,18 +152,24 @@ class Estimator:
         self._history = History(Instant(self._t, self._u, self._parts, belief), self.config.history)
 
     def retune(self, specs: tuple[SensorSpec, ...], config: EstimatorConfig) -> None:
-        """Go on with other noise of the same sensors and of the process.
+        """Go on with other noise, or other channels: then all but the state begins anew, without its past.
 
         Raises:
             ParameterError: A setting is outside its range, or does not go with another.
         """
         validate(config)
         self._horizon = horizon_of(config)
+        is_anew = not have_same_channels(specs, self.specs)
         self.specs, self.config, self._maker = specs, config, self._maker.retuned(specs, config)
         self._reception.retune(specs, config)
         self._gate.retune(specs)
         self._watches.retune(specs)
         self.adopt(self.model)
+        if is_anew:
+            belief, delays = self._history.now.belief, self._delays.in_use
+            self._restart(self._t, belief)
+            self.set_belief(belief)
+            self._delays.resume(delays)
 
     def refuse(self, sensor: str, reason: str) -> None:
         """Count a sample that could not even be read ("imu/x: 5 numbers where 3 belong")."""
@@ -197,16 +202,11 @@ class Estimator:
         """Move the own clock to ``t``; start anew when it jumps. Returns what is wrong with ``t``."""
         must_restart, trouble = self._clock.follow(t, self.config.max_gap, self.config.history)
         self._t = self._clock.t
-        if must_restart and self._is_known:
-            self._restart(t, self._history.now.belief)
-        elif must_restart:
-            self._restart_here(t)
+        if must_restart:
+            belief = self._history.now.belief
+            self._restart(t, belief if self._is_known else self._parts.stopped(belief.x))
         self._is_known = self._is_known and not self._clock.is_running
         return trouble
-
-    def _restart_here(self, t: float, is_contested: bool = False) -> None:
-        """Start anew where the axes are said to be: the best guess; all that moves has died out."""
-        self._restart(t, self._parts.stopped(self._history.now.belief.x), is_contested)
 
     def _take_torque(self, tau: Array) -> list[str]:
         """Hold ``tau`` over the period; keep the last one when it cannot be used."""
@@ -243,7 +243,7 @@ class Estimator:
         said = "; ".join([words for words in (*trouble, self._gate.doubt(t)) if words])
         status, reason = self.health.judge(t, tip.sigma, reports, said, doubt or lost)
         if status == "lost" and self.health.is_stranded(t):  # who excluded them knew no more than they
-            self._restart_here(t, is_contested=True)
+            self._restart(t, parts.stopped(self._history.now.belief.x), is_contested=True)
         return Estimate(
             t, self.model.model_id, tip.x, tip.P, parts.layout, status, reason, reports, t - self._began,
             tip.T_world_tip, tip.twist, tip.cov_pose, tip.cov_twist,

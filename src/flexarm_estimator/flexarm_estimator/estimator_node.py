@@ -17,7 +17,7 @@ Subscribes
 Services, all done at the next step or refused with the reason
     ~/reset (std_srvs/Trigger): forget the state.
     ~/set_state (flexarm_interfaces/SetState): joints [rad] or [m] and modes [kg^0.5 m] with their sigma.
-    ~/toggle_sensor (flexarm_interfaces/ToggleSensor): switch a sensor off or on.
+    ~/toggle_sensor (flexarm_interfaces/ToggleSensor): switch a sensor off or on, or channels of it.
     ~/set_noise (flexarm_interfaces/SetNoise): sigma of a sensor, SI, or a setting of the process noise.
 """
 
@@ -80,7 +80,7 @@ _FAMILIES = {"imu": Imu, "camera": PoseWithCovarianceStamped}
 _SERVICES: tuple[tuple[type, str, Callable[[Any], Intervention]], ...] = (
     (Trigger, "reset", lambda request: Reset()),
     (SetStateService, "set_state", lambda request: known_state_from_msg(request.state)),
-    (ToggleSensorService, "toggle_sensor", lambda request: ToggleSensor(request.name, request.is_on)),
+    (ToggleSensorService, "toggle_sensor", lambda r: ToggleSensor(r.name, r.is_on, tuple(r.channels))),
     (SetNoiseService, "set_noise", lambda request: SetNoise(request.name, tuple(request.value))),
 )
 

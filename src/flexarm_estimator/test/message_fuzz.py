@@ -64,6 +64,8 @@ class MessageFuzz:
         state.theta_sigma, state.eta_sigma = self._numbers(), self._numbers()
         msg = Intervention(kind=int(rng.integers(0, 6)), is_on=bool(rng.random() < 0.7), state=state)
         msg.name, msg.value = str(rng.choice([*NAMES, "modal_force"])), self._numbers()
+        if rng.random() < 0.3:
+            msg.channels = [str(channel) for channel in rng.choice(["y", "rx", "ry", "rz", "w"], size=2)]
         msg.header.stamp = self.stamp(now_ns)
         return msg
 

@@ -18,7 +18,12 @@ from std_srvs.srv import Trigger  # noqa: E402
 __all__ = ["domain"]
 ARM = Path(__file__).parents[2] / "flexarm_bringup" / "config" / "manipulators" / "single_link.yaml"
 
-REASONS = ("no sensor 'gyro'; allowed: encoder", "value: -1.0; allowed: from", "theta: 0 numbers")
+REASONS = (
+    "no sensor 'gyro'; allowed: encoder",
+    "channels: tx, ty, tz, rx, ry would be left",
+    "value: -1.0; allowed: from",
+    "theta: 0 numbers",
+)
 KINDS = [Intervention.TOGGLE_SENSOR, Intervention.SET_NOISE, Intervention.SET_STATE, Intervention.RESET]
 
 
@@ -43,6 +48,7 @@ def test_every_service_is_done_at_the_next_step_or_refused_by_name_and_told_to_r
             bench.wait(lambda k=k: len(bench.states) == k + 1)
         refused = [
             call(bench, ToggleSensor, "toggle_sensor", ToggleSensor.Request(name="gyro")),
+            call(bench, ToggleSensor, "toggle_sensor", ToggleSensor.Request(name="camera", channels=["rz"])),
             call(bench, SetNoise, "set_noise", SetNoise.Request(name="encoder", value=[-1.0])),
             call(bench, SetState, "set_state", SetState.Request(state=KnownState(theta=[]))),
         ]
@@ -61,7 +67,7 @@ def test_every_service_is_done_at_the_next_step_or_refused_by_name_and_told_to_r
         process.communicate(timeout=20.0)
         bench.close()
     answers = [*refused, *done, reset]
-    assert [answer.success for answer in answers] == [False] * 3 + [True] * 4
+    assert [answer.success for answer in answers] == [False] * 4 + [True] * 4
     for word, answer in zip(REASONS, refused, strict=True):
         assert word in answer.message
     assert [msg.kind for msg in told] == KINDS

@@ -1,6 +1,7 @@
 """Interventions between messages: read back as they were sent, done at the same step when played again."""
 
 from dataclasses import fields
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -35,12 +36,24 @@ KNOWN = SetState(
 
 @pytest.mark.parametrize(
     "intervention",
-    [Reset(), KNOWN, SetState((0.1,)), ToggleSensor("camera", True), SetNoise("x", (1.0, 2.0))],
+    [
+        Reset(),
+        KNOWN,
+        SetState((0.1,)),
+        ToggleSensor("camera", True),
+        ToggleSensor("camera", False, ("rx", "ry", "rz")),
+        SetNoise("x", (1.0, 2.0)),
+    ],
 )
 def test_an_intervention_survives_a_message(intervention):
     msg = conversions.intervention_to_msg(intervention, EPOCH_NS)
     assert model_conversions.stamp_to_ns(msg.header.stamp) == EPOCH_NS
     assert conversions.intervention_from_msg(msg) == intervention
+
+
+def test_a_bag_of_before_switches_whole_sensors():
+    old = SimpleNamespace(kind=conversions.InterventionMsg.TOGGLE_SENSOR, name="camera", is_on=False)
+    assert conversions.intervention_from_msg(old) == ToggleSensor("camera", False)
 
 
 def test_a_known_state_has_the_fields_of_its_message():
@@ -69,6 +82,7 @@ def test_what_was_told_in_a_run_makes_another_run_equal():
     done = {
         10: [SetNoise("encoder", (1e-3,))],
         20: [ToggleSensor("encoder", False)],
+        23: [ToggleSensor("camera", False, ("rx", "ry", "rz"))],
         25: [ToggleSensor("encoder", True), SetNoise("disturbance_drift", (1.0,))],
         30: [SetState((0.05,), eta=(1e-3, 0.0, 0.0))],
         40: [Reset()],

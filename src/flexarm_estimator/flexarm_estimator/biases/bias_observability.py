@@ -50,9 +50,10 @@ def observable_biases(model: ReducedModel, sensors: Iterable[SensorSpec]) -> tup
 
 def _rows(model: ReducedModel, sensors: tuple[SensorSpec, ...]) -> list[int]:
     """Return the output rows that are measured; a pose sensor measures those of the tool."""
-    found: list[int] = []
+    found, places = list[int](), {name: i for i, name in enumerate(model.outputs.names)}
     for spec in sensors:
-        found += model.outputs.rows(spec.name if spec.name in model.outputs.sensors else _TOOL)
+        owner = spec.name if spec.name in model.outputs.sensors else _TOOL
+        found += [places[f"{owner}.{channel}"] for channel in spec.channels]
     return list(dict.fromkeys(found))
 
 

@@ -52,8 +52,7 @@ class CorrectedSteps(StepSource):
         of_x, of_u = system.A[moving], np.column_stack([system.B, system.c])[moving]
         slopes = [rate[moving] for rate in served.process.learned]
         if served.names:
-            at_rest = Belief(np.zeros(system.n_x), served.process.P0)
-            rows = served.rows(served.names, at_rest, np.zeros(system.n_u + 1))
+            rows = served.whole_rows()
             of_x, of_u = np.vstack([of_x, rows.C]), np.vstack([of_u, rows.D])
             slopes = [
                 np.vstack(pair) for pair in zip(slopes, (slope.of_x for slope in rows.slopes), strict=True)

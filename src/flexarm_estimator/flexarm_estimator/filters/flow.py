@@ -77,7 +77,7 @@ class StateFlow:
         models: SensorModels,
         averaging: float,
     ) -> None:
-        """Bind the parts; the arm's rows are those of ``models.rows``, in their order.
+        """Bind the parts; the arm's rows are those of ``models.rows``, in their order, switched off or not.
 
         Args:
             arm: Motion in the served coordinates.
@@ -95,11 +95,16 @@ class StateFlow:
         self._push = model.M @ system.A[model.n : 2 * model.n, self._rest]  # (n, n_z)
         self._force_cov = process.force_cov
         self._force_psd = process.force_cov * averaging
-        edges = np.cumsum([0, *(model.C.shape[0] for model in models.rows.values())]).tolist()
-        self._rows = {name: list(range(*edges[i : i + 2])) for i, name in enumerate(models.rows)}
-        self.rows_of_rest = np.zeros((edges[-1], system.n_x))
-        for name, rows in models.rows.items():
-            self.rows_of_rest[self._rows[name], self._rest] = rows.C[:, self._rest] - rows.D_w @ self._push
+        whole = [model.whole for model in models.rows.values()]
+        starts = np.cumsum([0, *(len(rows.C) for rows in whole)]).tolist()
+        self._rows = {
+            name: [start + row for row in model.kept]
+            for start, (name, model) in zip(starts, models.rows.items(), strict=False)
+        }
+        self.rows_of_rest = np.zeros((starts[-1], system.n_x))
+        for start, rows in zip(starts, whole, strict=False):
+            own = slice(start, start + len(rows.C))
+            self.rows_of_rest[own, self._rest] = rows.C[:, self._rest] - rows.D_w @ self._push
 
     @property
     def forces(self) -> Bilinear:

@@ -45,6 +45,10 @@ class ServedSteps(StepSource):
             self._stacks[names] = stack_rows(rows, self.process.force_cov)
         return self._stacks[names]
 
+    def whole_rows(self) -> Stack:
+        """Return the rows of all sensors, at least one, with the channels that are switched off."""
+        return stack_rows([model.whole for model in self._models.rows.values()], self.process.force_cov)
+
     def look(self, model: MeasurementModel, y: Array, belief: Belief, u: Array) -> Look:
         """Return innovation and Jacobian at the mean."""
         return Look(*model.linearise(y, belief.x, u))

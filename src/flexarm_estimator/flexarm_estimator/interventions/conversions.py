@@ -30,6 +30,7 @@ def intervention_to_msg(intervention: Intervention, stamp_ns: int) -> Interventi
     msg.header.stamp = ns_to_stamp(stamp_ns)
     if isinstance(intervention, ToggleSensor):
         msg.name, msg.is_on = intervention.sensor, intervention.is_on
+        msg.channels = list(intervention.channels)
     elif isinstance(intervention, SetNoise):
         msg.name, msg.value = intervention.name, floats(intervention.value)
     elif isinstance(intervention, SetState):
@@ -69,6 +70,10 @@ def known_state_from_msg(msg: Any) -> SetState:
 _READ: dict[type[Intervention], Callable[[Any], Intervention]] = {
     Reset: lambda msg: Reset(),
     SetState: lambda msg: known_state_from_msg(msg.state),
-    ToggleSensor: lambda msg: ToggleSensor(msg.name, bool(msg.is_on)),
+    ToggleSensor: lambda msg: ToggleSensor(
+        msg.name,
+        bool(msg.is_on),
+        tuple(getattr(msg, "channels", ())),  # bags of before have none
+    ),
     SetNoise: lambda msg: SetNoise(msg.name, tuple(float(value) for value in msg.value)),
 }

@@ -40,6 +40,7 @@ from flexarm_estimator.isolation.suspicion import Suspicion
 from flexarm_estimator.isolation.window import StepMaker
 from flexarm_estimator.isolation.window_reading import Entry
 from flexarm_estimator.judging.short_term import HELD
+from flexarm_estimator.judging.switched_channels import have_same_channels
 from flexarm_estimator.measurement import Measurement
 from flexarm_estimator.parts import Parts
 from flexarm_estimator.watches.watch import Finding, View, Watch
@@ -47,16 +48,13 @@ from flexarm_model.manipulator.sensor_spec import SensorSpec
 
 Array = NDArray[np.float64]
 _KEPT = 180  # ticks in the ring
-_LENGTH = 60  # ticks of the longest window: 0.3 s at 200 Hz
-_SHORTEST = 36  # ticks of the shortest window that is investigated
+_LENGTH, _SHORTEST = 60, 36  # ticks of the longest window (0.3 s at 200 Hz) and of the shortest one
 _ROUND, _CLOSE_TURN, _AT_ONCE = 4, 2, 4  # ticks; in one of them each inquiry does so many pieces
-_ANEW = 30  # ticks, at least, of which the next close look is the first
-_REST = 50  # ticks after a close look
+_ANEW, _REST = 30, 50  # ticks: at least that many of a close look are new; after one
 _RESOLUTION = 1e-5  # s; periods that differ by less are one
 _SELF_CHECK = 1.0  # s between investigations without suspicion
 _EVERY = 2  # ticks between two looks at the verdicts
-_PLAIN = 10  # samples
-_FAR = 5.0  # sigma of the prediction from zero, from which on a sign is plain
+_PLAIN, _FAR = 10, 5.0  # samples; sigma of the prediction from zero, from which on a sign is plain
 _GAP = 0.1  # s; after a longer one the ring is of another time
 
 
@@ -84,6 +82,8 @@ class IsolationWatch(Watch):
 
     def retune(self, specs: tuple[SensorSpec, ...]) -> None:
         """See Watch; the channels are made anew with the parts that follow."""
+        if not have_same_channels(specs, self._specs):
+            self._forget(0.0)
         self._specs, self._names = specs, None
 
     def _forget(self, t: float) -> None:

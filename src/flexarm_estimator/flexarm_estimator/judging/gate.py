@@ -56,9 +56,8 @@ class Gate:
             use_compiler: False judges without machine code: the same, slower.
         """
         self._code = load_ordinary() if use_compiler else None
-        tail = 2.0 * ndtr(-config.gate)
-        self._threshold = {name: float(chdtri(len(sigma), tail)) for name, sigma in sigmas.items()}
-        self._sigmas, self._config = sigmas, config
+        self._config = config
+        self._describe(sigmas)
         self.restart()
 
     def restart(self) -> None:
@@ -74,8 +73,11 @@ class Gate:
         self.calm()
 
     def retune(self, specs: Iterable[SensorSpec]) -> None:
-        """Go on with other noise of the same sensors."""
-        self._sigmas = {spec.name: spec.sigma.tolist() for spec in specs}
+        """Go on with other noise of the same sensors; where they have other channels, anew."""
+        before = {name: len(sigma) for name, sigma in self._sigmas.items()}
+        self._describe({spec.name: spec.sigma.tolist() for spec in specs})
+        if before != {name: len(sigma) for name, sigma in self._sigmas.items()}:
+            self.restart()
         for name, past in self._past.items():
             past.retune(self._sigmas[name])
 
@@ -200,6 +202,12 @@ class Gate:
     def is_upset(self, t: float) -> bool:
         """Return whether the state has been doubted lately: innovations tell of it, not of their sensors."""
         return t - self._reopened_at < self._config.reopen_interval
+
+    def _describe(self, sigmas: Mapping[str, Sequence[float]]) -> None:
+        """Take noise and number of the channels."""
+        tail = 2.0 * ndtr(-self._config.gate)
+        self._threshold = {name: float(chdtri(len(sigma), tail)) for name, sigma in sigmas.items()}
+        self._sigmas = sigmas
 
     def _is_common(self, sensor: str, reason: str) -> bool:
         """Return whether others are surprised, too: then something did happen to the arm."""

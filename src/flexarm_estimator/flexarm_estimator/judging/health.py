@@ -118,6 +118,10 @@ class Health:
         self._records[sensor].is_off = is_off
         self._note_soundness()
 
+    def leave_out(self, sensor: str, channels: Iterable[str]) -> None:
+        """Say of a sensor that some of its channels are switched off; none takes it back."""
+        self._records[sensor].without = ", ".join(channels)
+
     def heed(self, finding: Finding, watch: str = "") -> None:
         """Take over what a watch says; an empty reason takes back what the same watch said."""
         record = self._records[finding.sensor]

@@ -9,6 +9,7 @@ from typing import NamedTuple
 from flexarm_estimator.judging.checks import SampleChecks, Window
 from flexarm_estimator.judging.health import Health
 from flexarm_estimator.judging.scan import Scan, split_newest
+from flexarm_estimator.judging.switched_channels import Narrowing
 from flexarm_estimator.measurement import SAME_INSTANT, Measurement
 from flexarm_estimator.settings import EstimatorConfig
 from flexarm_model.manipulator.sensor_spec import SensorSpec
@@ -37,6 +38,7 @@ class Reception:
     def __init__(self, specs: tuple[SensorSpec, ...], config: EstimatorConfig, health: Health) -> None:
         """Start with nothing kept; ``health`` is told what is refused."""
         self._checks, self._config, self._health = SampleChecks(specs), config, health
+        self._narrowing = Narrowing(specs)
         self._early: list[Measurement] = []
 
     def retune(self, specs: tuple[SensorSpec, ...], config: EstimatorConfig) -> None:
@@ -52,7 +54,7 @@ class Reception:
             t: Now [s].
             oldest: Samples up to then cannot be fused any more [s].
         """
-        scan = None
+        scan, measurements = None, self._narrowing.narrow(measurements)
         if len(measurements) >= _FEWEST and self._health.is_all_sound:
             scan, measurements = self._take_scan(measurements, oldest, t + SAME_INSTANT)
             if scan is not None and not (measurements or self._early):

@@ -33,6 +33,7 @@ class SensorRecord:
     newest_valid: float = 0.0
     reason: str = "no sample yet"
     normalised: float = 0.0
+    without: str = ""  # channels that are switched off
     faults: dict[str, str] = field(default_factory=dict)  # why it was put out of use, by watch
     remarks: dict[str, str] = field(default_factory=dict)  # what else watches have to say of it
 
@@ -79,6 +80,8 @@ def report(name: str, record: SensorRecord, t: float) -> SensorReport:
         status = "rejected"
     elif record.remarks:
         reason = record.remark
+    elif record.without:
+        reason = f"{record.without} switched off"
     return SensorReport(
         name, status, reason, age, record.accepted, record.rejected, record.innovation, record.normalised
     )

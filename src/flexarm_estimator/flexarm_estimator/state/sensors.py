@@ -68,6 +68,7 @@ class LinearRows(MeasurementModel):
         D: Feed-through of the torque and constant output, (m, n_u + 1).
         D_w: Feed-through of force noise, (m, n).
         slopes: C_i of every learned parameter, (m, n_x) each.
+        kept: Where its rows stand among those of ``whole``.
     """
 
     def __init__(self, spec: SensorSpec, model: ReducedModel, system: StateSpace) -> None:
@@ -84,6 +85,13 @@ class LinearRows(MeasurementModel):
         self.D = np.column_stack([system.D[rows], system.y_c[rows]])
         self.D_w = system.D_w[rows]
         self.slopes = tuple(self.D_w @ force for force in system.learned)
+        self._whole = None if spec.mounted is None else LinearRows(spec.mounted, model, system)
+        self.kept = [self.whole.channels.index(channel) for channel in spec.channels]
+
+    @property
+    def whole(self) -> LinearRows:
+        """The same with the channels that are switched off."""
+        return self._whole or self
 
     def innovation(self, y: Array, x: Array, u: Array) -> Array:
         """Return ``y - C x - D u - sum p_i C_i x``, (m,)."""

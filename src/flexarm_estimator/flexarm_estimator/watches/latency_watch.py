@@ -95,6 +95,8 @@ class LatencyWatch(Watch):
         for name, model in parts.sensors.poses.items():
             if model.channels[:3] == TRANSLATION:
                 self._lines.setdefault(name, CameraLine(name, self._config.latency_memory))
+            else:
+                self._lines.pop(name, None)
         sensors = parts.sensors.all()
         coverage = Coverage({name: model.axes for name, model in sensors.items()})
         bits = (coverage.bits.get(name, 0) for name in self._prediction.sensors)

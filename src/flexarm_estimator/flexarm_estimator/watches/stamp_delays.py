@@ -6,7 +6,7 @@ stamp minus instant of the sample; samples are moved back by it before anything 
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 
 from flexarm_estimator.measurement import Measurement
 from flexarm_model.manipulator.sensor_spec import SensorSpec
@@ -24,6 +24,11 @@ class StampDelays:
         """Go back to the configured delays."""
         self._changed = {name: delay for name, delay in self._configured.items() if delay}
 
+    @property
+    def in_use(self) -> dict[str, float]:
+        """Those that are not zero, by sensor [s]."""
+        return dict(self._changed)
+
     def configured(self, sensor: str) -> float:
         """Return what the description says [s]."""
         return self._configured[sensor]
@@ -35,6 +40,10 @@ class StampDelays:
     def use(self, sensor: str, delay: float) -> None:
         """Use another delay [s] from the next sample on."""
         self._changed[sensor] = delay
+
+    def resume(self, delays: Mapping[str, float]) -> None:
+        """Use what was ``in_use`` before."""
+        self._changed = dict(delays)
 
     def undo(self, samples: Sequence[Measurement]) -> Sequence[Measurement]:
         """Return the samples at the instants at which they were taken."""

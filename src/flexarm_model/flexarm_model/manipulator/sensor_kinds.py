@@ -33,6 +33,7 @@ class SensorKind:
         site: Where it sits: "axis" of a joint, "node" of a body, or "tip" (it watches the tool).
         units: SI unit of each of its possible channels, for a site.
         read: Reads the rest of its YAML: name, site, section; with the axis that it measures if it does.
+        misfit: Returns why some of its channels cannot be without the others; empty when they can.
         locates: It tells where axes are even if nothing bends; what else reads positions reads how the arm
             bends, under its weight, too, which is another at each pose.
     """
@@ -41,6 +42,7 @@ class SensorKind:
     units: Callable[[str], dict[str, str]]
     read: Callable[[str, str, Section, Axis | None], SensorSpec]
     locates: bool = False
+    misfit: Callable[[tuple[str, ...]], str] = lambda channels: ""
 
 
 def _encoder(name: str, site: str, section: Section, axis: Axis | None) -> SensorSpec:
@@ -102,15 +104,22 @@ def _inertial(kind: str, dimension: str) -> Callable[[str, str, Section, Axis | 
 def _camera(name: str, site: str, section: Section, _: Axis | None) -> SensorSpec:
     """Read what sees the tip: its pose, or of it what ``axes`` names; a laser tracker sees no rotation."""
     axes = section.choices("axes", POSE_CHANNELS, POSE_CHANNELS, at_least=1)
+    if misfit := _camera_misfit(axes):
+        raise section.error("axes", list(axes), misfit)
     places, turns = ([axis for axis in axes if axis in part] for part in (TRANSLATION, ROTATION))
-    if not places or len(turns) not in (0, len(ROTATION)):
-        text = f"expected some of {', '.join(TRANSLATION)}; and {', '.join(ROTATION)} all together or none"
-        raise section.error("axes", list(axes), text)
     position = section.quantity("sigma", "length", above=0.0)
     angle = section.quantity("sigma_angle", "angle", above=0.0) if turns else 0.0
     sigma = np.array([position] * len(places) + [angle] * len(turns))
     topic = section.text("topic", "")
     return SensorSpec(name, "camera", site, axes, sigma, *_timing(section), -_FAR, _FAR, topic=topic)
+
+
+def _camera_misfit(axes: tuple[str, ...]) -> str:
+    """Return why a camera cannot see these axes of a pose alone; empty when it can."""
+    places, turns = ([axis for axis in axes if axis in part] for part in (TRANSLATION, ROTATION))
+    if places and len(turns) in (0, len(ROTATION)):
+        return ""
+    return f"expected some of {', '.join(TRANSLATION)}; and {', '.join(ROTATION)} all together or none"
 
 
 def _refuse_drowned(section: Section, sigma: float, reach: float, dimension: str) -> None:
@@ -167,5 +176,5 @@ SENSOR_KINDS: dict[str, SensorKind] = {
     "gyroscope": SensorKind(
         "node", lambda site: dict.fromkeys("xyz", "rad/s"), _inertial("gyroscope", "angular velocity")
     ),
-    "camera": SensorKind("tip", lambda site: POSE_UNITS, _camera, locates=True),
+    "camera": SensorKind("tip", lambda site: POSE_UNITS, _camera, locates=True, misfit=_camera_misfit),
 }

@@ -45,6 +45,8 @@ class SensorSpec:
         low, high: Smallest and largest value that is physically possible, SI.
         offset: Of a gauge from the beam's axis along y and z [m], (2,).
         limit: Largest strain allowed at a gauge [1].
+        mounted: The sensor as described, which its samples are of, where some of its channels are switched
+            off; None where none is.
         output: Of a gauge, what its messages hold per strain: 1, or of a bridge V/V; see ``gauge_bridge``.
         stamp_delay: Stamp minus instant of the sample: how late the driver stamps [s].
         bias: What its channels may be off by; None for nothing.
@@ -70,3 +72,4 @@ class SensorSpec:
     topic: str = ""
     velocity: float = math.inf
     output: float = 1.0
+    mounted: SensorSpec | None = None
