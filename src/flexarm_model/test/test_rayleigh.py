@@ -125,6 +125,14 @@ def test_the_description_says_it(tmp_path: Path) -> None:
     assert model.zeta == pytest.approx(0.01 + expected(model.omega), rel=1e-6)
 
 
+def test_two_measured_ratios_give_the_factors_as_the_page_says() -> None:
+    model = linearize(ReducedTree(damped(load_config(TWO_LINK)), use_compiler=False))
+    (w1, w2), (zeta1, zeta2) = model.omega[:2], model.zeta[:2]
+    beta = 2 * (zeta2 * w2 - zeta1 * w1) / (w2**2 - w1**2)
+    assert beta == pytest.approx(BETA, rel=1e-6)
+    assert 2 * zeta1 * w1 - beta * w1**2 == pytest.approx(ALPHA, rel=1e-6)
+
+
 FACTORS = {"alpha": "1 1/s", "beta": "1 us"}
 
 
