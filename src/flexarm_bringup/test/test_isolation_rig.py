@@ -144,15 +144,11 @@ PLANAR = {
     "detached accelerometer": ({"accelerometer_2": NOISE_ONLY}, "is detached"),
 }
 
-LATE = {("swapped gauges", "frequency -10 %"): "named after 1.09 s, by a second look"}
-
 
 @pytest.mark.slow
 @pytest.mark.parametrize("condition", [NOMINAL, "frequency -10 %", "frequency +10 %"])
 @pytest.mark.parametrize("fault", PLANAR)
-def test_faults_of_the_parallel_arm_are_named_within_a_second(fault, condition, request):
-    if (fault, condition) in LATE:
-        request.applymarker(pytest.mark.xfail(reason=LATE[fault, condition], strict=True))
+def test_faults_of_the_parallel_arm_are_named_within_a_second(fault, condition):
     faults, words = PLANAR[fault]
     found = arm("planar_3rrr").run(rig=CONDITIONS[condition], faults=faults, end=2.5)
     assert_named(found, faults, words, START + 1.0)
