@@ -21,7 +21,6 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from flexarm_bringup.assumptions import resting_on
 from flexarm_bringup.bags.bag_writer import BagError
@@ -37,7 +36,6 @@ from flexarm_bringup.progress import Progress
 from flexarm_estimator.likelihood import Likelihood
 from flexarm_model.tree.reduced_tree import ReducedTree
 
-Array = NDArray[np.float64]
 SETTLING = 0.3  # s of the bag that do not count
 MICRO = 1e6
 VERDICTS = {

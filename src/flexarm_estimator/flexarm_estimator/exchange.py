@@ -9,9 +9,6 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
 from flexarm_estimator.conversions import diagnostics_msg, state_to_msg, tip_to_msg
 from flexarm_estimator.estimate import Estimate
 from flexarm_estimator.estimator import Estimator
@@ -29,7 +26,6 @@ from flexarm_model.served.reduced_model import ReducedModel
 from flexarm_model.served.same_arm import foreign_model
 from flexarm_model.tree.reduced_tree import ReducedTree
 
-Array = NDArray[np.float64]
 INTERVENTIONS_TOPIC = "estimator/interventions"
 
 

@@ -12,7 +12,6 @@ from collections.abc import Sequence
 from copy import copy
 
 import numpy as np
-from numpy.typing import NDArray
 
 from flexarm_estimator.filter import Belief, GuardedFilter, innovation_covariance
 from flexarm_estimator.filters.served import ServedSteps
@@ -30,7 +29,6 @@ from flexarm_estimator.steps.pose_update import PoseUpdate
 from flexarm_estimator.steps.stack import StackedSample
 from flexarm_estimator.steps.step_runner import make_runner
 
-Array = NDArray[np.float64]
 _AGREED = 1.0  # sigma
 
 

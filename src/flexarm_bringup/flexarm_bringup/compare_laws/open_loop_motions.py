@@ -10,7 +10,6 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from flexarm_bringup.compare_laws.legs import ComparedLeg
 from flexarm_bringup.tip_vibration import Watch
@@ -22,7 +21,6 @@ from flexarm_model.motion.hump_shapers import ei, three_hump, two_hump
 from flexarm_model.motion.profiles import Trapezoid
 from flexarm_model.motion.shapers import Shaper, convolve, mzv, zv, zvd
 
-Array = NDArray[np.float64]
 SHAPERS: dict[str, Callable[[float, float], Shaper]] = {
     "ZV": zv, "MZV": mzv, "ZVD": zvd, "EI": ei, "two-hump EI": two_hump, "three-hump EI": three_hump,
 }  # fmt: skip

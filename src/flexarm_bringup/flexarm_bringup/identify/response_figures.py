@@ -15,7 +15,6 @@ from flexarm_model.modal.frf import Frf
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-Array = NDArray[np.float64]
 COLUMNS, MOST = 3, 15  # panels in a row and at all
 MARK = "#8a7d2f"
 UNIT = {"receptance": "", "mobility": "/s", "accelerance": "/s²"}

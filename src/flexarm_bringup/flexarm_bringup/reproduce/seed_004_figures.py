@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from flexarm_bringup.page.figures import COLOURS, Figure, drawing, to_figure
 from flexarm_bringup.reproduce.seed_004_data import Photographs
 from flexarm_bringup.reproduce.seed_004_film import CAMERA, ORDER, RIGID, SPRINGS, Filmed
 from flexarm_bringup.reproduce.seed_004_motion import Ramps, SpringArm, follow_exactly
 from flexarm_bringup.reproduce.seed_004_photographs import null_tips, predict_left_out
-
-Array = NDArray[np.float64]
 
 BAR = 0.27  # width, of the distance between two poses
 MARGIN = 0.1  # s, before and after the samples

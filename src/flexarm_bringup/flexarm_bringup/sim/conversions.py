@@ -10,7 +10,6 @@ import numpy as np
 from flexarm_interfaces.msg import StrainArray
 from flexarm_interfaces.msg import Truth as TruthMsg
 from geometry_msgs.msg import PoseWithCovarianceStamped
-from numpy.typing import NDArray
 from sensor_msgs.msg import Imu, JointState
 
 from flexarm_bringup.sim.drives import Drives
@@ -25,7 +24,6 @@ from flexarm_model.manipulator.sensor_kinds import POSE_CHANNELS
 from flexarm_model.manipulator.sensor_spec import SensorSpec
 from flexarm_model.numeric.rotation import quaternion_from_vector
 
-Array = NDArray[np.float64]
 UNSEEN = 1e6  # m^2 or rad^2; variance that says that a camera does not see a channel
 
 

@@ -16,7 +16,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 TINY = 1e-12  # of an answer, below which no factor matters
 

@@ -14,7 +14,6 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
 from flexarm_controller.firm_mpc import FirmMpc
 from flexarm_controller.laws import LAWS, LawInputs, Planner
@@ -31,8 +30,6 @@ from flexarm_model.manipulator.description import ManipulatorConfig
 from flexarm_model.served.reduced_model import ReducedModel
 from flexarm_model.served.steady_filter import SteadyFilter
 from flexarm_model.tree.reduced_tree import ReducedTree
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,6 @@ from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
 from flexarm_controller.guard_settings import GuardSettings, guard_limits
 from flexarm_controller.limits import Limits
@@ -25,8 +24,6 @@ from flexarm_controller.motion.tip_kinematics import TipGoal, TipKinematics
 from flexarm_controller.reference import Reference, hold
 from flexarm_controller.state import ArmState
 from flexarm_model.served.reduced_model import ReducedModel
-
-Array = NDArray[np.float64]
 
 
 class Follower(Protocol):

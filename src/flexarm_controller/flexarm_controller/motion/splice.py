@@ -3,11 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from flexarm_controller.reference import Reference
-
-Array = NDArray[np.float64]
 
 
 def splice(before: Reference, after: Reference, t: float) -> Reference:

@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from flexarm_controller.nonlinear.gauss_steps import GaussSteps, Points
 from flexarm_controller.nonlinear.goal_window import GoalWindow
 
-Array = NDArray[np.float64]
 NEVER = -np.inf  # s
 SAME_INSTANT = 1e-9  # s; stamps are whole nanoseconds
 

@@ -13,13 +13,11 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from flexarm_model.manipulator.sensor_spec import BiasSpec, SensorSpec
 from flexarm_model.numeric.dense import block_diagonal
 from flexarm_model.served.state_space import StateSpace
 
-Array = NDArray[np.float64]
 _FAR = 10.0  # sigmas; a rate is held within
 
 

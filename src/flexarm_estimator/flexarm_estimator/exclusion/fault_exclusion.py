@@ -16,9 +16,6 @@ import math
 from bisect import bisect_right
 from collections.abc import Iterable, Sequence
 
-import numpy as np
-from numpy.typing import NDArray
-
 from flexarm_estimator.exclusion.agreement import Comparison, compare
 from flexarm_estimator.exclusion.replay import refused_sensors
 from flexarm_estimator.exclusion.search import Search
@@ -28,7 +25,6 @@ from flexarm_estimator.judging.health import Health
 from flexarm_estimator.measurement import SAME_INSTANT, Measurement
 from flexarm_estimator.watches.watch import Finding, View
 
-Array = NDArray[np.float64]
 _PAUSE = 0.05  # s between two searches that came to nothing
 _CURRENT = 0.15  # s for which their outcome holds
 _HOPELESS = 3  # doubts in a row by who locates the axes: widening the state does not help

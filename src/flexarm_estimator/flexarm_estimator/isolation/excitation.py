@@ -12,12 +12,10 @@ from collections.abc import Sequence
 from functools import reduce
 
 import numpy as np
-from numpy.typing import NDArray
 
 from flexarm_estimator.isolation.channels import Channels
 from flexarm_estimator.measurement import Measurement
 
-Array = NDArray[np.float64]
 _LOOKS = 5  # over a window, its ends included
 _KEPT = 8  # windows, each a look after the other
 _FAR = 10.0  # sigma of a single sample

@@ -12,11 +12,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
-from numpy.typing import NDArray
 
 from flexarm_estimator.filter import Belief
-
-Array = NDArray[np.float64]
 
 
 class StateLimits:

@@ -12,14 +12,12 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from flexarm_estimator.filter import Belief, normalised_square
 from flexarm_estimator.state.state_limits import StateLimits
 from flexarm_estimator.steps.joint_step import PreparedStep
 from flexarm_model.numeric.machine_code import load_code
 
-Array = NDArray[np.float64]
 SOURCE = Path(__file__).with_name("joint_steps.c")
 _PANEL = 4  # columns of a factor that are made together ("BROAD" of tiles.h)
 _FIRST_LENGTH = 64  # steps in one call; grows

@@ -12,7 +12,6 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from flexarm_model.bodies.sid_checks import check_matrices, check_own, matrix_shapes, own_frequencies
 from flexarm_model.bodies.sid_terms import sid_integrals, sid_matrices
@@ -20,8 +19,6 @@ from flexarm_model.bodies.sid_text import Block, Taylor, format_array, format_ta
 from flexarm_model.bodies.superelement import NodeShape, Superelement, pairs
 from flexarm_model.numeric.rotation import skew
 from flexarm_model.settings.strict_yaml import ConfigError
-
-Array = NDArray[np.float64]
 
 _OWN = "flexarm"
 _VERSION = 4  # those before hold no damping over mass

@@ -17,7 +17,6 @@ from scipy.optimize import linear_sum_assignment
 
 from flexarm_model.identification.lscf import OrderPoles
 
-Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 REFUSED = 1e6  # cost of a pair that cannot be the same mode
 

@@ -9,13 +9,10 @@ from __future__ import annotations
 
 import numpy as np
 import pinocchio as pin
-from numpy.typing import NDArray
 
 from flexarm_model.manipulator.body_spec import Beam, RigidBody
 from flexarm_model.manipulator.description import WORLD, Joint, ManipulatorConfig, NodeRef
 from flexarm_model.segments.segments import Segment, cut_beam
-
-Array = NDArray[np.float64]
 
 _JOINT_MODELS = {
     "tx": pin.JointModelPX, "ty": pin.JointModelPY, "tz": pin.JointModelPZ,

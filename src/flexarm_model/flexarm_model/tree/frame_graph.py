@@ -7,7 +7,6 @@ from dataclasses import dataclass
 
 import casadi as ca
 import numpy as np
-from numpy.typing import NDArray
 
 from flexarm_model.bodies.superelement import Superelement
 from flexarm_model.manipulator.description import WORLD, Joint, ManipulatorConfig, NodeRef
@@ -23,8 +22,6 @@ from flexarm_model.tree.frames import (
     move,
     node_step,
 )
-
-Array = NDArray[np.float64]
 
 BASE = -1  # index of the world frame
 
