@@ -14,14 +14,9 @@ from flexarm_model.reading.manipulator_file import find_manipulator
 NONE = ("nothing",)
 
 
-def rests_on(config: ManipulatorConfig, also_assumed: Sequence[str] = ()) -> dict[str, Sequence[str]]:
-    """Return the remarks that belong beside every result of an arm; "nothing" where there is none.
-
-    Args:
-        config: The arm.
-        also_assumed: What is assumed beside its description.
-    """
-    return {"assumed": [*config.assumed, *also_assumed] or NONE, "fitted": config.fitted or NONE}
+def rests_on(config: ManipulatorConfig) -> dict[str, Sequence[str]]:
+    """Return the remarks that belong beside every result of an arm; "nothing" where there is none."""
+    return {"assumed": config.assumed or NONE, "fitted": config.fitted or NONE}
 
 
 def resting_on(page: Page, *arms: ManipulatorConfig) -> Page:

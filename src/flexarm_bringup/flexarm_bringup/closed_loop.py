@@ -18,7 +18,6 @@ from numpy.typing import NDArray
 from flexarm_bringup.demo_run.motions import Move, reference_of
 from flexarm_bringup.record import RunRecord, stack
 from flexarm_bringup.sim.hardware import Hardware
-from flexarm_bringup.sim.plant import Plant
 from flexarm_bringup.sim.rig import RigSettings
 from flexarm_bringup.sim.sample import Sample
 from flexarm_controller.controller import Controller
@@ -66,15 +65,13 @@ class Effort:
     """What a run took.
 
     Attributes:
-        cpu_time: Of the whole loop from ``WARM_UP`` on, rig and record included [s].
-        speed: Simulated seconds per second of it [1].
+        speed: Simulated seconds per second of CPU time from ``WARM_UP`` on, rig and record included [1].
         served: Models adopted on the way.
         adopt_time: CPU time of making and adopting them [s].
         unusable: Share of the periods in which the controller had no usable state or no plan [1].
         guard: Why the guard stopped the arm; empty when it did not.
     """
 
-    cpu_time: float
     speed: float
     served: int
     adopt_time: float
@@ -85,21 +82,18 @@ class Effort:
 Observer = Callable[[Hardware, Estimate], Mapping[str, Array]]
 
 
-def run_closed_loop(
-    config: ManipulatorConfig, moves: Sequence[Move], settings: LoopSettings, plant: Plant | None = None
-) -> RunRecord:
+def run_closed_loop(config: ManipulatorConfig, moves: Sequence[Move], settings: LoopSettings) -> RunRecord:
     """Follow a series of moves of one axis under control and return what happened.
 
     Args:
         config: The manipulator; its rate is the control rate.
         moves: The series.
         settings: Of everything in the loop.
-        plant: A compiled plant to reuse.
 
     Raises:
         ValueError: The arm cannot follow the moves; says why.
     """
-    hardware = Hardware(config, settings.rig, plant=plant)
+    hardware = Hardware(config, settings.rig)
     reference = reference_of(moves, hardware.dt)
     ticks, _ = run_loop(hardware, ReducedTree(config), reference, moves[-1].slot_end, settings, observe_tick)
     return stack(ticks)
@@ -176,7 +170,7 @@ def run_loop(
         hardware.choose_torque(command.for_guard(k + 1, TOKEN))
     spent = time.process_time() - started
     speed = (n - warm) * hardware.dt / spent
-    return ticks, Effort(spent, speed, schedule.served, adopting, without / n, hardware.guard.reason)
+    return ticks, Effort(speed, schedule.served, adopting, without / n, hardware.guard.reason)
 
 
 def _refusal(

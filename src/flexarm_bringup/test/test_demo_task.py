@@ -47,7 +47,7 @@ def leg(law: str) -> LegResult:
 
 def in_process(law: str) -> SimResult:
     trace = Trace(np.arange(3.0), np.zeros((3, 3)), np.full((3, 1), 0.25))
-    effort = Effort(cpu_time=0.5, speed=4.0, served=4, adopt_time=0.0, unusable=0.0, guard="")
+    effort = Effort(speed=4.0, served=4, adopt_time=0.0, unusable=0.0, guard="")
     return SimResult("sim", NOMINAL, law, legs=(leg(law),), effort=effort, trace=trace)
 
 

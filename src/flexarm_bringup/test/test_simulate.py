@@ -39,7 +39,7 @@ def result(
 ) -> SimResult:
     leg = LegResult(Leg("out", 0.5, 1.0), Residual(acceleration, 1e-3, 0.1, growth), 1e-3, 0.5)
     trace = Trace(np.zeros(1), np.zeros((1, 3)), np.zeros((1, 1)))
-    return SimResult("", "as described", law, (leg,), Effort(0.5, 4.0, 0, 0.0, lost, guard), trace)
+    return SimResult("", "as described", law, (leg,), Effort(4.0, 0, 0.0, lost, guard), trace)
 
 
 def test_the_command_prints_and_writes_the_table(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -65,8 +65,8 @@ def _presets(rows: Iterable[Row]) -> list[str]:
     return list(dict.fromkeys(row.preset for row in rows))
 
 
-def _is(row: Row, law: str, motion: str, error: float = 0.0) -> bool:
-    return (row.law, row.motion, row.frequency_error) == (law, motion, error)
+def _is(row: Row, law: str, motion: str) -> bool:
+    return (row.law, row.motion, row.frequency_error) == (law, motion, 0.0)
 
 
 def _cells(row: Row, base: dict[float, float]) -> list[Cell]:

@@ -109,17 +109,9 @@ def run_job(job: Job) -> list[Outcome]:
     return [outcome_of(job, move, record, "in process", tip_reach(config)) for move, record in runs]
 
 
-def run_jobs(
-    todo: Sequence[Job], done: Callable[[int, int], None], workers: int | None = None
-) -> list[Outcome]:
-    """Run jobs in parallel processes.
-
-    Args:
-        todo: The jobs.
-        done: Told after each job how many of how many are done.
-        workers: Number of processes; None takes the cores there are.
-    """
-    return run_parallel(run_job, todo, done, workers)
+def run_jobs(todo: Sequence[Job], done: Callable[[int, int], None]) -> list[Outcome]:
+    """Run jobs in parallel processes; ``done`` is told after each how many of how many are done."""
+    return run_parallel(run_job, todo, done)
 
 
 def outcome_of(job: Job, move: Move, record: RunRecord, where: str, reach: float) -> Outcome:

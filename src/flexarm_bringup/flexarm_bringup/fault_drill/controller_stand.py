@@ -150,11 +150,11 @@ class ControllerStand:
             raise ValueError(fault)
         return controller
 
-    def spoilt(self, spoil: Spoil, mpc: MpcConfig | None = None, limits: Limits | None = None) -> Controller:
+    def spoilt(self, spoil: Spoil, mpc: MpcConfig | None = None) -> Controller:
         """Return a controller whose quadratic program is spoilt on its way to the solver."""
-        law = SpoiltMpc(self.model, limits or self.limits, mpc or self.mpc, self.dt)
+        law = SpoiltMpc(self.model, self.limits, mpc or self.mpc, self.dt)
         law.spoil = spoil
-        return with_law(self.controller(mpc, limits), law)
+        return with_law(self.controller(mpc), law)
 
     def follow(
         self, controller: Controller, periods: int, change: ChangeState | None = None

@@ -69,9 +69,9 @@ class Trial:
         """Return the name of a measure of this run."""
         return f"{self.label}: {what}" if self.label else what
 
-    def counted(self, field: str, start: float | None = None) -> int:
+    def counted(self, field: str) -> int:
         """Return by how much a count of all faulty sensors' reports grew since the fault began."""
-        first = self.trace.tick(self.start if start is None else start) - 1
+        first = self.trace.tick(self.start) - 1
         return sum(
             getattr(self.trace.report(-1, name), field) - getattr(self.trace.report(first, name), field)
             for name in self.sensors

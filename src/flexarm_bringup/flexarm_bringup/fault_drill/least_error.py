@@ -62,13 +62,13 @@ class LeastError:
             for name, pose in self._parts.sensors.poses.items()
         ]
 
-    def outage(self, silent: Collection[str], seconds: float = FAULT_END - FAULT_START) -> Outage:
-        """Return the least error when some sensors fall silent for ``seconds``."""
+    def outage(self, silent: Collection[str]) -> Outage:
+        """Return the least error when some sensors fall silent while a fault lasts."""
         P = self._parts.process.P0
         for k in range(round(SETTLING / self._dt)):
             P = self.after(P, k, self._stack(()))
         before, during = self._variance(P), []
-        for k in range(round(seconds / self._dt)):
+        for k in range(round((FAULT_END - FAULT_START) / self._dt)):
             P = self.after(P, k, self._stack(silent))
             during.append(self._variance(P))
         return Outage(float(np.sqrt(before)), float(np.sqrt(np.mean(during))))

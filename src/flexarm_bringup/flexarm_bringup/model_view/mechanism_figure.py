@@ -20,6 +20,7 @@ from flexarm_model.manipulator.description import WORLD
 Array = NDArray[np.float64]
 
 SHARE = 0.12  # of the mechanism's size: largest displacement drawn
+COLUMNS = 3  # modes side by side
 FLAT = 0.02  # of the size: what is less deep is seen from one side only
 VIEWS = ((0, 1), (0, 2), (1, 2))  # horizontal and vertical axis of each view
 
@@ -42,20 +43,19 @@ class Shape:
     joints: Array
 
 
-def mode_shape(mechanism: MechanismLines, q0: Array, direction: Array, share: float = SHARE) -> Shape:
+def mode_shape(mechanism: MechanismLines, q0: Array, direction: Array) -> Shape:
     """Return the mechanism moved along a direction of its coordinates.
 
     Args:
         mechanism: What to draw.
         q0: Coordinates at rest, ``ReducedModel.q0``, (n_q,).
         direction: A column of ``ReducedModel.Phi``, (n_q,).
-        share: Largest displacement drawn, of the mechanism's size.
     """
     rest = mechanism.lines(q0)
     unit = mechanism.displaced(q0, direction, 1.0)
     size = float(np.ptp(all_points(rest), axis=0).max())
     largest = float(np.linalg.norm(all_points(unit) - all_points(rest), axis=1).max())
-    scale = share * size / largest if largest > 0.0 else 0.0
+    scale = SHARE * size / largest if largest > 0.0 else 0.0
     there, back = (mechanism.displaced(q0, direction, side * scale) for side in (1.0, -1.0))
     return Shape(rest, there, back, scale, mechanism.joints(q0))
 
@@ -118,19 +118,18 @@ def mode_figure(shape: Shape, title: str, caption: str) -> Figure:
         return to_figure(plot, caption)
 
 
-def modes_figure(shapes: Sequence[Shape], titles: Sequence[str], caption: str, columns: int = 3) -> Figure:
+def modes_figure(shapes: Sequence[Shape], titles: Sequence[str], caption: str) -> Figure:
     """Return several modes side by side, each in its best view.
 
     Args:
         shapes: What to draw.
         titles: Above each.
         caption: One sentence below all.
-        columns: How many in a row.
     """
-    rows = -(-len(shapes) // columns)
+    rows = -(-len(shapes) // COLUMNS)
     with drawing(9.0, 2.8 * rows) as plot:
         for number, (shape, title) in enumerate(zip(shapes, titles, strict=True)):
-            axis = plot.add_subplot(rows, columns, number + 1)
+            axis = plot.add_subplot(rows, COLUMNS, number + 1)
             draw_shape(axis, shape, best_views(shape.rest, shape.there)[0])
             axis.set_title(title)
         return to_figure(plot, caption)

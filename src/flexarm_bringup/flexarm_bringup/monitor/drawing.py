@@ -62,9 +62,9 @@ def bar(value: float, limit: float, width: int = BAR) -> str:
     return f"{'█' * left:>{half}}│{'█' * right:<{half}}"
 
 
-def number(value: float, form: str, missing: str = "–") -> str:
+def number(value: float, form: str) -> str:
     """Return a number in a format, of the same width where it is not known."""
-    text = format(value, form) if math.isfinite(value) else missing
+    text = format(value, form) if math.isfinite(value) else "–"
     return text.rjust(len(format(0.0, form)))
 
 

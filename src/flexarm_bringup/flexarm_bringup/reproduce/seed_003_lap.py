@@ -38,6 +38,7 @@ TOOL_DOWN = np.diag([1.0, -1.0, -1.0])
 NEAR = np.radians([0.0, 20.0, 10.0, 0.0, 60.0, 0.0])  # of the eight solutions
 PERIOD = 1e-3  # s, of the drives and of the integrator: modes below 30 Hz are 0.3 % slow, 5 um in the end
 INNER = 4.0  # times faster than position loop and integral is the velocity loop
+STAND_EVERY = 20  # samples of the path from one place to stand at to the next
 SAG_STEPS = 4  # gravity's own stiffness is a thousandth of the springs': each step gains three digits
 
 
@@ -179,14 +180,10 @@ def drive_lap(case: Case) -> Array:
     return np.array(places)
 
 
-def stand_on_path(every: int = 20) -> Array:
-    """Return where the flexible robot stands with its motors on the path, at rest [m], (k, 3).
-
-    Args:
-        every: Take one of so many samples.
-    """
+def stand_on_path() -> Array:
+    """Return where the flexible robot stands with its motors on the path, at rest [m], (k, 3)."""
     tree = flexible_tree()
-    return np.array([tree.tip_pose(sagged(theta))[:3, 3] for theta in lap().joints.theta[::every]])
+    return np.array([tree.tip_pose(sagged(theta))[:3, 3] for theta in lap().joints.theta[::STAND_EVERY]])
 
 
 def outside(places: Array) -> tuple[Array, NDArray[np.bool_]]:

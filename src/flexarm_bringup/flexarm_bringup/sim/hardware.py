@@ -35,7 +35,6 @@ class Hardware:
         self,
         config: ManipulatorConfig,
         simulation: RigSettings | None = None,
-        settings: GuardSettings | None = None,
         plant: Plant | None = None,
         faults: Mapping[str, SensorFault] | None = None,
         limits: GuardLimits | None = None,
@@ -45,17 +44,16 @@ class Hardware:
         Args:
             config: The manipulator.
             simulation: Of the rig.
-            settings: Of the guard.
             plant: A compiled plant to reuse.
             faults: What is wrong with the sensors, by name.
-            limits: Of the guard; by itself those that follow from the description and ``settings``.
+            limits: Of the guard; by itself those that follow from the description.
 
         Raises:
             ConfigError: A motor cannot hold the weight of the arm everywhere in its range.
         """
         self.drives = Drives(config, simulation, plant, faults)
         tree = self.rig.plant.tree
-        settings = settings or GuardSettings()
+        settings = GuardSettings()
         self.guard = Guard(limits or guard_limits(config, tree, settings))
         self.drives.tau = list(self.guard.holding)  # the motors bear the arm when the brakes open
         self._loads = PoseLoads(tree, hold_of(self.guard.limits, settings))

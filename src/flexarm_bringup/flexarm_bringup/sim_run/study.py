@@ -178,11 +178,9 @@ def run_sim_job(job: SimJob) -> list[SimResult]:
     return results
 
 
-def run_sim_jobs(
-    todo: Sequence[SimJob], done: Callable[[int, int], None], workers: int | None = None
-) -> list[SimResult]:
+def run_sim_jobs(todo: Sequence[SimJob], done: Callable[[int, int], None]) -> list[SimResult]:
     """Run jobs in parallel processes; ``done`` is told after each how many of how many are done."""
-    return run_parallel(run_sim_job, todo, done, workers)
+    return run_parallel(run_sim_job, todo, done)
 
 
 def loop_settings(task: Task, law: str, rig: RigSettings) -> LoopSettings:

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexarm_model.identification.lscf import OrderPoles, poles_of_orders
-from flexarm_model.identification.stabilisation import Stability, Track, lasting, likeness
+from flexarm_model.identification.stabilisation import Track, lasting, likeness
 from flexarm_model.modal.fit import FitOptions, PoleFit, fit_poles
 from flexarm_model.modal.frf import Frf
 from flexarm_model.modal.partial_fractions import REMAINDERS
@@ -49,8 +49,6 @@ class Identified:
 def identify_modes(
     frf: Frf,
     weight: Array | None = None,
-    orders: range | None = None,
-    stability: Stability | None = None,
     remainders: tuple[int, ...] = REMAINDERS,
 ) -> Identified:
     """Return the modes in the band of ``frf``.
@@ -58,17 +56,13 @@ def identify_modes(
     Args:
         frf: Responses, evenly spaced lines; the smaller side should be the inputs (``transposed``).
         weight: Of every line, (k,), or of every line and output, (k, n_out); 0 masks, None weighs all alike.
-        orders: Orders of the chart; None takes as many as the lines allow.
-        stability: What counts as unchanged; None is the default.
         remainders: Powers of j w for the modes out of band.
 
     Raises:
         ValueError: The lines are not evenly spaced or too few.
     """
-    chart = poles_of_orders(frf, orders or orders_for(frf), weight)
-    chosen = tuple(
-        track for track in lasting(chart, stability) if -track.pole.real < LARGEST_DAMPING * abs(track.pole)
-    )
+    chart = poles_of_orders(frf, orders_for(frf), weight)
+    chosen = tuple(track for track in lasting(chart) if -track.pole.real < LARGEST_DAMPING * abs(track.pole))
     poles = np.array([track.pole for track in chosen])
     participation = np.array([track.participation for track in chosen]).reshape(len(chosen), frf.H.shape[2])
     dropped: list[float] = []

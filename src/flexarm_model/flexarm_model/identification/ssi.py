@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexarm_model.identification.lscf import OrderPoles
-from flexarm_model.identification.stabilisation import Stability, lasting
+from flexarm_model.identification.stabilisation import lasting
 from flexarm_model.modal.read_only import lock_arrays
 
 Array = NDArray[np.float64]
@@ -57,7 +57,6 @@ def output_modes(
     rate_hz: float,
     band_hz: tuple[float, float],
     parts: int = 4,
-    stability: Stability | None = None,
 ) -> OutputModes:
     """Return the modes in a band.
 
@@ -66,15 +65,14 @@ def output_modes(
         rate_hz: Samples per second [Hz].
         band_hz: Band of the modes; its lower end sets how far the covariances reach [Hz].
         parts: Of the record, each by itself, for the uncertainty.
-        stability: What counts as lasting; None is the default.
 
     Raises:
         ValueError: The record is not finite, or a part of it too short for the band.
     """
-    f, zeta, shapes = _modes(y, rate_hz, band_hz, stability)
+    f, zeta, shapes = _modes(y, rate_hz, band_hz)
     spread = np.full((2, f.size, parts), np.nan)
     for part, piece in enumerate(np.array_split(y, parts)):
-        f_part, zeta_part, _ = _modes(piece, rate_hz, band_hz, stability)
+        f_part, zeta_part, _ = _modes(piece, rate_hz, band_hz)
         for i, value in enumerate(f):
             near = int(abs(f_part - value).argmin()) if f_part.size else 0
             if f_part.size and abs(f_part[near] / value - 1) < SAME_MODE:
@@ -84,13 +82,9 @@ def output_modes(
     return OutputModes(f[there], zeta[there], std[0], std[1], shapes[there])
 
 
-def _modes(
-    y: Array, rate_hz: float, band_hz: tuple[float, float], stability: Stability | None
-) -> tuple[Array, Array, Complex]:
+def _modes(y: Array, rate_hz: float, band_hz: tuple[float, float]) -> tuple[Array, Array, Complex]:
     chart = output_poles(y, rate_hz, band_hz)
-    found = [
-        track for track in lasting(chart, stability) if -track.pole.real < LARGEST_DAMPING * abs(track.pole)
-    ]
+    found = [track for track in lasting(chart) if -track.pole.real < LARGEST_DAMPING * abs(track.pole)]
     poles = np.array([track.pole for track in found])
     shapes = np.array([track.participation for track in found]).reshape(len(found), y.shape[1])
     shapes = shapes * y.std(axis=0)  # the covariances are of signals of unit size

@@ -18,22 +18,10 @@ from scipy.optimize import linear_sum_assignment
 from flexarm_model.identification.lscf import OrderPoles
 
 Complex = NDArray[np.complex128]
+SAME_FREQUENCY = 0.01  # relative change from one order to the next [1]
+SAME_DAMPING = 0.3  # the same of the damping ratio [1]
+LASTING = 0.4  # share of the orders through which a mode lasts [1]
 REFUSED = 1e6  # cost of a pair that cannot be the same mode
-
-
-@dataclass(frozen=True)
-class Stability:
-    """What counts as unchanged from one order to the next, and as lasting.
-
-    Attributes:
-        frequency: Relative change of the frequency [1].
-        damping: Relative change of the damping ratio [1].
-        share: Share of the orders through which a mode lasts [1].
-    """
-
-    frequency: float = 0.01
-    damping: float = 0.3
-    share: float = 0.4
 
 
 @dataclass
@@ -62,11 +50,11 @@ class Track:
         return self.participations[-1]
 
 
-def tracks(chart: Sequence[OrderPoles], stability: Stability | None = None) -> tuple[Track, ...]:
+def tracks(chart: Sequence[OrderPoles]) -> tuple[Track, ...]:
     """Return every track of a chart, slowest first; a pole that continues none begins one."""
-    limits, found = stability or Stability(), list[Track]()
+    found = list[Track]()
     for at_order in chart:
-        cost = np.array([[_cost(track, at_order, i, limits) for i in range(at_order.poles.size)]
+        cost = np.array([[_cost(track, at_order, i) for i in range(at_order.poles.size)]
                          for track in found]).reshape(len(found), at_order.poles.size)  # fmt: skip
         rows, columns = linear_sum_assignment(cost)
         owner = {int(c): found[r] for r, c in zip(rows, columns, strict=True) if cost[r, c] < REFUSED}
@@ -81,10 +69,9 @@ def tracks(chart: Sequence[OrderPoles], stability: Stability | None = None) -> t
     return tuple(sorted(found, key=lambda track: abs(track.pole)))
 
 
-def lasting(chart: Sequence[OrderPoles], stability: Stability | None = None) -> tuple[Track, ...]:
+def lasting(chart: Sequence[OrderPoles]) -> tuple[Track, ...]:
     """Return the tracks that last for the share of the orders, slowest first."""
-    limits = stability or Stability()
-    return tuple(track for track in tracks(chart, limits) if len(track.orders) >= limits.share * len(chart))
+    return tuple(track for track in tracks(chart) if len(track.orders) >= LASTING * len(chart))
 
 
 def likeness(p: Complex, q: Complex) -> float:
@@ -92,10 +79,10 @@ def likeness(p: Complex, q: Complex) -> float:
     return float(abs(np.vdot(p, q)) ** 2 / (np.vdot(p, p).real * np.vdot(q, q).real))
 
 
-def _cost(track: Track, at_order: OrderPoles, i: int, limits: Stability) -> float:
+def _cost(track: Track, at_order: OrderPoles, i: int) -> float:
     before, now = track.poles[-1], complex(at_order.poles[i])
-    frequency = abs(abs(now) / abs(before) - 1) / limits.frequency
-    damping = abs((now.real / abs(now)) / (before.real / abs(before)) - 1) / limits.damping
+    frequency = abs(abs(now) / abs(before) - 1) / SAME_FREQUENCY
+    damping = abs((now.real / abs(now)) / (before.real / abs(before)) - 1) / SAME_DAMPING
     if max(frequency, damping) > 1:
         return REFUSED
     unlike = 1 - likeness(track.participations[-1], at_order.participation[i])

@@ -63,18 +63,16 @@ class Modes:
         return Modes(self.omega[:r], self.damping[:r], self.shapes[:, :r])
 
 
-def normal_modes(M: Array, D: Array, K: Array, r: int | None = None) -> Modes:
-    """Return the slowest ``r`` normal modes; None means all.
+def normal_modes(M: Array, D: Array, K: Array) -> Modes:
+    """Return the normal modes, slowest first.
 
     Args:
         M: Mass, symmetric and positive definite, (n, n).
         D: Damping, (n, n).
         K: Stiffness, symmetric, (n, n).
-        r: How many modes.
     """
     shapes, omega = mode_basis(M, K, np.eye(M.shape[0]), M.shape[0])
-    modes = Modes(omega, np.einsum("ir,ij,jr->r", shapes, D, shapes), shapes)
-    return modes if r is None else modes.first(r)
+    return Modes(omega, np.einsum("ir,ij,jr->r", shapes, D, shapes), shapes)
 
 
 def model_modes(model: ReducedModel, locked: bool = True) -> Modes:

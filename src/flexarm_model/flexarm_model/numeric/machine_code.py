@@ -57,19 +57,19 @@ class MachineCode:
         return ctypes.addressof(self.layout)
 
 
-def load_code(source: Path, flags: tuple[str, ...] = FAST) -> ctypes.PyDLL | None:
+def load_code(source: Path) -> ctypes.PyDLL | None:
     """Return a C file of ours as a library; None where there is no working compiler.
 
     It is built and loaded once: a model that is adopted while the arm moves finds it ready.
     """
     compiler = find_compiler()
-    return None if compiler is None else _load(source, compiler, flags, cache_folder())
+    return None if compiler is None else _load(source, compiler, cache_folder())
 
 
 @cache
-def _load(source: Path, compiler: str, flags: tuple[str, ...], folder: Path) -> ctypes.PyDLL | None:
+def _load(source: Path, compiler: str, folder: Path) -> ctypes.PyDLL | None:
     """Build a library into the folder of compiled code and load it."""
-    library = build_library(source, compiler, flags)
+    library = build_library(source, compiler, FAST)
     return None if library is None else _open(library)
 
 

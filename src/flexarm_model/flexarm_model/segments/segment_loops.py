@@ -23,6 +23,7 @@ Array = NDArray[np.float64]
 
 TOLERANCE = 1e-11  # of an open row [m or rad]
 MAX_ITERATIONS = 60
+STEP = 1e-5  # of a coordinate for central differences [m, rad or 1]
 LONGEST_STEP = 0.3  # of an axis in one iteration [rad or m]: far steps change the branch
 STRIDE = 0.1  # of the motors from one closed pose to the next [rad or m]
 RANK_TOLERANCE = 1e-9  # of singular values, relative to the largest
@@ -76,11 +77,11 @@ class SegmentLoops:
             rows.append(end - node)
         return np.concatenate(rows)
 
-    def stiffness(self, q: Array, force: Array, step: float = 1e-5) -> Array:
+    def stiffness(self, q: Array, force: Array) -> Array:
         """Return d(G' force)/dq by central differences at a force of the rows, (n_q, n_q)."""
         columns = []
-        for e in np.eye(q.size) * step:
-            columns.append((self.jacobian(q + e) - self.jacobian(q - e)).T @ force / (2 * step))
+        for e in np.eye(q.size) * STEP:
+            columns.append((self.jacobian(q + e) - self.jacobian(q - e)).T @ force / (2 * STEP))
         return np.array(columns).T
 
     def close(self, start: Array, free: Array, what: str) -> Array:

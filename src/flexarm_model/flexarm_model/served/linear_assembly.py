@@ -14,7 +14,7 @@ change the geometry: on purpose less than ``linearize``, with which it shares th
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -23,14 +23,12 @@ from scipy.linalg import null_space
 
 from flexarm_model.bodies.body_reduction import reduce_to_first_order
 from flexarm_model.bodies.superelement import Superelement
-from flexarm_model.manipulator.body_spec import Body
 from flexarm_model.manipulator.description import WORLD, Joint, ManipulatorConfig, NodeRef
 from flexarm_model.numeric.rotation import rotation_vector, skew
 from flexarm_model.tree.modal_damping import Losses, modal_damping
 from flexarm_model.tree.rigid_places import Place, place_bodies, place_joint, place_node
 
 Array = NDArray[np.float64]
-Reducer = Callable[[Body, Collection[str]], Superelement]
 
 OPEN_LOOP = 1e-6  # m or rad: a loop that gapes more has no linear model
 RANK = 1e-9  # of the largest singular value: below it a row of the loops says nothing new
@@ -78,20 +76,18 @@ class LinearAssembly:
 def assemble(
     config: ManipulatorConfig,
     axis_positions: Mapping[str, float] | None = None,
-    reduce: Reducer = reduce_to_first_order,
 ) -> LinearAssembly:
     """Return the linear model of a manipulator about a pose.
 
     Args:
         config: The manipulator.
         axis_positions: By "joint.axis" [m or rad]; other axes stand at home or, passive, at their guess.
-        reduce: Makes a superelement of a body and the names of its nodes that joints use.
 
     Raises:
         KeyError: A position is given for an axis that does not exist.
         ValueError: A body cannot be reduced, or a loop does not close at these positions.
     """
-    graph = _Graph(config, axis_positions or {}, reduce)
+    graph = _Graph(config, axis_positions or {})
     T, names = _free_coordinates(graph)  # (n_q, n)
     M, D, K, *parts = (T.T @ matrix @ T for matrix in _matrices(graph))
     driven = np.array([names.index(name) for name in config.actuated], dtype=int)
@@ -108,13 +104,13 @@ def assemble(
 class _Graph:
     """Small displacements of all frames over ``q = [axes of joints; axes of closures; eta of bodies]``."""
 
-    def __init__(self, config: ManipulatorConfig, given: Mapping[str, float], reduce: Reducer) -> None:
+    def __init__(self, config: ManipulatorConfig, given: Mapping[str, float]) -> None:
         self.config = config
         self.positions = _all_positions(config, given)
         joints = (*config.joints, *config.closures)
         used = {ref for joint in joints for ref in (joint.parent, joint.child)}
         self.bodies = {
-            name: reduce(body, {ref.node for ref in used if ref.body == name})
+            name: reduce_to_first_order(body, {ref.node for ref in used if ref.body == name})
             for name, body in config.bodies.items()
         }
         self.places = place_bodies(config, self.bodies, self.positions)
