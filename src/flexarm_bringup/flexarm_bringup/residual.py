@@ -23,17 +23,6 @@ TOLERANCE = 0.5e-3  # of the tip, for settling [m]
 MAX_JITTER = 1e-3  # of a sample period: more is not a uniform record
 
 
-def relative_acceleration(acceleration: ArrayLike, theta_ddot: ArrayLike, radius: float) -> Array:
-    """Subtract the rigid arm's tangential acceleration.
-
-    Args:
-        acceleration: At the sensor, tangential [m/s^2], (k,).
-        theta_ddot: Of the hub [rad/s^2], (k,).
-        radius: From the hub's axis to the sensor [m].
-    """
-    return np.asarray(acceleration, dtype=float) - radius * np.asarray(theta_ddot, dtype=float)
-
-
 class GapError(ValueError):
     """A record does not have its samples at equal distances."""
 
@@ -87,11 +76,6 @@ def residual_rms(t: ArrayLike, relative: ArrayLike, t_end: float) -> float:
         raise ValueError(f"the record [{times[0]:g}, {times[-1]:g}] s does not cover [{begin:g}, {end:g}] s")
     inside = (times >= begin - slack) & (times <= end + slack)
     return rms(lowpass(relative, rate_hz)[inside])
-
-
-def whole_rms(t: ArrayLike, relative: ArrayLike) -> float:
-    """Return the RMS [m/s^2] of the whole filtered record, the motion included (seed 002, table 2)."""
-    return rms(lowpass(relative, sample_rate(t)))
 
 
 def decibels(value: float, reference: float) -> float:

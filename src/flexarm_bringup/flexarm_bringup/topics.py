@@ -105,7 +105,6 @@ STREAMS = (
     Stream("/diagnostics", "diagnostic_msgs/msg/DiagnosticArray", "all", "1 Hz",
            "health of every node", depth=10, is_optional=True),
 )  # fmt: skip
-SENSOR_TOPICS = tuple(stream.topic for stream in STREAMS if stream.is_sensor)
 
 
 def streams(imus: Iterable[str], cameras: Iterable[str] = (USUAL,)) -> tuple[Stream, ...]:

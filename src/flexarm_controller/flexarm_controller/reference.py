@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,14 +13,6 @@ from flexarm_controller.motion.excess import find_excess
 from flexarm_model.motion.trajectory import Trajectory
 
 Array = NDArray[np.float64]
-
-
-class Profile(Protocol):
-    """Anything that moves the axes as a function of time."""
-
-    def sample(self, times: Array) -> tuple[Array, Array, Array]:
-        """Return position, velocity and acceleration at ``times``, each (k, n_theta)."""
-        ...
 
 
 @dataclass(frozen=True)
@@ -45,8 +36,3 @@ def hold(theta: Array, t: float = 0.0) -> Reference:
     """Return the reference that stays at ``theta`` [rad] or [m], (n_theta,)."""
     theta = np.array(theta, float)[None]
     return Reference(np.array([t]), theta, np.zeros_like(theta), np.zeros_like(theta))
-
-
-def sample_profile(profile: Profile, times: Array) -> Reference:
-    """Return the reference that ``profile`` (of flexarm_model) gives at ``times`` [s], (k,)."""
-    return Reference(np.array(times, float), *(np.array(a, float) for a in profile.sample(times)))

@@ -4,21 +4,16 @@ import numpy as np
 import pytest
 
 from flexarm_controller.program.preview import WINDOWS, Preview
-from flexarm_controller.reference import sample_profile
+from flexarm_controller.reference import Reference
 from flexarm_model.motion.profiles import Quintic
 
 HORIZON, DT = 5, 0.01
 
 
-class Turn:
-    """Two axes on one profile."""
-
-    def sample(self, times):
-        return tuple(np.outer(part, [1.0, -0.3]) for part in Quintic(0.7, 0.5).sample(times))
-
-
 def moving():
-    return sample_profile(Turn(), np.linspace(0.0, 0.5, 26))
+    """Return two axes on one profile."""
+    times = np.linspace(0.0, 0.5, 26)
+    return Reference(times, *(np.outer(part, [1.0, -0.3]) for part in Quintic(0.7, 0.5).sample(times)))
 
 
 def gradient_of(Q_r, reference, t):

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from served_arms import limits_of_hub
 
-from flexarm_controller.reference import Reference, hold, sample_profile
+from flexarm_controller.reference import Reference, hold
 from flexarm_model.motion.profiles import Quintic
 
 
@@ -69,26 +69,21 @@ def test_a_velocity_that_only_shows_between_samples_is_seen():
     assert "velocity" in Reference(t, np.array([[0.0], [2.5]]), still, still).fault(limits_of_hub())
 
 
-class Column:
-    """A profile of one axis as a column."""
-
-    def __init__(self, profile):
-        self.profile = profile
-
-    def sample(self, times):
-        return tuple(part[:, None] for part in self.profile.sample(times))
+def sampled(profile, times):
+    """Return a profile of one axis as a reference."""
+    return Reference(times, *(part[:, None] for part in profile.sample(times)))
 
 
 def test_a_sampled_profile_is_close_to_the_profile_between_samples():
     profile = Quintic(0.5, 1.0)
-    reference = sample_profile(Column(profile), np.linspace(0, 1, 101))
+    reference = sampled(profile, np.linspace(0, 1, 101))
     times = np.linspace(0, 0.99, 777)
     # a cubic with exact ends is wrong by h^4/384 of the fourth derivative, at most 180 theta / T^4 here
     np.testing.assert_allclose(reference.sample(times)[0][:, 0], profile.sample(times)[0], atol=1e-8)
 
 
 @pytest.mark.parametrize(
-    "reference", [hold(np.array([0.3])), sample_profile(Column(Quintic(0.5, 1.0)), np.linspace(0, 1, 11))]
+    "reference", [hold(np.array([0.3])), sampled(Quintic(0.5, 1.0), np.linspace(0, 1, 11))]
 )
 def test_a_single_position_is_the_one_that_sampling_gives(reference):
     for t in (-1.0, 0.0, 0.05, 0.333, 0.9999, 1.0, 7.0):

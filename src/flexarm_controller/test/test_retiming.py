@@ -14,7 +14,7 @@ from flexarm_controller.motion.refusals import MotionError
 from flexarm_controller.motion.settings import MotionConfig
 from flexarm_controller.motion.stretch import slow_down, stretch
 from flexarm_controller.program.equilibrium import build_equilibrium
-from flexarm_controller.reference import Reference, hold, sample_profile
+from flexarm_controller.reference import Reference, hold
 from flexarm_model.motion.profiles import Quintic
 
 COUNT = settings(max_examples=20, deadline=None, derandomize=True)
@@ -145,20 +145,15 @@ def test_a_stretch_beyond_the_factor_allowed_is_refused_by_axis_and_limit():
 
 def test_a_slowed_profile_is_the_profile_of_the_longer_time():
     times = np.linspace(0.0, 1.0, 11)
-    slowed = slow_down(sample_profile(_Column(Quintic(1.0, 1.0)), times), 1.7)
-    expected = sample_profile(_Column(Quintic(1.0, 1.7)), 1.7 * times)
+    slowed = slow_down(_sampled(Quintic(1.0, 1.0), times), 1.7)
+    expected = _sampled(Quintic(1.0, 1.7), 1.7 * times)
     for name in ("t", "theta", "theta_dot", "theta_ddot"):
         np.testing.assert_allclose(getattr(slowed, name), getattr(expected, name), atol=1e-12)
 
 
-class _Column:
-    """A profile of one axis as one of axes."""
-
-    def __init__(self, profile):
-        self._profile = profile
-
-    def sample(self, times):
-        return tuple(part[:, None] for part in self._profile.sample(times))
+def _sampled(profile, times):
+    """Return a profile of one axis as a reference."""
+    return Reference(times, *(part[:, None] for part in profile.sample(times)))
 
 
 @pytest.mark.parametrize("excess", ["tell", "retime", "refuse"])

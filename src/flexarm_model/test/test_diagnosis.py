@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from flexarm_model.ros.loop_health import LoopHealth, quantile
-from flexarm_model.settings.diagnosis import DiagnosticsConfig, Figure, Level, Verdict, judge, worst_of
+from flexarm_model.settings.diagnosis import DiagnosticsConfig, Figure, Level, judge
 
 PERIOD = 0.005
 CONFIG = DiagnosticsConfig()
@@ -47,7 +47,6 @@ def test_the_worst_figure_speaks_and_all_are_told() -> None:
 def test_what_is_known_already_is_not_drowned_by_a_lesser_figure() -> None:
     verdict = judge("guard", [Figure("a", 2.0, 1.0)], Level.ERROR, "stopped")
     assert (verdict.level, verdict.text) == (Level.ERROR, "stopped")
-    assert worst_of([verdict, Verdict("x", Level.WARN, "")]) == Level.ERROR
 
 
 def test_a_regular_loop_is_well_and_its_rate_is_exact() -> None:

@@ -49,7 +49,7 @@ def test_peaks_below_the_prominence_are_left_out() -> None:
     strict, loose = (pick_peaks(f, magnitude, prominence_db=level) for level in (30.0, 3.0))
     assert [round(peak.f_hz) for peak in strict] == [20]
     assert [round(peak.f_hz) for peak in loose] == [20, 60]
-    assert strict[0].line_hz == 20.0 and strict[0].prominence_db > 30.0
+    assert strict[0].line_hz == 20.0
 
 
 def test_lines_that_make_no_peak_give_the_line_itself() -> None:

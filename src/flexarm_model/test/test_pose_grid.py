@@ -15,7 +15,7 @@ from flexarm_model.served.linearize import PoseError, linearize
 from flexarm_model.served.mode_change import mode_change, mode_shapes
 from flexarm_model.served.mode_following import alikeness, follow, turn_modes
 from flexarm_model.served.model_file import ModelFileError
-from flexarm_model.served.pose_grid import PoseGrid, _outwards, build_grid, grid_poses, listed_poses
+from flexarm_model.served.pose_grid import PoseGrid, Poses, _outwards, build_grid, grid_poses
 from flexarm_model.served.pose_grid_file import INDEX, load_grid, save_grid
 from flexarm_model.served.reduced_model import ReducedModel
 from flexarm_model.tree.reduced_tree import ReducedTree
@@ -35,13 +35,18 @@ def crossing(tmp_path_factory: pytest.TempPathFactory) -> ReducedTree:
     return ReducedTree(load_config(path), use_compiler=False)
 
 
+def path_of(poses: list[list[float]]) -> Poses:
+    """Return poses of which each is the neighbour of the next."""
+    return Poses(np.array(poses, dtype=float), tuple((i, i + 1) for i in range(len(poses) - 1)))
+
+
 @cache
 def small_grid() -> PoseGrid:
     return build_grid(tree("planar"), grid_poses([[-0.3, 0.0, 0.3], [0.2, 0.6]]))
 
 
 def test_a_mode_keeps_its_number_where_frequencies_cross(crossing: ReducedTree) -> None:
-    grid = build_grid(crossing, listed_poses([[0.0, elbow] for elbow in ELBOW]))
+    grid = build_grid(crossing, path_of([[0.0, elbow] for elbow in ELBOW]))
     rises = [abs(m.outputs.C_pos[m.outputs.names.index("tip.tz"), 2:]) > 1e-6 for m in grid.models]
     assert all((out == rises[0]).all() for out in rises)  # in the plane or out of it, throughout
     order = {tuple(np.argsort(model.omega)) for model in grid.models}
@@ -50,7 +55,7 @@ def test_a_mode_keeps_its_number_where_frequencies_cross(crossing: ReducedTree) 
 
 
 def test_tracked_shapes_are_continuous_in_sign(crossing: ReducedTree) -> None:
-    grid = build_grid(crossing, listed_poses([[0.0, elbow] for elbow in ELBOW]))
+    grid = build_grid(crossing, path_of([[0.0, elbow] for elbow in ELBOW]))
     for link in grid.links:
         assert np.diag(link.change).min() > 0.9
 
@@ -98,7 +103,7 @@ def test_with_all_modes_the_change_of_coordinates_loses_nothing() -> None:
 def test_a_loop_is_followed_as_well() -> None:
     arm = tree("five_bar")
     poses = [np.deg2rad([130 + k, 50 + k]) for k in range(0, 21, 2)]
-    grid = build_grid(arm, listed_poses(poses))
+    grid = build_grid(arm, path_of(poses))
     assert len(grid.models) == len(poses) and not grid.unclear
     changes = [link.change for link in grid.links]
     assert all(abs(np.diag(change) - 1.0).max() < 0.1 for change in changes)
@@ -110,9 +115,9 @@ def test_double_modes_of_the_symmetric_pose_are_turned_onto_those_beside_it() ->
     path = [config.home + (config.poses["A"] - config.home) * share for share in np.linspace(0.0, 1.0, 12)]
     path += [config.home + (config.poses["B"] - config.home) * share for share in np.linspace(0.1, 1.0, 11)]
     order = np.argsort([pose[0] for pose in path])
-    double = build_grid(arm, listed_poses([config.home])).models[0].omega
+    double = build_grid(arm, path_of([config.home])).models[0].omega
     assert double[0] == pytest.approx(double[1], rel=1e-6)
-    grid = build_grid(arm, listed_poses([path[i] for i in order]))
+    grid = build_grid(arm, path_of([path[i] for i in order]))
     assert not grid.unclear and len(grid.links) == len(path) - 1
     assert min(link.mac.min() for link in grid.links) > 0.95
 
@@ -190,7 +195,7 @@ def test_models_of_different_numbers_of_modes_cannot_be_followed() -> None:
 
 
 def test_links_number_the_models_that_there_are_not_the_poses_asked_for() -> None:
-    grid = build_grid(tree("planar"), listed_poses([[np.nan, 0.2], [0.0, 0.2], [0.3, 0.2]]))
+    grid = build_grid(tree("planar"), path_of([[np.nan, 0.2], [0.0, 0.2], [0.3, 0.2]]))
     assert len(grid.refused) == 1 and len(grid.models) == 2
     assert [(link.old, link.new) for link in grid.links] == [(0, 1)]
 

@@ -17,7 +17,6 @@ if TYPE_CHECKING:
 
 COLUMNS, MOST = 3, 15  # panels in a row and at all
 MARK = "#8a7d2f"
-UNIT = {"receptance": "", "mobility": "/s", "accelerance": "/s²"}
 
 
 def responses_figure(result: Result) -> Figure:

@@ -30,7 +30,6 @@ from flexarm_model.served.linearize import linearize
 from flexarm_model.tree.reduced_tree import ReducedTree
 
 Array = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 DRAWS, FEWEST_DRAWS = 20, 8  # of the bootstrap
 EVERY_DRAW = 60_000  # lines of all responses that all draws together may fit
 SEED = 0  # of the bootstrap

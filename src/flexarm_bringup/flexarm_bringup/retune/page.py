@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-import numpy as np
-
 from flexarm_bringup.page.report import Cell, Cells, Column, Table
 from flexarm_bringup.residual import decibels
 from flexarm_bringup.retune.moves_text import write_number
@@ -14,6 +12,7 @@ from flexarm_bringup.retune.search import WORSE, Search
 from flexarm_bringup.retune.trial import Trial
 
 MM, MS, PERCENT = 1e3, 1e3, 100.0
+LONGEST_TEXT = 44  # of a value in the table of settings [characters]
 
 
 Pair = tuple[Trial, Trial]
@@ -63,8 +62,8 @@ def _search(search: Search) -> Table:
     return Table("Search", heads, rows, notes)
 
 
-def _short(text: str, most: int = 44) -> str:
-    return text if len(text) <= most else text[: most - 4] + " ..."
+def _short(text: str) -> str:
+    return text if len(text) <= LONGEST_TEXT else text[: LONGEST_TEXT - 4] + " ..."
 
 
 def _shaper(proposal: Proposal) -> Table:
@@ -127,10 +126,3 @@ def _margins(before: Trial, after: Trial) -> Table:
     notes = ["each with its own description, over all frequency errors that the gate looks at"]
     notes += [f"{when}: {trial.trouble}" for when, trial in _both(before, after) if trial.trouble]
     return Table("Margins", heads, rows, notes)
-
-
-def gain_db(before: Trial, after: Trial) -> float:
-    """Return by how much the residual acceleration has become smaller [dB]."""
-    return float(
-        -decibels(after.residual.acceleration, max(before.residual.acceleration, np.finfo(float).tiny))
-    )

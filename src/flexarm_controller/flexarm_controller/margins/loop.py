@@ -41,10 +41,6 @@ class ClosedLoop:
     enter: Array
     early: Array
 
-    def with_torque_scaled(self, factor: float) -> Array:
-        """Return A with all torques reaching the arm times ``factor``, (n_z, n_z)."""
-        return self.A + (factor - 1.0) * self.enter @ self.plant.b @ self.torque
-
 
 def close_loop(plant: FullPlant, filter_: SteadyFilter, law: LawGain, delay: int) -> ClosedLoop:
     """Put the loop together.

@@ -14,13 +14,6 @@ from pathlib import Path
 
 LIBRARY = "libhpipm.so"
 PREFIX = "d_ocp_qp"
-SIZES = (
-    "_dim",
-    "",
-    "_ipm_arg",
-    "_sol",
-    "_ipm_ws",
-)  # objects: dimensions, program, options, answer, workspace
 
 
 class MissingHpipmError(RuntimeError):
@@ -38,7 +31,8 @@ class HpipmObject:
         """Make an object.
 
         Args:
-            kind: Infix of its functions, e.g. ``_dim``.
+            kind: Infix of its functions: ``_dim`` dimensions, "" the program, ``_ipm_arg`` options,
+                ``_sol`` answer, ``_ipm_ws`` workspace.
             made_from: What its size depends on: objects made before, or the number of stages.
         """
         library, name = load_hpipm(), PREFIX + kind

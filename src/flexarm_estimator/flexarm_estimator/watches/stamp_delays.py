@@ -29,10 +29,6 @@ class StampDelays:
         """Those that are not zero, by sensor [s]."""
         return dict(self._changed)
 
-    def configured(self, sensor: str) -> float:
-        """Return what the description says [s]."""
-        return self._configured[sensor]
-
     def of(self, sensor: str) -> float:
         """Return the delay in use [s]; zero for a sensor that does not exist."""
         return self._changed.get(sensor, 0.0)

@@ -30,12 +30,10 @@ class Scatter:
     Attributes:
         f_std_hz: Of the natural frequencies [Hz], (r,).
         zeta_std: Of the damping ratios [1], (r,).
-        draws: Number of fits that converged [1].
     """
 
     f_std_hz: Array
     zeta_std: Array
-    draws: int
 
     def __post_init__(self) -> None:
         """Make the arrays read-only."""
@@ -72,4 +70,4 @@ def bootstrap(
     if len(values) < FEWEST_FITS:
         raise ValueError(f"only {len(values)} of {draws} draws could be fitted")
     spread, n = np.std(values, axis=0, ddof=1), model.f_hz.size
-    return Scatter(np.array(spread[:n]), np.array(spread[n:]), len(values))
+    return Scatter(np.array(spread[:n]), np.array(spread[n:]))

@@ -41,7 +41,7 @@ def method_scatter(frf: Frf, found: Identified, options: FitOptions) -> Scatter 
         return None
     with np.errstate(invalid="ignore"):
         spread = np.sqrt(np.nanmean((np.array(values[1:]) - here) ** 2, axis=0))
-    return Scatter(spread[0], spread[1], len(values))
+    return Scatter(spread[0], spread[1])
 
 
 def _answers(frf: Frf, found: Identified, fit: PoleFit, options: FitOptions) -> Iterator[Array | None]:

@@ -77,20 +77,14 @@ class MeasuredFrf:
     Attributes:
         frf: The responses.
         coherence: Multiple coherence, nan at lines without power, (k, n_out).
-        averages: Number of blocks [1].
     """
 
     frf: Frf
     coherence: Array
-    averages: int
 
     def __post_init__(self) -> None:
         """Make the arrays read-only."""
         lock_arrays(self)
-
-    def trusted(self, least: float) -> NDArray[np.bool_]:
-        """Return the lines at which every output has at least this coherence, (k,)."""
-        return np.asarray((np.nan_to_num(self.coherence) >= least).all(axis=1))
 
 
 @dataclass(frozen=True)
@@ -130,7 +124,7 @@ class BlockSpectra:
             H, coherence = _by_instrument(G, self.n_in, end)
         else:
             H, coherence = _responses(G[:, :end, :end], self.n_in, estimator)
-        return MeasuredFrf(Frf(self.f_hz, H, kind), coherence, len(spectra))
+        return MeasuredFrf(Frf(self.f_hz, H, kind), coherence)
 
 
 def block_spectra(

@@ -3,8 +3,8 @@
     MAC(a, b) = |a^H W b|^2 / ((a^H W a) (b^H W b))        [Allemang1982]
 
 0 is orthogonal, 1 the same shape up to a factor. W = 1 compares sensor readings, W = M compares modes
-of one model. Within a double mode any rotation is a mode too, so pairs are compared by the angles
-between their subspaces and aligned by a rotation (Procrustes), single modes by their sign.
+of one model. Within a double mode any rotation is a mode too, so pairs are aligned by a rotation
+(Procrustes), single modes by their sign.
 """
 
 from __future__ import annotations
@@ -38,16 +38,6 @@ def mac(a: Shapes, b: Shapes, weight: Array | None = None) -> Array:
 def auto_mac(a: Shapes, weight: Array | None = None) -> Array:
     """Return the MAC of shapes among themselves, (r, r); large off the diagonal: too few sensors."""
     return mac(a, a, weight)
-
-
-def subspace_angles(a: Shapes, b: Shapes, weight: Array | None = None) -> Array:
-    """Return the angles between the spans of two sets of shapes, largest first [rad], (min(r_a, r_b),)."""
-    Q_a, Q_b = (np.linalg.qr(_unit(part, weight))[0] for part in (a, b))
-    if Q_a.shape[1] < Q_b.shape[1]:
-        Q_a, Q_b = Q_b, Q_a
-    sine = np.linalg.svd(Q_b - Q_a @ (Q_a.conj().T @ Q_b), compute_uv=False)  # accurate for small angles
-    cosine = np.linalg.svd(Q_a.conj().T @ Q_b, compute_uv=False)[::-1]
-    return np.asarray(np.arctan2(sine, cosine))
 
 
 def align_signs(shapes: Shapes, reference: Shapes, weight: Array | None = None) -> Shapes:

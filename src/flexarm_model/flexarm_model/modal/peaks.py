@@ -28,7 +28,6 @@ class Peak:
         f_hz: Natural frequency by interpolation [Hz]; ``line_hz`` when three lines do not make a peak.
         zeta: Damping ratio by interpolation [1]; nan when three lines do not tell.
         height: Highest value of the interpolated curve, in the curve's unit.
-        prominence_db: How far it stands above the higher of the saddles beside it [dB].
     """
 
     line: int
@@ -36,7 +35,6 @@ class Peak:
     f_hz: float
     zeta: float
     height: float
-    prominence_db: float
 
 
 def pick_peaks(f_hz: Array, magnitude: Array, power: int = 0, prominence_db: float = 3.0) -> tuple[Peak, ...]:
@@ -49,16 +47,11 @@ def pick_peaks(f_hz: Array, magnitude: Array, power: int = 0, prominence_db: flo
         prominence_db: Smallest prominence of a peak.
     """
     level = 20 * np.log10(np.maximum(magnitude, np.finfo(float).tiny))
-    lines, found = find_peaks(level, prominence=prominence_db)
-    return tuple(
-        interpolate_peak(f_hz, magnitude, int(line), power, float(prominence))
-        for line, prominence in zip(lines, found["prominences"], strict=True)
-    )
+    lines = find_peaks(level, prominence=prominence_db)[0]
+    return tuple(interpolate_peak(f_hz, magnitude, int(line), power) for line in lines)
 
 
-def interpolate_peak(
-    f_hz: Array, magnitude: Array, line: int, power: int = 0, prominence_db: float = 0.0
-) -> Peak:
+def interpolate_peak(f_hz: Array, magnitude: Array, line: int, power: int = 0) -> Peak:
     """Return the peak at an inner line; see ``pick_peaks``.
 
     Raises:
@@ -67,9 +60,7 @@ def interpolate_peak(
     if not 0 < line < len(f_hz) - 1:
         raise ValueError(f"line {line} of {len(f_hz)} is at the edge of the record")
     near = slice(line - 1, line + 2)
-    as_line = Peak(
-        line, float(f_hz[line]), float(f_hz[line]), float("nan"), float(magnitude[line]), prominence_db
-    )
+    as_line = Peak(line, float(f_hz[line]), float(f_hz[line]), float("nan"), float(magnitude[line]))
     if not magnitude[near].all():
         return as_line
     x0 = f_hz[line] ** 2
@@ -85,4 +76,4 @@ def interpolate_peak(
     zeta = float(np.sqrt((1.0 - np.sqrt(1.0 - min(rest / natural**2, 1.0))) / 2))
     f_top = float(np.sqrt(x0 * (1.0 + top)))
     height = f_top**power / np.sqrt(a * rest * inverse[1])
-    return Peak(line, float(f_hz[line]), float(np.sqrt(x0 * natural)), zeta, float(height), prominence_db)
+    return Peak(line, float(f_hz[line]), float(np.sqrt(x0 * natural)), zeta, float(height))

@@ -122,19 +122,12 @@ def grid_poses(axes: Sequence[Sequence[float]]) -> Poses:
     return Poses(np.array(list(product(*axes)), dtype=float), tuple(sorted(pairs)))
 
 
-def listed_poses(poses: Sequence[Sequence[float]] | Array) -> Poses:
-    """Return poses as they are listed; each is the neighbour of the next."""
-    values = np.array(poses, dtype=float)
-    return Poses(values, tuple((i, i + 1) for i in range(len(values) - 1)))
-
-
-def build_grid(tree: ReducedTree, poses: Poses, modes: int | None = None) -> PoseGrid:
+def build_grid(tree: ReducedTree, poses: Poses) -> PoseGrid:
     """Serve a model at every pose and follow the modes between them.
 
     Args:
         tree: The dynamics.
-        poses: From ``grid_poses`` or ``listed_poses``.
-        modes: Number of modes; None is what the description asks for.
+        poses: From ``grid_poses``, or any that know their neighbours.
 
     Raises:
         PoseError: No pose has a model; says why for the first.
@@ -143,7 +136,7 @@ def build_grid(tree: ReducedTree, poses: Poses, modes: int | None = None) -> Pos
     refused = []
     for i, pose in enumerate(poses.values):
         try:
-            models[i] = linearize(tree, pose, modes)
+            models[i] = linearize(tree, pose)
         except (PoseError, ClosureError) as error:
             refused.append((tuple(float(value) for value in pose), str(error)))
     if not models:

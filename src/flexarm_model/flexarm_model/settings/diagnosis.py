@@ -115,8 +115,3 @@ def judge(subject: str, figures: Iterable[Figure], level: Level = Level.OK, text
     if worst is not None and worst.level > level:
         level, text = worst.level, worst.text
     return Verdict(subject, level, text, {figure.name: f"{figure.value:.6g}" for figure in told})
-
-
-def worst_of(verdicts: Iterable[Verdict]) -> Level:
-    """Return the worst level; OK for nothing."""
-    return max((verdict.level for verdict in verdicts), default=Level.OK)
