@@ -22,7 +22,8 @@ from nav_msgs.msg import Odometry  # noqa: E402
 from rclpy.serialization import serialize_message  # noqa: E402
 from sensor_msgs.msg import JointState  # noqa: E402
 
-from flexarm_bringup.monitor.arrivals import CATCH_UP, Arrivals, newest_common, stamp_of  # noqa: E402
+from flexarm_bringup.bags.cdr import header_stamp_ns  # noqa: E402
+from flexarm_bringup.monitor.arrivals import CATCH_UP, Arrivals, newest_common  # noqa: E402
 from flexarm_bringup.monitor.conversions import (  # noqa: E402
     axes_of,
     guard_from_msg,
@@ -58,7 +59,7 @@ def state() -> ModalState:
 
 
 def test_stamps_are_read_from_the_bytes() -> None:
-    assert stamp_of(raw(12.25)) == 12_250_000_000
+    assert header_stamp_ns(raw(12.25)) == 12_250_000_000
 
 
 def test_rates_and_jitter_are_those_of_the_arrivals() -> None:
@@ -89,7 +90,7 @@ def test_two_topics_are_compared_at_the_newest_instant_that_both_have() -> None:
         a.add(k, raw(k))
         b.add(k, raw(k)) if k % 7 == 0 else None
     stamp = newest_common(a, b)
-    assert stamp == 56_000_000_000 and stamp_of(a.at(stamp) or b"") == stamp
+    assert stamp == 56_000_000_000 and header_stamp_ns(a.at(stamp) or b"") == stamp
     assert newest_common(a, Arrivals("c", True)) is None
 
 

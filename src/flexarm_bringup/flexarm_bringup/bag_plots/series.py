@@ -13,15 +13,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from flexarm_bringup.bags.bag_reader import Bag, decode
+from flexarm_bringup.bags.bag_reader import Bag, decode, stamp_of
 from flexarm_bringup.bags.bag_writer import BagError
+from flexarm_bringup.bags.cdr import NS_PER_S
 from flexarm_bringup.bags.configuration import configuration
 from flexarm_bringup.topics import NAMESPACE
 from flexarm_model.manipulator.description import ManipulatorConfig
 from flexarm_model.settings.strict_yaml import ConfigError
 
 Array = NDArray[np.float64]
-NS_PER_S = 1_000_000_000
 STRETCHES = 800  # of a line; two points are kept of each
 ZERO_TOPICS = ("modal_state", "joint_states")  # the first stamp of the first of them is time zero
 
@@ -58,7 +58,7 @@ class BagSeries:
         if name not in self._decoded:
             found = [decode(record) for record in self._bag.records if record.name == name]
             if found and hasattr(found[0], "header"):
-                found.sort(key=_stamp_ns)
+                found.sort(key=stamp_of)
             self._decoded[name] = found
         return self._decoded[name]
 
@@ -66,7 +66,7 @@ class BagSeries:
         """Return the stamps of a topic's messages from time zero on [s], (k,); by arrival without stamps."""
         found = self.messages(topic)
         if found and hasattr(found[0], "header"):
-            stamps = [_stamp_ns(msg) for msg in found]
+            stamps = [stamp_of(msg) for msg in found]
         else:
             name = (self.topics(topic) or [topic])[0]
             stamps = [r.log_time_ns for r in self._bag.records if r.name == name]
@@ -95,7 +95,7 @@ class BagSeries:
     def _zero_ns(self) -> int:
         for topic in ZERO_TOPICS:
             if self.has(topic):
-                return _stamp_ns(self.messages(topic)[0])
+                return stamp_of(self.messages(topic)[0])
         return min(record.log_time_ns for record in self._bag.records)
 
 
@@ -128,7 +128,3 @@ def constant_names(msg: Any, among: Sequence[str] = ()) -> Mapping[int, str]:
     """Return the names of a message's constants by value, "MPC" as "mpc"."""
     names = {n: getattr(type(msg), n) for n in dir(type(msg)) if n.isupper() and (not among or n in among)}
     return {int(value): name.lower().replace("_", " ") for name, value in names.items()}
-
-
-def _stamp_ns(msg: Any) -> int:
-    return int(msg.header.stamp.sec) * NS_PER_S + int(msg.header.stamp.nanosec)

@@ -29,6 +29,7 @@ from rosbags.serde import SerdeError
 from flexarm_bringup.bags.bag_metadata import announced, instead_of_metadata
 from flexarm_bringup.bags.bag_types import bag_types
 from flexarm_bringup.bags.bag_writer import CHECKSUM_FILE, DATA_FILE, BagError
+from flexarm_bringup.bags.cdr import NS_PER_S
 
 # rosbags lets errors of its parsers through when a file is garbage; a RuntimeError is LZ4's, or a recursion
 _BAD_FILE = (
@@ -100,6 +101,11 @@ class Bag:
 def decode(record: Record) -> Any:
     """Return the message as an object with the fields of its .msg file (no ROS needed)."""
     return bag_types().deserialize_cdr(record.cdr, record.type)
+
+
+def stamp_of(msg: Any) -> int:
+    """Return the stamp in the header of a decoded message [ns]."""
+    return int(msg.header.stamp.sec) * NS_PER_S + int(msg.header.stamp.nanosec)
 
 
 def check_bag(path: Path, required: Sequence[str] = ()) -> Bag:

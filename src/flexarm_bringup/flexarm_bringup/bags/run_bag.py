@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from flexarm_bringup.bags.bag_reader import Bag, check_bag, decode
+from flexarm_bringup.bags.bag_reader import Bag, check_bag, decode, stamp_of
 from flexarm_bringup.bags.bag_writer import BagError
 from flexarm_bringup.record import RunRecord
 from flexarm_bringup.topics import NAMESPACE
@@ -27,14 +27,14 @@ def read_run(path: Path) -> tuple[RunRecord, dict[str, Any]]:
     names = tuple(f"{NAMESPACE}/{topic}" for topic in NEEDED)
     bag = check_bag(path, names)
     truth, effort, state, guard, reference = (_messages(bag, name) for name in names)
-    zero_ns = _stamp_ns(reference[0])
-    t_ns = [stamp for stamp in map(_stamp_ns, truth) if stamp >= zero_ns]
-    by_stamp = {_stamp_ns(msg): msg for msg in truth}
+    zero_ns = stamp_of(reference[0])
+    t_ns = [stamp for stamp in map(stamp_of, truth) if stamp >= zero_ns]
+    by_stamp = {stamp_of(msg): msg for msg in truth}
     rows = [by_stamp[stamp] for stamp in t_ns]
     if not rows:
         raise BagError(f"{path}: holds nothing after its reference")
-    efforts = {_stamp_ns(msg): np.asarray(msg.effort) for msg in effort}
-    states = {_stamp_ns(msg): msg for msg in state}
+    efforts = {stamp_of(msg): np.asarray(msg.effort) for msg in effort}
+    states = {stamp_of(msg): msg for msg in state}
     record = RunRecord(
         t=(np.array(t_ns) - zero_ns) * 1e-9,
         theta=np.array([msg.theta for msg in rows]),
@@ -58,10 +58,6 @@ def read_run(path: Path) -> tuple[RunRecord, dict[str, Any]]:
 
 def _messages(bag: Bag, name: str) -> list[Any]:
     return [decode(record) for record in bag.records if record.name == name]
-
-
-def _stamp_ns(msg: Any) -> int:
-    return int(msg.header.stamp.sec) * 1_000_000_000 + int(msg.header.stamp.nanosec)
 
 
 def _column(stamps: Sequence[int], values: dict[int, Array], default: Array) -> Array:

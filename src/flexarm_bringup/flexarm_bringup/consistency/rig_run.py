@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from flexarm_bringup.closed_loop import run_loop
 from flexarm_bringup.consistency.nees import Band, Square, band, mean_of
 from flexarm_bringup.consistency.observables import Deviation, Observables, TrueArm
+from flexarm_bringup.residual import rms
 from flexarm_bringup.sim.hardware import Hardware
 from flexarm_bringup.sim.rig import RigSettings
 from flexarm_bringup.sim_run.study import loop_settings
@@ -105,8 +106,8 @@ def run_rig_job(job: RigJob) -> list[RigResult]:
             condition=job.condition,
             nees=mean_of(squares),
             by_kind=_by_kind(judged),
-            tip=_rms([deviation.tip for deviation in judged]),
-            tip_sigma=_rms([deviation.tip_sigma for deviation in judged]),
+            tip=rms([deviation.tip for deviation in judged]),
+            tip_sigma=rms([deviation.tip_sigma for deviation in judged]),
             sensors=read_innovations(estimates),
             usable=float(np.mean([estimate.is_usable for estimate in estimates])),
         )
@@ -193,7 +194,3 @@ def _by_kind(deviations: Sequence[Deviation]) -> dict[str, float]:
         for kind, square in deviation.squares().items():
             found.setdefault(kind, []).append(square)
     return {kind: mean_of(squares) for kind, squares in found.items()}
-
-
-def _rms(values: Sequence[float]) -> float:
-    return float(np.sqrt(np.mean(np.square(values))))

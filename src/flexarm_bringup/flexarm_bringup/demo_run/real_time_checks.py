@@ -27,9 +27,5 @@ def real_time_checks(preset: str, real_time: Sequence[Row], lockstep: Sequence[R
     mean = max(abs(float(np.mean(rows))) for rows in apart.values())
     largest = max(abs(row) for rows in apart.values() for row in rows)
     found = (("mean over the angles", mean, REAL_TIME_DB), ("any row", largest, ROW_DB))
-    return [
-        Check(
-            f"{preset}: real time from lockstep, {what}", f"at most {most:g} dB", f"{db:.3g} dB", db <= most
-        )
-        for what, db, most in found
-    ]
+    name = f"{preset}: real time from lockstep"
+    return [Check.at_most(f"{name}, {what}", db, most, "dB") for what, db, most in found]

@@ -157,15 +157,15 @@ def _study_checks(rows: Sequence[Row], base: dict[float, float]) -> list[Check]:
         )
         unstable = [row for row in off if row.figures.residual > UNSTABLE * base[row.angle_deg]]
         checks += [
-            _at_most(f"{preset}: MPC on the worst profile, all angles", gain, WORST_DB, "dB"),
-            _at_most(f"{preset}: it settles to 0.5 mm, all angles", settle, SETTLE, "s"),
-            _at_most(
+            Check.at_most(f"{preset}: MPC on the worst profile, all angles", gain, WORST_DB, "dB"),
+            Check.at_most(f"{preset}: it settles to 0.5 mm, all angles", settle, SETTLE, "s"),
+            Check.at_most(
                 f"{preset}: MPC on a shaped reference against the best trapezoid",
                 shaped,
                 -SHAPED_GAIN_DB,
                 "dB",
             ),
-            _at_most(f"{preset}: worst MPC row with wrong frequencies", robust, ROBUST_DB, "dB"),
+            Check.at_most(f"{preset}: worst MPC row with wrong frequencies", robust, ROBUST_DB, "dB"),
             Check(f"{preset}: no MPC row is unstable", "none", f"{len(unstable)}", not unstable),
         ]
     return checks
@@ -178,8 +178,10 @@ def _limit_checks(rows: Sequence[Row]) -> list[Check]:
         effort, strain = next(iter(config.actuated.values())).effort, _strain_limit(config)
         closed = [row.figures for row in rows if row.preset == preset and row.law != SERVO]
         checks += [
-            _at_most(f"{preset}: peak torque of all rows", max(f.peak_torque for f in closed), effort, "N m"),
-            _at_most(
+            Check.at_most(
+                f"{preset}: peak torque of all rows", max(f.peak_torque for f in closed), effort, "N m"
+            ),
+            Check.at_most(
                 f"{preset}: peak strain of all rows",
                 max(1e6 * f.peak_strain for f in closed),
                 1e6 * strain,
@@ -199,7 +201,7 @@ def _session_checks(sessions: Sequence[SessionRun]) -> list[Check]:
         rows, twins = ([outcome.row for outcome in r.outcomes] for r in (run, lockstep[preset]))
         checks += [
             *real_time_checks(preset, rows, twins),
-            _at_most(
+            Check.at_most(
                 f"{preset}: motor periods without a fresh command",
                 100 * run.share_without_command,
                 100 * WITHOUT_COMMAND,
@@ -211,10 +213,6 @@ def _session_checks(sessions: Sequence[SessionRun]) -> list[Check]:
 
 def _strain_limit(config: ManipulatorConfig) -> float:
     return min((spec.limit for spec in config.sensors if spec.kind == "strain_gauge"), default=math.inf)
-
-
-def _at_most(name: str, found: float, bound: float, unit: str) -> Check:
-    return Check(name, f"at most {bound:g} {unit}", f"{found:.3g} {unit}", found <= bound)
 
 
 def _plain(row: Row, base: dict[float, float]) -> dict[str, Cell]:

@@ -137,7 +137,7 @@ def _checks(task: Task, configs: Mapping[str, ManipulatorConfig], found: Results
             if isinstance(nodes, TaskRun) and isinstance(twin, SimResult):
                 apart = torque_difference(nodes, twin)
                 checks.append(
-                    _at_most(f"{name}: torque in lockstep from in-process", apart, EQUAL, "of its limit")
+                    Check.at_most(f"{name}: torque in lockstep from in-process", apart, EQUAL, "of its limit")
                 )
             if isinstance(live, TaskRun):
                 checks += _live_checks(name, live, twin)
@@ -158,10 +158,6 @@ def _live_checks(name: str, live: TaskRun, twin: Result) -> list[Check]:
     apart = abs(decibels(live.acceleration, twin.acceleration))
     without = 100 * live.share_without_command
     return [
-        _at_most(f"{name}: real time from in-process, all moves", apart, REAL_TIME_DB, "dB"),
-        _at_most(f"{name}: motor periods without a fresh command", without, 100 * WITHOUT_COMMAND, "%"),
+        Check.at_most(f"{name}: real time from in-process, all moves", apart, REAL_TIME_DB, "dB"),
+        Check.at_most(f"{name}: motor periods without a fresh command", without, 100 * WITHOUT_COMMAND, "%"),
     ]
-
-
-def _at_most(name: str, found: float, bound: float, unit: str) -> Check:
-    return Check(name, f"at most {bound:g} {unit}", f"{found:.3g} {unit}", found <= bound)

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexarm_bringup.fault_drill.controller_stand import ControllerStand, state_of, with_law
-from flexarm_bringup.fault_drill.findings import Finding
+from flexarm_bringup.fault_drill.findings import ROUNDED, Finding
 from flexarm_bringup.fault_drill.row import Row
 from flexarm_controller.guard import BRAKING, Guard, GuardCommand, GuardState
 from flexarm_controller.limits import Limits
@@ -26,7 +26,6 @@ COMMANDS = 1_000_000
 THROUGH_CONTROLLER = 20_000  # of them; the others are random as they reach the guard
 FUZZED = 10_000
 DEMAND = 5.0  # times the torque there is
-ROUNDED = 1.0 + 1e-9
 NEAR = 0.02  # of a move: within it the axes have arrived
 WATCHED = 3.0  # times the first move and the rest after it
 REFERENCES = 300

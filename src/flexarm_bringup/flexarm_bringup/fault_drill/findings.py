@@ -14,6 +14,8 @@ import numpy as np
 from flexarm_bringup.fault_drill.stand import Bench, Trace
 from flexarm_estimator.estimate import Estimate
 
+ROUNDED = 1.0 + 1e-9  # times a limit: what is beyond it only by rounding is within
+
 
 @dataclass(frozen=True)
 class Finding:

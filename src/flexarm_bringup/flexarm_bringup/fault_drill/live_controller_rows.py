@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from flexarm_bringup.fault_drill.findings import Finding
+from flexarm_bringup.fault_drill.findings import ROUNDED, Finding
 from flexarm_bringup.fault_drill.row import Row
 from flexarm_bringup.fault_drill.system_stand import PATIENCE, SystemStand, stamp
 
@@ -34,7 +34,6 @@ BETWEEN = 0.15  # s from one to the next
 SETTLE = 0.3  # s in which the last ones are told
 TOLD = 1e-9  # of the torque limit: what is another torque
 BESIDE = 0.01  # s beyond a period until a stop is told
-ROUNDED = 1.0 + 1e-9
 OWN_FAULT = "command "  # how the guard's reason begins then
 TRIES = 20  # until the guard sees one: of those that come in one period it looks at the newest
 TOPICS = ("guard_status", "joint_commands", "applied_effort")

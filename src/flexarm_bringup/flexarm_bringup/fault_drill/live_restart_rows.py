@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexarm_bringup.fault_drill.controller_stand import ControllerStand
-from flexarm_bringup.fault_drill.findings import Finding
+from flexarm_bringup.fault_drill.findings import ROUNDED, Finding
 from flexarm_bringup.fault_drill.process_rows import WATCHED, news, strike
 from flexarm_bringup.fault_drill.row import Row
 from flexarm_bringup.fault_drill.system_stand import SystemStand, passes, stamp
@@ -22,7 +22,6 @@ if TYPE_CHECKING:
     from flexarm_bringup.fault_drill.live_rig_node import LiveRig
 
 RECOVERY, WINDOW, E0S = 1.0, 0.1, 2.0  # s, s, multiples of e0
-ROUNDED = 1.0 + 1e-9
 TRIES = 3  # to ask the law while the estimate is unsure
 
 

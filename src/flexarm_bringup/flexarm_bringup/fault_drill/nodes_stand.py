@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from flexarm_bringup.bags.bag_reader import check_bag, decode
+from flexarm_bringup.bags.bag_reader import check_bag, decode, stamp_of
 from flexarm_bringup.demo_run.task_session import task_settings
 from flexarm_bringup.fault_drill.motion_record import DURATION
 from flexarm_bringup.fault_drill.stand import Faults, Stand, Trace, trace_of
@@ -114,14 +114,10 @@ def _read(bag: Path, touched: dict[str, int]) -> Trace:
     for record in check_bag(bag, tuple(names)).records:
         if record.name in names:
             msg = decode(record)
-            told[names[record.name]][_stamp_ns(msg)] = msg
+            told[names[record.name]][stamp_of(msg)] = msg
     stamps = sorted(set.intersection(*(set(messages) for messages in told.values())))
     t = np.array(stamps) * 1e-9
     tip = np.array([told["truth"][stamp].tip[:3] for stamp in stamps])
     pairs = [(told["modal_state"][stamp], told["end_effector"][stamp]) for stamp in stamps]
     estimates = [told_estimate(*pair, float(now)) for pair, now in zip(pairs, t, strict=True)]
     return trace_of(t, tip, estimates, touched)
-
-
-def _stamp_ns(msg: Any) -> int:
-    return int(msg.header.stamp.sec) * 1_000_000_000 + int(msg.header.stamp.nanosec)

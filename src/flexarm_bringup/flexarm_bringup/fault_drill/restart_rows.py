@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from flexarm_bringup.closed_loop import arm_state, measurements
 from flexarm_bringup.fault_drill.controller_stand import ControllerStand
-from flexarm_bringup.fault_drill.findings import Finding
+from flexarm_bringup.fault_drill.findings import ROUNDED, Finding
 from flexarm_bringup.fault_drill.row import Row
 from flexarm_bringup.sim.hardware import Hardware
 from flexarm_bringup.sim.rig import RigSettings
@@ -21,7 +21,6 @@ Array = NDArray[np.float64]
 AFTER = 2.0  # s that are watched after the restart
 WINDOW = 0.1  # s over which the tip error is taken as RMS
 BACK = 2.0  # e0
-ROUNDED = 1.0 + 1e-9
 
 
 @dataclass(frozen=True)

@@ -16,7 +16,7 @@ from flexarm_bringup.fault_drill.controller_stand import (
     Vectors,
     with_law,
 )
-from flexarm_bringup.fault_drill.findings import Finding
+from flexarm_bringup.fault_drill.findings import ROUNDED, Finding
 from flexarm_bringup.fault_drill.row import Row
 from flexarm_controller.command import ControlCommand
 from flexarm_controller.guard import Guard, GuardCommand, GuardState
@@ -35,7 +35,6 @@ TIMES = (1e-6, 5e-5)  # s
 SCARCE = 0.3  # of the torque used: many rows of the program bind then
 ALLOWED = 10.0  # tolerances that an answer may be off
 HANG = 3  # periods
-ROUNDED = 1.0 + 1e-9
 
 
 def infeasible(stand: ControllerStand) -> list[Finding]:

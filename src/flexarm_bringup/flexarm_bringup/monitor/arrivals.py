@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import struct
 from collections import deque
 
 import numpy as np
 
+from flexarm_bringup.bags.cdr import header_stamp_ns
 from flexarm_bringup.monitor.picture import UNKNOWN, TopicRow
 
 WINDOW = 3.0  # s that a rate is told of
@@ -15,9 +15,6 @@ CATCH_UP = (
 )
 MOST = 5000  # arrivals kept
 RING = 32  # newest messages kept by stamp
-_STAMP = struct.Struct("<iI")  # builtin_interfaces/Time, little endian
-_HEADER = 4  # bytes before the content: encapsulation
-NS_PER_S = 1_000_000_000
 
 
 class Arrivals:
@@ -40,7 +37,7 @@ class Arrivals:
             self._times.append(t)
         self._last, self.newest = t, raw
         if self._is_stamped:
-            self._ring[stamp_of(raw)] = raw
+            self._ring[header_stamp_ns(raw)] = raw
             while len(self._ring) > RING:
                 self._ring.pop(next(iter(self._ring)))
 
@@ -63,12 +60,6 @@ class Arrivals:
         mean = float(gaps.mean())
         rate = 1.0 / mean if mean > 0.0 else UNKNOWN
         return TopicRow(self.name, rate, float(gaps.std()), float(gaps.max()), age)
-
-
-def stamp_of(raw: bytes) -> int:
-    """Return the stamp of a message that begins with a header [ns]."""
-    sec, nanosec = _STAMP.unpack_from(raw, _HEADER)
-    return int(sec) * NS_PER_S + int(nanosec)
 
 
 def newest_common(a: Arrivals, b: Arrivals) -> int | None:

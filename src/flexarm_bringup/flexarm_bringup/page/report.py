@@ -118,6 +118,11 @@ class Check:
     found: str
     passed: bool
 
+    @classmethod
+    def at_most(cls, name: str, found: float, bound: float, unit: str) -> Check:
+        """Return a bound from above."""
+        return cls(name, f"at most {bound:g} {unit}", f"{found:.3g} {unit}", found <= bound)
+
 
 @dataclass(frozen=True)
 class Page:

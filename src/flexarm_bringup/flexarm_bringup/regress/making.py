@@ -11,6 +11,7 @@ from pathlib import Path
 from flexarm_bringup.bags.bag_copy import copy_bag
 from flexarm_bringup.bags.bag_reader import Bag, check_bag
 from flexarm_bringup.bags.bag_writer import BagError, BagWriter, refuse_inside
+from flexarm_bringup.bags.cdr import NS_PER_S
 from flexarm_bringup.regress.case import BAG, GOLDEN, Case, Pinned, pin, read_case, write_case
 from flexarm_bringup.regress.drift import Moved, find_moved
 from flexarm_bringup.regress.judge import compare, open_case
@@ -22,7 +23,6 @@ from flexarm_bringup.replaying.replay_bag import NEEDED, configuration
 from flexarm_bringup.tick_check import check_ticks
 from flexarm_bringup.topics import find_stream
 
-NS_PER_S = 1_000_000_000
 WALL_CLOCK = ("/diagnostics",)  # its messages hold times of day and of the processor
 
 

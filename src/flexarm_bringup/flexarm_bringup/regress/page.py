@@ -7,6 +7,7 @@ from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
 
+from flexarm_bringup.bags.cdr import NS_PER_S
 from flexarm_bringup.page.figures import Figure
 from flexarm_bringup.page.report import Cell, Check, Column, Page, Table
 from flexarm_bringup.regress.drift import Moved, find_moved
@@ -17,7 +18,6 @@ from flexarm_bringup.regress.picture import figure
 from flexarm_bringup.replaying.compare import Comparison
 
 SHOWN = 8  # divergences, and fields that moved, of a case that is judged; one that is renewed tells all
-NS_PER_S = 1e9
 
 
 def build_page(folder: Path, verdicts: Sequence[Verdict], with_figures: bool) -> Page:
