@@ -73,7 +73,7 @@ class Mpc:
         delay = Delay(model, self.problem.system, config, dt)
         self.lead = delay.lead
         self._E, self._e = delay.map(self._known, kept)
-        self._z, self._d = np.zeros(self._E.shape[1]), slice(2 * model.n, 2 * model.n + model.n_theta)
+        self._seen, self._d = np.zeros(self._E.shape[1]), slice(2 * model.n, 2 * model.n + model.n_theta)
         self._sent = slice(self._d.stop, self._d.stop + kept * model.n_theta)
         self._interior = Interior(self.problem, self._E, self._e)
         self._preview = Preview(self.problem.q_r, config.horizon, dt, self._interior.add)
@@ -128,12 +128,12 @@ class Mpc:
         return np.asarray(self._E.dot(self._measured(state, sent)) + self._e)
 
     def _measured(self, state: ArmState, sent: Array) -> Array:
-        """Return ``[x; d; sent; sag]`` as ``Delay.map`` takes it, (n_z,); the same array in every step."""
-        z, sag = self._z, state.sag
-        z[: self._d.stop], z[self._sent] = state.told[: self._d.stop], sent.ravel()
-        z[self._sent.stop : self._sent.stop + sag.size] = sag
-        z[self._sent.stop + sag.size :] = 0.0
-        return z
+        """Return ``[x; d; sent; sag]`` as ``Delay.map`` takes it, (n_seen,); the same array in every step."""
+        seen, sag = self._seen, state.sag
+        seen[: self._d.stop], seen[self._sent] = state.told[: self._d.stop], sent.ravel()
+        seen[self._sent.stop : self._sent.stop + sag.size] = sag
+        seen[self._sent.stop + sag.size :] = 0.0
+        return seen
 
     def _vectors(self, state: ArmState, sent: Array, gradient: Array) -> tuple[Array, Array, Array]:
         return self.problem.vectors(self.known_now(state, sent), gradient)
@@ -145,7 +145,7 @@ class Mpc:
 
     def _law_inside(self, gradient: Array, z: Array) -> LocalLaw:
         """Return the law about the state of the last step, which no limit touched."""
-        return self._law_about(self._program(gradient), self._E.dot(self._z) + self._e, z)
+        return self._law_about(self._program(gradient), self._E.dot(self._seen) + self._e, z)
 
     def _law_about(self, program: Program, known: Array, z: Array) -> LocalLaw:
         """Return the law about the state in which the plan begins to act."""

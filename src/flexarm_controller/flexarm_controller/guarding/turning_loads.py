@@ -2,10 +2,10 @@
 
 Where the axes move with constant velocities v, what bends follows statically, and loops stay closed::
 
-    q' = T v    G q'' = -G' q'    c = T' (M q'' + h(q, q') - h(q, 0) - D q') = sum_j<=k C_jk v_j v_k
+    q' = T v    G q'' = -G_dot q'    c = T' (M q'' + h(q, q') - h(q, 0) - D q') = sum_j<=k C_jk v_j v_k
 
 ``h - D q'`` is of second degree in q', so that unit velocities and sums of two of them give every C_jk. That
-T itself changes as the arm bends is left out.
+T itself changes as the arm bends is left out. (``T'`` is T transposed, ``G_dot`` the rate of G.)
 """
 
 from __future__ import annotations

@@ -3,7 +3,7 @@
 States follow the linearised periods ``s_{k+1} = A_k s_k + B_k (u_k + d) + r_k``; the cost is that of
 ``program.cost`` with the weights of this step's coordinates::
 
-    sum z' Q z + w' R w + (u_j - u_{j-1})' S (u_j - u_{j-1}) + a_N' P a_N
+    sum dx' Q dx + du' R du + (u_j - u_{j-1})' S (u_j - u_{j-1}) + a_N' P a_N
 
 What depends on the periods alone (Hessian, rows of the outputs) is made before the state is known:
 ``G_{k+1} = A_k G_k + B_k`` forwards, ``W_k = Q G_k + A_k' W_{k+1}`` backwards, of which ``B_k' W_{k+1}`` are

@@ -1,11 +1,11 @@
 """Quadratic cost of the controller and its infinite-horizon completion.
 
-Around the equilibrium ``(x_r, u_r)`` of the reference, with ``z = x - x_r``, ``w = u - u_r``::
+Around the equilibrium ``(x_r, u_r)`` of the reference, with ``dx = x - x_r``, ``du = u - u_r``::
 
-    sum z' Q z + w' R w + (u_j - u_{j-1})' S (u_j - u_{j-1})
+    sum dx' Q dx + du' R du + (u_j - u_{j-1})' S (u_j - u_{j-1})
 
 ``Q`` holds joint errors and the energy of the modes, ``(eta' W^2 eta + eta_dot' eta_dot) / 2``,
-rolled off above the modal cut-off. In the state ``a = [z; w_before]`` the increments are the
+rolled off above the modal cut-off. In the state ``a = [dx; du_before]`` the increments are the
 input, so one discrete Riccati equation gives terminal cost and LQR gain.
 
 If asked, the tip's pose is penalised too, ``(C_t x - y_r)' Q_t (C_t x - y_r)`` with the served rows of the
@@ -55,7 +55,7 @@ class Cost:
 
 @dataclass(frozen=True)
 class Completion:
-    """Optimal cost-to-go and feedback on ``a = [z; w_before]``.
+    """Optimal cost-to-go and feedback on ``a = [dx; du_before]``.
 
     Attributes:
         P: Cost-to-go ``a' P a``, (n_x + n_u, n_x + n_u).
@@ -94,7 +94,7 @@ def _tip(model: ReducedModel, config: MpcConfig) -> tuple[Array, Array]:
 
 
 def complete(A: Array, B: Array, cost: Cost) -> Completion:
-    """Solve the Riccati equation of the system in ``a``: z+ = A z + B (w_before + increment)."""
+    """Solve the Riccati equation of the system in ``a``: dx+ = A dx + B (du_before + increment)."""
     n_x, n_u = B.shape
     A_a = np.block([[A, B], [np.zeros((n_u, n_x)), np.eye(n_u)]])
     B_a = np.vstack([B, np.eye(n_u)])

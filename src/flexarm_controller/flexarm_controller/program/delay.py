@@ -75,7 +75,7 @@ class Delay:
         return x
 
     def map(self, known: Known, kept: int) -> tuple[Array, Array]:
-        """Return (E, e) with ``p_now = E z + e`` for ``z = [x; d; sent torques; sag]``; see ``penalties``.
+        """Return (E, e) with ``p_now = E seen + e``, ``seen = [x; d; sent torques; sag]``; see ``penalties``.
 
         Args:
             known: Where the parts of p_now are.

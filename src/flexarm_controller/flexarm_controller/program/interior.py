@@ -1,10 +1,10 @@
 """The plan that no limit touches, and its distance from every limit: one affine map of what is known.
 
 Without limits the torques are ``v = -P_vv^-1 (q_now p_now + q_r r + q_0)``, and the rows they must satisfy
-are ``y = A v - b_now p_now`` within ``[l, u]``. With ``p_now = E z + e`` (see ``Delay``) both are
-``[v; y] = map z + add(r)``; the last part comes with the reference, for several periods at once. A step that
-no limit touches costs one product of a matrix with a vector. The answer is exact: the program is convex, and
-the price of the slacks keeps them at zero. Rows that differ by their slacks alone count once.
+are ``y = A v - b_now p_now`` within ``[l, u]``. With ``p_now = E seen + e`` (see ``Delay``) both are
+``[v; y] = map seen + add(r)``; the last part comes with the reference, for several periods at once. A step
+that no limit touches costs one product of a matrix with a vector. The answer is exact: the program is convex,
+and the price of the slacks keeps them at zero. Rows that differ by their slacks alone count once.
 """
 
 from __future__ import annotations
@@ -28,8 +28,8 @@ class Interior:
 
         Args:
             problem: The program.
-            E: p_now per measured quantity z, (n_now, n_z).
-            e: p_now at z = 0, (n_now,).
+            E: p_now per quantity that is seen, (n_now, n_seen).
+            e: p_now where all of that is zero, (n_now,).
         """
         self._n_v, rows = problem.n_v, problem.rows
         upper, lower = rows.sides
@@ -50,16 +50,16 @@ class Interior:
         """Return what the reference adds to ``[v; y]``, (k, n_v + m), for its gradients, (k, n_z)."""
         return self._both(gradients[:, : self._n_v] + self._q_0) + self._constant
 
-    def look(self, z: Array, added: Array) -> tuple[Array, float]:
+    def look(self, seen: Array, added: Array) -> tuple[Array, float]:
         """Return the torques in units of their limits, (n_v,), and their least distance from a limit [1].
 
         The distance is negative beyond a limit, and -inf where the torques are not finite.
 
         Args:
-            z: What is measured, (n_z,).
+            seen: What is measured and sent, see ``Delay.map``, (n_seen,).
             added: What the reference adds, (n_v + m,).
         """
-        both = self._map.dot(z)
+        both = self._map.dot(seen)
         both += added
         y = both[self._n_v :]
         np.subtract(self._u, y, out=self._above)

@@ -195,9 +195,9 @@ class MovingProgram:
             parts += [np.sqrt(cost.tip_weight) * (bent @ cost.tip.T)]
             parts += [np.sqrt(np.diag(cost.R)) * (d - rest.u_0 - target[: end - start] @ rest.U.T)]
             parts += [np.sqrt(np.diag(cost.S)) * first[k]]
-        z = free[-1] - rest.X @ target[-1] - rest.x_0
-        w = d - rest.U @ target[-1] - rest.u_0
-        parts.append(spans[-1][0].stage.terminal_root @ np.concatenate([z, w]))
+        dx = free[-1] - rest.X @ target[-1] - rest.x_0
+        du = d - rest.U @ target[-1] - rest.u_0
+        parts.append(spans[-1][0].stage.terminal_root @ np.concatenate([dx, du]))
         return np.concatenate([part.ravel() for part in parts])
 
     def _soft(self, spans: Spans) -> list[tuple[SoftOutputs, int]]:

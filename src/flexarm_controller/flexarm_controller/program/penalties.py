@@ -3,11 +3,11 @@
 Known at a step are ``p = [x_0; d; u_before; s; r_0; ...; r_N]``: state when the first torque acts,
 unmodelled torque, torque sent before, static deflection that the model leaves out (``x`` is counted from
 there, see ``target``), reference ``r = [theta_r; theta_r'; theta_r'']``. About the equilibrium of the
-reference, ``z = x - x_r`` and ``w = u - u_r``, the penalised quantities are::
+reference, ``dx = x - x_r`` and ``du = u - u_r``, the penalised quantities are::
 
-    e = [z_1 ... z_{N-1}; a_N; w_0 ... w_{N-1}; u_0 - u_before ... u_{N-1} - u_{N-2}] = L v + L_p p + l
+    e = [dx_1 ... dx_{N-1}; a_N; du_0 ... du_{N-1}; u_0 - u_before ... u_{N-1} - u_{N-2}] = L v + L_p p + l
 
-with ``a_N = [z_N; w_{N-1}]`` and ``v`` the torques of the blocks; the cost is ``e' W e``. Where the tip's
+with ``a_N = [dx_N; du_{N-1}]`` and ``v`` the torques of the blocks; the cost is ``e' W e``. Where the tip's
 pose costs something, ``C_t (x_k - X_rest r_k - x_0)``, k = 1 ... N - 1, comes last (see ``cost``).
 """
 
@@ -92,11 +92,11 @@ class Penalties:
         n_x, n_r = self.rest.X.shape
         n_u, k, N = len(self.rest.u_0), columns.shape[1], self._horizon(len(columns))
         parts = np.split(columns, np.cumsum([N * n_x, n_u, N * n_u, N * n_u]))
-        z, w_last, w = parts[0].reshape(N, n_x, k), parts[1], parts[2].reshape(N, n_u, k)
+        dx, du_last, du = parts[0].reshape(N, n_x, k), parts[1], parts[2].reshape(N, n_u, k)
         per_reference = np.zeros((N + 1, n_r, k))
-        per_reference[1:] -= self.rest.X.T @ z
-        per_reference[:N] -= self.rest.U.T @ w
-        per_reference[N] -= self.rest.U.T @ w_last
+        per_reference[1:] -= self.rest.X.T @ dx
+        per_reference[:N] -= self.rest.U.T @ du
+        per_reference[N] -= self.rest.U.T @ du_last
         if self.cost.tip_weight.size:
             tip = parts[4].reshape(N - 1, -1, k)
             per_reference[1:N] -= (self.cost.tip @ self.rest.X_rest).T @ tip

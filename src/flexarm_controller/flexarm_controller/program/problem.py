@@ -2,8 +2,9 @@
 
 The cost ``e' W e`` of ``penalties`` has a Hessian that depends on the model alone and a gradient
 affine in what is known, ``p = [p_now; r_0; ...; r_N]``; the rows of ``constraints`` likewise. So a
-step costs a few matrix-vector products and a solve. Torques are in units of the effort limit, slacks
-in units of their output's limit, and the cost is divided by the mean curvature of the torques.
+step costs a few matrix-vector products and a solve. The unknowns ``z`` are the torques of the blocks, in
+units of the effort limit, and slacks, in units of their output's limit; the cost is divided by the mean
+curvature of the torques.
 """
 
 from __future__ import annotations

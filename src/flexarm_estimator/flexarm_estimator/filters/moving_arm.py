@@ -3,7 +3,7 @@
 Independent tree coordinates are ``q0 + Phi (xi - xi0)``, dependent ones close the loops. With ``W = dq/dxi``
 and the tree's ``M v' + h + G' lambda = f``::
 
-    v = W xi'     v' = W xi'' + g     (W' M W) xi'' = f_xi - W' (M g + h)     G W = 0, G g = -G' v
+    v = W xi'     v' = W xi'' + g     (W' M W) xi'' = f_xi - W' (M g + h)     G W = 0, G g = -G_dot v
 
 Derivatives: the residual ``r = M v' + h + G' lambda`` has no part along the dependent coordinates, so the
 change of W drops out, ``d(W' r) = W' dr``. About rest at the operating point all this is the served model.

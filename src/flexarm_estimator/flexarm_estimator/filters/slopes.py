@@ -1,7 +1,7 @@
 """Derivatives of the moving arm along given directions, by algorithmic differentiation of its compiled model.
 
 With ``r(q, v, a, lambda) = inverse dynamics + G(q)' lambda``, sensor rows ``y(q, v, a)``, the loops' velocity
-``s = G v`` and acceleration ``g = G a + G' v``, along directions ``(S_q, S_v)`` of q and v at once::
+``s = G v`` and acceleration ``g = G a + G_dot v``, along directions ``(S_q, S_v)`` of q and v at once::
 
     dr = r_q S_q + r_v S_v      dy = y_q S_q + y_v S_v      ds = s_q S_q      dg = g_q S_q + g_v S_v
 
@@ -66,7 +66,7 @@ class Slopes:
         return np.array(self.functions["rows_a"](q)).reshape(-1, q.size)
 
     def drift(self, q: Array, v: Array) -> Array:
-        """Return ``G' v``, (n_c,)."""
+        """Return ``G_dot v``, the loops' acceleration where a = 0, (n_c,)."""
         return np.array(self.functions["drift"](q, v)).ravel()
 
     def along(self, name: str, point: Sequence[Array], S_q: Array, S_v: Array) -> list[Array]:
