@@ -22,10 +22,10 @@ from flexarm_estimator.filter import Belief
 from flexarm_estimator.judging.reopening import Reopening
 from flexarm_estimator.judging.scan import Scan
 from flexarm_estimator.measurement import SAME_INSTANT, Measurement
+from flexarm_estimator.state.state_map import StateMap
 from flexarm_estimator.steps.joint_step import PreparedStep
 
 if TYPE_CHECKING:
-    from flexarm_estimator.adoption import StateMap
     from flexarm_estimator.parts import Parts
 
 Array = NDArray[np.float64]

@@ -20,10 +20,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg.lapack import dpotrf, dtrtrs
 
-from flexarm_estimator.adoption import StateMap
 from flexarm_estimator.filter import Belief
 from flexarm_estimator.fusion import Fusion
 from flexarm_estimator.history import Instant
+from flexarm_estimator.state.state_map import StateMap
 
 Array = NDArray[np.float64]
 _LEAST = 1e-300  # variance, to divide by

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from planar_strip import DT, SENSORS, StripKinematics, arriving, simulate, strip_model
 
-from flexarm_estimator.adoption import state_map
 from flexarm_estimator.estimator import Estimator
 from flexarm_estimator.filter import Belief
 from flexarm_estimator.settings import EstimatorConfig
+from flexarm_estimator.state.state_map import state_map
 
 MODEL = strip_model()
 

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from flexarm_estimator.adoption import state_map
+from flexarm_estimator.state.state_map import state_map
 from flexarm_estimator.tool.tip import PlainTip
 from flexarm_model.reading.config import load_config
 from flexarm_model.served.linearize import linearize

@@ -1,10 +1,10 @@
 import numpy as np
 import pytest
 
-from flexarm_estimator.adoption import StateMap
 from flexarm_estimator.filter import Belief
 from flexarm_estimator.history import History, Instant
 from flexarm_estimator.measurement import Measurement
+from flexarm_estimator.state.state_map import StateMap
 
 BELIEF = Belief(np.zeros(2), np.eye(2))
 
