@@ -36,3 +36,20 @@ def hold(theta: Array, t: float = 0.0) -> Reference:
     """Return the reference that stays at ``theta`` [rad] or [m], (n_theta,)."""
     theta = np.array(theta, float)[None]
     return Reference(np.array([t]), theta, np.zeros_like(theta), np.zeros_like(theta))
+
+
+def splice(before: Reference, after: Reference, t: float) -> Reference:
+    """Return ``before`` from ``t`` [s] until ``after`` begins, and then ``after``.
+
+    Args:
+        before: What is followed now; its samples from ``t`` on are kept.
+        after: What follows; it begins where ``before`` is at that instant.
+        t: First instant of the result, at most the beginning of ``after`` [s].
+    """
+    start = float(after.t[0])
+    if t >= start:
+        return after
+    kept = before.t[(before.t > t) & (before.t < start)]
+    times = np.concatenate([[t], kept])
+    parts = zip(before.sample(times), (after.theta, after.theta_dot, after.theta_ddot), strict=True)
+    return Reference(np.concatenate([times, after.t]), *(np.concatenate(pair) for pair in parts))

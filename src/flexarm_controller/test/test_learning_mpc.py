@@ -10,8 +10,7 @@ from served_arms import limits_of_hub, single_link, state_of, two_axes
 from flexarm_controller.laws import LawInputs, build_laws
 from flexarm_controller.learned.axis_inertia import AxisInertia
 from flexarm_controller.learned.learned_model import with_learned
-from flexarm_controller.learned.learning import Learning
-from flexarm_controller.learned.steps import follow_steps
+from flexarm_controller.learned.learning import Learning, follow_steps
 from flexarm_controller.learning_mpc import KEPT, LearningMpc
 from flexarm_controller.mpc import Mpc
 from flexarm_controller.reference import Reference, hold

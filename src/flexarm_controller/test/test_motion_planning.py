@@ -15,9 +15,8 @@ from flexarm_controller.motion.point_to_point import MotionState, move, state_at
 from flexarm_controller.motion.progress import Pursuit
 from flexarm_controller.motion.refusals import MotionError
 from flexarm_controller.motion.settings import MotionConfig
-from flexarm_controller.motion.splice import splice
 from flexarm_controller.program.equilibrium import build_equilibrium
-from flexarm_controller.reference import hold
+from flexarm_controller.reference import hold, splice
 from flexarm_model.motion.profiles import JerkLimited, MotionLimits
 
 COUNT = settings(max_examples=30, deadline=None, derandomize=True)

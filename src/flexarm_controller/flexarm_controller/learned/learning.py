@@ -10,13 +10,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexarm_controller.learned.axis_inertia import AxisInertia
-from flexarm_controller.learned.steps import follow_steps
 from flexarm_controller.reference import Reference
 from flexarm_controller.settings import MpcConfig
 from flexarm_controller.state import ArmState
 
 Array = NDArray[np.float64]
 Steps = tuple[tuple[int, ...], tuple[int, ...]]  # of stiffness and of inertia; none where all are zero
+LEAVE = 0.75  # steps away from the present one at which the nearest takes over: half would be no hysteresis
+LOWEST, HIGHEST = -0.6, 1.0  # believed of a relative error; beyond it something else is wrong
 OFTEN = 20  # times within the lag of the estimated torque, which tells nothing new sooner
 
 
@@ -66,6 +67,19 @@ class Learning:
         if not steps[1]:
             return d
         return self._axes.not_explained(d, self.errors(steps)[1] * inertia)
+
+
+def follow_steps(at: tuple[int, ...], learned: Array, size: float) -> tuple[int, ...]:
+    """Return the steps that stand for what was learned.
+
+    Args:
+        at: The present ones; of another length where there are none yet.
+        learned: Relative errors [1], (n,); what is not a number changes nothing.
+        size: Of a step [1].
+    """
+    now = at if len(at) == learned.size else (0,) * learned.size
+    wanted = (np.clip(learned, LOWEST, HIGHEST) / size).tolist()
+    return tuple(round(w) if abs(w - k) > LEAVE else k for w, k in zip(wanted, now, strict=True))
 
 
 def _told(steps: tuple[int, ...]) -> tuple[int, ...]:

@@ -19,9 +19,8 @@ from flexarm_controller.motion.point_to_point import state_at
 from flexarm_controller.motion.progress import Progress, Pursuit
 from flexarm_controller.motion.refusals import MotionError
 from flexarm_controller.motion.settings import MotionConfig
-from flexarm_controller.motion.splice import splice
 from flexarm_controller.motion.tip_kinematics import TipGoal, TipKinematics
-from flexarm_controller.reference import Reference, hold
+from flexarm_controller.reference import Reference, hold, splice
 from flexarm_controller.state import ArmState
 from flexarm_model.served.reduced_model import ReducedModel
 
