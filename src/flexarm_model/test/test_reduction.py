@@ -34,7 +34,7 @@ def test_guyan_answers_static_loads_on_the_boundary_exactly(matrices: Matrices) 
     _, K = matrices
     force = np.zeros(12)
     force[BOUNDARY] = [1.0, -2.0]
-    basis = guyan(*matrices, BOUNDARY)
+    basis = guyan(matrices[1], BOUNDARY)
     reduced = basis @ np.linalg.solve(basis.T @ K @ basis, basis.T @ force)
     assert reduced == pytest.approx(np.linalg.solve(K, force), rel=1e-10)
 
@@ -46,7 +46,7 @@ def test_craig_bampton_with_all_modes_is_the_whole_body(matrices: Matrices) -> N
 
 
 def test_craig_bampton_without_modes_is_guyan(matrices: Matrices) -> None:
-    assert np.array_equal(craig_bampton(*matrices, BOUNDARY, 0), guyan(*matrices, BOUNDARY))
+    assert np.array_equal(craig_bampton(*matrices, BOUNDARY, 0), guyan(matrices[1], BOUNDARY))
 
 
 def test_frequencies_fall_monotonically_onto_the_exact_ones(matrices: Matrices) -> None:
@@ -68,7 +68,7 @@ def test_mode_basis_is_mass_normalised_ordered_and_signed(matrices: Matrices) ->
 
 def test_impossible_reductions_are_refused(matrices: Matrices) -> None:
     with pytest.raises(ValueError, match="at least one retained"):
-        guyan(*matrices, np.array([], dtype=np.intp))
+        guyan(matrices[1], np.array([], dtype=np.intp))
     with pytest.raises(ValueError, match="11 fixed-interface modes asked for, 10 exist"):
         craig_bampton(*matrices, BOUNDARY, 11)
     with pytest.raises(ValueError, match="body 'bar': 99 modes asked for"):

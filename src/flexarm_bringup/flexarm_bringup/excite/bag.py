@@ -51,7 +51,7 @@ def read_test(path: Path) -> MeasuredTest | None:
     missing = [axis for axis in axes if axis not in heard or EXCITATION + axis not in heard]
     if missing:
         raise SourceError(f"{path}: no torque or excitation of {', '.join(missing)}")
-    driven = [_driven(path, heard, config, told, start_ns * NS) for start_ns in told.starts_ns]
+    driven = [_driven(heard, config, told, start_ns * NS) for start_ns in told.starts_ns]
     records = tuple(record_of(config, run, told.plan, used) for run in driven)
     return MeasuredTest(axes, told.plan, told.findings, records)
 
@@ -79,12 +79,12 @@ def _asked(bag: Bag, config: ManipulatorConfig) -> Heard:
     return heard
 
 
-def _driven(path: Path, heard: Heard, config: ManipulatorConfig, told: ToldTest, start: float) -> Driven:
+def _driven(heard: Heard, config: ManipulatorConfig, told: ToldTest, start: float) -> Driven:
     """Return a run, its samples by straight lines between their stamps, torques as they were held."""
     n = len(told.plan.added(0))
     t = np.asarray(start + np.arange(n) / told.plan.excitation.rate_hz)
     axes = tuple(config.actuated)
-    y = [_sampled(path, heard, channel, t) for channel in channels(config)]
+    y = [_sampled(heard, channel, t) for channel in channels(config)]
     tau = np.column_stack([held(t, *heard[axis]) for axis in axes])
     added = np.column_stack([held(t, *heard[EXCITATION + axis]) for axis in axes])
     if all(COMMANDS + axis in heard for axis in axes):
@@ -93,7 +93,7 @@ def _driven(path: Path, heard: Heard, config: ManipulatorConfig, told: ToldTest,
     return Driven(tau, added, np.column_stack(y))
 
 
-def _sampled(path: Path, heard: Heard, channel: Channel, t: Array) -> Array:
+def _sampled(heard: Heard, channel: Channel, t: Array) -> Array:
     """Return a channel at instants, nan where it was silent for long, (n,)."""
     if channel.name not in heard:
         return np.full(t.size, np.nan)

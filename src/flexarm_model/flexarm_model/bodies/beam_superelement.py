@@ -94,7 +94,7 @@ def _modes(mesh: BeamMesh, used: list[str]) -> tuple[Array, Array]:
 def _basis(M: Array, K: Array, boundary: NDArray[np.intp], reduction: Reduction) -> Array:
     """Return the basis that the reduction asks for, over the free displacements, (n, n_b)."""
     if reduction.method == "guyan" and reduction.modes:
-        return guyan(M, K, boundary)
+        return guyan(K, boundary)
     # without a static mode to keep the body follows its root
     n_modes = max(reduction.modes - boundary.size, 0)
     return craig_bampton(M, K, boundary, n_modes + count_modes_below(M, K, boundary, reduction.f_max))

@@ -23,8 +23,8 @@ Indices = NDArray[np.intp]
 ALIKE = 1e-6  # of the largest component of a mode: how far another may be below it and count as large
 
 
-def guyan(M: Array, K: Array, boundary: Indices) -> Array:
-    """Return the static condensation on the boundary, (n, n_b).
+def guyan(K: Array, boundary: Indices) -> Array:
+    """Return the static condensation of K (n, n) on the boundary, (n, n_b).
 
     Raises:
         ValueError: There is no boundary to condense on.
@@ -51,7 +51,7 @@ def craig_bampton(M: Array, K: Array, boundary: Indices, n_modes: int) -> Array:
 
 
 def count_modes_below(M: Array, K: Array, boundary: Indices, f_max: float) -> int:
-    """Return how many fixed-interface modes have a frequency up to ``f_max`` [Hz]."""
+    """Return how many fixed-interface modes of M and K, (n, n), have a frequency up to ``f_max`` [Hz]."""
     interior = np.setdiff1d(np.arange(K.shape[0]), boundary)
     if not f_max or not interior.size:
         return 0

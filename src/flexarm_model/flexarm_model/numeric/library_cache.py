@@ -48,13 +48,13 @@ def build_library(source: Path, compiler: str, flags: tuple[str, ...] = FLAGS) -
     if source.stat().st_size > LONG_SOURCE:
         LOG.info("compiling %.1f MB of C; once, then it is kept", source.stat().st_size / 1e6)
     try:
-        return _build(source, [compiler, "-x", "c", str(source), f"-I{HEADER.parent}", *flags], target)
+        return _build([compiler, "-x", "c", str(source), f"-I{HEADER.parent}", *flags], target)
     except OSError as error:
         _tell(f"compiled code cannot be kept in {target.parent}: {error.strerror}; slower code runs instead")
         return None
 
 
-def _build(source: Path, command: list[str], target: Path) -> Path | None:
+def _build(command: list[str], target: Path) -> Path | None:
     """Compile in a folder of its own beside the target: others, on other machines too, may build the same.
 
     Raises:
