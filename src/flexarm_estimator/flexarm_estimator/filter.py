@@ -61,7 +61,7 @@ class GuardedFilter:
         return KalmanFilter(dim_x=self._n_x, dim_z=1, dim_u=self._n_u)
 
     def predict(self, belief: Belief, transition: Transition, u: Array) -> Belief:
-        """Return the belief one step later; ``u = [tau; 1]`` held over the step."""
+        """Return the belief one step later; ``u = [tau; 1]``, (n_u + 1,), is held over the step."""
         kalman = self._filter
         kalman.x, kalman.P = belief.x, belief.P
         kalman.predict(u, B=transition.B, F=transition.A, Q=transition.Q)
@@ -95,7 +95,7 @@ class GuardedFilter:
 
 
 def predict(belief: Belief, transition: Transition, u: Array) -> Belief:
-    """Return ``A x + B u`` and ``A P A' + Q``, unguarded; ``u = [tau; 1]`` held over the step."""
+    """Return ``A x + B u`` and ``A P A' + Q``, unguarded; ``u = [tau; 1]``, (n_u + 1,), is held."""
     A = transition.A
     P = A.dot(belief.P).dot(A.T) + transition.Q
     return Belief(A.dot(belief.x) + transition.B.dot(u), (P + P.T) * 0.5)
@@ -119,7 +119,7 @@ def innovation_covariance(P: Array, H: Array, R: Array, M: Array | None = None) 
 
 
 def normalised_square(nu: Array, S: Array) -> float:
-    """Return ``nu' S^-1 nu``; infinite when S is not positive definite."""
+    """Return ``nu' S^-1 nu`` [1] of nu (m,) and S (m, m); infinite when S is not positive definite."""
     if nu.size == 1:
         value, variance = float(nu[0]), float(S[0, 0])
         return value * value / variance if variance > 0.0 else math.inf  # ** raises when it overflows

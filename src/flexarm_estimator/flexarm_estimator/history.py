@@ -94,7 +94,7 @@ class History:
         return self.instants[0].t
 
     def advance(self, t: float, u: Array) -> int:
-        """Go to ``t`` with ``u`` held since the newest instant; return the first instant to compute."""
+        """Go to ``t`` with ``u`` (n_u + 1,) held since then; return the index of the first to compute."""
         now, count = self.instants[-1], len(self.instants)
         if t > now.t + SAME_INSTANT:
             self.instants.append(

@@ -44,7 +44,7 @@ class Look(NamedTuple):
 
 
 class StepSource(ABC):
-    """Makes linear stand-ins for one served model.
+    """Makes linear stand-ins for one served model; ``u = [tau; 1]``, (n_tau + 1,), is held over a step.
 
     Attributes:
         is_constant: They do not depend on the belief, so that a step made once may be run again.
@@ -58,12 +58,12 @@ class StepSource(ABC):
     dependent: Sequence[int] | None
 
     def inputs(self, before: Belief, dt: float, u: Array) -> Array:
-        """Return the inputs of that step, which end with ``u = [tau; 1]``; never raises."""
+        """Return the inputs of that step, which end with ``u``, (n_u + 1,); never raises."""
         return u
 
     @abstractmethod
     def transition(self, before: Belief, dt: float, u: Array) -> Transition:
-        """Return the step from ``before`` over ``dt`` > 0 seconds under its inputs ``u``; never raises."""
+        """Return the step from ``before`` over ``dt`` > 0 seconds under its ``inputs``; never raises."""
 
     @abstractmethod
     def rows(self, names: tuple[str, ...], prior: Belief, u: Array) -> Stack:
@@ -71,4 +71,4 @@ class StepSource(ABC):
 
     @abstractmethod
     def look(self, model: MeasurementModel, y: Array, belief: Belief, u: Array) -> Look:
-        """Return what a pose sensor's sample says about the belief."""
+        """Return what a pose sensor's sample ``y``, (m,), says about the belief."""

@@ -56,7 +56,7 @@ class MeasurementModel(ABC):
         return self.R
 
     def linearise(self, y: Array, x: Array, u: Array) -> tuple[Array, Array]:
-        """Return innovation and Jacobian; a class may do it cheaper than one by one."""
+        """Return innovation (m,) and Jacobian (m, n_x); a class may do it cheaper than one by one."""
         return self.innovation(y, x, u), self.jacobian(x)
 
 

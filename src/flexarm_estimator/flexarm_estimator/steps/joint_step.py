@@ -77,7 +77,7 @@ class JointStep:
         return StepLayout(*sizes, **{name: array.ctypes.data for name, array in arrays.items()})
 
     def about(self, belief: Belief, u: Array) -> tuple[Array, Array, Array]:
-        """Return the tangent at a belief's mean: mean of [y; x; 0], T and noise."""
+        """Return mean of [y; x; 0], T and noise of the tangent at a belief's mean, for u (n_u + 1,)."""
         T, V, noise, m = self.T, self.V, self.noise, self.m
         if self._rows is not None:
             (T[:m], noise[:m, :m]), self._rows = self._rows, None

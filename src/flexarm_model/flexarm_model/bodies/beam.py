@@ -114,7 +114,7 @@ class BeamMesh:
         return 6 * self.nodes.size
 
     def dof(self, node: str) -> NDArray[np.intp]:
-        """Return the six displacement indices of the mesh node that is, or stands for, a beam node."""
+        """Return the displacement indices (6,) of the mesh node that is, or stands for, a beam node."""
         index = int(np.argmin(abs(self.nodes - self.beam.nodes[node])))
         return np.arange(6 * index, 6 * index + 6, dtype=np.intp)
 

@@ -64,7 +64,10 @@ def sid_matrices(body: Superelement) -> dict[str, Taylor]:
 
 
 def sid_integrals(matrices: Mapping[str, Taylor]) -> tuple[Array, Array]:
-    """Return the integrals s and P that matrices of a file stand for; see the module for what is exact."""
+    """Return the integrals s (n + 1, 3) and P (n + 1, n + 1, 3, 3) that matrices of a file stand for.
+
+    See the module for what is exact.
+    """
     n = matrices["Me"].m0.shape[0]
     s = np.vstack([matrices["mdCM"].m0.T, matrices["Ct"].m0])
     P = np.zeros((n + 1, n + 1, 3, 3))

@@ -93,7 +93,7 @@ def lowest_modes(
 
 
 def modes_below(M: Any, K: Any, omega_max: float, factor: Factor | None = None) -> tuple[Array, Array]:
-    """Return all modes up to an angular frequency [rad/s], as ``lowest_modes`` does; K must be definite.
+    """Return all modes up to ``omega_max`` [rad/s] as ``lowest_modes`` does; K (n, n) must be definite.
 
     Raises:
         ValueError: The modes found are not those that exist.

@@ -70,7 +70,7 @@ def read_table(path: Path, columns: tuple[int, ...], row: str) -> Array:
 
 
 def whole_numbers(path: Path, column: Array, what: str) -> NDArray[np.intp]:
-    """Return a column as whole numbers from 1 to 2147483647.
+    """Return a column (n_rows,) as whole numbers from 1 to 2147483647.
 
     Raises:
         ConfigError: One of them is not.

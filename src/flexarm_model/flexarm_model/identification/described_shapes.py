@@ -49,7 +49,7 @@ def described_shapes(
 
 
 def in_size(shapes: Array, size: Array) -> Array:
-    """Return shapes in units of every output's size, of length one, largest entry positive."""
+    """Return shapes (r, n_out) in units of every output's size (n_out,), length 1, largest entry positive."""
     scaled = shapes / size
     length = np.linalg.norm(scaled, axis=1, keepdims=True)
     signs = np.sign(np.take_along_axis(scaled, np.argmax(abs(scaled), axis=1)[:, None], axis=1))

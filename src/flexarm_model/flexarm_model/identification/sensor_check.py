@@ -132,7 +132,7 @@ def check_channels(channels: Sequence[CheckedChannel], pushes: Pushes) -> tuple[
 
 
 def noise_floor(y: Array) -> float:
-    """Return the standard deviation of the white part of a record, whatever slow motion it has."""
+    """Return the standard deviation of the white part of a record (k,), whatever slow motion it has."""
     known = y[np.isfinite(y)]
     second = np.diff(known, 2)
     return float(np.sqrt(np.mean(second**2) / 6)) if second.size else np.nan

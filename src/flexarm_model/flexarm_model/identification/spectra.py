@@ -104,7 +104,7 @@ class BlockSpectra:
     n_ref: int = 0
 
     def frf(self, estimator: str, kind: str, picks: NDArray[np.intp] | None = None) -> MeasuredFrf:
-        """Return the responses from all blocks, or from those picked (with repetitions).
+        """Return the responses from all blocks, or from those picked, (n_picks,), with repetitions.
 
         Raises:
             ValueError: There are fewer blocks than inputs, several inputs for H2, inputs that cannot be told

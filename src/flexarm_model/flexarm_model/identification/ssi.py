@@ -95,6 +95,11 @@ def _modes(y: Array, rate_hz: float, band_hz: tuple[float, float]) -> tuple[Arra
 def output_poles(y: Array, rate_hz: float, band_hz: tuple[float, float]) -> tuple[OrderPoles, ...]:
     """Return the stable poles in the band for every even order, with their shapes at the outputs.
 
+    Args:
+        y: Outputs, evenly sampled, (samples, n_out).
+        rate_hz: Samples per second [Hz].
+        band_hz: Band of the poles [Hz].
+
     Raises:
         ValueError: The record is not finite or too short for the band, or the band is none.
     """

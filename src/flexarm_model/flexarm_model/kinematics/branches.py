@@ -14,7 +14,7 @@ SLACK = 1e-9  # rad; a solution so little outside a limit is on it
 
 
 def wrap(angles: Array) -> Array:
-    """Return the angles [rad] moved by full turns into [-pi, pi)."""
+    """Return angles of any shape [rad] moved by full turns into [-pi, pi)."""
     return (np.asarray(angles, dtype=float) + np.pi) % TURN - np.pi
 
 

@@ -145,6 +145,12 @@ def exact_frf(
 def modal_frf(f_hz: Array, modes: Modes, ports: Ports, kind: str = "receptance") -> Frf:
     """Return the responses of the given modes alone; ``modes.first(r)`` truncates.
 
+    Args:
+        f_hz: Lines [Hz], (k,).
+        modes: The modes.
+        ports: Where forces act and what is looked at.
+        kind: What is told of the outputs, see ``Frf``.
+
     Raises:
         ValueError: A line meets an undamped mode.
     """

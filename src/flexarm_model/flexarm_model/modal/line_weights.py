@@ -24,7 +24,7 @@ class Shared:
 
 
 def repeated_weights(weight: Array | None, copies: int) -> Array | None:
-    """Return the weights of outputs that have become several columns each."""
+    """Return weights, (k,) or (k, n_out), of outputs that have become several columns each."""
     return weight if weight is None or weight.ndim == 1 else np.repeat(weight, copies, axis=1)
 
 

@@ -46,7 +46,7 @@ class Basis:
 
     @classmethod
     def of(cls, frf: Frf, weight: Array | None, remainders: tuple[int, ...]) -> Basis:
-        """Return the basis on the lines of measured responses.
+        """Return the basis on the lines of measured responses; ``weight`` of every line, (k,).
 
         Raises:
             ValueError: There is a line at 0 Hz, or the weights do not fit the lines.

@@ -52,7 +52,7 @@ def pick_peaks(f_hz: Array, magnitude: Array, power: int = 0, prominence_db: flo
 
 
 def interpolate_peak(f_hz: Array, magnitude: Array, line: int, power: int = 0) -> Peak:
-    """Return the peak at an inner line; see ``pick_peaks``.
+    """Return the peak at an inner line of a curve (k,) over ``f_hz`` (k,); see ``pick_peaks``.
 
     Raises:
         ValueError: The line has no neighbour on one side.

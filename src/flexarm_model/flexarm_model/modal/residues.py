@@ -62,7 +62,7 @@ class ModalFit:
         return frequency_and_damping(self.poles)[1]
 
     def frf(self, f_hz: Array) -> Frf:
-        """Return the responses of the model on any lines above 0 Hz."""
+        """Return the responses of the model on any lines above 0 Hz, (k,)."""
         s = 2j * np.pi * np.asarray(f_hz, dtype=float)[:, None]
         H = np.einsum("kr,roi->koi", 1 / (s - self.poles), self.residues)
         H += np.einsum("kr,roi->koi", 1 / (s - self.poles.conj()), self.residues.conj())
@@ -170,7 +170,7 @@ def check_determined(basis: Basis, n_modes: int, n_out: int, n_nonlinear: int) -
 
 
 def solve(Phi: Array, Y: Array) -> tuple[Array, Array]:
-    """Return the least-squares solution of ``Phi X = Y`` and an orthonormal basis of Phi.
+    """Return X (q, m) of ``Phi X = Y`` in least squares and an orthonormal basis of Phi (n, q).
 
     Raises:
         UnderdeterminedError: Columns depend on each other.

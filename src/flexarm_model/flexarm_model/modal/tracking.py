@@ -80,7 +80,7 @@ def track_modes(
 
 
 def group_modes(omega: Array, tolerance: float = MULTIPLE) -> list[NDArray[np.intp]]:
-    """Return the modes in groups whose frequencies follow each other within a relative tolerance."""
+    """Return modes of ``omega`` (r,) in groups whose frequencies follow within a relative tolerance."""
     order = np.argsort(omega, kind="stable")
     gaps = np.diff(omega[order]) > tolerance * np.maximum(omega[order][1:], np.finfo(float).tiny)
     return list(np.split(order, np.flatnonzero(gaps) + 1)) if omega.size else []

@@ -52,14 +52,14 @@ class Projection:
         return np.concatenate([-poles.real, poles.imag, entries.real, entries.imag])
 
     def unpack(self, p: Array) -> tuple[Complex, Complex]:
-        """Return poles and participations of p."""
+        """Return poles (r,) and participations (r, n_in) of p."""
         r, m = self.n_modes, len(self.free)
         L = self.L.copy()
         L[self.free[:, 0], self.free[:, 1]] = p[2 * r : 2 * r + m] + 1j * p[2 * r + m :]
         return np.asarray(-p[:r] + 1j * p[r : 2 * r]), L
 
     def bounds(self) -> tuple[Array, Array]:
-        """Return the smallest and the largest p allowed: the band and as much again on both sides."""
+        """Return the smallest and largest p allowed, (n_p,): the band and as much again on both sides."""
         w, free = abs(self.basis.s), np.full(2 * len(self.free), np.inf)
         margin = w[-1] - w[0]
         ones = np.ones(self.n_modes)
@@ -68,7 +68,7 @@ class Projection:
         return low, high
 
     def scale(self, poles: Complex) -> Array:
-        """Return a typical change of p: a bandwidth, or 1 for participations."""
+        """Return a typical change of p, (n_p,): a bandwidth, or 1 for participations."""
         return np.concatenate([-poles.real, -poles.real, np.ones(2 * len(self.free))])
 
     def residual(self, p: Array) -> Array:
@@ -123,11 +123,11 @@ class JointProjection:
         self.bounds, self.scale = first.bounds, first.scale
 
     def residual(self, p: Array) -> Array:
-        """Return what is left of the data of all parts, one after the other."""
+        """Return what is left of the data of all parts, one after the other, (n_data,)."""
         return np.concatenate([part.residual(p) for part in self.parts])
 
     def jacobian(self, p: Array) -> Array:
-        """Return its derivative."""
+        """Return its derivative, (n_data, n_p)."""
         return np.vstack([part.jacobian(p) for part in self.parts])
 
     @property

@@ -39,7 +39,7 @@ def rotation_vector(R: Array) -> Array:
 
 
 def quaternion(R: Array) -> Quaternion:
-    """Return the unit quaternion of a rotation matrix; its largest number is positive."""
+    """Return the unit quaternion of a rotation matrix (3, 3); its largest number is positive."""
     (xx, xy, xz), (yx, yy, yz), (zx, zy, zz) = R.tolist()
     trace = xx + yy + zz
     largest = max(xx, yy, zz, trace)
@@ -55,7 +55,7 @@ def quaternion(R: Array) -> Quaternion:
 
 
 def quaternion_from_vector(vector: Array) -> Quaternion:
-    """Return the unit quaternion of a rotation vector."""
+    """Return the unit quaternion of a rotation vector (3,) [rad]."""
     x, y, z = map(float, vector)
     angle = math.sqrt(x * x + y * y + z * z)
     scale = math.sin(angle / 2.0) / angle if angle > _SMALL else 0.5 - angle**2 / 48.0

@@ -113,7 +113,7 @@ class SegmentLoops:
         return q
 
     def singular_values(self, q: Array, free: Array) -> Array:
-        """Return those of G_f, lengths in units of the loops, columns of length one."""
+        """Return those of G_f, descending, (k,), lengths in units of the loops, columns of length one."""
         G = self.jacobian(q)[:, free]
         position = np.arange(self.n_rows) % 6 < 3
         turns = G[:, abs(G[~position]).max(axis=0, initial=0.0) > RANK_TOLERANCE]

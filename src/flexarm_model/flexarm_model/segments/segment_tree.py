@@ -178,7 +178,7 @@ class SegmentTree:
         return np.array(self._places[node][1].actInv(self.data.v[self._places[node][0]]).angular)
 
     def strain(self, q: Array, sensor: SensorSpec) -> float:
-        """Return the strain at a gauge: spring angles are curvature times length, interpolated."""
+        """Return the strain at a gauge [1]: spring angles are curvature times length, interpolated."""
         body = NodeRef(*sensor.site.split("."))
         beam = self.config.bodies[body.body]
         assert isinstance(beam, Beam)

@@ -121,7 +121,7 @@ def _shapes(N: Array, M: Array, K: Array, n: int, n_eta: int, names: Sequence[st
 
 
 def check_pose(tree: ReducedTree, pose: Array) -> Array:
-    """Return the pose as an array.
+    """Return the pose as an array, (n_theta,) [rad or m].
 
     Raises:
         PoseError: Wrong length, not finite, or outside the limits of an axis.

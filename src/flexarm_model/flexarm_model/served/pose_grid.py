@@ -85,7 +85,7 @@ class PoseGrid:
         return tuple((link, int(k)) for link in self.links for k in np.flatnonzero(link.mac < UNCLEAR))
 
     def at(self, pose: Array) -> ReducedModel:
-        """Return the model at one of the grid's poses.
+        """Return the model at one of the grid's poses, (n_theta,).
 
         Raises:
             KeyError: There is none; names the nearest pose.

@@ -168,7 +168,7 @@ def _choose_dependent(G: Array, loose: NDArray[np.intp], sprung: NDArray[np.intp
 
 
 def solve_positions(evaluate: Evaluate, start: Array, movable: NDArray[np.intp], what: str) -> Array:
-    """Return q with the rows satisfied, moving only ``movable``; least change at every iteration.
+    """Return q (n_q,) with the rows satisfied, moving only ``movable``; least change at every iteration.
 
     Raises:
         OpenLoopsError: The iteration does not arrive.

@@ -59,17 +59,17 @@ class ClosureRows:
         return np.array(c).ravel(), np.array(G)
 
     def far(self, q: Array) -> tuple[Array, Array]:
-        """Return the same of the rows that serve far away."""
+        """Return the same of the rows that serve far away, (m,) and (m, n_q)."""
         c, G = self._far(q)
         return np.array(c).ravel(), np.array(G)
 
     def upside_down(self, q: Array) -> tuple[str, ...]:
-        """Return the names of the closures whose node is turned by more than 90 degrees."""
+        """Return the names of the closures whose node is turned by more than 90 degrees at q, (n_q,)."""
         cosines = np.array(self._angles(q)).ravel()
         return tuple(name for name, cosine in zip(self.names, cosines, strict=True) if cosine < 0)
 
     def gaps(self, q: Array) -> dict[str, tuple[float, float]]:
-        """Return by how much every closure is open, by name: distance [m] and turn [rad]."""
+        """Return by how much every closure is open at q (n_q,), by name: distance [m] and turn [rad]."""
         rows, cosines = self.near(q)[0].reshape(-1, 6), np.array(self._angles(q)).ravel()
         shifts, sines = (np.linalg.norm(part, axis=1) for part in (rows[:, :3], rows[:, 3:]))
         turns = np.arctan2(sines, cosines)
