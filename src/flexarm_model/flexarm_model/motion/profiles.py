@@ -193,18 +193,6 @@ class JerkLimited:
         t_c = max(angle / (peak * (t_j + t_a)) - 2.0 * t_j - t_a, 0.0)
         return cls(theta, t_j, t_a, t_c)
 
-    @classmethod
-    def of_duration(cls, theta: float, duration: float, limits: MotionLimits) -> JerkLimited:
-        """Return the time-optimal motion slowed down to ``duration`` [s].
-
-        Raises:
-            ValueError: The limits do not allow that duration.
-        """
-        fastest = cls.fastest(theta, limits)
-        possible = duration >= fastest.duration * (1.0 - 1e-12)
-        _require(possible, f"duration {duration} s is below the {fastest.duration} s that the limits allow")
-        return fastest.stretched(duration)
-
     @property
     def duration(self) -> float:
         """Time from start to rest [s]."""
