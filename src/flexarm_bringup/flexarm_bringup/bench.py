@@ -20,12 +20,12 @@ import sys
 from pathlib import Path
 from types import ModuleType
 
+from flexarm_bringup.exit_codes import UNUSABLE
 from flexarm_bringup.page.report import Cell, Check, Column, Page, Table, add_report_arguments, publish
 from flexarm_bringup.progress import Progress
 
 FOLDER = "benchmarks"
 PREFIX = "bench_"
-USAGE = 2
 BOUNDS = {  # name of a result: largest value allowed
     "single_link_estimator_median_us": 60.0,
     "two_link_estimator_median_us": 100.0,
@@ -103,7 +103,7 @@ def run(args: argparse.Namespace) -> int:
             f"there are: {', '.join(files) or 'none'}",
             file=sys.stderr,
         )
-        return USAGE
+        return UNUSABLE
     progress, results = Progress(), {}
     for name in args.names or files:
         progress.say(f"benchmark {name}")

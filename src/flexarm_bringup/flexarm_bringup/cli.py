@@ -15,6 +15,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from flexarm_bringup.arguments import shared_file
+from flexarm_bringup.exit_codes import UNUSABLE
 from flexarm_bringup.worker_error import WorkerError
 from flexarm_model.process.announce import announce_on_stderr
 from flexarm_model.process.security import SecurityError
@@ -23,7 +24,6 @@ os.environ.setdefault("OMP_NUM_THREADS", "1")  # before NumPy: small matrices lo
 
 INTERRUPTED = 130  # what a shell reports for Ctrl-C
 CUT_OFF = 141  # and for who writes to a pipe that nobody reads any more
-USAGE = 2
 
 DESCRIPTION = "flexarm: knows how an arm bends, estimates it, and moves it so that the tip arrives still."
 
@@ -142,7 +142,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         args, unknown = parser.parse_known_args(arguments)
         if not arguments:
             parser.print_help()
-            return USAGE
+            return UNUSABLE
         if unknown or not args.command:
             getattr(args, "subparser", parser).error(
                 f"unrecognized arguments: {' '.join(unknown)}"
@@ -155,7 +155,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         return code
     except (SecurityError, WorkerError) as error:  # of commands that open a ROS domain, or use all cores
         print(f"flexarm {chosen}: {error}", file=sys.stderr)
-        return USAGE
+        return UNUSABLE
     except KeyboardInterrupt:  # also while a command's libraries are loaded
         return INTERRUPTED
     except BrokenPipeError:

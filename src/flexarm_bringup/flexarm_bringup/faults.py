@@ -16,6 +16,7 @@ from collections.abc import Mapping, Sequence
 
 from flexarm_bringup.arguments import add_seed
 from flexarm_bringup.assumptions import arm_of, resting_on
+from flexarm_bringup.exit_codes import UNUSABLE
 from flexarm_bringup.fault_drill.drill import FAMILIES, MACHINES, SEED, RowResult, run_drill
 from flexarm_bringup.page.report import Cell, Check, Column, Page, Table, add_report_arguments, publish
 from flexarm_bringup.progress import Progress
@@ -23,7 +24,6 @@ from flexarm_bringup.tasks.task_for import task_for
 from flexarm_model.process.security import check_unsecured
 from flexarm_model.settings.strict_yaml import ConfigError
 
-REFUSED = 2
 EPILOG = """\
 examples:
   flexarm faults single_link                          all rows on one machine
@@ -79,7 +79,7 @@ def run(args: argparse.Namespace) -> int:
     except (ConfigError, ValueError) as error:
         progress.done()
         print(f"flexarm faults: {error}", file=sys.stderr)
-        return REFUSED
+        return UNUSABLE
     progress.done()
     return publish(resting_on(build_page(tuple(rows), machines, results, args.seed), *arms), args)
 

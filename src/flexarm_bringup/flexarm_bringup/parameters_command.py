@@ -21,12 +21,12 @@ from typing import Any
 
 import yaml
 
+from flexarm_bringup.exit_codes import UNUSABLE
 from flexarm_bringup.tasks.node_settings import arm_graph, drift_settings
 from flexarm_bringup.topics import NAMESPACE
 from flexarm_model.settings.parameter_text import allowed_text, table_lines, value_text
 from flexarm_model.settings.strict_yaml import ConfigError
 
-USAGE = 2
 FILE = (".yaml", ".yml")  # how a manipulator ends that is no name
 OF_A_RUN = ("lockstep", "bag")  # parameters that belong to a run, not to an arm
 
@@ -69,7 +69,7 @@ def run(args: argparse.Namespace) -> int:
         print(parameter_file(args.arm, args.preset), end="")
     except ConfigError as error:
         print(f"flexarm parameters: {error}", file=sys.stderr)
-        return USAGE
+        return UNUSABLE
     return 0
 
 

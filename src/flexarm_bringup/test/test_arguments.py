@@ -20,6 +20,7 @@ from flexarm_bringup.arguments import (
     shared_file,
     whole,
 )
+from flexarm_bringup.exit_codes import UNUSABLE
 from flexarm_bringup.identify.whole_file import written_whole
 from flexarm_model.reading.config import load_config
 from flexarm_model.reading.manipulator_file import find_manipulator
@@ -102,7 +103,7 @@ def test_two_options_that_name_one_file_are_refused(
     monkeypatch.chdir(tmp_path)
     with pytest.raises(SystemExit) as stop:
         cli.main(line.split())
-    assert stop.value.code == cli.USAGE and said in capsys.readouterr().err
+    assert stop.value.code == UNUSABLE and said in capsys.readouterr().err
     assert not list(tmp_path.iterdir())
 
 
@@ -180,7 +181,7 @@ def test_a_wrong_option_ends_with_two_and_its_name(
     (tmp_path / "file").write_text("")
     with pytest.raises(SystemExit) as stop:
         cli.main(line.format(tmp_path).split())
-    assert stop.value.code == cli.USAGE
+    assert stop.value.code == UNUSABLE
     error = capsys.readouterr().err
     assert "error: argument" in error
     assert error.startswith(f"usage: flexarm {line.split()[0]}")
@@ -216,7 +217,7 @@ def test_a_wrong_option_ends_with_two_and_its_name(
 def test_what_cannot_be_used_is_told_on_stderr_with_the_commands_name(
     line: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert cli.main(line.format(tmp_path).split()) == cli.USAGE
+    assert cli.main(line.format(tmp_path).split()) == UNUSABLE
     out, err = capsys.readouterr()
     assert not out and f"\nflexarm {line.split()[0]}: " in f"\n{err}"
 
@@ -226,7 +227,7 @@ def test_an_unknown_option_is_answered_with_the_options_of_its_command(
 ) -> None:
     with pytest.raises(SystemExit) as stop:
         cli.main(["model", "single_link", "--pse", "A"])
-    assert stop.value.code == cli.USAGE
+    assert stop.value.code == UNUSABLE
     error = capsys.readouterr().err
     assert "--pose POSE" in error
     assert "unrecognized arguments: --pse A" in error
@@ -235,4 +236,4 @@ def test_an_unknown_option_is_answered_with_the_options_of_its_command(
 def test_options_without_a_command_are_an_error(capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(SystemExit) as stop:
         cli.main(["--html"])
-    assert stop.value.code == cli.USAGE
+    assert stop.value.code == UNUSABLE

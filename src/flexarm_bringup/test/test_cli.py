@@ -14,6 +14,7 @@ from pathlib import Path
 import pytest
 
 from flexarm_bringup import cli
+from flexarm_bringup.exit_codes import UNUSABLE
 
 ROOT = Path(__file__).parents[3]
 LAUNCHER = {"build", "test", "run", "shell", "env", "clean"}  # of the file flexarm itself
@@ -49,7 +50,7 @@ def test_help_of_a_command_is_its_docstring(
 
 
 def test_without_a_command_the_help_teaches(capsys: pytest.CaptureFixture[str]) -> None:
-    assert cli.main([]) == cli.USAGE
+    assert cli.main([]) == UNUSABLE
     out = capsys.readouterr().out
     assert "start here:" in out
     assert all(name in out for name in cli.COMMANDS)
@@ -58,7 +59,7 @@ def test_without_a_command_the_help_teaches(capsys: pytest.CaptureFixture[str]) 
 def test_unknown_commands_are_usage_errors(capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(SystemExit) as stop:
         cli.main(["fly"])
-    assert stop.value.code == cli.USAGE
+    assert stop.value.code == UNUSABLE
     assert "reproduce" in capsys.readouterr().err
 
 

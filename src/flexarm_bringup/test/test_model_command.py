@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 
 from flexarm_bringup.cli import main
-from flexarm_bringup.model_view.command import USAGE, parse_pose, serve
+from flexarm_bringup.exit_codes import UNUSABLE
+from flexarm_bringup.model_view.command import parse_pose, serve
 from flexarm_bringup.model_view.mode_words import describe_tip, direction
 from flexarm_bringup.model_view.page import analyse, build_page, mode_table, reach_table
 from flexarm_model.reading.config import load_config
@@ -85,7 +86,7 @@ def test_away_from_home_modes_are_compared_with_those_there(capsys: pytest.Captu
 def test_what_cannot_be_used_is_explained(
     arguments: list[str], said: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert main(["model", *arguments]) == USAGE
+    assert main(["model", *arguments]) == UNUSABLE
     out, err = capsys.readouterr()
     assert not out and "\nflexarm model: " in err and said in err and "Traceback" not in err
 

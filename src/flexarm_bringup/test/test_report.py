@@ -11,9 +11,10 @@ from pathlib import Path
 import pytest
 
 from flexarm_bringup.arguments import STDOUT
+from flexarm_bringup.exit_codes import UNUSABLE
 from flexarm_bringup.page.figures import drawing, to_figure
 from flexarm_bringup.page.page_template import PAGE, STYLE, render
-from flexarm_bringup.page.report import UNWRITABLE, Check, Column, Page, Table, add_report_arguments, publish
+from flexarm_bringup.page.report import Check, Column, Page, Table, add_report_arguments, publish
 
 TABLE = Table(
     "Sizes & shapes",
@@ -85,7 +86,7 @@ def test_json_for_programs_is_alone_on_stdout(capsys: pytest.CaptureFixture[str]
 
 
 def test_a_file_that_cannot_be_written_in_the_end_is_named(capsys: pytest.CaptureFixture[str]) -> None:
-    assert publish(page(), argparse.Namespace(json=None, html=Path("/dev/full"))) == UNWRITABLE
+    assert publish(page(), argparse.Namespace(json=None, html=Path("/dev/full"))) == UNUSABLE
     assert "/dev/full: cannot be written (No space left on device)" in capsys.readouterr().err
 
 

@@ -29,6 +29,7 @@ from flexarm_bringup.compare_laws.runs import CompareJob, run_compare_jobs
 from flexarm_bringup.compare_laws.schemes import Case, Scheme, plan_case
 from flexarm_bringup.compare_laws.sweep import SWEEP_ERRORS, sweep_points
 from flexarm_bringup.compare_laws.sweep_page import Swept
+from flexarm_bringup.exit_codes import UNUSABLE
 from flexarm_bringup.page.report import add_report_arguments, publish
 from flexarm_bringup.progress import Progress
 from flexarm_bringup.static_arm import StaticArm
@@ -43,7 +44,6 @@ from flexarm_model.tree.reduced_tree import ReducedTree
 Array = NDArray[np.float64]
 ERRORS = (0.0, -0.20, -0.10, -0.05, 0.05, 0.10, 0.20)  # of all frequencies; as described first
 QUICK_ERRORS = (0.0, -0.10, 0.10)
-REFUSED = 2
 OPEN_LOOP_ROWS = 8  # rows of one job: small enough that the cores are busy to the end
 
 
@@ -82,7 +82,7 @@ def run(args: argparse.Namespace) -> int:
     except (ConfigError, ParameterError, ValueError) as error:
         progress.done()
         print(f"flexarm compare: {error}", file=sys.stderr)
-        return REFUSED
+        return UNUSABLE
     rows = sum(len(job.schemes) for job in todo)
     swept: Swept | None = (points, results[rows:]) if args.sweep else None
     case = next(iter(cases.values()))

@@ -21,6 +21,7 @@ from flexarm_bringup.assumptions import arm_of, resting_on
 from flexarm_bringup.consistency.monte_carlo import Drawing, DrawnResult, run_drawing
 from flexarm_bringup.consistency.page import build_page
 from flexarm_bringup.consistency.rig_run import CONDITIONS, RigJob, RigResult, run_rig_job
+from flexarm_bringup.exit_codes import UNUSABLE
 from flexarm_bringup.page.report import add_report_arguments, publish
 from flexarm_bringup.parallel import run_parallel
 from flexarm_bringup.progress import Progress
@@ -30,7 +31,6 @@ from flexarm_model.settings.strict_yaml import ConfigError
 
 MACHINES = ("single_link", "planar_3rrr", "spatial_3tpt", "variable_stiffness", "serial_6r")
 RUNS, PERIODS = 300, 60  # of a truth drawn from the model
-REFUSED = 2
 Job = RigJob | Drawing
 Result = RigResult | DrawnResult
 
@@ -60,7 +60,7 @@ def run(args: argparse.Namespace) -> int:
     except (ConfigError, ParameterError, ValueError) as error:
         progress.done()
         print(f"flexarm consistency: {error}", file=sys.stderr)
-        return REFUSED
+        return UNUSABLE
     progress.done()
     rig = [result for result in results if isinstance(result, RigResult)]
     drawn = [result for result in results if isinstance(result, DrawnResult)]

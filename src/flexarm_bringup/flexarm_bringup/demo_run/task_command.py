@@ -18,6 +18,7 @@ from flexarm_bringup.bags.bag_writer import BagError
 from flexarm_bringup.demo_run.sessions import free_domains
 from flexarm_bringup.demo_run.task_report import build_page
 from flexarm_bringup.demo_run.task_session import TaskRun, run_task_session
+from flexarm_bringup.exit_codes import UNUSABLE
 from flexarm_bringup.page.report import publish
 from flexarm_bringup.processes.session import SessionError
 from flexarm_bringup.progress import Progress
@@ -30,8 +31,6 @@ from flexarm_model.reading.config import load_config
 from flexarm_model.reading.manipulator_file import find_manipulator
 from flexarm_model.settings.parameters import ParameterError
 from flexarm_model.settings.strict_yaml import ConfigError
-
-REFUSED = 2
 
 
 def run_task_demo(args: argparse.Namespace) -> int:
@@ -48,7 +47,7 @@ def run_task_demo(args: argparse.Namespace) -> int:
     except (ConfigError, ParameterError, ValueError) as error:
         progress.done()
         print(f"flexarm demo: {error}", file=sys.stderr)
-        return REFUSED
+        return UNUSABLE
     except (SessionError, BagError) as error:
         progress.done()
         print(f"flexarm demo: the run over DDS failed: {error}", file=sys.stderr)

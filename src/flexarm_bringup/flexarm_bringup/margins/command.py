@@ -21,6 +21,7 @@ from typing import Any
 
 from flexarm_bringup.arguments import whole
 from flexarm_bringup.assumptions import arm_of, resting_on
+from flexarm_bringup.exit_codes import UNUSABLE
 from flexarm_bringup.margins.page import build_page
 from flexarm_bringup.margins.poses import MOST_POSES, Poses
 from flexarm_bringup.margins.study import run_study
@@ -33,7 +34,6 @@ from flexarm_model.settings.parameters import ParameterError
 from flexarm_model.settings.strict_yaml import ConfigError
 
 Settings = Mapping[str, Mapping[str, Any]]
-REFUSED = 2
 ALONG = 5  # poses along the moves
 SWITCH = {"true": True, "false": False}
 
@@ -77,7 +77,7 @@ def run(args: argparse.Namespace) -> int:
     except (ConfigError, ParameterError, ValueError) as error:
         progress.done()
         print(f"flexarm margins: {error}", file=sys.stderr)
-        return REFUSED
+        return UNUSABLE
     figures = []
     if args.html:
         from flexarm_bringup.margins.drawing import draw

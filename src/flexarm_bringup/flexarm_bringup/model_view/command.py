@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 
 from flexarm_bringup.arguments import STDOUT, named_file, new_folder, output_folder, whole
 from flexarm_bringup.assumptions import resting_on
+from flexarm_bringup.exit_codes import UNUSABLE
 from flexarm_bringup.margins.poses import grid_values
 from flexarm_bringup.model_view.grid_page import grid_page
 from flexarm_bringup.model_view.page import Analysis, analyse, build_page
@@ -43,7 +44,6 @@ from flexarm_model.tree.reduced_tree import ReducedTree
 
 Array = NDArray[np.float64]
 
-USAGE = 2
 HOME = "home"
 
 
@@ -90,7 +90,7 @@ def run(args: argparse.Namespace) -> int:
     except (ValueError, OSError) as error:  # of configuration, body, pose, loop or file
         progress.done()
         print(f"flexarm model: {error}", file=sys.stderr)
-        return USAGE
+        return UNUSABLE
     progress.say("looking at its modes")
     analysis = analyse(tree, model, home)
     figures = draw(analysis) if args.html else []

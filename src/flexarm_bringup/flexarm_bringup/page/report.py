@@ -16,12 +16,12 @@ from pathlib import Path
 from typing import Any
 
 from flexarm_bringup.arguments import STDOUT, output_file
+from flexarm_bringup.exit_codes import UNUSABLE
 from flexarm_bringup.page.figures import Figure
 
 Cell = str | float | int | bool | None
 Cells = list[Cell]
 MISSING = "–"
-UNWRITABLE = 2
 
 
 @dataclass(frozen=True)
@@ -216,7 +216,7 @@ def publish(page: Page, args: argparse.Namespace) -> int:
             _write(path, content())
         except OSError as error:  # a full disk, say
             print(f"{path}: cannot be written ({error.strerror})", file=sys.stderr)
-            return UNWRITABLE
+            return UNUSABLE
         if not is_quiet:
             print(f"\nwrote {path}", end="")
     if not is_quiet:

@@ -29,6 +29,7 @@ from flexarm_bringup.arguments import number, whole
 from flexarm_bringup.assumptions import resting_on
 from flexarm_bringup.demo_run.motions import motions, out_and_back, reference_of
 from flexarm_bringup.demo_run.sessions import free_domains
+from flexarm_bringup.exit_codes import UNUSABLE
 from flexarm_bringup.page.report import Column, Page, Table, add_report_arguments, publish
 from flexarm_bringup.processes.composition import composed
 from flexarm_bringup.processes.graph import rig_graph
@@ -51,7 +52,6 @@ ARM = "single_link"
 ANGLE = 0.5236  # rad, 30 degrees out and back
 ZETA = 0.015  # damping ratio that the shaper counts on
 GRID = 0.01  # s between points of the reference; cubics in between
-USAGE = 2
 LAWS = {item.name: item for item in fields(ControllerConfig)}["law"].metadata["choices"]
 
 
@@ -85,7 +85,7 @@ def run(args: argparse.Namespace) -> int:
             figures = measure(args, Path(folder))
     except (ConfigError, DriverError, ValueError) as error:
         print(f"flexarm realtime: {error}", file=sys.stderr)
-        return USAGE if isinstance(error, ConfigError) else 1
+        return UNUSABLE if isinstance(error, ConfigError) else 1
     finally:
         progress.done()
     config = load_config(find_manipulator(ARM), args.preset)

@@ -11,6 +11,7 @@ import sys
 
 from flexarm_bringup.arguments import add_seed
 from flexarm_bringup.assumptions import arm_of, resting_on
+from flexarm_bringup.exit_codes import UNUSABLE
 from flexarm_bringup.page.report import add_report_arguments, publish
 from flexarm_bringup.progress import Progress
 from flexarm_bringup.sim_run.figures import draw
@@ -21,8 +22,6 @@ from flexarm_model.reading.config import load_config
 from flexarm_model.reading.manipulator_file import find_manipulator
 from flexarm_model.settings.parameters import ParameterError
 from flexarm_model.settings.strict_yaml import ConfigError
-
-REFUSED = 2
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -49,7 +48,7 @@ def run(args: argparse.Namespace) -> int:
     except (ConfigError, ParameterError, ValueError) as error:
         progress.done()
         print(f"flexarm sim: {error}", file=sys.stderr)
-        return REFUSED
+        return UNUSABLE
     configs = {preset: load_config(find_manipulator(task.manipulator), preset) for preset in presets}
     page = build_page(task, configs, results, draw(task, results) if args.html else (), args.seed)
     progress.done()

@@ -21,6 +21,7 @@ from pathlib import Path
 
 from flexarm_bringup.arguments import add_seed, number, output_folder
 from flexarm_bringup.assumptions import resting_on
+from flexarm_bringup.exit_codes import UNUSABLE
 from flexarm_bringup.page.report import add_report_arguments, publish
 from flexarm_bringup.processes.graph import Process
 from flexarm_bringup.progress import Progress
@@ -29,8 +30,6 @@ from flexarm_model.manipulator.description import ManipulatorConfig
 from flexarm_model.reading.config import load_config
 from flexarm_model.reading.manipulator_file import find_manipulator
 from flexarm_model.settings.strict_yaml import ConfigError
-
-USAGE = 2
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -67,7 +66,7 @@ def run(args: argparse.Namespace) -> int:
             outcome = soak(SoakJob(graph, config, *times), args.log or Path(folder) / "log", progress.say)
     except ConfigError as error:
         print(f"flexarm soak: {error}", file=sys.stderr)
-        return USAGE
+        return UNUSABLE
     finally:
         progress.done()
     return publish(resting_on(outcome.page(), config), args)
