@@ -37,6 +37,7 @@ def saturated(stand: ControllerStand) -> list[Finding]:
     limits, dt, n = stand.limits, stand.dt, stand.model.n_theta
     guard = Guard(stand.guard_limits)
     guard.arm(0.0, 1)
+    before = np.array([guard.holding])  # the motors bear the arm until the first command
     still = GuardState((0.0,) * n, tuple(map(float, stand.loop.course.home)))
     wanted = DEMAND * limits.effort * rng.standard_normal((COMMANDS, n))
     controlled = _through_controller(stand, wanted[:THROUGH_CONTROLLER])
@@ -45,7 +46,7 @@ def saturated(stand: ControllerStand) -> list[Finding]:
         [guard.step(GuardCommand(k * dt, k, 1, tuple(e)), still, k * dt) for k, e in enumerate(efforts)]
     )
     over = (abs(out) > limits.effort).sum()
-    steps = abs(np.diff(out, axis=0, prepend=0.0)) / (limits.effort_rate * dt)
+    steps = abs(np.diff(out, axis=0, prepend=before)) / (limits.effort_rate * dt)
     own = abs(np.diff(controlled, axis=0, prepend=stand.holding[None])) / (limits.effort_rate * dt)
     return [
         Finding(f"torques beyond the limit, of {COMMANDS:,} commands", int(over), 0),
