@@ -19,8 +19,8 @@ _LATE = (
 
 _OTHER_6R = (
     "with mass +50 % the tip is off by 2.4 e0 (1.5) and 4.8 times as much vibration is left (2), with "
-    "stiffness -30 % 2.3 times (2), with both the tip is off by 14 e0 (2.5): e0 is 20 um, and its gains were "
-    "searched for 20 % less stiffness"
+    "stiffness -30 % 2.3 times (2), with both the tip is off by 4.2 e0 (2.5): e0 is 20 um, and its gains "
+    "were searched for 20 % less stiffness"
 )
 
 MISSED = {
