@@ -77,6 +77,7 @@ def test_window_estimator_and_an_output_left_out(tmp_path: Path, capsys: pytest.
     assert "1 output(s)" in said and "responses by H2" in said
 
 
+@pytest.mark.slow
 def test_lines_below_the_least_coherence_do_not_count(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -88,6 +89,7 @@ def test_lines_below_the_least_coherence_do_not_count(
     assert shares[1] < shares[0]
 
 
+@pytest.mark.slow
 def test_motors_that_are_locked_have_other_modes_in_the_model(tmp_path: Path) -> None:
     path = str(softer_strip(tmp_path / "rig.npz"))
     pages = [
@@ -98,6 +100,7 @@ def test_motors_that_are_locked_have_other_modes_in_the_model(tmp_path: Path) ->
     assert locked < free  # a locked hub is a clamp, a free one a mass that moves against the strip
 
 
+@pytest.mark.slow
 def test_other_poses_are_fitted_or_kept_back_as_a_test(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -55,6 +55,7 @@ def test_the_command_prints_and_writes_the_table(tmp_path: Path, capsys: pytest.
     assert "<svg" in (tmp_path / "sim.html").read_text(encoding="utf-8")
 
 
+@pytest.mark.slow
 def test_the_seed_of_the_command_is_that_of_the_rigs_noise(tmp_path: Path) -> None:
     path = tmp_path / "short.yaml"
     path.write_text(TASK, encoding="utf-8")

@@ -101,6 +101,7 @@ def test_an_accelerometer_on_a_mast_feels_its_tilt() -> None:
     assert seen == pytest.approx(-(modes.omega[0] ** 2) * moved - 9.81 * turned, rel=1e-6)
 
 
+@pytest.mark.slow
 def test_shapes_tell_more_than_a_single_frequency() -> None:
     """One frequency alone does not part stiffness from tip mass; how far the hub moves along helps."""
     modes_of = described_modes(SINGLE_LINK, "geared", False)
