@@ -34,6 +34,7 @@ TRIES = 8  # a loaded machine may fall silent by itself
 # what stops the arm when the machine gives guard, drives or who excites no time
 SILENT = (
     "no command for", "guard did not run", "drives silent", "clock of the drives jumped", "drives let go",
+    "the drives have let go",
     "drives have not told for long enough",
 )  # fmt: skip
 
