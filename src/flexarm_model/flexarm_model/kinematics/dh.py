@@ -20,7 +20,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class DhRow:
-    """One line of a standard table.
+    """One line of a standard table; of a modified one see ``ModifiedDhRow``.
 
     Attributes:
         d: Along the axis [m].
@@ -54,13 +54,8 @@ class DhRow:
 
 
 @dataclass(frozen=True)
-class ModifiedDhRow:
-    """One line of a modified table; attributes as those of ``DhRow``."""
-
-    d: float
-    a: float
-    alpha: float
-    offset: float = 0.0
+class ModifiedDhRow(DhRow):
+    """One line of a modified table."""
 
     @staticmethod
     def axis(before: Array, after: Array) -> Array:
@@ -85,7 +80,7 @@ class ModifiedDhRow:
 class DhChain:
     """The whole chain; ``rows`` from the base outwards."""
 
-    rows: tuple[DhRow | ModifiedDhRow, ...]
+    rows: tuple[DhRow, ...]
 
     def poses(self, q: Array) -> Array:
         """Return the poses of the base and all frames in the base, (n + 1, 4, 4); q [rad], (n,)."""

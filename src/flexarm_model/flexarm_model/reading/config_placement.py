@@ -18,7 +18,7 @@ from flexarm_model.settings.strict_yaml import Section
 
 Array = NDArray[np.float64]
 
-CONVENTIONS: dict[str, Callable[[float, float, float, float], DhRow | ModifiedDhRow]] = {
+CONVENTIONS: dict[str, Callable[[float, float, float, float], DhRow]] = {
     "standard": DhRow,
     "modified": ModifiedDhRow,
 }
