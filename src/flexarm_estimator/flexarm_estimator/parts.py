@@ -98,7 +98,7 @@ class PartsMaker:
         """
         known = bias_specs(self._specs)
         kept = {name: known[name] for name in observable_biases(model, self._specs)}
-        borne = self._kinematics.spring_force(model.q0)
+        borne = self._kinematics.borne(model.q0) if self._config.sag_share > 0.0 else None
         process = ProcessModel(model, self._config, kept, borne)
         tip = make_tip(model, self._kinematics, process.system.n_x, use_compiler)
         sensors = build_sensor_models(self._specs, model, process.system, tip)

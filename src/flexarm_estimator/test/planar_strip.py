@@ -24,6 +24,7 @@ from flexarm_model.manipulator.sensor_spec import SensorSpec
 from flexarm_model.numeric.rotation import rotation_vector
 from flexarm_model.reading.config import load_config
 from flexarm_model.served.reduced_model import Outputs, ReducedModel
+from flexarm_model.tree.borne_load import BorneLoad, borne_load
 
 Array = NDArray[np.float64]
 F_HZ = np.array([5.230, 36.22, 106.3])
@@ -98,9 +99,10 @@ class StripKinematics:
         """Return M of the strip, (4, 4)."""
         return np.array(strip_model().M)
 
-    def spring_force(self, q: Array) -> Array:
-        """Return the force with which it bears being bent as at q, (4,)."""
-        return np.asarray(strip_model().K @ q)
+    def borne(self, q: Array) -> BorneLoad:
+        """Return what it bears being bent as at q; all of its modes are served."""
+        C = strip_model().outputs.C_pos
+        return borne_load(strip_model().K @ q, strip_model().K, np.eye(4)[:, 1:], C)
 
 
 def camera_sample(x: Array, t: float) -> Measurement:

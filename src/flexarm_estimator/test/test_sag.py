@@ -164,16 +164,38 @@ def test_own_sag_is_what_a_little_more_weight_adds() -> None:
         path, changes = MACHINES / "variable_stiffness.yaml", {"gravity.2": f"{-9.81 * more} m/s^2"}
         tree = ReducedTree(load_config(path, changes=changes), use_compiler=False)
         model = linearize(tree, np.array([0.3, 0.5, -0.9]))
-        rest.append((model, sag_states(model, SAGGING, tree.spring_force(model.q0)).own))
+        rest.append((model, sag_states(model, SAGGING, tree.borne(model.q0)).own))
     (model, own), (heavier, _) = rest
     added = np.linalg.lstsq(model.Phi[:, 3:], heavier.q0 - model.q0, rcond=None)[0]
     assert abs(model.Phi[:, 3:] @ own).max() > 5e-3  # rad
     np.testing.assert_allclose(own, added / 1e-3, rtol=2e-3, atol=1e-2 * abs(own).max())
 
 
+def test_gauges_say_all_of_a_share_also_what_no_served_mode_shows() -> None:
+    """Against the gauges of an arm of springs and beams that hangs under a little more gravity."""
+    said, pose = [], np.array([0.0, 0.578, -0.136, 0.0, 1.127, 0.0])
+    for more in (1.0, 1.001):
+        changes = {"gravity.2": f"{-9.81 * more} m/s^2"}
+        tree = ReducedTree(load_config(MACHINES / "serial_6r.yaml", changes=changes), use_compiler=False)
+        model = linearize(tree, pose, modes=4)
+        said.append(model.outputs.y0)
+        if more == 1.0:
+            process = ProcessModel(model, replace(SHARED, sag_modes=2), None, tree.borne(model.q0))
+    gauges = [i for i, name in enumerate(model.outputs.names) if name.endswith(".strain")]
+    added = (said[1] - said[0])[gauges] / 1e-3
+    layout, own = process.layout, process.sag.own
+    x = np.zeros(layout.n_x)
+    x[layout.w], x[layout.s], x[layout.eta][:2] = 1.0, own, own
+    told = process.system.C[gauges] @ x
+    assert abs(added).max() > 3e-5
+    np.testing.assert_allclose(told, added, atol=2e-8)
+    x[layout.w] = 0.0
+    assert abs(process.system.C[gauges] @ x - added).max() > 1e-6  # beyond the two modes
+
+
 def test_what_is_known_of_the_sag_at_the_start_is_known_as_long_as_nobody_looks() -> None:
     model = hanging(5e-3)
-    states = sag_states(model, SHARED, strip_model().K @ model.q0)
+    states = sag_states(model, SHARED, StripKinematics().borne(model.q0))
     assert (states.n_w, states.n_s) == (1, 3)
     np.testing.assert_allclose(states.A @ states.P0 + states.P0 @ states.A.T, -states.Q, atol=1e-18)
     tip = np.array([0.0, *PHI])
@@ -183,7 +205,7 @@ def test_what_is_known_of_the_sag_at_the_start_is_known_as_long_as_nobody_looks(
 def test_a_share_of_the_sag_that_was_learned_is_known_at_the_next_pose() -> None:
     """Heavier by 40 %: a camera tells it where the arm hangs by 5 mm, and nobody where it hangs by -8."""
     here, there = hanging(5e-3), hanging(-8e-3)
-    own, next_own = (sag_states(at, SHARED, strip_model().K @ at.q0).own for at in (here, there))
+    own, next_own = (sag_states(at, SHARED, StripKinematics().borne(at.q0)).own for at in (here, there))
     loaded = replace(here, f0=np.array([0.0, *(-HEAVY * own * here.omega**2)]))
     x0 = np.zeros(9)
     x0[1:4] = HEAVY * own

@@ -138,7 +138,7 @@ def _cross_check(
             without = ignored.copy()
             without[:, told.channels] = True
             run = yield from run_over(case, window, without, case.all_well)
-            return told if is_borne_out(blamed, run, window, case.channels.sigma) else None
+            return told if is_borne_out(blamed, run, window) else None
     return told
 
 

@@ -36,6 +36,7 @@ from flexarm_model.manipulator.sensor_spec import BiasSpec
 from flexarm_model.numeric.dense import block_diagonal
 from flexarm_model.served.reduced_model import ReducedModel
 from flexarm_model.served.state_space import StateSpace, state_space
+from flexarm_model.tree.borne_load import BorneLoad
 
 Array = NDArray[np.float64]
 CACHE_SIZE = 128  # periods; a camera by a clock of its own makes new ones with every frame
@@ -90,7 +91,7 @@ class ProcessModel:
         model: ReducedModel,
         config: EstimatorConfig,
         biases: Mapping[str, BiasSpec] | None = None,
-        borne: Array | None = None,
+        borne: BorneLoad | None = None,
     ) -> None:
         """Prepare the steps; the work is done once per model.
 
@@ -98,7 +99,7 @@ class ProcessModel:
             model: Served model.
             config: Settings.
             biases: Output rows "sensor.channel" that have a bias; none if None.
-            borne: Force that springs and bodies bear at the model's pose, (n_q,); None where there is none.
+            borne: What springs and bodies bear at the model's pose; None for nothing.
         """
         n, n_theta = model.n, model.n_theta
         self.biases = bias_states(biases or {})

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from flexarm_estimator.filter import Belief
 from flexarm_estimator.tool.rotation_log import relative_rotation
 from flexarm_model.served.reduced_model import ReducedModel
+from flexarm_model.tree.borne_load import BorneLoad
 from flexarm_model.tree.closure_error import ClosureError
 
 Array = NDArray[np.float64]
@@ -36,8 +37,8 @@ class Kinematics(Protocol):
         """Return M(q), (n_q, n_q)."""
         ...
 
-    def spring_force(self, q: Array) -> Array:
-        """Return the force with which springs and bodies bear being bent as at q, (n_q,)."""
+    def borne(self, q: Array) -> BorneLoad:
+        """Return what springs and bodies bear at rest at q."""
         ...
 
 

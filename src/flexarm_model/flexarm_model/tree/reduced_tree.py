@@ -23,6 +23,7 @@ from flexarm_model.bodies.body_reduction import Reducer, reduce_body
 from flexarm_model.bodies.superelement import Superelement
 from flexarm_model.manipulator.description import Axis, ManipulatorConfig, NodeRef
 from flexarm_model.numeric.compiled import FunctionTable
+from flexarm_model.tree.borne_load import BorneLoad, borne_load
 from flexarm_model.tree.closing import Closing, make_closing
 from flexarm_model.tree.closure import find_loops, null_space
 from flexarm_model.tree.closure_rows import ClosureRows
@@ -170,9 +171,13 @@ class ReducedTree:
         """Return M(q), (n_q, n_q)."""
         return np.array(self.functions["mass_matrix"](q))
 
-    def spring_force(self, q: Array) -> Array:
-        """Return the force with which springs and bodies bear being bent as at q, (n_q,)."""
-        return np.asarray(self.K @ q)
+    def borne(self, q: Array) -> BorneLoad:
+        """Return what springs and bodies bear at rest at q."""
+        rows, Z = (
+            np.array(self.functions["output_rows"](q)[1]),
+            self.motions_within(q)[:, len(self.actuated) :],
+        )
+        return borne_load(self.K @ q, self.linearisation(q)[2], Z, rows)
 
     def tip_pose(self, q: Array) -> Array:
         """Return ``T_world_tip``, (4, 4); loops are closed first."""
