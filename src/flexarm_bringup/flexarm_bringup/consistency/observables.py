@@ -5,7 +5,8 @@ gauge feels is not::
 
     z(x) = [theta; tip position; tip rotation; strain]        S = H P H',  H = dz/dx
 
-The tip's Jacobian is the exact one at the estimate; strains are rows of the served model.
+The tip's Jacobian is the exact one at the estimate; strains are rows of the served
+model, and what a share of the sag tells a gauge beyond its modes.
 """
 
 from __future__ import annotations
@@ -17,6 +18,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexarm_bringup.consistency.nees import Square, normalised_square
+from flexarm_estimator.settings import EstimatorConfig
+from flexarm_estimator.state.sag import sag_states
 from flexarm_estimator.tool.rotation_log import log_rotation
 from flexarm_estimator.tool.tip import Kinematics, PlainTip
 from flexarm_model.served.reduced_model import ReducedModel
@@ -85,32 +88,44 @@ ALL = (slice(None),)
 class Observables:
     """Observables of one served model."""
 
-    def __init__(self, model: ReducedModel, kinematics: Kinematics, gauges: Sequence[str]) -> None:
+    def __init__(
+        self,
+        model: ReducedModel,
+        kinematics: Kinematics,
+        gauges: Sequence[str],
+        config: EstimatorConfig | None = None,
+    ) -> None:
         """Bind the model.
 
         Args:
             model: Served model.
             kinematics: Pose and Jacobian of the tip.
             gauges: Output rows "sensor.channel" of the strain gauges, in the order of the truth's.
+            config: Of the estimator; None for one that learns no share of the sag.
         """
         rows = [model.outputs.names.index(name) for name in gauges]
         self._tip = PlainTip(model, kinematics)
         self._n, self._n_theta, self._xi0 = model.n, model.n_theta, np.array(model.xi0)
         self._strain, self._strain0 = model.outputs.C_pos[rows], model.outputs.y0[rows]
+        config = config or EstimatorConfig()
+        borne = kinematics.borne(model.q0) if config.sag_share > 0.0 else None
+        self._beyond = sag_states(model, config, borne).beyond[rows]
         edges = np.cumsum([0, model.n_theta, 3, 3, len(rows)]).tolist()
         axes, position, rotation, strain = map(slice, edges[:-1], edges[1:])
         self._parts = (axes, position, rotation, strain)
 
-    def compare(self, truth: TrueArm, x: Array, P: Array) -> Deviation:
-        """Return how far a state ``x`` (n_x,) of covariance ``P`` (n_x, n_x) is off the truth."""
+    def compare(self, truth: TrueArm, x: Array, P: Array, w: slice = slice(0)) -> Deviation:
+        """Return how far a state ``x`` (n_x,) of covariance ``P`` (n_x, n_x) with its shares ``w`` is off."""
         n, n_theta = self._n, self._n_theta
         T, J = self._tip.locate(x)
-        strain = self._strain0 + self._strain @ (x[:n] - self._xi0)
+        strain = self._strain0 + self._strain @ (x[:n] - self._xi0) + self._beyond @ x[w]
         e = np.concatenate([
             truth.theta - x[:n_theta],
             truth.T_world_tip[:3, 3] - T[:3, 3],
             log_rotation(truth.T_world_tip[:3, :3] @ T[:3, :3].T),
             truth.strain - strain,
         ])  # fmt: skip
-        H = np.vstack([np.eye(n_theta, n), J, self._strain])
-        return Deviation(e, H @ P[:n, :n] @ H.T, self._parts)
+        H = np.zeros((e.size, x.size))
+        H[:, :n] = np.vstack([np.eye(n_theta, n), J, self._strain])
+        H[self._parts[3], w] = self._beyond
+        return Deviation(e, H @ P @ H.T, self._parts)

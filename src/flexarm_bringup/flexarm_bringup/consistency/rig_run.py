@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from flexarm_bringup.closed_loop import run_loop
+from flexarm_bringup.closed_loop import LoopSettings, run_loop
 from flexarm_bringup.consistency.nees import Band, Square, band, mean_of
 from flexarm_bringup.consistency.observables import Deviation, Observables, TrueArm
 from flexarm_bringup.residual import rms
@@ -28,7 +28,7 @@ from flexarm_model.manipulator.start_pose import starting_at
 from flexarm_model.reading.config import load_config
 from flexarm_model.reading.manipulator_file import find_manipulator
 from flexarm_model.served.linearize import linearize
-from flexarm_model.served.model_schedule import ModelSchedule, ScheduleSettings, periods_between_looks
+from flexarm_model.served.model_schedule import ModelSchedule, periods_between_looks
 from flexarm_model.tree.reduced_tree import ReducedTree
 from flexarm_model.tree.sensors import output_names
 
@@ -97,7 +97,7 @@ def run_rig_job(job: RigJob) -> list[RigResult]:
     hardware = Hardware(config, settings.rig)
     witness = Witness(config)
     run_loop(hardware, ReducedTree(config), course.reference, course.end, settings, witness.observe)
-    judged = witness.judge(course, settings.schedule, task.lead)
+    judged = witness.judge(course, settings, task.lead)
     squares = [deviation.square() for deviation in judged]
     estimates = [estimate for estimate in witness.estimates if estimate.t >= task.lead]
     return [
@@ -138,10 +138,10 @@ class Witness:
         self._truths.append(TrueArm(plant.theta.copy(), plant.tip_pose(), plant.outputs()[self._rows]))
         return {}
 
-    def judge(self, course: Course, schedule: ScheduleSettings, start: float) -> list[Deviation]:
+    def judge(self, course: Course, settings: LoopSettings, start: float) -> list[Deviation]:
         """Return how far every estimate from ``start`` [s] on was off."""
         tree = ReducedTree(self._config)
-        served = self._served(tree, course, schedule)
+        served = self._served(tree, course, settings)
         _, observables = next(served)
         following = next(served, None)
         deviations = []
@@ -149,21 +149,21 @@ class Witness:
             while following is not None and following[0] <= estimate.t + _SAME:
                 observables, following = following[1], next(served, None)
             if estimate.t >= start:
-                deviations.append(observables.compare(truth, estimate.x, estimate.P))
+                deviations.append(observables.compare(truth, estimate.x, estimate.P, estimate.layout.w))
         return deviations
 
     def _served(
-        self, tree: ReducedTree, course: Course, settings: ScheduleSettings
+        self, tree: ReducedTree, course: Course, settings: LoopSettings
     ) -> Iterator[tuple[float, Observables]]:
         """Return the models that the loop uses, and from when on each [s]."""
         config = self._config
         period_ns = round(1e9 / config.rate_hz)
         model = linearize(tree)
-        yield 0.0, Observables(model, tree, self._gauges)
-        schedule = ModelSchedule(tree, config, course.reference, settings)
+        yield 0.0, Observables(model, tree, self._gauges, settings.estimator)
+        schedule = ModelSchedule(tree, config, course.reference, settings.schedule)
         every = periods_between_looks(period_ns * 1e-9)
         for t_ns, later in schedule.plan(model, course.end, every * period_ns):
-            yield t_ns * 1e-9, Observables(later, tree, self._gauges)
+            yield t_ns * 1e-9, Observables(later, tree, self._gauges, settings.estimator)
 
 
 _SAME = 1e-6  # s
