@@ -6,7 +6,7 @@ from types import SimpleNamespace
 
 import pytest
 
-pytestmark = [pytest.mark.ros, pytest.mark.messages]
+pytestmark = [pytest.mark.ros, pytest.mark.unhurried]
 pytest.importorskip("rclpy", reason="needs ROS")
 
 from flexarm_bringup.fault_drill.bag_rows import MALFORMED, ROWS  # noqa: E402

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-pytestmark = [pytest.mark.ros, pytest.mark.messages]
+pytestmark = [pytest.mark.ros, pytest.mark.unhurried]
 pytest.importorskip("rclpy", reason="needs ROS")
 
 from make_golden_bounds import CASE, RECORDED, bad_bag  # noqa: E402

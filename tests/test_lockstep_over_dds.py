@@ -17,7 +17,7 @@ from flexarm_bringup.replaying.replay_bag import NEEDED, OUTPUTS, replay
 from flexarm_model.reading.config import load_config
 from flexarm_model.reading.manipulator_file import find_manipulator
 
-pytestmark = pytest.mark.ros
+pytestmark = [pytest.mark.ros, pytest.mark.unhurried]
 
 ANGLE_DEG = 20.0
 

@@ -10,7 +10,7 @@ from typing import Any, cast
 
 import pytest
 
-pytestmark = [pytest.mark.ros, pytest.mark.messages]
+pytestmark = [pytest.mark.ros, pytest.mark.unhurried]
 pytest.importorskip("rclpy", reason="needs ROS")
 
 from planted_changes import GOLDEN, PLANTED, with_bad_samples  # noqa: E402

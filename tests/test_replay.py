@@ -12,7 +12,7 @@ from flexarm_bringup.bags.bag_reader import Bag, Record, check_bag
 from flexarm_bringup.bags.bag_writer import CHECKSUM_FILE, DATA_FILE, BagError, BagWriter
 from flexarm_bringup.topics import NAMESPACE, find_stream
 
-pytestmark = [pytest.mark.ros, pytest.mark.messages]
+pytestmark = [pytest.mark.ros, pytest.mark.unhurried]
 pytest.importorskip("rclpy", reason="needs ROS")
 
 from flexarm_bringup import cli  # noqa: E402

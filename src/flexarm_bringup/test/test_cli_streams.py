@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 FLEXARM = f"'{sys.executable}' -m flexarm_bringup.cli"
-GOLDEN = Path(__file__).parents[3] / "tests" / "golden"
+GOLDEN = Path(__file__).parents[3] / "tests" / "golden" / "single_link"
 
 
 def shell(command: str, **environment: str) -> subprocess.CompletedProcess[str]:
@@ -40,6 +40,7 @@ def test_a_terminal_without_the_characters_shows_question_marks(encoding: str) -
 
 
 @pytest.mark.ros
+@pytest.mark.unhurried
 def test_a_regression_that_passes_does_so_without_a_terminal() -> None:
     pytest.importorskip("rclpy", reason="needs ROS")
     assert shell(f"{FLEXARM} regress {GOLDEN} >&-").returncode == 0

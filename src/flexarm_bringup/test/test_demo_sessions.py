@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import argparse
 from dataclasses import fields
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from flexarm_bringup.demo_run import command
 from flexarm_bringup.demo_run.sessions import outcomes_of
 from flexarm_bringup.processes.session import Session, SessionError
+from flexarm_bringup.progress import Progress
 from flexarm_bringup.record import RunRecord
 
 DT = 5e-3
@@ -31,3 +34,26 @@ def test_a_record_with_a_gap_in_a_move_is_refused_by_name() -> None:
     assert len(outcomes_of(session, standing(end + 1.0))) == 2
     with pytest.raises(SessionError, match=r"light_hub_real_time: samples of a move are missing: .* equal"):
         outcomes_of(session, standing(end + 1.0, without=round((end - 1.0) / DT)))
+
+
+def test_a_machine_that_cannot_keep_real_time_still_shows_what_lockstep_was_worth(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It was silent for 50 ms in every try; the demo ended without a page."""
+    tried: list[Path] = []
+
+    def run(session: Session, *_: object) -> tuple[RunRecord, dict[str, int]]:
+        tried.append(session.folder)
+        if not session.lockstep and session.preset == "geared":
+            raise SessionError("guard stopped the arm: the drives have let go of this guard")
+        return standing(60.0), {"ticks": 1, "ticks_without_command": 0}
+
+    monkeypatch.setattr(command, "run_session", run)
+    args = argparse.Namespace(folder=tmp_path, no_realtime=False)
+    sessions, failures = command._run_sessions(args, Progress())
+    assert [(run.session.preset, run.session.lockstep) for run in sessions] == [
+        ("geared", True), ("light_hub", True), ("light_hub", False),
+    ]  # fmt: skip
+    assert list(failures) == ["geared_real_time"]
+    assert failures["geared_real_time"].endswith("let go of this guard; the last of 3 tries")
+    assert len(set(tried)) == len(tried) == 6

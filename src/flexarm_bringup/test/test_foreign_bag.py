@@ -10,7 +10,7 @@ from flexarm_bringup import cli
 from flexarm_bringup.bags.bag_reader import Bag, check_bag, decode
 from flexarm_bringup.bags.bag_writer import BagError
 
-pytestmark = [pytest.mark.ros, pytest.mark.messages]
+pytestmark = [pytest.mark.ros, pytest.mark.unhurried]
 pytest.importorskip("flexarm_bringup.conversions", reason="needs ROS and flexarm_interfaces")
 
 from flexarm_bringup.bags.foreign_bag import feed_bag, read_remaps  # noqa: E402

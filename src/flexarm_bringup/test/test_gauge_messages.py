@@ -8,7 +8,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-pytestmark = [pytest.mark.ros, pytest.mark.messages]
+pytestmark = [pytest.mark.ros, pytest.mark.unhurried]
 pytest.importorskip("flexarm_interfaces", reason="needs ROS and flexarm_interfaces")
 
 from flexarm_bringup.bag_plots.estimate_panels import draw_strain  # noqa: E402

@@ -8,7 +8,7 @@ import pytest
 from flexarm_bringup.bags.cdr import header_stamp_ns
 from flexarm_bringup.topics import STREAMS
 
-pytestmark = [pytest.mark.ros, pytest.mark.messages]
+pytestmark = [pytest.mark.ros, pytest.mark.unhurried]
 conversions = pytest.importorskip("flexarm_bringup.conversions", reason="needs ROS and flexarm_interfaces")
 
 MODAL = "flexarm_interfaces/msg/ModalState"

@@ -15,7 +15,7 @@ from flexarm_bringup.bags.configuration import configuration
 from flexarm_bringup.bags.named_arm import NamedArm, open_bag
 from flexarm_model.settings.strict_yaml import ConfigError
 
-pytestmark = [pytest.mark.ros, pytest.mark.messages]
+pytestmark = [pytest.mark.ros, pytest.mark.unhurried]
 pytest.importorskip("flexarm_bringup.conversions", reason="needs ROS and flexarm_interfaces")
 
 GOLDEN = Path(__file__).resolve().parents[3] / "tests" / "golden" / "single_link" / "bag"

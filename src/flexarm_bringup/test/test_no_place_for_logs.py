@@ -16,6 +16,7 @@ def no_place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 @pytest.mark.ros
+@pytest.mark.unhurried
 @pytest.mark.parametrize("line", ["stop", "monitor --once --wait 0.1"])
 def test_a_tool_needs_no_place_for_logs(line: str, no_place: Path, capfd: pytest.CaptureFixture[str]) -> None:
     assert main(line.split()) in (0, 2)  # nobody is there; a list of nothing is one

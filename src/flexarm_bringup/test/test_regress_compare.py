@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from bag_fixture import PERIOD_NS, modal_state, write_bag
 
-pytestmark = [pytest.mark.ros, pytest.mark.messages]
+pytestmark = [pytest.mark.ros, pytest.mark.unhurried]
 pytest.importorskip("flexarm_bringup.conversions", reason="needs ROS and flexarm_interfaces")
 
 from flexarm_bringup.bags.bag_reader import Bag, check_bag, decode  # noqa: E402

@@ -38,6 +38,7 @@ def add_case(pytester: pytest.Pytester, text: str) -> Path:
 
 
 @pytest.mark.ros
+@pytest.mark.unhurried
 @pytest.mark.parametrize(
     "mark", ["''", *(pytest.param(m, marks=pytest.mark.slow) for m in ("_x", "skip", "skipif", "xfail"))]
 )

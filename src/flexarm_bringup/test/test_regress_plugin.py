@@ -82,6 +82,7 @@ def test_setup_names_the_plugin_so_that_pytest_finds_it() -> None:
 
 
 @pytest.mark.ros
+@pytest.mark.unhurried
 def test_a_case_passes_or_fails_with_its_reason_and_no_traceback(folder: pytest.Pytester) -> None:
     pytest.importorskip("rclpy", reason="needs ROS")
     add_case(folder)

@@ -11,7 +11,7 @@ from flexarm_bringup.bags.bag_reader import Bag, check_bag
 from flexarm_bringup.bags.bag_writer import BagWriter
 from flexarm_bringup.topics import NAMESPACE, streams
 
-pytestmark = [pytest.mark.ros, pytest.mark.messages]
+pytestmark = [pytest.mark.ros, pytest.mark.unhurried]
 pytest.importorskip("flexarm_bringup.conversions", reason="needs ROS and flexarm_interfaces")
 
 from flexarm_interfaces.msg import GuardStatus  # noqa: E402

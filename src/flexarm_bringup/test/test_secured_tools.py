@@ -46,6 +46,7 @@ def ask(monkeypatch: pytest.MonkeyPatch, asked: dict[str, str]) -> None:
 
 
 @pytest.mark.ros
+@pytest.mark.unhurried
 @pytest.mark.parametrize("line", TOOLS)
 @pytest.mark.parametrize("strategy", [None, "Permissive", "enforce"])
 def test_no_tool_runs_unsecured_when_security_is_asked_for(
@@ -58,6 +59,7 @@ def test_no_tool_runs_unsecured_when_security_is_asked_for(
 
 
 @pytest.mark.ros
+@pytest.mark.unhurried
 @pytest.mark.parametrize("line", TOOLS)
 def test_without_keys_a_tool_says_so_instead_of_a_traceback(
     line: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path
@@ -72,6 +74,7 @@ def test_without_keys_a_tool_says_so_instead_of_a_traceback(
 
 
 @pytest.mark.ros
+@pytest.mark.unhurried
 @pytest.mark.parametrize("line", TOOLS)
 def test_without_libraries_a_tool_says_so_in_one_line_and_the_rig_starts_nothing(
     line: str, tmp_path: Path, ros_environment: dict[str, str]
@@ -84,6 +87,7 @@ def test_without_libraries_a_tool_says_so_in_one_line_and_the_rig_starts_nothing
 
 
 @pytest.mark.ros
+@pytest.mark.unhurried
 @pytest.mark.parametrize("case", ["ENABLE alone", "no keys", "no libraries"])
 def test_the_doctor_tells_it_as_one_fault_and_goes_on(
     case: str, tmp_path: Path, ros_environment: dict[str, str]
@@ -101,6 +105,7 @@ def test_the_doctor_tells_it_as_one_fault_and_goes_on(
 
 
 @pytest.mark.ros
+@pytest.mark.unhurried
 @pytest.mark.parametrize("line", OWN_DOMAINS)
 def test_what_runs_nodes_in_domains_of_its_own_refuses_before_it_begins(
     line: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path

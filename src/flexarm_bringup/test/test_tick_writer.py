@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-pytestmark = [pytest.mark.ros, pytest.mark.messages]
+pytestmark = [pytest.mark.ros, pytest.mark.unhurried]
 serialization = pytest.importorskip("rclpy.serialization", reason="needs ROS")
 pytest.importorskip("flexarm_bringup.conversions", reason="needs ROS and flexarm_interfaces")
 

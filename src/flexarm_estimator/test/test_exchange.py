@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from planar_strip import single_link
 
-pytestmark = [pytest.mark.ros, pytest.mark.messages]
+pytestmark = [pytest.mark.ros, pytest.mark.unhurried]
 pytest.importorskip("flexarm_estimator.exchange", reason="needs ROS and flexarm_interfaces")
 from estimator_exchange import (  # noqa: E402
     EPOCH_NS,

@@ -8,7 +8,7 @@ import pytest
 from estimator_exchange import EPOCH_NS, PERIOD_NS, exchange, joints, model_conversions
 from planar_strip import single_link
 
-pytestmark = [pytest.mark.ros, pytest.mark.messages]
+pytestmark = [pytest.mark.ros, pytest.mark.unhurried]
 conversions = pytest.importorskip("flexarm_estimator.interventions.conversions", reason="needs ROS")
 
 from flexarm_estimator.exchange import INTERVENTIONS_TOPIC  # noqa: E402

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-pytestmark = [pytest.mark.ros, pytest.mark.messages]
+pytestmark = [pytest.mark.ros, pytest.mark.unhurried]
 pytest.importorskip("flexarm_interfaces.msg", reason="needs ROS and flexarm_interfaces")
 
 from estimator_exchange import EPOCH_NS, PERIOD_NS, exchange, model, model_conversions  # noqa: E402

@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation
 from flexarm_estimator.messages.sensor_messages import SensorReader
 from flexarm_model.manipulator.sensor_spec import SensorSpec
 
-pytestmark = [pytest.mark.ros, pytest.mark.messages]
+pytestmark = [pytest.mark.ros, pytest.mark.unhurried]
 StrainArray = pytest.importorskip(
     "flexarm_interfaces.msg", reason="needs ROS and flexarm_interfaces"
 ).StrainArray

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 
 from flexarm_bringup.demo_run.real_time_checks import real_time_checks
 from flexarm_bringup.demo_run.sessions import SessionRun
 from flexarm_bringup.demo_run.study import SERVO, Outcome, Row
+from flexarm_bringup.demo_run.unfinished import unfinished
 from flexarm_bringup.page.figures import Figure
 from flexarm_bringup.page.report import Cell, Check, Column, Page, Table
 from flexarm_bringup.residual import decibels
@@ -34,8 +35,20 @@ COLUMNS = (
 )
 
 
-def build_page(study: Sequence[Outcome], sessions: Sequence[SessionRun], figures: Sequence[Figure]) -> Page:
-    """Return everything the demo has to say."""
+def build_page(
+    study: Sequence[Outcome],
+    sessions: Sequence[SessionRun],
+    figures: Sequence[Figure],
+    failures: Mapping[str, str] | None = None,
+) -> Page:
+    """Return everything the demo has to say.
+
+    Args:
+        study: Runs in one process.
+        sessions: Runs with nodes.
+        figures: Drawn of them.
+        failures: Why a run with nodes is missing, by its name.
+    """
     rows = [outcome.row for outcome in study]
     recorded = [outcome.row for run in sessions for outcome in run.outcomes]
     base = {row.angle_deg: row.figures.residual for row in rows if _is(row, SERVO, "A")}
@@ -48,7 +61,12 @@ def build_page(study: Sequence[Outcome], sessions: Sequence[SessionRun], figures
         "Residual: RMS of the tip's acceleration beyond a rigid arm's, below 20 Hz, from 0.1 to 2.1 s "
         "after the motion.",
         items=[figures[0], *tables, *figures[1:]],
-        checks=[*_study_checks(rows, base), *_limit_checks([*rows, *recorded]), *_session_checks(sessions)],
+        checks=[
+            *_study_checks(rows, base),
+            *_limit_checks([*rows, *recorded]),
+            *_session_checks(sessions),
+            *unfinished(failures or {}),
+        ],
         remarks={"read it so": _CAVEATS},
         data={"rows": [_plain(row, base) for row in [*rows, *recorded]]},
     )
@@ -195,9 +213,9 @@ def _session_checks(sessions: Sequence[SessionRun]) -> list[Check]:
     checks = []
     lockstep = {run.session.preset: run for run in sessions if run.session.lockstep}
     for run in sessions:
-        if run.session.lockstep:
-            continue
         preset = run.session.preset
+        if run.session.lockstep or preset not in lockstep:
+            continue
         rows, twins = ([outcome.row for outcome in r.outcomes] for r in (run, lockstep[preset]))
         checks += [
             *real_time_checks(preset, rows, twins),

@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from flexarm_bringup.demo_run.real_time_checks import REAL_TIME_DB
 from flexarm_bringup.demo_run.report import WITHOUT_COMMAND
 from flexarm_bringup.demo_run.task_session import TaskRun, torque_difference
+from flexarm_bringup.demo_run.unfinished import unfinished
 from flexarm_bringup.page.figures import Figure
 from flexarm_bringup.page.report import Cell, Check, Column, Page, Table
 from flexarm_bringup.residual import decibels
@@ -63,7 +64,7 @@ def build_page(
         lead="Model node, estimator, controller, simulated rig, recorder and commander are processes. The "
         "models along a motion are made and prepared before it starts, and adopted by all at the same stamp.",
         items=[*tables, *figures],
-        checks=[*_checks(task, configs, found), *_failed(failures or {})],
+        checks=[*_checks(task, configs, found), *unfinished(failures or {})],
         remarks={"read it so": [real_time_note(config), *_CAVEATS]},
         data={"rate_hz": config.rate_hz, "bags": [str(run.session.bag) for run in runs]},
     )
@@ -142,10 +143,6 @@ def _checks(task: Task, configs: Mapping[str, ManipulatorConfig], found: Results
             if isinstance(live, TaskRun):
                 checks += _live_checks(name, live, twin)
     return checks
-
-
-def _failed(failures: Mapping[str, str]) -> list[Check]:
-    return [Check(name, "kept to its end", reason, False) for name, reason in failures.items()]
 
 
 def _gain_check(task: Task, place: str, found: Results, preset: str) -> Check:

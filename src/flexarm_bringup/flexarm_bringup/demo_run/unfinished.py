@@ -1,0 +1,12 @@
+"""Runs with nodes that came to no end: what was found without them is shown all the same."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from flexarm_bringup.page.report import Check
+
+
+def unfinished(failures: Mapping[str, str]) -> list[Check]:
+    """Return a missed bound for every run, given why it is missing by its name."""
+    return [Check(name, "kept to its end", reason, False) for name, reason in failures.items()]
