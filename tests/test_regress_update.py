@@ -105,3 +105,25 @@ def test_an_update_says_which_topic_went(
     assert "as before" not in said and f"messages of {TIP} came or went" in said
     (row,) = (line.split() for line in said.splitlines() if f"{TIP}  1 message(s) missing" in line)
     assert row[-3:] == [str(count), str(count), "0"]
+
+
+@pytest.mark.parametrize("change", ["looser", "one more ignored", "not told"])
+def test_a_tolerance_that_was_changed_is_refused_until_it_is_accepted(
+    change: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    case = Path(shutil.copytree(GOLDEN, tmp_path / "case"))
+    expected = yaml.safe_load((case / EXPECT_FILE).read_text())
+    if change == "looser":
+        expected["tolerances"][-1]["atol"] *= 10.0
+    elif change == "one more ignored":
+        expected["tolerances"].insert(0, {"field": "joint_commands.*", "ignored": True})
+    else:
+        del expected["tolerances_sha256"]
+    (case / EXPECT_FILE).write_text(yaml.safe_dump(expected, sort_keys=False))
+    assert cli.main(["regress", str(case)]) == 2
+    assert "tolerances: not those that golden/ was reviewed with; --update accepts them" in (
+        capsys.readouterr().err
+    )
+    assert cli.main(["regress", str(case), "--update"]) == 0
+    assert "changed tolerances accepted" in capsys.readouterr().out
+    assert cli.main(["regress", str(case)]) == 0

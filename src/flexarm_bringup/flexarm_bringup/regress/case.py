@@ -5,7 +5,8 @@
     CASE/golden/        what estimator, controller and model made of it when it was last reviewed
 
 ``expect.yaml`` holds SHA-256 and number of messages of both bags, so that neither changes unseen, and all
-tolerances, so that a change of defaults loosens nothing.
+tolerances, so that a change of defaults loosens nothing. It holds a SHA-256 of the tolerances with which
+``golden/`` was reviewed, too: none is changed unseen.
 """
 
 from __future__ import annotations
@@ -26,7 +27,7 @@ from flexarm_model.settings.strict_yaml import Section, read_yaml
 
 EXPECT_FILE = "expect.yaml"
 FORMAT = "flexarm-regress/1"
-BAG, GOLDEN = "bag", "golden"
+BAG, GOLDEN, REVIEWED = "bag", "golden", "tolerances_sha256"
 HIDING = ("skip", "skipif", "xfail")  # marks of pytest; flexarm_pytest ignores them, too
 _HEAD = """\
 # What must come of the bag beside it: `flexarm regress` compares, `--update` renews golden/ and this file.
@@ -64,6 +65,7 @@ class Case:
         preset: Of that manipulator.
         settings: Parameters of the nodes that are not defaults, as JSON; empty: those kept in the bag.
         markers: Marks that pytest gives the case.
+        reviewed: SHA-256 of the tolerances with which ``golden`` was reviewed; None for these.
     """
 
     folder: Path
@@ -75,6 +77,12 @@ class Case:
     preset: str = ""
     settings: str = ""
     markers: tuple[str, ...] = ()
+    reviewed: str | None = None
+
+    @property
+    def is_reviewed(self) -> bool:
+        """Whether the tolerances are still those with which the golden bag was reviewed."""
+        return self.reviewed in (None, _digest_of(self.tolerances))
 
 
 def read_case(folder: Path) -> Case:
@@ -96,6 +104,7 @@ def read_case(folder: Path) -> Case:
         section.text("preset", ""),
         _read_settings(section),
         _read_markers(section),
+        section.text(REVIEWED, ""),
     )
     section.done()
     if case.preset and not case.manipulator:
@@ -116,6 +125,7 @@ def write_case(case: Case, name: str = EXPECT_FILE) -> None:
         GOLDEN: _pinned_content(case.golden, case.folder),
     }
     content["tolerances"] = [_tolerance_content(item) for item in case.tolerances]
+    content[REVIEWED] = _digest_of(case.tolerances)
     text = yaml.safe_dump(content, sort_keys=False, width=100, allow_unicode=True)
     (case.folder / name).write_text(_HEAD + text, encoding="utf8")
 
@@ -219,6 +229,11 @@ def _tolerance_content(tolerance: Tolerance) -> dict[str, Any]:
     if tolerance.atol == IGNORED:
         return {"field": tolerance.pattern, "ignored": True}
     return {"field": tolerance.pattern, "atol": tolerance.atol, "rtol": tolerance.rtol}
+
+
+def _digest_of(tolerances: Sequence[Tolerance]) -> str:
+    content = json.dumps([_tolerance_content(item) for item in tolerances])
+    return hashlib.sha256(content.encode()).hexdigest()
 
 
 def _digests(folder: Path) -> dict[str, str]:

@@ -153,7 +153,8 @@ def _renewed(renewal: Renewal) -> str:
         return "as before"
     topics = {item.topic for item in renewal.recounted}
     recounted = f", messages of {', '.join(sorted(topics))} came or went" if topics else ""
-    return f"{len(renewal.moved)} fields moved{recounted}"
+    accepted = ", changed tolerances accepted" if renewal.is_accepted else ""
+    return f"{len(renewal.moved)} fields moved{recounted}{accepted}"
 
 
 def _new(args: argparse.Namespace) -> Page:

@@ -6,7 +6,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from flexarm_bringup.bags.bag_reader import Bag
-from flexarm_bringup.regress.case import Case, open_pinned, read_case
+from flexarm_bringup.bags.bag_writer import BagError
+from flexarm_bringup.regress.case import EXPECT_FILE, Case, open_pinned, read_case
 from flexarm_bringup.regress.playing import MODEL, Played, configured, play
 from flexarm_bringup.regress.settings_check import check_settings
 from flexarm_bringup.replaying.compare import Comparison, Divergence, compare_bags
@@ -58,6 +59,7 @@ def judge(folder: Path) -> Verdict:
     """Play a case and compare; whatever is wrong is in the verdict."""
     try:
         opened = open_case(folder)
+        _refuse_unreviewed(opened.case)
         played = play(opened.bag)
     except (ValueError, OSError) as error:  # BagError, ConfigError, ParameterError
         return Verdict(folder, UNUSABLE, one_line(error))
@@ -82,6 +84,13 @@ def open_case(folder: Path) -> Opened:
     check_settings(bag, case)
     check_ticks(bag)
     return Opened(case, bag, golden)
+
+
+def _refuse_unreviewed(case: Case) -> None:
+    """Refuse a case whose tolerances are not those of its last review."""
+    if not case.is_reviewed:
+        path = case.folder / EXPECT_FILE
+        raise BagError(f"{path}: tolerances: not those that golden/ was reviewed with; --update accepts them")
 
 
 def compare(opened: Opened, played: Played) -> Comparison:

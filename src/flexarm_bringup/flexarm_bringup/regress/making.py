@@ -56,6 +56,7 @@ class Renewal:
         recounted: Messages missing, too many or of another type, by stamp.
         before, now: Messages by absolute topic [1].
         is_as_before: Nothing moved, and nothing was written.
+        is_accepted: Tolerances that were changed are those of the review from now on.
     """
 
     moved: tuple[Moved, ...]
@@ -63,6 +64,7 @@ class Renewal:
     before: Mapping[str, int]
     now: Mapping[str, int]
     is_as_before: bool
+    is_accepted: bool = False
 
 
 def make_case(folder: Path, source: Source) -> Case:
@@ -103,6 +105,8 @@ def update_case(folder: Path) -> Renewal:
     The recorded bag stays as it is: it must still be the one that the case was made with. Where nothing
     moved nothing is written.
 
+    Tolerances that were changed since the last review are accepted.
+
     Raises:
         BagError, ConfigError, ParameterError: The case cannot be judged.
         OSError: Something cannot be written; the case is as it was.
@@ -113,11 +117,12 @@ def update_case(folder: Path) -> Renewal:
     golden, case = opened.golden, opened.case
     moved = find_moved(golden, played, topics_of(golden, played), case.tolerances)
     comparison = compare(opened, outcome)
-    is_as_before = not moved and comparison.is_equal
+    is_as_before = not moved and comparison.is_equal and case.is_reviewed
     if not is_as_before:
         replace_golden(case, partial(write_golden, played))
     recounted = tuple(item for item in comparison.divergences if not item.field)
-    return Renewal(tuple(moved), recounted, golden.counts, played.counts, is_as_before)
+    counts = golden.counts, played.counts
+    return Renewal(tuple(moved), recounted, *counts, is_as_before, is_accepted=not case.is_reviewed)
 
 
 def write_golden(played: Bag, folder: Path) -> Bag:
