@@ -332,6 +332,13 @@ def test_a_channel_that_is_well_again_is_cleared():
     assert not others
 
 
+def test_a_detached_channel_that_speaks_again_is_cleared_on_an_arm_that_is_not_its_model():
+    """It waited for all to be well, on a stiff model a second; an encoder of a soft arm waited for ever."""
+    named, cleared, others = find("is detached", "root_strain", 0.5, 1.1, strip_model(frequency_scale=1.19))
+    assert named <= 1.1 < cleared <= 1.5
+    assert not others
+
+
 def test_a_channel_that_says_nothing_says_the_least_share_of_what_is_predicted_for_it():
     t = np.linspace(0.0, 1.0, 50)
     z = np.sin(20.0 * t)

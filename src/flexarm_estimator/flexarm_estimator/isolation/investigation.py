@@ -27,7 +27,7 @@ from flexarm_estimator.isolation.isolation import (
     share_said,
     shortlist,
 )
-from flexarm_estimator.isolation.leaving_out import explain_by_leaving_out
+from flexarm_estimator.isolation.leaving_out import explain_by_leaving_out, is_heard_again
 from flexarm_estimator.isolation.window import Window
 from flexarm_estimator.isolation.window_reading import Entry, read_window
 
@@ -59,7 +59,10 @@ def investigate(case: Case, entries: deque[Entry]) -> Investigation:
 
 
 def reconsider(case: Case, entries: deque[Entry], told: Explanation) -> Investigation:
-    """Return what was told if it no longer holds: all being well explains far more than any fault of it."""
+    """Return what was told if it no longer holds: all being well explains far more than any fault of it.
+
+    What was called detached is heard again as soon as it is not silent, however badly the model fits.
+    """
     window = yield from read_window(case.channels, entries, case.pace)
     if window is None:
         return None
@@ -67,6 +70,8 @@ def reconsider(case: Case, entries: deque[Entry], told: Explanation) -> Investig
     ignored[:, list(case.faulty - set(told.channels))] = True
     if ignored[:, list(told.channels)].any():
         return None
+    if is_heard_again(told, window, case.floor(window)):
+        return told
     yield
     every = rearrangements(case.channels, case.channels.everybody)
     about = every.about(told.channels)
