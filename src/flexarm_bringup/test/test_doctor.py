@@ -102,7 +102,6 @@ sys.stdin.read()
 
 
 @pytest.mark.ros
-@pytest.mark.unhurried
 def test_twin_nodes_and_qualities_that_do_not_fit_are_named(ros_environment: dict[str, str]) -> None:
     talk, pipe = [sys.executable, "-c", TALKERS], subprocess.PIPE
     with subprocess.Popen(talk, stdin=pipe, stdout=pipe, text=True, env=ros_environment) as talkers:

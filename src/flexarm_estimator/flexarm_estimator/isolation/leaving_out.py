@@ -12,7 +12,7 @@ from flexarm_estimator.isolation.isolation import AT_LIMIT, SETTLING, Explanatio
 from flexarm_estimator.isolation.window import Window
 
 Array = NDArray[np.float64]
-DETACHED_WORDS = "is detached"
+DETACHED_WORDS = "is detached"  # how what is told of it begins
 DETACHED = 120.0  # squared sigmas that calling a channel detached must gain; silence alone is suggestive
 EXPLAINED = 1.5  # misfit of a datum up to which a silent channel may be called detached
 MOSTLY = 4.0  # times the misfit that is left is gone without it: up to PLAUSIBLE that is as good
@@ -54,7 +54,7 @@ def explain_by_leaving_out(
     is_detached &= any(story.is_missed for story in own)
     gain = np.minimum(told, missed)
     says = ", ".join(story.words for story in own)
-    words = f"{DETACHED_WORDS} (says {says} whatever the arm does)"
+    words = f"is detached (says {says} whatever the arm does)"
     is_detached &= bool(gain.sum() >= DETACHED)
     return Explanation(channels, words if is_detached else "", gain, spread, needs_both=not is_detached)
 
