@@ -26,6 +26,10 @@ from flexarm_bringup.tasks.task import find_task
 from flexarm_bringup.tasks.task_for import task_for
 from flexarm_estimator.estimator import Estimator
 from flexarm_estimator.settings import EstimatorConfig
+from flexarm_estimator.state.process import ProcessModel
+from flexarm_model.reading.config import load_config
+from flexarm_model.reading.manipulator_file import find_manipulator
+from flexarm_model.served.linearize import linearize
 from flexarm_model.tree.reduced_tree import ReducedTree
 
 MATCHED = 1e-8  # of the scale of the motion; nothing but rounding separates filter and truth
@@ -72,6 +76,25 @@ def test_square_of_a_state_does_not_mind_its_units() -> None:
 @pytest.fixture(scope="module")
 def bench() -> Bench:
     return Bench(task_for("single_link"))
+
+
+def test_strains_change_with_a_share_of_the_sag_as_the_filter_is_told() -> None:
+    tree = ReducedTree(load_config(find_manipulator("serial_6r")), use_compiler=False)
+    model = linearize(tree, np.array([0.0, 0.578, -0.136, 0.0, 1.127, 0.0]))
+    config = EstimatorConfig(sag_modes=7, sag_share=0.5)
+    process = ProcessModel(model, config, None, tree.borne(model.q0))
+    rows = [i for i, name in enumerate(model.outputs.names) if name.endswith(".strain")]
+    observables = Observables(model, tree, [model.outputs.names[i] for i in rows], config)
+    w, told = process.layout.w, process.system.C[rows, process.layout.w.start]
+    x, P = np.zeros(process.layout.n_x), np.zeros((process.layout.n_x,) * 2)
+    x[: model.n], P[w, w] = model.xi0, 1.0
+    truth = TrueArm(np.zeros(model.n_theta), np.eye(4), np.zeros(len(rows)))
+    before, strain = observables.compare(truth, x, P, w), observables.compare(truth, x, P, w).parts[3]
+    x[w] = 0.3
+    after = observables.compare(truth, x, P, w)
+    assert abs(told).max() > 1e-6
+    np.testing.assert_allclose((before.e - after.e)[strain], 0.3 * told, atol=1e-15)
+    np.testing.assert_allclose(after.S[strain, strain], np.outer(told, told), atol=1e-20)
 
 
 def test_observables_change_as_their_jacobian_says(bench: Bench) -> None:

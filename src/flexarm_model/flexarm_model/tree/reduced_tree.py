@@ -173,11 +173,8 @@ class ReducedTree:
 
     def borne(self, q: Array) -> BorneLoad:
         """Return what springs and bodies bear at rest at q."""
-        rows, Z = (
-            np.array(self.functions["output_rows"](q)[1]),
-            self.motions_within(q)[:, len(self.actuated) :],
-        )
-        return borne_load(self.K @ q, self.linearisation(q)[2], Z, rows)
+        rows, K = np.array(self.functions["output_rows"](q)[1]), np.array(self.functions["stiffness"](q))
+        return borne_load(self.K @ q, K, self.motions_within(q)[:, len(self.actuated) :], rows)
 
     def tip_pose(self, q: Array) -> Array:
         """Return ``T_world_tip``, (4, 4); loops are closed first."""
