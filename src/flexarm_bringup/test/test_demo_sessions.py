@@ -11,7 +11,9 @@ import pytest
 
 from flexarm_bringup.demo_run import command
 from flexarm_bringup.demo_run.sessions import outcomes_of
+from flexarm_bringup.demo_run.timekeeping import timekeeping
 from flexarm_bringup.processes.session import Session, SessionError
+from flexarm_bringup.processes.standstill import Witnesses
 from flexarm_bringup.progress import Progress
 from flexarm_bringup.record import RunRecord
 
@@ -55,5 +57,18 @@ def test_a_machine_that_cannot_keep_real_time_still_shows_what_lockstep_was_wort
         ("geared", True), ("light_hub", True), ("light_hub", False),
     ]  # fmt: skip
     assert list(failures) == ["geared_real_time"]
-    assert failures["geared_real_time"].endswith("let go of this guard; the last of 3 tries")
+    assert failures["geared_real_time"].reason.endswith("let go of this guard; the last of 3 tries")
     assert len(set(tried)) == len(tried) == 6
+
+
+def test_the_machine_is_watched_by_the_clock_alone_and_also_where_the_run_breaks_off(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(Witnesses, "__enter__", lambda self: self)
+    monkeypatch.setattr(Witnesses, "__exit__", lambda *_: None)
+    monkeypatch.setattr(Witnesses, "trouble", lambda *_: "stood still")
+    with timekeeping(False, DT) as lockstep:
+        pass
+    with pytest.raises(SessionError), timekeeping(True, DT) as live:
+        raise SessionError("stopped")
+    assert (lockstep.excuse, live.excuse) == ("", "stood still")

@@ -9,11 +9,11 @@ from pathlib import Path
 
 import pytest
 
+from flexarm_bringup.processes.standstill import Standstill, Witnesses
 from flexarm_bringup.realtime.answered import AnsweredPeriods
 from flexarm_bringup.realtime.command import add_arguments, chosen_settings, to_and_fro, write_manipulator
 from flexarm_bringup.realtime.figures import Counts, Figures
 from flexarm_bringup.realtime.late_cycles import LateCycles
-from flexarm_bringup.realtime.standstill import Standstill, Witnesses
 from flexarm_model.reading.config import load_config
 
 GOOD = Counts(1000, 9, 998, 9, 2)
@@ -105,6 +105,29 @@ def test_witnesses_see_a_core_that_is_kept_from_them():
     assert max(each.seconds for each in witnesses.standstills) > 0.025
 
 
+@pytest.mark.parametrize(
+    ("standstills", "told"),
+    [
+        ([], ""),
+        ([(10.0, 10.004)], ""),  # at most two of 200 periods
+        ([(10.0, 10.006)], "stood still 1 times in 1 s, for 6 ms at most: in 1.1% of the periods"),
+        ([(10.0, 10.003), (10.5, 10.503)], "stood still 2 times"),  # each can hit two periods
+        ([(10.0, 10.004), (10.001, 10.004)], ""),  # both cores at once
+        ([(10.0, 10.004), (10.001, 10.006)], "for 5 ms at most: in 1.1% of the periods"),
+    ],
+)
+def test_a_machine_that_stands_still_in_more_than_a_share_of_the_periods_judges_no_loop(
+    standstills: list[tuple[float, float]], told: str
+) -> None:
+    witnesses = Witnesses()
+    witnesses.standstills = [Standstill(*each) for each in standstills]
+    witnesses._began, witnesses._ended = 10.0, 11.0
+    trouble = witnesses.trouble(0.005, 0.01)
+    assert told in trouble and bool(told) == bool(trouble)
+    witnesses.are_heard = False
+    assert not witnesses.trouble(0.005, 0.01)
+
+
 def test_cycles_that_nobody_told_of_and_a_stop_are_missed_bounds():
     assert missed(figures(Counts(1000, 0, 980, 0, 0))) == ["guard cycles answered or told as missed"]
     assert missed(figures(stop="no command for 50 ms")) == ["the arm was not stopped"]
@@ -148,7 +171,7 @@ def test_the_nodes_get_what_was_chosen_for_the_arm_at_its_own_rate(
 def test_a_witness_does_not_outlive_who_started_it():
     code = (
         "import os, subprocess, sys\n"
-        "command = [sys.executable, '-m', 'flexarm_bringup.realtime.standstill', '0', str(os.getpid())]\n"
+        "command = [sys.executable, '-m', 'flexarm_bringup.processes.standstill', '0', str(os.getpid())]\n"
         "child = subprocess.Popen(command)\n"
         "print(child.pid)"
     )

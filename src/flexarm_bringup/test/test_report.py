@@ -44,7 +44,8 @@ def test_columns_of_text_are_aligned() -> None:
 def test_json_keeps_full_numbers_and_is_strict() -> None:
     content = json.loads(json.dumps(page().to_json(), allow_nan=False))
     assert content["tables"][0]["rows"] == [["<strip>", 1.0, "inf"], ["hub", None, 0.25]]
-    assert content["checks"] == [{"name": "size", "wanted": "< 1", "found": "0.5", "passed": True}]
+    check = {"name": "size", "wanted": "< 1", "found": "0.5", "passed": True, "excuse": ""}
+    assert content["checks"] == [check]
     assert content["passed"] is True
 
 
@@ -54,6 +55,25 @@ def test_html_escapes_and_holds_every_cell() -> None:
     assert "<strip>" not in html
     assert all(text in html for text in ("1.00", "never", "Assumed", "1 of 1 bounds met"))
     assert "http" not in html  # self-contained
+
+
+@pytest.mark.parametrize(
+    ("passed", "excuse", "verdict", "summary", "code"),
+    [
+        (True, "", "ok", "1 of 1 bounds met", 0),
+        (True, "the machine slept", "ok", "1 of 1 bounds met", 0),
+        (False, "", "MISSED", "0 of 1 bounds met", 1),
+        (False, "the machine slept", "not judged", "0 of 1 bounds met, 1 not judged", 0),
+    ],
+)
+def test_what_was_not_met_with_an_excuse_is_told_with_it_and_is_no_failure(
+    passed: bool, excuse: str, verdict: str, summary: str, code: int, capsys: pytest.CaptureFixture[str]
+) -> None:
+    told = Page("Title", "Lead.", checks=[Check("size", "< 1", "2", passed, excuse)])
+    assert told.check_table().rows[0][0] == verdict
+    assert told.summary == summary and summary in told.to_html()
+    assert publish(told, argparse.Namespace(json=None, html=None)) == code
+    assert ("not judged: the machine slept" in capsys.readouterr().out) == (verdict == "not judged")
 
 
 def test_figures_take_the_colour_of_the_text_and_scale() -> None:

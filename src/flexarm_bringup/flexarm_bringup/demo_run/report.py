@@ -8,7 +8,8 @@ from collections.abc import Iterable, Mapping, Sequence
 from flexarm_bringup.demo_run.real_time_checks import real_time_checks
 from flexarm_bringup.demo_run.sessions import SessionRun
 from flexarm_bringup.demo_run.study import SERVO, Outcome, Row
-from flexarm_bringup.demo_run.unfinished import unfinished
+from flexarm_bringup.demo_run.timekeeping import WITHOUT_COMMAND
+from flexarm_bringup.demo_run.unfinished import Unfinished, unfinished
 from flexarm_bringup.page.figures import Figure
 from flexarm_bringup.page.report import Cell, Check, Column, Page, Table
 from flexarm_bringup.residual import decibels
@@ -20,7 +21,6 @@ WORST_DB = -29.0  # MPC on the worst reference, at least
 SETTLE = 0.15  # s after the end of the motion, at most
 SHAPED_GAIN_DB = 6.0  # MPC on a shaped reference against the best published trapezoid, at least
 ROBUST_DB = -24.0  # any MPC row at a frequency error, at most
-WITHOUT_COMMAND = 0.01  # share of motor periods in real time, at most
 UNSTABLE = 1.0  # residual above the worst open-loop motion's: the loop feeds the vibration
 
 COLUMNS = (
@@ -39,7 +39,7 @@ def build_page(
     study: Sequence[Outcome],
     sessions: Sequence[SessionRun],
     figures: Sequence[Figure],
-    failures: Mapping[str, str] | None = None,
+    failures: Mapping[str, Unfinished] | None = None,
 ) -> Page:
     """Return everything the demo has to say.
 
@@ -217,15 +217,13 @@ def _session_checks(sessions: Sequence[SessionRun]) -> list[Check]:
         if run.session.lockstep or preset not in lockstep:
             continue
         rows, twins = ([outcome.row for outcome in r.outcomes] for r in (run, lockstep[preset]))
-        checks += [
-            *real_time_checks(preset, rows, twins),
-            Check.at_most(
-                f"{preset}: motor periods without a fresh command",
-                100 * run.share_without_command,
-                100 * WITHOUT_COMMAND,
-                "%",
-            ),
-        ]
+        without = Check.at_most(
+            f"{preset}: motor periods without a fresh command",
+            100 * run.share_without_command,
+            100 * WITHOUT_COMMAND,
+            "%",
+        )
+        checks += run.kept.judge([*real_time_checks(preset, rows, twins), without])
     return checks
 
 

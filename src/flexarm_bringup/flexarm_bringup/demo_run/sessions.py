@@ -5,13 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from contextlib import AbstractContextManager
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 from domain_coordinator import domain_id  # picks a domain nobody on this machine uses
 
 from flexarm_bringup.demo_run.motions import motions, out_and_back
 from flexarm_bringup.demo_run.study import Job, Outcome, damping_ratio, outcome_of, tip_reach
+from flexarm_bringup.demo_run.timekeeping import Timekeeping
 from flexarm_bringup.processes.session import Session, SessionError
 from flexarm_bringup.record import RunRecord
 from flexarm_bringup.residual import GapError
@@ -24,12 +25,21 @@ _taken: list[AbstractContextManager[int]] = []  # a domain is free again when it
 
 @dataclass(frozen=True)
 class SessionRun:
-    """A finished run over DDS: what was asked, the guard's last words, its moves, what broke off before."""
+    """A finished run over DDS.
+
+    Attributes:
+        session: What was asked.
+        guard: The guard's last words.
+        outcomes: Its moves.
+        broken_off: Why runs before it came to no end.
+        kept: How the machine kept time.
+    """
 
     session: Session
     guard: dict[str, Any]
     outcomes: tuple[Outcome, ...]
     broken_off: tuple[str, ...] = ()
+    kept: Timekeeping = field(default_factory=Timekeeping)
 
     @property
     def share_without_command(self) -> float:

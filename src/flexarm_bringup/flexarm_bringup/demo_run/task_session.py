@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from flexarm_bringup.demo_run.timekeeping import Timekeeping
 from flexarm_bringup.processes.session import Session, SessionError, run_session
 from flexarm_bringup.record import RunRecord
 from flexarm_bringup.sim_run.study import LegResult, SimJob, SimResult, Trace, judge_leg
@@ -34,6 +35,7 @@ class TaskRun:
         legs: Every move.
         trace: What the tip did.
         guard: The guard's last words.
+        kept: How the machine kept time.
     """
 
     session: Session
@@ -42,6 +44,7 @@ class TaskRun:
     legs: tuple[LegResult, ...]
     trace: Trace
     guard: dict[str, Any]
+    kept: Timekeeping = field(default_factory=Timekeeping)
 
     @property
     def where(self) -> str:

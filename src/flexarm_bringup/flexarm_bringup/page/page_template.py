@@ -19,7 +19,7 @@ TABLE = """\
 <tr>
 {%- for cell in row %}
 <td{% if table.columns[loop.index0].is_numeric %} class="number"{% endif -%}
-{% if cell in ("ok", "MISSED") %} data-state="{{ cell }}"{% endif %}>{{ cell }}</td>
+{% if cell in ("ok", "MISSED", "not judged") %} data-state="{{ cell }}"{% endif %}>{{ cell }}</td>
 {%- endfor %}
 </tr>
 {%- endfor %}
@@ -55,6 +55,7 @@ th:first-child, td:first-child { padding-left: .5rem; }
 ul { padding-left: 1.1rem; margin: .25rem 0; }
 [data-state="ok"] { color: var(--good); font-weight: 600; }
 [data-state="MISSED"] { color: var(--bad); font-weight: 700; }
+[data-state="not judged"] { color: var(--soft); font-style: italic; }
 .verdict { display: inline-block; padding: .1rem .7rem; border: 1px solid; border-radius: 1rem;
   font-size: .9rem; }
 .verdict[data-state="ok"] { color: var(--good); } .verdict[data-state="MISSED"] { color: var(--bad); }
@@ -71,7 +72,7 @@ PAGE = """\
 <p class="lead">{{ page.lead }}</p>
 {%- if page.checks %}
 <p><span class="verdict" data-state="{{ 'ok' if page.passed else 'MISSED' }}">
-{{- page.checks | selectattr("passed") | list | length }} of {{ page.checks | length }} bounds met</span></p>
+{{- page.summary }}</span></p>
 {%- endif %}
 {%- for item in page.items %}
 {%- if item.svg is defined %}

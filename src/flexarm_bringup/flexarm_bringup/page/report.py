@@ -22,6 +22,7 @@ from flexarm_bringup.page.figures import Figure
 Cell = str | float | int | bool | None
 Cells = list[Cell]
 MISSING = "–"
+OK, MISSED, NOT_JUDGED = "ok", "MISSED", "not judged"
 
 
 @dataclass(frozen=True)
@@ -111,17 +112,32 @@ class Table:
 
 @dataclass(frozen=True)
 class Check:
-    """One acceptance bound: what was wanted, what was found, and whether that will do."""
+    """One acceptance bound.
+
+    Attributes:
+        name: What is judged.
+        wanted: The bound, in words.
+        found: The figure, in words.
+        passed: Whether the figure keeps the bound.
+        excuse: Why a figure that does not keep it is no verdict here: what else was to blame; empty where
+            nothing was.
+    """
 
     name: str
     wanted: str
     found: str
     passed: bool
+    excuse: str = ""
 
     @classmethod
     def at_most(cls, name: str, found: float, bound: float, unit: str) -> Check:
         """Return a bound from above."""
         return cls(name, f"at most {bound:g} {unit}", f"{found:.3g} {unit}", found <= bound)
+
+    @property
+    def verdict(self) -> str:
+        """OK, MISSED or NOT_JUDGED."""
+        return OK if self.passed else NOT_JUDGED if self.excuse else MISSED
 
 
 @dataclass(frozen=True)
@@ -146,17 +162,22 @@ class Page:
 
     @property
     def passed(self) -> bool:
-        """Whether every check passed."""
-        return all(check.passed for check in self.checks)
+        """Whether every check that could be judged passed."""
+        return all(check.verdict != MISSED for check in self.checks)
+
+    @property
+    def summary(self) -> str:
+        """How many bounds are met, in words."""
+        met, open_ = (sum(check.verdict == verdict for check in self.checks) for verdict in (OK, NOT_JUDGED))
+        return f"{met} of {len(self.checks)} bounds met{f', {open_} {NOT_JUDGED}' if open_ else ''}"
 
     def check_table(self) -> Table:
         """Return the checks as a table."""
-        rows = [
-            ["ok" if check.passed else "MISSED", check.name, check.wanted, check.found]
-            for check in self.checks
-        ]
+        rows = [[check.verdict, check.name, check.wanted, check.found] for check in self.checks]
         columns = [Column(title) for title in ("", "check", "wanted", "found")]
-        return Table("Acceptance", columns, rows)
+        excuses = [check.excuse for check in self.checks if check.verdict == NOT_JUDGED]
+        notes = [f"{NOT_JUDGED}: {excuse}" for excuse in dict.fromkeys(excuses)]
+        return Table("Acceptance", columns, rows, notes)
 
     def to_text(self) -> str:
         """Return the page for a terminal, without its figures."""

@@ -33,11 +33,11 @@ from flexarm_bringup.exit_codes import UNUSABLE
 from flexarm_bringup.page.report import Column, Page, Table, add_report_arguments, publish
 from flexarm_bringup.processes.composition import composed
 from flexarm_bringup.processes.graph import rig_graph
+from flexarm_bringup.processes.standstill import Witnesses
 from flexarm_bringup.processes.supervisor import Supervisor
 from flexarm_bringup.progress import Progress
 from flexarm_bringup.realtime.driver_node import DriverError, drive
 from flexarm_bringup.realtime.figures import Figures
-from flexarm_bringup.realtime.standstill import Witnesses
 from flexarm_bringup.tasks.node_settings import node_settings
 from flexarm_bringup.tasks.task_for import task_for
 from flexarm_controller.due_commands import FARTHEST

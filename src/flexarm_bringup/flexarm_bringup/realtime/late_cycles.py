@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from itertools import pairwise
 
 from flexarm_bringup.page.report import Check
-from flexarm_bringup.realtime.standstill import Standstill, Witnesses
+from flexarm_bringup.processes.standstill import Standstill, Witnesses
 
 WAY = 0.02  # s; so much later a standstill may still show: the status of the guard has a way to go, too
 

@@ -15,8 +15,8 @@ import rclpy
 from rclpy.signals import SignalHandlerOptions
 
 from flexarm_bringup.processes.graph import Process
+from flexarm_bringup.processes.standstill import Witnesses
 from flexarm_bringup.processes.supervisor import Supervisor
-from flexarm_bringup.realtime.standstill import Witnesses
 from flexarm_bringup.soak.memory import MemoryLog
 from flexarm_bringup.soak.outcome import Outcome
 from flexarm_bringup.soak.script import Script, move, random_fault, random_goal
