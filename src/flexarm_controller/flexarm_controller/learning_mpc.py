@@ -39,25 +39,25 @@ class LearningMpc:
         self._steps = learning.steps
         self._mpc = self._program(self._steps) or Mpc(model, *self._arguments)
         self._programs: dict[Steps, Mpc] = {self._steps: self._mpc}
-        self._seen: tuple[ArmState, Reference] | None = None
 
     def step(self, state: ArmState, reference: Reference, sent: Array) -> Plan:
-        """Plan the torques that follow those already ``sent``; see ``Mpc``."""
+        """Plan the torques that follow those already ``sent``, see ``Mpc``; then learn from the state.
+
+        At once, for another model may come before ``work_ahead``, and its law goes on with what is learned.
+        """
         self._go_on()
-        self._seen = state, reference
         d = self._learning.not_explained(state.d, self._steps, self._inertia)
-        return self._mpc.step(state if d is state.d else replace(state, d=d), reference, sent)
+        plan = self._mpc.step(state if d is state.d else replace(state, d=d), reference, sent)
+        self._learning.learn(state, reference, self._inertia)
+        return plan
 
     def work_ahead(self) -> None:
-        """Learn from the last state, and make the program of what was learned for the next one."""
+        """Make the program of what was learned, for the next state."""
         self._go_on()
         self._mpc.work_ahead()
 
     def _go_on(self) -> None:
-        """Learn from the last state if that is not done yet, and go over to the program of it."""
-        if self._seen is not None:
-            (state, reference), self._seen = self._seen, None
-            self._learning.learn(state, reference, self._inertia)
+        """Go over to the program of what was learned."""
         if self._learning.steps == self._steps:
             return
         steps = self._learning.steps

@@ -170,6 +170,22 @@ def test_the_law_of_another_model_begins_with_what_was_learned_on_the_last():
     np.testing.assert_allclose(torques, expected, rtol=1e-9, atol=1e-12)
 
 
+def test_what_the_last_state_before_another_model_teaches_hangs_on_no_spare_time():
+    """Nodes have time between two states, a loop in one process has not: a 3-TPT's torques were 1.5 % apart."""
+    model, other, dt = single_link(), single_link("light_hub"), 0.001
+    found = []
+    for ahead in (False, True):
+        given = LawInputs(limits_of_hub(), ControllerConfig(period=dt), LEARNS)
+        for served, begin in ((model, 0), (other, 3)):
+            law = build_laws(served, given).planner
+            for k in range(begin, begin + 3):  # it learns from every sixth state
+                law.step(softly_moved(served, -0.3, k * dt), hold(np.zeros(1)), SENT)
+                if ahead:
+                    law.work_ahead()
+        found.append(given.learning.steps)
+    assert found[0] == found[1] == ((-3, -3), ())
+
+
 def test_programs_do_not_pile_up():
     model = single_link()
     learning = law_that_learns(model, replace(LEARNS, horizon=4, blocks=(1,) * 4))
