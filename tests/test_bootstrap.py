@@ -36,6 +36,8 @@ def machine(flexarm: ModuleType, monkeypatch: pytest.MonkeyPatch) -> list[str]:
     done: list[str] = []
 
     def watch(title: str, argv: list[str], environ: dict[str, str], lock: int) -> None:
+        if title.startswith("compiling"):
+            return
         done.append(title.split()[0])
         if title.startswith("making"):
             binary = Path(argv[-1]) / "bin"
@@ -202,6 +204,23 @@ def test_changed_lock_makes_another_environment(flexarm: ModuleType, machine: li
     first = flexarm.prepare()
     (flexarm.ROOT / "requirements.lock").write_text("one==2\n")
     assert flexarm.prepare().env != first.env
+
+
+def test_python_is_compiled_where_it_is_installed_and_not_by_every_node(
+    flexarm: ModuleType, machine: list[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """With PYTHONDONTWRITEBYTECODE, as containers set it, every process compiled flexarm anew."""
+    watched, compiled = flexarm.watch, []
+
+    def watch(title: str, argv: list[str], environ: dict[str, str], lock: int) -> None:
+        if "compileall" in argv:
+            compiled.extend(argv[argv.index("0") + 1 :])
+        watched(title, argv, environ, lock)
+
+    monkeypatch.setattr(flexarm, "watch", watch)
+    place = flexarm.prepare()
+    spaces = [place.install / name for name in ("flexarm_interfaces", "flexarm_model")]
+    assert compiled == [str(folder) for folder in (place.env / "lib", *spaces)]
 
 
 @pytest.mark.parametrize("interrupted", ["making", "installing", "building"])

@@ -68,7 +68,11 @@ class Answer(NamedTuple):  # not a dataclass: one is made in every period
 
 
 class AnswerTeller:
-    """Tells of the answers of one controller."""
+    """Tells of the answers of one controller.
+
+    Attributes:
+        write_status: Makes of command, missed cycles, overruns and stamp [ns] what is published of an answer.
+    """
 
     def __init__(self, period: float, backend: str, is_live: bool) -> None:
         """Tell the first one.
@@ -83,6 +87,7 @@ class AnswerTeller:
         self._insight: Insight | None = None
         self._listens: Callable[[str], bool] = lambda topic: False
         self._predicted_ns = -math.inf
+        self.write_status: Callable[[ControlCommand, int, int, int], Any] = status_to_msg
 
     def tell_more(self, insight: Insight, listens: Callable[[str], bool]) -> None:
         """Tell from now on what is told only while somebody listens; by topic, see ``look_ahead``."""
@@ -100,7 +105,7 @@ class AnswerTeller:
         self._said, self._said_ns = said, answer.stamp_ns
         if answer.command is None:
             return [_notice(answer, answer.reason)]
-        msg = status_to_msg(answer.command, answer.missed_cycles, answer.overruns, answer.stamp_ns)
+        msg = self.write_status(answer.command, answer.missed_cycles, answer.overruns, answer.stamp_ns)
         return [Outgoing("controller_status", msg)]
 
     def look_ahead(self, answer: Answer, model: ReducedModel, state: ArmState) -> list[Outgoing]:

@@ -61,6 +61,7 @@ from flexarm_controller.motion.tip_kinematics import TipKinematics
 from flexarm_controller.nonlinear.settings import NmpcConfig
 from flexarm_controller.settings import ControllerConfig, MarginConfig, MpcConfig
 from flexarm_controller.states_node import Duties, PacedStates, States, TickedStates
+from flexarm_controller.status_writer import StatusWriter
 from flexarm_controller.time_budget import Clocks
 from flexarm_controller.told_state import ToldState
 from flexarm_model.conversions import stamp_to_ns
@@ -117,6 +118,7 @@ class ControllerNode(ManagedNode):
         goals = MotionExchange(config, self._tip, motion, period, self.exchange, before)
         self._goals = TipGoals(self, goals, self._publish)
         self.exchange.write = CommandWriter(serialize_message).write
+        self.exchange.teller.write_status = StatusWriter(serialize_message).write
         self.exchange.teller.tell_more(Insight(self._tip.at, inputs.mpc, period), self._listens)
         self._connect()
 

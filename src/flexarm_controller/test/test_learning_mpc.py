@@ -171,7 +171,7 @@ def test_the_law_of_another_model_begins_with_what_was_learned_on_the_last():
 
 
 def test_what_the_last_state_before_another_model_teaches_hangs_on_no_spare_time():
-    """Nodes have time between two states, a loop in one process has not: a 3-TPT's torques were 1.5 % apart."""
+    """Nodes have time between two states, one process has not: a 3-TPT's torques were 1.5 % apart."""
     model, other, dt = single_link(), single_link("light_hub"), 0.001
     found = []
     for ahead in (False, True):

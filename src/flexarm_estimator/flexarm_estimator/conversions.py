@@ -6,6 +6,7 @@ tool, so it is turned there and back.
 
 from __future__ import annotations
 
+from array import array
 from collections.abc import Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
@@ -24,6 +25,9 @@ from flexarm_model.served.reduced_model import ReducedModel
 
 Array = NDArray[np.float64]
 TOOL_FRAME = "tool"
+STATE_NUMBERS = (
+    "theta", "theta_dot", "disturbance", "eta", "eta_dot", "sag", "stiffness", "bias", "covariance",
+)  # fmt: skip
 _STATUS = {
     "ok": ModalState.OK,
     "degraded": ModalState.DEGRADED,
@@ -74,14 +78,19 @@ def state_to_msg(estimate: Estimate, model: ReducedModel, stamp_ns: int) -> Moda
     msg.model_id, msg.reason, msg.status = estimate.model_id, estimate.reason, _STATUS[estimate.status]
     msg.age = estimate.age
     msg.joint_names, msg.names = list(model.theta_names), list(model.eta_names)
-    msg.theta, msg.theta_dot = floats(estimate.theta), floats(estimate.theta_dot)
-    msg.eta, msg.eta_dot, msg.disturbance = floats(estimate.eta), floats(estimate.eta_dot), floats(estimate.d)
-    msg.sag, msg.stiffness = floats(estimate.x[estimate.layout.s]), floats(estimate.stiffness)
-    msg.bias_names, msg.bias = list(estimate.layout.biases), floats(estimate.b)
-    told = estimate.layout.told
-    msg.covariance = floats(estimate.P[told, told])
+    msg.bias_names = list(estimate.layout.biases)
+    for name, numbers in zip(STATE_NUMBERS, state_numbers(estimate), strict=True):
+        setattr(msg, name, array("d", numbers))
     msg.sensors = [_health_to_msg(report) for report in estimate.sensors]
     return msg
+
+
+def state_numbers(estimate: Estimate) -> list[list[float]]:
+    """Return what ``STATE_NUMBERS`` of a state are, each row major."""
+    x, at = estimate.x, estimate.layout
+    parts = (x[at.theta], x[at.theta_dot], x[at.d], x[at.eta], x[at.eta_dot], x[at.s])
+    more = (estimate.stiffness, x[at.b], estimate.P[at.told, at.told].ravel())
+    return [part.tolist() for part in (*parts, *more)]
 
 
 def state_from_msg(msg: ModalState) -> tuple[Array, Array, str, tuple[SensorReport, ...]]:
@@ -103,17 +112,27 @@ def tip_to_msg(estimate: Estimate, stamp_ns: int) -> Odometry:
     msg = Odometry(child_frame_id=TOOL_FRAME)
     msg.header.stamp = ns_to_stamp(stamp_ns)
     msg.header.frame_id = BASE_FRAME
+    position, orientation = msg.pose.pose.position, msg.pose.pose.orientation
+    linear, angular = msg.twist.twist.linear, msg.twist.twist.angular
+    xyz, xyzw, cov_pose, twist, cov_twist = tip_numbers(estimate)
+    position.x, position.y, position.z = xyz
+    orientation.x, orientation.y, orientation.z, orientation.w = xyzw
+    linear.x, linear.y, linear.z, angular.x, angular.y, angular.z = twist
+    msg.pose.covariance, msg.twist.covariance = np.array(cov_pose), np.array(cov_twist)
+    return msg
+
+
+def tip_numbers(estimate: Estimate) -> tuple[list[float], list[float], list[float], list[float], list[float]]:
+    """Return position, orientation (x, y, z, w), their covariance, the tool's twist and its covariance."""
     T = estimate.T_world_tip
     into_tool = _turn(T[:3, :3].T)
-    position, orientation = msg.pose.pose.position, msg.pose.pose.orientation
-    position.x, position.y, position.z = T[:3, 3].tolist()
-    orientation.x, orientation.y, orientation.z, orientation.w = quaternion(T[:3, :3])
-    linear, angular = msg.twist.twist.linear, msg.twist.twist.angular
-    twist = into_tool.dot(estimate.twist_tip).tolist()
-    linear.x, linear.y, linear.z, angular.x, angular.y, angular.z = twist
-    msg.pose.covariance = estimate.cov_tip_pose.ravel()
-    msg.twist.covariance = into_tool.dot(estimate.cov_tip_twist).dot(into_tool.T).ravel()
-    return msg
+    return (
+        T[:3, 3].tolist(),
+        list(quaternion(T[:3, :3])),
+        estimate.cov_tip_pose.ravel().tolist(),
+        into_tool.dot(estimate.twist_tip).tolist(),
+        into_tool.dot(estimate.cov_tip_twist).dot(into_tool.T).ravel().tolist(),
+    )
 
 
 def tip_from_msg(msg: Odometry) -> TipMotion:

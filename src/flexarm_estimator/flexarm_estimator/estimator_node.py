@@ -37,6 +37,7 @@ from geometry_msgs.msg import PoseWithCovarianceStamped
 from nav_msgs.msg import Odometry
 from rclpy.clock import Clock, ClockType
 from rclpy.qos import QoSProfile
+from rclpy.serialization import serialize_message
 from sensor_msgs.msg import Imu, JointState
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
@@ -51,6 +52,7 @@ from flexarm_estimator.interventions.toggle_sensor import ToggleSensor
 from flexarm_estimator.late_sensors import late_sensors
 from flexarm_estimator.settings import EstimatorConfig
 from flexarm_estimator.settled_node import SettledFilter
+from flexarm_estimator.state_writer import StateWriter
 from flexarm_model.conversions import stamp_to_ns, verdict_to_msg
 from flexarm_model.process.ahead import made
 from flexarm_model.ros.arriving_models import QUIET, ArrivingModels
@@ -107,6 +109,8 @@ class EstimatorNode(ManagedNode):
             self.get_logger().warning(text)
         self._health = EstimatorHealth(None if lockstep else 1.0 / config.rate_hz, self._thresholds, late)
         self.exchange = made(EstimatorExchange, config, self._filter, 0 if lockstep else None)
+        writer = StateWriter(serialize_message)
+        self.exchange.write_state, self.exchange.write_tip = writer.state, writer.tip
         if not lockstep:
             self.exchange.keep_time(lambda: int(self.get_clock().now().nanoseconds))
         self._lockstep = Lockstep(self.exchange.topics, self.on_tick_complete)

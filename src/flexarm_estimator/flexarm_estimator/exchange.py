@@ -5,7 +5,7 @@ The node connects it to DDS, the replay to a bag; both therefore do the same.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -45,6 +45,8 @@ class EstimatorExchange:
         estimate: The newest one; None before the first.
         model_fault: Why the last model was refused; empty when it was taken.
         notes: Refusals that concern no sensor, by topic.
+        write_state: Makes of estimate, model and stamp [ns] what is published of a state.
+        write_tip: The same of the tip.
     """
 
     def __init__(self, config: ManipulatorConfig, settings: EstimatorConfig, epoch_ns: int | None) -> None:
@@ -68,6 +70,8 @@ class EstimatorExchange:
         self.estimate: Estimate | None = None
         self.model_fault = "no model yet"
         self.notes = Tally()
+        self.write_state: Callable[[Estimate, ReducedModel, int], Any] = state_to_msg
+        self.write_tip: Callable[[Estimate, int], Any] = tip_to_msg
 
     @property
     def topics(self) -> tuple[str, ...]:
@@ -105,7 +109,7 @@ class EstimatorExchange:
 
     def step(self, stamp_ns: int) -> list[Outgoing]:
         """Fuse what was taken and tell the state at a stamp [ns]; nothing without a model."""
-        return self.tell() if self.advance(stamp_ns) else []
+        return list(self.tell()) if self.advance(stamp_ns) else []
 
     def advance(self, stamp_ns: int) -> bool:
         """Fuse what was taken up to a stamp [ns]; return whether there is a state to tell now."""
@@ -134,16 +138,15 @@ class EstimatorExchange:
         assert self.estimate is not None
         return round(self.estimate.t * NS_PER_S) + (self._epoch_ns or 0)
 
-    def tell(self, is_heard: Callable[[str], bool] = lambda topic: True) -> list[Outgoing]:
-        """Return the newest state and tip for those topics that somebody hears."""
+    def tell(self, is_heard: Callable[[str], bool] = lambda topic: True) -> Iterator[Outgoing]:
+        """Yield the newest state, for which a controller waits, then the tip, of what somebody hears."""
         assert self.estimator is not None and self.estimate is not None
-        told_ns, told = self.told_ns, []
+        told_ns = self.told_ns
         if is_heard("modal_state"):
-            state = state_to_msg(self.estimate, self.estimator.model, told_ns)
-            told.append(Outgoing("modal_state", state))
+            state = self.write_state(self.estimate, self.estimator.model, told_ns)
+            yield Outgoing("modal_state", state)
         if is_heard("end_effector"):
-            told.append(Outgoing("end_effector", tip_to_msg(self.estimate, told_ns)))
-        return told
+            yield Outgoing("end_effector", self.write_tip(self.estimate, told_ns))
 
     def intervene(self, intervention: Intervention) -> list[Outgoing]:
         """Do something to the estimator from the next step on; return what a bag needs to do it again.
