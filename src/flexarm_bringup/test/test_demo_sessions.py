@@ -11,9 +11,9 @@ import pytest
 
 from flexarm_bringup.demo_run import command
 from flexarm_bringup.demo_run.sessions import outcomes_of
-from flexarm_bringup.demo_run.timekeeping import timekeeping
+from flexarm_bringup.demo_run.timekeeping import Timekeeping, timekeeping
 from flexarm_bringup.processes.session import Session, SessionError
-from flexarm_bringup.processes.standstill import Witnesses
+from flexarm_bringup.processes.standstill import Standstill, Witnesses
 from flexarm_bringup.progress import Progress
 from flexarm_bringup.record import RunRecord
 
@@ -48,7 +48,7 @@ def test_a_machine_that_cannot_keep_real_time_still_shows_what_lockstep_was_wort
         tried.append(session.folder)
         if not session.lockstep and session.preset == "geared":
             raise SessionError("guard stopped the arm: the drives have let go of this guard")
-        return standing(60.0), {"ticks": 1, "ticks_without_command": 0}
+        return standing(60.0), {"ticks": 1, "ticks_without_command": 0, "told": []}
 
     monkeypatch.setattr(command, "run_session", run)
     args = argparse.Namespace(folder=tmp_path, no_realtime=False)
@@ -72,3 +72,23 @@ def test_the_machine_is_watched_by_the_clock_alone_and_also_where_the_run_breaks
     with pytest.raises(SessionError), timekeeping(True, DT) as live:
         raise SessionError("stopped")
     assert (lockstep.excuse, live.excuse) == ("", "stood still")
+
+
+@pytest.mark.parametrize(
+    ("told", "excused"),
+    [
+        ([(10.0, 0), (10.1, 0), (10.2, 6), (10.3, 6)], True),  # all of them after the standstill
+        ([(10.0, 0), (10.1, 0), (10.2, 6), (10.3, 6), (20.0, 16)], True),  # ten of the loop's own: 1 %
+        ([(10.0, 0), (10.1, 0), (10.2, 6), (10.3, 6), (20.0, 17)], False),
+        ([(10.0, 0), (10.1, 0), (10.2, 5), (10.3, 5)], False),  # half of the bound is left
+        ([(10.0, 0), (10.1, 0), (10.3, 0), (10.4, 60)], False),  # another time
+        ([], False),
+    ],
+)
+def test_the_machine_is_excuse_for_what_it_cost_and_not_for_what_the_loop_lost(
+    told: list[tuple[float, int]], excused: bool
+) -> None:
+    kept = Timekeeping("a share of the periods", [Standstill(10.12, 10.14)])
+    kept.attribute({"ticks": 1000, "told": told})
+    assert bool(kept.excuse) == excused
+    assert not excused or kept.excuse.startswith(f"6 of {told[-1][1]} periods")

@@ -57,7 +57,7 @@ def in_process(law: str) -> SimResult:
 def over_dds(law: str, lockstep: bool, missed: int, off: float = 0.0) -> TaskRun:
     session = Session(Path("folder"), "sim", lockstep, (), "", "", manipulator="spatial_3tpt")
     trace = Trace(np.arange(2.0), np.zeros((2, 3)), np.full((2, 1), 0.25 + off))
-    guard: dict[str, Any] = {"ticks": 1000, "ticks_without_command": missed}
+    guard: dict[str, Any] = {"ticks": 1000, "ticks_without_command": missed, "told": []}
     return TaskRun(session, "sim", law, (leg(law),), trace, guard)
 
 

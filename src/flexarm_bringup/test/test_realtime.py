@@ -122,10 +122,11 @@ def test_a_machine_that_stands_still_in_more_than_a_share_of_the_periods_judges_
     witnesses = Witnesses()
     witnesses.standstills = [Standstill(*each) for each in standstills]
     witnesses._began, witnesses._ended = 10.0, 11.0
-    trouble = witnesses.trouble(0.005, 0.01)
+    trouble = witnesses.trouble(0.005, 0.01, 0.03)
     assert told in trouble and bool(told) == bool(trouble)
+    assert bool(witnesses.trouble(0.005, 1.0, 0.0045)) == any(b - a > 0.0045 for a, b in standstills)
     witnesses.are_heard = False
-    assert not witnesses.trouble(0.005, 0.01)
+    assert not witnesses.trouble(0.005, 0.01, 0.03)
 
 
 def test_cycles_that_nobody_told_of_and_a_stop_are_missed_bounds():

@@ -21,6 +21,8 @@ NEEDED = ("truth", "applied_effort", "modal_state", "guard_status", "reference")
 def read_run(path: Path) -> tuple[RunRecord, dict[str, Any]]:
     """Return a run from time zero of its reference on, and the guard's last words.
 
+    With these, as "told", when it told how many periods had been without a command: (time [s], count).
+
     Raises:
         BagError: The bag is not whole, or not of a run on the simulated rig.
     """
@@ -53,6 +55,7 @@ def read_run(path: Path) -> tuple[RunRecord, dict[str, Any]]:
         "limited": int(last.limited),
         "refused": int(last.refused),
         "reason": str(last.reason),
+        "told": [(stamp_of(msg) * 1e-9, int(msg.ticks_without_command)) for msg in guard],
     }
 
 

@@ -133,6 +133,7 @@ def _run_session(session: Session, domain: int, say: Callable[[str], None]) -> S
         try:
             with timekeeping(not session.lockstep, period) as kept:
                 record, guard = run_session(session, domain, say)
+            kept.attribute(guard)
             return SessionRun(session, guard, outcomes_of(session, record), tuple(broken_off), kept)
         except BagError as error:
             return Unfinished(str(error), kept)

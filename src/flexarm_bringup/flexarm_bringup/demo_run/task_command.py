@@ -87,6 +87,7 @@ def _run_sessions(
         try:
             with timekeeping(not lockstep, 1.0 / rate_hz) as kept:
                 run = run_task_session(job, result, lockstep, base / name, domain, say)
+            kept.attribute(run.guard)
             runs.append(replace(run, kept=kept))
         except SessionError as error:
             failures[name] = Unfinished(str(error), kept)

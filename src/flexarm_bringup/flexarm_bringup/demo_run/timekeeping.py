@@ -1,18 +1,24 @@
 """Runs by the clock beside witnesses of the machine: one that stands still itself is no judge of a loop.
 
-What may not be missed in a share of the motor periods is not judged where a core stood still in more of them.
+What counts is what the machine cost: a period without a command is the machine's when the guard told it with
+its first status after a standstill, else the loop's.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+import time
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
+from typing import Any
 
 from flexarm_bringup.page.report import Check
-from flexarm_bringup.processes.standstill import Witnesses
+from flexarm_bringup.processes.standstill import Standstill, Witnesses
+from flexarm_bringup.realtime.late_cycles import LateCycles
 
 WITHOUT_COMMAND = 0.01  # share of motor periods in real time, at most
+TOO_MANY = WITHOUT_COMMAND / 2  # lost to the machine alone: what is left of the bound is no measure of a loop
+LONG = 0.03  # s; a machine that stands still for so long makes the guard stop the arm (docs/realtime.md)
 
 
 @dataclass
@@ -21,9 +27,26 @@ class Timekeeping:
 
     Attributes:
         excuse: Why it cannot judge that run; empty where it can.
+        standstills: Of its cores, by the clock of the stamps [s].
     """
 
     excuse: str = ""
+    standstills: Sequence[Standstill] = ()
+
+    def attribute(self, guard: Mapping[str, Any]) -> None:
+        """Judge the machine by what it cost a run that came to its end; see ``run_bag.read_run``."""
+        lost, ticks = LateCycles(), max(guard["ticks"], 1)
+        for told, count in guard["told"]:
+            lost.note(told, count)
+        machine = lost.during(self.standstills)
+        is_to_blame = machine > TOO_MANY * ticks and lost.total - machine <= WITHOUT_COMMAND * ticks
+        self.excuse = ""
+        if is_to_blame:
+            longest = max(each.seconds for each in self.standstills)
+            self.excuse = (
+                f"{machine} of {lost.total} periods without a command came when the machine itself had stood "
+                f"still ({len(self.standstills)} times, {1e3 * longest:.0f} ms at most)"
+            )
 
     def judge(self, checks: Sequence[Check]) -> list[Check]:
         """Return bounds on the run: those that it missed are none where the machine cannot judge."""
@@ -32,7 +55,9 @@ class Timekeeping:
 
 @contextmanager
 def timekeeping(by_the_clock: bool, period: float) -> Iterator[Timekeeping]:
-    """Watch the machine while a run lasts; the excuse is known afterwards, also when the run broke off.
+    """Watch the machine while a run lasts.
+
+    Afterwards it is known if the machine can judge a run that broke off; see ``attribute`` for others.
 
     Args:
         by_the_clock: Whether the run is: nobody watches one in lockstep.
@@ -46,4 +71,7 @@ def timekeeping(by_the_clock: bool, period: float) -> Iterator[Timekeeping]:
         with witnesses:
             yield kept
     finally:
-        kept.excuse = witnesses.trouble(period, WITHOUT_COMMAND)
+        kept.excuse = witnesses.trouble(period, TOO_MANY, LONG)
+        since = time.time() - time.monotonic()
+        if witnesses.are_heard:
+            kept.standstills = [Standstill(s.start + since, s.end + since) for s in witnesses.standstills]

@@ -76,12 +76,13 @@ class Witnesses:
             file.close()
         self.standstills = sorted(seen, key=lambda each: each.start)
 
-    def trouble(self, period: float, share: float) -> str:
+    def trouble(self, period: float, share: float, long: float) -> str:
         """Return why the machine cannot judge a loop by the clock; empty where it can, or nobody could watch.
 
         Args:
             period: Of the loop [s].
             share: Of the periods in which a core may stand still [1].
+            long: For how long it may at once [s].
         """
         seconds, hit = self._ended - self._began, 0.0
         until = -math.inf
@@ -90,9 +91,9 @@ class Witnesses:
                 hit += 1.0  # a period that has begun
             hit += max(each.end - max(each.start, until), 0.0) / period
             until = max(until, each.end)
-        if not self.are_heard or hit * period <= share * seconds:
+        longest = max((each.seconds for each in self.standstills), default=0.0)
+        if not self.are_heard or (hit * period <= share * seconds and longest <= long):
             return ""
-        longest = max(each.seconds for each in self.standstills)
         return (
             f"the machine itself stood still {len(self.standstills)} times in {seconds:.0f} s, for "
             f"{1e3 * longest:.0f} ms at most: in {min(hit * period / seconds, 1.0):.1%} of the periods"
