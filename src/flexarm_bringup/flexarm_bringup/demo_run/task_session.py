@@ -20,7 +20,7 @@ from flexarm_model.reading.config import load_config
 from flexarm_model.reading.manipulator_file import find_manipulator
 
 Array = NDArray[np.float64]
-LEAST_PREPARATION = 1.0  # s in real time between sending a reference and its start
+LEAST_PREPARATION = 2.0  # s in real time between sending a reference and its start
 SAME_PERIOD = 1e-6  # s by which stamps of a whole record may be unevenly spaced
 MODEL_TIME = 0.1  # s that making a model, its filter and its program may take on a busy machine
 

@@ -48,7 +48,7 @@ class Session:
     settings: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
     manipulator: str = "single_link"
     reference: Path | None = None
-    preparation: float = 1.0
+    preparation: float = 2.0
 
     @property
     def bag(self) -> Path:
