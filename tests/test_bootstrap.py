@@ -7,7 +7,7 @@ import os
 import subprocess
 import sys
 from pathlib import Path
-from types import ModuleType
+from types import ModuleType, SimpleNamespace
 
 import pytest
 
@@ -213,14 +213,28 @@ def test_python_is_compiled_where_it_is_installed_and_not_by_every_node(
     watched, compiled = flexarm.watch, []
 
     def watch(title: str, argv: list[str], environ: dict[str, str], lock: int) -> None:
-        if "compileall" in argv:
-            compiled.extend(argv[argv.index("0") + 1 :])
+        if "compileall" in argv[2]:
+            compiled.extend(argv[3:])
         watched(title, argv, environ, lock)
 
     monkeypatch.setattr(flexarm, "watch", watch)
     place = flexarm.prepare()
     spaces = [place.install / name for name in ("flexarm_interfaces", "flexarm_model")]
     assert compiled == [str(folder) for folder in (place.env / "lib", *spaces)]
+
+
+def test_what_this_python_cannot_compile_stops_no_installation(
+    bootstrap: ModuleType, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Packages bring files for other Pythons."""
+    monkeypatch.setattr(bootstrap, "STATE", tmp_path / "state")
+    folder = tmp_path / "lib"
+    folder.mkdir()
+    (folder / "newer.py").write_text("match = \n")
+    (folder / "sound.py").write_text("x = 1\n")
+    place = SimpleNamespace(python=sys.executable)
+    bootstrap.compile_python(place, [folder], "compiling", os.open(os.devnull, os.O_RDONLY))
+    assert [path.name.partition(".")[0] for path in folder.glob("__pycache__/*.pyc")] == ["sound"]
 
 
 @pytest.mark.parametrize("interrupted", ["making", "installing", "building"])
