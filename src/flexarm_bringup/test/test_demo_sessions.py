@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import time
 from dataclasses import fields
 from pathlib import Path
 
@@ -12,6 +13,7 @@ import pytest
 from flexarm_bringup.demo_run import command
 from flexarm_bringup.demo_run.sessions import outcomes_of
 from flexarm_bringup.demo_run.timekeeping import Timekeeping, timekeeping
+from flexarm_bringup.demo_run.unfinished import why_unfinished
 from flexarm_bringup.processes.session import Session, SessionError
 from flexarm_bringup.processes.standstill import Standstill, Witnesses
 from flexarm_bringup.progress import Progress
@@ -57,21 +59,31 @@ def test_a_machine_that_cannot_keep_real_time_still_shows_what_lockstep_was_wort
         ("geared", True), ("light_hub", True), ("light_hub", False),
     ]  # fmt: skip
     assert list(failures) == ["geared_real_time"]
-    assert failures["geared_real_time"].reason.endswith("let go of this guard; the last of 3 tries")
+    assert "let go of this guard" in failures["geared_real_time"]
+    assert failures["geared_real_time"].endswith("the last of 3 tries")
     assert len(set(tried)) == len(tried) == 6
 
 
 def test_the_machine_is_watched_by_the_clock_alone_and_also_where_the_run_breaks_off(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
+    """Witnesses have the steady clock, the guard stamps by the other."""
+
+    def seen(self: Witnesses, *_: object) -> None:
+        now = time.monotonic()
+        self.standstills = [Standstill(now - 0.05, now)]
+
     monkeypatch.setattr(Witnesses, "__enter__", lambda self: self)
-    monkeypatch.setattr(Witnesses, "__exit__", lambda *_: None)
-    monkeypatch.setattr(Witnesses, "trouble", lambda *_: "stood still")
-    with timekeeping(False, DT) as lockstep:
+    monkeypatch.setattr(Witnesses, "__exit__", seen)
+    with timekeeping(False) as lockstep:
         pass
-    with pytest.raises(SessionError), timekeeping(True, DT) as live:
+    with pytest.raises(SessionError), timekeeping(True) as live:
         raise SessionError("stopped")
-    assert (lockstep.excuse, live.excuse) == ("", "stood still")
+    assert not lockstep.seen and not lockstep.standstills
+    assert live.seen.endswith("1 times, for 50 ms at most")
+    assert live.standstills[0].end == pytest.approx(time.time(), abs=10.0)
+    assert why_unfinished(SessionError("stopped"), live) == f"stopped; {live.seen}"
+    assert why_unfinished(SessionError("stopped"), lockstep) == "stopped"
 
 
 @pytest.mark.parametrize(
@@ -88,7 +100,7 @@ def test_the_machine_is_watched_by_the_clock_alone_and_also_where_the_run_breaks
 def test_the_machine_is_excuse_for_what_it_cost_and_not_for_what_the_loop_lost(
     told: list[tuple[float, int]], excused: bool
 ) -> None:
-    kept = Timekeeping("a share of the periods", [Standstill(10.12, 10.14)])
+    kept = Timekeeping("the machine stood still", [Standstill(10.12, 10.14)])
     kept.attribute({"ticks": 1000, "told": told})
     assert bool(kept.excuse) == excused
     assert not excused or kept.excuse.startswith(f"6 of {told[-1][1]} periods")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable
+from functools import partial
 from typing import Any
 
 from flexarm_controller.command import ControlCommand
@@ -18,22 +18,15 @@ class StatusWriter:
     def __init__(self, serialise: Serialise) -> None:
         """Know no message yet; ``serialise`` writes any."""
         self._writer = MessageWriter((*STAMP, *_NUMBERS), serialise)
-        self._last: Hashable = None
 
     def write(self, command: ControlCommand, missed: int, overruns: int, stamp_ns: int) -> Any:
-        """Return the bytes, or the message, of what ``conversions.status_to_msg`` makes of it.
-
-        A message where the texts are others than the last time: reasons may tell a number that changes.
-        """
+        """Return the bytes, at first the message, of what ``conversions.status_to_msg`` makes of it."""
         off = command.tracking_error.tolist()
         limits = tuple(command.limits_active)
         key = command.mode, command.reason, command.model_id, command.solver_status, limits, len(off)
-        last, self._last = self._last, key
-        if key != last:
-            return status_to_msg(command, missed, overruns, stamp_ns)
         numbers = command.iterations, command.residual, command.solve_time, missed, overruns
         return self._writer.write(
             key,
             [*stamp_values(stamp_ns), *((number,) for number in numbers), off],
-            lambda: status_to_msg(command, missed, overruns, stamp_ns),
+            partial(status_to_msg, command, missed, overruns, stamp_ns),
         )

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable, Sequence
+from collections.abc import Sequence
+from functools import partial
 from typing import Any
 
 from flexarm_estimator.conversions import (
@@ -35,26 +36,19 @@ class StateWriter:
         self._serialise = serialise
         self._states: MessageWriter | None = None  # once it is known how many sensors there are
         self._tips = MessageWriter((*STAMP, *_TIP), serialise)
-        self._last: Hashable = None
 
     def state(self, estimate: Estimate, model: ReducedModel, stamp_ns: int) -> Any:
-        """Return the bytes, or the message, of what ``conversions.state_to_msg`` makes of it.
-
-        A message where the texts are others than the last time: reasons may tell a number that changes.
-        """
+        """Return the bytes, at first the message, of what ``conversions.state_to_msg`` makes of it."""
         numbers, sensors = state_numbers(estimate), estimate.sensors
         key = (
             estimate.model_id, estimate.status, estimate.reason, *map(len, numbers), model.theta_names,
             model.eta_names, estimate.layout.biases, *((s.name, s.status, s.reason) for s in sensors),
             *(len(s.innovation) for s in sensors),
         )  # fmt: skip
-        last, self._last = self._last, key
-        if key != last:
-            return state_to_msg(estimate, model, stamp_ns)
         values: list[Sequence[Any]] = [*stamp_values(stamp_ns), (estimate.age,), *numbers]
         for s in sensors:
             values += (s.age,), (s.accepted,), (s.rejected,), s.innovation.tolist(), (s.normalised,)
-        make: Callable[[], Any] = lambda: state_to_msg(estimate, model, stamp_ns)  # noqa: E731
+        make = partial(state_to_msg, estimate, model, stamp_ns)
         return self._writer(len(sensors)).write(key, values, make)
 
     def tip(self, estimate: Estimate, stamp_ns: int) -> Any:
@@ -62,7 +56,7 @@ class StateWriter:
         position, orientation, cov_pose, twist, cov_twist = tip_numbers(estimate)
         one_each = [(number,) for number in (*position, *orientation)]
         values = [*stamp_values(stamp_ns), *one_each, cov_pose, *((v,) for v in twist), cov_twist]
-        return self._tips.write("tip", values, lambda: tip_to_msg(estimate, stamp_ns))
+        return self._tips.write("tip", values, partial(tip_to_msg, estimate, stamp_ns))
 
     def _writer(self, count: int) -> MessageWriter:
         """Return the writer of the states of an arm with so many sensors."""

@@ -24,7 +24,7 @@ from flexarm_bringup.demo_run.sessions import SessionRun, free_domains, outcomes
 from flexarm_bringup.demo_run.study import ANGLES_DEG, jobs, run_jobs
 from flexarm_bringup.demo_run.task_command import run_task_demo
 from flexarm_bringup.demo_run.timekeeping import timekeeping
-from flexarm_bringup.demo_run.unfinished import Unfinished
+from flexarm_bringup.demo_run.unfinished import why_unfinished
 from flexarm_bringup.page.figures import standalone
 from flexarm_bringup.page.report import publish
 from flexarm_bringup.processes.session import Session, SessionError, run_session
@@ -70,8 +70,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--no-realtime", action="store_true", help="leave out the runs in real time")
     parser.epilog = (
-        "Exit code 1 when a bound in the table 'Acceptance' was missed. Runs in real time are not judged "
-        "where the machine itself stood still (see docs/realtime.md)."
+        "Exit code 1 when a bound in the table 'Acceptance' was missed. A run in real time is not judged "
+        "where what it missed is due to the machine standing still (see docs/realtime.md)."
     )
 
 
@@ -100,9 +100,7 @@ def _run_comparison(args: argparse.Namespace) -> int:
     return publish(page, args)
 
 
-def _run_sessions(
-    args: argparse.Namespace, progress: Progress
-) -> tuple[list[SessionRun], dict[str, Unfinished]]:
+def _run_sessions(args: argparse.Namespace, progress: Progress) -> tuple[list[SessionRun], dict[str, str]]:
     """Run the nodes: every hub in lockstep, then every hub in real time.
 
     Returns:
@@ -111,38 +109,34 @@ def _run_sessions(
     modes = [True] if args.no_realtime else [True, False]
     base = Path(tempfile.mkdtemp(prefix="run_", dir=args.folder))
     runs: list[SessionRun] = []
-    failures: dict[str, Unfinished] = {}
+    failures: dict[str, str] = {}
     for domain, (lockstep, preset) in zip(
         free_domains(), ((mode, preset) for mode in modes for preset in PRESETS), strict=False
     ):
         name = f"{preset}_{'lockstep' if lockstep else 'real_time'}"
         session = Session(base / name, preset, lockstep, ANGLES_DEG, "A", "ZVD")
-        ended = _run_session(session, domain, partial(_say_session, progress, name))
-        if isinstance(ended, Unfinished):
-            failures[name] = ended
-        else:
-            runs.append(ended)
+        try:
+            runs.append(_run_session(session, domain, partial(_say_session, progress, name)))
+        except (SessionError, BagError) as error:
+            failures[name] = str(error)
     return runs, failures
 
 
-def _run_session(session: Session, domain: int, say: Callable[[str], None]) -> SessionRun | Unfinished:
+def _run_session(session: Session, domain: int, say: Callable[[str], None]) -> SessionRun:
     """Run the nodes; in real time again when the computer could not keep it."""
     broken_off: list[str] = []
-    period = 1.0 / load_config(find_manipulator(session.manipulator), session.preset).rate_hz
     while True:
         try:
-            with timekeeping(not session.lockstep, period) as kept:
+            with timekeeping(not session.lockstep) as kept:
                 record, guard = run_session(session, domain, say)
             kept.attribute(guard)
             return SessionRun(session, guard, outcomes_of(session, record), tuple(broken_off), kept)
-        except BagError as error:
-            return Unfinished(str(error), kept)
         except SessionError as error:
-            broken_off.append(str(error))
+            broken_off.append(why_unfinished(error, kept))
             if session.lockstep:
-                return Unfinished(str(error))
+                raise
             if len(broken_off) == REAL_TIME_TRIES:
-                return Unfinished(f"{error}; the last of {REAL_TIME_TRIES} tries", kept)
+                raise SessionError(f"{broken_off[-1]}; the last of {REAL_TIME_TRIES} tries") from error
             say("once more, for the run was broken off")
             session = replace(session, folder=session.folder.with_name(f"{session.folder.name}_again"))
 

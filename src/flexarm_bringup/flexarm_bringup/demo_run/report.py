@@ -9,7 +9,7 @@ from flexarm_bringup.demo_run.real_time_checks import real_time_checks
 from flexarm_bringup.demo_run.sessions import SessionRun
 from flexarm_bringup.demo_run.study import SERVO, Outcome, Row
 from flexarm_bringup.demo_run.timekeeping import WITHOUT_COMMAND
-from flexarm_bringup.demo_run.unfinished import Unfinished, unfinished
+from flexarm_bringup.demo_run.unfinished import unfinished
 from flexarm_bringup.page.figures import Figure
 from flexarm_bringup.page.report import Cell, Check, Column, Page, Table
 from flexarm_bringup.residual import decibels
@@ -39,7 +39,7 @@ def build_page(
     study: Sequence[Outcome],
     sessions: Sequence[SessionRun],
     figures: Sequence[Figure],
-    failures: Mapping[str, Unfinished] | None = None,
+    failures: Mapping[str, str] | None = None,
 ) -> Page:
     """Return everything the demo has to say.
 

@@ -20,7 +20,7 @@ from flexarm_bringup.demo_run.sessions import free_domains
 from flexarm_bringup.demo_run.task_report import build_page
 from flexarm_bringup.demo_run.task_session import TaskRun, run_task_session
 from flexarm_bringup.demo_run.timekeeping import timekeeping
-from flexarm_bringup.demo_run.unfinished import Unfinished
+from flexarm_bringup.demo_run.unfinished import why_unfinished
 from flexarm_bringup.exit_codes import UNUSABLE
 from flexarm_bringup.page.report import publish
 from flexarm_bringup.processes.session import SessionError
@@ -67,7 +67,7 @@ def _run_sessions(
     jobs: Sequence[SimJob],
     results: Sequence[SimResult],
     progress: Progress,
-) -> tuple[list[TaskRun], dict[str, Unfinished]]:
+) -> tuple[list[TaskRun], dict[str, str]]:
     """Do everything again with nodes: all in lockstep, then in real time what has a rate for that.
 
     Returns:
@@ -79,18 +79,18 @@ def _run_sessions(
     by_preset = {job.preset: job for job in jobs}
     todo = ((mode, result) for mode in modes for result in results)
     runs: list[TaskRun] = []
-    failures: dict[str, Unfinished] = {}
+    failures: dict[str, str] = {}
     for domain, (lockstep, result) in zip(free_domains(), todo, strict=False):
         name = "_".join(filter(None, [result.preset, result.law, "lockstep" if lockstep else "real_time"]))
         say = partial(_say_session, progress, name)
         job = by_preset[result.preset]
         try:
-            with timekeeping(not lockstep, 1.0 / rate_hz) as kept:
+            with timekeeping(not lockstep) as kept:
                 run = run_task_session(job, result, lockstep, base / name, domain, say)
             kept.attribute(run.guard)
             runs.append(replace(run, kept=kept))
         except SessionError as error:
-            failures[name] = Unfinished(str(error), kept)
+            failures[name] = why_unfinished(error, kept)
     return runs, failures
 
 

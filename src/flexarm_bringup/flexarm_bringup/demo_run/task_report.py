@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from flexarm_bringup.demo_run.real_time_checks import REAL_TIME_DB
 from flexarm_bringup.demo_run.task_session import TaskRun, torque_difference
 from flexarm_bringup.demo_run.timekeeping import WITHOUT_COMMAND
-from flexarm_bringup.demo_run.unfinished import Unfinished, unfinished
+from flexarm_bringup.demo_run.unfinished import unfinished
 from flexarm_bringup.page.figures import Figure
 from flexarm_bringup.page.report import Cell, Check, Column, Page, Table
 from flexarm_bringup.residual import decibels
@@ -43,7 +43,7 @@ def build_page(
     results: Sequence[SimResult],
     runs: Sequence[TaskRun],
     figures: Sequence[Figure],
-    failures: Mapping[str, Unfinished] | None = None,
+    failures: Mapping[str, str] | None = None,
 ) -> Page:
     """Return everything a demo has to say.
 

@@ -18,7 +18,6 @@ from flexarm_bringup.realtime.late_cycles import LateCycles
 
 WITHOUT_COMMAND = 0.01  # share of motor periods in real time, at most
 TOO_MANY = WITHOUT_COMMAND / 2  # lost to the machine alone: what is left of the bound is no measure of a loop
-LONG = 0.03  # s; a machine that stands still for so long makes the guard stop the arm (docs/realtime.md)
 
 
 @dataclass
@@ -26,27 +25,23 @@ class Timekeeping:
     """How the machine kept time during a run.
 
     Attributes:
-        excuse: Why it cannot judge that run; empty where it can.
+        seen: How it stood still, in words; empty where it did not, or nobody watched.
         standstills: Of its cores, by the clock of the stamps [s].
+        excuse: Why it cannot judge that run; empty where it can.
     """
 
-    excuse: str = ""
+    seen: str = ""
     standstills: Sequence[Standstill] = ()
+    excuse: str = ""
 
     def attribute(self, guard: Mapping[str, Any]) -> None:
-        """Judge the machine by what it cost a run that came to its end; see ``run_bag.read_run``."""
+        """Find the excuse of a run that came to its end, from what ``run_bag.read_run`` tells of it."""
         lost, ticks = LateCycles(), max(guard["ticks"], 1)
         for told, count in guard["told"]:
             lost.note(told, count)
         machine = lost.during(self.standstills)
-        is_to_blame = machine > TOO_MANY * ticks and lost.total - machine <= WITHOUT_COMMAND * ticks
-        self.excuse = ""
-        if is_to_blame:
-            longest = max(each.seconds for each in self.standstills)
-            self.excuse = (
-                f"{machine} of {lost.total} periods without a command came when the machine itself had stood "
-                f"still ({len(self.standstills)} times, {1e3 * longest:.0f} ms at most)"
-            )
+        if machine > TOO_MANY * ticks and lost.total - machine <= WITHOUT_COMMAND * ticks:
+            self.excuse = f"{machine} of {lost.total} periods without a command came when {self.seen}"
 
     def judge(self, checks: Sequence[Check]) -> list[Check]:
         """Return bounds on the run: those that it missed are none where the machine cannot judge."""
@@ -54,14 +49,11 @@ class Timekeeping:
 
 
 @contextmanager
-def timekeeping(by_the_clock: bool, period: float) -> Iterator[Timekeeping]:
-    """Watch the machine while a run lasts.
-
-    Afterwards it is known if the machine can judge a run that broke off; see ``attribute`` for others.
+def timekeeping(by_the_clock: bool) -> Iterator[Timekeeping]:
+    """Watch the machine while a run lasts; what was seen is known afterwards, also where the run broke off.
 
     Args:
         by_the_clock: Whether the run is: nobody watches one in lockstep.
-        period: Of the motors [s].
     """
     kept, witnesses = Timekeeping(), Witnesses()
     if not by_the_clock:
@@ -71,7 +63,7 @@ def timekeeping(by_the_clock: bool, period: float) -> Iterator[Timekeeping]:
         with witnesses:
             yield kept
     finally:
-        kept.excuse = witnesses.trouble(period, TOO_MANY, LONG)
         since = time.time() - time.monotonic()
         if witnesses.are_heard:
+            kept.seen = witnesses.seen
             kept.standstills = [Standstill(s.start + since, s.end + since) for s in witnesses.standstills]

@@ -112,15 +112,9 @@ class Table:
 
 @dataclass(frozen=True)
 class Check:
-    """One acceptance bound.
+    """One acceptance bound: what was wanted, what was found, and whether that will do.
 
-    Attributes:
-        name: What is judged.
-        wanted: The bound, in words.
-        found: The figure, in words.
-        passed: Whether the figure keeps the bound.
-        excuse: Why a figure that does not keep it is no verdict here: what else was to blame; empty where
-            nothing was.
+    ``excuse`` says what else is to blame where it will not: then it is no verdict. Empty where nothing is.
     """
 
     name: str

@@ -8,7 +8,6 @@ kernel did not give it.
 
 from __future__ import annotations
 
-import math
 import os
 import subprocess
 import sys
@@ -48,14 +47,12 @@ class Witnesses:
     def __init__(self) -> None:
         """Start nothing yet."""
         self.standstills: Sequence[Standstill] = ()
-        self._began = self._ended = 0.0
         self.are_heard = True
         self._files: list[IO[str]] = []
         self._children: list[subprocess.Popen[bytes]] = []
 
     def __enter__(self) -> Witnesses:
         """Begin to watch."""
-        self._began = time.monotonic()
         for core in sorted(os.sched_getaffinity(0)):
             self._files.append(tempfile.TemporaryFile("w+"))  # noqa: SIM115 (closed in __exit__)
             command = [sys.executable, "-m", __name__, str(core), str(os.getpid())]
@@ -64,7 +61,6 @@ class Witnesses:
 
     def __exit__(self, *_: object) -> None:
         """Hear what they have seen."""
-        self._ended = time.monotonic()
         seen: list[Standstill] = []
         for child, file in zip(self._children, self._files, strict=True):
             self.are_heard &= child.poll() is None
@@ -76,28 +72,14 @@ class Witnesses:
             file.close()
         self.standstills = sorted(seen, key=lambda each: each.start)
 
-    def trouble(self, period: float, share: float, long: float) -> str:
-        """Return why the machine cannot judge a loop by the clock; empty where it can, or nobody could watch.
-
-        Args:
-            period: Of the loop [s].
-            share: Of the periods in which a core may stand still [1].
-            long: For how long it may at once [s].
-        """
-        seconds, hit = self._ended - self._began, 0.0
-        until = -math.inf
-        for each in self.standstills:
-            if each.start > until:
-                hit += 1.0  # a period that has begun
-            hit += max(each.end - max(each.start, until), 0.0) / period
-            until = max(until, each.end)
-        longest = max((each.seconds for each in self.standstills), default=0.0)
-        if not self.are_heard or (hit * period <= share * seconds and longest <= long):
+    @property
+    def seen(self) -> str:
+        """What was seen, in words; empty where the machine ran, or nobody could watch."""
+        if not self.standstills or not self.are_heard:
             return ""
-        return (
-            f"the machine itself stood still {len(self.standstills)} times in {seconds:.0f} s, for "
-            f"{1e3 * longest:.0f} ms at most: in {min(hit * period / seconds, 1.0):.1%} of the periods"
-        )
+        longest = max(each.seconds for each in self.standstills)
+        count = len(self.standstills)
+        return f"the machine itself stood still: {count} times, for {1e3 * longest:.0f} ms at most"
 
 
 def watch(core: int, parent: int) -> int:

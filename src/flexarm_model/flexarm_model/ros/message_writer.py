@@ -1,8 +1,9 @@
 """Messages written as bytes, in a fraction of the time: those of a topic look alike.
 
 To make a message costs rclpy a constructor for each of its parts, to write it a look at every field; but from
-one message to the next only some numbers change. So the first one is written by rclpy, and shows where in the
-bytes (CDR of OMG DDS-XTypes 1.3, 7.4.1, little endian) these numbers lie; in the next ones they are replaced.
+one message to the next only some numbers change. So the first two are written by rclpy, and the second shows
+where in the bytes (CDR of OMG DDS-XTypes 1.3, 7.4.1, little endian) these numbers lie; in the next ones they
+are replaced. The first is not searched: with a text that is another each time, every message is a first one.
 A publisher of rclpy takes bytes as well as messages. The other direction: ``message_reader``.
 """
 
@@ -42,6 +43,7 @@ class MessageWriter:
         """
         self._varying, self._serialise = tuple(varying), serialise
         self._layouts: dict[Hashable, _Layout | None] = {}
+        self._met: set[Hashable] = set()  # keys that have come once
 
     def write(self, key: Hashable, values: Sequence[Sequence[Any]], make: Callable[[], Any]) -> Any:
         """Return the bytes of a message, or a message where these are not known; a publisher takes both.
@@ -49,7 +51,7 @@ class MessageWriter:
         Args:
             key: Equal for messages that differ in nothing but the varying fields, and these not in length.
             values: Of the varying fields: (number,), (text as bytes,), or the elements of a sequence.
-            make: Makes the message; called for the first of a key.
+            make: Makes the message; called for the first two of a key.
 
         Raises:
             KeyError: There is no such field.
@@ -58,8 +60,13 @@ class MessageWriter:
         if layout is not None:
             return layout.write(values)
         msg = make()
-        if key not in self._layouts:
+        if key in self._met:
+            self._met.remove(key)
             self._learn(key, values, msg)
+        elif key not in self._layouts:
+            if len(self._met) >= MOST_LAYOUTS:
+                self._met.clear()
+            self._met.add(key)
         return msg
 
     def _learn(self, key: Hashable, values: Sequence[Sequence[Any]], msg: Any) -> None:
