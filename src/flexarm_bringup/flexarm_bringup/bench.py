@@ -1,7 +1,9 @@
 """Measure the time of every step: model, estimator, controller, simulation, memory of the nodes.
 
 CPU time of one thread, medians and 99th percentiles, each beside its baseline in the same run, so that the
-ratios hold on a busy machine too. The benchmarks themselves are in benchmarks/, one file each.
+ratios hold on a busy machine too. Bounds of time are those of a class of machine: where plain filterpy takes
+longer than there, before and after a benchmark, what is judged is the time that was found over that ratio,
+and both are told. The benchmarks themselves are in benchmarks/, one file each.
 
   flexarm bench                 everything
   flexarm bench mpc estimator   some of them
@@ -21,6 +23,7 @@ from pathlib import Path
 from types import ModuleType
 
 from flexarm_bringup.exit_codes import UNUSABLE
+from flexarm_bringup.machine_speed import CLASS_US, ROWS, STATES, filterpy_step_us, slowness
 from flexarm_bringup.page.report import Cell, Check, Column, Page, Table, add_report_arguments, publish
 from flexarm_bringup.progress import Progress
 
@@ -67,6 +70,8 @@ REMARKS = {  # benchmark: how to read what is judged
     "solvers": ("the default is to be exact on all machines, and of those that are to have the lowest p99",),
 }
 NOT_MEASURED = "not measured"
+BEFORE, AFTER = "filterpy_step_before_us", "filterpy_step_after_us"  # the machine's own speed
+TIMES = ("_us", "_s")  # endings of what a slow machine makes longer
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -107,7 +112,9 @@ def run(args: argparse.Namespace) -> int:
     progress, results = Progress(), {}
     for name in args.names or files:
         progress.say(f"benchmark {name}")
-        results[name] = load_module(files[name]).main()
+        before = filterpy_step_us()
+        found = load_module(files[name]).main()
+        results[name] = {**found, BEFORE: before, AFTER: filterpy_step_us()}
     progress.done()
     return publish(build_page(results), args)
 
@@ -135,19 +142,37 @@ def _table(name: str, values: dict[str, float]) -> Table:
     rows: list[list[Cell]] = [[key, float(value)] for key, value in values.items()]
     floors = FLOORS.get(name, {})
     rows += [[key, f"{NOT_MEASURED} (at least {floors[key]:g})"] for key in floors if key not in values]
-    told = REMARKS.get(name, ())
+    told = [*REMARKS.get(name, ()), *_speed(values)]
     absent = [who for who in COMPETITORS.get(name, ()) if importlib.util.find_spec(who) is None]
     notes = [f"not installed, so not compared with: {', '.join(absent)} (requirements.bench.lock)"]
     columns = [Column("figure"), Column("value", ".4g")]
     return Table(name, columns, rows, (*told, *(notes if absent else ())))
 
 
+def _slowness(values: dict[str, float]) -> float:
+    """Return how many times as long this machine took as the class that the bounds are of."""
+    steps = [values[key] for key in (BEFORE, AFTER) if key in values]
+    return slowness(*(steps or [CLASS_US]))
+
+
+def _speed(values: dict[str, float]) -> list[str]:
+    """Return in words what is judged where the machine is slower than the bounds mean."""
+    if (slow := _slowness(values)) == 1.0:
+        return []
+    return [
+        f"this machine: plain filterpy takes {slow * CLASS_US:.0f} us for {STATES} states and {ROWS} rows; "
+        f"the bounds are of machines where it takes {CLASS_US:g}, so times are judged over {slow:.2f}"
+    ]
+
+
 def _checks(name: str, values: dict[str, float]) -> list[Check]:
     """Return the bounds of a benchmark, of what it measured."""
     checks = []
     for key, value in values.items():
+        slow = _slowness(values) if key.endswith(TIMES) else 1.0
+        told = f"{value:.4g}" if slow == 1.0 else f"{value:.4g}; over {slow:.2f}: {value / slow:.4g}"
         for bounds, word, sign in ((BOUNDS, "at most", 1.0), (FLOORS.get(name, {}), "at least", -1.0)):
             if key in bounds:
-                is_kept = sign * value <= sign * bounds[key]
-                checks.append(Check(f"{name}: {key}", f"{word} {bounds[key]:g}", f"{value:.4g}", is_kept))
+                is_kept = sign * value / slow <= sign * bounds[key]
+                checks.append(Check(f"{name}: {key}", f"{word} {bounds[key]:g}", told, is_kept))
     return checks

@@ -8,7 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from flexarm_bringup.bench import BOUNDS, FLOORS, add_arguments, build_page
+from flexarm_bringup.bench import AFTER, BEFORE, BOUNDS, FLOORS, add_arguments, build_page
+from flexarm_bringup.machine_speed import CLASS_US, filterpy_step_us
 
 ROOT = Path(__file__).parents[3]
 BENCHMARKS = ROOT / "benchmarks"
@@ -40,6 +41,43 @@ def test_a_time_above_its_bound_is_missed() -> None:
     for value, is_kept in ((250.0, True), (251.0, False)):
         (check,) = build_page({"memory": {"memory_largest_mb": value}}).checks
         assert check.passed == is_kept
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "slow"),
+    [(2.0, 3.0, 2.0), (3.0, 1.5, 1.5), (0.5, 4.0, 1.0), (1.0, 1.0, 1.0)],
+)
+def test_times_are_judged_at_the_speed_that_their_bounds_mean(
+    before: float, after: float, slow: float
+) -> None:
+    """The faster of the two counts; a machine that is faster than the class is not asked for more."""
+    machine = {BEFORE: before * CLASS_US, AFTER: after * CLASS_US}
+    for share, is_kept in ((0.99, True), (1.01, False)):
+        found = {"single_link_estimator_median_us": share * slow * 60.0, **machine}
+        page = build_page({"estimator": found})
+        (check,) = page.checks
+        assert check.passed == is_kept
+        assert ("times are judged over" in page.to_text()) == (slow > 1.0)
+        assert f"{share * slow * 60.0:.4g}" in check.found and f"{share * 60.0:.4g}" in check.found
+
+
+@pytest.mark.parametrize(
+    ("name", "benchmark"), [("memory_largest_mb", "memory"), ("default_worst_error", "solvers")]
+)
+def test_what_is_no_time_is_judged_as_it_is(name: str, benchmark: str) -> None:
+    machine = {BEFORE: 9.0 * CLASS_US, AFTER: 9.0 * CLASS_US}
+    (check,) = build_page({benchmark: {name: 1.01 * BOUNDS[name], **machine}}).checks
+    assert not check.passed
+
+
+def test_a_ratio_is_not_eased_by_a_slow_machine() -> None:
+    machine = {BEFORE: 9.0 * CLASS_US, AFTER: 9.0 * CLASS_US}
+    (check,) = build_page({"estimator": {"ratio_finite_difference_to_step": 199.0, **machine}}).checks
+    assert not check.passed
+
+
+def test_the_yardstick_is_a_time() -> None:
+    assert 1.0 < filterpy_step_us() < 1e5
 
 
 def test_a_missing_competitor_is_told_in_the_table(monkeypatch: pytest.MonkeyPatch) -> None:

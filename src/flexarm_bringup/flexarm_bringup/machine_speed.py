@@ -1,0 +1,43 @@
+"""How fast is this machine now? Bounds of time mean a class of machine; a step of plain filterpy tells.
+
+The speed of a shared machine varies by several times, within minutes. Interpreted loops hardly show it (they
+stay in the caches), small matrices in NumPy do, and so does everything that flexarm times.
+"""
+
+from __future__ import annotations
+
+import time
+
+import numpy as np
+from filterpy.kalman import KalmanFilter
+
+STATES, ROWS = 18, 9
+CLASS_US = 27.0  # median CPU time of that step where the bounds were set [us]
+STEPS = 2000
+WARM_UP = 200
+
+
+def filterpy_step_us() -> float:
+    """Return the median CPU time of one predict and update of plain filterpy, 18 states and 9 rows [us]."""
+    rng = np.random.default_rng(0)
+    kalman = KalmanFilter(dim_x=STATES, dim_z=ROWS)
+    kalman.F = 0.95 * np.linalg.qr(rng.normal(size=(STATES, STATES)))[0]
+    kalman.H = rng.normal(size=(ROWS, STATES))
+    kalman.Q, kalman.R = 1e-3 * np.eye(STATES), 1e-2 * np.eye(ROWS)
+    said = rng.normal(size=(STEPS, ROWS))
+    spent = np.empty(STEPS)
+    for k, rows in enumerate(said):
+        start = time.thread_time_ns()
+        kalman.predict()
+        kalman.update(rows)
+        spent[k] = (time.thread_time_ns() - start) * 1e-3
+    return float(np.median(spent[WARM_UP:]))
+
+
+def slowness(*steps_us: float) -> float:
+    """Return how many times as long everything takes here as on the class of machine, 1 at least.
+
+    Args:
+        steps_us: What ``filterpy_step_us`` took before and after what is judged; the fastest counts.
+    """
+    return max(min(steps_us) / CLASS_US, 1.0)
