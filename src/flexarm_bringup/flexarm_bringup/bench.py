@@ -23,8 +23,8 @@ from pathlib import Path
 from types import ModuleType
 
 from flexarm_bringup.exit_codes import UNUSABLE
-from flexarm_bringup.machine_speed import CLASS_US, ROWS, STATES, filterpy_step_us, slowness
 from flexarm_bringup.page.report import Cell, Check, Column, Page, Table, add_report_arguments, publish
+from flexarm_bringup.processes.machine_speed import CLASS_US, filterpy_step_us, in_words, slowness
 from flexarm_bringup.progress import Progress
 
 FOLDER = "benchmarks"
@@ -157,12 +157,8 @@ def _slowness(values: dict[str, float]) -> float:
 
 def _speed(values: dict[str, float]) -> list[str]:
     """Return in words what is judged where the machine is slower than the bounds mean."""
-    if (slow := _slowness(values)) == 1.0:
-        return []
-    return [
-        f"this machine: plain filterpy takes {slow * CLASS_US:.0f} us for {STATES} states and {ROWS} rows; "
-        f"the bounds are of machines where it takes {CLASS_US:g}, so times are judged over {slow:.2f}"
-    ]
+    slow = _slowness(values)
+    return [] if slow == 1.0 else [f"{in_words(slow)}: times are judged over that"]
 
 
 def _checks(name: str, values: dict[str, float]) -> list[Check]:

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from flexarm_bringup.bench import AFTER, BEFORE, BOUNDS, FLOORS, add_arguments, build_page
-from flexarm_bringup.machine_speed import CLASS_US, filterpy_step_us
+from flexarm_bringup.processes.machine_speed import CLASS_US, filterpy_step_us
 
 ROOT = Path(__file__).parents[3]
 BENCHMARKS = ROOT / "benchmarks"

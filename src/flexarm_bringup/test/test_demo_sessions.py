@@ -11,9 +11,11 @@ import numpy as np
 import pytest
 
 from flexarm_bringup.demo_run import command
+from flexarm_bringup.demo_run import timekeeping as timekeeping_module
 from flexarm_bringup.demo_run.sessions import outcomes_of
 from flexarm_bringup.demo_run.timekeeping import Timekeeping, timekeeping
 from flexarm_bringup.demo_run.unfinished import why_unfinished
+from flexarm_bringup.processes.machine_speed import CLASS_US
 from flexarm_bringup.processes.session import Session, SessionError
 from flexarm_bringup.processes.standstill import Standstill, Witnesses
 from flexarm_bringup.progress import Progress
@@ -58,9 +60,10 @@ def test_a_machine_that_cannot_keep_real_time_still_shows_what_lockstep_was_wort
     assert [(run.session.preset, run.session.lockstep) for run in sessions] == [
         ("geared", True), ("light_hub", True), ("light_hub", False),
     ]  # fmt: skip
-    assert list(failures) == ["geared_real_time"]
-    assert "let go of this guard" in failures["geared_real_time"]
-    assert failures["geared_real_time"].endswith("the last of 3 tries")
+    (failure,) = failures
+    assert failure.name == "geared_real_time"
+    assert "let go of this guard" in failure.found
+    assert failure.found.endswith("the last of 3 tries")
     assert len(set(tried)) == len(tried) == 6
 
 
@@ -73,6 +76,8 @@ def test_the_machine_is_watched_by_the_clock_alone_and_also_where_the_run_breaks
         now = time.monotonic()
         self.standstills = [Standstill(now - 0.05, now)]
 
+    steps = iter([3.0 * CLASS_US, 2.0 * CLASS_US])
+    monkeypatch.setattr(timekeeping_module, "filterpy_step_us", lambda: next(steps))
     monkeypatch.setattr(Witnesses, "__enter__", lambda self: self)
     monkeypatch.setattr(Witnesses, "__exit__", seen)
     with timekeeping(False) as lockstep:
@@ -80,6 +85,7 @@ def test_the_machine_is_watched_by_the_clock_alone_and_also_where_the_run_breaks
     with pytest.raises(SessionError), timekeeping(True) as live:
         raise SessionError("stopped")
     assert not lockstep.seen and not lockstep.standstills
+    assert (lockstep.slow, live.slow) == (1.0, 2.0)
     assert live.seen.endswith("1 times, for 50 ms at most")
     assert live.standstills[0].end == pytest.approx(time.time(), abs=10.0)
     assert why_unfinished(SessionError("stopped"), live) == f"stopped; {live.seen}"
@@ -104,3 +110,11 @@ def test_the_machine_is_excuse_for_what_it_cost_and_not_for_what_the_loop_lost(
     kept.attribute({"ticks": 1000, "told": told})
     assert bool(kept.excuse) == excused
     assert not excused or kept.excuse.startswith(f"6 of {told[-1][1]} periods")
+
+
+@pytest.mark.parametrize(("slow", "excused"), [(1.0, False), (1.49, False), (1.51, True), (4.0, True)])
+def test_a_machine_much_slower_than_the_class_is_no_judge(slow: float, excused: bool) -> None:
+    kept = Timekeeping(slow=slow)
+    kept.attribute({"ticks": 1000, "told": [(10.0, 0), (20.0, 500)]})
+    assert bool(kept.excuse) == excused == bool(kept.too_slow)
+    assert not excused or f"{slow:.2f} times what it takes on machines of the class" in kept.excuse

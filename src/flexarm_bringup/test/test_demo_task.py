@@ -17,6 +17,7 @@ from flexarm_bringup.demo_run import task_command
 from flexarm_bringup.demo_run.task_report import build_page
 from flexarm_bringup.demo_run.task_session import TaskRun, task_settings, torque_difference
 from flexarm_bringup.demo_run.timekeeping import Timekeeping
+from flexarm_bringup.demo_run.unfinished import unfinished
 from flexarm_bringup.page.report import Table
 from flexarm_bringup.processes.session import Session, SessionError
 from flexarm_bringup.progress import Progress
@@ -123,12 +124,12 @@ def test_a_run_in_real_time_that_could_not_be_kept_is_a_missed_bound_and_not_a_r
     task = load_task(find_task("spatial_3tpt"))
     configs = {"sim": load_config(find_manipulator("spatial_3tpt"), "sim")}
     runs = [over_dds(law, True, 0) for law in LEFT] + [over_dds("pd", False, 0)]
-    reasons = {"mpc_real_time": "guard stopped the arm: no command for 50 ms"}
-    page = build_page(task, configs, [in_process(law) for law in LEFT], runs, (), reasons)
+    missing = unfinished("mpc_real_time", "guard stopped the arm: no command for 50 ms", Timekeeping())
+    page = build_page(task, configs, [in_process(law) for law in LEFT], runs, (), [missing])
     [table] = page.items
     assert isinstance(table, Table)
     assert "DDS real time" not in [row[1] for row in table.rows]
-    assert [(check.name, check.found) for check in page.checks if not check.passed] == list(reasons.items())
+    assert [check for check in page.checks if not check.passed] == [missing]
 
 
 def test_what_was_missed_by_the_clock_is_no_verdict_where_the_machine_itself_stood_still() -> None:
@@ -140,7 +141,8 @@ def test_what_was_missed_by_the_clock_is_no_verdict_where_the_machine_itself_sto
     page = build_page(
         task, configs, [in_process(law) for law in LEFT],
         [over_dds("pd", True, 0), over_dds("mpc", True, 0, 0.1), over_dds("pd", False, 30), slow], (),
-        {"another": "stopped"},
+        [unfinished("another", "stopped", Timekeeping()),
+         unfinished("one more", "stopped", Timekeeping(slow=2.0))],
     )  # fmt: skip
     verdicts = {check.name: check.verdict for check in page.checks if not check.passed}
     assert verdicts == {
@@ -150,6 +152,7 @@ def test_what_was_missed_by_the_clock_is_no_verdict_where_the_machine_itself_sto
         "sim MPC: real time from in-process, all moves": "not judged",
         "sim MPC: motor periods without a fresh command": "not judged",
         "another": "MISSED",
+        "one more": "not judged",
     }
 
 
@@ -175,4 +178,7 @@ def test_a_law_that_the_guard_refuses_does_not_hide_what_the_others_were_worth(
     args = argparse.Namespace(folder=tmp_path, no_realtime=True)
     runs, failures = task_command._run_sessions(args, task, jobs, results, Progress())
     assert [run.law for run in runs] == ["mpc"]
-    assert failures == {"sim_pd_lockstep": "guard refused to arm"}
+    (failure,) = failures
+    assert (failure.name, failure.found, failure.verdict) == (
+        "sim_pd_lockstep", "guard refused to arm", "MISSED",
+    )  # fmt: skip

@@ -262,7 +262,9 @@ def test_faults_of_the_six_axis_arm_are_named_within_a_second_of_its_lap(fault):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("name", "gauge"), [("serial_6r", "forearm_strain_y"), ("spatial_3tpt", "strain_1y")])
+@pytest.mark.parametrize(
+    ("name", "gauge"), [("serial_6r", "forearm_strain_y"), ("spatial_3tpt", "strain_1y")]
+)
 def test_a_detached_gauge_that_mpc_keeps_quiet_is_named_within_a_second_where_the_arm_vibrates(name, gauge):
     """Under MPC nobody names them: what they would say stays within what the model may be off."""
     faults = from_the_move({gauge: NOISE_ONLY}, name)

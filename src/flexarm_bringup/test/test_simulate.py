@@ -160,6 +160,20 @@ def test_a_run_is_unstable_when_stopped_or_when_its_vibration_grows_beyond_the_b
 
 
 @pytest.mark.parametrize(
+    ("slow", "is_kept", "said"), [(1.0, False, "2.0 times"), (3.0, True, "by 3.00: 6.0")]
+)
+def test_speed_is_judged_at_that_of_the_class_of_machine(slow: float, is_kept: bool, said: str) -> None:
+    task = replace(task_for("single_link"), presets=("",), speed=5.0)
+    pair = [result("pd", 1.0), result("mpc", 0.1)]
+    pair = [replace(each, effort=replace(each.effort, speed=2.0)) for each in pair]
+    page = build_page(task, {"": load_config(find_manipulator("single_link"))}, pair, (), 1, slow)
+    check = page.checks[-1]
+    assert check.passed == is_kept
+    assert said in check.found
+    assert ("the speed is judged times that" in page.to_text()) == (slow > 1.0)
+
+
+@pytest.mark.parametrize(
     ("told", "changes"),
     [
         ("the guard stopped it: no command for 50 ms", {"guard": "no command for 50 ms"}),

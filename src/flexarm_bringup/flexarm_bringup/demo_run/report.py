@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 
 from flexarm_bringup.demo_run.real_time_checks import real_time_checks
 from flexarm_bringup.demo_run.sessions import SessionRun
 from flexarm_bringup.demo_run.study import SERVO, Outcome, Row
 from flexarm_bringup.demo_run.timekeeping import WITHOUT_COMMAND
-from flexarm_bringup.demo_run.unfinished import unfinished
 from flexarm_bringup.page.figures import Figure
 from flexarm_bringup.page.report import Cell, Check, Column, Page, Table
 from flexarm_bringup.residual import decibels
@@ -39,7 +38,7 @@ def build_page(
     study: Sequence[Outcome],
     sessions: Sequence[SessionRun],
     figures: Sequence[Figure],
-    failures: Mapping[str, str] | None = None,
+    failures: Sequence[Check] = (),
 ) -> Page:
     """Return everything the demo has to say.
 
@@ -47,7 +46,7 @@ def build_page(
         study: Runs in one process.
         sessions: Runs with nodes.
         figures: Drawn of them.
-        failures: Why a run with nodes is missing, by its name.
+        failures: Missed bounds of runs with nodes that came to no end.
     """
     rows = [outcome.row for outcome in study]
     recorded = [outcome.row for run in sessions for outcome in run.outcomes]
@@ -65,7 +64,7 @@ def build_page(
             *_study_checks(rows, base),
             *_limit_checks([*rows, *recorded]),
             *_session_checks(sessions),
-            *unfinished(failures or {}),
+            *failures,
         ],
         remarks={"read it so": _CAVEATS},
         data={"rows": [_plain(row, base) for row in [*rows, *recorded]]},

@@ -20,9 +20,9 @@ from flexarm_bringup.demo_run.sessions import free_domains
 from flexarm_bringup.demo_run.task_report import build_page
 from flexarm_bringup.demo_run.task_session import TaskRun, run_task_session
 from flexarm_bringup.demo_run.timekeeping import timekeeping
-from flexarm_bringup.demo_run.unfinished import why_unfinished
+from flexarm_bringup.demo_run.unfinished import unfinished, why_unfinished
 from flexarm_bringup.exit_codes import UNUSABLE
-from flexarm_bringup.page.report import publish
+from flexarm_bringup.page.report import Check, publish
 from flexarm_bringup.processes.session import SessionError
 from flexarm_bringup.progress import Progress
 from flexarm_bringup.sim_run.figures import draw
@@ -46,7 +46,7 @@ def run_task_demo(args: argparse.Namespace) -> int:
         jobs = sim_jobs(task, task.presets, [NOMINAL])
         progress.say("preparing the arms")
         results = run_sim_jobs(jobs, lambda done, of: progress.say(f"in one process: {done} of {of} presets"))
-        runs, failures = ([], {}) if args.no_dds else _run_sessions(args, task, jobs, results, progress)
+        runs, failures = ([], []) if args.no_dds else _run_sessions(args, task, jobs, results, progress)
     except (ConfigError, ParameterError, ValueError) as error:
         progress.done()
         print(f"flexarm demo: {error}", file=sys.stderr)
@@ -67,11 +67,11 @@ def _run_sessions(
     jobs: Sequence[SimJob],
     results: Sequence[SimResult],
     progress: Progress,
-) -> tuple[list[TaskRun], dict[str, str]]:
+) -> tuple[list[TaskRun], list[Check]]:
     """Do everything again with nodes: all in lockstep, then in real time what has a rate for that.
 
     Returns:
-        The runs, and why those that are missing came to no end, by name.
+        The runs, and a missed bound for each that came to no end.
     """
     rate_hz = load_config(find_manipulator(task.manipulator), jobs[0].preset).rate_hz
     modes = [True] if args.no_realtime or rate_hz > FASTEST_DDS else [True, False]
@@ -79,7 +79,7 @@ def _run_sessions(
     by_preset = {job.preset: job for job in jobs}
     todo = ((mode, result) for mode in modes for result in results)
     runs: list[TaskRun] = []
-    failures: dict[str, str] = {}
+    failures: list[Check] = []
     for domain, (lockstep, result) in zip(free_domains(), todo, strict=False):
         name = "_".join(filter(None, [result.preset, result.law, "lockstep" if lockstep else "real_time"]))
         say = partial(_say_session, progress, name)
@@ -90,7 +90,7 @@ def _run_sessions(
             kept.attribute(run.guard)
             runs.append(replace(run, kept=kept))
         except SessionError as error:
-            failures[name] = why_unfinished(error, kept)
+            failures.append(unfinished(name, why_unfinished(error, kept), kept))
     return runs, failures
 
 

@@ -7,7 +7,6 @@ from collections.abc import Mapping, Sequence
 from flexarm_bringup.demo_run.real_time_checks import REAL_TIME_DB
 from flexarm_bringup.demo_run.task_session import TaskRun, torque_difference
 from flexarm_bringup.demo_run.timekeeping import WITHOUT_COMMAND
-from flexarm_bringup.demo_run.unfinished import unfinished
 from flexarm_bringup.page.figures import Figure
 from flexarm_bringup.page.report import Cell, Check, Column, Page, Table
 from flexarm_bringup.residual import decibels
@@ -43,7 +42,7 @@ def build_page(
     results: Sequence[SimResult],
     runs: Sequence[TaskRun],
     figures: Sequence[Figure],
-    failures: Mapping[str, str] | None = None,
+    failures: Sequence[Check] = (),
 ) -> Page:
     """Return everything a demo has to say.
 
@@ -53,7 +52,7 @@ def build_page(
         results: In one process.
         runs: Over DDS.
         figures: What the tip did.
-        failures: Why a run is missing, by its name.
+        failures: Missed bounds of runs that came to no end.
     """
     config = next(iter(configs.values()))
     found: dict[tuple[str, str, str], Result] = {(r.preset, IN_PROCESS, r.law): r for r in results}
@@ -64,7 +63,7 @@ def build_page(
         lead="Model node, estimator, controller, simulated rig, recorder and commander are processes. The "
         "models along a motion are made and prepared before it starts, and adopted by all at the same stamp.",
         items=[*tables, *figures],
-        checks=[*_checks(task, configs, found), *unfinished(failures or {})],
+        checks=[*_checks(task, configs, found), *failures],
         remarks={"read it so": [real_time_note(config), *_CAVEATS]},
         data={"rate_hz": config.rate_hz, "bags": [str(run.session.bag) for run in runs]},
     )

@@ -1,7 +1,8 @@
 """Runs by the clock beside witnesses of the machine: one that stands still itself is no judge of a loop.
 
 What counts is what the machine cost: a period without a command is the machine's when the guard told it with
-its first status after a standstill, else the loop's.
+its first status after a standstill, else the loop's. Nor is one that is much slower than the class of machine
+for which real time is claimed: plain filterpy, timed before and after the run, tells that.
 """
 
 from __future__ import annotations
@@ -13,11 +14,13 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from flexarm_bringup.page.report import Check
+from flexarm_bringup.processes.machine_speed import filterpy_step_us, in_words, slowness
 from flexarm_bringup.processes.standstill import Standstill, Witnesses
 from flexarm_bringup.realtime.late_cycles import LateCycles
 
 WITHOUT_COMMAND = 0.01  # share of motor periods in real time, at most
 TOO_MANY = WITHOUT_COMMAND / 2  # lost to the machine alone: what is left of the bound is no measure of a loop
+TOO_SLOW = 1.5  # times as slow as the class: the loop fills two cores then
 
 
 @dataclass
@@ -27,15 +30,23 @@ class Timekeeping:
     Attributes:
         seen: How it stood still, in words; empty where it did not, or nobody watched.
         standstills: Of its cores, by the clock of the stamps [s].
+        slow: How many times as long it takes as the class of machine, before and after the run [1].
         excuse: Why it cannot judge that run; empty where it can.
     """
 
     seen: str = ""
     standstills: Sequence[Standstill] = ()
+    slow: float = 1.0
     excuse: str = ""
+
+    @property
+    def too_slow(self) -> str:
+        """Why such a machine is no judge of a loop that must keep time; empty where it is one."""
+        return in_words(self.slow) if self.slow > TOO_SLOW else ""
 
     def attribute(self, guard: Mapping[str, Any]) -> None:
         """Find the excuse of a run that came to its end, from what ``run_bag.read_run`` tells of it."""
+        self.excuse = self.too_slow
         lost, ticks = LateCycles(), max(guard["ticks"], 1)
         for told, count in guard["told"]:
             lost.note(told, count)
@@ -59,10 +70,12 @@ def timekeeping(by_the_clock: bool) -> Iterator[Timekeeping]:
     if not by_the_clock:
         yield kept
         return
+    before = filterpy_step_us()
     try:
         with witnesses:
             yield kept
     finally:
+        kept.slow = slowness(before, filterpy_step_us())
         since = time.time() - time.monotonic()
         if witnesses.are_heard:
             kept.seen = witnesses.seen

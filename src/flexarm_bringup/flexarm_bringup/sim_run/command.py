@@ -13,6 +13,7 @@ from flexarm_bringup.arguments import add_seed
 from flexarm_bringup.assumptions import arm_of, resting_on
 from flexarm_bringup.exit_codes import UNUSABLE
 from flexarm_bringup.page.report import add_report_arguments, publish
+from flexarm_bringup.processes.machine_speed import filterpy_step_us, slowness
 from flexarm_bringup.progress import Progress
 from flexarm_bringup.sim_run.figures import draw
 from flexarm_bringup.sim_run.report import build_page
@@ -31,7 +32,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--nominal", action="store_true", help="only the arm as described")
     add_seed(parser, "the rig's noise", SEED)
     add_report_arguments(parser)
-    parser.epilog = "Exit code 1 when a bound in the table 'Acceptance' was missed."
+    parser.epilog = (
+        "Exit code 1 when a bound in the table 'Acceptance' was missed. On a machine that is slower than "
+        "the class that the bound on speed means, speed is judged at that of the class; both are told."
+    )
 
 
 def run(args: argparse.Namespace) -> int:
@@ -44,12 +48,14 @@ def run(args: argparse.Namespace) -> int:
         conditions = [NOMINAL] if args.nominal else list(CONDITIONS)
         todo = sim_jobs(task, presets, conditions, args.seed)
         progress.say("preparing the arms")
+        before = filterpy_step_us()
         results = run_sim_jobs(todo, lambda done, of: progress.say(f"simulating: {done} of {of} conditions"))
+        slow = slowness(before, filterpy_step_us())
     except (ConfigError, ParameterError, ValueError) as error:
         progress.done()
         print(f"flexarm sim: {error}", file=sys.stderr)
         return UNUSABLE
     configs = {preset: load_config(find_manipulator(task.manipulator), preset) for preset in presets}
-    page = build_page(task, configs, results, draw(task, results) if args.html else (), args.seed)
+    page = build_page(task, configs, results, draw(task, results) if args.html else (), args.seed, slow)
     progress.done()
     return publish(resting_on(page, arm_of(task, presets[0])), args)

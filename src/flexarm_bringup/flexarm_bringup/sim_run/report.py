@@ -7,6 +7,7 @@ from collections.abc import Sequence
 
 from flexarm_bringup.page.figures import Figure
 from flexarm_bringup.page.report import Cell, Check, Column, Page, Table
+from flexarm_bringup.processes.machine_speed import in_words
 from flexarm_bringup.residual import decibels
 from flexarm_bringup.sim_run.study import NOMINAL, SimResult
 from flexarm_bringup.tasks.task import Task, other_law
@@ -37,6 +38,7 @@ def build_page(
     results: Sequence[SimResult],
     figures: Sequence[Figure],
     seed: int,
+    slow: float = 1.0,
 ) -> Page:
     """Return everything a simulation has to say.
 
@@ -46,6 +48,7 @@ def build_page(
         results: Every law under every condition.
         figures: What the tip did.
         seed: Of the rig's noise.
+        slow: How many times as long this machine takes as the class that the bound on speed means [1].
     """
     config = next(iter(configs.values()))
     tables = [_table(task, configs[preset], preset, results) for preset in configs]
@@ -54,8 +57,10 @@ def build_page(
         lead="Rig, estimator and controller in lockstep in one process; both laws have the same model, "
         f"reference and torque limits. Noise of the rig: seed {seed}.",
         items=[*tables, *figures],
-        checks=[*worth_checks(task, results), _speed_check(task, results)],
-        remarks={"read it so": [real_time_note(config), *_CAVEATS, *other_law(task, configs)]},
+        checks=[*worth_checks(task, results), _speed_check(task, results, slow)],
+        remarks={
+            "read it so": [real_time_note(config), *_CAVEATS, *other_law(task, configs), *machine_note(slow)]
+        },
         data={"seed": seed, "rate_hz": config.rate_hz, "real_time_over_dds": config.rate_hz <= FASTEST_DDS},
     )
 
@@ -169,10 +174,16 @@ def worth_checks(task: Task, results: Sequence[SimResult]) -> list[Check]:
     return [*checks, Check("no MPC run is unstable", "none", f"{len(shaky)}", not shaky)]
 
 
-def _speed_check(task: Task, results: Sequence[SimResult]) -> Check:
+def _speed_check(task: Task, results: Sequence[SimResult], slow: float) -> Check:
     slowest = min(result.effort.speed for result in results if result.law == LAW)
     wanted = f"at least {task.speed:g} times real time"
-    return Check("lockstep, slowest MPC run", wanted, f"{slowest:.1f} times", slowest >= task.speed)
+    found = f"{slowest:.1f} times" + (f"; by {slow:.2f}: {slowest * slow:.1f}" if slow > 1.0 else "")
+    return Check("lockstep, slowest MPC run", wanted, found, slowest * slow >= task.speed)
+
+
+def machine_note(slow: float) -> list[str]:
+    """Return what is judged of the speed on a machine that is slower than the bound means."""
+    return [] if slow == 1.0 else [f"{in_words(slow)}: the speed is judged times that"]
 
 
 def real_time_note(config: ManipulatorConfig) -> str:
