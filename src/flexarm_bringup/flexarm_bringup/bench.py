@@ -2,8 +2,9 @@
 
 CPU time of one thread, medians and 99th percentiles, each beside its baseline in the same run, so that the
 ratios hold on a busy machine too. Bounds of time are those of a class of machine: where plain filterpy takes
-longer than there, before and after a benchmark, what is judged is the time that was found over that ratio,
-and both are told. The benchmarks themselves are in benchmarks/, one file each.
+longer than there, what is judged is the time that was found over that ratio, and both are told. For the
+estimator that is filterpy on the same arm, else a step of it before and after the benchmark. The benchmarks
+themselves are in benchmarks/, one file each.
 
   flexarm bench                 everything
   flexarm bench mpc estimator   some of them
@@ -72,6 +73,11 @@ REMARKS = {  # benchmark: how to read what is judged
 NOT_MEASURED = "not measured"
 BEFORE, AFTER = "filterpy_step_before_us", "filterpy_step_after_us"  # the machine's own speed
 TIMES = ("_us", "_s")  # endings of what a slow machine makes longer
+SAME_ARM = {  # time: that of plain filterpy for the same arm, and what it takes on the class of machine [us]
+    "single_link_estimator_median_us": ("single_link_filterpy_median_us", 19.0),
+    "two_link_estimator_median_us": ("two_link_filterpy_median_us", 27.0),
+    "serial_6r_estimator_median_us": ("serial_6r_filterpy_median_us", 37.0),
+}
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -149,8 +155,13 @@ def _table(name: str, values: dict[str, float]) -> Table:
     return Table(name, columns, rows, (*told, *(notes if absent else ())))
 
 
-def _slowness(values: dict[str, float]) -> float:
+def _slowness(values: dict[str, float], key: str = "") -> float:
     """Return how many times as long this machine took as the class that the bounds are of."""
+    if key in SAME_ARM and SAME_ARM[key][0] in values:
+        baseline, usual = SAME_ARM[key]
+        return max(values[baseline] / usual, 1.0)
+    if key and not key.endswith(TIMES):
+        return 1.0
     steps = [values[key] for key in (BEFORE, AFTER) if key in values]
     return slowness(*(steps or [CLASS_US]))
 
@@ -158,14 +169,18 @@ def _slowness(values: dict[str, float]) -> float:
 def _speed(values: dict[str, float]) -> list[str]:
     """Return in words what is judged where the machine is slower than the bounds mean."""
     slow = _slowness(values)
-    return [] if slow == 1.0 else [f"{in_words(slow)}: times are judged over that"]
+    told = [] if slow == 1.0 else [f"{in_words(slow)}: times are judged over that"]
+    if any(key in values and _slowness(values, key) > 1.0 for key in SAME_ARM):
+        usual = ", ".join(f"{usual:g}" for _, usual in SAME_ARM.values())
+        told.append(f"estimators: over what filterpy takes for the same arm, in us over {usual}")
+    return told
 
 
 def _checks(name: str, values: dict[str, float]) -> list[Check]:
     """Return the bounds of a benchmark, of what it measured."""
     checks = []
     for key, value in values.items():
-        slow = _slowness(values) if key.endswith(TIMES) else 1.0
+        slow = _slowness(values, key)
         told = f"{value:.4g}" if slow == 1.0 else f"{value:.4g}; over {slow:.2f}: {value / slow:.4g}"
         for bounds, word, sign in ((BOUNDS, "at most", 1.0), (FLOORS.get(name, {}), "at least", -1.0)):
             if key in bounds:

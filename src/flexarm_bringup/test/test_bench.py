@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from flexarm_bringup.bench import AFTER, BEFORE, BOUNDS, FLOORS, add_arguments, build_page
+from flexarm_bringup.bench import AFTER, BEFORE, BOUNDS, FLOORS, SAME_ARM, add_arguments, build_page
 from flexarm_bringup.processes.machine_speed import CLASS_US, filterpy_step_us
 
 ROOT = Path(__file__).parents[3]
@@ -53,12 +53,24 @@ def test_times_are_judged_at_the_speed_that_their_bounds_mean(
     """The faster of the two counts; a machine that is faster than the class is not asked for more."""
     machine = {BEFORE: before * CLASS_US, AFTER: after * CLASS_US}
     for share, is_kept in ((0.99, True), (1.01, False)):
-        found = {"single_link_estimator_median_us": share * slow * 60.0, **machine}
-        page = build_page({"estimator": found})
+        found = {"8_states_mpc_median_us": share * slow * 80.0, **machine}
+        page = build_page({"mpc": found})
         (check,) = page.checks
         assert check.passed == is_kept
         assert ("times are judged over" in page.to_text()) == (slow > 1.0)
-        assert f"{share * slow * 60.0:.4g}" in check.found and f"{share * 60.0:.4g}" in check.found
+        assert f"{share * slow * 80.0:.4g}" in check.found and f"{share * 80.0:.4g}" in check.found
+
+
+@pytest.mark.parametrize("key", SAME_ARM)
+def test_an_estimator_is_judged_beside_filterpy_on_the_same_arm(key: str) -> None:
+    """The machine's speed changes within a benchmark: before and after it are other times."""
+    baseline, usual = SAME_ARM[key]
+    machine = {BEFORE: 9.0 * CLASS_US, AFTER: 9.0 * CLASS_US}
+    for slow, judged in ((3.0, 3.0), (1.0, 1.0), (0.5, 1.0)):
+        for share, is_kept in ((0.99, True), (1.01, False)):
+            found = {baseline: slow * usual, key: share * judged * BOUNDS[key], **machine}
+            (check,) = build_page({"estimator": found}).checks
+            assert check.passed == is_kept
 
 
 @pytest.mark.parametrize(
