@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 pytest.importorskip("flexarm_interfaces", reason="needs ROS and flexarm_interfaces")
-from missed_bounds import marks_with_nodes  # noqa: E402
+from missed_bounds import WITH_NODES, judge  # noqa: E402
 
 from flexarm_bringup.fault_drill.drill import FAMILIES, MACHINES, play_row, stand_of  # noqa: E402
 from flexarm_bringup.processes.graph import Process  # noqa: E402
@@ -26,15 +26,13 @@ def test_nodes_estimate_as_well_as_the_library(machine: str) -> None:
 @pytest.mark.parametrize("machine", MACHINES)
 @pytest.mark.parametrize("number", FAMILIES["system"].rows)
 def test_rows_with_nodes_keep_their_bounds(machine: str, number: int, request: pytest.FixtureRequest) -> None:
-    for mark in marks_with_nodes(machine, number):
-        request.applymarker(mark)
+    if number in WITH_NODES:
+        request.applymarker(pytest.mark.xfail(reason=WITH_NODES[number], strict=False))
     result = play_row(machine, "system", number)
     if result.skipped:
         pytest.skip(result.skipped)
-    missed = [
-        f"{f.what}: {f.measured:.4g} {f.unit}, wanted {f.bound}" for f in result.findings if not f.passed
-    ]
-    assert result.findings and not missed, "\n".join(missed)
+    assert result.findings
+    judge(machine, number, result.findings)
 
 
 def test_the_rig_tells_which_faults_were_asked_for(tmp_path: Path) -> None:

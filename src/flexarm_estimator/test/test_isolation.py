@@ -283,16 +283,17 @@ FAULTS = {
     "is detached": lambda y, rng: rng.normal(size=1) * 1e-7,
     "is saturated": lambda y, rng: np.clip(y, -3e-5, 3e-5),
 }
+FAINT = {"is detached": lambda y, rng: y / 9.80665}
 
 
-def find(words, sensor, start, end=np.inf, model=None):
+def find(words, sensor, start, end=np.inf, model=None, faults=FAULTS):
     """Return when a sensor was named for the first time, when cleared [s], and who else was named."""
     estimator = Estimator(strip_model() if model is None else model, StripKinematics(), SENSORS, CONFIG)
     rng = np.random.default_rng(5)
     named, cleared, others = np.inf, np.inf, set()
     for k, t in enumerate(RECORD.t):
         samples = [
-            Measurement(s.sensor, s.t, FAULTS[words](s.y, rng))
+            Measurement(s.sensor, s.t, faults[words](s.y, rng))
             if s.sensor == sensor and start <= s.t < end
             else s
             for s in arriving(RECORD, k, 12)
@@ -337,6 +338,14 @@ def test_a_detached_channel_that_speaks_again_is_cleared_on_an_arm_that_is_not_i
     named, cleared, others = find("is detached", "root_strain", 0.5, 1.1, strip_model(frequency_scale=1.19))
     assert named <= 1.1 < cleared <= 1.5
     assert not others
+
+
+@pytest.mark.parametrize("sensor", ["root_strain", "tip_accelerometer"])
+def test_a_detached_channel_that_says_a_tenth_of_what_it_should_stays_out_of_use(sensor):
+    """An accelerometer in g was called detached, heard again, called detached: the tip was off by 12 e0."""
+    named, cleared, others = find("is detached", sensor, 0.5, faults=FAINT)
+    assert not others
+    assert named == np.inf or cleared == np.inf
 
 
 def test_a_channel_that_says_nothing_says_the_least_share_of_what_is_predicted_for_it():

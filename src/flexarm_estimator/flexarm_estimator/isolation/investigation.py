@@ -27,7 +27,7 @@ from flexarm_estimator.isolation.isolation import (
     share_said,
     shortlist,
 )
-from flexarm_estimator.isolation.leaving_out import explain_by_leaving_out, is_heard_again
+from flexarm_estimator.isolation.leaving_out import are_loud, explain_by_leaving_out, speak_again
 from flexarm_estimator.isolation.window import Window
 from flexarm_estimator.isolation.window_reading import Entry, read_window
 
@@ -61,7 +61,8 @@ def investigate(case: Case, entries: deque[Entry]) -> Investigation:
 def reconsider(case: Case, entries: deque[Entry], told: Explanation) -> Investigation:
     """Return what was told if it no longer holds: all being well explains far more than any fault of it.
 
-    What was called detached is heard again as soon as it is not silent, however badly the model fits.
+    What was called detached is heard again as soon as it says what the others predict, or half as much,
+    however badly the model fits.
     """
     window = yield from read_window(case.channels, entries, case.pace)
     if window is None:
@@ -70,9 +71,14 @@ def reconsider(case: Case, entries: deque[Entry], told: Explanation) -> Investig
     ignored[:, list(case.faulty - set(told.channels))] = True
     if ignored[:, list(told.channels)].any():
         return None
-    if is_heard_again(told, window, case.floor(window)):
-        return told
     yield
+    if speak_again(told, window, case.floor(window)):
+        without = ignored.copy()
+        without[:, told.channels] = True
+        others = yield from run_over(case, window, without, case.all_well)
+        if are_loud(told.channels, window, others):
+            return told
+        yield
     every = rearrangements(case.channels, case.channels.everybody)
     about = every.about(told.channels)
     well = yield from run_over(case, window, ignored, about)

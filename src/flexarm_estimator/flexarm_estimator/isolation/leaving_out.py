@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexarm_estimator.isolation.consistency_run import ConsistencyRun
-from flexarm_estimator.isolation.isolation import AT_LIMIT, SETTLING, Explanation, is_silent
+from flexarm_estimator.isolation.isolation import AT_LIMIT, SETTLING, Explanation, is_silent, share_said
 from flexarm_estimator.isolation.window import Window
 
 Array = NDArray[np.float64]
@@ -19,6 +19,7 @@ MOSTLY = 4.0  # times the misfit that is left is gone without it: up to PLAUSIBL
 EXCITED = 3.0  # times what a detached channel says the others must predict for it
 AUDIBLE = 1.5  # times its noise, too
 LOST = 30.0  # sigmas of the others' prediction in what changes of it, up to which they know the channel
+FAINT = 0.25  # variance over that of what the others predict, below which a channel is not well again
 FOLLOWS = 0.5  # correlation with what the others predict, from which on a channel is not detached
 
 
@@ -59,7 +60,7 @@ def explain_by_leaving_out(
     return Explanation(channels, words if is_detached else "", gain, spread, needs_both=not is_detached)
 
 
-def is_heard_again(told: Explanation, window: Window, noise: Array) -> bool:
+def speak_again(told: Explanation, window: Window, noise: Array) -> bool:
     """Return whether channels that were called detached say more than noise, which no channel does that is.
 
     Args:
@@ -69,6 +70,17 @@ def is_heard_again(told: Explanation, window: Window, noise: Array) -> bool:
     """
     is_detached = told.words.startswith(DETACHED_WORDS)
     return is_detached and not any(is_silent(window.y[:, i], noise[i]) for i in told.channels)
+
+
+def are_loud(channels: tuple[int, ...], window: Window, run: ConsistencyRun) -> bool:
+    """Return whether channels say at least half of what the others predict; less has another unit, or hangs.
+
+    Args:
+        channels: Which.
+        window: What was said.
+        run: Without them.
+    """
+    return all(share_said(window.y[:, i], run.predicted[:, i]) >= FAINT for i in channels)
 
 
 class _Story(NamedTuple):
