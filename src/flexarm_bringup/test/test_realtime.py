@@ -9,11 +9,11 @@ from pathlib import Path
 
 import pytest
 
+from flexarm_bringup.processes.late_cycles import LateCycles
 from flexarm_bringup.processes.standstill import Standstill, Witnesses
 from flexarm_bringup.realtime.answered import AnsweredPeriods
 from flexarm_bringup.realtime.command import add_arguments, chosen_settings, to_and_fro, write_manipulator
 from flexarm_bringup.realtime.figures import Counts, Figures
-from flexarm_bringup.realtime.late_cycles import LateCycles
 from flexarm_model.reading.config import load_config
 
 GOOD = Counts(1000, 9, 998, 9, 2)

@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from flexarm_bringup.realtime.late_cycles import LateCycles
+from flexarm_bringup.processes.late_cycles import LateCycles
 from flexarm_bringup.sim.sensor_fault_text import parse_faults
 from flexarm_bringup.soak.memory import Life, MemoryLog, resident_mb
 from flexarm_bringup.soak.outcome import Outcome

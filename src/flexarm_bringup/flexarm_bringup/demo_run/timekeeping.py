@@ -14,9 +14,9 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from flexarm_bringup.page.report import Check
+from flexarm_bringup.processes.late_cycles import LateCycles
 from flexarm_bringup.processes.machine_speed import filterpy_step_us, in_words, slowness
 from flexarm_bringup.processes.standstill import Standstill, Witnesses
-from flexarm_bringup.realtime.late_cycles import LateCycles
 
 WITHOUT_COMMAND = 0.01  # share of motor periods in real time, at most
 TOO_MANY = WITHOUT_COMMAND / 2  # lost to the machine alone: what is left of the bound is no measure of a loop

@@ -23,10 +23,10 @@ from std_msgs.msg import Bool
 from std_srvs.srv import Trigger
 from trajectory_msgs.msg import JointTrajectory
 
+from flexarm_bringup.processes.late_cycles import LateCycles
 from flexarm_bringup.processes.spinning import spin_once
 from flexarm_bringup.realtime.answered import AnsweredPeriods
 from flexarm_bringup.realtime.figures import Counts, Figures
-from flexarm_bringup.realtime.late_cycles import LateCycles
 from flexarm_controller.conversions import reference_to_msg
 from flexarm_controller.reference import Reference
 from flexarm_model.conversions import NS_PER_S, stamp_to_ns

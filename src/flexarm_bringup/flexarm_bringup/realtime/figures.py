@@ -8,8 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from flexarm_bringup.page.report import Check
+from flexarm_bringup.processes.late_cycles import LateCycles
 from flexarm_bringup.processes.standstill import Witnesses
-from flexarm_bringup.realtime.late_cycles import LateCycles, late_checks, standstill_rows
+from flexarm_bringup.realtime.late_checks import late_checks, standstill_rows
 
 SHARE = 0.01  # of the cycles that may overrun, or may be without a fresh command
 

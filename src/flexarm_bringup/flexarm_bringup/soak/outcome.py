@@ -10,8 +10,9 @@ import numpy as np
 
 from flexarm_bringup.page.figures import Figure, drawing, to_figure
 from flexarm_bringup.page.report import Cells, Check, Column, Page, Table
+from flexarm_bringup.processes.late_cycles import LateCycles
 from flexarm_bringup.processes.standstill import Witnesses
-from flexarm_bringup.realtime.late_cycles import LateCycles, late_checks, standstill_rows
+from flexarm_bringup.realtime.late_checks import late_checks, standstill_rows
 from flexarm_bringup.soak.memory import Life
 from flexarm_bringup.soak.worst import Moment
 

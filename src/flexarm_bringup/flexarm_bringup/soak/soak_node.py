@@ -28,8 +28,8 @@ from trajectory_msgs.msg import JointTrajectory
 
 from flexarm_bringup.monitor.arrivals import Arrivals, newest_common
 from flexarm_bringup.monitor.conversions import tip_of
+from flexarm_bringup.processes.late_cycles import LateCycles
 from flexarm_bringup.processes.spinning import spin_once
-from flexarm_bringup.realtime.late_cycles import LateCycles
 from flexarm_controller.conversions import reference_to_msg
 from flexarm_controller.reference import Reference
 from flexarm_model.conversions import NS_PER_S, verdict_from_msg

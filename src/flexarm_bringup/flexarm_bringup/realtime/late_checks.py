@@ -1,0 +1,36 @@
+"""Bounds on late cycles of the guard, and what witnesses of the machine have seen beside them."""
+
+from __future__ import annotations
+
+from flexarm_bringup.page.report import Check
+from flexarm_bringup.processes.late_cycles import LateCycles
+from flexarm_bringup.processes.standstill import Witnesses
+
+
+def late_checks(late: LateCycles, cycles: int, witnesses: Witnesses | None) -> list[Check]:
+    """Return the bound on late cycles, and beside it on those that the machine did not cause.
+
+    Args:
+        late: Late cycles.
+        cycles: All [1].
+        witnesses: Of the same time; None where there were none.
+    """
+    is_good = cycles > 0 and not late.total
+    checks = [Check("guard cycles that were late", "none", f"{late.total} of {cycles}", is_good)]
+    if witnesses is not None and witnesses.are_heard:
+        own = late.total - late.during(witnesses.standstills)
+        checks.append(
+            Check("of these, while the machine itself ran", "none", f"{own}", cycles > 0 and not own)
+        )
+    return checks
+
+
+def standstill_rows(witnesses: Witnesses | None) -> list[tuple[str, float]]:
+    """Return what the witnesses have seen, to be printed beside the checks."""
+    if witnesses is None or not witnesses.are_heard:
+        return []
+    longest = max((each.seconds for each in witnesses.standstills), default=0.0)
+    return [
+        ("standstills of a core of more than 2 ms", float(len(witnesses.standstills))),
+        ("longest standstill of a core [ms]", 1e3 * longest),
+    ]
