@@ -41,6 +41,7 @@ BANDWIDTH = 10.0  # of the joint PD [rad/s]
 SHAKE = 0.5  # acceleration of the reference of the PD [rad/s^2]
 FEW = 20  # ticks of the filter by finite differences
 IN_A_ROW = 64  # joint steps
+TURN = 100  # ticks of one after the other: the machine's speed changes within a second, for all of them
 BASELINES = load_module(Path(__file__).with_name("estimator_baselines.py"))
 ARMS = ("single_link", "two_link", "serial_6r")
 
@@ -111,15 +112,26 @@ def _noise(R: Array, rng: np.random.Generator) -> Array:
 
 def time_each(action: Action, ticks: Sequence[Tick]) -> Array:
     """Return the CPU time of every tick [us], (k,); what is there already is never collected, as in nodes."""
-    gc.collect()
-    gc.freeze()
+    return time_in_turns({"": action}, ticks)[""]
+
+
+def _clock(action: Action, ticks: Sequence[Tick]) -> Array:
     spent = np.empty(len(ticks))
     for k, tick in enumerate(ticks):
         start = time.thread_time_ns()
         action(tick)
         spent[k] = (time.thread_time_ns() - start) * 1e-3
-    gc.unfreeze()
     return spent
+
+
+def time_in_turns(actions: dict[str, Action], ticks: Sequence[Tick]) -> dict[str, Array]:
+    """Return the CPU time of every tick [us], (k,), of all who take turns."""
+    turns = [ticks[k : k + TURN] for k in range(0, len(ticks), TURN)]
+    gc.collect()
+    gc.freeze()
+    spent = [{who: _clock(action, turn) for who, action in actions.items()} for turn in turns]
+    gc.unfreeze()
+    return {who: np.concatenate([each[who] for each in spent]) for who in actions}
 
 
 def textbook(arm: Arm) -> Any:
@@ -155,7 +167,7 @@ def measure(name: str, seconds: float) -> dict[str, float]:
         "filterpy": BASELINES.plain_filterpy(book),
         "numpy": BASELINES.plain_numpy(book),
     }
-    spent = {who: time_each(action, ticks)[WARM_UP:] for who, action in actions.items()}
+    spent = {who: times[WARM_UP:] for who, times in time_in_turns(actions, ticks).items()}
     late = np.array([tick.replayed > 0 for tick in ticks])[WARM_UP:]
     found = {"states": float(book.x.size), "rows": float(book.R.shape[0]), "core_us": time_core(arm, book)}
     for who, times in spent.items():

@@ -265,8 +265,8 @@ def test_faults_of_the_six_axis_arm_are_named_within_a_second_of_its_lap(fault):
 @pytest.mark.parametrize(
     ("name", "gauge"), [("serial_6r", "forearm_strain_y"), ("spatial_3tpt", "strain_1y")]
 )
-def test_a_detached_gauge_that_mpc_keeps_quiet_is_named_within_a_second_where_the_arm_vibrates(name, gauge):
-    """Under MPC nobody names them: what they would say stays within what the model may be off."""
+def test_a_detached_gauge_that_nobody_names_under_mpc_is_named_where_the_arm_vibrates(name, gauge):
+    """Under MPC nobody names them, though they should say far more than noise (docs/sensor_health.md)."""
     faults = from_the_move({gauge: NOISE_ONLY}, name)
     found = arm(name).run(faults=faults, words="")
     assert_named(found, [gauge], "", faults[gauge].start + 1.0)
