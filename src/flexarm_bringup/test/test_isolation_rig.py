@@ -266,7 +266,7 @@ def test_faults_of_the_six_axis_arm_are_named_within_a_second_of_its_lap(fault):
     ("name", "gauge"), [("serial_6r", "forearm_strain_y"), ("spatial_3tpt", "strain_1y")]
 )
 def test_a_detached_gauge_that_nobody_names_under_mpc_is_named_where_the_arm_vibrates(name, gauge):
-    """Under MPC nobody names them, though they should say far more than noise (docs/sensor_health.md)."""
+    """Under MPC nobody names them (test_isolation_limits.py)."""
     faults = from_the_move({gauge: NOISE_ONLY}, name)
     found = arm(name).run(faults=faults, words="")
     assert_named(found, [gauge], "", faults[gauge].start + 1.0)
