@@ -17,8 +17,6 @@ from flexarm_model.modal.half_power import half_power
 from flexarm_model.modal.modes import Modes
 from flexarm_model.modal.peaks import pick_peaks
 
-pytestmark = pytest.mark.thorough
-
 BEAM = Path(__file__).parent / "measured" / "free_free_beam.csv"
 COARSE = np.arange(75.0, 151.0)  # 1 Hz lines about 96 and 129 Hz
 

@@ -24,8 +24,6 @@ from flexarm_model.served.linear_assembly import LinearAssembly, assemble
 from flexarm_model.served.linearize import linearize
 from flexarm_model.tree.reduced_tree import ReducedTree
 
-pytestmark = pytest.mark.thorough
-
 OPEN, CLOSED = ["single_link", "planar", "spatial"], ["four_bar", "five_bar"]
 
 

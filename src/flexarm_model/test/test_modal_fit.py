@@ -26,8 +26,6 @@ from flexarm_model.modal.partial_fractions import Basis
 from flexarm_model.modal.residues import fit_residues
 from flexarm_model.modal.variable_projection import Projection
 
-pytestmark = pytest.mark.thorough
-
 RUNS = 30  # rms values over them are known to 13 %
 BAND = np.arange(75.0, 151.0)  # 20 Hz around 96 and 129 Hz, 1 Hz lines
 

@@ -25,8 +25,6 @@ from flexarm_model.served.linearize import linearize
 from flexarm_model.settings.strict_yaml import ConfigError
 from flexarm_model.tree.reduced_tree import ReducedTree
 
-pytestmark = pytest.mark.thorough
-
 STIFFNESS = "bodies.strip.pieces.0.youngs_modulus"
 TIP_MASS = "bodies.strip.point_masses.0.mass"
 DAMPING = "bodies.strip.damping_ratio"

@@ -93,7 +93,6 @@ def of_beams(config: ManipulatorConfig) -> tuple[Array, float]:
     return locked(M, (K + K.T) / 2, tree.actuated, MODES), -float(tree.tip_pose(q)[2, 3])
 
 
-@pytest.mark.thorough
 @pytest.mark.parametrize(("wide", "high", "load"), [(6, 20, 1.0), (20, 6, 0.1)])
 def test_frequencies_of_a_blade_that_sags_come_closer_the_more_beams_it_is(
     tmp_path: Path, wide: float, high: float, load: float

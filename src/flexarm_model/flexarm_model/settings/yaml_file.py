@@ -9,12 +9,19 @@ number, as it is for ROS and in YAML 1.2.
 from __future__ import annotations
 
 import re
+from itertools import accumulate
 from pathlib import Path
 from typing import Any
 
 import yaml
 
+try:
+    from yaml import CSafeLoader as SafeLoader  # libyaml: four times faster
+except ImportError:  # PyYAML was built without it
+    from yaml import SafeLoader  # type: ignore[assignment]
+
 MOST = 100_000  # values of a file, aliases written out
+DEEPEST = 500  # levels; libyaml ends the process where there are very many
 _MERGE = "tag:yaml.org,2002:merge"
 
 
@@ -22,7 +29,7 @@ class ConfigError(ValueError):
     """The description is wrong; the message names file, key, value and what is allowed."""
 
 
-class StrictLoader(yaml.SafeLoader):
+class StrictLoader(SafeLoader):
     """Safe loader that refuses keys given twice or no text, and values that are not what they look like."""
 
     def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Any, Any]:
@@ -87,6 +94,8 @@ def read_yaml(path: Path, loader: type[StrictLoader] = StrictLoader) -> dict[str
 def parse_yaml(text: str, source: str, loader: type[StrictLoader] = StrictLoader) -> dict[str, Any]:
     """Return the mapping that a text holds; ``source`` begins the message of a ConfigError, as a path."""
     try:
+        if _levels(text) > DEEPEST:
+            raise RecursionError
         content = yaml.load(text, Loader=loader)  # noqa: S506 - a SafeLoader
         if _count_values(content, "", (), {}) > MOST:
             raise ConfigError(f"its aliases stand for more than {MOST} values; write out what is meant")
@@ -102,6 +111,13 @@ def parse_yaml(text: str, source: str, loader: type[StrictLoader] = StrictLoader
     if not isinstance(content, dict):
         raise ConfigError(f"{source}: must hold keys and values at its top level")
     return content
+
+
+def _levels(text: str) -> int:
+    """Return how many levels there are at least, by brackets and by dashes on one line."""
+    brackets = accumulate(1 if bracket in "[{" else -1 for bracket in re.findall(r"[\[\]{}]", text))
+    dashes = (len(found.split()) for found in re.findall(r"^[ \t]*((?:[-?][ \t]+)+)", text, re.MULTILINE))
+    return max(max(brackets, default=0), max(dashes, default=0))
 
 
 def _count_values(value: object, key: str, around: tuple[int, ...], counted: dict[int, int]) -> int:
