@@ -18,7 +18,8 @@ from flexarm_controller.limits import Limits
 from flexarm_controller.nonlinear.arm_equations import Coordinates
 from flexarm_controller.nonlinear.nonlinear_mpc import NonlinearMpc
 from flexarm_controller.settings import MpcConfig
-from flexarm_model.numeric.compiled import build_library, find_compiler
+from flexarm_model.numeric.compiled import find_compiler
+from flexarm_model.numeric.library_cache import build_library
 from flexarm_model.tree.reduced_tree import ReducedTree
 
 Array = NDArray[np.float64]

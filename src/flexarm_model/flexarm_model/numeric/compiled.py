@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import os
 import shutil
-import tempfile
 from collections.abc import Collection, Iterator, Mapping
 from functools import cache
 from pathlib import Path
@@ -17,7 +16,7 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from flexarm_model.numeric.library_cache import FLAGS, build_library
+from flexarm_model.numeric.library_cache import FLAGS, keep_library
 
 Array = NDArray[np.float64]
 
@@ -170,8 +169,13 @@ def _densify(name: str, function: ca.Function) -> ca.Function:
 
 
 def _library(functions: Mapping[str, ca.Function], compiler: str) -> Path | None:
-    with tempfile.TemporaryDirectory() as folder:
+    """Return the library of functions; their C code is generated only where it is not kept yet."""
+
+    def write(folder: Path) -> Path:
         generator = ca.CodeGenerator("flexarm_code.c")
         for function in functions.values():
             generator.add(function)
-        return build_library(Path(generator.generate(folder + os.sep)), compiler, GENERATED)
+        return Path(generator.generate(str(folder) + os.sep))
+
+    identity = [ca.CasadiMeta.version(), *(function.serialize() for function in functions.values())]
+    return keep_library("\n".join(identity).encode(), write, compiler, GENERATED)

@@ -1,9 +1,10 @@
 """Shared libraries of C code, kept from one start to the next.
 
 The folder is ``$FLEXARM_CACHE`` (default: the user's cache folder). A library is named by the hash of its
-C code, of the compiler with its version and flags, and of the machine's architecture. Its last bytes are the
-hash of all before them: one that a power cut or a full disk left in pieces is built anew. It has to be found
-before it is opened, for opening a library without its end stops the process (SIGBUS).
+C code, or of what that is generated from, of the compiler with its version and flags, and of the machine's
+architecture. Its last bytes are the hash of all before them: one that a power cut or a full disk left in
+pieces is built anew. It has to be found before it is opened, for opening a library without its end stops the
+process (SIGBUS).
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ import platform
 import re
 import subprocess
 import tempfile
+from collections.abc import Callable
 from functools import cache
 from pathlib import Path
 
@@ -36,22 +38,39 @@ def cache_folder() -> Path:
 
 
 def build_library(source: Path, compiler: str, flags: tuple[str, ...] = FLAGS) -> Path | None:
-    """Return the shared library of a C file, from the cache or new.
+    """Return the shared library of a C file, from the cache or new; see ``keep_library``."""
+    return keep_library(_text(source), lambda _: source, compiler, flags)
+
+
+def keep_library(
+    identity: bytes, write: Callable[[Path], Path], compiler: str, flags: tuple[str, ...] = FLAGS
+) -> Path | None:
+    """Return the shared library of C code, from the cache or new.
+
+    Args:
+        identity: What the code is known by: itself, or what it is generated from.
+        write: Writes the code, into the folder given or elsewhere, and returns its file; not called where
+            the library is kept already.
+        compiler: Path.
+        flags: Of the compiler.
 
     Returns:
         Its path; None, with one line about why, where the compiler fails or the folder cannot be used.
     """
-    made_of = (_text(source), HEADER.read_bytes(), *(part.encode() for part in (*_maker(compiler), *flags)))
+    made_of = (identity, HEADER.read_bytes(), *(part.encode() for part in (*_maker(compiler), *flags)))
     target = cache_folder() / f"{hashlib.sha256(bytes(1).join(made_of)).hexdigest()[:24]}.so"
     if _is_whole(target) and _opens(target):
         return target
-    if source.stat().st_size > LONG_SOURCE:
-        LOG.info("compiling %.1f MB of C; once, then it is kept", source.stat().st_size / 1e6)
-    try:
-        return _build([compiler, "-x", "c", str(source), f"-I{HEADER.parent}", *flags], target)
-    except OSError as error:
-        _tell(f"compiled code cannot be kept in {target.parent}: {error.strerror}; slower code runs instead")
-        return None
+    with tempfile.TemporaryDirectory() as folder:
+        source = write(Path(folder))
+        if source.stat().st_size > LONG_SOURCE:
+            LOG.info("compiling %.1f MB of C; once, then it is kept", source.stat().st_size / 1e6)
+        try:
+            return _build([compiler, "-x", "c", str(source), f"-I{HEADER.parent}", *flags], target)
+        except OSError as error:
+            trouble = f"compiled code cannot be kept in {target.parent}: {error.strerror}"
+            _tell(f"{trouble}; slower code runs instead")
+            return None
 
 
 def _build(command: list[str], target: Path) -> Path | None:
