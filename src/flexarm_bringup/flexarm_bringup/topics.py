@@ -9,10 +9,12 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 from flexarm_model.manipulator.cameras import USUAL
 
 NAMESPACE = "/flexarm"
+_KEPT = 256  # names that have been looked up
 
 
 @dataclass(frozen=True)
@@ -119,6 +121,7 @@ def streams(imus: Iterable[str], cameras: Iterable[str] = (USUAL,)) -> tuple[Str
     return tuple(written)
 
 
+@lru_cache(maxsize=_KEPT)
 def find_stream(name: str) -> Stream | None:
     """Return the row that an absolute topic belongs to, its family written out; None if there is none."""
     for stream in STREAMS:

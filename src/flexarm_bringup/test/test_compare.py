@@ -4,11 +4,14 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from bag_fixture import PERIOD_NS, modal_state, write_bag
+from hypothesis import given
+from hypothesis import strategies as st
 
 from flexarm_bringup.bags.bag_reader import Bag, check_bag
-from flexarm_bringup.replaying.compare import IGNORED, Comparison, Tolerance, compare_bags
+from flexarm_bringup.replaying.compare import IGNORED, Comparison, Tolerance, _agree, _agreeing, compare_bags
 
 JOINTS, MODAL = "/flexarm/joint_states", "/flexarm/modal_state"
 
@@ -143,3 +146,22 @@ def test_of_the_last_instant_of_a_recording_any_part_may_be_missing_and_what_is_
         result = compare_bags(expected, found, [JOINTS, MODAL])
         assert result.is_equal
         assert result.compared == {JOINTS: 3, MODAL: 4}
+
+
+NUMBERS = st.one_of(st.floats(-2.0, 2.0), st.sampled_from([0.0, -0.0, 1e-9, np.inf, -np.inf, np.nan]))
+
+
+@given(
+    st.lists(st.tuples(NUMBERS, NUMBERS), max_size=8),
+    st.sampled_from([0.0, 1e-9, 1.0, IGNORED]),
+    st.booleans(),
+)
+def test_numbers_of_an_array_agree_as_each_does_by_itself(
+    pairs: list[tuple[float, float]], atol: float, are_whole: bool
+) -> None:
+    tolerance = Tolerance("*", atol, 0.1)
+    table = np.array([*pairs, *((a, a) for a, _ in pairs)]).reshape(-1, 2)
+    a, b = (np.nan_to_num(table).clip(-2, 2).astype(np.int32) if are_whole else table).T
+    assert _agreeing(a, b, tolerance).tolist() == [
+        _agree(*pair, tolerance) for pair in zip(a, b, strict=True)
+    ]

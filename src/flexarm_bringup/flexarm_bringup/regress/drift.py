@@ -71,6 +71,8 @@ def _changes(topic: str, stamp_ns: int, a: Any, b: Any, fit: Fit) -> Iterator[Mo
     for (path, one), (other_path, other) in zip(leaves(a), leaves(b), strict=False):
         if path != other_path:
             return  # lists of other lengths, named already
+        if type(one) is type(other) and np.array_equal(one, other):  # as most are
+            continue
         tolerance = fit(path)
         if not _is_number(one) or not _is_number(other) or np.shape(one) != np.shape(other):
             if not np.array_equal(one, other):

@@ -19,6 +19,7 @@ from itertools import chain
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from flexarm_bringup.bags.bag_reader import Bag, Record, decode
 from flexarm_bringup.bags.cdr import header_stamp_ns
@@ -125,10 +126,11 @@ def compare_bags(
     divergences = []
     compared = dict.fromkeys(topics, 0)
     ends = _ends(ours, topics) if free_end else dict.fromkeys(topics, math.inf)
+    fits = {topic: Fit(topic, tolerances) for topic in topics}
     for key in sorted({*ours, *theirs}, key=lambda key: (key[1], rank[key[0]])):
         topic, stamp_ns = key
         compared[topic] += min(len(ours[key]), len(theirs[key]))
-        differences = _differences(topic, ours[key], theirs[key], tolerances)
+        differences = _differences(ours[key], theirs[key], fits[topic])
         if stamp_ns < ends[topic]:
             differences = chain(_surplus(ours[key], theirs[key]), differences)
         divergences += [Divergence(stamp_ns, topic, field, text) for field, text in differences]
@@ -163,10 +165,7 @@ def _surplus(ours: Sequence[Record], theirs: Sequence[Record]) -> Iterator[tuple
         yield "", f"{len(theirs) - len(ours)} message(s) too many"
 
 
-def _differences(
-    topic: str, ours: Sequence[Record], theirs: Sequence[Record], tolerances: Sequence[Tolerance]
-) -> Iterator[tuple[str, str]]:
-    fit = Fit(topic, tolerances)
+def _differences(ours: Sequence[Record], theirs: Sequence[Record], fit: Fit) -> Iterator[tuple[str, str]]:
     for a, b in zip(ours, theirs, strict=False):
         if a.cdr == b.cdr and a.type == b.type:
             continue
@@ -207,11 +206,26 @@ def _walk(a: Any, b: Any, path: str, fit: Fit) -> Iterator[tuple[str, str]]:
     elif isinstance(a, list | np.ndarray):
         if len(a) != len(b):
             yield path, f"{len(b)} element(s), {len(a)} expected"
-        else:
-            for i, (one, other) in enumerate(zip(a, b, strict=True)):
-                yield from _walk(one, other, f"{path}[{i}]", fit)
+            return
+        places: Iterable[int] = range(len(a))
+        if isinstance(a, np.ndarray):  # of numbers
+            places = np.flatnonzero(~_agreeing(a, b, fit(_without_indices(path)))).tolist()
+        for i in places:
+            yield from _walk(a[i], b[i], f"{path}[{i}]", fit)
     elif not _agree(a, b, fit(_without_indices(path))):
         yield path, f"{_text(b)}, {_text(a)} expected"
+
+
+def _agreeing(a: NDArray[Any], b: NDArray[Any], tolerance: Tolerance) -> NDArray[np.bool_]:
+    """Return which of some numbers agree, (k,); see ``_agree``."""
+    if tolerance.atol == IGNORED:
+        return np.ones(a.shape, dtype=bool)
+    if not np.issubdtype(a.dtype, np.floating):
+        return np.asarray(a == b)
+    with np.errstate(invalid="ignore"):  # infinite ones
+        is_close = abs(a.astype(float) - b) <= tolerance.atol + tolerance.rtol * abs(a.astype(float))
+    same = (a == b) | (np.isnan(a) & np.isnan(b))
+    return np.asarray(np.where(np.isfinite(a) & np.isfinite(b), is_close, same))
 
 
 def _agree(a: Any, b: Any, tolerance: Tolerance) -> bool:
