@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -97,8 +98,9 @@ class Filmed:
         return run.record.at(self.film.t)[np.arange(len(self.film.t)), self.film.joint]
 
 
+@cache
 def run_all() -> Filmed:
-    """Integrate every model."""
+    """Integrate every model; not to be changed, for it is done once."""
     film, arm = read_film(), elbow_arm(arm_config())
     measured, theory = (find_moving_angle(film, arm, tip) for tip in (film.measured, film.theory))
     ramps = make_ramps(RATES, STARTS)

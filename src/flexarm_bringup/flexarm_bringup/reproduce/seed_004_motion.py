@@ -78,7 +78,7 @@ class SpringArm:
             damps_spring_rate: Whether damping acts on the springs' rates, else on the links' own.
         """
         self.tree = ReducedTree(replace(arm_config(preset), gravity=np.zeros(3)))
-        self._servos = self.tree.actuated
+        self._servos, self._motion = self.tree.actuated, self.tree.functions["motion"]
         self._springs = [i for i in range(self.tree.n_q) if i not in self._servos]
         damping = np.array([self.tree.axes[i].damping for i in self._springs])
         self._command_damping = np.zeros(3) if damps_spring_rate else damping
@@ -108,9 +108,8 @@ class SpringArm:
         full_q, full_v = np.empty(self.tree.n_q), np.empty(self.tree.n_q)
         full_q[self._servos], full_q[self._springs] = command[0], q - command[0]
         full_v[self._servos], full_v[self._springs] = command[1], v - command[1]
-        M = self.tree.functions["mass_matrix"](full_q)[self._inner]
-        force = self.tree.functions["bias"](full_q, full_v)[self._springs]
-        return np.linalg.solve(M, -force - self._command_damping * command[1])
+        M, force = self._motion(full_q, full_v)
+        return np.linalg.solve(M[self._inner], -force[self._springs] - self._command_damping * command[1])
 
 
 def fit_lines(film: Film, angle: Array) -> list[Ramp]:
