@@ -35,14 +35,11 @@ LONG = {  # more than two seconds each where a core is slow
     "single_link": (1, *range(11, 14), 18, 19, 28, 29, *range(31, 34), 35, 37, 38, 45, 53, 54),
     "planar_3rrr": tuple(row for row in range(1, 55) if row not in (4, 10, 39, 40, 42)),
 }
-FAST = (22, 25, 26, 27, 39, 40, 42)  # of the single link; the others are left out by --fast
 
 
 def speed_of(machine: str, row: int) -> tuple[pytest.MarkDecorator, ...]:
-    """Return the mark of a row by how long it takes; none where it is fast."""
-    if row in LONG[machine]:
-        return (pytest.mark.slow,)
-    return () if machine == "single_link" and row in FAST else (pytest.mark.thorough,)
+    """Return the mark of a row by how long it takes."""
+    return (pytest.mark.slow,) if row in LONG[machine] else ()
 
 
 def rows_and_machines() -> list[object]:

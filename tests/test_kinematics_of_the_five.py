@@ -26,8 +26,6 @@ from flexarm_model.reading.config import load_config
 from flexarm_model.reading.manipulator_file import find_manipulator
 from flexarm_model.served.linearize import find_equilibrium
 
-pytestmark = pytest.mark.thorough
-
 POSES = 50
 OPEN, CLOSED = 1e-12, 1e-10  # m and 1
 

@@ -21,8 +21,6 @@ from flexarm_bringup.sim.rig import Rig, RigSettings
 from flexarm_model.reading.config import load_config
 from flexarm_model.reading.manipulator_file import find_manipulator
 
-pytestmark = pytest.mark.thorough
-
 ZETA = 0.015
 
 

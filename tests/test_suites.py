@@ -1,4 +1,4 @@
-"""Tests that run beside others depend on no clock, and share no network with them."""
+"""Tests that run beside others depend on no clock and share no network with them; quick ones are quick."""
 
 from __future__ import annotations
 
@@ -31,3 +31,12 @@ def test_what_runs_beside_others_is_marked_as_needing_ros() -> None:
             is_marked = MARKED.search(line) and path != Path(__file__)
             assert not is_marked or "mark.ros" in line or "mark.ros" in before, path
             before = line
+
+
+def test_what_is_listed_as_thorough_is_there() -> None:
+    lines = (ROOT / "tests" / "thorough.txt").read_text(encoding="utf8").splitlines()
+    listed = [line for line in lines if not line.startswith("#")]
+    assert listed == sorted(set(listed))
+    for line in listed:
+        name, _, function = line.partition("::")
+        assert f"def {function}(" in (ROOT / name).read_text(encoding="utf8"), line

@@ -25,7 +25,6 @@ CRANE = Path(__file__).parent / "arms" / "crane.yaml"
 SILENCE, BRAKE_TIME = 0.05, 0.1  # s
 RATE = 8.0  # 1/s; of the law that moves the arm
 RISE, KILLED, END = 0.4, 0.6, 2.4  # s
-pytestmark = pytest.mark.thorough
 MOVES = {  # velocities of the axes over their limits; an arm with weight is led downwards
     "variable_stiffness": (0.0, -0.3, 0.1),
     "serial_6r": (0.1, 0.2, 0.1, 0.1, 0.1, 0.1),

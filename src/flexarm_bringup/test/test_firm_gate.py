@@ -23,8 +23,6 @@ from flexarm_model.reading.config import load_config
 from flexarm_model.reading.manipulator_file import find_manipulator
 from flexarm_model.tree.reduced_tree import ReducedTree
 
-pytestmark = pytest.mark.thorough
-
 KICK, SETTLED = 1e-4, 1.0  # kg^0.5 m/s: small beside every limit; s until the gains stand
 PHASES = np.pi / 4 * np.arange(4)  # one of them is within 8 % of the worst
 

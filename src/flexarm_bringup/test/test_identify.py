@@ -21,8 +21,6 @@ from flexarm_model.modal.frf import Frf, Ports, modal_frf
 from flexarm_model.modal.modes import Modes
 from flexarm_model.reading.config import load_config
 
-pytestmark = pytest.mark.thorough
-
 LINES = np.arange(0.0, 60.0, 0.25)
 OUTPUTS = ("1+z", "2+z", "3-x")
 

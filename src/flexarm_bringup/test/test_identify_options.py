@@ -24,8 +24,6 @@ from flexarm_model.modal.modes import Modes
 from flexarm_model.reading.config import load_config
 from flexarm_model.reading.manipulator_file import find_manipulator
 
-pytestmark = pytest.mark.thorough
-
 TESTS = Path(__file__).parent
 
 

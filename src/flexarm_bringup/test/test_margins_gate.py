@@ -30,8 +30,6 @@ from flexarm_model.reading.manipulator_file import find_manipulator
 from flexarm_model.settings.strict_yaml import ConfigError
 from flexarm_model.tree.reduced_tree import ReducedTree
 
-pytestmark = pytest.mark.thorough
-
 TODAY = EstimatorConfig(acceleration_noise=0.03)
 OPTIMISTIC = replace(TODAY, modal_force=1e-3)  # hardly any force on a mode that the axis does not excite
 SURE = replace(OPTIMISTIC, frequency_error=0.03)  # and three instead of ten per cent of frequency

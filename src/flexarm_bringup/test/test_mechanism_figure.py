@@ -22,8 +22,6 @@ from flexarm_model.reading.manipulator_file import find_manipulator
 from flexarm_model.served.linearize import linearize
 from flexarm_model.tree.reduced_tree import ReducedTree
 
-pytestmark = pytest.mark.thorough
-
 ARMS = Path(__file__).parents[2] / "flexarm_model/test/arms"
 
 

@@ -18,8 +18,6 @@ from flexarm_model.reading.config import load_config
 from flexarm_model.served.linearize import PoseError, linearize
 from flexarm_model.served.model_file import load_model
 
-pytestmark = pytest.mark.thorough
-
 ARMS = Path(__file__).parents[2] / "flexarm_model/test/arms"
 PLANAR, FIVE_BAR, SPATIAL = (str(ARMS / f"{name}.yaml") for name in ("planar", "five_bar", "spatial"))
 

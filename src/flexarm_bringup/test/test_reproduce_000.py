@@ -39,8 +39,6 @@ from flexarm_bringup.reproduce.seed_000_rig import POSES, RIG, Rig, place_legs
 from flexarm_model.kinematics.planar_legs import PlanarLegs
 from flexarm_model.served.linearize import find_equilibrium
 
-pytestmark = pytest.mark.thorough
-
 Capture = pytest.CaptureFixture[str]
 
 GOLDEN_ELBOWS = {  # seed 000, section 4 [m]

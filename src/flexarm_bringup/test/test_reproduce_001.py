@@ -24,8 +24,6 @@ from flexarm_model.modal.peaks import pick_peaks
 from flexarm_model.served.linearize import linearize
 from flexarm_model.tree.reduced_tree import ReducedTree
 
-pytestmark = pytest.mark.thorough
-
 Capture = pytest.CaptureFixture[str]
 FEW = 6  # runs of the studies: enough for bounds that have a third to spare
 

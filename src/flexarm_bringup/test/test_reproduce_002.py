@@ -22,8 +22,6 @@ from flexarm_bringup.reproduce.seed_002_data import (
 )
 from flexarm_bringup.reproduce.seed_002_shaping import Results, measure_all
 
-pytestmark = pytest.mark.thorough
-
 Capture = pytest.CaptureFixture[str]
 
 GOLDEN_RMS = {  # seed 002, section 4: predicted RMS [m/s^2], rows 10, 30, 60 degrees, columns A to E

@@ -43,8 +43,6 @@ from flexarm_model.manipulator.description import ManipulatorConfig
 from flexarm_model.served.linear_assembly import assemble
 from flexarm_model.tree.reduced_tree import ReducedTree
 
-pytestmark = pytest.mark.thorough
-
 Array = NDArray[np.float64]
 BARE = CASES["flexible, no friction"]
 

@@ -34,8 +34,6 @@ from flexarm_bringup.reproduce.seed_004_printed import (
     literal_inverse,
 )
 
-pytestmark = pytest.mark.thorough
-
 Array = NDArray[np.float64]
 
 

@@ -13,7 +13,7 @@ from flexarm_estimator.settings import EstimatorConfig
 from flexarm_model.reading.config import load_config
 from flexarm_model.reading.manipulator_file import find_manipulator
 
-pytestmark = [pytest.mark.thorough, pytest.mark.slow]
+pytestmark = pytest.mark.slow
 
 
 def test_an_arm_that_must_not_be_firm_keeps_its_weights_and_is_soft() -> None:

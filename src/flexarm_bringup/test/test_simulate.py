@@ -21,8 +21,6 @@ from flexarm_bringup.tip_vibration import Residual
 from flexarm_model.reading.config import load_config
 from flexarm_model.reading.manipulator_file import find_manipulator
 
-pytestmark = pytest.mark.thorough
-
 TASK = """
 format: flexarm-moves/1
 manipulator: single_link

@@ -82,7 +82,6 @@ def test_one_late_guard_cycle_no_move_and_an_early_end_are_missed_bounds() -> No
     assert missed(outcome(failure="rig ended with -9")) == ["it came to its end"]
 
 
-@pytest.mark.thorough  # draws
 def test_the_page_tells_every_life_and_draws_it() -> None:
     page = outcome(lives=[life(0.0), life(0.0, 90.0)]).page()
     assert page.passed and len(page.data["lives"]) == 2

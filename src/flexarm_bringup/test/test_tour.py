@@ -30,7 +30,6 @@ SOFT = "stiffness -20 %"
 POSES = {"near": np.radians([20.0]), "far": np.radians([-40.0])}
 
 
-@pytest.mark.thorough
 @pytest.mark.parametrize(("path", "condition"), [(FLAT, SOFT), (UPRIGHT, NOMINAL), (UPRIGHT, SOFT)])
 @pytest.mark.slow
 def test_an_arm_that_is_softer_than_described_tours_its_poses_and_rests_where_it_ends(

@@ -13,7 +13,6 @@ from identify_files import F_HZ, record
 
 from flexarm_bringup import cli
 
-pytestmark = pytest.mark.thorough
 BAND = ("--resolution", "0.25", "--band", "5", "45")
 
 

@@ -24,14 +24,7 @@ from flexarm_model.served.linearize import linearize
 from flexarm_model.tree.reduced_tree import ReducedTree
 
 ARMS = Path(__file__).parents[2] / "flexarm_model/test/arms"
-THOROUGH = pytest.mark.thorough
-FIVE = [
-    "single_link",
-    *(
-        pytest.param(n, marks=THOROUGH)
-        for n in ("planar_3rrr", "spatial_3tpt", "variable_stiffness", "serial_6r")
-    ),
-]
+FIVE = ["single_link", "planar_3rrr", "spatial_3tpt", "variable_stiffness", "serial_6r"]
 STATIONS = 2  # Pinocchio needs minutes for hundreds of joints
 TOLERANCE = 1e-9  # m and 1
 BENDING = 0.05  # of the elastic coordinates; the tips of beams turn by some degrees

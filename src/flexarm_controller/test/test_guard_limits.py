@@ -26,7 +26,6 @@ from flexarm_model.tree.reduced_tree import ReducedTree
 MACHINES = ("single_link", "variable_stiffness", "planar_3rrr", "spatial_3tpt", "serial_6r")
 SLOW = [pytest.param(name, marks=pytest.mark.slow) for name in MACHINES[2:]]
 SETTINGS = GuardSettings()
-pytestmark = pytest.mark.thorough
 
 
 @cache

@@ -39,7 +39,6 @@ CHECKED = replace(RANGED, noise=(0.003, 0.004))
 ARMS = (LIMITS, RANGED, HEAVY, CHECKED)
 CHECKS = ("too_fast", "over_speed", "overstrained", "too_much_energy", "unusable")
 BLINDFOLDS = ("guarding.plausibility.Plausibility._judge", *(f"guard.{check}" for check in CHECKS))
-pytestmark = pytest.mark.thorough
 
 
 @cache

@@ -20,7 +20,6 @@ POSES = {
     "serial_6r": [0.3, 0.2, -0.2, 0.4, -0.6, 0.5],
 }
 SLOW = [pytest.param(name, marks=pytest.mark.slow) for name in ("planar_3rrr", "spatial_3tpt", "serial_6r")]
-pytestmark = pytest.mark.thorough
 
 
 def by_differences(tree, pose):
