@@ -24,7 +24,8 @@ from pathlib import Path
 from types import ModuleType
 
 from flexarm_bringup.exit_codes import UNUSABLE
-from flexarm_bringup.page.report import Cell, Check, Column, Page, Table, add_report_arguments, publish
+from flexarm_bringup.page.check import Check
+from flexarm_bringup.page.report import Cell, Column, Page, Table, add_report_arguments, publish
 from flexarm_bringup.processes.machine_speed import CLASS_US, filterpy_step_us, in_words, slowness
 from flexarm_bringup.progress import Progress
 

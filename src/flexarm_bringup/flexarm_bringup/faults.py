@@ -18,7 +18,8 @@ from flexarm_bringup.arguments import add_seed
 from flexarm_bringup.assumptions import arm_of, resting_on
 from flexarm_bringup.exit_codes import UNUSABLE
 from flexarm_bringup.fault_drill.drill import FAMILIES, MACHINES, SEED, RowResult, run_drill
-from flexarm_bringup.page.report import Cell, Check, Column, Page, Table, add_report_arguments, publish
+from flexarm_bringup.page.check import Check
+from flexarm_bringup.page.report import Cell, Column, Page, Table, add_report_arguments, publish
 from flexarm_bringup.progress import Progress
 from flexarm_bringup.tasks.task_for import task_for
 from flexarm_model.process.security import check_unsecured

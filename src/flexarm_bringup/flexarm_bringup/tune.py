@@ -31,7 +31,8 @@ from flexarm_bringup.consistency.recording import Recording, open_recording, run
 from flexarm_bringup.consistency.smoothing import NO_TRUTH, tip_error
 from flexarm_bringup.consistency.tuning import Tuned, Tuner
 from flexarm_bringup.exit_codes import UNUSABLE
-from flexarm_bringup.page.report import Cells, Check, Column, Page, Table, add_report_arguments, publish
+from flexarm_bringup.page.check import Check
+from flexarm_bringup.page.report import Cells, Column, Page, Table, add_report_arguments, publish
 from flexarm_bringup.progress import Progress
 from flexarm_estimator.likelihood import Likelihood
 from flexarm_model.tree.reduced_tree import ReducedTree

@@ -12,9 +12,10 @@ import pytest
 
 from flexarm_bringup.arguments import STDOUT
 from flexarm_bringup.exit_codes import UNUSABLE
+from flexarm_bringup.page.check import Check
 from flexarm_bringup.page.figures import drawing, to_figure
 from flexarm_bringup.page.page_template import PAGE, STYLE, render
-from flexarm_bringup.page.report import Check, Column, Page, Table, add_report_arguments, publish
+from flexarm_bringup.page.report import Column, Page, Table, add_report_arguments, publish
 
 TABLE = Table(
     "Sizes & shapes",

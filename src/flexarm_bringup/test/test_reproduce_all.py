@@ -9,7 +9,8 @@ import pytest
 
 from flexarm_bringup import reproduce
 from flexarm_bringup.cli import main
-from flexarm_bringup.page.report import Check, Page
+from flexarm_bringup.page.check import Check
+from flexarm_bringup.page.report import Page
 
 
 @pytest.fixture(autouse=True)

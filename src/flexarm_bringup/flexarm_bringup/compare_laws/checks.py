@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from flexarm_bringup.compare_laws.against_shapers import REALISABLE, ROBUST_ERRORS, is_shaped, rivalries
 from flexarm_bringup.compare_laws.judged import CompareResult
 from flexarm_bringup.compare_laws.schemes import LAW_NAMES, LQR, MPC, SERVO, WORST
-from flexarm_bringup.page.report import Check
+from flexarm_bringup.page.check import Check
 from flexarm_bringup.residual import decibels
 from flexarm_bringup.tasks.task import Task
 

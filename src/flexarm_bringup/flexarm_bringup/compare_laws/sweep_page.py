@@ -8,7 +8,8 @@ from flexarm_bringup.compare_laws.checks import at_most
 from flexarm_bringup.compare_laws.judged import CompareResult
 from flexarm_bringup.compare_laws.schemes import LAW_NAMES, MPC, Case
 from flexarm_bringup.compare_laws.sweep import SWEEP_ERRORS, SweepPoint, by_error, shortest
-from flexarm_bringup.page.report import Cell, Check, Column, Table
+from flexarm_bringup.page.check import Check
+from flexarm_bringup.page.report import Cell, Column, Table
 
 Swept = tuple[Sequence[SweepPoint], Sequence[CompareResult]]
 

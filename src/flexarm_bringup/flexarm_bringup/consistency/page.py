@@ -8,7 +8,8 @@ from flexarm_bringup.consistency.monte_carlo import STATE, DrawnResult
 from flexarm_bringup.consistency.nees import RESOLUTION
 from flexarm_bringup.consistency.observables import KINDS
 from flexarm_bringup.consistency.rig_run import NOMINAL, SOFT, RigResult
-from flexarm_bringup.page.report import Cells, Check, Column, Page, Table
+from flexarm_bringup.page.check import Check
+from flexarm_bringup.page.report import Cells, Column, Page, Table
 
 NEES_BOUNDS = (0.5, 2.0)  # of the arm as described
 SOFT_NEES = 3.0  # at most, with 30 % less stiffness

@@ -25,8 +25,9 @@ from flexarm_bringup.demo_run.study import ANGLES_DEG, jobs, run_jobs
 from flexarm_bringup.demo_run.task_command import run_task_demo
 from flexarm_bringup.demo_run.timekeeping import timekeeping
 from flexarm_bringup.demo_run.unfinished import unfinished, why_unfinished
+from flexarm_bringup.page.check import Check
 from flexarm_bringup.page.figures import standalone
-from flexarm_bringup.page.report import Check, publish
+from flexarm_bringup.page.report import publish
 from flexarm_bringup.processes.session import Session, SessionError, run_session
 from flexarm_bringup.progress import Progress
 from flexarm_model.process.security import check_unsecured

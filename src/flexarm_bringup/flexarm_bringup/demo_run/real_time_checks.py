@@ -12,7 +12,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from flexarm_bringup.demo_run.study import Row
-from flexarm_bringup.page.report import Check
+from flexarm_bringup.page.check import Check
 from flexarm_bringup.residual import decibels
 
 REAL_TIME_DB = 3.0  # of all moves of a motion, at most

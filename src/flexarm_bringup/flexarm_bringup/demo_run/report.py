@@ -9,8 +9,9 @@ from flexarm_bringup.demo_run.real_time_checks import real_time_checks
 from flexarm_bringup.demo_run.sessions import SessionRun
 from flexarm_bringup.demo_run.study import SERVO, Outcome, Row
 from flexarm_bringup.demo_run.timekeeping import WITHOUT_COMMAND
+from flexarm_bringup.page.check import Check
 from flexarm_bringup.page.figures import Figure
-from flexarm_bringup.page.report import Cell, Check, Column, Page, Table
+from flexarm_bringup.page.report import Cell, Column, Page, Table
 from flexarm_bringup.residual import decibels
 from flexarm_model.manipulator.description import ManipulatorConfig
 from flexarm_model.reading.config import load_config

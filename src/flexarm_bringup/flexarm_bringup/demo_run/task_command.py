@@ -22,7 +22,8 @@ from flexarm_bringup.demo_run.task_session import TaskRun, run_task_session
 from flexarm_bringup.demo_run.timekeeping import timekeeping
 from flexarm_bringup.demo_run.unfinished import unfinished, why_unfinished
 from flexarm_bringup.exit_codes import UNUSABLE
-from flexarm_bringup.page.report import Check, publish
+from flexarm_bringup.page.check import Check
+from flexarm_bringup.page.report import publish
 from flexarm_bringup.processes.session import SessionError
 from flexarm_bringup.progress import Progress
 from flexarm_bringup.sim_run.figures import draw

@@ -7,8 +7,9 @@ from collections.abc import Mapping, Sequence
 from flexarm_bringup.demo_run.real_time_checks import REAL_TIME_DB
 from flexarm_bringup.demo_run.task_session import TaskRun, torque_difference
 from flexarm_bringup.demo_run.timekeeping import WITHOUT_COMMAND
+from flexarm_bringup.page.check import Check
 from flexarm_bringup.page.figures import Figure
-from flexarm_bringup.page.report import Cell, Check, Column, Page, Table
+from flexarm_bringup.page.report import Cell, Column, Page, Table
 from flexarm_bringup.residual import decibels
 from flexarm_bringup.sim_run.report import BASELINE, FASTEST_DDS, LAW, real_time_note
 from flexarm_bringup.sim_run.study import SimResult

@@ -13,7 +13,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from typing import Any
 
-from flexarm_bringup.page.report import Check
+from flexarm_bringup.page.check import Check
 from flexarm_bringup.processes.late_cycles import LateCycles
 from flexarm_bringup.processes.machine_speed import filterpy_step_us, in_words, slowness
 from flexarm_bringup.processes.standstill import Standstill, Witnesses

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from flexarm_bringup.demo_run.timekeeping import Timekeeping
-from flexarm_bringup.page.report import Check
+from flexarm_bringup.page.check import Check
 
 
 def why_unfinished(error: Exception, kept: Timekeeping) -> str:

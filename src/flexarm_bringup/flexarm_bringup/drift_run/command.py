@@ -25,8 +25,9 @@ from flexarm_bringup.drift_run.bag import settings_for, watch_bag
 from flexarm_bringup.drift_run.figure import draw_watched
 from flexarm_bringup.drift_run.simulation import ALONE, Drill, Watched, run_drill
 from flexarm_bringup.exit_codes import UNUSABLE
+from flexarm_bringup.page.check import Check
 from flexarm_bringup.page.figures import drawing, to_figure
-from flexarm_bringup.page.report import Cells, Check, Column, Page, Table, add_report_arguments, publish
+from flexarm_bringup.page.report import Cells, Column, Page, Table, add_report_arguments, publish
 from flexarm_bringup.progress import Progress
 from flexarm_bringup.sim_run.study import LAWS
 from flexarm_bringup.tasks.task_for import task_for

@@ -18,7 +18,8 @@ from flexarm_bringup.excite.rig_source import RIG, rig_settings
 from flexarm_bringup.identify.bag_source import read_bag
 from flexarm_bringup.identify.measurement import COMMON, Records, SourceError
 from flexarm_bringup.identify.sources import read_records
-from flexarm_bringup.page.report import Cells, Check, Column, Page, Table
+from flexarm_bringup.page.check import Check
+from flexarm_bringup.page.report import Cells, Column, Page, Table
 from flexarm_bringup.sim.rig import Rig, RigSettings
 from flexarm_bringup.sim.sample import Sample
 from flexarm_controller.reference import Reference

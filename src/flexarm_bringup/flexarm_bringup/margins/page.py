@@ -6,8 +6,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 
 from flexarm_bringup.margins.study import PoseResult, Study, has_path, worst_of
+from flexarm_bringup.page.check import Check
 from flexarm_bringup.page.figures import Figure
-from flexarm_bringup.page.report import Cells, Check, Column, Page, Table
+from flexarm_bringup.page.report import Cells, Column, Page, Table
 from flexarm_controller.margins.case import ALL_TORQUES, Case
 from flexarm_controller.margins.delay_margin import MOST
 from flexarm_controller.margins.verdict import (

@@ -17,12 +17,12 @@ from typing import Any
 
 from flexarm_bringup.arguments import STDOUT, output_file
 from flexarm_bringup.exit_codes import UNUSABLE
+from flexarm_bringup.page.check import MISSED, NOT_JUDGED, OK, Check
 from flexarm_bringup.page.figures import Figure
 
 Cell = str | float | int | bool | None
 Cells = list[Cell]
 MISSING = "–"
-OK, MISSED, NOT_JUDGED = "ok", "MISSED", "not judged"
 
 
 @dataclass(frozen=True)
@@ -108,30 +108,6 @@ class Table:
         return "  ".join(
             cell.rjust(width) if column.is_numeric else cell.ljust(width) for column, cell, width in columns
         )
-
-
-@dataclass(frozen=True)
-class Check:
-    """One acceptance bound: what was wanted, what was found, and whether that will do.
-
-    ``excuse`` says what else is to blame where it will not: then it is no verdict. Empty where nothing is.
-    """
-
-    name: str
-    wanted: str
-    found: str
-    passed: bool
-    excuse: str = ""
-
-    @classmethod
-    def at_most(cls, name: str, found: float, bound: float, unit: str) -> Check:
-        """Return a bound from above."""
-        return cls(name, f"at most {bound:g} {unit}", f"{found:.3g} {unit}", found <= bound)
-
-    @property
-    def verdict(self) -> str:
-        """OK, MISSED or NOT_JUDGED."""
-        return OK if self.passed else NOT_JUDGED if self.excuse else MISSED
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from flexarm_bringup.page.report import Check
+from flexarm_bringup.page.check import Check
 from flexarm_bringup.processes.late_cycles import LateCycles
 from flexarm_bringup.processes.standstill import Witnesses
 from flexarm_bringup.realtime.late_checks import late_checks, standstill_rows

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from flexarm_bringup.page.report import Check
+from flexarm_bringup.page.check import Check
 from flexarm_bringup.processes.late_cycles import LateCycles
 from flexarm_bringup.processes.standstill import Witnesses
 

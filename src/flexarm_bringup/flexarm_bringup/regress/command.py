@@ -22,7 +22,8 @@ import sys
 from pathlib import Path
 
 from flexarm_bringup.arguments import STDOUT, number, output_folder, refuse_idle
-from flexarm_bringup.page.report import Check, Page, Table, add_report_arguments, publish
+from flexarm_bringup.page.check import Check
+from flexarm_bringup.page.report import Page, Table, add_report_arguments, publish
 from flexarm_bringup.progress import Progress
 from flexarm_bringup.regress.finding import case_name, find_cases
 from flexarm_bringup.regress.judge import DIVERGED, PASSED, UNUSABLE, Verdict, judge, one_line

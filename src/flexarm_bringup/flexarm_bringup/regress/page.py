@@ -8,8 +8,9 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from flexarm_bringup.bags.cdr import NS_PER_S
+from flexarm_bringup.page.check import Check
 from flexarm_bringup.page.figures import Figure
-from flexarm_bringup.page.report import Cell, Check, Column, Page, Table
+from flexarm_bringup.page.report import Cell, Column, Page, Table
 from flexarm_bringup.regress.drift import Moved, find_moved
 from flexarm_bringup.regress.finding import case_name
 from flexarm_bringup.regress.judge import DIVERGED, PASSED, UNUSABLE, Verdict

@@ -28,7 +28,8 @@ from flexarm_bringup.bags.configuration import configuration
 from flexarm_bringup.bags.foreign_bag import Fed, feed_bag, read_remaps
 from flexarm_bringup.bags.named_arm import add_arm_arguments, arm_named, open_bag
 from flexarm_bringup.exit_codes import UNUSABLE
-from flexarm_bringup.page.report import Cells, Check, Column, Page, Table, add_report_arguments, publish
+from flexarm_bringup.page.check import Check
+from flexarm_bringup.page.report import Cells, Column, Page, Table, add_report_arguments, publish
 from flexarm_bringup.replaying.compare import Comparison, compare_bags
 from flexarm_bringup.replaying.replay_bag import NEEDED, OUTPUTS, replay, written_for
 from flexarm_estimator.settings import EstimatorConfig

@@ -6,8 +6,9 @@ predictors, the paper's own errors, golden numbers and model size, and the modal
 
 from __future__ import annotations
 
+from flexarm_bringup.page.check import Check
 from flexarm_bringup.page.figures import Figure
-from flexarm_bringup.page.report import Check, Page, Table
+from flexarm_bringup.page.report import Page, Table
 from flexarm_bringup.reproduce.seed_000_data import load, read_published, serve
 from flexarm_bringup.reproduce.seed_000_frequencies import paper_table, pose_table, worth_table
 from flexarm_bringup.reproduce.seed_000_modal_test import peak_table, response_table, run_modal_test

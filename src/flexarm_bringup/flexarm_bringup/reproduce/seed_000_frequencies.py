@@ -6,7 +6,8 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from flexarm_bringup.page.report import Cells, Check, Column, Table
+from flexarm_bringup.page.check import Check
+from flexarm_bringup.page.report import Cells, Column, Table
 from flexarm_bringup.reproduce.seed_000_data import (
     GROUPS,
     MODES,

@@ -12,7 +12,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from flexarm_bringup.page.report import Cells, Check, Column, Table
+from flexarm_bringup.page.check import Check
+from flexarm_bringup.page.report import Cells, Column, Table
 from flexarm_bringup.reproduce.seed_000_data import MODES, Published, Served, load, serve
 from flexarm_bringup.reproduce.seed_000_frame import Frame, build_frame
 from flexarm_bringup.reproduce.seed_000_rig import POSES, RIG

@@ -6,7 +6,8 @@ from collections.abc import Iterable, Iterator
 
 import numpy as np
 
-from flexarm_bringup.page.report import Cells, Check, Column, Table
+from flexarm_bringup.page.check import Check
+from flexarm_bringup.page.report import Cells, Column, Table
 from flexarm_bringup.reproduce.seed_000_data import GROUPS, MODES, Array, Served, frame_hz, load, off_percent
 from flexarm_bringup.reproduce.seed_000_frame import build_frame
 from flexarm_bringup.reproduce.seed_000_rig import POSES, RIG

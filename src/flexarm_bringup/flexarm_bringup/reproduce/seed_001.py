@@ -6,8 +6,9 @@ reads it off the model, modal fit against half-power, two modes close together, 
 
 from __future__ import annotations
 
+from flexarm_bringup.page.check import Check
 from flexarm_bringup.page.figures import Figure
-from flexarm_bringup.page.report import Check, Page, Table
+from flexarm_bringup.page.report import Page, Table
 from flexarm_bringup.reproduce.seed_001_close import close_modes_table, study_all
 from flexarm_bringup.reproduce.seed_001_fits import fit_study_table
 from flexarm_bringup.reproduce.seed_001_machine import PRESETS, load_machine

@@ -11,7 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from flexarm_bringup.page.report import Cells, Check, Column, Table
+from flexarm_bringup.page.check import Check
+from flexarm_bringup.page.report import Cells, Column, Table
 from flexarm_bringup.reproduce.seed_001_fits import rms_percent, start_poles, with_noise
 from flexarm_bringup.reproduce.seed_001_machine import magnitude
 from flexarm_model.modal.fit import fit_poles

@@ -7,7 +7,8 @@ from dataclasses import astuple
 
 import numpy as np
 
-from flexarm_bringup.page.report import Cells, Check, Column, Table
+from flexarm_bringup.page.check import Check
+from flexarm_bringup.page.report import Cells, Column, Table
 from flexarm_bringup.reproduce.seed_001_data import SEED
 from flexarm_bringup.reproduce.seed_001_machine import FIRST, SECOND, Machine
 from flexarm_bringup.reproduce.seed_001_printed import Reading

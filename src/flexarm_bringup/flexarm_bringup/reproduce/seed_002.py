@@ -6,8 +6,9 @@ rates, the calibrated table 2 beside what predicts nothing, and what timing and 
 
 from __future__ import annotations
 
+from flexarm_bringup.page.check import Check
 from flexarm_bringup.page.figures import Figure
-from flexarm_bringup.page.report import Check, Page, Table
+from flexarm_bringup.page.report import Page, Table
 from flexarm_bringup.reproduce.seed_002_blind import frequency_table, peak_table
 from flexarm_bringup.reproduce.seed_002_data import CALIBRATIONS, modal_data, read_published, record_all
 from flexarm_bringup.reproduce.seed_002_errors import calibrated_table, rate_table, worth_table

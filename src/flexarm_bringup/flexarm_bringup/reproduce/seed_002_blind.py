@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from flexarm_bringup.page.report import Cells, Check, Column, Table
+from flexarm_bringup.page.check import Check
+from flexarm_bringup.page.report import Cells, Column, Table
 from flexarm_bringup.reproduce.seed_002_data import CALIBRATIONS, ModalData, Records
 
 STATED_F1_HZ = 5.23

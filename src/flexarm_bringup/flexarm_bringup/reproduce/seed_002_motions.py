@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 
-from flexarm_bringup.page.report import Cells, Check, Column, Table
+from flexarm_bringup.page.check import Check
+from flexarm_bringup.page.report import Cells, Column, Table
 from flexarm_bringup.reproduce.reference import column
 from flexarm_bringup.reproduce.seed_002_data import Published
 from flexarm_model.motion.profiles import Trapezoid

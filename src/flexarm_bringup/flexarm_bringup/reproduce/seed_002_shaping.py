@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 
-from flexarm_bringup.page.report import Cells, Check, Column, Table
+from flexarm_bringup.page.check import Check
+from flexarm_bringup.page.report import Cells, Column, Table
 from flexarm_bringup.reproduce.seed_002_data import ModalData
 from flexarm_bringup.reproduce.vibration import constant, simulate
 from flexarm_bringup.residual import decibels, residual_rms, settling_time

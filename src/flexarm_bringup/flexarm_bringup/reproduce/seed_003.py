@@ -6,8 +6,9 @@ served form, the paper's deviations beside those from synthetic robots, which st
 
 from __future__ import annotations
 
+from flexarm_bringup.page.check import Check
 from flexarm_bringup.page.figures import Figure
-from flexarm_bringup.page.report import Check, Page, Table
+from flexarm_bringup.page.report import Page, Table
 from flexarm_bringup.reproduce.seed_003_comparison import paper_table, robot_table, statement_table
 from flexarm_bringup.reproduce.seed_003_data import robot
 from flexarm_bringup.reproduce.seed_003_golden import (

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from flexarm_bringup.page.report import Cells, Check, Column, Table
+from flexarm_bringup.page.check import Check
+from flexarm_bringup.page.report import Cells, Column, Table
 from flexarm_bringup.reproduce.seed_003_data import POSES, published
 from flexarm_bringup.reproduce.seed_003_robots import (
     FITTED_AT,

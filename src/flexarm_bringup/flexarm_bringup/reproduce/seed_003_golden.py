@@ -6,7 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import eigh
 
-from flexarm_bringup.page.report import Cells, Check, Column, Table
+from flexarm_bringup.page.check import Check
+from flexarm_bringup.page.report import Cells, Column, Table
 from flexarm_bringup.reproduce.seed_003_data import (
     DESCRIPTIONS,
     HIGH_HZ,

@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from flexarm_bringup.page.report import Cells, Check, Column, Table
+from flexarm_bringup.page.check import Check
+from flexarm_bringup.page.report import Cells, Column, Table
 from flexarm_bringup.reproduce.seed_003_data import robot
 from flexarm_bringup.reproduce.seed_003_lap import (
     CENTRE,

@@ -6,7 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from flexarm_bringup.page.report import Cells, Check, Column, Table
+from flexarm_bringup.page.check import Check
+from flexarm_bringup.page.report import Cells, Column, Table
 from flexarm_bringup.reproduce.seed_003_data import (
     HIGH_HZ,
     LOW_HZ,

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from flexarm_bringup.page.report import Cells, Check, Column, Table
+from flexarm_bringup.page.check import Check
+from flexarm_bringup.page.report import Cells, Column, Table
 from flexarm_bringup.reproduce.seed_003_data import FLANGE, POSES, model_at, robot
 from flexarm_model.bodies.model_order import with_rigid_beams
 from flexarm_model.manipulator.body_spec import RigidBody

@@ -8,8 +8,9 @@ from __future__ import annotations
 
 import math
 
+from flexarm_bringup.page.check import Check
 from flexarm_bringup.page.figures import Figure
-from flexarm_bringup.page.report import Check, Page, Table
+from flexarm_bringup.page.report import Page, Table
 from flexarm_bringup.reproduce.seed_004_data import arm_config, read_photographs
 from flexarm_bringup.reproduce.seed_004_film import SPRINGS, run_all, sample_table, skill_table
 from flexarm_bringup.reproduce.seed_004_matrices import RigidLinks, golden_table, inverse_check, mode_table

@@ -12,7 +12,8 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from flexarm_bringup.page.report import Cells, Check, Column, Table
+from flexarm_bringup.page.check import Check
+from flexarm_bringup.page.report import Cells, Column, Table
 from flexarm_bringup.reproduce.seed_004_data import arm_config, elbow_arm
 from flexarm_model.manipulator.description import ManipulatorConfig
 from flexarm_model.served.linearize import linearize

@@ -5,8 +5,9 @@ from __future__ import annotations
 import shlex
 from collections.abc import Sequence
 
+from flexarm_bringup.page.check import Check
 from flexarm_bringup.page.figures import Figure
-from flexarm_bringup.page.report import Cell, Check, Column, Page, Table
+from flexarm_bringup.page.report import Cell, Column, Page, Table
 from flexarm_bringup.processes.machine_speed import in_words
 from flexarm_bringup.residual import decibels
 from flexarm_bringup.sim_run.study import NOMINAL, SimResult

@@ -8,8 +8,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from flexarm_bringup.page.check import Check
 from flexarm_bringup.page.figures import Figure, drawing, to_figure
-from flexarm_bringup.page.report import Cells, Check, Column, Page, Table
+from flexarm_bringup.page.report import Cells, Column, Page, Table
 from flexarm_bringup.processes.late_cycles import LateCycles
 from flexarm_bringup.processes.standstill import Witnesses
 from flexarm_bringup.realtime.late_checks import late_checks, standstill_rows
