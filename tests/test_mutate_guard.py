@@ -46,6 +46,7 @@ def test_a_part_that_is_not_laid_out_would_be_missed(folder: Path) -> None:
         part.write_text(code)
 
 
+@pytest.mark.slow
 def test_the_tests_that_are_laid_out_are_collected_and_pass(folder: Path) -> None:
     line = [sys.executable, "-E", "-m", "pytest", "-q", "-p", "no:cacheprovider", "-k", "not imports_nothing"]
     found = subprocess.run([*line, "tests"], cwd=folder, capture_output=True, text=True, check=False)

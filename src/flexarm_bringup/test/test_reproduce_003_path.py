@@ -173,6 +173,7 @@ def test_the_flexible_robot_is_farther_off_and_friction_decides_nothing_by_itsel
     assert out.any() and not out.all() and back.all()  # "mixed", as the list of statements says
 
 
+@pytest.mark.slow
 def test_section_has_its_tables_and_says_what_is_assumed() -> None:
     tables, checks = path_section()
     assert len(tables) == 3 and [check.passed for check in checks] == [True]

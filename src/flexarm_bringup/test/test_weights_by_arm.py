@@ -113,6 +113,7 @@ def test_the_mode_costs_as_much_as_the_axis_at_the_share_told() -> None:
     assert (model.omega[0] * swing) ** 2 / 2 == pytest.approx(energy, rel=ROUNDED)
 
 
+@pytest.mark.slow
 def test_a_stiff_arm_rests_closer_and_shakes_less_than_with_the_defaults_of_another(tmp_path: Path) -> None:
     task = task_for(str(small_arm(tmp_path, **STIFF)))
     (job,) = sim_jobs(task, [""], [NOMINAL])
