@@ -66,7 +66,12 @@ class CommanderSettings(ArmSettings):
     zeta: float = parameter(0.015, "Damping ratio that the shaper counts on.", "1", 0.0, 0.5)
     reference: str = parameter("", "File with a reference to follow instead of moves (reference_file).")
     preparation: float = parameter(
-        1.0, "In real time the series starts so much after it was sent.", "s", 0.05, 600.0
+        1.0,
+        "In real time the series starts so much after it was sent; where models are not ready by then it is "
+        "sent again, with twice the time.",
+        "s",
+        0.05,
+        600.0,
     )
     partners: tuple[str, ...] = parameter(
         ("model", "estimator", "controller", "guard", "rig"), "Nodes to wait for."
@@ -85,7 +90,7 @@ class Commander(Node):
         self.settings: CommanderSettings
         (self.settings,) = (s,) = declare_configs(self)
         config = load_arm(self, s.manipulator, s.preset)
-        self._period_ns = round(1e9 / config.rate_hz)
+        self._period_ns, self._preparation = round(1e9 / config.rate_hz), s.preparation
         self._reference, end = _series(s, 1.0 / config.rate_hz)
         self._names = tuple(config.actuated)
         self._duration_ns = round(end * 1e9)
@@ -133,7 +138,7 @@ class Commander(Node):
         return self._has_state and (self.settings.lockstep or self._now_ns > 0)
 
     def _send(self) -> bool:
-        periods = round(self.settings.preparation * 1e9 / self._period_ns)  # on the rig's ticks
+        periods = round(self._preparation * 1e9 / self._period_ns)  # on the rig's ticks
         self._zero_ns = 0 if self.settings.lockstep else self._now_ns + periods * self._period_ns
         msg = reference_to_msg(self._reference, self._names, self._zero_ns)
         self._sent_ns = stamp_to_ns(msg.header.stamp)
@@ -153,10 +158,19 @@ class Commander(Node):
             return False
         if made.startswith("refused"):
             raise SeriesError(f"models {made}")
-        late = (self._now_ns - self._zero_ns) * 1e-9
-        if late > 0 and not self.settings.lockstep:
-            raise SeriesError(f"models are not ready {late:.2f} s after the start; raise preparation")
+        if self._now_ns > self._zero_ns and not self.settings.lockstep:
+            return self._send_again((self._now_ns - self._zero_ns) * 1e-9)
         return all(self._receipts[name] == made for name in HOLDERS if name in self._ready)
+
+    def _send_again(self, late: float) -> bool:
+        """Send once more what was answered so ``late`` [s]: the models are at hand now, and come sooner."""
+        if 2.0 * self._preparation > self.settings.patience:
+            raise SeriesError(f"models are not ready {late:.2f} s after the start; raise preparation")
+        self._preparation *= 2.0
+        text = f"models came {late:.2f} s after the start: once more, {self._preparation:g} s from now"
+        self.get_logger().warning(text)
+        self._send()
+        return False
 
     def _arm(self) -> bool:
         if self._client.service_is_ready():

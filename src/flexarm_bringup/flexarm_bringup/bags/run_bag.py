@@ -29,7 +29,7 @@ def read_run(path: Path) -> tuple[RunRecord, dict[str, Any]]:
     names = tuple(f"{NAMESPACE}/{topic}" for topic in NEEDED)
     bag = check_bag(path, names)
     truth, effort, state, guard, reference = (_messages(bag, name) for name in names)
-    zero_ns = stamp_of(reference[0])
+    zero_ns = stamp_of(reference[-1])  # one that came before its models is sent again
     t_ns = [stamp for stamp in map(stamp_of, truth) if stamp >= zero_ns]
     by_stamp = {stamp_of(msg): msg for msg in truth}
     rows = [by_stamp[stamp] for stamp in t_ns]
