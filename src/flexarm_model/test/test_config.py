@@ -105,6 +105,7 @@ EDITS = [
     ("number without digits", "source:", "foo: 0x_\nsource:", ("'0x_' is read as int and is none",)),
     ("date by its tag", "source:", "foo: !!timestamp soon\nsource:", ("'soon' is read as timestamp",)),
     ("nested too deeply", "source:", "a: " + "[" * 3000 + "\nsource:", ("nested too deeply",)),
+    ("nested after a remark", "source:", "#" + "]" * 3000 + "\na: " + "[" * 3000, ("nested too deeply",)),
     ("nested by dashes", "source:", "a:\n  " + "- " * 300_000 + "b\nsource:", ("nested too deeply",)),
     ("not YAML", "presets:", "presets: [", ("is not YAML",)),
     ("unknown unit of a rate", "rate: 30 Hz", "rate: 30 fps", ("camera.rate", "30 fps", "Hz, kHz")),

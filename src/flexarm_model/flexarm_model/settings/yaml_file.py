@@ -114,8 +114,9 @@ def parse_yaml(text: str, source: str, loader: type[StrictLoader] = StrictLoader
 
 
 def _levels(text: str) -> int:
-    """Return how many levels there are at least, by brackets and by dashes on one line."""
-    brackets = accumulate(1 if bracket in "[{" else -1 for bracket in re.findall(r"[\[\]{}]", text))
+    """Return how many levels there may be, by brackets and by dashes on one line."""
+    steps = (1 if bracket in "[{" else -1 for bracket in re.findall(r"[\[\]{}]", text))
+    brackets = accumulate(steps, lambda level, step: max(level + step, 0))
     dashes = (len(found.split()) for found in re.findall(r"^[ \t]*((?:[-?][ \t]+)+)", text, re.MULTILINE))
     return max(max(brackets, default=0), max(dashes, default=0))
 
