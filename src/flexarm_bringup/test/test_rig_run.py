@@ -116,7 +116,7 @@ def test_who_reads_no_further_ends_it_in_order(tmp_path: Path, ros_environment: 
         assert process.stdout is not None and process.stderr is not None
         try:
             wait_for(process, "model ready")
-            nodes = children(process.pid)
+            nodes = titled_children(process.pid)
             process.stdout.close()
             told = process.stderr.read()
             process.wait(60.0)
@@ -193,6 +193,14 @@ def children(parent: int) -> list[tuple[int, str]]:
     )
     found = re.findall(r"^ *(\d+) (flexarm:[\w+]+)$", listed.stdout, re.MULTILINE)
     return [(int(pid), name) for pid, name in found]
+
+
+def titled_children(parent: int) -> list[tuple[int, str]]:
+    """Return the same as soon as there is one: once, ps showed none of a graph that was ready."""
+    end = time.monotonic() + PATIENCE
+    while not (found := children(parent)) and time.monotonic() < end:
+        time.sleep(0.1)
+    return found
 
 
 def child(parent: int, name: str) -> int:
