@@ -172,6 +172,7 @@ def _library(functions: Mapping[str, ca.Function], compiler: str) -> Path | None
     """Return the library of functions; their C code is generated only where it is not kept yet."""
 
     def write(folder: Path) -> Path:
+        """Generate the C code."""
         generator = ca.CodeGenerator("flexarm_code.c")
         for function in functions.values():
             generator.add(function)
