@@ -8,7 +8,7 @@ from __future__ import annotations
 import os
 import signal
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
+from concurrent.futures import FIRST_COMPLETED, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 from multiprocessing import active_children, get_context
@@ -20,6 +20,7 @@ from flexarm_model.process.parent import ending_with
 
 Job = TypeVar("Job")
 Result = TypeVar("Result")
+TELL_PERIOD = 1.0  # s
 
 
 def run_parallel(
@@ -33,7 +34,7 @@ def run_parallel(
     Args:
         run: What a worker does with a job; a function of a module.
         todo: The jobs.
-        done: Told after each job how many of how many are done.
+        done: Told how many of how many jobs are done: at first, every second, and when any has ended.
         workers: Number of processes; None takes the cores there are.
 
     Raises:
@@ -42,9 +43,12 @@ def run_parallel(
     results: dict[int, Sequence[Result]] = {}
     with worker_pool(min(workers or cores(), max(len(todo), 1))) as pool:
         futures = {pool.submit(run, job): i for i, job in enumerate(todo)}
-        for future in as_completed(futures):
-            results[futures[future]] = future.result()
+        running = set(futures)
+        while running:
             done(len(results), len(todo))
+            ended, running = wait(running, TELL_PERIOD, FIRST_COMPLETED)
+            results.update((futures[future], future.result()) for future in ended)
+        done(len(results), len(todo))
     return [result for i in range(len(todo)) for result in results[i]]
 
 

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from flexarm_bringup.demo_run import command
+from flexarm_bringup.demo_run import command, nodes_runs
 from flexarm_bringup.demo_run import timekeeping as timekeeping_module
 from flexarm_bringup.demo_run.sessions import outcomes_of
 from flexarm_bringup.demo_run.timekeeping import Timekeeping, timekeeping
@@ -55,6 +55,7 @@ def test_a_machine_that_cannot_keep_real_time_still_shows_what_lockstep_was_wort
         return standing(60.0), {"ticks": 1, "ticks_without_command": 0, "told": []}
 
     monkeypatch.setattr(command, "run_session", run)
+    monkeypatch.setattr(nodes_runs, "run_parallel", lambda do, todo, _: [x for job in todo for x in do(job)])
     args = argparse.Namespace(folder=tmp_path, no_realtime=False)
     sessions, failures = command._run_sessions(args, Progress())
     assert [(run.session.preset, run.session.lockstep) for run in sessions] == [

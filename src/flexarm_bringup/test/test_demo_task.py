@@ -13,7 +13,7 @@ import pytest
 pytest.importorskip("domain_coordinator", reason="needs ROS")
 
 from flexarm_bringup.closed_loop import Effort
-from flexarm_bringup.demo_run import task_command
+from flexarm_bringup.demo_run import nodes_runs, task_command
 from flexarm_bringup.demo_run.task_report import build_page
 from flexarm_bringup.demo_run.task_session import TaskRun, task_settings, torque_difference
 from flexarm_bringup.demo_run.timekeeping import Timekeeping
@@ -171,6 +171,7 @@ def test_a_law_that_the_guard_refuses_does_not_hide_what_the_others_were_worth(
         return over_dds(result.law, lockstep, 0)
 
     monkeypatch.setattr(task_command, "run_task_session", run)
+    monkeypatch.setattr(nodes_runs, "run_parallel", lambda do, todo, _: [x for job in todo for x in do(job)])
     task = load_task(find_task("spatial_3tpt"))
     results = [in_process("pd"), in_process("mpc")]
     course = Course(np.zeros(3), motion(), (LEG,), 1.0, np.zeros(1), np.zeros((1, 3)))

@@ -10,17 +10,18 @@ from __future__ import annotations
 
 import argparse
 import tempfile
-from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
+from itertools import product
 from pathlib import Path
 
 from flexarm_bringup.arguments import output_file, output_folder
 from flexarm_bringup.assumptions import resting_on
 from flexarm_bringup.bags.bag_writer import BagError
 from flexarm_bringup.demo_run.figures import draw
+from flexarm_bringup.demo_run.nodes_runs import NodesRun, Say, run_all
 from flexarm_bringup.demo_run.report import build_page
-from flexarm_bringup.demo_run.sessions import SessionRun, free_domains, outcomes_of
+from flexarm_bringup.demo_run.sessions import SessionRun, outcomes_of
 from flexarm_bringup.demo_run.study import ANGLES_DEG, jobs, run_jobs
 from flexarm_bringup.demo_run.task_command import run_task_demo
 from flexarm_bringup.demo_run.timekeeping import timekeeping
@@ -103,29 +104,21 @@ def _run_comparison(args: argparse.Namespace) -> int:
 
 
 def _run_sessions(args: argparse.Namespace, progress: Progress) -> tuple[list[SessionRun], list[Check]]:
-    """Run the nodes: every hub in lockstep, then every hub in real time.
+    """Run the nodes: every hub in lockstep, and every hub in real time.
 
     Returns:
         The runs, and a missed bound for each that came to no end.
     """
-    modes = [True] if args.no_realtime else [True, False]
     base = Path(tempfile.mkdtemp(prefix="run_", dir=args.folder))
-    runs: list[SessionRun] = []
-    failures: list[Check] = []
-    for domain, (lockstep, preset) in zip(
-        free_domains(), ((mode, preset) for mode in modes for preset in PRESETS), strict=False
-    ):
+    todo: list[NodesRun[SessionRun]] = []
+    for lockstep, preset in product([True] if args.no_realtime else [True, False], PRESETS):
         name = f"{preset}_{'lockstep' if lockstep else 'real_time'}"
         session = Session(base / name, preset, lockstep, ANGLES_DEG, "A", "ZVD")
-        run = _run_session(session, name, domain, partial(_say_session, progress, name))
-        if isinstance(run, Check):
-            failures.append(run)
-        else:
-            runs.append(run)
-    return runs, failures
+        todo.append(NodesRun(name, lockstep, partial(_run_session, session, name)))
+    return run_all(todo, progress)
 
 
-def _run_session(session: Session, name: str, domain: int, say: Callable[[str], None]) -> SessionRun | Check:
+def _run_session(session: Session, name: str, domain: int, say: Say) -> SessionRun | Check:
     """Run the nodes; in real time again when the computer could not keep it.
 
     Returns:
@@ -148,7 +141,3 @@ def _run_session(session: Session, name: str, domain: int, say: Callable[[str], 
                 return unfinished(name, f"{broken_off[-1]}; the last of {REAL_TIME_TRIES} tries", kept)
             say("once more, for the run was broken off")
             session = replace(session, folder=session.folder.with_name(f"{session.folder.name}_again"))
-
-
-def _say_session(progress: Progress, name: str, text: str) -> None:
-    progress.say(f"nodes over DDS, {name}: {text}")

@@ -12,11 +12,12 @@ import tempfile
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
+from itertools import product
 from pathlib import Path
 
 from flexarm_bringup.assumptions import arm_of, resting_on
 from flexarm_bringup.bags.bag_writer import BagError
-from flexarm_bringup.demo_run.sessions import free_domains
+from flexarm_bringup.demo_run.nodes_runs import NodesRun, Say, run_all
 from flexarm_bringup.demo_run.task_report import build_page
 from flexarm_bringup.demo_run.task_session import TaskRun, run_task_session
 from flexarm_bringup.demo_run.timekeeping import timekeeping
@@ -78,22 +79,22 @@ def _run_sessions(
     modes = [True] if args.no_realtime or rate_hz > FASTEST_DDS else [True, False]
     base = Path(tempfile.mkdtemp(prefix=f"{Path(task.manipulator).stem}_", dir=args.folder))
     by_preset = {job.preset: job for job in jobs}
-    todo = ((mode, result) for mode in modes for result in results)
-    runs: list[TaskRun] = []
-    failures: list[Check] = []
-    for domain, (lockstep, result) in zip(free_domains(), todo, strict=False):
+    todo: list[NodesRun[TaskRun]] = []
+    for lockstep, result in product(modes, results):
         name = "_".join(filter(None, [result.preset, result.law, "lockstep" if lockstep else "real_time"]))
-        say = partial(_say_session, progress, name)
-        job = by_preset[result.preset]
-        try:
-            with timekeeping(not lockstep) as kept:
-                run = run_task_session(job, result, lockstep, base / name, domain, say)
-            kept.attribute(run.guard)
-            runs.append(replace(run, kept=kept))
-        except SessionError as error:
-            failures.append(unfinished(name, why_unfinished(error, kept), kept))
-    return runs, failures
+        run = partial(_run_session, by_preset[result.preset], result, lockstep, base / name)
+        todo.append(NodesRun(name, lockstep, run))
+    return run_all(todo, progress)
 
 
-def _say_session(progress: Progress, name: str, text: str) -> None:
-    progress.say(f"nodes over DDS, {name}: {text}")
+def _run_session(
+    job: SimJob, twin: SimResult, lockstep: bool, folder: Path, domain: int, say: Say
+) -> TaskRun | Check:
+    """Run the nodes; return the run, or the missed bound of one that came to no end."""
+    try:
+        with timekeeping(not lockstep) as kept:
+            run = run_task_session(job, twin, lockstep, folder, domain, say)
+        kept.attribute(run.guard)
+        return replace(run, kept=kept)
+    except SessionError as error:
+        return unfinished(folder.name, why_unfinished(error, kept), kept)
