@@ -226,15 +226,16 @@ def test_python_is_compiled_where_it_is_installed_and_not_by_every_node(
 def test_what_this_python_cannot_compile_stops_no_installation(
     bootstrap: ModuleType, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Packages bring files for other Pythons."""
+    """Packages bring files for other Pythons; nor does it compile their tests."""
     monkeypatch.setattr(bootstrap, "STATE", tmp_path / "state")
     folder = tmp_path / "lib"
-    folder.mkdir()
+    (folder / "tests").mkdir(parents=True)
     (folder / "newer.py").write_text("match = \n")
     (folder / "sound.py").write_text("x = 1\n")
+    (folder / "tests" / "of_others.py").write_text("x = 1\n")
     place = SimpleNamespace(python=sys.executable)
     bootstrap.compile_python(place, [folder], "compiling", os.open(os.devnull, os.O_RDONLY))
-    assert [path.name.partition(".")[0] for path in folder.glob("__pycache__/*.pyc")] == ["sound"]
+    assert [path.name.partition(".")[0] for path in folder.rglob("*.pyc")] == ["sound"]
 
 
 @pytest.mark.parametrize("interrupted", ["making", "installing", "building"])
