@@ -1,7 +1,8 @@
 """What all tests share: hypothesis draws the same examples in every run, and programs hear Ctrl-C.
 
 A shell that runs tests in the background has SIGINT ignored, and whatever they start inherits that. Tests
-that tests/thorough.txt names are marked as such.
+that tests/thorough.txt names are marked as such. Files whose tests replay with nodes' code take longest: they
+are begun first, so that none of them is still at work when all others have ended.
 """
 
 import signal
@@ -19,7 +20,8 @@ THOROUGH = frozenset(LIST.read_text(encoding="utf8").splitlines())
 
 @pytest.hookimpl(tryfirst=True)  # before tests are chosen by their marks
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Mark what takes long."""
+    """Mark what takes long, and put what takes longest first."""
     for item in items:
         if item.nodeid.partition("[")[0] in THOROUGH:
             item.add_marker("thorough")
+    items.sort(key=lambda item: item.get_closest_marker("unhurried") is None)
