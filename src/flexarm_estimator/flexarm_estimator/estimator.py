@@ -102,9 +102,8 @@ class Estimator:
         trouble = self._follow_clock(t) + self._take_torque(tau)
         history = self._history
         first = history.advance(self._t, self._u)
-        samples, scan, singles = self._reception.admit(
-            self._delays.undo(measurements), self._t, history.oldest
-        )
+        arrived = self._delays.undo(measurements)
+        samples, scan, singles = self._reception.admit(arrived, self._t, history.oldest)
         fit = self.health.pick_sound(singles)
         self._gate.meet(fit, scan)
         touched = [first, *[history.insert(sample) for sample in fit]]
@@ -168,7 +167,8 @@ class Estimator:
         if is_anew:
             belief, delays = self._history.now.belief, self._delays.in_use
             self._restart(self._t, belief)
-            self.set_belief(belief)
+            if self._clock.is_running or self._is_known:  # else a reset has forgotten it
+                self.set_belief(belief)
             self._delays.resume(delays)
 
     def refuse(self, sensor: str, reason: str) -> None:

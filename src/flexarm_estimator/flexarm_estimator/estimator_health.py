@@ -9,6 +9,9 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 
+import numpy as np
+from numpy.typing import NDArray
+
 from flexarm_estimator.estimate import SensorReport
 from flexarm_model.ros.loop_health import LoopHealth
 from flexarm_model.settings.diagnosis import DiagnosticsConfig, Figure, Level, Verdict, judge
@@ -29,7 +32,7 @@ class EstimatorHealth:
         self._loop = LoopHealth("estimator: loop", period, config)
         self._config = config
         self._squares: dict[str, list[float]] = {}
-        self._counted: dict[str, int] = {}
+        self._counted: dict[str, NDArray[np.float64]] = {}
 
     def note(self, t: float, cpu: float, sensors: Iterable[SensorReport]) -> None:
         """Note a step.
@@ -42,9 +45,8 @@ class EstimatorHealth:
         self._loop.beat(t)
         self._loop.spend("step time", cpu)
         for report in sensors:
-            seen = report.accepted + report.rejected
-            if seen != self._counted.get(report.name):
-                self._counted[report.name] = seen
+            if report.innovation is not self._counted.get(report.name):  # every comparison makes its own
+                self._counted[report.name] = report.innovation
                 self._squares.setdefault(report.name, []).append(report.normalised**2)
 
     def verdicts(self) -> list[Verdict]:

@@ -149,3 +149,18 @@ def test_a_clock_that_jumps_ahead_and_back_does_not_stop_the_watch(model, record
     exchange.on_sensor("joint_states", jumped)
     play(exchange, record)
     assert exchange.watch is not None and exchange.watch.modes
+
+
+def test_after_the_clock_was_set_back_torques_are_those_of_the_new_time(model, record) -> None:
+    """One of the old time stood before all new ones, until a thousand had pushed it out."""
+    exchange = started(model)
+    seen: list[tuple[int, float]] = []
+    step = exchange.watch.step
+    exchange.watch.step = lambda period, samples, tau: (
+        seen.append((period, float(tau[0]))), step(period, samples, tau)
+    )  # fmt: skip
+    for _ in range(2):
+        seen.clear()
+        play(exchange, record)
+        assert len(seen) > 500
+        assert all(tau == record.tau[k, 0] for k, tau in seen[2:] if k < 590)

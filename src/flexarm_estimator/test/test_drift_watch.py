@@ -285,3 +285,15 @@ def test_an_arm_without_slow_modes_is_refused() -> None:
 def test_the_state_of_a_filter_that_starts_is_the_one_given() -> None:
     x = np.arange(len(filter_of(strip_model()).A), dtype=float)
     assert (ModeDrift(filter_of(strip_model()), x, DT, 5.0).x == x).all()
+
+
+def test_an_alarm_that_stands_while_nothing_is_known_any_more_proposes_without_numbers() -> None:
+    """An arm that has stood for a while: "as if all stiffness were nan times"."""
+    moved = ModeNow("mode_1", 10.0, 9.0, 0.01, 0.01, 0.01, 0.001, True, True, -0.1, 0.001)
+    parked = replace(moved, f_hz=10.0, is_known=False, is_damping_known=False, change=0.0, change_sigma=0.15)
+    alarms = Alarms(DriftConfig())
+    for t in range(400):
+        alarms.look([moved if t < 100 else parked], float(t))
+    assert list(alarms.told) == ["mode_1"]
+    assert "0.81" in proposal([moved], alarms.is_damping_alone)
+    assert proposal([parked], alarms.is_damping_alone).startswith("refresh the description: flexarm identify")

@@ -70,3 +70,14 @@ def test_steps_that_take_longer_than_the_period_are_an_error() -> None:
     for k in range(100):
         health.note(k * PERIOD, 3 * PERIOD, [])
     assert health.verdicts()[0].level == Level.ERROR
+
+
+def test_a_comparison_is_counted_once_however_many_samples_are_refused_after_it() -> None:
+    """Duplicates had the last innovation told again with each of them."""
+    health, bad, good = EstimatorHealth(PERIOD, DiagnosticsConfig()), np.ones(1), np.ones(1)
+    for k in range(200):
+        first = SensorReport("encoder", "ok", "", 0.0, 1, k, bad, 30.0)
+        health.note(k * PERIOD, 1e-4, [first])
+    for k in range(200, 600):
+        health.note(k * PERIOD, 1e-4, [SensorReport("encoder", "ok", "", 0.0, k, 200, good.copy(), 0.5)])
+    assert float(health.verdicts()[1].values["encoder"]) < 2.0

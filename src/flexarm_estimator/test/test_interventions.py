@@ -13,6 +13,7 @@ from flexarm_estimator.interventions.reset import Reset
 from flexarm_estimator.interventions.set_noise import SETTINGS, SetNoise
 from flexarm_estimator.interventions.set_state import SetState
 from flexarm_estimator.interventions.toggle_sensor import ToggleSensor
+from flexarm_estimator.measurement import Measurement
 from flexarm_estimator.settings import EstimatorConfig
 
 CONFIG = EstimatorConfig()
@@ -211,3 +212,37 @@ def test_a_state_set_before_the_first_step_begins_it_with_its_sigmas_and_velocit
     np.testing.assert_allclose(found.x, expected.x, rtol=1e-6)
     np.testing.assert_allclose(found.P.diagonal(), expected.P.diagonal(), rtol=1e-6)
     assert made.step([], np.zeros(1), t + 5.0).theta_dot[0] == 0.0  # a gap later is one as ever
+
+
+@pytest.mark.parametrize("is_reset_first", [True, False])
+def test_a_reset_beside_a_switched_channel_forgets_the_state(is_reset_first):
+    """Both before the next step: the state that had been forgotten was taken up again."""
+    made = estimator()
+    run(made, 0, 200)
+    asked = [Reset(), ToggleSensor("camera", False, ("rx", "ry", "rz"))]
+    for each in asked if is_reset_first else reversed(asked):
+        do(made, each)
+    estimate = made.step([], RECORD.tau[200], float(RECORD.t[200]))
+    assert estimate.status == "starting"
+    assert estimate.P[0, 0] > 0.1
+
+
+def test_a_state_that_was_set_before_the_first_step_survives_a_switched_channel():
+    made = estimator()
+    do(made, SetState((0.3,)))
+    do(made, ToggleSensor("camera", False, ("rx", "ry", "rz")))
+    assert made.step([], RECORD.tau[0], 0.0).x[0] == pytest.approx(0.3, abs=1e-3)
+
+
+def test_what_is_no_array_of_numbers_is_refused_with_and_without_a_channel_switched_off():
+    ragged = [[1.0], [1.0, 2.0]]
+    made = estimator()
+    for k in range(6):
+        if k == 3:
+            do(made, ToggleSensor("camera", False, ("rx", "ry", "rz")))
+        t = k * DT
+        made.step(
+            [Measurement("camera", t, ragged), Measurement("encoder", t, np.zeros(1), ragged)], ragged, t
+        )
+    camera = next(report for report in made.step([], [0.0], 6 * DT).sensors if report.name == "camera")
+    assert camera.accepted == 0 and camera.rejected == 6

@@ -8,6 +8,7 @@ import pytest
 from flexarm_estimator.estimator import Estimator
 from flexarm_estimator.filter import Belief, GuardedFilter
 from flexarm_estimator.filters.steady_state import covariance_after
+from flexarm_estimator.interventions.toggle_sensor import ToggleSensor
 from flexarm_estimator.settings import EstimatorConfig
 from flexarm_estimator.settled import settled_filter
 from flexarm_estimator.steps.joint_step import JointStep
@@ -105,3 +106,14 @@ def test_a_filter_without_prompt_sensors_has_no_settled_form(arm):
 def test_a_sensor_slower_than_the_period_is_left_out(arm):
     slow = tuple(replace(s, rate_hz=100.0) if s.name == "root_strain" else s for s in arm[0].sensors)
     assert settled_filter(estimator_of(arm, slow), DT).left_out == ("root_strain", "camera")
+
+
+def test_a_sensor_that_is_switched_off_is_left_out_and_told_to_be_another_filter(arm):
+    estimator = estimator_of(arm)
+    before = estimator.config
+    for is_on, rows in ((False, 2), (True, 3)):
+        ToggleSensor("root_strain", is_on).apply(estimator)
+        settled = settled_filter(estimator, DT)
+        assert len(settled.rows) == rows and ("root_strain" in settled.left_out) != is_on
+        assert estimator.config is not before  # by which the node knows that it has another one to tell
+        before = estimator.config

@@ -153,6 +153,8 @@ class ModelNode(ManagedNode):
 
     def on_joint_states(self, msg: JointState) -> None:
         """Serve a new model when the arm has moved far enough for it to differ."""
+        now_ns = stamp_to_ns(msg.header.stamp)
+        self._served.pass_by(now_ns)
         if not self._follows_pose:
             return
         position, newest = dict(zip(msg.name, msg.position, strict=False)), self._served.newest
@@ -160,7 +162,6 @@ class ModelNode(ManagedNode):
         is_far = abs(pose - self._looked_at).max(initial=0.0) >= self.settings.pose_step
         if not (is_far and np.isfinite(pose).all()):
             return
-        now_ns = stamp_to_ns(msg.header.stamp)
         if 0 <= now_ns - self._published_ns < NS_PER_S / self.settings.rate:
             return
         self._looked_at = pose
@@ -174,7 +175,6 @@ class ModelNode(ManagedNode):
         is_other = model_difference(model, newest) > self.settings.tolerance
         if is_other or self._served.has_after(now_ns + FOLLOWING_LEAD_NS):
             self._published_ns = now_ns
-            self._served.pass_by(now_ns)
             self._served.serve(model, now_ns + FOLLOWING_LEAD_NS)
 
     def on_get_reduced_model(

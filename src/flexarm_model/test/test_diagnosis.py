@@ -28,13 +28,25 @@ def regular(n: int = 200, period: float = PERIOD) -> list[float]:
 @pytest.mark.parametrize(
     ("value", "level"), [(1.0, Level.OK), (1.5, Level.WARN), (4.5, Level.ERROR), (math.nan, Level.OK)]
 )
-def test_high_is_bad_where_the_error_lies_above_the_warning(value: float, level: Level) -> None:
+def test_more_than_the_thresholds_is_bad(value: float, level: Level) -> None:
     assert Figure("jitter [ms]", value, warn=1.0, error=4.0).level == level
 
 
 @pytest.mark.parametrize(("value", "level"), [(200, Level.OK), (195, Level.WARN), (100, Level.ERROR)])
-def test_low_is_bad_where_the_error_lies_below_the_warning(value: float, level: Level) -> None:
-    assert Figure("rate [Hz]", value, warn=196.0, error=184.0).level == level
+def test_of_some_figures_less_than_the_thresholds_is_bad(value: float, level: Level) -> None:
+    assert Figure("rate [Hz]", value, warn=196.0, error=184.0, is_low_bad=True).level == level
+
+
+@pytest.mark.parametrize("settings", [{"error_factor": 1.0}, {"rate_shortfall": 0.0}])
+def test_a_rate_that_warns_where_it_errs_is_judged_from_below(settings: dict[str, float]) -> None:
+    """The sense was told from the order of the thresholds: a sound loop was an error, a slow one was well."""
+    for rate, level in ((1.001 / PERIOD, Level.OK), (0.5 / PERIOD, Level.ERROR)):
+        health = LoopHealth("node: loop", PERIOD, DiagnosticsConfig(**settings))
+        for t in regular(period=1.0 / rate):
+            health.beat(t)
+        verdict = health.verdict()
+        assert verdict.level == level
+        assert level == Level.OK or "below" in verdict.text
 
 
 def test_the_worst_figure_speaks_and_all_are_told() -> None:

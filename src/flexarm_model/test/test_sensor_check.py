@@ -27,7 +27,7 @@ def pushes(seed: int = 0, frequency: float = 1.0) -> Pushes:
     real = np.exp(-t) * np.sin(2 * np.pi * frequency * t)
     predicted = shapes[:, None, :] * own[:, None]
     measured = shapes[:, None, :] * real[:, None] + SIGMA * rng.standard_normal((2, 300, 3))
-    return Pushes(SIGMA * rng.standard_normal((400, 3)), measured, predicted)
+    return Pushes(SIGMA * rng.standard_normal((400, 3)), np.zeros((2, 3)), measured, predicted)
 
 
 def found(planted: Pushes) -> dict[str, Finding]:
@@ -62,6 +62,15 @@ def test_good_channels_are_good_on_an_arm_whose_frequency_is_15_percent_off() ->
 def test_a_fault_is_told_by_name_and_the_other_channels_stay_good(verdict: str, change: object) -> None:
     verdicts = {name: f.verdict for name, f in found(changed(a=change)).items()}
     assert verdicts == {"a": verdict, "b": "good", "c": "good"}
+
+
+def test_a_range_without_zero_is_one_of_values_and_not_of_deviations() -> None:
+    """A sound encoder of an axis that turns from 60 to 120 degrees was called clipped."""
+    clean = pushes()
+    there = replace(clean, quiet=clean.quiet + 2.0, rest=clean.rest + 2.0)
+    for low, high, verdict in ((0.9, 3.1, "good"), (-3.1, -0.9, "clipped"), (0.9, 2.5, "clipped")):
+        channels = [replace(channel, low=low, high=high) for channel in CHANNELS]
+        assert check_channels(channels, there)[0].verdict == verdict
 
 
 def test_swapped_channels_are_named_with_whom_they_speak_for() -> None:

@@ -93,3 +93,19 @@ def test_what_was_used_before_is_forgotten(served: ServedModels) -> None:
         served.serve(model(f"{t}"), t + 2)
         assert served.at(t).model_id == ("home" if t < 2 else f"{t - 2}")
         assert len(served._pending.waiting) <= 3
+
+
+def test_a_motion_ahead_does_not_make_those_before_it_forgotten(served: ServedModels, heard: Heard) -> None:
+    """What waited for a time before its begin was lost: nobody voided it when an earlier motion came."""
+    follow(served, 100, (10, "a"), (30, "b"))
+    follow(served, 200, (10, "c"))
+    assert [served.at(t).model_id for t in (100, 110, 199)] == ["home", "a", "b"]
+    follow(served, 100)
+    assert [heard.at(t) for t in (110, 130, 220)] == ["home"] * 3
+
+
+def test_what_is_over_is_not_kept(served: ServedModels) -> None:
+    for motion in range(20):
+        follow(served, 100 * motion, (10, "a"), (20, "b"))
+        served.pass_by(100 * motion + 50)
+    assert not served.has_after(0) and served.at(5000).model_id == "b"

@@ -11,6 +11,7 @@ from test_sid_damping import older
 from test_sid_file import beam, rigid
 
 from flexarm_model.bodies.sid_file import read_sid, write_sid
+from flexarm_model.bodies.sid_text import Taylor, parse_blocks
 from flexarm_model.settings.strict_yaml import ConfigError
 
 
@@ -126,3 +127,23 @@ def test_a_coordinate_without_mass_is_refused(text: str, tmp_path: Path) -> None
 def test_a_rigid_body_passes_every_check(tmp_path: Path) -> None:
     write_sid(rigid(), tmp_path / "q.sid")
     assert read_sid(tmp_path / "q.sid").n == 0
+
+
+SQUARE = "Ke\norder = 0\nnrow = 3\nncol = 3\nnq = 3\nnqn = 0\nstructure = 2\n{}\nend Ke"
+
+
+def square(*entries: str) -> Taylor:
+    lines = SQUARE.format("\n".join(entries)).splitlines()
+    return parse_blocks(Path("q.sid"), lines).block("Ke").taylor(3, (3, 3))
+
+
+def test_what_is_given_on_either_side_of_the_diagonal_holds_on_both() -> None:
+    """With one entry above the diagonal all below it were lost."""
+    full = square("m0(1,1) = 5", "m0(2,2) = 5", "m0(3,3) = 5", "m0(1,2) = -1", "m0(3,2) = -2").m0
+    np.testing.assert_array_equal(full, [[5, -1, 0], [-1, 5, -2], [0, -2, 5]])
+
+
+def test_entries_that_should_be_equal_and_are_not_are_refused_by_name() -> None:
+    square("m0(1,2) = -1", "m0(2,1) = -1")
+    with pytest.raises(ConfigError, match=r"Ke.*m0\(1, 2\) = -1 is not symmetric: mirrored it is -3"):
+        square("m0(1,2) = -1", "m0(2,1) = -3")

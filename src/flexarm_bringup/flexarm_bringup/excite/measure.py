@@ -121,16 +121,16 @@ def check_sensors(arm: HeldArm, plan: Plan) -> Generator[Array, Driven, tuple[Fi
     predicted = [arm.respond(each).y[:, [c.row for c in every]] for each in added]
     yield rest
     quiet = (yield np.zeros((max(round(QUIET / dt), 50), m))).y
-    measured = []
+    before, answers = [], []
     for each in added:
         start = (yield np.zeros((10, m))).y
-        answer = (yield each).y
+        answers.append((yield each).y)
         with np.errstate(invalid="ignore"):
-            measured.append(answer - np.nan_to_num(np.nanmean(np.vstack([start, answer[:1]]), axis=0)))
+            before.append(np.nan_to_num(np.nanmean(np.vstack([start, answers[-1][:1]]), axis=0)))
         yield rest
-    return check_channels(
-        [_checked(c) for c in every], Pushes(quiet, np.array(measured), np.array(predicted))
-    )
+    at_rest = np.array(before)
+    measured = np.array(answers) - at_rest[:, None]
+    return check_channels([_checked(c) for c in every], Pushes(quiet, at_rest, measured, np.array(predicted)))
 
 
 def push_of(arm: HeldArm) -> Array:

@@ -86,6 +86,8 @@ class DriftExchange:
         if topic == TORQUE_TOPIC:
             tau, _ = self._reader.read_torque(topic, msg)
             if tau is not None:
+                if self._torques and stamp_ns < self._torques[-1][0] - _PATIENCE * NS_PER_S:
+                    self._torques.clear()  # the clock was set back: those would be waited for
                 self._torques.append((stamp_ns, tau))
                 self._instants.hear(topic, period)
             return

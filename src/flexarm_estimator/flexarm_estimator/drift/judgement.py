@@ -204,6 +204,8 @@ def proposal(modes: Sequence[ModeNow], is_damping_alone: bool = False) -> str:
             f"that rubs, or {refresh}"
         )
     known = [mode for mode in modes if mode.is_known]
+    if not known:  # it was; the arm has stood too long to tell by how much
+        return refresh
     weights = np.array([mode.drift_sigma**-2 for mode in known])
     changes = np.array([mode.drift for mode in known])
     mean = float(weights @ changes / weights.sum())

@@ -38,6 +38,7 @@ class ToggleSensor(Intervention):
         """See Intervention; where channels change, samples from before are ignored, doubts forgotten."""
         if not self.channels:
             estimator.health.switch(self.sensor, not self.is_on)
+            estimator.config = replace(estimator.config)  # it has come to another filter
             return
         old = {spec.name: spec for spec in estimator.specs}
         new = old | {self.sensor: switch(old[self.sensor], self.channels, self.is_on)}

@@ -141,12 +141,10 @@ class SampleChecks:
 
     def own_covariance(self, sample: Measurement) -> Array | None:
         """Return the sample's R, floored; None when it has none or one that cannot be used."""
-        if sample.R is None:
+        variances, R = self._variances[sample.sensor], sample.R
+        if not isinstance(R, np.ndarray) or R.shape != (variances.size,) * 2:
             return None
-        variances = self._variances[sample.sensor]
-        R = np.asarray(sample.R)
-        size = variances.size
-        if R.shape != (size, size) or R.dtype != np.float64 or not np.isfinite(R).all():
+        if R.dtype != np.float64 or not np.isfinite(R).all():
             return None
         diagonal = R.diagonal()
         if not (diagonal > 0.0).all():  # drivers that know no covariance send zeros

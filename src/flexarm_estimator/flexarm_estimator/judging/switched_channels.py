@@ -69,12 +69,12 @@ class Narrowing:
         kept, m = self._kept.get(sample.sensor, ([], 0))
         if not kept:
             return sample
-        if np.shape(sample.y) != (m,):  # it must not pass for a narrow one
+        y, R = sample.y, sample.R
+        if not isinstance(y, np.ndarray) or y.shape != (m,):  # it must not pass for a narrow one
             return sample._replace(y=np.empty(0))
-        R = None if sample.R is None else np.asarray(sample.R)
-        if R is not None and R.shape == (m, m):
+        if isinstance(R, np.ndarray) and R.shape == (m, m):
             R = R[np.ix_(kept, kept)]
-        return sample._replace(y=np.asarray(sample.y)[kept], R=R)
+        return sample._replace(y=y[kept], R=R)
 
 
 def _sigma(spec: SensorSpec, mounted: SensorSpec, channels: Sequence[str]) -> NDArray[np.float64]:

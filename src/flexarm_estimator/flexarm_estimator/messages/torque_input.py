@@ -22,7 +22,10 @@ def torque_input(tau: Array, n_theta: int) -> Array | None:
     Returns:
         None where the torque is not finite, or not as many real numbers as there are axes.
     """
-    torque = np.asarray(tau)
+    try:
+        torque = np.asarray(tau)
+    except ValueError:  # rows of different lengths
+        return None
     if torque.shape != (n_theta,) or (torque.dtype != _FLOAT and torque.dtype.kind not in _REAL):
         return None
     values = torque.tolist()

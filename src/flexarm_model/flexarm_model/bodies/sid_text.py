@@ -37,6 +37,7 @@ Index = tuple[int, ...]
 _ENTRY = re.compile(r"(\w+)\s*\((.*?)\)\s*=\s*(.*)")
 _INDEX = re.compile(r"\s*\d{1,9}\s*(,\s*\d{1,9}\s*)*")
 _SYMMETRIC, _FULL = 2, 3
+_SAME = 1e-9  # of the largest entry: what is given on both sides of the diagonal may differ by so much
 _STRUCTURES = range(_FULL + 1)
 
 
@@ -158,8 +159,20 @@ class Block:
         if self.whole_number("structure", _STRUCTURES) == _SYMMETRIC:
             if shape[0] != shape[1]:
                 raise self.error(f"structure = {_SYMMETRIC}: is {shape[0]} x {shape[1]}, not symmetric")
-            m0, m1 = _mirror(m0), None if m1 is None else _mirror(m1)
+            m0, m1 = self._mirrored("m0", m0), None if m1 is None else self._mirrored("m1", m1)
         return Taylor(m0, m1)
+
+    def _mirrored(self, key: str, matrix: Array) -> Array:
+        """Complete symmetric matrices (r, r, ...), of which an entry may be given on one side alone."""
+        other = matrix.swapaxes(0, 1)
+        differ = (matrix != 0) & (other != 0) & (abs(matrix - other) > _SAME * abs(matrix).max(initial=0.0))
+        if differ.any():
+            at = tuple(np.argwhere(differ)[0])
+            place = ", ".join(str(i + 1) for i in at)
+            raise self.error(
+                f"{key}({place}) = {matrix[at]:g} is not symmetric: mirrored it is {other[at]:g}"
+            )
+        return np.asarray(np.where(matrix == 0, other, matrix))
 
     def _number(self, text: str, line: int) -> float:
         try:
@@ -223,14 +236,3 @@ def format_array(name: str, array: Array) -> Iterator[str]:
     """Yield a line for every entry of an array that is not (positive) zero."""
     for index in np.argwhere((array != 0) | np.signbit(array)):
         yield f"{name}({', '.join(f'{i + 1:2d}' for i in index)}) = {float(array[tuple(index)])!r}"
-
-
-def _mirror(matrix: Array) -> Array:
-    """Complete symmetric matrices (r, r, ...) of which one triangle may be missing."""
-    row, column = np.tril_indices(matrix.shape[0], -1)
-    whole = matrix.copy()
-    if not matrix[column, row].any():
-        whole[column, row] = matrix[row, column]
-    else:
-        whole[row, column] = matrix[column, row]
-    return whole

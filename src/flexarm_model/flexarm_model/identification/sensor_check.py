@@ -54,15 +54,17 @@ class CheckedChannel:
 
 @dataclass(frozen=True)
 class Pushes:
-    """What was measured and predicted, deviations from rest.
+    """What was measured and predicted.
 
     Attributes:
         quiet: Without any push, (n, c); nan where no sample came.
-        measured: With the pushes of one motor after another, (motors, n, c).
+        rest: Before the push of every motor, (motors, c).
+        measured: Deviations from that with the pushes of one motor after another, (motors, n, c).
         predicted: The same from the model, (motors, n, c).
     """
 
     quiet: Array
+    rest: Array
     measured: Array
     predicted: Array
 
@@ -153,7 +155,8 @@ class _Doubts:
 def _verdict(
     at: _Doubts, c: int, rivals: Sequence[int], channels: Sequence[CheckedChannel], pushes: Pushes
 ) -> tuple[str, str]:
-    record = np.concatenate([pushes.quiet[:, c], pushes.measured[:, :, c].ravel()])
+    pushed = pushes.measured[:, :, c] + pushes.rest[:, c, None]
+    record = np.concatenate([pushes.quiet[:, c], pushed.ravel()])
     missing = float(np.mean(~np.isfinite(record)))
     if missing > MISSING:
         return "silent", f"{100 * missing:.0f} % of its samples did not come"

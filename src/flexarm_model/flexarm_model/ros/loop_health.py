@@ -72,7 +72,7 @@ class LoopHealth:
             expected, factor = 1.0 / self._period, self._config.error_factor
             shortfall = self._config.rate_shortfall
             low, lowest = expected * (1 - shortfall), expected * max(1 - factor * shortfall, 0.0)
-            rate = Figure(rate.name, rate.value, low, lowest)
+            rate = Figure(rate.name, rate.value, low, lowest, is_low_bad=True)
             warn = MS * self._config.jitter_share * self._period
             error = factor * warn
         return [

@@ -68,8 +68,8 @@ class ServedModels:
             models: Of the motion, with the times since its begin [ns].
             start_ns: Its begin [ns].
         """
-        self.pass_by(start_ns)
-        self._start_ns, self._aside, self._before = start_ns, self._pending.waiting, self._in_use
+        later = tuple((since_ns, model) for since_ns, model in self._pending.waiting if since_ns > start_ns)
+        self._start_ns, self._aside, self._before = start_ns, later, self.at(start_ns)
         if self._aside:
             self.serve(self._before, start_ns)
         for after_ns, model in models:
@@ -81,7 +81,6 @@ class ServedModels:
             return False
         if self.newest is not self._before:
             self.serve(self._before, start_ns)
-            self._in_use = self._before
         for stamp_ns, model in self._aside:
             self.serve(model, stamp_ns)
         self._start_ns, self._aside = -1, ()

@@ -1,7 +1,7 @@
 """Figures judged by thresholds: what a node says of its health once a second.
 
-A figure is a number with its unit, a warning and an error threshold. Where the error lies below the warning,
-low is bad (a rate); else high is bad (a jitter). The worst figure decides the level and names itself.
+A figure is a number with its unit, a warning and an error threshold, above which it is bad (a jitter) or
+below which it is (a rate). The worst figure decides the level and names itself.
 """
 
 from __future__ import annotations
@@ -61,17 +61,19 @@ class Figure:
         name: With its unit, "jitter [ms]".
         value: In that unit.
         warn, error: Thresholds in that unit; infinite for none.
+        is_low_bad: Less than the thresholds is bad, not more.
     """
 
     name: str
     value: float
     warn: float = math.inf
     error: float = math.inf
+    is_low_bad: bool = False
 
     @property
     def level(self) -> Level:
         """How bad the value is."""
-        sign = -1.0 if self.error < self.warn else 1.0
+        sign = -1.0 if self.is_low_bad else 1.0
         if sign * self.value > sign * self.error:
             return Level.ERROR
         return Level.WARN if sign * self.value > sign * self.warn else Level.OK
@@ -80,7 +82,7 @@ class Figure:
     def text(self) -> str:
         """The value beside the threshold that it has crossed."""
         bound = self.error if self.level == Level.ERROR else self.warn
-        side = "below" if self.error < self.warn else "above"
+        side = "below" if self.is_low_bad else "above"
         return f"{self.name} {self.value:.4g} {side} {bound:.4g}"
 
 
