@@ -79,7 +79,7 @@ def reference_from_msg(msg: JointTrajectory, names: tuple[str, ...], epoch_ns: i
 
 
 def reference_to_msg(reference: Reference, names: tuple[str, ...], epoch_ns: int) -> JointTrajectory:
-    """Return the trajectory message of a reference."""
+    """Return the trajectory message of a reference; accelerations that jump are left to its cubics."""
     msg = JointTrajectory(joint_names=list(names))
     start_ns = round(reference.t[0] * NS_PER_S)
     msg.header.stamp = ns_to_stamp(start_ns + epoch_ns)
@@ -88,7 +88,9 @@ def reference_to_msg(reference: Reference, names: tuple[str, ...], epoch_ns: int
     ):
         sec, nanosec = divmod(round(t * NS_PER_S) - start_ns, NS_PER_S)
         point = JointTrajectoryPoint(time_from_start=Duration(sec=sec, nanosec=nanosec))
-        point.positions, point.velocities, point.accelerations = map(floats, (theta, theta_dot, theta_ddot))
+        point.positions, point.velocities = floats(theta), floats(theta_dot)
+        if reference.theta_ddot_before is None:
+            point.accelerations = floats(theta_ddot)
         msg.points.append(point)
     return msg
 

@@ -225,7 +225,7 @@ class ControllerExchange:
         reference = reference_from_msg(msg, self._names, self._epoch_ns)
         if now is not None:
             check_begin(float(reference.t[0]) - now, LATE)
-        reference, remark = admit(reference, model, self._limits, self._motion)
+        reference, remark = admit(reference, model, self._limits, self._motion, self.is_armed)
         fault = self.controller.follow(reference)
         if fault:
             raise MotionError(fault)

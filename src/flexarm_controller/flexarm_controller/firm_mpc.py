@@ -29,6 +29,7 @@ from flexarm_model.served.reduced_model import ReducedModel
 
 Array = NDArray[np.float64]
 Soft = Mpc | MovingMpc | LearningMpc
+LOOKED = 1.0  # s of the reference that are looked at together
 
 
 class FirmMpc:
@@ -49,6 +50,7 @@ class FirmMpc:
         self.lasts = config.firm_time + self._ahead
         self._since, self._due = -math.inf, -math.inf  # when it set out, and when it was due last [s]
         self._reference: Reference | None = None
+        self._looked = math.inf, -math.inf  # of the reference, from when and until when [s]
         self._spans = np.zeros((0, 3))  # first of the row, begin and end of every time it is due [s]
 
     def step(self, state: ArmState, reference: Reference, sent: Array) -> Plan:
@@ -73,13 +75,22 @@ class FirmMpc:
 
     def _due_since(self, t: float, reference: Reference) -> float | None:
         """Return since when such motions have been within reach without a pause; None if none is."""
-        if reference is not self._reference:
-            self._reference = reference
-            motions = firm_motions(reference, self._model, self._longest, self._dt)
-            self._spans = _rows(motions[:, 0] - self._ahead, motions[:, 1], self._ahead)
+        if reference is not self._reference or not self._looked[0] <= t < self._looked[1]:
+            self._look(t, reference)
         first, begin, end = self._spans.T
         due = first[(begin <= t) & (t < end)]
         return float(due[0]) if due.size else None
+
+    def _look(self, t: float, reference: Reference) -> None:
+        """Find the motions that are due soon, and those before them with which a row may have begun.
+
+        A row that is older than the firm law lasts need not be known from its begin.
+        """
+        soon, reach = t + max(LOOKED, self._longest), self._longest + self._ahead
+        self._reference, self._looked = reference, (t, soon)
+        window = t - self.lasts - 2 * reach, soon + reach
+        motions = firm_motions(reference, self._model, self._longest, self._dt, window)
+        self._spans = _rows(motions[:, 0] - self._ahead, motions[:, 1], self._ahead)
 
 
 def _rows(begin: Array, end: Array, pause: float) -> Array:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -52,4 +52,9 @@ def splice(before: Reference, after: Reference, t: float) -> Reference:
     kept = before.t[(before.t > t) & (before.t < start)]
     times = np.concatenate([[t], kept])
     parts = zip(before.sample(times), (after.theta, after.theta_dot, after.theta_ddot), strict=True)
-    return Reference(np.concatenate([times, after.t]), *(np.concatenate(pair) for pair in parts))
+    spliced = Reference(np.concatenate([times, after.t]), *(np.concatenate(pair) for pair in parts))
+    if before.theta_ddot_before is None and after.theta_ddot_before is None:
+        return spliced
+    ends = after.theta_ddot if after.theta_ddot_before is None else after.theta_ddot_before
+    until_then = before.before(np.append(times, start))
+    return replace(spliced, theta_ddot_before=np.concatenate([until_then, ends[1:]]))

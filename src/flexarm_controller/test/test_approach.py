@@ -103,3 +103,18 @@ def test_goals_of_the_tip_keep_the_guards_bound_where_a_gauge_bears_little():
     assert answer.is_accepted, answer.reason
     assert arm.reference.theta[-1, 0] == pytest.approx(2.8, abs=0.01)
     assert stopped_by(guard_limits(config, tree, GuardSettings()), arm.reference) == ""
+
+
+@pytest.mark.parametrize("share", [0.85, 0.92, 0.98])
+def test_a_goal_that_turns_round_an_axis_near_its_end_is_reached_however_fast_it_comes(share):
+    """What it was too fast by at the start no slower motion could mend: it took 367853 s, and was refused."""
+    config = load_config(find_manipulator("single_link"))
+    tree = ReducedTree(config, use_compiler=False)
+    model, limits = linearize(tree), limits_of(config)
+    ranges = guard_limits(config, tree, GuardSettings()).ranges
+    planner = MotionPlanner(model, limits, MotionConfig(), ranges)
+    for at in (2.0, 2.5):
+        v = min(share * ranges[0].allowed(ranges[0].high - at), limits.velocity[0])
+        motion = planner.move(MotionState(np.array([at]), np.array([v]), np.zeros(1)), np.array([1.0]))
+        assert motion.t[-1] < 5.0
+        assert motion.sample(np.linspace(0.0, motion.t[-1], 500))[0].max() < limits.position_high[0]

@@ -57,7 +57,7 @@ print(round(leads_to(), 3))
 TOO_LARGE = """
 said = []
 node._publish = lambda outgoing: said.extend(out.msg.reason for out in outgoing)
-send(JointTrajectory, "reference", RELIABLE_QOS, motion(2001), lambda: said)
+send(JointTrajectory, "reference", RELIABLE_QOS, motion(1001), lambda: said)
 print(said[-1])
 """
 GOAL = """
@@ -81,7 +81,7 @@ print(*((topic, msg.goal_id, msg.reason) for topic, msg in said))
     [
         (ENDING, True, ["1", "('motion_status', 1, 'the controller is not active any more')"]),
         (UNSERVED, False, ["0.3", "0.0"]),
-        (TOO_LARGE, False, ["reference refused: 2001 points, at most 2000 while the guard is armed: "]),
+        (TOO_LARGE, False, ["reference refused: 1001 points, at most 1000 while the guard is armed: "]),
         (GOAL, False, ["4100001"]),
         (GOAL, True, ["1"]),
     ],

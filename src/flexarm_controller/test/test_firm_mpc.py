@@ -162,3 +162,34 @@ def test_firm_axes_cost_the_square_of_the_firmness_and_modes_and_torque_that_muc
 def test_firm_weights_are_the_soft_ones_for_firmness_one():
     assert firm(replace(CONFIG, firmness=1.0)) == replace(CONFIG, firmness=1.0)
     assert firm(CONFIG).position_error == CONFIG.position_error / CONFIG.firmness
+
+
+def test_a_reference_of_an_hour_is_looked_at_a_second_at_a_time(time_optimal, monkeypatch):
+    """All of it was sampled by the control period, in the period after it had come: half a second."""
+    model, limits = single_link(), limits_of_hub()
+    motion, hour = of_velocity(time_optimal), 3600.0
+    t = np.concatenate([motion.t, motion.t[1:] + hour])
+    twice = [np.concatenate([x, x[1:] + x[-1] * is_place]) for x, is_place in (
+        (motion.theta, True), (motion.theta_dot, False), (motion.theta_ddot, False))]  # fmt: skip
+    long, sampled = Reference(t, *twice), []
+    sample = Reference.sample
+    monkeypatch.setattr(Reference, "sample", lambda self, at: sampled.append(at.size) or sample(self, at))
+    law = FirmMpc(Mpc(model, limits, CONFIG, DT), model, limits, CONFIG, DT)
+    end = START + DT * time_optimal.size
+    for begin in (0.0, hour):
+        assert not law._is_firm(begin + START - CONFIG.horizon * DT - 0.02, long)
+        assert law._is_firm(begin + START - CONFIG.horizon * DT + 0.02, long)
+        assert law._is_firm(begin + end - 0.02, long)
+        assert not law._is_firm(begin + end + 0.02, long)
+    assert max(sampled) < 1000
+
+
+def test_motions_within_a_window_are_those_of_the_whole_that_lie_in_it(time_optimal):
+    model = single_link()
+    rest = np.zeros(20)
+    many = of_velocity(np.concatenate([np.concatenate([time_optimal, rest])] * 6))
+    whole = firm_motions(many, model, 0.4, DT)
+    assert len(whole) == 6
+    for begin, end in ((0.0, many.t[-1]), (0.6, 1.5), (0.62, 0.63), (1.0, 1.1), (9.0, 10.0), (-5.0, -4.0)):
+        inside = whole[(whole[:, 0] >= begin) & (whole[:, 1] <= end)]
+        np.testing.assert_allclose(firm_motions(many, model, 0.4, DT, (begin, end)), inside, atol=1e-9)

@@ -114,3 +114,15 @@ def test_rest_is_watched_over_the_same_time_whatever_the_period():
             guard.step(None, REST, count * period)
             count += 1
         assert count * period == pytest.approx(0.25, abs=0.51 * period)
+
+
+@pytest.mark.parametrize("velocity", [1.7e308, -1.7e308, 1e300])
+def test_velocities_of_any_size_are_no_rest_and_end_no_guard(velocity):
+    """Two of them added up to more than a number can be, and the guard ended while it braked."""
+    guard = armed()
+    guard.stop("test")
+    t = play(guard, [0.0] * 10 + [velocity] * 3 + [0.0] * 10)
+    assert guard.mode == BRAKING
+    t = stand(guard, stand(guard, t))
+    assert guard.mode == STOPPED
+    assert guard.arm(t, TOKEN)

@@ -230,3 +230,63 @@ def test_a_goal_is_settled_after_the_motion_however_near_it_was_before():
     pursuit = Pursuit(1, hold(np.zeros(1)), 0.0, 0.5, np.zeros(3))
     done = [t for t in 0.01 * np.arange(80) if (told := pursuit.judge(t, 5e-4, config)) and told.is_final]
     assert done[0] == pytest.approx(0.6, abs=0.011)
+
+
+def accelerations_of(motion):
+    """Return the accelerations told and those of its own velocities, between knots, both (k, n_theta)."""
+    h, middle = 1e-6, (motion.t[1:] + motion.t[:-1]) / 2
+    later, sooner = motion.sample(middle + h)[1], motion.sample(middle - h)[1]
+    return motion.sample(middle)[2], (later - sooner) / (2 * h)
+
+
+@pytest.mark.parametrize("jerk", [np.inf, 40.0])
+def test_accelerations_are_those_of_the_motion_also_where_they_jump(jerk):
+    """Without a torque rate they were drawn straight from knot to knot, wrong up to their sign."""
+    box, begin = (
+        box_of((1.0, 4.0, jerk), (2.0, 6.0, jerk)),
+        MotionState(*np.array([[0, 0], [0.9, 0], [0, 0.0]])),
+    )
+    for motion in (move(begin, np.array([1.0, -1.0]), box), stop(begin, box)):
+        told, own = accelerations_of(motion)
+        np.testing.assert_allclose(told, own, atol=1e-6)
+        assert abs(told).max() > 3.9
+
+
+def test_one_axis_without_a_torque_rate_leaves_the_others_theirs():
+    """Infinity over infinity: the smallest share was none, and the jerk negative."""
+    model, viscous = two_axes(), np.diag([0.5, 0.0])
+    D = model.D.copy()
+    D[:2, :2] += viscous
+    model, start = replace(model, D=D), at_rest(*model.pose)
+    boxes = []
+    for rate in (np.inf, 1e9):
+        limits = replace(two_axis_limits(), effort_rate=np.array([40.0, rate]))
+        boxes.append(axis_limits(model, limits, [start.theta], MotionConfig()))
+        MotionPlanner(model, limits, MotionConfig(), ()).move(start, start.theta + 0.3)
+    for name in ("velocity", "acceleration", "jerk"):
+        np.testing.assert_allclose(*(getattr(box, name) for box in boxes), rtol=1e-6)
+
+
+def test_a_motion_that_may_be_followed_can_be_cancelled_however_much_holding_takes():
+    """Cancelling was bound by the share that motions may have, references by all of the torque."""
+    model = two_axes()
+    equilibrium = build_equilibrium(model)
+    holding = abs(equilibrium.U[:, :2] @ model.pose + equilibrium.u_0)
+    limits = two_axis_limits(effort=tuple(holding / 0.85))
+    planner = MotionPlanner(model, limits, MotionConfig(), ())
+    begin = MotionState(model.pose, np.full(2, 0.01), np.zeros(2))
+    with pytest.raises(MotionError, match="holding still takes"):
+        planner.move(begin, model.pose + 0.1)
+    stopped = planner.stop(begin, 1.0)
+    assert find_excess(stopped, limits, model.theta_names, equilibrium) is None
+    assert not stopped.theta_dot[-1].any()
+
+
+@COUNT
+@given(end=st.floats(-3.0, -0.1), other=st.sampled_from([0.0, 2.0]), jerk=st.floats(5.0, 2000.0))
+def test_a_range_that_ends_at_zero_holds_what_ends_there(end, other, jerk):
+    low, high = sorted((end, other))
+    limits = replace(limits_of_hub(), position_low=np.array([low]), position_high=np.array([high]))
+    for begin, goal in ((low, high), (high, low)):
+        motion = move(at_rest(begin), np.array([goal]), box_of((1.0, 4.0, jerk)))
+        assert find_excess(motion, limits) is None

@@ -74,6 +74,20 @@ def test_work_done_ahead_changes_nothing_but_the_time_it_is_done_at():
         np.testing.assert_array_equal(plans[0].torques, plans[1].torques)
 
 
+def test_rounding_of_periods_does_not_add_up_to_another_instant(monkeypatch):
+    """After some minutes the motion expected was another instant's, and began anew every minute."""
+    model, limits = single_link(), limits_of_hub(effort=3.0)
+    _, law = laws(model, limits)
+    begun = []
+    restart = law._guess.restart
+    monkeypatch.setattr(law._guess, "restart", lambda goal, t: begun.append(t) or restart(goal, t))
+    sent, reference = np.zeros((1, 1)), ramp(model, 0.02)
+    for k in range(400):
+        law.step(state_of(disturbed(model, k, 0.01), model, k * (DT + 5e-12)), reference, sent)
+        law.work_ahead()
+    assert len(begun) == 1
+
+
 def test_a_thousand_alternations_of_good_and_bad_data_never_leave_it_stuck():
     model, limits = single_link(), limits_of_hub()
     _, law = laws(model, limits)

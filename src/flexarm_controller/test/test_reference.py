@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from served_arms import limits_of_hub
 
-from flexarm_controller.reference import Reference, hold
+from flexarm_controller.reference import Reference, hold, splice
 from flexarm_model.motion.profiles import Quintic
 
 
@@ -101,3 +101,15 @@ def test_what_is_sampled_side_by_side_is_what_is_sampled_in_parts():
             stacked.shape[1] * stacked.itemsize,
             stacked.itemsize,
         )  # windows rely on it
+
+
+def test_what_is_spliced_keeps_the_accelerations_of_both_parts_where_they_jump():
+    """Those before the seam were drawn straight to the ones behind it."""
+    before = Reference.through(np.array([0.0, 0.5, 1.0]), np.array([[0.0], [0.4], [1.0]]))
+    then = Reference(np.array([1.05, 2.0]), np.array([[1.0], [1.2]]), np.zeros((2, 1)), np.zeros((2, 1)))
+    for after in (then, Reference.through(then.t, np.array(then.theta))):
+        spliced = splice(before, after, 0.3)
+        times = np.array([0.3, 0.45, 0.49999, 0.5, 0.7, 0.95, 0.999, 1.02, 1.049])
+        np.testing.assert_allclose(spliced.sample(times)[2], before.sample(times)[2], atol=1e-12)
+        later = np.linspace(1.05, 2.1, 20)
+        np.testing.assert_allclose(spliced.sample(later)[2], after.sample(later)[2], atol=1e-12)

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from served_arms import limits_of_hub, single_link, two_axes, two_axis_limits
 
-from flexarm_controller.motion.admission import admit
+from flexarm_controller.motion.admission import MOST_SLOWED, admit
 from flexarm_controller.motion.excess import find_excess
 from flexarm_controller.motion.refusals import MotionError
 from flexarm_controller.motion.settings import MotionConfig
@@ -164,3 +164,17 @@ def test_beyond_a_range_or_a_velocity_nothing_helps_but_another_reference(excess
     for reference, quantity in ((too_far, "position"), (too_fast, "velocity")):
         with pytest.raises(MotionError, match=quantity):
             admit(reference, model, limits, config)
+
+
+@pytest.mark.parametrize("excess", ["retime", "stretch"])
+def test_what_takes_long_to_slow_down_is_refused_while_commands_are_awaited(excess):
+    """Retiming 500 points took half a second, in which the guard stops the arm for want of commands."""
+    model, limits, config = single_link(), limits_of_hub(effort=0.3), MotionConfig(excess=excess)
+    for count in (MOST_SLOWED, MOST_SLOWED + 1):
+        reference = quintic(1.0, 1.0, count)
+        assert admit(reference, model, limits, config)[1]
+        if count == MOST_SLOWED:
+            assert admit(reference, model, limits, config, is_awaited=True)[1]
+            continue
+        with pytest.raises(MotionError, match="torque .* armed .* at most 100 points, this one has 101"):
+            admit(reference, model, limits, config, is_awaited=True)

@@ -23,7 +23,7 @@ def test_points_are_counted_whatever_the_texts_before_them(frame: str, names: tu
     assert has_too_many_points(bytes_of(MOST_POINTS, frame, names), is_awaited=True) == ""
     longer = bytes_of(MOST_POINTS + 1, frame, names)
     told = has_too_many_points(longer, is_awaited=True)
-    assert told == "2001 points, at most 2000 while the guard is armed: between them it is a cubic"
+    assert told == "1001 points, at most 1000 while the guard is armed: between them it is a cubic"
     assert has_too_many_points(longer, is_awaited=False) == ""
 
 

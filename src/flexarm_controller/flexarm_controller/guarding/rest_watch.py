@@ -55,7 +55,7 @@ class RestWatch:
         if self._is_silent:
             return "drives do not tell the velocity of every axis"
         for axis, told in enumerate(zip(*self._told, strict=True)):
-            mean = math.fsum(told) / len(told)
+            mean = sum(told) / len(told)  # of numbers too large it is infinite or none: no rest either
             if not abs(mean) <= self._rest:
                 label = self._label(axis)
                 rest = label.velocity(self._rest)

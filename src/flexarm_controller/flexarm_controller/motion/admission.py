@@ -13,9 +13,11 @@ from flexarm_controller.reference import Reference
 from flexarm_model.motion.conversions import LONGEST
 from flexarm_model.served.reduced_model import ReducedModel
 
+MOST_SLOWED = 100  # points of what is slowed down while commands are awaited: it takes 0.1 ms for each
+
 
 def admit(
-    reference: Reference, model: ReducedModel, limits: Limits, config: MotionConfig
+    reference: Reference, model: ReducedModel, limits: Limits, config: MotionConfig, is_awaited: bool = False
 ) -> tuple[Reference, str]:
     """Return what is to be followed, and a remark where that is not simply the reference.
 
@@ -24,6 +26,7 @@ def admit(
         model: The served model, for its torque.
         limits: Of the arm.
         config: What becomes of a reference that is too fast.
+        is_awaited: Commands are; then nothing is slowed down that takes long.
 
     Raises:
         MotionError: It is outside the limits; names axis, quantity, value, limit and instant.
@@ -34,6 +37,12 @@ def admit(
     excess = find_excess(reference, limits, names, equilibrium)
     if excess is None:
         return reference, ""
+    is_slowed = config.excess == "stretch" or (config.excess == "retime" and excess.quantity == "torque")
+    if is_slowed and is_awaited and reference.t.size > MOST_SLOWED:
+        raise MotionError(
+            f"{excess}; while the guard is armed it is slowed down where it has at most {MOST_SLOWED} "
+            f"points, this one has {reference.t.size}"
+        )
     if config.excess == "stretch":
         slowed, factor = stretch(reference, limits, names, equilibrium, config.excess_slowdown)
         return slowed, f"stretched in time by {factor:.4g}: {excess}"

@@ -30,7 +30,11 @@ class Approach:
         self._low, self._high, self._a, self._b = np.array(parts, dtype=np.float64).reshape(-1, 4).T
 
     def slow_down(self, motion: Reference) -> float:
-        """Return by what factor a motion has to be slower, 1 when it need not [1]."""
+        """Return by what factor a motion has to be slower, 1 when it need not [1].
+
+        An axis that is too fast when the motion begins is so until it has been braked: that needs time
+        whatever the motion, and does not count.
+        """
         if not self._ranges:
             return 1.0
         theta, theta_dot, _ = motion.sample(grid(motion))
@@ -39,6 +43,8 @@ class Approach:
         moving = abs(theta_dot) > 0.0
         with np.errstate(divide="ignore", invalid="ignore"):
             factor = np.where(moving, np.where(allowed > 0.0, abs(theta_dot) / allowed, np.inf), 1.0)
+        braked = (factor > 1.0) & (abs(theta_dot) <= abs(theta_dot[0]))
+        factor[np.logical_and.accumulate(braked, axis=0)] = 1.0
         return float(max(factor.max(), 1.0))
 
     def check_goal(self, goal: Array) -> None:

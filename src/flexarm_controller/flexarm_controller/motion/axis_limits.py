@@ -87,4 +87,5 @@ def axis_limits(
 
 def _share(there: Array, wanted: Array) -> float:
     """Return the factor that brings what friction and springs want down to their part of what is there."""
-    return VISCOUS * float(np.min(there / np.maximum(wanted, NOTHING * there)))
+    there, wanted = there[np.isfinite(there)], wanted[np.isfinite(there)]  # without a limit any factor does
+    return VISCOUS * float(np.min(there / np.maximum(wanted, NOTHING * there), initial=np.inf))

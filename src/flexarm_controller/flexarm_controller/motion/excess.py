@@ -76,7 +76,9 @@ def find_excess(
     for quantity, t, values in peaks(trajectory, equilibrium):
         low, high = shares[quantity]
         over = np.maximum(values - high, low - values)  # (k, n)
-        size = np.where(np.isfinite(high), abs(high), 1.0) + ROUNDING
+        ends = [np.where(np.isfinite(end), abs(end), 0.0) for end in (low, high)]
+        size = np.maximum(*ends)  # one of them may be zero
+        size = np.where(size > 0.0, size, 1.0)
         worst, axis = divmod(int((over / size).argmax()), over.shape[1])
         if over[worst, axis] > ROUNDING * size[axis]:
             value, limit = values[worst, axis], high if values[worst, axis] > high[axis] else low

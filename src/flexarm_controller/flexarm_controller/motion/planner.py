@@ -67,11 +67,18 @@ class MotionPlanner:
     def stop(self, start: MotionState, t: float = 0.0) -> Reference:
         """Return the motion that brings the axes to rest soonest, beginning at ``t`` [s].
 
+        It may use all the torque where holding still takes more than the share that motions may have.
+
         Raises:
             MotionError: Torque, rate or joint limits do not allow any.
         """
         hard = replace(self._config, motion_ramp=0.0)
-        return self._checked(stop(start, axis_limits(self._model, self._limits, [start.theta], hard), t))
+        try:
+            box = axis_limits(self._model, self._limits, [start.theta], hard)
+        except MotionError:
+            whole = replace(hard, motion_effort=1.0)
+            box = axis_limits(self._model, self._limits, [start.theta], whole)
+        return self._checked(stop(start, box, t))
 
     def _check_goal(self, goal: Array) -> None:
         low, high = self._limits.position_low, self._limits.position_high

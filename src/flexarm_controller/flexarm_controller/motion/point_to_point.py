@@ -58,7 +58,7 @@ def move(
     motion = _solve(wanted, goal.size)
     if 0.0 < duration < motion.duration * (1.0 - 1e-9):
         raise MotionError(f"duration {duration:.4g} s is below the {motion.duration:.4g} s that limits allow")
-    return _sampled(motion, start, t)
+    return _sampled(motion, start, limits, t)
 
 
 def stop(start: MotionState, limits: AxisLimits, t: float = 0.0) -> Reference:
@@ -71,7 +71,7 @@ def stop(start: MotionState, limits: AxisLimits, t: float = 0.0) -> Reference:
     wanted.control_interface = ruckig.ControlInterface.Velocity
     wanted.synchronization = ruckig.Synchronization.No
     wanted.target_velocity = wanted.target_acceleration = [0.0] * start.theta.size
-    return _sampled(_solve(wanted, start.theta.size), start, t)
+    return _sampled(_solve(wanted, start.theta.size), start, limits, t)
 
 
 def _input(start: MotionState, limits: AxisLimits) -> ruckig.InputParameter:
@@ -98,14 +98,17 @@ def _solve(wanted: ruckig.InputParameter, n: int) -> ruckig.Trajectory:
     return motion
 
 
-def _sampled(motion: ruckig.Trajectory, start: MotionState, t: float) -> Reference:
+def _sampled(motion: ruckig.Trajectory, start: MotionState, limits: AxisLimits, t: float) -> Reference:
     if motion.duration <= SAME_KNOT:
         return hold(np.array(motion.at_time(motion.duration)[0]), t)
     knots = _knots(motion)
     states = np.array([motion.at_time(float(knot)) for knot in knots])  # (k, 3, n)
     states[0] = start.theta, start.theta_dot, start.theta_ddot
     states[-1, 1:] = 0.0
-    return Reference(t + knots, states[:, 0].copy(), states[:, 1].copy(), states[:, 2].copy())
+    theta, theta_dot, theta_ddot = (states[:, i].copy() for i in range(3))
+    if not np.isfinite(limits.jerk).all():  # accelerations jump
+        return Reference.through(t + knots, theta, theta_dot)
+    return Reference(t + knots, theta, theta_dot, theta_ddot)
 
 
 def _knots(motion: ruckig.Trajectory) -> Array:

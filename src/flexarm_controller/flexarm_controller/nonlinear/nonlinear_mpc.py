@@ -100,6 +100,7 @@ class NonlinearMpc:
             if not self._guess.reach(t):
                 self._guess.restart(self.goal, t)
             self._linearize()
+        self._guess.t = t  # where rounding of its periods would add up
         return self._solve(known) if self._is_ready else self._give_up("motion cannot be linearised")
 
     def work_ahead(self) -> None:

@@ -12,6 +12,7 @@ periods of the arm gains nothing by it, and would pay with the sensors' noise.
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -39,7 +40,13 @@ def firm(config: MpcConfig) -> MpcConfig:
     )
 
 
-def firm_motions(reference: Reference, model: ReducedModel, longest: float, dt: float) -> Array:
+def firm_motions(
+    reference: Reference,
+    model: ReducedModel,
+    longest: float,
+    dt: float,
+    window: tuple[float, float] = (-math.inf, math.inf),
+) -> Array:
     """Return begin and end [s] of the motions that are to be followed exactly, (k, 2).
 
     Args:
@@ -47,16 +54,23 @@ def firm_motions(reference: Reference, model: ReducedModel, longest: float, dt: 
         model: Whose modes must not ring afterwards.
         longest: Such a motion may take [s].
         dt: Control period [s].
+        window: Only those that lie within it as a whole [s]; a reference may take an hour.
     """
     count = round((reference.t[-1] - reference.t[0]) / dt) + 2
-    times = reference.t[0] + dt * np.arange(-1.0, count)
+    first, last = ((at - float(reference.t[0])) / dt for at in window)
+    times = reference.t[0] + dt * np.arange(np.ceil(max(first, -1.0)), np.floor(min(last, count - 1.0)) + 1.0)
+    if not times.size:
+        return np.zeros((0, 2))
     _, velocity, _ = reference.sample(times)
     moves = np.concatenate([[False], (abs(velocity) > MOVES).any(axis=1), [False]])
     begins, ends = np.flatnonzero(np.diff(moves.astype(int)).reshape(-1)).reshape(-1, 2).T
     found = [
-        (times[begin - 1], times[min(end, times.size - 1)])
+        (times[begin - 1], times[end])
         for begin, end in zip(begins.tolist(), ends.tolist(), strict=True)
-        if (end - begin) * dt <= longest and _ringing(model, velocity[begin - 1 : end + 1], dt) <= RINGS
+        if begin > 0  # else it began before
+        and end < times.size  # else it ends later
+        and (end - begin) * dt <= longest
+        and _ringing(model, velocity[begin - 1 : end + 1], dt) <= RINGS
     ]
     return np.array(found).reshape(-1, 2)
 

@@ -1,16 +1,16 @@
 """Whether a trajectory may be read at all, told from its bytes.
 
-To make a message of its bytes costs rclpy 8 to 15 us a point, and no other message is heard meanwhile: while
-the guard is armed, the controller must not be silent for as long as the guard waits. The points are ends of
-cubics, not samples.
+To make a message of its bytes costs rclpy 8 to 15 us a point, to hold it against the limits of the arm as
+much again, and no other message is heard meanwhile: while the guard is armed, the controller must not be
+silent for as long as the guard waits. The points are ends of cubics, not samples.
 """
 
 from __future__ import annotations
 
 import struct
 
-MOST_POINTS = 2000
-MOST_BYTES = 4_000_000  # of ten times as many points of six axes with all that is heeded of them
+MOST_POINTS = 1000
+MOST_BYTES = 4_000_000  # of twenty times as many points of six axes with all that is heeded of them
 _HEAD, _STAMP = 4, 8  # bytes before the content, from which alignment counts; of the header's stamp
 _ALIGN = 4
 
