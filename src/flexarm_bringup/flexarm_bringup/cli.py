@@ -6,6 +6,7 @@ A command's module offers ``add_arguments(parser)`` and ``run(args) -> int``; it
 from __future__ import annotations
 
 import argparse
+import errno
 import importlib
 import io
 import os
@@ -23,6 +24,7 @@ from flexarm_model.process.security import SecurityError
 os.environ.setdefault("OMP_NUM_THREADS", "1")  # before NumPy: small matrices lose by threads
 
 INTERRUPTED = 130  # what a shell reports for Ctrl-C
+FULL = (errno.ENOSPC, errno.EFBIG, errno.EDQUOT)  # a disk, a file that may grow no more
 CUT_OFF = 141  # and for who writes to a pipe that nobody reads any more
 
 DESCRIPTION = "flexarm: knows how an arm bends, estimates it, and moves it so that the tip arrives still."
@@ -40,7 +42,7 @@ start here:
   flexarm plot BAG                    what happened in a bag, as one page of plots
   flexarm bench                       how long each step takes
 
-Each command explains itself: flexarm COMMAND --help. All report as JSON with --json FILE.
+Each command explains itself: flexarm COMMAND --help. What measures reports as JSON with --json FILE.
 Exit codes: 0 good, 1 a bound was missed or a run diverged, 2 the input cannot be used.
 """
 
@@ -158,10 +160,22 @@ def main(argv: Sequence[str] | None = None) -> int:
         return UNUSABLE
     except KeyboardInterrupt:  # also while a command's libraries are loaded
         return INTERRUPTED
-    except BrokenPipeError:
-        if not _is_cut_off():
-            raise
+    except OSError as error:
+        return _unwritten(error, chosen)
+
+
+def _unwritten(error: OSError, chosen: str) -> int:
+    """Return the exit code of a command that could not write: nobody reads any more, or a disk is full."""
+    if isinstance(error, BrokenPipeError) and _is_cut_off():
         return CUT_OFF
+    if error.errno not in FULL:
+        raise error
+    try:
+        sys.stdout.flush()
+    except OSError:  # it is the one that is full: what waits for it would be tried once more
+        _give_up_stdout()
+    print(f"flexarm {chosen}: output cannot be written: {error.strerror}", file=sys.stderr)
+    return UNUSABLE
 
 
 def build_parser(chosen: str) -> argparse.ArgumentParser:
@@ -204,8 +218,13 @@ def _is_cut_off() -> bool:
     poll.register(stdout, 0)
     is_cut_off = any(event & select.POLLERR for _, event in poll.poll(0))
     if is_cut_off:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), stdout)
+        _give_up_stdout()
     return is_cut_off
+
+
+def _give_up_stdout() -> None:
+    """Have nothing written to the standard output any more, also of what waits for it."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 if __name__ == "__main__":

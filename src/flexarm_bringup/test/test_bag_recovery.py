@@ -231,3 +231,16 @@ def test_of_a_disk_of_1_mb_nine_tenths_are_recovered_and_closing_does_no_harm(tm
         resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
     assert taken > 5000
     assert len(recover_bag(path, tmp_path / "new").bag.records) >= 0.9 * taken
+
+
+@pytest.mark.parametrize("is_cut", [False, True])
+def test_of_a_bag_that_was_closed_the_metadata_tell_with_what_it_was_recorded(
+    is_cut: bool, tmp_path: Path
+) -> None:
+    """Its settings were looked for where a recorder keeps them only as long as it writes."""
+    path = write_bag(tmp_path / "bag")
+    custom = check_bag(path).custom
+    assert custom
+    if is_cut:
+        os.truncate(path / DATA_FILE, (path / DATA_FILE).stat().st_size * 3 // 4)
+    assert recover_bag(path, tmp_path / "new").bag.custom == custom

@@ -45,3 +45,10 @@ def test_a_regression_that_passes_does_so_without_a_terminal() -> None:
     pytest.importorskip("rclpy", reason="needs ROS")
     assert shell(f"{FLEXARM} regress {GOLDEN} >&-").returncode == 0
     assert shell(f"{FLEXARM} regress {GOLDEN}", LC_ALL="C", PYTHONUTF8="0").returncode == 0
+
+
+def test_a_full_disk_is_no_missed_bound() -> None:
+    """It ended with a traceback and 1, like an acceptance that was missed."""
+    done = shell(f"{FLEXARM} parameters > /dev/full")
+    assert done.returncode == 2
+    assert done.stderr == "flexarm parameters: output cannot be written: No space left on device\n"

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from bag_fixture import PERIOD_NS, joint_state, stamped_header
+from bag_fixture import PERIOD_NS, joint_state, stamped_header, write_bag
 from identify_files import STIFFNESS
 from scipy import signal
 
@@ -189,3 +189,12 @@ def test_a_bag_that_does_not_say_its_arm_is_taken_for_that_of_the_description(
     assert read_bag(short_bag, load_config(find_manipulator("single_link"))).outputs
     with pytest.raises(SourceError, match="no sensor of this manipulator"):
         read_bag(short_bag, load_config(find_manipulator("planar_3rrr")))
+
+
+def test_joints_are_read_where_they_were_and_modes_about_their_mean(tmp_path: Path) -> None:
+    """Weight and inertia were worked out at a pose that the arm never had."""
+    config = load_config(find_manipulator("single_link"), "geared")
+    path = write_bag(tmp_path / "bag", ticks=100)
+    as_they_were, about_mean = (read_bag(path, config, is_centred=each).outputs for each in (False, True))
+    assert as_they_were["encoder.position"].mean() == pytest.approx(4.9, abs=0.1)
+    assert about_mean["encoder.position"].mean() == pytest.approx(0.0, abs=1e-9)

@@ -14,6 +14,7 @@ from flexarm_bringup.topics import NAMESPACE, streams
 pytestmark = [pytest.mark.ros, pytest.mark.unhurried]
 pytest.importorskip("flexarm_bringup.conversions", reason="needs ROS and flexarm_interfaces")
 
+from flexarm_bringup.consistency.recording import open_recording, run_estimator  # noqa: E402
 from flexarm_bringup.conversions import serialise  # noqa: E402
 from flexarm_bringup.provenance import provenance  # noqa: E402
 from flexarm_bringup.replaying.replay_bag import replay  # noqa: E402
@@ -95,3 +96,13 @@ def test_a_replay_without_the_interventions_differs(tmp_path: Path) -> None:
     done, not_done = (record_run(tmp_path / name, what, False) for name, what in (("a", DONE), ("b", {})))
     pairs = [(a.cdr, b.cdr) for a, b in zip(states(done), states(not_done), strict=True)]
     assert [a == b for a, b in pairs].index(False) == 21
+
+
+def test_an_ablated_sensor_stays_out_also_where_its_user_switched_it_on_again(tmp_path: Path) -> None:
+    """It was fused from then on, and the row still said "left out"."""
+    record_run(tmp_path / "run", DONE, is_late=False)
+    recording = open_recording(tmp_path / "run")
+    for off in ((), ("root_strain",)):
+        last = run_estimator(recording, off)[-1].estimate
+        accepted = next(report.accepted for report in last.sensors if report.name == "root_strain")
+        assert bool(accepted) != bool(off)

@@ -57,6 +57,16 @@ def test_spikes_hit_their_share_of_the_samples_by_their_size() -> None:
     assert abs(hit.sum() - 40) < 4 * math.sqrt(40 * 0.9)  # binomial, four sigmas
 
 
+@pytest.mark.parametrize("ramp", [0.0, 0.5])
+def test_a_bias_begins_whatever_rounding_makes_of_its_start(ramp: float) -> None:
+    """A step that began a rounding after its sample was divided by its ramp of no length."""
+    for k in range(60, 120):
+        for start in (k * DT, k * DT + 5e-10, k * DT - 5e-10):
+            off = values(SensorFault("bias", start=start, bias=0.25, ramp=ramp))[:, 0] - np.arange(N)
+            assert off[k - 1] == 0.0 and off[N - 1] == 0.25
+            assert off[k] == pytest.approx(0.0 if ramp else 0.25, abs=1e-6)
+
+
 def test_a_wrong_unit_of_a_pose_reaches_its_position_only() -> None:
     y = values(SensorFault("wrong", factor=1000.0), CAMERA)[7]
     assert y.tolist() == [7000.0] * 3 + [7.0] * 3
@@ -152,7 +162,8 @@ def test_faults_are_read_from_a_line_of_text() -> None:
         ("gauge: off 1 2 3", "end is given twice"),
         ("gauge: bias 3 mm", "gauge: bias: .*unit 'mm' is not one of strain.*m/m, ustrain"),
         ("camera: delayed period 3 s", "'period' is not one of its settings: START, END, delay, jitter"),
-        ("motor: wrong named elbow", "named 'elbow' is not one of gauge, camera, motor"),
+        ("motor: wrong named elbow", "named 'elbow' is not one of motor"),
+        ("camera: wrong named gauge", "named 'gauge' is not one of camera"),
         ("gauge: off; gauge: ok", "'gauge' is given twice"),
         ("gauge: nan value many", "value 'many'"),
     ],
@@ -175,7 +186,7 @@ NUMBERS = st.floats(0.001, 1e6, allow_nan=False)
         spike=NUMBERS,
         factor=st.floats(-1e6, 1e6),
         limit=NUMBERS,
-        named=st.sampled_from(["", "camera"]),
+        named=st.sampled_from(["", "gauge"]),
         stamp=st.floats(-100.0, 100.0),
         rate_hz=NUMBERS,
         delay=NUMBERS,

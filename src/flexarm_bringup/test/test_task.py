@@ -169,3 +169,25 @@ def test_preset_changes_the_settings_that_it_names_and_no_others(tmp_path: Path)
 def test_wrong_setting_of_a_preset_is_refused(tmp_path: Path) -> None:
     with pytest.raises(ConfigError, match="weight"):
         load_task(write(tmp_path, TASK + "preset_settings:\n  light: {mpc: {weight: 1.0}}\n"))
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ("wait: 0.5 s", "wait: 1000000 s", "wait: '1000000 s': must be below 3600"),
+        ("wait: 0.5 s", "wait: 0.5 s\nlead: 3601 s", "lead: '3601 s': must be below 3600"),
+        ("duration: 0.5 s", "duration: 100000 s", "moves.bend: '100000 s': may take 3600 s at most"),
+    ],
+)
+def test_what_takes_longer_than_an_hour_is_refused(old: str, new: str, words: str, tmp_path: Path) -> None:
+    """One wrong unit, and the machine had no memory left."""
+    assert old in TASK
+    with pytest.raises(ConfigError, match=words):
+        load_task(write(tmp_path, TASK.replace(old, new)))
+
+
+def test_an_axis_that_is_too_slow_for_a_tour_is_named(tmp_path: Path) -> None:
+    path = tmp_path / "arm.yaml"
+    path.write_text(ARM.replace("lower: -1 m, upper: 1 m", "lower: -1 m, upper: 1 m, velocity: 1 um/s"))
+    with pytest.raises(ConfigError, match=r"velocity of lift.ty, 1e-06 SI, .* at most 3600 s are allowed"):
+        task_for(str(path))

@@ -66,9 +66,10 @@ def limits_of(config: ManipulatorConfig) -> Limits:
     missing = [name for name, axis in config.actuated.items() if not np.isfinite(axis.effort)]
     if missing:
         unit = "N m" if missing[0].rpartition(".")[2].startswith("r") else "N"
+        keys = ", ".join("joints.{}.axes.{}.effort".format(*name.rpartition(".")[::2]) for name in missing)
         raise ValueError(
-            f"{', '.join(missing)}: effort is missing; an actuated axis must have it, its largest torque or "
-            f"force, such as 'effort: 20 {unit}'"
+            f"{config.name}: {keys}: is missing; an actuated axis must have it, its largest torque or force, "
+            f"such as 'effort: 20 {unit}'"
         )
     axes = list(config.actuated.values())
     gauges = [spec for spec in config.sensors if spec.kind == "strain_gauge"]

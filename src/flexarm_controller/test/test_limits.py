@@ -45,7 +45,7 @@ def test_an_axis_without_effort_is_named_and_nothing_else_is_blamed():
     config = load_config(find_manipulator("single_link"), "light_hub")
     joint, *others = config.joints
     bare = replace(joint.axes[0], effort=np.inf, lower=-np.inf, upper=np.inf, velocity=np.inf)
-    with pytest.raises(ValueError, match=r"^base\.rz: effort is missing; .*'effort: 20 N m'$"):
+    with pytest.raises(ValueError, match=r"joints\.base\.axes\.rz\.effort: is missing; .*'effort: 20 N m'$"):
         limits_of(replace(config, joints=(replace(joint, axes=(bare,)), *others)))
     with pytest.raises(ValueError, match=r"^limits\.effort: \[inf\] must be finite$"):
         replace(limits_of_hub(), effort=np.array([np.inf]))

@@ -179,10 +179,7 @@ def _doubts_of_file(path: Path, data: bytes) -> tuple[str, ...]:
 
 def _doubts_of_count(path: Path, count: int) -> tuple[str, ...]:
     """Return what a recorder that closed its bag has to say of a file that was cut off since."""
-    try:
-        told = yaml.safe_load((path / METADATA).read_text(encoding="utf8"))[INFORMATION]["message_count"]
-    except (OSError, UnicodeDecodeError, yaml.YAMLError, LookupError, TypeError):
-        return ()
+    told = _metadata(path, "message_count")
     if not isinstance(told, int) or told <= count:
         return ()
     missing = "are missing, damaged or of a type that is not known here"
@@ -217,10 +214,20 @@ def _texts(content: memoryview, at: int) -> Iterator[tuple[str, str]]:
         yield key, value
 
 
+def _metadata(path: Path, key: str) -> object:
+    """Return what a recorder that closed its bag has written beside it; None where it has not."""
+    try:
+        return yaml.safe_load((path / METADATA).read_text(encoding="utf8"))[INFORMATION][key]
+    except (OSError, UnicodeDecodeError, yaml.YAMLError, LookupError, TypeError):
+        return None
+
+
 def _origin(path: Path) -> dict[str, str]:
     """Return the custom data that the recorder began with; none where it was another program."""
     try:
         content = json.loads((path / ORIGIN_FILE).read_text(encoding="utf8"))
+    except FileNotFoundError:
+        content = _metadata(path, "custom_data")  # the recorder has closed its bag
     except (OSError, ValueError):
         return {}
     return {str(key): str(value) for key, value in content.items()} if isinstance(content, dict) else {}

@@ -17,6 +17,7 @@ import argparse
 import sys
 import time
 from collections.abc import Callable
+from contextlib import suppress
 
 from flexarm_interfaces.msg import MotionStatus
 from flexarm_interfaces.srv import CancelMotion, MoveTip
@@ -82,14 +83,25 @@ class _Goal:
         caller.create_subscription(MotionStatus, "motion_status", self._on_status, RELIABLE_QOS)
 
     def run(self, request: MoveTip.Request) -> int:
-        """Ask, follow, return the exit code."""
+        """Ask, follow, return the exit code; where nobody reads any more the arm comes to rest."""
         answer = self._caller.ask(absolute("controller/move_tip"), MoveTip, request, self._wait)
         if not answer.accepted:
             print(f"flexarm goto: refused: {answer.reason}", file=sys.stderr)
             return NOT_DONE
         remark = f"; {answer.reason}" if answer.reason else ""
-        print(f"goal {answer.goal_id} accepted, {answer.duration:.2f} s{remark}", flush=True)
         self._goal, self._heard = answer.goal_id, time.monotonic()
+        try:
+            print(f"goal {answer.goal_id} accepted, {answer.duration:.2f} s{remark}", flush=True)
+            return self._follow()
+        except OSError as error:  # the terminal is closed, the reader of a pipe gone
+            with suppress(OSError):
+                self._cancel()
+            if isinstance(error, BrokenPipeError):
+                raise
+            return INTERRUPTED
+
+    def _follow(self) -> int:
+        """Say how far the goal has got until it is over; return the exit code."""
         while not self._asked_to_end():
             self._caller.listen(LINE_PERIOD, lambda: self._is_over() or self._asked_to_end())
             if self._goal in self._last:

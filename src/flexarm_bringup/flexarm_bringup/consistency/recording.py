@@ -130,7 +130,6 @@ class _Without:
     def __init__(self, exchange: EstimatorExchange, off: Sequence[str]) -> None:
         self._exchange, self._off = exchange, off
         self.on_sensor, self.step = exchange.on_sensor, exchange.step
-        self.on_intervention = exchange.on_intervention
 
     def on_model(self, msg: Any) -> Iterable[Outgoing]:
         """Switch the sensors off that are to be off, once there is an estimator."""
@@ -139,6 +138,11 @@ class _Without:
             for sensor in self._off:
                 self._exchange.estimator.health.switch(sensor, True)
         return outgoing
+
+    def on_intervention(self, msg: Any) -> None:
+        """Do what a user did, but for switching those sensors on again."""
+        if not (msg.is_on and msg.name in self._off):
+            self._exchange.on_intervention(msg)
 
 
 class NoController:

@@ -4,7 +4,7 @@
   flexarm drift --simulate single_link       40 s of normal moves; frequencies fall by 5 % half-way: how soon?
   flexarm drift --simulate single_link --minutes 60 --change 0 --law alone    false alarms in an hour
 
-Live: ros2 run flexarm_estimator drift_node, then ros2 topic echo /diagnostics.
+Live: flexarm rig --drift, or ros2 run flexarm_estimator drift_node; it tells /diagnostics.
 """
 
 from __future__ import annotations

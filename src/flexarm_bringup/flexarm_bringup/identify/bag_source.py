@@ -38,7 +38,10 @@ LONGEST_GAP = 0.1  # s; a channel with a longer one is left out
 
 
 def read_bag(
-    path: Path, described: ManipulatorConfig | None = None, otherwise: ManipulatorConfig | None = None
+    path: Path,
+    described: ManipulatorConfig | None = None,
+    otherwise: ManipulatorConfig | None = None,
+    is_centred: bool = True,
 ) -> Records:
     """Return what a bag holds.
 
@@ -46,6 +49,7 @@ def read_bag(
         path: Its folder.
         described: The manipulator; None takes the description in the bag.
         otherwise: The manipulator where the bag does not say it, as of ``ros2 bag record``.
+        is_centred: Outputs are told without their mean; False as they were, encoders where the axes were.
 
     Raises:
         SourceError: It cannot be used, or is of another arm; says why.
@@ -78,10 +82,8 @@ def read_bag(
     }
     moves = len(asked) == len(axes) and all(np.ptp(values) > 0.0 for values in asked.values())
     kinds = {name: KIND_OF_UNIT[units[name]] for name in sampled if units[name] in KIND_OF_UNIT}
-    return Records(
-        config.rate_hz, inputs, {name: values - values.mean() for name, values in sampled.items()}, COMMON,
-        kinds, asked if moves else {}, is_held=True,
-    )  # fmt: skip
+    told = {name: values - values.mean() * is_centred for name, values in sampled.items()}
+    return Records(config.rate_hz, inputs, told, COMMON, kinds, asked if moves else {}, is_held=True)
 
 
 def refuse_bags_of_another_arm(paths: Sequence[Path], described: ManipulatorConfig) -> None:

@@ -218,7 +218,7 @@ def _said(parameter: JointParameter) -> str:
 
 def _records(path: Path, config: ManipulatorConfig) -> Records:
     if path.is_dir():
-        return read_bag(path, config)
+        return read_bag(path, config, is_centred=False)  # weight and inertia are those of the pose
     records = read_records([path], COMMON)
     if len(records) != 1:
         raise SourceError(f"{path}: holds {len(records)} runs; --joints takes one")

@@ -135,9 +135,14 @@ def write_bodies(tree: ReducedTree, folder: Path) -> list[Path]:
     if not elastic:
         raise ValueError(f"--sid: no body of '{tree.config.name}' bends")
     folder.mkdir(parents=True, exist_ok=True)
-    for name in elastic:
-        write_sid(tree.bodies[name], folder / f"{name}.sid")
-    return [folder / f"{name}.sid" for name in elastic]
+    paths = [folder / f"{name}.sid" for name in elastic]
+    for name, path in zip(elastic, paths, strict=True):
+        try:
+            write_sid(tree.bodies[name], path)
+        except OSError as error:
+            path.unlink(missing_ok=True)
+            raise ValueError(f"--sid: {path} cannot be written: {error.strerror}") from None
+    return paths
 
 
 def serve(name: str, preset: str, pose: str) -> tuple[ReducedTree, ReducedModel, ReducedModel]:

@@ -149,7 +149,10 @@ def _faultless(played: Played) -> Bag:
 def _bring(bag: Bag, folder: Path, until: float) -> Bag:
     """Copy a bag as it is, or write its beginning anew without what depends on the wall clock."""
     if until == float("inf"):
-        shutil.copytree(bag.path, folder)
+        try:
+            shutil.copytree(bag.path, folder)
+        except shutil.Error as error:  # a list of what went wrong with each file
+            raise BagError(f"{folder} cannot be written: {error.args[0][0][2]}") from None
         return check_bag(folder)
     end_ns = min(record.log_time_ns for record in bag.records) + round(until * NS_PER_S)
     kept = [r for r in bag.records if r.log_time_ns < end_ns and r.name not in WALL_CLOCK]

@@ -44,14 +44,15 @@ def configured(bag: Bag, case: Case) -> Bag:
         ConfigError: There is no such manipulator.
     """
     said: dict[str, str] = {}
+    described_by = bag.described_by
     if case.manipulator:
         beside = case.folder / case.manipulator
-        path = beside if beside.is_file() else find_manipulator(case.manipulator)
+        path = described_by = beside if beside.is_file() else find_manipulator(case.manipulator)
         said |= {"manipulator": path.stem, "description": path.read_text(encoding="utf8")}
         said |= {"preset": case.preset, "settings": bag.custom.get("settings", "{}")}
     if case.settings:
         said["settings"] = case.settings
-    return replace(bag, custom={**bag.custom, **said})
+    return replace(bag, custom={**bag.custom, **said}, described_by=described_by)
 
 
 @dataclass(frozen=True)

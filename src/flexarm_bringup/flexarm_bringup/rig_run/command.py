@@ -101,7 +101,7 @@ def run(args: argparse.Namespace) -> int:
             print(f"flexarm rig: {_told(error)}", file=sys.stderr)
             return REFUSED
         code = _run(supervisor, lines.say, args, lambda: asked_to_end() or lines.cut_off is not None)
-        if lines.cut_off is not None:
+        if isinstance(lines.cut_off, BrokenPipeError):
             raise lines.cut_off
         return code
 

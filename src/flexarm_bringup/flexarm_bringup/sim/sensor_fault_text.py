@@ -82,10 +82,16 @@ def parse_faults(text: str, sensors: Sequence[SensorSpec]) -> dict[str, SensorFa
         if kind not in KINDS:
             raise ConfigError(f"faults: {name}: kind '{kind}' is not one of {', '.join(KINDS)}")
         try:
-            faults[name] = SensorFault(kind, **_settings(kind, words, specs[name], tuple(specs)))
+            alike = tuple(other for other, spec in specs.items() if are_alike(spec, specs[name]))
+            faults[name] = SensorFault(kind, **_settings(kind, words, specs[name], alike))
         except ValueError as error:
             raise ConfigError(f"faults: {name}: {kind}: {error}") from None
     return faults
+
+
+def are_alike(one: SensorSpec, other: SensorSpec) -> bool:
+    """Tell whether a sensor may speak under the name of another: its messages have the same numbers."""
+    return one.kind == other.kind and len(one.channels) == len(other.channels)
 
 
 def faults_text(faults: Mapping[str, SensorFault], sensors: Sequence[SensorSpec]) -> str:

@@ -193,7 +193,7 @@ def _intermittent(line: FaultLine, arrival: Arrival) -> list[Arrival]:
 
 def _bias(line: FaultLine, arrival: Arrival) -> list[Arrival]:
     fault, y = line.fault, arrival.sample.y.copy()
-    since = arrival.sample.tick * line.dt - fault.start
+    since = max(arrival.sample.tick * line.dt - fault.start, 0.0)  # rounding lets it be just before
     y[0] += fault.bias * (1.0 if since >= fault.ramp else since / fault.ramp)
     return [_saying(arrival, y)]
 

@@ -15,7 +15,7 @@ from typing import Any, TypeVar
 
 from flexarm_bringup.compare_laws.comparison import Comparison, read_comparison
 from flexarm_bringup.share import share_path
-from flexarm_bringup.tasks.task_moves import TaskMove, read_axes, read_move
+from flexarm_bringup.tasks.task_moves import LONGEST, TaskMove, read_axes, read_move
 from flexarm_bringup.tip_vibration import Watch
 from flexarm_controller.settings import ControllerConfig, MpcConfig
 from flexarm_estimator.drift.settings import DriftConfig
@@ -117,12 +117,12 @@ def load_task(path: Path) -> Task:
     """
     top = Section(read_yaml(path), str(path))
     top.choice("format", (FORMAT,))
-    wait = top.quantity("wait", "time", above=0.0)
+    wait = top.quantity("wait", "time", above=0.0, below=LONGEST)
     task = Task(
         manipulator=top.text("manipulator", path.stem),
         presets=_read_presets(top),
         start=_read_start(top),
-        lead=top.quantity("lead", "time", 0.5, above=0.0),
+        lead=top.quantity("lead", "time", 0.5, above=0.0, below=LONGEST),
         wait=wait,
         moves=_read_moves(top),
         watch=_read_watch(top.section("watch"), wait),
@@ -155,6 +155,11 @@ def _read_moves(top: Section) -> dict[str, TaskMove]:
     moves = {name: read_move(section) for name, section in top.sections("moves")}
     if not moves:
         raise top.error("moves", moves, "expected at least one move")
+    for name, move in moves.items():
+        if move.profile.duration > LONGEST:
+            raise top.error(
+                f"moves.{name}", f"{move.profile.duration:g} s", f"may take {LONGEST:g} s at most"
+            )
     return moves
 
 

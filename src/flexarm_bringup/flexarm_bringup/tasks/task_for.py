@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from flexarm_bringup.tasks.centripetal import centripetal_error
 from flexarm_bringup.tasks.task import FOLDER, Task, find_task, load_task
 from flexarm_bringup.tasks.task_check import ROUNDING, SAMPLES, check_against_arm
-from flexarm_bringup.tasks.task_moves import ByAxes, TaskMove, ToPose
+from flexarm_bringup.tasks.task_moves import LONGEST, ByAxes, TaskMove, ToPose
 from flexarm_bringup.tasks.weights_by_arm import weights_for
 from flexarm_bringup.tip_vibration import NYQUIST_SHARE, Watch
 from flexarm_model.manipulator.description import ManipulatorConfig
@@ -100,6 +100,7 @@ def tour(name: str, config: ManipulatorConfig, profile: Profile | None = None) -
         goals = [home + np.eye(home.size)[0] * next(iter(stride.values()))]
     ways = np.diff([home, *goals, home], axis=0)
     profiles = [_slow_enough(profile, way, config) for way in ways]
+    _refuse_long(name, config, profiles, ways)
     moves: dict[str, TaskMove] = {
         f"to {pose}": ToPose(pose, own) for pose, own in zip(config.poses, profiles, strict=False)
     }
@@ -166,6 +167,22 @@ def _slow_enough(profile: Profile, way: Array, config: ManipulatorConfig) -> Pro
     limits = np.array([axis.velocity for axis in config.actuated.values()])
     share = float((_peak_rate(profile) * abs(way) / limits).max())
     return profile if share <= 1.0 + ROUNDING else profile.stretched(profile.duration * share / EASY)
+
+
+def _refuse_long(name: str, config: ManipulatorConfig, profiles: Sequence[Profile], ways: Array) -> None:
+    """Refuse a tour one of whose ways (k, n_theta) takes an axis too long.
+
+    Raises:
+        ConfigError: Names the axis.
+    """
+    axes, velocities = list(config.actuated), [axis.velocity for axis in config.actuated.values()]
+    for profile, way in zip(profiles, ways, strict=True):
+        if profile.duration > LONGEST:
+            slowest = int((abs(way) / velocities).argmax())
+            raise ConfigError(
+                f"manipulator: '{name}': at the velocity of {axes[slowest]}, {velocities[slowest]:g} SI, "
+                f"a move of its tour would take {profile.duration:g} s; at most {LONGEST:g} s are allowed"
+            )
 
 
 def _stride(config: ManipulatorConfig) -> tuple[str, float]:

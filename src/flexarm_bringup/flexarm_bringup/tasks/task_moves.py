@@ -196,6 +196,8 @@ def _read_square(section: Section) -> TaskMove:
     return square
 
 
+LONGEST = 3600.0  # s, of a move and of every wait
+
 _READERS: dict[str, Callable[[Section], TaskMove]] = {
     "by": _read_by,
     "to": _read_to,

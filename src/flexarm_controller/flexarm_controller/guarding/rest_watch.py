@@ -55,9 +55,17 @@ class RestWatch:
         if self._is_silent:
             return "drives do not tell the velocity of every axis"
         for axis, told in enumerate(zip(*self._told, strict=True)):
-            mean = sum(told) / len(told)  # of numbers too large it is infinite or none: no rest either
+            mean = mean_of(told)
             if not abs(mean) <= self._rest:
                 label = self._label(axis)
                 rest = label.velocity(self._rest)
                 return f"{label.name} moves at {label.velocity(mean)}, at rest it does up to {rest}"
         return ""
+
+
+def mean_of(values: Sequence[float]) -> float:
+    """Return the exact mean of finite numbers, rounded once; infinite where their sum is too large."""
+    try:
+        return math.fsum(values) / len(values)
+    except OverflowError:
+        return math.inf

@@ -1,0 +1,69 @@
+"""``flexarm goto`` whose reader or terminal goes away: the arm comes to rest, as after Ctrl-C."""
+
+from __future__ import annotations
+
+import errno
+import io
+import os
+import sys
+from collections.abc import Callable
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+
+pytestmark = [pytest.mark.ros, pytest.mark.unhurried]
+goto_node = pytest.importorskip(
+    "flexarm_bringup.calling.goto_node", reason="needs ROS and flexarm_interfaces"
+)
+
+from flexarm_interfaces.msg import MotionStatus  # noqa: E402
+from flexarm_interfaces.srv import MoveTip  # noqa: E402
+
+
+class Graph:
+    """Takes every goal, which is then under way for ever."""
+
+    def __init__(self) -> None:
+        self.asked: list[str] = []
+
+    def create_subscription(
+        self, kind: Any, topic: str, call: Callable[[MotionStatus], None], qos: Any
+    ) -> None:
+        self._call = call
+
+    def ask(self, service: str, kind: Any, request: Any, wait: float) -> SimpleNamespace:
+        self.asked.append(service.rpartition("/")[2])
+        return SimpleNamespace(accepted=True, reason="", goal_id=7, duration=9.0)
+
+    def listen(self, seconds: float, until: Callable[[], bool]) -> bool:
+        self._call(MotionStatus(goal_id=7, state=MotionStatus.EXECUTING, progress=0.3))
+        return until()
+
+
+class Screen(io.StringIO):
+    """Takes some lines, and fails then."""
+
+    def __init__(self, lines: int, error: int) -> None:
+        super().__init__()
+        self._lines, self._error = lines, error
+
+    def write(self, text: str) -> int:
+        if self.getvalue().count("\n") >= self._lines:
+            raise OSError(self._error, os.strerror(self._error))
+        return super().write(text)
+
+
+@pytest.mark.parametrize("lines", [0, 1, 2])
+@pytest.mark.parametrize("error", [errno.EPIPE, errno.EIO, errno.ENOSPC])
+def test_who_does_not_see_the_goal_any_more_leaves_no_motion_behind(
+    lines: int, error: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    graph = Graph()
+    monkeypatch.setattr(sys, "stdout", Screen(lines, error))
+    if error == errno.EPIPE:
+        with pytest.raises(BrokenPipeError):
+            goto_node._go(graph, 1.0, MoveTip.Request())
+    else:
+        assert goto_node._go(graph, 1.0, MoveTip.Request()) == goto_node.INTERRUPTED
+    assert graph.asked == ["move_tip", "cancel"]
