@@ -106,14 +106,14 @@ class Estimator:
         samples, scan, singles = self._reception.admit(arrived, self._t, history.oldest)
         fit = self.health.pick_sound(singles)
         self._gate.meet(fit, scan)
-        touched = [first, *[history.insert(sample) for sample in fit]]
-        touched += [history.insert_scan(scan)] if scan else []
+        touched = [first, *map(history.insert, fit), *map(history.insert_scan, [scan] if scan else [])]
         verdicts = self._compute(touched) + self._resolve()
         self.health.note_verdicts(verdicts)
         if self._horizon is not None:
             self._horizon.settle(history.instants)
         now, is_ordinary = history.now, all([verdict.is_accepted for verdict in verdicts])
-        self._heed(View(self._t, self._u, now.belief, samples, verdicts, now.inputs, is_ordinary))
+        seen = self._t, self._u, now.belief, samples, verdicts, now.inputs, is_ordinary, history.instants
+        self._heed(View(*seen))
         self._history.forget(self._gate.needs(self._t))
         return self._estimate(trouble)
 

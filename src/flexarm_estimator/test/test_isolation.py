@@ -16,9 +16,17 @@ from flexarm_estimator.isolation.channels import Channels
 from flexarm_estimator.isolation.consistency_run import NO_OFFSETS, ConsistencyRun
 from flexarm_estimator.isolation.hypotheses import Hypotheses, Rearrangement, rearrangements
 from flexarm_estimator.isolation.investigation import investigate
-from flexarm_estimator.isolation.isolation import Explanation, decide, is_silent, samples_at_limit, share_said
+from flexarm_estimator.isolation.isolation import (
+    Explanation,
+    decide,
+    explain_by_saturation,
+    is_silent,
+    samples_at_limit,
+    share_said,
+)
 from flexarm_estimator.isolation.isolation_watch import IsolationWatch
 from flexarm_estimator.isolation.leaving_out import _own_story, are_loud
+from flexarm_estimator.isolation.suspicion import Suspicion
 from flexarm_estimator.isolation.window import StepMaker, Window
 from flexarm_estimator.judging.gate import Gate
 from flexarm_estimator.judging.sample_judge import Verdict
@@ -374,3 +382,40 @@ def test_sensors_of_several_channels_are_swapped_as_a_whole_where_all_of_both_ma
     assert swap.channels == (1, 2, 3, 4)
     np.testing.assert_array_equal(np.arange(8.0)[swap.source] * swap.sign, [0, 3, 4, 1, 2, 5, 6, 7])
     assert not [one for one in rearrangements(channels, frozenset({1, 2, 3})).all if len(one.channels) > 2]
+
+
+@pytest.mark.parametrize("end", [np.minimum, np.maximum])
+@pytest.mark.parametrize("offset", [-1.8, -1.0, 0.0, 1.0])
+def test_a_channel_is_saturated_at_the_end_at_which_it_stays_whatever_its_sign(end, offset):
+    """Only ends away from zero were seen: not the lower one of a gauge that a weight bends upwards."""
+    expected = 1.0 + 0.5 * np.sin(2 * np.pi * 6.0 * DT * np.arange(60)) + offset
+    limit = 1.0 + offset + (0.2 if end is np.minimum else -0.2)
+    window = SimpleNamespace(
+        y=end(expected, limit)[:, None], halves=lambda x: np.array([x[:30].sum(), x[30:].sum()])
+    )
+    without, with_it = (
+        SimpleNamespace(
+            predicted=expected[:, None], variance=np.full((60, 1), 1e-4),
+            total=lambda _, total=total: np.full(2, total), spread=lambda _: 1.0,
+        )
+        for total in (60.0, 2000.0)
+    )  # fmt: skip
+    found = explain_by_saturation(0, without, with_it, window, 1e-4)
+    assert found is not None and found.words == f"is saturated at {abs(limit):.3g}"
+    assert (found.gain > 1900.0).all()
+
+
+def test_a_sensor_that_speaks_no_more_is_suspected_no_more():
+    """Unplugged with its last word a large one, it kept all the others in question for ever."""
+    suspicion = Suspicion()
+
+    def note(tick, **normalised):
+        said = [Verdict(name, DT * tick, True, np.zeros(1), z) for name, z in normalised.items()]
+        suspicion.note(View(DT * tick, np.ones(2), None, (), said, np.ones(2)), tick, (), ())
+
+    for tick in range(1, 60):
+        note(tick, gauge=2.0, encoder=0.9)
+    assert suspicion.first_tick
+    for tick in range(60, 560):
+        note(tick, encoder=0.9)
+    assert not suspicion.first_tick

@@ -11,7 +11,8 @@ from test_sid_damping import older
 from test_sid_file import beam, rigid
 
 from flexarm_model.bodies.sid_file import read_sid, write_sid
-from flexarm_model.bodies.sid_text import Taylor, parse_blocks
+from flexarm_model.bodies.sid_taylor import Taylor, read_taylor
+from flexarm_model.bodies.sid_text import parse_blocks
 from flexarm_model.settings.strict_yaml import ConfigError
 
 
@@ -101,6 +102,14 @@ WRONG = [
     (r"(\nMe\n[^m]*)m0\( 1,  1\) = .*", r"\1m0( 1, 2) = 0.7", ("Me: must be symmetric",)),
     (r"(\nJ\n(?:.*\n)*?) *m0\( 2,  2\) = .*", r"\1m0( 2, 2) = -7", ("J: must have no negative eigenvalue",)),
     (r"(\npsi\n(?:.*\n)*?) *ncol = .*", r"\1ncol = 2", ("psi: is 3 x 2; expected 3 x 6",)),
+    (r"(\nKe\n[^m]*)(m0\( 1,  1\) = .*)", r"\1\2\nm0(1,1) = 5", ("Ke: m0(1, 1) is given twice",)),
+    (r"(\nKe\n[^m]*)m0\( 1,  1\)", r"\1M0(1, 1)", ("Ke: M0(1, 1): with order = 0 expected m0",)),
+    (r"(\nKe\n[^s]*)structure = 3", r"\1structure = 0", ("Ke: m0(1, 1) has no place with structure = 0",)),
+    (r"(\nKe\n[^n]*)nrow = 6", r"\1nrow = 6\nnrow = 6", ("Ke: 'nrow' is given twice",)),
+    (r"(\nKe\n(?:.*\n)*?) *nq = .*", r"\1nq = 7", ("Ke: nq = 7: expected a whole number from 6 to 6",)),
+    (r"(\nCt\n *)order = 1", r"\1order = 0", ("Ct: m1", "with order = 0 expected m0")),
+    (r"\nnew node = end\n", "\nnew node\n", ("node: has no name",)),
+    (r"\nnew node = end\n", "\nnew node = root\n", ("node: is given twice, root",)),
 ]
 
 
@@ -134,7 +143,7 @@ SQUARE = "Ke\norder = 0\nnrow = 3\nncol = 3\nnq = 3\nnqn = 0\nstructure = 2\n{}\
 
 def square(*entries: str) -> Taylor:
     lines = SQUARE.format("\n".join(entries)).splitlines()
-    return parse_blocks(Path("q.sid"), lines).block("Ke").taylor(3, (3, 3))
+    return read_taylor(parse_blocks(Path("q.sid"), lines).block("Ke"), 3, (3, 3))
 
 
 def test_what_is_given_on_either_side_of_the_diagonal_holds_on_both() -> None:

@@ -13,16 +13,15 @@ on, without being fused, and readmitted when it has agreed with the others for `
 from __future__ import annotations
 
 import math
-from bisect import bisect_right
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 
-from flexarm_estimator.exclusion.agreement import Comparison, compare
+from flexarm_estimator.exclusion.agreement import compare_at_stamp
 from flexarm_estimator.exclusion.replay import refused_sensors
 from flexarm_estimator.exclusion.search import Search
-from flexarm_estimator.history import History, Instant
+from flexarm_estimator.history import History
 from flexarm_estimator.judging.gate import Gate
 from flexarm_estimator.judging.health import Health
-from flexarm_estimator.measurement import SAME_INSTANT, Measurement
+from flexarm_estimator.measurement import Measurement
 from flexarm_estimator.watches.watch import Finding, View
 
 _PAUSE = 0.05  # s between two searches that came to nothing
@@ -122,7 +121,7 @@ class FaultExclusion:
             sensor = self._excluded.get(sample.sensor)
             if sensor is None:
                 continue
-            if not _at_its_stamp(sample, history.instants).nis <= self._gate.bound(sample.sensor):
+            if not compare_at_stamp(sample, history.instants).nis <= self._gate.bound(sample.sensor):
                 sensor.agrees_since, sensor.agreed = math.inf, 0
                 continue
             sensor.agrees_since, sensor.agreed = min(sensor.agrees_since, sample.t), sensor.agreed + 1
@@ -130,10 +129,3 @@ class FaultExclusion:
                 self._readmitted[sample.sensor] = self._excluded.pop(sample.sensor)
                 found.append(Finding(sample.sensor, "", is_fault=True))
         return found
-
-
-def _at_its_stamp(sample: Measurement, instants: Sequence[Instant]) -> Comparison:
-    """Compare a sample that is not fused with the state at its stamp."""
-    at = bisect_right(instants, sample.t + SAME_INSTANT, key=lambda instant: instant.t)
-    instant = instants[max(0, at - 1)]
-    return compare(sample, instant.belief, instant.u, instant.parts)

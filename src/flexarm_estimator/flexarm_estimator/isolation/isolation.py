@@ -110,7 +110,8 @@ def explain_by_saturation(
     at_limit[0] = False
     if at_limit.sum() < AT_LIMIT:
         return None
-    beyond = np.where(at_limit, (z - np.nan_to_num(y)) * np.sign(np.nan_to_num(y)) / np.sqrt(S), 0.0)
+    side = np.where(y == np.nanmax(y), 1.0, -1.0)  # of the range that ends there, whatever the sign of y
+    beyond = np.where(at_limit, (z - np.nan_to_num(y)) * side / np.sqrt(S), 0.0)
     if beyond[at_limit].mean() < 0.2:
         return None
     cost = np.where(at_limit, np.log(noise) - 2.0 * log_ndtr(beyond), 0.0)

@@ -27,7 +27,7 @@ from itertools import islice
 import numpy as np
 from numpy.typing import NDArray
 
-from flexarm_estimator.exclusion.agreement import compare
+from flexarm_estimator.exclusion.agreement import compare_at_stamp
 from flexarm_estimator.isolation.case import Case
 from flexarm_estimator.isolation.channels import Channels
 from flexarm_estimator.isolation.consistency_steps import load_steps
@@ -224,7 +224,7 @@ class IsolationWatch(Watch):
     def _count_plain(self, channel: int, sample: Measurement, view: View) -> int:
         """Return how many samples in a row have plainly had the right sign, this one included."""
         place = channel - self._channels.spans[sample.sensor].start
-        nu, S = compare(sample, view.belief, view.u, self._parts)
+        nu, S = compare_at_stamp(sample, view.instants)
         sigma, before = math.sqrt(S[place, place]), self._plain.get(sample.sensor, 0)
         if abs(sample.y[place] - nu[place]) < _FAR * sigma:
             return before

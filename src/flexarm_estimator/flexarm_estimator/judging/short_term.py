@@ -148,7 +148,8 @@ class ShortTerm:
     def _why_surprising(self, nu: Array) -> str:
         if len(self._held) < _HELD_MAX:
             return HELD
-        return SHIFT if _agree([*(held.innovation for held in self._held), nu]) else ""
+        said = np.array([*(held.innovation for held in self._held), nu])
+        return SHIFT if _agree(said / np.array(self._sigma)) else ""
 
     def _is_surprising(self, nu: Array, z: float) -> bool:
         """Return whether a sample is far from the usual all of a sudden, or goes on with that."""
@@ -170,9 +171,12 @@ class ShortTerm:
         return largest
 
 
-def _agree(innovations: Sequence[Array]) -> bool:
-    """Return whether innovations (m,) are the same but for noise; those of a state that was kicked grow."""
-    values = np.array(innovations)
+def _agree(values: Array) -> bool:
+    """Return whether innovations are the same but for noise; those of a state that was kicked grow.
+
+    Args:
+        values: One after the other, over the noise of their channels, (k, m) [sigma].
+    """
     mean = values.mean(axis=0)
     is_close = abs(values - mean).max() < _AGREEMENT * abs(mean).max()
     return bool(is_close and (values[-1] - values[0]) @ mean < _GROWTH * (mean @ mean))

@@ -1,8 +1,9 @@
 """Finds sensors whose values have shifted: off by the same all of a sudden, while the others see nothing.
 
 A bias, a wrong unit, a plug in the wrong socket. The gate holds such samples back until three in a row agree;
-here the sensor is at fault. Its innovation is followed on, without being fused: the sensor is sound again
-when the mean over ``_BLOCK`` is less than half the shift.
+here the sensor is at fault. Its innovation, from the state at the sample's own stamp, is followed on without
+being fused: the sensor is sound again when the mean over ``_BLOCK`` is less than half the shift. Channels of
+different units are compared in sigmas.
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from flexarm_estimator.exclusion.agreement import compare_at_stamp
 from flexarm_estimator.judging.short_term import SHIFT
 from flexarm_estimator.measurement import Measurement
 from flexarm_estimator.parts import Parts
@@ -26,7 +28,10 @@ _LEFT = 0.5  # of the shift
 
 @dataclass
 class _Case:
-    """A shift (m,) that was found, and the block of innovations since ``start`` [s]: sum (m,) and count."""
+    """A shift (m,) that was found, and the block of innovations since ``start`` [s]: sum (m,) and count.
+
+    Both in sigmas of the channels.
+    """
 
     shift: Array
     start: float
@@ -53,8 +58,10 @@ class ShiftWatch(Watch):
         for verdict in view.verdicts:
             if verdict.reason == SHIFT:
                 nu = verdict.innovation
-                self._cases[verdict.sensor] = _Case(nu, verdict.t, np.zeros_like(nu))
-                reason = f"has shifted by {abs(nu).max():.3g} at {verdict.t:.3f} s"
+                in_sigmas = nu / self._sigma(verdict.sensor)
+                self._cases[verdict.sensor] = _Case(in_sigmas, verdict.t, np.zeros_like(nu))
+                largest = abs(nu[abs(in_sigmas).argmax()])
+                reason = f"has shifted by {largest:.3g} at {verdict.t:.3f} s"
                 findings.append(Finding(verdict.sensor, reason, True, verdict.since))
         if self._cases:
             for sample in view.samples:
@@ -68,7 +75,7 @@ class ShiftWatch(Watch):
 
     def _follow(self, sample: Measurement, view: View) -> list[Finding]:
         case = self._cases[sample.sensor]
-        case.total += self._models[sample.sensor].innovation(sample.y, view.belief.x, view.u)
+        case.total += compare_at_stamp(sample, view.instants).nu / self._sigma(sample.sensor)
         case.count += 1
         if sample.t - case.start < _BLOCK or case.count < _ENOUGH:
             return []
@@ -78,3 +85,7 @@ class ShiftWatch(Watch):
             return []
         del self._cases[sample.sensor]
         return [Finding(sample.sensor, "", True)]
+
+    def _sigma(self, sensor: str) -> Array:
+        """Return the noise of a sensor's channels, SI, (m,)."""
+        return np.asarray(np.sqrt(self._models[sensor].R.diagonal()))

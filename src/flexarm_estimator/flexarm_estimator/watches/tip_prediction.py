@@ -29,7 +29,12 @@ class TipPrediction:
 
     def __init__(self, parts: Parts) -> None:
         """Pick the sensors that read positions."""
-        rows = {name: model for name, model in parts.sensors.rows.items() if not model.D_w.any()}
+        n = parts.model.n
+        rows = {
+            name: model
+            for name, model in parts.sensors.rows.items()
+            if not model.D_w.any() and not model.C[:, n : 2 * n].any()
+        }
         self.sensors = frozenset(rows)
         self._rows, self._parts = rows, parts
         gain, constant = self._map()

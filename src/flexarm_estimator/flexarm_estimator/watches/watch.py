@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexarm_estimator.filter import Belief
+from flexarm_estimator.history import Instant
 from flexarm_estimator.judging.sample_judge import Verdict
 from flexarm_estimator.measurement import Measurement
 from flexarm_estimator.parts import Parts
@@ -35,6 +36,7 @@ class View(NamedTuple):  # not a dataclass: made in every step
         belief: State now.
         samples: Of this step that passed the checks, in order of time; also of sensors at fault.
         verdicts: Of the gate on those that were offered to the filter.
+        instants: The recent past, in order of time; the last one is now.
     """
 
     t: float
@@ -44,6 +46,7 @@ class View(NamedTuple):  # not a dataclass: made in every step
     verdicts: Sequence[Verdict]
     inputs: Array
     is_ordinary: bool = False
+    instants: Sequence[Instant] = ()
 
 
 @dataclass(frozen=True)

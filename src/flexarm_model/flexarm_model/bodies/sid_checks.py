@@ -7,8 +7,9 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
+from flexarm_model.bodies.sid_taylor import Taylor
 from flexarm_model.bodies.sid_terms import sid_matrices
-from flexarm_model.bodies.sid_text import Block, Taylor
+from flexarm_model.bodies.sid_text import Block
 from flexarm_model.bodies.superelement import Superelement
 from flexarm_model.numeric.dense import eigh
 

@@ -14,8 +14,9 @@ from pathlib import Path
 import numpy as np
 
 from flexarm_model.bodies.sid_checks import check_matrices, check_own, matrix_shapes, own_frequencies
+from flexarm_model.bodies.sid_taylor import Taylor, format_taylor, read_taylor
 from flexarm_model.bodies.sid_terms import sid_integrals, sid_matrices
-from flexarm_model.bodies.sid_text import Block, Taylor, format_array, format_taylor, parse_blocks
+from flexarm_model.bodies.sid_text import Block, format_array, parse_blocks
 from flexarm_model.bodies.superelement import NodeShape, Superelement, pairs
 from flexarm_model.numeric.rotation import skew
 from flexarm_model.settings.strict_yaml import ConfigError
@@ -57,7 +58,7 @@ def read_sid(path: Path | str) -> Superelement:
     if own is not None:
         _check_digest(own, lines)
     n = modal.block("refmod").whole_number("nelastq", range(_MOST + 1))
-    matrices = {name: modal.block(name).taylor(n, shape) for name, shape in matrix_shapes(n).items()}
+    matrices = {name: read_taylor(modal.block(name), n, shape) for name, shape in matrix_shapes(n).items()}
     check_matrices(modal, matrices)
     nodes = {block.label: _read_node(block, n) for block in modal.block("frame").blocks}
     if own is None:
@@ -136,8 +137,10 @@ def _node_matrices(node: NodeShape) -> dict[str, Taylor]:
 
 
 def _read_node(block: Block, n: int) -> NodeShape:
+    if not block.label:
+        raise block.error("has no name; expected 'new node = <name>'")
     shapes = {"origin": (3, 1), "phi": (3, n), "psi": (3, n), "AP": (3, 3)}
-    origin, phi, psi, AP = (block.block(name).taylor(n, shape) for name, shape in shapes.items())
+    origin, phi, psi, AP = (read_taylor(block.block(name), n, shape) for name, shape in shapes.items())
     if not np.array_equal(AP.m0, np.eye(3)):
         raise block.error("AP: the node's axes must be those of the body")
     G = np.zeros((3, n, n)) if phi.m1 is None else phi.m1

@@ -22,7 +22,7 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from flexarm_model.bodies.sid_text import Taylor
+from flexarm_model.bodies.sid_taylor import Taylor
 from flexarm_model.bodies.superelement import Superelement, pairs
 
 Array = NDArray[np.float64]

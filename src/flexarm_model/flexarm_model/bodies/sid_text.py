@@ -1,21 +1,15 @@
-"""The text of standard input data [Wallrapp1994]: nested blocks of matrices expanded in the coordinates.
+"""The text of standard input data [Wallrapp1994]: nested blocks of keys and of entries with indices.
 
 ::
 
     new modal                        a block; "new" may be missing
-      mdCM                           a matrix M(q) = m0 + sum_k m1(:, :, k) q_k
-        order = 1                    0: m0 only
-        nrow = 3
-        ncol = 1
-        nq = 4
-        nqn = 0
-        structure = 3                0 zero, 1 diagonal, 2 symmetric (either triangle), 3 full
-        m0( 1, 1) = 0.25             entries that are not given are zero
-        m1( 1, 1, 4) = -0.125
+      mdCM                           another one inside
+        nrow = 3                     a key
+        m0( 1, 1) = 0.25             an entry; those that are not given are zero
       end mdCM
     end modal
 
-Numbers are written so that they read back bit for bit.
+Nothing may be given twice. Numbers are written so that they read back bit for bit.
 """
 
 from __future__ import annotations
@@ -36,17 +30,6 @@ Index = tuple[int, ...]
 
 _ENTRY = re.compile(r"(\w+)\s*\((.*?)\)\s*=\s*(.*)")
 _INDEX = re.compile(r"\s*\d{1,9}\s*(,\s*\d{1,9}\s*)*")
-_SYMMETRIC, _FULL = 2, 3
-_SAME = 1e-9  # of the largest entry: what is given on both sides of the diagonal may differ by so much
-_STRUCTURES = range(_FULL + 1)
-
-
-@dataclass(frozen=True)
-class Taylor:
-    """A matrix expanded in the coordinates: ``m0`` (r, c) and ``m1`` (r, c, n), or None for order 0."""
-
-    m0: Array
-    m1: Array | None = None
 
 
 @dataclass
@@ -74,6 +57,38 @@ class Block:
     def error(self, message: str, line: int = 0) -> ConfigError:
         """Return the error for a line of the block."""
         return ConfigError(f"{self.path}: line {line or self.line}: {self.name or 'file'}: {message}")
+
+    def add_entry(self, name: str, index: Index, text: str, line: int) -> None:
+        """Take an entry of a line.
+
+        Raises:
+            ConfigError: It was given before.
+        """
+        if (name, index) in self.entries:
+            raise self.error(f"{name}{index} is given twice", line)
+        self.entries[(name, index)] = text, line
+
+    def add_value(self, key: str, text: str, line: int) -> None:
+        """Take the value of a key in a line.
+
+        Raises:
+            ConfigError: It was given before.
+        """
+        if key in self.values:
+            raise self.error(f"'{key}' is given twice", line)
+        self.values[key] = text
+
+    def add_block(self, name: str, label: str, line: int) -> Block:
+        """Begin a block inside in a line.
+
+        Raises:
+            ConfigError: There is one of that name and label.
+        """
+        inner = Block(self.path, line, name, label)
+        if any((name, label) == (other.name, other.label) for other in self.blocks):
+            raise inner.error(f"is given twice{f', {label}' if label else ''}")
+        self.blocks.append(inner)
+        return inner
 
     def block(self, name: str) -> Block:
         """Return the block inside of that name.
@@ -145,35 +160,6 @@ class Block:
                 array[tuple(i - 1 for i in index)] = np.nan if unknown else self._number(text, line)
         return array
 
-    def taylor(self, n: int, shape: tuple[int, int]) -> Taylor:
-        """Return the block as a matrix of a shape over n coordinates.
-
-        Raises:
-            ConfigError: It has another shape, or holds what has no place in it.
-        """
-        found = self.number("nrow"), self.number("ncol")
-        if found != shape:
-            raise self.error(f"is {found[0]:g} x {found[1]:g}; expected {shape[0]} x {shape[1]}")
-        m0 = self.array("m0", shape)
-        m1 = self.array("m1", (*shape, n)) if self.whole_number("order", range(2)) else None
-        if self.whole_number("structure", _STRUCTURES) == _SYMMETRIC:
-            if shape[0] != shape[1]:
-                raise self.error(f"structure = {_SYMMETRIC}: is {shape[0]} x {shape[1]}, not symmetric")
-            m0, m1 = self._mirrored("m0", m0), None if m1 is None else self._mirrored("m1", m1)
-        return Taylor(m0, m1)
-
-    def _mirrored(self, key: str, matrix: Array) -> Array:
-        """Complete symmetric matrices (r, r, ...), of which an entry may be given on one side alone."""
-        other = matrix.swapaxes(0, 1)
-        differ = (matrix != 0) & (other != 0) & (abs(matrix - other) > _SAME * abs(matrix).max(initial=0.0))
-        if differ.any():
-            at = tuple(np.argwhere(differ)[0])
-            place = ", ".join(str(i + 1) for i in at)
-            raise self.error(
-                f"{key}({place}) = {matrix[at]:g} is not symmetric: mirrored it is {other[at]:g}"
-            )
-        return np.asarray(np.where(matrix == 0, other, matrix))
-
     def _number(self, text: str, line: int) -> float:
         try:
             value = float(text.replace("D", "E").replace("d", "e"))
@@ -188,7 +174,7 @@ def parse_blocks(path: Path, lines: Iterable[str]) -> Block:
     """Return the file as one block that holds the others.
 
     Raises:
-        ConfigError: Blocks are not closed in their order, or indices are none.
+        ConfigError: Blocks are not closed in their order, indices are none, or something is given twice.
     """
     stack = [Block(path, 1, "")]
     for number, raw in enumerate(lines, 1):
@@ -201,15 +187,13 @@ def parse_blocks(path: Path, lines: Iterable[str]) -> Block:
                 raise top.error(f"'{line}' closes no block", number)
             stack.pop()
         elif entry:
-            index = _read_index(entry[2], top, number)
-            top.entries[(entry[1], index)] = (entry[3], number)
+            top.add_entry(entry[1], _read_index(entry[2], top, number), entry[3], number)
         elif "=" in line and not line.startswith("new "):
             key, _, value = line.partition("=")
-            top.values[key.strip()] = value.strip()
+            top.add_value(key.strip(), value.strip(), number)
         else:
             name, _, label = line.removeprefix("new ").partition("=")
-            stack.append(Block(path, number, name.strip(), label.strip()))
-            top.blocks.append(stack[-1])
+            stack.append(top.add_block(name.strip(), label.strip(), number))
     if len(stack) > 1:
         raise stack[-1].error(f"is not closed by 'end {stack[-1].name}'")
     return stack[0]
@@ -219,17 +203,6 @@ def _read_index(text: str, block: Block, line: int) -> Index:
     if not _INDEX.fullmatch(text):
         raise block.error(f"'{text.strip()}': expected whole numbers between commas as indices", line)
     return tuple(int(i) for i in text.split(","))
-
-
-def format_taylor(name: str, matrix: Taylor, n: int) -> Iterator[str]:
-    """Yield the lines of a matrix over n coordinates."""
-    rows, columns = matrix.m0.shape
-    order = 0 if matrix.m1 is None else 1
-    head = {"order": order, "nrow": rows, "ncol": columns, "nq": n, "nqn": 0, "structure": _FULL}
-    body = [f"{key} = {value}" for key, value in head.items()]
-    body += format_array("m0", matrix.m0)
-    body += [] if matrix.m1 is None else format_array("m1", matrix.m1)
-    yield from (name, *(f"  {line}" for line in body), f"end {name}")
 
 
 def format_array(name: str, array: Array) -> Iterator[str]:
