@@ -32,7 +32,7 @@ from rclpy.qos import DurabilityPolicy, QoSProfile
 from std_msgs.msg import Bool
 
 from flexarm_bringup.bags.bag_writer import BagError, BagWriter
-from flexarm_bringup.bags.cdr import header_stamp_ns
+from flexarm_bringup.bags.cdr import has_stamp, header_stamp_ns
 from flexarm_bringup.bags.described_arm import files_to_keep
 from flexarm_bringup.bags.log_order import ArrivalLog, LockstepLog
 from flexarm_bringup.conversions import deserialise
@@ -109,8 +109,13 @@ class RecorderNode(ManagedNode):
         self._connect(self._settings.partners)
 
     def deactivate(self) -> None:
-        """Write what waits."""
-        missing = self._log.close()  # what it writes now may be lost, too
+        """Write what waits; where that fails the bag is closed all the same."""
+        try:
+            missing = self._log.close()  # what it writes now may be lost, too
+        except BaseException:
+            self.exit_code = 1
+            self._bag.close()
+            raise
         self._lost += missing
 
     def release(self) -> None:
@@ -131,7 +136,10 @@ class RecorderNode(ManagedNode):
             level(f"{count} messages in {path}, {self._lost} lost")
 
     def on_message(self, stream: Stream, cdr: bytes) -> None:
-        """Log a message; a tick also tells what belongs to its instant."""
+        """Log a message; a tick also tells what belongs to its instant. One cut short is lost."""
+        if stream.is_stamped and not has_stamp(cdr):
+            self._lost += 1
+            return
         stamp_ns = header_stamp_ns(cdr) if stream.is_stamped else None
         self._log.add(stream, cdr, stamp_ns, time.time_ns())
         if stream.topic == "tick":

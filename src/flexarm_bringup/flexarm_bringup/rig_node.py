@@ -37,7 +37,7 @@ from flexarm_bringup.sim.plant import Plant
 from flexarm_bringup.sim.rig import RigSettings
 from flexarm_bringup.sim.sample import Sample
 from flexarm_bringup.sim.sensor_fault_text import parse_faults
-from flexarm_model.conversions import NS_PER_S, stamp_to_ns
+from flexarm_model.conversions import LAST_STAMP_NS, NS_PER_S, stamp_to_ns
 from flexarm_model.manipulator.description import ManipulatorConfig
 from flexarm_model.manipulator.start_pose import starting_at
 from flexarm_model.process.ahead import made
@@ -108,9 +108,8 @@ class RigNode(ManagedNode):
         self._period_ns = self.drives.rig.period_ns
         self._voice = RigVoice(self, self.drives, self.config, self.settings.lockstep)
         self._begin()
-        self._jump_ns = 0
         self._ahead: list[Sample] | None = None  # in real time: of the tick that comes, not yet told
-        self._statuses = 0  # of the guard, announced so far
+        self._jump_ns, self._statuses = 0, 0  # of stamps; of the guard, announced so far
         self._connect()
 
     @property
@@ -180,8 +179,9 @@ class RigNode(ManagedNode):
         self._jump_ns = 0
 
     def jump(self, by_ns: int) -> None:
-        """Let all stamps be later by so much from the period after the next on [ns]."""
-        self._jump_ns += by_ns
+        """Let all stamps be later by so much from the period after the next on [ns], as far as stamps go."""
+        now_ns = self.stamp_of(self.tick)
+        self._jump_ns = max(min(self._jump_ns + by_ns, LAST_STAMP_NS - now_ns), -now_ns)
 
     def _look_ahead(self) -> None:
         """Find out what there will be to tell at the tick that comes, and put it into words."""

@@ -9,6 +9,7 @@ security is asked for, the nodes and who stops the motion run in enclaves of the
 
 import atexit
 import os
+import time
 from pathlib import Path
 from shutil import rmtree
 from tempfile import mkdtemp
@@ -22,7 +23,7 @@ from flexarm_bringup.processes.doubles import refuse_doubles
 from flexarm_bringup.processes.graph import with_drift, with_markers
 from flexarm_bringup.processes.secured import check_graph_security
 from flexarm_bringup.processes.stopper_node import StopperNode
-from flexarm_bringup.processes.supervisor import ON_PURPOSE, RESPAWNS
+from flexarm_bringup.processes.supervisor import ON_PURPOSE, RESPAWNS, WITHIN
 from flexarm_bringup.processes.surroundings import defaults
 from flexarm_bringup.tasks.node_settings import arm_graph, drift_settings
 from flexarm_model.process.parent import MARK as PARENT
@@ -91,7 +92,7 @@ def node(process, may_return, stop):
         **told(process),
         output="screen",
         respawn=returns,
-        respawn_max_retries=RESPAWNS,
+        respawn_max_retries=-1,  # how often within a time says on_exit
         respawn_delay=RESPAWN_DELAY,
         on_exit=on_exit(process, returns, stop) if process.essential else None,
     )
@@ -117,8 +118,10 @@ def on_exit(process, returns, stop):
         if context.is_shutdown:
             return
         code = context.locals.event.returncode
-        crashes.append(code)
-        if not returns or code in ON_PURPOSE or len(crashes) > RESPAWNS:
+        now = time.monotonic()
+        crashes.append(now)
+        of_late = sum(now - at < WITHIN for at in crashes)
+        if not returns or code in ON_PURPOSE or of_late > RESPAWNS:
             raise RuntimeError(f"{process.name} ended with {code}")  # the action Shutdown would end with 0
         stop()
 

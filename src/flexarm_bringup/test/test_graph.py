@@ -12,6 +12,7 @@ import yaml
 
 from flexarm_bringup.processes.composition import composed
 from flexarm_bringup.processes.graph import Process, rig_graph, ros_arguments, with_drift, with_markers
+from flexarm_bringup.processes.supervisor import RESPAWNS, WITHIN
 from flexarm_bringup.processes.timing import PRIORITIES, timing
 from flexarm_bringup.tasks.node_settings import arm_graph
 from flexarm_model.process.security import SecurityError
@@ -271,6 +272,16 @@ def test_launched_a_node_that_would_end_again_ends_all(code: int, monkeypatch: p
 
 def test_launched_a_node_that_crashes_too_often_ends_all(monkeypatch: pytest.MonkeyPatch) -> None:
     node = launched(monkeypatch)[1]
-    for _ in range(node.respawn_max_retries):
+    assert node.respawn_max_retries == -1  # launch would count them over its whole life
+    for _ in range(RESPAWNS):
         ended(node, -11)
     assert ends_all(node, -11)
+
+
+def test_launched_a_node_that_crashes_now_and_then_comes_back(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The fourth crash ended all, weeks after the first."""
+    node, now = launched(monkeypatch)[1], [0.0]
+    monkeypatch.setattr("time.monotonic", lambda: now[0])
+    for _ in range(5 * RESPAWNS):
+        now[0] += WITHIN / RESPAWNS + 1.0
+        ended(node, -11)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -62,3 +64,37 @@ def test_a_motion_that_cannot_be_computed_is_refused_as_numpy_refuses_it() -> No
     wild = np.full(tree.n_q, 1e200)
     with pytest.raises((ValueError, np.linalg.LinAlgError)):
         steps.drive(tree.loops.home, wild, np.zeros(3))
+
+
+@pytest.mark.skipif(find_compiler() is None, reason="no C compiler")
+def test_friction_of_an_axis_that_bears_nothing_brings_it_to_rest() -> None:
+    """Machine code left it out of the matrix: the crank chattered for ever."""
+    tree = ReducedTree(load_config(Path(__file__).parent / "arms" / "massless_crank.yaml"))
+    stepping = Stepping(1e-3, 1, 0.2, True)
+    fast, plain = make_period(tree, stepping), PlainPeriod(tree, stepping)
+    assert isinstance(fast, MachinePeriod)
+    a = b = (tree.loops.home.copy(), np.zeros(tree.n_q), np.zeros(tree.n_q))
+    for k in range(60):
+        u = np.array([0.3 if k < 20 else 0.0])
+        a, b = fast.advance(*a[:2], u), plain.advance(*b[:2], u)
+        np.testing.assert_allclose(a[1], b[1], rtol=0, atol=1e-9)
+    assert abs(a[1]).max() < 1e-9
+
+
+@pytest.mark.skipif(find_compiler() is None, reason="no C compiler")
+def test_a_loop_that_is_led_as_a_whole_asks_nothing_that_is_refused(
+    capfd: pytest.CaptureFixture[str],
+) -> None:
+    """BLAS printed a line in every step, about a matrix of nothing."""
+    tree = ReducedTree(load_config(Path(__file__).parent / "arms" / "rigid_four_bar.yaml"))
+    period = make_period(tree, Stepping(H, 3, 0.2, False))
+    period.advance(tree.loops.home.copy(), np.zeros(tree.n_q), np.ones(1))
+    said = capfd.readouterr()
+    assert not said.out + said.err
+
+
+def test_where_some_functions_were_not_compiled_numpy_steps(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A compiler that ran out of memory at the larger one: the rig ended instead of being slower."""
+    tree = tree_of("single_link")
+    monkeypatch.setattr(tree.functions["bias"], "library", None)
+    assert isinstance(make_period(tree, Stepping(H, 1, 0.0, True)), PlainPeriod)

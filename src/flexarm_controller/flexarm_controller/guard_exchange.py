@@ -14,13 +14,11 @@ from flexarm_controller.guard import Guard, GuardState
 from flexarm_controller.guard_settings import GuardSettings, guard_limits, hold_of
 from flexarm_controller.guarding.pose_loads import PoseLoads
 from flexarm_controller.guarding.strain_gauges import StrainGauges
-from flexarm_model.conversions import NS_PER_S, stamp_to_ns
+from flexarm_model.conversions import LAST_STAMP_NS, NS_PER_S, stamp_to_ns
 from flexarm_model.manipulator.description import ManipulatorConfig
 from flexarm_model.served.pending_models import PendingModels
 from flexarm_model.served.same_arm import foreign_model
 from flexarm_model.tree.reduced_tree import ReducedTree
-
-LAST_NS = (2**31 - 1) * NS_PER_S  # an answer to a stamp beyond could not be written
 
 
 class GuardExchange:
@@ -101,7 +99,7 @@ class GuardExchange:
 
         A clock that was set back, or a gap that is longer than any silence may be, stops the arm.
         """
-        stamp_ns = min(stamp_to_ns(msg.header.stamp), LAST_NS)
+        stamp_ns = min(stamp_to_ns(msg.header.stamp), LAST_STAMP_NS)
         if self._epoch_ns is None:
             self._epoch_ns = stamp_ns
         passed = round((stamp_ns - self.stamp_ns) / self.period_ns) if self.stamp_ns >= 0 else 1

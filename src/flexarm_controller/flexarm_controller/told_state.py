@@ -7,7 +7,7 @@ from typing import Any, Protocol
 
 from flexarm_controller.conversions import state_from_msg
 from flexarm_controller.state import ArmState
-from flexarm_model.conversions import stamp_to_ns
+from flexarm_model.conversions import LAST_STAMP_NS, stamp_to_ns
 from flexarm_model.served.reduced_model import ReducedModel
 
 
@@ -39,8 +39,8 @@ class SentState:
 
     @property
     def stamp_ns(self) -> int:
-        """Its stamp [ns]."""
-        return stamp_to_ns(self.msg.header.stamp)
+        """Its stamp [ns]; one that cannot be answered is not newer than the last that can."""
+        return min(stamp_to_ns(self.msg.header.stamp), LAST_STAMP_NS)
 
     def read(self, model: ReducedModel, epoch_ns: int) -> ArmState:
         """Return what it says."""

@@ -24,6 +24,7 @@ from flexarm_model.settings.diagnosis import Level, Verdict
 
 Array = NDArray[np.float64]
 NS_PER_S = 1_000_000_000
+LAST_STAMP_NS = (2**31 - 3600) * NS_PER_S  # what answers a later one could not be written
 
 
 class ModelMessageError(ValueError):

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
+
 import numpy as np
 import pytest
 from finite_difference import finite_difference
@@ -105,3 +107,20 @@ def test_rows_follow_the_loops_at_the_pose_that_is_given_not_at_the_last_one(nam
         motions[d] = np.linalg.solve(G[:, d], -np.delete(G, d, axis=1) @ np.delete(motions, d, axis=0))
         motions[:, d] = 0.0
         np.testing.assert_allclose(rows, J @ motions, atol=1e-9)
+
+
+@COMPILER
+@pytest.mark.parametrize("name", LOOPED)
+@pytest.mark.parametrize("bad", [np.nan, np.inf])
+def test_no_coordinate_that_is_no_number_is_closed(name: str, bad: float) -> None:
+    """Only in the last row it was seen in machine code, and a tip at a plausible place came out."""
+    tree, both = ways(name)
+    for i in range(tree.n_q):
+        q = tree.loops.home.copy()
+        q[i] = bad
+        closed = []
+        for way in both:
+            with suppress(ClosureError, np.linalg.LinAlgError):
+                closed.append(way.close(q))
+        assert len(closed) in (0, 2), i  # both or none
+        assert all(np.isfinite(each).all() or not tree.n_c for each in closed) or not closed

@@ -121,3 +121,13 @@ def test_neither_many_shapes_nor_long_messages_are_remembered() -> None:
     reader._shapes.clear()
     reader.read(serialization.serialize_message(JointState(name=["a"] * MOST_VALUES)))
     assert not reader._shapes
+
+
+def test_a_text_with_a_zero_in_it_ends_there_as_for_rclpy() -> None:
+    """It was read whole, and whoever told of it ended: rclpy wrote it shorter than it was counted."""
+    reader, msg = MessageReader(Imu, partial(serialization.deserialize_message, message_type=Imu)), Imu()
+    msg.header.frame_id = "x" * 100
+    raw = bytearray(serialization.serialize_message(msg))
+    reader.read(bytes(raw))
+    raw[raw.index(b"xxx")] = 0
+    assert reader.read(bytes(raw)).header.frame_id == ""

@@ -151,3 +151,12 @@ def test_no_more_layouts_are_kept_than_a_topic_can_have() -> None:
         for _ in range(2):
             writer.write(key, [(0,), (0,)], JointState)
     assert serialise.count == MOST_LAYOUTS + 1 and len(writer._layouts) == 1
+
+
+def test_a_message_whose_text_has_a_zero_in_it_is_left_to_rclpy() -> None:
+    rng = np.random.default_rng(8)
+    writer = MessageWriter(STAMP, Counting())
+    for _ in range(4):
+        msg = joints(rng, ["a"], "\0" + "x" * 300)
+        written = writer.write("key", stamp(msg), lambda msg=msg: msg)
+        assert read(written, msg).position == msg.position

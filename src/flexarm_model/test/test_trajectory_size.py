@@ -7,7 +7,13 @@ pytest.importorskip("trajectory_msgs.msg")
 from rclpy.serialization import serialize_message  # noqa: E402
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint  # noqa: E402
 
-from flexarm_model.motion.size import MOST_BYTES, MOST_POINTS, has_too_many_points  # noqa: E402
+from flexarm_model.motion.size import (  # noqa: E402
+    MOST_AWAITED_BYTES,
+    MOST_BYTES,
+    MOST_NAMES,
+    MOST_POINTS,
+    has_too_many_points,
+)
 
 
 def bytes_of(points: int, frame: str = "", names: tuple[str, ...] = ("base.rz",)) -> bytes:
@@ -37,7 +43,7 @@ def test_what_is_no_trajectory_is_left_to_its_reader_unless_it_is_huge() -> None
 
 
 def test_names_without_end_take_no_time() -> None:
-    assert has_too_many_points(whole_of_names(), is_awaited=True) == ""
+    assert has_too_many_points(whole_of_names(), is_awaited=True).startswith("4294967295 joint names")
 
 
 def whole_of_names() -> bytes:
@@ -45,3 +51,16 @@ def whole_of_names() -> bytes:
     raw = bytearray(bytes_of(1))
     raw[20:24] = b"\xff" * 4
     return bytes(raw)
+
+
+def test_what_is_large_otherwise_is_refused_while_commands_are_awaited() -> None:
+    """Half a million names held the controller up for a second and a half, and were all quoted."""
+    names = [f"j{k}" for k in range(MOST_NAMES + 1)]
+    assert has_too_many_points(bytes_of(1, "", names), is_awaited=True).startswith(
+        f"{len(names)} joint names"
+    )
+    assert not has_too_many_points(bytes_of(1, "", names), is_awaited=False)
+    six = [f"joint_{k}.rz" for k in range(6)]
+    assert not has_too_many_points(bytes_of(MOST_POINTS, "base", six), is_awaited=True)
+    raw = bytes_of(10, "base", six) + bytes(MOST_AWAITED_BYTES)
+    assert "bytes, at most" in has_too_many_points(raw, is_awaited=True)

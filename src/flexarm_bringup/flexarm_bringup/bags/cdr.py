@@ -11,6 +11,11 @@ _LENGTH = (struct.Struct(">I"), struct.Struct("<I"))
 _FRAME = 12  # where the length of frame_id begins; the text, with a zero at its end, follows
 
 
+def has_stamp(cdr: bytes) -> bool:
+    """Tell whether a serialised message is long enough to start with a std_msgs/Header."""
+    return len(cdr) >= _FRAME
+
+
 def header_stamp_ns(cdr: bytes) -> int:
     """Return the stamp of a serialised message that starts with a std_msgs/Header [ns]."""
     sec, nanosec = _STAMP[cdr[1] & LITTLE_ENDIAN].unpack_from(cdr, 4)

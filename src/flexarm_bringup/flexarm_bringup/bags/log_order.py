@@ -68,7 +68,7 @@ class LockstepLog:
         """
         if stream.topic in self._ticked:
             self._lockstep.add(stream.topic, cdr)
-        elif stamp_ns is None or stream.is_latched or _source(stream, cdr) not in NODES:
+        elif stamp_ns is None or stamp_ns < 0 or stream.is_latched or _source(stream, cdr) not in NODES:
             self._keep(self._now_ns, stream.topic, cdr)
         else:
             self._keep(stamp_ns, stream.topic, cdr)

@@ -94,7 +94,9 @@ class MarkersNode(Node):  # type: ignore[misc]
         raw = self._newest.get("modal_state", b"")
         state = deserialize_message(raw, ModalState) if raw and raw != self._shown else None
         model = self._models.find(state.model_id) if state is not None else None
-        if model is None or state is None or len(state.eta) != model.n_eta:
+        if model is None or state is None:
+            return
+        if (len(state.theta), len(state.eta)) != (model.n_theta, model.n_eta):
             return
         self._shown = raw
         q = coordinates(model, np.array(state.theta), np.array(state.eta), self.settings.magnification)
@@ -109,6 +111,8 @@ class MarkersNode(Node):  # type: ignore[misc]
         plan = deserialize_message(raw, JointTrajectory) if raw else JointTrajectory()
         age_ns = now_ns - stamp_to_ns(plan.header.stamp)
         if not plan.points or abs(age_ns) > RECENT_NS:
+            return NO_PLAN
+        if any(len(point.positions) != model.n_theta for point in plan.points):
             return NO_PLAN
         at_rest = np.zeros(model.n_eta)
         poses = [np.array(point.positions) for point in plan.points[:: max(len(plan.points) // CORNERS, 1)]]

@@ -39,6 +39,7 @@ from flexarm_bringup.excite.live import LiveTest
 from flexarm_bringup.excite.plan import plan_excitation
 from flexarm_bringup.excite.settings import ExciteSettings, wish_of
 from flexarm_bringup.excite.told import to_text
+from flexarm_bringup.excite.told_axes import UntoldError, told_axes
 from flexarm_bringup.series import Series, SeriesError
 from flexarm_estimator.messages.inbox import TORQUE_TOPIC
 from flexarm_model.conversions import floats, stamp_to_ns
@@ -136,9 +137,7 @@ class ExciteNode(Node):  # type: ignore[misc]
             raise SeriesError("the guard is armed: somebody else moves the arm; stop it with guard/stop")
         if abs(self._theta - self._config.home).max() > AT_POSE:
             at = ", ".join(f"{value:.4f}" for value in self._theta)
-            raise SeriesError(
-                f"the arm does not stand at its pose; if it is to be tested where it is: pose:=[{at}]"
-            )
+            raise SeriesError(f"the arm does not stand at its pose; to test it where it is: pose:=[{at}]")
         is_over = self._series.waited(time.monotonic()) > LOOKED_AROUND
         if is_over and self.count_publishers(self.resolve_topic_name(COMMANDS)) > 1:
             raise SeriesError(f"somebody without a name may publish {COMMANDS}")
@@ -164,8 +163,7 @@ class ExciteNode(Node):  # type: ignore[misc]
         return self._called("stop")
 
     def _wait_for_stop(self) -> bool:
-        is_stopped = bool(self._guard.mode == GuardStatus.STOPPED)
-        if is_stopped and self._test.failure:
+        if (is_stopped := bool(self._guard.mode == GuardStatus.STOPPED)) and self._test.failure:
             raise SeriesError(self._test.failure)
         return is_stopped
 
@@ -184,11 +182,13 @@ class ExciteNode(Node):  # type: ignore[misc]
 
     def _on_joint_states(self, msg: JointState) -> None:
         """Note where the axes are; answer when the guard is armed."""
+        try:
+            self._theta, self._theta_dot = told_axes(msg, self._names)
+        except UntoldError as error:
+            if self._guard.session_token:  # what holds the arm must know where it is
+                self._series.end(str(error))
+            return
         self._now_ns = stamp_to_ns(msg.header.stamp)
-        for name, position, velocity in zip(msg.name, msg.position, msg.velocity, strict=False):
-            if name in self._names:
-                axis = self._names.index(name)
-                self._theta[axis], self._theta_dot[axis] = position, velocity
         self._waiting = msg
         self._answer()
         self._test.on_sensor("joint_states", msg)

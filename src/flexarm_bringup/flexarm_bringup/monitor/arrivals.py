@@ -6,7 +6,7 @@ from collections import deque
 
 import numpy as np
 
-from flexarm_bringup.bags.cdr import header_stamp_ns
+from flexarm_bringup.bags.cdr import has_stamp, header_stamp_ns
 from flexarm_bringup.monitor.picture import UNKNOWN, TopicRow
 
 WINDOW = 3.0  # s that a rate is told of
@@ -36,7 +36,7 @@ class Arrivals:
         if t - self._first >= CATCH_UP:
             self._times.append(t)
         self._last, self.newest = t, raw
-        if self._is_stamped:
+        if self._is_stamped and has_stamp(raw):
             self._ring[header_stamp_ns(raw)] = raw
             while len(self._ring) > RING:
                 self._ring.pop(next(iter(self._ring)))

@@ -157,5 +157,7 @@ def _position(odometry: Any) -> Any:
 def _sigma(state: Any, n_theta: int, n_eta: int) -> Any:
     """Return one sigma of eta; x begins with theta, then eta."""
     n = math.isqrt(len(state.covariance))
+    if n * n != len(state.covariance) or n < n_theta + n_eta:  # nobody tells it
+        return np.full(n_eta, UNKNOWN)
     variance = np.array(state.covariance).reshape(n, n).diagonal()[n_theta : n_theta + n_eta]
     return np.sqrt(np.maximum(variance, 0.0))

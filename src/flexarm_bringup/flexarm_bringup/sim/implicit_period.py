@@ -133,7 +133,9 @@ class MachinePeriod(Period):
         self._plain, self._stepping = PlainPeriod(tree, stepping), stepping
         n, m, t, h = tree.n_q, tree.n_c, tree.actuated, stepping.h
         self._constant = np.asfortranarray(h**2 / 4 * tree.K + h / 2 * tree.D)
-        self._parts = find_parts(tree, self._constant != 0.0, [] if stepping.is_driven else t)
+        held = self._constant != 0.0
+        held[t, t] = True  # friction
+        self._parts = find_parts(tree, held, [] if stepping.is_driven else t)
         self._axis, k = np.array(t, dtype=np.int64), self._parts.free
         self._mass, self._bias = (MachineCode(tree.functions[name]) for name in ("mass_matrix", "bias"))
         self._work = np.zeros(2 * n + k * k + k + (k + 1) * m + m * (k + 1) + m * m)
@@ -172,7 +174,7 @@ class MachinePeriod(Period):
 
 def make_period(tree: ReducedTree, stepping: Stepping) -> Period:
     """Return the fastest way that this machine allows."""
-    is_compiled = tree.functions["mass_matrix"].library is not None
+    is_compiled = all(tree.functions[name].library is not None for name in ("mass_matrix", "bias"))
     is_ready = is_compiled and (not tree.n_c or isinstance(tree.closing, MachineClosing))
     code = load_code(SOURCE) if is_ready else None
     return PlainPeriod(tree, stepping) if code is None else MachinePeriod(tree, stepping, code)

@@ -94,7 +94,8 @@ static void carry(const struct period *s, const double *M, const double *b, cons
         add_row(n_i, rest[i], XY + i * k, r); /* X'(b_d - A_dd y) */
     int size = (int)n_i, inner = (int)s->heavy, lead = (int)k;
     double one = 1.0;
-    s->dsyr2k("L", "N", &size, &inner, &one, (double *)XY, &lead, W, &size, &one, S, &size);
+    if (n_i) /* ldb of nothing is refused */
+        s->dsyr2k("L", "N", &size, &inner, &one, (double *)XY, &lead, W, &size, &one, S, &size);
 }
 
 /* Take what springs without play bear too much out of M and b; backlash.py has the equations. */

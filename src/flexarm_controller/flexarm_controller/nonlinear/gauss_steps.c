@@ -113,7 +113,7 @@ int64_t flexarm_advance_period(
         change = 0.0;
         for (int64_t i = 0; i < m; i++) {
             a[i] -= R[i];
-            change = fabs(R[i]) <= change ? change : fabs(R[i]); /* NaN stays */
+            change = isnan(change) || fabs(R[i]) <= change ? change : fabs(R[i]); /* NaN stays */
             size = fabs(a[i]) <= size ? size : fabs(a[i]);
         }
         change /= size;
@@ -157,7 +157,7 @@ int64_t flexarm_rest(
             change = 0.0;
             for (int64_t p = 0; p < m; p++) {
                 s[n_u + p] -= R[p];
-                change = fabs(R[p]) <= change ? change : fabs(R[p]);
+                change = isnan(change) || fabs(R[p]) <= change ? change : fabs(R[p]);
                 size = fabs(s[n_u + p]) <= size ? size : fabs(s[n_u + p]);
             }
             change /= size;

@@ -151,6 +151,8 @@ int64_t flexarm_describe_tip(struct tip *s)
     double *x = cov_twist + BLOCK, *P = x + s->n_x;
     memcpy(x, s->x, s->n_x * sizeof *x);
     memcpy(P, s->P, s->n_x * s->n_x * sizeof *P);
+    for (int64_t k = 0; k < POSE + RATES + 2 * BLOCK; k++)
+        s->record[k] = NAN; /* what is told where the loops do not close */
     if (!flexarm_locate_tip(s))
         return 0;
     memcpy(s->record, s->placed, POSE * sizeof *s->placed);

@@ -151,7 +151,7 @@ def make_tip(model: ReducedModel, kinematics: Kinematics, n_x: int, use_compiler
 
 def _is_compiled(tree: ReducedTree) -> bool:
     closes = not tree.n_c or isinstance(tree.closing, MachineClosing)
-    return closes and tree.functions["tip_pose"].library is not None
+    return closes and all(tree.functions[name].library is not None for name in ("tip_pose", "tip_jacobian"))
 
 
 def _loops(tree: ReducedTree) -> tuple[int, ...]:

@@ -38,7 +38,9 @@ def trajectory_from_msg(msg: JointTrajectory, names: Sequence[str], epoch_ns: in
         TrajectoryMessageError: Names, lengths, times or numbers do not fit, or it is too long.
     """
     if list(msg.joint_names) != list(names):
-        raise TrajectoryMessageError(f"joint_names are {list(msg.joint_names)}; expected {list(names)}")
+        told = list(msg.joint_names[: len(names) + 1])
+        more = f" and {len(msg.joint_names) - len(told)} more" if len(msg.joint_names) > len(told) else ""
+        raise TrajectoryMessageError(f"joint_names are {told}{more}; expected {list(names)}")
     start = stamp_to_ns(msg.header.stamp) - epoch_ns
     since = [stamp_to_ns(point.time_from_start) for point in msg.points]
     if since and max(since) > LONGEST * NS_PER_S:

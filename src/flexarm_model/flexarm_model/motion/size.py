@@ -9,7 +9,8 @@ from __future__ import annotations
 
 import struct
 
-MOST_POINTS = 1000
+MOST_POINTS, MOST_NAMES = 1000, 64
+MOST_AWAITED_BYTES = 400 * MOST_POINTS  # a point of six axes with all that is heeded takes 170
 MOST_BYTES = 4_000_000  # of twenty times as many points of six axes with all that is heeded of them
 _HEAD, _STAMP = 4, 8  # bytes before the content, from which alignment counts; of the header's stamp
 _ALIGN = 4
@@ -24,16 +25,22 @@ def has_too_many_points(raw: bytes, is_awaited: bool) -> str:
     """
     if len(raw) > MOST_BYTES:
         return f"message of more than {MOST_BYTES} bytes"
+    if not is_awaited:
+        return ""
     try:
-        count = _count_points(raw) if is_awaited else 0
+        names, points = _count(raw)
     except struct.error:
         return ""
-    if count <= MOST_POINTS:
-        return ""
-    return f"{count} points, at most {MOST_POINTS} while the guard is armed: between them it is a cubic"
+    armed = "while the guard is armed"
+    if names > MOST_NAMES:
+        return f"{names} joint names, at most {MOST_NAMES} {armed}"
+    if points > MOST_POINTS:
+        return f"{points} points, at most {MOST_POINTS} {armed}: between them it is a cubic"
+    return f"{len(raw)} bytes, at most {MOST_AWAITED_BYTES} {armed}" if len(raw) > MOST_AWAITED_BYTES else ""
 
 
-def _count_points(raw: bytes) -> int:
+def _count(raw: bytes) -> tuple[int, int]:
+    """Return the numbers of names and of points; of too many names nobody asks for the points."""
     order = "<" if raw[1:2] == b"\x01" else ">"
 
     def number(place: int) -> int:
@@ -46,6 +53,8 @@ def _count_points(raw: bytes) -> int:
 
     place = after_text(_HEAD + _STAMP)
     names, place = number(place), place + _ALIGN
+    if names > MOST_NAMES:
+        return names, 0
     for _ in range(names):
         place = after_text(place)
-    return number(place)
+    return names, number(place)

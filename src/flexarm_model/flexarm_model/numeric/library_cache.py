@@ -15,9 +15,12 @@ import logging
 import os
 import platform
 import re
+import shutil
 import subprocess
 import tempfile
+import time
 from collections.abc import Callable
+from contextlib import suppress
 from functools import cache
 from pathlib import Path
 
@@ -26,6 +29,7 @@ from flexarm_model.process.start_watch import takes_long
 FLAGS = ("-O1", "-fPIC", "-shared", "-ffp-contract=off")  # -O3 takes minutes and gains little
 HEADER = Path(__file__).with_name("machine_code.h")  # what C files written by hand share
 LONG_SOURCE = 1_000_000  # bytes of C; from here on compiling takes seconds, and is announced
+OLD = 86_400.0  # s after which a folder of a build belongs to nobody any more
 SEAL = 16  # bytes of the hash at a library's end
 LOG = logging.getLogger("flexarm")
 
@@ -57,20 +61,25 @@ def keep_library(
     Returns:
         Its path; None, with one line about why, where the compiler fails or the folder cannot be used.
     """
-    made_of = (identity, HEADER.read_bytes(), *(part.encode() for part in (*_maker(compiler), *flags)))
+    try:
+        maker = _maker(compiler)
+    except OSError as error:
+        _tell(f"the C compiler {compiler} cannot be run: {error.strerror}; slower code runs instead")
+        return None
+    made_of = (identity, HEADER.read_bytes(), *(part.encode() for part in (*maker, *flags)))
     target = cache_folder() / f"{hashlib.sha256(bytes(1).join(made_of)).hexdigest()[:24]}.so"
     if _is_whole(target) and _opens(target):
         return target
-    with tempfile.TemporaryDirectory() as folder:
-        source = write(Path(folder))
-        if source.stat().st_size > LONG_SOURCE:
-            LOG.info("compiling %.1f MB of C; once, then it is kept", source.stat().st_size / 1e6)
-        try:
+    try:
+        with tempfile.TemporaryDirectory() as folder:
+            source = write(Path(folder))
+            if source.stat().st_size > LONG_SOURCE:
+                LOG.info("compiling %.1f MB of C; once, then it is kept", source.stat().st_size / 1e6)
             return _build([compiler, "-x", "c", str(source), f"-I{HEADER.parent}", *flags], target)
-        except OSError as error:
-            trouble = f"compiled code cannot be kept in {target.parent}: {error.strerror}"
-            _tell(f"{trouble}; slower code runs instead")
-            return None
+    except OSError as error:
+        trouble = f"compiled code cannot be kept in {target.parent}: {error.strerror}"
+        _tell(f"{trouble}; slower code runs instead")
+        return None
 
 
 def _build(command: list[str], target: Path) -> Path | None:
@@ -80,6 +89,10 @@ def _build(command: list[str], target: Path) -> Path | None:
         OSError: The folder cannot be made or written to.
     """
     target.parent.mkdir(parents=True, exist_ok=True)
+    for left in target.parent.glob("*.tmp"):  # by who was killed at it
+        with suppress(OSError):
+            if time.time() - left.stat().st_mtime > OLD:
+                shutil.rmtree(left)
     with tempfile.TemporaryDirectory(prefix=f"{target.stem}.", suffix=".tmp", dir=target.parent) as folder:
         built = Path(folder) / target.name
         with takes_long():

@@ -159,7 +159,7 @@ class _Shape:
             told = values[place]
             if told == known:
                 return text
-            if told[-1]:
+            if told.find(0) != len(told) - 1:  # rclpy ends a text at its first zero
                 raise _NotAlike
             try:
                 return str(told[:-1], "utf8")

@@ -78,7 +78,7 @@ class MessageWriter:
             return
         places = dict(_places(msg))
         end = places.pop(_END, None)
-        if end is not None:
+        if end is not None and end[0] <= len(raw):  # a text with a zero in it is written cut short
             raw = raw[: end[0]]  # rclpy adds some that belong to nothing
             layout = _Layout(raw, [places[name] for name in self._varying])
             self._layouts[key] = layout if layout.write(values) == raw else None

@@ -30,7 +30,7 @@ int64_t flexarm_close(const struct loops *s, double *q, double *v)
         s->rows->evaluate(s->rows->arg, s->rows->res, s->rows->iw, s->rows->w, 0);
         double open = 0.0, far = 1e-300;
         for (int64_t i = 0; i < s->m; i++)
-            open = fabs(c[i]) <= open ? open : fabs(c[i]); /* NaN stays */
+            open = isnan(open) || fabs(c[i]) <= open ? open : fabs(c[i]); /* NaN stays */
         if (open <= s->tolerance)
             break;
         gather(s, G, A);
