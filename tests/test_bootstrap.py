@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import io
 import os
+import shutil
 import subprocess
 import sys
+import threading
 from pathlib import Path
 from types import ModuleType, SimpleNamespace
 
@@ -480,3 +482,44 @@ def test_exported_lines_survive_a_shell(flexarm: ModuleType, monkeypatch: pytest
     script = "\n".join([*lines, 'printf "%s|%s" "$FLEXARM_TEST" "$PYTHONHOME"'])
     done = subprocess.run(["sh", "-c", script], capture_output=True, text=True, check=True)
     assert done.stdout == "a b'c$d|"
+
+
+@pytest.mark.parametrize(
+    "name", ["PIP_TARGET", "PIP_PREFIX", "PIP_ROOT", "PIP_DRY_RUN", "PIP_PYTHON", "PIP_USER"]
+)
+def test_settings_of_a_user_s_pip_do_not_lead_it_elsewhere(
+    bootstrap: ModuleType, monkeypatch: pytest.MonkeyPatch, name: str
+) -> None:
+    """Nothing was in the environment then, and it was called complete."""
+    seen: list[dict[str, str]] = []
+    monkeypatch.setattr(bootstrap, "watch", lambda title, argv, environ, lock: seen.append(environ))
+    place = SimpleNamespace(python=sys.executable, env=Path("env"))
+    bootstrap.pip_install(place, Path("some.lock"), "installing", {name: "1", "HOME": "/home/u"}, 0)
+    assert seen[0].get(name) == ("0" if name == "PIP_USER" else None)
+    assert seen[0]["HOME"] == "/home/u"
+
+
+def test_who_waited_for_a_lock_that_was_removed_takes_the_new_one(bootstrap: ModuleType) -> None:
+    """After a clean it held the old one, and the next run installed beside it."""
+    entered: list[str] = []
+
+    def wait() -> None:
+        with bootstrap.only_one() as descriptor:
+            entered.append("same" if bootstrap.is_this(descriptor, bootstrap.STATE / "lock") else "another")
+
+    with bootstrap.only_one():
+        waiting = threading.Thread(target=wait)
+        waiting.start()
+        waiting.join(0.5)
+        assert waiting.is_alive()
+        shutil.rmtree(bootstrap.STATE)
+    waiting.join(10.0)
+    assert entered == ["same"]
+
+
+def test_what_lies_on_a_larger_disk_is_removed_there(bootstrap: ModuleType, tmp_path: Path) -> None:
+    elsewhere = tmp_path / "disk"
+    (elsewhere / "env").mkdir(parents=True)
+    bootstrap.STATE.symlink_to(elsewhere)
+    assert bootstrap.clean() == 0
+    assert not elsewhere.exists() and not bootstrap.STATE.is_symlink()

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 pytest.importorskip("flexarm_interfaces", reason="needs ROS and flexarm_interfaces")
-from missed_bounds import WITH_NODES, judge  # noqa: E402
+from missed_bounds import judge  # noqa: E402
 
 from flexarm_bringup.fault_drill.drill import FAMILIES, MACHINES, play_row, stand_of  # noqa: E402
 from flexarm_bringup.processes.graph import Process  # noqa: E402
@@ -25,9 +25,7 @@ def test_nodes_estimate_as_well_as_the_library(machine: str) -> None:
 
 @pytest.mark.parametrize("machine", MACHINES)
 @pytest.mark.parametrize("number", FAMILIES["system"].rows)
-def test_rows_with_nodes_keep_their_bounds(machine: str, number: int, request: pytest.FixtureRequest) -> None:
-    if number in WITH_NODES:
-        request.applymarker(pytest.mark.xfail(reason=WITH_NODES[number], strict=False))
+def test_rows_with_nodes_keep_their_bounds(machine: str, number: int) -> None:
     result = play_row(machine, "system", number)
     if result.skipped:
         pytest.skip(result.skipped)

@@ -34,6 +34,7 @@ def test_a_later_release_of_something_wanted_with_an_extra_is_not_asked_for(
 ) -> None:
     """A release of the day came before the pinned one, and every fresh clone ended with 1."""
     monkeypatch.setattr(bootstrap, "compile_python", lambda *_: None)  # the whole environment, for 20 s
+    monkeypatch.setattr(bootstrap, "ELSEWHERE", ())  # this is into a folder of the test
     index, target = tmp_path / "index", tmp_path / "target"
     index.mkdir()
     pinned = {

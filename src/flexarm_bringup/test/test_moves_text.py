@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 import yaml
 
-from flexarm_bringup.retune.moves_text import with_settings
+from flexarm_bringup.retune.moves_text import starting_text, with_settings
 from flexarm_model.settings.strict_yaml import ConfigError
 
 HEAD = "manipulator: a\n"
@@ -44,3 +44,10 @@ def test_a_value_that_another_shares_is_not_changed_for_both() -> None:
 def test_a_text_in_the_place_of_a_section_is_refused() -> None:
     with pytest.raises(ConfigError, match="'settings.mpc': is not a mapping"):
         with_settings(HEAD + "settings: {mpc: firm}\n", {"mpc": {"horizon": 9}}, "a")
+
+
+@pytest.mark.parametrize("path", ["/home/u/arm #2/up dated.yaml", "a: b.yaml", "1e3", "yes", "[x].yaml", "é"])
+def test_an_arm_of_any_name_reads_back_as_it_is(path: str) -> None:
+    """What stood behind a # was cut off, and the cut name was called right."""
+    assert yaml.safe_load(starting_text(path))["manipulator"] == path
+    assert yaml.safe_load(with_settings(HEAD, {}, path))["manipulator"] == path

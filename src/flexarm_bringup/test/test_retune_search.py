@@ -101,3 +101,15 @@ def test_runs_stop_early_only_where_all_of_them_would_leave_too_much(
     found = Twins([bench] * len(SEEDS)).score(START, enough)
     assert (found is None) == (np.sqrt(np.mean(np.square(left))) > enough)
     assert found is None or found.residual == pytest.approx(np.sqrt(np.mean(np.square(left))))
+
+
+def test_settings_under_which_the_arm_is_stopped_are_left_for_any_under_which_it_moves() -> None:
+    """An arm that was stopped early is quiet: no step that moved it left less."""
+
+    def score(settings: Settings, enough: float) -> Score | None:
+        residual = 0.02 if settings == START else 0.1 * bowl(settings, enough).residual
+        return Score(residual, 1.0, 1.0, settings == START) if residual <= enough else None
+
+    found = search(START, score, everything, silent, MANY)
+    assert found.mpc != START[1] and found.begin == 0.02
+    assert found.steps[-1].residual == pytest.approx(0.1)

@@ -88,7 +88,13 @@ def run(args: argparse.Namespace) -> int:
     case = next(iter(cases.values()))
     config = load_config(find_manipulator(task.manipulator), task.presets[0])
     errors = tuple(sorted(QUICK_ERRORS))
-    at_rest = {preset: floors_at_rest(task, preset, c.legs[-1].goal, errors) for preset, c in cases.items()}
+    at_rest = {}
+    for preset, each in cases.items():
+        try:
+            at_rest[preset] = floors_at_rest(task, preset, each.legs[-1].goal, errors)
+        except (ValueError, np.linalg.LinAlgError) as error:  # of a goal at the end of an axis, say
+            progress.done()
+            print(f"flexarm compare: no table of what noise leaves at rest: {error}", file=sys.stderr)
     figures = draw(case, results[:rows]) if args.html else ()
     page = build_page(case, config, results[:rows], swept, figures, at_rest)
     progress.done()

@@ -89,6 +89,8 @@ def from_another_host(stand: SystemStand) -> list[Finding]:
         with subprocess.Popen(line, env=outside, stdout=subprocess.PIPE, text=True) as sent:
             ear.wait(lambda: sent.poll() is not None, 2 * PATIENCE, "the other host")
             said = sent.communicate()[0]
+        if sent.returncode:
+            raise RuntimeError(f"the forger on the other host ended with {sent.returncode}: {said.strip()}")
         heard = sum(list(msg.effort) == _effort(stand) for msg in ear.heard["joint_commands"])
         return [
             Finding(f"from another host: it found '{said.strip()}', heard of {FROM_OUTSIDE}", heard, 0),

@@ -31,7 +31,9 @@ def wrong_frames(topic: str, kind: str, spoil: Callable[[Any], None]) -> Callabl
     """Return what spoils all messages of a topic that starts with ``topic``."""
 
     def play(stand: Stand) -> list[Finding]:
-        """Play the messages with those of the topic spoilt."""
+        """Play the messages with those of the topic spoilt; nothing where the machine has no such sensor."""
+        if not stand.of_kind(kind):
+            return []
         bench, first = stand.messages, round(FAULT_START / stand.record.dt)
         told = FAULT_START + TOLD_AFTER
 

@@ -183,7 +183,8 @@ def _goal(stand: ControllerStand, rng: np.random.Generator) -> Array:
 
 
 def _largest(ratio: Array, where: NDArray[np.bool_]) -> float:
-    return float(ratio[where].max(initial=0.0))
+    """Return the largest where there are any; without one nothing has been shown."""
+    return float(ratio[where].max(initial=0.0)) if where.any() else np.inf
 
 
 def _way(stop: Stop) -> Array:

@@ -41,11 +41,13 @@ def with_settings(text: str, sections: Values, manipulator: str, preset: str = "
 
 def starting_text(manipulator: str) -> str:
     """Return a moves file without moves, for settings of an arm that has no file of its own."""
-    return f"format: {FORMAT}\nmanipulator: {manipulator}\n"
+    return f"format: {FORMAT}\nmanipulator: {write_number(manipulator)}\n"
 
 
 def write_number(value: Any) -> str:
-    """Return a setting as YAML 1.1 reads it back."""
+    """Return a setting as YAML 1.1 reads it back; a text in quotes where it would be something else."""
+    if isinstance(value, str):
+        return value if _reads_back(value) else json.dumps(value, ensure_ascii=False)
     if isinstance(value, float):
         text = f"{value:.{EXACT}g}"
         mantissa, mark, power = text.partition("e")
@@ -53,6 +55,14 @@ def write_number(value: Any) -> str:
     if isinstance(value, tuple | list):
         return "[" + ", ".join(map(write_number, value)) + "]"
     return str(value)
+
+
+def _reads_back(text: str) -> bool:
+    """Tell whether a text without quotes is itself for YAML, also within a list or mapping."""
+    try:
+        return bool(yaml.safe_load(f"[{text}]") == [text])
+    except yaml.YAMLError:
+        return False
 
 
 def _put(text: str, path: tuple[str, ...], values: Mapping[str, Any]) -> str:

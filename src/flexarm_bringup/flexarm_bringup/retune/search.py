@@ -79,10 +79,14 @@ class Score:
     is_stopped: bool
 
     def is_better(self, than: Score, start: Score) -> bool:
-        """Tell whether it is enough better than another score, and not worse than allowed."""
+        """Tell whether it is enough better than another score, and not worse than allowed.
+
+        An arm that was stopped is quiet, and no measure: whatever is not stopped is better.
+        """
+        if self.is_stopped or than.is_stopped:
+            return not self.is_stopped
         return (
-            not self.is_stopped
-            and self.residual <= GAIN * than.residual
+            self.residual <= GAIN * than.residual
             and self.tracking <= WORSE * start.tracking
             and self.settling <= start.settling + (WORSE - 1.0) * abs(start.settling)  # < 0: before the end
         )
@@ -149,7 +153,7 @@ def search(
     first = score(start, np.inf)
     if first is None:
         return Search(mpc, np.nan, (), 0)
-    best = first
+    best, begin = first, first.residual
     steps: list[Step] = []
     names = [name for name in SEARCHED if getattr(mpc, name)]
     tries = in_vain = 0
@@ -158,14 +162,16 @@ def search(
         for factor, candidate in _beside(mpc, name):
             say(f"weights: {name} x {factor:.3g}, so far {best.residual:.3g} m/s^2 are left")
             tries += 1
-            found = _score(score, (estimator, candidate), GAIN * best.residual)
+            enough = np.inf if best.is_stopped else GAIN * best.residual
+            found = _score(score, (estimator, candidate), enough)
             if found and found.is_better(best, first) and accept((estimator, candidate)):
+                first = found if first.is_stopped else first
                 mpc, best, in_vain = candidate, found, 0
                 steps.append(Step(name, factor, found.residual))
                 break
         if in_vain == len(names) or tries >= most:
             break
-    return Search(mpc, first.residual, tuple(steps), tries)
+    return Search(mpc, begin, tuple(steps), tries)
 
 
 def _beside(mpc: MpcConfig, name: str) -> Iterator[tuple[float, MpcConfig]]:
