@@ -49,7 +49,7 @@ def planned(markers: Any) -> Any:
 
 
 def shown(viewer: Any, model: Any, log: Path) -> dict[str, Any]:
-    """Return what the node says of an estimate, by topic."""
+    """Return what the node says of an estimate, by topic; every second time what it hears is odd."""
     heard: dict[str, Any] = {}
     for topic, kind, quality in (
         ("markers", MarkerArray, RELIABLE_QOS),
@@ -63,12 +63,18 @@ def shown(viewer: Any, model: Any, log: Path) -> dict[str, Any]:
     plans = viewer.create_publisher(JointTrajectory, "predicted", RELIABLE_QOS)
     points = [JointTrajectoryPoint(positions=[THETA]), JointTrajectoryPoint(positions=[PLANNED])]
     state = ModalState(model_id=model.model_id, joint_names=["base.rz"], theta=[THETA], eta=ETA)
+    odd = ModalState(model_id=model.model_id, theta=[THETA, THETA], eta=ETA), b"\0\1\0\0\1\0"
     executor = events_executor()
     executor.add_node(viewer)
     node = str(find_executable("flexarm_bringup", "markers_node"))
     with log.open("wb") as out, subprocess.Popen([node], stdout=out, stderr=out) as process:
-        deadline = time.monotonic() + 60.0
+        deadline, is_odd = time.monotonic() + 60.0, False
         while (len(heard) < 3 or not planned(heard["markers"]).points) and time.monotonic() < deadline:
+            is_odd = not is_odd
+            for each in odd if is_odd else ():
+                plans.publish(JointTrajectory(points=[JointTrajectoryPoint()]))
+                states.publish(each)
+                executor.spin_once(timeout_sec=0.1)
             state.header.stamp.nanosec = (state.header.stamp.nanosec + 1) % 1000
             plans.publish(JointTrajectory(points=points))
             states.publish(state)

@@ -26,6 +26,7 @@ from flexarm_interfaces.msg import ReducedModel as ReducedModelMsg
 from nav_msgs.msg import Odometry
 from numpy.typing import NDArray
 from rclpy.clock import Clock, ClockType
+from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.node import Node
 from rclpy.serialization import deserialize_message
 from sensor_msgs.msg import JointState
@@ -92,7 +93,7 @@ class MarkersNode(Node):  # type: ignore[misc]
     def on_timer(self) -> None:
         """Show the newest state, once."""
         raw = self._newest.get("modal_state", b"")
-        state = deserialize_message(raw, ModalState) if raw and raw != self._shown else None
+        state = self._read("modal_state", ModalState) if raw and raw != self._shown else None
         model = self._models.find(state.model_id) if state is not None else None
         if model is None or state is None:
             return
@@ -107,8 +108,7 @@ class MarkersNode(Node):  # type: ignore[misc]
 
     def _plan(self, model: ReducedModel, now_ns: int) -> Array:
         """Return where the tip goes by the plan, modes at rest [m], (k, 3); empty without a recent one."""
-        raw = self._newest.get("predicted")
-        plan = deserialize_message(raw, JointTrajectory) if raw else JointTrajectory()
+        plan = self._read("predicted", JointTrajectory) or JointTrajectory()
         age_ns = now_ns - stamp_to_ns(plan.header.stamp)
         if not plan.points or abs(age_ns) > RECENT_NS:
             return NO_PLAN
@@ -119,11 +119,19 @@ class MarkersNode(Node):  # type: ignore[misc]
         return np.array([self._lines.tip(coordinates(model, theta, at_rest, 1.0))[:3, 3] for theta in poses])
 
     def _three_sigma(self) -> Array:
-        raw = self._newest.get("end_effector")
-        if raw is None:
+        tip = self._read("end_effector", Odometry)
+        if tip is None:
             return np.zeros(3)
-        covariance = np.array(deserialize_message(raw, Odometry).pose.covariance).reshape(6, 6)
+        covariance = np.array(tip.pose.covariance).reshape(6, 6)
         return np.asarray(3.0 * np.sqrt(np.maximum(covariance.diagonal()[:3], 0.0)))
+
+    def _read(self, topic: str, kind: Any) -> Any:
+        """Return the newest message of a topic; None without one, or where its bytes are no such."""
+        raw = self._newest.get(topic)
+        try:
+            return None if raw is None else deserialize_message(raw, kind)
+        except rclpy_implementation.RMWError:
+            return None
 
     def _connect(self, description: str) -> None:
         self._markers = self.create_publisher(MarkerArray, "markers", RELIABLE_QOS)
