@@ -136,3 +136,14 @@ def test_an_arm_without_limited_outputs_has_torques_alone():
     result = program.solve(q, np.zeros(0), before)
     assert result.solved
     assert abs(result.x).max() <= 1 + 1e-8
+
+
+@pytest.mark.parametrize("cap", [100, 2])
+def test_limits_that_bind_are_told_whoever_has_found_the_answer(cap):
+    """Where the other solver had helped, none was: a plan at all its limits named no limit."""
+    program = ChangingProgram(np.full(2, 2.0), 3, (np.array([-1e6]), np.array([1e6])), 10.0, cap)
+    program.prepare(np.eye(6), np.zeros((3, 6)))
+    for gradient, bound in ((-50.0, 6), (-0.5, 0)):
+        result = program.solve(np.full(6, gradient), np.zeros(3), np.zeros(2))
+        assert result.solved
+        assert (set(program.active.tolist()) - {6}) == set(range(bound))  # 6 is the slack's own

@@ -86,6 +86,7 @@ class ChangingProgram:
         self._active = np.zeros((2, n + 1), dtype=np.int64)
         self._work = np.zeros((3 * (n + 1) + 5) * (n + 1) + 2 * self._n_y)
         self._count, self._iterations = ctypes.c_int64(), ctypes.c_int64()
+        self._bound: NDArray[np.int64] | None = None  # limits that bind in an answer of the other solver
         arrays = (self._L, self._rows, self._l, self._u)
         self._layout = _Layout(
             n_u, blocks, n_o, *map(address, arrays), price, FEASIBILITY, self._active.ctypes.data,
@@ -98,7 +99,7 @@ class ChangingProgram:
     @property
     def active(self) -> NDArray[np.int64]:
         """Numbers of the limits that bind in the last answer, (k,)."""
-        return self._active[0, : self._count.value]
+        return self._active[0, : self._count.value] if self._bound is None else self._bound
 
     def prepare(self, H: Array, rows: Array) -> bool:
         """Take Hessian (n_v, n_v) and rows of the outputs (n_b n_o, n_v); returns whether H is sound."""
@@ -114,6 +115,7 @@ class ChangingProgram:
             outputs: Limited outputs without torques, (n_b n_o,).
             before: Torque before, in units of its limit, (n_u,).
         """
+        self._bound = None
         if not math.isfinite(q.sum() + outputs.sum() + before.sum()):
             self.forget()
             return QpResult(np.zeros_like(self._x), WORDS[NOT_FINITE], 0, np.inf, False)
@@ -159,8 +161,10 @@ class ChangingProgram:
         H, gradient, A, l, u = self.as_matrices(q)  # noqa: E741
         x, _, flag, info = daqp.solve(H, gradient, A, u, l)
         iterations = first.iterations + int(info["iterations"])
-        residual = max(0.0, excess(np.append(x, A @ x), l, u))
+        values = np.append(x, A @ x)
+        residual = max(0.0, excess(values, l, u))
         status = f"exit flag {flag} after {first.status}"
         if flag != 1 or not residual <= USABLE:
             return QpResult(first.x, status, iterations, np.inf, False)
+        self._bound = np.flatnonzero((u - values < USABLE) | (values - l < USABLE))
         return QpResult(np.array(x), status, iterations, residual, True)
