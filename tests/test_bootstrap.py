@@ -230,7 +230,7 @@ def test_what_this_python_cannot_compile_stops_no_installation(
 ) -> None:
     """Packages bring files for other Pythons; nor does it compile their tests."""
     monkeypatch.setattr(bootstrap, "STATE", tmp_path / "state")
-    folder = tmp_path / "lib"
+    folder = tmp_path / "tests" / "lib"  # where the clone lies does not matter
     (folder / "tests").mkdir(parents=True)
     (folder / "newer.py").write_text("match = \n")
     (folder / "sound.py").write_text("x = 1\n")

@@ -28,6 +28,7 @@ from pathlib import Path
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from rclpy.clock import Clock, ClockType
+from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from std_msgs.msg import Bool
 
@@ -141,9 +142,13 @@ class RecorderNode(ManagedNode):
             self._lost += 1
             return
         stamp_ns = header_stamp_ns(cdr) if stream.is_stamped else None
+        try:
+            tick = deserialise(cdr, stream.type) if stream.topic == "tick" else None
+        except rclpy_implementation.RMWError:
+            self._lost += 1
+            return
         self._log.add(stream, cdr, stamp_ns, time.time_ns())
-        if stream.topic == "tick":
-            tick = deserialise(cdr, stream.type)
+        if tick is not None:
             self._log.announce(tick.sequence, header_stamp_ns(cdr), tick.topics, tick.counts)
 
     def on_flush(self) -> None:

@@ -207,6 +207,7 @@ def test_the_launch_file_shows_the_arm_when_asked(monkeypatch: pytest.MonkeyPatc
     nodes = launched(monkeypatch, markers="true")
     assert [node.name for node in nodes] == [process.name for process in with_markers(rig_graph())]
     assert nodes[-1].on_exit is None and nodes[-1].respawn
+    assert nodes[-1].respawn_max_retries == RESPAWNS  # nobody else counts
 
 
 def test_the_launch_file_takes_every_word_for_yes_and_no_and_refuses_others(

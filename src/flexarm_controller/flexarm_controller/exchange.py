@@ -66,7 +66,7 @@ class ControllerExchange:
             config: The manipulator.
             settings: Law and fallbacks.
             mpc: Weights, horizon, solver.
-            epoch_ns: Stamp that is time zero [ns]; None takes the first state's.
+            epoch_ns: Stamp that is time zero [ns]; None takes the first state's: the clock drives the loop.
             clocks: Of CPU time and, in real time, of the wall.
             motion: What becomes of references that are too fast.
             nmpc: What the nonlinear law adds to ``mpc``.
@@ -74,7 +74,7 @@ class ControllerExchange:
         self._config, self._settings, self._clocks = config, settings, clocks
         self._mpc, self._nmpc, self._motion = mpc, nmpc, motion or MotionConfig()
         self._names, self._limits = tuple(config.actuated), limits_of(config)
-        self._epoch_ns, self._cycles = epoch_ns, Cycles(settings.period)
+        self._epoch_ns, self._is_live, self._cycles = epoch_ns, epoch_ns is None, Cycles(settings.period)
         self._token = self._sequence = 0
         self._pending: PendingModels[Laws] = PendingModels()
         self.controller: Controller | None = None
@@ -225,7 +225,9 @@ class ControllerExchange:
         reference = reference_from_msg(msg, self._names, self._epoch_ns)
         if now is not None:
             check_begin(float(reference.t[0]) - now, LATE)
-        reference, remark = admit(reference, model, self._limits, self._motion, self.is_armed)
+        reference, remark = admit(
+            reference, model, self._limits, self._motion, self.is_armed and self._is_live
+        )
         fault = self.controller.follow(reference)
         if fault:
             raise MotionError(fault)

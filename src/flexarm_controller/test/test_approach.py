@@ -105,8 +105,8 @@ def test_goals_of_the_tip_keep_the_guards_bound_where_a_gauge_bears_little():
     assert stopped_by(guard_limits(config, tree, GuardSettings()), arm.reference) == ""
 
 
-@pytest.mark.parametrize("share", [0.85, 0.92, 0.98])
-def test_a_goal_that_turns_round_an_axis_near_its_end_is_reached_however_fast_it_comes(share):
+@pytest.mark.parametrize("share", [0.85, 0.92])
+def test_a_goal_that_turns_round_an_axis_near_its_end_is_reached_though_it_comes_faster_than_planned(share):
     """What it was too fast by at the start no slower motion could mend: it took 367853 s, and was refused."""
     config = load_config(find_manipulator("single_link"))
     tree = ReducedTree(config, use_compiler=False)
@@ -117,4 +117,17 @@ def test_a_goal_that_turns_round_an_axis_near_its_end_is_reached_however_fast_it
         v = min(share * ranges[0].allowed(ranges[0].high - at), limits.velocity[0])
         motion = planner.move(MotionState(np.array([at]), np.array([v]), np.zeros(1)), np.array([1.0]))
         assert motion.t[-1] < 5.0
-        assert motion.sample(np.linspace(0.0, motion.t[-1], 500))[0].max() < limits.position_high[0]
+        assert stopped_by(guard_limits(config, tree, GuardSettings()), motion) == ""
+
+
+@pytest.mark.parametrize(("share", "goal"), [(0.905, 2.85), (0.92, 2.85), (0.98, 2.7)])
+def test_a_goal_for_which_the_guard_would_stop_the_arm_is_refused(share, goal):
+    config = load_config(find_manipulator("single_link"))
+    tree = ReducedTree(config, use_compiler=False)
+    guarded = guard_limits(config, tree, GuardSettings())
+    planner = MotionPlanner(linearize(tree), limits_of(config), MotionConfig(), guarded.ranges)
+    v = share * guarded.ranges[0].allowed(guarded.ranges[0].high - 2.5)
+    begin = MotionState(np.array([2.5]), np.array([v]), np.zeros(1))
+    assert stopped_by(guarded, planner.stop(begin)) == ""
+    with pytest.raises(MotionError):
+        planner.move(begin, np.array([goal]))

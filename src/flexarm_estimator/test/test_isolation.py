@@ -384,12 +384,13 @@ def test_sensors_of_several_channels_are_swapped_as_a_whole_where_all_of_both_ma
     assert not [one for one in rearrangements(channels, frozenset({1, 2, 3})).all if len(one.channels) > 2]
 
 
+@pytest.mark.parametrize("beyond_middle", [0.2, -0.6])  # at the limit now and then, or all the time
 @pytest.mark.parametrize("end", [np.minimum, np.maximum])
 @pytest.mark.parametrize("offset", [-1.8, -1.0, 0.0, 1.0])
-def test_a_channel_is_saturated_at_the_end_at_which_it_stays_whatever_its_sign(end, offset):
+def test_a_channel_is_saturated_at_the_end_at_which_it_stays_whatever_its_sign(end, offset, beyond_middle):
     """Only ends away from zero were seen: not the lower one of a gauge that a weight bends upwards."""
     expected = 1.0 + 0.5 * np.sin(2 * np.pi * 6.0 * DT * np.arange(60)) + offset
-    limit = 1.0 + offset + (0.2 if end is np.minimum else -0.2)
+    limit = 1.0 + offset + (beyond_middle if end is np.minimum else -beyond_middle)
     window = SimpleNamespace(
         y=end(expected, limit)[:, None], halves=lambda x: np.array([x[:30].sum(), x[30:].sum()])
     )

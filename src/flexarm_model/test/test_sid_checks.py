@@ -106,7 +106,7 @@ WRONG = [
     (r"(\nKe\n[^m]*)m0\( 1,  1\)", r"\1M0(1, 1)", ("Ke: M0(1, 1): with order = 0 expected m0",)),
     (r"(\nKe\n[^s]*)structure = 3", r"\1structure = 0", ("Ke: m0(1, 1) has no place with structure = 0",)),
     (r"(\nKe\n[^n]*)nrow = 6", r"\1nrow = 6\nnrow = 6", ("Ke: 'nrow' is given twice",)),
-    (r"(\nKe\n(?:.*\n)*?) *nq = .*", r"\1nq = 7", ("Ke: nq = 7: expected a whole number from 6 to 6",)),
+    (r"(\nCt\n(?:.*\n)*?) *nq = .*", r"\1nq = 7", ("Ct: nq = 7: expected a whole number from 6 to 6",)),
     (r"(\nCt\n *)order = 1", r"\1order = 0", ("Ct: m1", "with order = 0 expected m0")),
     (r"\nnew node = end\n", "\nnew node\n", ("node: has no name",)),
     (r"\nnew node = end\n", "\nnew node = root\n", ("node: is given twice, root",)),
@@ -156,3 +156,12 @@ def test_entries_that_should_be_equal_and_are_not_are_refused_by_name() -> None:
     square("m0(1,2) = -1", "m0(2,1) = -1")
     with pytest.raises(ConfigError, match=r"Ke.*m0\(1, 2\) = -1 is not symmetric: mirrored it is -3"):
         square("m0(1,2) = -1", "m0(2,1) = -3")
+
+
+def test_constant_matrices_may_say_that_they_depend_on_nothing(text: str, tmp_path: Path) -> None:
+    """Other programs write nq = 0 there."""
+    part = text.partition("\nflexarm\n")[0] + "\n"
+    changed = re.sub(r"(\nKe\n(?:.*\n)*?) *nq = .*", r"\1nq = 0", part, count=1)
+    assert changed != part
+    (tmp_path / "q.sid").write_text(changed, encoding="utf-8")
+    assert read_sid(tmp_path / "q.sid").n == 6

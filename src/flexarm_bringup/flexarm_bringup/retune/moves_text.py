@@ -61,7 +61,7 @@ def _reads_back(text: str) -> bool:
     """Tell whether a text without quotes is itself for YAML, also within a list or mapping."""
     try:
         return bool(yaml.safe_load(f"[{text}]") == [text])
-    except yaml.YAMLError:
+    except (yaml.YAMLError, ValueError):  # 2024-13-45, say
         return False
 
 

@@ -32,8 +32,8 @@ class Approach:
     def slow_down(self, motion: Reference) -> float:
         """Return by what factor a motion has to be slower, 1 when it need not [1].
 
-        An axis that is too fast when the motion begins is so until it has been braked: that needs time
-        whatever the motion, and does not count.
+        An axis that is faster when the motion begins than is planned with, but not than the guard allows, is
+        so until it has been braked: that does not count.
         """
         if not self._ranges:
             return 1.0
@@ -43,7 +43,7 @@ class Approach:
         moving = abs(theta_dot) > 0.0
         with np.errstate(divide="ignore", invalid="ignore"):
             factor = np.where(moving, np.where(allowed > 0.0, abs(theta_dot) / allowed, np.inf), 1.0)
-        braked = (factor > 1.0) & (abs(theta_dot) <= abs(theta_dot[0]))
+        braked = (factor > 1.0) & (factor * KEPT <= 1.0) & (abs(theta_dot) <= abs(theta_dot[0]))
         factor[np.logical_and.accumulate(braked, axis=0)] = 1.0
         return float(max(factor.max(), 1.0))
 

@@ -110,7 +110,8 @@ def explain_by_saturation(
     at_limit[0] = False
     if at_limit.sum() < AT_LIMIT:
         return None
-    side = np.where(y == np.nanmax(y), 1.0, -1.0)  # of the range that ends there, whatever the sign of y
+    low, high = np.nanmin(y), np.nanmax(y)  # ends of the range, of any sign; equal where it stays at one
+    side = np.where(y == high, 1.0, -1.0) if low < high else np.sign(np.nansum(z - y)) or 1.0
     beyond = np.where(at_limit, (z - np.nan_to_num(y)) * side / np.sqrt(S), 0.0)
     if beyond[at_limit].mean() < 0.2:
         return None

@@ -47,9 +47,9 @@ def read_taylor(block: Block, n: int, shape: tuple[int, int]) -> Taylor:
     found = block.number("nrow"), block.number("ncol")
     if found != shape:
         raise block.error(f"is {found[0]:g} x {found[1]:g}; expected {shape[0]} x {shape[1]}")
-    if "nq" in block.values:
-        block.whole_number("nq", range(n, n + 1))
     order, structure = block.whole_number("order", range(2)), block.whole_number("structure", _STRUCTURES)
+    if order and "nq" in block.values:  # a constant matrix has no expansion, and some write 0 there
+        block.whole_number("nq", range(n, n + 1))
     allowed = ("m0", "m1")[: order + 1]
     for (name, index), (_, line) in block.entries.items():
         if name not in allowed:
