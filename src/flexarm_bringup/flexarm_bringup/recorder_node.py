@@ -113,7 +113,7 @@ class RecorderNode(ManagedNode):
         """Write what waits; where that fails the bag is closed all the same."""
         try:
             missing = self._log.close()  # what it writes now may be lost, too
-        except BaseException:
+        except Exception:
             self.exit_code = 1
             self._bag.close()
             raise

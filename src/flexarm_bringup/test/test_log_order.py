@@ -163,3 +163,14 @@ def test_a_rig_that_starts_again_does_not_turn_the_log_back() -> None:
     log.add(STREAMS["reference"], b"outside", 123, received_ns=-1)
     log.close()
     assert {cdr: time for _, time, cdr in written}[b"outside"] == 5 * PERIOD_NS
+
+
+def test_what_is_stamped_before_time_began_is_logged_when_it_comes() -> None:
+    """A bag has no time below zero: closing it failed, and nothing said where its messages are."""
+    log, written = lockstep_log()
+    send(log, "tick", 0)
+    cdr = struct.pack("<4siI", b"\0\1\0\0", -5, 0) + struct.pack("<I", 11) + b"controller\0"
+    assert header_frame_id(cdr) == "controller"
+    log.add(STREAMS["reference"], cdr, -5_000_000_000, received_ns=-1)
+    log.close()
+    assert all(log_time >= 0 for _, log_time, _ in written)

@@ -62,6 +62,19 @@ def test_stamps_are_read_from_the_bytes() -> None:
     assert header_stamp_ns(raw(12.25)) == 12_250_000_000
 
 
+def test_a_message_that_is_cut_short_is_counted_and_found_at_no_instant() -> None:
+    arrivals = Arrivals("truth", True)
+    arrivals.add(1.0, b"\0\1\0\0\1\0")
+    assert arrivals.stamps() == [] and arrivals.newest is not None
+
+
+@pytest.mark.parametrize("covariance", [[], [1.0] * 5, [1.0]])
+def test_modes_of_a_state_whose_covariance_nobody_tells_have_no_sigma(covariance: list[float]) -> None:
+    msg = state()
+    msg.covariance = covariance
+    assert all(math.isnan(row.sigma) for row in modes_of(reduced(), msg, {}))
+
+
 def test_rates_and_jitter_are_those_of_the_arrivals() -> None:
     arrivals, rng = Arrivals("truth", True), np.random.default_rng(2)
     times = np.cumsum(rng.uniform(0.004, 0.006, 400))

@@ -50,16 +50,15 @@ class ReferenceMessageError(ValueError):
 def state_from_msg(msg: ModalState, model: ReducedModel, epoch_ns: int) -> ArmState:
     """Return the state; one that does not fit the model comes back as not usable, with the reason."""
     t = (stamp_to_ns(msg.header.stamp) - epoch_ns) * 1e-9
-    names = tuple(msg.joint_names)
-    if names and names != model.theta_names:  # others, or in another order
-        zero, none = np.zeros(model.n_theta), np.zeros(model.n_eta)
-        told = f"state is of {', '.join(names[: model.n_theta + 1])}, not of {', '.join(model.theta_names)}"
-        return ArmState(t, msg.model_id, zero, none, zero, none, zero, False, told)
+    n, m, names, misfit = model.n_theta, model.n_eta, tuple(msg.joint_names), ""
     sizes = [len(msg.theta), len(msg.theta_dot), len(msg.disturbance), len(msg.eta), len(msg.eta_dot)]
-    n, m = model.n_theta, model.n_eta
-    if sizes != [n, n, n, m, m] or max(len(msg.sag), len(msg.stiffness)) > m:
+    if names and names != model.theta_names:  # others, or in another order
+        misfit = f"state is of {', '.join(names[: n + 1])}, not of {', '.join(model.theta_names)}"
+    elif sizes != [n, n, n, m, m] or max(len(msg.sag), len(msg.stiffness)) > m:
+        misfit = f"state has sizes {sizes}"
+    if misfit:
         zero, none = np.zeros(n), np.zeros(m)
-        return ArmState(t, msg.model_id, zero, none, zero, none, zero, False, f"state has sizes {sizes}")
+        return ArmState(t, msg.model_id, zero, none, zero, none, zero, False, misfit)
     theta, theta_dot, d, eta, eta_dot, sag, stiffness = (
         np.array(part, dtype=float)
         for part in (msg.theta, msg.theta_dot, msg.disturbance, msg.eta, msg.eta_dot, msg.sag, msg.stiffness)

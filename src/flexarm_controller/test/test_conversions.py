@@ -92,6 +92,15 @@ def test_a_state_of_the_wrong_length_is_not_usable_and_says_its_sizes(name, wron
     assert not state.usable and "sizes" in state.reason and state.is_finite
 
 
+@pytest.mark.parametrize("names", [["elbow.rz"], ["base.rz", "elbow.rz"]])
+def test_a_state_of_other_axes_is_not_usable_and_says_of_which(names):
+    """Axes in another order were taken to be in the model's."""
+    assert MODEL.theta_names == ("base.rz",)
+    state = state_from_msg(modal_state(joint_names=names), MODEL, EPOCH)
+    assert not state.usable and state.reason == f"state is of {', '.join(names)}, not of base.rz"
+    assert state_from_msg(modal_state(joint_names=["base.rz"]), MODEL, EPOCH).usable
+
+
 def example_reference():
     t = np.array([2.0, 2.005, 3.0])
     rng = np.random.default_rng(1)
