@@ -92,7 +92,7 @@ def node(process, may_return, stop):
         **told(process),
         output="screen",
         respawn=returns,
-        respawn_max_retries=-1 if process.essential else RESPAWNS,  # of the first, on_exit says how often
+        respawn_max_retries=-1 if process.essential else RESPAWNS,  # on_exit counts those of late
         respawn_delay=RESPAWN_DELAY,
         on_exit=on_exit(process, returns, stop) if process.essential else None,
     )
