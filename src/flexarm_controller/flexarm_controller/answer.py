@@ -112,7 +112,7 @@ class AnswerTeller:
         """Return what the plan of an answer leads to, where somebody wants to know.
 
         Args:
-            answer: To be told in order; every one with a command.
+            answer: With a command.
             model: In use.
             state: That is answered.
         """
@@ -128,7 +128,6 @@ class AnswerTeller:
             msg = debug_to_msg(command, expected, insight.period, self._backend, model.eta_names)
             msg.header.stamp = ns_to_stamp(answer.stamp_ns)
             told.append(Outgoing("controller_debug", msg))
-        insight.note(command)
         return told
 
     def _gains(self, command: ControlCommand, model: ReducedModel, stamp_ns: int) -> list[Outgoing]:

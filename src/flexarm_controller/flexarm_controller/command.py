@@ -34,6 +34,7 @@ class ControlCommand(NamedTuple):  # not a dataclass: one is made in every perio
         plan: Torque planned for this and the following periods, (k, n_theta).
         reference: What is followed; None until there is something.
         theta: Estimate of the axes [rad] or [m], (n_theta,).
+        sent: Torques that act from the state's instant until this one, oldest first, (k, n_theta).
         split: CPU time of bringing the program up to date, its solution, and the rest [s]; zeros where the
             law does not tell.
         local: Works out the law about the state in which the torque begins to act; to be asked before the
@@ -54,6 +55,7 @@ class ControlCommand(NamedTuple):  # not a dataclass: one is made in every perio
     plan: Array
     reference: Reference | None
     theta: Array
+    sent: Array
     split: tuple[float, float, float] = (0.0, 0.0, 0.0)
     local: Callable[[], LocalLaw] | None = None
 

@@ -142,7 +142,7 @@ class Controller:
         cycle = self._look(state)
         choice = choose(cycle)
         planned = self._remember(choice, cycle)
-        tau = self._limited(choice.torque)
+        tau, sent = self._limited(choice.torque), self._sent.copy()
         self._sent[:-1], self._sent[-1] = self._sent[1:], tau
         result, active = cycle.plan.result, self._active(cycle.plan, choice.torque, tau)
         ended = self._clocks.cpu()
@@ -151,7 +151,7 @@ class Controller:
         return ControlCommand(
             state.t, state.t + self._delay, tau, self.model.model_id, choice.mode, choice.reason,
             result.status, result.iterations, result.residual, ended - started, active,
-            planned, self.reference, state.theta, split,
+            planned, self.reference, state.theta, sent, split,
             cycle.plan.local if choice.rung == LAW else None,
         )  # fmt: skip
 

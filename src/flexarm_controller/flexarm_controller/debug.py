@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexarm_controller.command import ControlCommand
-from flexarm_controller.program.delay import Delay, torques_kept
+from flexarm_controller.program.delay import Delay
 from flexarm_controller.program.equilibrium import build_equilibrium
 from flexarm_controller.program.prediction import plant, predict
 from flexarm_controller.settings import MpcConfig
@@ -44,14 +44,14 @@ class Expectation:
 
 
 class Insight:
-    """Looks ahead along the plans of a controller; it has to see all its commands.
+    """Looks ahead along the plans of a controller.
 
     Attributes:
         period: Between two entries of what it expects [s].
     """
 
     def __init__(self, tip: Callable[[Array], Array], config: MpcConfig, period: float) -> None:
-        """Start with nothing sent.
+        """Look nowhere yet.
 
         Args:
             tip: Position of the tip by the coordinates of the dynamics tree [m], (n_q,) -> (3,).
@@ -59,19 +59,12 @@ class Insight:
             period: Of the controller [s].
         """
         self._tip, self._config, self.period = tip, config, period
-        self._sent: Array | None = None
         self._ahead: _Ahead | None = None
-
-    def note(self, command: ControlCommand) -> None:
-        """Take a command that was sent."""
-        if self._sent is None:
-            self._sent = np.zeros((torques_kept(self._config, self.period), command.tau.size))
-        self._sent[:-1], self._sent[-1] = self._sent[1:].copy(), command.tau
 
     def states(self, model: ReducedModel, state: ArmState, command: ControlCommand) -> Array:
         """Return the states that a command's plan leads through, from when it begins to act, (k + 1, 2 n).
 
-        None without a plan, or where the state is of no use; to be asked before the command is noted.
+        None without a plan, or where the state is of no use.
 
         Args:
             model: The served model in use.
@@ -82,8 +75,7 @@ class Insight:
             self._ahead = _Ahead(model, self._config, self.period)
         if state.model_id != model.model_id or not (state.is_finite and command.plan.size):
             return np.zeros((0, 2 * model.n))
-        sent = np.zeros((torques_kept(self._config, self.period), command.tau.size))
-        vibrations = self._ahead.states(state, sent if self._sent is None else self._sent, command.plan)
+        vibrations = self._ahead.states(state, command.sent, command.plan)
         return np.asarray(vibrations + state.deflection)
 
     def look(self, model: ReducedModel, state: ArmState, command: ControlCommand) -> Expectation:

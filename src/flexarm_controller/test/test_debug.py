@@ -1,5 +1,7 @@
 """What a plan leads to: the same as the plant does step by step, and energy that is conserved."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from served_arms import limits_of_hub, single_link, state_of, two_axes, two_axis_limits
@@ -36,7 +38,6 @@ def test_the_expected_path_is_where_the_plant_goes_under_the_plan(model, limits)
         state = state_of(x, model, k * PERIOD)
         command = controller.step(state)
         expected = insight.look(model, state, command)
-        insight.note(command)
         x, sent = system.A @ x + system.B @ sent + system.c, command.tau
     y = x  # at which the plan of the last step begins
     for torque, place in zip(command.plan, expected.tip, strict=False):
@@ -45,6 +46,30 @@ def test_the_expected_path_is_where_the_plant_goes_under_the_plan(model, limits)
         )
         y = system.A @ y + system.B @ torque + system.c
     assert len(expected.tip) == len(expected.energy) == CONFIG.horizon + 1
+
+
+def test_an_arm_at_rest_under_its_weight_is_expected_to_stay_from_the_first_command_on():
+    model = two_axes()
+    rest = -np.linalg.solve(model.K[2:, 2:], model.f0[2:])
+    controller = Controller(model, two_axis_limits(), ControllerConfig(period=PERIOD), CONFIG)
+    controller.follow(hold(model.pose))
+    state = state_of(np.concatenate([model.pose, rest, np.zeros(5)]), model)
+    insight = Insight(lambda q: q[:3], CONFIG, PERIOD)
+    for begin in (lambda: None, controller.reset):  # handed over, and handed over again
+        begin()
+        expected = insight.look(model, state, controller.step(state))
+        np.testing.assert_allclose(expected.tip, np.tile(expected.tip[0], (len(expected.tip), 1)), atol=1e-9)
+
+
+def test_the_path_after_a_missed_period_begins_with_the_torque_that_the_guard_has_kept():
+    config = replace(CONFIG, delay_periods=2)
+    model = single_link()
+    controller = Controller(model, limits_of_hub(), ControllerConfig(period=PERIOD), config)
+    controller.follow(hold(model.pose + 0.05))
+    sent = [controller.step(state_of(np.zeros(2 * model.n), model, k * PERIOD)).tau for k in range(3)]
+    command = controller.step(state_of(np.zeros(2 * model.n), model, 4 * PERIOD))
+    np.testing.assert_array_equal(command.sent, [sent[-1], sent[-1]])
+    assert abs(sent[-1] - sent[-2]) > 0.0
 
 
 def test_the_energy_of_an_undamped_mode_stays_and_that_of_a_bent_one_is_work():

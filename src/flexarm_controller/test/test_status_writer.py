@@ -17,7 +17,7 @@ from flexarm_controller.status_writer import StatusWriter  # noqa: E402
 STAMP_NS = 1_700_000_000_123_456_789
 SOLVED = ControlCommand(
     0.0, 0.01, np.array([0.1, 0.2]), "a1", "mpc", "", "solved", 3, 1e-9, 2e-4, (), np.zeros((1, 2)),
-    hold(np.array([0.1, 0.2])), np.zeros(2),
+    hold(np.array([0.1, 0.2])), np.zeros(2), np.zeros((1, 2)),
 )  # fmt: skip
 
 
