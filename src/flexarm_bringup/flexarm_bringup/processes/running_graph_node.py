@@ -29,7 +29,7 @@ START_UP = 120.0  # s that nodes may take to be ready; the first start on a mach
 ANSWER = 60.0  # s for a service, which takes some ms where nothing else runs
 
 
-class WaitedTooLong(RuntimeError):  # not an OSError such as TimeoutError: domain_id would swallow it
+class WaitedTooLong(RuntimeError):
     """Something that was awaited did not happen."""
 
 
@@ -115,6 +115,22 @@ class Ear:
 
 
 @contextmanager
+def _own_domain() -> Iterator[int]:
+    """Give the number of a domain that nobody else uses; tells what goes wrong meanwhile.
+
+    ``domain_id`` itself takes an OSError for a domain that is taken: "generator didn't stop after throw()".
+    """
+    failure: OSError | None = None
+    with domain_id() as domain:
+        try:
+            yield domain
+        except OSError as error:
+            failure = error
+    if failure is not None:
+        raise failure
+
+
+@contextmanager
 def running(
     processes: tuple[Process, ...],
     topics: tuple[str, ...],
@@ -135,7 +151,7 @@ def running(
         SecurityError: Security is asked for: for such a domain there are no keys.
     """
     check_unsecured({**os.environ, **(extra or {})})
-    with domain_id() as domain:
+    with _own_domain() as domain:
         own = {**defaults(), "ROS_DOMAIN_ID": str(domain), "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}
         own |= extra or {}
         before = {key: os.environ.get(key) for key in own}
