@@ -122,6 +122,25 @@ def test_a_bent_strip_has_segment_joints_and_a_rigid_hub_has_none() -> None:
     }
 
 
+@pytest.mark.parametrize("name", FIVE)
+def test_what_is_drawn_is_no_larger_than_the_arm(name: str) -> None:
+    """The rigid ends of the strips of the 3RRR, which have no section, were boxes of 3.5 m."""
+    drawn = ElementTree.fromstring(urdf(tree(name).config, shown(name)[0])).iter("geometry")
+    shapes = [shape for each in drawn for shape in each]
+    sizes = [float(value) for shape in shapes for text in shape.attrib.values() for value in text.split()]
+    lines = MechanismLines(tree(name)).lines(np.zeros(tree(name).n_q))
+    size = np.ptp(np.concatenate([line.points for line in lines]), axis=0).max()
+    assert sizes and min(sizes) > 0.0 and max(sizes) <= size
+
+
+def test_a_piece_of_a_beam_is_drawn_with_its_own_section() -> None:
+    name = "planar_3rrr"
+    robot = ElementTree.fromstring(urdf(tree(name).config, shown(name)[0]))
+    sections = {tuple(map(float, box.get("size").split()[1:])) for box in robot.iter("box")}
+    assert [pytest.approx(section) for section in sections] == [(0.0007, 0.035)]
+    assert robot.findall("link[@name='first_1.root']/visual/geometry/cylinder")
+
+
 def test_an_estimate_bends_the_arm_as_the_outputs_of_its_model_say() -> None:
     model = linearize(tree("single_link"))
     row = model.outputs.names.index("tip.ty")

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from flexarm_bringup.display.segment_chain import SegmentChain
 from flexarm_model.bodies.body_reduction import reduce_body
 from flexarm_model.bodies.superelement import Superelement
-from flexarm_model.manipulator.body_spec import Beam
+from flexarm_model.manipulator.body_spec import Beam, BeamPiece, Body
 from flexarm_model.manipulator.description import WORLD, Axis, Joint, NodeRef
 from flexarm_model.tree.reduced_tree import ReducedTree
 
@@ -38,6 +38,7 @@ class SegmentJoint:
         axis: One of ``AXES``; empty for a fixed joint.
         limits: Of an axis of the description; None of a segment.
         body: That bends or is rigid between the two links; empty for axes of joints.
+        section: Of the beam there; None of another body, and where its section is not known.
     """
 
     name: str
@@ -47,6 +48,7 @@ class SegmentJoint:
     axis: str = ""
     limits: Axis | None = None
     body: str = ""
+    section: BeamPiece | None = None
 
 
 class SegmentGraph:
@@ -77,7 +79,7 @@ class SegmentGraph:
             if isinstance(body, Beam):
                 interfaces = {ref.node for ref in used if ref.body == body.name}
                 shapes = reduce_body(_with_stations(body, stations), interfaces)
-            self._add_body(shapes, joint.child.node, entry)
+            self._add_body(body, shapes, joint.child.node, entry)
         self.joints.append(_fixed(link_of(config.tip), TOOL, np.eye(4)))
 
     @property
@@ -110,20 +112,21 @@ class SegmentGraph:
             self.joints.append(_fixed(link, child, origin))
         return child
 
-    def _add_body(self, shapes: Superelement, entry: str, link: str) -> None:
+    def _add_body(self, spec: Body, shapes: Superelement, entry: str, link: str) -> None:
         chain = SegmentChain(shapes, list(_pairs(shapes, entry)))
         self._chains[shapes.name] = chain
         for (a, b), rest, axes in zip(chain.pairs, chain.rest, chain.axes, strict=True):
             parent, child = link if a == entry else f"{shapes.name}.{a}", f"{shapes.name}.{b}"
-            origin = rest
+            origin, section = rest, _section(spec, shapes, a, b)
             for axis in axes:
                 name = f"{child}.{axis}"
                 following = child if axis == axes[-1] else f"{name}.link"
-                joint = SegmentJoint(name, parent, following, origin, axis, body=shapes.name)
+                joint = SegmentJoint(name, parent, following, origin, axis, body=shapes.name, section=section)
                 self.joints.append(joint)
                 parent, origin = following, np.eye(4)
             if not axes:
-                self.joints.append(_fixed(parent, child, origin, shapes.name))
+                fixed = _fixed(parent, child, origin, shapes.name)
+                self.joints.append(replace(fixed, section=section))
 
 
 def link_of(node: NodeRef) -> str:
@@ -133,6 +136,16 @@ def link_of(node: NodeRef) -> str:
 
 def _fixed(parent: str, child: str, origin: Array, body: str = "") -> SegmentJoint:
     return SegmentJoint(f"{child}.fixed", parent, child, origin, body=body)
+
+
+def _section(body: Body, shapes: Superelement, a: str, b: str) -> BeamPiece | None:
+    """Return the piece of a beam half way between two nodes; None where it is rigid, of whatever section."""
+    if not isinstance(body, Beam):
+        return None
+    middle = (shapes.nodes[a].r[0] + shapes.nodes[b].r[0]) / 2.0
+    ends = np.cumsum([piece.length for piece in body.pieces])
+    piece = body.pieces[min(int(np.searchsorted(ends, middle)), len(body.pieces) - 1)]
+    return None if piece.rigid else piece
 
 
 def _with_stations(beam: Beam, count: int) -> Beam:

@@ -1,7 +1,7 @@
 """URDF of a segment graph: what a viewer needs to draw the arm, moved by ``segment_states``.
 
 Rotary axes of the description have their limits; segment joints are wide open and have no motor. Boxes stand
-for beams (of the rectangle with the same area and second moments), cylinders for rigid bodies. There are no
+for beams (of the rectangle with the same area and second moments), cylinders for what is rigid. There are no
 inertias: the dynamics is in the served model.
 """
 
@@ -15,7 +15,6 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from flexarm_bringup.display.segment_graph import BASE, SegmentGraph, SegmentJoint
-from flexarm_model.manipulator.body_spec import Beam
 from flexarm_model.manipulator.description import Axis, ManipulatorConfig
 
 Array = NDArray[np.float64]
@@ -30,8 +29,8 @@ def urdf(config: ManipulatorConfig, graph: SegmentGraph) -> str:
     """Return the description as URDF.
 
     Args:
-        config: The manipulator, for limits and sections.
-        graph: Its links and joints.
+        config: The manipulator, for its name.
+        graph: Its links and joints, limits and sections.
     """
     robot = ElementTree.Element("robot", name=config.name)
     for name, rgba in COLOURS.items():
@@ -41,7 +40,7 @@ def urdf(config: ManipulatorConfig, graph: SegmentGraph) -> str:
         links[joint.child] = ElementTree.SubElement(robot, "link", name=joint.child)
     for joint in graph.joints:
         if joint.body and abs(joint.origin[:3, 3]).max() > LEAST:
-            _draw(links[joint.parent], joint, config)
+            _draw(links[joint.parent], joint)
         _write_joint(robot, joint)
     ElementTree.indent(robot)
     return ElementTree.tostring(robot, encoding="unicode")
@@ -65,16 +64,15 @@ def _limits(axis: Axis) -> dict[str, str]:
     return {key: _number(value if math.isfinite(value) else other) for key, (value, other) in values.items()}
 
 
-def _draw(link: ElementTree.Element, joint: SegmentJoint, config: ManipulatorConfig) -> None:
+def _draw(link: ElementTree.Element, joint: SegmentJoint) -> None:
     """Draw the piece of a body from its parent link to where the next begins, undeformed."""
     way = joint.origin[:3, 3]
     length = float(np.linalg.norm(way))
-    body = config.bodies[joint.body]
     visual = ElementTree.SubElement(link, "visual")
     T = np.eye(4)
     T[:3, :3], T[:3, 3] = _turning_x_to(way / length), way / 2
-    if isinstance(body, Beam):
-        piece = body.pieces[0]
+    piece = joint.section
+    if piece is not None:
         width, height = (math.sqrt(12.0 * second / piece.area) for second in (piece.I_z, piece.I_y))
         shape = ("box", {"size": " ".join(map(_number, (length, width, height)))})
     else:
