@@ -77,9 +77,11 @@ def run(args: argparse.Namespace) -> int:
         tuner = Tuner(record, ReducedTree(recording.config), recording.settings, SETTLING)
         noise = Noise(recording.settings, recording.config.sensors)
         middle = middle_of(record, args.bag)
+        before = judge(recording, tuner, noise, middle)
+        refuse_unlikely(before, args.bag)
         tuned = tuner.tune(noise, middle, progress.say)
         progress.say("comparing")
-        choices = [judge(recording, tuner, choice, middle) for choice in (noise, tuned.noise)]
+        choices = [before, judge(recording, tuner, tuned.noise, middle)]
     except ValueError as error:  # BagError; ConfigError or ParameterError of the configuration in the bag
         progress.done()
         print(f"flexarm tune: {error}", file=sys.stderr)
@@ -101,6 +103,16 @@ def middle_of(record: Epochs, path: Path) -> float:
             f"and each half is to tell something; expected more than {2 * SETTLING:g} s"
         )
     return (begin + end) / 2
+
+
+def refuse_unlikely(before: Judgement, path: Path) -> None:
+    """Raise BagError where a half of a bag cannot be computed at all: nothing could be compared with it."""
+    for half, name in ((before.tuned, "first"), (before.held, "second")):
+        if not np.isfinite(half.value):
+            raise BagError(
+                f"{path}: the filter cannot be run through its {name} half, which has a gap, say; expected "
+                "one recording without a pause"
+            )
 
 
 def judge(recording: Recording, tuner: Tuner, noise: Noise, middle: float) -> Judgement:
@@ -179,7 +191,14 @@ def worth_checks(choices: Sequence[Judgement]) -> list[Check]:
     before, after = choices
     old, new = before.held.value, after.held.value
     found = f"{new:.2f}, {old:.2f} before"
-    checks = [Check("log-likelihood, second half (held out)", "no less than before", found, new >= old)]
+    checks = [
+        Check(
+            "log-likelihood, second half (held out)",
+            "no less than before",
+            found,
+            bool(np.isfinite(new) and new >= old),
+        )
+    ]
     if before.tip is not None and after.tip is not None:
         found = f"{MICRO * after.tip:.2f} um RMS, {MICRO * before.tip:.2f} before"
         checks.append(Check("tip error", "no more than before", found, after.tip <= before.tip))

@@ -15,6 +15,7 @@ from flexarm_bringup.drift_run import command
 from flexarm_bringup.drift_run.bag import settings_for
 from flexarm_bringup.drift_run.normal_moves import WAIT, normal_moves
 from flexarm_bringup.drift_run.simulation import ALONE, Drill, Watched, run_drill
+from flexarm_bringup.page.check import NOT_JUDGED, OK
 from flexarm_bringup.page.report import Table
 from flexarm_bringup.static_arm import StaticArm
 from flexarm_bringup.tasks.task import Task, find_task, load_task
@@ -182,6 +183,13 @@ def test_a_bag_in_which_no_mode_was_judged_is_not_reported_as_free_of_alarms() -
         and "the watch ended after 6.5 s" in short
     )
     assert "no frequency was known well enough" in unsure and fine == "none"
+
+
+@pytest.mark.parametrize(("healthy", "verdict"), [(None, NOT_JUDGED), (Healthy(0.0, 0.002, 0.01, 0.001), OK)])
+def test_a_drill_in_which_no_mode_was_judged_keeps_no_bound(healthy: Healthy | None, verdict: str) -> None:
+    learning = DriftConfig(learning=8.0)
+    (check,) = command._checks(seen(20.0, healthy), Drill(20.0), learning)
+    assert check.verdict == verdict and check.found.startswith("0 in")
 
 
 @pytest.mark.parametrize(

@@ -16,6 +16,7 @@ from flexarm_bringup import cli
 from flexarm_bringup.identify.measurement import Responses, SourceError, merge
 from flexarm_bringup.identify.page import _collinearity
 from flexarm_bringup.identify.sources import Averaging, read_sources
+from flexarm_bringup.identify.uff_source import read_uff
 from flexarm_model.manipulator.body_spec import Beam
 from flexarm_model.modal.frf import Frf, Ports, modal_frf
 from flexarm_model.modal.modes import Modes
@@ -63,15 +64,24 @@ def write_uff(path: Path) -> Path:
     return path
 
 
-def write_set(path: Path, func_type: int, node: int, kind: int, data: np.ndarray) -> None:
+def write_set(
+    path: Path,
+    func_type: int,
+    node: int,
+    kind: int,
+    data: np.ndarray,
+    per: int = 0,
+    step: float | None = None,
+) -> None:
     """Add a record in time at 200 Hz (1), or a response in steps of 0.25 Hz (4), of a point in z."""
-    step, axis = (1 / 200, 17) if func_type == 1 else (0.25, 18)
+    usual, axis = (1 / 200, 17) if func_type == 1 else (0.25, 18)
+    step = usual if step is None else step
     pyuff.UFF(str(path))._write_set(
         pyuff.prepare_58(
             func_type=func_type, rsp_node=node, rsp_dir=3, ref_node=1, ref_dir=3, data=data,
             x=np.arange(data.size) * step, id1="hit", binary=0, ordinate_spec_data_type=kind,
             abscissa_min=0.0, abscissa_inc=step, ord_data_type=5 if np.iscomplexobj(data) else 4,
-            abscissa_spec_data_type=axis, num_pts=data.size, abscissa_spacing=1, orddenom_spec_data_type=0,
+            abscissa_spec_data_type=axis, num_pts=data.size, abscissa_spacing=1, orddenom_spec_data_type=per,
         ),
         "add" if path.exists() else "overwrite",
     )  # fmt: skip
@@ -253,3 +263,16 @@ def test_retuning_without_an_update_is_refused(tmp_path, capsys):
     path = write_npz(tmp_path / "test.npz")
     assert cli.main(["identify", str(path), "--manipulator", "single_link", "--retune"]) == 2
     assert "--retune needs --update" in capsys.readouterr().err
+
+
+def test_a_transmissibility_is_not_taken_for_a_response_to_a_force(tmp_path: Path) -> None:
+    """The ratio of two accelerations showed a zero of the second as a mode."""
+    write_set(tmp_path / "ratio.uff", 4, 1, 12, np.ones(50, complex), per=12)
+    with pytest.raises(SourceError, match=r"per data type 12; expected per force \(13\)"):
+        read_uff(tmp_path / "ratio.uff")
+
+
+def test_records_without_a_step_in_time_are_refused(tmp_path: Path) -> None:
+    write_set(tmp_path / "still.uff", 1, 1, 12, np.ones(50), step=0.0)
+    with pytest.raises(SourceError, match="the step in time of its records is 0 s"):
+        read_uff(tmp_path / "still.uff")

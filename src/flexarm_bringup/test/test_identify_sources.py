@@ -5,6 +5,8 @@ from __future__ import annotations
 import json
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -18,9 +20,9 @@ from flexarm_bringup.bags.bag_types import bag_types
 from flexarm_bringup.bags.bag_writer import BagError, BagWriter
 from flexarm_bringup.identify import bag_source
 from flexarm_bringup.identify.bag_source import listen, read_bag
-from flexarm_bringup.identify.measurement import Records, Responses, SourceError
+from flexarm_bringup.identify.measurement import Records, Responses, SourceError, checked
 from flexarm_bringup.identify.set_ups import check_scale
-from flexarm_bringup.identify.sources import Averaging, of_records
+from flexarm_bringup.identify.sources import Averaging, of_records, read_sources
 from flexarm_bringup.topics import STREAMS
 from flexarm_model.reading.config import load_config
 from flexarm_model.reading.manipulator_file import find_manipulator
@@ -198,3 +200,85 @@ def test_joints_are_read_where_they_were_and_modes_about_their_mean(tmp_path: Pa
     as_they_were, about_mean = (read_bag(path, config, is_centred=each).outputs for each in (False, True))
     assert as_they_were["encoder.position"].mean() == pytest.approx(4.9, abs=0.1)
     assert about_mean["encoder.position"].mean() == pytest.approx(0.0, abs=1e-9)
+
+
+def told_reference(begin: float, points: int, acceleration: float) -> Any:
+    """Return a message of type trajectory_msgs/JointTrajectory, as ``listen`` reads it."""
+    every = [
+        SimpleNamespace(
+            time_from_start=SimpleNamespace(sec=0, nanosec=k * PERIOD_NS), accelerations=[acceleration]
+        )
+        for k in range(points)
+    ]
+    header = SimpleNamespace(stamp=SimpleNamespace(sec=0, nanosec=round(1e9 * begin)))
+    return SimpleNamespace(header=header, joint_names=["base.rz"], points=every)
+
+
+def heard_in(monkeypatch: pytest.MonkeyPatch, bag: Path, *references: Any) -> Records:
+    """Return what is read of a bag in which these references were told as well."""
+    records = [
+        *check_bag(bag).records,
+        *(SimpleNamespace(name="/flexarm/reference", told=told) for told in references),
+    ]
+    decode = bag_source.decode
+    monkeypatch.setattr(bag_source, "decode", lambda r: r.told if hasattr(r, "told") else decode(r))
+    monkeypatch.setattr(bag_source, "check_bag", lambda *_: replace(check_bag(bag), records=tuple(records)))
+    return read_bag(bag)
+
+
+def test_the_ringing_after_a_move_is_read_too(short_bag: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A bag was cut to the time that its reference covers."""
+    whole = read_bag(short_bag).inputs["base.rz"]
+    moved = heard_in(monkeypatch, short_bag, told_reference(0.1, 20, 3.0))
+    np.testing.assert_array_equal(moved.inputs["base.rz"], whole)
+    asked = moved.instruments["base.rz"]
+    assert (asked[25:35] == 3.0).all() and not asked[:15].any() and not asked[45:].any()
+
+
+def test_a_reference_ends_what_the_one_before_asks_for(
+    short_bag: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    first, second = told_reference(0.1, 60, 3.0), told_reference(0.2025, 60, -1.0)
+    asked = heard_in(monkeypatch, short_bag, first, second).instruments["base.rz"]
+    assert (asked[45:90] == -1.0).all() and (asked[25:38] == 3.0).all()
+
+
+def test_two_sessions_in_one_bag_are_refused(short_bag: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    bag = check_bag(short_bag)
+    half = len(bag.records) // 2
+    turned = replace(bag, records=(*bag.records[half:], *bag.records[:half]))
+    monkeypatch.setattr(bag_source, "check_bag", lambda *_: turned)
+    with pytest.raises(SourceError, match=r"joint_states go back from .* two sessions in one bag"):
+        read_bag(short_bag)
+
+
+@pytest.mark.parametrize(
+    ("what", "other"),
+    [("kind", "accelerance"), ("kinds", {"a": "mobility"}), ("repeats", 1300), ("is_held", False)],
+)
+def test_runs_that_mean_other_things_by_their_numbers_are_not_averaged(what: str, other: Any) -> None:
+    first = replace(ringing(1, 20.0, ("a", "b"), GAINS[:, :2]), repeats=1000)
+    second = replace(first, **{what: other})
+    with pytest.raises(SourceError, match=f"differ in '{what}'"):
+        of_records([first, second], Averaging())
+
+
+def test_several_set_ups_say_that_no_half_was_predicted_from_the_other() -> None:
+    first, second = ringing(1, 60.0, ("a", "b"), GAINS[:, :2]), ringing(2, 60.0, ("a", "c"), GAINS[:, [0, 2]])
+    assert any("no half" in remark for remark in of_records([first, second], Averaging(0.25)).remarks)
+
+
+@pytest.mark.parametrize("value", [95.0, -0.5])
+def test_what_is_no_coherence_is_refused(value: float) -> None:
+    ones, cell = np.ones(4), ("a", "f")
+    responses = Responses(np.arange(4.0), {cell: ones + 0j}, {cell: value * ones}, "mobility")
+    with pytest.raises(SourceError, match=r"coherence of a/f goes from .* expected 0 to 1"):
+        checked(Path("table.csv"), responses)
+    assert checked(Path("table.csv"), replace(responses, coherence={cell: ones * 1.000001}))
+
+
+def test_an_array_in_the_place_of_an_archive_is_told(tmp_path: Path) -> None:
+    np.save(tmp_path / "x.npy", np.arange(3.0))
+    (tmp_path / "x.npy").rename(tmp_path / "x.npz")
+    with pytest.raises(SourceError, match="cannot be read"):
+        read_sources([tmp_path / "x.npz"], "receptance", Averaging())

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from flexarm_bringup import tune
+from flexarm_bringup.bags.bag_writer import BagError
 from flexarm_bringup.consistency.bag_epochs import Epochs, order_epochs, read_epochs
 from flexarm_bringup.consistency.knobs import PROCESS, Noise, Parameter, make_knobs, turn
 from flexarm_bringup.consistency.monte_carlo import START_BEFORE, Bench
@@ -202,6 +203,16 @@ def test_what_makes_the_held_out_half_or_the_tip_worse_is_not_proposed(
     assert page.data["yaml"] == []
     assert page.remarks["YAML to paste"] == [f"nothing: {reason}"]
     assert not page.passed  # exit code 1
+
+
+@pytest.mark.parametrize(("halves", "name"), [((-np.inf, 1.0), "first"), ((1.0, -np.inf), "second")])
+def test_a_bag_of_which_a_half_cannot_be_computed_is_refused(halves: tuple[float, float], name: str) -> None:
+    """With -inf before and after a proposal was no less likely."""
+    before = Judgement(*map(Likelihood, halves), None)
+    with pytest.raises(BagError, match=f"cannot be run through its {name} half"):
+        tune.refuse_unlikely(before, Path("bag"))
+    (check,) = tune.worth_checks([Judgement(Likelihood(1.0), Likelihood(-np.inf), None)] * 2)
+    assert not check.passed
 
 
 @pytest.mark.parametrize(("truth", "error"), [({}, None), ({5: np.zeros(3)}, None), ({10: np.zeros(3)}, 0.2)])

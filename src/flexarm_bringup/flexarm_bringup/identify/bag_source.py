@@ -66,8 +66,9 @@ def read_bag(
     heard = listen(bag, config)
     outputs = {name: value for name, value in heard.items() if len(value[0]) > 1}
     axes = tuple(config.actuated)
-    t = _instants(path, outputs, 1.0 / config.rate_hz)
     units = dict(zip(output_names(config), output_units(config), strict=True))
+    spoken = {name: value for name, value in outputs.items() if name in units or name in axes}
+    t = _instants(path, spoken, 1.0 / config.rate_hz)
     sampled = {
         name: np.interp(t, *values)
         for name, values in outputs.items()
@@ -78,7 +79,9 @@ def read_bag(
     known = all(axis in heard for axis in axes)
     inputs = {axis: held(t, *heard[axis]) for axis in axes} if known else {}
     asked = {
-        axis: np.interp(t, *heard[f"{REFERENCE}.{axis}"]) for axis in axes if f"{REFERENCE}.{axis}" in heard
+        axis: np.interp(t, *heard[f"{REFERENCE}.{axis}"], left=0.0, right=0.0)
+        for axis in axes
+        if f"{REFERENCE}.{axis}" in heard
     }
     moves = len(asked) == len(axes) and all(np.ptp(values) > 0.0 for values in asked.values())
     kinds = {name: KIND_OF_UNIT[units[name]] for name in sampled if units[name] in KIND_OF_UNIT}
@@ -117,27 +120,62 @@ def _refuse_another_arm(bag: Bag, described: ManipulatorConfig) -> None:
 
 
 def listen(bag: Bag, config: ManipulatorConfig) -> dict[str, tuple[Array, Array]]:
-    """Return times [s] and values of every channel, torque and asked acceleration by name, by stamp."""
+    """Return times [s] and values of every channel, torque and asked acceleration by name, by stamp.
+
+    Raises:
+        SourceError: Stamps of the encoders go back: the bag holds two sessions, say.
+    """
     reader = SensorReader(config)
     topics = {f"{NAMESPACE}/{topic}": topic for topic in (*reader.topics, TORQUE_TOPIC, REFERENCE)}
     found: dict[str, dict[float, float]] = defaultdict(dict)
     measured: dict[str, dict[float, float]] = defaultdict(dict)
+    newest = -np.inf
     for record in bag.records:
         topic = topics.get(record.name)
         if topic is not None:
             msg: Any = decode(record)
             t = stamp_to_ns(msg.header.stamp) * NS
+            if topic == REFERENCE:
+                _forget(found, msg, t)
+            elif topic == JOINTS:
+                newest = _passed(bag, t, newest)
+                _note_measured(measured, msg, t - 1.0 / config.rate_hz)
             hear = {TORQUE_TOPIC: _hear_torque, REFERENCE: _hear_reference}.get(topic, _hear_samples)
             for name, at, value in hear(reader, config, topic, msg, t):
                 found[name][at] = value
-            if topic == JOINTS:
-                for axis, value in zip(msg.name, msg.effort, strict=False):
-                    measured[axis][t - 1.0 / config.rate_hz] = value
     heard = {name: _sorted(values) for name, values in found.items()}
     for axis in config.actuated:
         if axis in heard and axis in measured:
             heard[axis] = acted(heard[axis], _sorted(measured[axis]), 1.0 / config.rate_hz)
     return heard
+
+
+def _passed(bag: Bag, t: float, newest: float) -> float:
+    """Return the newest stamp so far [s].
+
+    Raises:
+        SourceError: The one that comes now is much older.
+    """
+    if t < newest - LONGEST_GAP:
+        raise SourceError(
+            f"{bag.path}: stamps of {JOINTS} go back from {newest:.3f} to {t:.3f} s: two sessions in one "
+            "bag, or a clock that jumped; expected one session"
+        )
+    return max(t, newest)
+
+
+def _note_measured(measured: dict[str, dict[float, float]], msg: Any, t: float) -> None:
+    """Note the torques that the drives measured, which acted from ``t`` on [s]."""
+    for axis, value in zip(msg.name, msg.effort, strict=False):
+        measured[axis][t] = value
+
+
+def _forget(found: dict[str, dict[float, float]], msg: Any, t: float) -> None:
+    """Forget what earlier references ask for from ``t`` on [s]: a new one is in force then."""
+    for axis in msg.joint_names:
+        asked = found[f"{REFERENCE}.{axis}"]
+        for later in [each for each in asked if each >= t]:
+            del asked[later]
 
 
 Said = Iterator[tuple[str, float, float]]  # channel, time [s], value

@@ -22,6 +22,7 @@ COMMON = "receptance"  # kind of outputs that do not say another one
 KIND_OF_UNIT = {"m/s^2": "accelerance"}  # of displacements as any other output is
 LEFT_OUT = ("rad/s",)  # gyroscopes: a quarter of a period off the others, no real shape holds both
 SAME_LINE = 1e-6  # relative distance of lines that are the same
+ROUNDED = 0.01  # by which a coherence may be more than 1
 
 
 class SourceError(ValueError):
@@ -133,7 +134,7 @@ def checked(path: Path, responses: Responses) -> Responses:
     """Return the responses of a file.
 
     Raises:
-        SourceError: Its lines do not ascend from 0 Hz or above, or a coherence has no response.
+        SourceError: Its lines do not ascend from 0 Hz or above, or a coherence has no response, or is none.
     """
     f_hz = responses.f_hz
     if not (np.isfinite(f_hz).all() and (f_hz[:1] >= 0.0).all() and (np.diff(f_hz) > 0.0).all()):
@@ -141,6 +142,13 @@ def checked(path: Path, responses: Responses) -> Responses:
     alone = [f"{output}/{source}" for output, source in responses.coherence.keys() - responses.cells.keys()]
     if alone:
         raise SourceError(f"{path}: a coherence, but no response of {', '.join(sorted(alone))}")
+    for (output, source), value in responses.coherence.items():
+        known = value[np.isfinite(value)]
+        if ((known < -ROUNDED) | (known > 1.0 + ROUNDED)).any():
+            raise SourceError(
+                f"{path}: the coherence of {output}/{source} goes from {known.min():.4g} to "
+                f"{known.max():.4g}; expected 0 to 1"
+            )
     return responses
 
 

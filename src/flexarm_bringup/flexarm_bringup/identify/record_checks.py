@@ -41,8 +41,8 @@ def refuse_unusable(records: Sequence[Records], block: int) -> None:
         block: Samples of a block.
 
     Raises:
-        SourceError: Runs differ in rate or are shorter than a block, samples are not finite, or an input
-            never moves; names it.
+        SourceError: Runs differ in rate, kind or period, or are shorter than a block, samples are not finite,
+            or an input never moves; names it.
     """
     rates = [run.rate_hz for run in records]
     if max(rates) > min(rates) * (1 + SAME_RATE):
@@ -53,6 +53,7 @@ def refuse_unusable(records: Sequence[Records], block: int) -> None:
             f"--resolution: a block has {block} samples; expected at most {rates[0] / LEAST_BLOCK:.4g} Hz, a "
             "quarter of the rate"
         )
+    _refuse_other_kinds(records)
     _refuse_gaps(records)
     shortest = min(values.size for run in records for values in run.outputs.values())
     if shortest < block:
@@ -63,6 +64,16 @@ def refuse_unusable(records: Sequence[Records], block: int) -> None:
     still = [name for name in records[0].inputs if all(np.ptp(run.inputs[name]) == 0.0 for run in records)]
     if still:
         raise SourceError(f"input {', '.join(still)} never moves: nothing can answer to it")
+
+
+def _refuse_other_kinds(records: Sequence[Records]) -> None:
+    """Raise SourceError where runs of one set-up do not mean the same by their numbers."""
+    for what in ("kind", "kinds", "repeats", "is_held"):
+        told = list(dict.fromkeys(str(getattr(run, what)) for run in records))
+        if len(told) > 1:
+            raise SourceError(
+                f"runs of one set-up differ in '{what}', {' and '.join(told)}: give them one at a time"
+            )
 
 
 def _refuse_gaps(records: Sequence[Records]) -> None:

@@ -155,7 +155,12 @@ def of_records(records: Sequence[Records], averaging: Averaging) -> Source:
         """Draw from each of the sources."""
         return merge([again(rng) for again in draws if again is not None])
 
-    told = (*check_scale(parts), *dict.fromkeys(remark for source in sources for remark in source.remarks))
+    unjudged = "several set-ups: no half of a record was predicted from the other"
+    told = (
+        *check_scale(parts),
+        unjudged,
+        *dict.fromkeys(remark for source in sources for remark in source.remarks),
+    )
     return Source(
         merge(parts), None if None in draws else draw, sources[0].estimator, sources[0].is_leaky, told
     )

@@ -19,6 +19,7 @@ TIME, RESPONSE, COHERENCE = 1, 4, 6  # function types of dataset 58
 KINDS = {3: "receptance", 8: "receptance", 11: "mobility", 12: "accelerance"}
 QUANTITIES = {3: "strain", 8: "displacement", 11: "velocity", 12: "acceleration"}
 FORCE = 13  # data type of a record that is an input
+UNDER = (0, 1, 9, FORCE)  # of what a response is per: unknown, general, reaction force, excitation force
 ALLOWED = ", ".join(f"{number} ({name})" for number, name in QUANTITIES.items())
 AXES = {1: "+x", 2: "+y", 3: "+z", -1: "-x", -2: "-y", -3: "-z"}
 
@@ -63,6 +64,11 @@ def _responses(path: Path, sets: Iterable[Mapping[str, Any]]) -> Responses:
         if is_coherence:
             coherence[cell] = np.real(np.asarray(item["data"]))
             continue
+        per = int(item.get("orddenom_spec_data_type") or 0)
+        if per not in UNDER:
+            raise SourceError(
+                f"{path}: the response {'/'.join(cell)} is per data type {per}; expected per force ({FORCE})"
+            )
         cells[cell] = np.asarray(item["data"], complex)
         kinds.add(_kind(path, item))
     if len(kinds) != 1 or lines is None:
@@ -101,7 +107,13 @@ def _record(path: Path, sets: Iterable[Mapping[str, Any]]) -> Records:
         or len({v.size for v in (*inputs.values(), *outputs.values())}) != 1
     ):
         raise SourceError(f"{path}: its records differ in step, length or kind")
-    return Records(1.0 / steps.pop(), inputs, outputs, kinds.pop())
+    step = steps.pop()
+    if not (np.isfinite(step) and step > 0.0):
+        raise SourceError(
+            f"{path}: the step in time of its records is {step:g} s; expected evenly spaced "
+            "samples, with a step"
+        )
+    return Records(1.0 / step, inputs, outputs, kinds.pop())
 
 
 def _kind(path: Path, item: Mapping[str, Any]) -> str:

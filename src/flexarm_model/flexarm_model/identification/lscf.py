@@ -25,6 +25,8 @@ from flexarm_model.modal.read_only import lock_arrays
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
+EVEN = 1e-6  # relative difference of the distances of lines
+
 
 @dataclass(frozen=True)
 class OrderPoles:
@@ -57,10 +59,16 @@ def poles_of_orders(frf: Frf, orders: range, weight: Array | None = None) -> tup
         ValueError: The lines are not evenly spaced, or fewer than the largest order needs.
     """
     steps = np.diff(frf.f_hz)
-    if len(frf.f_hz) < 2 * (orders[-1] + 1) or not np.allclose(steps, steps[0], rtol=1e-6):
+    least = 2 * (orders[-1] + 1)
+    if len(frf.f_hz) < least:
         raise ValueError(
             f"{len(frf.f_hz)} lines from {frf.f_hz[0]} to {frf.f_hz[-1]} Hz do not allow order {orders[-1]}: "
-            f"needed are at least {2 * (orders[-1] + 1)}, evenly spaced"
+            f"needed are at least {least}"
+        )
+    if not np.allclose(steps, steps[0], rtol=EVEN):
+        raise ValueError(
+            f"lines from {frf.f_hz[0]} to {frf.f_hz[-1]} Hz are {steps.min():.9g} to {steps.max():.9g} Hz "
+            f"apart: needed is one distance, to {EVEN:g} of it; rounded frequencies need more digits"
         )
     period = 1.0 / (steps[0] * len(frf.f_hz))  # s; one turn of z over the band
     normal = _normal_matrix(frf, orders[-1], period, weight)

@@ -15,6 +15,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.optimize import linear_sum_assignment
 
 from flexarm_model.identification.lscf import OrderPoles
 from flexarm_model.identification.stabilisation import lasting
@@ -73,9 +74,9 @@ def output_modes(
     spread = np.full((2, f.size, parts), np.nan)
     for part, piece in enumerate(np.array_split(y, parts)):
         f_part, zeta_part, _ = _modes(piece, rate_hz, band_hz)
-        for i, value in enumerate(f):
-            near = int(abs(f_part - value).argmin()) if f_part.size else 0
-            if f_part.size and abs(f_part[near] / value - 1) < SAME_MODE:
+        apart = abs(f_part[None, :] / f[:, None] - 1.0)
+        for i, near in zip(*linear_sum_assignment(np.minimum(apart, SAME_MODE)), strict=True):
+            if apart[i, near] < SAME_MODE:  # each shows one mode of the whole record at most
                 spread[:, i, part] = f_part[near], zeta_part[near]
     there = np.isfinite(spread[0]).sum(axis=1) > MOST_PARTS * parts
     std = np.nanstd(spread[:, there], axis=2, ddof=1) / np.sqrt(parts)
