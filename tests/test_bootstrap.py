@@ -457,6 +457,18 @@ def test_second_run_waits_for_the_lock_of_the_first(flexarm: ModuleType) -> None
     assert subprocess.run(argv, capture_output=True).returncode == 0
 
 
+def test_a_middleware_that_the_wheels_do_not_have_is_not_asked_for(
+    flexarm: ModuleType, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    """Whoever has another one in his .bashrc had every node and command end with 102."""
+    monkeypatch.setenv("RMW_IMPLEMENTATION", "rmw_cyclonedds_cpp")
+    told = [
+        flexarm.environment(flexarm.Place(tmp_path, tmp_path, is_sourced), [])["RMW_IMPLEMENTATION"]
+        for is_sourced in (False, True)
+    ]
+    assert told == ["rmw_fastrtps_cpp", "rmw_cyclonedds_cpp"]
+
+
 def test_where_somebody_else_has_installed_it_logs_go_where_ros_puts_them(
     flexarm: ModuleType, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -57,6 +57,11 @@ def run(args: argparse.Namespace) -> int:
     if args.topic is None and (args.once or args.field or args.hz):
         print("flexarm echo: --once, --field and --hz need a topic", file=sys.stderr)
         return UNUSABLE
+    if args.once and args.hz:
+        print(
+            f"flexarm echo: --hz takes {WINDOW:g} s of messages, --once ends after the first", file=sys.stderr
+        )
+        return UNUSABLE
     try:
         check_domain()
     except ConfigError as error:

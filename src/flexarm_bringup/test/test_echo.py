@@ -140,3 +140,11 @@ def test_a_reader_that_has_enough_ends_it_quietly_and_a_silent_topic_is_told(
     finally:
         talker.kill()
         talker.communicate()
+
+
+def test_a_rate_is_not_of_one_message(capsys: pytest.CaptureFixture[str]) -> None:
+    """It printed nothing and ended 0."""
+    from flexarm_bringup import cli
+
+    assert cli.main(["echo", "strain", "--hz", "--once"]) == 2
+    assert "--hz takes 1 s of messages" in capsys.readouterr().err

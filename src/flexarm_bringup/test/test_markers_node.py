@@ -15,12 +15,14 @@ rclpy = pytest.importorskip("rclpy", reason="needs ROS")
 pytestmark = pytest.mark.ros
 
 from flexarm_interfaces.msg import ModalState, ReducedModel  # noqa: E402
+from rclpy.serialization import serialize_message  # noqa: E402
 from sensor_msgs.msg import JointState  # noqa: E402
 from std_msgs.msg import String  # noqa: E402
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint  # noqa: E402
 from visualization_msgs.msg import Marker, MarkerArray  # noqa: E402
 
 from flexarm_bringup.display.conversions import FRAME  # noqa: E402
+from flexarm_bringup.display.markers_node import MarkersNode  # noqa: E402
 from flexarm_bringup.installed import find_executable  # noqa: E402
 from flexarm_model.conversions import model_to_msg  # noqa: E402
 from flexarm_model.reading.config import load_config  # noqa: E402
@@ -103,3 +105,27 @@ def test_the_tip_is_shown_where_the_model_has_it(viewer: Any, tmp_path: Path) ->
     assert moved["base.rz"] == pytest.approx(THETA)
     assert sum(value for name, value in moved.items() if name.endswith(".rz")) > THETA  # it bends on
     assert heard["robot_description"].data.startswith("<robot")
+
+
+def test_the_state_of_another_arm_is_not_drawn_and_told_once(
+    ros_environment: dict[str, str], monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    """The tip of a 3RRR was drawn 300 m away, and a strip's state ended the node of a 3RRR."""
+    for key, value in ros_environment.items():
+        monkeypatch.setenv(key, value)
+    other = linearize(ReducedTree(load_config(find_manipulator("planar_3rrr"), "geared"), use_compiler=False))
+    rclpy.init()
+    try:
+        node = MarkersNode()
+        node._models.add(serialize_message(model_to_msg(other)))
+        state = ModalState(model_id=other.model_id, theta=other.pose.tolist(), eta=[0.0] * other.n_eta)
+        for _ in range(2):
+            node._newest["modal_state"] = serialize_message(state)
+            node.on_timer()
+            state.header.stamp.nanosec += 1
+        assert not node._shown
+        node.destroy_node()
+    finally:
+        rclpy.try_shutdown()
+    told = capfd.readouterr().err
+    assert told.count("nothing is drawn: model refused: model of 'planar_3rrr'") == 1, told

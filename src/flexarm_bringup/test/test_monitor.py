@@ -5,12 +5,14 @@ from __future__ import annotations
 import io
 import math
 import re
+from dataclasses import replace
 
 import pytest
 
 from flexarm_bringup import cli
 from flexarm_bringup.monitor.drawing import BAR, Line, bar, draw, number, paint
 from flexarm_bringup.monitor.picture import (
+    UNKNOWN,
     AxisRow,
     ControllerRow,
     GuardRow,
@@ -72,6 +74,17 @@ def test_a_limit_that_is_not_known_is_told_as_such_in_the_axis_own_unit() -> Non
 def test_a_guard_that_has_fallen_silent_is_not_told_as_armed() -> None:
     old = Picture(guard=GuardRow("armed", "", 0.0, 0, 0, 0, 0, 0, said=12.0))
     assert re.search(r"guard +silent +last said armed 12 s ago", text(old))
+
+
+def test_a_controller_or_an_estimator_that_has_fallen_silent_is_not_told_as_good() -> None:
+    """It was "ok" and "mpc" for good while their processes stood."""
+    old = [
+        replace(row, age=7.0) for row in FULL.topics if row.name not in ("modal_state", "controller_status")
+    ]
+    old += [TopicRow(name, UNKNOWN, UNKNOWN, UNKNOWN, 7.0) for name in ("modal_state", "controller_status")]
+    shown = text(replace(FULL, topics=tuple(old)))
+    assert re.search(r"controller +silent +last said \w+ 7 s ago", shown)
+    assert re.search(r"estimate +silent +last said \w+ 7 s ago", shown)
 
 
 @pytest.mark.parametrize("width", [20, 80, 110])

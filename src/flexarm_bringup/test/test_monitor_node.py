@@ -14,6 +14,7 @@ import time
 import pytest
 
 from flexarm_bringup.monitor.screen import LEAVE
+from flexarm_model.settings.diagnosis import Level, Verdict
 
 pytestmark = pytest.mark.ros
 
@@ -110,3 +111,34 @@ def test_beside_nobody_it_ends_2_and_says_where_it_listened(ros_environment: dic
     )
     assert done.returncode == 2
     assert f"domain {ros_environment['ROS_DOMAIN_ID']}" in done.stderr
+
+
+def test_what_a_frozen_estimator_has_said_last_is_not_shown_as_of_now(
+    ros_environment: dict[str, str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Its sensors were "ok", 0 ms old, for as long as it stood; its diagnostics were forgotten: "all ok"."""
+    for key, value in ros_environment.items():
+        monkeypatch.setenv(key, value)
+    from flexarm_interfaces.msg import ModalState, SensorHealth
+    from rclpy.serialization import serialize_message
+
+    from flexarm_bringup.monitor.arrivals import Arrivals
+    from flexarm_bringup.monitor.monitor_node import MonitorNode
+    from flexarm_model.ros.tool_node import in_domain
+
+    raw = serialize_message(ModalState(sensors=[SensorHealth(name="encoder")]))
+    with in_domain():
+        node = MonitorNode()
+        try:
+            now = time.monotonic()
+            node._verdicts["estimator: state"] = now - 7.0, Verdict("estimator: state", Level.OK, "ok")
+            arrivals = node._arrivals["modal_state"] = Arrivals("modal_state", False)
+            arrivals.add(now - 7.0, raw)
+            old = node.picture()
+            arrivals.add(time.monotonic(), raw)
+            fresh = node.picture()
+        finally:
+            node.close()
+    assert old.estimate is not None and not old.sensors and len(fresh.sensors) == 1
+    (verdict,) = old.troubles()
+    assert verdict.level == Level.STALE and verdict.text.startswith("said nothing for 7 s; last: ok")

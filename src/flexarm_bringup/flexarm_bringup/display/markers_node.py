@@ -51,6 +51,7 @@ from flexarm_model.ros.node import (
     run_node,
 )
 from flexarm_model.served.reduced_model import ReducedModel
+from flexarm_model.served.same_arm import foreign_model
 from flexarm_model.settings.arm_settings import ArmSettings
 from flexarm_model.settings.parameters import parameter
 from flexarm_model.tree.reduced_tree import ReducedTree
@@ -81,21 +82,21 @@ class MarkersNode(Node):  # type: ignore[misc]
         super().__init__("markers", namespace="flexarm")
         self.settings: MarkersSettings
         (self.settings,) = declare_configs(self)
-        config = load_arm(self, self.settings.manipulator, self.settings.preset)
-        tree = ReducedTree(config, use_compiler=False)
+        self._config, self._told = load_arm(self, self.settings.manipulator, self.settings.preset), ""
+        tree = ReducedTree(self._config, use_compiler=False)
         self._lines, self._graph = MechanismLines(tree), SegmentGraph(tree, self.settings.stations)
         self._elastic = frozenset(name for name in tree.bodies if tree.elastic_coordinates(name))
         self._models = ModelBook(lambda raw: model_from_msg(deserialize_message(raw, ReducedModelMsg)))
         self._newest: dict[str, bytes] = {}
         self._shown = b""
-        self._connect(urdf(config, self._graph))
+        self._connect(urdf(self._config, self._graph))
 
     def on_timer(self) -> None:
         """Show the newest state, once."""
         raw = self._newest.get("modal_state", b"")
         state = self._read("modal_state", ModalState) if raw and raw != self._shown else None
         model = self._models.find(state.model_id) if state is not None else None
-        if model is None or state is None:
+        if model is None or state is None or self._is_foreign(model):
             return
         if (len(state.theta), len(state.eta)) != (model.n_theta, model.n_eta):
             return
@@ -105,6 +106,14 @@ class MarkersNode(Node):  # type: ignore[misc]
         plan = self._plan(model, stamp_to_ns(state.header.stamp))
         self._markers.publish(markers_msg(lines, self._elastic, joints, tip, self._three_sigma(), plan))
         self._segments.publish(segments_msg(self._graph.values(q), state.header.stamp))
+
+    def _is_foreign(self, model: ReducedModel) -> bool:
+        """Tell, once for every model, when it is of another arm than is drawn here."""
+        fault = foreign_model(model, self._config, "the markers node")
+        if fault and fault != self._told:
+            self.get_logger().error(f"nothing is drawn: {fault}")
+        self._told = fault
+        return bool(fault)
 
     def _plan(self, model: ReducedModel, now_ns: int) -> Array:
         """Return where the tip goes by the plan, modes at rest [m], (k, 3); empty without a recent one."""

@@ -10,6 +10,7 @@ from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
 from flexarm_bringup.monitor.picture import (
+    SILENT,
     AxisRow,
     ModeRow,
     Picture,
@@ -22,7 +23,6 @@ PLAIN, GOOD, POOR, BAD, FAINT, BOLD = "", "32", "33", "31;1", "2", "1"  # ANSI s
 BAR = 24  # characters
 MM, MS = 1e3, 1e3
 MOST_TROUBLES = 6
-SILENT = 1.0  # s; a topic or a node that said nothing for so long is told as silent
 _COLOUR = {"ok": GOOD, "armed": GOOD, "mpc": GOOD, "lqr": GOOD, "pd": GOOD, "nmpc": GOOD, "inactive": POOR}
 _COLOUR |= {"degraded": POOR, "starting": POOR, "stopped": POOR, "off": POOR, "stale": POOR}
 _COLOUR |= {"lost": BAD, "faulty": BAD, "rejected": BAD, "braking": BAD, "damping": BAD, "hold": BAD}
@@ -89,9 +89,10 @@ def _states(picture: Picture) -> list[Line]:
     else:
         told = f"solve {MS * controller.solve_time:.2f} ms  missed {controller.missed}"
         told += f"  overruns {controller.overruns}  limits {', '.join(controller.active) or 'none'}"
-        lines.append(_state("controller", controller.mode, controller.reason, told))
+        said = picture.said("controller_status")
+        lines.append(_state("controller", controller.mode, controller.reason, told, said))
     status, reason = picture.estimate or ("silent", "")
-    return [*lines, _state("estimate", status, reason)]
+    return [*lines, _state("estimate", status, reason, said=picture.said("modal_state"))]
 
 
 def _state(name: str, mode: str, reason: str, told: str = "", said: float = 0.0) -> Line:

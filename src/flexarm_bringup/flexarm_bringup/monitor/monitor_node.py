@@ -12,6 +12,7 @@ Messages are kept as bytes; only the newest of each topic are read, once per pic
 from __future__ import annotations
 
 import time
+from dataclasses import replace
 from functools import partial
 from typing import Any
 
@@ -34,17 +35,18 @@ from flexarm_bringup.monitor.conversions import (
     tip_of,
 )
 from flexarm_bringup.monitor.model_book import ModelBook
-from flexarm_bringup.monitor.picture import UNKNOWN, Picture, TipRow
+from flexarm_bringup.monitor.picture import SILENT, UNKNOWN, Picture, TipRow
 from flexarm_bringup.processes.spinning import spin_once
 from flexarm_bringup.topics import NAMESPACE, find_stream
 from flexarm_model.conversions import model_from_msg, verdict_from_msg
 from flexarm_model.manipulator.description import ManipulatorConfig
 from flexarm_model.ros.node import MODELS_QOS, RELIABLE_QOS, SENSOR_QOS, events_executor
 from flexarm_model.served.reduced_model import ReducedModel
-from flexarm_model.settings.diagnosis import Verdict
+from flexarm_model.settings.diagnosis import Level, Verdict
 
 LOOK_PERIOD = 1.0  # s between two looks for new topics
-FORGET = 5.0  # s after which what a node said of its health is dropped
+QUIET = 5.0  # s after which what a node said of its health is told as old
+FORGET = 60.0  # s after which it is dropped
 UNWATCHED = frozenset(
     {"controller_debug", "feedback_gains", "model", "/diagnostics", "robot_description", "tick"}
 )
@@ -94,19 +96,26 @@ class MonitorNode(Node):  # type: ignore[misc]
             config = self._description(model)
             known["model_id"] = model.model_id
             known["title"] = f"{model.manipulator} {config.preset if config else ''}".strip()
-            known["modes"] = modes_of(model, state, self._largest)
+            now_told = state if self._is_recent("modal_state", now) else None
+            known["modes"] = modes_of(model, now_told, self._largest)
             self._note_largest(known["modes"])
-            errors = status.tracking_error if status is not None else ()
-            known["axes"] = axes_of(model, state, self._newest("applied_effort"), config, errors)
+            led = status if self._is_recent("controller_status", now) else None
+            effort = self._newest("applied_effort") if self._is_recent("applied_effort", now) else None
+            known["axes"] = axes_of(
+                model, now_told, effort, config, () if led is None else led.tracking_error
+            )
         if state is not None:
-            known |= {"estimate": estimate_from_msg(state), "sensors": sensors_from_msg(state)}
+            sensors = sensors_from_msg(state) if self._is_recent("modal_state", now) else ()
+            known |= {"estimate": estimate_from_msg(state), "sensors": sensors}
         if guard is not None:
             known["guard"] = guard_from_msg(guard, self._arrivals["guard_status"].row(now).age)
         if status is not None:
             known["controller"] = controller_from_msg(status)
-        verdicts = tuple(verdict for t, verdict in self._verdicts.values() if now - t < FORGET)
+        verdicts = tuple(
+            _aged(verdict, now - t) for t, verdict in self._verdicts.values() if now - t < FORGET
+        )
         topics = tuple(self._arrivals[name].row(now) for name in sorted(self._arrivals))
-        return Picture(tip=self._tip(), topics=topics, verdicts=verdicts, **known)
+        return Picture(tip=self._tip(now), topics=topics, verdicts=verdicts, **known)
 
     def close(self) -> None:
         """Leave the graph."""
@@ -129,8 +138,12 @@ class MonitorNode(Node):  # type: ignore[misc]
         arrivals = self._arrivals.get(topic)
         return None if arrivals is None or arrivals.newest is None else _read(topic, arrivals.newest)
 
-    def _tip(self) -> TipRow | None:
-        told = self._newest("end_effector")
+    def _is_recent(self, topic: str, now: float) -> bool:
+        arrivals = self._arrivals.get(topic)
+        return arrivals is not None and not arrivals.row(now).age > SILENT
+
+    def _tip(self, now: float) -> TipRow | None:
+        told = self._newest("end_effector") if self._is_recent("end_effector", now) else None
         if told is None:
             return None
         goal = self._newest("motion_status")
@@ -152,6 +165,13 @@ class MonitorNode(Node):  # type: ignore[misc]
         for row in modes:
             if abs(row.at_tip) > self._largest.get(row.name, 0.0):
                 self._largest[row.name] = abs(row.at_tip)
+
+
+def _aged(verdict: Verdict, age: float) -> Verdict:
+    """Return a verdict, or that nobody says it any more."""
+    if age < QUIET:
+        return verdict
+    return replace(verdict, level=Level.STALE, text=f"said nothing for {age:.0f} s; last: {verdict.text}")
 
 
 def _note(arrivals: Arrivals, raw: bytes) -> None:

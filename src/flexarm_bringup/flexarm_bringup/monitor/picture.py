@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from flexarm_model.settings.diagnosis import Level, Verdict
 
 UNKNOWN = math.nan
+SILENT = 1.0  # s; a topic or a node that said nothing for so long is told as silent
 
 
 @dataclass(frozen=True)
@@ -147,6 +148,10 @@ class Picture:
     def is_complete(self) -> bool:
         """Whether every node has spoken."""
         return bool(self.model_id) and None not in (self.estimate, self.guard, self.controller, self.tip)
+
+    def said(self, topic: str) -> float:
+        """Return how long ago a topic spoke [s]; zero where that is not known."""
+        return next((row.age for row in self.topics if row.name == topic and row.age == row.age), 0.0)
 
     def troubles(self) -> list[Verdict]:
         """Return the verdicts that are not OK, the worst first."""

@@ -11,6 +11,7 @@ from flexarm_bringup.monitor.drawing import draw, paint
 from flexarm_bringup.monitor.monitor_node import MonitorNode
 from flexarm_bringup.monitor.picture import Picture
 from flexarm_bringup.monitor.screen import Screen
+from flexarm_bringup.processes.asked_to_end import holding_signals_back
 from flexarm_model.ros.tool_node import in_domain
 
 SETTLE = 1.5  # s; after the first word, until all have spoken, and then until rates are known
@@ -23,7 +24,9 @@ def watch(manipulator: str, rate: float, seconds: float) -> None:
         try:
             while time.monotonic() < end:
                 node.listen(1.0 / rate)
-                screen.show(paint(draw(node.picture()), screen.size[0], screen.has_colour))
+                with holding_signals_back():  # out of rclpy a KeyboardInterrupt comes as something else
+                    picture = node.picture()
+                screen.show(paint(draw(picture), screen.size[0], screen.has_colour))
         except KeyboardInterrupt:
             return
 
