@@ -21,9 +21,11 @@ from flexarm_bringup.compare_laws.page import build_page
 from flexarm_bringup.compare_laws.runs import CompareJob, run_compare_job, with_effort
 from flexarm_bringup.compare_laws.schemes import LQR, MPC, PD, SERVO, WORST, Case, plan_case, sample_motion
 from flexarm_bringup.compare_laws.sweep import SweepPoint, shortest
+from flexarm_bringup.compare_laws.sweep_page import sweep_tables
 from flexarm_bringup.page.report import Table
 from flexarm_bringup.tasks.course import Leg
 from flexarm_bringup.tasks.task import Task, load_task
+from flexarm_bringup.tasks.task_check import check_against_arm
 from flexarm_bringup.tasks.task_for import task_for
 from flexarm_controller.limits import limits_of
 from flexarm_model.reading.config import load_config
@@ -143,8 +145,46 @@ def test_mpc_is_held_to_shapers_that_have_motors_and_the_others_are_told() -> No
         (PD, (-0.1, 0.1), "EI, two modes", -9.54), (SERVO, (-0.1,), "ZVD", 20.0),
         (SERVO, (0.1,), "ZVD", 15.56), (SERVO, (-0.1, 0.1), "ZVD", 20.0),
     ]  # fmt: skip
-    checks = all_checks(task_for("single_link"), [result(SERVO, WORST, 2.0), *rows])
+    task = replace(task_for("single_link"), compare=Comparison())
+    checks = all_checks(task, [result(SERVO, WORST, 2.0), *rows])
     assert [check.passed for check in checks] == [True, True, True]
+
+
+@pytest.mark.parametrize(
+    ("bound", "left", "passed"), [(0.0, 1.9, True), (0.0, 2.1, False), (-20.0, 1.9, False)]
+)
+def test_a_bound_is_judged_also_where_it_is_zero_or_the_motion_no_shaper(
+    bound: float, left: float, passed: bool
+) -> None:
+    """0 dB, and a bound on the motion that a moves file chooses, were left out without a word."""
+    task = replace(task_for("single_link"), compare=Comparison(worst_db=bound, shaped_db=bound))
+    rows = [result(SERVO, WORST, 2.0), result(MPC, WORST, left), result(MPC, "best trapezoid", left)]
+    assert [check.passed for check in all_checks(task, rows)] == [passed, passed]
+    alone = all_checks(task, rows[:2])
+    assert [check.found for check in alone][1:] == ["none: no such row has ended"]
+
+
+def test_a_sweep_that_cannot_be_made_says_why_and_misses_its_bound(case: Case) -> None:
+    task = replace(case.task, compare=replace(case.task.compare, slowest=1.2))
+    (table,), (check,) = sweep_tables(replace(case, task=task, legs=(*case.legs, *case.legs)), ([], []))
+    assert "several moves" in table.notes[0] and not check.passed and "several moves" in check.found
+
+
+@pytest.mark.parametrize("arm", ["rigid_four_bar", "massless_crank"])
+def test_an_arm_without_modes_has_nothing_to_compare(arm: str, capsys: pytest.CaptureFixture[str]) -> None:
+    """It ended in a traceback."""
+    assert main(["compare", str(Path(__file__).parent / "arms" / f"{arm}.yaml"), "--quick"]) == 2
+    assert "no mode is served" in capsys.readouterr().err
+
+
+def test_a_signal_that_the_arm_has_no_sensor_for_is_refused() -> None:
+    """Nothing was measured, and every bound was kept."""
+    arm = str(Path(__file__).parent / "arms" / "rigid_four_bar.yaml")
+    task = replace(
+        task_for("variable_stiffness"), compare=Comparison(signal="accelerometer"), manipulator=arm
+    )
+    with pytest.raises(ConfigError, match="signal: 'accelerometer': the arm has no sensor of this kind"):
+        check_against_arm(task)
 
 
 def stopped(row: CompareResult) -> CompareResult:

@@ -68,7 +68,7 @@ class FirmMpc:
         first = self._due_since(t, reference)
         if first is None:
             return False
-        if t - self._due > self._ahead:
+        if not 0.0 <= t - self._due <= self._ahead:  # also where stamps have gone back
             self._since = first
         self._due = t
         return t - self._since < self.lasts

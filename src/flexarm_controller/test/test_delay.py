@@ -8,11 +8,12 @@ from served_arms import limits_of_hub, single_link, state_of, two_axes
 from flexarm_controller.controller import Controller
 from flexarm_controller.lqr import Lqr
 from flexarm_controller.mpc import Mpc
-from flexarm_controller.program.delay import Delay, split_delay, torques_kept
+from flexarm_controller.program.delay import Delay, in_whole_periods, split_delay, torques_kept
 from flexarm_controller.program.prediction import plant
 from flexarm_controller.reference import Reference, hold
 from flexarm_controller.settings import ControllerConfig, MpcConfig
 from flexarm_model.served.state_space import state_space
+from flexarm_model.settings.parameters import validate
 
 DT = 0.005
 LINK = single_link()
@@ -80,6 +81,19 @@ def test_the_feed_forward_is_that_of_the_instant_a_command_begins_to_act(periods
         state_of(np.zeros(8), LINK, 0.3)
     )
     np.testing.assert_allclose(asked, [[0.3, command.acts_at + latency]], rtol=1e-12)
+
+
+WHOLE = [(1, 0.1), (0, 0.0), (2, 0.045), (1, 0.0123), (10, 0.05), (0, 0.1)]
+
+
+@pytest.mark.parametrize(("periods", "latency"), WHOLE)
+@pytest.mark.parametrize("dt", [0.005, 0.001])
+def test_settings_in_whole_periods_are_allowed_and_keep_as_many_torques(periods, latency, dt):
+    """The gate put the whole delay into delay_periods, which 50 ms of latency do not fit."""
+    config = MpcConfig(delay_periods=periods, latency=latency)
+    whole = in_whole_periods(config, dt)
+    validate(whole)
+    assert split_delay(whole, dt) == (torques_kept(config, dt), 0.0)
 
 
 def test_a_latency_of_whole_periods_is_the_same_as_so_many_periods():

@@ -124,6 +124,17 @@ def test_the_law_is_firm_no_longer_than_it_says_however_motions_follow_each_othe
     assert len(second) == pytest.approx(2 * (time_optimal.size + CONFIG.horizon), abs=6)  # both, whole
 
 
+def test_the_law_is_firm_no_longer_than_it_says_though_stamps_have_gone_back(time_optimal):
+    """A row of motions was followed firmly to its end, for 5 s, after a clock that was set back."""
+    model, limits = single_link(), limits_of_hub()
+    law = FirmMpc(Mpc(model, limits, CONFIG, DT), model, limits, CONFIG, DT)
+    many = of_velocity(np.concatenate([np.concatenate([time_optimal, np.zeros(20)])] * 10))
+    late = replace(many, t=many.t + 100.0)
+    firm_late = [t for t in late.t if law._is_firm(t, late)]
+    again = firm_at(law, many, many.t[-1])
+    assert firm_late and again == firm_at(FirmMpc(law, model, limits, CONFIG, DT), many, many.t[-1])
+
+
 def test_a_law_made_on_the_way_counts_from_when_the_motion_came_into_sight(time_optimal):
     model, limits = single_link(), limits_of_hub()
     law = FirmMpc(Mpc(model, limits, CONFIG, DT), model, limits, CONFIG, DT)

@@ -22,7 +22,7 @@ from flexarm_controller.margins.full_plant import build_plant
 from flexarm_controller.margins.law_gain import find_law_gain
 from flexarm_controller.margins.loop import close_loop
 from flexarm_controller.margins.noise_floor import Look, noise_floor
-from flexarm_controller.program.delay import torques_kept
+from flexarm_controller.program.delay import in_whole_periods, torques_kept
 from flexarm_controller.settings import ControllerConfig, MpcConfig
 from flexarm_estimator.estimator import Estimator
 from flexarm_estimator.settings import EstimatorConfig
@@ -68,8 +68,7 @@ def floors_at_rest(
     filter_ = settled_filter(estimator, dt)
     signal, rows, look = _signal(model, task, config, dt)
     mpc = replace(task.make("mpc", MpcConfig), time_limit=0.0, foresight=False)
-    delay = torques_kept(mpc, dt)
-    mpc, found = replace(mpc, delay_periods=delay, latency=0.0), []
+    mpc, delay, found = in_whole_periods(mpc, dt), torques_kept(mpc, dt), []
     for name in laws:
         control = replace(task.make("controller", ControllerConfig), law=name, period=dt)
         inputs = LawInputs(limits_of(config), control, mpc, config)

@@ -130,10 +130,16 @@ def _shapers(leg: ComparedLeg, watch: Watch, is_quick: bool) -> dict[str, Callab
 
 
 def _modes(leg: ComparedLeg, watch: Watch) -> list[int]:
-    """Return the one or two modes that leave most of the worst profile's vibration, most first."""
+    """Return the one or two modes that leave most of the worst profile's vibration, most first.
+
+    Raises:
+        ValueError: The arm has none.
+    """
     left = VibrationLeft(leg.model, Window(watch.begin, watch.end, watch.cutoff_hz), leg.dt)
     share = left.by_mode(leg.given) / max(left.rms(leg.given), float(np.finfo(float).tiny))
     order = [int(i) for i in np.argsort(-share)]
+    if not order:
+        raise ValueError("nothing to compare: no mode is served (served.modes is 0), so nothing vibrates")
     first, omega = order[0], leg.model.omega
     apart = [i for i in order[1:] if max(omega[i], omega[first]) > APART * min(omega[i], omega[first])]
     return [first, *(i for i in apart[:1] if share[i] >= SECOND_MODE)]

@@ -11,15 +11,18 @@ from flexarm_bringup.compare_laws.sweep import SWEEP_ERRORS, SweepPoint, by_erro
 from flexarm_bringup.page.check import Check
 from flexarm_bringup.page.report import Cell, Column, Table
 
+TITLE, NAME = "How fast can it be?", "shortest time to settle over the time-optimal bound"
 Swept = tuple[Sequence[SweepPoint], Sequence[CompareResult]]
 
 
 def sweep_tables(case: Case, swept: Swept) -> tuple[list[Table], list[Check]]:
-    """Return the table of a sweep and what is judged of it; nothing where there is no limit to compare."""
+    """Return the table of a sweep and what is judged of it; why not where there is no limit to compare."""
     points, results = swept
-    optimum = case.planned[case.legs[0].name].optimum
+    optimum, bound = case.planned[case.legs[0].name].optimum, case.task.compare.slowest
     if not points or optimum is None:
-        return [], []
+        why = "there are several moves" if len(case.legs) > 1 else "no motion within the limits gets there"
+        missed = [] if bound is None else [Check(NAME, f"at most {bound:g} times", f"none: {why}", False)]
+        return [Table(TITLE, [Column("")], [], [f"not swept: {why}"])], missed
     nominal, *off = by_error(points, results)
     rows: list[list[Cell]] = []
     for i, point in enumerate(points):
@@ -34,7 +37,5 @@ def sweep_tables(case: Case, swept: Swept) -> tuple[list[Table], list[Check]]:
     ]  # fmt: skip
     best, arrival = shortest(points, nominal)
     notes = [f"time-optimal bound {optimum.duration:.3f} s; shortest: {best.scheme.motion}"]
-    bound = case.task.compare.slowest
-    name = "shortest time to settle over the time-optimal bound"
-    checks = [] if bound is None else [at_most(name, arrival / optimum.duration, bound, "times")]
-    return [Table("How fast can it be?", columns, rows, notes)], checks
+    checks = [] if bound is None else [at_most(NAME, arrival / optimum.duration, bound, "times")]
+    return [Table(TITLE, columns, rows, notes)], checks

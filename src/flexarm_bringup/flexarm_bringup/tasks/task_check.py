@@ -21,6 +21,7 @@ from flexarm_model.settings.strict_yaml import ConfigError
 from flexarm_model.settings.units import axis_dimension, si_unit
 
 Array = NDArray[np.float64]
+ACCELEROMETER = "accelerometer"  # a kind of sensor, and a signal of compare
 SAMPLES = 1001  # of a profile, to find how fast it gets
 ROUNDING = 1e-9  # of a limit
 FEWEST = 2  # control periods that a move takes, and the window in which it is watched
@@ -86,6 +87,9 @@ def _check_watch(path: str, task: Task, config: ManipulatorConfig) -> None:
     if task.watch.cutoff_hz > highest:
         allowed = f"the tip is looked at {config.rate_hz:g} times a second; expected at most {highest:g} Hz"
         raise refusal(path, "watch.below", task.watch.cutoff_hz, allowed)
+    if task.compare.signal == ACCELEROMETER and not any(s.kind == ACCELEROMETER for s in config.sensors):
+        allowed = "the arm has no sensor of this kind; expected tip"
+        raise refusal(path, "compare.signal", task.compare.signal, allowed)
     if task.watch.end - task.watch.begin < shortest:
         allowed = f"expected at least {FEWEST} control periods, {shortest:g} s, after 'from'"
         raise refusal(path, "watch.to", task.watch.end, allowed)

@@ -23,7 +23,7 @@ from flexarm_controller.margins.law_gain import find_law_gain
 from flexarm_controller.margins.loop import ClosedLoop, close_loop
 from flexarm_controller.margins.short_law import ShortCase, examine_short
 from flexarm_controller.margins.verdict import firm_verdict, frequency_errors, unread, verdict
-from flexarm_controller.program.delay import torques_kept
+from flexarm_controller.program.delay import in_whole_periods, torques_kept
 from flexarm_controller.settings import MarginConfig
 from flexarm_model.bodies.model_order import with_more_modes
 from flexarm_model.manipulator.description import ManipulatorConfig
@@ -52,9 +52,9 @@ class Gate:
             config: What is wanted.
         """
         self._arm, self._config = arm, config
-        delay = torques_kept(inputs.mpc, inputs.config.period)
         # at rest no other model is to come, and no answer may depend on the clock
-        mpc = replace(inputs.mpc, delay_periods=delay, latency=0.0, foresight=False, time_limit=0.0)
+        whole = in_whole_periods(inputs.mpc, inputs.config.period)
+        mpc = replace(whole, foresight=False, time_limit=0.0)
         self._inputs = replace(inputs, mpc=mpc)
 
     def cases(self, model: ReducedModel, filter_: SteadyFilter) -> list[Case]:
@@ -88,7 +88,7 @@ class Gate:
         self, law: Planner, model: ReducedModel, filter_: SteadyFilter, plants: Mapping[float, FullPlant]
     ) -> dict[float, ClosedLoop]:
         """Return the loop of a law with every plant, by frequency error."""
-        delay = self._inputs.mpc.delay_periods
+        delay = torques_kept(self._inputs.mpc, self._inputs.config.period)
         gain = find_law_gain(law, model, self._inputs.limits.effort, delay)
         return {error: close_loop(plant, filter_, gain, delay) for error, plant in plants.items()}
 

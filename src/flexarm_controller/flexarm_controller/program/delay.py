@@ -14,6 +14,8 @@ map of what is measured.
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -39,6 +41,15 @@ def torques_kept(config: MpcConfig, dt: float) -> int:
     """Return how many of the torques sent a law needs: those on their way."""
     whole, share = split_delay(config, dt)
     return whole + (share > 0.0)
+
+
+def in_whole_periods(config: MpcConfig, dt: float) -> MpcConfig:
+    """Return settings with as many ``torques_kept``, all for a whole period: a delay up to one longer."""
+    whole, share = split_delay(config, dt)
+    most = max(config.delay_periods, 1)
+    if not share:
+        return config
+    return replace(config, delay_periods=most + 1, latency=(whole - most) * dt)
 
 
 class Delay:
