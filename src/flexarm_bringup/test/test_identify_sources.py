@@ -18,12 +18,13 @@ from flexarm_bringup import cli
 from flexarm_bringup.bags.bag_reader import Bag, check_bag
 from flexarm_bringup.bags.bag_types import bag_types
 from flexarm_bringup.bags.bag_writer import BagError, BagWriter
-from flexarm_bringup.identify import bag_source
+from flexarm_bringup.identify import bag_source, output_only
 from flexarm_bringup.identify.bag_source import listen, read_bag
 from flexarm_bringup.identify.measurement import Records, Responses, SourceError, checked
 from flexarm_bringup.identify.set_ups import check_scale
 from flexarm_bringup.identify.sources import Averaging, of_records, read_sources
 from flexarm_bringup.topics import STREAMS
+from flexarm_model.identification.ssi import OutputModes
 from flexarm_model.reading.config import load_config
 from flexarm_model.reading.manipulator_file import find_manipulator
 
@@ -282,3 +283,11 @@ def test_an_array_in_the_place_of_an_archive_is_told(tmp_path: Path) -> None:
     (tmp_path / "x.npy").rename(tmp_path / "x.npz")
     with pytest.raises(SourceError, match="cannot be read"):
         read_sources([tmp_path / "x.npz"], "receptance", Averaging())
+
+
+def test_a_band_that_begins_far_below_the_slowest_mode_is_told() -> None:
+    """One mode of 40 Hz was up to five in a band from 2.5 Hz on, and one in a band from 20 Hz on."""
+    modes = OutputModes(*np.full((4, 1), 9.0), np.ones((1, 1), complex))
+    far, near = (output_only._limits(modes, band) for band in ((1.4, 30.0), (5.0, 30.0)))
+    assert "may show as several" in far[0] and far[0].endswith("try --band 4.5 30")
+    assert far[1:] == near

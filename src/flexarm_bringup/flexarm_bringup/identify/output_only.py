@@ -21,6 +21,7 @@ PERCENT = 100.0
 LOWEST = 1 / 200  # of the rate: lower end of the band when nobody says
 USABLE = 1 / 2.56  # of the rate
 PARTS, CYCLES = 4, 42.0  # parts of the record at most; cycles of the slowest mode that one needs
+FAR = 6.0  # slowest mode over the begin of the band: the covariances reach over many of its periods
 STILL = 1e-12  # standard deviation over the largest value of a channel that does not move
 
 
@@ -63,7 +64,9 @@ def output_only_page(
         *([shapes_figure(modes.f_hz, modes.zeta, modes.shapes, names)] if modes.f_hz.size else []),
         *measured,
     ]  # fmt: skip
-    return Page("Modes from outputs alone", lead, items, remarks={"What this cannot tell": _limits(modes)})
+    return Page(
+        "Modes from outputs alone", lead, items, remarks={"What this cannot tell": _limits(modes, band)}
+    )
 
 
 def _moving(source: str, outputs: Mapping[str, Array]) -> list[str]:
@@ -107,8 +110,14 @@ def _modes(modes: OutputModes) -> Table:
     return Table("Modes", heads, rows, notes)
 
 
-def _limits(modes: OutputModes) -> list[str]:
+def _limits(modes: OutputModes, band: tuple[float, float]) -> list[str]:
+    far = modes.f_hz.size and modes.f_hz[0] > FAR * band[0]
+    below = [
+        f"the slowest mode lies far above the {band[0]:.3g} Hz at which the band begins: one mode may show "
+        f"as several then, of less damping; try --band {modes.f_hz[0] / 2:.3g} {band[1]:.4g}"
+    ] if far else []  # fmt: skip
     lines = [
+        *below,
         "a hum at a frequency of its own looks like a mode of hardly any damping",
         "under feedback these are the poles of arm and controller together",
         "without the input there is no modal mass: shapes have no scale",
