@@ -291,3 +291,17 @@ def test_a_band_that_begins_far_below_the_slowest_mode_is_told() -> None:
     far, near = (output_only._limits(modes, band) for band in ((1.4, 30.0), (5.0, 30.0)))
     assert "may show as several" in far[0] and far[0].endswith("try --band 4.5 30")
     assert far[1:] == near
+
+
+def test_a_channel_that_is_left_out_is_told_with_why(
+    short_bag: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    bag = check_bag(short_bag)
+    encoders = [r for r in bag.records if r.name.endswith("joint_states")]
+    kept = [r for r in bag.records if r not in encoders[20:60]]
+    monkeypatch.setattr(bag_source, "check_bag", lambda *_: replace(bag, records=tuple(kept)))
+    found = read_bag(short_bag)
+    assert "encoder.position" not in found.outputs
+    assert found.remarks[0] == "encoder.position is left out: it was silent for 0.205 s"
+    assert any("tip_accelerometer" in line and "no number" in line for line in found.remarks)
+    assert found.remarks[0] in of_records([found], Averaging()).remarks

@@ -86,7 +86,30 @@ def read_bag(
     moves = len(asked) == len(axes) and all(np.ptp(values) > 0.0 for values in asked.values())
     kinds = {name: KIND_OF_UNIT[units[name]] for name in sampled if units[name] in KIND_OF_UNIT}
     told = {name: values - values.mean() * is_centred for name, values in sampled.items()}
-    return Records(config.rate_hz, inputs, told, COMMON, kinds, asked if moves else {}, is_held=True)
+    left = _left_out(config, units, heard, told)
+    return Records(
+        config.rate_hz, inputs, told, COMMON, kinds, asked if moves else {}, is_held=True, remarks=left
+    )
+
+
+def _left_out(
+    config: ManipulatorConfig,
+    units: dict[str, str],
+    heard: dict[str, tuple[Array, Array]],
+    told: dict[str, Array],
+) -> tuple[str, ...]:
+    """Return which channels of the sensors that speak in every period are not there, and why."""
+    prompt = [
+        f"{spec.name}.{channel}" for spec in config.sensors if not spec.rate_hz for channel in spec.channels
+    ]
+    lines = []
+    for name in prompt:
+        if name in told or units.get(name, LEFT_OUT[0]) in LEFT_OUT:
+            continue
+        gap = float(np.diff(heard[name][0]).max(initial=0.0)) if name in heard else 0.0
+        why = f"it was silent for {gap:.3g} s" if gap > LONGEST_GAP else "it says no number in the bag"
+        lines.append(f"{name} is left out: {why}")
+    return tuple(lines)
 
 
 def refuse_bags_of_another_arm(paths: Sequence[Path], described: ManipulatorConfig) -> None:

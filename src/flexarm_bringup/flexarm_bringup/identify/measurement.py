@@ -117,6 +117,7 @@ class Records:
         repeats: Samples after which the excitation repeats; 0 when it does not.
         is_held: An input stays until the next sample, as a drive's torque does.
         band_hz: Where the inputs have power [Hz]; None when nobody knows.
+        remarks: What the reader should know of it.
     """
 
     rate_hz: float
@@ -128,6 +129,7 @@ class Records:
     repeats: int = 0
     is_held: bool = False
     band_hz: tuple[float, float] | None = None
+    remarks: tuple[str, ...] = ()
 
 
 def checked(path: Path, responses: Responses) -> Responses:

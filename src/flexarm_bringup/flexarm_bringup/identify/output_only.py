@@ -65,7 +65,10 @@ def output_only_page(
         *measured,
     ]  # fmt: skip
     return Page(
-        "Modes from outputs alone", lead, items, remarks={"What this cannot tell": _limits(modes, band)}
+        "Modes from outputs alone",
+        lead,
+        items,
+        remarks={"What this cannot tell": [*record.remarks, *_limits(modes, band)]},
     )
 
 

@@ -197,7 +197,8 @@ def _of_set_up(records: Sequence[Records], averaging: Averaging) -> Source:
     few = () if count >= FEWEST_BLOCKS else (f"{count} block(s): too few to draw again, so no bootstrap",)
     fed_back = (UNDER_FEEDBACK,) if first.is_held and estimator != BY_INSTRUMENT else ()
     is_leaky = settings.window != "boxcar"
-    return Source(responses, None if few else draw, estimator, is_leaky, (*few, *fed_back), tuple(records))
+    told = (*few, *fed_back, *dict.fromkeys(remark for run in records for remark in run.remarks))
+    return Source(responses, None if few else draw, estimator, is_leaky, told, tuple(records))
 
 
 def _responses(measured: MeasuredFrf, like: Records) -> Responses:
