@@ -7,6 +7,7 @@ name and what is allowed before anything is computed.
 from __future__ import annotations
 
 import math
+import os
 from argparse import ArgumentParser, ArgumentTypeError, Namespace
 from collections.abc import Callable, Iterable
 from pathlib import Path
@@ -171,6 +172,20 @@ def shared_file(args: Namespace) -> str:
             named = "the standard output" if path == STDOUT else str(path)
             return f"--{places[place]} and --{option} are one file, {named}; expected one for each"
         places[place] = option
+    return ""
+
+
+def overwritten_file(args: Namespace) -> str:
+    """Return which option of a report or a result names a file that is read; empty when none does."""
+    for option in FILES:
+        path = getattr(args, option, None)
+        if not isinstance(path, Path) or not path.is_file():
+            continue
+        for key, value in vars(args).items():
+            given = value if isinstance(value, list | tuple) else [value]
+            named = [str(each) for each in given if isinstance(each, str | Path) and key not in FILES]
+            if any(os.path.isfile(each) and os.path.samefile(each, path) for each in named):
+                return f"--{option} would overwrite {path}, which is read; expected another file"
     return ""
 
 

@@ -15,7 +15,7 @@ import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from flexarm_bringup.arguments import shared_file
+from flexarm_bringup.arguments import overwritten_file, shared_file
 from flexarm_bringup.exit_codes import UNUSABLE
 from flexarm_bringup.worker_error import WorkerError
 from flexarm_model.process.announce import announce_on_stderr
@@ -149,8 +149,8 @@ def main(argv: Sequence[str] | None = None) -> int:
             getattr(args, "subparser", parser).error(
                 f"unrecognized arguments: {' '.join(unknown)}"
             )  # with the usage of the command
-        if shared := shared_file(args):
-            args.subparser.error(shared)
+        if trouble := shared_file(args) or overwritten_file(args):
+            args.subparser.error(trouble)
         announce_on_stderr()
         code = int(importlib.import_module(COMMANDS[args.command].module).run(args))
         sys.stdout.flush()

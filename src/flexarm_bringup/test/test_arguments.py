@@ -17,6 +17,7 @@ from flexarm_bringup.arguments import (
     number,
     output_file,
     output_folder,
+    overwritten_file,
     shared_file,
     whole,
 )
@@ -237,3 +238,21 @@ def test_options_without_a_command_are_an_error(capsys: pytest.CaptureFixture[st
     with pytest.raises(SystemExit) as stop:
         cli.main(["--html"])
     assert stop.value.code == UNUSABLE
+
+
+@pytest.mark.parametrize("option", ["json", "html", "update"])
+def test_what_is_read_is_not_overwritten(
+    option: str, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A laboratory's measurement was replaced by the report about it, a description by the fitted one."""
+    read, new = tmp_path / "run.csv", tmp_path / "new.json"
+    read.write_text("f_hz,a/b\n1,1\n")
+    new.write_text("{}")
+    monkeypatch.chdir(tmp_path)
+    for path in ("run.csv", str(read)):
+        with pytest.raises(SystemExit) as stop:
+            cli.main(["identify", path, f"--{option}", str(read)])
+        assert stop.value.code == UNUSABLE
+        assert f"--{option} would overwrite" in capsys.readouterr().err
+    assert read.read_text() == "f_hz,a/b\n1,1\n"
+    assert not overwritten_file(Namespace(json=new, html=None, files=[read], name="x" * 5000, n=3))

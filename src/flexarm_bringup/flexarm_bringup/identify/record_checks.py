@@ -69,10 +69,10 @@ def refuse_unusable(records: Sequence[Records], block: int) -> None:
 def _refuse_other_kinds(records: Sequence[Records]) -> None:
     """Raise SourceError where runs of one set-up do not mean the same by their numbers."""
     for what in ("kind", "kinds", "repeats", "is_held"):
-        told = list(dict.fromkeys(str(getattr(run, what)) for run in records))
-        if len(told) > 1:
+        first, *others = (getattr(run, what) for run in records)
+        if other := [value for value in others if value != first]:
             raise SourceError(
-                f"runs of one set-up differ in '{what}', {' and '.join(told)}: give them one at a time"
+                f"runs of one set-up differ in '{what}', {first} and {other[0]}: give them one at a time"
             )
 
 
