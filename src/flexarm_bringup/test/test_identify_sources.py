@@ -244,6 +244,16 @@ def test_a_reference_ends_what_the_one_before_asks_for(
     assert (asked[45:90] == -1.0).all() and (asked[25:38] == 3.0).all()
 
 
+def test_references_without_accelerations_are_no_instruments(
+    short_bag: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    bare = told_reference(0.1, 60, 3.0)
+    for point in bare.points:
+        point.accelerations = []
+    assert not heard_in(monkeypatch, short_bag, bare).instruments
+    assert not heard_in(monkeypatch, short_bag, told_reference(0.2, 20, 3.0), bare).instruments
+
+
 def test_two_sessions_in_one_bag_are_refused(short_bag: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     bag = check_bag(short_bag)
     half = len(bag.records) // 2

@@ -166,7 +166,7 @@ def listen(bag: Bag, config: ManipulatorConfig) -> dict[str, tuple[Array, Array]
             hear = {TORQUE_TOPIC: _hear_torque, REFERENCE: _hear_reference}.get(topic, _hear_samples)
             for name, at, value in hear(reader, config, topic, msg, t):
                 found[name][at] = value
-    heard = {name: _sorted(values) for name, values in found.items()}
+    heard = {name: _sorted(values) for name, values in found.items() if values}
     for axis in config.actuated:
         if axis in heard and axis in measured:
             heard[axis] = acted(heard[axis], _sorted(measured[axis]), 1.0 / config.rate_hz)

@@ -151,7 +151,7 @@ class Picture:
 
     def said(self, topic: str) -> float:
         """Return how long ago a topic spoke [s]; zero where that is not known."""
-        return next((row.age for row in self.topics if row.name == topic and row.age == row.age), 0.0)
+        return next((row.age for row in self.topics if row.name == topic and math.isfinite(row.age)), 0.0)
 
     def troubles(self) -> list[Verdict]:
         """Return the verdicts that are not OK, the worst first."""
