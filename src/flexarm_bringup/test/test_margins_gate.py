@@ -196,6 +196,15 @@ def test_a_misspelt_setting_is_answered_with_those_there_are() -> None:
         with_settings(task_for("single_link"), ["estimator.modal=1"])
 
 
+def test_lists_are_read_and_what_would_change_nothing_is_refused() -> None:
+    """The period was overwritten by the description's, and no list could be given."""
+    changed = with_settings(task_for("single_link"), ["mpc.horizon=20", "mpc.blocks=1,1,2,2,2,4,4,4"])
+    assert changed.make("mpc", MpcConfig).blocks == (1, 1, 2, 2, 2, 4, 4, 4)
+    for change, words in (("mpc.blocks=1,x", "whole numbers"), ("controller.period=0.02", "served.rate")):
+        with pytest.raises(ValueError, match=words):
+            with_settings(task_for("single_link"), [change])
+
+
 def test_a_switch_among_the_settings_is_true_or_false() -> None:
     changed = with_settings(task_for("single_link"), ["mpc.firm_time=0", "mpc.velocity_limit=false"])
     mpc = changed.make("mpc", MpcConfig)

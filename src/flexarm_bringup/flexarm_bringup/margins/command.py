@@ -35,6 +35,7 @@ from flexarm_model.settings.strict_yaml import ConfigError
 
 Settings = Mapping[str, Mapping[str, Any]]
 ALONG = 5  # poses along the moves
+PERIOD = "controller.period"
 SWITCH = {"true": True, "false": False}
 
 
@@ -109,6 +110,8 @@ def with_settings(task: Task, changes: list[str]) -> Task:
         known = {item.name: item.default for item in fields(SECTIONS[section])}  # type: ignore[arg-type]
         if key not in known:
             raise ConfigError(f"--set {change}: {section} has no '{key}'; it has {', '.join(sorted(known))}")
+        if where == PERIOD:
+            raise ConfigError(f"--set {change}: the control rate is that of the description (served.rate)")
         if key in found.get(section, {}):
             raise ConfigError(f"--set {change}: {where} is set twice; expected it once")
         found.setdefault(section, {})[key] = _read(change, value, type(known[key]))
@@ -125,10 +128,15 @@ def _merged(settings: Settings, changes: Settings) -> Settings:
     return {name: {**settings.get(name, {}), **changes.get(name, {})} for name in {**settings, **changes}}
 
 
-def _read(change: str, text: str, kind: type) -> str | bool | float:
+def _read(change: str, text: str, kind: type) -> str | bool | float | list[int]:
     """Return a value of the kind that the setting has; ConfigError where it is none."""
     if kind is str:
         return text
+    if kind is tuple:
+        try:
+            return [int(item) for item in text.split(",")]
+        except ValueError:
+            raise ConfigError(f"--set {change}: '{text}' is not whole numbers with commas between") from None
     if kind is bool:
         if text not in SWITCH:
             raise ConfigError(f"--set {change}: '{text}' is not one of {', '.join(SWITCH)}")
