@@ -11,7 +11,7 @@ from flexarm_controller.joint_pd import FASTEST, JointPd
 from flexarm_controller.laws import LAWS, LawInputs
 from flexarm_controller.margins.gate import Gate
 from flexarm_controller.margins.law_gain import find_law_gain
-from flexarm_controller.program.delay import torques_kept
+from flexarm_controller.program.delay import split_delay, torques_kept
 from flexarm_controller.program.prediction import plant
 from flexarm_controller.reference import hold
 from flexarm_controller.settings import ControllerConfig, MarginConfig, MpcConfig
@@ -101,7 +101,7 @@ def test_the_gate_judges_the_gains_that_the_motors_get(delay, periods_late, monk
     pairs = [(build(model, inputs), mpc), *judged]
     kept = [torques_kept(settings, DT) for _, settings in pairs]
     assert kept == [1 + int(np.ceil(periods_late))] * 2
-    assert judged[0][1].delay_periods == kept[0]
+    assert split_delay(judged[0][1], DT) == (kept[0], 0.0)
     live, at_gate = (find_law_gain(planner, model, limits.effort, kept[0]).x for planner, _ in pairs)
     np.testing.assert_array_equal(live, at_gate)
 
