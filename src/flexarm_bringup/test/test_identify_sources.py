@@ -291,7 +291,7 @@ def test_what_is_no_coherence_is_refused(value: float) -> None:
 def test_an_array_in_the_place_of_an_archive_is_told(tmp_path: Path) -> None:
     np.save(tmp_path / "x.npy", np.arange(3.0))
     (tmp_path / "x.npy").rename(tmp_path / "x.npz")
-    with pytest.raises(SourceError, match="cannot be read"):
+    with pytest.raises(SourceError, match="cannot be read: one array without a name; expected an archive"):
         read_sources([tmp_path / "x.npz"], "receptance", Averaging())
 
 

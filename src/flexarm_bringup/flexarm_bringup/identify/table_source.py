@@ -41,15 +41,7 @@ def read_table(path: Path, kind: str) -> Responses | Records:
         columns = reader(path)
     except ConfigError as error:  # names the file
         raise SourceError(str(error)) from error
-    except (
-        OSError,
-        EOFError,
-        TypeError,
-        ValueError,
-        KeyError,
-        NotImplementedError,
-        zipfile.BadZipFile,
-    ) as error:
+    except (OSError, EOFError, ValueError, KeyError, NotImplementedError, zipfile.BadZipFile) as error:
         raise SourceError(f"{path}: cannot be read: {error}") from error
     if "f_hz" in columns:
         _refuse_other_lengths(path, columns, "f_hz")
@@ -97,7 +89,10 @@ def _from_matlab(name: str) -> str:
 
 
 def _read_npz(path: Path) -> dict[str, Any]:
-    with np.load(path) as file:  # of a .npy in disguise it is an array, which cannot be entered
+    loaded = np.load(path)
+    if isinstance(loaded, np.ndarray):
+        raise ValueError("one array without a name; expected an archive of np.savez")
+    with loaded as file:
         return {name: file[name] for name in file.files}
 
 
