@@ -231,7 +231,7 @@ def _sorted(values: dict[float, float]) -> tuple[Array, Array]:
 
 
 def _instants(path: Path, outputs: dict[str, tuple[Array, Array]], dt: float) -> Array:
-    """Return even instants at which every output was sampled [s]."""
+    """Return even instants at which every sensor and motor has spoken [s]."""
     if not outputs:
         raise SourceError(f"{path}: no sensor of this manipulator speaks in it")
     start = max(times[0] for times, _ in outputs.values())

@@ -46,10 +46,10 @@ def torques_kept(config: MpcConfig, dt: float) -> int:
 def in_whole_periods(config: MpcConfig, dt: float) -> MpcConfig:
     """Return settings with as many ``torques_kept``, all for a whole period: a delay up to one longer."""
     whole, share = split_delay(config, dt)
-    most = max(config.delay_periods, 1)
+    own = max(config.delay_periods, 1)
     if not share:
         return config
-    return replace(config, delay_periods=most + 1, latency=(whole - most) * dt)
+    return replace(config, delay_periods=own + 1, latency=(whole - own) * dt)
 
 
 class Delay:
