@@ -180,7 +180,7 @@ def deaf_outputs(responses: Responses, band_hz: tuple[float, float] | None, leas
     inside = (responses.f_hz >= low) & (responses.f_hz <= high)
     shares = {
         output: max(
-            float(np.sum(~(coherence[inside] >= least)) / max(inside.sum(), 1))
+            float(np.sum(~(coherence[inside] >= least)) / max(int(inside.sum()), 1))
             for cell, coherence in responses.coherence.items()
             if cell[0] == output
         )
