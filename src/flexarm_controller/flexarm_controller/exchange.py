@@ -17,6 +17,7 @@ from flexarm_controller.conversions import (
     reference_from_msg,
 )
 from flexarm_controller.cycles import Cycles
+from flexarm_controller.guard_session import GuardSession
 from flexarm_controller.laws import Laws
 from flexarm_controller.limits import limits_of
 from flexarm_controller.motion.admission import admit, check_begin
@@ -44,7 +45,7 @@ class ControllerExchange:
         state: The newest one; None before the first.
         model_fault: Why the last model was refused; empty when it was taken.
         withheld: Why no command may be sent; empty when they may.
-        stopped_by: Why the guard has stopped the arm; empty while it lets commands pass.
+        guard: What the guard has said.
         answer: What became of the newest state; None before the first.
         teller: Tells of answers.
         write: Makes the message of a command, of what ``command_to_msg`` takes.
@@ -75,14 +76,14 @@ class ControllerExchange:
         self._mpc, self._nmpc, self._motion = mpc, nmpc, motion or MotionConfig()
         self._names, self._limits = tuple(config.actuated), limits_of(config)
         self._epoch_ns, self._is_live, self._cycles = epoch_ns, epoch_ns is None, Cycles(settings.period)
-        self._token = self._sequence = 0
+        self.guard = GuardSession(settings.period if self._is_live else None)
         self._pending: PendingModels[Laws] = PendingModels()
         self.controller: Controller | None = None
         self.state: ArmState | None = None
         self.write: Callable[..., Any] = command_to_msg
         self.teller = AnswerTeller(settings.period, mpc.backend, is_live=epoch_ns is None)
         self.answer: Answer | None = None
-        self.model_fault, self.withheld, self.stopped_by = "no model yet", "", ""
+        self.model_fault, self.withheld = "no model yet", ""
 
     @property
     def receipt(self) -> str:
@@ -96,8 +97,13 @@ class ControllerExchange:
 
     @property
     def is_armed(self) -> bool:
-        """Whether commands reach the motors."""
-        return bool(self._token)
+        """Whether the guard lets commands pass, by what it said last."""
+        return bool(self.guard.token)
+
+    @property
+    def guard_fault(self) -> str:
+        """Why nothing that is commanded now would move the arm; empty if it would."""
+        return self.guard.fault(self._cycles.last_ns)
 
     def on_model(self, msg: Any) -> list[Outgoing]:
         """Take a model of the same description, to be used from its stamp on; refuse another by name.
@@ -134,12 +140,11 @@ class ControllerExchange:
 
         A reference that began while nobody was armed is not run after: the arm would rush to where it leads.
         """
-        self.stopped_by = str(msg.reason)
-        if msg.session_token == self._token:
+        was_armed = self.is_armed
+        if not self.guard.hear(msg, self._cycles.last_ns):
             return []
-        if self._token and self.controller is not None:  # also when the stop was not heard
+        if was_armed and self.controller is not None:  # also when the stop was not heard
             self.controller.reset()
-        self._token, self._sequence = msg.session_token, 0
         if self.controller is None or (now := self._now) is None:
             return []
         if (begun := self.controller.drop_reference(now - LATE)) is None:
@@ -176,19 +181,18 @@ class ControllerExchange:
             self._foresee()
         if self.controller is None:
             return self._send_nothing(stamp_ns, self.model_fault)
-        laws = self._pending.due(stamp_ns)
-        if laws is not None and laws.model.model_id != self.controller.model.model_id:
+        if (laws := self._pending.due(stamp_ns)) and laws.model.model_id != self.controller.model.model_id:
             self.controller.adopt(laws)
         self.state = told.read(self.controller.model, self._epoch_ns)
-        if self.withheld or not self._token:
-            return self._send_nothing(stamp_ns, self.withheld or "guard is not armed")
+        if self.withheld or not self.is_armed:
+            return self._send_nothing(stamp_ns, self.withheld or self.guard_fault)
         command = self.controller.step(self.state)
         if command.mode == "inactive":
             return self._send_nothing(stamp_ns, command.reason, is_left=True)
         rest = *self._counts, self.controller.notice
         self.answer = Answer(stamp_ns, command.mode, command.reason, command, *rest)
-        self._sequence += 1
-        msg = self.write(command, self._names, self._sequence, self._token, stamp_ns)
+        self.guard.sequence += 1
+        msg = self.write(command, self._names, self.guard.sequence, self.guard.token, stamp_ns)
         return [Outgoing("joint_commands", msg)]
 
     def tell(self) -> list[Outgoing]:
@@ -214,11 +218,7 @@ class ControllerExchange:
             self.controller.foresee([((ns - self._epoch_ns) * 1e-9, laws.model) for ns, laws in waiting])
 
     def _take_reference(self, msg: Any) -> tuple[str, ...]:
-        """Follow a reference; returns remarks.
-
-        Raises:
-            ReferenceMessageError, MotionError: It is refused.
-        """
+        """Follow a reference; returns remarks. Raises why it is refused."""
         if self.controller is None or self._epoch_ns is None:
             raise MotionError(self.model_fault or "no state yet")
         model, now = self.controller.model, self._now
@@ -228,8 +228,7 @@ class ControllerExchange:
         reference, remark = admit(
             reference, model, self._limits, self._motion, self.is_armed and self._is_live
         )
-        fault = self.controller.follow(reference)
-        if fault:
+        if fault := self.controller.follow(reference):
             raise MotionError(fault)
         return (remark,) if remark else ()
 

@@ -23,11 +23,10 @@ from flexarm_controller.drives.seal import Mark, Seal
 from flexarm_controller.guard import BRAKING, STOPPED
 from flexarm_controller.guard_exchange import GuardExchange
 from flexarm_controller.guard_health import GuardHealth
+from flexarm_controller.guard_session import STATUS_PERIODS
 from flexarm_model.ros.diagnostics_node import Diagnostics
 from flexarm_model.ros.node import LOCKSTEP_QOS, RELIABLE_QOS
 from flexarm_model.settings.diagnosis import DiagnosticsConfig
-
-STATUS_PERIODS = 20  # motor periods between two guard_status messages
 
 
 class GuardVoice:

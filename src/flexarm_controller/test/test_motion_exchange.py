@@ -270,3 +270,24 @@ def test_a_reference_of_another_clock_is_refused_by_how_far_it_is_ahead(config, 
     ):
         said = goals.on_reference(reference_to_msg(swing(0.1, 1.0), ("base.rz",), EPOCH + late_ns))
         assert words in reasons(said)[0]
+
+
+def test_nothing_is_pursued_for_a_guard_that_has_died(config, model):
+    """Its last word was that commands pass, so a goal was taken and waited for until its time was over."""
+    exchange, goals = arm_of(config, model)
+    assert goals.on_move_tip(request_to(1.0, duration=3.0))[0].accepted
+    k = 0
+    while not (said := [m for m in told(goals.update(), "motion_status") if m.state == MotionStatus.ABORTED]):
+        k += 1
+        exchange.on_modal_state(state(model, k))
+    assert k * PERIOD == pytest.approx(0.505)
+    assert (said[0].goal_id, said[0].reason) == (1, "the guard has said nothing for 0.51 s")
+    brought_to_rest = exchange.controller.reference
+    assert brought_to_rest.theta_dot[-1, 0] == 0.0 and brought_to_rest.position(10.0)[0] < 0.9
+    assert goals.update() == []
+    response, outgoing = goals.on_move_tip(request_to(0.3))
+    assert (response.accepted, response.reason) == (False, "the guard has said nothing for 0.51 s")
+    assert exchange.controller.reference is brought_to_rest
+    exchange.on_guard_status(GuardStatus(session_token=5))
+    assert goals.on_move_tip(request_to(0.3))[0].accepted  # it was the network, and commands went on
+    assert told([*exchange.on_modal_state(state(model, k + 1))], "joint_commands")[0].sequence == k + 2

@@ -101,10 +101,15 @@ class MotionExchange:
     def update(self) -> list[Outgoing]:
         """Return what there is to tell after a state."""
         arm = self._arm(is_armed=True)
-        return [] if isinstance(arm, str) else self._told(arm)
+        if isinstance(arm, str):
+            return []
+        if self._exchange.is_armed and (silence := self._exchange.guard_fault) and self._server.is_pursuing:
+            self._server.cancel(0, arm, arm.state)  # it may hear without being heard
+            return [*self._sent(arm), *self.end(silence)]
+        return self._told(arm)
 
     def end(self, why: str) -> list[Outgoing]:
-        """Give up what is pursued, for the controller goes; returns the last word on it."""
+        """Give up what is pursued, for the arm is not moved any more; returns the last word on it."""
         arm = self._arm(is_armed=True)
         return [] if isinstance(arm, str) else _said(self._server.end(arm.state.t, why), arm)
 
@@ -138,8 +143,8 @@ class MotionExchange:
             return exchange.model_fault
         if exchange.state is None or exchange.epoch_ns is None:
             return "no state yet"
-        if not (exchange.is_armed or is_armed):
-            return "guard is not armed"
+        if not is_armed and exchange.guard_fault:
+            return exchange.guard_fault
         return _Arm(exchange, exchange.state, self._names, exchange.epoch_ns)
 
 
@@ -167,7 +172,7 @@ class _Arm:
     @property
     def stopped_by(self) -> str:
         """Why the guard has stopped the arm; empty where it has not said."""
-        return self._exchange.stopped_by
+        return self._exchange.guard.stopped_by
 
     def forget(self) -> None:
         """Follow nothing."""

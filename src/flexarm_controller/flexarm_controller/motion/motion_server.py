@@ -90,6 +90,11 @@ class MotionServer:
         self._goals = goals
         self._told: list[Progress] = []
 
+    @property
+    def is_pursuing(self) -> bool:
+        """Whether there is a goal."""
+        return self._pursuit is not None
+
     def move_tip(self, goal: TipGoal, arm: Follower, state: ArmState) -> Answer:
         """Begin to move to a goal, or say why not.
 
