@@ -71,7 +71,7 @@ def nodes(context):
     graph = with_markers(graph) if chosen["markers"] else graph
     graph = with_drift(graph, drift_settings(arm, preset)) if chosen["drift"] else graph
     check_graph_security(graph)
-    refuse_doubles(graph)
+    atexit.register(refuse_doubles(graph).close)  # held until launch itself ends
     stop = StopperNode().stop
     return [node(process, may_return, stop) for process in graph]
 

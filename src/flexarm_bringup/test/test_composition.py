@@ -69,10 +69,11 @@ def test_what_cannot_share_a_process_is_refused(is_there: bool) -> None:
 def test_doubles_of_both_are_looked_for(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     claimed: list[str] = []
 
-    def claim(name: str, domain: str) -> TextIO:
+    def claim(name: str, domain: str, kind: str = "node") -> TextIO:
         claimed.append(name)
         return (tmp_path / "lock").open("a+")
 
     monkeypatch.setattr(doubles, "claim_name", claim)
-    doubles.refuse_doubles(composed(rig_graph()))
-    assert claimed == [f"/flexarm/{row.name}" for row in rig_graph()]
+    with doubles.refuse_doubles(composed(rig_graph())):
+        pass
+    assert claimed == ["/flexarm", *(f"/flexarm/{row.name}" for row in rig_graph())]

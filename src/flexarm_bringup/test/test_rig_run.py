@@ -53,7 +53,7 @@ def test_the_graph_becomes_ready_comes_back_after_a_crash_and_ends_with_its_comm
         wait_for(process, f"{crashed} ended with -9, started again")
         wait_for(process, "all ready")
         second = subprocess.run(COMMAND, env=ros_environment, capture_output=True, text=True, check=False)
-        assert second.returncode == 2 and "node /flexarm/model runs already" in second.stderr
+        assert second.returncode == 2 and "graph /flexarm runs already" in second.stderr
         assert "started" not in second.stdout  # nor has it told the guard of the first to stop
         nodes = children(process.pid)
         assert {name for _, name in nodes} == set(titles.values())

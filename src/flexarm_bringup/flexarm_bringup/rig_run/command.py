@@ -85,14 +85,14 @@ def run(args: argparse.Namespace) -> int:
         BrokenPipeError: Nobody reads what it prints; the nodes have ended.
     """
     lines = Lines()
-    with noting_signals() as asked_to_end:
+    with noting_signals() as asked_to_end, ExitStack() as held:
         try:
             graph = _graph(args)
             for key, value in defaults().items():
                 os.environ.setdefault(key, value)  # who watches is one of them
             check_domain()
             _check_security(graph)
-            refuse_doubles(graph)
+            held.enter_context(refuse_doubles(graph))
             if asked_to_end():
                 lines.say("ended before any was started")
                 return OK

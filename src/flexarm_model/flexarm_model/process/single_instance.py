@@ -22,13 +22,14 @@ class NameTakenError(RuntimeError):
     """A node of this name is running; the text says which, and what to do."""
 
 
-def claim_name(name: str, domain: str, folder: Path | None = None) -> TextIO:
+def claim_name(name: str, domain: str, folder: Path | None = None, kind: str = "node") -> TextIO:
     """Claim a node's full name; it is held as long as the returned file is open.
 
     Args:
         name: Full name, "/flexarm/controller".
         domain: ROS domain.
         folder: Of the locks; None for the user's own in the folder of temporary files.
+        kind: What else has the name, for the message.
 
     Raises:
         NameTakenError: Another process holds it.
@@ -47,7 +48,7 @@ def claim_name(name: str, domain: str, folder: Path | None = None) -> TextIO:
         owner = held.read().strip() or "unknown"
         held.close()
         raise NameTakenError(
-            f"node {name} runs already in ROS domain {domain} (process {owner}): end it first, or use "
+            f"{kind} {name} runs already in ROS domain {domain} (process {owner}): end it first, or use "
             "another ROS_DOMAIN_ID or namespace"
         ) from None
     held.truncate(0)
