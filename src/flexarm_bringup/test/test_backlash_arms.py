@@ -54,7 +54,7 @@ def worn(name: str) -> ReducedTree:
 def test_machine_code_and_numpy_move_a_worn_arm_alike(name: str, is_driven: bool) -> None:
     """Torques that turn round take every gear to both sides of its gap."""
     tree = worn(name)
-    stepping = Stepping(4e-4, 3, 0.2, is_driven)
+    stepping = Stepping(4e-4, 3, 0.2, is_driven, passes=2 if tree.n_c else 1)
     fast, plain, gaps = make_period(tree, stepping), PlainPeriod(tree, stepping), gaps_of(tree)
     assert isinstance(fast, MachinePeriod) and gaps.index.size >= 3
     most = np.array([axis.effort for axis in tree.config.actuated.values()]) if is_driven else 50.0

@@ -27,10 +27,12 @@ def tree_of(name: str, use_compiler: bool = True) -> ReducedTree:
 
 @pytest.mark.skipif(find_compiler() is None, reason="no C compiler")
 @pytest.mark.parametrize("is_driven", [True, False])
-@pytest.mark.parametrize("name", ["single_link", "planar_3rrr", "spatial_3tpt"])
-def test_machine_code_and_numpy_move_an_arm_alike(name: str, is_driven: bool) -> None:
+@pytest.mark.parametrize(
+    ("name", "passes"), [("single_link", 1), ("planar_3rrr", 1), ("planar_3rrr", 2), ("spatial_3tpt", 2)]
+)
+def test_machine_code_and_numpy_move_an_arm_alike(name: str, passes: int, is_driven: bool) -> None:
     tree = tree_of(name)
-    stepping = Stepping(H, 3, 0.2, is_driven)
+    stepping = Stepping(H, 3, 0.2, is_driven, passes)
     fast, plain = make_period(tree, stepping), PlainPeriod(tree, stepping)
     assert isinstance(fast, MachinePeriod)
     limits = [axis.effort for axis in tree.config.actuated.values()]

@@ -70,9 +70,8 @@ def test_energy_drifts_by_less_than_1e_4_in_ten_seconds(name: str) -> None:
     assert abs(plant.tree.constraints(plant.q)[0]).max(initial=0.0) < 1e-9
 
 
-@pytest.mark.slow
-def test_a_parallel_arm_that_swings_by_three_degrees_loses_what_the_steps_say() -> None:
-    """1.7e-4 in ten seconds: terms of velocity are of first order."""
+def test_a_parallel_arm_that_swings_by_three_degrees_keeps_its_energy_too() -> None:
+    """It lost 1.7e-4 of it: terms of velocity were of first order."""
     config = without_losses(load_config(find_manipulator("planar_3rrr"), "geared"))
     plant = Plant(config, 1.0 / config.rate_hz, PlantSettings(extra_modes=1))
     push = 0.03 * np.array([axis.effort for axis in config.actuated.values()])
@@ -84,7 +83,7 @@ def test_a_parallel_arm_that_swings_by_three_degrees_loses_what_the_steps_say() 
         plant.drive(0 * push)
         records.append(energy(plant))
     start, end = np.mean(records[: len(records) // 50]), np.mean(records[-len(records) // 50 :])
-    assert 1e-4 * start < start - end < 2.5e-4 * start
+    assert abs(end - start) < 2e-5 * start
 
 
 def test_a_loop_of_rigid_bodies_is_refused_by_name(capsys: pytest.CaptureFixture[str]) -> None:

@@ -37,12 +37,14 @@ class Stepping:
         substeps: Steps per period.
         friction: Coulomb friction of the actuated axes [N m or N].
         is_driven: Torques on the actuated axes; False prescribes their acceleration.
+        passes: Over each step; each takes everything where the one before leads.
     """
 
     h: float
     substeps: int
     friction: float
     is_driven: bool
+    passes: int = 1
 
 
 class Period(ABC):
@@ -71,20 +73,23 @@ class PlainPeriod(Period):
         h, q, v = self._stepping.h, q.copy(), v.copy()
         dv = np.zeros_like(v)
         for _ in range(self._stepping.substeps):
-            dv = self._change(q, v, u)
+            dv = np.zeros_like(v)
+            for _ in range(self._stepping.passes):
+                dv = self._change(q, v, dv, u)
             q += h * (v + dv / 2)
             v += dv
         if self._tree.n_c:
             q = self._tree.closing.close(q, v)
         return q, v, dv / h
 
-    def _change(self, q: Array, v: Array, u: Array) -> Array:
-        """Return the change of velocity over one step, (n_q,)."""
+    def _change(self, q: Array, v: Array, guess: Array, u: Array) -> Array:
+        """Return the change of velocity over one step, (n_q,), with all functions where a guess leads."""
         tree, n, h, A, b = self._tree, self._tree.n_q, self._stepping.h, self._matrix, self._right
-        middle = q + h / 2 * v
-        M, bias = tree.functions["mass_matrix"](middle), tree.functions["bias"](middle, v)
+        mean = v + guess / 2
+        middle = q + h / 2 * mean
+        M, bias = tree.functions["mass_matrix"](middle), tree.functions["bias"](middle, mean)
         np.add(M, self._constant, out=A[:n, :n])
-        np.multiply(bias, -h, out=b[:n])
+        np.subtract(self._constant @ guess, h * bias, out=b[:n])
         if tree.n_c:
             _, G = tree.functions["constraints"](middle)
             A[n:, :n], A[:n, n:] = G, G.T
@@ -97,9 +102,10 @@ class PlainPeriod(Period):
         else:
             change[t] = h * u
         if (gaps := self._gaps.index).size:
-            force, stiffness, damping = self._gaps.released(middle[gaps], v[gaps])
-            b[gaps] += h * force
-            A[gaps, gaps] -= h**2 / 4 * stiffness + h / 2 * damping
+            force, stiffness, damping = self._gaps.released(middle[gaps], mean[gaps])
+            bears = h**2 / 4 * stiffness + h / 2 * damping
+            b[gaps] += h * force - bears * guess[gaps]
+            A[gaps, gaps] -= bears
         free = self._free
         right = b[free] - A[np.ix_(free, t)] @ change[t]
         change[free] = self._solve(np.asfortranarray(A[np.ix_(free, free)]), right)
@@ -114,7 +120,7 @@ class _Layout(ctypes.Structure):
     """``struct period`` of the C file."""
 
     _fields_ = [
-        *((name, ctypes.c_int64) for name in ("n", "m", "free", "heavy", "axes", "substeps")),
+        *((name, ctypes.c_int64) for name in ("n", "m", "free", "heavy", "axes", "substeps", "passes")),
         *((name, ctypes.c_double) for name in ("h", "friction", "slope")),
         *((name, ctypes.c_void_p) for name in ("axis", "order", "constant")),
         ("gaps", ctypes.c_int64),
@@ -138,12 +144,13 @@ class MachinePeriod(Period):
         self._parts = find_parts(tree, held, [] if stepping.is_driven else t)
         self._axis, k = np.array(t, dtype=np.int64), self._parts.free
         self._mass, self._bias = (MachineCode(tree.functions[name]) for name in ("mass_matrix", "bias"))
-        self._work = np.zeros(2 * n + k * k + k + (k + 1) * m + m * (k + 1) + m * m)
+        self._work = np.zeros(4 * n + k * k + k + (k + 1) * m + m * (k + 1) + m * m)
         arrays, gaps = (self._axis, self._parts.order, self._constant), gaps_of(tree)
         self._gaps = gaps.index, gaps.half, gaps.stiffness, gaps.damping
         blas = (routine(cython_blas, "dsyr2k"), routine(cython_lapack, "dposv"))
         self._layout = _Layout(
-            n, m, k, self._parts.heavy, len(t), stepping.substeps, h, stepping.friction, FRICTION_SLOPE,
+            n, m, k, self._parts.heavy, len(t), stepping.substeps, stepping.passes, h, stepping.friction,
+            FRICTION_SLOPE,
             *map(place, arrays), gaps.index.size, *map(place, self._gaps),
             *(entries.layout for entries in self._parts.entries),
             self._mass.address, self._bias.address, *self._loops(tree), *blas, place(self._work),

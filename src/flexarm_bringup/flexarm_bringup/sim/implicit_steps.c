@@ -18,11 +18,11 @@ struct runs {
 };
 
 struct period {
-    int64_t n, m, free, heavy, axes, substeps; /* m rows close loops; free coordinates are solved for, dependent
+    int64_t n, m, free, heavy, axes, substeps, passes; /* m rows close loops; free coordinates are solved for, dependent
                                                   left out; only the first heavy ones of those bear anything */
     double h, friction, slope;           /* s, N m, rad/s */
     const int64_t *axis, *order;         /* actuated axes; free coordinates, the m dependent ones, the others */
-    const double *constant;              /* h^2/4 K + h/2 D, (n, n) */
+    const double *constant;              /* h^2/4 K + h/2 D, (n, n), symmetric */
     int64_t gaps;                        /* springs with play: where they are, half of it, their springs in contact */
     const int64_t *gap;
     const double *half, *stiffness, *damping;
@@ -99,36 +99,43 @@ static void carry(const struct period *s, const double *M, const double *b, cons
 }
 
 /* Take what springs without play bear too much out of M and b; backlash.py has the equations. */
-static void release(const struct period *s, const double *middle, const double *v, double *M, double *b)
+static void release(const struct period *s, const double *middle, const double *mean, const double *guess, double *M,
+                    double *b)
 {
     for (int64_t g = 0; g < s->gaps; g++) {
         int64_t i = s->gap[g];
         double k = s->stiffness[g], d = s->damping[g], side = middle[i] < 0.0 ? -1.0 : 1.0;
         double depth = side * middle[i] - s->half[g];
-        if (depth > 0.0 && k * depth + d * side * v[i] > 0.0) {
+        if (depth > 0.0 && k * depth + d * side * mean[i] > 0.0) {
             b[i] += s->h * (side * k * s->half[g]);
         } else {
-            b[i] += s->h * (k * middle[i] + d * v[i]);
-            M[i + i * s->n] -= s->h * s->h / 4 * k + s->h / 2 * d;
+            double bears = s->h * s->h / 4 * k + s->h / 2 * d;
+            b[i] += s->h * (k * middle[i] + d * mean[i]) - bears * guess[i];
+            M[i + i * s->n] -= bears;
         }
     }
 }
 
-/* dv of one step from (q, v); prescribed parts of dv are given and kept. Returns 0 when there is none. */
-static int64_t change(const struct period *s, const double *v, const double *u, double *M, double *dv, double *work)
+/* dv of one step from (q, v), all functions being those where a guess of dv leads; prescribed parts of dv are given
+   and kept. Returns 0 when there is none. */
+static int64_t change(const struct period *s, const double *v, const double *guess, const double *u, double *M,
+                      double *dv, double *work)
 {
     int64_t n = s->n, n_i = s->free, m = s->m, k = n_i + 1;
     const double *bias = s->bias->res[0];
     double *b = work, *S = b + n, *XY = S + n_i * n_i, *A = XY + m * k, *r = A + m * m;
     for (int64_t i = 0; i < n; i++)
         b[i] = -s->h * bias[i];
+    for (int64_t j = 0; j < n; j++)
+        if (guess[j]) /* what the bias has of it already */
+            add_row(n, guess[j], s->constant + j * n, b);
     for (int64_t a = 0; u && a < s->axes; a++) {
         int64_t i = s->axis[a];
         double ramp = s->friction ? tanh(v[i] / s->slope) : 0.0;
         b[i] += s->h * (u[a] - s->friction * ramp);
         M[i + i * n] += s->h / 2 * s->friction * (1 - ramp * ramp) / s->slope;
     }
-    release(s, s->work, v, M, b);
+    release(s, s->work, s->work + n, guess, M, b);
     for (int64_t e = 0; e < s->led.count; e++) {
         double a = M[s->led.from[e]] + s->constant[s->led.from[e]];
         b[s->led.row[e]] -= a * dv[s->led.column[e]];
@@ -165,20 +172,26 @@ static int64_t change(const struct period *s, const double *v, const double *u, 
    dv is that of the last step. Returns 0 when that cannot be done. */
 int64_t flexarm_advance(const struct period *s, double *q, double *v, const double *u, double *dv)
 {
-    double *middle = s->work, *rest = middle + s->n;
+    double *middle = s->work, *mean = middle + s->n, *guess = mean + s->n, *rest = guess + s->n;
     for (int64_t step = 0; step < s->substeps; step++) {
-        for (int64_t i = 0; i < s->n; i++)
-            middle[i] = q[i] + s->h / 2 * v[i];
-        evaluate(s->mass, middle, 0);
-        evaluate(s->bias, middle, v);
-        if (s->m)
-            evaluate(s->rows, middle, 0);
-        for (int64_t i = 0; u && i < s->n; i++)
-            dv[i] = 0.0;
-        for (int64_t j = 0; !u && j < s->free + s->m; j++)
-            dv[s->order[j]] = 0.0;
-        if (!change(s, v, u, s->mass->res[0], dv, rest))
-            return 0;
+        memset(guess, 0, s->n * sizeof *guess);
+        for (int64_t pass = 0; pass < s->passes; pass++) {
+            for (int64_t i = 0; i < s->n; i++) {
+                mean[i] = v[i] + guess[i] / 2;
+                middle[i] = q[i] + s->h / 2 * mean[i];
+            }
+            evaluate(s->mass, middle, 0);
+            evaluate(s->bias, middle, mean);
+            if (s->m)
+                evaluate(s->rows, middle, 0);
+            for (int64_t i = 0; u && i < s->n; i++)
+                dv[i] = 0.0;
+            for (int64_t j = 0; !u && j < s->free + s->m; j++)
+                dv[s->order[j]] = 0.0;
+            if (!change(s, v, guess, u, s->mass->res[0], dv, rest))
+                return 0;
+            memcpy(guess, dv, s->n * sizeof *guess);
+        }
         for (int64_t i = 0; i < s->n; i++) {
             q[i] += s->h * (v[i] + dv[i] / 2);
             v[i] += dv[i];
