@@ -105,8 +105,9 @@ class Controller:
         if self._inputs.foresight is not None:
             self._inputs.foresight.expect(schedule)
 
-    def reset(self) -> None:
-        """Forget what was sent and planned, and the reference: the motors have been elsewhere."""
+    def reset(self) -> bool:
+        """Forget what was sent, planned and asked for: the motors were elsewhere; had that still to begin?"""
+        is_awaited = self.reference is not None and bool(self.reference.t[0] > self._t)
         kept = torques_kept(self._inputs.mpc, self.config.period)
         self._sent = np.zeros((kept, self._limits.effort.size))
         self._has_begun = False
@@ -115,6 +116,7 @@ class Controller:
         self._trust.close()
         self._interruption.clear()
         self.reference, self._is_led, self.notice = None, False, ""
+        return is_awaited
 
     def drop_reference(self, before: float) -> float | None:
         """Forget a reference that nobody follows yet and that begins before a time [s]; returns its begin."""
@@ -237,10 +239,7 @@ class Controller:
         if wanted.tolist() == tau.tolist():  # most of the time, and sooner told than by arrays
             return ()
         is_cut = ~(abs(wanted - tau) <= CUT * (abs(tau) + CUT))  # also where a torque is not a number
-        if not is_cut.any():
-            return ()
-        cut = np.flatnonzero(is_cut)
-        return tuple(f"torque:{self.model.theta_names[i]}" for i in cut)
+        return tuple(f"torque:{self.model.theta_names[i]}" for i in np.flatnonzero(is_cut))
 
 
 def _within(wanted: float, last: float, reach: float, most: float) -> float:

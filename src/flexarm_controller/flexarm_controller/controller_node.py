@@ -162,7 +162,10 @@ class ControllerNode(ManagedNode):
 
     def join(self, msg: GuardStatus) -> None:
         """Take the session of the guard, or say what of the last one is not gone on with."""
-        self._publish(self.exchange.on_guard_status(msg))
+        told = self.exchange.on_guard_status(msg)
+        for out in told:
+            self.get_logger().warning(out.msg.reason)
+        self._publish(told)
 
     def answer(self, told: ToldState) -> None:
         """Send the command for a state; everything else comes after it."""

@@ -100,11 +100,6 @@ class ControllerExchange:
         """Whether the guard lets commands pass, by what it said last."""
         return bool(self.guard.token)
 
-    @property
-    def guard_fault(self) -> str:
-        """Why nothing that is commanded now would move the arm; empty if it would."""
-        return self.guard.fault(self._cycles.last_ns)
-
     def on_model(self, msg: Any) -> list[Outgoing]:
         """Take a model of the same description, to be used from its stamp on; refuse another by name.
 
@@ -141,16 +136,17 @@ class ControllerExchange:
         A reference that began while nobody was armed is not run after: the arm would rush to where it leads.
         """
         was_armed = self.is_armed
-        if not self.guard.hear(msg, self._cycles.last_ns):
+        if not self.guard.hear(msg) or self.controller is None or (now := self._now) is None:
             return []
-        if was_armed and self.controller is not None:  # also when the stop was not heard
-            self.controller.reset()
-        if self.controller is None or (now := self._now) is None:
-            return []
+        if was_armed:  # also when the stop was not heard
+            return self.tell_dropped("the guard stopped before it began") if self.controller.reset() else []
         if (begun := self.controller.drop_reference(now - LATE)) is None:
             return []
-        reason = f"reference dropped: it began {now - begun:.3g} s ago, when the guard was not armed"
-        return self._notice(reason, self._cycles.last_ns or 0)
+        return self.tell_dropped(f"it began {now - begun:.3g} s ago, when the guard was not armed")
+
+    def tell_dropped(self, why: str) -> list[Outgoing]:
+        """Say that a reference is not followed any more, and why."""
+        return self._notice(f"reference dropped: {why}", self._cycles.last_ns or 0)
 
     def on_reference(self, msg: Any) -> list[Outgoing]:
         """Take a reference or refuse it; the answer says which, and why."""
@@ -176,6 +172,7 @@ class ControllerExchange:
         if not self._cycles.note(stamp_ns):
             self.answer = None
             return []
+        self.guard.note(stamp_ns)
         if self._epoch_ns is None:
             self._epoch_ns = stamp_ns
             self._foresee()
@@ -185,7 +182,7 @@ class ControllerExchange:
             self.controller.adopt(laws)
         self.state = told.read(self.controller.model, self._epoch_ns)
         if self.withheld or not self.is_armed:
-            return self._send_nothing(stamp_ns, self.withheld or self.guard_fault)
+            return self._send_nothing(stamp_ns, self.withheld or self.guard.fault)
         command = self.controller.step(self.state)
         if command.mode == "inactive":
             return self._send_nothing(stamp_ns, command.reason, is_left=True)

@@ -203,8 +203,9 @@ class Guard:
         """Return the torque of a period without a command; nothing before the first one, or after a stop."""
         self.ticks_without_command += math.isfinite(self._used)
         if not t <= self._deadline + ROUNDED * self.limits.period:  # also when t is not a number
-            why = f"; refused: {self.refusal}" if self.refusal else ""
-            self.stop(f"no command for {1e3 * self.limits.max_age:.0f} ms{why}")
+            first, usual = f"within {self.limits.arming_time:g} s of arming", 1e3 * self.limits.max_age
+            waited = f"for {usual:.0f} ms" if math.isfinite(self._used) else first
+            self.stop("; refused: ".join(filter(None, (f"no command {waited}", self.refusal))))
             return ()
         if not math.isfinite(self._used):
             return ()

@@ -32,25 +32,28 @@ class GuardSession:
         self.stopped_by = ""
         bearable = None if period is None else max(SHORTEST, SILENCES * STATUS_PERIODS * period)
         self._bearable_ns = None if bearable is None else round(1e9 * bearable)
-        self._heard_ns: int | None = None
+        self._now_ns: int | None = None
+        self._silent_ns = 0
 
-    def hear(self, msg: Any, now_ns: int | None) -> bool:
-        """Take what the guard says at a stamp [ns]; returns whether the session is another one."""
-        self.stopped_by, self._heard_ns = str(msg.reason), now_ns
+    def hear(self, msg: Any) -> bool:
+        """Take what the guard says; returns whether the session is another one."""
+        self.stopped_by, self._silent_ns = str(msg.reason), 0
         is_other = msg.session_token != self.token
         if is_other:
             self.token, self.sequence = msg.session_token, 0
         return bool(is_other)
 
-    def fault(self, now_ns: int | None) -> str:
-        """Return why commands do not pass at a stamp [ns], by all that is known; empty if they do."""
+    def note(self, now_ns: int) -> None:
+        """Note the stamp of a state [ns]: time goes on; a clock that jumps is no silence."""
+        before_ns, self._now_ns = self._now_ns, now_ns
+        if before_ns is not None and self._bearable_ns and 0 < now_ns - before_ns <= self._bearable_ns:
+            self._silent_ns += now_ns - before_ns
+
+    @property
+    def fault(self) -> str:
+        """Why commands do not pass, by all that is known; empty if they do."""
         if not self.token:
             return "guard is not armed"
-        if self._bearable_ns is None or now_ns is None:
+        if self._bearable_ns is None or self._silent_ns <= self._bearable_ns:
             return ""
-        if self._heard_ns is None:  # heard before there was a state
-            self._heard_ns = now_ns
-        silent_ns = now_ns - self._heard_ns
-        if silent_ns <= self._bearable_ns:
-            return ""
-        return f"the guard has said nothing for {1e-9 * silent_ns:.2g} s"
+        return f"the guard has said nothing for {1e-9 * self._silent_ns:.2g} s"

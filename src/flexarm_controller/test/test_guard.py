@@ -169,6 +169,17 @@ def test_silence_of_50_ms_brakes_and_rest_stops():
     assert guard.passed == 2
 
 
+@pytest.mark.parametrize(("refused", "rest"), [(False, ""), (True, "; refused: command of another session")])
+def test_a_session_in_which_nobody_ever_commands_is_not_called_a_late_command(refused, rest):
+    """It said "no command for 50 ms" after two seconds of none: people looked at the load of the machine."""
+    guard, k = armed(), 0
+    while guard.mode == ARMED:
+        k += 1
+        guard.step(command(k * 0.005, token=99) if refused else None, REST, k * 0.005)
+    assert guard.reason == f"no command within {guard.limits.arming_time:g} s of arming{rest}"
+    assert k * 0.005 == pytest.approx(guard.limits.arming_time, abs=0.011)
+
+
 def test_a_stop_by_silence_names_what_was_refused_last():
     guard = armed()
     guard.step(command(0.0), MOVING, 0.0)

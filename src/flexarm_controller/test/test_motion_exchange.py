@@ -118,7 +118,8 @@ def test_a_malformed_goal_is_refused_with_the_field(config, model):
         request = request_to(0.3, with_orientation=True)
         spoil(request)
         response, outgoing = goals.on_move_tip(request)
-        assert not response.accepted and reason in response.reason and not outgoing
+        assert not response.accepted and reason in response.reason
+        assert [out.topic for out in outgoing] == ["motion_status"]  # and no reference
     assert exchange.controller.reference is before
 
 
@@ -291,3 +292,58 @@ def test_nothing_is_pursued_for_a_guard_that_has_died(config, model):
     exchange.on_guard_status(GuardStatus(session_token=5))
     assert goals.on_move_tip(request_to(0.3))[0].accepted  # it was the network, and commands went on
     assert told([*exchange.on_modal_state(state(model, k + 1))], "joint_commands")[0].sequence == k + 2
+
+
+def test_a_reference_that_waits_for_the_guard_can_be_taken_back(config, model):
+    """It was refused, for the guard was not armed; an hour later, armed, the arm went where it led."""
+    exchange, goals = arm_of(config, model)
+    exchange.on_guard_status(GuardStatus(reason="stopped by ~/stop"))
+    goals.on_reference(reference_to_msg(swing(0.3, 1.0), ("base.rz",), EPOCH + 5 * 10**9))
+    assert exchange.controller.reference is not None
+    refused, _ = goals.on_cancel(CancelMotion.Request(goal_id=3))
+    assert (refused.accepted, refused.reason) == (False, "guard is not armed")
+    response, said = goals.on_cancel(CancelMotion.Request())
+    assert response.accepted and exchange.controller.reference is None
+    assert reasons(said) == ["reference dropped: canceled before the guard was armed"]
+    again, _ = goals.on_cancel(CancelMotion.Request())
+    assert (again.accepted, again.reason) == (False, "guard is not armed")
+
+
+@pytest.mark.parametrize(("begins", "is_told"), [(5.0, True), (0.0, False)])
+def test_a_stop_before_a_reference_begins_is_the_end_of_it_and_said(config, model, begins, is_told):
+    exchange, goals = arm_of(config, model)
+    begin_ns = EPOCH + PERIOD_NS + round(begins * 1e9)
+    asked = reference_to_msg(swing(0.3, 1.0), ("base.rz",), begin_ns)
+    assert "accepted" in reasons(goals.on_reference(asked))[0]
+    for k in (1, 2):
+        exchange.on_modal_state(state(model, k))
+    said = exchange.on_guard_status(GuardStatus(reason="stopped by stop"))
+    assert reasons(said) == ["reference dropped: the guard stopped before it began"] * is_told
+
+
+def test_a_goal_that_is_given_up_for_a_lost_state_does_not_blame_the_guard(config, model):
+    exchange, goals = arm_of(config, model)
+    goals.on_move_tip(request_to(1.0, duration=3.0))
+    last, k = None, 0
+    while last is None:
+        k += 1
+        lost = state(model, k)
+        lost.status, lost.reason = ModalState.LOST, "no sensor is usable"
+        exchange.on_guard_status(GuardStatus(session_token=5))
+        exchange.on_modal_state(lost)
+        ended = [m for m in told(goals.update(), "motion_status") if m.state == MotionStatus.ABORTED]
+        last = ended[0] if ended else None
+    assert last.reason == "estimator: no sensor is usable: the motion is given up"
+
+
+def test_what_is_refused_is_told_to_who_listens_too(config, model):
+    exchange, goals = arm_of(config, model)
+    exchange.on_guard_status(GuardStatus(session_token=0))
+    for request, reason in (
+        (request_to(0.3), "guard is not armed"),
+        (request_to(float("nan")), goals.on_move_tip(request_to(float("nan")))[0].reason),
+    ):
+        response, said = goals.on_move_tip(request)
+        assert (response.accepted, response.reason) == (False, reason)
+        (status,) = told(said, "motion_status")
+        assert (status.state, status.reason) == (MotionStatus.REJECTED, reason)

@@ -19,7 +19,7 @@ import time
 from collections.abc import Callable
 from contextlib import suppress
 
-from flexarm_interfaces.msg import MotionStatus
+from flexarm_interfaces.msg import GuardStatus, MotionStatus
 from flexarm_interfaces.srv import CancelMotion, MoveTip
 
 from flexarm_bringup.arguments import number
@@ -80,7 +80,9 @@ class _Goal:
         self._caller, self._wait, self._asked_to_end = caller, wait, asked_to_end
         self._goal, self._heard = 0, 0.0
         self._last: dict[int, MotionStatus] = {}  # by goal: it may speak before the answer is here
+        self._guard = GuardStatus(mode=GuardStatus.ARMED)
         caller.create_subscription(MotionStatus, "motion_status", self._on_status, RELIABLE_QOS)
+        caller.create_subscription(GuardStatus, "guard_status", self._on_guard, RELIABLE_QOS)
 
     def run(self, request: MoveTip.Request) -> int:
         """Ask, follow, return the exit code; where nobody reads any more the arm comes to rest."""
@@ -104,12 +106,16 @@ class _Goal:
         """Say how far the goal has got until it is over; return the exit code."""
         while not self._asked_to_end():
             self._caller.listen(LINE_PERIOD, lambda: self._is_over() or self._asked_to_end())
-            if self._goal in self._last:
+            silence = time.monotonic() - self._heard
+            if silence > LINE_PERIOD:
+                print(f"nothing heard for {silence:.1f} s{self._stopped()}", flush=True)
+            elif self._goal in self._last:
                 print(_line(self._last[self._goal]), flush=True)
             if self._is_over():
                 return DONE if self._last[self._goal].state == MotionStatus.SUCCEEDED else NOT_DONE
-            if time.monotonic() - self._heard > SILENCE:
-                print(f"flexarm goto: nothing heard of the goal for {SILENCE:g} s", file=sys.stderr)
+            if silence > SILENCE:
+                said = f"nothing heard of the goal for {SILENCE:g} s{self._stopped()}"
+                print(f"flexarm goto: {said}; is the controller running?", file=sys.stderr)
                 return NOT_DONE
         self._cancel()
         return INTERRUPTED
@@ -120,9 +126,17 @@ class _Goal:
         answer = self._caller.ask(absolute("controller/cancel"), CancelMotion, request, self._wait)
         print(f"goal {self._goal}: {'coming to rest' if answer.accepted else answer.reason}", flush=True)
 
+    def _stopped(self) -> str:
+        """Return that the guard has stopped the arm, and why; nothing while it has not."""
+        guard = self._guard
+        return "" if guard.mode == GuardStatus.ARMED else f"; the guard has stopped the arm: {guard.reason}"
+
     def _is_over(self) -> bool:
         status = self._last.get(self._goal)
         return status is not None and status.state not in _UNDER_WAY
+
+    def _on_guard(self, msg: GuardStatus) -> None:
+        self._guard = msg
 
     def _on_status(self, msg: MotionStatus) -> None:
         if msg.goal_id:

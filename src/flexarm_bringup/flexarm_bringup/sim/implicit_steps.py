@@ -8,9 +8,10 @@ one linear system gives the change of velocity, loops included [Hairer2006]::
     [G*                     0  ] [h lm] = [ -2 G* v             ]      q+ = q + h (v + dv / 2)
 
 The terms of velocity (gyroscopic, centrifugal) are taken at the old velocity to begin with: of first order,
-which an open arm hardly shows (an undamped 6R that swings by 8 degrees loses 3e-6 of its energy in ten seconds),
-but one with loops does (a 3RRR that swings by 3 degrees 2e-4). Where loops close, each step is therefore made
-twice, the second time with q* and velocity in the middle of where the first one led: second order, and 4e-6.
+which an open arm hardly shows (an undamped 6R that swings by 8 degrees loses 3e-6 of its energy in ten
+seconds), but one with loops does (a 3RRR that swings by 3 degrees 2e-4). Where loops close, each step is
+therefore made twice, the second time with q* and velocity in the middle of where the first one led: second
+order, and 4e-6.
 Stable for every frequency, and without numerical damping of linear modes (they only get slower by
 (w h)^2/12). After each period the dependent coordinates are moved onto the loops.
 
@@ -42,7 +43,8 @@ class ImplicitSteps:
         """
         self.substeps, h, passes = substeps, dt / substeps, 2 if tree.n_c else 1
         self._driven, self._led = (
-            make_period(tree, Stepping(h, substeps, friction, is_driven, passes)) for is_driven in (True, False)
+            make_period(tree, Stepping(h, substeps, friction, is_driven, passes))
+            for is_driven in (True, False)
         )
 
     def drive(self, q: Array, v: Array, tau: Array) -> tuple[Array, Array, Array]:

@@ -80,30 +80,41 @@ class MotionExchange:
 
     def on_move_tip(self, request: Any) -> tuple[Any, list[Outgoing]]:
         """Answer a goal; returns the response and what is to be sent."""
-        arm = self._arm()
+        arm, why = self._arm(), ""
         try:
             goal = goal_from_request(request)
         except MotionError as error:
-            return move_response(Answer(False, str(error))), []
-        if isinstance(arm, str):
-            return move_response(Answer(False, arm)), []
-        answer = self._server.move_tip(goal, arm, arm.state)
-        return move_response(answer), [*self._sent(arm), *self._told(arm)]
+            why = str(error)
+        if not why and not isinstance(arm, str):
+            answer = self._server.move_tip(goal, arm, arm.state)
+            return move_response(answer), [*self._sent(arm), *self._told(arm)]
+        why = why or str(arm)
+        if isinstance(stopped := self._arm(is_armed=True), str):
+            return move_response(Answer(False, why)), []
+        return move_response(self._server.reject(stopped.state.t, why)), self._told(stopped)
 
     def on_cancel(self, request: Any) -> tuple[Any, list[Outgoing]]:
         """Answer a cancellation; returns the response and what is to be sent."""
         arm = self._arm()
         if isinstance(arm, str):
-            return cancel_response(Answer(False, arm)), []
+            return self._take_back(request.goal_id, arm)
         answer = self._server.cancel(request.goal_id, arm, arm.state)
         return cancel_response(answer), [*self._sent(arm), *self._told(arm)]
+
+    def _take_back(self, goal_id: int, why: str) -> tuple[Any, list[Outgoing]]:
+        """Forget a reference that waits for the guard to be armed, if any reference is meant."""
+        arm = self._arm(is_armed=True)
+        if goal_id or isinstance(arm, str) or not arm.forget():
+            return cancel_response(Answer(False, why)), []
+        dropped = self._exchange.tell_dropped("canceled before the guard was armed")
+        return cancel_response(Answer(True)), dropped
 
     def update(self) -> list[Outgoing]:
         """Return what there is to tell after a state."""
         arm = self._arm(is_armed=True)
         if isinstance(arm, str):
             return []
-        if self._exchange.is_armed and (silence := self._exchange.guard_fault) and self._server.is_pursuing:
+        if self._exchange.is_armed and (silence := self._exchange.guard.fault) and self._server.is_pursuing:
             self._server.cancel(0, arm, arm.state)  # it may hear without being heard
             return [*self._sent(arm), *self.end(silence)]
         return self._told(arm)
@@ -143,8 +154,8 @@ class MotionExchange:
             return exchange.model_fault
         if exchange.state is None or exchange.epoch_ns is None:
             return "no state yet"
-        if not is_armed and exchange.guard_fault:
-            return exchange.guard_fault
+        if not is_armed and exchange.guard.fault:
+            return exchange.guard.fault
         return _Arm(exchange, exchange.state, self._names, exchange.epoch_ns)
 
 
@@ -170,13 +181,16 @@ class _Arm:
         return self._controller.reference
 
     @property
-    def stopped_by(self) -> str:
-        """Why the guard has stopped the arm; empty where it has not said."""
-        return self._exchange.guard.stopped_by
+    def ended_by(self) -> str:
+        """Why nothing is followed any more: the guard has stopped the arm, or its state was lost."""
+        exchange = self._exchange
+        if exchange.is_armed and exchange.answer is not None and exchange.answer.reason:
+            return exchange.answer.reason
+        return ": ".join(filter(None, ("the arm was stopped", exchange.guard.stopped_by)))
 
-    def forget(self) -> None:
-        """Follow nothing."""
-        self._controller.drop_reference(math.inf)
+    def forget(self) -> bool:
+        """Follow nothing; returns whether a reference was waiting."""
+        return self._controller.drop_reference(math.inf) is not None
 
     def follow(self, reference: Reference) -> str:
         """Hand a reference to the controller as it is sent; returns why it is refused."""

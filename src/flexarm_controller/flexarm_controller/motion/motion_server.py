@@ -39,8 +39,8 @@ class Follower(Protocol):
         ...
 
     @property
-    def stopped_by(self) -> str:
-        """Why the guard has stopped the arm; empty where it has not said."""
+    def ended_by(self) -> str:
+        """Why nothing is followed any more."""
         ...
 
     def follow(self, reference: Reference) -> str:
@@ -112,8 +112,7 @@ class MotionServer:
             motion = self._planner(arm).move(begin, theta, start, goal.duration)
             self._follow(arm, splice(before, motion, state.t + self._period))
         except MotionError as error:
-            self._told.append(Progress(state.t, 0, "rejected", reason=str(error)))
-            return Answer(False, str(error))
+            return self.reject(state.t, str(error))
         self._goals += 1
         self._replace(state.t, f"replaced by goal {self._goals}")
         point = self._tip.at_rest(theta)
@@ -124,6 +123,11 @@ class MotionServer:
             f"comes to rest {1e3 * off:.3g} mm from the target" if off > self._config.settle_distance else ""
         )
         return Answer(True, remark, self._goals, float(motion.t[-1]) - start)
+
+    def reject(self, t: float, why: str) -> Answer:
+        """Say no to a goal, at a time [s]."""
+        self._told.append(Progress(t, 0, "rejected", reason=why))
+        return Answer(False, why)
 
     def cancel(self, goal_id: int, arm: Follower, state: ArmState) -> Answer:
         """Bring the reference to rest, or say why not.
@@ -201,7 +205,7 @@ class MotionServer:
 def _why_not_followed(arm: Follower) -> str:
     if arm.reference is not None:
         return "another reference is followed"
-    return ": ".join(filter(None, ("the arm was stopped", arm.stopped_by)))
+    return arm.ended_by
 
 
 def _check_state(state: ArmState) -> None:
