@@ -21,6 +21,7 @@ from flexarm_model.settings.strict_yaml import ConfigError
 
 A = np.array([[4.0, -1.0, 0.0], [-1.0, 5.0, 0.1], [0.0, 0.1, 6.0]])
 LOWER = np.tril(A)
+BANNER = "%%MatrixMarket matrix coordinate real general\n"
 SHELL = "label, x, y, z\n1, 0, 0, 0\n2; 1 ;0; 0\n\n# comment\n7\t0 1e0 0\n"
 
 
@@ -55,6 +56,26 @@ def test_a_triangle_in_any_format_is_completed(tmp_path: Path) -> None:
     assert np.array_equal(read(tmp_path / "k.mtx"), A) and np.array_equal(read(tmp_path / "k.mat"), A)
 
 
+@pytest.mark.parametrize("banner", [BANNER[1:], BANNER])
+def test_a_size_is_no_entry_however_the_banner_begins(banner: str, tmp_path: Path) -> None:
+    """A banner with one % made an Abaqus file of it: 3, 3 and the number of entries were added to A."""
+    entries = [f"{i + 1} {j + 1} {float(A[i, j])!r}" for i, j in np.argwhere(A)]
+    text = f"{banner}3 3 {len(entries)}\n" + "\n".join(entries)
+    assert np.array_equal(read(tmp_path / "k.mtx", text), A)
+
+
+def test_a_mass_without_entries_at_its_end_is_as_large_as_the_stiffness(tmp_path: Path) -> None:
+    """Abaqus writes no zeros and no size: a lumped mass ended three rows early and was refused."""
+    body = load_body(tmp_path, block(2), suffix=".abaqus.mtx")
+    last = load_model(body).K.shape[0]
+    path = tmp_path / "mass.abaqus.mtx"
+    lines = path.read_text(encoding="utf8").splitlines()
+    path.write_text("\n".join(line for line in lines if str(last) not in line.replace(",", " ").split()[:2]))
+    found = load_model(body)
+    assert found.M.shape == found.K.shape == (last, last)
+    assert abs(found.M[[last - 1]]).max() == 0.0 < abs(found.M[[last - 2]]).max()
+
+
 def test_a_matlab_variable_is_chosen_by_name(tmp_path: Path) -> None:
     io.savemat(tmp_path / "both.mat", {"K": sparse.csc_matrix(A), "M": np.eye(3), "scale": 2.0})
     assert np.array_equal(read(tmp_path / "both.mat", variable="K"), A)
@@ -62,7 +83,6 @@ def test_a_matlab_variable_is_chosen_by_name(tmp_path: Path) -> None:
         read(tmp_path / "both.mat")
 
 
-BANNER = "%%MatrixMarket matrix coordinate real general\n"
 WRONG_MATRICES = [
     ("no file", "k.mtx", None, ("k.mtx", "cannot be read")),
     ("unknown suffix", "k.csv", "1 1 1", ("k.csv", "'.csv'", ".mtx, .mm, .mat")),
@@ -90,6 +110,15 @@ WRONG_MATRICES = [
     ),
     ("complex", "k.mtx", BANNER.replace("real", "complex") + "1 1 1\n1 1 1.0 2.0\n", ("real, finite",)),
     ("pattern", "k.mtx", BANNER.replace("real", "pattern") + "1 1 1\n1 1\n", ("pattern", "real entries")),
+    ("no banner", "k.mtx", "% my own\n2 2 1\n1 1 1.0\n", ("line 1", "'% my own'", "banner of Matrix Market")),
+    ("banner below", "k.mtx", "\n" + BANNER + "2 2 1\n1 1 1.0\n", ("line 1", "banner of Matrix Market")),
+    ("Abaqus as .mm", "k.mm", "1,1,4.0\n", ("line 1", "banner of Matrix Market")),
+    (
+        "dense beyond memory",
+        "k.mtx",
+        BANNER.replace("coordinate", "array") + "9999999 9999999\n1\n",
+        ("k.mtx", "line 2", "too large"),
+    ),
     ("not square", "k.mtx", BANNER + "2 3 1\n1 1 1.0\n", ("2 x 3", "square")),
     ("not MATLAB", "k.mat", "hello", ("k.mat", "no MATLAB file of version 4 to 7.2")),
 ]

@@ -69,3 +69,10 @@ def test_an_output_that_has_become_several_columns_keeps_its_weights() -> None:
     by_column = {int(k): part.weight for part in shared for k in part.outputs}
     for column, output in enumerate((0, 0, 1, 1)):
         assert np.array_equal(by_column[column], weight[:, output])
+
+
+@pytest.mark.parametrize("orders", [range(0), range(3)])
+def test_orders_that_are_none_are_refused(orders: range) -> None:
+    """NumPy's words about broadcasting, or an IndexError."""
+    with pytest.raises(ValueError, match="at least one, from 1 on"):
+        poles_of_orders(pair(8.0)[1], orders)

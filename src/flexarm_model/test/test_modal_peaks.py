@@ -173,3 +173,11 @@ def test_singular_values_rebuild_the_responses() -> None:
     curves = track_curves(cmif(frf))
     rebuilt = np.einsum("kom,km,kim->koi", curves.left, curves.values, curves.right)
     assert rebuilt == pytest.approx(frf.H, rel=1e-10)
+
+
+def test_a_curve_that_is_no_number_somewhere_ends_the_climb() -> None:
+    """It never ended."""
+    magnitude = one_mode(GRID, 129.0, 0.013)
+    magnitude[100:] = np.nan
+    with pytest.raises(ValueError, match="half"):
+        half_power(GRID, magnitude, 130.0)

@@ -135,7 +135,7 @@ def write_bodies(tree: ReducedTree, folder: Path) -> list[Path]:
     if not elastic:
         raise ValueError(f"--sid: no body of '{tree.config.name}' bends")
     folder.mkdir(parents=True, exist_ok=True)
-    paths = [folder / f"{name}.sid" for name in elastic]
+    paths = [folder / f"{name.replace('/', '_')}.sid" for name in elastic]
     for name, path in zip(elastic, paths, strict=True):
         try:
             write_sid(tree.bodies[name], path)

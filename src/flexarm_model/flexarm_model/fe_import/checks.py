@@ -27,6 +27,7 @@ RIGID_FORCE = 1e-6  # force against a rigid motion, relative to the largest stif
 RIGID_MODE = 1e-6  # squared frequency, relative to the estimate of the first elastic one
 DENSITY = (10.0, 25e3)  # kg/m^3 of the box about a solid: an airy frame's, more than osmium's
 SHELL_DOF = 6  # per node; shells and beams have no thickness in their nodes
+MASSLESS = 1e-12  # mass of a displacement, relative to the largest: rounding
 N_LOWEST = 10  # modes of the free body that are looked at
 FEEDING = 1e-6  # negative eigenvalue of the damping of the modes, relative to the largest: rounding
 _MATRICES = ("mass", "stiffness", "damping")
@@ -223,5 +224,10 @@ def _first_elastic(model: FeModel) -> float:
         rows[:, 3:] = np.cross(slope[:, None], np.eye(3)).transpose(0, 2, 1)[:, : model.dof_per_node - 3] / 2
         fields.append(rows.reshape(-1, 3))
     Q = np.linalg.qr(np.hstack(fields))[0]
-    value = eigh(Q.T @ (model.K @ Q), Q.T @ (model.M @ Q), eigvals_only=True)
+    mass, axes = eigh(Q.T @ (model.M @ Q))
+    heavy = mass > MASSLESS * mass[-1]  # of a flat body some fields only turn, and rotations may bear nothing
+    Q = Q @ (axes[:, heavy] / np.sqrt(mass[heavy]))
+    value = eigh(Q.T @ (model.K @ Q), eigvals_only=True)
+    if value.size < 7:
+        raise ValueError(f"body '{model.name}': hardly a displacement has mass; expected the mass of a body")
     return float(np.sort(abs(value))[6])  # a negative one is found elsewhere

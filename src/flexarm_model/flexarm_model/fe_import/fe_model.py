@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from flexarm_model.fe_import.matrix_file import read_matrix
+from flexarm_model.fe_import.matrix_file import read_matrix, tells_size
 from flexarm_model.manipulator.imported_body import ImportedBody
 from flexarm_model.numeric.rotation import skew
 from flexarm_model.settings.strict_yaml import ConfigError
@@ -99,7 +99,10 @@ def load_model(body: ImportedBody) -> FeModel:
 
 
 def _read_like(file: Any, K: Any) -> Any:
-    matrix = read_matrix(file)
+    """Read a matrix as large as K; one that tells no size ends where its entries do."""
+    matrix, n = read_matrix(file), K.shape[0]
+    if matrix.shape[0] < n and not tells_size(file):
+        matrix.resize((n, n))
     if matrix.shape != K.shape:
-        raise ConfigError(f"{file.path}: has {matrix.shape[0]} rows; expected {K.shape[0]} as the stiffness")
+        raise ConfigError(f"{file.path}: has {matrix.shape[0]} rows; expected {n} as the stiffness")
     return matrix

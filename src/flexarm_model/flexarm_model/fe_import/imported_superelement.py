@@ -6,7 +6,7 @@ That is right for compact castings and wrong for slender blades, which are bette
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,6 +22,8 @@ from flexarm_model.fe_import.volume_integrals import volume_integrals
 from flexarm_model.manipulator.imported_body import ImportedBody, ImportedReduction
 
 Array = NDArray[np.float64]
+MASSLESS = 1e-10  # of displacements of mass 1 each, the least that a combination of them may have
+DIRECTIONS = ("x", "y", "z", "rotation about x", "rotation about y", "rotation about z")
 
 
 def reduce_imported(body: ImportedBody, interfaces: Collection[str]) -> Superelement:
@@ -64,10 +66,27 @@ def _modes(
     n_modes = reduction.modes or basis.shape[1]
     if n_modes > basis.shape[1] or n_modes == 0:
         raise ValueError(f"{n_modes} modes asked for, {basis.shape[1]} available; expected at least one")
+    _refuse_massless(basis.T @ (M @ basis), [name for name in columns if name in used])
     modes, omega = mode_basis(M, K, basis, n_modes)
     if not omega[0] > 0:
         raise ValueError("the stiffness lets a mode move freely with the root held")
     return np.asarray(T_free @ modes), omega
+
+
+def _refuse_massless(M: Array, kept: Sequence[str]) -> None:
+    """Refuse a reduced mass (n, n) of which a displacement is none; the first ones are those of ``kept``.
+
+    It would be a mode of infinite frequency, and rounding would take the others with it.
+    """
+    size = np.sqrt(abs(np.diag(M)))
+    size[size == 0.0] = 1.0
+    value, vector = np.linalg.eigh(M / np.outer(size, size))
+    if value[0] > MASSLESS:
+        return
+    names = [f"{direction} of interface '{name}'" for name in kept for direction in DIRECTIONS]
+    most = int(np.argmax(abs(vector[: len(names), 0]))) if names else 0
+    where = names[most] if names else "a displacement"
+    raise ValueError(f"{where} moves no mass of its own: give the mass matrix rotary inertia there")
 
 
 def _node_shape(item: Interface, at: Array, modes: Array) -> NodeShape:

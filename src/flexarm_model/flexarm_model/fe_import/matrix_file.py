@@ -2,7 +2,7 @@
 
 | file | content |
 |---|---|
-| Matrix Market (``.mtx``, ``.mm``; first line ``%%MatrixMarket``) | real, coordinate; symmetric or general |
+| Matrix Market (``.mtx``, ``.mm``; first line ``%%MatrixMarket ...``) | real; symmetric or general |
 | MATLAB (``.mat``, versions 4 to 7.2) | the only matrix in it, or the one that ``variable`` names |
 | Abaqus (``.mtx``) | ``*MATRIX OUTPUT, FORMAT=COORDINATE``: row, column, value |
 | Harwell-Boeing (``.matrix``, ``.hb``, ``.rsa``, ``.rua``) | text, as Ansys' ``HBMAT`` writes it |
@@ -26,7 +26,8 @@ from flexarm_model.fe_import.table import open_text, read_table, whole_numbers
 from flexarm_model.manipulator.imported_body import MatrixFile
 from flexarm_model.settings.strict_yaml import ConfigError
 
-_BANNER = "%%MatrixMarket"
+_BANNER = "matrixmarket"
+_COMMENT = "%"  # of Matrix Market; Abaqus has **
 
 
 def read_matrix(file: MatrixFile) -> Any:
@@ -62,6 +63,11 @@ def read_matrix(file: MatrixFile) -> Any:
     return matrix
 
 
+def tells_size(file: MatrixFile) -> bool:
+    """Tell whether a file says how large its matrix is; Abaqus writes its entries, and no zeros."""
+    return file.path.suffix.lower() not in (".mtx", ".mm") or _first_line(file.path).startswith(_COMMENT)
+
+
 def _read_matlab(file: MatrixFile) -> Any:
     matrices = {
         name: value
@@ -84,7 +90,17 @@ def _read_matlab(file: MatrixFile) -> Any:
 
 
 def _read_text_matrix(file: MatrixFile) -> Any:
-    return (_read_matrix_market if _first_line(file.path).startswith(_BANNER) else _read_abaqus)(file)
+    """Read what the first line says; the size of a Matrix Market file would be an entry of Abaqus'."""
+    line = _first_line(file.path).strip()
+    if line.startswith(_COMMENT) and line.lower().lstrip(_COMMENT).startswith(_BANNER):
+        return _read_matrix_market(file)
+    if line.startswith(_COMMENT) or not line or file.path.suffix.lower() == ".mm":
+        raise ConfigError(
+            f"{file.path}: line 1: {line[:80]!r}: expected the banner of Matrix Market, "
+            "%%MatrixMarket matrix coordinate real general (or symmetric), or a matrix of Abaqus, which has "
+            "neither an empty first line nor comments with %"
+        )
+    return _read_abaqus(file)
 
 
 def _read_matrix_market(file: MatrixFile) -> Any:
@@ -94,6 +110,8 @@ def _read_matrix_market(file: MatrixFile) -> Any:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", DeprecationWarning)  # of sparse arrays to come: either is taken
             return io.mmread(file.path)
+    except MemoryError:
+        raise ConfigError(f"{file.path}: line 2: a size too large for this computer") from None
     except (ValueError, OverflowError, TypeError) as error:
         raise ConfigError(f"{file.path}: is not a Matrix Market file of a real matrix: {error}") from None
 

@@ -10,11 +10,13 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg import LinAlgError, eigh
 from scipy.sparse import csc_array
-from scipy.sparse.linalg import LinearOperator, eigsh, splu
+from scipy.sparse.linalg import ArpackError, LinearOperator, eigsh, splu
 
 Array = NDArray[np.float64]
 
+MOST_DENSE = 2000  # rows: seconds, 100 MB
 START_SEED = 0  # of the Lanczos process' first vector: results do not change from run to run
 
 
@@ -87,9 +89,32 @@ def lowest_modes(
     start = np.random.default_rng(START_SEED).standard_normal(n)
     inverse = LinearOperator((n, n), matvec=solve, dtype=float)
     size = min(n, count + max(count // 5, 20))  # the default, twice the count, is slower
-    value, vector = eigsh(K, count, M=M, sigma=shift, OPinv=inverse, v0=start, ncv=size)
+    try:
+        value, vector = eigsh(K, count, M=M, sigma=shift, OPinv=inverse, v0=start, ncv=size)
+    except ArpackError:  # nearly as many asked for as have mass
+        return _dense_modes(M, K, count, shift)
     order = np.argsort(value)
     return np.asarray(value[order]), np.asarray(vector[:, order])
+
+
+def _dense_modes(M: Any, K: Any, count: int, shift: float) -> tuple[Array, Array]:
+    """Return the modes nearest above a shift as ``lowest_modes`` does, by ``M phi = mu (K - shift M) phi``.
+
+    Raises:
+        ValueError: Too large, not definite, or not so many have mass.
+    """
+    n = K.shape[0]
+    if n > MOST_DENSE:
+        raise ValueError(f"{count} modes asked for are nearly as many as have mass; ask for fewer")
+    try:
+        mu, vector = eigh(M.toarray(), (K - shift * M).toarray())
+    except LinAlgError:
+        raise ValueError(f"the stiffness is not definite above {shift:g} rad^2/s^2") from None
+    moving = int((mu > 1e-12 * mu[-1]).sum())
+    if count > moving:
+        raise ValueError(f"{count} modes asked for, {moving} have mass")
+    mu, vector = mu[: -count - 1 : -1], vector[:, : -count - 1 : -1]
+    return 1.0 / mu + shift, vector / np.sqrt(mu)
 
 
 def modes_below(M: Any, K: Any, omega_max: float, factor: Factor | None = None) -> tuple[Array, Array]:

@@ -56,8 +56,10 @@ def poles_of_orders(frf: Frf, orders: range, weight: Array | None = None) -> tup
         weight: Of every line, (k,), or of every line and output, (k, n_out); 0 masks, None weighs all alike.
 
     Raises:
-        ValueError: The lines are not evenly spaced, or fewer than the largest order needs.
+        ValueError: The lines are not evenly spaced, or fewer than the largest order needs; there is no order.
     """
+    if not orders or min(orders) < 1:
+        raise ValueError(f"orders {orders}: expected at least one, from 1 on")
     steps = np.diff(frf.f_hz)
     least = 2 * (orders[-1] + 1)
     if len(frf.f_hz) < least:

@@ -78,7 +78,7 @@ def _climb(magnitude: Array, line: int) -> int:
     while True:
         around = range(max(line - 1, 0), min(line + 2, len(magnitude)))
         best = max(around, key=lambda i: magnitude[i])
-        if magnitude[best] <= magnitude[line]:
+        if not magnitude[best] > magnitude[line]:  # nor where it is not a number
             return line
         line = best
 

@@ -47,7 +47,7 @@ def load_config(
     path = Path(path)
     content = _read_content(path, preset, changes or {})
     top = Section(content, str(path))
-    top.choice("format", (FORMAT,))
+    top.take("format")
     bodies = read_bodies(top)
     parameters = read_parameters(top)
     laws = ParameterLaws(parameters)
@@ -122,7 +122,9 @@ def _identify(content: dict[str, Any], bodies: dict[str, Body]) -> str:
 
 
 def _read_content(path: Path, preset: str, changes: Mapping[str, Any]) -> dict[str, Any]:
-    content = _apply_preset(read_yaml(path), preset, str(path))
+    read = read_yaml(path)
+    Section(read, str(path)).choice("format", (FORMAT,))  # before presets: those of a moves file are others
+    content = _apply_preset(read, preset, str(path))
     return _change(content, Section(dict(changes), str(path)))
 
 

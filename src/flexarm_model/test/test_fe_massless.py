@@ -1,0 +1,112 @@
+"""Bodies of beams and shells whose rotations bear no mass: lumped, as many programs write them."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from scipy import sparse
+from scipy.linalg import eigh
+
+from flexarm_model.fe_import.checks import check_model
+from flexarm_model.fe_import.fe_model import FeModel
+from flexarm_model.fe_import.imported_superelement import _modes
+from flexarm_model.fe_import.interfaces import Constraint, constrain, make_interface
+from flexarm_model.fe_import.sparse_modes import lowest_modes
+from flexarm_model.manipulator.imported_body import ImportedReduction, NodeSet
+
+Array = NDArray[np.float64]
+STEP, E, G, RHO = 0.05, 210e9, 81e9, 7850.0  # m, Pa, Pa, kg/m^3
+SIDE = 0.01  # m, of the square bars
+
+
+def bar(along: int) -> Array:
+    """Return the stiffness of a bar along x or y, (12, 12)."""
+    area, inertia, torsion, h = SIDE**2, SIDE**4 / 12, 0.141 * SIDE**4, STEP
+    K = np.zeros((12, 12))
+    for index, stiffness in (((0, 6), E * area / h), ((3, 9), G * torsion / h)):
+        K[np.ix_(index, index)] += stiffness * np.array([[1, -1], [-1, 1]])
+    for index, sign in (((1, 5, 7, 11), 1.0), ((2, 4, 8, 10), -1.0)):
+        S = np.diag([1.0, sign, 1.0, sign])
+        bend = np.array(
+            [[12, 6 * h, -12, 6 * h], [6 * h, 4 * h**2, -6 * h, 2 * h**2],
+             [-12, -6 * h, 12, -6 * h], [6 * h, 2 * h**2, -6 * h, 4 * h**2]]
+        )  # fmt: skip
+        K[np.ix_(index, index)] += E * inertia / h**3 * S @ bend @ S
+    turn = np.eye(3) if along == 0 else np.array([[0.0, -1, 0], [1, 0, 0], [0, 0, 1]])
+    T = np.kron(np.eye(4), turn)
+    return np.asarray(T @ K @ T.T)
+
+
+def grillage(m: int) -> FeModel:
+    """Return m by m nodes with bars between neighbours, their mass at the nodes."""
+    x = np.array([(i * STEP, j * STEP, 0.0) for i in range(m) for j in range(m)])
+    K, M = np.zeros((6 * m * m, 6 * m * m)), np.zeros(6 * m * m)
+    for i in range(m):
+        for j in range(m):
+            for a, b, along in ((i + 1, j, 0), (i, j + 1, 1)):
+                if a < m and b < m:
+                    first, second = 6 * (i * m + j), 6 * (a * m + b)
+                    index = np.r_[first : first + 6, second : second + 6]
+                    K[np.ix_(index, index)] += bar(along)
+                    for node in (first, second):
+                        M[node : node + 3] += RHO * SIDE**2 * STEP / 2
+    return FeModel("grid", x, sparse.diags_array(M).tocsr(), sparse.csr_array(K), None)
+
+
+def held(model: FeModel, m: int) -> Constraint:
+    """Return it with two edges as rigid interfaces."""
+    sides = {"root": np.arange(m), "flange": np.arange(m * (m - 1), m * m)}
+    return constrain(
+        model,
+        [
+            make_interface(model, name, NodeSet("rigid", index, np.ones(m)), model.x[index].mean(axis=0))
+            for name, index in sides.items()
+        ],
+    )
+
+
+def exact(model: FeModel, constraint: Constraint) -> Array:
+    """Return the squared frequencies with the root held, slowest first, of all that has mass."""
+    free = np.setdiff1d(np.arange(constraint.T.shape[1]), constraint.columns["root"])
+    T = constraint.T[:, free].toarray()
+    mu = eigh(T.T @ model.M @ T, T.T @ model.K @ T, eigvals_only=True)[::-1]
+    return np.asarray(1.0 / mu[mu > 1e-12 * mu[0]])
+
+
+@pytest.mark.parametrize("m", [4, 9])
+def test_a_flat_body_whose_rotations_bear_nothing_can_be_looked_at(m: int) -> None:
+    """Its check ended with "the leading minor of order 13 of B", without a name."""
+    found = check_model(grillage(m))
+    assert found.problems == [] and found.n_rigid == 6
+    assert found.rigid.mass == pytest.approx(2 * m * (m - 1) * RHO * SIDE**2 * STEP)
+
+
+def test_modes_that_arpack_cannot_span_are_found_densely() -> None:
+    """Nearly as many were asked for as have mass: a traceback of ARPACK."""
+    model = grillage(3)
+    shift = -1e6
+    M, K = model.M.toarray(), model.K.toarray()
+    mu = eigh(M, K - shift * M, eigvals_only=True)[::-1]
+    for count in (8, 20, 27):
+        squares, modes = lowest_modes(model.M, model.K, count, shift)
+        np.testing.assert_allclose(squares - shift, 1.0 / mu[:count], rtol=1e-6)
+        np.testing.assert_allclose(modes.T @ M @ modes, np.eye(count), atol=1e-6)
+    with pytest.raises(ValueError, match="28 modes asked for, 27 have mass"):
+        lowest_modes(model.M, model.K, 28, shift)
+
+
+@pytest.mark.parametrize("reduction", [{"modes": 24}, {"f_max": 40e3}])
+def test_a_rotation_without_mass_of_its_own_is_named_and_takes_no_other_mode_with_it(
+    reduction: dict[str, float],
+) -> None:
+    """A mode of 3e11 Hz came with a first one that was wrong by a third."""
+    model = grillage(4)
+    constraint = held(model, 4)
+    few = ImportedReduction("craig_bampton", 8, 0.0)
+    slowest = exact(model, constraint)[0]
+    assert _modes(model, constraint, {"flange"}, few)[1][0] == pytest.approx(np.sqrt(slowest), rel=1e-3)
+    with pytest.raises(ValueError, match="rotation about y of interface 'flange' moves no mass of its own"):
+        _modes(model, constraint, {"flange"}, replace(few, **{"modes": 0, **reduction}))
