@@ -263,6 +263,31 @@ def test_two_sessions_in_one_bag_are_refused(short_bag: Path, monkeypatch: pytes
         read_bag(short_bag)
 
 
+def test_a_clock_that_was_set_ahead_is_told(short_bag: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The instants between 1970 and now took 2.47 TiB."""
+    decode = bag_source.decode
+
+    def told_late(record: Any) -> Any:
+        msg = decode(record)
+        if hasattr(msg, "header") and msg.header.stamp.sec + msg.header.stamp.nanosec > 0:
+            msg.header.stamp.sec += 1_700_000_000
+        return msg
+
+    monkeypatch.setattr(bag_source, "decode", told_late)
+    with pytest.raises(SourceError, match=r"joint_states jump from 0\.000 to 17\d+\.\d+ s: .* a clock"):
+        read_bag(short_bag)
+
+
+def test_a_modal_test_that_was_interrupted_is_told(short_bag: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """It was read as the bag of an arm that nobody had excited."""
+    bag = check_bag(short_bag)
+    assert not any("modal test" in line for line in read_bag(short_bag).remarks)
+    record = next(r for r in bag.records if r.name.endswith("joint_states"))
+    begun = replace(bag, records=(*bag.records, replace(record, name=bag_source.EXCITATION)))
+    monkeypatch.setattr(bag_source, "check_bag", lambda *_: begun)
+    assert "did not come to its end" in read_bag(short_bag).remarks[0]
+
+
 @pytest.mark.parametrize(
     ("what", "other"),
     [("kind", "accelerance"), ("kinds", {"a": "mobility"}), ("repeats", 1300), ("is_held", False)],

@@ -133,6 +133,29 @@ def spin_to_its_end(node: Any) -> None:
     node.stop()
 
 
+def test_who_is_waited_for_in_vain_is_named() -> None:
+    """It was "sensor check", and after a minute "no progress for 60 s: wait for partners"."""
+    pytest.importorskip("rclpy", reason="needs ROS")
+    from flexarm_bringup.excite.partners_node import Partners
+    from flexarm_bringup.series import SeriesError
+
+    said: list[str] = []
+    heard: dict[str, Any] = {}
+    node: Any = SimpleNamespace(
+        get_logger=lambda: SimpleNamespace(info=said.append),
+        create_subscription=lambda kind, topic, call, qos: heard.setdefault(topic, call),
+    )
+    partners = Partners(node, ("model", "guard"), 60.0)
+    assert not partners.are_ready(0.1) and not partners.are_ready(59.0)
+    heard["model/ready"](SimpleNamespace(data=True))
+    assert not partners.are_ready(59.5, "joint_states")
+    with pytest.raises(SeriesError, match="no progress for 60 s: waiting for guard$"):
+        partners.are_ready(60.1)
+    heard["guard/ready"](SimpleNamespace(data=True))
+    assert not partners.are_ready(0.0, "joint_states") and partners.are_ready(0.0)
+    assert said == ["waiting for model, guard", "waiting for guard", "waiting for joint_states"]
+
+
 @pytest.mark.ros
 def test_a_controller_that_is_active_keeps_the_test_from_beginning(beside_a_controller: Any) -> None:
     spin_to_its_end(beside_a_controller)
@@ -146,7 +169,7 @@ def test_a_commander_whose_name_nobody_heard_keeps_the_test_from_beginning(
 ) -> None:
     node = beside_a_controller
     monkeypatch.setattr(node, "_other_commanders", lambda: [])  # its name does not arrive
-    node._ready.clear()  # no partner to wait for
+    node._partners._ready.clear()  # no partner to wait for
     node._now_ns = 0  # the rig was heard
     spin_to_its_end(node)
     assert node.outcome == "somebody without a name may publish joint_commands"

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 import yaml
 
-from flexarm_bringup.retune.moves_text import starting_text, with_settings
+from flexarm_bringup.retune.moves_text import with_settings
 from flexarm_model.settings.strict_yaml import ConfigError
 
 HEAD = "manipulator: a\n"
@@ -20,6 +20,9 @@ WRITTEN = [
     "settings: {mpc: {horizon: 7,  # periods, not more\n  }}\n",
     "settings:\n  mpc: {horizon: 7, blocks: [1, 2, 3],  }\n",
     "settings:\n  mpc:\n    blocks: [1, 2,]\n",
+    "settings:\n  mpc:\n    blocks:\n    - 1\n    - 2\n",
+    "settings:\n  mpc:\n    blocks:\n      - 1\n      - 2\n    horizon: 4\n  estimator: {gate: 3}\n",
+    "settings:\n  mpc:\n    horizon: 7\n    blocks:\n      - 1  # short\n",
 ]
 
 
@@ -49,5 +52,12 @@ def test_a_text_in_the_place_of_a_section_is_refused() -> None:
 @pytest.mark.parametrize("path", ["/home/u/arm #2/up dated.yaml", "a: b.yaml", "1e3", "yes", "[x].yaml", "é"])
 def test_an_arm_of_any_name_reads_back_as_it_is(path: str) -> None:
     """What stood behind a # was cut off, and the cut name was called right."""
-    assert yaml.safe_load(starting_text(path))["manipulator"] == path
     assert yaml.safe_load(with_settings(HEAD, {}, path))["manipulator"] == path
+
+
+@pytest.mark.parametrize("after", ["    law: mpc\n", "", "  estimator: {gate: 3}\n"])
+def test_a_list_in_lines_is_replaced_as_a_whole(after: str) -> None:
+    text = HEAD + "settings:\n  mpc:\n    blocks:\n      - 1\n      - 2\n" + after
+    before = yaml.safe_load(text)
+    before["settings"]["mpc"]["blocks"] = [4, 5, 6]
+    assert yaml.safe_load(with_settings(text, {"mpc": {"blocks": (4, 5, 6)}}, "a")) == before

@@ -10,7 +10,7 @@ import yaml
 
 from flexarm_bringup.retune.arm_facts import ArmFacts, read_facts
 from flexarm_bringup.retune.horizon import fit_horizon, spread_blocks
-from flexarm_bringup.retune.moves_text import starting_text, with_settings, write_number
+from flexarm_bringup.retune.moves_text import with_settings, write_number
 from flexarm_bringup.retune.noise import LEAST, fit_noise, frequency_doubt
 from flexarm_bringup.retune.shaping import choose_shaper, vibration_left
 from flexarm_bringup.retune.weights import scale_weights
@@ -163,11 +163,6 @@ def test_every_moves_file_that_comes_along_takes_settings(name: str) -> None:
     content = yaml.safe_load(new)
     assert content["settings"]["mpc"]["modal_energy"] == 1.25e-5
     assert content["settings"]["estimator"]["gate"] == 7.5
-
-
-def test_a_file_without_settings_gets_them() -> None:
-    content = yaml.safe_load(with_settings(starting_text("a.yaml"), {"mpc": {"horizon": 9}}, "b.yaml"))
-    assert content["settings"] == {"mpc": {"horizon": 9}} and content["manipulator"] == "b.yaml"
 
 
 @pytest.mark.parametrize("value", [1.2e-5, 1e-5, 0.25, 12345678.0, (1, 2), 3])

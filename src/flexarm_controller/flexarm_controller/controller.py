@@ -79,7 +79,7 @@ class Controller:
         self._reach = (limits.effort_rate * period).tolist()  # of a torque from one period to the next
         self._former = FormerPlan(limits.effort.size, period, self.config.shifted_periods)
         self.reference: Reference | None = None
-        self.notice = ""
+        self.notice, self._t = "", math.inf
         self._former_id = ""
         self.model = model
         self.adopt(model)

@@ -14,7 +14,7 @@ from flexarm_bringup.excite.acted_excitation import acted_excitation
 from flexarm_bringup.excite.drive import Channel, Driven, channels
 from flexarm_bringup.excite.measure import MeasuredTest, SensorCheckError, channels_used, record_of
 from flexarm_bringup.excite.told import ToldTest, from_text
-from flexarm_bringup.identify.bag_source import LONGEST_GAP, NS, held, listen
+from flexarm_bringup.identify.bag_source import EXCITATION, LONGEST_GAP, NS, TOLD, held, listen
 from flexarm_bringup.identify.measurement import SourceError
 from flexarm_bringup.replaying.replay_bag import configuration
 from flexarm_bringup.topics import NAMESPACE
@@ -23,7 +23,6 @@ from flexarm_model.manipulator.description import ManipulatorConfig
 
 Array = NDArray[np.float64]
 Heard = Mapping[str, tuple[Array, Array]]  # times [s] and values by name
-EXCITATION, TOLD = f"{NAMESPACE}/excitation", f"{NAMESPACE}/excite/test"
 COMMANDS = f"{NAMESPACE}/joint_commands"
 
 

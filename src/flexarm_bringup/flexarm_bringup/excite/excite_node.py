@@ -31,11 +31,12 @@ from rclpy.clock import Clock, ClockType
 from rclpy.duration import Duration
 from rclpy.node import Node
 from sensor_msgs.msg import Imu, JointState
-from std_msgs.msg import Bool, Empty, String
+from std_msgs.msg import Empty, String
 from std_srvs.srv import Trigger
 
 from flexarm_bringup.excite.held_arm import HeldArm
 from flexarm_bringup.excite.live import LiveTest
+from flexarm_bringup.excite.partners_node import Partners
 from flexarm_bringup.excite.plan import plan_excitation
 from flexarm_bringup.excite.settings import ExciteSettings, wish_of
 from flexarm_bringup.excite.told import to_text
@@ -67,10 +68,12 @@ class ExciteNode(Node):  # type: ignore[misc]
         """Plan the test and connect."""
         super().__init__("excite", namespace="flexarm")
         self.settings: ExciteSettings
+        self._call: Any
         (self.settings,) = (s,) = declare_configs(self)
         config = load_arm(self, s.manipulator, s.preset)
         with told_by(self, "pose"):
             self._config = starting_at(config, s.pose)
+        self._call, self._doing = None, ""
         with told_by(self, "signal", "band", "resolution", "ignore"):
             self._test = self._planned(s)
         self._names = tuple(config.actuated)
@@ -79,23 +82,23 @@ class ExciteNode(Node):  # type: ignore[misc]
         self._model_id, self._sequence, self._now_ns = "", 0, -1
         self._guard = GuardStatus()
         self._waiting: JointState | None = None  # a state that nobody has answered
-        self._call: Any = None
-        self._ready = dict.fromkeys(s.partners, False)
-        steps = (
-            self._wait_for_partners, self._look_around, self._arm, self._wait_for_arming, self._wait_for_end,
-            self._stop, self._wait_for_stop,
-        )  # fmt: skip
+        first = (self._wait_for_partners, self._look_around, self._arm, self._wait_for_arming)
+        steps = (*first, self._wait_for_end, self._stop, self._wait_for_stop)
         self._series = Series(steps, s.patience, time.monotonic())
         self._connect()
 
     def _planned(self, settings: ExciteSettings) -> LiveTest:
-        say = self.get_logger().info
         try:
             arm = HeldArm(self._config)
             plan = plan_excitation(arm, wish_of(settings))
-            return LiveTest(arm, plan, settings.ignore, say, settings.lockstep)
+            return LiveTest(arm, plan, settings.ignore, self._say, settings.lockstep)
         except ValueError as error:
             raise ParameterError(str(error)) from error
+
+    def _say(self, doing: str) -> None:
+        self._doing = doing  # what it begins with is told when the arm is armed
+        if self._call is not None:
+            self.get_logger().info(doing)
 
     @property
     def outcome(self) -> str | None:
@@ -129,7 +132,8 @@ class ExciteNode(Node):  # type: ignore[misc]
         self._series.look(time.monotonic())
 
     def _wait_for_partners(self) -> bool:
-        return all(self._ready.values()) and (self.settings.lockstep or self._now_ns >= 0)
+        also = "" if self.settings.lockstep or self._now_ns >= 0 else "joint_states"
+        return self._partners.are_ready(self._series.waited(time.monotonic()), also)
 
     def _look_around(self) -> bool:
         """Refuse to pull an arm that stands elsewhere; a controller becomes known meanwhile."""
@@ -150,6 +154,8 @@ class ExciteNode(Node):  # type: ignore[misc]
         is_armed = bool(self._guard.mode == GuardStatus.ARMED)
         if not is_armed and self._call.done() and not self._call.result().success:
             raise SeriesError(f"guard refused to arm: {self._call.result().message}")
+        if is_armed:
+            self.get_logger().info(self._doing)
         return is_armed
 
     def _wait_for_end(self) -> bool:
@@ -218,9 +224,7 @@ class ExciteNode(Node):  # type: ignore[misc]
         command = JointCommand(sequence=self._sequence, session_token=token, model_id=self._model_id)
         command.header.stamp, command.names, command.effort = msg.header.stamp, list(self._names), floats(tau)
         self._commands.publish(command)
-        part = JointState(name=list(self._names), effort=floats(added))
-        part.header.stamp = msg.header.stamp
-        self._added.publish(part)
+        self._added.publish(JointState(header=command.header, name=list(self._names), effort=floats(added)))
 
     def _connect(self) -> None:
         quality = LOCKSTEP_QOS if self.settings.lockstep else RELIABLE_QOS
@@ -236,11 +240,7 @@ class ExciteNode(Node):  # type: ignore[misc]
         for topic in others:
             kind = StrainArray if topic == "strain" else Imu
             self.create_subscription(kind, topic, partial(self._test.on_sensor, topic), LOCKSTEP_QOS)
-        for name in self._ready:
-            self.create_subscription(
-                Bool, f"{name}/ready", lambda msg, name=name: self._ready.__setitem__(name, msg.data),
-                LATCHED_QOS,
-            )  # fmt: skip
+        self._partners = Partners(self, self.settings.partners, self.settings.patience)
         self._triggers = {name: self.create_client(Trigger, f"guard/{name}") for name in ("arm", "stop")}
         self.create_timer(LOOK_PERIOD, self.on_look, clock=Clock(clock_type=ClockType.STEADY_TIME))
 

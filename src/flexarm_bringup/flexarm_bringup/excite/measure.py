@@ -103,7 +103,7 @@ def channels_used(config: ManipulatorConfig, ignore: Sequence[str]) -> tuple[Cha
     unknown = sorted(set(ignore) - {name for channel in every for name in (channel.name, channel.spec.name)})
     if unknown:
         names = ", ".join(channel.name for channel in every)
-        raise SourceError(f"--ignore-channel {', '.join(unknown)}: not one of {names}")
+        raise SourceError(f"channel to ignore: {', '.join(unknown)}: not one of {names}")
     used = tuple(c for c in every if not {c.name, c.spec.name} & set(ignore))
     if not used:
         raise SourceError(

@@ -20,6 +20,7 @@ from flexarm_bringup.bags.bag_reader import Bag, check_bag, decode
 from flexarm_bringup.bags.bag_writer import BagError
 from flexarm_bringup.identify.acted_torque import acted
 from flexarm_bringup.identify.measurement import COMMON, KIND_OF_UNIT, LEFT_OUT, Records, SourceError
+from flexarm_bringup.identify.one_session import passed
 from flexarm_bringup.replaying.replay_bag import configuration
 from flexarm_bringup.topics import NAMESPACE
 from flexarm_estimator.messages.inbox import TORQUE_TOPIC
@@ -35,6 +36,11 @@ NS = 1e-9
 DESCRIPTION = "description"  # what a recorder of ours says
 REFERENCE, JOINTS = "reference", "joint_states"
 LONGEST_GAP = 0.1  # s; a channel with a longer one is left out
+EXCITATION, TOLD = f"{NAMESPACE}/excitation", f"{NAMESPACE}/excite/test"  # of a modal test, and that it ended
+UNENDED = (
+    "a modal test was begun in this bag and did not come to its end: its torque counts as that of any bag, "
+    "and what excited is not used as an instrument",
+)
 
 
 def read_bag(
@@ -86,7 +92,11 @@ def read_bag(
     moves = len(asked) == len(axes) and all(np.ptp(values) > 0.0 for values in asked.values())
     kinds = {name: KIND_OF_UNIT[units[name]] for name in sampled if units[name] in KIND_OF_UNIT}
     told = {name: values - values.mean() * is_centred for name, values in sampled.items()}
-    left = _left_out(config, units, heard, told)
+    names = {record.name for record in bag.records}
+    left = (
+        *(UNENDED if EXCITATION in names and TOLD not in names else ()),
+        *_left_out(config, units, heard, told),
+    )
     return Records(
         config.rate_hz, inputs, told, COMMON, kinds, asked if moves else {}, is_held=True, remarks=left
     )
@@ -146,7 +156,7 @@ def listen(bag: Bag, config: ManipulatorConfig) -> dict[str, tuple[Array, Array]
     """Return times [s] and values of every channel, torque and asked acceleration by name, by stamp.
 
     Raises:
-        SourceError: Stamps of the encoders go back: the bag holds two sessions, say.
+        SourceError: Stamps of the encoders go back or jump: the bag holds two sessions, say.
     """
     reader = SensorReader(config)
     topics = {f"{NAMESPACE}/{topic}": topic for topic in (*reader.topics, TORQUE_TOPIC, REFERENCE)}
@@ -161,7 +171,7 @@ def listen(bag: Bag, config: ManipulatorConfig) -> dict[str, tuple[Array, Array]
             if topic == REFERENCE:
                 _forget(found, msg, t)
             elif topic == JOINTS:
-                newest = _passed(bag, t, newest)
+                newest = passed(bag.path, t, newest)
                 _note_measured(measured, msg, t - 1.0 / config.rate_hz)
             hear = {TORQUE_TOPIC: _hear_torque, REFERENCE: _hear_reference}.get(topic, _hear_samples)
             for name, at, value in hear(reader, config, topic, msg, t):
@@ -171,20 +181,6 @@ def listen(bag: Bag, config: ManipulatorConfig) -> dict[str, tuple[Array, Array]
         if axis in heard and axis in measured:
             heard[axis] = acted(heard[axis], _sorted(measured[axis]), 1.0 / config.rate_hz)
     return heard
-
-
-def _passed(bag: Bag, t: float, newest: float) -> float:
-    """Return the newest stamp so far [s].
-
-    Raises:
-        SourceError: The one that comes now is much older.
-    """
-    if t < newest - LONGEST_GAP:
-        raise SourceError(
-            f"{bag.path}: stamps of {JOINTS} go back from {newest:.3f} to {t:.3f} s: two sessions in one "
-            "bag, or a clock that jumped; expected one session"
-        )
-    return max(t, newest)
 
 
 def _note_measured(measured: dict[str, dict[float, float]], msg: Any, t: float) -> None:

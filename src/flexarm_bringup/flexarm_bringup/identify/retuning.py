@@ -7,14 +7,15 @@ from pathlib import Path
 
 from flexarm_bringup.identify.whole_file import written_whole
 from flexarm_bringup.page.report import Page
-from flexarm_bringup.retune.moves_text import starting_text, with_settings
+from flexarm_bringup.retune.moves_text import with_settings
 from flexarm_bringup.retune.noise import frequency_doubt
 from flexarm_bringup.retune.page import retune_tables
-from flexarm_bringup.retune.proposal import propose
+from flexarm_bringup.retune.proposal import propose, settings_now
 from flexarm_bringup.retune.trial import not_learning, run_trial
 from flexarm_bringup.share import share_path
-from flexarm_bringup.tasks.task import FOLDER, load_task
+from flexarm_bringup.tasks.task import FOLDER, Task, load_task
 from flexarm_bringup.tasks.task_for import task_for
+from flexarm_bringup.tasks.task_text import task_text
 from flexarm_model.identification.model_update import Update
 from flexarm_model.reading.config import load_config
 from flexarm_model.reading.manipulator_file import find_manipulator
@@ -42,11 +43,13 @@ def retune(
         What adds the tables to a page.
 
     Raises:
-        ValueError: There are no moves, or the arm cannot do them.
+        ValueError: There are no moves, the arm cannot do them, or their file cannot be changed as it is.
     """
     task = task_for(manipulator)
+    text = _moves_text(manipulator, task)
     own = preset if preset in task.preset_settings else ""
     task = task.under(preset)
+    with_settings(text, settings_now(task), str(description.resolve()), own)  # told before minutes of search
     old, new = load_config(find_manipulator(manipulator), preset), load_config(description, preset)
     proposal = propose(old, new, task, frequency_doubt(update), say)
     say("moves before and after")
@@ -58,10 +61,9 @@ def retune(
             run_trial(old, not_learning(proposal.old), task, new),
             run_trial(new, not_learning(proposal.new), task, new),
         )
-    text = with_settings(_moves_text(manipulator), proposal.changes, str(description.resolve()), own)
+    text = with_settings(text, proposal.changes, str(description.resolve()), own)
     with written_whole(output, text) as written:
-        if "moves:" in text:
-            load_task(written)
+        load_task(written)
     tables = retune_tables(proposal, trials, unlearned)
 
     def add(page: Page) -> Page:
@@ -73,11 +75,11 @@ def retune(
     return add
 
 
-def _moves_text(manipulator: str) -> str:
-    """Return the moves file that comes along, or the beginning of one."""
+def _moves_text(manipulator: str, task: Task) -> str:
+    """Return the moves file that comes along, or one of the tour that an arm without any is sent on."""
     if not manipulator.endswith((".yaml", ".yml")):
         try:
             return share_path(f"{FOLDER}/{manipulator}.yaml").read_text(encoding="utf-8")
         except FileNotFoundError:
             pass
-    return starting_text(manipulator)
+    return task_text(task)

@@ -88,9 +88,10 @@ def make_case(folder: Path, source: Source) -> Case:
             source.manipulator, source.preset, source.settings, source.markers,
         )  # fmt: skip
         bag = configured(bag, draft)
-        configuration(bag)
-        check_settings(bag, draft)
-        check_ticks(bag)
+        named = replace(bag, path=source.bag)  # nobody knows the copy
+        configuration(named)
+        check_settings(named, draft)
+        check_ticks(named)
         case = replace(draft, golden=pin(write_golden(_faultless(play(bag)), folder / GOLDEN)))
         write_case(case)
         return read_case(folder)  # what it would refuse later, marks say, it refuses now

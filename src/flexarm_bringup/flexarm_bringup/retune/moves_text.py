@@ -9,7 +9,6 @@ from typing import Any
 
 import yaml
 
-from flexarm_bringup.tasks.task import FORMAT
 from flexarm_model.settings.strict_yaml import ConfigError
 
 Values = Mapping[str, Mapping[str, Any]]
@@ -37,11 +36,6 @@ def with_settings(text: str, sections: Values, manipulator: str, preset: str = "
         if values:
             text = _put(text, (*where, section), values)
     return text
-
-
-def starting_text(manipulator: str) -> str:
-    """Return a moves file without moves, for settings of an arm that has no file of its own."""
-    return f"format: {FORMAT}\nmanipulator: {write_number(manipulator)}\n"
 
 
 def write_number(value: Any) -> str:
@@ -111,7 +105,7 @@ def _write_one(text: str, path: tuple[str, ...], name: str, value: str) -> str:
         raise ConfigError(f"'{'.'.join(path)}': is not a mapping that values can be put into")
     old = None if missing else _child(node, name)
     if old is not None:
-        return text[: old.start_mark.index] + value + text[old.end_mark.index :]
+        return text[: old.start_mark.index] + value + text[_end(old) :]
     if node.flow_style:
         opened = "".join(f"{part}: {{" for part in missing)
         end = node.end_mark.index - 1
@@ -132,11 +126,19 @@ def _insert_lines(text: str, node: yaml.MappingNode, parts: list[str]) -> str:
     )
     at = text.rfind("\n", 0, node.value[1][0].start_mark.index) + 1 if len(node.value) > 1 else 0
     if not at:
-        end = text.find("\n", max(first_value.end_mark.index - 1, 0))
+        end = text.find("\n", max(_end(first_value) - 1, 0))
         if end < 0:
             return text + "\n" + lines
         at = end + 1
     return text[:at] + lines + text[at:]
+
+
+def _end(node: Any) -> int:
+    """Return where a node ends; a block with its last entry, though YAML says: where the next one begins."""
+    if isinstance(node, yaml.CollectionNode) and not node.flow_style and node.value:
+        last = node.value[-1]
+        return _end(last[1] if isinstance(last, tuple) else last)
+    return int(node.end_mark.index)
 
 
 def _child(node: Any, key: str) -> Any:

@@ -114,6 +114,15 @@ def propose(
     return Proposal(before, after, (estimator, mpc), new, kept, searched, shaper, doubt)
 
 
+def settings_now(task: Task) -> Mapping[str, Mapping[str, Any]]:
+    """Return what a proposal may change as it is now, by section of a moves file and name."""
+    sections = {"estimator": task.make("estimator", EstimatorConfig), "mpc": task.make("mpc", MpcConfig)}
+    return {
+        section: {name: getattr(values, name) for name in RULES if hasattr(values, name)}
+        for section, values in sections.items()
+    }
+
+
 def _difference(old: Any, new: Any) -> dict[str, Any]:
     """Return the new values of the fields in which two settings differ."""
     pairs = ((item.name, getattr(old, item.name), getattr(new, item.name)) for item in fields(new))
