@@ -31,26 +31,11 @@ from flexarm_model.tree.sensors import output_names
 STOPPING = (45, 53, 54)  # controller rows that the other arms play, too
 OTHER_ARMS = (31, 32, 33)  # estimator rows that the other arms play, too
 OTHERS = ("spatial_3tpt", "serial_6r", "variable_stiffness")
-LONG = {  # more than two seconds each where a core is slow
-    "single_link": (1, *range(11, 14), 18, 19, 28, 29, *range(31, 34), 35, 37, 38, 45, 53, 54),
-    "planar_3rrr": tuple(row for row in range(1, 55) if row not in (4, 10, 39, 40, 42)),
-}
-
-
-def speed_of(machine: str, row: int) -> tuple[pytest.MarkDecorator, ...]:
-    """Return the mark of a row by how long it takes."""
-    return (pytest.mark.slow,) if row in LONG[machine] else ()
 
 
 def rows_and_machines() -> list[object]:
     return [
-        pytest.param(
-            family,
-            number,
-            machine,
-            id=f"row {number} {machine}",
-            marks=speed_of(machine, number),
-        )
+        pytest.param(family, number, machine, id=f"row {number} {machine}")
         for machine in MACHINES
         for family, rows in (("estimator", ESTIMATOR_ROWS), ("controller", CONTROLLER_ROWS))
         for number in rows
