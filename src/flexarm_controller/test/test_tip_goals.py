@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from flexarm_controller.limits import limits_of
+from flexarm_controller.motion.refusals import MotionError
 from flexarm_controller.motion.tip_kinematics import TipGoal, TipKinematics
 from flexarm_controller.state import ArmState
 from flexarm_model.reading.config import load_config
@@ -52,3 +53,30 @@ def test_the_estimated_tip_at_a_pose_away_from_zero_is_where_the_arm_rests():
     model, tip = linearize(tree, pose), TipKinematics(tree)
     state = ArmState(0.0, model.model_id, pose, zero, zero[:1], zero, zero[:1])
     np.testing.assert_allclose(tip.position(model, state), tip.at_rest(pose), atol=1e-12)
+
+
+def reached_from_home(name, *theta):
+    """Return the tip's distance from where given axes bring it, when it is asked to go there from home."""
+    config = load_config(find_manipulator(name))
+    tip = TipKinematics(ReducedTree(config))
+    pose = np.array(tip._resting.pose(np.array(theta)))
+    found = tip.solve(TipGoal(pose), np.array(config.home))
+    return float(np.linalg.norm(tip.at_rest(found) - pose[:3, 3]))
+
+
+def test_a_place_that_newtons_method_misses_from_home_is_found_from_elsewhere():
+    """The tip "stays 555 mm away": within all ranges."""
+    assert reached_from_home("serial_6r", 1.045, 0.596, 0.833, -0.301, 0.058, -0.522) < 1e-6
+
+
+@pytest.mark.parametrize("factor", [1.3, 10.0])
+def test_what_no_bending_mends_is_refused_without_asking_how_the_arm_rests(factor, monkeypatch):
+    """A goal out of reach took a third of a second on the 6R: the guard stopped an arm that moved."""
+    config = load_config(find_manipulator("serial_6r"))
+    tip = TipKinematics(ReducedTree(config))
+    pose = np.array(tip._held.pose(np.array(config.home)))
+    away = pose[:3, 3] - tip._middle
+    pose[:3, 3] = tip._middle + 2.0 * factor * tip._reach * away / np.linalg.norm(away)
+    monkeypatch.setattr(tip, "_resting", None)
+    with pytest.raises(MotionError, match=r"^out of reach: the tip stays \d"):
+        tip.solve(TipGoal(pose), np.array(config.home))

@@ -47,6 +47,10 @@ class Approach:
         factor[np.logical_and.accumulate(braked, axis=0)] = 1.0
         return float(max(factor.max(), 1.0))
 
+    def stops(self, motion: Reference) -> bool:
+        """Tell whether the guard stops a motion: it allows more than is planned with."""
+        return self.slow_down(motion) * KEPT > 1.0
+
     def check_goal(self, goal: Array) -> None:
         """Check that an axis may move where the goal is.
 

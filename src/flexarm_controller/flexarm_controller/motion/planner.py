@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import replace
 
 import numpy as np
@@ -16,9 +17,9 @@ from flexarm_controller.motion.excess import find_excess
 from flexarm_controller.motion.point_to_point import MotionState, move, stop
 from flexarm_controller.motion.refusals import MotionError
 from flexarm_controller.motion.settings import MotionConfig
-from flexarm_controller.motion.stretch import grid
+from flexarm_controller.motion.stretch import grid, slow_down
 from flexarm_controller.program.equilibrium import build_equilibrium
-from flexarm_controller.reference import Reference
+from flexarm_controller.reference import Reference, splice
 from flexarm_model.served.reduced_model import ReducedModel
 
 Array = NDArray[np.float64]
@@ -59,10 +60,14 @@ class MotionPlanner:
         """
         self._check_goal(goal)
         self._approach.check_goal(goal)
-        motion, box = self._gentle(start, goal, t)
-        if duration > 0.0:
-            motion = move(start, goal, box, t, duration)
-        return self._checked(motion)
+        try:
+            return self._checked(self._paced(start, goal, t, duration))
+        except MotionError:
+            if start.is_at_rest:
+                raise
+            with suppress(MotionError):
+                return self._by_way_of_rest(start, goal, t, duration)
+            raise
 
     def stop(self, start: MotionState, t: float = 0.0) -> Reference:
         """Return the motion that brings the axes to rest soonest, beginning at ``t`` [s].
@@ -94,17 +99,55 @@ class MotionPlanner:
             raise MotionError(str(excess))
         return motion
 
+    def _paced(self, start: MotionState, goal: Array, t: float, duration: float) -> Reference:
+        """Return the shortest motion, or one of the duration asked for.
+
+        From rest it is the shortest in slow motion, which is within every limit that the shortest keeps. A
+        box that was widened for one motion may be too wide for another, so a longer one from a start that
+        moves is looked at.
+        """
+        motion, box = self._gentle(start, goal, t)
+        shortest = float(motion.t[-1]) - t
+        if duration <= 0.0 or shortest <= 0.0:
+            return motion
+        if duration < shortest * (1.0 - 1e-9):
+            raise MotionError(f"duration {duration:.4g} s is below the {shortest:.4g} s that limits allow")
+        if start.is_at_rest:
+            return slow_down(motion, max(duration / shortest, 1.0))
+        longer = move(start, goal, box, t, duration)
+        if self._approach.slow_down(longer) > 1.0 or self._room(longer) * ENOUGH < 1.0:
+            raise MotionError(f"from this state no motion of {duration:.4g} s keeps the limits")
+        return longer
+
+    def _by_way_of_rest(self, start: MotionState, goal: Array, t: float, duration: float) -> Reference:
+        """Return the motion that comes to rest where it soonest can, and goes to the goal from there."""
+        halt = self.stop(start, t)
+        begin = float(halt.t[-1])
+        if self._approach.stops(halt) or 0.0 < duration <= begin - t:
+            raise MotionError("it cannot be brought to rest on the way")
+        rest = MotionState(halt.theta[-1], np.zeros(goal.size), np.zeros(goal.size))
+        left = duration - (begin - t) if duration > 0.0 else 0.0
+        return self._checked(splice(halt, self._paced(rest, goal, begin, left), t))
+
     def _gentle(self, start: MotionState, goal: Array, t: float) -> tuple[Reference, AxisLimits]:
-        """Return the shortest motion found that approaches no end of an axis too fast, and its box."""
+        """Return the shortest motion found that approaches no end of an axis too fast, and its box.
+
+        From a start that moves, a smaller box brakes more weakly: that may come nearer to an end, and faster.
+        """
         motion, box = self._fastest(start, goal, t)
+        before = np.inf
         for _ in range(SLOWER):
-            factor = min(self._approach.slow_down(motion), MOST_SLOWER)
+            factor = self._approach.slow_down(motion)
             if factor <= 1.0:
+                return motion, box
+            if factor >= before and not start.is_at_rest:
                 break
-            factor *= ENOUGH
+            before, factor = factor, ENOUGH * min(factor, MOST_SLOWER)
             box = AxisLimits(box.velocity / factor, box.acceleration / factor**2, box.jerk / factor**3)
             motion = move(start, goal, box, t)
-        return motion, box
+        raise MotionError(
+            "no motion from this state keeps the speed that the guard allows near a range's end"
+        )
 
     def _fastest(self, start: MotionState, goal: Array, t: float) -> tuple[Reference, AxisLimits]:
         """Return the shortest motion found, and its box."""

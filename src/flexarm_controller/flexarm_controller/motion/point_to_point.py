@@ -29,6 +29,11 @@ class MotionState:
     theta_dot: Array
     theta_ddot: Array
 
+    @property
+    def is_at_rest(self) -> bool:
+        """Whether nothing moves, nor begins to."""
+        return not (self.theta_dot.any() or self.theta_ddot.any())
+
 
 def state_at(reference: Reference, t: float) -> MotionState:
     """Return what a reference asks for at ``t`` [s]."""
@@ -92,7 +97,8 @@ def _solve(wanted: ruckig.InputParameter, n: int) -> ruckig.Trajectory:
     try:
         result = ruckig.Ruckig(n).calculate(wanted, motion)
     except (ruckig.RuckigError, ValueError) as error:  # ValueError: a result that its Python does not know
-        raise MotionError(" ".join(str(error).split())) from error
+        text = " ".join(str(error).split())
+        raise MotionError(f"no motion from this state within the limits: ruckig says {text}") from error
     if result not in (ruckig.Result.Working, ruckig.Result.Finished):
         raise MotionError(f"no motion within the limits: {result.name}")
     return motion

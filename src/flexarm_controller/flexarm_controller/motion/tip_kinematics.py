@@ -2,11 +2,16 @@
 
 The inverse starts from the arm with nothing bent, which is quick, and ends with the arm as it settles under
 springs and gravity with the axes held (`resting_mechanism`), so that the tip comes to rest at the goal.
+
+Newton's method ends at the nearest place where the error cannot fall, which is often no solution. So the arm
+with nothing bent is looked at from where it is, from home, and then from places all over its ranges. What it
+misses by far no bending mends; to find that out takes no longer than a guard waits for a command.
 """
 
 from __future__ import annotations
 
-from contextlib import suppress
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -25,6 +30,10 @@ from flexarm_model.tree.reduced_tree import ReducedTree
 Array = NDArray[np.float64]
 EXACT = InverseSettings(distance=1e-7, angle=1e-6, iterations=60)  # m, rad
 ROUGH = InverseSettings(distance=1e-5, angle=1e-4, iterations=60)  # the sag is not in it
+BRIEF = InverseSettings(distance=1e-5, angle=1e-4, iterations=20)  # from one of many starts
+STARTS = 8  # poses from which a solution is looked for where those near and at home lead to none
+FARTHEST = 1.5  # of the distance that the tip has from the middle of those poses: beyond it, nobody looks
+BENDS = 0.05  # of it, by which what bends may reach further
 NEAREST = 1.001  # of what is left at the nearest point: asked for again, it is found
 
 
@@ -57,6 +66,9 @@ class TipKinematics:
         self.tree = tree
         self._held, self._resting = held_mechanism(tree), resting_mechanism(tree)
         self._home = np.array(tree.config.home, float)
+        self._starts, tips = _spread(tree, self._held)
+        self._middle = tips.mean(axis=0)
+        self._reach = float(np.linalg.norm(tips - self._middle, axis=1).max())
         self._resting.jacobian(self._home)
 
     def at(self, q: Array) -> Array:
@@ -78,25 +90,82 @@ class TipKinematics:
         Raises:
             MotionError: It is out of reach by more than the tolerance; says by how much.
         """
-        best: ConvergenceError | None = None
+        attempts = _Attempts()
+        for start in self._unbent(goal, near, attempts):
+            with attempts.noting():
+                return _inverse(self._resting, goal, start, EXACT)
+        if attempts.distance <= BENDS * self._reach or not attempts.left:
+            for start in (near, self._home):
+                with attempts.noting():
+                    return _inverse(self._resting, goal, start, EXACT)
+        raise MotionError(attempts.refusal(goal))
+
+    def _unbent(self, goal: TipGoal, near: Array, attempts: _Attempts) -> Iterator[Array]:
+        """Give axes at which the arm with nothing bent is at a goal; note what is left from other starts."""
         for start in (near, self._home):
-            try:
-                return self._solve(goal, start)
-            except ConvergenceError as error:
-                best = error if best is None or error.distance < best.distance else best
-            except (PoseError, ClosureError) as error:
-                refusal = str(error)
-        if best is None:
-            raise MotionError(f"the arm finds no rest there: {refusal}")
-        raise MotionError(
+            with attempts.noting():
+                yield _inverse(self._held, goal, start, ROUGH)
+        if np.linalg.norm(goal.pose[:3, 3] - self._middle) > FARTHEST * self._reach:
+            return
+        size = np.maximum(np.ptp(self._starts, axis=0), 1e-9)
+        for start in sorted(self._starts, key=lambda pose: float(np.linalg.norm((pose - near) / size))):
+            with attempts.noting():
+                yield _inverse(self._held, goal, start, BRIEF)
+
+
+class _Attempts:
+    """What is left of a goal from several starts."""
+
+    def __init__(self) -> None:
+        self.left: list[ConvergenceError] = []
+        self._why = ""
+
+    @contextmanager
+    def noting(self) -> Iterator[None]:
+        """Go on where no solution is found, and note why."""
+        try:
+            yield
+        except ConvergenceError as error:
+            self.left.append(error)
+        except (PoseError, ClosureError) as error:
+            self._why = str(error)
+
+    @property
+    def distance(self) -> float:
+        """How far the tip stayed away from the goal at least [m]."""
+        return min((error.distance for error in self.left), default=float("inf"))
+
+    def refusal(self, goal: TipGoal) -> str:
+        """Return what to say of a goal that was not reached."""
+        if not self.left:
+            return f"the arm finds no rest there: {self._why}"
+        best = min(self.left, key=lambda error: error.distance)
+        return (
             f"out of reach: the tip stays {1e3 * best.distance:.3g} mm and {best.angle:.3g} rad away, "
             f"{1e3 * goal.tolerance:.3g} mm are allowed"
         )
 
-    def _solve(self, goal: TipGoal, start: Array) -> Array:
-        with suppress(ConvergenceError):  # what bends may reach further
-            start = _inverse(self._held, goal, start, ROUGH)
-        return _inverse(self._resting, goal, start, EXACT)
+
+def _spread(tree: ReducedTree, held: Mechanism) -> tuple[Array, Array]:
+    """Return poses all over the ranges of the axes, always the same, (k, n_theta), and the tip there (k, 3).
+
+    Home and the named poses are among them; loops that do not close at a place are tried nearer to home.
+    """
+    config, axes = tree.config, tree.config.actuated.values()
+    low, high = (np.array([getattr(axis, end) for axis in axes], float) for end in ("lower", "upper"))
+    low, high = np.maximum(low, config.home - np.pi), np.minimum(high, config.home + np.pi)
+    shares = np.random.default_rng(0).uniform(0.05, 0.95, (4, STARTS, low.size))
+    kept = np.array([1.0, 0.75, 0.5, 0.25])[:, None, None]
+    far = config.home + kept * (low + shares * (high - low) - config.home)
+    named = [np.array(config.home), *map(np.array, config.poses.values())]
+    found: list[tuple[Array, Array]] = []
+    for pose in (*named, *far.reshape(-1, low.size)):
+        if len(found) == len(named) + STARTS:
+            break
+        with suppress(ClosureError):
+            found.append((pose, np.array(held.pose(pose)[:3, 3])))
+    poses, tips = zip(*found, strict=True)
+    return np.array(poses), np.array(tips)
 
 
 def _inverse(mechanism: Mechanism, goal: TipGoal, start: Array, settings: InverseSettings) -> Array:
