@@ -189,3 +189,14 @@ def test_another_pose_that_cannot_be_is_refused_before_the_rig_moves(
     arm, path = small_arm(tmp_path), record(tmp_path / "run.npz")
     words = ["identify", "rig", "--manipulator", arm, "--also", also.format(path)]
     assert said in (told := refusal(capsys, *words)) and "rig: building" not in told
+
+
+@pytest.mark.parametrize("command", [("rig",), ("sim",)])
+def test_a_motor_without_effort_is_refused_before_anything_starts(
+    command: tuple[str, ...], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Guard and controller ended with a traceback each, were started again, and the rig ended with 1."""
+    motor = {key: value for key, value in MOTOR.items() if not key.startswith("effort")}
+    arm = small_arm(tmp_path, joints__base__axes={"rz": motor})
+    said = refusal(capsys, *command, arm)
+    assert "joints.base.axes.rz.effort: is missing" in said and str(arm) in said

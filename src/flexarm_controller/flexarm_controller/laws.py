@@ -186,9 +186,23 @@ class Laws:
     scale: Array
 
 
+WEIGHTS = (
+    "position_error", "velocity_error", "tip_error", "tip_angle_error", "modal_energy", "input_acceleration",
+    "input_jerk",
+)  # fmt: skip
+
+
 def build_laws(model: ReducedModel, given: LawInputs) -> Laws:
-    """Build the law that the settings ask for, and its fallbacks."""
-    planner = LAWS[given.config.law](model, given)
+    """Build the law that the settings ask for, and its fallbacks.
+
+    Raises:
+        ValueError: There is no such law for this arm with these weights.
+    """
+    try:
+        planner = LAWS[given.config.law](model, given)
+    except np.linalg.LinAlgError as error:
+        said = ", ".join(f"{name} {getattr(given.mpc, name):g}" for name in WEIGHTS)
+        raise ValueError(f"no law can be made with {said}: {error}") from None
     try:
         lqr: Feedback | None = Lqr(model, given.mpc, given.config.period, given.stage_made_of(model))
     except np.linalg.LinAlgError:

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexarm_model.manipulator.description import ManipulatorConfig
+from flexarm_model.settings.strict_yaml import ConfigError
 
 Array = NDArray[np.float64]
 
@@ -61,13 +62,13 @@ def limits_of(config: ManipulatorConfig) -> Limits:
     """Return the limits that the description gives the controller.
 
     Raises:
-        ValueError: An actuated axis has no effort, without which no law and no guard can be made.
+        ConfigError: An actuated axis has no effort, without which no law and no guard can be made.
     """
     missing = [name for name, axis in config.actuated.items() if not np.isfinite(axis.effort)]
     if missing:
         unit = "N m" if missing[0].rpartition(".")[2].startswith("r") else "N"
         keys = ", ".join("joints.{}.axes.{}.effort".format(*name.rpartition(".")[::2]) for name in missing)
-        raise ValueError(
+        raise ConfigError(
             f"{config.name}: {keys}: is missing; an actuated axis must have it, its largest torque or force, "
             f"such as 'effort: 20 {unit}'"
         )

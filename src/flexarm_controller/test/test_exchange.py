@@ -434,3 +434,12 @@ def test_a_model_of_other_axes_is_refused_under_the_same_description(exchange, m
 
 def _no_law(model):
     raise np.linalg.LinAlgError("Singular matrix")
+
+
+def test_weights_of_which_no_law_can_be_made_are_named(config, model):
+    """A word about a symplectic pencil was all."""
+    extreme = MpcConfig(velocity_error=1e-9, modal_energy=1e-12, time_limit=0.0)
+    exchange = ControllerExchange(config, ControllerConfig(), extreme, 0)
+    reason = answers(exchange.on_model(model_to_msg(model)))["controller_status"].reason
+    assert reason.startswith("model refused: no law can be made with position_error")
+    assert "velocity_error 1e-09" in reason and "modal_energy 1e-12" in reason

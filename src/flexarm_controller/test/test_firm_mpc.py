@@ -14,6 +14,7 @@ from flexarm_controller.program.cost import build_cost
 from flexarm_controller.program.firm_motions import _ringing, firm, firm_motions
 from flexarm_controller.reference import Reference
 from flexarm_controller.settings import MpcConfig
+from flexarm_model.settings.parameters import ParameterError
 
 DT, START, REST = 0.005, 0.5, 1.0
 CONFIG = MpcConfig(time_limit=0.0, firm_time=0.4)
@@ -204,3 +205,9 @@ def test_motions_within_a_window_are_those_of_the_whole_that_lie_in_it(time_opti
     for begin, end in ((0.0, many.t[-1]), (0.6, 1.5), (0.62, 0.63), (1.0, 1.1), (9.0, 10.0), (-5.0, -4.0)):
         inside = whole[(whole[:, 0] >= begin) & (whole[:, 1] <= end)]
         np.testing.assert_allclose(firm_motions(many, model, 0.4, DT, (begin, end)), inside, atol=1e-9)
+
+
+def test_weights_that_only_firmness_takes_beyond_their_range_are_refused_by_its_name():
+    """It spoke of a position_error of 3.3e-10, which nobody had set."""
+    with pytest.raises(ParameterError, match=r"^firmness: 30 times as firm.*position_error"):
+        firm(MpcConfig(position_error=1e-9, firm_time=0.3, firmness=30.0))

@@ -125,6 +125,12 @@ def test_the_description_says_it(tmp_path: Path) -> None:
     assert model.zeta == pytest.approx(0.01 + expected(model.omega), rel=1e-6)
 
 
+def test_beta_alone_is_enough(tmp_path: Path) -> None:
+    """As the page says; the ratio "must be given" was the answer."""
+    model = linearize(ReducedTree(load_config(write(tmp_path, damping_time="20 us")), use_compiler=False))
+    assert model.zeta == pytest.approx(20e-6 * model.omega / 2, rel=1e-6)
+
+
 def test_two_measured_ratios_give_the_factors_as_the_page_says() -> None:
     model = linearize(ReducedTree(damped(load_config(TWO_LINK)), use_compiler=False))
     (w1, w2), (zeta1, zeta2) = model.omega[:2], model.zeta[:2]

@@ -8,8 +8,10 @@ from typing import Any
 from flexarm_bringup.processes.graph import Process, rig_graph
 from flexarm_bringup.tasks.task import Task
 from flexarm_bringup.tasks.task_for import task_for
+from flexarm_controller.limits import limits_of
 from flexarm_model.reading.config import load_config
 from flexarm_model.reading.manipulator_file import find_manipulator
+from flexarm_model.settings.strict_yaml import ConfigError
 
 SECTIONS = {"model": ("schedule",), "estimator": ("estimator",), "controller": ("mpc", "controller")}
 
@@ -55,9 +57,14 @@ def node_settings(task: Task, preset: str) -> dict[str, dict[str, Any]]:
         preset: Of the arm.
 
     Raises:
-        ConfigError: There is no such arm or preset.
+        ConfigError: There is no such arm or preset, or a motor has no effort.
     """
-    config, chosen = load_config(find_manipulator(task.manipulator), preset), task.under(preset).settings
+    path = find_manipulator(task.manipulator)
+    config, chosen = load_config(path, preset), task.under(preset).settings
+    try:
+        limits_of(config)  # each node would refuse it, once it has started
+    except ConfigError as error:
+        raise ConfigError(f"{path}: {error}") from None
     settings: dict[str, dict[str, Any]] = {node: {} for node in SECTIONS}
     for node, sections in SECTIONS.items():
         for section in sections:

@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 from flexarm_controller.reference import Reference
 from flexarm_controller.settings import MpcConfig
 from flexarm_model.served.reduced_model import ReducedModel
+from flexarm_model.settings.parameters import ParameterError
 
 Array = NDArray[np.float64]
 RINGS = 0.02  # of the largest amplitude on the way; ten times what rounding to periods leaves
@@ -28,16 +29,23 @@ MOVES = 1e-6  # rad/s or m/s; slower is rest
 
 
 def firm(config: MpcConfig) -> MpcConfig:
-    """Return the settings with axes held ``firmness`` times as firmly, modes and torque that much freer."""
+    """Return the settings with axes held ``firmness`` times as firmly, modes and torque that much freer.
+
+    Raises:
+        ParameterError: Such a weight is beyond its range.
+    """
     f = config.firmness
-    return replace(
-        config,
-        position_error=config.position_error / f,
-        velocity_error=config.velocity_error / f,
-        modal_energy=config.modal_energy * f,
-        input_acceleration=config.input_acceleration * f**2,
-        input_jerk=config.input_jerk * f**2,
-    )
+    try:
+        return replace(
+            config,
+            position_error=config.position_error / f,
+            velocity_error=config.velocity_error / f,
+            modal_energy=config.modal_energy * f,
+            input_acceleration=config.input_acceleration * f**2,
+            input_jerk=config.input_jerk * f**2,
+        )
+    except ParameterError as error:
+        raise ParameterError(f"firmness: {f:g} times as firm, which firm_time asks for, {error}") from None
 
 
 def firm_motions(

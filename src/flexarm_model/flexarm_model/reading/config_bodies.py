@@ -101,7 +101,7 @@ def _read_beam(name: str, section: Section) -> Beam:
     outer = section.section("nodes", {})
     for node in outer.names(taken=("root",)):
         nodes[node] = _read_station(outer, node, length)
-    damping = read_damping(section)
+    damping = read_damping(section, ("rayleigh", "damping_time"))
     if damping.time and section.has("damping_time"):
         raise section.error("damping_time", section.take("damping_time"), "is rayleigh.beta; give it once")
     return Beam(

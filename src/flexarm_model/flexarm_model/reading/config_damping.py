@@ -6,6 +6,7 @@ far as this body holds a mode's strain energy: where all of it, ``zeta = alpha /
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 from flexarm_model.settings.strict_yaml import Section
@@ -25,11 +26,15 @@ class Damping(NamedTuple):
     rate: float
 
 
-def read_damping(section: Section) -> Damping:
-    """Read ``damping_ratio`` and ``rayleigh``, at least one of them.
+def read_damping(section: Section, instead: Sequence[str] = ("rayleigh",)) -> Damping:
+    """Read ``damping_ratio`` and ``rayleigh``.
+
+    Args:
+        section: Of the body.
+        instead: Keys one of which makes the ratio 0 where it is not given.
 
     Raises:
-        ConfigError: A value is wrong, or both keys are missing; see ``strict_yaml``.
+        ConfigError: A value is wrong, or all those keys are missing; see ``strict_yaml``.
     """
     rate, time = 0.0, 0.0
     if section.has("rayleigh"):
@@ -37,6 +42,6 @@ def read_damping(section: Section) -> Damping:
         rate = inner.quantity("alpha", "damping rate", at_least=0.0)
         time = inner.quantity("beta", "time", at_least=0.0)
         inner.done()
-    default = 0.0 if section.has("rayleigh") else None
+    default = 0.0 if any([section.has(key) for key in instead]) else None
     ratio = section.quantity("damping_ratio", "ratio", default, at_least=0.0, below=1.0)
     return Damping(ratio, time, rate)
