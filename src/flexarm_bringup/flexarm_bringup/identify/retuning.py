@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 from flexarm_bringup.identify.whole_file import written_whole
@@ -82,4 +83,4 @@ def _moves_text(manipulator: str, task: Task) -> str:
             return share_path(f"{FOLDER}/{manipulator}.yaml").read_text(encoding="utf-8")
         except FileNotFoundError:
             pass
-    return task_text(task)
+    return task_text(replace(task, assumed=task.assumed[:1]))  # the rest is that nobody has tuned it
