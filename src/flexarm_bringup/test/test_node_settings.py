@@ -21,7 +21,7 @@ def test_every_setting_of_a_moves_file_reaches_the_node_that_has_it(arm: str) ->
     given = node_settings(task, task.presets[0])
     chosen = task.under(task.presets[0]).settings
     assert given["estimator"] == chosen["estimator"]
-    assert given["controller"].items() >= chosen["mpc"].items()
+    assert given["controller"].items() >= {**chosen["mpc"], **chosen["motion"]}.items()
     for node, values in given.items():
         assert set(values) <= {item.name for item in parameters_of(node)}
 

@@ -96,7 +96,7 @@ WRONG: list[tuple[str, str, Any, tuple[str, ...]]] = [
     ("settings of no preset", "preset_settings", {"huge": {}}, ("preset_settings: 'huge'", "heavy, light")),
     ("bound of no preset", "compare.other_presets_db", {"huge": 1},
      ("other_presets_db: 'huge'", "heavy, light")),
-    ("unknown section", "settings.estimatr", {}, ("settings.estimatr", "estimator, mpc, schedule")),
+    ("unknown section", "settings.estimatr", {}, ("settings.estimatr", "estimator, motion, mpc, schedule")),
     ("unknown setting", "settings.mpc.horizont", 20, ("settings.mpc.horizont", "unknown key")),
     ("unknown setting of a preset", "preset_settings.light.mpc", {"weight": 1.0}, ("light.mpc.weight",)),
     ("setting out of range", "settings.estimator", {"gate": -1},

@@ -1,5 +1,7 @@
 """Goals of the tip between messages, and references from outside: taken, told, stretched, refused."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -347,3 +349,29 @@ def test_what_is_refused_is_told_to_who_listens_too(config, model):
         assert (response.accepted, response.reason) == (False, reason)
         (status,) = told(said, "motion_status")
         assert (status.state, status.reason) == (MotionStatus.REJECTED, reason)
+
+
+@pytest.mark.parametrize("epoch_ns", [0, 1_795_893_067_123_456_789])
+def test_goals_that_are_as_fast_as_an_axis_may_be_are_not_too_fast_by_rounded_stamps(epoch_ns):
+    """A quarter of them was refused: "velocity 4 rad/s is beyond the limit 4 rad/s"."""
+    config = load_config(Path(__file__).parents[3] / "docs" / "two_link.yaml")
+    tree = ReducedTree(config)
+    served, tip, motion = linearize(tree), tip_of(config), MotionConfig()
+    rng = np.random.default_rng(0)
+    for way in rng.uniform(-1.2, 1.2, (30, 2)):
+        exchange = ControllerExchange(
+            config, ControllerConfig(), MpcConfig(time_limit=0.0), None, motion=motion
+        )
+        goals = MotionExchange(config, tip, motion, PERIOD, exchange)
+        exchange.on_model(model_to_msg(served))
+        exchange.on_guard_status(GuardStatus(session_token=5))
+        msg = ModalState(model_id=served.model_id, status=ModalState.OK, theta=[*config.home])
+        msg.header.stamp = ns_to_stamp(epoch_ns)
+        msg.theta_dot, msg.disturbance = [0.0] * 2, [0.0] * 2
+        msg.eta, msg.eta_dot = [0.0] * served.n_eta, [0.0] * served.n_eta
+        exchange.on_modal_state(msg)
+        request = MoveTip.Request()
+        place = tip.at_rest(np.array(config.home) + way)
+        request.target.position.x, request.target.position.y = float(place[0]), float(place[1])
+        response, _ = goals.on_move_tip(request)
+        assert response.accepted, response.reason

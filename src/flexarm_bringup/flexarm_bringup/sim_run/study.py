@@ -20,6 +20,7 @@ from flexarm_bringup.sim.plant import Plant
 from flexarm_bringup.sim.rig import RigSettings
 from flexarm_bringup.static_arm import StaticArm
 from flexarm_bringup.tasks.course import Course, Leg, plan_course
+from flexarm_bringup.tasks.driven_arm import load_driven
 from flexarm_bringup.tasks.task import Task
 from flexarm_bringup.tip_vibration import Residual, read_residual
 from flexarm_controller.settings import ControllerConfig, MpcConfig
@@ -145,7 +146,7 @@ def sim_jobs(task: Task, presets: Sequence[str], conditions: Sequence[str], seed
     """
     jobs = []
     for i, preset in enumerate(presets):
-        config = load_config(find_manipulator(task.manipulator), preset)
+        config = load_driven(task.manipulator, preset)
         course = plan_course(StaticArm(ReducedTree(config)), task, 1 / config.rate_hz)
         wanted = conditions if i == 0 else [name for name in conditions if name == NOMINAL]
         jobs += [SimJob(task, preset, condition, course, seed=seed) for condition in wanted]

@@ -6,14 +6,15 @@ from collections.abc import Mapping
 from typing import Any
 
 from flexarm_bringup.processes.graph import Process, rig_graph
+from flexarm_bringup.tasks.driven_arm import load_driven
 from flexarm_bringup.tasks.task import Task
 from flexarm_bringup.tasks.task_for import task_for
-from flexarm_controller.limits import limits_of
-from flexarm_model.reading.config import load_config
-from flexarm_model.reading.manipulator_file import find_manipulator
-from flexarm_model.settings.strict_yaml import ConfigError
 
-SECTIONS = {"model": ("schedule",), "estimator": ("estimator",), "controller": ("mpc", "controller")}
+SECTIONS = {
+    "model": ("schedule",),
+    "estimator": ("estimator",),
+    "controller": ("mpc", "controller", "motion"),
+}
 
 
 def arm_graph(
@@ -59,12 +60,7 @@ def node_settings(task: Task, preset: str) -> dict[str, dict[str, Any]]:
     Raises:
         ConfigError: There is no such arm or preset, or a motor has no effort.
     """
-    path = find_manipulator(task.manipulator)
-    config, chosen = load_config(path, preset), task.under(preset).settings
-    try:
-        limits_of(config)  # each node would refuse it, once it has started
-    except ConfigError as error:
-        raise ConfigError(f"{path}: {error}") from None
+    config, chosen = load_driven(task.manipulator, preset), task.under(preset).settings
     settings: dict[str, dict[str, Any]] = {node: {} for node in SECTIONS}
     for node, sections in SECTIONS.items():
         for section in sections:

@@ -17,6 +17,7 @@ from flexarm_bringup.compare_laws.comparison import Comparison, read_comparison
 from flexarm_bringup.share import share_path
 from flexarm_bringup.tasks.task_moves import LONGEST, TaskMove, read_axes, read_move
 from flexarm_bringup.tip_vibration import Watch
+from flexarm_controller.motion.settings import MotionConfig
 from flexarm_controller.settings import ControllerConfig, MpcConfig
 from flexarm_estimator.drift.settings import DriftConfig
 from flexarm_estimator.settings import EstimatorConfig
@@ -89,6 +90,7 @@ def other_law(task: Task, presets: Iterable[str]) -> tuple[str, ...]:
 SECTIONS: dict[str, type] = {
     "controller": ControllerConfig,
     "mpc": MpcConfig,
+    "motion": MotionConfig,
     "estimator": EstimatorConfig,
     "schedule": ScheduleSettings,
     "drift": DriftConfig,

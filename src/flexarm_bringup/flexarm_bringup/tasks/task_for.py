@@ -16,7 +16,6 @@ from flexarm_bringup.tasks.task_check import ROUNDING, SAMPLES, check_against_ar
 from flexarm_bringup.tasks.task_moves import LONGEST, ByAxes, TaskMove, ToPose
 from flexarm_bringup.tasks.weights_by_arm import weights_for
 from flexarm_bringup.tip_vibration import NYQUIST_SHARE, Watch
-from flexarm_controller.limits import limits_of
 from flexarm_model.manipulator.description import ManipulatorConfig
 from flexarm_model.motion.profiles import Profile, Trapezoid
 from flexarm_model.reading.config import FORMAT, load_config
@@ -90,14 +89,10 @@ def tour(name: str, config: ManipulatorConfig, profile: Profile | None = None) -
         profile: Of every move, from 0 to 1; None takes 1 s with short ramps.
 
     Raises:
-        ConfigError: The arm has no motor, or one without effort.
+        ConfigError: The arm has no motor.
     """
     if not config.actuated:
         raise ConfigError(f"manipulator: '{name}': no axis is actuated; expected at least one to move")
-    try:
-        limits_of(config)
-    except ConfigError as error:
-        raise ConfigError(f"manipulator: '{name}': {error}") from None
     profile = profile or Trapezoid(1.0, DURATION, RAMP, RAMP)
     home, goals = np.array(config.home), list(config.poses.values())
     stride = {} if goals else dict([_stride(config)])

@@ -20,6 +20,9 @@ from flexarm_model.settings.units import is_sliding
 
 Array = NDArray[np.float64]
 ROUNDING = 1e-9  # of a limit
+NANOSECOND = 1e-9  # s; stamps of messages are whole ones
+MOST_SLACK = 0.01  # of a velocity, however short the interval
+EXTREMES = 4  # of a cubic: both ends, and where it turns
 
 
 @dataclass(frozen=True)
@@ -79,12 +82,25 @@ def find_excess(
         ends = [np.where(np.isfinite(end), abs(end), 0.0) for end in (low, high)]
         size = np.maximum(*ends)  # one of them may be zero
         size = np.where(size > 0.0, size, 1.0)
-        worst, axis = divmod(int((over / size).argmax()), over.shape[1])
-        if over[worst, axis] > ROUNDING * size[axis]:
+        beyond = over / size - ROUNDING
+        if quantity == "velocity" and trajectory.t.size > 1:
+            beyond -= _of_stamps(trajectory)
+        worst, axis = divmod(int(beyond.argmax()), over.shape[1])
+        if beyond[worst, axis] > 0.0:
             value, limit = values[worst, axis], high if values[worst, axis] > high[axis] else low
             at = float(t[worst, axis] - trajectory.t[0])
             return Excess(axis, names[axis], quantity, float(value), float(limit[axis]), at)
     return None
+
+
+def _of_stamps(trajectory: Trajectory) -> Array:
+    """Return what rounded instants may make of a velocity, of its limit, for every extreme, (k, 1).
+
+    A cubic goes its way in the time between two samples, however that was rounded: ``3 dt / h`` of its speed.
+    """
+    resolution = NANOSECOND + float(np.spacing(abs(trajectory.t).max()))
+    slack = np.minimum(3.0 * 2.0 * resolution / np.diff(trajectory.t), MOST_SLACK)
+    return np.tile(slack, EXTREMES)[:, None]
 
 
 def peaks(trajectory: Trajectory, equilibrium: Equilibrium | None) -> Iterator[tuple[str, Array, Array]]:
@@ -129,7 +145,7 @@ def _extremes(trajectory: Trajectory, cubic: Sequence[Array], h: Array) -> tuple
     """Return instants and values at both ends of every interval and where the derivative vanishes."""
     c0, c1, c2, c3 = cubic
     stationary = roots_within(c1, 2 * c2, 3 * c3)
-    s = np.concatenate([np.zeros_like(c0)[None], np.ones_like(c0)[None], stationary])  # (4, k - 1, n)
+    s = np.concatenate([np.zeros_like(c0)[None], np.ones_like(c0)[None], stationary])  # (EXTREMES, k - 1, n)
     values = c0 + s * (c1 + s * (c2 + s * c3))
     t = trajectory.t[:-1, None] + s * h
     n = c0.shape[1]

@@ -25,6 +25,7 @@ from flexarm_model.served.reduced_model import ReducedModel
 Array = NDArray[np.float64]
 TRIES = 5  # boxes; each comes nearer to the torque that may be used
 SLOWER, MOST_SLOWER = 30, 1.3  # tries to slow down near the end of an axis, and the factor of one at most
+ROUNDED = 1e-4  # of a duration: what people copy of an answer
 ENOUGH = 1.005  # a wider box than this times the one before is worth a try
 
 
@@ -110,8 +111,8 @@ class MotionPlanner:
         shortest = float(motion.t[-1]) - t
         if duration <= 0.0 or shortest <= 0.0:
             return motion
-        if duration < shortest * (1.0 - 1e-9):
-            raise MotionError(f"duration {duration:.4g} s is below the {shortest:.4g} s that limits allow")
+        if duration < shortest * (1.0 - ROUNDED):
+            raise MotionError(f"duration {duration:.6g} s is below the {shortest:.6g} s that limits allow")
         if start.is_at_rest:
             return slow_down(motion, max(duration / shortest, 1.0))
         longer = move(start, goal, box, t, duration)

@@ -29,9 +29,9 @@ from flexarm_model.tree.reduced_tree import ReducedTree
 
 Array = NDArray[np.float64]
 EXACT = InverseSettings(distance=1e-7, angle=1e-6, iterations=60)  # m, rad
-ROUGH = InverseSettings(distance=1e-5, angle=1e-4, iterations=60)  # the sag is not in it
-BRIEF = InverseSettings(distance=1e-5, angle=1e-4, iterations=20)  # from one of many starts
-STARTS = 8  # poses from which a solution is looked for where those near and at home lead to none
+ROUGH = InverseSettings(distance=1e-5, angle=1e-4, iterations=30)  # the sag is not in it
+BRIEF = InverseSettings(distance=1e-5, angle=1e-4, iterations=12)  # from one of many starts
+STARTS = 6  # poses from which a solution is looked for where those near and at home lead to none
 FARTHEST = 1.5  # of the distance that the tip has from the middle of those poses: beyond it, nobody looks
 BENDS = 0.05  # of it, by which what bends may reach further
 NEAREST = 1.001  # of what is left at the nearest point: asked for again, it is found
