@@ -175,3 +175,21 @@ def test_the_seed_reaches_the_stand_and_the_page(
 def test_an_unknown_machine_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["faults", "--estimator", "no_such_arm"]) == 2
     assert "no_such_arm" in capsys.readouterr().err
+
+
+def test_rows_of_which_none_applies_are_no_pass(capsys: pytest.CaptureFixture[str]) -> None:
+    """An empty table and "passed": true."""
+    row = replace(ESTIMATOR_ROWS[7], play=_not_there)
+    with pytest.MonkeyPatch.context() as patch:
+        family = replace(FAMILIES["estimator"], rows={7: row}, make_stand=lambda _, seed: seed)
+        patch.setitem(FAMILIES, "estimator", family)  # type: ignore[index]
+        patch.setattr(
+            "flexarm_bringup.fault_drill.drill.run_parallel", lambda do, jobs, _: sum(map(do, jobs), [])
+        )
+        assert main(["faults", "single_link", "--estimator", "--rows", "7"]) == 2
+    stand_of.cache_clear()
+    assert "nothing was measured: row 7: no such sensor" in capsys.readouterr().err
+
+
+def _not_there(stand: object) -> list[Finding]:
+    raise Skipped("no such sensor")

@@ -82,6 +82,10 @@ def run(args: argparse.Namespace) -> int:
         print(f"flexarm faults: {error}", file=sys.stderr)
         return UNUSABLE
     progress.done()
+    if all(result.skipped for result in results):
+        why = "; ".join(sorted({f"row {result.number}: {result.skipped}" for result in results}))
+        print(f"flexarm faults: nothing was measured: {why}", file=sys.stderr)
+        return UNUSABLE
     return publish(resting_on(build_page(tuple(rows), machines, results, args.seed), *arms), args)
 
 
@@ -163,5 +167,5 @@ def _check(result: RowResult) -> Check:
 
 
 def _count(results: Sequence[RowResult]) -> str:
-    numbers = {result.number for result in results}
+    numbers = {result.number for result in results if not result.skipped}
     return f"{len(numbers)} row{'s' if len(numbers) != 1 else ''} of the fault matrix"

@@ -22,7 +22,7 @@ from flexarm_bringup.arguments import (
     whole,
 )
 from flexarm_bringup.exit_codes import UNUSABLE
-from flexarm_bringup.identify.whole_file import written_whole
+from flexarm_bringup.whole_file import written_whole
 from flexarm_model.reading.config import load_config
 from flexarm_model.reading.manipulator_file import find_manipulator
 from flexarm_model.served.linearize import linearize

@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import argparse
+import errno
 import json
 import math
+import os
 import xml.etree.ElementTree as ET
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -121,3 +124,24 @@ def test_the_style_of_a_page_is_what_a_browser_reads() -> None:
     style = render(PAGE, page=Page("title", "lead")).split("<style>")[1].split("</style>")[0]
     assert style.strip() == STYLE.strip()
     assert "&" not in style
+
+
+def test_a_disk_that_fills_up_takes_no_earlier_report(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Half of the new one stood in its place, and the page was not tried."""
+    before, after = tmp_path / "report.json", tmp_path / "report.html"
+    before.write_text("{}", encoding="utf-8")
+    write = Path.write_text
+
+    def fill(path: Path, text: str, **kwargs: Any) -> int:
+        if path.suffix == ".json":
+            write(path, text[:10], **kwargs)
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+        return write(path, text, **kwargs)
+
+    monkeypatch.setattr(Path, "write_text", fill)
+    assert publish(page(), argparse.Namespace(json=before, html=after)) == UNUSABLE
+    assert before.read_text(encoding="utf-8") == "{}" and "</html>" in after.read_text(encoding="utf-8")
+    assert sorted(tmp_path.iterdir()) == [after, before]
+    assert "report.json: cannot be written (No space left on device)" in capsys.readouterr().err

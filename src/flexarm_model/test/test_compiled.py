@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import os
 import subprocess
+import tempfile
 from pathlib import Path
 from typing import Any
 
@@ -112,3 +114,15 @@ def test_the_cache_lies_where_the_user_says(monkeypatch: pytest.MonkeyPatch, tmp
     assert cache_folder() == tmp_path / "flexarm"
     monkeypatch.setenv("FLEXARM_CACHE", str(tmp_path / "own"))
     assert cache_folder() == tmp_path / "own"
+
+
+def test_a_user_whom_nobody_knows_has_a_cache_too(monkeypatch: pytest.MonkeyPatch) -> None:
+    """In a container with --user 54321: "Could not determine home directory"."""
+
+    def unknown() -> Path:
+        raise RuntimeError("Could not determine home directory.")
+
+    for name in ("FLEXARM_CACHE", "XDG_CACHE_HOME"):
+        monkeypatch.delenv(name, raising=False)
+    monkeypatch.setattr(Path, "home", unknown)
+    assert cache_folder().parent == Path(tempfile.gettempdir()) and str(os.getuid()) in cache_folder().name

@@ -39,7 +39,7 @@ print(float(f(1.5)[0]), f.library is not None)
 @pytest.fixture
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
     monkeypatch.setenv("FLEXARM_CACHE", str(tmp_path / "cache"))
-    library_cache._tell.cache_clear()
+    library_cache.tell.cache_clear()
     library_cache._maker.cache_clear()
     yield tmp_path / "cache"
     library_cache._maker.cache_clear()

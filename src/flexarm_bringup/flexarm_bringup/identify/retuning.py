@@ -6,7 +6,6 @@ from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
-from flexarm_bringup.identify.whole_file import written_whole
 from flexarm_bringup.page.report import Page
 from flexarm_bringup.retune.moves_text import with_settings
 from flexarm_bringup.retune.noise import frequency_doubt
@@ -17,6 +16,7 @@ from flexarm_bringup.share import share_path
 from flexarm_bringup.tasks.task import FOLDER, Task, load_task
 from flexarm_bringup.tasks.task_for import task_for
 from flexarm_bringup.tasks.task_text import task_text
+from flexarm_bringup.whole_file import written_whole
 from flexarm_model.identification.model_update import Update
 from flexarm_model.reading.config import load_config
 from flexarm_model.reading.manipulator_file import find_manipulator

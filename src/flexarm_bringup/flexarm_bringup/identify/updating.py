@@ -16,8 +16,8 @@ from flexarm_bringup.bags.described_arm import KEYS
 from flexarm_bringup.identify.fingerprint import fingerprint
 from flexarm_bringup.identify.mode_pairs import FITTED, is_same, match, match_again, strangers
 from flexarm_bringup.identify.seen_shapes import SeenShapes, find_channels
-from flexarm_bringup.identify.whole_file import written_whole
 from flexarm_bringup.page.report import Cells, Column, Page, Table
+from flexarm_bringup.whole_file import written_whole
 from flexarm_model.identification.described_arm import DescribedArm
 from flexarm_model.identification.described_modes import described_modes, read_unknown
 from flexarm_model.identification.described_shapes import described_shapes

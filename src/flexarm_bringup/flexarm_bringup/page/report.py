@@ -19,6 +19,7 @@ from flexarm_bringup.arguments import STDOUT, output_file
 from flexarm_bringup.exit_codes import UNUSABLE
 from flexarm_bringup.page.check import MISSED, NOT_JUDGED, OK, Check
 from flexarm_bringup.page.figures import Figure
+from flexarm_bringup.whole_file import written_whole
 
 Cell = str | float | int | bool | None
 Cells = list[Cell]
@@ -202,24 +203,30 @@ def publish(page: Page, args: argparse.Namespace) -> int:
     is_quiet = any(path == STDOUT for path, _ in files)
     if not is_quiet:
         print(page.to_text())
+    code = 0 if page.passed else 1
     for path, content in files:
         try:
             _write(path, content())
         except OSError as error:  # a full disk, say
             print(f"{path}: cannot be written ({error.strerror})", file=sys.stderr)
-            return UNUSABLE
+            code = UNUSABLE
+            continue
         if not is_quiet:
             print(f"\nwrote {path}", end="")
     if not is_quiet:
         print()
-    return 0 if page.passed else 1
+    return code
 
 
 def _write(path: Path, text: str) -> None:
+    """Write a file, all of it or nothing; a device or a pipe as far as it goes."""
     if path == STDOUT:
         sys.stdout.write(text)
-    else:
+    elif path.exists() and not path.is_file():
         path.write_text(text, encoding="utf-8")
+    else:
+        with written_whole(path.resolve(), text):
+            pass
 
 
 def _padded(lines: list[str], depth: int) -> list[str]:

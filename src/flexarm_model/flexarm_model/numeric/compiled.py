@@ -16,7 +16,7 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from flexarm_model.numeric.library_cache import FLAGS, keep_library
+from flexarm_model.numeric.library_cache import FLAGS, keep_library, tell
 
 Array = NDArray[np.float64]
 
@@ -159,7 +159,10 @@ def find_compiler() -> str | None:
 def _find_compiler(path: str | None) -> str | None:
     """Look along a path once; a model that is adopted while the arm moves asks again."""
     found = (shutil.which(name, path=path) for name in ("gcc", "cc", "g++", "clang"))
-    return next((compiler for compiler in found if compiler), None)
+    compiler = next((compiler for compiler in found if compiler), None)
+    if compiler is None:
+        tell("no C compiler (gcc, cc, g++ or clang) in PATH; slower code runs instead")
+    return compiler
 
 
 def _densify(name: str, function: ca.Function) -> ca.Function:

@@ -38,7 +38,12 @@ def cache_folder() -> Path:
     """Return the folder of the compiled code."""
     if chosen := os.environ.get("FLEXARM_CACHE"):
         return Path(chosen)
-    return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "flexarm"
+    if chosen := os.environ.get("XDG_CACHE_HOME"):
+        return Path(chosen) / "flexarm"
+    try:
+        return Path.home() / ".cache" / "flexarm"
+    except RuntimeError:  # a user that nobody knows, as in a container
+        return Path(tempfile.gettempdir()) / f"flexarm-cache-{os.getuid()}"
 
 
 def build_library(source: Path, compiler: str, flags: tuple[str, ...] = FLAGS) -> Path | None:
@@ -64,7 +69,7 @@ def keep_library(
     try:
         maker = _maker(compiler)
     except OSError as error:
-        _tell(f"the C compiler {compiler} cannot be run: {error.strerror}; slower code runs instead")
+        tell(f"the C compiler {compiler} cannot be run: {error.strerror}; slower code runs instead")
         return None
     made_of = (identity, HEADER.read_bytes(), *(part.encode() for part in (*maker, *flags)))
     target = cache_folder() / f"{hashlib.sha256(bytes(1).join(made_of)).hexdigest()[:24]}.so"
@@ -78,7 +83,7 @@ def keep_library(
             return _build([compiler, "-x", "c", str(source), f"-I{HEADER.parent}", *flags], target)
     except OSError as error:
         trouble = f"compiled code cannot be kept in {target.parent}: {error.strerror}"
-        _tell(f"{trouble}; slower code runs instead")
+        tell(f"{trouble}; slower code runs instead")
         return None
 
 
@@ -98,12 +103,12 @@ def _build(command: list[str], target: Path) -> Path | None:
         with takes_long():
             made = subprocess.run([*command, "-o", str(built), "-lm"], check=False, capture_output=True)
         if made.returncode:
-            _tell(f"the C compiler {command[0]} fails{_first_error(made.stderr)}; slower code runs instead")
+            tell(f"the C compiler {command[0]} fails{_first_error(made.stderr)}; slower code runs instead")
             return None
         code = built.read_bytes()
         built.write_bytes(code + _seal(code))
         if not _opens(built):
-            _tell(f"code compiled into {target.parent} cannot be run from there; slower code runs instead")
+            tell(f"code compiled into {target.parent} cannot be run from there; slower code runs instead")
             return None
         built.replace(target)  # atomic
     return target
@@ -147,7 +152,7 @@ def _maker(compiler: str) -> tuple[str, str, str]:
 
 
 @cache
-def _tell(trouble: str) -> None:
+def tell(trouble: str) -> None:
     """Log a trouble once."""
     LOG.warning("%s", trouble)
 
