@@ -191,3 +191,32 @@ def test_an_axis_that_is_too_slow_for_a_tour_is_named(tmp_path: Path) -> None:
     path.write_text(ARM.replace("lower: -1 m, upper: 1 m", "lower: -1 m, upper: 1 m, velocity: 1 um/s"))
     with pytest.raises(ConfigError, match=r"velocity of lift.ty, 1e-06 SI, .* at most 3600 s are allowed"):
         task_for(str(path))
+
+
+@pytest.mark.parametrize(
+    ("move", "words"),
+    [
+        (
+            "shift: [2 m, 0 m, 0 m]",
+            r"moves\.far: the tip cannot follow its way from 0\.1\d+ m on, 0\.\d+ s after",
+        ),
+        (
+            "shift: [20 mm, 0 m, 0 m], keep_orientation: true",
+            r"from [\d.e-]+ m on, .*; with so few axes, 2, only",
+        ),
+    ],
+)
+def test_a_way_that_cannot_be_gone_is_refused_with_where_it_ends(
+    move: str, words: str, tmp_path: Path
+) -> None:
+    """ "2.7e-07 m left" was what the first sample beyond reach missed: a tolerance too tight, it seemed."""
+    arm = Path(__file__).parents[3] / "docs" / "two_link.yaml"
+    path = tmp_path / "moves.yaml"
+    path.write_text(
+        f"format: flexarm-moves/1\nmanipulator: {arm}\nwait: 2.5 s\n"
+        "watch: {from: 0.1 s, to: 2.1 s, below: 20 Hz, tolerance: 0.5 mm}\n"
+        f"moves:\n  far: {{{move}, duration: 3 s}}\n",
+        encoding="utf-8",
+    )
+    with pytest.raises(ValueError, match=words):
+        plan_course(StaticArm(ReducedTree(load_config(arm), use_compiler=False)), load_task(path), 0.005)

@@ -24,6 +24,7 @@ from flexarm_model.kinematics.paths import (
     straight_move,
     travel,
 )
+from flexarm_model.kinematics.refusals import KinematicsError
 from flexarm_model.manipulator.description import AXES
 from flexarm_model.motion.profiles import Profile, Quintic, Trapezoid
 from flexarm_model.settings.strict_yaml import Section
@@ -230,7 +231,18 @@ def _times(duration: float) -> Array:
 
 
 def _along(arm: StaticArm, motion: CartesianMotion, start: Array, keep_orientation: bool) -> AxisMotion:
-    joints = arm.follow(motion.poses, float(motion.t[1] - motion.t[0]), start, keep_orientation)
+    try:
+        joints = arm.follow(motion.poses, float(motion.t[1] - motion.t[0]), start, keep_orientation)
+    except KinematicsError as error:
+        raise ValueError(_where_it_ends(motion, error, start.size, keep_orientation)) from None
     at_rest = joints.theta_dot.copy()
     at_rest[[0, -1]] = 0.0
     return AxisMotion(motion.t, joints.theta, at_rest, joints.theta_ddot)
+
+
+def _where_it_ends(motion: CartesianMotion, error: KinematicsError, axes: int, is_full: bool) -> str:
+    """Return where on its way the tip cannot go on, and what is likely the reason."""
+    steps = np.diff(motion.poses[: error.index + 1, :3, 3], axis=0)
+    at = f"{np.linalg.norm(steps, axis=1).sum():.3g} m on, {motion.t[error.index]:.3g} s after its begin"
+    few = f"; with so few axes, {axes}, only some ways can be followed" if axes < 3 + 3 * is_full else ""
+    return f"the tip cannot follow its way from {at}{few}: {error}"

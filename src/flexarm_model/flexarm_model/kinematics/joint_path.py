@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from scipy.interpolate import make_interp_spline
 
 from flexarm_model.kinematics.paths import CartesianMotion
-from flexarm_model.kinematics.refusals import SingularPoseError
+from flexarm_model.kinematics.refusals import KinematicsError, SingularPoseError
 
 Array = NDArray[np.float64]
 Inverse: TypeAlias = Callable[[Array, Array], Array]  # pose (4, 4), angles to stay near (n,) -> angles (n,)
@@ -58,9 +58,13 @@ def trace(inverse: Inverse, poses: Array, start: Array) -> Array:
         KinematicsError: A pose is refused by the inverse.
     """
     theta = np.array(start, dtype=float)
-    rows = []
+    rows: list[Array] = []
     for pose in poses:
-        theta = inverse(pose, theta)
+        try:
+            theta = inverse(pose, theta)
+        except KinematicsError as error:
+            error.index = len(rows)
+            raise
         rows.append(theta)
     return np.array(rows)
 

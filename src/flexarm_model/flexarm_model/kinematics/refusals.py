@@ -4,7 +4,13 @@ from __future__ import annotations
 
 
 class KinematicsError(ValueError):
-    """What was asked for cannot be given."""
+    """What was asked for cannot be given.
+
+    Attributes:
+        index: Of the pose, where it is one of several on a way.
+    """
+
+    index = 0
 
 
 class ReachError(KinematicsError):
