@@ -19,6 +19,7 @@ from typing import Any
 import rclpy
 from flexarm_interfaces.msg import ControllerStatus, GuardStatus
 from rclpy.node import Node
+from rclpy.signals import SignalHandlerOptions
 from std_msgs.msg import Bool
 from std_srvs.srv import Trigger
 from trajectory_msgs.msg import JointTrajectory
@@ -160,7 +161,7 @@ def drive(
     Raises:
         DriverError: It did not begin.
     """
-    rclpy.init()
+    rclpy.init(signal_handler_options=SignalHandlerOptions.NO)  # Ctrl-C raises here
     driver: Any = Driver(tuple(names), period)
     try:
         return driver.run(reference, seconds, failed)
