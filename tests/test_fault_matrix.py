@@ -33,9 +33,17 @@ OTHER_ARMS = (31, 32, 33)  # estimator rows that the other arms play, too
 OTHERS = ("spatial_3tpt", "serial_6r", "variable_stiffness")
 
 
+LONG = {"single_link": (35,), "planar_3rrr": (31, 32, 33, 35, 53)}  # a third of the time of all
+
+
+def speed_of(machine: str, row: int) -> tuple[pytest.MarkDecorator, ...]:
+    """Return the mark of a row by how long it takes."""
+    return (pytest.mark.slow,) if row in LONG[machine] else ()
+
+
 def rows_and_machines() -> list[object]:
     return [
-        pytest.param(family, number, machine, id=f"row {number} {machine}")
+        pytest.param(family, number, machine, id=f"row {number} {machine}", marks=speed_of(machine, number))
         for machine in MACHINES
         for family, rows in (("estimator", ESTIMATOR_ROWS), ("controller", CONTROLLER_ROWS))
         for number in rows

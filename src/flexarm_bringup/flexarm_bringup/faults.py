@@ -82,7 +82,7 @@ def run(args: argparse.Namespace) -> int:
         print(f"flexarm faults: {error}", file=sys.stderr)
         return UNUSABLE
     progress.done()
-    if all(result.skipped for result in results):
+    if results and all(result.skipped for result in results):
         why = "; ".join(sorted({f"row {result.number}: {result.skipped}" for result in results}))
         print(f"flexarm faults: nothing was measured: {why}", file=sys.stderr)
         return UNUSABLE
