@@ -9,9 +9,9 @@ import pytest
 
 from flexarm_bringup.retune.moves_text import with_settings
 from flexarm_bringup.retune.proposal import settings_now
+from flexarm_bringup.retune.task_text import task_text
 from flexarm_bringup.tasks.task import load_task
 from flexarm_bringup.tasks.task_for import task_for, tour
-from flexarm_bringup.tasks.task_text import task_text
 from flexarm_model.reading.config import load_config
 from flexarm_model.reading.manipulator_file import find_manipulator
 

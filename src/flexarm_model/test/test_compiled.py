@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 from arms import arm, random_states, tree
 
+from flexarm_model.numeric import library_cache
 from flexarm_model.numeric.compiled import FastFunction, compile_functions, find_compiler
 from flexarm_model.numeric.library_cache import cache_folder
 from flexarm_model.tree.reduced_tree import ReducedTree
@@ -116,7 +117,9 @@ def test_the_cache_lies_where_the_user_says(monkeypatch: pytest.MonkeyPatch, tmp
     assert cache_folder() == tmp_path / "own"
 
 
-def test_a_user_whom_nobody_knows_has_a_cache_too(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_user_whom_nobody_knows_has_a_cache_of_his_own(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
     """In a container with --user 54321: "Could not determine home directory"."""
 
     def unknown() -> Path:
@@ -125,4 +128,11 @@ def test_a_user_whom_nobody_knows_has_a_cache_too(monkeypatch: pytest.MonkeyPatc
     for name in ("FLEXARM_CACHE", "XDG_CACHE_HOME"):
         monkeypatch.delenv(name, raising=False)
     monkeypatch.setattr(Path, "home", unknown)
-    assert cache_folder().parent == Path(tempfile.gettempdir()) and str(os.getuid()) in cache_folder().name
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+    found = cache_folder()
+    assert found == tmp_path / f"flexarm-cache-{os.getuid()}" and found.stat().st_mode & 0o777 == 0o700
+    found.chmod(0o777)  # others could put their code there
+    library_cache._private_folder.cache_clear()
+    assert (other := cache_folder()) != found and other.parent == tmp_path
+    assert other.stat().st_mode & 0o777 == 0o700
+    library_cache._private_folder.cache_clear()

@@ -92,14 +92,16 @@ def read_bag(
     moves = len(asked) == len(axes) and all(np.ptp(values) > 0.0 for values in asked.values())
     kinds = {name: KIND_OF_UNIT[units[name]] for name in sampled if units[name] in KIND_OF_UNIT}
     told = {name: values - values.mean() * is_centred for name, values in sampled.items()}
-    names = {record.name for record in bag.records}
-    left = (
-        *(UNENDED if EXCITATION in names and TOLD not in names else ()),
-        *_left_out(config, units, heard, told),
-    )
+    left = _unended(bag) + _left_out(config, units, heard, told)
     return Records(
         config.rate_hz, inputs, told, COMMON, kinds, asked if moves else {}, is_held=True, remarks=left
     )
+
+
+def _unended(bag: Bag) -> tuple[str, ...]:
+    """Return what to say of a modal test that was interrupted; nothing where there is none."""
+    names = {record.name for record in bag.records}
+    return UNENDED if EXCITATION in names and TOLD not in names else ()
 
 
 def _left_out(

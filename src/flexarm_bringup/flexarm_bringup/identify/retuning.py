@@ -11,11 +11,11 @@ from flexarm_bringup.retune.moves_text import with_settings
 from flexarm_bringup.retune.noise import frequency_doubt
 from flexarm_bringup.retune.page import retune_tables
 from flexarm_bringup.retune.proposal import propose, settings_now
+from flexarm_bringup.retune.task_text import task_text
 from flexarm_bringup.retune.trial import not_learning, run_trial
 from flexarm_bringup.share import share_path
 from flexarm_bringup.tasks.task import FOLDER, Task, load_task
 from flexarm_bringup.tasks.task_for import task_for
-from flexarm_bringup.tasks.task_text import task_text
 from flexarm_bringup.whole_file import written_whole
 from flexarm_model.identification.model_update import Update
 from flexarm_model.reading.config import load_config

@@ -16,6 +16,7 @@ import os
 import platform
 import re
 import shutil
+import stat
 import subprocess
 import tempfile
 import time
@@ -43,7 +44,18 @@ def cache_folder() -> Path:
     try:
         return Path.home() / ".cache" / "flexarm"
     except RuntimeError:  # a user that nobody knows, as in a container
-        return Path(tempfile.gettempdir()) / f"flexarm-cache-{os.getuid()}"
+        return _private_folder(Path(tempfile.gettempdir()) / f"flexarm-cache-{os.getuid()}")
+
+
+@cache
+def _private_folder(folder: Path) -> Path:
+    """Return this folder, or one of this process alone where somebody else could put code into it."""
+    with suppress(OSError):
+        folder.mkdir(mode=0o700, exist_ok=True)
+        state = folder.lstat()
+        if stat.S_ISDIR(state.st_mode) and state.st_uid == os.getuid() and not state.st_mode & 0o022:
+            return folder
+    return Path(tempfile.mkdtemp(prefix="flexarm-cache-"))
 
 
 def build_library(source: Path, compiler: str, flags: tuple[str, ...] = FLAGS) -> Path | None:
