@@ -178,3 +178,16 @@ def test_what_takes_long_to_slow_down_is_refused_while_commands_are_awaited(exce
             continue
         with pytest.raises(MotionError, match="torque .* armed .* at most 100 points, this one has 101"):
             admit(reference, model, limits, config, is_awaited=True)
+
+
+@pytest.mark.parametrize("begin", [0.0, 1.8e9])
+@pytest.mark.parametrize(("over", "is_told"), [(1.0, False), (1.001, True)])
+def test_a_velocity_that_is_beyond_its_limit_by_more_than_rounded_stamps_make_is_told(begin, over, is_told):
+    """Stamps of messages, and doubles by the clock, are whole pieces of time."""
+    limits = limits_of_hub()
+    v = over * limits.velocity[0]
+    t = np.array([0.0, 0.1, 0.2, 0.3])
+    theta, theta_dot = v * np.array([0.0, 0.05, 0.15, 0.2]), v * np.array([0.0, 1.0, 1.0, 0.0])
+    motion = Reference.through(begin + t, theta[:, None], theta_dot[:, None])
+    excess = find_excess(motion, limits)
+    assert (excess is not None and excess.quantity == "velocity") == is_told
