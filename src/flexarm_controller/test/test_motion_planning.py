@@ -145,7 +145,7 @@ def test_a_stop_is_continuous_and_within_limits(box, speed, push):
 
 
 def test_the_box_of_one_axis_is_the_torque_over_the_inertia():
-    model, limits = single_link(), limits_of_hub()
+    model, limits = single_link(), limits_of_hub(strain=np.inf)
     box = axis_limits(model, limits, [np.zeros(1)], MotionConfig(motion_effort=1.0, motion_ramp=0.0))
     U = build_equilibrium(model).U[0]
     assert box.acceleration[0] == pytest.approx(limits.effort[0] / U[2])
@@ -158,7 +158,8 @@ def test_the_box_of_one_axis_is_the_torque_over_the_inertia():
 def test_planned_motions_keep_their_share_of_the_torques_and_nearly_use_it(seed):
     model, config = two_axes(), MotionConfig(motion_ramp=0.0)
     far = np.full(2, 20.0)  # from the ends, which would slow it down
-    limits = replace(two_axis_limits(effort=(30.0, 20.0)), position_low=-far, position_high=far)
+    limits = two_axis_limits(effort=(30.0, 20.0), strain=(np.inf, np.inf))
+    limits = replace(limits, position_low=-far, position_high=far)
     goal = np.random.default_rng(seed).uniform(-1.8, 1.8, 2)
     motion = MotionPlanner(model, limits, config, ()).move(at_rest(0.3, -0.2), goal)
     dt, theta, theta_dot, theta_ddot = sampled(motion)
@@ -167,6 +168,45 @@ def test_planned_motions_keep_their_share_of_the_torques_and_nearly_use_it(seed)
     assert 0.9 * config.motion_effort < share.max() <= config.motion_effort * (1 + ROUNDING)
     rate = abs(np.diff(np.hstack([theta, theta_dot, theta_ddot]) @ U.T, axis=0)) / dt / limits.effort_rate
     assert rate.max() <= 1.0
+
+
+def strains(motion, model, gauge):
+    """Return what a motion without vibration bends a gauge by, (k,) [1]."""
+    rest, row = build_equilibrium(model), model.outputs.names.index(gauge)
+    x = np.hstack(sampled(motion)[1:]) @ rest.X.T + rest.x_0
+    out, n = model.outputs, model.n
+    return out.y0[row] + (x[:, :n] - model.xi0) @ out.C_pos[row] + x[:, n:] @ out.C_vel[row]
+
+
+@pytest.mark.parametrize("bears", [1e-4, 2e-4])
+def test_motions_keep_their_share_of_what_a_gauge_bears_and_stops_half_of_it(bears):
+    """The guard ended a stop of two_link that went as fast as the torque allowed: the strip bent too far."""
+    model, config, begin = single_link(), MotionConfig(), at_rest(0.0)
+    limits = limits_of_hub(strain=bears)
+    planner = MotionPlanner(model, limits, config, ())
+    motion = planner.move(begin, np.array([1.0]))
+    share = abs(strains(motion, model, limits.gauges[0])).max() / bears
+    assert 0.9 * config.motion_strain < share <= config.motion_strain * (1 + ROUNDING)
+    free = MotionPlanner(model, replace(limits, strain=np.array([np.inf])), config, ())
+    assert free.move(begin, np.array([1.0])).t[-1] < 0.9 * motion.t[-1]
+    halt = planner.stop(state_at(motion, 0.5 * motion.t[-1]))
+    braked = abs(strains(halt, model, limits.gauges[0])).max() / bears
+    assert 0.9 * config.motion_strain / 2.0 < braked <= config.motion_strain / 2.0 * (1 + ROUNDING)
+
+
+def test_a_goal_where_weight_bends_a_gauge_too_far_is_refused_and_a_stop_there_is_not():
+    model = single_link()
+    y0 = model.outputs.y0.copy()
+    y0[1] = 9e-4
+    model, limits = replace(model, outputs=replace(model.outputs, y0=y0)), limits_of_hub()
+    planner = MotionPlanner(model, limits, MotionConfig(), ())
+    with pytest.raises(
+        MotionError,
+        match=r"gauge root_strain.strain: holding still takes 0.0009 of the 0.0008 strain",
+    ):
+        planner.move(at_rest(0.0), np.array([1.0]))
+    halt = planner.stop(MotionState(np.zeros(1), np.ones(1), np.zeros(1)))
+    assert not halt.theta_dot[-1].any()
 
 
 def test_a_goal_that_cannot_be_held_is_refused_with_the_axis_and_the_torque():

@@ -1,12 +1,12 @@
-"""Limits of velocity, acceleration and jerk of the axes that follow from torques and the served model.
+"""Limits of velocity, acceleration and jerk of the axes that follow from torques, strains and served model.
 
-With the quasi-static torque ``K theta + D theta' + J theta'' + u_0`` and its rate, any combination of
+With what a motion asks, ``K theta + D theta' + J theta'' + rest`` (`Demand`), any combination of
 
     |theta'| <= v,  |theta''| <= a,  |theta'''| <= j
 
-between the poses looked at stays within the torques, because for every axis
+between the poses looked at stays within the limits, because for every motor and every limited gauge
 
-    |K theta + u_0| + |D| v + |J| a <= share effort          |K| v + |D| a + |J| j <= share effort_rate
+    |K theta + rest| + |D| v + |J| a <= most          |K| v + |D| a + |J| j <= share effort_rate (motors)
 
 A box for all axes at once is careful; ``scale`` widens its accelerations where a motion leaves its corners.
 """
@@ -20,9 +20,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexarm_controller.limits import Limits
+from flexarm_controller.motion.demand import demand_of
 from flexarm_controller.motion.refusals import MotionError
 from flexarm_controller.motion.settings import MotionConfig
-from flexarm_controller.program.equilibrium import build_equilibrium
 from flexarm_model.served.reduced_model import ReducedModel
 
 Array = NDArray[np.float64]
@@ -59,27 +59,27 @@ def axis_limits(
         scale: Widens acceleration [1]; the jerk stays within the torque rates.
 
     Raises:
-        MotionError: Holding still at one of the poses takes the torque that there is.
+        MotionError: Holding still at one of the poses takes the torque or strain that there is.
     """
-    equilibrium = build_equilibrium(model)
-    K, D, J = (abs(part) for part in np.split(equilibrium.U, 3, axis=1))
-    holding = abs(np.array(poses) @ equilibrium.U[:, : model.n_theta].T + equilibrium.u_0).max(axis=0)
-    spare = config.motion_effort * limits.effort - holding
+    demand = demand_of(model, limits, config)
+    standing = abs(demand.standing(np.array(poses))).max(axis=0)
+    spare = demand.most - standing
     if (spare <= 0.0).any():
-        i = int(spare.argmin())
+        i = int((spare / demand.most).argmin())
         raise MotionError(
-            f"axis {model.theta_names[i]}: holding still takes {holding[i]:.4g} of the "
-            f"{config.motion_effort * limits.effort[i]:.4g} N m or N that motions may need"
+            f"{demand.names[i]}: holding still takes {standing[i]:.4g} of the "
+            f"{demand.most[i]:.4g} {demand.units[i]} that motions may need"
         )
-    rate = config.motion_effort * limits.effort_rate
+    K, D, J = (abs(part) for part in (demand.K, demand.D, demand.J))
+    rate, motors = config.motion_effort * limits.effort_rate, slice(model.n_theta)
     v = config.motion_velocity * np.minimum(limits.velocity, FASTEST)
-    v = v * min(1.0, _share(spare, D @ v), _share(rate, K @ v))
+    v = v * min(1.0, _share(spare, D @ v), _share(rate, K[motors] @ v))
     alike = limits.effort / np.diag(J)  # accelerations that ask the same share of every motor
-    box = alike * float(np.min((spare - D @ v) / (J @ alike)))
-    rate = rate - K @ v
-    box = box * min(1.0, _share(rate, D @ box))
-    a = box * min(scale, _share(rate, D @ box))
-    j = alike * float(np.min((rate - D @ a) / (J @ alike)))
+    box = alike * float(np.min((spare - D @ v) / np.maximum(J @ alike, NOTHING * spare)))
+    rate = rate - K[motors] @ v
+    box = box * min(1.0, _share(rate, D[motors] @ box))
+    a = box * min(scale, _share(rate, D[motors] @ box))
+    j = alike * float(np.min((rate - D[motors] @ a) / (J[motors] @ alike)))
     if config.motion_ramp > 0.0 and model.n_eta:
         j = np.minimum(j, box / (config.motion_ramp * 2 * np.pi / model.omega[0]))
     return AxisLimits(v, a, j)

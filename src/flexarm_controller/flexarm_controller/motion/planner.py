@@ -1,4 +1,4 @@
-"""Motions of one arm within its torques: the box of `axis_limits`, widened as far as the motion lets it."""
+"""Motions of one arm within torques and strains: the box of `axis_limits`, as wide as the motion lets it."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from flexarm_controller.guarding.joint_range import JointRange
 from flexarm_controller.limits import Limits
 from flexarm_controller.motion.approach import Approach
 from flexarm_controller.motion.axis_limits import AxisLimits, axis_limits
+from flexarm_controller.motion.demand import demand_of
 from flexarm_controller.motion.excess import find_excess
 from flexarm_controller.motion.point_to_point import MotionState, move, stop
 from flexarm_controller.motion.refusals import MotionError
 from flexarm_controller.motion.settings import MotionConfig
 from flexarm_controller.motion.stretch import grid, slow_down
-from flexarm_controller.program.equilibrium import build_equilibrium
 from flexarm_controller.reference import Reference, splice
 from flexarm_model.served.reduced_model import ReducedModel
 
@@ -44,7 +44,7 @@ class MotionPlanner:
             ranges: How fast the guard lets every axis approach its ends; empty for axes without ends.
         """
         self._model, self._limits, self._config = model, limits, config
-        self._equilibrium = build_equilibrium(model)
+        self._demand = demand_of(model, limits, config)
         self._approach = Approach(ranges, model.theta_names)
 
     def move(self, start: MotionState, goal: Array, t: float = 0.0, duration: float = 0.0) -> Reference:
@@ -73,7 +73,8 @@ class MotionPlanner:
     def stop(self, start: MotionState, t: float = 0.0) -> Reference:
         """Return the motion that brings the axes to rest soonest, beginning at ``t`` [s].
 
-        It may use all the torque where holding still takes more than the share that motions may have.
+        It may use all the torque, however far that bends the arm, where holding still takes more than the
+        shares that motions may have.
 
         Raises:
             MotionError: Torque, rate or joint limits do not allow any.
@@ -83,7 +84,8 @@ class MotionPlanner:
             box = axis_limits(self._model, self._limits, [start.theta], hard)
         except MotionError:
             whole = replace(hard, motion_effort=1.0)
-            box = axis_limits(self._model, self._limits, [start.theta], whole)
+            free = replace(self._limits, strain=np.full(len(self._limits.gauges), np.inf))
+            box = axis_limits(self._model, free, [start.theta], whole)
         return self._checked(stop(start, box, t))
 
     def _check_goal(self, goal: Array) -> None:
@@ -168,11 +170,5 @@ class MotionPlanner:
         return best
 
     def _room(self, motion: Reference) -> float:
-        """Return by how much all accelerations may grow until the share of a torque is used up [1]."""
-        K, D, J = np.split(self._equilibrium.U, 3, axis=1)
-        theta, theta_dot, theta_ddot = motion.sample(grid(motion))
-        rest = theta @ K.T + self._equilibrium.u_0 + theta_dot @ D.T
-        push = theta_ddot @ J.T
-        effort = self._limits.effort
-        spare = self._config.motion_effort * effort - np.copysign(1.0, push) * rest
-        return float((spare / np.maximum(abs(push), 1e-12 * effort)).min())
+        """Return by how much all accelerations may grow until a motor or a gauge has its most [1]."""
+        return self._demand.growth(*motion.sample(grid(motion)))

@@ -14,6 +14,9 @@ class MotionConfig:
     motion_effort: float = parameter(
         0.8, "Share of the torque limits that a planned motion may need.", "1", minimum=0.01, maximum=1.0
     )
+    motion_strain: float = parameter(
+        0.8, "Share of the gauges' limits that a planned motion may bend the arm by.", "1", 0.01, 1.0
+    )
     motion_velocity: float = parameter(
         1.0, "Share of the velocity limits that a planned motion may reach.", "1", minimum=0.01, maximum=1.0
     )
