@@ -39,6 +39,13 @@ def test_the_contracts_of_the_readme_called_by_hand_turn_the_arm_and_agree_on_it
     assert not found["stopped"]
 
 
+def test_a_smoother_goal_takes_longer_and_less_torque() -> None:
+    found = load_module(ROOT / "examples" / "smooth_goals.py").main((0.25, 1.0), (10.0,))
+    for preset in ("geared", "light_hub"):
+        (hard, strong), (smooth, weak) = (found[f"{preset} 10 {ramp:g}"] for ramp in (0.25, 1.0))
+        assert 0.1 < hard < smooth < 0.7 and 0.05 < weak < 0.9 * strong
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("path", sorted((ROOT / "benchmarks").glob("bench_*.py")), ids=lambda path: path.stem)
 def test_every_benchmark_returns_finite_positive_numbers(path: Path) -> None:
