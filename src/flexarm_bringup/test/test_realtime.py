@@ -171,7 +171,8 @@ def test_a_witness_does_not_outlive_who_started_it():
 
 
 @pytest.mark.parametrize(
-    "wrong", [["--law", "abc"], ["--delay", "0"], ["--rate", "-1"], ["--minutes", "nan"]]
+    "wrong",
+    [["--law", "abc"], ["--delay", "0"], ["--rate", "-1"], ["--minutes", "nan"], ["--minutes", "0.01"]],
 )
 def test_a_wrong_option_is_refused_before_any_node_is_started(wrong, capsys):
     parser = argparse.ArgumentParser()

@@ -21,7 +21,7 @@ TOOLS = (
 )  # fmt: skip
 ENCLAVES = {"rig": "watch", "echo": "tools", "monitor": "tools"}  # of the others: operator
 OWN_DOMAINS = (
-    "security {0}", "soak --minutes 0.01", "realtime --minutes 0.01", "faults single_link --rows 50",
+    "security {0}", "soak --minutes 0.01", "realtime --minutes 0.05", "faults single_link --rows 50",
     "demo --folder {0}", "demo planar_3rrr --folder {0}", "identify rig --nodes --manipulator single_link",
 )  # fmt: skip
 OFF = "or export ROS_SECURITY_ENABLE=false to run without security\n"

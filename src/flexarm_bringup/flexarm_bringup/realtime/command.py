@@ -63,8 +63,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="control rate, with the nodes' default weights (default: its own, with the arm's)",
     )  # fmt: skip
     parser.add_argument(
-        "--minutes", type=number(above=0.0), default=1 / 3, metavar="M", help="how long (default: 20 s)"
-    )
+        "--minutes", type=number(at_least=0.05), default=1 / 3, metavar="M",
+        help="how long, 3 s at least (default: 20 s)",
+    )  # fmt: skip
     parser.add_argument("--load", action="store_true", help="keep one core busy meanwhile")
     parser.add_argument("--composed", action="store_true", help="estimator and controller in one process")
     parser.add_argument(
