@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexarm_model.manipulator.body_spec import Body
+from flexarm_model.manipulator.parameter_law import AxisLaw
 from flexarm_model.manipulator.sensor_spec import SensorSpec
 
 Array = NDArray[np.float64]
@@ -114,6 +115,7 @@ class ManipulatorConfig:
         rate_hz: Control rate [Hz].
         poses: Further poses by name, as ``home``.
         parameters: Named parameters that laws of axes follow, by name, SI.
+        laws: The coefficients of axes that follow them.
         damped_at: Where damping ratios hold, the described home, if the arm starts elsewhere; else None.
         assumed, fitted: What no source gives; what was fitted, and on what.
     """
@@ -135,6 +137,7 @@ class ManipulatorConfig:
     closures: tuple[Joint, ...] = ()
     poses: dict[str, Array] = field(default_factory=dict)
     parameters: dict[str, float] = field(default_factory=dict)
+    laws: tuple[AxisLaw, ...] = ()
     damped_at: Array | None = None
 
     @property

@@ -22,6 +22,29 @@ MIN_POINTS = 2  # a line needs two
 
 
 @dataclass(frozen=True)
+class AxisLaw:
+    """A coefficient of an axis that follows a parameter.
+
+    Attributes:
+        axis: "joint.axis".
+        coefficient: Field of `Axis`: "stiffness" or "damping".
+        parameter: Name.
+        at: Its values, increasing [SI], (k,).
+        values: The coefficient's at them [SI], (k,).
+    """
+
+    axis: str
+    coefficient: str
+    parameter: str
+    at: tuple[float, ...]
+    values: tuple[float, ...]
+
+    def value(self, at: float) -> float:
+        """Return the coefficient at a value of the parameter within the law's points [SI]."""
+        return float(np.interp(at, self.at, self.values))
+
+
+@dataclass(frozen=True)
 class Parameter:
     """A named number: what the file says, its value in SI, and its dimension (a key of ``UNITS``)."""
 
@@ -41,15 +64,25 @@ def read_parameters(top: Section) -> dict[str, Parameter]:
 
 
 class ParameterLaws:
-    """Reads axis coefficients, and remembers which parameters they follow."""
+    """Reads axis coefficients, and remembers which parameters they follow.
+
+    Attributes:
+        found: The laws read so far.
+    """
 
     def __init__(self, parameters: Mapping[str, Parameter]) -> None:
         """Start with the parameters of a file."""
         self._parameters = dict(parameters)
-        self._followed: set[str] = set()
+        self.found: list[AxisLaw] = []
 
-    def coefficient(self, section: Section, key: str, dimension: str) -> float:
+    def coefficient(self, section: Section, key: str, dimension: str, axis: str) -> float:
         """Return a coefficient that is a number or a law, zero when it is not given [SI of ``dimension``].
+
+        Args:
+            section: Of the axis.
+            key: Of the coefficient.
+            dimension: Key of ``UNITS``.
+            axis: "joint.axis".
 
         Raises:
             ConfigError: It is negative, or its law is wrong or does not reach the parameter's value.
@@ -59,13 +92,13 @@ class ParameterLaws:
         law = section.section(key)
         name = law.choice("parameter", tuple(self._parameters) or ("those of 'parameters', which is empty",))
         parameter = self._parameters[name]
-        self._followed.add(name)
         at, values = _read_points(law, parameter.dimension, dimension)
         law.done()
         if not at[0] <= parameter.value <= at[-1]:
             first, *_, last = law.take("at")
             raise law.error("parameter", f"{name} = {parameter.text}", f"known from {first} to {last} only")
-        return float(np.interp(parameter.value, at, values))
+        self.found.append(AxisLaw(axis, key, name, tuple(at), tuple(values)))
+        return self.found[-1].value(parameter.value)
 
     def refuse_unused(self, top: Section) -> None:
         """Refuse a parameter that nothing follows: changing it would change nothing.
@@ -73,8 +106,9 @@ class ParameterLaws:
         Raises:
             ConfigError: There is one.
         """
+        followed = {law.parameter for law in self.found}
         for name, parameter in self._parameters.items():
-            if name not in self._followed:
+            if name not in followed:
                 raise top.error(f"parameters.{name}", parameter.text, "no stiffness or damping follows it")
 
 

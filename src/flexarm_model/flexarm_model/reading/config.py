@@ -5,7 +5,6 @@ from __future__ import annotations
 import copy
 import hashlib
 import json
-import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -14,19 +13,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexarm_model.manipulator.body_spec import Body
-from flexarm_model.manipulator.description import AXES, WORLD, Axis, Joint, ManipulatorConfig
+from flexarm_model.manipulator.description import Axis, Joint, ManipulatorConfig
 from flexarm_model.manipulator.imported_body import ImportedBody, SuperelementBody
 from flexarm_model.manipulator.parameter_law import ParameterLaws, read_parameters
 from flexarm_model.reading.config_bodies import read_bodies, read_node
 from flexarm_model.reading.config_chord import refuse_chord_with_moments
-from flexarm_model.reading.config_placement import read_placement
+from flexarm_model.reading.config_joints import read_joints, sort_joints
 from flexarm_model.reading.config_sensors import read_sensors
 from flexarm_model.settings.strict_yaml import ConfigError, Section, read_yaml
 from flexarm_model.settings.units import axis_dimension, si_unit
 
 FORMAT = "flexarm/1"
-OF_SPRINGS = {"damping_ratio": "of the modes", "backlash": "the play"}  # what nothing but a spring has
-OF_MOTORS = ("effort", "effort_rate")
 RATES = (1.0, 1e4)  # Hz; what the control period may be, and no typing error: 250 kHz where 250 Hz is meant
 FROM_FILES = (ImportedBody, SuperelementBody)  # their content is part of the identity
 
@@ -51,7 +48,7 @@ def load_config(
     bodies = read_bodies(top)
     parameters = read_parameters(top)
     laws = ParameterLaws(parameters)
-    joints, closures = _sort_joints(top, _read_joints(top, bodies, laws), bodies)
+    joints, closures = sort_joints(top, read_joints(top, bodies, laws), bodies)
     laws.refuse_unused(top)
     refuse_chord_with_moments(top, bodies, (*joints, *closures))
     config = ManipulatorConfig(
@@ -68,6 +65,7 @@ def load_config(
         assumed=top.texts("assumed", ()),
         fitted=top.texts("fitted", ()),
         parameters={name: parameter.value for name, parameter in parameters.items()},
+        laws=tuple(laws.found),
         **_read_served(top.section("served"), (*joints, *closures)),
     )
     for _, unused in top.sections("presets", {}):
@@ -154,93 +152,6 @@ def _change(content: dict[str, Any], preset: Section) -> dict[str, Any]:
 
 def _index(target: object, part: str) -> Any:
     return int(part) if isinstance(target, list) else part
-
-
-def _read_joints(top: Section, bodies: dict[str, Body], laws: ParameterLaws) -> list[Joint]:
-    joints = []
-    for name, section in top.sections("joints"):
-        placement = read_placement(section)
-        axes_section = section.section("axes", {})
-        axes = [_read_axis(axes_section.section(axis), axis, laws) for axis in AXES if axes_section.has(axis)]
-        axes_section.done()
-        parent, child = read_node(section, "parent", bodies), read_node(section, "child", bodies)
-        if child.body == WORLD or parent.body == child.body:
-            raise section.error("child", str(child), "must be a node of another body than the parent's")
-        joints.append(Joint(name, parent, child, placement, tuple(axes)))
-        section.done()
-    return joints
-
-
-def _read_axis(section: Section, name: str, laws: ParameterLaws) -> Axis:
-    def dimension(quantity: str) -> str:
-        """Return the dimension of a quantity of the axis."""
-        return axis_dimension(name, quantity)
-
-    axis = Axis(
-        name=name,
-        actuated=section.flag("actuated"),
-        stiffness=laws.coefficient(section, "stiffness", dimension("stiffness")),
-        damping=laws.coefficient(section, "damping", dimension("damping")),
-        rotor_inertia=section.quantity("rotor_inertia", dimension("inertia"), 0.0, at_least=0.0),
-        effort=section.quantity("effort", dimension("effort"), math.inf, above=0.0),
-        effort_rate=section.quantity("effort_rate", dimension("effort rate"), math.inf, above=0.0),
-        velocity=section.quantity("velocity", dimension("velocity"), math.inf, above=0.0),
-        lower=section.quantity("lower", dimension("position"), -math.inf),
-        upper=section.quantity("upper", dimension("position"), math.inf),
-        guess=section.quantity("guess", dimension("position"), 0.0),
-        damping_ratio=section.quantity("damping_ratio", "ratio", 0.0, at_least=0.0, below=1.0),
-        backlash=section.quantity("backlash", dimension("position"), 0.0, at_least=0.0),
-    )
-    _refuse_idle(section, axis)
-    if not axis.lower < axis.upper:
-        raise section.error("upper", section.take("upper"), f"must be above lower, {section.take('lower')}")
-    if section.has("guess") and not axis.lower <= axis.guess <= axis.upper:
-        allowed = f"must lie within [{axis.lower:.6g}, {axis.upper:.6g}] {si_unit(dimension('position'))}"
-        raise section.error("guess", section.take("guess"), allowed)
-    section.done()
-    return axis
-
-
-def _refuse_idle(section: Section, axis: Axis) -> None:
-    """Raise ConfigError where a key says what an axis of this kind does not have."""
-    is_spring = bool(axis.stiffness) and not axis.actuated
-    idle = [(key, f"it is {meant} of a spring: an axis with stiffness and without motor")
-            for key, meant in OF_SPRINGS.items() if getattr(axis, key) and not is_spring]  # fmt: skip
-    if not axis.actuated:
-        idle += [
-            (key, "it is of a motor: an axis with actuated: true") for key in OF_MOTORS if section.has(key)
-        ]
-    elif section.has("guess"):
-        idle.append(("guess", "it is of an axis without motor; where motors stand, served.home says"))
-    for key, whose in idle:
-        raise section.error(key, section.take(key), f"has no effect; {whose}")
-
-
-def _sort_joints(
-    top: Section, joints: list[Joint], bodies: dict[str, Body]
-) -> tuple[tuple[Joint, ...], tuple[Joint, ...]]:
-    """Return the joints that place a body, parents first, and those that close a loop.
-
-    Of several joints to one body the first in the file whose parent is placed places it.
-    """
-    placed, waiting = {WORLD}, list(joints)
-    ordered: list[Joint] = []
-    closures: list[Joint] = []
-    while waiting:
-        ready = next((joint for joint in waiting if joint.parent.body in placed), None)
-        if ready is None:
-            raise top.error(
-                f"joints.{waiting[0].name}.parent",
-                str(waiting[0].parent),
-                "is not connected to the world by any joint",
-            )
-        waiting.remove(ready)
-        (closures if ready.child.body in placed else ordered).append(ready)
-        placed.add(ready.child.body)
-    for name in bodies:
-        if name not in placed:
-            raise top.error(f"bodies.{name}", name, "dangles: no joint has a node of it as child")
-    return tuple(ordered), tuple(closures)
 
 
 __all__ = ["ConfigError", "load_config"]

@@ -12,8 +12,10 @@ derived from it by algorithmic differentiation, but the mass matrix of large arm
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from copy import copy
+from dataclasses import replace
 from functools import cached_property
-from typing import TypeAlias
 
 import casadi as ca
 import numpy as np
@@ -22,21 +24,22 @@ from numpy.typing import NDArray
 from flexarm_model.bodies.body_reduction import Reducer, reduce_body
 from flexarm_model.bodies.superelement import Superelement
 from flexarm_model.manipulator.description import Axis, ManipulatorConfig, NodeRef
+from flexarm_model.manipulator.other_parameters import under
 from flexarm_model.numeric.compiled import FunctionTable
 from flexarm_model.tree.borne_load import BorneLoad, borne_load
 from flexarm_model.tree.closing import Closing, make_closing
 from flexarm_model.tree.closure import find_loops, null_space
 from flexarm_model.tree.closure_rows import ClosureRows
 from flexarm_model.tree.composite_inertia import WORTHWHILE, composite_mass
-from flexarm_model.tree.coordinates import assumed_home, dampers, lay_out, stiffness
+from flexarm_model.tree.coordinates import assumed_home, lay_out
+from flexarm_model.tree.equations import Symbols, equations
 from flexarm_model.tree.frame_graph import FrameGraph
 from flexarm_model.tree.frames import Motion, sparse
-from flexarm_model.tree.home_damping import home_damping
 from flexarm_model.tree.inertia import inertia_sweep, mass_matrix
 from flexarm_model.tree.sensors import Point, sensor_outputs
+from flexarm_model.tree.springs import OtherSprings, springs_and_dampers
 
 Array = NDArray[np.float64]
-Expressions: TypeAlias = dict[str, tuple[list[ca.SX], list[ca.SX]]]
 
 _MATRICES = {  # outputs of the functions that are matrices, of an arm with a single coordinate, too
     **dict.fromkeys(("mass_matrix", "motion", "stiffness", "tip_jacobian", "constraint_stiffness"), (0,)),
@@ -87,10 +90,23 @@ class ReducedTree:
             self._rows, assumed_home(config, at), at.loose_axes, at.sprung_axes, config.name
         )
         self._last_closed = self.loops.home, self.loops.home
-        self.K, losses = stiffness(at, self.bodies)
-        mass = ca.Function("M", [self._q], [self._M])
-        self.D = dampers(at, self.bodies)
-        self.D += home_damping(config, at, self._rows, self.loops, mass, (self.K, losses))
+        self.K, self.D = self._springs_and_dampers()
+
+    def under(self, parameters: Mapping[str, float]) -> ReducedTree:
+        """Return the tree with other values of named parameters [SI]; it shares what is compiled.
+
+        Raises:
+            ParameterRangeError: There is no such parameter, or a law does not reach its value.
+        """
+        config = under(self.config, parameters)
+        if config is self.config:
+            return self
+        other = copy(self)
+        other.config, other._at = config, replace(self._at, axes=config.axes)
+        other.K, other.D = other._springs_and_dampers()
+        other.__dict__.pop("expressions", None)  # made anew when somebody builds on them
+        other.__dict__["functions"] = OtherSprings(self.functions, other.K - self.K, other.D - self.D)
+        return other
 
     @property
     def n_q(self) -> int:
@@ -125,32 +141,18 @@ class ReducedTree:
     @cached_property
     def expressions(self) -> dict[str, ca.Function]:
         """CasADi functions by name, for those who build on them (integrators, optimisers)."""
-        q, v, a, motions = self._q, self._v, self._a, self._motions
-        f = self._inertia + sparse(self.K) @ q + sparse(self.D) @ v
-        M, h = self._M, ca.substitute(f, a, ca.SX.zeros(self.n_q))
-        (rest,) = self._at_rest([f])
-        tip = motions[self._graph.frame_of(self.config.tip)]
-        J_tip = ca.vertcat(ca.jacobian(tip.R @ tip.u, v), ca.jacobian(tip.R @ tip.w, v))
-        q_ref = ca.SX.sym("q_ref", self.n_q)
-        y = sensor_outputs(self, motions, Point(q, q_ref))
-        functions: Expressions = {
-            "inverse_dynamics": ([q, v, a], [f]),
-            "mass_matrix": ([q], [M]),
-            "bias": ([q, v], [h]),
-            "motion": ([q, v], [M, h]),
-            "stiffness": ([q], [ca.jacobian(rest, q)]),
-            "outputs": ([q, v, a, q_ref], [y]),
-            "output_rows": (
-                [q],
-                self._at_rest(
-                    [ca.substitute(e, q_ref, q) for e in (y, *(ca.jacobian(y, x) for x in (q, v, a)))]
-                ),
-            ),
-            "tip_pose": ([q], [ca.vertcat(ca.horzcat(tip.R, tip.p), ca.DM([[0, 0, 0, 1]]))]),
-            "tip_jacobian": ([q], [J_tip]),
-            **(self._loop_expressions() if self.n_c else self._open_expressions(M, h)),
-        }
-        return {name: ca.Function(name, inputs, outputs) for name, (inputs, outputs) in functions.items()}
+        q, motions = self._q, self._motions
+        point = Point(q, ca.SX.sym("q_ref", self.n_q))
+        rows = self._rows.residual[self.loops.rows.tolist()] if self.n_c else ca.SX(0, 1)
+        symbols = Symbols(
+            (q, self._v, self._a),
+            force=self._inertia + sparse(self.K) @ q + sparse(self.D) @ self._v,
+            M=self._M,
+            tip=motions[self._graph.frame_of(self.config.tip)],
+            outputs=(point.q_ref, sensor_outputs(self, motions, point)),
+            closure=rows,
+        )
+        return equations(symbols)
 
     @cached_property
     def functions(self) -> FunctionTable:
@@ -227,24 +229,11 @@ class ReducedTree:
         """Return where a body's elastic coordinates stand in q."""
         return self._at.elastic[body]
 
+    def _springs_and_dampers(self) -> tuple[Array, Array]:
+        mass = ca.Function("M", [self._q], [self._M])
+        return springs_and_dampers(self.config, self._at, self.bodies, (self._rows, self.loops), mass)
+
     def _mass(self) -> ca.SX:
         if self.n_q < WORTHWHILE:
             return mass_matrix(self._inertia, self._a, self._graph)
         return composite_mass(self._graph, self.bodies, self._at, self._motions, (self._q, self._a))
-
-    def _at_rest(self, expressions: list[ca.SX]) -> list[ca.SX]:
-        return list(ca.substitute(expressions, [self._v, self._a], [ca.SX.zeros(self.n_q)] * 2))
-
-    def _open_expressions(self, M: ca.SX, h: ca.SX) -> Expressions:
-        force = ca.SX.sym("f", self.n_q)
-        D, L_t, order = ca.ldl(M)
-        return {"forward_dynamics": ([self._q, self._v, force], [ca.ldl_solve(force - h, D, L_t, order)])}
-
-    def _loop_expressions(self) -> Expressions:
-        q, force = self._q, ca.SX.sym("lambda", self.n_c)
-        c = self._rows.residual[self.loops.rows.tolist()]
-        G = ca.jacobian(c, q)
-        return {
-            "constraints": ([q], [c, G]),
-            "constraint_stiffness": ([q, force], [ca.jacobian(G.T @ force, q)]),
-        }
