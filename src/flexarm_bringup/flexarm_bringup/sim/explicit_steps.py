@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from flexarm_bringup.sim.backlash import gaps_of
 from flexarm_bringup.sim.friction import FRICTION_SLOPE
+from flexarm_bringup.sim.spring_change import SpringChange
 from flexarm_model.numeric.compiled import compile_functions
 from flexarm_model.served.linearize import linearize
 from flexarm_model.tree.reduced_tree import ReducedTree
@@ -45,28 +46,33 @@ class ExplicitSteps:
             friction: Coulomb friction of the actuated axes [N m or N].
         """
         self._tree, self._dt, self.substeps, self._friction = tree, dt, substeps, friction
-        self._gaps = gaps_of(tree)
+        self._gaps, self._springs = gaps_of(tree), SpringChange(tree)
         functions = {"drive": self._advance(servo=False), "servo": self._advance(servo=True)}
         self._functions = compile_functions(functions)
 
     def drive(self, q: Array, v: Array, tau: Array) -> tuple[Array, Array, Array]:
         """Return q, v and the acceleration after one period under torques (n_theta,)."""
-        q, v, a = self._functions["drive"](q, v, tau)
+        q, v, a = self._functions["drive"](q, v, np.concatenate([tau, self._springs.values]))
         return q.copy(), v.copy(), a.copy()
 
     def servo(self, q: Array, v: Array, acceleration: Array) -> tuple[Array, Array, Array]:
         """The same with the actuated axes accelerated as prescribed, (n_theta,)."""
-        q, v, a = self._functions["servo"](q, v, acceleration)
+        q, v, a = self._functions["servo"](q, v, np.concatenate([acceleration, self._springs.values]))
         return q.copy(), v.copy(), a.copy()
 
+    def follow(self, tree: ReducedTree) -> None:
+        """See Steps."""
+        self._springs.follow(tree)
+
     def _advance(self, servo: bool) -> ca.Function:
-        """Return (q, v, input) -> (q, v, a at the end), one control period."""
-        n, t = self._tree.n_q, self._tree.actuated
-        q, v, u = ca.SX.sym("q", n), ca.SX.sym("v", n), ca.SX.sym("u", len(t))
-        rate = ca.Function(
-            "rate", [q, v, u], [self._servo_rate(q, v, u) if servo else self._drive_rate(q, v, u)]
-        )
-        return self._chain(rate, ca.MX.sym("q", n), ca.MX.sym("v", n), ca.MX.sym("u", len(t)))
+        """Return (q, v, [input; changed springs]) -> (q, v, a at the end), one control period."""
+        n, m = self._tree.n_q, len(self._tree.actuated)
+        k = m + self._springs.values.size
+        q, v, u = ca.SX.sym("q", n), ca.SX.sym("v", n), ca.SX.sym("u", k)
+        given = self._gaps.expression(q, v) - self._springs.force(q, v, u[m:])
+        rates = self._servo_rate if servo else self._drive_rate
+        rate = ca.Function("rate", [q, v, u], [rates(q, v, u[:m], given)])
+        return self._chain(rate, ca.MX.sym("q", n), ca.MX.sym("v", n), ca.MX.sym("u", k))
 
     def _chain(self, rate: ca.Function, q: ca.MX, v: ca.MX, u: ca.MX) -> ca.Function:
         """Return all substeps in a row; calls of ``rate``, so that the code stays short."""
@@ -83,17 +89,16 @@ class ExplicitSteps:
             q_end, v_end = substep(q_end, v_end, u)
         return ca.Function("advance", [q, v, u], [q_end, v_end, rate(q_end, v_end, u)])
 
-    def _drive_rate(self, q: ca.SX, v: ca.SX, tau: ca.SX) -> ca.SX:
-        force = self._gaps.expression(q, v)
+    def _drive_rate(self, q: ca.SX, v: ca.SX, tau: ca.SX, force: ca.SX) -> ca.SX:
         for i, axis in enumerate(self._tree.actuated):
-            force[axis] = tau[i] - self._friction * ca.tanh(v[axis] / FRICTION_SLOPE)
+            force[axis] += tau[i] - self._friction * ca.tanh(v[axis] / FRICTION_SLOPE)
         return self._tree.expressions["forward_dynamics"](q, v, force)
 
-    def _servo_rate(self, q: ca.SX, v: ca.SX, acceleration: ca.SX) -> ca.SX:
+    def _servo_rate(self, q: ca.SX, v: ca.SX, acceleration: ca.SX, force: ca.SX) -> ca.SX:
         t = self._tree.actuated
         e = [i for i in range(self._tree.n_q) if i not in t]
         M, h = self._tree.expressions["mass_matrix"](q), self._tree.expressions["bias"](q, v)
-        h -= self._gaps.expression(q, v)
+        h -= force
         a = ca.SX.zeros(self._tree.n_q)
         a[t] = acceleration
         if e:

@@ -54,17 +54,20 @@ class Period(ABC):
     def advance(self, q: Array, v: Array, u: Array) -> tuple[Array, Array, Array]:
         """Return q, v and the acceleration at the end, under torques or accelerations u (n_theta,)."""
 
+    @abstractmethod
+    def follow(self, tree: ReducedTree) -> None:
+        """Let springs and dampers be those of the same tree under other parameters."""
+
 
 class PlainPeriod(Period):
     """With NumPy."""
 
     def __init__(self, tree: ReducedTree, stepping: Stepping) -> None:
         """Prepare what stays the same from step to step."""
-        self._tree, self._stepping = tree, stepping
-        n, m, h = tree.n_q, tree.n_c, stepping.h
+        self._stepping, n, m = stepping, tree.n_q, tree.n_c
+        self.follow(tree)
         self._t = np.array(tree.actuated, dtype=int)
         self._free = np.setdiff1d(np.arange(n + m), [] if stepping.is_driven else self._t)
-        self._constant = np.asfortranarray(h**2 / 4 * tree.K + h / 2 * tree.D)
         self._gaps = gaps_of(tree)
         self._matrix, self._right = np.zeros((n + m, n + m), order="F"), np.zeros(n + m)
 
@@ -81,6 +84,11 @@ class PlainPeriod(Period):
         if self._tree.n_c:
             q = self._tree.closing.close(q, v)
         return q, v, dv / h
+
+    def follow(self, tree: ReducedTree) -> None:
+        """See Period."""
+        self._tree, h = tree, self._stepping.h
+        self._constant = np.asfortranarray(h**2 / 4 * tree.K + h / 2 * tree.D)
 
     def _change(self, q: Array, v: Array, guess: Array, u: Array) -> Array:
         """Return the change of velocity over one step, (n_q,), with all functions where a guess leads."""
@@ -132,11 +140,12 @@ class _Layout(ctypes.Structure):
 
 
 class MachinePeriod(Period):
-    """In machine code; where that fails NumPy says why."""
+    """In machine code; with NumPy where that fails, which says why, and where parameters changed springs."""
 
     def __init__(self, tree: ReducedTree, stepping: Stepping, code: ctypes.PyDLL) -> None:
         """Bind the tree's functions, which are compiled."""
         self._plain, self._stepping = PlainPeriod(tree, stepping), stepping
+        self._compiled, self._is_changed = tree, False
         n, m, t, h = tree.n_q, tree.n_c, tree.actuated, stepping.h
         self._constant = np.asfortranarray(h**2 / 4 * tree.K + h / 2 * tree.D)
         held = self._constant != 0.0
@@ -164,12 +173,19 @@ class MachinePeriod(Period):
 
     def advance(self, q: Array, v: Array, u: Array) -> tuple[Array, Array, Array]:
         """See Period."""
+        if self._is_changed:
+            return self._plain.advance(q, v, u)
         self._q[:], self._v[:], self._u[:] = q, v, u
         if not self._stepping.is_driven:
             self._dv[self._axis] = self._stepping.h * self._u
         if not self._call(*self._arguments):
             return self._plain.advance(q, v, u)
         return self._q.copy(), self._v.copy(), self._dv / self._stepping.h
+
+    def follow(self, tree: ReducedTree) -> None:
+        """See Period."""
+        self._is_changed = tree is not self._compiled
+        self._plain.follow(tree)
 
     def _loops(self, tree: ReducedTree) -> tuple[int, ...]:
         """Return where rows, loops, and what closes them are; nowhere without loops."""

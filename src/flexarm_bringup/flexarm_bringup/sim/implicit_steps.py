@@ -47,6 +47,11 @@ class ImplicitSteps:
             for is_driven in (True, False)
         )
 
+    def follow(self, tree: ReducedTree) -> None:
+        """See Steps."""
+        for period in (self._driven, self._led):
+            period.follow(tree)
+
     def drive(self, q: Array, v: Array, tau: Array) -> tuple[Array, Array, Array]:
         """Return q, v and the acceleration after one period under torques (n_theta,)."""
         return self._driven.advance(q, v, tau)

@@ -8,6 +8,7 @@ acceleration instead of a torque: the ideal servo that open-loop motions are com
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Protocol
 
 import numpy as np
@@ -16,6 +17,7 @@ from numpy.typing import NDArray
 from flexarm_bringup.sim.backlash import gaps_of, rest_at_home, steps_for_teeth
 from flexarm_bringup.sim.explicit_steps import ExplicitSteps, substeps_needed
 from flexarm_bringup.sim.perturb import PlantSettings, perturb
+from flexarm_bringup.sim.spring_change import at_ends
 from flexarm_model.manipulator.description import ManipulatorConfig
 from flexarm_model.served.linearize import linearize
 from flexarm_model.tree.reduced_tree import ReducedTree
@@ -39,6 +41,10 @@ class Steps(Protocol):
         """Move with the actuated axes accelerated as prescribed."""
         ...
 
+    def follow(self, tree: ReducedTree) -> None:
+        """Let springs and dampers be those of the same tree under other parameters."""
+        ...
+
 
 class Plant:
     """State and motion of the arm."""
@@ -52,7 +58,7 @@ class Plant:
             settings: How the real arm differs.
         """
         self.settings = settings or PlantSettings()
-        self.tree = ReducedTree(perturb(config, self.settings))
+        self._compiled = self.tree = ReducedTree(perturb(config, self.settings))
         self.dt = dt
         self._steps = choose_steps(self.tree, dt, self.settings.friction)
         self.reset()
@@ -67,6 +73,15 @@ class Plant:
         self.q = rest_at_home(self.tree, gaps_of(self.tree))
         self.v = np.zeros(self.tree.n_q)
         self.a = np.zeros(self.tree.n_q)
+
+    def lead(self, parameters: Mapping[str, float]) -> None:
+        """Let named parameters have other values from now on [SI]; the others are as described.
+
+        Raises:
+            ParameterRangeError: There is no such parameter, or a law does not reach its value.
+        """
+        self.tree = self._compiled.under(parameters)
+        self._steps.follow(self.tree)
 
     @property
     def theta(self) -> Array:
@@ -103,7 +118,7 @@ def choose_steps(tree: ReducedTree, dt: float, friction: float) -> Steps:
     """
     teeth = steps_for_teeth(tree, dt)
     if not tree.n_c:
-        substeps = max(substeps_needed(tree, dt), teeth)
+        substeps = max(*(substeps_needed(other, dt) for other in (tree, *at_ends(tree))), teeth)
         if substeps <= MOST_EXPLICIT:
             return ExplicitSteps(tree, dt, substeps, friction)
     from flexarm_bringup.sim.implicit_steps import ImplicitSteps  # loads SciPy
