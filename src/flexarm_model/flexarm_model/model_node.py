@@ -17,9 +17,10 @@ Subscribes
     joint_states (sensor_msgs/JointState): the pose of the actuated axes [rad or m].
     controller/references (std_msgs/String): "stamp: verdict"; models of refused ones are taken back.
     guard_status (flexarm_interfaces/GuardStatus): after a stop the models follow the measured pose again.
+    parameters/<name> (sensor_msgs/FluidPressure or std_msgs/Float64): a parameter that springs or dampers of
+        the arm follow; not in lockstep. All models from now on are of its value, those of a motion, too.
 Services
-    get_reduced_model (flexarm_interfaces/GetReducedModel): the model at any pose.
-    get_dynamics (flexarm_interfaces/GetDynamics): M, C v and G at a state of the tree.
+    See ``model_services_node``.
 """
 
 from __future__ import annotations
@@ -30,13 +31,13 @@ from itertools import islice
 import numpy as np
 from flexarm_interfaces.msg import GuardStatus
 from flexarm_interfaces.msg import ReducedModel as ReducedModelMsg
-from flexarm_interfaces.srv import GetDynamics, GetReducedModel
 from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 from trajectory_msgs.msg import JointTrajectory
 
-from flexarm_model.conversions import NS_PER_S, floats, model_to_msg, stamp_to_ns
+from flexarm_model.conversions import NS_PER_S, model_to_msg, stamp_to_ns
 from flexarm_model.manipulator.start_pose import starting_at
+from flexarm_model.model_services_node import ModelServices
 from flexarm_model.motion.conversions import TrajectoryMessageError, trajectory_from_msg
 from flexarm_model.motion.size import has_too_many_points
 from flexarm_model.motion.told import told_of_reference
@@ -53,9 +54,12 @@ from flexarm_model.ros.node import (
     SENSOR_QOS,
     run_node,
 )
+from flexarm_model.ros.parameters_node import subscribe_parameters
 from flexarm_model.served.linearize import PoseError, linearize
-from flexarm_model.served.model_cache import cache_at_home
+from flexarm_model.served.model_cache import ModelCache, cache_at_home
+from flexarm_model.served.model_difference import model_difference
 from flexarm_model.served.model_schedule import ModelSchedule, ScheduleSettings, periods_between_looks
+from flexarm_model.served.parameter_watch import ParameterWatch
 from flexarm_model.served.reduced_model import ReducedModel
 from flexarm_model.served.served_models import ServedModels
 from flexarm_model.settings.arm_settings import ArmSettings
@@ -64,7 +68,6 @@ from flexarm_model.settings.parameters import parameter
 from flexarm_model.tree.closure_error import ClosureError
 
 AHEAD = (cache_at_home,)  # see flexarm_model.process.ahead
-MOST = 1e6  # SI, of a coordinate or its velocity; M, C v and G are finite then
 FOLLOWING_LEAD_NS = 100_000_000  # a model of the measured pose holds so much later: all must have it by then
 
 
@@ -78,6 +81,9 @@ class ModelSettings(ArmSettings):
     pose_step: float = parameter(0.0175, "Pose change that makes it look again.", "rad or m", 1e-6, 1.0)
     tolerance: float = parameter(
         1e-3, "Relative change of M or the output rows that is worth a new model.", "1", 1e-9, 1.0
+    )
+    parameter_step: float = parameter(
+        0.01, "Change of a named parameter that is worth other models, of its range.", "1", 1e-6, 1.0
     )
 
 
@@ -100,12 +106,14 @@ class ModelNode(ManagedNode):
 
     def configure(self) -> None:
         """Build the tree and compile it."""
-        self.cache = made(cache_at_home, self._config)
-        self.tree = self.cache.tree
+        self._described = self.cache = made(cache_at_home, self._config)
 
     def activate(self) -> None:
         """Publish the model at home."""
-        model, config = self.cache.at(), self._config
+        self.cache, config = self._described, self._config
+        model = self.cache.at()
+        self._parameters = ParameterWatch(config, self.settings.parameter_step)
+        self._now_ns, self._renewed_ns, self._receipt_ns = 0, -NS_PER_S, -1
         self._follows_pose = self._followed_pose = not self.settings.lockstep
         self._looked_at, self._published_ns, self._trouble = model.pose, 0, ""
         self._token, self._awaited, self._refused_ns = 0, False, -1
@@ -131,7 +139,8 @@ class ModelNode(ManagedNode):
         self._followed_pose, self._follows_pose, self._trouble = self._follows_pose, False, ""
         self._served.serve_motion(plan, start_ns)
         self.get_logger().info(f"{len(plan)} models for the reference")
-        self._receipts.publish(String(data=f"{start_ns}: {self._served.receipt}"))
+        self._receipt_ns = start_ns
+        self._tell_receipt()
 
     def on_verdict(self, msg: String) -> None:
         """Take the models of a reference back that the controller does not follow."""
@@ -153,7 +162,7 @@ class ModelNode(ManagedNode):
 
     def on_joint_states(self, msg: JointState) -> None:
         """Serve a new model when the arm has moved far enough for it to differ."""
-        now_ns = stamp_to_ns(msg.header.stamp)
+        self._now_ns = now_ns = stamp_to_ns(msg.header.stamp)
         self._served.pass_by(now_ns)
         if not self._follows_pose:
             return
@@ -166,7 +175,7 @@ class ModelNode(ManagedNode):
             return
         self._looked_at = pose
         try:
-            model = linearize(self.tree, pose)  # a moving arm hardly comes back to the same bits
+            model = linearize(self.cache.tree, pose)  # a moving arm hardly comes back to the same bits
         except (PoseError, ClosureError) as error:
             self._trouble = str(error)
             self.get_logger().warning(self._trouble, throttle_duration_sec=5.0)
@@ -177,46 +186,43 @@ class ModelNode(ManagedNode):
             self._published_ns = now_ns
             self._served.serve(model, now_ns + FOLLOWING_LEAD_NS)
 
-    def on_get_reduced_model(
-        self, request: GetReducedModel.Request, response: GetReducedModel.Response
-    ) -> GetReducedModel.Response:
-        """Answer with the model at the requested pose."""
-        try:
-            model = self.cache.at(np.array(request.pose)) if request.pose else self._served.newest
-        except (PoseError, ClosureError) as error:
-            response.success, response.message = False, str(error)
-            return response
-        response.success, response.model = True, model_to_msg(model)
-        return response
-
-    def on_get_dynamics(
-        self, request: GetDynamics.Request, response: GetDynamics.Response
-    ) -> GetDynamics.Response:
-        """Answer with M(q), C(q, v) v and G(q)."""
-        n = self.tree.n_q
-        q = np.array(request.q) if request.q else np.array(self._served.newest.q0)
-        v = np.array(request.v) if request.v else np.zeros(n)
-        if q.size != n or v.size != n or not (abs(np.array([q, v])) <= MOST).all():  # also NaN
-            response.success, names = False, ", ".join(self.tree.coordinates)
-            response.message = f"q and v need {n} numbers each, of at most {MOST:g} in size: {names}"
-            return response
-        static = np.array(self.tree.functions["motion"](q, np.zeros(n))[1])
-        response.success, response.names = True, list(self.tree.coordinates)
-        response.coriolis = floats(np.array(self.tree.functions["motion"](q, v)[1]) - static)
-        response.gravity = floats(static)
-        response.mass = floats(np.array(self.tree.functions["motion"](q, v)[0]))
-        return response
+    def on_parameter(self, name: str, value: float, variance: float) -> None:
+        """Serve other models when a named parameter has changed so far that it is worth them."""
+        is_worth = self._parameters.hear(name, value, variance)
+        if is_worth and self._now_ns - self._renewed_ns >= NS_PER_S / self.settings.rate:
+            self._renew(self._parameters.told())
 
     def verdicts(self) -> list[Verdict]:
         """Judge what became of the last reference and pose."""
         served, level = self._served, Level.ERROR if self._trouble else Level.OK
         values = {"model_id": served.newest.model_id, "models served": str(served.count)}
-        return [Verdict("model: served", level, self._trouble or "ok", values)]
+        told = [Verdict("model: served", level, self._trouble or "ok", values)]
+        if used := {name: f"{value:.6g}" for name, value in self._parameters.used.items()}:
+            doubt = self._parameters.trouble
+            told.append(Verdict("model: parameters", Level.WARN if doubt else Level.OK, doubt or "ok", used))
+        return told
+
+    def _renew(self, values: dict[str, float]) -> None:
+        """Send the models from now on once more, of an arm with these values of its parameters."""
+        cache = ModelCache(self._described.tree.under(values))
+        try:
+            self._served.renew(cache.at, self._now_ns + FOLLOWING_LEAD_NS)
+        except (PoseError, ClosureError) as error:
+            self._parameters.refused = f"no models for {values}: {error}"
+            self.get_logger().error(self._parameters.refused, throttle_duration_sec=5.0)
+            return
+        self._parameters.use(values)
+        self.cache, self._renewed_ns = cache, self._now_ns
+        if self._receipt_ns >= 0:
+            self._tell_receipt()
+
+    def _tell_receipt(self) -> None:
+        self._receipts.publish(String(data=f"{self._receipt_ns}: {self._served.receipt}"))
 
     def _plan(self, msg: JointTrajectory, start_ns: int) -> list[tuple[int, ReducedModel]]:
         in_use = self._served.at(start_ns)
         motion = trajectory_from_msg(msg, in_use.theta_names, start_ns)
-        schedule = ModelSchedule(self.tree, self.tree.config, motion, self._schedule)
+        schedule = ModelSchedule(self.cache.tree, self._config, motion, self._schedule)
         plan = schedule.plan(in_use, float(motion.t[-1]), self._period_ns)
         models = list(islice(plan, MODELS_DEPTH))
         if len(models) == MODELS_DEPTH:
@@ -232,17 +238,11 @@ class ModelNode(ManagedNode):
         subscribe_bytes(self, JointState, "joint_states", self.on_joint_states, SENSOR_QOS)
         self.create_subscription(String, "controller/references", self.on_verdict, RELIABLE_QOS)
         self.create_subscription(GuardStatus, "guard_status", self.on_guard_status, RELIABLE_QOS)
-        self.create_service(GetReducedModel, "get_reduced_model", self.on_get_reduced_model)
-        self.create_service(GetDynamics, "get_dynamics", self.on_get_dynamics)
+        if not self.settings.lockstep:
+            subscribe_parameters(self, self._config, self.on_parameter)
+        self._services = ModelServices(self, lambda: self.cache, lambda: self._served.newest)
         self.tell_ready({"model": lambda: True})
         self._diagnostics = Diagnostics(self, self.verdicts)
-
-
-def model_difference(a: ReducedModel, b: ReducedModel) -> float:
-    """Return the largest change of M, K or an output row, relative to its size [1]."""
-    pairs = [(a.M, b.M), (a.K, b.K), (a.f0, b.f0)]
-    pairs += [(getattr(a.outputs, name), getattr(b.outputs, name)) for name in ("C_pos", "C_vel", "C_acc")]
-    return max(float(abs(x - y).max(initial=0.0) / max(abs(y).max(initial=0.0), 1.0)) for x, y in pairs)
 
 
 def main() -> int:

@@ -10,10 +10,10 @@ from flexarm_interfaces.srv import GetDynamics
 from flexarm_model.model_node import ModelNode
 rclpy.init()
 node = ModelNode()
-n = node.tree.n_q
+n = node.cache.tree.n_q
 
 def ask(q, v):
-    response = node.on_get_dynamics(GetDynamics.Request(q=q, v=v), GetDynamics.Response())
+    response = node._services.on_get_dynamics(GetDynamics.Request(q=q, v=v), GetDynamics.Response())
     told = [*response.mass, *response.coriolis, *response.gravity]
     print(response.success, len(told) > 0, bool(np.isfinite(told).all()), response.message[:50])
 

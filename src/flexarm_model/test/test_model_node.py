@@ -55,3 +55,55 @@ def test_a_refusal_after_a_stop_leaves_the_models_with_the_measured_pose() -> No
     stopped = "[node.on_guard_status(GuardStatus(session_token=token)) for token in (7, 0)]"
     code = f"node._follows_pose = False; refer(); {stopped}; tell('reference refused: x'); show()"
     assert run_beside(NODE, code) == ["0.0 True True"]
+
+
+SOFTENING = f"""
+import rclpy, numpy as np
+from flexarm_model.model_node import ModelNode
+from flexarm_model.conversions import ns_to_stamp
+from sensor_msgs.msg import FluidPressure, JointState
+from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
+settings = ("manipulator:=variable_stiffness", "preset:=''", "angle:=0.1")
+rclpy.init(args=["--ros-args", *(part for setting in settings for part in ("-p", setting))])
+node = ModelNode()
+names = list(node._served.newest.theta_names)
+
+def refer():
+    msg = JointTrajectory(joint_names=names)
+    msg.header.stamp = ns_to_stamp({START_NS})
+    msg.points = [JointTrajectoryPoint(positions=at) for at in ([0.0, 1.57, 0.0], [0.0, 1.0, 0.0])]
+    msg.points[1].time_from_start.sec = 1
+    node.on_reference(msg)
+
+def measure(after_ns):
+    msg = JointState(name=names, position=[0.0, 1.5, 0.0], velocity=[0.0] * 3)
+    msg.header.stamp = ns_to_stamp({START_NS} + after_ns)
+    node.on_joint_states(msg)
+
+def tell(bar):
+    node.on_parameter("pressure", bar * 1e5, 0.0)
+
+def show(after_ns):
+    model = node._served.at({START_NS} + after_ns)
+    print(round(float(model.pose[1]), 2), round(float(model.omega[0] / 6.2832), 1))
+
+"""
+
+
+def test_a_pressure_that_falls_on_the_way_makes_the_models_softer_from_then_on() -> None:
+    """The models of the motion stay those of its poses; what was before stays as it was."""
+    code = """
+refer(); measure(200_000_000); tell(1.2)
+for after_ns in (250_000_000, 310_000_000, 2_000_000_000): show(after_ns)
+print(node.verdicts()[1].values, node.cache.tree.config.parameters["pressure"])
+tell(1.1); show(2_000_000_000); measure(400_000_000); tell(1.1); show(2_000_000_000)
+tell(0.1); print(node.verdicts()[1].text)
+"""
+    told = run_beside(SOFTENING, code)
+    poses, frequencies = zip(*(map(float, line.split()) for line in told[:3]), strict=True)
+    assert poses[0] > poses[1] - 0.11 > poses[2] - 0.22 and poses[2] == 1.0
+    assert frequencies[1] < 0.9 * frequencies[0] and frequencies[2] < 0.95 * frequencies[0]
+    assert told[3] == "{'pressure': '120000'} 120000.0"
+    at_once, later = (float(line.split()[1]) for line in told[4:6])
+    assert at_once == frequencies[2] and later < at_once  # at most 20 a second
+    assert told[6] == "pressure: 10000 is not within 100000 ... 200000 where it is known; 100000 is taken"

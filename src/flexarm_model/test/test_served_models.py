@@ -109,3 +109,36 @@ def test_what_is_over_is_not_kept(served: ServedModels) -> None:
         follow(served, 100 * motion, (10, "a"), (20, "b"))
         served.pass_by(100 * motion + 50)
     assert not served.has_after(0) and served.at(5000).model_id == "b"
+
+
+class Posed(SimpleNamespace):
+    """A model whose name is its pose."""
+
+    @property
+    def pose(self) -> str:
+        return str(self.model_id)[0]
+
+
+def posed(name: str) -> ReducedModel:
+    return cast(ReducedModel, Posed(model_id=name))
+
+
+def softer(pose: Any) -> ReducedModel:
+    return posed(f"{pose} soft")
+
+
+def test_renewed_models_are_those_of_the_same_poses_from_then_on(heard: Heard) -> None:
+    served = ServedModels(posed("h"), heard.take)
+    served.serve_motion([(after_ns, posed(name)) for after_ns, name in ((10, "a"), (20, "b"))], 100)
+    served.renew(softer, 115)
+    assert [heard.at(t) for t in (50, 112, 115, 119, 120)] == ["h", "a", "a soft", "a soft", "b soft"]
+    assert served.newest.model_id == "b soft"
+
+
+def test_models_that_are_taken_back_after_a_renewal_are_renewed_too(heard: Heard) -> None:
+    served = ServedModels(posed("h"), heard.take)
+    served.serve(posed("c"), 140)
+    served.serve_motion([(10, posed("a"))], 100)
+    served.renew(softer, 105)
+    assert served.take_back(100)
+    assert [heard.at(t) for t in (99, 100, 139, 140)] == ["h", "h soft", "h soft", "c soft"]

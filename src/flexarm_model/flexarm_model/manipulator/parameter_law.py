@@ -31,6 +31,7 @@ class AxisLaw:
         parameter: Name.
         at: Its values, increasing [SI], (k,).
         values: The coefficient's at them [SI], (k,).
+        dimension: Of the parameter, a key of ``UNITS``.
     """
 
     axis: str
@@ -38,6 +39,7 @@ class AxisLaw:
     parameter: str
     at: tuple[float, ...]
     values: tuple[float, ...]
+    dimension: str
 
     def value(self, at: float) -> float:
         """Return the coefficient at a value of the parameter within the law's points [SI]."""
@@ -97,7 +99,7 @@ class ParameterLaws:
         if not at[0] <= parameter.value <= at[-1]:
             first, *_, last = law.take("at")
             raise law.error("parameter", f"{name} = {parameter.text}", f"known from {first} to {last} only")
-        self.found.append(AxisLaw(axis, key, name, tuple(at), tuple(values)))
+        self.found.append(AxisLaw(axis, key, name, tuple(at), tuple(values), parameter.dimension))
         return self.found[-1].value(parameter.value)
 
     def refuse_unused(self, top: Section) -> None:

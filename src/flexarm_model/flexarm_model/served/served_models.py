@@ -8,9 +8,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
+import numpy as np
+from numpy.typing import NDArray
+
 from flexarm_model.served.pending_models import PendingModels
 from flexarm_model.served.reduced_model import ReducedModel
 
+Array = NDArray[np.float64]
 Timed = tuple[int, ReducedModel]  # stamp from which it is used [ns]
 
 
@@ -74,6 +78,21 @@ class ServedModels:
             self.serve(self._before, start_ns)
         for after_ns, model in models:
             self.serve(model, start_ns + after_ns)
+
+    def renew(self, make: Callable[[Array], ReducedModel], since_ns: int) -> None:
+        """Send what is used from a time on [ns] once more, made anew at the same poses.
+
+        Args:
+            make: Makes a model of a pose, (n_theta,).
+            since_ns: From when on what is made anew is used [ns].
+        """
+        later = [(ns, make(model.pose)) for ns, model in self._pending.waiting if ns > since_ns]
+        aside = tuple((ns, make(model.pose)) for ns, model in self._aside)
+        before = make(self._before.pose)
+        self.serve(make(self.at(since_ns).pose), since_ns)
+        for ns, model in later:
+            self.serve(model, ns)
+        self._aside, self._before = aside, before
 
     def take_back(self, start_ns: int) -> bool:
         """Undo the motion that begins then [ns]; return whether it is the last one."""
