@@ -173,6 +173,28 @@ def test_where_the_velocity_ends_or_turns_the_axis_is_held(turned, way):
     assert not one.is_held
 
 
+@pytest.mark.parametrize("way", [1.0, -1.0])
+def test_an_axis_that_is_pulled_on_after_it_stood_is_braked_again_before_the_same_point_and_once(way):
+    """On two_link a light motor stood for a moment, and was pulled on at 2.5 times the speed of the stop."""
+    one = brake()
+    one.begin(0.0, 2.0 * way)
+    one.revise(0.0, 1.9 * way)
+    limit = one.end
+    one.acceleration(0.1 * way, 0.0)
+    for slow in (1.0, 0.3, -3.0):  # at most half of the speed at the stop, or the other way
+        one.acceleration(0.12 * way, slow * way)
+        assert one.is_held and one.end == 0.1 * way
+    assert one.acceleration(0.12 * way, 1.01 * way) * way <= -LIMITS.braking.deceleration[0]
+    assert not one.is_held and one.end == limit
+    one.acceleration(0.2 * way, 0.0)
+    one.acceleration(0.22 * way, 3.0 * way)
+    assert one.is_held and one.end == 0.2 * way
+    one.begin(0.0, LIMITS.rest_velocity * way)  # it stood: what pulls it on is held softly
+    one.acceleration(0.0, 0.0)
+    one.acceleration(0.0, way)
+    assert one.is_held
+
+
 def test_an_axis_of_unknown_position_is_damped():
     one = brake()
     one.begin(math.nan, 2.0)

@@ -10,7 +10,9 @@ distance d from that point,
 
 but at most by the peak and by ``s |v|``, which tapers braking to damping near rest and takes ``a / 2 s^2``
 more way. It never pushes on. At rest, or where the velocity has turned, the axis is held there by
-``-r v - r^2 / 4 (q - there)``.
+``-r v - r^2 / 4 (q - there)``. That is soft: where a bent link has stopped a light motor for a moment, it may
+pull it on again, faster than it was. Then the axis is braked once more, before the same point. Once: an arm
+of six axes that was braked whenever it rang rang on.
 """
 
 from __future__ import annotations
@@ -20,6 +22,7 @@ import math
 from flexarm_controller.guarding.limits import GuardLimits
 
 ANYWHERE = (-math.inf, math.inf)
+AGAIN = 0.5  # of its speed at the stop; an axis that stood already is braked again with more than that
 
 
 class StopBrake:
@@ -39,17 +42,19 @@ class StopBrake:
         ends = (limits.ranges[axis].low, limits.ranges[axis].high) if limits.ranges else ANYWHERE
         self._low, self._high = ends
         self.end, self.is_held, self._way = math.nan, False, 0.0
+        self._limit, self._again = math.nan, math.inf
 
     def begin(self, q: float, v: float) -> None:
         """Set the end of a stop from here, in the range where that can be."""
         self._way, self.is_held = math.copysign(1.0, v), False
-        self.end = self._end_of(q, v)
+        self.end = self._limit = self._end_of(q, v)
+        self._again = AGAIN * abs(v) if abs(v) > self._rest else math.inf
 
     def revise(self, q: float, v: float) -> None:
         """Take what is told a period later: the end of the stop may come nearer."""
         end = self._end_of(q, v)
         if not self.is_held and v * self._way > 0.0 and (self.end - end) * self._way > 0.0:
-            self.end = end
+            self.end = self._limit = end
 
     def acceleration(self, q: float, v: float, most: float = math.inf) -> float:
         """Return the acceleration to brake or hold with [rad/s^2] or [m/s^2]; 0 where nothing is known.
@@ -64,6 +69,8 @@ class StopBrake:
         rate = min(self._rate, most)
         if not self.is_held and v * self._way <= self._rest:
             self.end, self.is_held = q, True
+        if self.is_held and v * self._way > self._again:
+            self.end, self.is_held, self._again = self._limit, False, math.inf
         if not math.isfinite(q + self.end):
             return self._within(-rate * v, self._deceleration)
         if self.is_held:
