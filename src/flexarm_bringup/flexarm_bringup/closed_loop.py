@@ -69,7 +69,7 @@ class Effort:
         served: Models adopted on the way.
         adopt_time: CPU time of making and adopting them [s].
         unusable: Share of the periods in which the controller had no usable state or no plan [1].
-        guard: Why the guard stopped the arm; empty when it did not.
+        guard: Why the guard stopped the arm, and what the estimator said then; empty when it did not.
     """
 
     speed: float
@@ -153,7 +153,7 @@ def run_loop(
         raise ValueError(fault)
     hardware.guard.arm(0.0, TOKEN)
     started, adopting, without = time.process_time(), 0.0, 0
-    samples, ticks = hardware.observe(), []
+    samples, ticks, stop = hardware.observe(), [], ""
     n, warm = round(end / hardware.dt), round(WARM_UP / hardware.dt)
     coming = schedule.poses(model.pose, float(reference.t[-1]), _between_looks_ns(hardware.dt))
     due = next(coming, NONE_TO_COME)
@@ -168,9 +168,17 @@ def run_loop(
         ticks.append(observe(hardware, estimate))
         samples = hardware.advance()
         hardware.choose_torque(command.for_guard(k + 1, TOKEN))
-    spent = time.process_time() - started
-    speed = (n - warm) * hardware.dt / spent
-    return ticks, Effort(speed, schedule.served, adopting, without / n, hardware.guard.reason)
+        stop = stop or _stopped_by(hardware, estimate)
+    speed = (n - warm) * hardware.dt / (time.process_time() - started)
+    return ticks, Effort(speed, schedule.served, adopting, without / n, stop)
+
+
+def _stopped_by(hardware: Hardware, estimate: Estimate) -> str:
+    """Return why the guard has stopped the arm, and where that is no usable state, why there is none."""
+    reason = hardware.guard.reason
+    if not reason or estimate.is_usable:
+        return reason
+    return f"{reason}; the estimator says: {estimate.reason}"
 
 
 def _refusal(

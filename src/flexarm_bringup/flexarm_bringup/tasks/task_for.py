@@ -36,6 +36,7 @@ WATCH = Watch(0.1, 2.1, 50.0, 5e-4)
 SETTINGS: dict[str, dict[str, Any]] = {
     "schedule": {"angle": 0.1, "length": 0.005},  # rad, m; the shipped arms: 0.05 to 0.13, 0.005
     "estimator": {
+        "filter": "corrected",  # goals are as fast as the motors: a linear model lost two_link at 4 rad/s
         "disturbance_drift": 0.3,  # rad/s^2/sqrt(s); what changes with pose and speed between two models
         "gate": 10.0,  # sigmas; with 5 sound gauges are refused on ramps of 50 ms
         "sag_modes": 4,  # where it rests is learned: else an upright arm 20 % softer is lost
@@ -124,7 +125,7 @@ def tour(name: str, config: ManipulatorConfig, profile: Profile | None = None) -
         assumed=(
             f"no moves file: a tour of the named poses (or one stride of the first axis), {pace}",
             "no settings tuned for this arm: a new model every 0.1 rad or 5 mm; weights of MPC by its "
-            "slowest mode; where it rests and how soft it is are learned",
+            "slowest mode; where it rests and how soft it is are learned; filter: corrected",
         ),
         settings=_settings(config, profiles, ways),
     )
