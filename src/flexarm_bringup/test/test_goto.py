@@ -90,3 +90,10 @@ def test_a_controller_that_has_died_is_not_moving_the_arm(
     stopped = "the guard has stopped the arm: no command for 50 ms"
     assert f"nothing heard for 1.0 s; {stopped}" in told.out
     assert told.err.rstrip().endswith(f"of the goal for 5 s; {stopped}; is the controller running?")
+
+
+@pytest.mark.parametrize(("distance", "said"), [(0.0123, "   12.30 mm to go"), (float("nan"), "? mm to go")])
+def test_a_distance_that_is_not_known_is_no_number(distance: float, said: str) -> None:
+    status = MotionStatus(goal_id=7, state=MotionStatus.ABORTED, progress=0.75, distance=distance, reason="x")
+    line = goto_node._line(status)
+    assert line.startswith(" 75 %") and said in line and line.endswith("given up: x") and "nan" not in line

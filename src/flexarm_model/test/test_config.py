@@ -31,6 +31,13 @@ def bias_text(sigma: str, limit: str, drift: str = "0 rad/sqrt(s)") -> str:
 
 
 # (what it is, text replaced, by what, what the message must name: key, value, what is allowed)
+SHORT = """      - length: 10 um
+        section: {shape: rectangle, along_y: 3.2 mm, along_z: 20 mm}
+        youngs_modulus: 208.5 GPa
+        shear_modulus: 80 GPa
+        density: 7750 kg/m^3
+        elements: 2
+      - length: 630 mm"""
 EDITS = [
     ("unknown key", "along_y:", "along_yy:", ("bodies.strip.pieces.0.section", "along_y")),
     ("unknown key at the top", "gravity:", "gravitiy:", ("gravity", "must be given")),
@@ -55,6 +62,7 @@ EDITS = [
     ("zero elements", "elements: 16", "elements: 0", ("elements", "0", "whole number, at least 1")),
     ("too many elements", "elements: 16", "elements: 99999", ("elements", "99999", "at most 200")),
     ("half an element", "elements: 16", "elements: 1.5", ("elements", "1.5", "whole number")),
+    ("short elements", "      - length: 630 mm", SHORT, ("strip.pieces.0.elements: 2", "5e-06 m long")),
     ("no pieces", "    pieces:\n", "    pieces: []\n    assumed:\n", ("strip.pieces", "at least one")),
     ("mass beyond the end", "at: 620 mm", "at: 640 mm", ("point_masses.0.at", "'640 mm'", "0.63 m")),
     ("no such node", "node: strip.gauge", "node: strip.gage", ("strain.node", "strip.gage", "strip.gauge")),

@@ -11,7 +11,7 @@
 Services are relative to /flexarm unless they begin with a slash; the request is YAML, what it leaves out has
 its default. The answer is printed as YAML. Shorter for what is needed most: flexarm arm, stop, goto.
 
-Exit codes: 0 done; 1 the answer says that it was not, or there is none; 2 no such service or field.
+Exit codes: 0 done; 1 the answer says that it was not, or there is none; 2 no such service or field, or none.
 """
 
 from __future__ import annotations
@@ -25,6 +25,7 @@ import yaml
 from flexarm_bringup.calling.caller_node import (
     DONE,
     NOT_DONE,
+    UNUSABLE,
     Caller,
     absolute,
     add_wait,
@@ -72,9 +73,11 @@ def was_done(answer: Any) -> bool:
 
 def _list(caller: Caller, args: argparse.Namespace) -> int:
     caller.listen(args.wait)
-    found = caller.seen()
-    for name, kind in sorted((found if args.all else offered(found)).items()):
+    own = f"{caller.get_fully_qualified_name()}/"
+    found = {name: kind for name, kind in caller.seen().items() if not name.startswith(own)}
+    shown = found if args.all else offered(found)
+    for name, kind in sorted(shown.items()):
         print(f"{name:42} {kind}")
-    if not found:
+    if not shown:
         print("flexarm call: nobody offers any. Same ROS_DOMAIN_ID and discovery range?", file=sys.stderr)
-    return DONE
+    return DONE if shown else UNUSABLE

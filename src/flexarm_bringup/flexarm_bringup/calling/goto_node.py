@@ -14,6 +14,7 @@ controller; 130 after Ctrl-C.
 from __future__ import annotations
 
 import argparse
+import math
 import sys
 import time
 from collections.abc import Callable
@@ -148,7 +149,6 @@ class _Goal:
 def _line(status: MotionStatus) -> str:
     """Return how far a goal has got."""
     reason = f": {status.reason}" if status.reason else ""
-    return (
-        f"{100 * status.progress:3.0f} %  {1e3 * status.distance:8.2f} mm to go  "
-        f"{_STATES.get(status.state, '')}{reason}"
-    )
+    known = math.isfinite(status.distance)
+    far = f"{1e3 * status.distance:8.2f} mm to go" if known else f"{'?':>8} mm to go"
+    return f"{100 * status.progress:3.0f} %  {far}  {_STATES.get(status.state, '')}{reason}"

@@ -17,7 +17,7 @@ is held there; what its own place does is still interpolated where it is.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -179,16 +179,22 @@ class BeamMesh:
         return element, (x - self.nodes[element]) / h, h
 
 
+def short_elements(pieces: Sequence[BeamPiece]) -> Iterator[tuple[int, float, float]]:
+    """Give the pieces whose elements are too short: index, length of an element, least length [m]."""
+    shortest = SHORTEST * sum(piece.length for piece in pieces)
+    for i, piece in enumerate(pieces):
+        length = piece.length / piece.elements
+        if not piece.rigid and length < shortest - _ROUNDING:
+            yield i, length, shortest
+
+
 def _refuse_short_elements(beam: Beam) -> None:
     """Raise ValueError where a flexible piece has elements too short for the beam."""
-    for i, piece in enumerate(beam.pieces):
-        length, shortest = piece.length / piece.elements, SHORTEST * beam.length
-        if not piece.rigid and length < shortest - _ROUNDING:
-            raise ValueError(
-                f"body '{beam.name}': the elements of pieces.{i} are {length:.3g} m long; they must be at "
-                f"least {shortest:.3g} m (1/10000 of the beam), or rounding is all its stiffness: give the "
-                "piece fewer elements, make it rigid, or make it part of its neighbour"
-            )
+    for i, length, shortest in short_elements(beam.pieces):
+        raise ValueError(
+            f"body '{beam.name}': the elements of pieces.{i} are {length:.3g} m long; they must be at "
+            f"least {shortest:.3g} m (1/10000 of the beam), or rounding is all its stiffness"
+        )
 
 
 def _with_interfaces(cuts: Array, interfaces: list[float], apart: float) -> Array:

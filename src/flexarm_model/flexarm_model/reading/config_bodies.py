@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import TypeAlias
 
 import numpy as np
 
+from flexarm_model.bodies.beam import short_elements
 from flexarm_model.manipulator.body_spec import (
     DEFORMATIONS,
     Beam,
@@ -86,6 +87,7 @@ def _read_beam(name: str, section: Section) -> Beam:
     if not pieces:
         raise section.error("pieces", [], "expected at least one piece")
     length = sum(piece.length for piece in pieces)
+    _refuse_short_elements(section, pieces)
     masses = []
     for item in section.items("point_masses", ()):
         masses.append(
@@ -116,6 +118,15 @@ def _read_beam(name: str, section: Section) -> Beam:
         rotary_inertia=section.flag("rotary_inertia", True),
         damping_rate=damping.rate,
     )
+
+
+def _refuse_short_elements(section: Section, pieces: Sequence[BeamPiece]) -> None:
+    for i, length, least in short_elements(pieces):
+        allowed = (
+            f"its elements are {length:.3g} m long, {least:.3g} m is the least (1/10000 of the beam), or "
+            "rounding is all its stiffness: give the piece fewer, make it rigid, or part of its neighbour"
+        )
+        raise section.error(f"pieces.{i}.elements", pieces[i].elements, allowed)
 
 
 def _read_reduction(section: Section, nodes: dict[str, float]) -> Reduction:
