@@ -69,6 +69,7 @@ class Effort:
         served: Models adopted on the way.
         adopt_time: CPU time of making and adopting them [s].
         unusable: Share of the periods in which the controller had no usable state or no plan [1].
+        is_led: Whether the law itself chose the torque, tick by tick, (n,).
         guard: Why the guard stopped the arm, and what the estimator said then; empty when it did not.
     """
 
@@ -77,6 +78,7 @@ class Effort:
     adopt_time: float
     unusable: float
     guard: str
+    is_led: tuple[bool, ...] = ()
 
 
 Observer = Callable[[Hardware, Estimate], Mapping[str, Array]]
@@ -152,7 +154,7 @@ def run_loop(
     if fault:
         raise ValueError(fault)
     hardware.guard.arm(0.0, TOKEN)
-    started, adopting, without = time.process_time(), 0.0, 0
+    started, adopting, is_led = time.process_time(), 0.0, list[bool]()
     samples, ticks, stop = hardware.observe(), [], ""
     n, warm = round(end / hardware.dt), round(WARM_UP / hardware.dt)
     coming = schedule.poses(model.pose, float(reference.t[-1]), _between_looks_ns(hardware.dt))
@@ -164,13 +166,13 @@ def run_loop(
             due = next(coming, NONE_TO_COME)
         estimate = estimator.step(measurements(samples, hardware), np.array(hardware.acted), hardware.t)
         command = controller.step(arm_state(estimate))
-        without += command.mode != law.law
+        is_led.append(command.mode == law.law)
         ticks.append(observe(hardware, estimate))
         samples = hardware.advance()
         hardware.choose_torque(command.for_guard(k + 1, TOKEN))
         stop = stop or _stopped_by(hardware, estimate)
     speed = (n - warm) * hardware.dt / (time.process_time() - started)
-    return ticks, Effort(speed, schedule.served, adopting, without / n, stop)
+    return ticks, Effort(speed, schedule.served, adopting, is_led.count(False) / n, stop, tuple(is_led))
 
 
 def _stopped_by(hardware: Hardware, estimate: Estimate) -> str:

@@ -103,12 +103,19 @@ def chosen_rows(text: str | None, families: Sequence[str] = tuple(FAMILIES)) -> 
         first, dash, last = part.strip().partition("-")
         if not first.isdigit() or (dash and not last.isdigit()):
             raise ValueError(f"--rows '{text}': '{part}' is neither a number nor a range such as 1-5")
+        if int(last or first) < int(first):
+            raise ValueError(f"--rows '{text}': '{part}' ends before it begins")
         wanted |= set(range(int(first), int(last or first) + 1))
+        if "-" not in part and not any(int(first) in numbers for numbers in there.values()):
+            raise ValueError(f"--rows '{text}': no row {part.strip()}; there are {_known(there)}")
     rows = {family: tuple(n for n in numbers if n in wanted) for family, numbers in there.items()}
     if not any(rows.values()):
-        known = ", ".join(str(n) for n in sorted({n for numbers in there.values() for n in numbers}))
-        raise ValueError(f"--rows '{text}': no such row; there are {known}")
+        raise ValueError(f"--rows '{text}': no such row; there are {_known(there)}")
     return {family: numbers for family, numbers in rows.items() if numbers}
+
+
+def _known(there: Mapping[str, Sequence[int]]) -> str:
+    return ", ".join(str(n) for n in sorted({n for numbers in there.values() for n in numbers}))
 
 
 def build_page(

@@ -20,16 +20,26 @@ def status(stamp: float, passed: int) -> Any:
     return SimpleNamespace(header=header, passed=passed)
 
 
+FROZEN = HIT + 0.5  # s
+
+
 def test_what_a_frozen_guard_had_said_before_comes_when_it_wakes_and_does_not_count() -> None:
     """As heard of a 3RRR on a busy machine: 24 commands that passed before it was frozen."""
     told = [(-0.125, 715), (-0.025, 734), (0.005, 739), (1.28, 739)]
-    assert passed_since([(HIT + 1.25, status(HIT + at, passed)) for at, passed in told], HIT) == 0
+    assert passed_since([(HIT + 1.25, status(HIT + at, passed)) for at, passed in told], FROZEN) == 0
 
 
 def test_commands_that_pass_afterwards_count_and_silence_is_no_proof() -> None:
     told = [(HIT + 1.25, status(HIT + 0.005, 739)), (HIT + 1.3, status(HIT + 1.3, 742))]
-    assert passed_since(told, HIT) == 3
-    assert passed_since([], HIT) == math.inf
+    assert passed_since(told, FROZEN) == 3
+    assert passed_since([], FROZEN) == math.inf
+    assert passed_since(told[:1], FROZEN) == math.inf  # it did not wake
+
+
+def test_a_command_that_passes_in_the_first_cycle_after_waking_counts() -> None:
+    """What it had let pass was counted from its first word on, when the first old command had passed."""
+    told = [(HIT, status(HIT - 0.01, 500)), *((HIT + at, status(HIT + at, 501)) for at in (1.2, 1.3))]
+    assert passed_since(told, FROZEN) == 1
 
 
 def state(stamp: float, sigma: float, status: int = 0) -> Any:

@@ -12,7 +12,7 @@ from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, ReliabilityPolicy
 from rclpy.time import Time
 
-from flexarm_bringup.doctor.finding import Finding
+from flexarm_bringup.doctor.finding import Finding, Verdict
 from flexarm_bringup.processes.graph import rig_graph
 from flexarm_bringup.processes.spinning import spin_once
 from flexarm_bringup.topics import NAMESPACE
@@ -74,7 +74,8 @@ def _nodes(node: Node) -> Iterator[Finding]:
     missing = [row.name for row in rig_graph() if row.essential and row.name not in found]
     if missing:
         running = f"running: {', '.join(sorted(found))}"
-        yield Finding("hint", "graph", running, f"not running: {', '.join(missing)}")
+        how_bad: Verdict = "FAULT" if "rig" in found else "hint"
+        yield Finding(how_bad, "graph", running, f"not running, or stuck: {', '.join(missing)}")
     else:
         yield Finding("ok", "graph", f"running: {', '.join(sorted(found))}")
 

@@ -21,7 +21,7 @@ class BadFile:
     Attributes:
         name: What is wrong, in a word or two.
         text: Its content; None when it does not exist.
-        names: What the message must name beside the file: key, and what is allowed.
+        names: What the message must name beside the file: key, value, and what is allowed.
     """
 
     name: str
@@ -49,11 +49,11 @@ def bad_files(node: str) -> tuple[BadFile, ...]:
 
     allowed = _allowed(number)
     return (
-        bad("not a number", number.name, ".nan", *allowed),
-        bad("infinite", number.name, ".inf", *allowed),
-        bad("negative", number.name, "-1.0e+9", *allowed),
-        bad("out of range", number.name, "1.0e+300", *allowed),
-        bad("wrong type", number.name, "fast", *_kind(number)),
+        bad("not a number", number.name, ".nan", "nan", *allowed),
+        bad("infinite", number.name, ".inf", "inf", *allowed),
+        bad("negative", number.name, "-1.0e+9", "-1", *allowed),
+        bad("out of range", number.name, "1.0e+300", "1e+300", *allowed),
+        bad("wrong type", number.name, "fast", "fast", *allowed),
         bad(*listed),
         bad("misspelt key", "manipulater", "single_link", "allowed: ", own),
         bad("unknown manipulator", own, "single_lnk", "single_link", ".yaml"),
@@ -84,16 +84,12 @@ def _is_bounded(item: Field[Any]) -> bool:
 
 def _allowed(item: Field[Any]) -> tuple[str, ...]:
     if isinstance(item.default, bool):
-        return _kind(item)
+        return ("true or false",)
     return tuple(str(item.metadata[end]) for end in ("minimum", "maximum"))
-
-
-def _kind(item: Field[Any]) -> tuple[str, ...]:
-    return (type(item.default).__name__,)
 
 
 def _list_of_wrong_length(settings: Sequence[Field[Any]]) -> tuple[str, str, str, str]:
     """Return name, key, value and what is allowed; where no list has a length, a list for one text."""
     if any(item.name == "start" for item in settings):
         return "list of wrong length", "start", f"[{', '.join(['0.0'] * 99)}]", "expected one each for"
-    return "list for one value", "preset", "[geared, light]", "str"
+    return "list for one value", "preset", "[geared, light]", "is not a text"

@@ -96,7 +96,7 @@ class RowResult:
     @property
     def passed(self) -> bool:
         """Whether every bound was kept."""
-        return all(finding.passed for finding in self.findings)
+        return bool(self.findings) and all(finding.passed for finding in self.findings)
 
 
 @dataclass(frozen=True)

@@ -168,10 +168,11 @@ def fused_at_most(count: int) -> Measure:
     return measure
 
 
-def refused_all(trial: Trial) -> Finding:
-    """Measure which share of the samples that the fault touched was refused and counted."""
+def refused_exactly(trial: Trial) -> Finding:
+    """Measure by how much the samples refused, beyond those of the sound run, are not those injected."""
     touched = sum(trial.trace.touched[name] for name in trial.sensors)
-    return Finding(trial.name("refused / injected"), trial.counted("rejected") / touched, 1.0, at_least=True)
+    refused = trial.counted("rejected") - _without_fault(trial).counted("rejected")
+    return Finding(trial.name(f"refusals beside the {touched} injected"), abs(refused - touched), 0)
 
 
 def counted_exactly(trial: Trial) -> Finding:

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
-from flexarm_bringup.fault_drill.findings import Finding, Trial, tip_within
+from flexarm_bringup.fault_drill.findings import Finding, Measure, Trial, tip_within
 from flexarm_bringup.fault_drill.row import Case, Row, cases, every, together
 from flexarm_bringup.fault_drill.stand import Change, Stand
 from flexarm_bringup.sim.sensor_faults import SensorFault
@@ -36,6 +37,20 @@ def jitter(stand: Stand) -> list[Finding]:
             Finding(f"{name} / steady", varying / steady, 1.1),
         ]
     return findings
+
+
+def frames_lost(delay: float) -> Measure:
+    """Measure how many frames less were fused than without the delay, beside those still under way."""
+
+    def measure(trial: Trial) -> Finding:
+        """Count to the end of the record."""
+        sound, late = trial.stand.nominal, trial.trace
+        lost = sum(sound.report(-1, s).accepted - late.report(-1, s).accepted for s in trial.sensors)
+        rates = (s.rate_hz or 1.0 / trial.stand.dt for s in trial.stand.sensors if s.name in trial.sensors)
+        under_way = sum(math.ceil(delay * rate) for rate in rates)
+        return Finding(trial.name("frames lost"), max(lost - under_way, 0), 0)
+
+    return measure
 
 
 def flapping(trial: Trial) -> Finding:
@@ -96,7 +111,7 @@ LATE = tuple(
     Case(
         every(CAMERA),
         SensorFault("delayed", delay=delay),
-        (tip_within(1.05),),
+        (tip_within(1.05), frames_lost(delay)),
         f"{_ms(delay)} late",
         throughout=True,
     )

@@ -162,11 +162,11 @@ def all_silent(stand: Stand) -> list[Finding]:
     faults = {spec.name: SensorFault("off", start=start) for spec in config.sensors}
     run = loop.run("mpc", RigSettings(), faults)
     trace = run.result.trace
-    lost = trace.t[(trace.t >= start) & ~run.usable]
+    left = trace.t[(trace.t >= start) & ~np.array(run.result.effort.is_led)]
     rates = np.array([axis.effort_rate / axis.effort for axis in config.actuated.values()])
     steepest = float(np.max(np.abs(np.diff(trace.load, axis=0)) / (rates * np.diff(trace.t)[:, None])))
     return [
-        Finding("law left after", float(lost[0] - start) if lost.size else np.inf, 0.1, "s"),
+        Finding("law left after", float(left[0] - start) if left.size else np.inf, 0.1, "s"),
         Finding("torque / limit", float(np.abs(trace.load).max()), 1.0),
         Finding("torque rate / limit", steepest, RAMPED),
     ]

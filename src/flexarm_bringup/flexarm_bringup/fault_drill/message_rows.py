@@ -11,20 +11,20 @@ import numpy as np
 
 from flexarm_bringup.fault_drill.findings import Finding, is_finite
 from flexarm_bringup.fault_drill.row import Row, together
-from flexarm_bringup.fault_drill.stand import FAULT_START, Stand
+from flexarm_bringup.fault_drill.spoilt_messages import SPOIL, STRANGE
+from flexarm_bringup.fault_drill.stand import FAULT_START, Skipped, Stand
 
 if TYPE_CHECKING:
+    from flexarm_bringup.fault_drill.message_stand import Tamper
     from flexarm_bringup.sim.conversions import Outgoing
 
 TOLD_AFTER = 1.0  # s
 CASES = 10_000
 SEED = 19
-STRANGE = "nowhere"
 TORQUE = "applied_effort"
 DRIVES = ("joint_states", TORQUE)  # topics
 IN_FLIGHT = 3  # ticks before the end whose frames may still be on their way
 KINDS = {"joint_states": "encoder", "strain": "strain_gauge", "imu": "accelerometer", "camera": "camera"}
-NASTY = (math.nan, math.inf, -math.inf, 1e308, -1e308, 5e-324, 0.0, -1.0, 1e6)
 
 
 def wrong_frames(topic: str, kind: str, spoil: Callable[[Any], None]) -> Callable[[Stand], list[Finding]]:
@@ -58,38 +58,54 @@ def wrong_frames(topic: str, kind: str, spoil: Callable[[Any], None]) -> Callabl
 
 
 def fuzz(stand: Stand) -> list[Finding]:
-    """Send ten thousand spoilt messages beside the good ones.
+    """Send ten thousand spoilt messages beside the good ones, then only those that are certainly bad.
 
     What was sent on a topic of which only the newest message is taken need not all be refused: a good one
-    may have come after it. None of it may be fused.
+    may have come after it. None of it may be fused: of those that are certainly bad no estimate may know.
     """
-    bench, rng = stand.messages, np.random.default_rng(SEED)
-    each = math.ceil(CASES / (len(stand.record.t) - 1))
+    bench, each = stand.messages, math.ceil(CASES / (len(stand.record.t) - 1))
     sent: dict[str, list[bool]] = {topic: [] for topic in SPOIL}
-
-    def tamper(k: int, messages: list[Outgoing]) -> list[Outgoing]:
-        """Add spoilt copies of what sensors say."""
-        bad, said = [], [out for out in messages if out.topic != TORQUE]
-        for _ in range(each):
-            out = copy.deepcopy(said[rng.integers(len(said))])
-            topic = out.topic.split("/")[0]
-            sent[topic].append(SPOIL[topic](out.msg, rng))
-            bad.append(out)
-        return [*bad, *messages]
-
-    trace, sensors = bench.play(tamper, FAULT_START), _names_by_topic(stand)
+    trace, sensors = bench.play(_spoiling(each, sent), FAULT_START), _names_by_topic(stand)
     least = min(
         trace.refused(topic, sensors[topic]) / sum(bad)
         for topic, bad in sent.items()
         if sum(bad) and topic not in trace.newest_only
     )
     fused = max(trace.accepted(-1, name) for name in sensors["joint_states"]) - len(stand.record.t)
+    sound = bench.play(lambda k, messages: messages, FAULT_START).estimates
+    beside = bench.play(_spoiling(each, {topic: [] for topic in SPOIL}, only_bad=True), FAULT_START).estimates
+    changed = sum(not np.array_equal(one.x, other.x) for one, other in zip(sound, beside, strict=True))
     return [
         Finding("spoilt messages", sum(map(len, sent.values())), CASES, at_least=True),
         Finding("non-finite estimates", sum(not is_finite(e) for e in trace.estimates), 0),
         Finding("refused / certainly bad, least of a topic", least, 1.0, at_least=True),
         Finding("encoder samples fused beside the good ones", fused, 0),
+        Finding("estimates changed by what is certainly bad", changed, 0),
     ]
+
+
+def _spoiling(each: int, sent: dict[str, list[bool]], only_bad: bool = False) -> Tamper:
+    """Return what adds spoilt copies of what sensors say.
+
+    Args:
+        each: Of every period.
+        sent: Takes whether each is certainly bad, by topic.
+        only_bad: Add no others.
+    """
+    rng = np.random.default_rng(SEED)
+
+    def tamper(k: int, messages: list[Outgoing]) -> list[Outgoing]:
+        """Add them before the good ones."""
+        bad, said = [], [out for out in messages if out.topic != TORQUE]
+        for _ in range(each):
+            out = copy.deepcopy(said[rng.integers(len(said))])
+            topic = out.topic.split("/")[0]
+            sent[topic].append(SPOIL[topic](out.msg, rng))
+            if sent[topic][-1] or not only_bad:
+                bad.append(out)
+        return [*bad, *messages]
+
+    return tamper
 
 
 def _names_by_topic(stand: Stand) -> dict[str, set[str]]:
@@ -133,6 +149,8 @@ def missing_fields(stand: Stand) -> list[Finding]:
 
 def no_stamps(stand: Stand) -> list[Finding]:
     """Leave the stamp of every gauge, accelerometer and camera at zero."""
+    if not (specs := stand.of_kind("strain_gauge", "accelerometer", "camera")):
+        raise Skipped("the machine has no such sensor")
     bench, first = stand.messages, round(FAULT_START / stand.record.dt)
     spoilt: set[str] = set()
 
@@ -145,7 +163,6 @@ def no_stamps(stand: Stand) -> list[Finding]:
         return messages
 
     trace = bench.play(tamper, FAULT_START + TOLD_AFTER)
-    specs = stand.of_kind("strain_gauge", "accelerometer", "camera")
     fused = sum(trace.accepted(-1, s.name) - trace.accepted(first - 1, s.name) for s in specs)
     warnings = " ".join(trace.diagnostics.get(b"\x01", []))
     unnamed = [topic for topic in spoilt if f"{topic}_timestamp" not in warnings]
@@ -153,62 +170,6 @@ def no_stamps(stand: Stand) -> list[Finding]:
         Finding("samples without a stamp fused", fused, 0),
         Finding("topics without a warning after 1 s", len(unnamed), 0),
     ]
-
-
-def _spoil_joints(msg: Any, rng: np.random.Generator) -> bool:
-    """Spoil joint states; returns whether they must be refused."""
-    which = rng.integers(4)
-    if which == 0:
-        msg.position = []
-    elif which == 1:
-        msg.position = [*msg.position, 0.0]
-    elif which == 2:
-        msg.name = [STRANGE, *msg.name[1:]]
-    else:
-        msg.position = [float(rng.choice((math.nan, math.inf, 1e308)))] * len(msg.name)
-    msg.effort = []
-    return True
-
-
-def _spoil_strain(msg: Any, rng: np.random.Generator) -> bool:
-    which = rng.integers(4)
-    if which == 0:
-        msg.strain = []
-    elif which == 1:
-        msg.names = [STRANGE, *msg.names[1:]]
-    elif which == 2:
-        msg.strain = [float(rng.choice((math.nan, math.inf, 1.0)))] * len(msg.names)
-    else:
-        msg.standard_deviation = [float(rng.choice(NASTY))] * len(msg.names)
-    return bool(which != 3)
-
-
-def _spoil_imu(msg: Any, rng: np.random.Generator) -> bool:
-    which = rng.integers(3)
-    if which == 0:
-        msg.header.frame_id = STRANGE
-    elif which == 1:
-        bad = float(rng.choice((math.nan, math.inf, 1e308)))
-        msg.linear_acceleration.x = msg.linear_acceleration.y = msg.linear_acceleration.z = bad
-    else:
-        msg.linear_acceleration_covariance = rng.choice(NASTY, 9)
-    return bool(which != 2)
-
-
-def _spoil_camera(msg: Any, rng: np.random.Generator) -> bool:
-    which, q = rng.integers(4), msg.pose.pose.orientation
-    if which == 0:
-        msg.header.frame_id = STRANGE
-    elif which == 1:
-        q.x = q.y = q.z = q.w = float(rng.choice((0.0, math.nan, 1e308)))
-    elif which == 2:
-        msg.pose.pose.position.x = float(rng.choice((math.nan, math.inf, 1e6)))
-    else:
-        msg.pose.covariance = rng.choice(NASTY, 36)
-    return bool(which != 3)
-
-
-SPOIL = {"joint_states": _spoil_joints, "strain": _spoil_strain, "imu": _spoil_imu, "camera": _spoil_camera}
 
 
 def _rename_frame(msg: Any) -> None:

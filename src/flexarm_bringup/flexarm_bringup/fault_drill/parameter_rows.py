@@ -16,6 +16,7 @@ from flexarm_bringup.installed import find_executable
 from flexarm_bringup.parameters_command import NODES
 
 SOON = 3.0  # s
+REFUSED = 2  # the exit code; a node that ends otherwise has crashed, one without an end ran on
 PATIENCE = 60.0  # s for a node that should have ended
 
 
@@ -52,10 +53,10 @@ def refusals(stand: SystemStand) -> list[Finding]:
     for node in NODES:
         folder = stand.folder()
         tried = [refusal(node, file, folder) for file in bad_files(node)]
-        accepted = [r.file for r in tried if not r.code]
+        accepted = [f"{r.file} ({r.code})" for r in tried if r.code != REFUSED]
         vague = [f"{r.file} ({', '.join(r.unnamed)})" for r in tried if r.unnamed]
         findings += [
-            Finding(_named(f"{node}: of {len(tried)} wrong files accepted", accepted), len(accepted), 0),
+            Finding(_named(f"{node}: of {len(tried)} wrong files not refused", accepted), len(accepted), 0),
             Finding(_named(f"{node}: refusals that do not name file, key and value", vague), len(vague), 0),
             Finding(f"{node}: the slowest refusal", max(r.after for r in tried), SOON, "s"),
         ]

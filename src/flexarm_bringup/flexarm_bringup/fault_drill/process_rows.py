@@ -82,7 +82,8 @@ def _frozen(rig: LiveRig, name: str) -> list[Finding]:
     woken = time.time()
     os.kill(rig.pid(name), signal.SIGCONT)
     rig.listen(WATCHED)
-    applied = passed_since(rig.after("guard_status", woken), hit)
+    told = rig.after("guard_status", hit - SILENCE)
+    applied = passed_since(told, (hit + woken) / 2.0)
     if name == "model":  # nothing is due from it in a motion, and commands go on
         return [
             Finding("model frozen: the motion was stopped", float(_first_stop(rig, name, hit) < math.inf), 0)
@@ -90,13 +91,15 @@ def _frozen(rig: LiveRig, name: str) -> list[Finding]:
     return [*findings, Finding(f"{name} frozen: old commands applied when it woke", applied, 0)]
 
 
-def passed_since(told: Sequence[Arrival], hit: float) -> float:
-    """Return how many commands the guard let pass while it told this; infinity if it told nothing.
+def passed_since(told: Sequence[Arrival], frozen: float) -> float:
+    """Return how many commands the guard let pass since it was frozen; infinity if it told nothing then.
 
-    What it said before it was hit, which may come only when it wakes, does not count.
+    It is frozen at that instant: what it says of itself before, which may come only when it wakes, is what it
+    had let pass by then.
     """
-    passed = [msg.passed for _, msg in told if stamp(msg) > hit]
-    return passed[-1] - passed[0] if passed else math.inf
+    before = [msg.passed for _, msg in told if stamp(msg) <= frozen]
+    after = [msg.passed for _, msg in told if stamp(msg) > frozen]
+    return after[-1] - (before or after)[-1 if before else 0] if after else math.inf
 
 
 def strike(rig: LiveRig, name: str, number: int) -> float:

@@ -18,7 +18,7 @@ from flexarm_bringup.fault_drill.findings import (
     honest_while_usable,
     lost_within,
     recovered_within,
-    refused_all,
+    refused_exactly,
     silence_told,
     stale_within,
     tip_within,
@@ -55,7 +55,7 @@ def false_refusals(stand: Bench) -> Finding:
 
 def _spikes(stand: Bench) -> list[Finding]:
     every_kind = [
-        Case(every(kind), _some(kind, "garbage"), (tip_within(1.05), refused_all), kind) for kind in KINDS
+        Case(every(kind), _some(kind, "garbage"), (tip_within(1.05), refused_exactly), kind) for kind in KINDS
     ]
     return [*cases(*every_kind)(stand), false_refusals(stand)]
 

@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from flexarm_bringup.fault_drill.findings import Finding, Trial, lost_within, refused_all, tip_within
+from flexarm_bringup.fault_drill.findings import Finding, Trial, lost_within, refused_exactly, tip_within
 from flexarm_bringup.fault_drill.motion_record import record_motion
 from flexarm_bringup.fault_drill.row import Case, Row, cases, every
 from flexarm_bringup.fault_drill.stand import FAULT_END, FAULT_START, Skipped, Stand, Trace
@@ -166,7 +166,7 @@ ROWS = (
             Case(
                 every("encoder", "strain_gauge", "accelerometer", CAMERA),
                 FUTURE,
-                (refused_all, lost_within(0.1)),
+                (refused_exactly, lost_within(0.1)),
                 end=FAULT_START + 0.3,
             )
         ),
