@@ -6,6 +6,7 @@ Subscribes
     ~/faults (std_msgs/String): faults from now on, as the parameter ``faults`` has them, times counted from
         now ("camera: off 0 2; root_strain: stuck"); empty ends all. What is not understood changes nothing.
     ~/clock_jump (std_msgs/Float64): all stamps are so many seconds later from the next period on.
+    See ``rig_parameters_node``, not in lockstep.
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ from collections.abc import Callable
 from rclpy.node import Node
 from std_msgs.msg import Float64, String
 
+from flexarm_bringup.rig_parameters_node import RigParameters
 from flexarm_bringup.sim.drives import Drives
 from flexarm_bringup.sim.sensor_fault_text import faults_text, parse_faults
 from flexarm_model.conversions import NS_PER_S
@@ -54,6 +56,8 @@ class RigHealth:
         self._node, self._drives, self._config, self._jump = node, drives, config, jump
         self._loop = LoopHealth("rig: loop", period, told)
         self._skipped = 0
+        plant = drives.rig.plant
+        self._parameters = None if period is None else RigParameters(node, plant, config, period)
         node.create_subscription(String, "~/faults", self.on_faults, RELIABLE_QOS)
         node.create_subscription(Float64, "~/clock_jump", self.on_clock_jump, RELIABLE_QOS)
         self._diagnostics = Diagnostics(node, self.verdicts)
@@ -63,6 +67,8 @@ class RigHealth:
         self._loop.beat(time.perf_counter())
         self._skipped += max(behind - 1, 0)
         self._loop.count("periods late", self._skipped)
+        if self._parameters is not None:
+            self._parameters.tell()
 
     def on_faults(self, msg: String) -> None:
         """Give the sensors other faults from now on."""

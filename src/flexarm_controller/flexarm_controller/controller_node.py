@@ -116,7 +116,7 @@ class ControllerNode(ManagedNode):
         self._arming = ArmingCheck(self, config, inputs, self._margins, self.exchange)
         before = 0 if self.settings.lockstep else GOALS * secrets.randbelow(GOALS)
         goals = MotionExchange(config, self._tip, motion, period, self.exchange, before)
-        self._goals = TipGoals(self, goals, self._publish)
+        self._goals = TipGoals(self, goals, self._publish, not self.settings.lockstep)
         self.exchange.write = CommandWriter(serialize_message).write
         self.exchange.teller.write_status = StatusWriter(serialize_message).write
         self.exchange.teller.tell_more(Insight(self._tip.at, inputs.mpc, period), self._listens)

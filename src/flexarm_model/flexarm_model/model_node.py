@@ -59,7 +59,7 @@ from flexarm_model.served.linearize import PoseError, linearize
 from flexarm_model.served.model_cache import ModelCache, cache_at_home
 from flexarm_model.served.model_difference import model_difference
 from flexarm_model.served.model_schedule import ModelSchedule, ScheduleSettings, periods_between_looks
-from flexarm_model.served.parameter_watch import ParameterWatch
+from flexarm_model.served.parameter_watch import PARAMETER_STEP, ParameterWatch
 from flexarm_model.served.reduced_model import ReducedModel
 from flexarm_model.served.served_models import ServedModels
 from flexarm_model.settings.arm_settings import ArmSettings
@@ -83,7 +83,7 @@ class ModelSettings(ArmSettings):
         1e-3, "Relative change of M or the output rows that is worth a new model.", "1", 1e-9, 1.0
     )
     parameter_step: float = parameter(
-        0.01, "Change of a named parameter that is worth other models, of its range.", "1", 1e-6, 1.0
+        PARAMETER_STEP, "Change of a parameter of the arm that is worth models, of its range.", "1", 1e-6, 1.0
     )
 
 
@@ -112,7 +112,7 @@ class ModelNode(ManagedNode):
         """Publish the model at home."""
         self.cache, config = self._described, self._config
         model = self.cache.at()
-        self._parameters = ParameterWatch(config, self.settings.parameter_step)
+        self._watched = ParameterWatch(config, self.settings.parameter_step)
         self._now_ns, self._renewed_ns, self._receipt_ns = 0, -NS_PER_S, -1
         self._follows_pose = self._followed_pose = not self.settings.lockstep
         self._looked_at, self._published_ns, self._trouble = model.pose, 0, ""
@@ -188,17 +188,17 @@ class ModelNode(ManagedNode):
 
     def on_parameter(self, name: str, value: float, variance: float) -> None:
         """Serve other models when a named parameter has changed so far that it is worth them."""
-        is_worth = self._parameters.hear(name, value, variance)
+        is_worth = self._watched.hear(name, value, variance)
         if is_worth and self._now_ns - self._renewed_ns >= NS_PER_S / self.settings.rate:
-            self._renew(self._parameters.told())
+            self._renew(self._watched.told())
 
     def verdicts(self) -> list[Verdict]:
         """Judge what became of the last reference and pose."""
         served, level = self._served, Level.ERROR if self._trouble else Level.OK
         values = {"model_id": served.newest.model_id, "models served": str(served.count)}
         told = [Verdict("model: served", level, self._trouble or "ok", values)]
-        if used := {name: f"{value:.6g}" for name, value in self._parameters.used.items()}:
-            doubt = self._parameters.trouble
+        if used := {name: f"{value:.6g}" for name, value in self._watched.used.items()}:
+            doubt = self._watched.trouble
             told.append(Verdict("model: parameters", Level.WARN if doubt else Level.OK, doubt or "ok", used))
         return told
 
@@ -208,10 +208,10 @@ class ModelNode(ManagedNode):
         try:
             self._served.renew(cache.at, self._now_ns + FOLLOWING_LEAD_NS)
         except (PoseError, ClosureError) as error:
-            self._parameters.refused = f"no models for {values}: {error}"
-            self.get_logger().error(self._parameters.refused, throttle_duration_sec=5.0)
+            self._watched.refused = f"no models for {values}: {error}"
+            self.get_logger().error(self._watched.refused, throttle_duration_sec=5.0)
             return
-        self._parameters.use(values)
+        self._watched.use(values)
         self.cache, self._renewed_ns = cache, self._now_ns
         if self._receipt_ns >= 0:
             self._tell_receipt()
@@ -240,7 +240,7 @@ class ModelNode(ManagedNode):
         self.create_subscription(GuardStatus, "guard_status", self.on_guard_status, RELIABLE_QOS)
         if not self.settings.lockstep:
             subscribe_parameters(self, self._config, self.on_parameter)
-        self._services = ModelServices(self, lambda: self.cache, lambda: self._served.newest)
+        self._answering = ModelServices(self, lambda: self.cache, lambda: self._served.newest)
         self.tell_ready({"model": lambda: True})
         self._diagnostics = Diagnostics(self, self.verdicts)
 

@@ -13,7 +13,7 @@ node = ModelNode()
 n = node.cache.tree.n_q
 
 def ask(q, v):
-    response = node._services.on_get_dynamics(GetDynamics.Request(q=q, v=v), GetDynamics.Response())
+    response = node._answering.on_get_dynamics(GetDynamics.Request(q=q, v=v), GetDynamics.Response())
     told = [*response.mass, *response.coriolis, *response.gravity]
     print(response.success, len(told) > 0, bool(np.isfinite(told).all()), response.message[:50])
 

@@ -34,11 +34,16 @@ from flexarm_controller.state import ArmState
 from flexarm_model.conversions import stamp_to_ns
 from flexarm_model.manipulator.description import ManipulatorConfig
 from flexarm_model.motion.told import told_of_reference
+from flexarm_model.served.parameter_watch import PARAMETER_STEP, ParameterWatch
 from flexarm_model.served.reduced_model import ReducedModel
 
 
 class MotionExchange:
-    """Owns the motion server of one controller."""
+    """Owns the motion server of one controller.
+
+    Attributes:
+        arm: The manipulator.
+    """
 
     def __init__(
         self,
@@ -59,7 +64,8 @@ class MotionExchange:
             exchange: Of the controller that follows.
             goals: Number of the last goal before.
         """
-        self._exchange, self._names = exchange, tuple(config.actuated)
+        self._exchange, self._names, self.arm = exchange, tuple(config.actuated), config
+        self._parameters = ParameterWatch(config, PARAMETER_STEP)
         self._server = MotionServer(tip, limits_of(config), motion, period, goals)
         self._followed_ns, self._unserved = -1, (-1, "")  # stamps of references; why there are no models
 
@@ -69,6 +75,12 @@ class MotionExchange:
         if not answer[0].msg.reason.startswith(REFUSED):
             self._followed_ns = stamp_to_ns(msg.header.stamp)
         return answer + self._give_up()
+
+    def on_parameter(self, name: str, value: float, variance: float) -> None:
+        """Hear what a named parameter of the arm is now [SI]."""
+        if self._parameters.hear(name, value, variance):
+            self._parameters.use(self._parameters.told())
+            self._server.lead(self._parameters.used)
 
     def on_models(self, text: str) -> list[Outgoing]:
         """Hear what the model node says of a reference: "stamp: receipt" or "stamp: refused: reason"."""

@@ -7,6 +7,7 @@ velocity and acceleration.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -85,7 +86,8 @@ class MotionServer:
         """
         guard = GuardSettings(braking_share=config.guard_braking_share)
         self._ranges = guard_limits(tip.tree.config, tip.tree, guard).ranges
-        self._tip, self._limits, self._config, self._period = tip, limits, config, period
+        self._described = self._tip = tip
+        self._limits, self._config, self._period = limits, config, period
         self._pursuit: Pursuit | None = None
         self._goals = goals
         self._told: list[Progress] = []
@@ -94,6 +96,10 @@ class MotionServer:
     def is_pursuing(self) -> bool:
         """Whether there is a goal."""
         return self._pursuit is not None
+
+    def lead(self, parameters: Mapping[str, float]) -> None:
+        """Take other values of the arm's named parameters [SI]: it sags otherwise at the goals to come."""
+        self._tip = self._described.under(parameters)
 
     def move_tip(self, goal: TipGoal, arm: Follower, state: ArmState) -> Answer:
         """Begin to move to a goal, or say why not.

@@ -3,6 +3,8 @@
 Publishes
     motion_status (flexarm_interfaces/MotionStatus): 20 Hz while a goal is pursued, and what becomes of it.
     reference (trajectory_msgs/JointTrajectory): the motion to a goal, or to rest, when it is taken.
+Subscribes
+    parameters/<name> (see ``flexarm_model.ros.parameters_node``): how the arm sags at the goals to come.
 Services
     ~/move_tip (flexarm_interfaces/MoveTip): move the tip to a pose.
     ~/cancel (flexarm_interfaces/CancelMotion): bring whatever moves to rest.
@@ -22,6 +24,7 @@ from trajectory_msgs.msg import JointTrajectory
 from flexarm_controller.answer import Outgoing
 from flexarm_controller.motion.conversions import OWN_FRAME
 from flexarm_controller.motion.motion_exchange import MotionExchange
+from flexarm_model.ros.parameters_node import subscribe_parameters
 
 DEPTH = 100  # of motion_status: what becomes of a goal is said once
 
@@ -34,7 +37,11 @@ class TipGoals:
     """
 
     def __init__(
-        self, node: Node, exchange: MotionExchange, publish: Callable[[Sequence[Outgoing]], None]
+        self,
+        node: Node,
+        exchange: MotionExchange,
+        publish: Callable[[Sequence[Outgoing]], None],
+        is_live: bool,
     ) -> None:
         """Offer the services.
 
@@ -42,12 +49,15 @@ class TipGoals:
             node: Gets services and publishers.
             exchange: Answers.
             publish: Sends what it says, on ``outlets`` and on the node's own topics.
+            is_live: Not in lockstep, where nothing may depend on when a message comes.
         """
         self._node, self._exchange, self._publish = node, exchange, publish
         self.outlets = {
             "motion_status": node.create_publisher(MotionStatus, "motion_status", QoSProfile(depth=DEPTH)),
             "reference": node.create_publisher(JointTrajectory, "reference", QoSProfile(depth=DEPTH)),
         }
+        if is_live:
+            subscribe_parameters(node, exchange.arm, exchange.on_parameter)
         node.create_service(MoveTip, "~/move_tip", self.on_move_tip)
         node.create_service(CancelMotion, "~/cancel", self.on_cancel)
 

@@ -10,8 +10,9 @@ misses by far no bending mends; to find that out takes no longer than a guard wa
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
+from copy import copy
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -70,6 +71,17 @@ class TipKinematics:
         self._middle = tips.mean(axis=0)
         self._reach = float(np.linalg.norm(tips - self._middle, axis=1).max())
         self._resting.jacobian(self._home)
+
+    def under(self, parameters: Mapping[str, float]) -> TipKinematics:
+        """Return the tip of the same arm with other values of its named parameters [SI]: it sags otherwise.
+
+        Raises:
+            ParameterRangeError: There is no such parameter, or a law does not reach its value.
+        """
+        other = copy(self)
+        other.tree = self.tree.under(parameters)
+        other._resting = resting_mechanism(other.tree)
+        return other
 
     def at(self, q: Array) -> Array:
         """Return where the tip is at coordinates of the dynamics tree [m], (3,)."""

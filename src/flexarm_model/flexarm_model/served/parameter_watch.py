@@ -8,6 +8,7 @@ from collections.abc import Mapping
 from flexarm_model.manipulator.description import ManipulatorConfig
 from flexarm_model.manipulator.other_parameters import parameter_range
 
+PARAMETER_STEP = 0.01  # of the range of a parameter: a change that is worth other models
 DEVIATIONS = 3.0  # a change of so many standard deviations of what is told is none of noise
 
 
