@@ -189,6 +189,9 @@ def test_an_axis_that_is_pulled_on_after_it_stood_is_braked_again_before_the_sam
     one.acceleration(0.2 * way, 0.0)
     one.acceleration(0.22 * way, 3.0 * way)
     assert one.is_held and one.end == 0.2 * way
+    one.begin(0.0, 1.5 * LIMITS.rest_velocity * way)  # slow: coming to rest is no being pulled on
+    one.acceleration(0.0, 0.8 * LIMITS.rest_velocity * way)
+    assert one.is_held
     one.begin(0.0, LIMITS.rest_velocity * way)  # it stood: what pulls it on is held softly
     one.acceleration(0.0, 0.0)
     one.acceleration(0.0, way)

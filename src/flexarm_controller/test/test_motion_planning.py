@@ -186,7 +186,8 @@ def test_motions_keep_their_share_of_what_a_gauge_bears_and_stops_half_of_it(bea
     planner = MotionPlanner(model, limits, config, ())
     motion = planner.move(begin, np.array([1.0]))
     share = abs(strains(motion, model, limits.gauges[0])).max() / bears
-    assert 0.9 * config.motion_strain < share <= config.motion_strain * (1 + ROUNDING)
+    most = config.motion_strain / (1.0 + np.sin(np.pi / 4) / (np.pi / 4))  # a ramp of a quarter period
+    assert 0.9 * most < share <= most * (1 + ROUNDING)
     free = MotionPlanner(model, replace(limits, strain=np.array([np.inf])), config, ())
     assert free.move(begin, np.array([1.0])).t[-1] < 0.9 * motion.t[-1]
     halt = planner.stop(state_at(motion, 0.5 * motion.t[-1]))
@@ -202,7 +203,7 @@ def test_a_goal_where_weight_bends_a_gauge_too_far_is_refused_and_a_stop_there_i
     planner = MotionPlanner(model, limits, MotionConfig(), ())
     with pytest.raises(
         MotionError,
-        match=r"gauge root_strain.strain: holding still takes 0.0009 of the 0.0008 strain",
+        match=r"gauge root_strain.strain: holding still takes 0.0009 of the 0.000421 strain",
     ):
         planner.move(at_rest(0.0), np.array([1.0]))
     halt = planner.stop(MotionState(np.zeros(1), np.ones(1), np.zeros(1)))

@@ -113,7 +113,7 @@ class ModelNode(ManagedNode):
         self.cache, config = self._described, self._config
         model = self.cache.at()
         self._watched = ParameterWatch(config, self.settings.parameter_step)
-        self._now_ns, self._renewed_ns, self._receipt_ns = 0, -NS_PER_S, -1
+        self._renewed_ns, self._receipt_ns = -NS_PER_S, -1
         self._follows_pose = self._followed_pose = not self.settings.lockstep
         self._looked_at, self._published_ns, self._trouble = model.pose, 0, ""
         self._token, self._awaited, self._refused_ns = 0, False, -1
@@ -162,8 +162,9 @@ class ModelNode(ManagedNode):
 
     def on_joint_states(self, msg: JointState) -> None:
         """Serve a new model when the arm has moved far enough for it to differ."""
-        self._now_ns = now_ns = stamp_to_ns(msg.header.stamp)
+        now_ns = stamp_to_ns(msg.header.stamp)
         self._served.pass_by(now_ns)
+        self._renew(now_ns)
         if not self._follows_pose:
             return
         position, newest = dict(zip(msg.name, msg.position, strict=False)), self._served.newest
@@ -186,12 +187,6 @@ class ModelNode(ManagedNode):
             self._published_ns = now_ns
             self._served.serve(model, now_ns + FOLLOWING_LEAD_NS)
 
-    def on_parameter(self, name: str, value: float, variance: float) -> None:
-        """Serve other models when a named parameter has changed so far that it is worth them."""
-        is_worth = self._watched.hear(name, value, variance)
-        if is_worth and self._now_ns - self._renewed_ns >= NS_PER_S / self.settings.rate:
-            self._renew(self._watched.told())
-
     def verdicts(self) -> list[Verdict]:
         """Judge what became of the last reference and pose."""
         served, level = self._served, Level.ERROR if self._trouble else Level.OK
@@ -202,18 +197,21 @@ class ModelNode(ManagedNode):
             told.append(Verdict("model: parameters", Level.WARN if doubt else Level.OK, doubt or "ok", used))
         return told
 
-    def _renew(self, values: dict[str, float]) -> None:
-        """Send the models from now on once more, of an arm with these values of its parameters."""
-        cache = ModelCache(self._described.tree.under(values))
+    def _renew(self, now_ns: int) -> None:
+        """Go on to send the models of an arm whose parameters have changed, where that is due."""
+        values, least_ns = self._watched.told(), NS_PER_S / self.settings.rate
         try:
-            self._served.renew(cache.at, self._now_ns + FOLLOWING_LEAD_NS)
+            is_sent = self._served.go_on(now_ns)
+            if self._watched.is_due and not 0 <= now_ns - self._renewed_ns < least_ns:
+                cache = ModelCache(self._described.tree.under(values))
+                self._served.renew(cache.at, now_ns + FOLLOWING_LEAD_NS)
+                self._watched.use(values)
+                self.cache, self._renewed_ns, is_sent = cache, now_ns, True
         except (PoseError, ClosureError) as error:
             self._watched.refused = f"no models for {values}: {error}"
             self.get_logger().error(self._watched.refused, throttle_duration_sec=5.0)
             return
-        self._watched.use(values)
-        self.cache, self._renewed_ns = cache, self._now_ns
-        if self._receipt_ns >= 0:
+        if is_sent and self._receipt_ns >= 0:
             self._tell_receipt()
 
     def _tell_receipt(self) -> None:
@@ -239,7 +237,7 @@ class ModelNode(ManagedNode):
         self.create_subscription(String, "controller/references", self.on_verdict, RELIABLE_QOS)
         self.create_subscription(GuardStatus, "guard_status", self.on_guard_status, RELIABLE_QOS)
         if not self.settings.lockstep:
-            subscribe_parameters(self, self._config, self.on_parameter)
+            subscribe_parameters(self, self._config, self._watched.hear)
         self._answering = ModelServices(self, lambda: self.cache, lambda: self._served.newest)
         self.tell_ready({"model": lambda: True})
         self._diagnostics = Diagnostics(self, self.verdicts)

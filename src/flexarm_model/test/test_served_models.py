@@ -127,18 +127,68 @@ def softer(pose: Any) -> ReducedModel:
     return posed(f"{pose} soft")
 
 
-def test_renewed_models_are_those_of_the_same_poses_from_then_on(heard: Heard) -> None:
+MS = 1_000_000  # ns
+
+
+def motion(served: ServedModels, *models: tuple[int, str]) -> None:
+    served.serve_motion([(after * MS, posed(name)) for after, name in models], 100 * MS)
+
+
+def in_turn(served: ServedModels, heard: Heard, since: int, until: int) -> dict[int, str]:
+    """Let time go on; returns when each model was sent [ms], and which."""
+    sent = {}
+    for now in range(since, until, 5):
+        if served.go_on(now * MS):
+            sent[now] = served.newest.model_id
+    return sent
+
+
+def test_renewed_models_are_those_of_the_same_poses_from_then_on_and_come_in_turn(heard: Heard) -> None:
+    """Ten at once took a law most of ten periods, in which the guard waited for commands."""
     served = ServedModels(posed("h"), heard.take)
-    served.serve_motion([(after_ns, posed(name)) for after_ns, name in ((10, "a"), (20, "b"))], 100)
-    served.renew(softer, 115)
-    assert [heard.at(t) for t in (50, 112, 115, 119, 120)] == ["h", "a", "a soft", "a soft", "b soft"]
-    assert served.newest.model_id == "b soft"
+    motion(served, (10, "a"), (300, "b"), (420, "c"), (900, "d"))
+    before = served.count
+    served.renew(softer, 115 * MS)
+    assert served.count == before + 1 and served.newest.model_id == "a soft"
+    assert served.has_after(10**15)
+    sent = in_turn(served, heard, 15, 1100)
+    assert list(sent.values()) == ["b soft", "c soft", "d soft"]
+    assert list(sent) == [15, 65, 500]  # spread, and at most half a second ahead of 400, 520 and 1000
+    at = [heard.at(t * MS) for t in (50, 112, 115, 399, 400, 520, 1000)]
+    assert at == ["h", "a", "a soft", "a soft", "b soft", "c soft", "d soft"]
+    assert not served.has_after(10**15)
+
+
+def test_models_that_are_needed_soon_are_not_spread(heard: Heard) -> None:
+    served = ServedModels(posed("h"), heard.take)
+    motion(served, (30, "a"), (40, "b"), (50, "c"))
+    served.renew(softer, 100 * MS)
+    assert list(in_turn(served, heard, 0, 100)) == [0, 5, 10]
+
+
+def test_a_renewal_on_the_way_renews_what_waits_too(heard: Heard) -> None:
+    served = ServedModels(posed("h"), heard.take)
+    motion(served, (30, "a"), (900, "b"))
+    served.renew(softer, 100 * MS)
+    served.renew(lambda pose: posed(f"{pose} hard"), 110 * MS)
+    assert list(in_turn(served, heard, 10, 1000).values()) == ["a hard", "b hard"]
+
+
+def test_a_new_motion_begins_where_the_renewed_one_would_be(heard: Heard) -> None:
+    served = ServedModels(posed("h"), heard.take)
+    motion(served, (30, "a"), (300, "b"))
+    served.renew(softer, 100 * MS)
+    served.serve_motion([(10 * MS, posed("c"))], 500 * MS)
+    assert [heard.at(t * MS) for t in (130, 400, 510)] == ["a soft", "b soft", "c"]
+    assert not served.go_on(10**15)
 
 
 def test_models_that_are_taken_back_after_a_renewal_are_renewed_too(heard: Heard) -> None:
     served = ServedModels(posed("h"), heard.take)
-    served.serve(posed("c"), 140)
-    served.serve_motion([(10, posed("a"))], 100)
-    served.renew(softer, 105)
-    assert served.take_back(100)
-    assert [heard.at(t) for t in (99, 100, 139, 140)] == ["h", "h soft", "h soft", "c soft"]
+    served.serve(posed("c"), 140 * MS)
+    motion(served, (10, "a"), (20, "b"))
+    served.renew(softer, 105 * MS)
+    assert served.take_back(100 * MS)
+    assert not served.go_on(10**15)
+    at = [heard.at(t * MS) for t in (99, 100, 139, 140)]
+    assert at == ["h", "h soft", "h soft", "c soft"]

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from flexarm_bringup.sim.backlash import gaps_of, rest_at_home, steps_for_teeth
 from flexarm_bringup.sim.explicit_steps import ExplicitSteps, substeps_needed
 from flexarm_bringup.sim.perturb import PlantSettings, perturb
-from flexarm_bringup.sim.spring_change import at_ends
+from flexarm_bringup.sim.spring_change import at_points
 from flexarm_model.manipulator.description import ManipulatorConfig
 from flexarm_model.served.linearize import linearize
 from flexarm_model.tree.reduced_tree import ReducedTree
@@ -118,7 +118,7 @@ def choose_steps(tree: ReducedTree, dt: float, friction: float) -> Steps:
     """
     teeth = steps_for_teeth(tree, dt)
     if not tree.n_c:
-        substeps = max(*(substeps_needed(other, dt) for other in (tree, *at_ends(tree))), teeth)
+        substeps = max(*(substeps_needed(other, dt) for other in (tree, *at_points(tree))), teeth)
         if substeps <= MOST_EXPLICIT:
             return ExplicitSteps(tree, dt, substeps, friction)
     from flexarm_bringup.sim.implicit_steps import ImplicitSteps  # loads SciPy

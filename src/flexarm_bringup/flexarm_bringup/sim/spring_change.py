@@ -14,11 +14,14 @@ from flexarm_model.tree.reduced_tree import ReducedTree
 Array = NDArray[np.float64]
 
 
-def at_ends(tree: ReducedTree) -> Iterator[ReducedTree]:
-    """Give the tree with each of its parameters at either end of what is known."""
+def at_points(tree: ReducedTree) -> Iterator[ReducedTree]:
+    """Give the tree with each of its parameters at every point of its laws, which are straight between."""
     for name in tree.config.parameters:
-        for end in parameter_range(tree.config, name):
-            yield tree.under({name: end})
+        low, high = parameter_range(tree.config, name)
+        points = {at for law in tree.config.laws if law.parameter == name for at in law.at}
+        for value in sorted(points):
+            if low <= value <= high:
+                yield tree.under({name: value})
 
 
 class SpringChange:
@@ -32,7 +35,7 @@ class SpringChange:
         """Find them; nothing is changed yet."""
         self._tree = tree
         changed = np.zeros((2, tree.n_q, tree.n_q), dtype=bool)
-        for other in at_ends(tree):
+        for other in at_points(tree):
             changed |= np.array([other.K != tree.K, other.D != tree.D])
         self._of_K, self._of_D = np.argwhere(changed[0]), np.argwhere(changed[1])
         self.values = np.zeros(len(self._of_K) + len(self._of_D))

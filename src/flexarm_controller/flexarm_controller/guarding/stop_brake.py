@@ -48,7 +48,7 @@ class StopBrake:
         """Set the end of a stop from here, in the range where that can be."""
         self._way, self.is_held = math.copysign(1.0, v), False
         self.end = self._limit = self._end_of(q, v)
-        self._again = AGAIN * abs(v) if abs(v) > self._rest else math.inf
+        self._again = max(AGAIN * abs(v), self._rest) if abs(v) > self._rest else math.inf
 
     def revise(self, q: float, v: float) -> None:
         """Take what is told a period later: the end of the stop may come nearer."""

@@ -3,8 +3,6 @@
 For a reference of the axes torques and strains are affine, one row for each motor and each limited gauge::
 
     K theta + D theta' + J theta'' + rest          at most ``most`` either way
-
-A strip whose acceleration begins at once bends twice as far before it rests (`guarding.derive.OVERSHOOT`).
 """
 
 from __future__ import annotations
@@ -14,7 +12,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from flexarm_controller.guarding.derive import OVERSHOOT
 from flexarm_controller.limits import Limits
 from flexarm_controller.motion.settings import MotionConfig
 from flexarm_controller.program.equilibrium import Equilibrium, build_equilibrium
@@ -66,11 +63,12 @@ class Demand:
 def demand_of(model: ReducedModel, limits: Limits, config: MotionConfig) -> Demand:
     """Return what motions of ``model``'s arm ask, and the shares of ``limits`` they may have.
 
-    An acceleration that may begin at once (``motion_ramp`` 0) has `OVERSHOOT` times less of the strain.
+    Strain has room for what rings after a ramp of r periods: without damping ``1 + |sin(pi r) / pi r|`` times
+    what is there at rest, twice that where the acceleration begins at once.
     """
     equilibrium = build_equilibrium(model)
     rows, at_zero, limit, gauges = _strain(model, limits, equilibrium)
-    share = config.motion_strain / (1.0 if config.motion_ramp > 0.0 else OVERSHOOT)
+    share = config.motion_strain / (1.0 + abs(float(np.sinc(config.motion_ramp))))
     K, D, J = np.split(np.vstack([equilibrium.U, rows]), 3, axis=1)
     units = tuple("N" if is_sliding(name) else "N m" for name in model.theta_names)
     return Demand(

@@ -78,7 +78,8 @@ class MotionExchange:
 
     def on_parameter(self, name: str, value: float, variance: float) -> None:
         """Hear what a named parameter of the arm is now [SI]."""
-        if self._parameters.hear(name, value, variance):
+        self._parameters.hear(name, value, variance)
+        if self._parameters.is_due:
             self._parameters.use(self._parameters.told())
             self._server.lead(self._parameters.used)
 

@@ -31,14 +31,20 @@ class ParameterWatch:
         self._least = {name: step * (high - low) for name, (low, high) in self._ranges.items()}
         self.used, self.refused = dict(config.parameters), ""
         self._told, self._trouble = dict(config.parameters), dict.fromkeys(config.parameters, "")
+        self._due = dict.fromkeys(config.parameters, False)
 
     @property
     def trouble(self) -> str:
         """What is wrong with what was told; empty if nothing is."""
         return "; ".join(filter(None, (self.refused, *self._trouble.values())))
 
-    def hear(self, name: str, value: float, variance: float = 0.0) -> bool:
-        """Take a value [SI] and tell whether it is worth other models.
+    @property
+    def is_due(self) -> bool:
+        """Whether what was told is worth other models than those in use."""
+        return any(self._due.values())
+
+    def hear(self, name: str, value: float, variance: float = 0.0) -> None:
+        """Take a value [SI].
 
         Args:
             name: Of the parameter.
@@ -48,14 +54,13 @@ class ParameterWatch:
         (low, high), least = self._ranges[name], self._least[name]
         if not math.isfinite(value):
             self._trouble[name] = f"{name}: {value} is no number; still {self._told[name]:g}"
-            return False
+            return
         noise = DEVIATIONS * math.sqrt(variance) if variance > 0.0 and math.isfinite(variance) else 0.0
         within, least = min(max(value, low), high), max(least, noise)
         is_far_out = abs(value - within) > least
         known = f"{low:g} ... {high:g} where it is known; {within:g} is taken"
         self._trouble[name] = f"{name}: {value:g} is not within {known}" if is_far_out else ""
-        self._told[name] = within
-        return abs(within - self.used[name]) > least
+        self._told[name], self._due[name] = within, abs(within - self.used[name]) > least
 
     def told(self) -> dict[str, float]:
         """Return what was told last, by name [SI]."""
@@ -64,3 +69,4 @@ class ParameterWatch:
     def use(self, values: Mapping[str, float]) -> None:
         """Note that models are made for these values, by name [SI]."""
         self.used, self.refused = dict(values), ""
+        self._due = dict.fromkeys(values, False)

@@ -6,6 +6,7 @@ begin on what was used before is used again.
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Callable, Sequence
 
 import numpy as np
@@ -16,6 +17,9 @@ from flexarm_model.served.reduced_model import ReducedModel
 
 Array = NDArray[np.float64]
 Timed = tuple[int, ReducedModel]  # stamp from which it is used [ns]
+AHEAD_NS, SOON_NS = 500_000_000, 150_000_000  # before its time a model made anew is sent, and must be
+SPREAD_NS = 50_000_000  # between two of them where there is time
+NEVER_NS = 2**62
 
 
 class ServedModels:
@@ -36,6 +40,9 @@ class ServedModels:
         self._send, self._in_use = send, first
         self._pending: PendingModels[ReducedModel] = PendingModels()
         self._start_ns, self._aside, self._before = -1, tuple[Timed, ...](), first
+        self._later: deque[tuple[int, Array]] = deque()  # to be made anew and sent in turn
+        self._sent_ns = NEVER_NS
+        self._make: Callable[[Array], ReducedModel] = lambda pose: first
         self.count = 0
         self.serve(first, 0)
 
@@ -54,7 +61,7 @@ class ServedModels:
 
     def has_after(self, stamp_ns: int) -> bool:
         """Tell whether a model waits for a later time [ns]."""
-        return self._pending.has_after(stamp_ns)
+        return self._pending.has_after(stamp_ns) or bool(self._later)
 
     def at(self, stamp_ns: int) -> ReducedModel:
         """Return the model that is in use at a stamp [ns], later than what ``pass_by`` was told."""
@@ -72,6 +79,7 @@ class ServedModels:
             models: Of the motion, with the times since its begin [ns].
             start_ns: Its begin [ns].
         """
+        self._send_all()
         later = tuple((since_ns, model) for since_ns, model in self._pending.waiting if since_ns > start_ns)
         self._start_ns, self._aside, self._before = start_ns, later, self.at(start_ns)
         if self._aside:
@@ -80,24 +88,40 @@ class ServedModels:
             self.serve(model, start_ns + after_ns)
 
     def renew(self, make: Callable[[Array], ReducedModel], since_ns: int) -> None:
-        """Send what is used from a time on [ns] once more, made anew at the same poses.
+        """Send what is used from a time on [ns] once more, made anew at its pose, and later ones in turn.
 
         Args:
             make: Makes a model of a pose, (n_theta,).
             since_ns: From when on what is made anew is used [ns].
         """
-        later = [(ns, make(model.pose)) for ns, model in self._pending.waiting if ns > since_ns]
-        aside = tuple((ns, make(model.pose)) for ns, model in self._aside)
-        before = make(self._before.pose)
+        later = [(ns, model.pose) for ns, model in self._pending.waiting] + list(self._later)
+        aside, before = tuple((ns, make(model.pose)) for ns, model in self._aside), make(self._before.pose)
         self.serve(make(self.at(since_ns).pose), since_ns)
-        for ns, model in later:
-            self.serve(model, ns)
-        self._aside, self._before = aside, before
+        self._aside, self._before, self._make = aside, before, make
+        self._later = deque((ns, pose) for ns, pose in later if ns > since_ns)
+
+    def go_on(self, now_ns: int) -> bool:
+        """Send the next model that is made anew when it is time to [ns]; return whether one was sent.
+
+        Whoever takes a model needs most of a period for it: not all of a motion may come at once.
+        """
+        ahead_ns = self._later[0][0] - now_ns if self._later else NEVER_NS
+        if ahead_ns > AHEAD_NS or (ahead_ns > SOON_NS and 0 <= now_ns - self._sent_ns < SPREAD_NS):
+            return False
+        stamp_ns, pose = self._later.popleft()
+        self.serve(self._make(pose), stamp_ns)
+        self._sent_ns = now_ns
+        return True
+
+    def _send_all(self) -> None:
+        while self._later:
+            self.go_on(self._later[0][0])
 
     def take_back(self, start_ns: int) -> bool:
         """Undo the motion that begins then [ns]; return whether it is the last one."""
         if start_ns != self._start_ns:
             return False
+        self._later.clear()
         if self.newest is not self._before:
             self.serve(self._before, start_ns)
         for stamp_ns, model in self._aside:
