@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from contextlib import nullcontext, redirect_stdout
 from pathlib import Path
 
@@ -69,14 +69,14 @@ def run(args: argparse.Namespace) -> int:
         progress.say("reading the bag")
         recording = open_recording(args.bag, arm_named(args))
         progress.say("filtering")
-        now = track_of(NONE, run_estimator(recording))
+        now = track_of(NONE, run_estimator(recording), recording.settings)
         progress.say("smoothing")
         late = run_smoother(recording, args.lag, args.loss)
     except ValueError as error:  # BagError; ConfigError or ParameterError of the configuration in the bag
         progress.done()
         print(f"flexarm smooth: {error}", file=sys.stderr)
         return UNUSABLE
-    late = since(late, now.stamps_ns[0])
+    late = judged_with(late, now.stamps_ns)
     if args.csv:
         write_csv(args.csv, late)
     truth = truth_for(now.stamps_ns, recording.true_tip())
@@ -87,9 +87,9 @@ def run(args: argparse.Namespace) -> int:
         return publish(page, args)
 
 
-def since(late: Late, stamp_ns: int) -> Late:
-    """Return what is told from a stamp [ns] on."""
-    kept = late.stamps_ns >= stamp_ns
+def judged_with(late: Late, stamps_ns: Sequence[int]) -> Late:
+    """Return what is told of these stamps [ns], at which the filter is judged."""
+    kept = np.isin(late.stamps_ns, np.array(stamps_ns))
     return Late(*(column[kept] for column in late))
 
 

@@ -28,6 +28,7 @@ from flexarm_bringup.bags.named_arm import add_arm_arguments, arm_named
 from flexarm_bringup.consistency.bag_epochs import Epochs, read_epochs
 from flexarm_bringup.consistency.knobs import Noise, Parameter
 from flexarm_bringup.consistency.recording import Recording, open_recording, run_estimator
+from flexarm_bringup.consistency.settled import SETTLING, beginnings, is_settled
 from flexarm_bringup.consistency.smoothing import NO_TRUTH, tip_error
 from flexarm_bringup.consistency.tuning import Tuned, Tuner
 from flexarm_bringup.exit_codes import UNUSABLE
@@ -37,7 +38,8 @@ from flexarm_bringup.progress import Progress
 from flexarm_estimator.likelihood import Likelihood
 from flexarm_model.tree.reduced_tree import ReducedTree
 
-SETTLING = 0.3  # s of the bag that do not count
+MOST_SPREAD = 7.0  # of a logarithm; the record does not tell by which factor of 1000
+
 MICRO = 1e6
 VERDICTS = {
     "told": "tells it",
@@ -76,7 +78,7 @@ def run(args: argparse.Namespace) -> int:
         record = read_epochs(recording)
         tuner = Tuner(record, ReducedTree(recording.config), recording.settings, SETTLING)
         noise = Noise(recording.settings, recording.config.sensors)
-        middle = middle_of(record, args.bag)
+        middle = middle_of(record, args.bag, recording.settings.max_gap)
         before = judge(recording, tuner, noise, middle)
         refuse_unlikely(before, args.bag)
         tuned = tuner.tune(noise, middle, progress.say)
@@ -90,13 +92,19 @@ def run(args: argparse.Namespace) -> int:
     return publish(resting_on(build_page(args.bag, noise, tuned, choices), recording.config), args)
 
 
-def middle_of(record: Epochs, path: Path) -> float:
+def middle_of(record: Epochs, path: Path, max_gap: float) -> float:
     """Return where the halves of a bag meet [s].
 
     Raises:
-        BagError: One of them would not count.
+        BagError: One of them would not count, or the bag has a pause.
     """
-    begin, end = record.epochs[0].t, record.epochs[-1].t
+    t = [epoch.t for epoch in record.epochs]
+    begin, end = t[0], t[-1]
+    for k in list(beginnings(t, max_gap))[1:]:
+        raise BagError(
+            f"{path}: {t[k] - t[k - 1]:+.3g} s from one sample to the next at {t[k - 1] - begin:.3f} s; there the "
+            f"filter begins anew (max_gap {max_gap:g} s): expected one recording without a pause"
+        )
     if end - begin <= 2 * SETTLING:
         raise BagError(
             f"{path}: {end - begin:.2f} s of samples are too short: the first {SETTLING:g} s do not count, "
@@ -123,7 +131,8 @@ def judge(recording: Recording, tuner: Tuner, noise: Noise, middle: float) -> Ju
         return Judgement(*halves, None)
     sigmas = {spec.name: spec.sigma for spec in noise.sensors}
     told = run_estimator(recording, settings=noise.settings, sigmas=sigmas)
-    settled = [item for item in told if item.estimate.t >= told[0].estimate.t + SETTLING]
+    counts = is_settled([item.estimate.t for item in told], noise.settings)
+    settled = [item for item, one in zip(told, counts, strict=True) if one]
     tip = np.array([item.estimate.T_world_tip[:3, 3] for item in settled])
     error = tip_error([item.stamp_ns for item in settled], tip, truth)
     return Judgement(*halves, error if np.isfinite(error) else None)
@@ -152,7 +161,7 @@ def parameter_table(parameters: Sequence[Parameter]) -> Table:
     rows: list[Cells] = [
         [
             each.name, each.unit, each.before, None if each.verdict == "flat" else each.after,
-            float(np.exp(min(each.spread, 7.0))),
+            float(np.exp(each.spread)) if each.spread < MOST_SPREAD else None,
             VERDICTS[each.verdict],
         ]
         for each in parameters
@@ -171,7 +180,7 @@ def parameter_table(parameters: Sequence[Parameter]) -> Table:
 def worth_table(choices: Sequence[Judgement]) -> Table:
     """Return the table of likelihoods and tip errors, before and after."""
     before, after = choices
-    heads = [Column(""), Column("before", ".1f"), Column("after", ".1f"), Column("gain", "+.1f")]
+    heads = [Column(""), Column("before", ".1f"), Column("after", ".1f"), Column("change", "+.1f")]
     rows: list[Cells] = [
         [f"log-likelihood, {name}", old.value, new.value, new.value - old.value]
         for name, old, new in (

@@ -13,7 +13,7 @@ from flexarm_bringup import cli, smooth
 from flexarm_bringup.consistency.ablation import NONE, Track
 from flexarm_bringup.consistency.recording import Recording, open_recording
 from flexarm_bringup.consistency.smoothing import Late, run_smoother, tip_error
-from flexarm_bringup.smooth import build_page, draw, since, write_csv
+from flexarm_bringup.smooth import build_page, draw, judged_with, write_csv
 
 STAMPS = (0, 10, 20, 30)
 ARGS = argparse.Namespace(bag=Path("bag"), lag=0.3, loss=None)
@@ -37,8 +37,8 @@ def test_the_tip_is_compared_where_both_are_known() -> None:
 
 
 def test_what_was_before_the_estimate_settled_is_left_out() -> None:
-    assert since(late(1.0), 20).stamps_ns.tolist() == [20, 30]
-    assert since(late(1.0), 20).eta.shape == (2, 2)
+    assert judged_with(late(1.0), (20, 30, 40)).stamps_ns.tolist() == [20, 30]
+    assert judged_with(late(1.0), (20, 30)).eta.shape == (2, 2)
 
 
 def test_the_file_has_a_line_per_instant_with_its_units(tmp_path: Path) -> None:

@@ -215,14 +215,25 @@ def test_a_bag_of_which_a_half_cannot_be_computed_is_refused(halves: tuple[float
     assert not check.passed
 
 
-@pytest.mark.parametrize(("truth", "error"), [({}, None), ({5: np.zeros(3)}, None), ({10: np.zeros(3)}, 0.2)])
+def test_a_bag_with_a_pause_is_refused_with_its_place() -> None:
+    """A jump of the arm between two runs in one bag was counted as noise."""
+    t = [*np.arange(0.0, 1.0, 0.005), *np.arange(1.5, 2.5, 0.005)]
+    record: Any = SimpleNamespace(epochs=[SimpleNamespace(t=at) for at in t])
+    with pytest.raises(BagError, match=r"bag: \+0.505 s from one sample to the next at 0.995 s"):
+        tune.middle_of(record, Path("bag"), 0.1)
+    assert tune.middle_of(record, Path("bag"), 0.6) == pytest.approx(1.2475)
+
+
+@pytest.mark.parametrize(
+    ("truth", "error"), [({}, None), ({55: np.zeros(3)}, None), ({10: np.zeros(3)}, 0.2)]
+)
 def test_a_choice_is_judged_by_the_tip_where_the_truth_is_of_its_instants(
     truth: dict[int, np.ndarray], error: float | None, bench: Bench, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     T = np.eye(4)
     T[2, 3] = 0.2
     told = [
-        SimpleNamespace(stamp_ns=at, estimate=SimpleNamespace(t=float(at), T_world_tip=T)) for at in (0, 10)
+        SimpleNamespace(stamp_ns=at, estimate=SimpleNamespace(t=0.04 * at, T_world_tip=T)) for at in range(11)
     ]
     monkeypatch.setattr(tune, "run_estimator", lambda *_, **__: told)
     tuner: Any = SimpleNamespace(likelihood=lambda *_, **__: Likelihood(-3.0))
